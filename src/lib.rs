@@ -1,0 +1,3 @@
+//! leadlag calibrates and validates car-following and adaptive-cruise-control models against measured trajectories.
+
+pub mod trajectory;

@@ -1,0 +1,3 @@
+//! The command line: arguments, library call, report.
+
+fn main() {}

@@ -1,0 +1,130 @@
+//! Measured data: from a file to leader–follower pairs that are ready to be simulated.
+//!
+//! A file becomes a [`Recording`] (`import`), its platoons become [`Trajectory`] pairs (`prepare`);
+//! whatever was derived, filled, cut or reconciled on the way is kept as [`Note`]s.
+
+mod grade;
+mod note;
+
+pub use grade::Grade;
+pub use note::Note;
+
+/// Where data came from: enough to find the file again and to notice that it has changed.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Source {
+    /// The path as the user gave it.
+    pub path: String,
+    /// SHA-256 of the file's bytes, lower-case hexadecimal.
+    pub sha256: String,
+}
+
+/// One imported file: one platoon in most layouts, one pair per trajectory id in Ultra-AV tables.
+#[derive(Debug, Clone)]
+pub struct Recording {
+    /// The file.
+    pub source: Source,
+    /// At least one platoon, in file order.
+    pub platoons: Vec<Platoon>,
+}
+
+/// Cars driving one behind the other, on one time axis. Missing samples are NaN.
+#[derive(Debug, Clone)]
+pub struct Platoon {
+    /// Trajectory id of layouts that hold several platoons in one file.
+    pub id: Option<String>,
+    /// Time as written in the file \[s\], strictly increasing.
+    pub t: Vec<f64>,
+    /// Front to back; `cars[0]` is the platoon leader. Cars without any column are absent.
+    pub cars: Vec<Car>,
+    /// What the importer did to the data beyond reading it.
+    pub notes: Vec<Note>,
+}
+
+/// The measured signals of one car; every vector is as long as the platoon's `t`.
+#[derive(Debug, Clone)]
+pub struct Car {
+    /// Position in the platoon as numbered by the file: 1 is the platoon leader.
+    pub number: usize,
+    /// Name as written in the file (`Tesla(Model3)`), or `car 2` where the file gives none.
+    pub name: String,
+    /// Length of the car \[m\] where the file or its companion table gives one.
+    pub length: Option<f64>,
+    /// Speed \[m/s\].
+    pub v: Vec<f64>,
+    /// Cumulative position along the road \[m\], where measured.
+    pub x: Option<Vec<f64>>,
+    /// Bumper-to-bumper gap to the car numbered one less \[m\], where measured.
+    pub gap: Option<Vec<f64>>,
+    /// Acceleration \[m/s²\], where the file gives one (checked by `inspect`, never simulated against).
+    pub a: Option<Vec<f64>>,
+    /// Sine of the road grade under this car, where the file gives one.
+    pub sin_grade: Option<Vec<f64>>,
+}
+
+/// One leader–follower pair without gaps, on a uniform time step: what an evaluator simulates.
+///
+/// All vectors have the same length; `s[i] == x_l[i] - x_f[i] - len_l` up to rounding, and `x_f`
+/// follows from `v_f` by the ballistic scheme of the paper's Eq. 1.
+#[derive(Debug, Clone)]
+pub struct Trajectory {
+    /// `FILE-STEM follower N`, with the trajectory id and segment where there are several.
+    pub label: String,
+    /// The file.
+    pub source: Source,
+    /// 1 = the car right behind the platoon leader.
+    pub follower: usize,
+    /// Name of the follower as in the file.
+    pub name: String,
+    /// Nominal time step \[s\], decimal (0.1, not the difference of two decimal times).
+    pub dt: f64,
+    /// Time as written in the file \[s\].
+    pub t: Vec<f64>,
+    /// Position of the preceding vehicle along the road \[m\].
+    pub x_l: Vec<f64>,
+    /// Speed of the preceding vehicle \[m/s\].
+    pub v_l: Vec<f64>,
+    /// Length of the preceding vehicle \[m\]; 0 where unknown, `x_l` then means its rear bumper.
+    pub len_l: f64,
+    /// Measured position of the follower \[m\].
+    pub x_f: Vec<f64>,
+    /// Measured speed of the follower \[m/s\].
+    pub v_f: Vec<f64>,
+    /// Measured bumper-to-bumper spacing \[m\].
+    pub s: Vec<f64>,
+    /// Speed of the car ahead of the preceding vehicle \[m/s\], where measured.
+    pub v_l2: Option<Vec<f64>>,
+    /// Gap between those two \[m\], where measured.
+    pub s_l2: Option<Vec<f64>>,
+    /// Road grade, where known.
+    pub grade: Option<Grade>,
+    /// What was derived, filled, cut, smoothed, resampled or reconciled, in order.
+    pub notes: Vec<Note>,
+}
+
+impl Trajectory {
+    /// Number of samples.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.t.len()
+    }
+
+    /// True if there is no sample (never in a prepared trajectory).
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.t.is_empty()
+    }
+}
+
+/// Positions that follow from speeds by the ballistic scheme, Eq. 1 \[m\].
+#[must_use]
+pub fn integrate(x_0: f64, v: &[f64], dt: f64) -> Vec<f64> {
+    let mut x = Vec::with_capacity(v.len());
+    let mut x_i = x_0;
+    for (i, &v_i) in v.iter().enumerate() {
+        if i > 0 {
+            x_i += (v[i - 1] + v_i) / 2.0 * dt;
+        }
+        x.push(x_i);
+    }
+    x
+}
