@@ -77,6 +77,8 @@ pub struct Trajectory {
     pub name: String,
     /// Nominal time step \[s\], decimal (0.1, not the difference of two decimal times).
     pub dt: f64,
+    /// Difference of the first two times in floating point \[s\], as the authors' program takes it.
+    pub dt_raw: f64,
     /// Time as written in the file \[s\].
     pub t: Vec<f64>,
     /// Position of the preceding vehicle along the road \[m\].

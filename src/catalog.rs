@@ -1,0 +1,291 @@
+//! The part table and the ninety variants of the paper's Table 1.
+//!
+//! A part is one file of one folder (`src/reference/<folder>/<part>.rs`); a row here names it and the parameters it
+//! reads. The tables are macros because two places need the rows: the enums below, and the reference evaluator, which
+//! declares its modules and picks its functions from the same rows. Adding a part is adding its row and its file.
+
+use crate::symbols::Symbol;
+use std::fmt;
+use std::str::FromStr;
+
+/// Rows of the folder `controller`: type name, file name, paper, parameters read.
+macro_rules! controller_parts {
+    ($use:ident) => {
+        $use! {
+            Controller, "a controller: from perceived signals to the commanded acceleration";
+            Idm, idm, "Eq. 2", [delta, v_0, a_max];
+            Gipps, gipps, "Eqs. 4 and 5", [theta, v_0, d_0, t_h, a_max, a_min, a_hat_min];
+            Linear, linear, "Eq. 6", [k_s, k_v, k_0, v_0];
+        }
+    };
+}
+
+/// Rows of the folder `spacing`.
+macro_rules! spacing_parts {
+    ($use:ident) => {
+        $use! {
+            Spacing, "a spacing policy: the spacing that a controller aims at";
+            IdmDesired, idm_desired, "Eq. 3", [d_0, t_h, a_max, a_min];
+            Cth, cth, "Eq. 7", [d_0, t_h];
+            GippsEquilibrium, gipps_equilibrium, "Eq. 8", [theta, d_0, t_h, a_min, a_hat_min];
+            Inherent, inherent, "none: the controller needs no policy", [];
+        }
+    };
+}
+
+/// Rows of the folder `dynamics`.
+macro_rules! dynamics_parts {
+    ($use:ident) => {
+        $use! {
+            Dynamics, "vehicle dynamics: from the commanded to the actual acceleration";
+            None, none, "Eq. 9", [];
+            Linear, linear, "Eq. 10", [tau_a];
+            Nonlinear, nonlinear, "Eq. 11", [tau_a, m_load, f_0, f_1, f_2];
+        }
+    };
+}
+
+/// Rows of the folder `constraint`.
+macro_rules! constraint_parts {
+    ($use:ident) => {
+        $use! {
+            Constraint, "an acceleration constraint";
+            None, none, "Eq. 12", [];
+            Constant, constant, "Eq. 13", [];
+            Mfc, mfc, "Eq. 14", [];
+        }
+    };
+}
+
+pub(crate) use {constraint_parts, controller_parts, dynamics_parts, spacing_parts};
+
+macro_rules! part_enum {
+    ($folder:ident, $doc:literal; $($part:ident, $file:ident, $paper:literal, [$($symbol:ident),*];)*) => {
+        #[doc = concat!("Folder of parts: ", $doc, ".")]
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+        pub enum $folder {
+            $(#[doc = $paper] $part,)*
+        }
+
+        impl $folder {
+            /// All parts of the folder, in table order.
+            pub const ALL: &'static [$folder] = &[$($folder::$part),*];
+
+            /// File name of the part, without extension.
+            #[must_use]
+            pub fn name(self) -> &'static str {
+                match self { $($folder::$part => stringify!($file)),* }
+            }
+
+            /// The parameters it reads.
+            #[must_use]
+            pub fn parameters(self) -> &'static [Symbol] {
+                match self { $($folder::$part => &[$(Symbol::$symbol),*]),* }
+            }
+        }
+    };
+}
+
+controller_parts!(part_enum);
+spacing_parts!(part_enum);
+dynamics_parts!(part_enum);
+constraint_parts!(part_enum);
+
+/// A base model of the paper: a controller with its spacing policy.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Base {
+    /// `idm`, `gipps`, `l-cth`, `l-idm`, `l-gipps`.
+    pub name: &'static str,
+    /// As the paper writes it.
+    pub paper: &'static str,
+    /// Its controller.
+    pub controller: Controller,
+    /// Its spacing policy.
+    pub spacing: Spacing,
+}
+
+/// The five base models in the order of Table 1; only these pairs exist.
+pub const BASES: [Base; 5] = [
+    Base { name: "idm", paper: "IDM", controller: Controller::Idm, spacing: Spacing::IdmDesired },
+    Base { name: "gipps", paper: "Gipps", controller: Controller::Gipps, spacing: Spacing::Inherent },
+    Base { name: "l-cth", paper: "L-CTH", controller: Controller::Linear, spacing: Spacing::Cth },
+    Base { name: "l-idm", paper: "L-IDM", controller: Controller::Linear, spacing: Spacing::IdmDesired },
+    Base { name: "l-gipps", paper: "L-Gipps", controller: Controller::Linear, spacing: Spacing::GippsEquilibrium },
+];
+
+/// One of the ninety model variants of Table 1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Variant {
+    /// The base model.
+    pub base: Base,
+    /// Perception delay, Eqs. 15 (no) and 16 (yes).
+    pub delay: bool,
+    /// Vehicle dynamics.
+    pub dynamics: Dynamics,
+    /// Acceleration constraint.
+    pub constraint: Constraint,
+}
+
+/// No variant has this id or name.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum UnknownVariant {
+    /// The id is not in 1..=90.
+    #[error("variant {0}: expected an id from 1 to 90 (the paper's Table 1); `leadlag list variants` shows them")]
+    Id(u32),
+    /// A word of the name is not known.
+    #[error(
+        "variant `{name}`: `{word}` is not a part; expected BASE[+delay][+linear|+nonlinear][+constant|+mfc] \
+         with BASE one of idm, gipps, l-cth, l-idm, l-gipps{}",
+        nearest.map(|n| format!("; did you mean `{n}`?")).unwrap_or_default()
+    )]
+    Word {
+        /// The name as given.
+        name: String,
+        /// The word that is not known.
+        word: String,
+        /// A known word that looks like it.
+        nearest: Option<&'static str>,
+    },
+    /// Two words of the name exclude each other.
+    #[error("variant `{name}`: `{word}` contradicts an earlier part of the name")]
+    Twice {
+        /// The name as given.
+        name: String,
+        /// The second of the two words.
+        word: String,
+    },
+}
+
+impl Variant {
+    /// Number of variants.
+    pub const COUNT: u32 = 90;
+
+    /// The variant with an id of Table 1, 1 to 90.
+    ///
+    /// # Errors
+    /// [`UnknownVariant::Id`] outside 1..=90.
+    pub fn from_id(id: u32) -> Result<Variant, UnknownVariant> {
+        if !(1..=Self::COUNT).contains(&id) {
+            return Err(UnknownVariant::Id(id));
+        }
+        // Table 1: constraints vary fastest, then dynamics, delay, base.
+        let k = (id - 1) as usize;
+        Ok(Variant {
+            base: BASES[k / 18],
+            delay: (k / 9) % 2 == 1,
+            dynamics: Dynamics::ALL[(k / 3) % 3],
+            constraint: Constraint::ALL[k % 3],
+        })
+    }
+
+    /// All ninety, in the order of Table 1.
+    pub fn all() -> impl Iterator<Item = Variant> {
+        (1..=Self::COUNT).map(|id| Variant::from_id(id).expect("ids 1 to 90 exist"))
+    }
+
+    /// The id of Table 1.
+    #[must_use]
+    pub fn id(&self) -> u32 {
+        let position = |found: Option<usize>| found.expect("a variant is made of catalogued parts");
+        let base = position(BASES.iter().position(|b| *b == self.base));
+        let dynamics = position(Dynamics::ALL.iter().position(|d| *d == self.dynamics));
+        let constraint = position(Constraint::ALL.iter().position(|c| *c == self.constraint));
+        (base * 18 + usize::from(self.delay) * 9 + dynamics * 3 + constraint) as u32 + 1
+    }
+
+    /// The name, such as `gipps+delay+linear+mfc`; parts that are absent are not named.
+    #[must_use]
+    pub fn name(&self) -> String {
+        let mut name = self.base.name.to_owned();
+        if self.delay {
+            name += "+delay";
+        }
+        for (absent, part) in [
+            (self.dynamics == Dynamics::None, self.dynamics.name()),
+            (self.constraint == Constraint::None, self.constraint.name()),
+        ] {
+            if !absent {
+                name.push('+');
+                name += part;
+            }
+        }
+        name
+    }
+
+    /// The calibration parameters (Table 1, last column), in the order of the symbol table.
+    #[must_use]
+    pub fn parameters(&self) -> Vec<Symbol> {
+        let delay: &[Symbol] = if self.delay { &[Symbol::tau_p] } else { &[] };
+        let read = [
+            self.base.controller.parameters(),
+            self.base.spacing.parameters(),
+            delay,
+            self.dynamics.parameters(),
+            self.constraint.parameters(),
+        ];
+        let mut symbols: Vec<Symbol> = read.concat();
+        symbols.sort_unstable();
+        symbols.dedup();
+        symbols
+    }
+
+    /// True if the follower's mass and inertia are needed.
+    #[must_use]
+    pub fn needs_vehicle(&self) -> bool {
+        self.dynamics == Dynamics::Nonlinear || self.constraint == Constraint::Mfc
+    }
+
+    /// True if the road grade is needed.
+    #[must_use]
+    pub fn needs_grade(&self) -> bool {
+        self.dynamics == Dynamics::Nonlinear
+    }
+}
+
+impl fmt::Display for Variant {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.name())
+    }
+}
+
+impl FromStr for Variant {
+    type Err = UnknownVariant;
+
+    /// An id or a name; case and the order of the extensions do not matter.
+    fn from_str(text: &str) -> Result<Variant, UnknownVariant> {
+        let text = text.trim();
+        if let Ok(id) = text.parse() {
+            return Variant::from_id(id);
+        }
+        let lower = text.to_ascii_lowercase();
+        let mut words = lower.split('+').map(str::trim);
+        let unknown = |word: &str| UnknownVariant::Word {
+            name: text.to_owned(),
+            word: word.to_owned(),
+            nearest: nearest_word(word),
+        };
+        let first = words.next().unwrap_or_default();
+        let base = BASES.into_iter().find(|b| b.name == first).ok_or_else(|| unknown(first))?;
+        let mut variant = Variant { base, delay: false, dynamics: Dynamics::None, constraint: Constraint::None };
+        for word in words {
+            let twice = match word {
+                "delay" => std::mem::replace(&mut variant.delay, true),
+                "linear" => std::mem::replace(&mut variant.dynamics, Dynamics::Linear) != Dynamics::None,
+                "nonlinear" => std::mem::replace(&mut variant.dynamics, Dynamics::Nonlinear) != Dynamics::None,
+                "constant" => std::mem::replace(&mut variant.constraint, Constraint::Constant) != Constraint::None,
+                "mfc" => std::mem::replace(&mut variant.constraint, Constraint::Mfc) != Constraint::None,
+                _ => return Err(unknown(word)),
+            };
+            if twice {
+                return Err(UnknownVariant::Twice { name: text.to_owned(), word: word.to_owned() });
+            }
+        }
+        Ok(variant)
+    }
+}
+
+fn nearest_word(word: &str) -> Option<&'static str> {
+    let extensions = ["delay", "linear", "nonlinear", "constant", "mfc"];
+    let known = BASES.iter().map(|b| b.name).chain(extensions);
+    known.map(|k| (strsim::damerau_levenshtein(k, word), k)).min().filter(|(d, _)| *d <= 2).map(|(_, k)| k)
+}

@@ -1,0 +1,200 @@
+//! Where the paper and its authors' program differ: one switch per difference, two presets.
+
+use std::fmt;
+use std::str::FromStr;
+
+macro_rules! rows {
+    ($($row:ident: $type:ident, $meaning:literal {
+        $paper:ident = $paper_name:literal, $paper_doc:literal;
+        $authors:ident = $authors_name:literal, $authors_doc:literal;
+    })*) => {
+        $(
+            #[doc = concat!("Row `", stringify!($row), "`: ", $meaning, ".")]
+            #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+            pub enum $type {
+                #[doc = concat!("paper: ", $paper_doc, ".")]
+                $paper,
+                #[doc = concat!("authors: ", $authors_doc, ".")]
+                $authors,
+            }
+        )*
+
+        /// One choice per row; `docs/MODELS.md` gives the reasons.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+        pub struct Convention {
+            $(#[doc = $meaning] pub $row: $type,)*
+        }
+
+        impl Convention {
+            /// The paper's equations in SI units, the default.
+            pub const PAPER: Convention = Convention { $($row: $type::$paper),* };
+            /// The authors' program.
+            pub const AUTHORS: Convention = Convention { $($row: $type::$authors),* };
+
+            /// Every row: name, meaning, and name and meaning of its values in `paper` and in `authors`.
+            pub const ROWS: &'static [Row] = &[$(Row {
+                name: stringify!($row),
+                meaning: $meaning,
+                paper: ($paper_name, $paper_doc),
+                authors: ($authors_name, $authors_doc),
+            }),*];
+
+            fn set(&mut self, row: &str, value: &str) -> Result<(), ConventionError> {
+                match row {
+                    $(stringify!($row) => match value {
+                        $paper_name => self.$row = $type::$paper,
+                        $authors_name => self.$row = $type::$authors,
+                        _ => return Err(ConventionError::Value {
+                            row: stringify!($row),
+                            found: value.to_owned(),
+                            paper: $paper_name,
+                            authors: $authors_name,
+                        }),
+                    },)*
+                    _ => return Err(ConventionError::Row { found: row.to_owned() }),
+                }
+                Ok(())
+            }
+
+            fn departures(&self, from: &Convention) -> Vec<String> {
+                let mut list = Vec::new();
+                $(if self.$row != from.$row {
+                    let value = match self.$row {
+                        $type::$paper => $paper_name,
+                        $type::$authors => $authors_name,
+                    };
+                    list.push(format!("{}={value}", stringify!($row)));
+                })*
+                list
+            }
+        }
+    };
+}
+
+rows! {
+    acceleration: Acceleration, "differences that give the measured acceleration" {
+        Backward = "backward", "backward difference, as Eq. 1 pairs a(t) with v(t) - v(t - dt)";
+        Forward = "forward", "forward difference, one sample early against the simulated one";
+    }
+    delay: Delay, "perception delay on the sampled signals, and the scored window" {
+        Fractional = "fractional", "linear interpolation; scored from sample ceil(upper bound / dt) + 1 for every candidate";
+        Floor = "floor", "D = floor(tau_p / dt) whole samples; scored from sample D + 1";
+    }
+    road_load: RoadLoad, "unit of the bounds of f_1 and f_2" {
+        Si = "si", "Table 3 times 3.6 and 12.96: coefficients for a speed in m/s";
+        Printed = "printed", "the printed numbers, made for km/h, yet multiplied by a speed in m/s";
+    }
+    mfc: MfcLookup, "look-up in the MFC curves" {
+        Linear = "linear", "linear interpolation";
+        Bisection = "bisection", "the last node that a bisection visits, often the segment above the speed";
+    }
+    bounds: BoundRule, "a candidate that touches an acceleration bound" {
+        Clip = "clip", "is clipped and counted";
+        Reject = "reject", "is clipped and counted, and rejected in a calibration";
+    }
+    radicand: Radicand, "start of a Gipps run whose radicand is negative at the measured state" {
+        Measured = "measured", "start as measured";
+        Shifted = "shifted", "start further back, where the radicand is zero";
+    }
+    grade: GradeLookup, "ends of the grade table" {
+        Linear = "linear", "linear interpolation everywhere";
+        Held = "held", "constant in the first cell and beyond the last but one node";
+    }
+    step: Step, "the time step" {
+        Nominal = "nominal", "the nominal step of the file, such as 0.1 s";
+        Raw = "raw", "difference of the first two times in floating point, so that tau_p = k/10 gives D = k - 1";
+    }
+    denominators: Denominators, "standstill in relative errors" {
+        Plain = "plain", "samples measured below 0.001 (in SI units) are left out of RMSPE";
+        Floored = "floored", "a measured speed below 0.001 m/s counts as 0.001 m/s";
+    }
+}
+
+/// One documented row of the convention table.
+#[derive(Debug, Clone, Copy)]
+pub struct Row {
+    /// Name of the switch.
+    pub name: &'static str,
+    /// What it decides.
+    pub meaning: &'static str,
+    /// Value and meaning in the `paper` preset.
+    pub paper: (&'static str, &'static str),
+    /// Value and meaning in the `authors` preset.
+    pub authors: (&'static str, &'static str),
+}
+
+/// A convention that cannot be read.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum ConventionError {
+    /// The preset does not exist.
+    #[error("convention `{found}`: expected `paper` or `authors`, then any number of ROW=VALUE, separated by commas")]
+    Preset {
+        /// What was given.
+        found: String,
+    },
+    /// The row does not exist.
+    #[error("convention row `{found}`: expected one of {}", row_names())]
+    Row {
+        /// What was given.
+        found: String,
+    },
+    /// The row has no such value.
+    #[error("convention row `{row}`: expected `{paper}` or `{authors}`, found `{found}`")]
+    Value {
+        /// The row.
+        row: &'static str,
+        /// What was given.
+        found: String,
+        /// Its value in the paper's preset.
+        paper: &'static str,
+        /// Its value in the authors' preset.
+        authors: &'static str,
+    },
+}
+
+fn row_names() -> String {
+    Convention::ROWS.iter().map(|r| r.name).collect::<Vec<_>>().join(", ")
+}
+
+impl Default for Convention {
+    fn default() -> Self {
+        Convention::PAPER
+    }
+}
+
+impl FromStr for Convention {
+    type Err = ConventionError;
+
+    /// `paper`, `authors`, or a preset with departures: `authors,road_load=si`.
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let mut words = text.split(',').map(str::trim);
+        let mut convention = match words.next() {
+            Some("paper") => Convention::PAPER,
+            Some("authors") => Convention::AUTHORS,
+            other => return Err(ConventionError::Preset { found: other.unwrap_or_default().to_owned() }),
+        };
+        for word in words {
+            let (row, value) = word.split_once('=').unwrap_or((word, ""));
+            convention.set(row.trim(), value.trim())?;
+        }
+        Ok(convention)
+    }
+}
+
+impl fmt::Display for Convention {
+    /// The shorter description: the preset from which fewer rows depart.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let from_paper = self.departures(&Convention::PAPER);
+        let from_authors = self.departures(&Convention::AUTHORS);
+        let (preset, departures) =
+            if from_authors.len() < from_paper.len() { ("authors", from_authors) } else { ("paper", from_paper) };
+        f.write_str(preset)?;
+        departures.iter().try_for_each(|d| write!(f, ",{d}"))
+    }
+}
+
+impl serde::Serialize for Convention {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}

@@ -1,0 +1,180 @@
+//! One trajectory as the runs of a variant see it under a convention.
+
+use crate::catalog::{Constraint, Variant};
+use crate::convention::{Acceleration, Convention, Delay, RoadLoad, Step};
+use crate::symbols::{Bounds, Symbol};
+use crate::trajectory::{Grade, Trajectory};
+use crate::vehicle::Vehicle;
+
+/// A trajectory prepared for simulation: measured signals, vehicle, grade and convention in one place.
+#[derive(Debug, Clone)]
+pub struct Case {
+    /// The trajectory's label.
+    pub label: String,
+    /// The variant it was prepared for.
+    pub variant: Variant,
+    /// The convention.
+    pub convention: Convention,
+    /// Time step Δt \[s\].
+    pub dt: f64,
+    /// Measured position of the preceding vehicle \[m\].
+    pub x_l: Vec<f64>,
+    /// Measured speed of the preceding vehicle \[m/s\].
+    pub v_l: Vec<f64>,
+    /// Length of the preceding vehicle \[m\].
+    pub len_l: f64,
+    /// Measured position of the follower \[m\].
+    pub x_f: Vec<f64>,
+    /// Measured speed of the follower \[m/s\].
+    pub v_f: Vec<f64>,
+    /// Acceleration of the follower \[m/s²\], differences of `v_f` by the convention.
+    pub a_f: Vec<f64>,
+    /// Measured spacing \[m\].
+    pub s: Vec<f64>,
+    /// The follower, where the variant needs it.
+    pub vehicle: Option<Vehicle>,
+    /// The road, where the variant needs it.
+    pub grade: Option<Grade>,
+    /// Upper bound of τ_p \[s\]: with `delay=fractional` it fixes the scored window for every candidate.
+    pub tau_p_upper: f64,
+}
+
+/// A trajectory that a variant cannot be run on.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum CaseError {
+    /// The variant needs something that is not known.
+    #[error("{label}: variant {variant} needs {what}; {remedy}")]
+    Missing {
+        /// The trajectory.
+        label: String,
+        /// The variant.
+        variant: String,
+        /// What it needs.
+        what: &'static str,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// Too few samples to simulate even one step.
+    #[error("{label}: {samples} samples; variant {variant} starts at sample {first}, so at least {} are needed", first + 2)]
+    TooShort {
+        /// The trajectory.
+        label: String,
+        /// The variant.
+        variant: String,
+        /// Samples at hand.
+        samples: usize,
+        /// First simulated sample.
+        first: usize,
+    },
+}
+
+impl Case {
+    /// Prepares a trajectory for a variant. `tau_p_upper` is the upper bound of the perception delay \[s\] (0.8 in Table 3).
+    ///
+    /// # Errors
+    /// [`CaseError::Missing`] if the variant needs a vehicle, an MFC curve or a grade that is not given;
+    /// [`CaseError::TooShort`].
+    pub fn new(
+        trajectory: &Trajectory,
+        variant: Variant,
+        vehicle: Option<&Vehicle>,
+        convention: Convention,
+        tau_p_upper: f64,
+    ) -> Result<Case, CaseError> {
+        let missing = |what, remedy| CaseError::Missing {
+            label: trajectory.label.clone(),
+            variant: variant.name(),
+            what,
+            remedy,
+        };
+        if variant.needs_vehicle() && vehicle.is_none() {
+            return Err(missing("the follower's vehicle", "give --vehicle NAME or FILE#NAME"));
+        }
+        if variant.constraint == Constraint::Mfc && vehicle.is_some_and(|v| v.mfc.is_none()) {
+            return Err(missing(
+                "the vehicle's MFC curve",
+                "give --vehicle FILE#NAME of a table that names an `mfc` file, or lay mfc_SLUG.csv beside the table",
+            ));
+        }
+        if variant.needs_grade() && trajectory.grade.is_none() {
+            return Err(missing("the road grade", "give --grade FILE, or --grade level for a level road"));
+        }
+        let dt = match convention.step {
+            Step::Nominal => trajectory.dt,
+            Step::Raw => trajectory.dt_raw,
+        };
+        let case = Case {
+            label: trajectory.label.clone(),
+            variant,
+            convention,
+            dt,
+            x_l: trajectory.x_l.clone(),
+            v_l: trajectory.v_l.clone(),
+            len_l: trajectory.len_l,
+            x_f: trajectory.x_f.clone(),
+            v_f: trajectory.v_f.clone(),
+            a_f: differences(&trajectory.v_f, dt, convention.acceleration),
+            s: trajectory.s.clone(),
+            vehicle: vehicle.cloned(),
+            grade: trajectory.grade.clone(),
+            tau_p_upper,
+        };
+        let first = case.first_sample(tau_p_upper);
+        if case.s.len() < first + 2 {
+            let (label, variant) = (case.label, variant.name());
+            return Err(CaseError::TooShort { label, variant, samples: case.s.len(), first });
+        }
+        Ok(case)
+    }
+
+    /// Perception delay in samples.
+    #[must_use]
+    pub fn delay_steps(&self, tau_p: f64) -> f64 {
+        match (self.variant.delay, self.convention.delay) {
+            (false, _) => 0.0,
+            (true, Delay::Fractional) => tau_p / self.dt,
+            (true, Delay::Floor) => (tau_p / self.dt).floor(),
+        }
+    }
+
+    /// The first simulated and scored sample of a candidate.
+    #[must_use]
+    pub fn first_sample(&self, tau_p: f64) -> usize {
+        let whole = match self.convention.delay {
+            Delay::Floor => self.delay_steps(tau_p),
+            // 1e-9: 0.8 s / 0.1 s must be 8 samples, not 9, whatever the last bit of the quotient.
+            Delay::Fractional => (self.delay_steps(self.tau_p_upper) - 1e-9).ceil(),
+        };
+        whole as usize + 1
+    }
+
+    /// Bounds of a parameter for this vehicle and convention: Table 3; `None` for road loads without a vehicle.
+    #[must_use]
+    pub fn bounds(symbol: Symbol, vehicle: Option<&Vehicle>, convention: Convention) -> Option<[f64; 2]> {
+        // 3.6 and 12.96 = 3.6²: km/h per m/s.
+        let in_si = |[lower, upper]: [f64; 2], factor: f64| match convention.road_load {
+            RoadLoad::Si => [lower * factor, upper * factor],
+            RoadLoad::Printed => [lower, upper],
+        };
+        match (symbol.bounds(), symbol) {
+            (Bounds::Fixed(lower, upper), _) => Some([lower, upper]),
+            (Bounds::PerVehicle, Symbol::f_0) => vehicle.map(|v| v.f_0),
+            (Bounds::PerVehicle, Symbol::f_1) => vehicle.map(|v| in_si(v.f_1_printed, 3.6)),
+            (Bounds::PerVehicle, Symbol::f_2) => vehicle.map(|v| in_si(v.f_2_printed, 12.96)),
+            (Bounds::PerVehicle, _) => None,
+        }
+    }
+}
+
+/// Acceleration from speeds \[m/s²\]. The sample without a neighbour: the next one's value (backward), 0 (forward, as the
+/// authors have it).
+fn differences(v: &[f64], dt: f64, rule: Acceleration) -> Vec<f64> {
+    let forward = v.windows(2).map(|w| (w[1] - w[0]) / dt);
+    match rule {
+        Acceleration::Backward => {
+            let first = forward.clone().next().unwrap_or(0.0);
+            std::iter::once(first).chain(forward).collect()
+        }
+        Acceleration::Forward => forward.chain([0.0]).collect(),
+    }
+}

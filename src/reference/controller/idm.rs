@@ -1,0 +1,7 @@
+use super::{Command, Perceived};
+use crate::symbols::Parameters;
+
+/// Eq. 2: commanded acceleration of the IDM \[m/s²\].
+pub fn commanded_acceleration(p: &Parameters, x: &Perceived, s_des: f64, _v_f: f64) -> Command {
+    Command::of(p.a_max * (1.0 - (x.v_f / p.v_0).powf(p.delta) - (s_des / x.s).powi(2)))
+}

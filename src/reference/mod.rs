@@ -1,0 +1,15 @@
+//! The oracle: a plain scalar f64 transcription of the paper, to be read beside it.
+//!
+//! It mirrors `shaders/` file by file, shares no code with them, and is what every other evaluator is compared with.
+
+mod constraint;
+mod controller;
+mod dynamics;
+mod evaluate;
+mod lookup;
+mod simulate;
+mod spacing;
+mod types;
+
+pub use evaluate::Reference;
+pub use simulate::{Run, Trace, simulate};

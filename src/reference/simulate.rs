@@ -1,0 +1,129 @@
+//! The time loop: perception delay, the order of the parts, Eq. 1.
+
+use super::types::{Ego, Perceived, Road};
+use super::{constraint, controller, dynamics, lookup, spacing};
+use crate::catalog::{Constraint, Controller};
+use crate::convention::Radicand;
+use crate::evaluator::{Case, Failure, FailureKind};
+use crate::symbols::Parameters;
+
+/// The simulated follower, one value per sample.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Trace {
+    /// Position \[m\].
+    pub x: Vec<f64>,
+    /// Speed \[m/s\].
+    pub v: Vec<f64>,
+    /// Acceleration \[m/s²\].
+    pub a: Vec<f64>,
+    /// Spacing \[m\].
+    pub s: Vec<f64>,
+}
+
+/// How a run went.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Run {
+    /// First simulated sample; those before are measured.
+    pub first: usize,
+    /// Why it ended early, if it did.
+    pub failure: Option<Failure>,
+    /// Perception delay in samples.
+    pub delay_steps: f64,
+    /// Steps clipped at the upper acceleration bound.
+    pub n_cut_acc: u32,
+    /// Steps clipped at the lower acceleration bound.
+    pub n_cut_dec: u32,
+}
+
+/// Simulates one candidate. `trace` is overwritten and keeps its memory; it ends at the failing sample, if any.
+pub fn simulate(case: &Case, p: &Parameters, trace: &mut Trace) -> Run {
+    let variant = &case.variant;
+    let desired_spacing = spacing::pick(variant.base.spacing);
+    let commanded_acceleration = controller::pick(variant.base.controller);
+    let vehicle_response = dynamics::pick(variant.dynamics);
+    let constrained_acceleration = constraint::pick(variant.constraint);
+    let mfc = case.vehicle.as_ref().and_then(|v| v.mfc.as_ref()).filter(|_| variant.constraint == Constraint::Mfc);
+    let grade = case.grade.as_ref().filter(|_| variant.needs_grade());
+    let (m_0, phi_f) = case.vehicle.as_ref().map_or((f64::NAN, f64::NAN), |v| (v.m_0, v.phi_f));
+
+    let delay_steps = case.delay_steps(p.tau_p);
+    let first = case.first_sample(p.tau_p);
+    let mut run = Run { first, failure: None, delay_steps, n_cut_acc: 0, n_cut_dec: 0 };
+    start(case, p, first, trace);
+
+    for i in 0..case.s.len() {
+        if i >= first {
+            let now = i - 1;
+            let x = perceive(case, trace, now as f64 - delay_steps);
+            let (v_f, a_f) = (trace.v[now], trace.a[now]);
+            let ego = Ego { v_f, a_f, m_0, phi_f, dt: case.dt };
+            let sin_grade = grade.map_or(0.0, |g| lookup::sin_grade(g, trace.x[now], case.convention.grade));
+            let (a_dp, a_ap) = mfc.map_or((f64::NAN, f64::NAN), |m| lookup::mfc_bounds(m, v_f, case.convention.mfc));
+            let road = Road { sin_grade, a_dp, a_ap };
+
+            let command = commanded_acceleration(p, &x, desired_spacing(p, &x), v_f);
+            let a = vehicle_response(p, command.a_cmd, &ego, &road);
+            if !a.is_finite() {
+                // Before any clamp: a maximum with NaN would hide it.
+                run.failure = Some(Failure { kind: FailureKind::NotFinite, step: i });
+                break;
+            }
+            let bounded = constrained_acceleration(a, &road);
+            run.n_cut_acc += u32::from(bounded < a);
+            run.n_cut_dec += u32::from(bounded > a);
+
+            // Eq. 1; a car does not roll backwards, and the acceleration is the one it then had.
+            let v_next = (v_f + bounded * case.dt).max(0.0);
+            trace.v.push(v_next);
+            trace.a.push((v_next - v_f) / case.dt);
+            trace.x.push(trace.x[now] + (v_f + v_next) / 2.0 * case.dt);
+            if !command.feasible {
+                run.failure = Some(Failure { kind: FailureKind::Radicand, step: i });
+            }
+        }
+        let s = case.x_l[i] - trace.x[i] - case.len_l;
+        trace.s.push(s);
+        if s <= 0.0 {
+            run.failure = run.failure.or(Some(Failure { kind: FailureKind::Crash, step: i }));
+        }
+        if run.failure.is_some() {
+            break;
+        }
+    }
+    run
+}
+
+/// The measured state before the first simulated sample.
+fn start(case: &Case, p: &Parameters, first: usize, trace: &mut Trace) {
+    for (signal, measured) in
+        [(&mut trace.x, &case.x_f), (&mut trace.v, &case.v_f), (&mut trace.a, &case.a_f), (&mut trace.s, &case.s)]
+    {
+        signal.clear();
+        signal.extend_from_slice(&measured[..first]);
+    }
+    trace.s.clear();
+    if case.variant.base.controller == Controller::Gipps && case.convention.radicand == Radicand::Shifted {
+        for i in 0..first {
+            // S - S' of the authors' program: back to where the radicand of Eq. 5 is zero.
+            let h = p.t_h / 2.0 + p.theta;
+            let brake = trace.v[i] * p.t_h + case.v_l[i] * case.v_l[i] / p.a_hat_min;
+            let room = case.x_l[i] - trace.x[i] - case.len_l - p.d_0;
+            if p.a_min * p.a_min * h * h - p.a_min * (2.0 * room - brake) < 0.0 {
+                let shifted = (p.a_min * h * h + brake) / 2.0;
+                trace.x[i] = case.x_l[i] - case.len_l - p.d_0 - shifted;
+            }
+        }
+    }
+}
+
+/// The signals at a sample index that need not be whole: linear between samples.
+fn perceive(case: &Case, trace: &Trace, at: f64) -> Perceived {
+    let k = at.floor();
+    let fraction = at - k;
+    let k = k as usize;
+    if fraction == 0.0 {
+        return Perceived { s: trace.s[k], v_f: trace.v[k], v_l: case.v_l[k] };
+    }
+    let between = |y: &[f64]| y[k] + (y[k + 1] - y[k]) * fraction;
+    Perceived { s: between(&trace.s), v_f: between(&trace.v), v_l: between(&case.v_l) }
+}

@@ -1,0 +1,220 @@
+//! Vehicle tables: TOML (one table per vehicle) and the CSV layout `slug,name,mass_unladen_kg,phi,...`.
+
+use super::{Mfc, Vehicle};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// A vehicle that cannot be read or found.
+#[derive(Debug, thiserror::Error)]
+pub enum VehicleError {
+    /// The file cannot be opened or read.
+    #[error("{path}: cannot read the vehicle table")]
+    Read {
+        /// The file.
+        path: String,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// Not the TOML that was expected.
+    #[error(
+        "{path}: expected one table per vehicle with mass_unladen_kg, phi, f_0_N, f_1_N_per_kmh, f_2_N_per_kmh2 and \
+         optionally name, aliases, length_m, mfc"
+    )]
+    Toml {
+        /// The file.
+        path: String,
+        /// Where and why.
+        source: Box<toml::de::Error>,
+    },
+    /// Not the CSV that was expected.
+    #[error("{path}: cannot read the table")]
+    Csv {
+        /// The file.
+        path: String,
+        /// Where and why.
+        source: csv::Error,
+    },
+    /// A value that cannot be.
+    #[error("{path}:{line}: expected {expected}, found `{found}`")]
+    Table {
+        /// The file.
+        path: String,
+        /// Its line, from 1.
+        line: u64,
+        /// What was expected.
+        expected: &'static str,
+        /// What was found.
+        found: String,
+    },
+    /// A number of a vehicle that cannot be.
+    #[error("{path}: vehicle {slug}: {quantity}: expected {expected}, found {found}")]
+    Value {
+        /// The file.
+        path: String,
+        /// The vehicle.
+        slug: String,
+        /// Which number.
+        quantity: &'static str,
+        /// What was expected.
+        expected: &'static str,
+        /// What was found.
+        found: String,
+    },
+    /// No such vehicle in the table.
+    #[error("vehicle `{name}` is not in {table}; it has {}", known.join(", "))]
+    Unknown {
+        /// As asked for.
+        name: String,
+        /// The table searched.
+        table: String,
+        /// What it has.
+        known: Vec<String>,
+    },
+}
+
+/// One vehicle as written in a file; units are in the names.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(non_snake_case, reason = "N is the symbol of the newton")]
+struct Entry {
+    name: Option<String>,
+    #[serde(default)]
+    aliases: Vec<String>,
+    mass_unladen_kg: f64,
+    phi: f64,
+    length_m: Option<f64>,
+    f_0_N: [f64; 2],
+    f_1_N_per_kmh: [f64; 2],
+    f_2_N_per_kmh2: [f64; 2],
+    mfc: Option<PathBuf>,
+}
+
+impl Entry {
+    fn into_vehicle(self, slug: String, path: &str, folder: Option<&Path>) -> Result<Vehicle, VehicleError> {
+        let check = |ok: bool, quantity, expected, found: String| {
+            if ok {
+                Ok(())
+            } else {
+                Err(VehicleError::Value { path: path.to_owned(), slug: slug.clone(), quantity, expected, found })
+            }
+        };
+        let positive = |x: f64| x.is_finite() && x > 0.0;
+        check(
+            positive(self.mass_unladen_kg),
+            "mass_unladen_kg",
+            "a mass above 0 kg",
+            self.mass_unladen_kg.to_string(),
+        )?;
+        check(positive(self.phi), "phi", "a factor above 0", self.phi.to_string())?;
+        let length = self.length_m.unwrap_or(1.0);
+        check(positive(length), "length_m", "a length above 0 m", length.to_string())?;
+        for (quantity, [lower, upper]) in
+            [("f_0_N", self.f_0_N), ("f_1_N_per_kmh", self.f_1_N_per_kmh), ("f_2_N_per_kmh2", self.f_2_N_per_kmh2)]
+        {
+            check(
+                lower.is_finite() && upper.is_finite() && lower <= upper,
+                quantity,
+                "[lower, upper] with lower <= upper",
+                format!("[{lower}, {upper}]"),
+            )?;
+        }
+        // A curve beside the table may lie there under the slug's name without being mentioned.
+        let beside = folder.map(|f| f.join(format!("mfc_{slug}.csv"))).filter(|p| p.exists());
+        let mfc_path = self.mfc.map(|p| folder.map_or(p.clone(), |f| f.join(p))).or(beside);
+        Ok(Vehicle {
+            name: self.name.unwrap_or_else(|| slug.clone()),
+            aliases: self.aliases,
+            m_0: self.mass_unladen_kg,
+            phi_f: self.phi,
+            length: self.length_m,
+            f_0: self.f_0_N,
+            f_1_printed: self.f_1_N_per_kmh,
+            f_2_printed: self.f_2_N_per_kmh2,
+            mfc: mfc_path.map(|p| Mfc::read_csv(&p)).transpose()?,
+            slug,
+        })
+    }
+}
+
+/// Parses a TOML vehicle table; `path` is for messages, MFC files are looked for in `folder`.
+pub(super) fn parse(text: &str, path: &str, folder: Option<&Path>) -> Result<Vec<Vehicle>, VehicleError> {
+    let entries: BTreeMap<String, Entry> = toml::from_str(text)
+        .map_err(|source| VehicleError::Toml { path: path.to_owned(), source: Box::new(source) })?;
+    entries.into_iter().map(|(slug, entry)| entry.into_vehicle(slug, path, folder)).collect()
+}
+
+/// The columns of `vehicles.csv` that matter here.
+#[derive(Debug, Deserialize)]
+#[allow(non_snake_case, reason = "N is the symbol of the newton")]
+struct CsvRow {
+    slug: String,
+    name: String,
+    paper_name: Option<String>,
+    mass_unladen_kg: f64,
+    phi: f64,
+    length_m: Option<f64>,
+    f_0_lb_N: f64,
+    f_0_ub_N: f64,
+    f_1_lb_N_per_kmh: f64,
+    f_1_ub_N_per_kmh: f64,
+    f_2_lb_N_per_kmh2: f64,
+    f_2_ub_N_per_kmh2: f64,
+}
+
+fn parse_csv(path: &Path) -> Result<Vec<Vehicle>, VehicleError> {
+    let shown = path.display().to_string();
+    let csv_error = |source| VehicleError::Csv { path: shown.clone(), source };
+    let mut reader = csv::Reader::from_path(path).map_err(csv_error)?;
+    let rows = reader.deserialize().collect::<Result<Vec<CsvRow>, _>>().map_err(csv_error)?;
+    rows.into_iter()
+        .map(|row| {
+            // The names that measured files use for the built-in cars stay valid for a table of the same slugs.
+            let built_in = Vehicle::built_in().into_iter().find(|v| v.slug == row.slug);
+            let mut aliases = built_in.map(|v| v.aliases).unwrap_or_default();
+            aliases.extend(row.paper_name);
+            let entry = Entry {
+                name: Some(row.name),
+                aliases,
+                mass_unladen_kg: row.mass_unladen_kg,
+                phi: row.phi,
+                length_m: row.length_m,
+                f_0_N: [row.f_0_lb_N, row.f_0_ub_N],
+                f_1_N_per_kmh: [row.f_1_lb_N_per_kmh, row.f_1_ub_N_per_kmh],
+                f_2_N_per_kmh2: [row.f_2_lb_N_per_kmh2, row.f_2_ub_N_per_kmh2],
+                mfc: None,
+            };
+            entry.into_vehicle(row.slug, &shown, path.parent())
+        })
+        .collect()
+}
+
+/// Reads a vehicle table, TOML or (by extension) CSV.
+///
+/// # Errors
+/// The file cannot be read, or a vehicle in it is incomplete or impossible.
+pub fn read_table(path: &Path) -> Result<Vec<Vehicle>, VehicleError> {
+    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv")) {
+        return parse_csv(path);
+    }
+    let shown = path.display().to_string();
+    let text = std::fs::read_to_string(path).map_err(|source| VehicleError::Read { path: shown.clone(), source })?;
+    parse(&text, &shown, path.parent())
+}
+
+/// Finds a vehicle by `NAME` (built in) or `FILE#NAME`.
+///
+/// # Errors
+/// The file cannot be read, or has no vehicle of that name.
+pub fn find(text: &str) -> Result<Vehicle, VehicleError> {
+    let (table, vehicles, name) = match text.rsplit_once('#') {
+        Some((path, name)) => (path.to_owned(), read_table(Path::new(path))?, name),
+        None => ("the built-in table".to_owned(), Vehicle::built_in(), text),
+    };
+    let known = vehicles.iter().map(|v| v.slug.clone()).collect();
+    vehicles.into_iter().find(|v| v.is_called(name)).ok_or(VehicleError::Unknown {
+        name: name.to_owned(),
+        table,
+        known,
+    })
+}

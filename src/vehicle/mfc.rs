@@ -1,0 +1,65 @@
+//! The MFC curves a_ap(v) and a_dp(v) of Eq. 14, as tables.
+
+use super::VehicleError;
+use std::path::Path;
+
+/// Acceleration and deceleration potential over speed (Makridis et al., 2019; He et al., 2020a).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mfc {
+    /// Speeds \[m/s\], strictly increasing.
+    pub v: Vec<f64>,
+    /// Acceleration potential a_ap \[m/s²\].
+    pub a_ap: Vec<f64>,
+    /// Deceleration potential a_dp \[m/s²\], negative.
+    pub a_dp: Vec<f64>,
+}
+
+impl Mfc {
+    /// Reads `speed_mps,a_ap,a_dp`.
+    ///
+    /// # Errors
+    /// A missing column, a value that is no finite number, speeds that do not increase, fewer than two rows.
+    pub fn read_csv(path: &Path) -> Result<Mfc, VehicleError> {
+        let table = |line: u64, found: String, expected: &'static str| VehicleError::Table {
+            path: path.display().to_string(),
+            line,
+            expected,
+            found,
+        };
+        let mut reader = csv::Reader::from_path(path)
+            .map_err(|source| VehicleError::Csv { path: path.display().to_string(), source })?;
+        let read_error = |source| VehicleError::Csv { path: path.display().to_string(), source };
+        let headers = reader.headers().map_err(read_error)?.clone();
+        let mut columns = [0; 3];
+        for (column, name) in columns.iter_mut().zip(["speed_mps", "a_ap", "a_dp"]) {
+            *column = headers.iter().position(|h| h.trim() == name).ok_or_else(|| {
+                table(1, headers.iter().collect::<Vec<_>>().join(","), "the columns speed_mps, a_ap, a_dp")
+            })?;
+        }
+        let mut mfc = Mfc { v: Vec::new(), a_ap: Vec::new(), a_dp: Vec::new() };
+        for record in reader.records() {
+            let record = record.map_err(read_error)?;
+            let line = record.position().map_or(0, csv::Position::line);
+            let mut row = [0.0; 3];
+            for (value, column) in row.iter_mut().zip(columns) {
+                let text = record.get(column).unwrap_or_default();
+                *value = text
+                    .trim()
+                    .parse()
+                    .ok()
+                    .filter(|x: &f64| x.is_finite())
+                    .ok_or_else(|| table(line, text.to_owned(), "a finite number"))?;
+            }
+            if mfc.v.last().is_some_and(|last| *last >= row[0]) {
+                return Err(table(line, row[0].to_string(), "a speed_mps above that of the row before"));
+            }
+            mfc.v.push(row[0]);
+            mfc.a_ap.push(row[1]);
+            mfc.a_dp.push(row[2]);
+        }
+        if mfc.v.len() < 2 {
+            return Err(table(1, format!("{} rows", mfc.v.len()), "at least two rows"));
+        }
+        Ok(mfc)
+    }
+}
