@@ -3,6 +3,7 @@
 pub mod catalog;
 pub mod convention;
 pub mod evaluator;
+pub mod optimize;
 pub mod reference;
 pub mod score;
 pub mod symbols;
