@@ -6,11 +6,7 @@ use std::process::Command;
 const ALLOWED: &str = include_str!("../scripts/allowed-licences.txt");
 
 fn allowed() -> BTreeSet<&'static str> {
-    ALLOWED
-        .lines()
-        .map(str::trim)
-        .filter(|line| !line.is_empty() && !line.starts_with('#'))
-        .collect()
+    ALLOWED.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#')).collect()
 }
 
 /// An SPDX licence expression under evaluation: `WITH` binds closest, then `AND`, then `OR`.
@@ -52,18 +48,12 @@ impl<'a> Expression<'a> {
     fn licence(&mut self) -> Result<bool, String> {
         if self.take("(") {
             let satisfied = self.alternatives()?;
-            return if self.take(")") {
-                Ok(satisfied)
-            } else {
-                Err("expected )".to_owned())
-            };
+            return if self.take(")") { Ok(satisfied) } else { Err("expected )".to_owned()) };
         }
         let id = self.identifier()?;
         if self.take("WITH") {
             let exception = self.identifier()?;
-            return Ok(self
-                .allowed
-                .contains(format!("{id} WITH {exception}").as_str()));
+            return Ok(self.allowed.contains(format!("{id} WITH {exception}").as_str()));
         }
         Ok(self.allowed.contains(id))
     }
@@ -82,15 +72,8 @@ impl<'a> Expression<'a> {
 
 /// Whether one of the alternatives of an SPDX expression consists of allowed licences only.
 fn satisfied(expression: &str, allowed: &BTreeSet<&str>) -> Result<bool, String> {
-    let spaced = expression
-        .replace('(', " ( ")
-        .replace(')', " ) ")
-        .replace('/', " / ");
-    let mut parse = Expression {
-        tokens: spaced.split_whitespace().collect(),
-        next: 0,
-        allowed,
-    };
+    let spaced = expression.replace('(', " ( ").replace(')', " ) ").replace('/', " / ");
+    let mut parse = Expression { tokens: spaced.split_whitespace().collect(), next: 0, allowed };
     let satisfied = parse.alternatives()?;
     match parse.peek() {
         None => Ok(satisfied),
@@ -100,28 +83,15 @@ fn satisfied(expression: &str, allowed: &BTreeSet<&str>) -> Result<bool, String>
 
 /// `cargo metadata` of the whole tree; without a network, of the part that is on this machine.
 fn metadata() -> serde_json::Value {
-    let host = Command::new("rustc")
-        .arg("-vV")
-        .output()
-        .expect("rustc runs");
+    let host = Command::new("rustc").arg("-vV").output().expect("rustc runs");
     let host = String::from_utf8(host.stdout).expect("rustc writes UTF-8");
-    let host = host
-        .lines()
-        .find_map(|line| line.strip_prefix("host: "))
-        .expect("rustc names its host");
-    let attempts: [&[&str]; 3] = [
-        &["--offline"],
-        &[],
-        &["--offline", "--filter-platform", host],
-    ];
+    let host = host.lines().find_map(|line| line.strip_prefix("host: ")).expect("rustc names its host");
+    let attempts: [&[&str]; 3] = [&["--offline"], &[], &["--offline", "--filter-platform", host]];
     let mut failures = String::new();
     for attempt in attempts {
         let output = Command::new(env!("CARGO"))
             .args(["metadata", "--format-version", "1", "--locked"])
-            .args([
-                "--manifest-path",
-                concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml"),
-            ])
+            .args(["--manifest-path", concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml")])
             .args(attempt)
             .env("CARGO_NET_RETRY", "0")
             .output()
@@ -142,11 +112,8 @@ fn every_dependency_has_an_allowed_licence() {
     assert!(packages.len() > 1, "no dependency found");
     let mut refused = Vec::new();
     for package in packages {
-        let name = format!(
-            "{} {}",
-            package["name"].as_str().unwrap_or("?"),
-            package["version"].as_str().unwrap_or("?")
-        );
+        let name =
+            format!("{} {}", package["name"].as_str().unwrap_or("?"), package["version"].as_str().unwrap_or("?"));
         match package["license"].as_str() {
             None => refused.push(format!("{name}: no licence expression in its manifest")),
             Some(expression) => match satisfied(expression, &allowed) {
@@ -156,11 +123,7 @@ fn every_dependency_has_an_allowed_licence() {
             },
         }
     }
-    assert!(
-        refused.is_empty(),
-        "not allowed by scripts/allowed-licences.txt:\n  {}",
-        refused.join("\n  ")
-    );
+    assert!(refused.is_empty(), "not allowed by scripts/allowed-licences.txt:\n  {}", refused.join("\n  "));
 }
 
 #[test]
@@ -187,10 +150,6 @@ fn expressions_are_read_as_spdx_defines_them() {
         ("MIT)", Err("unexpected )")),
         ("OR MIT", Err("expected a licence, found OR")),
     ] {
-        assert_eq!(
-            satisfied(expression, &allowed),
-            expected.map_err(str::to_owned),
-            "{expression}"
-        );
+        assert_eq!(satisfied(expression, &allowed), expected.map_err(str::to_owned), "{expression}");
     }
 }
