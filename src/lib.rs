@@ -1,7 +1,9 @@
 //! leadlag calibrates and validates car-following and adaptive-cruise-control models against measured trajectories.
 
+pub mod calibrate;
 pub mod catalog;
 pub mod convention;
+pub mod evaluate;
 pub mod evaluator;
 pub mod optimize;
 pub mod plant;
