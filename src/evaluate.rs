@@ -113,7 +113,9 @@ pub fn evaluate_table(
             summary.rows += 1;
             summary.failed += u64::from(matches!(result, Ok(outcome) if outcome.result.is_err()));
             summary.invalid += u64::from(result.is_err());
-            writer.write_byte_record(&output_row(record, headers.len(), result, settings)).map_err(TableError::Write)?;
+            writer
+                .write_byte_record(&output_row(record, headers.len(), result, settings))
+                .map_err(TableError::Write)?;
         }
         writer.flush().map_err(|e| TableError::Write(e.into()))?;
         if !progress(summary.rows) {
@@ -144,19 +146,14 @@ fn output_headers(headers: &ByteRecord, settings: &Settings) -> ByteRecord {
     renamed.chain(outcomes.iter().map(|o| o.as_bytes().to_vec())).collect::<Vec<_>>().into()
 }
 
-fn output_row(
-    record: &ByteRecord,
-    width: usize,
-    result: &Result<Outcome, String>,
-    settings: &Settings,
-) -> ByteRecord {
+fn output_row(record: &ByteRecord, width: usize, result: &Result<Outcome, String>, settings: &Settings) -> ByteRecord {
     let mut row: ByteRecord = (0..width).map(|i| record.get(i).unwrap_or_default()).collect::<Vec<_>>().into();
     let mut push = |text: &str| row.push_field(text.as_bytes());
     let measures = match result {
         Ok(outcome) => {
             match outcome.result {
-                Ok(_) => ["1", "", ""].map(&mut push),
-                Err(failure) => ["0", failure.kind.name(), &failure.step.to_string()].map(&mut push),
+                Ok(_) => ["1", "", ""].into_iter().for_each(&mut push),
+                Err(failure) => ["0", failure.kind.name(), &failure.step.to_string()].into_iter().for_each(&mut push),
             };
             push(&float(outcome.delay_steps));
             push(&outcome.n_cut_acc.to_string());
@@ -164,7 +161,7 @@ fn output_row(
             outcome.result.ok()
         }
         Err(reason) => {
-            ["0", &format!("invalid: {reason}"), "", "", "", ""].map(&mut push);
+            ["0", &format!("invalid: {reason}"), "", "", "", ""].into_iter().for_each(&mut push);
             None
         }
     };

@@ -10,6 +10,7 @@ pub mod plant;
 pub mod reference;
 pub mod report;
 pub mod score;
+pub mod simulate;
 pub mod symbols;
 pub mod trajectory;
 pub mod vehicle;

@@ -11,10 +11,10 @@ fn main() -> ExitCode {
         Err(error) if cli::output::is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: {error}");
-            let causes: Vec<String> = error.chain().skip(1).map(ToString::to_string).collect();
-            // A cause that its parent already quotes is not said twice.
+            // A cause that is already quoted is not said twice.
             let said = error.to_string();
-            causes.iter().filter(|c| !said.contains(c.as_str())).for_each(|c| eprintln!("  because: {c}"));
+            let causes = error.chain().skip(1).map(ToString::to_string);
+            causes.filter(|c| !said.contains(c.as_str())).for_each(|c| eprintln!("  because: {c}"));
             ExitCode::from(if error.is::<cli::Usage>() { 2 } else { 1 })
         }
     }

@@ -137,8 +137,8 @@ impl Library {
                 self.sources.push(source.clone());
             }
         }
-        let segments = prepare(&recording, follower, &Preparation::default())
-            .map_err(|e| LibraryError::Prepare(Arc::new(e)))?;
+        let segments =
+            prepare(&recording, follower, &Preparation::default()).map_err(|e| LibraryError::Prepare(Arc::new(e)))?;
         let [trajectory] = segments.as_slice() else {
             return Err(LibraryError::Segments { platoon: platoon.to_owned(), follower, segments: segments.len() });
         };

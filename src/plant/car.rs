@@ -119,8 +119,7 @@ impl RoadLoad {
     /// Eq. 11: acceleration that remains of a tractive acceleration \[m/s²\].
     pub(super) fn net(&self, a_t: f64, v: f64, sin_grade: f64) -> f64 {
         let cos_grade = (1.0 - sin_grade * sin_grade).sqrt();
-        let resistance =
-            self.f_0 * cos_grade + (self.f_1 + self.f_2 * v) * v + self.m_f * GRAVITY * sin_grade;
+        let resistance = self.f_0 * cos_grade + (self.f_1 + self.f_2 * v) * v + self.m_f * GRAVITY * sin_grade;
         (a_t - resistance / self.m_f) / self.phi_f
     }
 }

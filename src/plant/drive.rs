@@ -33,11 +33,7 @@ struct Rate {
 
 impl State {
     fn plus(self, rate: Rate, h: f64) -> State {
-        State {
-            x: self.x + h * rate.x,
-            v: self.v + h * rate.v,
-            a_t: self.a_t + h * rate.a_t,
-        }
+        State { x: self.x + h * rate.x, v: self.v + h * rate.v, a_t: self.a_t + h * rate.a_t }
     }
 }
 
@@ -53,32 +49,21 @@ impl Drive<'_> {
     /// Integrates `steps` steps of length `h` \[s\] from standstill; one history per car, platoon leader first.
     pub(super) fn integrate(&self, h: f64, steps: usize) -> Result<Vec<History>, PlantError> {
         let mut states = self.start();
-        let mut histories: Vec<History> =
-            states.iter().map(|_| History::new(h, steps + 1)).collect();
+        let mut histories: Vec<History> = states.iter().map(|_| History::new(h, steps + 1)).collect();
         for step in 0..=steps {
             let t = step as f64 * h;
             self.check_gaps(&states, t)?;
             let mut k_1 = self.rates(&states, t, &histories);
             // Brakes hold a standing car: it does not roll back. Decided once a step, for all its stages.
-            let stands: Vec<bool> = states
-                .iter()
-                .zip(&k_1)
-                .map(|(state, rate)| state.v <= 0.0 && rate.v < 0.0)
-                .collect();
+            let stands: Vec<bool> =
+                states.iter().zip(&k_1).map(|(state, rate)| state.v <= 0.0 && rate.v < 0.0).collect();
             hold_still(&mut k_1, &stands);
             for ((history, state), rate) in histories.iter_mut().zip(&states).zip(&k_1) {
-                history.push(Motion {
-                    x: state.x,
-                    v: state.v,
-                    a: rate.v,
-                });
+                history.push(Motion { x: state.x, v: state.v, a: rate.v });
             }
             let stage = |rates: &[Rate], fraction: f64| {
-                let states: Vec<State> = states
-                    .iter()
-                    .zip(rates)
-                    .map(|(state, &rate)| state.plus(rate, fraction * h))
-                    .collect();
+                let states: Vec<State> =
+                    states.iter().zip(rates).map(|(state, &rate)| state.plus(rate, fraction * h)).collect();
                 let mut rates = self.rates(&states, t + fraction * h, &histories);
                 hold_still(&mut rates, &stands);
                 rates
@@ -87,11 +72,7 @@ impl Drive<'_> {
             let k_3 = stage(&k_2, 0.5);
             let k_4 = stage(&k_3, 1.0);
             for (i, state) in states.iter_mut().enumerate() {
-                *state = state
-                    .plus(k_1[i], h / 6.0)
-                    .plus(k_2[i], h / 3.0)
-                    .plus(k_3[i], h / 3.0)
-                    .plus(k_4[i], h / 6.0);
+                *state = state.plus(k_1[i], h / 6.0).plus(k_2[i], h / 3.0).plus(k_3[i], h / 3.0).plus(k_4[i], h / 6.0);
                 // A car that comes to rest within the step stands at its end.
                 state.v = state.v.max(0.0);
             }
@@ -102,18 +83,10 @@ impl Drive<'_> {
     /// All cars stand, the platoon leader's front bumper at 0.
     fn start(&self) -> Vec<State> {
         let mut rear = -self.lead.length;
-        let mut states = vec![State {
-            x: 0.0,
-            v: 0.0,
-            a_t: 0.0,
-        }];
+        let mut states = vec![State { x: 0.0, v: 0.0, a_t: 0.0 }];
         for car in self.followers {
             let x = rear - car.initial_gap;
-            states.push(State {
-                x,
-                v: 0.0,
-                a_t: 0.0,
-            });
+            states.push(State { x, v: 0.0, a_t: 0.0 });
             rear = x - car.length;
         }
         states
@@ -131,11 +104,7 @@ impl Drive<'_> {
             let gap = pair[0].x - self.length(link) - pair[1].x;
             // NaN comes from parameters that make no sense together.
             if gap <= 0.0 || gap.is_nan() {
-                return Err(PlantError::Collision {
-                    car: link + 2,
-                    t,
-                    gap,
-                });
+                return Err(PlantError::Collision { car: link + 2, t, gap });
             }
         }
         Ok(())
@@ -159,14 +128,7 @@ impl Drive<'_> {
         kinematics(state.v, a, a_t_rate)
     }
 
-    fn follower_rate(
-        &self,
-        car: &CarTruth,
-        i: usize,
-        states: &[State],
-        t: f64,
-        histories: &[History],
-    ) -> Rate {
+    fn follower_rate(&self, car: &CarTruth, i: usize, states: &[State], t: f64, histories: &[History]) -> Rate {
         let now = states[i];
         let ((x_ahead, v_ahead), (x, v)) = if car.tau_p > 0.0 && t > 0.0 {
             let seen_at = t - car.tau_p;
@@ -197,17 +159,9 @@ fn hold_still(rates: &mut [Rate], stands: &[bool]) {
 
 /// Eq. 10: tractive acceleration and its rate; without lag the command acts at once.
 fn lagged(a_t: f64, command: f64, tau_a: f64) -> (f64, f64) {
-    if tau_a > 0.0 {
-        (a_t, (command - a_t) / tau_a)
-    } else {
-        (command, 0.0)
-    }
+    if tau_a > 0.0 { (a_t, (command - a_t) / tau_a) } else { (command, 0.0) }
 }
 
 fn kinematics(v: f64, a: f64, a_t: f64) -> Rate {
-    Rate {
-        x: v.max(0.0),
-        v: a,
-        a_t,
-    }
+    Rate { x: v.max(0.0), v: a, a_t }
 }

@@ -20,10 +20,7 @@ pub(super) struct History {
 
 impl History {
     pub(super) fn new(h: f64, capacity: usize) -> History {
-        History {
-            h,
-            motions: Vec::with_capacity(capacity),
-        }
+        History { h, motions: Vec::with_capacity(capacity) }
     }
 
     pub(super) fn push(&mut self, motion: Motion) {
@@ -51,8 +48,7 @@ impl History {
 /// Value at the fraction `u` of a step `h`, from value and derivative at both ends.
 fn hermite(u: f64, h: f64, from: (f64, f64), to: (f64, f64)) -> f64 {
     let w = 1.0 - u;
-    w * w * ((1.0 + 2.0 * u) * from.0 + u * h * from.1)
-        + u * u * ((1.0 + 2.0 * w) * to.0 - w * h * to.1)
+    w * w * ((1.0 + 2.0 * u) * from.0 + u * h * from.1) + u * u * ((1.0 + 2.0 * w) * to.0 - w * h * to.1)
 }
 
 #[cfg(test)]
@@ -65,11 +61,7 @@ mod tests {
         let v = |t: f64| 2.0 + t + 0.75 * t * t;
         let mut history = History::new(0.5, 4);
         for t in [0.0, 0.5, 1.0, 1.5] {
-            history.push(Motion {
-                x: x(t),
-                v: v(t),
-                a: 1.0 + 1.5 * t,
-            });
+            history.push(Motion { x: x(t), v: v(t), a: 1.0 + 1.5 * t });
         }
         for t in [0.0, 0.1, 0.5, 0.77, 1.5] {
             let (found_x, found_v) = history.at(t);

@@ -15,20 +15,14 @@ pub struct Noise {
 
 impl Noise {
     /// Perfect sensors.
-    pub const NONE: Noise = Noise {
-        speed_mps: 0.0,
-        gap_m: 0.0,
-    };
+    pub const NONE: Noise = Noise { speed_mps: 0.0, gap_m: 0.0 };
 }
 
 /// As measured on the AstaZero drives (residual against an 11-point cubic fit): 0.0014 to 0.0039 m/s and
 /// 0.0003 to 0.0009 m.
 impl Default for Noise {
     fn default() -> Self {
-        Noise {
-            speed_mps: 0.003,
-            gap_m: 0.0005,
-        }
+        Noise { speed_mps: 0.003, gap_m: 0.0005 }
     }
 }
 

@@ -58,11 +58,7 @@ impl Hills {
             })
             .collect();
         let mut hills = Hills { period, waves };
-        let steepest = hills
-            .profile()
-            .sin
-            .iter()
-            .fold(0.0, |m: f64, s| m.max(s.abs()));
+        let steepest = hills.profile().sin.iter().fold(0.0, |m: f64, s| m.max(s.abs()));
         for (amplitude, _) in &mut hills.waves {
             *amplitude *= max_sin / steepest;
         }
@@ -80,9 +76,7 @@ impl Hills {
     }
 
     pub(super) fn profile(&self) -> GradeProfile {
-        let x: Vec<f64> = (0..POINTS)
-            .map(|i| self.period * i as f64 / (POINTS - 1) as f64)
-            .collect();
+        let x: Vec<f64> = (0..POINTS).map(|i| self.period * i as f64 / (POINTS - 1) as f64).collect();
         let sin = x.iter().map(|&x| self.sin_grade(x)).collect();
         GradeProfile { x, sin }
     }

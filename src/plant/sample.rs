@@ -37,18 +37,10 @@ pub fn run(scenario: &Scenario) -> Result<Synthetic, PlantError> {
     scenario.check()?;
     let seed = scenario.seed;
     let hills = Hills::new(&scenario.road, &mut Stream::new(seed, Purpose::Road));
-    let set_speed = SetSpeed::new(
-        scenario.duration_s,
-        &mut Stream::new(seed, Purpose::SetSpeed),
-    );
+    let set_speed = SetSpeed::new(scenario.duration_s, &mut Stream::new(seed, Purpose::SetSpeed));
     let (h, per_sample) = scenario.step();
     let samples = (scenario.duration_s * f64::from(scenario.rate_hz)).floor() as usize;
-    let drive = Drive {
-        lead: &scenario.lead,
-        followers: &scenario.followers,
-        hills: &hills,
-        set_speed: &set_speed,
-    };
+    let drive = Drive { lead: &scenario.lead, followers: &scenario.followers, hills: &hills, set_speed: &set_speed };
     let histories = drive.integrate(h, samples * per_sample)?;
     let steps: Vec<usize> = (0..=samples).map(|i| i * per_sample).collect();
 
@@ -61,8 +53,7 @@ pub fn run(scenario: &Scenario) -> Result<Synthetic, PlantError> {
             *speed = (*speed + scenario.noise.speed_mps * stream.normal()).abs();
         }
     }
-    let lengths = std::iter::once(scenario.lead.length)
-        .chain(scenario.followers.iter().map(|car| car.length));
+    let lengths = std::iter::once(scenario.lead.length).chain(scenario.followers.iter().map(|car| car.length));
     let gap = x
         .windows(2)
         .zip(lengths)
@@ -70,42 +61,23 @@ pub fn run(scenario: &Scenario) -> Result<Synthetic, PlantError> {
         .map(|(link, (pair, length))| {
             let mut stream = Stream::new(seed, Purpose::GapOfLink(link));
             let noise = scenario.noise.gap_m;
-            pair[0]
-                .iter()
-                .zip(&pair[1])
-                .map(|(ahead, own)| ahead - length - own + noise * stream.normal())
-                .collect()
+            pair[0].iter().zip(&pair[1]).map(|(ahead, own)| ahead - length - own + noise * stream.normal()).collect()
         })
         .collect();
-    let sin_grade = x
-        .iter()
-        .map(|x| x.iter().map(|&x| hills.sin_grade(x)).collect())
-        .collect();
+    let sin_grade = x.iter().map(|x| x.iter().map(|&x| hills.sin_grade(x)).collect()).collect();
     Ok(Synthetic {
         // Quotients of whole numbers, so that 0.3 s is 0.3 and not 3 * 0.1.
-        t: (0..=samples)
-            .map(|i| i as f64 / f64::from(scenario.rate_hz))
-            .collect(),
+        t: (0..=samples).map(|i| i as f64 / f64::from(scenario.rate_hz)).collect(),
         v,
         gap,
         x,
         a,
         sin_grade,
         grade: hills.profile(),
-        truth: Truth {
-            scenario: scenario.clone(),
-            set_speed: set_speed.into_segments(),
-        },
+        truth: Truth { scenario: scenario.clone(), set_speed: set_speed.into_segments() },
     })
 }
 
-fn signal(
-    histories: &[History],
-    steps: &[usize],
-    value: impl Fn(&History, usize) -> f64,
-) -> Vec<Vec<f64>> {
-    histories
-        .iter()
-        .map(|history| steps.iter().map(|&step| value(history, step)).collect())
-        .collect()
+fn signal(histories: &[History], steps: &[usize], value: impl Fn(&History, usize) -> f64) -> Vec<Vec<f64>> {
+    histories.iter().map(|history| steps.iter().map(|&step| value(history, step)).collect()).collect()
 }

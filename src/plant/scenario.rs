@@ -49,10 +49,7 @@ impl Default for Scenario {
             rate_hz: 10,
             dt: 0.01,
             // As AstaZero's rural road: 5.758 km, -2.9 to 3.0 %.
-            road: Road::Hilly {
-                period: 5700.0,
-                max_sin: 0.029,
-            },
+            road: Road::Hilly { period: 5700.0, max_sin: 0.029 },
             noise: Noise::default(),
             lead: default_cars::lead(),
             followers: default_cars::followers(),
@@ -72,13 +69,8 @@ pub struct Truth {
 impl Scenario {
     /// Step of the integration \[s\] and number of steps per sample.
     pub(super) fn step(&self) -> (f64, usize) {
-        let per_sample = (1.0 / (f64::from(self.rate_hz) * self.dt) - 1e-9)
-            .ceil()
-            .max(1.0);
-        (
-            1.0 / (f64::from(self.rate_hz) * per_sample),
-            per_sample as usize,
-        )
+        let per_sample = (1.0 / (f64::from(self.rate_hz) * self.dt) - 1e-9).ceil().max(1.0);
+        (1.0 / (f64::from(self.rate_hz) * per_sample), per_sample as usize)
     }
 
     /// Refuses what cannot be driven; whether the controllers are safe shows on the road.
@@ -87,13 +79,7 @@ impl Scenario {
         in_range("duration", self.duration_s, 1.0, 1e5, "s")?;
         in_range("sampling rate", f64::from(self.rate_hz), 1.0, 1e4, "Hz")?;
         in_range("integration step", self.dt, 1e-4, 0.1, "s")?;
-        in_range(
-            "noise of the speeds",
-            self.noise.speed_mps,
-            0.0,
-            10.0,
-            "m/s",
-        )?;
+        in_range("noise of the speeds", self.noise.speed_mps, 0.0, 10.0, "m/s")?;
         in_range("noise of the gaps", self.noise.gap_m, 0.0, 10.0, "m")?;
         if let Road::Hilly { period, max_sin } = self.road {
             in_range("length of the lap", period, 100.0, 1e6, "m")?;

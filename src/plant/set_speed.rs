@@ -39,10 +39,7 @@ pub(super) struct SetSpeed {
 impl SetSpeed {
     /// Starts from standstill, changes every 15 to 45 s, and stops or nearly stops once, after about 0.6 of the time.
     pub(super) fn new(duration: f64, stream: &mut Stream) -> SetSpeed {
-        let mut plan = SetSpeed {
-            segments: Vec::new(),
-            end: (0.0, 0.0),
-        };
+        let mut plan = SetSpeed { segments: Vec::new(), end: (0.0, 0.0) };
         plan.hold(stream.between(6.0, 10.0));
         let stop_at = duration * stream.between(0.55, 0.7);
         let mut stopped = false;

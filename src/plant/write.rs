@@ -52,17 +52,11 @@ pub fn write_pair(drive: &Synthetic, follower: usize, mut to: impl Write) -> io:
     if follower == 0 || follower > drive.gap.len() {
         return Err(io::Error::new(
             io::ErrorKind::InvalidInput,
-            format!(
-                "follower {follower}: expected 1 to {}, the followers of this platoon",
-                drive.gap.len()
-            ),
+            format!("follower {follower}: expected 1 to {}, the followers of this platoon", drive.gap.len()),
         ));
     }
     let ahead = follower - 1;
-    write!(
-        to,
-        "time_s,lead_speed_mps,speed_mps,spacing_m,sin_grade,lead_position_m"
-    )?;
+    write!(to, "time_s,lead_speed_mps,speed_mps,spacing_m,sin_grade,lead_position_m")?;
     if ahead > 0 {
         write!(to, ",lead2_speed_mps,lead2_spacing_m")?;
     }
@@ -78,12 +72,7 @@ pub fn write_pair(drive: &Synthetic, follower: usize, mut to: impl Write) -> io:
             drive.x[ahead][i]
         )?;
         if ahead > 0 {
-            write!(
-                to,
-                ",{:.6},{:.5}",
-                drive.v[ahead - 1][i],
-                drive.gap[ahead - 1][i]
-            )?;
+            write!(to, ",{:.6},{:.5}", drive.v[ahead - 1][i], drive.gap[ahead - 1][i])?;
         }
         writeln!(to)?;
     }

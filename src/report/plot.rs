@@ -9,7 +9,13 @@ use crate::score::{Measures, Signal};
 ///
 /// # Errors
 /// When the drawing library fails.
-pub fn draw(title: &str, t: &[f64], case: &Case, trace: &Trace, measures: Option<&Measures>) -> Result<String, SvgError> {
+pub fn draw(
+    title: &str,
+    t: &[f64],
+    case: &Case,
+    trace: &Trace,
+    measures: Option<&Measures>,
+) -> Result<String, SvgError> {
     let quality = match measures {
         Some(m) => {
             let nrmse = |signal| m.signal(signal).nrmse;

@@ -1,7 +1,11 @@
 //! `result.json`: what a calibration found and how. The same bytes for the same seed; times go to `timing.json`.
 
-use serde::{Deserialize, Serialize};
+use crate::catalog::{UnknownVariant, Variant};
+use crate::convention::ConventionError;
+use crate::simulate::CalibratedVariant;
+use crate::symbols::{Parameters, Symbol};
 use indexmap::IndexMap;
+use serde::{Deserialize, Serialize};
 
 /// Version of the layout of `result.json`.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -165,4 +169,33 @@ impl ResultFile {
             _ => serde_json::from_value(value).map_err(json),
         }
     }
+
+    /// The variant with its parameters, ready to be simulated again.
+    ///
+    /// # Errors
+    /// [`ContentError`] when the content does not fit together.
+    pub fn calibrated_variant(&self) -> Result<CalibratedVariant, ContentError> {
+        let variant: Variant = self.variant.parse()?;
+        let mut parameters = Parameters::NONE;
+        for symbol in variant.parameters() {
+            let name = symbol.name();
+            parameters.set(symbol, *self.parameters.get(name).ok_or(ContentError::Parameter(name))?);
+        }
+        let tau_p_upper = self.bounds.get(Symbol::tau_p.name()).map_or(0.0, |b| b[1]);
+        Ok(CalibratedVariant { variant, convention: self.convention.parse()?, parameters, tau_p_upper })
+    }
+}
+
+/// A result file whose content does not fit together.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum ContentError {
+    /// Its variant does not exist.
+    #[error(transparent)]
+    Variant(#[from] UnknownVariant),
+    /// Its convention does not exist.
+    #[error(transparent)]
+    Convention(#[from] ConventionError),
+    /// A parameter of the variant is missing.
+    #[error("parameter {0} is missing")]
+    Parameter(&'static str),
 }

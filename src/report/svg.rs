@@ -56,9 +56,7 @@ pub enum SvgError {
         at: usize,
     },
     /// A series that does not belong to the time axis.
-    #[error(
-        "series `{series}` of panel `{panel}`: expected {expected} values, one per time, found {found}"
-    )]
+    #[error("series `{series}` of panel `{panel}`: expected {expected} values, one per time, found {found}")]
     Length {
         /// Label of the panel.
         panel: String,
@@ -92,8 +90,7 @@ pub fn render(title: &str, t: &[f64], panels: &[Panel]) -> Result<String, SvgErr
     check(t, panels)?;
     let mut svg = String::new();
     {
-        let root = SVGBackend::with_string(&mut svg, (px(WIDTH) as u32, px(HEIGHT) as u32))
-            .into_drawing_area();
+        let root = SVGBackend::with_string(&mut svg, (px(WIDTH) as u32, px(HEIGHT) as u32)).into_drawing_area();
         root.fill(&WHITE).map_err(drawing)?;
         let (top, mut rest) = root.split_vertically(px(HEADING));
         heading::draw(&top, title, panels)?;
@@ -101,11 +98,7 @@ pub fn render(title: &str, t: &[f64], panels: &[Panel]) -> Result<String, SvgErr
         let share = (px(HEIGHT - HEADING - TIME_AXIS)) / panels.len() as i32;
         for (i, panel) in panels.iter().enumerate() {
             let last = i + 1 == panels.len();
-            let (area, below) = if last {
-                (rest.clone(), rest)
-            } else {
-                rest.split_vertically(share)
-            };
+            let (area, below) = if last { (rest.clone(), rest) } else { rest.split_vertically(share) };
             panel::draw(&area, t, panel, last)?;
             rest = below;
         }
@@ -128,10 +121,7 @@ fn check(t: &[f64], panels: &[Panel]) -> Result<(), SvgError> {
         Some(time) => !time.is_finite() || (i > 0 && *time <= t[i - 1]),
     });
     if let Some(at) = fault {
-        return Err(SvgError::Time {
-            samples: t.len(),
-            at,
-        });
+        return Err(SvgError::Time { samples: t.len(), at });
     }
     if panels.is_empty() {
         return Err(SvgError::NoPanels);
@@ -152,7 +142,5 @@ fn check(t: &[f64], panels: &[Panel]) -> Result<(), SvgError> {
 }
 
 fn drawing(error: impl std::error::Error) -> SvgError {
-    SvgError::Draw {
-        reason: error.to_string(),
-    }
+    SvgError::Draw { reason: error.to_string() }
 }

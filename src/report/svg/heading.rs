@@ -23,12 +23,9 @@ pub(super) fn draw(area: &Area<'_>, title: &str, panels: &[Panel]) -> Result<(),
     for (i, words) in title.lines().take(LINES).enumerate() {
         let wanted = if i == 0 { 17.0 } else { TEXT };
         let room = f64::from(WIDTH - VALUE_AXIS - RIGHT) / CHARACTER;
-        let size = wanted
-            .min(room / words.chars().count().max(1) as f64)
-            .max(SMALLEST);
+        let size = wanted.min(room / words.chars().count().max(1) as f64).max(SMALLEST);
         let words = cut(words, (room / size) as usize);
-        area.draw(&Text::new(words, (px(VALUE_AXIS), px(y)), text(size)))
-            .map_err(drawing)?;
+        area.draw(&Text::new(words, (px(VALUE_AXIS), px(y)), text(size))).map_err(drawing)?;
         y += (wanted * 1.4) as i32;
     }
     legend(area, panels)
@@ -49,14 +46,9 @@ fn legend(area: &Area<'_>, panels: &[Panel]) -> Result<(), SvgError> {
         let mut sample = line(style);
         sample.stroke_width += 4;
         let ends = vec![(px(x), px(LEGEND)), (px(x + 26), px(LEGEND))];
-        area.draw(&PathElement::new(ends, sample))
+        area.draw(&PathElement::new(ends, sample)).map_err(drawing)?;
+        area.draw(&Text::new(name.to_owned(), (px(x + 32), px(LEGEND)), text(TEXT).pos(middle_left)))
             .map_err(drawing)?;
-        area.draw(&Text::new(
-            name.to_owned(),
-            (px(x + 32), px(LEGEND)),
-            text(TEXT).pos(middle_left),
-        ))
-        .map_err(drawing)?;
         x += 32 + (name.chars().count() as f64 * TEXT * CHARACTER) as i32 + 28;
     }
     Ok(())

@@ -53,10 +53,7 @@ pub(super) const fn px(pixels: i32) -> i32 {
 /// Text of a size \[px\] in nearly black.
 pub(super) fn text(size: f64) -> TextStyle<'static> {
     // The SVG backend divides by 1.24 to turn a line height into a font size.
-    ("sans-serif", size * 1.24 * f64::from(SCALE))
-        .into_font()
-        .transform(FontTransform::None)
-        .color(&INK)
+    ("sans-serif", size * 1.24 * f64::from(SCALE)).into_font().transform(FontTransform::None).color(&INK)
 }
 
 /// The line of a series.
@@ -68,9 +65,5 @@ pub(super) fn line(style: Style) -> ShapeStyle {
         Style::Alternative => (BLUE, 5),
         Style::Context => (GREY, 3),
     };
-    ShapeStyle {
-        color: color.into(),
-        filled: false,
-        stroke_width: width,
-    }
+    ShapeStyle { color: color.into(), filled: false, stroke_width: width }
 }

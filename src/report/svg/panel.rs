@@ -3,9 +3,7 @@
 use plotters::coord::Shift;
 use plotters::prelude::{ChartBuilder, Circle, DrawingArea, PathElement, SVGBackend};
 
-use super::layout::{
-    BETWEEN, LEFT, RIGHT, TEXT, TICK, TIME_AXIS, VALUE_AXIS, WIDTH, axis, grid, line, px, text,
-};
+use super::layout::{BETWEEN, LEFT, RIGHT, TEXT, TICK, TIME_AXIS, VALUE_AXIS, WIDTH, axis, grid, line, px, text};
 use super::thin::lines;
 use super::{Panel, SvgError, drawing};
 
@@ -45,9 +43,7 @@ pub(super) fn draw(
     let zero = (low < 0.0 && high > 0.0).then_some(0.0);
     for value in [Some(low), zero].into_iter().flatten() {
         let across = vec![(times.start, value), (times.end, value)];
-        chart
-            .draw_series([PathElement::new(across, axis())])
-            .map_err(drawing)?;
+        chart.draw_series([PathElement::new(across, axis())]).map_err(drawing)?;
     }
     for series in &panel.series {
         let style = line(series.style);
@@ -57,9 +53,7 @@ pub(super) fn draw(
                 let dot = Circle::new(point, style.stroke_width, style.filled());
                 chart.draw_series([dot]).map_err(drawing)?;
             } else {
-                chart
-                    .draw_series([PathElement::new(points, style)])
-                    .map_err(drawing)?;
+                chart.draw_series([PathElement::new(points, style)]).map_err(drawing)?;
             }
         }
     }
@@ -71,9 +65,7 @@ fn range(panel: &Panel) -> (f64, f64) {
     let values = panel.series.iter().flat_map(|series| &series.values);
     let (low, high) = values
         .filter(|value| value.is_finite())
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &value| {
-            (low.min(value), high.max(value))
-        });
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &value| (low.min(value), high.max(value)));
     if low > high {
         return (0.0, 1.0);
     }

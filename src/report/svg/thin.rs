@@ -26,11 +26,7 @@ pub(super) fn lines(t: &[f64], values: &[f64], columns: usize) -> Vec<Vec<(f64, 
                 if broken {
                     lines.push(Vec::new());
                 }
-                column = Some(Column {
-                    number,
-                    low: (time, value),
-                    high: (time, value),
-                });
+                column = Some(Column { number, low: (time, value), high: (time, value) });
             }
         }
         broken = false;
@@ -59,11 +55,7 @@ impl Column {
     }
 
     fn append_to(&self, line: &mut Vec<(f64, f64)>) {
-        let (first, second) = if self.low.0 <= self.high.0 {
-            (self.low, self.high)
-        } else {
-            (self.high, self.low)
-        };
+        let (first, second) = if self.low.0 <= self.high.0 { (self.low, self.high) } else { (self.high, self.low) };
         line.push(first);
         if second.0 > first.0 {
             line.push(second);
