@@ -19,7 +19,7 @@ const SHIFT_GAIN: f64 = 0.1;
 #[allow(missing_docs, reason = "names of fields carry meaning and unit")]
 pub struct LinkInspection {
     pub follower_car: usize,
-    /// Difference of the gap over each step, over the step, minus the mean speed difference of the step.
+    /// Central difference of the gap over time, minus the speed difference.
     pub gap_rate_rms_mps: Option<f64>,
     /// Time by which the speeds lie behind the gap where they agree best.
     pub speeds_late_s: f64,
@@ -65,12 +65,10 @@ pub(super) fn inspect(lead: &Car, ego: &Car, axis: &Axis) -> Option<LinkInspecti
         .map(|(v_l, v_f)| v_l - v_f)
         .collect();
     let disagreement = |shift: isize| {
-        rms((1..gap.len()).filter_map(|i| {
-            let j = i
-                .checked_add_signed(shift)
-                .filter(|&j| j > 0 && j < dv.len())?;
-            let rate = (gap[i] - gap[i - 1]) / (axis.t[i] - axis.t[i - 1]);
-            Some(rate - (dv[j - 1] + dv[j]) / 2.0)
+        rms((1..gap.len().saturating_sub(1)).filter_map(|i| {
+            let j = i.checked_add_signed(shift)?;
+            let rate = (gap[i + 1] - gap[i - 1]) / (axis.t[i + 1] - axis.t[i - 1]);
+            Some(rate - dv.get(j)?)
         }))
     };
     let aligned = disagreement(0);
