@@ -54,6 +54,10 @@ pub enum ProblemKind {
     },
     #[error("the file ends after its header; expected rows of numbers")]
     NoRows,
+    #[error(
+        "the file ends before its header; expected a header line and rows of numbers after the metadata"
+    )]
+    NoHeader,
     #[error("expected at least 2 rows of numbers, found 1; a trajectory needs more")]
     OneRow,
     #[error(
@@ -82,19 +86,22 @@ pub enum ProblemKind {
         last: bool,
     },
     #[error(
-        "column {column}: expected a finite number, found {}; leave the field empty if the value is missing",
-        quoted(found)
+        "column {column}: expected a finite number, found {}; {}",
+        quoted(found),
+        if *optional { "leave the field empty if the value is missing" } else { "give a number or delete the row" }
     )]
-    NotANumber { column: String, found: String },
+    NotANumber {
+        column: String,
+        found: String,
+        optional: bool,
+    },
     #[error(
         "column {column}: expected a finite number, found {}; write decimal numbers with a point",
         quoted(found)
     )]
     DecimalComma { column: String, found: String },
-    #[error("column {column}: expected a time, found nothing; delete the row or give its time")]
-    NoTime { column: String },
     #[error(
-        "column {column}: expected a finite number, found nothing; give a value or delete the row"
+        "column {column}: expected a finite number, found nothing; give a number or delete the row"
     )]
     Missing { column: String },
     #[error(

@@ -167,7 +167,23 @@ pub(in crate::trajectory) fn finite(text: &str, column: &str) -> Result<f64, Pro
         _ => Err(ProblemKind::NotANumber {
             column: column.to_owned(),
             found: text.to_owned(),
+            optional: true,
         }),
+    }
+}
+
+/// A number that must be there.
+pub(in crate::trajectory) fn present(text: &str, column: &str) -> Result<f64, ProblemKind> {
+    match finite(text, column) {
+        Ok(value) if value.is_nan() => Err(ProblemKind::Missing {
+            column: column.to_owned(),
+        }),
+        Err(ProblemKind::NotANumber { column, found, .. }) => Err(ProblemKind::NotANumber {
+            column,
+            found,
+            optional: false,
+        }),
+        result => result,
     }
 }
 
@@ -181,10 +197,13 @@ fn number(
     meaning: Meaning,
     previous: Option<f64>,
 ) -> Result<f64, ProblemKind> {
-    let found = finite(text, name)?;
+    let found = if meaning == Meaning::Time {
+        present(text, name)?
+    } else {
+        finite(text, name)?
+    };
     let column = || name.to_owned();
     let wrong = match meaning {
-        Meaning::Time if found.is_nan() => Some(ProblemKind::NoTime { column: column() }),
         Meaning::Time => previous.and_then(|previous| {
             if found == previous {
                 let column = column();
