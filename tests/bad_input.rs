@@ -205,6 +205,8 @@ const CASES: &[Case] = &[
     ("semicolons", LABELS, b"File,type1,type2,type3,type4,type5,length1,length2,length3,length4,length5", b"File;type1;type2;type3;type4;type5;length1;length2;length3;length4;length5", "bad.csv:1:5: the fields are separated by semicolons; expected commas, and a point in decimal numbers: convert the file"),
     ("no time column", OPENACC, b"Time,", b"time,", "bad.csv:6: column Time is missing; the file has time, Speed1, E1, N1, Speed2, E2, N2, IVS1, Driver2 (needed: Time, Speed1, Speed2, IVS1); rename time to Time?"),
     ("an underscore too many", PROCESSED, b"SpeedDoppler2", b"Speed_Doppler2", "bad.csv:1: column SpeedDoppler2 is missing; the file has Time, X1, X2, SpeedDoppler1, Speed_Doppler2, Accel1, Accel2, Spacing2 (needed: Time, X1, X2, SpeedDoppler1, SpeedDoppler2, Spacing2); rename Speed_Doppler2 to SpeedDoppler2?"),
+    ("spacing in mm", PAIR, b"20.1", b"20100", "bad.csv:3:10: column spacing_m: expected at most 10000 m in size, found 20100; check the unit, or leave the field empty"),
+    ("absurd position", PROCESSED, b"1.1,101,", b"1.1,-4e9,", "bad.csv:3:5: column X1: expected at most 1000000000 m in size, found -4000000000; check the unit, or leave the field empty"),
 ];
 
 #[test]

@@ -24,11 +24,13 @@ fn only(recording: &Recording, follower: usize, preparation: &Preparation) -> Tr
     all.remove(0)
 }
 
-/// A pair file at these times: leader at 10 m/s, follower at 9.5 m/s, consistent spacing from 20 m on.
+/// A pair file at these times: leader at 10 m/s, follower at 9.5 m/s, consistent spacing that starts at 20 m.
 fn steady(times: impl Iterator<Item = f64>) -> String {
     let mut text = "time_s,lead_speed_mps,speed_mps,spacing_m\n".to_owned();
+    let mut first = None;
     for t in times {
-        text += &format!("{t},10,9.5,{}\n", 20.0 + 0.5 * t);
+        let s = 20.0 + 0.5 * (t - *first.get_or_insert(t));
+        text += &format!("{t},10,9.5,{s}\n");
     }
     text
 }

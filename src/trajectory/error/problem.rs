@@ -119,6 +119,14 @@ pub enum ProblemKind {
     )]
     Spacing { column: String, found: f64 },
     #[error(
+        "column {column}: expected at most {limit} m in size, found {found}; check the unit, or leave the field empty"
+    )]
+    TooLong {
+        column: String,
+        limit: f64,
+        found: f64,
+    },
+    #[error(
         "column {column}: expected at most {limit} m/s, found {found}; looks like km/h: divide by 3.6"
     )]
     SpeedTooHigh {

@@ -42,6 +42,7 @@ pub(super) fn read<R: Read>(
         "Time" => Meaning::Time,
         _ if name.starts_with("SpeedDoppler") => Meaning::Speed,
         _ if name.starts_with("Spacing") => Meaning::Spacing,
+        _ if name.starts_with('X') => Meaning::Position,
         _ => Meaning::Number,
     };
     let present: Vec<(&str, usize)> = known

@@ -11,6 +11,10 @@ use std::io::Read;
 const SPEED_LIMIT: f64 = 90.0;
 /// A speed below this is no sensor noise at standstill \[m/s\].
 const REVERSE_LIMIT: f64 = -0.5;
+/// No car follows another from further away \[m\].
+const SPACING_LIMIT: f64 = 1e4;
+/// No road is longer \[m\]; beyond it a double no longer resolves fractions of a millimetre anyway.
+const POSITION_LIMIT: f64 = 1e9;
 /// The sine of no road's grade is beyond this.
 pub(in crate::trajectory) const GRADE_LIMIT: f64 = 0.5;
 
@@ -23,6 +27,8 @@ pub(super) enum Meaning {
     Speed,
     /// Bumper to bumper \[m\], above 0.
     Spacing,
+    /// Along the road \[m\].
+    Position,
     /// Sine of a road grade.
     SinGrade,
     /// Any finite number.
@@ -228,6 +234,16 @@ fn number(
         }),
         Meaning::Spacing if found <= 0.0 => Some(ProblemKind::Spacing {
             column: column(),
+            found,
+        }),
+        Meaning::Spacing if found > SPACING_LIMIT => Some(ProblemKind::TooLong {
+            column: column(),
+            limit: SPACING_LIMIT,
+            found,
+        }),
+        Meaning::Position if found.abs() > POSITION_LIMIT => Some(ProblemKind::TooLong {
+            column: column(),
+            limit: POSITION_LIMIT,
             found,
         }),
         Meaning::SinGrade if found.abs() > GRADE_LIMIT => Some(ProblemKind::Grade {

@@ -106,10 +106,10 @@ impl Preparation {
         within("lead length", "0 to 30 m", self.lead_length, 0.0, 30.0)?;
         within(
             "lead start",
-            "a finite position",
+            "a position within 1e9 m",
             self.lead_start_m,
-            -any,
-            any,
+            -1e9,
+            1e9,
         )
     }
 }
