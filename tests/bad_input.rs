@@ -2,8 +2,8 @@
 
 mod common;
 
-use leadlag::trajectory::Grade;
 use leadlag::trajectory::import::{self, Labels, Layout};
+use leadlag::trajectory::{Grade, Preparation, prepare};
 use std::io::{Cursor, Read};
 
 /// Who reads a file.
@@ -384,6 +384,88 @@ fn harmless_differences_are_accepted() {
             "{} with mark and CRLF",
             base.0
         );
+    }
+}
+
+#[test]
+fn what_cannot_be_prepared_is_said() {
+    let text = |step: f64, rows: u32| {
+        let mut text = "time_s,lead_speed_mps,speed_mps,spacing_m\n".to_owned();
+        for k in 0..rows {
+            text += &format!("{},10,10,20\n", f64::from(k) * step);
+        }
+        text
+    };
+    let ordinary = Preparation::default;
+    let cases: [(String, usize, Preparation, &str); 8] = [
+        (
+            text(0.1, 50),
+            0,
+            ordinary(),
+            "p.csv: no follower 0: car 1 or the car ahead of it is not in the file; followers with data: 1",
+        ),
+        (
+            text(0.1, 50),
+            3,
+            ordinary(),
+            "p.csv: no follower 3: car 4 or the car ahead of it is not in the file; followers with data: 1",
+        ),
+        (
+            text(100.0, 50),
+            1,
+            ordinary(),
+            "p.csv: expected a time step of at most 5 s, found 100; is the time in milliseconds?",
+        ),
+        (
+            text(0.1, 10),
+            1,
+            ordinary(),
+            "p.csv: follower 1: expected a stretch of at least 2 s without long gaps, the longest has 0.9 s; a longer --max-gap interpolates more",
+        ),
+        (
+            text(0.1, 50),
+            1,
+            Preparation {
+                max_gap_s: f64::NAN,
+                ..ordinary()
+            },
+            "max gap: expected 0 to 60 s, found NaN",
+        ),
+        (
+            text(0.1, 50),
+            1,
+            Preparation {
+                resample: Some(0.0),
+                ..ordinary()
+            },
+            "resample: expected a step of 0.001 to 5 s, found 0",
+        ),
+        (
+            text(0.1, 50),
+            1,
+            Preparation {
+                from: Some(2.0),
+                to: Some(1.0),
+                ..ordinary()
+            },
+            "to: expected a time not before from, found 1",
+        ),
+        (
+            text(5.0, 2000),
+            1,
+            Preparation {
+                resample: Some(0.001),
+                max_gap_s: 5.0,
+                ..ordinary()
+            },
+            "p.csv: resampling to 0.001 s gives 9995001 samples, more than 5000000; choose a longer step or a shorter window",
+        ),
+    ];
+    for (text, follower, preparation, expected) in cases {
+        let recording = import::read_bytes(text.as_bytes(), "p.csv", None);
+        let recording = recording.unwrap_or_else(|error| panic!("{error}"));
+        let error = prepare(&recording, follower, &preparation).unwrap_err();
+        assert_eq!(error.to_string(), expected);
     }
 }
 

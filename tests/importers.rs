@@ -302,7 +302,7 @@ fn quirks_of_the_original_files_show() {
     let vicolungo = inspect(&read(&folder.join("Vicolungo/JRC-VC_260219_part3.csv")));
     let ivs4 = vicolungo.platoons[0].links.last().unwrap();
     assert_near("IVS4", ivs4.gap_rate_rms_mps.unwrap(), 9.3, 0.05);
-    let warning = "gap of car 5 (IVS4): contradicts the speeds (rms 9.3 m/s): broken?";
+    let warning = "IVS4: contradicts the speeds (rms 9.3 m/s): broken?";
     assert!(vicolungo.platoons[0].warnings.iter().any(|w| w == warning));
 
     let casale = inspect(&read(&folder.join("Casale/part3.csv")));

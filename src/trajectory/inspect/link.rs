@@ -2,8 +2,8 @@
 
 use super::Axis;
 use super::signal::rms;
-use crate::trajectory::Car;
 use crate::trajectory::prepare::slope;
+use crate::trajectory::{Car, Layout};
 use serde::Serialize;
 use std::ops::Range;
 
@@ -19,6 +19,8 @@ const SHIFT_GAIN: f64 = 0.1;
 #[allow(missing_docs, reason = "names of fields carry meaning and unit")]
 pub struct LinkInspection {
     pub follower_car: usize,
+    /// Column of the gap in the file.
+    pub signal: String,
     /// Central difference of the gap over time, minus the speed difference.
     pub gap_rate_rms_mps: Option<f64>,
     /// Time by which the speeds lie behind the gap where they agree best.
@@ -34,16 +36,14 @@ pub struct LinkInspection {
 impl LinkInspection {
     pub(super) fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
-        let ivs = self.follower_car.saturating_sub(1);
+        let signal = &self.signal;
         if let Some(rms) = self.gap_rate_rms_mps.filter(|&rms| rms > CONTRADICTION_MPS) {
             warnings.push(format!(
-                "gap of car {} (IVS{ivs}): contradicts the speeds (rms {rms:.1} m/s): broken?",
-                self.follower_car
+                "{signal}: contradicts the speeds (rms {rms:.1} m/s): broken?"
             ));
         } else if self.speeds_late_s.abs() > 0.0 {
             warnings.push(format!(
-                "gap of car {} (IVS{ivs}): the speeds fit best when taken to be {:.1} s {}",
-                self.follower_car,
+                "{signal}: the speeds fit best when taken to be {:.1} s {}",
                 self.speeds_late_s.abs(),
                 if self.speeds_late_s > 0.0 {
                     "late"
@@ -56,7 +56,12 @@ impl LinkInspection {
     }
 }
 
-pub(super) fn inspect(lead: &Car, ego: &Car, axis: &Axis) -> Option<LinkInspection> {
+pub(super) fn inspect(
+    lead: &Car,
+    ego: &Car,
+    axis: &Axis,
+    layout: Layout,
+) -> Option<LinkInspection> {
     let gap = ego.gap.as_ref()?;
     let dv: Vec<f64> = lead
         .v
@@ -85,6 +90,7 @@ pub(super) fn inspect(lead: &Car, ego: &Car, axis: &Axis) -> Option<LinkInspecti
     let drift = drift(axis.t, gap, &dv, &ego.v, complete.clone());
     Some(LinkInspection {
         follower_car: ego.number,
+        signal: gap_column(ego.number, layout),
         gap_rate_rms_mps: aligned,
         speeds_late_s: best.0 as f64 * axis.step,
         gap_rate_rms_aligned_mps: best.1,
@@ -132,4 +138,15 @@ fn drift(
         rms(residuals.iter().copied())?,
         slope(&path, &residuals) * 1000.0,
     ))
+}
+
+/// Name of the column with the gap ahead of a car.
+fn gap_column(number: usize, layout: Layout) -> String {
+    match layout {
+        Layout::OpenAcc | Layout::AstazeroRebuilt => format!("IVS{}", number.saturating_sub(1)),
+        Layout::AstazeroProcessed => format!("Spacing{number}"),
+        Layout::UltraAv => "Spatial_Gap".to_owned(),
+        Layout::Pair if number == 1 => "lead2_spacing_m".to_owned(),
+        Layout::Pair => "spacing_m".to_owned(),
+    }
 }
