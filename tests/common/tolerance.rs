@@ -23,3 +23,11 @@ pub const NINE_DIGITS: f64 = 5e-9;
 /// s \[m\], v \[m/s\], a \[m/s²\] of the golden trajectories, beside [`NINE_DIGITS`]: rounding differences of two f64
 /// programs, amplified along a run of 900 s.
 pub const GOLDEN_STATE: f64 = 1e-6;
+
+/// NRMSE(s,v,a) of a variant on what it drove itself: the measured acceleration is differenced again from speeds near
+/// 20 m/s, which costs 1e-13 m/s², and spacing from positions near 2 km.
+pub const SELF_DRIVEN: f64 = 1e-9;
+
+/// Share of a parameter's range by which a genetic algorithm may miss a known value after 30,000 evaluations: it has no
+/// local search.
+pub const RECOVERED: f64 = 0.02;
