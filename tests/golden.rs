@@ -51,7 +51,8 @@ fn largest_difference(row: &Row) -> (f64, &'static str) {
 fn every_evaluation_agrees() {
     let Some(shared) = common::shared("every_evaluation_agrees") else { return };
     let input = fs::read(shared.join("golden/evaluations.csv")).expect("golden/evaluations.csv");
-    let mut library = Library::open(&shared.join("data"), DataLayout::Processed).expect("vehicle tables");
+    let mut library =
+        Library::open(&shared.join("data"), DataLayout::Processed, Preparation::default()).expect("vehicle tables");
     let settings = Settings { convention: Convention::AUTHORS, tau_p_upper: 0.8, rescore: false };
     let mut output = Vec::new();
     let summary =

@@ -90,11 +90,7 @@ impl DataArgs {
     }
 
     fn preparation(&self) -> anyhow::Result<Preparation> {
-        let grade = match self.grade.as_deref() {
-            None => None,
-            Some("level") => Some(Grade::level()),
-            Some(path) => Some(Grade::read_csv(Path::new(path))?),
-        };
+        let grade = self.grade.as_deref().map(read_grade).transpose()?;
         Ok(Preparation {
             from: self.from,
             to: self.to,
@@ -149,6 +145,14 @@ impl DataArgs {
         }
         Ok(Vehicle::called(&trajectory.name).map(|v| (v.clone(), v.slug)))
     }
+}
+
+/// A grade table, or `level`.
+pub fn read_grade(text: &str) -> anyhow::Result<Grade> {
+    if text == "level" {
+        return Ok(Grade::level());
+    }
+    Ok(Grade::read_csv(Path::new(text))?)
 }
 
 /// The follower of a file that has only one.

@@ -1,6 +1,7 @@
 //! `leadlag evaluate`: scores of parameter vectors that are given as rows.
 
 use super::calibrate::read_bounds;
+use super::data::read_grade;
 use super::{Usage, evaluator, interrupt, output};
 use anyhow::Context;
 use clap::ValueEnum;
@@ -9,6 +10,7 @@ use leadlag::convention::Convention;
 use leadlag::evaluate::{DataLayout, Library, Settings, TableError, evaluate_table};
 use leadlag::evaluator::Case;
 use leadlag::symbols::Symbol;
+use leadlag::trajectory::Preparation;
 use std::fs::File;
 use std::io::{BufReader, BufWriter, Write};
 use std::path::PathBuf;
@@ -37,6 +39,12 @@ pub struct Args {
     /// [default: 0.8 s, Table 3]
     #[arg(long, value_name = "FILE.toml")]
     bounds: Option<PathBuf>,
+    /// Grade table for files that have none beside them, or `level`
+    #[arg(long, value_name = "FILE|level")]
+    grade: Option<String>,
+    /// Smooth as the paper's authors did: two Savitzky-Golay passes, 51 points, cubic
+    #[arg(long)]
+    smooth: bool,
     /// Add the f64 value of NRMSE(s,v,a) in a column of its own
     #[arg(long)]
     rescore: bool,
@@ -67,7 +75,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         LayoutArg::Processed => DataLayout::Processed,
         LayoutArg::Rebuilt => DataLayout::Rebuilt,
     };
-    let mut library = Library::open(&args.data, layout)?;
+    let grade = args.grade.as_deref().map(read_grade).transpose()?;
+    let preparation = Preparation { grade, smooth: args.smooth, ..Preparation::default() };
+    let mut library = Library::open(&args.data, layout, preparation)?;
     let shown = args.cases.display().to_string();
     let input = File::open(&args.cases).with_context(|| format!("{shown}: cannot open the cases"))?;
     let output: Box<dyn Write> = match &args.out {
@@ -90,6 +100,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     for source in library.sources() {
         eprintln!("used {} sha256 {}", source.path, source.sha256);
     }
+    library.notes().iter().for_each(|note| eprintln!("{note}"));
     let summary = match result {
         Err(TableError::Write(e)) => return Err(output::write_error(e, args.out.as_deref())),
         other => other?,

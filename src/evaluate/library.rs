@@ -75,17 +75,19 @@ pub enum LibraryError {
 pub struct Library {
     folder: PathBuf,
     layout: DataLayout,
+    preparation: Preparation,
     vehicles: Vec<Vehicle>,
+    notes: Vec<String>,
     cases: HashMap<(String, usize), Result<Case, LibraryError>>,
     sources: Vec<Source>,
 }
 
 impl Library {
-    /// Opens a folder. Vehicles come from `vehicles/vehicles.csv` in or beside it, else from the built-in table.
+    /// Opens a folder, whose files are to be prepared alike. Vehicles come from `vehicles/vehicles.csv` in or beside it, else from the built-in table.
     ///
     /// # Errors
     /// When a vehicle table is there but cannot be read.
-    pub fn open(folder: &Path, layout: DataLayout) -> Result<Library, VehicleError> {
+    pub fn open(folder: &Path, layout: DataLayout, preparation: Preparation) -> Result<Library, VehicleError> {
         let parent = folder.join("..");
         let table = [folder, &parent].iter().map(|f| f.join("vehicles").join("vehicles.csv")).find(|p| p.exists());
         let mut sources = Vec::new();
@@ -100,13 +102,20 @@ impl Library {
             let curve = vehicle.mfc.as_ref().and_then(|m| m.source.clone());
             sources.extend(curve);
         }
-        Ok(Library { folder: folder.to_owned(), layout, vehicles, cases: HashMap::new(), sources })
+        let (folder, cases, notes) = (folder.to_owned(), HashMap::new(), Vec::new());
+        Ok(Library { folder, layout, preparation, vehicles, notes, cases, sources })
     }
 
     /// The files read so far, with checksums.
     #[must_use]
     pub fn sources(&self) -> &[Source] {
         &self.sources
+    }
+
+    /// What was done to the data of each follower used so far, one line each.
+    #[must_use]
+    pub fn notes(&self) -> &[String] {
+        &self.notes
     }
 
     /// The case of a follower, for any variant (`Case::for_variant`).
@@ -138,10 +147,11 @@ impl Library {
             }
         }
         let segments =
-            prepare(&recording, follower, &Preparation::default()).map_err(|e| LibraryError::Prepare(Arc::new(e)))?;
+            prepare(&recording, follower, &self.preparation).map_err(|e| LibraryError::Prepare(Arc::new(e)))?;
         let [trajectory] = segments.as_slice() else {
             return Err(LibraryError::Segments { platoon: platoon.to_owned(), follower, segments: segments.len() });
         };
+        self.notes.extend(trajectory.notes.iter().map(|note| format!("{}: {note}", trajectory.label)));
         let vehicle = self.vehicles.iter().find(|v| v.is_called(&trajectory.name));
         let any = Variant::from_id(1).expect("variant 1 exists");
         Ok(Case::new(trajectory, any, vehicle, settings.convention, settings.tau_p_upper)?)
