@@ -2,7 +2,7 @@
 
 mod case;
 
-pub use case::{Case, CaseError};
+pub use case::{Case, CaseError, InvalidParameter};
 
 use crate::catalog::Variant;
 use crate::score::Measures;

@@ -111,6 +111,21 @@ impl Measures {
         })
     }
 
+    /// The mean of several, as a joint calibration minimises it; `None` of none.
+    #[must_use]
+    pub fn mean(several: &[Measures]) -> Option<Measures> {
+        let count = several.len() as f64;
+        let mean = |of: &dyn Fn(&Measures) -> f64| several.iter().map(of).sum::<f64>() / count;
+        let signal = |i: usize| SignalMeasures {
+            rmse: mean(&|m| m.0[i].rmse),
+            nrmse: mean(&|m| m.0[i].nrmse),
+            rmspe: mean(&|m| m.0[i].rmspe),
+            u: mean(&|m| m.0[i].u),
+            rmse_n: mean(&|m| m.0[i].rmse_n),
+        };
+        (!several.is_empty()).then(|| Measures([signal(0), signal(1), signal(2)]))
+    }
+
     /// The measures of one signal.
     #[must_use]
     pub fn signal(&self, signal: Signal) -> &SignalMeasures {

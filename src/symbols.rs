@@ -21,15 +21,15 @@ pub enum Domain {
     NonNegative,
     /// < 0
     Negative,
-    /// Any finite number.
+    /// Any number.
     Any,
 }
 
 impl Domain {
-    /// True if `value` is finite and inside.
+    /// True if `value` is inside, and of a size (below 1e9) with which no equation overflows.
     #[must_use]
     pub fn contains(self, value: f64) -> bool {
-        value.is_finite()
+        value.abs() < 1e9
             && match self {
                 Domain::Positive => value > 0.0,
                 Domain::NonNegative => value >= 0.0,
@@ -45,7 +45,7 @@ impl Domain {
             Domain::Positive => "a number above 0",
             Domain::NonNegative => "a number of at least 0",
             Domain::Negative => "a number below 0",
-            Domain::Any => "a finite number",
+            Domain::Any => "a number",
         }
     }
 }

@@ -2,15 +2,16 @@
 
 use crate::catalog::{Constraint, Variant};
 use crate::convention::{Acceleration, Convention, Delay, RoadLoad, Step};
-use crate::symbols::{Bounds, Symbol};
+use crate::symbols::{Bounds, Parameters, Symbol};
 use crate::trajectory::{Grade, Trajectory};
 use crate::vehicle::Vehicle;
+use std::sync::Arc;
 
 /// A trajectory prepared for simulation: measured signals, vehicle, grade and convention in one place.
 #[derive(Debug, Clone)]
 pub struct Case {
     /// The trajectory's label.
-    pub label: String,
+    pub label: Arc<str>,
     /// The variant it was prepared for.
     pub variant: Variant,
     /// The convention.
@@ -18,23 +19,23 @@ pub struct Case {
     /// Time step Δt \[s\].
     pub dt: f64,
     /// Measured position of the preceding vehicle \[m\].
-    pub x_l: Vec<f64>,
+    pub x_l: Arc<[f64]>,
     /// Measured speed of the preceding vehicle \[m/s\].
-    pub v_l: Vec<f64>,
+    pub v_l: Arc<[f64]>,
     /// Length of the preceding vehicle \[m\].
     pub len_l: f64,
     /// Measured position of the follower \[m\].
-    pub x_f: Vec<f64>,
+    pub x_f: Arc<[f64]>,
     /// Measured speed of the follower \[m/s\].
-    pub v_f: Vec<f64>,
+    pub v_f: Arc<[f64]>,
     /// Acceleration of the follower \[m/s²\], differences of `v_f` by the convention.
-    pub a_f: Vec<f64>,
+    pub a_f: Arc<[f64]>,
     /// Measured spacing \[m\].
-    pub s: Vec<f64>,
+    pub s: Arc<[f64]>,
     /// The follower, where the variant needs it.
-    pub vehicle: Option<Vehicle>,
+    pub vehicle: Option<Arc<Vehicle>>,
     /// The road, where the variant needs it.
-    pub grade: Option<Grade>,
+    pub grade: Option<Arc<Grade>>,
     /// Upper bound of τ_p \[s\]: with `delay=fractional` it fixes the scored window for every candidate.
     pub tau_p_upper: f64,
 }
@@ -68,7 +69,55 @@ pub enum CaseError {
     },
 }
 
+/// A parameter vector that cannot be simulated.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum InvalidParameter {
+    /// Not in the domain of the equations.
+    #[error("{name}: expected {expected}, found {found}")]
+    Domain {
+        /// The parameter.
+        name: &'static str,
+        /// What was expected.
+        expected: &'static str,
+        /// What was found.
+        found: f64,
+    },
+    /// The delay reaches back before the first sample.
+    #[error(
+        "tau_p: expected at most {upper} s, found {found}; the upper bound of tau_p sets the first scored sample, raise it in a --bounds file"
+    )]
+    Delay {
+        /// The longest delay possible \[s\].
+        upper: f64,
+        /// What was found.
+        found: f64,
+    },
+}
+
 impl Case {
+    /// Checks that a candidate can be simulated at all; calibration bounds are another matter.
+    ///
+    /// # Errors
+    /// The first parameter outside the domain of the equations, or a delay that reaches back before the data.
+    pub fn check(&self, parameters: &Parameters) -> Result<(), InvalidParameter> {
+        for symbol in self.variant.parameters() {
+            let (found, domain) = (parameters.get(symbol), symbol.domain());
+            if !domain.contains(found) {
+                return Err(InvalidParameter::Domain { name: symbol.name(), expected: domain.expected(), found });
+            }
+        }
+        if self.variant.delay {
+            let upper = match self.convention.delay {
+                Delay::Fractional => self.tau_p_upper,
+                Delay::Floor => (self.s.len() - 2) as f64 * self.dt,
+            };
+            if parameters.tau_p > upper {
+                return Err(InvalidParameter::Delay { upper, found: parameters.tau_p });
+            }
+        }
+        Ok(())
+    }
+
     /// Prepares a trajectory for a variant. `tau_p_upper` is the upper bound of the perception delay \[s\] (0.8 in Table 3).
     ///
     /// # Errors
@@ -81,47 +130,52 @@ impl Case {
         convention: Convention,
         tau_p_upper: f64,
     ) -> Result<Case, CaseError> {
-        let missing = |what, remedy| CaseError::Missing {
-            label: trajectory.label.clone(),
-            variant: variant.name(),
-            what,
-            remedy,
-        };
-        if variant.needs_vehicle() && vehicle.is_none() {
-            return Err(missing("the follower's vehicle", "give --vehicle NAME or FILE#NAME"));
-        }
-        if variant.constraint == Constraint::Mfc && vehicle.is_some_and(|v| v.mfc.is_none()) {
-            return Err(missing(
-                "the vehicle's MFC curve",
-                "give --vehicle FILE#NAME of a table that names an `mfc` file, or lay mfc_SLUG.csv beside the table",
-            ));
-        }
-        if variant.needs_grade() && trajectory.grade.is_none() {
-            return Err(missing("the road grade", "give --grade FILE, or --grade level for a level road"));
-        }
         let dt = match convention.step {
             Step::Nominal => trajectory.dt,
             Step::Raw => trajectory.dt_raw,
         };
         let case = Case {
-            label: trajectory.label.clone(),
+            label: trajectory.label.as_str().into(),
             variant,
             convention,
             dt,
-            x_l: trajectory.x_l.clone(),
-            v_l: trajectory.v_l.clone(),
+            x_l: trajectory.x_l.as_slice().into(),
+            v_l: trajectory.v_l.as_slice().into(),
             len_l: trajectory.len_l,
-            x_f: trajectory.x_f.clone(),
-            v_f: trajectory.v_f.clone(),
-            a_f: differences(&trajectory.v_f, dt, convention.acceleration),
-            s: trajectory.s.clone(),
-            vehicle: vehicle.cloned(),
-            grade: trajectory.grade.clone(),
+            x_f: trajectory.x_f.as_slice().into(),
+            v_f: trajectory.v_f.as_slice().into(),
+            a_f: differences(&trajectory.v_f, dt, convention.acceleration).into(),
+            s: trajectory.s.as_slice().into(),
+            vehicle: vehicle.cloned().map(Arc::new),
+            grade: trajectory.grade.clone().map(Arc::new),
             tau_p_upper,
         };
-        let first = case.first_sample(tau_p_upper);
+        case.for_variant(variant)
+    }
+
+    /// The same case for another variant; the measured signals are shared, not copied.
+    ///
+    /// # Errors
+    /// As [`Case::new`].
+    pub fn for_variant(&self, variant: Variant) -> Result<Case, CaseError> {
+        let missing =
+            |what, remedy| CaseError::Missing { label: self.label.to_string(), variant: variant.name(), what, remedy };
+        if variant.needs_vehicle() && self.vehicle.is_none() {
+            return Err(missing("the follower's vehicle", "give --vehicle NAME or FILE#NAME"));
+        }
+        if variant.constraint == Constraint::Mfc && self.vehicle.as_ref().is_some_and(|v| v.mfc.is_none()) {
+            return Err(missing(
+                "the vehicle's MFC curve",
+                "give --vehicle FILE#NAME of a table that names an `mfc` file, or lay mfc_SLUG.csv beside the table",
+            ));
+        }
+        if variant.needs_grade() && self.grade.is_none() {
+            return Err(missing("the road grade", "give --grade FILE, or --grade level for a level road"));
+        }
+        let case = Case { variant, ..self.clone() };
+        let first = case.first_sample(case.tau_p_upper);
         if case.s.len() < first + 2 {
-            let (label, variant) = (case.label, variant.name());
+            let (label, variant) = (case.label.to_string(), variant.name());
             return Err(CaseError::TooShort { label, variant, samples: case.s.len(), first });
         }
         Ok(case)

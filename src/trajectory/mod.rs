@@ -3,11 +3,20 @@
 //! A file becomes a [`Recording`] (`import`), its platoons become [`Trajectory`] pairs (`prepare`);
 //! whatever was derived, filled, cut or reconciled on the way is kept as [`Note`]s.
 
+pub mod error;
 mod grade;
+pub mod import;
+pub mod inspect;
 mod note;
+pub mod prepare;
+mod savitzky_golay;
 
+pub use error::{ImportError, PrepareError};
 pub use grade::Grade;
+pub use import::Layout;
+pub use inspect::{Inspection, inspect};
 pub use note::Note;
+pub use prepare::{Preparation, Reconcile, prepare};
 
 /// Where data came from: enough to find the file again and to notice that it has changed.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -18,13 +27,49 @@ pub struct Source {
     pub sha256: String,
 }
 
+impl Source {
+    /// The checksum of a file, read in pieces.
+    ///
+    /// # Errors
+    /// When it cannot be read.
+    pub fn of(path: &std::path::Path) -> std::io::Result<Source> {
+        use sha2::{Digest, Sha256};
+        let mut hash = Sha256::new();
+        let mut file = std::fs::File::open(path)?;
+        let mut piece = [0; 65536];
+        loop {
+            let length = std::io::Read::read(&mut file, &mut piece)?;
+            if length == 0 {
+                let sha256 = hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
+                return Ok(Source { path: path.display().to_string(), sha256 });
+            }
+            hash.update(&piece[..length]);
+        }
+    }
+}
+
 /// One imported file: one platoon in most layouts, one pair per trajectory id in Ultra-AV tables.
 #[derive(Debug, Clone)]
 pub struct Recording {
     /// The file.
     pub source: Source,
+    /// Its layout, detected or as told.
+    pub layout: Layout,
     /// At least one platoon, in file order.
     pub platoons: Vec<Platoon>,
+    /// Files beside it that were read too (`Labels.csv`, `Slope.csv`).
+    pub companions: Vec<Source>,
+    /// Grade of the road from a file beside it, if any.
+    pub grade: Option<Grade>,
+}
+
+impl Recording {
+    /// Name of the file without folder and extension.
+    #[must_use]
+    pub fn stem(&self) -> &str {
+        let stem = std::path::Path::new(&self.source.path).file_stem();
+        stem.and_then(std::ffi::OsStr::to_str).unwrap_or(&self.source.path)
+    }
 }
 
 /// Cars driving one behind the other, on one time axis. Missing samples are NaN.
@@ -34,6 +79,8 @@ pub struct Platoon {
     pub id: Option<String>,
     /// Time as written in the file \[s\], strictly increasing.
     pub t: Vec<f64>,
+    /// Line of each sample in the file, counted from 1.
+    pub lines: Vec<u64>,
     /// Front to back; `cars[0]` is the platoon leader. Cars without any column are absent.
     pub cars: Vec<Car>,
     /// What the importer did to the data beyond reading it.
@@ -43,7 +90,8 @@ pub struct Platoon {
 /// The measured signals of one car; every vector is as long as the platoon's `t`.
 #[derive(Debug, Clone)]
 pub struct Car {
-    /// Position in the platoon as numbered by the file: 1 is the platoon leader.
+    /// Position in the platoon as numbered by the file: 1 is the platoon leader. 0 is the car ahead of the leader of a
+    /// pair file.
     pub number: usize,
     /// Name as written in the file (`Tesla(Model3)`), or `car 2` where the file gives none.
     pub name: String,
@@ -59,6 +107,25 @@ pub struct Car {
     pub a: Option<Vec<f64>>,
     /// Sine of the road grade under this car, where the file gives one.
     pub sin_grade: Option<Vec<f64>>,
+}
+
+impl Car {
+    /// A car without signals; without a name (or with an empty one) it is called after its number.
+    fn new(number: usize, name: Option<&str>) -> Self {
+        Car {
+            number,
+            name: match name {
+                Some(name) if !name.is_empty() => name.to_owned(),
+                _ => format!("car {number}"),
+            },
+            length: None,
+            v: Vec::new(),
+            x: None,
+            gap: None,
+            a: None,
+            sin_grade: None,
+        }
+    }
 }
 
 /// One leader–follower pair without gaps, on a uniform time step: what an evaluator simulates.
@@ -77,9 +144,9 @@ pub struct Trajectory {
     pub name: String,
     /// Nominal time step \[s\], decimal (0.1, not the difference of two decimal times).
     pub dt: f64,
-    /// Difference of the first two times in floating point \[s\], as the authors' program takes it.
+    /// `t[1] - t[0]` as a double \[s\], which the paper's authors simulate with (0.10000000000000009 for 0.1).
     pub dt_raw: f64,
-    /// Time as written in the file \[s\].
+    /// Time as written in the file \[s\]; samples that were filled in or resampled lie on the grid of the others.
     pub t: Vec<f64>,
     /// Position of the preceding vehicle along the road \[m\].
     pub x_l: Vec<f64>,

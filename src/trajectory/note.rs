@@ -1,6 +1,117 @@
 //! What was done to measured data before it is simulated against.
 
-/// One thing that was done to the data, in the order in which it was done.
+use std::fmt;
+
+/// One thing that was done to the data, in the order in which it was done. `Display` gives one line.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 #[serde(rename_all = "snake_case", tag = "kind")]
-pub enum Note {}
+#[non_exhaustive]
+#[allow(missing_docs, reason = "units are in the names, and the displayed line of each note explains its fields")]
+pub enum Note {
+    /// The file marks who drives: at this time the mode begins (or the file starts with it).
+    DriverMode { car: usize, t_s: f64, mode: String },
+    /// Columns that no layout knows were not read.
+    IgnoredColumns { columns: Vec<String> },
+    /// The last line has no end: if the file was cut there, its last number may be wrong.
+    OpenEnd { line: u64 },
+    /// A length that the file does not state.
+    LengthDerived { car: usize, length_m: f64, from: String },
+    /// Nobody gives the length of the car ahead: positions of that car mean its rear bumper.
+    LengthUnknown,
+    /// A signal that the file does not have was derived from others.
+    Derived { signal: String, from: String },
+    /// The time window that was kept.
+    Cut { from_s: f64, to_s: f64, rows: usize, kept: usize },
+    /// Small negative speeds, sensor noise at standstill, became 0.
+    Clipped { signal: String, samples: usize, lowest_mps: f64 },
+    /// A new time step by linear interpolation.
+    Resampled { from_s: f64, to_s: f64, rows: usize, samples: usize },
+    /// Rows missing from the file were put back, their values interpolated.
+    RowsFilled { rows: usize, longest_s: f64 },
+    /// Missing values were interpolated linearly; `longest_s` lies between the measured neighbours.
+    Filled { signal: String, samples: usize, longest_s: f64 },
+    /// Gaps longer than allowed split the data; this is segment number `segment` of `segments`.
+    Split { segment: usize, segments: usize, from_s: f64, to_s: f64 },
+    /// A stretch between long gaps too short to be used.
+    Dropped { from_s: f64, to_s: f64, needed_s: f64 },
+    /// An optional signal has long gaps here and is left out.
+    LeftOut { signal: String, missing: usize },
+    /// Savitzky-Golay passes as the paper's authors applied them; rms change of each speed and the spacing.
+    Smoothed {
+        passes: usize,
+        points: usize,
+        order: usize,
+        dt_s: f64,
+        lead_speed_rms_mps: f64,
+        speed_rms_mps: f64,
+        spacing_rms_m: f64,
+    },
+    /// Where no position is measured, the preceding vehicle starts here.
+    StartAssumed { position_m: f64 },
+    /// Spacing and speeds were made consistent; the residual is the measured gap minus the integrated speed difference.
+    Reconciled { anchor: String, rms_m: f64, largest_m: f64, drift_m_per_km: f64 },
+    /// The grade under the follower was taken along its path; samples at rest count once.
+    GradeFromColumn { points: usize },
+}
+
+impl fmt::Display for Note {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Note::DriverMode { car, t_s, mode } => {
+                write!(f, "car {car}: driver mode {mode} from {t_s:.1} s")
+            }
+            Note::IgnoredColumns { columns } => {
+                write!(f, "columns not read: {}", columns.join(", "))
+            }
+            Note::OpenEnd { line } => write!(f, "line {line}, the last, has no line end: was the file cut?"),
+            Note::LengthDerived { car, length_m, from } => {
+                write!(f, "length of car {car}: {length_m:.3} m from {from}")
+            }
+            Note::LengthUnknown => {
+                write!(f, "length of the car ahead unknown: its position means its rear bumper")
+            }
+            Note::Derived { signal, from } => write!(f, "{signal} derived from {from}"),
+            Note::Cut { from_s, to_s, rows, kept } => {
+                write!(f, "cut to {from_s:.1}..{to_s:.1} s: {kept} of {rows} rows")
+            }
+            Note::Clipped { signal, samples, lowest_mps } => {
+                write!(f, "{signal}: {samples} negative samples set to 0 (lowest {lowest_mps:.3} m/s)")
+            }
+            Note::Resampled { from_s, to_s, rows, samples } => {
+                write!(f, "resampled linearly from {from_s:.4} s to {to_s:.4} s: {rows} rows, {samples} samples")
+            }
+            Note::RowsFilled { rows, longest_s } => {
+                write!(f, "{rows} missing rows interpolated (longest gap {longest_s:.2} s)")
+            }
+            Note::Filled { signal, samples, longest_s } => {
+                write!(f, "{signal}: {samples} missing samples interpolated (longest gap {longest_s:.2} s)")
+            }
+            Note::Split { segment, segments, from_s, to_s } => {
+                write!(f, "segment {segment} of {segments} between long gaps: {from_s:.1}..{to_s:.1} s")
+            }
+            Note::Dropped { from_s, to_s, needed_s } => {
+                write!(f, "dropped {from_s:.1}..{to_s:.1} s between long gaps: shorter than {needed_s:.1} s")
+            }
+            Note::LeftOut { signal, missing } => {
+                write!(f, "{signal} left out: {missing} samples missing in long gaps")
+            }
+            Note::Smoothed { passes, points, order, dt_s, lead_speed_rms_mps, speed_rms_mps, spacing_rms_m } => write!(
+                f,
+                "smoothed: {passes} Savitzky-Golay passes, {points} points ({:.1} s), order {order}; rms change of lead \
+                 speed {lead_speed_rms_mps:.4} m/s, speed {speed_rms_mps:.4} m/s, spacing {spacing_rms_m:.4} m",
+                dt_s * (*points as f64 - 1.0)
+            ),
+            Note::StartAssumed { position_m } => {
+                write!(f, "position unknown: the preceding vehicle starts at {position_m} m")
+            }
+            Note::Reconciled { anchor, rms_m, largest_m, drift_m_per_km } => write!(
+                f,
+                "spacing from {anchor}; measured gap minus integrated speeds: rms {rms_m:.3} m, largest \
+                 {largest_m:.3} m, drift {drift_m_per_km:.3} m/km"
+            ),
+            Note::GradeFromColumn { points } => {
+                write!(f, "grade along the measured path from column sin_grade: {points} points")
+            }
+        }
+    }
+}

@@ -1,6 +1,7 @@
 //! The MFC curves a_ap(v) and a_dp(v) of Eq. 14, as tables.
 
 use super::VehicleError;
+use crate::trajectory::Source;
 use std::path::Path;
 
 /// Acceleration and deceleration potential over speed (Makridis et al., 2019; He et al., 2020a).
@@ -12,6 +13,8 @@ pub struct Mfc {
     pub a_ap: Vec<f64>,
     /// Deceleration potential a_dp \[m/s²\], negative.
     pub a_dp: Vec<f64>,
+    /// The file it was read from, if any.
+    pub source: Option<Source>,
 }
 
 impl Mfc {
@@ -36,7 +39,7 @@ impl Mfc {
                 table(1, headers.iter().collect::<Vec<_>>().join(","), "the columns speed_mps, a_ap, a_dp")
             })?;
         }
-        let mut mfc = Mfc { v: Vec::new(), a_ap: Vec::new(), a_dp: Vec::new() };
+        let mut mfc = Mfc { v: Vec::new(), a_ap: Vec::new(), a_dp: Vec::new(), source: Source::of(path).ok() };
         for record in reader.records() {
             let record = record.map_err(read_error)?;
             let line = record.position().map_or(0, csv::Position::line);

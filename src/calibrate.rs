@@ -1,0 +1,291 @@
+//! Calibration: evaluator + optimiser + replicates = calibrated parameters.
+
+mod space;
+
+pub use space::{BoundsError, Overrides, SearchSpace, read_bounds};
+
+use crate::evaluator::{EvaluateError, Evaluator, Failure, Population, Score};
+use crate::optimize::{Ga, GaSettings, Merit, Optimizer};
+use std::fmt;
+use std::ops::ControlFlow;
+use std::str::FromStr;
+use std::time::{Duration, Instant};
+
+/// An optimiser by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum OptimizerKind {
+    /// The best that this version has: the genetic algorithm.
+    #[default]
+    Auto,
+    /// The paper's genetic algorithm.
+    Ga,
+}
+
+impl OptimizerKind {
+    /// The name of the algorithm that runs.
+    #[must_use]
+    pub fn runs(self) -> &'static str {
+        match self {
+            OptimizerKind::Auto | OptimizerKind::Ga => "ga",
+        }
+    }
+}
+
+/// An optimiser that does not exist.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("optimizer `{0}`: expected auto or ga")]
+pub struct UnknownOptimizer(String);
+
+impl FromStr for OptimizerKind {
+    type Err = UnknownOptimizer;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        match text {
+            "auto" => Ok(OptimizerKind::Auto),
+            "ga" => Ok(OptimizerKind::Ga),
+            _ => Err(UnknownOptimizer(text.to_owned())),
+        }
+    }
+}
+
+/// When a replicate ends; whichever comes first.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stop {
+    /// Simulated candidates, failed ones included; never exceeded.
+    pub max_evaluations: u64,
+    /// Generations without gain.
+    pub max_stall: u64,
+    /// Wall-clock time; makes the result depend on the machine.
+    pub max_time: Option<Duration>,
+    /// Score that is good enough.
+    pub target: Option<f64>,
+}
+
+impl Default for Stop {
+    fn default() -> Self {
+        // 100,000 evaluations: the paper's algorithm has then come within about 1 % of where it ends.
+        Stop { max_evaluations: 100_000, max_stall: 500, max_time: None, target: None }
+    }
+}
+
+/// Settings of a calibration.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Calibration {
+    /// The optimiser.
+    pub optimizer: OptimizerKind,
+    /// The one seed; replicate r draws from stream (seed, r).
+    pub seed: u64,
+    /// Number of replicates.
+    pub replicates: u64,
+    /// Stopping rules of each replicate.
+    pub stop: Stop,
+}
+
+impl Default for Calibration {
+    fn default() -> Self {
+        Calibration { optimizer: OptimizerKind::Auto, seed: 1, replicates: 1, stop: Stop::default() }
+    }
+}
+
+/// Why a replicate ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum StopReason {
+    /// The evaluations were spent.
+    Evaluations,
+    /// No gain for too many generations.
+    Stall,
+    /// The time was spent.
+    Time,
+    /// The target was reached.
+    Target,
+    /// The caller asked to stop.
+    Interrupted,
+}
+
+impl fmt::Display for StopReason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            StopReason::Evaluations => "evaluations spent",
+            StopReason::Stall => "no gain any more",
+            StopReason::Time => "time spent",
+            StopReason::Target => "target reached",
+            StopReason::Interrupted => "interrupted",
+        })
+    }
+}
+
+/// What one replicate found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Replicate {
+    /// Its number, from 0.
+    pub number: u64,
+    /// The best candidate, one value per parameter of the search space.
+    pub candidate: Vec<f64>,
+    /// Its score as the evaluator computed it.
+    pub score: f64,
+    /// Simulated candidates.
+    pub evaluations: u64,
+    /// Why it ended.
+    pub stop: StopReason,
+    /// (evaluations, best score so far) at every gain.
+    pub convergence: Vec<(u64, f64)>,
+}
+
+/// A calibration that has no result.
+#[derive(Debug, thiserror::Error)]
+pub enum CalibrateError {
+    /// The evaluator failed.
+    #[error(transparent)]
+    Evaluate(#[from] EvaluateError),
+    /// Every candidate of a replicate failed.
+    #[error(
+        "replicate {replicate}: none of {evaluations} candidates is feasible{}; widen the bounds, or look at the data with `leadlag inspect`",
+        longest.map(|f| format!(" (the best one ended at sample {} with `{}`)", f.step, f.kind.name())).unwrap_or_default()
+    )]
+    Infeasible {
+        /// The replicate.
+        replicate: u64,
+        /// Candidates tried.
+        evaluations: u64,
+        /// How the longest run ended, if runs failed at all (else they touched acceleration bounds).
+        longest: Option<Failure>,
+    },
+    /// Stopped by the caller before the first replicate had a result.
+    #[error("interrupted before the first generation was scored; nothing was found")]
+    Interrupted,
+}
+
+/// What a running calibration tells after every generation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Progress {
+    /// The replicate, from 0.
+    pub replicate: u64,
+    /// Its evaluations so far.
+    pub evaluations: u64,
+    /// Its best score so far.
+    pub best: Option<f64>,
+}
+
+/// Calibrates: one entry per replicate, in order. `progress` is called after every generation and may stop all.
+///
+/// # Errors
+/// When the evaluator fails, or a replicate finds no feasible candidate.
+pub fn calibrate(
+    evaluator: &mut dyn Evaluator,
+    space: &SearchSpace,
+    settings: &Calibration,
+    progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<Vec<Replicate>, CalibrateError> {
+    let mut replicates: Vec<Replicate> = Vec::new();
+    for number in 0..settings.replicates {
+        let replicate = match run_replicate(evaluator, space, settings, number, progress) {
+            Err(CalibrateError::Interrupted) if !replicates.is_empty() => break,
+            other => other?,
+        };
+        let interrupted = replicate.stop == StopReason::Interrupted;
+        replicates.push(replicate);
+        if interrupted {
+            break;
+        }
+    }
+    Ok(replicates)
+}
+
+/// The replicate with the lowest score.
+#[must_use]
+pub fn best(replicates: &[Replicate]) -> Option<&Replicate> {
+    replicates.iter().min_by(|a, b| a.score.total_cmp(&b.score))
+}
+
+/// Coefficient of variation of the scores: sample standard deviation over mean; `None` with fewer than two.
+#[must_use]
+pub fn coefficient_of_variation(replicates: &[Replicate]) -> Option<f64> {
+    let count = replicates.len() as f64;
+    if replicates.len() < 2 {
+        return None;
+    }
+    let mean = replicates.iter().map(|r| r.score).sum::<f64>() / count;
+    let variance = replicates.iter().map(|r| (r.score - mean).powi(2)).sum::<f64>() / (count - 1.0);
+    Some(variance.sqrt() / mean.abs())
+}
+
+fn run_replicate(
+    evaluator: &mut dyn Evaluator,
+    space: &SearchSpace,
+    settings: &Calibration,
+    number: u64,
+    progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<Replicate, CalibrateError> {
+    let started = Instant::now();
+    let free = space.free();
+    let stop = &settings.stop;
+    let mut optimizer: Box<dyn Optimizer> = match settings.optimizer {
+        OptimizerKind::Auto | OptimizerKind::Ga => {
+            Box::new(Ga::new(space.search_box(), GaSettings::default(), settings.seed, number))
+        }
+    };
+    let mut population = Population::new(&space.symbols);
+    let mut scores = Vec::new();
+    let (mut evaluations, mut stall) = (0, 0);
+    let mut longest: Option<Failure> = None;
+    let mut best: Option<(Vec<f64>, f64)> = None;
+    let mut convergence = Vec::new();
+    let reason = loop {
+        let points = optimizer.ask();
+        if evaluations + points.len() as u64 > stop.max_evaluations && evaluations > 0 {
+            break StopReason::Evaluations;
+        }
+        population.clear();
+        points.iter().for_each(|point| population.push(&space.complete(&free, point)));
+        scores.clear();
+        scores.resize(points.len(), Score::Rejected);
+        evaluator.evaluate(&population, &mut scores)?;
+        evaluations += points.len() as u64;
+        for score in &scores {
+            if let Score::Failed(failure) = score
+                && longest.is_none_or(|l| failure.step > l.step)
+            {
+                longest = Some(*failure);
+            }
+        }
+        optimizer.tell(&scores.iter().map(merit).collect::<Vec<_>>());
+
+        stall += 1;
+        if let Some(member) = optimizer.best()
+            && let Merit::Feasible(score) = member.merit
+            && best.as_ref().is_none_or(|(_, best)| score < *best)
+        {
+            best = Some((space.complete(&free, &member.point), score));
+            convergence.push((evaluations, score));
+            stall = 0;
+        }
+        let best_score = best.as_ref().map(|(_, score)| *score);
+        if progress(Progress { replicate: number, evaluations, best: best_score }).is_break() {
+            break StopReason::Interrupted;
+        }
+        if stop.target.is_some_and(|target| best_score.is_some_and(|score| score <= target)) {
+            break StopReason::Target;
+        }
+        if stall >= stop.max_stall {
+            break StopReason::Stall;
+        }
+        if stop.max_time.is_some_and(|limit| started.elapsed() >= limit) {
+            break StopReason::Time;
+        }
+    };
+    match best {
+        Some((candidate, score)) => Ok(Replicate { number, candidate, score, evaluations, stop: reason, convergence }),
+        None if reason == StopReason::Interrupted => Err(CalibrateError::Interrupted),
+        None => Err(CalibrateError::Infeasible { replicate: number, evaluations, longest }),
+    }
+}
+
+/// A score as the optimiser sees it. A rejected candidate survived the whole run, but is infeasible.
+fn merit(score: &Score) -> Merit {
+    match score {
+        Score::Value(value) if value.is_finite() => Merit::Feasible(*value),
+        Score::Value(_) | Score::Rejected => Merit::Infeasible { survived: usize::MAX },
+        Score::Failed(failure) => Merit::Infeasible { survived: failure.step },
+    }
+}

@@ -1,0 +1,177 @@
+//! The box of parameters that a calibration searches.
+
+use crate::catalog::Variant;
+use crate::convention::Convention;
+use crate::evaluator::Case;
+use crate::optimize::SearchBox;
+use crate::symbols::{Parameters, Symbol};
+use crate::vehicle::Vehicle;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Bounds and fixed values of every parameter of a variant.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SearchSpace {
+    /// The parameters, in the order of the symbol table.
+    pub symbols: Vec<Symbol>,
+    /// Lower and upper bound of each; equal where the parameter is fixed.
+    pub bounds: Vec<[f64; 2]>,
+}
+
+/// Bounds by parameter name; equal bounds fix a parameter.
+pub type Overrides = BTreeMap<String, [f64; 2]>;
+
+/// Bounds that cannot be.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum BoundsError {
+    /// The bounds file cannot be read.
+    #[error("{path}: cannot read the bounds: {reason}")]
+    Read {
+        /// The file.
+        path: String,
+        /// Why.
+        reason: String,
+    },
+    /// A line of the bounds file is neither a pair nor a number.
+    #[error("{path}: {name}: expected [lower, upper], or one number to fix it; found {found}")]
+    Entry {
+        /// The file.
+        path: String,
+        /// The parameter.
+        name: String,
+        /// What was found.
+        found: String,
+    },
+    /// Road loads have no bounds without a vehicle.
+    #[error("{0}: Table 3 gives its bounds per vehicle; give --vehicle NAME or FILE#NAME, or bounds of your own")]
+    Vehicle(&'static str),
+    /// The name is not a parameter of the variant.
+    #[error("{name} is not a parameter of variant {variant}, which has {}", known.join(", "))]
+    Unknown {
+        /// As given.
+        name: String,
+        /// The variant.
+        variant: String,
+        /// Its parameters.
+        known: Vec<&'static str>,
+    },
+    /// The bounds are not in order, or leave the domain of the equations.
+    #[error(
+        "{name}: expected {expected} as both bounds, the lower one not above the upper one; found [{lower}, {upper}]"
+    )]
+    Impossible {
+        /// The parameter.
+        name: &'static str,
+        /// Its domain.
+        expected: &'static str,
+        /// Lower bound given.
+        lower: f64,
+        /// Upper bound given.
+        upper: f64,
+    },
+}
+
+impl SearchSpace {
+    /// Table 3 for a variant, a vehicle and a convention, overridden by name; a fixed value is a pair of equal bounds.
+    ///
+    /// # Errors
+    /// A name that the variant does not have, bounds that cannot be, road loads without vehicle or own bounds.
+    pub fn new(
+        variant: &Variant,
+        vehicle: Option<&Vehicle>,
+        convention: Convention,
+        overrides: &Overrides,
+    ) -> Result<SearchSpace, BoundsError> {
+        let symbols = variant.parameters();
+        if let Some(name) = overrides.keys().find(|name| !symbols.iter().any(|s| s.name() == name.as_str())) {
+            let known = symbols.iter().map(|s| s.name()).collect();
+            return Err(BoundsError::Unknown { name: name.clone(), variant: variant.name(), known });
+        }
+        let mut bounds = Vec::new();
+        for &symbol in &symbols {
+            let table = Case::bounds(symbol, vehicle, convention);
+            let [lower, upper] =
+                overrides.get(symbol.name()).copied().or(table).ok_or(BoundsError::Vehicle(symbol.name()))?;
+            let domain = symbol.domain();
+            if !(domain.contains(lower) && domain.contains(upper) && lower <= upper) {
+                let expected = domain.expected();
+                return Err(BoundsError::Impossible { name: symbol.name(), expected, lower, upper });
+            }
+            bounds.push([lower, upper]);
+        }
+        Ok(SearchSpace { symbols, bounds })
+    }
+
+    /// Upper bound of the perception delay \[s\]; 0 for variants without.
+    #[must_use]
+    pub fn tau_p_upper(&self) -> f64 {
+        let delay = self.symbols.iter().position(|s| *s == Symbol::tau_p);
+        delay.map_or(0.0, |i| self.bounds[i][1])
+    }
+
+    /// The dimensions that are searched.
+    pub(super) fn free(&self) -> Vec<usize> {
+        (0..self.bounds.len()).filter(|&i| self.bounds[i][0] < self.bounds[i][1]).collect()
+    }
+
+    pub(super) fn search_box(&self) -> SearchBox {
+        let free = self.free();
+        SearchBox {
+            lower: free.iter().map(|&i| self.bounds[i][0]).collect(),
+            upper: free.iter().map(|&i| self.bounds[i][1]).collect(),
+        }
+    }
+
+    /// A point of the search box with the fixed parameters filled in.
+    pub(super) fn complete(&self, free: &[usize], point: &[f64]) -> Vec<f64> {
+        let mut candidate: Vec<f64> = self.bounds.iter().map(|b| b[0]).collect();
+        for (&i, &x) in free.iter().zip(point) {
+            candidate[i] = x;
+        }
+        candidate
+    }
+
+    /// Named parameters of a candidate.
+    #[must_use]
+    pub fn parameters(&self, candidate: &[f64]) -> Parameters {
+        let mut parameters = Parameters::NONE;
+        for (&symbol, &value) in self.symbols.iter().zip(candidate) {
+            parameters.set(symbol, value);
+        }
+        parameters
+    }
+
+    /// The parameters that lie on a bound: within 0.1 % of the range, fixed ones apart.
+    #[must_use]
+    pub fn at_bound(&self, candidate: &[f64]) -> Vec<Symbol> {
+        let near = |&i: &usize| {
+            let [lower, upper] = self.bounds[i];
+            let margin = 1e-3 * (upper - lower);
+            candidate[i] - lower <= margin || upper - candidate[i] <= margin
+        };
+        self.free().into_iter().filter(near).map(|i| self.symbols[i]).collect()
+    }
+}
+
+/// Reads a TOML file of bounds: `v_0 = [25, 40]`, or `tau_p = 0.3` to fix a parameter.
+///
+/// # Errors
+/// When the file cannot be read, is no TOML, or an entry is neither a pair of numbers nor a number.
+pub fn read_bounds(path: &Path) -> Result<Overrides, BoundsError> {
+    let shown = path.display().to_string();
+    let read = |reason: String| BoundsError::Read { path: shown.clone(), reason };
+    let text = std::fs::read_to_string(path).map_err(|e| read(e.to_string()))?;
+    let table: toml::Table = toml::from_str(&text).map_err(|e| read(e.to_string()))?;
+    let number = |value: &toml::Value| value.as_float().or(value.as_integer().map(|i| i as f64));
+    let mut overrides = Overrides::new();
+    for (name, value) in &table {
+        let pair = match value.as_array().map(Vec::as_slice) {
+            Some([lower, upper]) => number(lower).zip(number(upper)).map(|(lower, upper)| [lower, upper]),
+            Some(_) => None,
+            None => number(value).map(|x| [x, x]),
+        };
+        let entry = || BoundsError::Entry { path: shown.clone(), name: name.clone(), found: value.to_string() };
+        overrides.insert(name.clone(), pair.ok_or_else(entry)?);
+    }
+    Ok(overrides)
+}

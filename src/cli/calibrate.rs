@@ -1,0 +1,104 @@
+//! `leadlag calibrate`: from measured files to calibrated parameters.
+
+mod flags;
+mod progress;
+mod write;
+
+pub use flags::Args;
+pub use leadlag::calibrate::read_bounds;
+
+use super::data::Loaded;
+use super::{Usage, interrupt, output};
+use leadlag::calibrate::{Calibration, SearchSpace, calibrate};
+use leadlag::evaluator::{Case, Evaluator};
+use leadlag::reference::Reference;
+use leadlag::report::assemble::Calibrated;
+use leadlag::report::result::ResultFile;
+use leadlag::report::text;
+use std::path::Path;
+use std::time::Instant;
+
+pub fn run(args: &Args) -> anyhow::Result<()> {
+    args.evaluator.check()?;
+    let mut loaded = Vec::new();
+    for file in &args.files {
+        loaded.push(args.data.pick(&args.data.read(file)?, args.follower)?);
+    }
+    interrupt::watch();
+    if args.joint || loaded.len() == 1 {
+        return one(args, &loaded, &args.out);
+    }
+    for trajectory in loaded {
+        let stem = Path::new(&trajectory.trajectory.source.path).file_stem().unwrap_or_default();
+        let folder = format!("{}_follower{}", stem.to_string_lossy(), trajectory.trajectory.follower);
+        one(args, &[trajectory], &args.out.join(folder))?;
+        if interrupt::asked() {
+            break;
+        }
+    }
+    Ok(())
+}
+
+/// One calibration, of one trajectory or of several together, with its files.
+fn one(args: &Args, loaded: &[Loaded], folder: &Path) -> anyhow::Result<()> {
+    let (space, reference) = prepare(args, loaded)?;
+    // Before the work: a folder that cannot be written must not cost a calibration.
+    output::make_folder(folder)?;
+    let settings = args.settings();
+    let started = Instant::now();
+    let mut evaluator = reference.clone();
+    let result = search(&mut evaluator, &reference, loaded, &space, args, &settings)?;
+    write::files(folder, &result, &reference, loaded, &space, started.elapsed())?;
+    if args.json {
+        output::print(&result.to_json())?;
+    } else {
+        output::print(&text::calibration(&result))?;
+    }
+    eprintln!("{:.1} s; files in {}", started.elapsed().as_secs_f64(), folder.display());
+    Ok(())
+}
+
+/// The search space and the cases. Road loads of a joint calibration are bounded by one vehicle, so there must be one.
+fn prepare(args: &Args, loaded: &[Loaded]) -> anyhow::Result<(SearchSpace, Reference)> {
+    let vehicle = loaded[0].vehicle();
+    if let Some(other) = loaded.iter().find(|l| l.vehicle().map(|v| &v.slug) != vehicle.map(|v| &v.slug))
+        && args.model.needs_vehicle()
+    {
+        let name = |v: Option<&leadlag::vehicle::Vehicle>| v.map_or("unknown".to_owned(), |v| v.slug.clone());
+        let (one, two) = (name(vehicle), name(other.vehicle()));
+        let message =
+            format!("--joint: variant {} needs one vehicle, found {one} and {two}; give --vehicle", args.model);
+        return Err(Usage(message).into());
+    }
+    let space = SearchSpace::new(&args.model, vehicle, args.convention, &args.overrides()?)?;
+    let mut cases = Vec::new();
+    for l in loaded {
+        cases.push(Case::new(&l.trajectory, args.model, l.vehicle(), args.convention, space.tau_p_upper())?);
+    }
+    Ok((space, Reference::new(cases, args.gof)))
+}
+
+fn search(
+    evaluator: &mut dyn Evaluator,
+    reference: &Reference,
+    loaded: &[Loaded],
+    space: &SearchSpace,
+    args: &Args,
+    settings: &Calibration,
+) -> anyhow::Result<ResultFile> {
+    let mut bar = progress::Bar::new(settings);
+    let replicates = calibrate(evaluator, space, settings, &mut |p| bar.update(p))?;
+    bar.finish();
+    let trajectories: Vec<_> = loaded.iter().map(|l| &l.trajectory).collect();
+    let calibrated = Calibrated {
+        evaluator,
+        reference,
+        trajectories: &trajectories,
+        vehicle: loaded[0].vehicle.as_ref().map(|(v, from)| (v, from.as_str())),
+        space,
+        gof: args.gof,
+        settings,
+        replicates,
+    };
+    Ok(calibrated.into_result())
+}

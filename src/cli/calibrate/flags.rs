@@ -1,0 +1,119 @@
+//! The flags of `leadlag calibrate`.
+
+use super::super::data::DataArgs;
+use super::super::{Usage, evaluator};
+use leadlag::calibrate::{Calibration, OptimizerKind, Overrides, Stop, read_bounds};
+use leadlag::catalog::Variant;
+use leadlag::convention::Convention;
+use leadlag::score::GoodnessOfFit;
+use std::path::PathBuf;
+use std::time::Duration;
+
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Measured files; several are calibrated one by one, unless --joint
+    #[arg(required = true, value_name = "FILE")]
+    pub files: Vec<PathBuf>,
+    /// The follower: 1 is right behind the platoon leader [default: the only one]
+    #[arg(long, value_name = "N")]
+    pub follower: Option<usize>,
+    /// Variant by id (1 to 90) or name, such as gipps+delay+linear+mfc
+    #[arg(long, value_name = "ID|NAME")]
+    pub model: Variant,
+    /// Folder for result.json, timing.json, simulation.csv and plot.svg
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// One parameter set for all files
+    #[arg(long)]
+    pub joint: bool,
+    /// What is minimised: nrmse-sva, rmse-s, u-sv, ...; weights behind a colon: nrmse-sva:1,1,0.5
+    #[arg(long, default_value = "nrmse-sva")]
+    pub gof: GoodnessOfFit,
+    /// paper or authors, with single rows changed behind a comma: authors,road_load=si
+    #[arg(long, default_value = "paper")]
+    pub convention: Convention,
+    /// TOML file of bounds that replace those of Table 3: v_0 = [25, 40]
+    #[arg(long, value_name = "FILE.toml")]
+    pub bounds: Option<PathBuf>,
+    /// Fix a parameter; may be given several times
+    #[arg(long, value_name = "NAME=VALUE", value_parser = fixed)]
+    pub fix: Vec<(String, f64)>,
+    /// Print result.json instead of text
+    #[arg(long)]
+    pub json: bool,
+    #[command(flatten)]
+    pub search: SearchArgs,
+    /// Which evaluator simulates the candidates
+    #[arg(long, value_enum, default_value_t, help_heading = "Search")]
+    pub evaluator: evaluator::Choice,
+    #[command(flatten)]
+    pub data: DataArgs,
+}
+
+/// Optimiser, seed, replicates and stopping rules.
+#[derive(Debug, Clone, clap::Args)]
+#[command(next_help_heading = "Search")]
+pub struct SearchArgs {
+    /// auto, or ga: the paper's genetic algorithm; auto takes the best one that this version has
+    #[arg(long, default_value = "auto")]
+    pub optimizer: OptimizerKind,
+    /// The one seed of all random numbers
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Independent repetitions
+    #[arg(long, value_name = "R", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    pub replicates: u64,
+    /// Stop a replicate before it would exceed this number of simulations
+    #[arg(long, value_name = "N", default_value_t = Stop::default().max_evaluations,
+          value_parser = clap::value_parser!(u64).range(100..))]
+    pub max_evaluations: u64,
+    /// Stop a replicate after this many generations without gain
+    #[arg(long, value_name = "N", default_value_t = Stop::default().max_stall,
+          value_parser = clap::value_parser!(u64).range(1..))]
+    pub max_stall: u64,
+    /// Stop a replicate after this many seconds; the result then depends on the machine
+    #[arg(long, value_name = "S")]
+    pub max_seconds: Option<f64>,
+    /// Stop a replicate at this score
+    #[arg(long, value_name = "SCORE")]
+    pub target: Option<f64>,
+}
+
+fn fixed(text: &str) -> Result<(String, f64), String> {
+    let expected = || format!("expected NAME=VALUE such as tau_p=0.3, found `{text}`");
+    let (name, value) = text.split_once('=').ok_or_else(expected)?;
+    let value: f64 = value.trim().parse().map_err(|_| expected())?;
+    Ok((name.trim().to_owned(), value))
+}
+
+impl Args {
+    /// Bounds of the file, then fixed values.
+    pub fn overrides(&self) -> anyhow::Result<Overrides> {
+        let mut overrides = self.bounds.as_deref().map(read_bounds).transpose()?.unwrap_or_default();
+        for (name, value) in &self.fix {
+            overrides.insert(name.clone(), [*value, *value]);
+        }
+        let parameters = self.model.parameters();
+        if let Some((name, _)) = self.fix.iter().find(|(n, _)| !parameters.iter().any(|s| s.name() == n)) {
+            let known: Vec<&str> = parameters.iter().map(|s| s.name()).collect();
+            let message = format!("--fix {name}: variant {} has the parameters {}", self.model, known.join(", "));
+            return Err(Usage(message).into());
+        }
+        Ok(overrides)
+    }
+
+    pub fn settings(&self) -> Calibration {
+        let search = &self.search;
+        Calibration {
+            optimizer: search.optimizer,
+            seed: search.seed,
+            replicates: search.replicates,
+            stop: Stop {
+                max_evaluations: search.max_evaluations,
+                max_stall: search.max_stall,
+                max_time: search.max_seconds.map(|s| Duration::from_secs_f64(s.clamp(0.0, 1e9))),
+                target: search.target,
+            },
+        }
+    }
+}

@@ -1,0 +1,163 @@
+//! From file names and flags to trajectories with vehicle and grade.
+
+use super::Usage;
+use anyhow::Context;
+use clap::ValueEnum;
+use leadlag::trajectory::{Grade, Layout, Preparation, Reconcile, Recording, Trajectory, import, prepare};
+use leadlag::vehicle::{self, Vehicle};
+use std::path::{Path, PathBuf};
+
+/// How measured files are read and prepared.
+#[derive(Debug, Clone, clap::Args)]
+#[command(next_help_heading = "Data")]
+pub struct DataArgs {
+    /// Layout: openacc, astazero-rebuilt, astazero-processed, ultra-av, pair [default: by the header]
+    #[arg(long)]
+    pub layout: Option<Layout>,
+    /// Trajectory id, in files that hold several
+    #[arg(long, value_name = "ID")]
+    pub trajectory: Option<String>,
+    /// Segment between long gaps, from 1 [default: the longest]
+    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(1..))]
+    pub segment: Option<u32>,
+    /// First time to use, in the file's own seconds
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    pub from: Option<f64>,
+    /// Last time to use, in the file's own seconds
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    pub to: Option<f64>,
+    /// Missing samples are interpolated over at most this many seconds; longer gaps split the file
+    #[arg(long, value_name = "S", default_value_t = 1.0)]
+    pub max_gap: f64,
+    /// Smooth as the paper's authors did: two Savitzky-Golay passes, 51 points, cubic
+    #[arg(long)]
+    pub smooth: bool,
+    /// Resample to this time step, in seconds
+    #[arg(long, value_name = "DT")]
+    pub resample: Option<f64>,
+    /// What the spacing is anchored to where measured gap and speeds contradict each other
+    #[arg(long, value_enum, default_value_t = ReconcileArg::Gap)]
+    pub reconcile: ReconcileArg,
+    /// The follower: a built-in vehicle or FILE#NAME [default: by its name in the file]
+    #[arg(long, value_name = "NAME|FILE#NAME")]
+    pub vehicle: Option<String>,
+    /// Grade table: X,Y of a closed track, or position_m,sin_grade of an open road; or `level`
+    #[arg(long, value_name = "FILE|level")]
+    pub grade: Option<String>,
+    /// Length of the preceding vehicle in m [default: from the file, else unknown]
+    #[arg(long, value_name = "M")]
+    pub lead_length: Option<f64>,
+    /// Position of the preceding vehicle on the grade table at the first row of the file, in m
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    pub lead_start: Option<f64>,
+}
+
+/// What the spacing is anchored to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ReconcileArg {
+    /// The measured gap; the position of the preceding vehicle follows from it
+    Gap,
+    /// The integrated speed difference, from the first gap on
+    Speeds,
+}
+
+/// A trajectory with its vehicle.
+#[derive(Debug, Clone)]
+pub struct Loaded {
+    pub trajectory: Trajectory,
+    /// The vehicle and how `--vehicle` finds it again.
+    pub vehicle: Option<(Vehicle, String)>,
+}
+
+impl Loaded {
+    pub fn vehicle(&self) -> Option<&Vehicle> {
+        self.vehicle.as_ref().map(|(vehicle, _)| vehicle)
+    }
+}
+
+impl DataArgs {
+    /// Reads a file.
+    pub fn read(&self, path: &Path) -> anyhow::Result<Recording> {
+        Ok(import::read(path, self.layout)?)
+    }
+
+    /// One follower of a recording, prepared; without a number, the only one.
+    pub fn pick(&self, recording: &Recording, follower: Option<usize>) -> anyhow::Result<Loaded> {
+        let follower = follower.map_or_else(|| only_follower(recording), Ok)?;
+        let trajectory = self.choose(prepare(recording, follower, &self.preparation()?)?)?;
+        let vehicle = self.find_vehicle(&trajectory)?;
+        Ok(Loaded { trajectory, vehicle })
+    }
+
+    fn preparation(&self) -> anyhow::Result<Preparation> {
+        let grade = match self.grade.as_deref() {
+            None => None,
+            Some("level") => Some(Grade::level()),
+            Some(path) => Some(Grade::read_csv(Path::new(path))?),
+        };
+        Ok(Preparation {
+            from: self.from,
+            to: self.to,
+            max_gap_s: self.max_gap,
+            smooth: self.smooth,
+            resample: self.resample,
+            reconcile: match self.reconcile {
+                ReconcileArg::Gap => Reconcile::Gap,
+                ReconcileArg::Speeds => Reconcile::Speeds,
+            },
+            trajectory_id: self.trajectory.clone(),
+            grade,
+            lead_length: self.lead_length,
+            lead_start_m: self.lead_start,
+        })
+    }
+
+    /// The segment asked for, else the longest, which is said.
+    fn choose(&self, mut segments: Vec<Trajectory>) -> anyhow::Result<Trajectory> {
+        let count = segments.len();
+        let index = match self.segment {
+            Some(k) if k as usize <= count => k as usize - 1,
+            Some(k) => return Err(Usage(format!("--segment {k}: there are {count}")).into()),
+            None => {
+                let longest = (0..count).max_by_key(|&i| (segments[i].len(), count - i));
+                longest.context("no segment is long enough")?
+            }
+        };
+        if count > 1 && self.segment.is_none() {
+            let (number, samples) = (index + 1, segments[index].len());
+            eprintln!(
+                "warning: {count} pieces; using the longest, number {number} ({samples} samples); \
+                 --segment or --trajectory choose another"
+            );
+        }
+        Ok(segments.swap_remove(index))
+    }
+
+    /// The vehicle: as told, else by its name in a table beside the data, else by its name in the built-in table.
+    fn find_vehicle(&self, trajectory: &Trajectory) -> anyhow::Result<Option<(Vehicle, String)>> {
+        if let Some(text) = &self.vehicle {
+            return Ok(Some((vehicle::find(text)?, text.clone())));
+        }
+        let folder = Path::new(&trajectory.source.path).parent().unwrap_or(Path::new("."));
+        let tables: [PathBuf; 2] = ["vehicles", "../vehicles"].map(|f| folder.join(f).join("vehicles.csv"));
+        if let Some(table) = tables.iter().find(|t| t.exists()) {
+            let found = vehicle::read_table(table)?.into_iter().find(|v| v.is_called(&trajectory.name));
+            if let Some(vehicle) = found {
+                let from = format!("{}#{}", table.display(), vehicle.slug);
+                return Ok(Some((vehicle, from)));
+            }
+        }
+        Ok(Vehicle::called(&trajectory.name).map(|v| (v.clone(), v.slug)))
+    }
+}
+
+/// The follower of a file that has only one.
+fn only_follower(recording: &Recording) -> anyhow::Result<usize> {
+    let mut cars = recording.platoons[0].cars.iter().filter(|c| c.number > 1);
+    let followers: Vec<String> = cars.by_ref().map(|c| format!("{} = {}", c.number - 1, c.name)).collect();
+    if followers.len() == 1 {
+        return Ok(1);
+    }
+    let path = &recording.source.path;
+    Err(Usage(format!("--follower is needed: {path} has the followers {}", followers.join(", "))).into())
+}

@@ -1,0 +1,106 @@
+//! `leadlag evaluate`: scores of parameter vectors that are given as rows.
+
+use super::calibrate::read_bounds;
+use super::{Usage, evaluator, interrupt, output};
+use anyhow::Context;
+use clap::ValueEnum;
+use indicatif::{ProgressBar, ProgressStyle};
+use leadlag::convention::Convention;
+use leadlag::evaluate::{DataLayout, Library, Settings, TableError, evaluate_table};
+use leadlag::evaluator::Case;
+use leadlag::symbols::Symbol;
+use std::fs::File;
+use std::io::{BufReader, BufWriter, Write};
+use std::path::PathBuf;
+
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Table with the columns model_id (or variant), platoon, follower_position and the parameters by name
+    #[arg(value_name = "CASES.csv")]
+    cases: PathBuf,
+    /// Folder of the platoon files
+    #[arg(long, value_name = "DIR")]
+    data: PathBuf,
+    /// Which copy of the AstaZero platoons is searched in DIR
+    #[arg(long, value_enum, default_value_t = LayoutArg::Processed)]
+    layout: LayoutArg,
+    /// paper or authors, with single rows changed behind a comma: authors,road_load=si
+    #[arg(long, default_value = "paper")]
+    convention: Convention,
+    /// Which evaluator simulates the rows
+    #[arg(long, value_enum, default_value_t)]
+    evaluator: evaluator::Choice,
+    /// Precision of the lanes and gpu evaluators; the reference always computes in f64
+    #[arg(long, value_parser = ["plain", "compensated"])]
+    precision: Option<String>,
+    /// TOML file whose upper bound of tau_p fixes the scored window of variants with delay
+    /// [default: 0.8 s, Table 3]
+    #[arg(long, value_name = "FILE.toml")]
+    bounds: Option<PathBuf>,
+    /// Add the f64 value of NRMSE(s,v,a) in a column of its own
+    #[arg(long)]
+    rescore: bool,
+    /// Write the table here [default: stdout]
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum LayoutArg {
+    /// astazero_c2art, as the paper's authors processed them
+    Processed,
+    /// astazero_rebuilt, unfiltered speeds and measured gaps
+    Rebuilt,
+}
+
+pub fn run(args: &Args) -> anyhow::Result<()> {
+    args.evaluator.check()?;
+    if args.precision.is_some() {
+        let message = "--precision goes with --evaluator lanes or gpu; the reference computes in f64";
+        return Err(Usage(message.to_owned()).into());
+    }
+    let overrides = args.bounds.as_deref().map(read_bounds).transpose()?.unwrap_or_default();
+    let table = Case::bounds(Symbol::tau_p, None, args.convention).context("Table 3 bounds tau_p")?;
+    let [_, tau_p_upper] = overrides.get(Symbol::tau_p.name()).copied().unwrap_or(table);
+    let settings = Settings { convention: args.convention, tau_p_upper, rescore: args.rescore };
+    let layout = match args.layout {
+        LayoutArg::Processed => DataLayout::Processed,
+        LayoutArg::Rebuilt => DataLayout::Rebuilt,
+    };
+    let mut library = Library::open(&args.data, layout)?;
+    let shown = args.cases.display().to_string();
+    let input = File::open(&args.cases).with_context(|| format!("{shown}: cannot open the cases"))?;
+    let output: Box<dyn Write> = match &args.out {
+        Some(path) => {
+            let file = File::create(path).with_context(|| format!("{}: cannot write the results", path.display()))?;
+            Box::new(BufWriter::new(file))
+        }
+        None => Box::new(BufWriter::new(std::io::stdout())),
+    };
+
+    interrupt::watch();
+    let style = ProgressStyle::with_template("{spinner} {pos} rows, {per_sec}, {elapsed}")?;
+    let bar = ProgressBar::new_spinner().with_style(style);
+    let mut progress = |rows| {
+        bar.set_position(rows);
+        !interrupt::asked()
+    };
+    let result = evaluate_table(BufReader::new(input), &shown, output, &mut library, &settings, &mut progress);
+    bar.finish_and_clear();
+    for source in library.sources() {
+        eprintln!("used {} sha256 {}", source.path, source.sha256);
+    }
+    let summary = match result {
+        Err(TableError::Write(e)) => return Err(output::write_error(e, args.out.as_deref())),
+        other => other?,
+    };
+    eprintln!(
+        "{} rows: {} simulated to the end, {} ended early, {} invalid; evaluator reference (f64), convention {}",
+        summary.rows,
+        summary.rows - summary.failed - summary.invalid,
+        summary.failed,
+        summary.invalid,
+        args.convention
+    );
+    Ok(())
+}

@@ -1,0 +1,136 @@
+//! `leadlag list`: variants, parameters, vehicles, goodness-of-fit functions, conventions.
+
+use super::output;
+use clap::ValueEnum;
+use leadlag::catalog::Variant;
+use leadlag::convention::Convention;
+use leadlag::evaluator::Case;
+use leadlag::score::Measures;
+use leadlag::symbols::Symbol;
+use leadlag::vehicle::Vehicle;
+use serde_json::{Value, json};
+use std::fmt::Write;
+
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// What to list
+    #[arg(value_enum, default_value_t = Topic::Variants)]
+    topic: Topic,
+    /// Only the parameters of this variant
+    #[arg(long, value_name = "ID|NAME")]
+    model: Option<Variant>,
+    /// Vehicle whose road loads are bounded: a built-in one or FILE#NAME
+    #[arg(long, value_name = "NAME|FILE#NAME")]
+    vehicle: Option<String>,
+    /// Convention of the bounds
+    #[arg(long, default_value = "paper")]
+    convention: Convention,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Topic {
+    /// The ninety variants of Table 1
+    Variants,
+    /// Calibration parameters with units and the bounds of Table 3
+    Parameters,
+    /// Built-in vehicles
+    Vehicles,
+    /// Goodness-of-fit functions
+    Gof,
+    /// The rows of the conventions
+    Conventions,
+}
+
+/// Name, JSON and one line of text per entry.
+type Entry = (Value, String);
+
+pub fn run(args: &Args) -> anyhow::Result<()> {
+    let entries = match args.topic {
+        Topic::Variants => Variant::all().map(|v| variant(&v)).collect(),
+        Topic::Parameters => parameters(args)?,
+        Topic::Vehicles => Vehicle::built_in().iter().map(vehicle).collect(),
+        Topic::Gof => gof(),
+        Topic::Conventions => conventions(),
+    };
+    if args.json {
+        return output::print_json(&entries.into_iter().map(|(value, _)| value).collect::<Vec<_>>());
+    }
+    let mut text = String::new();
+    for (_, line) in entries {
+        text += &line;
+        text.push('\n');
+    }
+    output::print(&text)
+}
+
+fn variant(v: &Variant) -> Entry {
+    let names: Vec<&str> = v.parameters().iter().map(|s| s.name()).collect();
+    let value = json!({"model_id": v.id(), "variant": v.name(), "base": v.base.paper, "parameters": names});
+    (value, format!("{:>2}  {:<32} {}", v.id(), v.name(), names.join(" ")))
+}
+
+fn parameters(args: &Args) -> anyhow::Result<Vec<Entry>> {
+    let vehicle = args.vehicle.as_deref().map(leadlag::vehicle::find).transpose()?;
+    let symbols = args.model.map_or_else(|| Symbol::ALL.to_vec(), |m| m.parameters());
+    let entry = |symbol: Symbol| {
+        let bounds = Case::bounds(symbol, vehicle.as_ref(), args.convention);
+        let shown = bounds.map_or("by --vehicle".to_owned(), |[lower, upper]| format!("{lower:.5} .. {upper:.5}"));
+        let value = json!({
+            "name": symbol.name(), "paper": symbol.paper(), "unit": symbol.unit(), "bounds": bounds,
+            "meaning": symbol.meaning(),
+        });
+        let (name, unit) = (symbol.name(), symbol.unit());
+        (value, format!("{name:<10} {unit:<5} {shown:>24}  {}", symbol.meaning()))
+    };
+    Ok(symbols.into_iter().map(entry).collect())
+}
+
+fn vehicle(v: &Vehicle) -> Entry {
+    let value = json!({
+        "slug": v.slug, "name": v.name, "aliases": v.aliases, "mass_unladen_kg": v.m_0, "phi": v.phi_f,
+        "length_m": v.length, "f_0_N": v.f_0, "f_1_N_per_kmh": v.f_1_printed, "f_2_N_per_kmh2": v.f_2_printed,
+    });
+    let length = v.length.map_or("?".to_owned(), |l| format!("{l:.3}"));
+    (value, format!("{:<13} {:<26} {:>5} kg  phi {:.4}  {length} m", v.slug, v.name, v.m_0, v.phi_f))
+}
+
+fn gof() -> Vec<Entry> {
+    let names = Measures::NAMES.iter().copied().chain(["rmspe_a"]);
+    let entry = |name: &str| {
+        let mut line = String::new();
+        let flag = name.replace('_', "-");
+        let (kind, signals) = name.rsplit_once('_').unwrap_or((name, ""));
+        let kind = match kind {
+            "rmse" => "root mean square error",
+            "rmspe" => "root mean square of the relative error",
+            "nrmse" => "RMSE over the root mean square of the measured signal",
+            "u" => "Theil's inequality coefficient",
+            _ => "RMSE over the range of the measured signal, summed",
+        };
+        let _ = write!(line, "{flag:<15} {kind}");
+        if signals.len() > 1 && !line.ends_with("summed") {
+            line += ", summed";
+        }
+        (json!({"name": flag, "column": name, "meaning": kind}), line)
+    };
+    names.map(entry).collect()
+}
+
+fn conventions() -> Vec<Entry> {
+    let entry = |row: &leadlag::convention::Row| {
+        let ((paper, paper_is), (authors, authors_is)) = (row.paper, row.authors);
+        let value = json!({
+            "row": row.name, "meaning": row.meaning, "paper": paper, "paper_meaning": paper_is,
+            "authors": authors, "authors_meaning": authors_is,
+        });
+        let text = format!(
+            "{}: {}\n  paper    {paper:<11} {paper_is}\n  authors  {authors:<11} {authors_is}",
+            row.name, row.meaning
+        );
+        (value, text)
+    };
+    Convention::ROWS.iter().map(entry).collect()
+}

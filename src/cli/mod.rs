@@ -1,0 +1,67 @@
+//! One file per verb: flags, library call, output.
+//!
+//! Results go to stdout, progress and warnings to stderr; exit 0 done, 1 failed, 2 wrong usage.
+
+mod calibrate;
+mod data;
+mod demo;
+mod evaluate;
+mod evaluator;
+mod inspect;
+mod interrupt;
+mod list;
+pub mod output;
+mod simulate;
+mod synth;
+
+use clap::{Parser, Subcommand};
+
+/// Calibrates and validates car-following and ACC models against measured trajectories.
+#[derive(Debug, Parser)]
+#[command(name = "leadlag", version, propagate_version = true, max_term_width = 100)]
+pub struct Cli {
+    /// Number of threads; results do not depend on it
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Show what a measured file contains: vehicles, spans, sampling, noise, gaps, contradictions
+    Inspect(inspect::Args),
+    /// Calibrate a variant against a measured follower
+    Calibrate(Box<calibrate::Args>),
+    /// Simulate a calibrated variant on a trajectory, or a whole platoon of them
+    Simulate(simulate::Args),
+    /// Score parameter vectors that are given as rows of a table
+    Evaluate(evaluate::Args),
+    /// List variants, parameters, vehicles, goodness-of-fit functions, conventions
+    List(list::Args),
+    /// Write a synthetic five-car platoon whose truth is known
+    Synth(synth::Args),
+    /// Make a synthetic platoon, inspect it, calibrate a variant on it: no data needed
+    Demo(demo::Args),
+}
+
+/// Wrong usage that the argument parser cannot see.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct Usage(pub String);
+
+/// Runs one command.
+pub fn run(cli: Cli) -> anyhow::Result<()> {
+    if let Some(threads) = cli.threads {
+        rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global()?;
+    }
+    match cli.command {
+        Command::Inspect(args) => inspect::run(&args),
+        Command::Calibrate(args) => calibrate::run(&args),
+        Command::Simulate(args) => simulate::run(&args),
+        Command::Evaluate(args) => evaluate::run(&args),
+        Command::List(args) => list::run(&args),
+        Command::Synth(args) => synth::run(&args),
+        Command::Demo(args) => demo::run(&args),
+    }
+}

@@ -1,0 +1,52 @@
+//! Writing to stdout and to files.
+
+use anyhow::Context;
+use std::io::{ErrorKind, Write};
+use std::path::Path;
+
+/// Prints a result to stdout.
+pub fn print(text: &str) -> anyhow::Result<()> {
+    let mut stdout = std::io::stdout().lock();
+    stdout.write_all(text.as_bytes())?;
+    stdout.flush()?;
+    Ok(())
+}
+
+/// Prints a value as JSON to stdout.
+pub fn print_json(value: &impl serde::Serialize) -> anyhow::Result<()> {
+    print(&(serde_json::to_string_pretty(value)? + "\n"))
+}
+
+/// Writes a file whole or not at all: under another name first, then renamed.
+pub fn write_file(path: &Path, content: &[u8]) -> anyhow::Result<()> {
+    let temporary = path.with_extension(format!("tmp-{}", std::process::id()));
+    let written = std::fs::write(&temporary, content).and_then(|()| std::fs::rename(&temporary, path));
+    if written.is_err() {
+        // Best effort: the error that matters is the other one.
+        let _ = std::fs::remove_file(&temporary);
+    }
+    written.with_context(|| format!("{}: cannot write the file", path.display()))
+}
+
+/// Makes a folder with its parents.
+pub fn make_folder(path: &Path) -> anyhow::Result<()> {
+    std::fs::create_dir_all(path).with_context(|| format!("{}: cannot make the folder", path.display()))
+}
+
+/// An error of writing a table, with the place it was written to.
+pub fn write_error(source: csv::Error, path: Option<&Path>) -> anyhow::Error {
+    let place = path.map_or("stdout".to_owned(), |p| p.display().to_string());
+    anyhow::Error::new(source).context(format!("{place}: cannot write the results"))
+}
+
+/// True if the reader of stdout has gone away (`| head`), which is no failure.
+pub fn is_broken_pipe(error: &anyhow::Error) -> bool {
+    error.chain().any(|cause| {
+        let io = cause.downcast_ref::<std::io::Error>().map(std::io::Error::kind);
+        let csv = cause.downcast_ref::<csv::Error>().and_then(|e| match e.kind() {
+            csv::ErrorKind::Io(e) => Some(e.kind()),
+            _ => None,
+        });
+        io.or(csv) == Some(ErrorKind::BrokenPipe)
+    })
+}

@@ -1,0 +1,194 @@
+//! Scoring parameter vectors that are given as rows of a table: in order, in bounded memory, bad rows marked.
+
+mod library;
+mod row;
+
+pub use library::{DataLayout, Library};
+
+use crate::convention::{BoundRule, Convention};
+use crate::evaluator::Outcome;
+use crate::reference::{Reference, Trace};
+use crate::score::{GoodnessOfFit, Measures};
+use csv::ByteRecord;
+use rayon::prelude::*;
+use row::{Columns, Task};
+use std::io::{Read, Write};
+
+/// Rows that are held in memory at a time.
+const CHUNK: usize = 4096;
+
+/// How rows are scored.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// The convention.
+    pub convention: Convention,
+    /// Upper bound of the perception delay \[s\]: fixes the scored window of variants with delay.
+    pub tau_p_upper: f64,
+    /// Add the f64 value of NRMSE(s,v,a) as a column of its own.
+    pub rescore: bool,
+}
+
+/// How many rows had which fate.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Summary {
+    /// Rows read.
+    pub rows: u64,
+    /// Runs that ended early.
+    pub failed: u64,
+    /// Rows that could not be simulated.
+    pub invalid: u64,
+}
+
+/// A table that cannot be evaluated at all.
+#[derive(Debug, thiserror::Error)]
+pub enum TableError {
+    /// The rows cannot be read.
+    #[error("{path}: cannot read the cases")]
+    Read {
+        /// The table.
+        path: String,
+        /// Where and why.
+        source: csv::Error,
+    },
+    /// A column that every row needs is missing.
+    #[error("{path}:1: column {missing} is missing; the file has {} (needed: model_id or variant, platoon, follower_position)", found.join(", "))]
+    Column {
+        /// The table.
+        path: String,
+        /// The missing column.
+        missing: &'static str,
+        /// The columns it has.
+        found: Vec<String>,
+    },
+    /// The results cannot be written.
+    #[error("cannot write the results")]
+    Write(#[source] csv::Error),
+    /// The caller asked to stop; the rows written so far are complete.
+    #[error("interrupted after {0} rows; what was written is complete up to there")]
+    Interrupted(u64),
+}
+
+/// Evaluates a table with the reference evaluator: all input columns, then the outcome, row by row.
+///
+/// `path` names the input in messages. `progress` is told the rows done and may stop the work by returning false.
+///
+/// # Errors
+/// When the input has not the needed columns, or reading or writing fails. A bad row is no error: it is marked.
+pub fn evaluate_table(
+    input: impl Read,
+    path: &str,
+    output: impl Write,
+    library: &mut Library,
+    settings: &Settings,
+    progress: &mut dyn FnMut(u64) -> bool,
+) -> Result<Summary, TableError> {
+    let read_error = |source| TableError::Read { path: path.to_owned(), source };
+    let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(input);
+    let headers = reader.byte_headers().map_err(read_error)?.clone();
+    let columns = Columns::find(&headers, path)?;
+    let mut writer = csv::WriterBuilder::new().flexible(true).from_writer(output);
+    writer.write_byte_record(&output_headers(&headers, settings)).map_err(TableError::Write)?;
+
+    let mut summary = Summary::default();
+    let mut records = Vec::new();
+    loop {
+        records.clear();
+        let mut record = ByteRecord::new();
+        while records.len() < CHUNK && reader.read_byte_record(&mut record).map_err(read_error)? {
+            records.push(std::mem::take(&mut record));
+        }
+        if records.is_empty() {
+            break;
+        }
+        // Files are read here, one after the other; the threads below only simulate.
+        let tasks: Vec<Task> = records.iter().map(|r| Task::parse(r, &columns, library, settings)).collect();
+        let results: Vec<Result<Outcome, String>> = tasks
+            .into_par_iter()
+            .map_init(Trace::default, |trace, task| {
+                let (case, parameters) = task.0.map_err(|reason| reason.to_string())?;
+                Ok(Reference::outcome(&case, &parameters, trace))
+            })
+            .collect();
+        for (record, result) in records.iter().zip(&results) {
+            summary.rows += 1;
+            summary.failed += u64::from(matches!(result, Ok(outcome) if outcome.result.is_err()));
+            summary.invalid += u64::from(result.is_err());
+            writer
+                .write_byte_record(&output_row(record, headers.len(), result, settings))
+                .map_err(TableError::Write)?;
+        }
+        writer.flush().map_err(|e| TableError::Write(e.into()))?;
+        if !progress(summary.rows) {
+            return Err(TableError::Interrupted(summary.rows));
+        }
+    }
+    Ok(summary)
+}
+
+/// Names of the outcome columns.
+fn outcome_headers(settings: &Settings) -> Vec<&'static str> {
+    let mut names = vec!["success", "fail_reason", "fail_step", "delay_steps", "n_cut_acc", "n_cut_dec"];
+    names.extend(Measures::NAMES);
+    names.extend(["calib_cost", "evaluator", "precision"]);
+    if settings.rescore {
+        names.push("nrmse_sva_f64");
+    }
+    names
+}
+
+/// The input's columns, renamed where an outcome has the same name, then the outcome's.
+fn output_headers(headers: &ByteRecord, settings: &Settings) -> ByteRecord {
+    let outcomes = outcome_headers(settings);
+    let renamed = headers.iter().map(|name| {
+        let taken = outcomes.iter().any(|o| o.as_bytes() == name);
+        if taken { [name, b"_in"].concat() } else { name.to_vec() }
+    });
+    renamed.chain(outcomes.iter().map(|o| o.as_bytes().to_vec())).collect::<Vec<_>>().into()
+}
+
+fn output_row(record: &ByteRecord, width: usize, result: &Result<Outcome, String>, settings: &Settings) -> ByteRecord {
+    let mut row: ByteRecord = (0..width).map(|i| record.get(i).unwrap_or_default()).collect::<Vec<_>>().into();
+    let mut push = |text: &str| row.push_field(text.as_bytes());
+    let measures = match result {
+        Ok(outcome) => {
+            match outcome.result {
+                Ok(_) => ["1", "", ""].into_iter().for_each(&mut push),
+                Err(failure) => ["0", failure.kind.name(), &failure.step.to_string()].into_iter().for_each(&mut push),
+            };
+            push(&float(outcome.delay_steps));
+            push(&outcome.n_cut_acc.to_string());
+            push(&outcome.n_cut_dec.to_string());
+            outcome.result.ok()
+        }
+        Err(reason) => {
+            ["0", &format!("invalid: {reason}"), "", "", "", ""].into_iter().for_each(&mut push);
+            None
+        }
+    };
+    let touched = result.as_ref().is_ok_and(|o| o.n_cut_acc + o.n_cut_dec > 0);
+    let rejected = touched && settings.convention.bounds == BoundRule::Reject;
+    let nrmse_sva = measures.map(|m| GoodnessOfFit::NRMSE_SVA.of(&m));
+    match measures {
+        Some(measures) => measures.values().iter().for_each(|v| push(&float(*v))),
+        None => Measures::NAMES.iter().for_each(|_| push("")),
+    }
+    push(&nrmse_sva.filter(|_| !rejected).map_or(String::new(), float));
+    let computed = result.is_ok();
+    push(if computed { "reference" } else { "" });
+    push(if computed { "f64" } else { "" });
+    if settings.rescore {
+        push(&nrmse_sva.map_or(String::new(), float));
+    }
+    row
+}
+
+/// Shortest text that reads back as the same number; NaN (a measure that does not exist) is empty.
+fn float(x: f64) -> String {
+    if x.is_nan() {
+        String::new()
+    } else if x.fract() == 0.0 && x.abs() < 1e15 {
+        format!("{x:.0}")
+    } else {
+        format!("{x:?}")
+    }
+}

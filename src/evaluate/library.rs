@@ -1,0 +1,149 @@
+//! A folder of platoon files with their companions, read on demand and once.
+
+use super::Settings;
+use crate::catalog::Variant;
+use crate::evaluator::{Case, CaseError};
+use crate::trajectory::{ImportError, Layout, Preparation, PrepareError, Source, import, prepare};
+use crate::vehicle::{Vehicle, VehicleError, read_table};
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Which copy of the AstaZero platoons is meant.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum DataLayout {
+    /// As the paper's authors processed them (`astazero_c2art`).
+    #[default]
+    Processed,
+    /// Unfiltered speeds and measured gaps (`astazero_rebuilt`).
+    Rebuilt,
+}
+
+impl DataLayout {
+    fn folder(self) -> &'static str {
+        match self {
+            DataLayout::Processed => "astazero_c2art",
+            DataLayout::Rebuilt => "astazero_rebuilt",
+        }
+    }
+
+    fn layout(self) -> Layout {
+        match self {
+            DataLayout::Processed => Layout::AstazeroProcessed,
+            DataLayout::Rebuilt => Layout::AstazeroRebuilt,
+        }
+    }
+}
+
+/// A platoon that is not there or cannot be used.
+#[derive(Debug, Clone, thiserror::Error)]
+pub enum LibraryError {
+    /// There is no such file.
+    #[error("platoon {platoon}: no file {platoon}.csv in {}", searched.join(" or "))]
+    NotFound {
+        /// The file stem.
+        platoon: String,
+        /// The folders searched.
+        searched: Vec<String>,
+    },
+    /// The name would leave the folder.
+    #[error("platoon `{0}`: expected the name of a file without folder and extension")]
+    Name(String),
+    /// The file cannot be imported.
+    #[error("{0}")]
+    Import(#[source] Arc<ImportError>),
+    /// The file cannot be prepared.
+    #[error("{0}")]
+    Prepare(#[source] Arc<PrepareError>),
+    /// The file splits into segments, which rows cannot name.
+    #[error("platoon {platoon} follower {follower}: long gaps split it into {segments} segments; cut a gap-free file")]
+    Segments {
+        /// The file stem.
+        platoon: String,
+        /// The follower.
+        follower: usize,
+        /// How many.
+        segments: usize,
+    },
+    /// It is too short.
+    #[error(transparent)]
+    Case(#[from] CaseError),
+}
+
+/// Platoons and vehicles of a data folder.
+#[derive(Debug)]
+pub struct Library {
+    folder: PathBuf,
+    layout: DataLayout,
+    vehicles: Vec<Vehicle>,
+    cases: HashMap<(String, usize), Result<Case, LibraryError>>,
+    sources: Vec<Source>,
+}
+
+impl Library {
+    /// Opens a folder. Vehicles come from `vehicles/vehicles.csv` in or beside it, else from the built-in table.
+    ///
+    /// # Errors
+    /// When a vehicle table is there but cannot be read.
+    pub fn open(folder: &Path, layout: DataLayout) -> Result<Library, VehicleError> {
+        let parent = folder.join("..");
+        let table = [folder, &parent].iter().map(|f| f.join("vehicles").join("vehicles.csv")).find(|p| p.exists());
+        let mut sources = Vec::new();
+        let vehicles = match &table {
+            Some(path) => {
+                sources.extend(Source::of(path).ok());
+                read_table(path)?
+            }
+            None => Vehicle::built_in(),
+        };
+        for vehicle in &vehicles {
+            let curve = vehicle.mfc.as_ref().and_then(|m| m.source.clone());
+            sources.extend(curve);
+        }
+        Ok(Library { folder: folder.to_owned(), layout, vehicles, cases: HashMap::new(), sources })
+    }
+
+    /// The files read so far, with checksums.
+    #[must_use]
+    pub fn sources(&self) -> &[Source] {
+        &self.sources
+    }
+
+    /// The case of a follower, for any variant (`Case::for_variant`).
+    pub(super) fn case(&mut self, platoon: &str, follower: usize, settings: &Settings) -> Result<Case, LibraryError> {
+        let key = (platoon.to_owned(), follower);
+        if !self.cases.contains_key(&key) {
+            let case = self.read(platoon, follower, settings);
+            self.cases.insert(key.clone(), case);
+        }
+        self.cases[&key].clone()
+    }
+
+    fn read(&mut self, platoon: &str, follower: usize, settings: &Settings) -> Result<Case, LibraryError> {
+        if platoon.is_empty() || platoon.contains(['/', '\\']) || platoon.contains("..") {
+            return Err(LibraryError::Name(platoon.to_owned()));
+        }
+        let folders = [self.folder.clone(), self.folder.join(self.layout.folder())];
+        let path = folders.iter().map(|f| f.join(format!("{platoon}.csv"))).find(|p| p.exists());
+        let Some(path) = path else {
+            let searched = folders.iter().map(|f| f.display().to_string()).collect();
+            return Err(LibraryError::NotFound { platoon: platoon.to_owned(), searched });
+        };
+        // In the folder named, files of any layout are welcome; in the AstaZero folders, only theirs.
+        let layout = path.starts_with(&folders[1]).then(|| self.layout.layout());
+        let recording = import::read(&path, layout).map_err(|e| LibraryError::Import(Arc::new(e)))?;
+        for source in std::iter::once(&recording.source).chain(&recording.companions) {
+            if !self.sources.contains(source) {
+                self.sources.push(source.clone());
+            }
+        }
+        let segments =
+            prepare(&recording, follower, &Preparation::default()).map_err(|e| LibraryError::Prepare(Arc::new(e)))?;
+        let [trajectory] = segments.as_slice() else {
+            return Err(LibraryError::Segments { platoon: platoon.to_owned(), follower, segments: segments.len() });
+        };
+        let vehicle = self.vehicles.iter().find(|v| v.is_called(&trajectory.name));
+        let any = Variant::from_id(1).expect("variant 1 exists");
+        Ok(Case::new(trajectory, any, vehicle, settings.convention, settings.tau_p_upper)?)
+    }
+}

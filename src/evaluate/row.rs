@@ -1,0 +1,99 @@
+//! One row of the table: which run it asks for, or why it asks for none.
+
+use super::library::{Library, LibraryError};
+use super::{Settings, TableError};
+use crate::catalog::{UnknownVariant, Variant};
+use crate::evaluator::{Case, CaseError, InvalidParameter};
+use crate::symbols::{Parameters, Symbol};
+use csv::ByteRecord;
+
+/// Where the needed columns are.
+pub(super) struct Columns {
+    width: usize,
+    variant: usize,
+    platoon: usize,
+    follower: usize,
+    parameters: Vec<(Symbol, usize)>,
+}
+
+impl Columns {
+    pub(super) fn find(headers: &ByteRecord, path: &str) -> Result<Columns, TableError> {
+        // A byte order mark belongs to no name.
+        let names: Vec<String> = headers
+            .iter()
+            .map(|name| String::from_utf8_lossy(name).trim_start_matches('\u{feff}').trim().to_owned())
+            .collect();
+        let position = |wanted: &str| names.iter().position(|name| name == wanted);
+        let need = |found: Option<usize>, missing| {
+            found.ok_or_else(|| TableError::Column { path: path.to_owned(), missing, found: names.clone() })
+        };
+        let parameters = Symbol::ALL.iter().filter_map(|&symbol| Some((symbol, position(symbol.name())?)));
+        Ok(Columns {
+            width: names.len(),
+            variant: need(position("model_id").or_else(|| position("variant")), "model_id")?,
+            platoon: need(position("platoon"), "platoon")?,
+            follower: need(position("follower_position"), "follower_position")?,
+            parameters: parameters.collect(),
+        })
+    }
+}
+
+/// Why a row cannot be simulated.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum InvalidRow {
+    #[error("expected {expected} fields as in the header, found {found}")]
+    Width { expected: usize, found: usize },
+    #[error(transparent)]
+    Variant(#[from] UnknownVariant),
+    #[error("follower_position: expected 1 or more (1 = right behind the platoon leader), found `{0}`")]
+    Follower(String),
+    #[error("{name}: expected a number for variant {variant}, found `{found}`")]
+    Number { name: &'static str, variant: String, found: String },
+    #[error("{name}: variant {variant} needs this parameter, but there is no such column")]
+    NoColumn { name: &'static str, variant: String },
+    #[error(transparent)]
+    Library(#[from] LibraryError),
+    #[error(transparent)]
+    Case(#[from] CaseError),
+    #[error(transparent)]
+    Parameter(#[from] InvalidParameter),
+}
+
+/// A run, or why there is none.
+pub(super) struct Task(pub(super) Result<(Case, Parameters), InvalidRow>);
+
+impl Task {
+    pub(super) fn parse(record: &ByteRecord, columns: &Columns, library: &mut Library, settings: &Settings) -> Task {
+        Task(parse(record, columns, library, settings))
+    }
+}
+
+fn parse(
+    record: &ByteRecord,
+    columns: &Columns,
+    library: &mut Library,
+    settings: &Settings,
+) -> Result<(Case, Parameters), InvalidRow> {
+    if record.len() != columns.width {
+        return Err(InvalidRow::Width { expected: columns.width, found: record.len() });
+    }
+    let text = |column: usize| String::from_utf8_lossy(record.get(column).unwrap_or_default()).trim().to_owned();
+    let variant: Variant = text(columns.variant).parse()?;
+    let follower = text(columns.follower);
+    let follower = follower.parse().ok().filter(|f| *f > 0).ok_or(InvalidRow::Follower(follower))?;
+    let mut parameters = Parameters::NONE;
+    for symbol in variant.parameters() {
+        let name = symbol.name();
+        let Some((_, column)) = columns.parameters.iter().find(|(s, _)| *s == symbol) else {
+            return Err(InvalidRow::NoColumn { name, variant: variant.name() });
+        };
+        let found = text(*column);
+        let Ok(value) = found.parse() else {
+            return Err(InvalidRow::Number { name, variant: variant.name(), found });
+        };
+        parameters.set(symbol, value);
+    }
+    let case = library.case(&text(columns.platoon), follower, settings)?.for_variant(variant)?;
+    case.check(&parameters)?;
+    Ok((case, parameters))
+}

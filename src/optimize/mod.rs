@@ -1,0 +1,84 @@
+//! Optimisers that know nothing about cars: they ask for the merits of a whole generation and are told them.
+
+mod ga;
+mod stream;
+
+pub use ga::{Ga, GaSettings};
+pub use stream::stream;
+
+use std::cmp::Ordering;
+
+/// How good a candidate is. Feasible ones come first, by value; infeasible ones by how long they survived.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Merit {
+    /// Value of the objective, finite; lower is better.
+    Feasible(f64),
+    /// No value; the more steps survived, the better.
+    Infeasible {
+        /// Steps before it failed.
+        survived: usize,
+    },
+}
+
+impl Merit {
+    /// The order from best to worst.
+    #[must_use]
+    pub fn order(&self, other: &Merit) -> Ordering {
+        match (self, other) {
+            (Merit::Feasible(a), Merit::Feasible(b)) => a.total_cmp(b),
+            (Merit::Feasible(_), Merit::Infeasible { .. }) => Ordering::Less,
+            (Merit::Infeasible { .. }, Merit::Feasible(_)) => Ordering::Greater,
+            (Merit::Infeasible { survived: a }, Merit::Infeasible { survived: b }) => b.cmp(a),
+        }
+    }
+
+    /// True if better than the other.
+    #[must_use]
+    pub fn beats(&self, other: &Merit) -> bool {
+        self.order(other) == Ordering::Less
+    }
+}
+
+/// A box in which an optimiser searches.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SearchBox {
+    /// Lower bounds.
+    pub lower: Vec<f64>,
+    /// Upper bounds, each above its lower bound.
+    pub upper: Vec<f64>,
+}
+
+impl SearchBox {
+    /// Number of dimensions.
+    #[must_use]
+    pub fn dimensions(&self) -> usize {
+        self.lower.len()
+    }
+
+    /// The point a fraction 0..1 of the way along dimension `i`.
+    fn along(&self, i: usize, fraction: f64) -> f64 {
+        self.lower[i] + fraction * (self.upper[i] - self.lower[i])
+    }
+}
+
+/// A candidate with its merit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Member {
+    /// Its coordinates.
+    pub point: Vec<f64>,
+    /// Its merit.
+    pub merit: Merit,
+}
+
+/// Asks for whole generations: `ask`, evaluate, `tell`, and again.
+pub trait Optimizer {
+    /// The candidates of the next generation that need a merit.
+    fn ask(&mut self) -> Vec<Vec<f64>>;
+    /// Their merits, in the order asked.
+    ///
+    /// # Panics
+    /// If there is not one merit per candidate asked for.
+    fn tell(&mut self, merits: &[Merit]);
+    /// The best candidate so far; `None` before the first `tell`.
+    fn best(&self) -> Option<&Member>;
+}

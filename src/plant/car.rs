@@ -1,0 +1,125 @@
+//! What is true of each car.
+
+use serde::{Deserialize, Serialize};
+
+/// The platoon leader: cruise control that follows the set speed of the scenario.
+///
+/// It makes up for the level-road load but not for the grade, so its speed wavers with the hills by
+/// `g * sin_grade / k`, as the platoon leader of the AstaZero drives does (about 0.35 m/s on 3 %).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Lead {
+    /// Name written into the file.
+    pub name: String,
+    /// Length of the car \[m\].
+    #[serde(rename = "length_m")]
+    pub length: f64,
+    /// Gain on set speed minus speed \[1/s\].
+    pub k: f64,
+    /// Actuation lag \[s\].
+    pub tau_a: f64,
+}
+
+/// A follower: controller, perception delay, actuation lag, road load and bounds.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CarTruth {
+    /// Name written into the file.
+    pub name: String,
+    /// Length of the car \[m\].
+    #[serde(rename = "length_m")]
+    pub length: f64,
+    /// Bumper-to-bumper gap to the car ahead at the start, at standstill \[m\].
+    #[serde(rename = "initial_gap_m")]
+    pub initial_gap: f64,
+    /// What turns perceived signals into an acceleration command.
+    pub controller: Controller,
+    /// Perception delay \[s\]: 0, or at least the fine step.
+    pub tau_p: f64,
+    /// Actuation lag \[s\]; 0 for an immediate response.
+    pub tau_a: f64,
+    /// Road load and grade that the command does not make up for (Eq. 11); `None` as in Eqs. 9 and 10.
+    pub load: Option<RoadLoad>,
+    /// Lower bound of the acceleration \[m/s²\] (Eq. 13), negative.
+    pub a_lb: f64,
+    /// Upper bound of the acceleration \[m/s²\] (Eq. 13).
+    pub a_ub: f64,
+}
+
+/// The acceleration command of a follower, with the paper's symbols.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", tag = "kind")]
+pub enum Controller {
+    /// Intelligent Driver Model, Eqs. 2 and 3.
+    Idm {
+        /// Desired speed \[m/s\].
+        v_0: f64,
+        /// Time headway \[s\].
+        t_h: f64,
+        /// Standstill spacing \[m\].
+        d_0: f64,
+        /// Largest acceleration \[m/s²\].
+        a_max: f64,
+        /// Comfortable deceleration \[m/s²\], negative.
+        a_min: f64,
+        /// Exponent.
+        delta: f64,
+    },
+    /// Gipps' model, Eqs. 4 and 5.
+    Gipps {
+        /// Desired speed \[m/s\].
+        v_0: f64,
+        /// Apparent reaction time \[s\].
+        t_h: f64,
+        /// Standstill spacing \[m\].
+        d_0: f64,
+        /// Largest acceleration \[m/s²\].
+        a_max: f64,
+        /// Comfortable deceleration \[m/s²\], negative.
+        a_min: f64,
+        /// Estimate of the preceding car's deceleration \[m/s²\], negative.
+        a_hat_min: f64,
+        /// Additional delay \[s\].
+        theta: f64,
+    },
+    /// Linear law with constant time headway, Eqs. 6 and 7.
+    Linear {
+        /// Set speed \[m/s\].
+        v_0: f64,
+        /// Time headway \[s\].
+        t_h: f64,
+        /// Standstill spacing \[m\].
+        d_0: f64,
+        /// Gain on the spacing error \[1/s²\].
+        k_s: f64,
+        /// Gain on the speed difference \[1/s\].
+        k_v: f64,
+        /// Gain on set speed minus speed \[1/s\].
+        k_0: f64,
+    },
+}
+
+/// Mass and resistances of Eq. 11, in SI units.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RoadLoad {
+    /// Operating mass \[kg\].
+    pub m_f: f64,
+    /// Equivalent inertial mass factor.
+    pub phi_f: f64,
+    /// Constant resistance \[N\].
+    pub f_0: f64,
+    /// Linear resistance \[kg/s\].
+    pub f_1: f64,
+    /// Quadratic resistance \[kg/m\].
+    pub f_2: f64,
+}
+
+/// Standard gravity \[m/s²\].
+pub(super) const GRAVITY: f64 = 9.80665;
+
+impl RoadLoad {
+    /// Eq. 11: acceleration that remains of a tractive acceleration \[m/s²\].
+    pub(super) fn net(&self, a_t: f64, v: f64, sin_grade: f64) -> f64 {
+        let cos_grade = (1.0 - sin_grade * sin_grade).sqrt();
+        let resistance = self.f_0 * cos_grade + (self.f_1 + self.f_2 * v) * v + self.m_f * GRAVITY * sin_grade;
+        (a_t - resistance / self.m_f) / self.phi_f
+    }
+}

@@ -1,0 +1,79 @@
+//! Acceleration commands in continuous time, written from the printed equations.
+
+use super::car::Controller;
+
+/// What a follower knows when it decides; all but `v_now` are old by the perception delay.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Seen {
+    /// Spacing \[m\].
+    pub(super) gap: f64,
+    /// Own speed \[m/s\].
+    pub(super) v: f64,
+    /// Speed of the car ahead \[m/s\].
+    pub(super) v_ahead: f64,
+    /// Own speed without delay \[m/s\]: the paper does not delay Eq. 4.
+    pub(super) v_now: f64,
+}
+
+impl Controller {
+    /// Acceleration command \[m/s²\].
+    pub(super) fn command(&self, seen: Seen) -> f64 {
+        match *self {
+            Controller::Idm { v_0, t_h, d_0, a_max, a_min, delta } => {
+                let closing = seen.v - seen.v_ahead;
+                let braking = seen.v * closing / (2.0 * (a_max * -a_min).sqrt());
+                let wanted = d_0 + (t_h * seen.v + braking).max(0.0);
+                a_max * (1.0 - (seen.v / v_0).powf(delta) - (wanted / seen.gap).powi(2))
+            }
+            Controller::Gipps { v_0, t_h, d_0, a_max, a_min, a_hat_min, theta } => {
+                let share = seen.v / v_0;
+                let free = seen.v + 2.5 * a_max * t_h * (1.0 - share) * (0.025 + share).sqrt();
+                let b = -a_min;
+                let reaction = b * (t_h / 2.0 + theta);
+                let room = 2.0 * (seen.gap - d_0) - t_h * seen.v + seen.v_ahead * seen.v_ahead / -a_hat_min;
+                // A negative radicand means that no speed is safe any more: brake as for a stop.
+                let safe = (reaction * reaction + b * room).max(0.0).sqrt() - reaction;
+                (free.min(safe) - seen.v_now) / t_h
+            }
+            Controller::Linear { v_0, t_h, d_0, k_s, k_v, k_0 } => {
+                let surplus = seen.gap - (d_0 + t_h * seen.v);
+                let follow = k_v * (seen.v_ahead - seen.v) + k_s * surplus;
+                follow.min(k_0 * (v_0 - seen.v))
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const STANDING: Seen = Seen { gap: 2.0, v: 0.0, v_ahead: 0.0, v_now: 0.0 };
+
+    #[test]
+    fn nobody_moves_at_the_standstill_spacing() {
+        let idm = Controller::Idm { v_0: 30.0, t_h: 1.0, d_0: 2.0, a_max: 1.5, a_min: -2.0, delta: 4.0 };
+        let gipps =
+            Controller::Gipps { v_0: 30.0, t_h: 1.0, d_0: 2.0, a_max: 1.5, a_min: -2.0, a_hat_min: -2.0, theta: 0.5 };
+        let linear = Controller::Linear { v_0: 30.0, t_h: 1.0, d_0: 2.0, k_s: 0.2, k_v: 0.8, k_0: 0.5 };
+        for controller in [idm, gipps, linear] {
+            assert!(controller.command(STANDING).abs() < 1e-12, "{controller:?}");
+        }
+    }
+
+    /// 20 m/s behind 18 m/s at 40 m. Gipps: reaction = 2 * 1 = 2, room = 2*38 - 20 + 18^2/2.5 = 185.6,
+    /// safe = sqrt(4 + 2*185.6) - 2 = 17.370 080, a = 17.370 080 - 20 = -2.629 920.
+    #[test]
+    fn hand_worked() {
+        let seen = Seen { gap: 40.0, v: 20.0, v_ahead: 18.0, v_now: 20.0 };
+        let gipps =
+            Controller::Gipps { v_0: 30.0, t_h: 1.0, d_0: 2.0, a_max: 1.5, a_min: -2.0, a_hat_min: -2.5, theta: 0.5 };
+        assert!((gipps.command(seen) - -2.629_920).abs() < 1e-6);
+        // IDM: braking = 20*2/(2*sqrt(1*4)) = 10, wanted = 2 + 20 + 10 = 32, (32/40)^2 = 0.64, (20/30)^2 = 0.4444.
+        let idm = Controller::Idm { v_0: 30.0, t_h: 1.0, d_0: 2.0, a_max: 1.0, a_min: -4.0, delta: 2.0 };
+        assert!((idm.command(seen) - (1.0 - 4.0 / 9.0 - 0.64)).abs() < 1e-12);
+        // Linear: 0.5*(-2) + 0.1*(40 - 22) = 0.8, capped by 0.05*(30 - 20) = 0.5.
+        let linear = Controller::Linear { v_0: 30.0, t_h: 1.0, d_0: 2.0, k_s: 0.1, k_v: 0.5, k_0: 0.05 };
+        assert!((linear.command(seen) - 0.5).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,70 @@
+//! The cars of the default platoon: one kind of controller after the other, parameters within the paper's Table 3.
+
+use super::car::{CarTruth, Controller, Lead, RoadLoad};
+
+/// Constant bounds of the acceleration \[m/s²\]: paper, Section 2.2.2.
+const BOUNDS: (f64, f64) = (-7.0, 5.0);
+
+/// A car of 4.9 m; the gain lets its speed waver by 0.36 m/s on 2.9 %.
+pub(super) fn lead() -> Lead {
+    Lead { name: "Synthetic(A)".to_owned(), length: 4.9, k: 0.8, tau_a: 0.3 }
+}
+
+/// The four followers described at [`Scenario`](super::Scenario).
+pub(super) fn followers() -> Vec<CarTruth> {
+    vec![
+        CarTruth {
+            name: "Synthetic(B)".to_owned(),
+            length: 4.7,
+            initial_gap: 3.2,
+            controller: Controller::Idm { v_0: 36.0, t_h: 1.0, d_0: 3.0, a_max: 1.6, a_min: -2.2, delta: 4.0 },
+            tau_p: 0.2,
+            tau_a: 0.2,
+            load: None,
+            a_lb: BOUNDS.0,
+            a_ub: BOUNDS.1,
+        },
+        CarTruth {
+            name: "Synthetic(C)".to_owned(),
+            length: 4.957,
+            initial_gap: 3.1,
+            controller: Controller::Linear { v_0: 36.0, t_h: 1.1, d_0: 3.0, k_s: 0.25, k_v: 0.7, k_0: 0.6 },
+            tau_p: 0.1,
+            tau_a: 0.2,
+            load: None,
+            a_lb: BOUNDS.0,
+            a_ub: BOUNDS.1,
+        },
+        CarTruth {
+            name: "Synthetic(D)".to_owned(),
+            length: 4.957,
+            initial_gap: 3.4,
+            controller: Controller::Gipps {
+                v_0: 36.0,
+                t_h: 0.9,
+                d_0: 3.0,
+                a_max: 2.0,
+                a_min: -2.5,
+                a_hat_min: -2.7,
+                theta: 0.3,
+            },
+            tau_p: 0.3,
+            tau_a: 0.1,
+            load: None,
+            a_lb: BOUNDS.0,
+            a_ub: BOUNDS.1,
+        },
+        CarTruth {
+            name: "Synthetic(E)".to_owned(),
+            length: 4.706,
+            initial_gap: 3.0,
+            controller: Controller::Idm { v_0: 38.0, t_h: 0.9, d_0: 2.8, a_max: 1.8, a_min: -2.0, delta: 4.0 },
+            tau_p: 0.2,
+            tau_a: 0.3,
+            // Middle of Table 3's bounds for the Tesla Model 3, in SI units, with 250 kg on board.
+            load: Some(RoadLoad { m_f: 2230.0, phi_f: 1.035, f_0: 205.7, f_1: 0.0, f_2: 0.363 }),
+            a_lb: BOUNDS.0,
+            a_ub: BOUNDS.1,
+        },
+    ]
+}

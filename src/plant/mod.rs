@@ -1,0 +1,40 @@
+//! An independent truth: a platoon integrated with a fine step, measured as a real one would be.
+//!
+//! A hilly closed road, a platoon leader on cruise control and followers with known parameters; whatever
+//! calibrates or diagnoses sees the samples only, and tests compare with the [`Truth`].
+//!
+//! This folder is a transcription of the paper's continuous-time models of its own. It shares no code with any
+//! evaluator and imports nothing of this crate, so that a mistake there cannot hide here.
+//!
+//! ```
+//! use leadlag::plant;
+//!
+//! let scenario = plant::Scenario { duration_s: 60.0, ..plant::Scenario::default() };
+//! let drive = plant::run(&scenario)?;
+//! assert_eq!((drive.v.len(), drive.gap.len(), drive.t.len()), (5, 4, 601));
+//! let mut csv = Vec::new();
+//! plant::write_openacc(&drive, &mut csv)?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod car;
+mod controller;
+mod default_cars;
+mod drive;
+mod error;
+mod history;
+mod noise;
+mod road;
+mod sample;
+mod scenario;
+mod set_speed;
+mod write;
+
+pub use car::{CarTruth, Controller, Lead, RoadLoad};
+pub use error::PlantError;
+pub use noise::Noise;
+pub use road::{GradeProfile, Road};
+pub use sample::{Synthetic, run};
+pub use scenario::{Scenario, Truth};
+pub use set_speed::Segment;
+pub use write::{write_openacc, write_pair, write_slope};

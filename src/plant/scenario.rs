@@ -1,0 +1,116 @@
+//! What is driven, and what is afterwards known to be true.
+
+use serde::{Deserialize, Serialize};
+
+use super::car::{CarTruth, Lead};
+use super::default_cars;
+use super::error::PlantError;
+use super::noise::Noise;
+use super::road::Road;
+use super::set_speed::Segment;
+
+/// A synthetic drive.
+///
+/// The default is a five-car platoon, 10 minutes on a hilly track, sampled at 10 Hz. Behind the platoon leader
+/// (cruise control) drive, all with bounds of -7 and 5 m/s²:
+///
+/// | car | controller | `tau_p` | `tau_a` | road load |
+/// |---|---|---|---|---|
+/// | 2 | IDM | 0.2 s | 0.2 s | none |
+/// | 3 | linear, constant time headway | 0.1 s | 0.2 s | none |
+/// | 4 | Gipps | 0.3 s | 0.1 s | none |
+/// | 5 | IDM | 0.2 s | 0.3 s | Eq. 11, an electric saloon of 2230 kg |
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Scenario {
+    /// Decides road, set speeds and noise, each from a stream of its own.
+    pub seed: u64,
+    /// Length of the drive \[s\].
+    pub duration_s: f64,
+    /// Samples per second.
+    pub rate_hz: u32,
+    /// Largest step of the integration \[s\]; shortened so that a whole number of steps makes a sample.
+    #[serde(rename = "dt_s")]
+    pub dt: f64,
+    /// The road.
+    pub road: Road,
+    /// Noise of the sensors.
+    pub noise: Noise,
+    /// The platoon leader.
+    pub lead: Lead,
+    /// The followers, front to back.
+    pub followers: Vec<CarTruth>,
+}
+
+impl Default for Scenario {
+    fn default() -> Self {
+        Scenario {
+            seed: 1,
+            duration_s: 600.0,
+            rate_hz: 10,
+            dt: 0.01,
+            // As AstaZero's rural road: 5.758 km, -2.9 to 3.0 %.
+            road: Road::Hilly { period: 5700.0, max_sin: 0.029 },
+            noise: Noise::default(),
+            lead: default_cars::lead(),
+            followers: default_cars::followers(),
+        }
+    }
+}
+
+/// All that decided a synthetic drive: what a calibration should find.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Truth {
+    /// Parameters of the cars, noise, road.
+    pub scenario: Scenario,
+    /// Set speed of the platoon leader.
+    pub set_speed: Vec<Segment>,
+}
+
+impl Scenario {
+    /// Step of the integration \[s\] and number of steps per sample.
+    pub(super) fn step(&self) -> (f64, usize) {
+        let per_sample = (1.0 / (f64::from(self.rate_hz) * self.dt) - 1e-9).ceil().max(1.0);
+        (1.0 / (f64::from(self.rate_hz) * per_sample), per_sample as usize)
+    }
+
+    /// Refuses what cannot be driven; whether the controllers are safe shows on the road.
+    pub(super) fn check(&self) -> Result<(), PlantError> {
+        // Longest drive and finest step: bound the memory of the history (24 bytes per step and car).
+        in_range("duration", self.duration_s, 1.0, 1e5, "s")?;
+        in_range("sampling rate", f64::from(self.rate_hz), 1.0, 1e4, "Hz")?;
+        in_range("integration step", self.dt, 1e-4, 0.1, "s")?;
+        in_range("noise of the speeds", self.noise.speed_mps, 0.0, 10.0, "m/s")?;
+        in_range("noise of the gaps", self.noise.gap_m, 0.0, 10.0, "m")?;
+        if let Road::Hilly { period, max_sin } = self.road {
+            in_range("length of the lap", period, 100.0, 1e6, "m")?;
+            in_range("largest sine of the grade", max_sin, 0.0, 0.2, "")?;
+        }
+        in_range("length of car 1", self.lead.length, 0.0, 30.0, "m")?;
+        in_range("tau_a of car 1", self.lead.tau_a, 0.0, 10.0, "s")?;
+        let (h, _) = self.step();
+        for (car, number) in self.followers.iter().zip(2..) {
+            let of = |what: &str| format!("{what} of car {number}");
+            in_range(&of("length"), car.length, 0.0, 30.0, "m")?;
+            in_range(&of("initial gap"), car.initial_gap, 0.1, 1000.0, "m")?;
+            in_range(&of("tau_a"), car.tau_a, 0.0, 10.0, "s")?;
+            // A delay within one step would ask for a motion that is not yet known.
+            if car.tau_p != 0.0 {
+                in_range(&of("tau_p (unless it is 0)"), car.tau_p, h, 10.0, "s")?;
+            }
+            in_range(&of("a_lb"), car.a_lb, -100.0, 0.0, "m/s²")?;
+            in_range(&of("a_ub"), car.a_ub, 0.0, 100.0, "m/s²")?;
+        }
+        Ok(())
+    }
+}
+
+fn in_range(what: &str, found: f64, low: f64, high: f64, unit: &str) -> Result<(), PlantError> {
+    if (low..=high).contains(&found) {
+        return Ok(());
+    }
+    Err(PlantError::OutOfRange {
+        what: what.to_owned(),
+        expected: format!("{low} to {high} {unit}").trim_end().to_owned(),
+        found,
+    })
+}

@@ -1,0 +1,52 @@
+//! The plot of a simulated follower: spacing, speed and acceleration, observed against simulated.
+
+use super::svg::{Panel, Series, Style, SvgError, render};
+use crate::evaluator::Case;
+use crate::reference::Trace;
+use crate::score::{Measures, Signal};
+
+/// Draws s, v and a over time. A run that failed is drawn up to where it ended.
+///
+/// # Errors
+/// When the drawing library fails.
+pub fn draw(
+    title: &str,
+    t: &[f64],
+    case: &Case,
+    trace: &Trace,
+    measures: Option<&Measures>,
+) -> Result<String, SvgError> {
+    let quality = match measures {
+        Some(m) => {
+            let nrmse = |signal| m.signal(signal).nrmse;
+            let (s, v, a) = (nrmse(Signal::Spacing), nrmse(Signal::Speed), nrmse(Signal::Acceleration));
+            format!("NRMSE(s) {s:.4} · NRMSE(v) {v:.4} · NRMSE(a) {a:.4} · sum {:.4}", s + v + a)
+        }
+        None => format!("the run ended at sample {} of {}", trace.s.len(), t.len()),
+    };
+    let series = |name: &str, values: &[f64], style| {
+        let mut values = values.to_vec();
+        values.resize(t.len(), f64::NAN);
+        Series { name: name.to_owned(), values, style }
+    };
+    let panel = |label: &str, series| Panel { label: label.to_owned(), series };
+    let panels = [
+        panel(
+            "spacing s [m]",
+            vec![series("observed", &case.s, Style::Observed), series("simulated", &trace.s, Style::Simulated)],
+        ),
+        panel(
+            "speed v [m/s]",
+            vec![
+                series("preceding vehicle", &case.v_l, Style::Context),
+                series("observed", &case.v_f, Style::Observed),
+                series("simulated", &trace.v, Style::Simulated),
+            ],
+        ),
+        panel(
+            "acceleration a [m/s²]",
+            vec![series("observed", &case.a_f, Style::Observed), series("simulated", &trace.a, Style::Simulated)],
+        ),
+    ];
+    render(&format!("{title}\n{quality}"), t, &panels)
+}

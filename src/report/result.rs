@@ -1,0 +1,201 @@
+//! `result.json`: what a calibration found and how. The same bytes for the same seed; times go to `timing.json`.
+
+use crate::catalog::{UnknownVariant, Variant};
+use crate::convention::ConventionError;
+use crate::simulate::CalibratedVariant;
+use crate::symbols::{Parameters, Symbol};
+use indexmap::IndexMap;
+use serde::{Deserialize, Serialize};
+
+/// Version of the layout of `result.json`.
+pub const SCHEMA_VERSION: u32 = 1;
+
+/// A result file; keys and units are described in `docs/RESULT.md`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ResultFile {
+    /// Version of this layout.
+    pub schema_version: u32,
+    /// The program that wrote it, `leadlag 0.1.0`.
+    pub program: String,
+    /// Id of Table 1.
+    pub model_id: u32,
+    /// Name of the variant.
+    pub variant: String,
+    /// The convention, as `--convention` takes it.
+    pub convention: String,
+    /// Extensions of the model; this version has none.
+    pub extensions: Vec<String>,
+    /// `reference`.
+    pub evaluator: String,
+    /// `f64`.
+    pub precision: String,
+    /// The device, where there is one.
+    pub adapter: Option<String>,
+    /// The trajectories, one entry per follower and segment.
+    pub data: Vec<DataEntry>,
+    /// The vehicle, where the variant needs one.
+    pub vehicle: Option<VehicleEntry>,
+    /// The goodness of fit that was minimised.
+    pub gof: String,
+    /// The algorithm.
+    pub optimizer: String,
+    /// The seed.
+    pub seed: u64,
+    /// All measures of the best candidate, by the f64 reference; the mean over `data` if there are several.
+    pub score: IndexMap<String, Option<f64>>,
+    /// The calibrated parameters, by the paper's symbols.
+    pub parameters: IndexMap<String, f64>,
+    /// Their units.
+    pub units: IndexMap<String, String>,
+    /// Their bounds; equal bounds mean a fixed value.
+    pub bounds: IndexMap<String, [f64; 2]>,
+    /// Parameters within 0.1 % of the range of a bound.
+    pub at_bound: Vec<String>,
+    /// Confidence intervals by parameter; this version estimates none.
+    pub intervals: IndexMap<String, [f64; 2]>,
+    /// Simulated candidates of all replicates.
+    pub evaluations: u64,
+    /// The replicates, in order.
+    pub replicates: Vec<ReplicateEntry>,
+    /// Coefficient of variation of the scores over replicates; null with fewer than two.
+    pub cv: Option<f64>,
+}
+
+/// One trajectory that was used.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct DataEntry {
+    /// The file.
+    pub path: String,
+    /// Its checksum.
+    pub sha256: String,
+    /// Which follower.
+    pub follower: usize,
+    /// Name of the follower in the file.
+    pub name: String,
+    /// Samples.
+    pub samples: usize,
+    /// First and last time used \[s\], as in the file.
+    pub window_s: [f64; 2],
+    /// First scored sample.
+    pub first_scored: usize,
+    /// What was done to the data before, one line each.
+    pub preparation: Vec<String>,
+    /// Where the grade came from.
+    pub grade: Option<String>,
+}
+
+/// The vehicle that was used.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct VehicleEntry {
+    /// Its short name.
+    pub slug: String,
+    /// Unladen mass \[kg\].
+    pub m_0: f64,
+    /// Equivalent inertial mass factor.
+    pub phi_f: f64,
+    /// How `--vehicle` finds it: `NAME` or `FILE#NAME`.
+    pub from: String,
+}
+
+/// One replicate.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ReplicateEntry {
+    /// Its number, from 0; it draws from stream (seed, number).
+    pub replicate: u64,
+    /// The goodness of fit of its best candidate, by the f64 reference.
+    pub score: f64,
+    /// Simulated candidates.
+    pub evaluations: u64,
+    /// Why it ended.
+    pub stop: String,
+    /// Its best candidate.
+    pub parameters: IndexMap<String, f64>,
+    /// (evaluations, best score so far) at every gain.
+    pub convergence: Vec<(u64, f64)>,
+}
+
+/// A result file that cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum ResultFileError {
+    /// It cannot be read.
+    #[error("{path}: cannot read the result file")]
+    Read {
+        /// The file.
+        path: String,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// It is not a result file.
+    #[error("{path}: expected a result.json of `leadlag calibrate`")]
+    Json {
+        /// The file.
+        path: String,
+        /// Where and why.
+        source: serde_json::Error,
+    },
+    /// It is of another version.
+    #[error("{path}: schema_version {found}; this program reads version {SCHEMA_VERSION}")]
+    Version {
+        /// The file.
+        path: String,
+        /// Its version.
+        found: u64,
+    },
+}
+
+impl ResultFile {
+    /// The text of `result.json`.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        let mut text = serde_json::to_string_pretty(self).expect("names and finite numbers are valid JSON");
+        text.push('\n');
+        text
+    }
+
+    /// Reads a result file.
+    ///
+    /// # Errors
+    /// [`ResultFileError`] when it cannot be read, or is of another version.
+    pub fn read(path: &std::path::Path) -> Result<ResultFile, ResultFileError> {
+        let shown = path.display().to_string();
+        let text =
+            std::fs::read_to_string(path).map_err(|source| ResultFileError::Read { path: shown.clone(), source })?;
+        let json = |source| ResultFileError::Json { path: shown.clone(), source };
+        let value: serde_json::Value = serde_json::from_str(&text).map_err(json)?;
+        match value.get("schema_version").and_then(serde_json::Value::as_u64) {
+            Some(version) if version != u64::from(SCHEMA_VERSION) => {
+                Err(ResultFileError::Version { path: shown, found: version })
+            }
+            _ => serde_json::from_value(value).map_err(json),
+        }
+    }
+
+    /// The variant with its parameters, ready to be simulated again.
+    ///
+    /// # Errors
+    /// [`ContentError`] when the content does not fit together.
+    pub fn calibrated_variant(&self) -> Result<CalibratedVariant, ContentError> {
+        let variant: Variant = self.variant.parse()?;
+        let mut parameters = Parameters::NONE;
+        for symbol in variant.parameters() {
+            let name = symbol.name();
+            parameters.set(symbol, *self.parameters.get(name).ok_or(ContentError::Parameter(name))?);
+        }
+        let tau_p_upper = self.bounds.get(Symbol::tau_p.name()).map_or(0.0, |b| b[1]);
+        Ok(CalibratedVariant { variant, convention: self.convention.parse()?, parameters, tau_p_upper })
+    }
+}
+
+/// A result file whose content does not fit together.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum ContentError {
+    /// Its variant does not exist.
+    #[error(transparent)]
+    Variant(#[from] UnknownVariant),
+    /// Its convention does not exist.
+    #[error(transparent)]
+    Convention(#[from] ConventionError),
+    /// A parameter of the variant is missing.
+    #[error("parameter {0} is missing")]
+    Parameter(&'static str),
+}

@@ -1,0 +1,33 @@
+//! The simulated follower beside the measured one, as CSV.
+
+use crate::evaluator::Case;
+use crate::reference::Trace;
+use std::io::Write;
+
+/// Writes one row per sample: measured leader and follower, then the simulated follower. After a failed run the
+/// simulated columns are empty.
+///
+/// # Errors
+/// When writing fails.
+pub fn write_csv(out: impl Write, t: &[f64], case: &Case, trace: &Trace) -> csv::Result<()> {
+    let mut writer = csv::Writer::from_writer(out);
+    writer.write_record([
+        "time_s",
+        "lead_speed_mps",
+        "spacing_m",
+        "speed_mps",
+        "accel_mps2",
+        "sim_position_m",
+        "sim_spacing_m",
+        "sim_speed_mps",
+        "sim_accel_mps2",
+    ])?;
+    for (i, t) in t.iter().enumerate() {
+        let measured = [*t, case.v_l[i], case.s[i], case.v_f[i], case.a_f[i]].map(|x| x.to_string());
+        let simulated =
+            [&trace.x, &trace.s, &trace.v, &trace.a].map(|y| y.get(i).map_or(String::new(), f64::to_string));
+        writer.write_record(measured.iter().chain(&simulated))?;
+    }
+    writer.flush()?;
+    Ok(())
+}

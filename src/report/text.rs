@@ -1,0 +1,81 @@
+//! A calibration as text for a terminal of 80 columns.
+
+use super::result::ResultFile;
+use crate::symbols::Symbol;
+use std::fmt::Write;
+
+/// What was fitted to what, how well, with which parameters.
+#[must_use]
+pub fn calibration(result: &ResultFile) -> String {
+    let mut text = String::new();
+    // Writing to a String cannot fail.
+    let _ = write_calibration(&mut text, result);
+    text
+}
+
+fn write_calibration(text: &mut String, result: &ResultFile) -> std::fmt::Result {
+    writeln!(text, "variant      {} {}", result.model_id, result.variant)?;
+    for data in &result.data {
+        let [from, to] = data.window_s;
+        writeln!(text, "data         {} follower {} ({})", data.path, data.follower, data.name)?;
+        writeln!(
+            text,
+            "             {from:.1} to {to:.1} s, {} samples, scored from sample {}, sha256 {}",
+            data.samples,
+            data.first_scored,
+            &data.sha256[..12.min(data.sha256.len())]
+        )?;
+        for note in &data.preparation {
+            writeln!(text, "             {note}")?;
+        }
+        if let Some(grade) = &data.grade {
+            writeln!(text, "             grade: {grade}")?;
+        }
+    }
+    if let Some(vehicle) = &result.vehicle {
+        writeln!(text, "vehicle      {} ({}), {} kg unladen", vehicle.slug, vehicle.from, vehicle.m_0)?;
+    }
+    writeln!(text, "convention   {}", result.convention)?;
+    let adapter = result.adapter.as_deref().map_or(String::new(), |a| format!(" on {a}"));
+    writeln!(text, "evaluator    {} ({}){adapter}", result.evaluator, result.precision)?;
+    writeln!(text, "optimizer    {}, seed {}, {} evaluations", result.optimizer, result.seed, result.evaluations)?;
+    for replicate in &result.replicates {
+        writeln!(
+            text,
+            "replicate {:<3}{} = {:.6} after {} evaluations: {}",
+            replicate.replicate, result.gof, replicate.score, replicate.evaluations, replicate.stop
+        )?;
+    }
+    if let Some(cv) = result.cv {
+        writeln!(text, "             coefficient of variation over replicates {:.3} %", 100.0 * cv)?;
+    }
+
+    writeln!(text, "\n{:<10}{:>13}  {:<6}{:>22}  meaning", "parameter", "value", "unit", "bounds")?;
+    for (name, value) in &result.parameters {
+        let [lower, upper] = result.bounds.get(name).copied().unwrap_or([f64::NAN; 2]);
+        let fixed = lower == upper;
+        let bounds = if fixed { "fixed".to_owned() } else { format!("{} .. {}", short(lower), short(upper)) };
+        let unit = result.units.get(name).map_or("", String::as_str);
+        let meaning = Symbol::from_name(name).map_or("", Symbol::meaning);
+        let mark = if result.at_bound.contains(name) { " <- AT BOUND" } else { "" };
+        writeln!(text, "{name:<10}{value:>13.6}  {unit:<6}{bounds:>22}  {meaning}{mark}")?;
+    }
+
+    let score = |name: &str| result.score.get(name).copied().flatten();
+    writeln!(text, "\n{:<14}{:>10}{:>10}{:>10}{:>12}", "", "spacing", "speed", "accel.", "sum")?;
+    for (title, names) in [
+        ("NRMSE", ["nrmse_s", "nrmse_v", "nrmse_a", "nrmse_sva"]),
+        ("Theil's U", ["u_s", "u_v", "u_a", "u_sva"]),
+        ("RMSE (SI)", ["rmse_s", "rmse_v", "rmse_a", ""]),
+    ] {
+        let [s, v, a, sum] = names.map(|n| score(n).map_or(String::new(), |x| format!("{x:.4}")));
+        writeln!(text, "{title:<14}{s:>10}{v:>10}{a:>10}{sum:>12}")?;
+    }
+    Ok(())
+}
+
+/// At most five significant digits.
+fn short(x: f64) -> String {
+    let rounded: f64 = format!("{x:.4e}").parse().unwrap_or(x);
+    rounded.to_string()
+}

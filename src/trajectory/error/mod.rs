@@ -1,0 +1,63 @@
+//! Errors of the data layer: what is wrong with a file, where, and what to do about it.
+//!
+//! Reading reports the first [`PROBLEMS_SHOWN`] problems of a file, each with line and column.
+
+mod prepare;
+mod problem;
+
+pub use prepare::PrepareError;
+pub use problem::{Problem, ProblemKind};
+
+use std::io;
+
+/// A file with more problems than this reports only their number beyond it.
+pub const PROBLEMS_SHOWN: usize = 10;
+
+/// A file of measured data could not be read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ImportError {
+    /// The file could not be opened.
+    #[error("{path}: expected a readable file")]
+    Open {
+        /// The path as given.
+        path: String,
+        /// Why not.
+        source: io::Error,
+    },
+    /// The file was opened, but reading stopped.
+    #[error("{path}:{line}: reading stopped here")]
+    Read {
+        /// The path as given.
+        path: String,
+        /// Line that was being read, counted from 1.
+        line: u64,
+        /// Why.
+        source: io::Error,
+    },
+    /// The file was read and its content refused.
+    #[error("{}", list(path, problems, *more))]
+    Rejected {
+        /// The path as given.
+        path: String,
+        /// The first problems, in file order.
+        problems: Vec<Problem>,
+        /// Number of further problems that are not listed.
+        more: u64,
+    },
+}
+
+/// One line per problem, each with its place: `file:line:column: message`.
+fn list(path: &str, problems: &[Problem], more: u64) -> String {
+    let mut lines: Vec<String> = problems
+        .iter()
+        .map(|problem| match problem.column {
+            Some(column) => format!("{path}:{}:{column}: {}", problem.line, problem.kind),
+            None => format!("{path}:{}: {}", problem.line, problem.kind),
+        })
+        .collect();
+    if more > 0 {
+        lines.push(format!("{path}: and {more} more problem{}", if more == 1 { "" } else { "s" }));
+    }
+    lines.join("\n")
+}

@@ -1,0 +1,145 @@
+//! One problem of one file, with its place.
+
+use std::fmt::Write as _;
+
+/// One thing wrong in a file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Problem {
+    /// Line, counted from 1.
+    pub line: u64,
+    /// Character of the line at which the field starts, counted from 1 (as compilers do).
+    pub column: Option<usize>,
+    /// What is wrong.
+    pub kind: ProblemKind,
+}
+
+/// What is wrong: expected, found, and what to do.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
+pub enum ProblemKind {
+    #[error("the file is empty; expected a header line and rows of numbers")]
+    Empty,
+    #[error("byte 0x{byte:02X} is not text; expected CSV in UTF-8: convert the file, or unpack it if it is compressed")]
+    NotText { byte: u8 },
+    #[error("the file is UTF-16; expected UTF-8: save it again as UTF-8")]
+    Utf16,
+    #[error("the line is longer than {limit} bytes; expected rows of CSV: is this the right file?")]
+    LineTooLong { limit: usize },
+    #[error("a carriage return inside a line; expected line ends LF or CRLF: convert the line ends of the file")]
+    LoneCarriageReturn,
+    #[error("the fields are separated by {found}; expected commas, and a point in decimal numbers: convert the file")]
+    Separator { found: &'static str },
+    #[error(
+        "no known layout has the columns {}; expected those of openacc or astazero-rebuilt (metadata lines, then Time, Speed1, IVS1, ...), astazero-processed (Time, X1, SpeedDoppler1, Spacing2, ...), ultra-av (Trajectory_ID, Time_Index, ...) or pair (time_s, speed_mps, spacing_m, lead_speed_mps): rename the columns",
+        some(found)
+    )]
+    UnknownHeader { found: Vec<String> },
+    #[error(
+        "expected the metadata line \"{expected},...\", found {}; OpenACC files have 5 such lines before the header: restore them",
+        quoted(found)
+    )]
+    Metadata { expected: &'static str, found: String },
+    #[error("the file ends after its header; expected rows of numbers")]
+    NoRows,
+    #[error("expected at least 2 rows of numbers, found 1; a trajectory needs more")]
+    OneRow,
+    #[error(
+        "column {column} is missing; the file has {} (needed: {}){}",
+        some(has),
+        needed.join(", "),
+        rename(near, column)
+    )]
+    MissingColumn { column: String, has: Vec<String>, needed: Vec<String>, near: Option<String> },
+    #[error("column {} is unknown; did you mean {near}? Rename it", clipped(column))]
+    UnknownColumn { column: String, near: String },
+    #[error("column {} appears twice; remove or rename one", clipped(column))]
+    DuplicateColumn { column: String },
+    #[error("expected {expected} fields as in the header, found {found}; {}", field_hint(*expected, *found, *last))]
+    FieldCount { expected: usize, found: usize, last: bool },
+    #[error(
+        "column {column}: expected a finite number, found {}; leave the field empty if the value is missing",
+        quoted(found)
+    )]
+    NotANumber { column: String, found: String },
+    #[error("column {column}: expected a finite number, found {}; write decimal numbers with a point", quoted(found))]
+    DecimalComma { column: String, found: String },
+    #[error("column {column}: expected a time, found nothing; delete the row or give its time")]
+    NoTime { column: String },
+    #[error("column {column}: expected a finite number, found nothing; give a value or delete the row")]
+    Missing { column: String },
+    #[error(
+        "{column}: expected a time after {previous}, found {found}; time runs back: sort the rows, or split the file here"
+    )]
+    TimeBack { column: String, previous: f64, found: f64 },
+    #[error("{column}: expected a time after {found}, found {found} again; remove one of the rows")]
+    TimeTwice { column: String, found: f64 },
+    #[error(
+        "column {column}: expected a spacing above 0 m, found {found}; check that it is bumper to bumper, or leave the field empty"
+    )]
+    Spacing { column: String, found: f64 },
+    #[error("column {column}: expected at most {limit} m/s, found {found}; looks like km/h: divide by 3.6")]
+    SpeedTooHigh { column: String, limit: f64, found: f64 },
+    #[error(
+        "column {column}: expected at least {limit} m/s, found {found}; speeds count forwards: check the sign, or leave the field empty"
+    )]
+    SpeedNegative { column: String, limit: f64, found: f64 },
+    #[error(
+        "column {column}: expected the sine of the grade, between -{limit} and {limit}, found {found}; divide by 100 if it is in per cent"
+    )]
+    Grade { column: String, limit: f64, found: f64 },
+    #[error(
+        "column {column}: expected a position after {previous} m, found {found}; sort the rows and remove duplicates"
+    )]
+    PositionBack { column: String, previous: f64, found: f64 },
+    #[error(
+        "column {column}: expected the track to start at 0 m, found {found}; columns X and Y describe a closed track, position_m and sin_grade an open road"
+    )]
+    TrackStart { column: String, found: f64 },
+    #[error("column {column}: expected a length between 0.5 and 30 m, found {found}; the unit is m")]
+    Length { column: String, found: f64 },
+}
+
+/// At most this many column names are listed.
+const NAMES_SHOWN: usize = 12;
+
+/// At most this many characters of a field are repeated.
+const CHARACTERS_SHOWN: usize = 40;
+
+fn clipped(text: &str) -> String {
+    let mut short: String = text.chars().take(CHARACTERS_SHOWN).collect();
+    if short.len() < text.len() {
+        short.push_str("...");
+    }
+    short
+}
+
+fn quoted(text: &str) -> String {
+    format!("\"{}\"", clipped(text))
+}
+
+fn some(names: &[String]) -> String {
+    let shown: Vec<String> = names.iter().take(NAMES_SHOWN).map(|n| clipped(n)).collect();
+    let mut text = shown.join(", ");
+    if names.len() > NAMES_SHOWN {
+        let _ = write!(text, ", ... ({} in all)", names.len());
+    }
+    text
+}
+
+fn rename(near: &Option<String>, column: &str) -> String {
+    match near {
+        Some(near) => format!("; rename {} to {column}?", clipped(near)),
+        None => String::new(),
+    }
+}
+
+fn field_hint(expected: usize, found: usize, last: bool) -> &'static str {
+    if found > expected {
+        "write decimal numbers with a point, and no separator within a number"
+    } else if last {
+        "the last line is cut off: delete it, or copy the file again"
+    } else {
+        "complete the row (empty fields mean missing values), or delete it"
+    }
+}

@@ -1,0 +1,111 @@
+//! The file layouts that are known, and how a file is recognised.
+
+use super::header::{nearest, split};
+use std::fmt;
+use std::str::FromStr;
+
+/// The layout of a file of measured trajectories.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Layout {
+    /// Original OpenACC: five metadata lines, then `Time, Speed1, Lat1, ..., IVS1, ..., Driver1, ...` in any order and number.
+    #[serde(rename = "openacc")]
+    OpenAcc,
+    /// AstaZero platoons rebuilt in the style of OpenACC: `Time, Speed1.., IVS1..` only.
+    AstazeroRebuilt,
+    /// AstaZero platoons as processed by the paper's authors: `Time, X1.., SpeedDoppler1.., Accel1.., Spacing2..`.
+    AstazeroProcessed,
+    /// Ultra-AV and Open-PAV tables of pairs. Built from its documentation
+    /// (Zhou et al. 2024, Scientific Data, Table 1: time in s, `Spatial_Gap` bumper to bumper,
+    /// `Spatial_Headway` centre to centre), not tested on its files.
+    UltraAv,
+    /// One pair per file, our own: `time_s, lead_speed_mps, speed_mps, spacing_m` and optional columns.
+    Pair,
+}
+
+impl Layout {
+    /// All layouts.
+    pub const ALL: [Layout; 5] =
+        [Layout::OpenAcc, Layout::AstazeroRebuilt, Layout::AstazeroProcessed, Layout::UltraAv, Layout::Pair];
+
+    /// The name used on the command line and in reports.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Layout::OpenAcc => "openacc",
+            Layout::AstazeroRebuilt => "astazero-rebuilt",
+            Layout::AstazeroProcessed => "astazero-processed",
+            Layout::UltraAv => "ultra-av",
+            Layout::Pair => "pair",
+        }
+    }
+
+    /// Name of the time column.
+    #[must_use]
+    pub fn time_column(self) -> &'static str {
+        match self {
+            Layout::OpenAcc | Layout::AstazeroRebuilt | Layout::AstazeroProcessed => "Time",
+            Layout::UltraAv => "Time_Index",
+            Layout::Pair => "time_s",
+        }
+    }
+}
+
+impl fmt::Display for Layout {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+/// A name that is not the name of a layout.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("no layout {name}; expected openacc, astazero-rebuilt, astazero-processed, ultra-av or pair")]
+pub struct UnknownLayout {
+    /// The name.
+    pub name: String,
+}
+
+impl FromStr for Layout {
+    type Err = UnknownLayout;
+
+    fn from_str(name: &str) -> Result<Self, UnknownLayout> {
+        let found = Layout::ALL.into_iter().find(|layout| layout.name() == name);
+        found.ok_or_else(|| UnknownLayout { name: name.to_owned() })
+    }
+}
+
+/// The layout that the first line of a file belongs to: the one most of whose columns it has, misspelt ones included.
+/// Both OpenACC layouts begin alike; which of them it is shows in the header.
+pub(super) fn detect(first_line: &str) -> Option<Layout> {
+    let mut fields = Vec::new();
+    split(first_line, &mut fields);
+    if fields[0].text.eq_ignore_ascii_case("Date") {
+        return Some(Layout::OpenAcc);
+    }
+    // A sample of columns is enough to tell the layouts apart.
+    let typical: [(Layout, &[&str]); 4] = [
+        (Layout::OpenAcc, &["Time", "Speed1", "Speed2", "IVS1"]),
+        (Layout::AstazeroProcessed, &["Time", "SpeedDoppler1", "SpeedDoppler2", "Spacing2", "Accel1", "X1"]),
+        (Layout::UltraAv, super::ultra_av::COLUMNS),
+        (Layout::Pair, super::pair::COLUMNS),
+    ];
+    let score = |columns: &[&str]| {
+        fields
+            .iter()
+            .map(|field| {
+                if columns.contains(&field.text) {
+                    10
+                } else {
+                    i32::from(nearest(field.text, columns.iter().copied()).is_some())
+                }
+            })
+            .sum::<i32>()
+    };
+    let scores = typical.map(|(layout, columns)| (score(columns), layout));
+    scores
+        .into_iter()
+        // `max_by_key` keeps the last of equals; a header of nothing but `Time` is no layout's.
+        .max_by_key(|&(score, _)| score)
+        .filter(|&(score, _)| score > 0)
+        .map(|(_, layout)| layout)
+}

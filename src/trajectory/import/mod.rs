@@ -1,0 +1,142 @@
+//! From a file to a [`Recording`]: one importer per layout, over one reader of lines and numbers.
+//!
+//! Input is not trusted: memory is bounded by the rows, a line by 1 MiB, and every refused value is named with its
+//! place. Missing values (an empty field, `NaN`, `nan`) become NaN; nothing is repaired here.
+
+mod header;
+mod labels;
+mod layout;
+mod lines;
+mod openacc;
+mod pair;
+mod problems;
+mod processed;
+mod table;
+mod ultra_av;
+
+pub(super) use header::{Field, Header, column_of, split};
+pub use labels::{Label, Labels};
+pub use layout::{Layout, UnknownLayout};
+pub(super) use lines::Lines;
+pub(super) use problems::{Problems, Stop};
+pub(super) use table::{GRADE_LIMIT, finite};
+
+use super::error::{ImportError, ProblemKind};
+use super::{Grade, Note, Recording, Source};
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+/// Reads a file of measured trajectories; without a layout, the header decides.
+///
+/// For the authors' processed layout `Labels.csv` (names, lengths) and `Slope.csv` (grade) are read from the
+/// same folder where they exist.
+///
+/// # Errors
+/// [`ImportError`], with line and column of the first problems of the file.
+pub fn read(path: &Path, layout: Option<Layout>) -> Result<Recording, ImportError> {
+    let name = path.display().to_string();
+    let mut recording = read_from(open(path)?, &name, layout)?;
+    if recording.layout == Layout::AstazeroProcessed {
+        let labels_path = path.with_file_name("Labels.csv");
+        let labels = if labels_path.exists() {
+            let name = labels_path.display().to_string();
+            Some(Labels::read_from(open(&labels_path)?, &name)?)
+        } else {
+            None
+        };
+        add_labels(&mut recording, labels.as_ref());
+        let slope_path = path.with_file_name("Slope.csv");
+        if slope_path.exists() {
+            let grade = Grade::read_csv(&slope_path)?;
+            recording.companions.extend(grade.source.clone());
+            recording.grade = Some(grade);
+        }
+    }
+    Ok(recording)
+}
+
+/// Reads measured trajectories from memory; `name` stands for the file in messages. No companion files are read.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_bytes(bytes: &[u8], name: &str, layout: Option<Layout>) -> Result<Recording, ImportError> {
+    let mut recording = read_from(bytes, name, layout)?;
+    add_labels(&mut recording, None);
+    Ok(recording)
+}
+
+/// Names and lengths of the cars of a processed platoon.
+fn add_labels(recording: &mut Recording, labels: Option<&Labels>) {
+    if recording.layout != Layout::AstazeroProcessed {
+        return;
+    }
+    let stem = recording.stem().to_owned();
+    for platoon in &mut recording.platoons {
+        processed::name_cars(platoon, &stem, labels);
+    }
+    recording.companions.extend(labels.map(|l| l.source.clone()));
+}
+
+/// Reads measured trajectories from a stream, line by line; `name` stands for the file in messages. No companion files
+/// are read, and cars of the processed layout keep the names `car 1`, `car 2`, ...
+///
+/// # Errors
+/// As [`read`].
+pub fn read_from(input: impl Read, name: &str, layout: Option<Layout>) -> Result<Recording, ImportError> {
+    let mut problems = Problems::default();
+    let mut lines = Lines::new(input);
+    let result = platoons(&mut lines, layout, &mut problems);
+    let (layout, platoons) = problems.finish(name, result)?;
+    Ok(Recording {
+        source: Source { path: name.to_owned(), sha256: lines.sha256() },
+        layout,
+        platoons,
+        companions: Vec::new(),
+        grade: None,
+    })
+}
+
+fn platoons<R: Read>(
+    lines: &mut Lines<R>,
+    layout: Option<Layout>,
+    problems: &mut Problems,
+) -> Result<(Layout, Vec<super::Platoon>), Stop> {
+    let Some(first) = lines.next(problems)?.map(str::to_owned) else {
+        return Err(problems.stop(1, None, ProblemKind::Empty));
+    };
+    header::check_separator(&first, 1, problems)?;
+    let Some(chosen) = layout.or_else(|| layout::detect(&first)) else {
+        let header = Header::parse(&first, 1, problems)?;
+        let found = header.names;
+        return Err(problems.stop(1, None, ProblemKind::UnknownHeader { found }));
+    };
+    let platoons = match chosen {
+        Layout::OpenAcc | Layout::AstazeroRebuilt => {
+            let (found, platoons) = openacc::read(first, lines, problems)?;
+            return Ok((layout.unwrap_or(found), platoons));
+        }
+        Layout::AstazeroProcessed => processed::read(&first, lines, problems)?,
+        Layout::UltraAv => ultra_av::read(&first, lines, problems)?,
+        Layout::Pair => pair::read(&first, lines, problems)?,
+    };
+    Ok((chosen, platoons))
+}
+
+pub(super) fn open(path: &Path) -> Result<File, ImportError> {
+    File::open(path).map_err(|source| ImportError::Open { path: path.display().to_string(), source })
+}
+
+/// A last line without an end may have lost digits that nobody can see.
+fn note_end(terminated: bool, lines: &[u64], notes: &mut Vec<Note>) {
+    if let (false, Some(&line)) = (terminated, lines.last()) {
+        notes.push(Note::OpenEnd { line });
+    }
+}
+
+/// Median of the finite values.
+fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut values: Vec<f64> = values.filter(|value| value.is_finite()).collect();
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
+}

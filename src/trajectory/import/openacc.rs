@@ -1,0 +1,144 @@
+//! OpenACC files, original or rebuilt: five metadata lines, then columns in any order and number.
+
+use super::header::{Header, nearest, split};
+use super::lines::Lines;
+use super::problems::{Problems, Stop};
+use super::table::{Meaning, Table, Wanted, read_rows};
+use crate::trajectory::error::ProblemKind;
+use crate::trajectory::{Car, Layout, Note, Platoon};
+use std::collections::BTreeMap;
+use std::io::Read;
+
+/// First words of the metadata lines, in file order.
+const METADATA: [&str; 5] = ["Date", "Vehicle_order", "Number_of_vehicles", "ACC", "Distance_setting"];
+
+/// What may come before the number of a car (IVS: of the front car of a gap) in a column name.
+const SIGNALS: [&str; 12] = ["Speed", "IVS", "Driver", "Lat", "Lon", "Alt", "E", "N", "U", "VE", "VN", "VU"];
+
+/// Reads the file whose first line is `first`; also tells which of the two layouts it has.
+pub(super) fn read<R: Read>(
+    first: String,
+    lines: &mut Lines<R>,
+    problems: &mut Problems,
+) -> Result<(Layout, Vec<Platoon>), Stop> {
+    let names = metadata(first, lines, problems)?;
+    let Some(text) = lines.next(problems)? else {
+        return Err(problems.stop(METADATA.len() as u64, None, ProblemKind::NoRows));
+    };
+    let text = text.to_owned();
+    let header = Header::parse(&text, lines.number(), problems)?;
+    let columns = Columns::find(&header, problems);
+    problems.check()?;
+    let table = read_rows(lines, &header, &columns.wanted(), problems)?;
+    let has_positions = header.names.iter().any(|name| {
+        let (signal, number) = signal_and_number(name);
+        number.is_some() && !matches!(signal, "Speed" | "IVS" | "Driver")
+    });
+    let layout = if has_positions { Layout::OpenAcc } else { Layout::AstazeroRebuilt };
+    Ok((layout, vec![columns.platoon(table, &names)]))
+}
+
+/// Names of the cars, from the metadata.
+fn metadata<R: Read>(first: String, lines: &mut Lines<R>, problems: &mut Problems) -> Result<Vec<String>, Stop> {
+    let mut names = Vec::new();
+    let mut line = first;
+    for (index, expected) in METADATA.into_iter().enumerate() {
+        if index > 0 {
+            line = match lines.next(problems)? {
+                Some(text) => text.to_owned(),
+                None => String::new(),
+            };
+        }
+        let mut fields = Vec::new();
+        split(&line, &mut fields);
+        if !fields[0].text.eq_ignore_ascii_case(expected) {
+            let kind = ProblemKind::Metadata { expected, found: line };
+            return Err(problems.stop(index as u64 + 1, Some(1), kind));
+        }
+        if expected == "Vehicle_order" {
+            names = fields[1..].iter().map(|f| f.text.to_owned()).collect();
+        }
+    }
+    Ok(names)
+}
+
+/// `IVS12` is (`IVS`, 12); a name without a number (or with one from another planet) has none.
+fn signal_and_number(name: &str) -> (&str, Option<usize>) {
+    let signal = name.trim_end_matches(|c: char| c.is_ascii_digit());
+    let number = name[signal.len()..].parse().ok();
+    (signal, number.filter(|&n| n > 0 && n < 10_000))
+}
+
+/// Where the used columns are: car number to column.
+struct Columns {
+    time: usize,
+    speed: BTreeMap<usize, usize>,
+    gap: BTreeMap<usize, usize>,
+    driver: BTreeMap<usize, usize>,
+    ignored: Vec<String>,
+}
+
+impl Columns {
+    fn find(header: &Header, problems: &mut Problems) -> Self {
+        let mut columns = Columns {
+            time: header.find("Time").unwrap_or_default(),
+            speed: BTreeMap::new(),
+            gap: BTreeMap::new(),
+            driver: BTreeMap::new(),
+            ignored: Vec::new(),
+        };
+        for (index, name) in header.names.iter().enumerate() {
+            match signal_and_number(name) {
+                ("Speed", Some(car)) => drop(columns.speed.insert(car, index)),
+                ("IVS", Some(car)) => drop(columns.gap.insert(car + 1, index)),
+                ("Driver", Some(car)) => drop(columns.driver.insert(car, index)),
+                (signal, number) if number.is_some() && SIGNALS.contains(&signal) => {}
+                _ if name == "Time" || name.is_empty() => {}
+                (signal, Some(car)) => match nearest(signal, ["Speed", "IVS"].into_iter()) {
+                    Some(near) => header.suspect(index, &format!("{near}{car}"), problems),
+                    None => columns.ignored.push(name.clone()),
+                },
+                _ => columns.ignored.push(name.clone()),
+            }
+        }
+        let mut needed = vec!["Time"];
+        if columns.speed.len() < 2 {
+            needed.extend(["Speed1", "Speed2"]);
+        }
+        if columns.gap.is_empty() {
+            needed.push("IVS1");
+        }
+        header.require(&needed, &["Time"], problems);
+        columns
+    }
+
+    fn wanted(&self) -> Wanted {
+        let mut numbers = vec![(self.time, Meaning::Time)];
+        numbers.extend(self.speed.values().map(|&c| (c, Meaning::Speed)));
+        numbers.extend(self.gap.values().map(|&c| (c, Meaning::Spacing)));
+        Wanted { numbers, texts: self.driver.values().copied().collect(), group: None }
+    }
+
+    fn platoon(&self, table: Table, names: &[String]) -> Platoon {
+        let mut values = table.numbers.into_iter();
+        let t = values.next().unwrap_or_default();
+        let speeds: Vec<Vec<f64>> = values.by_ref().take(self.speed.len()).collect();
+        let mut gaps: BTreeMap<usize, Vec<f64>> = self.gap.keys().copied().zip(values).collect();
+        let cars = self.speed.keys().zip(speeds).map(|(&number, v)| Car {
+            gap: gaps.remove(&number),
+            v,
+            ..Car::new(number, names.get(number - 1).map(String::as_str))
+        });
+        let cars = cars.collect();
+        let mut notes = Vec::new();
+        for (&car, changes) in self.driver.keys().zip(&table.texts) {
+            notes.extend(changes.iter().map(|(row, mode)| Note::DriverMode { car, t_s: t[*row], mode: mode.clone() }));
+        }
+        if !self.ignored.is_empty() {
+            let columns = self.ignored.clone();
+            notes.push(Note::IgnoredColumns { columns });
+        }
+        super::note_end(table.terminated, &table.lines, &mut notes);
+        Platoon { id: None, t, lines: table.lines, cars, notes }
+    }
+}

@@ -1,0 +1,75 @@
+//! Our own layout: one leader-follower pair, SI units in the column names.
+
+use super::header::Header;
+use super::lines::Lines;
+use super::problems::{Problems, Stop};
+use super::table::{Meaning, Wanted, read_rows};
+use crate::trajectory::{Car, Note, Platoon};
+use std::io::Read;
+
+pub(super) const COLUMNS: &[&str] = &[
+    "time_s",
+    "speed_mps",
+    "spacing_m",
+    "lead_speed_mps",
+    "sin_grade",
+    "lead_position_m",
+    "lead2_speed_mps",
+    "lead2_spacing_m",
+    "accel_mps2",
+];
+const NEEDED: &[&str] = &["time_s", "speed_mps", "spacing_m", "lead_speed_mps"];
+
+fn meaning(name: &str) -> Meaning {
+    match name {
+        "time_s" => Meaning::Time,
+        "speed_mps" | "lead_speed_mps" | "lead2_speed_mps" => Meaning::Speed,
+        "spacing_m" | "lead2_spacing_m" => Meaning::Spacing,
+        "sin_grade" => Meaning::SinGrade,
+        _ => Meaning::Number,
+    }
+}
+
+/// Reads the file whose first line is `first`.
+pub(super) fn read<R: Read>(first: &str, lines: &mut Lines<R>, problems: &mut Problems) -> Result<Vec<Platoon>, Stop> {
+    let header = Header::parse(first, lines.number(), problems)?;
+    header.require(NEEDED, COLUMNS, problems);
+    let ignored = header.unknown(NEEDED, COLUMNS, problems);
+    problems.check()?;
+    let present: Vec<(&str, usize)> =
+        COLUMNS.iter().filter_map(|&name| header.find(name).map(|column| (name, column))).collect();
+    let wanted =
+        Wanted { numbers: present.iter().map(|&(n, c)| (c, meaning(n))).collect(), texts: Vec::new(), group: None };
+    let mut table = read_rows(lines, &header, &wanted, problems)?;
+    let mut take = |name: &str| {
+        let place = present.iter().position(|&(n, _)| n == name)?;
+        Some(std::mem::take(&mut table.numbers[place]))
+    };
+    let mut cars = Vec::new();
+    let ahead = take("lead2_speed_mps");
+    let gap_ahead = take("lead2_spacing_m");
+    if let Some(v) = ahead {
+        // Number 0, so that the leader of the pair is car 1 and its follower is follower 1 as in every other layout.
+        cars.push(Car { v, ..Car::new(0, Some("car ahead of the leader")) });
+    }
+    cars.push(Car {
+        v: take("lead_speed_mps").unwrap_or_default(),
+        x: take("lead_position_m"),
+        gap: gap_ahead,
+        ..Car::new(1, Some("leader"))
+    });
+    cars.push(Car {
+        v: take("speed_mps").unwrap_or_default(),
+        gap: take("spacing_m"),
+        a: take("accel_mps2"),
+        sin_grade: take("sin_grade"),
+        ..Car::new(2, Some("follower"))
+    });
+    let t = take("time_s").unwrap_or_default();
+    let mut notes = Vec::new();
+    if !ignored.is_empty() {
+        notes.push(Note::IgnoredColumns { columns: ignored });
+    }
+    super::note_end(table.terminated, &table.lines, &mut notes);
+    Ok(vec![Platoon { id: None, t, lines: table.lines, cars, notes }])
+}

@@ -1,0 +1,116 @@
+//! One link of two cars: does the measured gap agree with the two speeds?
+
+use super::Axis;
+use super::signal::rms;
+use crate::trajectory::Car;
+use crate::trajectory::prepare::slope;
+use serde::Serialize;
+use std::ops::Range;
+
+/// Gap rate and speed difference that disagree by more than this do not describe the same cars \[m/s\].
+pub(super) const CONTRADICTION_MPS: f64 = 2.0;
+/// Longest time offset that is tried between gap and speeds \[samples\].
+const SHIFT_MAX: usize = 20;
+/// An offset is believed only if it removes this share of the disagreement.
+const SHIFT_GAIN: f64 = 0.1;
+
+/// One link, named after the follower's car number.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs, reason = "names of fields carry meaning and unit")]
+pub struct LinkInspection {
+    pub follower_car: usize,
+    /// Difference of the gap over each step, over the step, minus the mean speed difference of the step.
+    pub gap_rate_rms_mps: Option<f64>,
+    /// Time by which the speeds lie behind the gap where they agree best.
+    pub speeds_late_s: f64,
+    /// Their disagreement there.
+    pub gap_rate_rms_aligned_mps: Option<f64>,
+    /// Measured gap minus first gap plus integrated speed difference, over the longest complete stretch.
+    pub drift_rms_m: Option<f64>,
+    pub drift_m_per_km: Option<f64>,
+    pub longest_complete_s: f64,
+}
+
+impl LinkInspection {
+    pub(super) fn warnings(&self) -> Vec<String> {
+        let mut warnings = Vec::new();
+        let ivs = self.follower_car.saturating_sub(1);
+        if let Some(rms) = self.gap_rate_rms_mps.filter(|&rms| rms > CONTRADICTION_MPS) {
+            warnings.push(format!(
+                "gap of car {} (IVS{ivs}): contradicts the speeds (rms {rms:.1} m/s): broken?",
+                self.follower_car
+            ));
+        } else if self.speeds_late_s.abs() > 0.0 {
+            warnings.push(format!(
+                "gap of car {} (IVS{ivs}): the speeds fit best when taken to be {:.1} s {}",
+                self.follower_car,
+                self.speeds_late_s.abs(),
+                if self.speeds_late_s > 0.0 { "late" } else { "early" }
+            ));
+        }
+        warnings
+    }
+}
+
+pub(super) fn inspect(lead: &Car, ego: &Car, axis: &Axis) -> Option<LinkInspection> {
+    let gap = ego.gap.as_ref()?;
+    let dv: Vec<f64> = lead.v.iter().zip(&ego.v).map(|(v_l, v_f)| v_l - v_f).collect();
+    let disagreement = |shift: isize| {
+        rms((1..gap.len()).filter_map(|i| {
+            let j = i.checked_add_signed(shift).filter(|&j| j > 0 && j < dv.len())?;
+            let rate = (gap[i] - gap[i - 1]) / (axis.t[i] - axis.t[i - 1]);
+            Some(rate - (dv[j - 1] + dv[j]) / 2.0)
+        }))
+    };
+    let aligned = disagreement(0);
+    let limit = SHIFT_MAX.min(gap.len() / 4) as isize;
+    let best =
+        (-limit..=limit).filter_map(|shift| Some((shift, disagreement(shift)?))).min_by(|a, b| a.1.total_cmp(&b.1));
+    let best = match (aligned, best) {
+        (Some(now), Some((_, best))) if best > now * (1.0 - SHIFT_GAIN) => (0, Some(now)),
+        (_, Some((shift, best))) => (shift, Some(best)),
+        _ => (0, aligned),
+    };
+    let complete = longest_complete(axis, |i| gap[i].is_finite() && dv[i].is_finite());
+    let drift = drift(axis.t, gap, &dv, &ego.v, complete.clone());
+    Some(LinkInspection {
+        follower_car: ego.number,
+        gap_rate_rms_mps: aligned,
+        speeds_late_s: best.0 as f64 * axis.step,
+        gap_rate_rms_aligned_mps: best.1,
+        drift_rms_m: drift.map(|drift| drift.0),
+        drift_m_per_km: drift.map(|drift| drift.1),
+        longest_complete_s: complete.len().saturating_sub(1) as f64 * axis.step,
+    })
+}
+
+/// Longest run of samples, without missing rows, in which `complete` holds.
+fn longest_complete(axis: &Axis, complete: impl Fn(usize) -> bool) -> Range<usize> {
+    let mut longest = 0..0;
+    for stretch in &axis.stretches {
+        let mut start = stretch.start;
+        for i in stretch.clone() {
+            if !complete(i) {
+                start = i + 1;
+            } else if i + 1 - start > longest.len() {
+                longest = start..i + 1;
+            }
+        }
+    }
+    longest
+}
+
+/// Residual of the gap against the integrated speeds: rms \[m\] and slope over the follower's path \[m/km\].
+fn drift(t: &[f64], gap: &[f64], dv: &[f64], v_f: &[f64], range: Range<usize>) -> Option<(f64, f64)> {
+    let first = range.start;
+    let (mut s, mut x) = (*gap.get(first)?, 0.0);
+    let (mut residuals, mut path) = (vec![0.0], vec![0.0]);
+    for i in range.skip(1) {
+        let dt = t[i] - t[i - 1];
+        s += (dv[i - 1] + dv[i]) / 2.0 * dt;
+        x += (v_f[i - 1] + v_f[i]) / 2.0 * dt;
+        residuals.push(gap[i] - s);
+        path.push(x);
+    }
+    Some((rms(residuals.iter().copied())?, slope(&path, &residuals) * 1000.0))
+}

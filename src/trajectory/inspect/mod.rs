@@ -1,0 +1,228 @@
+//! What a recording holds and how good it is, before anything is done to it.
+
+mod display;
+mod link;
+mod signal;
+
+pub use link::LinkInspection;
+pub use signal::SignalInspection;
+
+use super::prepare::{median_step, nominal_step, stretches};
+use super::{Car, Layout, Note, Platoon, Recording, Source};
+use serde::Serialize;
+use std::ops::Range;
+
+/// A car slower than this stands \[m/s\].
+pub const STANDSTILL_MPS: f64 = 0.1;
+/// More missing values than this deserve a warning \[share\].
+const MISSING_WARNING: f64 = 0.1;
+
+/// Everything that can be said about a recording. Units are in the names; `None` where there is nothing to measure.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs, reason = "names of fields carry meaning and unit")]
+pub struct Inspection {
+    pub source: Source,
+    pub layout: Layout,
+    pub companions: Vec<Source>,
+    /// Length of the closed track whose grade is known.
+    pub track_m: Option<f64>,
+    pub platoons: Vec<PlatoonInspection>,
+}
+
+/// One platoon of the file.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs, reason = "names of fields carry meaning and unit")]
+pub struct PlatoonInspection {
+    pub id: Option<String>,
+    pub rows: usize,
+    /// Rows in which at least one speed or gap is missing.
+    pub rows_with_missing: usize,
+    pub t_first_s: f64,
+    pub t_last_s: f64,
+    pub duration_s: f64,
+    pub sampling: Sampling,
+    pub cars: Vec<CarInspection>,
+    /// One per car with a measured gap to the car ahead.
+    pub links: Vec<LinkInspection>,
+    /// What the importer did or noticed.
+    pub notes: Vec<Note>,
+    /// What looks wrong, in words.
+    pub warnings: Vec<String>,
+}
+
+/// The time axis.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs, reason = "names of fields carry meaning and unit")]
+pub struct Sampling {
+    pub step_s: f64,
+    /// Steps that are no whole number of `step_s`.
+    pub irregular_steps: usize,
+    /// Rows missing between regular steps.
+    pub missing_rows: usize,
+    pub longest_step_s: f64,
+}
+
+/// One car.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs, reason = "names of fields carry meaning and unit")]
+pub struct CarInspection {
+    pub number: usize,
+    pub name: String,
+    pub length_m: Option<f64>,
+    pub speed: SignalInspection,
+    /// Gap to the car numbered one less.
+    pub gap: Option<SignalInspection>,
+    pub position: Option<SignalInspection>,
+    pub acceleration: Option<SignalInspection>,
+    pub sin_grade: Option<SignalInspection>,
+    /// Time below 0.1 m/s.
+    pub standstill_s: f64,
+    /// Integral of the measured speed, missing stretches left out.
+    pub driven_m: f64,
+    /// Position change per step minus mean speed of the step.
+    pub position_speed_rms_mps: Option<f64>,
+    /// Acceleration column minus the difference of the speed to the next sample.
+    pub forward_difference_rms_mps2: Option<f64>,
+    /// Acceleration column minus the difference of the speed from the previous sample (Eq. 1 of the paper).
+    pub backward_difference_rms_mps2: Option<f64>,
+}
+
+/// Describes a recording; nothing is changed, and nothing fails.
+#[must_use]
+pub fn inspect(recording: &Recording) -> Inspection {
+    Inspection {
+        source: recording.source.clone(),
+        layout: recording.layout,
+        companions: recording.companions.clone(),
+        track_m: recording.grade.as_ref().and_then(|grade| grade.period),
+        platoons: recording.platoons.iter().map(platoon).collect(),
+    }
+}
+
+/// The time axis of a platoon and its stretches without missing rows.
+struct Axis<'a> {
+    t: &'a [f64],
+    step: f64,
+    stretches: Vec<Range<usize>>,
+}
+
+fn platoon(platoon: &Platoon) -> PlatoonInspection {
+    let t = platoon.t.as_slice();
+    let median = median_step(t).unwrap_or(1.0);
+    let stretches = stretches(t, 1.5 * median);
+    let step = nominal_step(t, &stretches, median);
+    let axis = Axis { t, step, stretches };
+    let sampling = sampling(&axis);
+    let cars: Vec<CarInspection> = platoon.cars.iter().map(|c| car(c, &axis)).collect();
+    let links: Vec<LinkInspection> = platoon
+        .cars
+        .iter()
+        .filter_map(|ego| {
+            let lead = platoon.cars.iter().find(|lead| lead.number + 1 == ego.number)?;
+            link::inspect(lead, ego, &axis)
+        })
+        .collect();
+    let missing = |i: usize| {
+        let gap_missing = |car: &Car| car.gap.as_ref().is_some_and(|gap| gap[i].is_nan());
+        platoon.cars.iter().any(|car| car.v[i].is_nan() || gap_missing(car))
+    };
+    let (first, last) = (t.first().copied(), t.last().copied());
+    let (first, last) = (first.unwrap_or_default(), last.unwrap_or_default());
+    PlatoonInspection {
+        id: platoon.id.clone(),
+        rows: t.len(),
+        rows_with_missing: (0..t.len()).filter(|&i| missing(i)).count(),
+        t_first_s: first,
+        t_last_s: last,
+        duration_s: last - first,
+        warnings: warnings(t.len(), &sampling, &cars, &links),
+        sampling,
+        cars,
+        links,
+        notes: platoon.notes.clone(),
+    }
+}
+
+fn sampling(axis: &Axis) -> Sampling {
+    let steps = || axis.t.windows(2).map(|pair| pair[1] - pair[0]);
+    let off = |step: f64| {
+        let rows = (step / axis.step).round();
+        rows < 1.0 || (step - rows * axis.step).abs() > super::prepare::GRID_TOLERANCE_S
+    };
+    Sampling {
+        step_s: axis.step,
+        irregular_steps: steps().filter(|&step| off(step)).count(),
+        missing_rows: steps()
+            .filter(|&step| !off(step))
+            .map(|step| (step / axis.step).round() as usize - 1)
+            .fold(0, usize::saturating_add),
+        longest_step_s: steps().fold(0.0, f64::max),
+    }
+}
+
+fn car(car: &Car, axis: &Axis) -> CarInspection {
+    let describe = |values: &Vec<f64>| signal::inspect(values, axis);
+    let v = &car.v;
+    let pairs = || (1..v.len()).map(|i| (i, axis.t[i] - axis.t[i - 1]));
+    let driven = pairs().map(|(i, dt)| (v[i - 1] + v[i]) / 2.0 * dt);
+    let position =
+        car.x.as_ref().map(|x| signal::rms(pairs().map(|(i, dt)| (x[i] - x[i - 1]) / dt - (v[i - 1] + v[i]) / 2.0)));
+    let difference = |shift: usize| {
+        let a = car.a.as_ref()?;
+        signal::rms(pairs().map(|(i, dt)| a[i - shift] - (v[i] - v[i - 1]) / dt))
+    };
+    CarInspection {
+        number: car.number,
+        name: car.name.clone(),
+        length_m: car.length,
+        speed: describe(v),
+        gap: car.gap.as_ref().map(describe),
+        position: car.x.as_ref().map(describe),
+        acceleration: car.a.as_ref().map(describe),
+        sin_grade: car.sin_grade.as_ref().map(describe),
+        standstill_s: v.iter().filter(|v| **v < STANDSTILL_MPS).count() as f64 * axis.step,
+        driven_m: driven.filter(|d| d.is_finite()).sum(),
+        position_speed_rms_mps: position.flatten(),
+        forward_difference_rms_mps2: difference(1),
+        backward_difference_rms_mps2: difference(0),
+    }
+}
+
+/// What looks wrong.
+fn warnings(rows: usize, sampling: &Sampling, cars: &[CarInspection], links: &[LinkInspection]) -> Vec<String> {
+    let mut warnings = Vec::new();
+    if sampling.irregular_steps > 0 {
+        warnings.push(format!(
+            "{} of {} time steps are irregular (usual step {} s): resample before use",
+            sampling.irregular_steps,
+            rows.saturating_sub(1),
+            sampling.step_s
+        ));
+    }
+    if sampling.missing_rows > 0 {
+        warnings.push(format!(
+            "{} rows are missing, the longest step is {:.1} s",
+            sampling.missing_rows, sampling.longest_step_s
+        ));
+    }
+    for car in cars {
+        let signals = [("speed", Some(&car.speed)), ("gap", car.gap.as_ref())];
+        for (name, signal) in signals {
+            let Some(signal) = signal else { continue };
+            let share = signal.missing as f64 / rows.max(1) as f64;
+            if share > MISSING_WARNING {
+                warnings.push(format!(
+                    "car {}: {:.0} % of the {name} is missing (longest {:.1} s)",
+                    car.number,
+                    share * 100.0,
+                    signal.longest_missing_s
+                ));
+            }
+        }
+        if let Some(rms) = car.position_speed_rms_mps.filter(|&rms| rms > link::CONTRADICTION_MPS) {
+            warnings.push(format!("car {}: position contradicts speed (rms {rms:.1} m/s): broken?", car.number));
+        }
+    }
+    warnings.extend(links.iter().flat_map(LinkInspection::warnings));
+    warnings
+}
