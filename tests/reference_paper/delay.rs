@@ -152,7 +152,7 @@ fn eqs_10_and_14_take_the_undelayed_state() {
     let (_, trace) = run(&case("l-cth+delay+linear", &data, Convention::PAPER), &p);
     close("a_f", "m/s²", 9, trace.a[9], 40.16);
     let mut car = vehicle();
-    car.mfc = Some(Mfc { v: vec![0.0, 40.0], a_ap: vec![8.0, 0.0], a_dp: vec![-8.0, 0.0] });
+    car.mfc = Some(Mfc { v: vec![0.0, 40.0], a_ap: vec![8.0, 0.0], a_dp: vec![-8.0, 0.0], source: None });
     let case =
         Case::new(&data, variant("l-cth+delay+linear+mfc"), Some(&car), Convention::PAPER, 0.8).expect("complete");
     let (_, trace) = run(&case, &p);

@@ -99,9 +99,9 @@ fn the_start_copies_speed_and_acceleration() {
     {
         let (run, trace) = run(&case("l-cth+delay", &data, convention), &Parameters { tau_p: 0.35, ..P });
         assert!(run.first >= 4, "{convention}: first simulated sample {}", run.first);
-        for i in 0..4 {
+        for (i, a_0) in a_0_to_3.into_iter().enumerate() {
             assert_eq!((trace.v[i], trace.x[i]), (data.v_f[i], data.x_f[i]), "{convention}: v_f, x_f at step {i}");
-            close(&format!("{convention}: a_f"), "m/s²", i, trace.a[i], a_0_to_3[i]);
+            close(&format!("{convention}: a_f"), "m/s²", i, trace.a[i], a_0);
         }
     }
 }
