@@ -13,6 +13,9 @@ pub struct Built {
     pub mutants: Vec<Mutant>,
 }
 
+/// What is changed, below `src`: the reference, and what its numbers pass through.
+const MUTATED: [&str; 3] = ["reference/", "score.rs", "evaluator/case.rs"];
+
 /// Entries of the package that the copy does without. `tests` is copied separately.
 const LEFT_OUT: [&str; 10] =
     [".git", ".ci", "target", "tests", "benches", "examples", "fuzz", "shared", "out", "Cargo.toml"];
@@ -25,7 +28,10 @@ fn write(path: &Path, text: &[u8]) {
     fs::write(path, text).expect("the copy can be written");
 }
 
-fn copy(from: &Path, to: &Path, change: &mut dyn FnMut(&Path, Vec<u8>) -> Option<Vec<u8>>) {
+/// What becomes of a file: its new text, or nothing.
+type Change<'a> = dyn FnMut(&Path, Vec<u8>) -> Option<Vec<u8>> + 'a;
+
+fn copy(from: &Path, to: &Path, change: &mut Change<'_>) {
     if from.is_dir() {
         let mut entries: Vec<_> =
             fs::read_dir(from).expect("the package is readable").map(|e| e.expect("readable").file_name()).collect();
@@ -76,9 +82,9 @@ pub fn build() -> Built {
         }
         copy(&root.join(&name), &folder.join(&name), &mut |path, bytes| {
             let inside = path.strip_prefix(root).expect("found below the root");
-            if let Ok(file) = inside.strip_prefix("src/reference") {
-                let file = file.to_string_lossy().replace('\\', "/");
-                return Some(instrument(&file, text(&bytes), &mut mutants).into_bytes());
+            let file = inside.to_string_lossy().replace('\\', "/");
+            if let Some(file) = file.strip_prefix("src/").filter(|file| MUTATED.iter().any(|m| file.starts_with(m))) {
+                return Some(instrument(file, text(&bytes), &mut mutants).into_bytes());
             }
             match inside.to_str() {
                 Some("src/main.rs") => None,

@@ -14,28 +14,35 @@ pub const SWITCH: &str = "LEADLAG_MUTANT";
 pub struct Mutant {
     /// From 1; 0 is the original.
     pub id: usize,
-    /// Below `src/reference`.
+    /// Below `src`.
     pub file: String,
     pub line: usize,
     pub column: usize,
     /// The source line, trimmed.
     pub source: String,
-    /// Such as `<` -> `<=`.
+    /// Such as `< -> <=`; the second of its kind on a line has ` (2)` behind it, and so on.
     pub change: String,
+}
+
+/// Constants that other files use cannot become functions; they stay as they are.
+fn private(constant: &syn::ItemConst) -> bool {
+    matches!(constant.vis, syn::Visibility::Inherited)
 }
 
 /// The file with its mutants; they are added to `mutants`.
 pub fn instrument(file: &str, text: &str, mutants: &mut Vec<Mutant>) -> String {
-    let mut syntax = syn::parse_file(text).unwrap_or_else(|e| panic!("src/reference/{file}: {e}"));
+    let mut syntax = syn::parse_file(text).unwrap_or_else(|e| panic!("src/{file}: {e}"));
     let constants = syntax.items.iter().filter_map(|item| match item {
-        Item::Const(c) => Some(c.ident.to_string()),
+        Item::Const(c) if private(c) => Some(c.ident.to_string()),
         _ => None,
     });
     let mut mutator = Mutator { file, lines: text.lines().collect(), constants: constants.collect(), mutants };
     mutator.visit_file_mut(&mut syntax);
     for item in &mut syntax.items {
         // A constant cannot ask the environment: it becomes a function, and its uses become calls.
-        if let Item::Const(c) = item {
+        if let Item::Const(c) = item
+            && private(c)
+        {
             let (name, ty, expr) = (&c.ident, &c.ty, &c.expr);
             *item = parse_quote! { fn #name() -> #ty { #expr } };
         }
@@ -55,13 +62,19 @@ struct Mutator<'a> {
 impl Mutator<'_> {
     fn mutant(&mut self, place: proc_macro2::Span, change: &str) -> usize {
         let (id, at) = (self.mutants.len() + 1, place.start());
+        let same =
+            |m: &&Mutant| m.file == self.file && m.line == at.line && m.change.split(" (").next() == Some(change);
+        let change = match self.mutants.iter().filter(same).count() {
+            0 => change.to_owned(),
+            before => format!("{change} ({})", before + 1),
+        };
         self.mutants.push(Mutant {
             id,
             file: self.file.to_owned(),
             line: at.line,
             column: at.column + 1,
             source: self.lines[at.line - 1].trim().to_owned(),
-            change: change.to_owned(),
+            change,
         });
         id
     }
@@ -221,7 +234,15 @@ impl VisitMut for Mutator<'_> {
         }
     }
 
-    // Nothing in attributes, types and patterns can be switched at run time.
+    fn visit_item_const_mut(&mut self, constant: &mut syn::ItemConst) {
+        if private(constant) {
+            visit_mut::visit_item_const_mut(self, constant);
+        }
+    }
+
+    // Nothing in discriminants, associated constants, attributes, types and patterns can be switched at run time.
+    fn visit_variant_mut(&mut self, _: &mut syn::Variant) {}
+    fn visit_impl_item_const_mut(&mut self, _: &mut syn::ImplItemConst) {}
     fn visit_attribute_mut(&mut self, _: &mut syn::Attribute) {}
     fn visit_type_mut(&mut self, _: &mut syn::Type) {}
     fn visit_pat_mut(&mut self, _: &mut syn::Pat) {}

@@ -97,7 +97,8 @@ fn eq_18_weights() {
             ("nrmse-sa", 0.1 + 0.4714045207910316829),
             ("nrmse-va:3,1", 0.3498571136907180282 + 0.4714045207910316829),
             ("rmse-s:10", 17.32050807568877294),
-            ("rmspe-a", 0.6454972243679028142), // 0.5/1, 0, -0.5/0.5: sqrt(1.25/3)
+            ("rmse-s:0.005", 0.00866025403784438647), // a small weight is a weight
+            ("rmspe-a", 0.6454972243679028142),       // 0.5/1, 0, -0.5/0.5: sqrt(1.25/3)
         ],
     );
     assert_eq!(GoodnessOfFit::default(), GoodnessOfFit::NRMSE_SVA, "the paper's objective");
@@ -125,4 +126,37 @@ fn names_are_read_back_and_nonsense_is_not() {
     ] {
         assert!(name.parse::<GoodnessOfFit>().is_err(), "{name:?}");
     }
+}
+
+#[test]
+fn the_mean_of_several_cases() {
+    // One measure set, and the same with every value of a signal times 3, 5, 7: means times 2, 3, 4.
+    let one = measures(false);
+    let mut other = one;
+    for (signal, factor) in other.0.iter_mut().zip([3.0, 5.0, 7.0]) {
+        for value in [&mut signal.rmse, &mut signal.nrmse, &mut signal.rmspe, &mut signal.u, &mut signal.rmse_n] {
+            *value *= factor;
+        }
+    }
+    let mean = Measures::mean(&[one, other]).expect("two of them");
+    for (name, factor) in [("s", 2.0), ("v", 3.0), ("a", 4.0)] {
+        for kind in ["rmse", "nrmse", "rmspe", "u"] {
+            let gof: GoodnessOfFit = format!("{kind}-{name}").parse().expect("a goodness of fit");
+            close(&format!("mean of {kind}-{name}"), "", 0, gof.of(&mean), factor * gof.of(&one));
+        }
+    }
+    // 2*0.1732050807568877 + 3*0.08416254115301732 + 4*0.2041241452319315
+    let gof: GoodnessOfFit = "rmse-sn-vn-an".parse().expect("a goodness of fit");
+    close("mean of rmse-sn-vn-an", "", 0, gof.of(&mean), 1.4153943659005533);
+    assert_eq!(Measures::mean(&[]), None);
+}
+
+#[test]
+fn a_signal_that_is_not_compared_cannot_spoil_the_score() {
+    // measured a = 0 throughout: NRMSE(a) divides by zero
+    let mut all = measures(false);
+    all.0[2] = SignalMeasures::compare(&[0.0; 3], &[0.0; 3], false);
+    let of = |name: &str| name.parse::<GoodnessOfFit>().expect("a goodness of fit").of(&all);
+    assert!(of("nrmse-sva").is_nan());
+    close("nrmse-sv", "", 0, of("nrmse-sv"), 0.2166190378969060094);
 }

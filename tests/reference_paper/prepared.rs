@@ -1,8 +1,8 @@
 //! What is prepared before a run: bounds (Table 3) and measured accelerations.
 
-use crate::bench::{NONE, case, close, run, trajectory};
+use crate::bench::{NONE, case, close, run, steady, trajectory};
 use leadlag::convention::Convention;
-use leadlag::evaluator::{Case, CaseError};
+use leadlag::evaluator::{Case, CaseError, InvalidParameter};
 use leadlag::symbols::{Parameters, Symbol};
 use leadlag::vehicle::Vehicle;
 
@@ -92,4 +92,33 @@ fn what_a_variant_lacks_is_said() {
     // with delay the first simulated sample is 9, so 11 samples are needed
     let short = new("idm+delay", &data, None);
     assert!(matches!(short, Err(CaseError::TooShort { samples: 10, first: 9, .. })), "{short:?}");
+}
+
+#[test]
+fn a_candidate_outside_of_the_equations_is_refused() {
+    let data = steady([30.0, 20.0, 22.0]);
+    let p = Parameters { k_s: 0.1, k_v: 0.5, k_0: 0.2, v_0: 30.0, d_0: 2.0, t_h: 1.5, tau_p: 0.3, ..NONE };
+    let domain = |result| match result {
+        Err(InvalidParameter::Domain { name, .. }) => name,
+        other => panic!("{other:?}"),
+    };
+    let paper = case("l-cth+delay", &data, Convention::PAPER);
+    assert_eq!(paper.check(&p), Ok(()));
+    assert_eq!(domain(paper.check(&Parameters { t_h: 0.0, ..p })), "t_h");
+    assert_eq!(domain(paper.check(&Parameters { tau_p: -0.1, ..p })), "tau_p");
+    assert_eq!(domain(paper.check(&Parameters { d_0: f64::INFINITY, ..p })), "d_0");
+    assert_eq!(domain(paper.check(&NONE)), "k_s");
+    // The paper's convention: up to the upper bound 0.8 s, which sets the scored window. The authors': as long as one of the 13
+    // samples can be simulated: D = 11, 1.1 s.
+    let refused = |case: &Case, tau_p: f64| match case.check(&Parameters { tau_p, ..p }) {
+        Err(InvalidParameter::Delay { upper, .. }) => Some(upper),
+        Ok(()) => None,
+        other => panic!("{other:?}"),
+    };
+    assert_eq!([0.8, 0.81].map(|tau_p| refused(&paper, tau_p)), [None, Some(0.8)]);
+    let authors = case("l-cth+delay", &data, Convention::AUTHORS);
+    assert_eq!([0.8, 0.9, 1.05].map(|tau_p| refused(&authors, tau_p)), [None; 3]);
+    close("longest delay", "s", 0, refused(&authors, 1.15).expect("too long"), 1.1);
+    // Without a delay tau_p is not asked for, whatever it is.
+    assert_eq!(case("l-cth", &data, Convention::PAPER).check(&Parameters { tau_p: 9.0, ..p }), Ok(()));
 }
