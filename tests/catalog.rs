@@ -1,5 +1,7 @@
 //! The ninety variants against Table 1, their bounds against Table 3, and the parameters they really read.
 
+mod common;
+
 use leadlag::catalog::{Constraint, Dynamics, Variant};
 use leadlag::convention::Convention;
 use leadlag::evaluator::Case;
@@ -7,7 +9,6 @@ use leadlag::reference::{Trace, simulate};
 use leadlag::symbols::{Bounds, Parameters, Symbol};
 use leadlag::trajectory::{Grade, Source, Trajectory};
 use leadlag::vehicle::{Mfc, Vehicle};
-use std::path::PathBuf;
 
 /// Table 1: per base model its name here, controller, spacing policy, first id and calibration parameters.
 const BASES: [(&str, &str, &str, u32, &str); 5] = [
@@ -73,13 +74,8 @@ fn ids_parts_and_parameters_equal_table_1() {
 
 #[test]
 fn ids_and_parameters_equal_the_authors_list() {
-    let root = std::env::var_os("LEADLAG_SHARED")
-        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared"), PathBuf::from);
-    let path = root.join("golden/inputs/models.csv");
-    if !path.exists() {
-        eprintln!("SKIPPED ids_and_parameters_equal_the_authors_list: {} does not exist", path.display());
-        return;
-    }
+    let Some(shared) = common::shared("ids_and_parameters_equal_the_authors_list") else { return };
+    let path = shared.join("golden/inputs/models.csv");
     #[derive(serde::Deserialize)]
     struct Row {
         model_id: u32,

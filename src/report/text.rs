@@ -17,7 +17,8 @@ fn write_calibration(text: &mut String, result: &ResultFile) -> std::fmt::Result
     writeln!(text, "variant      {} {}", result.model_id, result.variant)?;
     for data in &result.data {
         let [from, to] = data.window_s;
-        writeln!(text, "data         {} follower {} ({})", data.path, data.follower, data.name)?;
+        writeln!(text, "data         {}", data.path)?;
+        writeln!(text, "             follower {}, {}", data.follower, data.name)?;
         writeln!(
             text,
             "             {from:.1} to {to:.1} s, {} samples, scored from sample {}, sha256 {}",
@@ -26,14 +27,15 @@ fn write_calibration(text: &mut String, result: &ResultFile) -> std::fmt::Result
             &data.sha256[..12.min(data.sha256.len())]
         )?;
         for note in &data.preparation {
-            writeln!(text, "             {note}")?;
+            indented(text, note)?;
         }
         if let Some(grade) = &data.grade {
-            writeln!(text, "             grade: {grade}")?;
+            indented(text, &format!("grade: {grade}"))?;
         }
     }
     if let Some(vehicle) = &result.vehicle {
-        writeln!(text, "vehicle      {} ({}), {} kg unladen", vehicle.slug, vehicle.from, vehicle.m_0)?;
+        writeln!(text, "vehicle      {}, {} kg unladen", vehicle.slug, vehicle.m_0)?;
+        indented(text, &format!("from {}", vehicle.from))?;
     }
     writeln!(text, "convention   {}", result.convention)?;
     let adapter = result.adapter.as_deref().map_or(String::new(), |a| format!(" on {a}"));
@@ -50,15 +52,14 @@ fn write_calibration(text: &mut String, result: &ResultFile) -> std::fmt::Result
         writeln!(text, "             coefficient of variation over replicates {:.3} %", 100.0 * cv)?;
     }
 
-    writeln!(text, "\n{:<10}{:>13}  {:<6}{:>22}  meaning", "parameter", "value", "unit", "bounds")?;
+    writeln!(text, "\n{:<10}{:>13}  {:<6}{:>20}  meaning", "parameter", "value", "unit", "bounds")?;
     for (name, value) in &result.parameters {
         let [lower, upper] = result.bounds.get(name).copied().unwrap_or([f64::NAN; 2]);
-        let fixed = lower == upper;
-        let bounds = if fixed { "fixed".to_owned() } else { format!("{} .. {}", short(lower), short(upper)) };
+        let bounds = if lower == upper { "fixed".to_owned() } else { format!("{} .. {}", short(lower), short(upper)) };
         let unit = result.units.get(name).map_or("", String::as_str);
         let meaning = Symbol::from_name(name).map_or("", Symbol::meaning);
-        let mark = if result.at_bound.contains(name) { " <- AT BOUND" } else { "" };
-        writeln!(text, "{name:<10}{value:>13.6}  {unit:<6}{bounds:>22}  {meaning}{mark}")?;
+        let mark = if result.at_bound.contains(name) { "AT BOUND" } else { meaning };
+        writeln!(text, "{name:<10}{value:>13.6}  {unit:<6}{bounds:>20}  {mark}")?;
     }
 
     let score = |name: &str| result.score.get(name).copied().flatten();
@@ -69,9 +70,19 @@ fn write_calibration(text: &mut String, result: &ResultFile) -> std::fmt::Result
         ("RMSE (SI)", ["rmse_s", "rmse_v", "rmse_a", ""]),
     ] {
         let [s, v, a, sum] = names.map(|n| score(n).map_or(String::new(), |x| format!("{x:.4}")));
-        writeln!(text, "{title:<14}{s:>10}{v:>10}{a:>10}{sum:>12}")?;
+        writeln!(text, "{}", format!("{title:<14}{s:>10}{v:>10}{a:>10}{sum:>12}").trim_end())?;
     }
     Ok(())
+}
+
+/// Columns of the terminal, and of the first column of text.
+const WIDTH: usize = 80;
+const INDENT: &str = "             ";
+
+/// A remark below the line it belongs to, wrapped.
+fn indented(text: &mut String, remark: &str) -> std::fmt::Result {
+    let options = textwrap::Options::new(WIDTH).initial_indent(INDENT).subsequent_indent("               ");
+    textwrap::wrap(remark, options).iter().try_for_each(|line| writeln!(text, "{line}"))
 }
 
 /// At most five significant digits.

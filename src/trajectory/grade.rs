@@ -2,7 +2,7 @@
 
 use super::Source;
 use super::error::{ImportError, ProblemKind};
-use super::import::{Field, GRADE_LIMIT, Header, Lines, Problems, Stop, column_of, finite, open, split};
+use super::import::{Field, GRADE_LIMIT, Header, Lines, Problems, Stop, column_of, open, present, split};
 use std::io::Read;
 use std::path::Path;
 
@@ -90,11 +90,17 @@ fn profile<R: Read>(lines: &mut Lines<R>, problems: &mut Problems) -> Result<Gra
         let place = |i: usize| Some(column_of(&text, fields[column[i]].start));
         match position(fields[column[0]].text, needed[0], x.last().copied(), closed) {
             Ok(value) => x.push(value),
-            Err(kind) => problems.add(line, place(0), kind),
+            Err(kind) => {
+                problems.add(line, place(0), kind);
+                x.push(f64::NAN);
+            }
         }
         match sine(fields[column[1]].text, needed[1]) {
             Ok(value) => sin.push(value),
-            Err(kind) => problems.add(line, place(1), kind),
+            Err(kind) => {
+                problems.add(line, place(1), kind);
+                sin.push(f64::NAN);
+            }
         }
     }
     problems.check()?;
@@ -123,13 +129,4 @@ fn sine(text: &str, name: &str) -> Result<f64, ProblemKind> {
         return Err(ProblemKind::Grade { column: name.to_owned(), limit: GRADE_LIMIT, found });
     }
     Ok(found)
-}
-
-/// A number that must be there.
-fn present(text: &str, column: &str) -> Result<f64, ProblemKind> {
-    let value = finite(text, column)?;
-    if value.is_nan() {
-        return Err(ProblemKind::Missing { column: column.to_owned() });
-    }
-    Ok(value)
 }

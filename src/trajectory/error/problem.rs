@@ -42,6 +42,8 @@ pub enum ProblemKind {
     Metadata { expected: &'static str, found: String },
     #[error("the file ends after its header; expected rows of numbers")]
     NoRows,
+    #[error("the file ends before its header; expected a header line and rows of numbers after the metadata")]
+    NoHeader,
     #[error("expected at least 2 rows of numbers, found 1; a trajectory needs more")]
     OneRow,
     #[error(
@@ -58,15 +60,14 @@ pub enum ProblemKind {
     #[error("expected {expected} fields as in the header, found {found}; {}", field_hint(*expected, *found, *last))]
     FieldCount { expected: usize, found: usize, last: bool },
     #[error(
-        "column {column}: expected a finite number, found {}; leave the field empty if the value is missing",
-        quoted(found)
+        "column {column}: expected a finite number, found {}; {}",
+        quoted(found),
+        if *optional { "leave the field empty if the value is missing" } else { "give a number or delete the row" }
     )]
-    NotANumber { column: String, found: String },
+    NotANumber { column: String, found: String, optional: bool },
     #[error("column {column}: expected a finite number, found {}; write decimal numbers with a point", quoted(found))]
     DecimalComma { column: String, found: String },
-    #[error("column {column}: expected a time, found nothing; delete the row or give its time")]
-    NoTime { column: String },
-    #[error("column {column}: expected a finite number, found nothing; give a value or delete the row")]
+    #[error("column {column}: expected a finite number, found nothing; give a number or delete the row")]
     Missing { column: String },
     #[error(
         "{column}: expected a time after {previous}, found {found}; time runs back: sort the rows, or split the file here"
@@ -78,6 +79,10 @@ pub enum ProblemKind {
         "column {column}: expected a spacing above 0 m, found {found}; check that it is bumper to bumper, or leave the field empty"
     )]
     Spacing { column: String, found: f64 },
+    #[error(
+        "column {column}: expected at most {limit} m in size, found {found}; check the unit, or leave the field empty"
+    )]
+    TooLong { column: String, limit: f64, found: f64 },
     #[error("column {column}: expected at most {limit} m/s, found {found}; looks like km/h: divide by 3.6")]
     SpeedTooHigh { column: String, limit: f64, found: f64 },
     #[error(

@@ -92,19 +92,24 @@ impl Header {
 
     /// Records one problem for every needed column that is missing; `known` columns are never its misspelling.
     pub fn require(&self, needed: &[&str], known: &[&str], problems: &mut Problems) {
-        for &column in needed {
+        for column in needed {
             if self.find(column).is_none() {
-                let others = self.names.iter().map(String::as_str);
-                let others = others.filter(|name| !known.contains(name));
-                let kind = ProblemKind::MissingColumn {
-                    column: column.to_owned(),
-                    has: self.names.clone(),
-                    needed: needed.iter().map(|&n| n.to_owned()).collect(),
-                    near: nearest(column, others).map(str::to_owned),
-                };
-                problems.add(self.line, None, kind);
+                self.missing(column, needed, known, problems);
             }
         }
+    }
+
+    /// Records that `column` is missing.
+    pub fn missing(&self, column: &str, needed: &[&str], known: &[&str], problems: &mut Problems) {
+        let others = self.names.iter().map(String::as_str);
+        let others = others.filter(|name| !known.contains(name));
+        let kind = ProblemKind::MissingColumn {
+            column: column.to_owned(),
+            has: self.names.clone(),
+            needed: needed.iter().map(|&n| n.to_owned()).collect(),
+            near: nearest(column, others).map(str::to_owned),
+        };
+        problems.add(self.line, None, kind);
     }
 
     /// Records a problem for every unknown column that looks like a misspelt known one, and returns the other unknown ones.

@@ -3,7 +3,7 @@
 use super::header::{Header, column_of, split};
 use super::lines::Lines;
 use super::problems::{Problems, Stop};
-use super::table::finite;
+use super::table::present;
 use crate::trajectory::Source;
 use crate::trajectory::error::{ImportError, ProblemKind};
 use std::collections::HashMap;
@@ -93,7 +93,7 @@ fn rows<R: Read>(lines: &mut Lines<R>, problems: &mut Problems) -> Result<HashMa
 }
 
 fn length(text: &str, column: &str) -> Result<f64, ProblemKind> {
-    let found = finite(text, column)?;
+    let found = present(text, column)?;
     if (0.5..=30.0).contains(&found) {
         Ok(found)
     } else {

@@ -19,7 +19,7 @@ pub use labels::{Label, Labels};
 pub use layout::{Layout, UnknownLayout};
 pub(super) use lines::Lines;
 pub(super) use problems::{Problems, Stop};
-pub(super) use table::{GRADE_LIMIT, finite};
+pub(super) use table::{GRADE_LIMIT, present};
 
 use super::error::{ImportError, ProblemKind};
 use super::{Grade, Note, Recording, Source};

@@ -23,7 +23,7 @@ pub(super) fn read<R: Read>(
 ) -> Result<(Layout, Vec<Platoon>), Stop> {
     let names = metadata(first, lines, problems)?;
     let Some(text) = lines.next(problems)? else {
-        return Err(problems.stop(METADATA.len() as u64, None, ProblemKind::NoRows));
+        return Err(problems.stop(METADATA.len() as u64, None, ProblemKind::NoHeader));
     };
     let text = text.to_owned();
     let header = Header::parse(&text, lines.number(), problems)?;
@@ -69,6 +69,11 @@ fn signal_and_number(name: &str) -> (&str, Option<usize>) {
     (signal, number.filter(|&n| n > 0 && n < 10_000))
 }
 
+fn is_known(name: &str) -> bool {
+    let (signal, number) = signal_and_number(name);
+    name.is_empty() || name == "Time" || (number.is_some() && SIGNALS.contains(&signal))
+}
+
 /// Where the used columns are: car number to column.
 struct Columns {
     time: usize,
@@ -92,8 +97,7 @@ impl Columns {
                 ("Speed", Some(car)) => drop(columns.speed.insert(car, index)),
                 ("IVS", Some(car)) => drop(columns.gap.insert(car + 1, index)),
                 ("Driver", Some(car)) => drop(columns.driver.insert(car, index)),
-                (signal, number) if number.is_some() && SIGNALS.contains(&signal) => {}
-                _ if name == "Time" || name.is_empty() => {}
+                _ if is_known(name) => {}
                 (signal, Some(car)) => match nearest(signal, ["Speed", "IVS"].into_iter()) {
                     Some(near) => header.suspect(index, &format!("{near}{car}"), problems),
                     None => columns.ignored.push(name.clone()),
@@ -101,14 +105,20 @@ impl Columns {
                 _ => columns.ignored.push(name.clone()),
             }
         }
-        let mut needed = vec!["Time"];
-        if columns.speed.len() < 2 {
-            needed.extend(["Speed1", "Speed2"]);
+        let needed = ["Time", "Speed1", "Speed2", "IVS1"];
+        // Which cars there are is free, so only the lack of any counts, and a misspelt column has been reported.
+        let known: Vec<&str> = header.names.iter().map(String::as_str).collect();
+        let known: Vec<&str> = known.into_iter().filter(|name| is_known(name)).collect();
+        let misspelt = problems.check().is_err();
+        let lacking = [
+            header.find("Time").is_none(),
+            !misspelt && columns.speed.is_empty(),
+            !misspelt && columns.speed.len() < 2,
+            !misspelt && columns.gap.is_empty(),
+        ];
+        for (column, _) in needed.iter().zip(lacking).filter(|(_, lacking)| *lacking) {
+            header.missing(column, &needed, &known, problems);
         }
-        if columns.gap.is_empty() {
-            needed.push("IVS1");
-        }
-        header.require(&needed, &["Time"], problems);
         columns
     }
 

@@ -25,6 +25,7 @@ fn meaning(name: &str) -> Meaning {
         "time_s" => Meaning::Time,
         "speed_mps" | "lead_speed_mps" | "lead2_speed_mps" => Meaning::Speed,
         "spacing_m" | "lead2_spacing_m" => Meaning::Spacing,
+        "lead_position_m" => Meaning::Position,
         "sin_grade" => Meaning::SinGrade,
         _ => Meaning::Number,
     }

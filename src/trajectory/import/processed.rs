@@ -34,6 +34,7 @@ pub(super) fn read<R: Read>(first: &str, lines: &mut Lines<R>, problems: &mut Pr
         "Time" => Meaning::Time,
         _ if name.starts_with("SpeedDoppler") => Meaning::Speed,
         _ if name.starts_with("Spacing") => Meaning::Spacing,
+        _ if name.starts_with('X') => Meaning::Position,
         _ => Meaning::Number,
     };
     let present: Vec<(&str, usize)> =

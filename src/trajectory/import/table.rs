@@ -11,6 +11,10 @@ use std::io::Read;
 const SPEED_LIMIT: f64 = 90.0;
 /// A speed below this is no sensor noise at standstill \[m/s\].
 const REVERSE_LIMIT: f64 = -0.5;
+/// No car follows another from further away \[m\].
+const SPACING_LIMIT: f64 = 1e4;
+/// No road is longer \[m\]; beyond it a double no longer resolves fractions of a millimetre anyway.
+const POSITION_LIMIT: f64 = 1e9;
 /// The sine of no road's grade is beyond this.
 pub(in crate::trajectory) const GRADE_LIMIT: f64 = 0.5;
 
@@ -23,6 +27,8 @@ pub(super) enum Meaning {
     Speed,
     /// Bumper to bumper \[m\], above 0.
     Spacing,
+    /// Along the road \[m\].
+    Position,
     /// Sine of a road grade.
     SinGrade,
     /// Any finite number.
@@ -142,7 +148,18 @@ pub(in crate::trajectory) fn finite(text: &str, column: &str) -> Result<f64, Pro
         _ if decimal_comma(text) => {
             Err(ProblemKind::DecimalComma { column: column.to_owned(), found: text.to_owned() })
         }
-        _ => Err(ProblemKind::NotANumber { column: column.to_owned(), found: text.to_owned() }),
+        _ => Err(ProblemKind::NotANumber { column: column.to_owned(), found: text.to_owned(), optional: true }),
+    }
+}
+
+/// A number that must be there.
+pub(in crate::trajectory) fn present(text: &str, column: &str) -> Result<f64, ProblemKind> {
+    match finite(text, column) {
+        Ok(value) if value.is_nan() => Err(ProblemKind::Missing { column: column.to_owned() }),
+        Err(ProblemKind::NotANumber { column, found, .. }) => {
+            Err(ProblemKind::NotANumber { column, found, optional: false })
+        }
+        result => result,
     }
 }
 
@@ -151,10 +168,9 @@ fn decimal_comma(text: &str) -> bool {
 }
 
 fn number(text: &str, name: &str, meaning: Meaning, previous: Option<f64>) -> Result<f64, ProblemKind> {
-    let found = finite(text, name)?;
+    let found = if meaning == Meaning::Time { present(text, name)? } else { finite(text, name)? };
     let column = || name.to_owned();
     let wrong = match meaning {
-        Meaning::Time if found.is_nan() => Some(ProblemKind::NoTime { column: column() }),
         Meaning::Time => previous.and_then(|previous| {
             if found == previous {
                 let column = column();
@@ -170,6 +186,12 @@ fn number(text: &str, name: &str, meaning: Meaning, previous: Option<f64>) -> Re
             Some(ProblemKind::SpeedNegative { column: column(), limit: REVERSE_LIMIT, found })
         }
         Meaning::Spacing if found <= 0.0 => Some(ProblemKind::Spacing { column: column(), found }),
+        Meaning::Spacing if found > SPACING_LIMIT => {
+            Some(ProblemKind::TooLong { column: column(), limit: SPACING_LIMIT, found })
+        }
+        Meaning::Position if found.abs() > POSITION_LIMIT => {
+            Some(ProblemKind::TooLong { column: column(), limit: POSITION_LIMIT, found })
+        }
         Meaning::SinGrade if found.abs() > GRADE_LIMIT => {
             Some(ProblemKind::Grade { column: column(), limit: GRADE_LIMIT, found })
         }

@@ -35,9 +35,9 @@ const NUMBERS: [(&str, Meaning); 9] = [
     ("Speed_FAV", Meaning::Speed),
     ("Spatial_Gap", Meaning::Spacing),
     ("Spatial_Headway", Meaning::Spacing),
-    ("Pos_LV", Meaning::Number),
+    ("Pos_LV", Meaning::Position),
     ("Acc_LV", Meaning::Number),
-    ("Pos_FAV", Meaning::Number),
+    ("Pos_FAV", Meaning::Position),
     ("Acc_FAV", Meaning::Number),
 ];
 

@@ -2,8 +2,8 @@
 
 use super::Axis;
 use super::signal::rms;
-use crate::trajectory::Car;
 use crate::trajectory::prepare::slope;
+use crate::trajectory::{Car, Layout};
 use serde::Serialize;
 use std::ops::Range;
 
@@ -19,7 +19,9 @@ const SHIFT_GAIN: f64 = 0.1;
 #[allow(missing_docs, reason = "names of fields carry meaning and unit")]
 pub struct LinkInspection {
     pub follower_car: usize,
-    /// Difference of the gap over each step, over the step, minus the mean speed difference of the step.
+    /// Column of the gap in the file.
+    pub signal: String,
+    /// Central difference of the gap over time, minus the speed difference.
     pub gap_rate_rms_mps: Option<f64>,
     /// Time by which the speeds lie behind the gap where they agree best.
     pub speeds_late_s: f64,
@@ -34,16 +36,12 @@ pub struct LinkInspection {
 impl LinkInspection {
     pub(super) fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
-        let ivs = self.follower_car.saturating_sub(1);
+        let signal = &self.signal;
         if let Some(rms) = self.gap_rate_rms_mps.filter(|&rms| rms > CONTRADICTION_MPS) {
-            warnings.push(format!(
-                "gap of car {} (IVS{ivs}): contradicts the speeds (rms {rms:.1} m/s): broken?",
-                self.follower_car
-            ));
+            warnings.push(format!("{signal}: contradicts the speeds (rms {rms:.1} m/s): broken?"));
         } else if self.speeds_late_s.abs() > 0.0 {
             warnings.push(format!(
-                "gap of car {} (IVS{ivs}): the speeds fit best when taken to be {:.1} s {}",
-                self.follower_car,
+                "{signal}: the speeds fit best when taken to be {:.1} s {}",
                 self.speeds_late_s.abs(),
                 if self.speeds_late_s > 0.0 { "late" } else { "early" }
             ));
@@ -52,14 +50,14 @@ impl LinkInspection {
     }
 }
 
-pub(super) fn inspect(lead: &Car, ego: &Car, axis: &Axis) -> Option<LinkInspection> {
+pub(super) fn inspect(lead: &Car, ego: &Car, axis: &Axis, layout: Layout) -> Option<LinkInspection> {
     let gap = ego.gap.as_ref()?;
     let dv: Vec<f64> = lead.v.iter().zip(&ego.v).map(|(v_l, v_f)| v_l - v_f).collect();
     let disagreement = |shift: isize| {
-        rms((1..gap.len()).filter_map(|i| {
-            let j = i.checked_add_signed(shift).filter(|&j| j > 0 && j < dv.len())?;
-            let rate = (gap[i] - gap[i - 1]) / (axis.t[i] - axis.t[i - 1]);
-            Some(rate - (dv[j - 1] + dv[j]) / 2.0)
+        rms((1..gap.len().saturating_sub(1)).filter_map(|i| {
+            let j = i.checked_add_signed(shift)?;
+            let rate = (gap[i + 1] - gap[i - 1]) / (axis.t[i + 1] - axis.t[i - 1]);
+            Some(rate - dv.get(j)?)
         }))
     };
     let aligned = disagreement(0);
@@ -75,6 +73,7 @@ pub(super) fn inspect(lead: &Car, ego: &Car, axis: &Axis) -> Option<LinkInspecti
     let drift = drift(axis.t, gap, &dv, &ego.v, complete.clone());
     Some(LinkInspection {
         follower_car: ego.number,
+        signal: gap_column(ego.number, layout),
         gap_rate_rms_mps: aligned,
         speeds_late_s: best.0 as f64 * axis.step,
         gap_rate_rms_aligned_mps: best.1,
@@ -113,4 +112,15 @@ fn drift(t: &[f64], gap: &[f64], dv: &[f64], v_f: &[f64], range: Range<usize>) -
         path.push(x);
     }
     Some((rms(residuals.iter().copied())?, slope(&path, &residuals) * 1000.0))
+}
+
+/// Name of the column with the gap ahead of a car.
+fn gap_column(number: usize, layout: Layout) -> String {
+    match layout {
+        Layout::OpenAcc | Layout::AstazeroRebuilt => format!("IVS{}", number.saturating_sub(1)),
+        Layout::AstazeroProcessed => format!("Spacing{number}"),
+        Layout::UltraAv => "Spatial_Gap".to_owned(),
+        Layout::Pair if number == 1 => "lead2_spacing_m".to_owned(),
+        Layout::Pair => "spacing_m".to_owned(),
+    }
 }

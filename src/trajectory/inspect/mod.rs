@@ -95,7 +95,7 @@ pub fn inspect(recording: &Recording) -> Inspection {
         layout: recording.layout,
         companions: recording.companions.clone(),
         track_m: recording.grade.as_ref().and_then(|grade| grade.period),
-        platoons: recording.platoons.iter().map(platoon).collect(),
+        platoons: recording.platoons.iter().map(|p| platoon(p, recording.layout)).collect(),
     }
 }
 
@@ -106,7 +106,7 @@ struct Axis<'a> {
     stretches: Vec<Range<usize>>,
 }
 
-fn platoon(platoon: &Platoon) -> PlatoonInspection {
+fn platoon(platoon: &Platoon, layout: Layout) -> PlatoonInspection {
     let t = platoon.t.as_slice();
     let median = median_step(t).unwrap_or(1.0);
     let stretches = stretches(t, 1.5 * median);
@@ -119,7 +119,7 @@ fn platoon(platoon: &Platoon) -> PlatoonInspection {
         .iter()
         .filter_map(|ego| {
             let lead = platoon.cars.iter().find(|lead| lead.number + 1 == ego.number)?;
-            link::inspect(lead, ego, &axis)
+            link::inspect(lead, ego, &axis, layout)
         })
         .collect();
     let missing = |i: usize| {

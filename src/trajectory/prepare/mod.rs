@@ -88,7 +88,7 @@ impl Preparation {
         within("max gap", "0 to 60 s", max_gap, 0.0, MAX_GAP_LIMIT_S)?;
         within("resample", "a step of 0.001 to 5 s", self.resample, 0.001, time::STEP_MAX_S)?;
         within("lead length", "0 to 30 m", self.lead_length, 0.0, 30.0)?;
-        within("lead start", "a finite position", self.lead_start_m, -any, any)
+        within("lead start", "a position within 1e9 m", self.lead_start_m, -1e9, 1e9)
     }
 }
 

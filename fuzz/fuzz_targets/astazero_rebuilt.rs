@@ -1,0 +1,6 @@
+//! Rebuilt AstaZero files.
+#![no_main]
+
+mod all_steps;
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| all_steps::run(bytes, Some("astazero-rebuilt")));

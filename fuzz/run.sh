@@ -1,0 +1,29 @@
+#!/bin/sh
+# Runs fuzz targets for SECONDS each (default 600), from the small files of tests/data as seeds; without names, all of them.
+#   fuzz/run.sh [SECONDS [TARGET...]]
+# Needs cargo-fuzz (cargo install cargo-fuzz); works on the stable toolchain.
+set -eu
+cd "$(dirname "$0")"
+seconds=${1:-600}
+[ $# -gt 0 ] && shift
+[ $# -gt 0 ] || set -- detect openacc astazero_rebuilt astazero_processed ultra_av pair grade labels
+data=../tests/data
+for target in "$@"; do
+    seeds=corpus/$target
+    mkdir -p "$seeds"
+    case $target in
+        detect) cp $data/*.csv $data/processed/made_up.csv "$seeds" ;;
+        openacc) cp $data/openacc.csv $data/rebuilt.csv "$seeds" ;;
+        astazero_rebuilt) cp $data/rebuilt.csv "$seeds" ;;
+        astazero_processed) cp $data/processed/made_up.csv "$seeds" ;;
+        grade) cp $data/grade_open.csv $data/processed/Slope.csv "$seeds" ;;
+        labels) cp $data/processed/Labels.csv "$seeds" ;;
+        *) cp "$data/$target.csv" "$seeds" ;;
+    esac
+    # The first 14 lines alone are easier to mutate than 60 rows.
+    for file in "$seeds"/*.csv; do
+        head -n 14 "$file" > "$seeds/short_$(basename "$file" .csv | sed 's/^short_//').csv"
+    done
+    RUSTC_BOOTSTRAP=1 cargo fuzz run --fuzz-dir . "$target" -- -max_total_time="$seconds" -max_len=8192 \
+        -rss_limit_mb=4096 -print_final_stats=1
+done

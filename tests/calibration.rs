@@ -1,0 +1,192 @@
+//! Calibration: the paper's genetic algorithm reaches what the authors' reaches, and known parameters are found again.
+
+mod common;
+
+use leadlag::calibrate::{Calibration, OptimizerKind, Overrides, Replicate, SearchSpace, Stop, StopReason, calibrate};
+use leadlag::catalog::Variant;
+use leadlag::convention::Convention;
+use leadlag::evaluator::{Case, Evaluator};
+use leadlag::reference::{Reference, Trace, simulate};
+use leadlag::score::GoodnessOfFit;
+use leadlag::symbols::{Parameters, Symbol};
+use leadlag::trajectory::{Preparation, Source, Trajectory, import, integrate, prepare};
+use leadlag::vehicle::Vehicle;
+use std::ops::ControlFlow;
+
+fn run(evaluator: &mut dyn Evaluator, space: &SearchSpace, seed: u64, stop: Stop) -> Replicate {
+    let settings = Calibration { optimizer: OptimizerKind::Ga, seed, replicates: 1, stop };
+    let mut found =
+        calibrate(evaluator, space, &settings, &mut |_| ControlFlow::Continue(())).expect("a feasible result");
+    found.remove(0)
+}
+
+/// P3 follower 1 (Tesla), model 1, authors' convention: their algorithm ends at 0.378903 after 700,100 evaluations.
+#[test]
+fn ga_reaches_the_authors_optimum() {
+    let Some(shared) = common::shared("ga_reaches_the_authors_optimum") else { return };
+    let recording = import::read(&shared.join("data/astazero_c2art/ASta_040719_platoon7.csv"), None).expect("P3");
+    let trajectory = prepare(&recording, 1, &Preparation::default()).expect("follower 1").remove(0);
+    assert_eq!(trajectory.name, "Tesla Model 3");
+    let variant = Variant::from_id(1).unwrap();
+    let space = SearchSpace::new(&variant, None, Convention::AUTHORS, &Overrides::new()).unwrap();
+    let case = Case::new(&trajectory, variant, None, Convention::AUTHORS, space.tau_p_upper()).unwrap();
+    for seed in [1, 2, 3] {
+        let stop = Stop { max_evaluations: 300_000, max_stall: u64::MAX, max_time: None, target: Some(0.3792) };
+        let mut evaluator = Reference::new(vec![case.clone()], GoodnessOfFit::NRMSE_SVA);
+        let found = run(&mut evaluator, &space, seed, stop);
+        println!("seed {seed}: {} after {} evaluations", found.score, found.evaluations);
+        assert_eq!(found.stop, StopReason::Target, "seed {seed}: {} after {}", found.score, found.evaluations);
+        assert!(found.evaluations <= 300_000 && found.score <= 0.3792 && found.score > 0.3788);
+    }
+}
+
+/// A leader that accelerates, brakes and cruises, for 120 s.
+fn leader() -> Vec<f64> {
+    let speed = |t: f64| 18.0 + 5.0 * (t / 9.0).sin() + 2.0 * (t / 3.7).cos();
+    (0..1200).map(|i| speed(f64::from(i) * 0.1)).collect()
+}
+
+fn trajectory(v_l: Vec<f64>, x_f: Vec<f64>, v_f: Vec<f64>) -> Trajectory {
+    let x_l = integrate(30.0, &v_l, 0.1);
+    let s = x_l.iter().zip(&x_f).map(|(x_l, x_f)| x_l - x_f - 5.0).collect();
+    Trajectory {
+        label: "made by the variant itself".to_owned(),
+        source: Source { path: String::new(), sha256: String::new() },
+        follower: 1,
+        name: String::new(),
+        dt: 0.1,
+        dt_raw: 0.1,
+        t: (0..v_l.len()).map(|i| i as f64 * 0.1).collect(),
+        x_l,
+        v_l,
+        len_l: 5.0,
+        x_f,
+        v_f,
+        s,
+        v_l2: None,
+        s_l2: None,
+        grade: None,
+        notes: Vec::new(),
+    }
+}
+
+/// Parameters inside the bounds, none at a bound, for every base model.
+fn truth(variant: &Variant) -> Parameters {
+    let mut parameters = Parameters::NONE;
+    for symbol in variant.parameters() {
+        let value = match symbol {
+            Symbol::delta => 3.0,
+            Symbol::k_s => 0.3,
+            Symbol::k_v => 0.9,
+            Symbol::k_0 => 0.7,
+            Symbol::theta => 0.5,
+            Symbol::v_0 => 32.0,
+            Symbol::d_0 => 2.5,
+            Symbol::t_h => 1.1,
+            Symbol::a_max => 2.0,
+            Symbol::a_min => -2.5,
+            Symbol::a_hat_min => -3.0,
+            Symbol::tau_p => 0.35,
+            Symbol::tau_a => 0.45,
+            Symbol::m_load => 260.0,
+            Symbol::f_0 => 210.0,
+            Symbol::f_1 => -2.0,
+            Symbol::f_2 => 0.6,
+        };
+        parameters.set(symbol, value);
+    }
+    parameters
+}
+
+/// A trajectory that the variant itself drove: its own parameters score 0, whatever the variant.
+fn driven_by(variant: Variant, convention: Convention, vehicle: &Vehicle) -> Case {
+    let n = leader().len();
+    let mut start = trajectory(leader(), integrate(0.0, &vec![20.0; n], 0.1), vec![20.0; n]);
+    start.grade = Some(leadlag::trajectory::Grade::level());
+    let case = Case::new(&start, variant, Some(vehicle), convention, 0.8).unwrap();
+    let mut trace = Trace::default();
+    let run = simulate(&case, &truth(&variant), &mut trace);
+    assert_eq!(run.failure, None, "{variant}");
+    let mut driven = trajectory(leader(), trace.x, trace.v);
+    driven.grade = start.grade;
+    let mut case = Case::new(&driven, variant, Some(vehicle), convention, 0.8).unwrap();
+    // The acceleration at the first sample cannot be told from speeds; the drive began without.
+    let mut a_f = case.a_f.to_vec();
+    a_f[0] = 0.0;
+    case.a_f = a_f.into();
+    case
+}
+
+fn bmw() -> Vehicle {
+    let mut vehicle = Vehicle::called("bmw_x5").expect("a built-in vehicle");
+    let (v, a_ap, a_dp) = (vec![0.0, 40.0], vec![4.0, 1.0], vec![-6.0, -3.0]);
+    vehicle.mfc = Some(leadlag::vehicle::Mfc { v, a_ap, a_dp, source: None });
+    vehicle
+}
+
+#[test]
+fn every_variant_scores_zero_on_what_it_drove_itself() {
+    let vehicle = bmw();
+    for variant in Variant::all() {
+        let case = driven_by(variant, Convention::PAPER, &vehicle);
+        let outcome = Reference::outcome(&case, &truth(&variant), &mut Trace::default());
+        let score = GoodnessOfFit::NRMSE_SVA.of(&outcome.result.unwrap_or_else(|f| panic!("{variant}: {f:?}")));
+        assert!(score < common::tolerance::SELF_DRIVEN, "{variant}: NRMSE(s,v,a) {score} of its own drive");
+    }
+}
+
+#[test]
+fn known_parameters_are_found_again() {
+    let vehicle = bmw();
+    for (name, free) in [
+        ("idm", &[Symbol::t_h, Symbol::a_max, Symbol::a_min][..]),
+        ("gipps", &[Symbol::t_h, Symbol::a_min, Symbol::theta]),
+        ("l-cth+delay", &[Symbol::t_h, Symbol::k_v, Symbol::tau_p]),
+    ] {
+        let variant: Variant = name.parse().unwrap();
+        let (case, truth) = (driven_by(variant, Convention::PAPER, &vehicle), truth(&variant));
+        let fixed = variant.parameters().into_iter().filter(|s| !free.contains(s));
+        let overrides: Overrides = fixed.map(|s| (s.name().to_owned(), [truth.get(s); 2])).collect();
+        let space = SearchSpace::new(&variant, Some(&vehicle), Convention::PAPER, &overrides).unwrap();
+        let stop = Stop { max_evaluations: 30_000, ..Stop::default() };
+        let found = run(&mut Reference::new(vec![case], GoodnessOfFit::NRMSE_SVA), &space, 1, stop);
+        let found_parameters = space.parameters(&found.candidate);
+        for &symbol in free {
+            let (ours, true_value) = (found_parameters.get(symbol), truth.get(symbol));
+            let [lower, upper] = Case::bounds(symbol, Some(&vehicle), Convention::PAPER).unwrap();
+            let error = (ours - true_value).abs() / (upper - lower);
+            let unit = symbol.unit();
+            assert!(
+                error < common::tolerance::RECOVERED,
+                "{name}: {} = {ours} {unit}, truth {true_value} {unit} (score {})",
+                symbol.name(),
+                found.score
+            );
+        }
+    }
+}
+
+#[test]
+fn an_infeasible_search_says_how_far_it_came() {
+    let vehicle = bmw();
+    let variant = Variant::from_id(37).unwrap();
+    let case = driven_by(variant, Convention::PAPER, &vehicle);
+    // A controller that ignores the car ahead and wants 60 m/s.
+    let bounds = [
+        ("k_s", [0.0, 0.0]),
+        ("k_v", [0.0, 0.0]),
+        ("v_0", [60.0, 61.0]),
+        ("k_0", [4.0, 5.0]),
+        ("d_0", [-900.0, -800.0]),
+    ];
+    let overrides: Overrides = bounds.into_iter().map(|(n, b)| (n.to_owned(), b)).collect();
+    let mut space = SearchSpace::new(&variant, None, Convention::PAPER, &overrides).unwrap();
+    // The spacing term must push forward.
+    space.bounds[0] = [0.05, 0.05];
+    let mut evaluator = Reference::new(vec![case], GoodnessOfFit::NRMSE_SVA);
+    let settings = Calibration { stop: Stop { max_evaluations: 500, ..Stop::default() }, ..Calibration::default() };
+    let error = calibrate(&mut evaluator, &space, &settings, &mut |_| ControlFlow::Continue(())).unwrap_err();
+    let message = error.to_string();
+    assert!(message.contains("none of 450 candidates is feasible (the best one ended at sample"), "{message}");
+    assert!(message.contains("`spacing`"), "{message}");
+}

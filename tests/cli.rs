@@ -1,0 +1,286 @@
+//! The command line: exit codes, streams, machine-readable output, files, the same bytes for the same seed.
+//!
+//! Everything runs on a synthetic platoon that the program makes itself.
+
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::OnceLock;
+
+fn leadlag(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_leadlag")).args(arguments).output().expect("the program starts")
+}
+
+fn stdout(output: &Output) -> String {
+    String::from_utf8(output.stdout.clone()).expect("UTF-8")
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).expect("UTF-8")
+}
+
+/// Stdout of a command that must succeed.
+fn ok(arguments: &[&str]) -> String {
+    let output = leadlag(arguments);
+    assert!(output.status.success(), "{arguments:?}\n{}", stderr(&output));
+    stdout(&output)
+}
+
+/// Exit code and stderr of a command that must fail, with nothing on stdout.
+fn fails(arguments: &[&str]) -> (i32, String) {
+    let output = leadlag(arguments);
+    assert_eq!(stdout(&output), "", "{arguments:?}: stdout is for results only");
+    (output.status.code().expect("no signal"), stderr(&output))
+}
+
+fn scratch(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cli").join(name);
+    let _ = fs::remove_dir_all(&folder);
+    folder
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().expect("a UTF-8 path")
+}
+
+/// A synthetic platoon of 150 s, made once.
+fn platoon() -> &'static Path {
+    static FOLDER: OnceLock<PathBuf> = OnceLock::new();
+    FOLDER.get_or_init(|| {
+        let folder = scratch("platoon");
+        ok(&["synth", "--out", text(&folder), "--duration", "150", "--pairs"]);
+        folder
+    })
+}
+
+fn calibrated(name: &str, extra: &[&str]) -> PathBuf {
+    let (folder, file) = (scratch(name), platoon().join("platoon.csv"));
+    let mut arguments = vec!["calibrate", text(&file), "--follower", "1", "--model", "l-cth", "--out", text(&folder)];
+    arguments.extend(["--max-evaluations", "1000"]);
+    arguments.extend(extra);
+    ok(&arguments);
+    folder
+}
+
+#[test]
+fn same_seed_same_bytes_on_one_and_two_threads() {
+    let one = calibrated("threads1", &["--threads", "1", "--replicates", "2"]);
+    let two = calibrated("threads2", &["--threads", "2", "--replicates", "2"]);
+    for file in ["result.json", "simulation.csv", "plot.svg"] {
+        assert_eq!(fs::read(one.join(file)).unwrap(), fs::read(two.join(file)).unwrap(), "{file}");
+    }
+    let other = calibrated("seed2", &["--seed", "2"]);
+    assert_ne!(fs::read(one.join("result.json")).unwrap(), fs::read(other.join("result.json")).unwrap());
+}
+
+#[test]
+fn result_has_every_key_of_the_contract() {
+    let folder = calibrated("keys", &["--replicates", "2"]);
+    let result: Value = serde_json::from_slice(&fs::read(folder.join("result.json")).unwrap()).unwrap();
+    for key in [
+        "schema_version",
+        "model_id",
+        "variant",
+        "convention",
+        "extensions",
+        "evaluator",
+        "precision",
+        "adapter",
+        "data",
+        "gof",
+        "optimizer",
+        "seed",
+        "score",
+        "parameters",
+        "units",
+        "at_bound",
+        "intervals",
+        "evaluations",
+        "replicates",
+        "cv",
+    ] {
+        assert!(result.get(key).is_some(), "result.json lacks {key}");
+    }
+    assert_eq!(result["model_id"], 37);
+    assert_eq!(result["data"][0]["samples"], 1501);
+    assert_eq!(result["data"][0]["sha256"].as_str().unwrap().len(), 64);
+    assert_eq!(result["replicates"].as_array().unwrap().len(), 2);
+    assert_eq!(result["evaluations"], 1880, "two replicates: 100, then 70 a generation, never above 1000");
+    let score = result["score"].as_object().unwrap();
+    let [s, v, a, sum] = ["nrmse_s", "nrmse_v", "nrmse_a", "nrmse_sva"].map(|n| score[n].as_f64().unwrap());
+    assert!((s + v + a - sum).abs() < 1e-15, "{s} + {v} + {a} is not {sum}");
+    let names: Vec<&String> = result["parameters"].as_object().unwrap().keys().collect();
+    assert_eq!(names, ["k_s", "k_v", "k_0", "v_0", "d_0", "t_h"]);
+    assert!(folder.join("timing.json").exists());
+}
+
+#[test]
+fn simulate_repeats_the_calibration() {
+    let folder = calibrated("repeat", &[]);
+    let (result, file) = (folder.join("result.json"), platoon().join("platoon.csv"));
+    let again = ok(&["simulate", text(&file), "--follower", "1", "--result", text(&result), "--json"]);
+    let again: Value = serde_json::from_str(&again).unwrap();
+    let before: Value = serde_json::from_slice(&fs::read(&result).unwrap()).unwrap();
+    assert_eq!(again["runs"][0]["score"]["nrmse_sva"], before["score"]["nrmse_sva"]);
+    assert_eq!(again["runs"][0]["success"], true);
+}
+
+#[test]
+fn simulate_lets_each_simulated_car_lead_the_next() {
+    let folder = calibrated("platoon_run", &[]);
+    let (result, file, out) = (folder.join("result.json"), platoon().join("platoon.csv"), scratch("platoon_out"));
+    let runs = ok(&["simulate", text(&file), "--platoon", "--result", text(&result), "--json", "--out", text(&out)]);
+    let runs: Value = serde_json::from_str(&runs).unwrap();
+    assert_eq!(runs["runs"].as_array().unwrap().len(), 4);
+    let column = |follower: usize, name: &str| -> Vec<f64> {
+        let mut reader = csv::Reader::from_path(out.join(format!("simulation_follower{follower}.csv"))).unwrap();
+        let at = reader.headers().unwrap().iter().position(|h| h == name).unwrap();
+        reader.records().map(|r| r.unwrap()[at].parse().unwrap()).collect()
+    };
+    // Behind the simulated car, not behind the measured one.
+    assert_eq!(column(2, "lead_speed_mps"), column(1, "sim_speed_mps"));
+    assert_eq!(column(4, "lead_speed_mps"), column(3, "sim_speed_mps"));
+    // The gap is that to the simulated car: it changes as the two simulated speeds say.
+    let (s, v_l, v_f) = (column(2, "sim_spacing_m"), column(1, "sim_speed_mps"), column(2, "sim_speed_mps"));
+    for i in 1..s.len() {
+        let integrated = s[i - 1] + 0.05 * (v_l[i - 1] + v_l[i] - v_f[i - 1] - v_f[i]);
+        assert!((s[i] - integrated).abs() < 1e-9, "sample {i}: spacing {} m, by the speeds {integrated} m", s[i]);
+    }
+}
+
+#[test]
+fn joint_calibration_has_one_parameter_set() {
+    let (folder, out) = (platoon(), scratch("joint"));
+    let files = [1, 3].map(|k| folder.join(format!("pair_follower{k}.csv")));
+    let arguments = ["calibrate", text(&files[0]), text(&files[1]), "--joint", "--model", "idm", "--out", text(&out)];
+    ok(&[&arguments[..], &["--max-evaluations", "500"]].concat());
+    let result: Value = serde_json::from_slice(&fs::read(out.join("result.json")).unwrap()).unwrap();
+    assert_eq!(result["data"].as_array().unwrap().len(), 2);
+    assert!(out.join("simulation_1.csv").exists() && out.join("plot_2.svg").exists());
+
+    let out = scratch("one_by_one");
+    let arguments = ["calibrate", text(&files[0]), text(&files[1]), "--model", "idm", "--out", text(&out)];
+    ok(&[&arguments[..], &["--max-evaluations", "500"]].concat());
+    assert!(out.join("pair_follower1_follower1/result.json").exists());
+    assert!(out.join("pair_follower3_follower1/result.json").exists());
+}
+
+#[test]
+fn bounds_and_fixed_values_hold() {
+    let bounds = scratch("bounds").with_extension("toml");
+    fs::create_dir_all(bounds.parent().unwrap()).unwrap();
+    fs::write(&bounds, "v_0 = [25, 26]\nd_0 = 2.5\n").unwrap();
+    let folder = calibrated("bounded", &["--bounds", text(&bounds), "--fix", "t_h=1.25"]);
+    let result: Value = serde_json::from_slice(&fs::read(folder.join("result.json")).unwrap()).unwrap();
+    let parameter = |name: &str| result["parameters"][name].as_f64().unwrap();
+    assert!((25.0..=26.0).contains(&parameter("v_0")));
+    assert_eq!((parameter("d_0"), parameter("t_h")), (2.5, 1.25));
+}
+
+#[test]
+fn evaluate_marks_bad_rows_and_keeps_the_others() {
+    let (folder, cases) = (platoon(), scratch("cases").with_extension("csv"));
+    fs::create_dir_all(cases.parent().unwrap()).unwrap();
+    let rows = "note,model_id,platoon,follower_position,k_s,k_v,k_0,v_0,d_0,t_h,success,tau_p\n\
+                good,37,platoon,1,0.2,0.6,0.5,33,3,1.1,x,\n\
+                word,l-cth,platoon,1,0.2,abc,0.5,33,3,1.1,x,\n\
+                car,37,platoon,9,0.2,0.6,0.5,33,3,1.1,x,\n\
+                file,37,nowhere,1,0.2,0.6,0.5,33,3,1.1,x,\n\
+                sign,37,platoon,1,0.2,0.6,0.5,-33,3,1.1,x,\n\
+                late,l-cth+delay,platoon,1,0.2,0.6,0.5,33,3,1.1,x,0.9\n\
+                short,37,platoon\n\
+                good,l-cth,platoon,1,0.2,0.6,0.5,33,3,1.1,x,\n";
+    fs::write(&cases, rows).unwrap();
+    let output = leadlag(&["evaluate", text(&cases), "--data", text(folder), "--rescore"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert!(
+        stderr(&output).contains("8 rows: 2 simulated to the end, 0 ended early, 6 invalid"),
+        "{}",
+        stderr(&output)
+    );
+    assert!(stderr(&output).contains("platoon.csv sha256 "), "files used are listed");
+    let mut reader = csv::Reader::from_reader(output.stdout.as_slice());
+    let headers = reader.headers().unwrap().clone();
+    let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
+    let field = |row: usize, name: &str| rows[row][headers.iter().position(|h| h == name).unwrap()].to_owned();
+    assert_eq!(field(0, "success_in"), "x", "an input column that bears an outcome's name gets a suffix");
+    assert_eq!((field(0, "success").as_str(), field(0, "evaluator").as_str()), ("1", "reference"));
+    assert_eq!(field(0, "nrmse_sva"), field(7, "nrmse_sva"), "an id and a name are the same variant");
+    assert_eq!(field(0, "nrmse_sva"), field(0, "nrmse_sva_f64"));
+    for (row, expected) in [
+        (1, "invalid: k_v: expected a number for variant l-cth, found `abc`"),
+        (2, "invalid: "),
+        (3, "invalid: platoon nowhere: no file nowhere.csv in "),
+        (4, "invalid: v_0: expected a number above 0, found -33"),
+        (5, "invalid: tau_p: expected at most 0.8 s, found 0.9"),
+        (6, "invalid: expected 12 fields as in the header, found 3"),
+    ] {
+        assert!(field(row, "fail_reason").starts_with(expected), "row {row}: {}", field(row, "fail_reason"));
+        assert_eq!((field(row, "success").as_str(), field(row, "nrmse_sva").as_str()), ("0", ""), "row {row}");
+    }
+}
+
+#[test]
+fn wrong_usage_exits_with_2_and_failure_with_1() {
+    let file = platoon().join("platoon.csv");
+    let file = text(&file);
+    let out = scratch("never");
+    let calibrate = |extra: &[&str]| fails(&[&["calibrate", file, "--out", text(&out)], extra].concat());
+    for (code, (found, message), expected) in [
+        (2, fails(&["calibrat"]), "calibrate"),
+        (2, calibrate(&["--model", "91", "--follower", "1"]), "expected an id from 1 to 90"),
+        (2, calibrate(&["--model", "gips", "--follower", "1"]), "did you mean `gipps`?"),
+        (2, calibrate(&["--model", "idm"]), "--follower is needed"),
+        (
+            2,
+            calibrate(&["--model", "idm", "--follower", "1", "--fix", "k_s=1"]),
+            "variant idm has the parameters delta",
+        ),
+        (
+            2,
+            calibrate(&["--model", "idm", "--follower", "1", "--convention", "paper,delay=x"]),
+            "expected `fractional` or `floor`",
+        ),
+        (2, calibrate(&["--model", "idm", "--follower", "1", "--gof", "nrmse-x"]), "goodness of fit `nrmse-x`"),
+        (1, calibrate(&["--model", "idm", "--follower", "7"]), "follower"),
+        (1, calibrate(&["--model", "idm", "--follower", "1", "--fix", "v_0=-1"]), "v_0: expected a number above 0"),
+        (1, calibrate(&["--model", "idm", "--follower", "1", "--evaluator", "gpu"]), "--evaluator gpu"),
+        (1, calibrate(&["--model", "idm+nonlinear", "--follower", "1"]), "give --vehicle"),
+        (1, calibrate(&["--model", "idm+mfc", "--follower", "1", "--vehicle", "bmw_x5"]), "MFC curve"),
+        (1, calibrate(&["--model", "idm+mfc", "--follower", "1", "--vehicle", "trabant"]), "it has audi_a6"),
+        (1, fails(&["inspect", "nowhere.csv"]), "nowhere.csv"),
+        (1, fails(&["simulate", file, "--result", file]), "expected a result.json"),
+    ] {
+        assert_eq!(found, code, "{message}");
+        assert!(message.contains(expected), "expected {expected:?} in:\n{message}");
+    }
+    assert!(!out.exists(), "a command that fails leaves no files");
+}
+
+#[test]
+fn a_folder_that_cannot_be_written_is_found_before_the_work() {
+    let file = platoon().join("platoon.csv");
+    let inside_a_file = file.join("out");
+    let arguments = ["calibrate", text(&file), "--follower", "1", "--model", "1", "--out", text(&inside_a_file)];
+    let (code, message) = fails(&arguments);
+    assert_eq!(code, 1);
+    assert!(message.contains("cannot make the folder"), "{message}");
+}
+
+#[test]
+fn list_and_inspect_speak_json() {
+    let variants: Value = serde_json::from_str(&ok(&["list", "variants", "--json"])).unwrap();
+    assert_eq!(variants.as_array().unwrap().len(), 90);
+    assert_eq!(variants[30]["variant"], "gipps+delay+linear");
+    let parameters = ok(&["list", "parameters", "--json", "--model", "7", "--vehicle", "bmw_x5"]);
+    let parameters: Value = serde_json::from_str(&parameters).unwrap();
+    let f_1 = parameters.as_array().unwrap().iter().find(|p| p["name"] == "f_1").unwrap();
+    assert!((f_1["bounds"][0].as_f64().unwrap() + 2.268).abs() < 1e-12, "-0.63 N/(km/h) is -2.268 kg/s");
+    for topic in ["vehicles", "gof", "conventions"] {
+        let list: Value = serde_json::from_str(&ok(&["list", topic, "--json"])).unwrap();
+        assert!(!list.as_array().unwrap().is_empty(), "{topic}");
+    }
+    let inspection = ok(&["inspect", text(&platoon().join("platoon.csv")), "--json"]);
+    assert!(serde_json::from_str::<Value>(&inspection).unwrap().is_object());
+}
