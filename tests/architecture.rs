@@ -1,0 +1,186 @@
+//! The floors of the library: a file imports from floors below its own only, and no two modules import each other.
+//!
+//! It reads the paths that begin with `crate::` (and, in the program, `leadlag::`) in src/**/*.rs outside of comments.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+/// From the top down. Modules of one floor may import each other, but never in a circle.
+const FLOORS: [&[&str]; 8] = [
+    &["main"],
+    &["cli"],
+    &["report"],
+    &["diagnose", "study"],
+    &["calibrate", "validate", "evaluate", "simulate"],
+    &["gpu", "lanes", "reference"],
+    &["wgsl", "evaluator"],
+    &["catalog", "vehicle", "convention"],
+];
+
+/// The lowest floor, by itself because it has rules of its own.
+const LOWEST: &[&str] = &["symbols", "trajectory", "score", "optimize", "plant"];
+
+/// Modules that import nothing of the library: they know no cars, or nobody at all.
+const ALONE: [(&str, &str); 2] = [
+    ("optimize", "the optimisers know no cars"),
+    ("plant", "the plant is an independent truth and shares no code with what it judges"),
+];
+
+/// Pairs that must not know each other although their floors would allow it.
+const STRANGERS: [(&str, &str, &str); 2] = [
+    ("reference", "wgsl", "the oracle and the definition are two transcriptions"),
+    ("wgsl", "reference", "the oracle and the definition are two transcriptions"),
+];
+
+#[derive(Debug)]
+struct Import {
+    from: String,
+    to: String,
+    file: PathBuf,
+    line: usize,
+}
+
+fn floor(module: &str) -> Option<usize> {
+    FLOORS.iter().chain([&LOWEST]).position(|modules| modules.contains(&module))
+}
+
+fn rust_files(folder: &Path, files: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(folder).expect("src is readable") {
+        let path = entry.expect("src is readable").path();
+        if path.is_dir() {
+            rust_files(&path, files);
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            files.push(path);
+        }
+    }
+    files.sort();
+}
+
+/// Top-level names in what follows `crate::`: one name, or the names of a group `{a::b, c}`.
+fn names_after(rest: &str) -> Vec<String> {
+    let name = |text: &str| text.trim().chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect::<String>();
+    let Some(group) = rest.strip_prefix('{') else { return vec![name(rest)] };
+    let (mut depth, mut names, mut start) = (0, Vec::new(), 0);
+    for (i, c) in group.char_indices() {
+        match c {
+            '{' => depth += 1,
+            '}' if depth > 0 => depth -= 1,
+            ',' | '}' if depth == 0 => {
+                names.push(name(&group[start..i]));
+                start = i + 1;
+                if c == '}' {
+                    break;
+                }
+            }
+            _ => {}
+        }
+    }
+    names
+}
+
+/// Comments blanked, lines kept.
+fn without_comments(text: &str) -> String {
+    text.lines().map(|line| line.split("//").next().unwrap_or_default()).collect::<Vec<_>>().join("\n")
+}
+
+fn imports() -> Vec<Import> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let src = root.join("src");
+    let mut files = Vec::new();
+    rust_files(&src, &mut files);
+    let mut imports = Vec::new();
+    for path in files {
+        let inside = path.strip_prefix(&src).expect("found below src");
+        let first = inside.components().next().expect("a file has a name").as_os_str();
+        let from = Path::new(first).file_stem().expect("a file has a name").to_string_lossy().into_owned();
+        let text = without_comments(&std::fs::read_to_string(&path).expect("source files are readable"));
+        for prefix in ["crate::", "leadlag::"] {
+            // The binary's own modules are reached by `crate::` too; `leadlag::` is the library from there.
+            for (at, _) in text.match_indices(prefix) {
+                if text[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_' || c == '$') {
+                    continue;
+                }
+                let line = text[..at].matches('\n').count() + 1;
+                for to in names_after(&text[at + prefix.len()..]) {
+                    let file = path.strip_prefix(root).expect("found below the root").to_owned();
+                    imports.push(Import { from: from.clone(), to, file, line });
+                }
+            }
+        }
+    }
+    imports
+}
+
+fn modules() -> BTreeSet<String> {
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let entries = std::fs::read_dir(src).expect("src is readable");
+    let names = entries.map(|e| e.expect("src is readable").path());
+    names.filter_map(|p| p.file_stem().map(|s| s.to_string_lossy().into_owned())).filter(|n| n != "lib").collect()
+}
+
+#[test]
+fn every_module_has_a_floor() {
+    let homeless: Vec<_> = modules().into_iter().filter(|m| floor(m).is_none()).collect();
+    assert!(homeless.is_empty(), "src/ has {homeless:?}: name their floor in {}", file!());
+}
+
+#[test]
+fn imports_go_down() {
+    let modules = modules();
+    let mut broken = Vec::new();
+    for import in imports() {
+        let Import { from, to, file, line } = &import;
+        if from == to || !modules.contains(to) || from == "lib" {
+            continue;
+        }
+        let place = format!("{}:{line}: {from} imports {to}", file.display());
+        if let Some((_, reason)) = ALONE.iter().find(|(module, _)| module == from) {
+            broken.push(format!("{place}, but {reason}"));
+        } else if let Some((.., reason)) = STRANGERS.iter().find(|(a, b, _)| a == from && b == to) {
+            broken.push(format!("{place}, but {reason}"));
+        } else if floor(from) > floor(to) {
+            broken.push(format!("{place}, which is on a floor above"));
+        }
+    }
+    assert!(broken.is_empty(), "{}", broken.join("\n"));
+}
+
+#[test]
+fn no_circle() {
+    let modules = modules();
+    let mut edges: BTreeMap<String, BTreeMap<String, String>> = BTreeMap::new();
+    for Import { from, to, file, line } in imports() {
+        if from != to && modules.contains(&to) && modules.contains(&from) {
+            let place = format!("{}:{line}: {from} imports {to}", file.display());
+            edges.entry(from).or_default().entry(to).or_insert(place);
+        }
+    }
+    // Modules that import nothing that is left are taken away until none is left, or only circles are.
+    let mut left = modules;
+    loop {
+        let imports_left = |m: &String| edges.get(m).is_some_and(|to| to.keys().any(|t| left.contains(t)));
+        let free: Vec<_> = left.iter().filter(|m| !imports_left(m)).cloned().collect();
+        if free.is_empty() {
+            break;
+        }
+        for module in free {
+            left.remove(&module);
+        }
+    }
+    let places: Vec<_> = edges
+        .iter()
+        .filter(|(from, _)| left.contains(*from))
+        .flat_map(|(_, to)| to.iter().filter(|(to, _)| left.contains(*to)).map(|(_, place)| place.clone()))
+        .collect();
+    assert!(places.is_empty(), "an import circle among {left:?}:\n{}", places.join("\n"));
+}
+
+#[test]
+fn the_reader_of_imports_reads_groups() {
+    assert_eq!(names_after("score::{A, B};"), ["score"]);
+    assert_eq!(
+        names_after("{catalog::{Variant, Base}, score, trajectory::Grade};"),
+        ["catalog", "score", "trajectory"]
+    );
+    assert!(imports().iter().any(|i| i.from == "evaluator" && i.to == "catalog"), "known imports are found");
+}

@@ -1,0 +1,189 @@
+//! Are the proofs sharp? Every constant, operator, comparison, minimum and maximum of `src/reference`, `src/score.rs` and
+//! `src/evaluator/case.rs` is changed, one at a time, and `tests/reference_paper.rs` must fail each time. What survives is listed below, with the reason.
+//!
+//! The crate is copied to `target/tmp/mutants` with all changes in it at once, each behind a switch that an environment variable
+//! sets (mutant schemata), and compiled once; then the judging tests run once per mutant, in a process of their own.
+//! `target/tmp/mutants/report.csv` lists every mutant and what became of it.
+
+#[path = "mutants/build.rs"]
+mod build;
+#[path = "mutants/schemata.rs"]
+mod schemata;
+
+use schemata::Mutant;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
+
+/// A mutant that no test can notice: file below `src`, its line as written, the change, why it survives.
+struct Survivor {
+    file: &'static str,
+    line: &'static str,
+    change: &'static str,
+    reason: &'static str,
+}
+
+const SURVIVORS: &[Survivor] = &[
+    Survivor {
+        file: "reference/lookup.rs",
+        line: "if u < grade.x[1] { grade.sin[1] } else { grade.sin[n - 2] }",
+        change: "1 -> 1 + 1",
+        reason: "equivalent: u lies outside x[1]..=x[n - 2] here, so below x[1] or above x[2]",
+    },
+    Survivor {
+        file: "reference/lookup.rs",
+        line: "if u < grade.x[1] { grade.sin[1] } else { grade.sin[n - 2] }",
+        change: "< -> <=",
+        reason: "equivalent: u = x[1] has returned above",
+    },
+    Survivor {
+        file: "reference/lookup.rs",
+        line: "if v <= mfc.v[0] {",
+        change: "<= -> <",
+        reason: "equivalent: at the first node the first segment starts, with fraction 0",
+    },
+    Survivor {
+        file: "reference/lookup.rs",
+        line: "mfc.v.partition_point(|node| *node <= v) - 1",
+        change: "<= -> <",
+        reason: "equivalent up to the last bit: at a node one segment ends and the next starts",
+    },
+    Survivor {
+        file: "reference/lookup.rs",
+        line: "let (mut low, mut high, mut middle) = (0, nodes.len(), 0);",
+        change: "0 -> 0 + 1 (2)",
+        reason: "equivalent: overwritten in the first turn; a curve has at least two nodes",
+    },
+    Survivor {
+        file: "reference/lookup.rs",
+        line: "} else if nodes[middle] > v {",
+        change: "> -> >=",
+        reason: "equivalent up to the last bit: going on from an equal node ends at the node before it, whose segment ends at v",
+    },
+    Survivor {
+        file: "reference/simulate.rs",
+        line: "let sin_grade = grade.map_or(0.0, |g| lookup::sin_grade(g, trace.x[now], case.convention.grade));",
+        change: "0.0 -> 0.01",
+        reason: "never read: without a grade no part of the variant asks for one",
+    },
+    Survivor {
+        file: "reference/simulate.rs",
+        line: "if p.a_min * p.a_min * h * h - p.a_min * (2.0 * room - brake) < 0.0 {",
+        change: "< -> <=",
+        reason: "equivalent up to the last bit: a radicand of exactly zero is shifted by nothing",
+    },
+    Survivor {
+        file: "evaluator/case.rs",
+        line: "Delay::Fractional => (self.delay_steps(self.tau_p_upper) - 1e-9).ceil(),",
+        change: "1e-9 -> 1e-9 * 1.01",
+        reason: "a guard against the last bit of a quotient; nothing real lies between 1e-9 and 1.01e-9 samples",
+    },
+    Survivor {
+        file: "evaluator/case.rs",
+        line: "let first = forward.clone().next().unwrap_or(0.0);",
+        change: "0.0 -> 0.01",
+        reason: "never read: a case has at least three samples",
+    },
+];
+
+/// A judging run takes some 0.1 s; a mutant that loops for ever is stopped after this long, and counts as noticed.
+const PATIENCE: Duration = Duration::from_secs(20);
+
+/// True if the judging tests pass with this mutant switched on (0: none).
+fn passes(judge: &Path, id: usize) -> bool {
+    let mut child = Command::new(judge)
+        .args(["--quiet", "--test-threads=1"])
+        .env(schemata::SWITCH, id.to_string())
+        .env("RUST_BACKTRACE", "0")
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("the judging tests start");
+    let start = Instant::now();
+    loop {
+        if let Some(status) = child.try_wait().expect("the judging tests can be waited for") {
+            return status.success();
+        }
+        if start.elapsed() > PATIENCE {
+            child.kill().expect("the judging tests can be stopped");
+            child.wait().expect("the judging tests can be waited for");
+            return false;
+        }
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+/// Which mutants the judging tests do not notice.
+fn survivors<'a>(judge: &Path, mutants: &'a [Mutant]) -> Vec<&'a Mutant> {
+    let next = AtomicUsize::new(0);
+    let found = Mutex::new(Vec::new());
+    std::thread::scope(|scope| {
+        for _ in 0..std::thread::available_parallelism().map_or(1, usize::from) {
+            scope.spawn(|| {
+                while let Some(mutant) = mutants.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    if passes(judge, mutant.id) {
+                        found.lock().expect("no thread panics with the lock").push(mutant);
+                    }
+                }
+            });
+        }
+    });
+    let mut found = found.into_inner().expect("no thread panics with the lock");
+    found.sort_by_key(|m| m.id);
+    found
+}
+
+fn report(path: &Path, mutants: &[Mutant], survivors: &[&Mutant]) {
+    let mut csv = csv::Writer::from_path(path).expect("the report can be written");
+    csv.write_record(["id", "file", "line", "column", "change", "source", "outcome"]).expect("written");
+    for m in mutants {
+        let outcome = if survivors.iter().any(|s| s.id == m.id) { "survived" } else { "noticed" };
+        let (id, line, column) = (m.id.to_string(), m.line.to_string(), m.column.to_string());
+        csv.write_record([&id, &m.file, &line, &column, &m.change, &m.source, outcome]).expect("written");
+    }
+    csv.flush().expect("written");
+}
+
+#[test]
+fn every_change_of_the_reference_is_noticed() {
+    let start = Instant::now();
+    let built = build::build();
+    let compiled = start.elapsed();
+    assert!(built.mutants.len() > 200, "only {} mutants: is src/reference read?", built.mutants.len());
+    assert!(passes(&built.judge, 0), "the judging tests fail without any mutant: {}", built.judge.display());
+    let survivors = survivors(&built.judge, &built.mutants);
+    report(&built.folder.join("report.csv"), &built.mutants, &survivors);
+    eprintln!(
+        "{} mutants, {} noticed, {} survived; {:.0} s to compile, {:.0} s to judge",
+        built.mutants.len(),
+        built.mutants.len() - survivors.len(),
+        survivors.len(),
+        compiled.as_secs_f64(),
+        (start.elapsed() - compiled).as_secs_f64()
+    );
+    let is = |m: &Mutant, s: &Survivor| m.file == s.file && m.source == s.line && m.change == s.change;
+    let unlisted: Vec<String> = survivors
+        .iter()
+        .filter(|m| !SURVIVORS.iter().any(|s| is(m, s)))
+        .map(|m| format!("src/{}:{}:{}: {} in `{}`", m.file, m.line, m.column, m.change, m.source))
+        .collect();
+    assert!(
+        unlisted.is_empty(),
+        "{} changes of the reference make no test fail; add a hand-worked test, or a row with the reason:\n{}",
+        unlisted.len(),
+        unlisted.join("\n")
+    );
+    for s in SURVIVORS {
+        assert!(
+            survivors.iter().any(|m| is(m, s)),
+            "src/{}: {} in `{}` is listed as a survivor ({}) but is noticed, or is not there any more",
+            s.file,
+            s.change,
+            s.line,
+            s.reason
+        );
+    }
+}
