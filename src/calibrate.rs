@@ -63,8 +63,8 @@ pub struct Stop {
 
 impl Default for Stop {
     fn default() -> Self {
-        // 100,000 evaluations: the paper's algorithm has then come within about 1 % of where it ends.
-        Stop { max_evaluations: 100_000, max_stall: 500, max_time: None, target: None }
+        // 100,000 evaluations bring the genetic algorithm within about 0.1 % of where it ends; 8000 is the authors' rule.
+        Stop { max_evaluations: 100_000, max_stall: 8000, max_time: None, target: None }
     }
 }
 

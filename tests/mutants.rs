@@ -64,12 +64,6 @@ const SURVIVORS: &[Survivor] = &[
     },
     Survivor {
         file: "reference/simulate.rs",
-        line: "let sin_grade = grade.map_or(0.0, |g| lookup::sin_grade(g, trace.x[now], case.convention.grade));",
-        change: "0.0 -> 0.01",
-        reason: "never read: without a grade no part of the variant asks for one",
-    },
-    Survivor {
-        file: "reference/simulate.rs",
         line: "if p.a_min * p.a_min * h * h - p.a_min * (2.0 * room - brake) < 0.0 {",
         change: "< -> <=",
         reason: "equivalent up to the last bit: a radicand of exactly zero is shifted by nothing",

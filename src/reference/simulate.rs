@@ -57,7 +57,7 @@ pub fn simulate(case: &Case, p: &Parameters, trace: &mut Trace) -> Run {
             let x = perceive(case, trace, now as f64 - delay_steps);
             let (v_f, a_f) = (trace.v[now], trace.a[now]);
             let ego = Ego { v_f, a_f, m_0, phi_f, dt: case.dt };
-            let sin_grade = grade.map_or(0.0, |g| lookup::sin_grade(g, trace.x[now], case.convention.grade));
+            let sin_grade = grade.map_or(f64::NAN, |g| lookup::sin_grade(g, trace.x[now], case.convention.grade));
             let (a_dp, a_ap) = mfc.map_or((f64::NAN, f64::NAN), |m| lookup::mfc_bounds(m, v_f, case.convention.mfc));
             let road = Road { sin_grade, a_dp, a_ap };
 
