@@ -1,10 +1,12 @@
 //! Conventions, goodness-of-fit functions, vehicles and bounds as users write them.
 
+mod common;
+
 use leadlag::calibrate::{Overrides, SearchSpace, read_bounds};
 use leadlag::catalog::Variant;
 use leadlag::convention::{Convention, Delay, RoadLoad};
 use leadlag::score::{GoodnessOfFit, Measures};
-use leadlag::vehicle::{Vehicle, find};
+use leadlag::vehicle::{Vehicle, find, read_table};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -180,5 +182,31 @@ fn si_road_loads_are_the_printed_ones_converted() {
     let si = bounds(Convention::PAPER);
     for (ours, by_hand) in si.iter().flatten().zip([190.3, 232.6, -2.268, -1.872, 0.54432, 0.66096]) {
         assert!((ours - by_hand).abs() < 1e-12, "{ours} not {by_hand}");
+    }
+}
+
+#[test]
+fn the_built_in_vehicles_are_those_of_the_data() {
+    let Some(shared) = common::shared("the_built_in_vehicles_are_those_of_the_data") else { return };
+    let measured = read_table(&shared.join("data/vehicles/vehicles.csv")).expect("vehicles.csv");
+    assert_eq!(measured.len(), 5);
+    for ours in Vehicle::built_in() {
+        let theirs = measured.iter().find(|v| v.slug == ours.slug).unwrap_or_else(|| panic!("{}", ours.slug));
+        assert_eq!(ours.name, theirs.name);
+        assert_eq!((ours.m_0, ours.phi_f, ours.length), (theirs.m_0, theirs.phi_f, theirs.length), "{}", ours.slug);
+        let loads = |v: &Vehicle| [v.f_0, v.f_1_printed, v.f_2_printed];
+        assert_eq!(loads(&ours), loads(theirs), "{}", ours.slug);
+        assert!(theirs.aliases.iter().all(|name| ours.is_called(name)), "{:?}", theirs.aliases);
+    }
+    // 0 to the top speed in steps of 0.1 m/s: data README, section 5.
+    for (slug, nodes) in
+        [("tesla_model3", 691), ("bmw_x5", 631), ("audi_a6", 671), ("mercedes_a", 661), ("audi_a8", 691)]
+    {
+        let mfc = measured.iter().find(|v| v.slug == slug).and_then(|v| v.mfc.as_ref()).expect("a curve");
+        assert_eq!(mfc.v.len(), nodes, "{slug}");
+        for (v, a_dp) in mfc.v.iter().zip(&mfc.a_dp) {
+            let parabola = (0.0045 * v * v - 0.171 * v - 1.8835).min(-1.0);
+            assert!((a_dp - parabola).abs() < 1e-5, "{slug}: a_dp({v} m/s) = {a_dp} m/s², not {parabola}");
+        }
     }
 }
