@@ -51,7 +51,7 @@ impl FromStr for OptimizerKind {
 /// When a replicate ends; whichever comes first.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stop {
-    /// Simulated candidates, failed ones included; never exceeded.
+    /// Simulated candidates, failed ones included; not exceeded, but the first generation is always scored.
     pub max_evaluations: u64,
     /// Generations without gain.
     pub max_stall: u64,
@@ -101,6 +101,8 @@ pub enum StopReason {
     Target,
     /// The caller asked to stop.
     Interrupted,
+    /// Every parameter is fixed: one evaluation tells all.
+    NothingToSearch,
 }
 
 impl fmt::Display for StopReason {
@@ -111,6 +113,7 @@ impl fmt::Display for StopReason {
             StopReason::Time => "time spent",
             StopReason::Target => "target reached",
             StopReason::Interrupted => "interrupted",
+            StopReason::NothingToSearch => "every parameter is fixed",
         })
     }
 }
@@ -138,22 +141,70 @@ pub enum CalibrateError {
     /// The evaluator failed.
     #[error(transparent)]
     Evaluate(#[from] EvaluateError),
-    /// Every candidate of a replicate failed.
-    #[error(
-        "replicate {replicate}: none of {evaluations} candidates is feasible{}; widen the bounds, or look at the data with `leadlag inspect`",
-        longest.map(|f| format!(" (the best one ended at sample {} with `{}`)", f.step, f.kind.name())).unwrap_or_default()
-    )]
+    /// No candidate of a replicate has a score.
+    #[error("replicate {replicate}: none of {evaluations} candidates is feasible: {tally}")]
     Infeasible {
         /// The replicate.
         replicate: u64,
         /// Candidates tried.
         evaluations: u64,
-        /// How the longest run ended, if runs failed at all (else they touched acceleration bounds).
-        longest: Option<Failure>,
+        /// What became of them.
+        tally: Tally,
     },
     /// Stopped by the caller before the first replicate had a result.
     #[error("interrupted before the first generation was scored; nothing was found")]
     Interrupted,
+}
+
+/// Why candidates have no score.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Tally {
+    /// Runs that ended early.
+    pub failed: u64,
+    /// The one of them that came furthest.
+    pub longest: Option<Failure>,
+    /// Candidates that touched an acceleration bound under `bounds=reject`.
+    pub rejected: u64,
+    /// Complete runs whose goodness of fit is not a number.
+    pub undefined: u64,
+}
+
+impl Tally {
+    fn add(&mut self, scores: &[Score]) {
+        for score in scores {
+            match score {
+                Score::Failed(failure) => {
+                    self.failed += 1;
+                    if self.longest.is_none_or(|longest| failure.step > longest.step) {
+                        self.longest = Some(*failure);
+                    }
+                }
+                Score::Rejected => self.rejected += 1,
+                Score::Value(value) => self.undefined += u64::from(!value.is_finite()),
+            }
+        }
+    }
+}
+
+impl fmt::Display for Tally {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(longest) = self.longest {
+            let (failed, step, kind) = (self.failed, longest.step, longest.kind.name());
+            write!(f, "{failed} ended early (the best one at sample {step} with `{kind}`), ")?;
+        }
+        if self.rejected > 0 {
+            write!(f, "{} touched an acceleration bound, which the convention rejects, ", self.rejected)?;
+        }
+        if self.undefined > 0 {
+            let undefined = self.undefined;
+            return write!(
+                f,
+                "{undefined} ran to the end, but the goodness of fit is undefined: is a measured signal zero or constant? \
+                 `leadlag inspect` shows it; choose another --gof or window"
+            );
+        }
+        f.write_str("so widen the bounds, or look at the data with `leadlag inspect`")
+    }
 }
 
 /// What a running calibration tells after every generation.
@@ -220,15 +271,18 @@ fn run_replicate(
     let started = Instant::now();
     let free = space.free();
     let stop = &settings.stop;
+    // With every parameter fixed there is one candidate, to be scored once.
+    let population_size = if free.is_empty() { 1 } else { GaSettings::default().population_size };
     let mut optimizer: Box<dyn Optimizer> = match settings.optimizer {
         OptimizerKind::Auto | OptimizerKind::Ga => {
-            Box::new(Ga::new(space.search_box(), GaSettings::default(), settings.seed, number))
+            let ga = GaSettings { population_size, ..GaSettings::default() };
+            Box::new(Ga::new(space.search_box(), ga, settings.seed, number))
         }
     };
     let mut population = Population::new(&space.symbols);
     let mut scores = Vec::new();
     let (mut evaluations, mut stall) = (0, 0);
-    let mut longest: Option<Failure> = None;
+    let mut tally = Tally::default();
     let mut best: Option<(Vec<f64>, f64)> = None;
     let mut convergence = Vec::new();
     let reason = loop {
@@ -242,15 +296,9 @@ fn run_replicate(
         scores.resize(points.len(), Score::Rejected);
         evaluator.evaluate(&population, &mut scores)?;
         evaluations += points.len() as u64;
-        for score in &scores {
-            if let Score::Failed(failure) = score
-                && longest.is_none_or(|l| failure.step > l.step)
-            {
-                longest = Some(*failure);
-            }
-        }
         optimizer.tell(&scores.iter().map(merit).collect::<Vec<_>>());
 
+        tally.add(&scores);
         stall += 1;
         if let Some(member) = optimizer.best()
             && let Merit::Feasible(score) = member.merit
@@ -263,6 +311,9 @@ fn run_replicate(
         let best_score = best.as_ref().map(|(_, score)| *score);
         if progress(Progress { replicate: number, evaluations, best: best_score }).is_break() {
             break StopReason::Interrupted;
+        }
+        if free.is_empty() {
+            break StopReason::NothingToSearch;
         }
         if stop.target.is_some_and(|target| best_score.is_some_and(|score| score <= target)) {
             break StopReason::Target;
@@ -277,7 +328,7 @@ fn run_replicate(
     match best {
         Some((candidate, score)) => Ok(Replicate { number, candidate, score, evaluations, stop: reason, convergence }),
         None if reason == StopReason::Interrupted => Err(CalibrateError::Interrupted),
-        None => Err(CalibrateError::Infeasible { replicate: number, evaluations, longest }),
+        None => Err(CalibrateError::Infeasible { replicate: number, evaluations, tally }),
     }
 }
 

@@ -3,9 +3,9 @@
 mod library;
 mod row;
 
-pub use library::{DataLayout, Library};
+pub use library::{DataLayout, Library, OpenError};
 
-use crate::convention::{BoundRule, Convention};
+use crate::convention::Convention;
 use crate::evaluator::Outcome;
 use crate::reference::{Reference, Trace};
 use crate::score::{GoodnessOfFit, Measures};
@@ -51,7 +51,7 @@ pub enum TableError {
         source: csv::Error,
     },
     /// A column that every row needs is missing.
-    #[error("{path}:1: column {missing} is missing; the file has {} (needed: model_id or variant, platoon, follower_position)", found.join(", "))]
+    #[error("{path}:1: column {missing} is missing; the file has {} (needed: model_id or variant, platoon, follower_position; separated by commas)", if found.is_empty() { "nothing".to_owned() } else { found.join(", ") })]
     Column {
         /// The table.
         path: String,
@@ -59,6 +59,14 @@ pub enum TableError {
         missing: &'static str,
         /// The columns it has.
         found: Vec<String>,
+    },
+    /// A column that is read occurs more than once.
+    #[error("{path}:1: column {column} occurs more than once; which one is meant?")]
+    Twice {
+        /// The table.
+        path: String,
+        /// The column.
+        column: &'static str,
     },
     /// The results cannot be written.
     #[error("cannot write the results")]
@@ -165,8 +173,7 @@ fn output_row(record: &ByteRecord, width: usize, result: &Result<Outcome, String
             None
         }
     };
-    let touched = result.as_ref().is_ok_and(|o| o.n_cut_acc + o.n_cut_dec > 0);
-    let rejected = touched && settings.convention.bounds == BoundRule::Reject;
+    let rejected = result.as_ref().is_ok_and(|outcome| outcome.is_rejected(settings.convention.bounds));
     let nrmse_sva = measures.map(|m| GoodnessOfFit::NRMSE_SVA.of(&m));
     match measures {
         Some(measures) => measures.values().iter().for_each(|v| push(&float(*v))),

@@ -5,7 +5,8 @@ mod case;
 pub use case::{Case, CaseError, InvalidParameter};
 
 use crate::catalog::Variant;
-use crate::score::Measures;
+use crate::convention::BoundRule;
+use crate::score::{GoodnessOfFit, Measures};
 use crate::symbols::{Parameters, Symbol};
 
 /// Candidates of one variant: parameter vectors, one after the other.
@@ -114,6 +115,35 @@ pub enum Score {
     Failed(Failure),
     /// It touched an acceleration bound under the convention `bounds=reject`.
     Rejected,
+}
+
+impl Score {
+    /// The score of a candidate from its outcomes, one per case: the mean of `gof`.
+    ///
+    /// A run that ended early outranks a touched bound, and its step counts on from the cases passed before it, so that
+    /// of two failed candidates the one that came further is the better.
+    #[must_use]
+    pub fn of(outcomes: impl IntoIterator<Item = (Outcome, usize)>, gof: &GoodnessOfFit, rule: BoundRule) -> Score {
+        let (mut sum, mut count, mut passed, mut rejected) = (0.0, 0.0, 0, false);
+        for (outcome, samples) in outcomes {
+            match outcome.result {
+                Err(failure) => return Score::Failed(Failure { step: passed + failure.step, ..failure }),
+                Ok(measures) => sum += gof.of(&measures),
+            }
+            rejected |= outcome.is_rejected(rule);
+            passed += samples;
+            count += 1.0;
+        }
+        if rejected { Score::Rejected } else { Score::Value(sum / count) }
+    }
+}
+
+impl Outcome {
+    /// True if it touched an acceleration bound where that rejects a candidate.
+    #[must_use]
+    pub fn is_rejected(&self, rule: BoundRule) -> bool {
+        rule == BoundRule::Reject && self.n_cut_acc + self.n_cut_dec > 0
+    }
 }
 
 /// An evaluation that could not be done (never a candidate that fails: that is a [`Score`]).

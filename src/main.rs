@@ -15,7 +15,7 @@ fn main() -> ExitCode {
             let said = error.to_string();
             let causes = error.chain().skip(1).map(ToString::to_string);
             causes.filter(|c| !said.contains(c.as_str())).for_each(|c| eprintln!("  because: {c}"));
-            ExitCode::from(if error.is::<cli::Usage>() { 2 } else { 1 })
+            ExitCode::from(if cli::is_usage(&error) { 2 } else { 1 })
         }
     }
 }

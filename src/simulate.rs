@@ -19,37 +19,58 @@ pub struct CalibratedVariant {
     pub tau_p_upper: f64,
 }
 
+/// A simulated car that leads the next one.
+#[derive(Debug, Clone, Copy)]
+pub struct Ahead<'a> {
+    /// Its own case.
+    pub case: &'a Case,
+    /// Its time axis \[s\].
+    pub t: &'a [f64],
+    /// Its simulated states.
+    pub trace: &'a Trace,
+}
+
 /// Cars that do not share a time axis.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error(
-    "{behind} has {samples} samples and {ahead}, the car ahead, {found}: cut both to one window with --from and --to"
+    "{behind} runs from {from} to {to} s with {samples} samples, the simulated part of {ahead}, the car ahead, from \
+     {ahead_from} to {ahead_to} s with {ahead_samples}: cut both to one gap-free window with --from and --to"
 )]
 pub struct AxisError {
     behind: String,
-    ahead: String,
+    from: f64,
+    to: f64,
     samples: usize,
-    found: usize,
+    ahead: String,
+    ahead_from: f64,
+    ahead_to: f64,
+    ahead_samples: usize,
 }
 
-/// The case of a follower whose preceding vehicle is a simulated one.
+/// The case of a follower, measured at times `t`, whose preceding vehicle is a simulated one.
 ///
 /// Positions of two pairs are counted from different zeros; the measured start of the shared car tells the difference.
 ///
 /// # Errors
-/// [`AxisError`] if the two do not have the same number of samples.
-pub fn follow(case: &Case, ahead: &Case, simulated: &Trace) -> Result<Case, AxisError> {
-    if simulated.x.len() != case.x_l.len() {
+/// [`AxisError`] unless the two share every sample.
+pub fn follow(case: &Case, t: &[f64], ahead: Ahead) -> Result<Case, AxisError> {
+    if ahead.trace.x.len() != t.len() || ahead.t != t {
+        let last = |t: &[f64]| t.last().copied().unwrap_or(f64::NAN);
         return Err(AxisError {
             behind: case.label.to_string(),
-            ahead: ahead.label.to_string(),
-            samples: case.x_l.len(),
-            found: simulated.x.len(),
+            from: t[0],
+            to: last(t),
+            samples: t.len(),
+            ahead: ahead.case.label.to_string(),
+            ahead_from: ahead.t[0],
+            ahead_to: last(ahead.t),
+            ahead_samples: ahead.trace.x.len(),
         });
     }
-    let shift = case.x_l[0] - ahead.x_f[0];
+    let shift = case.x_l[0] - ahead.case.x_f[0];
     Ok(Case {
-        x_l: simulated.x.iter().map(|x| x + shift).collect(),
-        v_l: simulated.v.as_slice().into(),
+        x_l: ahead.trace.x.iter().map(|x| x + shift).collect(),
+        v_l: ahead.trace.v.as_slice().into(),
         ..case.clone()
     })
 }

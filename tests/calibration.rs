@@ -187,6 +187,36 @@ fn an_infeasible_search_says_how_far_it_came() {
     let settings = Calibration { stop: Stop { max_evaluations: 500, ..Stop::default() }, ..Calibration::default() };
     let error = calibrate(&mut evaluator, &space, &settings, &mut |_| ControlFlow::Continue(())).unwrap_err();
     let message = error.to_string();
-    assert!(message.contains("none of 450 candidates is feasible (the best one ended at sample"), "{message}");
+    assert!(
+        message.contains("none of 450 candidates is feasible: 450 ended early (the best one at sample"),
+        "{message}"
+    );
     assert!(message.contains("`spacing`"), "{message}");
+}
+
+/// Two cases: the later crash is the better one, whichever case it is in; a crash outranks a touched bound.
+#[test]
+fn a_joint_score_counts_on_through_the_cases() {
+    use leadlag::convention::BoundRule;
+    use leadlag::evaluator::{Failure, FailureKind, Outcome, Score};
+    use leadlag::score::{Measures, SignalMeasures};
+    let signal = |nrmse| SignalMeasures { rmse: 0.0, nrmse, rmspe: 0.0, u: 0.0, rmse_n: 0.0 };
+    let whole = |nrmse, n_cut_acc| {
+        let result = Ok(Measures([signal(nrmse), signal(0.0), signal(0.0)]));
+        (Outcome { result, delay_steps: 0.0, n_cut_acc, n_cut_dec: 0 }, 1000)
+    };
+    let crash = |step| {
+        let result = Err(Failure { kind: FailureKind::Crash, step });
+        (Outcome { result, delay_steps: 0.0, n_cut_acc: 0, n_cut_dec: 0 }, 1000)
+    };
+    let score = |outcomes: [(Outcome, usize); 2]| Score::of(outcomes, &GoodnessOfFit::NRMSE_SVA, BoundRule::Reject);
+    assert_eq!(score([whole(0.2, 0), whole(0.4, 0)]), Score::Value((0.2 + 0.4) / 2.0));
+    assert_eq!(score([whole(0.2, 0), whole(0.4, 3)]), Score::Rejected);
+    let failed = |score| match score {
+        Score::Failed(failure) => failure.step,
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(failed(score([crash(900), whole(0.1, 0)])), 900);
+    assert_eq!(failed(score([whole(0.1, 0), crash(10)])), 1010);
+    assert_eq!(failed(score([whole(0.1, 5), crash(10)])), 1010);
 }

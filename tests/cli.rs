@@ -243,12 +243,18 @@ fn wrong_usage_exits_with_2_and_failure_with_1() {
             "expected `fractional` or `floor`",
         ),
         (2, calibrate(&["--model", "idm", "--follower", "1", "--gof", "nrmse-x"]), "goodness of fit `nrmse-x`"),
-        (1, calibrate(&["--model", "idm", "--follower", "7"]), "follower"),
-        (1, calibrate(&["--model", "idm", "--follower", "1", "--fix", "v_0=-1"]), "v_0: expected a number above 0"),
+        (2, calibrate(&["--model", "idm", "--follower", "7"]), "no follower 7"),
+        (2, calibrate(&["--model", "idm", "--follower", "1", "--fix", "v_0=-1"]), "v_0: expected a number above 0"),
+        (2, calibrate(&["--model", "idm", "--follower", "1", "--fix", "v_0=nan"]), "expected NAME=VALUE"),
+        (2, calibrate(&["--model", "idm", "--follower", "1", "--max-seconds", "nan"]), "expected a finite number"),
+        (2, calibrate(&["--model", "idm", "--follower", "1", "--max-seconds=-1"]), "seconds of at least 0"),
+        (2, calibrate(&["--model", "idm", "--follower", "1", "--target", "nan"]), "expected a finite number"),
+        (2, calibrate(&["--model", "idm", "--follower", "1", "--from", "10", "--to", "5"]), "to: expected"),
+        (2, fails(&["list", "variants", "--model", "3"]), "go with `leadlag list parameters`"),
         (1, calibrate(&["--model", "idm", "--follower", "1", "--evaluator", "gpu"]), "--evaluator gpu"),
-        (1, calibrate(&["--model", "idm+nonlinear", "--follower", "1"]), "give --vehicle"),
+        (2, calibrate(&["--model", "idm+nonlinear", "--follower", "1"]), "give --vehicle"),
         (1, calibrate(&["--model", "idm+mfc", "--follower", "1", "--vehicle", "bmw_x5"]), "MFC curve"),
-        (1, calibrate(&["--model", "idm+mfc", "--follower", "1", "--vehicle", "trabant"]), "it has audi_a6"),
+        (2, calibrate(&["--model", "idm+mfc", "--follower", "1", "--vehicle", "trabant"]), "it has audi_a6"),
         (1, fails(&["inspect", "nowhere.csv"]), "nowhere.csv"),
         (1, fails(&["simulate", file, "--result", file]), "expected a result.json"),
     ] {
@@ -283,4 +289,108 @@ fn list_and_inspect_speak_json() {
     }
     let inspection = ok(&["inspect", text(&platoon().join("platoon.csv")), "--json"]);
     assert!(serde_json::from_str::<Value>(&inspection).unwrap().is_object());
+}
+
+#[test]
+fn several_calibrations_make_one_json_array_and_never_share_a_folder() {
+    let (folder, out) = (platoon(), scratch("twins"));
+    let copy = scratch("copy").join("platoon.csv");
+    fs::create_dir_all(copy.parent().unwrap()).unwrap();
+    fs::copy(folder.join("platoon.csv"), &copy).unwrap();
+    let original = folder.join("platoon.csv");
+    let arguments = ["calibrate", text(&original), text(&copy), "--model", "idm", "--follower", "2"];
+    let printed = ok(&[&arguments[..], &["--max-evaluations", "200", "--json", "--out", text(&out)]].concat());
+    let results: Value = serde_json::from_str(&printed).expect("one JSON document");
+    assert_eq!(results.as_array().unwrap().len(), 2);
+    assert!(out.join("platoon_follower2/result.json").exists());
+    assert!(out.join("platoon_follower2_2/result.json").exists());
+}
+
+#[test]
+fn a_variant_without_free_parameters_is_scored_once() {
+    let fix = ["k_s=0.2", "k_v=0.6", "k_0=0.5", "v_0=33", "d_0=3", "t_h=1.1"].map(|f| ["--fix", f]);
+    let folder = calibrated("all_fixed", &fix.concat());
+    let result: Value = serde_json::from_slice(&fs::read(folder.join("result.json")).unwrap()).unwrap();
+    assert_eq!(result["evaluations"], 1);
+    assert_eq!(result["replicates"][0]["stop"], "every parameter is fixed");
+}
+
+#[test]
+fn evaluate_may_write_onto_its_input_and_keeps_files_when_it_fails() {
+    let cases = scratch("onto_itself").with_extension("csv");
+    fs::create_dir_all(cases.parent().unwrap()).unwrap();
+    let row = "37,platoon,1,0.2,0.6,0.5,33,3,1.1\n";
+    fs::write(&cases, format!("model_id,platoon,follower_position,k_s,k_v,k_0,v_0,d_0,t_h\n{row}{row}")).unwrap();
+    ok(&["evaluate", text(&cases), "--data", text(platoon()), "--out", text(&cases)]);
+    let written = fs::read_to_string(&cases).unwrap();
+    assert_eq!(written.lines().count(), 3, "{written}");
+    assert!(written.lines().nth(1).unwrap().starts_with("37,platoon,1,0.2,0.6,0.5,33,3,1.1,1,,,0,0,0,"), "{written}");
+
+    let broken = scratch("no_columns").with_extension("csv");
+    for (content, expected) in [
+        ("model_id;platoon;follower_position\n", "column model_id is missing"),
+        ("", "the file has nothing"),
+        ("model_id,platoon,follower_position,v_0,v_0\n", "column v_0 occurs more than once"),
+    ] {
+        fs::write(&broken, content).unwrap();
+        let (code, message) = fails(&["evaluate", text(&broken), "--data", text(platoon()), "--out", text(&cases)]);
+        assert_eq!(code, 1);
+        assert!(message.contains(expected), "expected {expected:?} in:\n{message}");
+    }
+    assert_eq!(fs::read_to_string(&cases).unwrap(), written, "an existing table survives a failed run");
+    assert_eq!(
+        fs::read_dir(cases.parent().unwrap())
+            .unwrap()
+            .filter(|f| { f.as_ref().unwrap().file_name().to_string_lossy().contains("tmp-") })
+            .count(),
+        0,
+        "no half-written file is left"
+    );
+
+    let bounds = scratch("infinite").with_extension("toml");
+    fs::write(&bounds, "tau_p = [0.1, inf]\n").unwrap();
+    let (code, message) = fails(&["evaluate", text(&cases), "--data", text(platoon()), "--bounds", text(&bounds)]);
+    assert_eq!(code, 2);
+    assert!(message.contains("tau_p: expected a number of at least 0 as both bounds"), "{message}");
+    let (code, message) = fails(&["evaluate", text(&cases), "--data", "nowhere"]);
+    assert_eq!(code, 1);
+    assert!(message.contains("nowhere: expected the folder of the platoon files"), "{message}");
+}
+
+#[test]
+fn simulate_says_when_the_data_are_treated_otherwise() {
+    let folder = calibrated("treated", &["--smooth"]);
+    let (result, file) = (folder.join("result.json"), platoon().join("platoon.csv"));
+    let arguments = ["simulate", text(&file), "--follower", "1", "--result", text(&result)];
+    let plain = leadlag(&arguments);
+    assert!(
+        stderr(&plain).contains("was calibrated on data treated otherwise: smoothed, step 0.1 s"),
+        "{}",
+        stderr(&plain)
+    );
+    assert!(stdout(&plain).contains("spacing from the measured gap"), "{}", stdout(&plain));
+    let same = leadlag(&[&arguments[..], &["--smooth"]].concat());
+    assert_eq!(stderr(&same), "");
+}
+
+#[test]
+fn a_platoon_needs_one_time_axis() {
+    // IVS1 is missing in the first 30 s, IVS2 in the last 30 s.
+    let whole = fs::read_to_string(platoon().join("platoon.csv")).unwrap();
+    let lines = whole.lines().enumerate().map(|(i, line)| {
+        let mut fields: Vec<&str> = line.split(',').collect();
+        match i {
+            6..306 => fields[6] = "",
+            1207.. => fields[7] = "",
+            _ => {}
+        }
+        fields.join(",") + "\n"
+    });
+    let file = scratch("two_axes").with_extension("csv");
+    fs::create_dir_all(file.parent().unwrap()).unwrap();
+    fs::write(&file, lines.collect::<String>()).unwrap();
+    let result = calibrated("for_two_axes", &[]).join("result.json");
+    let (code, message) = fails(&["simulate", text(&file), "--platoon", "--result", text(&result)]);
+    assert_eq!(code, 1);
+    assert!(message.contains("cut both to one gap-free window with --from and --to"), "{message}");
 }

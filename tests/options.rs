@@ -152,6 +152,7 @@ fn broken_bounds_say_where_and_what() {
         ("v_0 = [-1, 25]", Some(&bmw), "found [-1, 25]"),
         ("v_0 = 'fast'", Some(&bmw), "v_0: expected [lower, upper], or one number to fix it; found \"fast\""),
         ("v_0 = [1, 2, 3]", Some(&bmw), "v_0: expected [lower, upper]"),
+        ("v_O = [1, 2]", Some(&bmw), "bounds.toml: v_O is not a parameter of any variant"),
         (
             "delta = [1, 2]",
             Some(&bmw),

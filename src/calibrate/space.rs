@@ -32,6 +32,14 @@ pub enum BoundsError {
         /// Why.
         reason: String,
     },
+    /// No variant has such a parameter.
+    #[error("{path}: {name} is not a parameter of any variant; `leadlag list parameters` shows them")]
+    NoParameter {
+        /// The file.
+        path: String,
+        /// The name.
+        name: String,
+    },
     /// A line of the bounds file is neither a pair nor a number.
     #[error("{path}: {name}: expected [lower, upper], or one number to fix it; found {found}")]
     Entry {
@@ -43,7 +51,7 @@ pub enum BoundsError {
         found: String,
     },
     /// Road loads have no bounds without a vehicle.
-    #[error("{0}: Table 3 gives its bounds per vehicle; give --vehicle NAME or FILE#NAME, or bounds of your own")]
+    #[error("{0}: Table 3 gives its bounds per vehicle; give --vehicle NAME or FILE#NAME")]
     Vehicle(&'static str),
     /// The name is not a parameter of the variant.
     #[error("{name} is not a parameter of variant {variant}, which has {}", known.join(", "))]
@@ -92,12 +100,7 @@ impl SearchSpace {
             let table = Case::bounds(symbol, vehicle, convention);
             let [lower, upper] =
                 overrides.get(symbol.name()).copied().or(table).ok_or(BoundsError::Vehicle(symbol.name()))?;
-            let domain = symbol.domain();
-            if !(domain.contains(lower) && domain.contains(upper) && lower <= upper) {
-                let expected = domain.expected();
-                return Err(BoundsError::Impossible { name: symbol.name(), expected, lower, upper });
-            }
-            bounds.push([lower, upper]);
+            bounds.push(checked(symbol, [lower, upper])?);
         }
         Ok(SearchSpace { symbols, bounds })
     }
@@ -153,6 +156,15 @@ impl SearchSpace {
     }
 }
 
+/// Bounds that are in order and in the domain of the equations.
+fn checked(symbol: Symbol, [lower, upper]: [f64; 2]) -> Result<[f64; 2], BoundsError> {
+    let domain = symbol.domain();
+    if domain.contains(lower) && domain.contains(upper) && lower <= upper {
+        return Ok([lower, upper]);
+    }
+    Err(BoundsError::Impossible { name: symbol.name(), expected: domain.expected(), lower, upper })
+}
+
 /// Reads a TOML file of bounds: `v_0 = [25, 40]`, or `tau_p = 0.3` to fix a parameter.
 ///
 /// # Errors
@@ -171,7 +183,9 @@ pub fn read_bounds(path: &Path) -> Result<Overrides, BoundsError> {
             None => number(value).map(|x| [x, x]),
         };
         let entry = || BoundsError::Entry { path: shown.clone(), name: name.clone(), found: value.to_string() };
-        overrides.insert(name.clone(), pair.ok_or_else(entry)?);
+        let symbol = Symbol::from_name(name)
+            .ok_or_else(|| BoundsError::NoParameter { path: shown.clone(), name: name.clone() })?;
+        overrides.insert(name.clone(), checked(symbol, pair.ok_or_else(entry)?)?);
     }
     Ok(overrides)
 }

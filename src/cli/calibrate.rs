@@ -22,25 +22,38 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     args.evaluator.check()?;
     let mut loaded = Vec::new();
     for file in &args.files {
-        loaded.push(args.data.pick(&args.data.read(file)?, args.follower)?);
+        loaded.push(args.data.pick(&args.data.read(file)?, args.follower, &args.model)?);
     }
     interrupt::watch();
     if args.joint || loaded.len() == 1 {
-        return one(args, &loaded, &args.out);
+        let result = one(args, &loaded, &args.out)?;
+        return if args.json { output::print(&result.to_json()) } else { Ok(()) };
     }
-    for trajectory in loaded {
-        let stem = Path::new(&trajectory.trajectory.source.path).file_stem().unwrap_or_default();
-        let folder = format!("{}_follower{}", stem.to_string_lossy(), trajectory.trajectory.follower);
-        one(args, &[trajectory], &args.out.join(folder))?;
+    let mut results = Vec::new();
+    for (trajectory, folder) in loaded.iter().zip(folders(&loaded)) {
+        results.push(one(args, std::slice::from_ref(trajectory), &args.out.join(folder))?);
         if interrupt::asked() {
             break;
         }
     }
-    Ok(())
+    if args.json { output::print_json(&results) } else { Ok(()) }
+}
+
+/// One folder per calibration, `STEM_followerN`; numbered where two would be the same.
+fn folders(loaded: &[Loaded]) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for Loaded { trajectory, .. } in loaded {
+        let stem = Path::new(&trajectory.source.path).file_stem().unwrap_or_default();
+        let name = format!("{}_follower{}", stem.to_string_lossy(), trajectory.follower);
+        let numbered = (2..).map(|k| format!("{name}_{k}"));
+        let free = std::iter::once(name.clone()).chain(numbered).find(|n| !names.contains(n));
+        names.push(free.expect("one of endlessly many numbers is free"));
+    }
+    names
 }
 
 /// One calibration, of one trajectory or of several together, with its files.
-fn one(args: &Args, loaded: &[Loaded], folder: &Path) -> anyhow::Result<()> {
+fn one(args: &Args, loaded: &[Loaded], folder: &Path) -> anyhow::Result<ResultFile> {
     let (space, reference) = prepare(args, loaded)?;
     // Before the work: a folder that cannot be written must not cost a calibration.
     output::make_folder(folder)?;
@@ -48,14 +61,12 @@ fn one(args: &Args, loaded: &[Loaded], folder: &Path) -> anyhow::Result<()> {
     let started = Instant::now();
     let mut evaluator = reference.clone();
     let result = search(&mut evaluator, &reference, loaded, &space, args, &settings)?;
-    write::files(folder, &result, &reference, loaded, &space, started.elapsed())?;
-    if args.json {
-        output::print(&result.to_json())?;
-    } else {
+    write::files(folder, &result, &reference, loaded, started.elapsed())?;
+    if !args.json {
         output::print(&text::calibration(&result))?;
     }
     eprintln!("{:.1} s; files in {}", started.elapsed().as_secs_f64(), folder.display());
-    Ok(())
+    Ok(result)
 }
 
 /// The search space and the cases. Road loads of a joint calibration are bounded by one vehicle, so there must be one.

@@ -3,6 +3,7 @@
 use super::Usage;
 use anyhow::Context;
 use clap::ValueEnum;
+use leadlag::catalog::Variant;
 use leadlag::trajectory::{Grade, Layout, Preparation, Reconcile, Recording, Trajectory, import, prepare};
 use leadlag::vehicle::{self, Vehicle};
 use std::path::{Path, PathBuf};
@@ -81,11 +82,13 @@ impl DataArgs {
         Ok(import::read(path, self.layout)?)
     }
 
-    /// One follower of a recording, prepared; without a number, the only one.
-    pub fn pick(&self, recording: &Recording, follower: Option<usize>) -> anyhow::Result<Loaded> {
+    /// One follower of a recording, prepared for a variant; without a number, the only one.
+    pub fn pick(&self, recording: &Recording, follower: Option<usize>, variant: &Variant) -> anyhow::Result<Loaded> {
         let follower = follower.map_or_else(|| only_follower(recording), Ok)?;
         let trajectory = self.choose(prepare(recording, follower, &self.preparation()?)?)?;
-        let vehicle = self.find_vehicle(&trajectory)?;
+        // A table that lies beside the data by chance must not get in the way of a variant that needs no vehicle.
+        let wanted = self.vehicle.is_some() || variant.needs_vehicle();
+        let vehicle = if wanted { self.find_vehicle(&trajectory)? } else { None };
         Ok(Loaded { trajectory, vehicle })
     }
 

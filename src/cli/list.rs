@@ -1,6 +1,6 @@
 //! `leadlag list`: variants, parameters, vehicles, goodness-of-fit functions, conventions.
 
-use super::output;
+use super::{Usage, output};
 use clap::ValueEnum;
 use leadlag::catalog::Variant;
 use leadlag::convention::Convention;
@@ -48,6 +48,10 @@ enum Topic {
 type Entry = (Value, String);
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
+    let narrowed = args.model.is_some() || args.vehicle.is_some();
+    if narrowed && !matches!(args.topic, Topic::Parameters) {
+        return Err(Usage("--model and --vehicle go with `leadlag list parameters`".to_owned()).into());
+    }
     let entries = match args.topic {
         Topic::Variants => Variant::all().map(|v| variant(&v)).collect(),
         Topic::Parameters => parameters(args)?,

@@ -15,6 +15,9 @@ mod simulate;
 mod synth;
 
 use clap::{Parser, Subcommand};
+use leadlag::calibrate::BoundsError;
+use leadlag::trajectory::PrepareError;
+use leadlag::vehicle::VehicleError;
 
 /// Calibrates and validates car-following and ACC models against measured trajectories.
 #[derive(Debug, Parser)]
@@ -49,6 +52,18 @@ enum Command {
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub struct Usage(pub String);
+
+/// True if the command line itself asked for something that cannot be, whatever the data.
+pub fn is_usage(error: &anyhow::Error) -> bool {
+    let bounds = |e: &BoundsError| !matches!(e, BoundsError::Read { .. });
+    error.is::<Usage>()
+        || error.downcast_ref().is_some_and(bounds)
+        || error.downcast_ref().is_some_and(|e| matches!(e, VehicleError::Unknown { .. }))
+        || error.downcast_ref().is_some_and(|e| {
+            use PrepareError::{NoFollower, NoTrajectory, Option};
+            matches!(e, Option { .. } | NoFollower { .. } | NoTrajectory { .. })
+        })
+}
 
 /// Runs one command.
 pub fn run(cli: Cli) -> anyhow::Result<()> {

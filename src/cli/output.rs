@@ -2,14 +2,12 @@
 
 use anyhow::Context;
 use std::io::{ErrorKind, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Prints a result to stdout.
 pub fn print(text: &str) -> anyhow::Result<()> {
     let mut stdout = std::io::stdout().lock();
-    stdout.write_all(text.as_bytes())?;
-    stdout.flush()?;
-    Ok(())
+    stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()).context("stdout: cannot write the result")
 }
 
 /// Prints a value as JSON to stdout.
@@ -17,9 +15,17 @@ pub fn print_json(value: &impl serde::Serialize) -> anyhow::Result<()> {
     print(&(serde_json::to_string_pretty(value)? + "\n"))
 }
 
+/// The name under which a file is written until it is complete; none for what is no file, such as `/dev/stdout`.
+pub fn temporary_for(path: &Path) -> Option<PathBuf> {
+    let special = path.exists() && !path.is_file();
+    (!special).then(|| path.with_extension(format!("tmp-{}", std::process::id())))
+}
+
 /// Writes a file whole or not at all: under another name first, then renamed.
 pub fn write_file(path: &Path, content: &[u8]) -> anyhow::Result<()> {
-    let temporary = path.with_extension(format!("tmp-{}", std::process::id()));
+    let Some(temporary) = temporary_for(path) else {
+        return std::fs::write(path, content).with_context(|| format!("{}: cannot write the file", path.display()));
+    };
     let written = std::fs::write(&temporary, content).and_then(|()| std::fs::rename(&temporary, path));
     if written.is_err() {
         // Best effort: the error that matters is the other one.

@@ -5,13 +5,14 @@ use super::{Usage, output};
 use anyhow::Context;
 use leadlag::evaluator::{Case, Outcome};
 use leadlag::reference::{Reference, Trace};
-use leadlag::report::result::ResultFile;
+use leadlag::report::result::{ResultFile, Treatment};
 use leadlag::report::{plot, simulation};
-use leadlag::score::{Measures, Signal};
-use leadlag::simulate::follow;
+use leadlag::score::{GoodnessOfFit, Measures, Signal};
+use leadlag::simulate::{Ahead, CalibratedVariant, follow};
+use leadlag::trajectory::Recording;
 use serde_json::json;
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
@@ -37,55 +38,99 @@ pub struct Args {
     data: DataArgs,
 }
 
+/// A calibrated variant with what its file says about vehicle and data.
+struct Calibrated {
+    path: PathBuf,
+    file: ResultFile,
+    variant: CalibratedVariant,
+}
+
 /// One simulated follower.
 struct Simulated {
     loaded: Loaded,
     case: Case,
-    variant: String,
     trace: Trace,
     outcome: Outcome,
 }
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
-    let mut calibrated = Vec::new();
-    for path in &args.result {
-        let file = ResultFile::read(path)?;
-        let context = || format!("{}: cannot be simulated", path.display());
-        calibrated.push((file.vehicle.clone(), file.calibrated_variant().with_context(context)?));
-    }
+    let calibrated = args.result.iter().map(|path| read(path)).collect::<anyhow::Result<Vec<_>>>()?;
     let recording = args.data.read(&args.file)?;
-    let followers: Vec<Option<usize>> = if args.platoon {
-        recording.platoons[0].cars.iter().filter(|c| c.number > 1).map(|c| Some(c.number - 1)).collect()
-    } else {
-        vec![args.follower]
-    };
+    let followers = if args.platoon { followers(&recording) } else { vec![args.follower] };
     if calibrated.len() != 1 && calibrated.len() != followers.len() {
         let message = format!("--result: {} given, expected 1 or {}", calibrated.len(), followers.len());
         return Err(Usage(message).into());
     }
     let mut done: Vec<Simulated> = Vec::new();
     for (i, follower) in followers.into_iter().enumerate() {
-        let (vehicle, model) = &calibrated[i.min(calibrated.len() - 1)];
-        let mut data = args.data.clone();
-        // The car that was calibrated, unless the flags name another one.
-        data.vehicle = data.vehicle.or(vehicle.as_ref().map(|v| v.from.clone()));
-        let loaded = data.pick(&recording, follower)?;
-        let mut case =
-            Case::new(&loaded.trajectory, model.variant, loaded.vehicle(), model.convention, model.tau_p_upper)?;
-        if let Some(ahead) = done.last() {
+        let model = &calibrated[i.min(calibrated.len() - 1)];
+        let loaded = load(args, model, &recording, follower)?;
+        let CalibratedVariant { variant, convention, parameters, tau_p_upper } = &model.variant;
+        let mut case = Case::new(&loaded.trajectory, *variant, loaded.vehicle(), *convention, *tau_p_upper)?;
+        // Behind the simulated car ahead, where that one was simulated.
+        let number = loaded.trajectory.follower;
+        if let Some(ahead) = done.last().filter(|car| car.loaded.trajectory.follower + 1 == number) {
             if ahead.outcome.result.is_err() {
                 eprintln!("warning: the platoon ends here, for the car ahead did not get to the end of its run");
                 break;
             }
-            case = follow(&case, &ahead.case, &ahead.trace)?;
+            let leads = Ahead { case: &ahead.case, t: &ahead.loaded.trajectory.t, trace: &ahead.trace };
+            case = follow(&case, &loaded.trajectory.t, leads)?;
         }
-        case.check(&model.parameters)?;
+        case.check(parameters)?;
         let mut trace = Trace::default();
-        let outcome = Reference::outcome(&case, &model.parameters, &mut trace);
-        done.push(Simulated { loaded, case, variant: model.variant.name(), trace, outcome });
+        let outcome = Reference::outcome(&case, parameters, &mut trace);
+        done.push(Simulated { loaded, case, trace, outcome });
     }
     write(args, &done)?;
     if args.json { output::print_json(&json(&done)) } else { output::print(&text(&done)) }
+}
+
+fn read(path: &Path) -> anyhow::Result<Calibrated> {
+    let file = ResultFile::read(path)?;
+    let variant = file.calibrated_variant().with_context(|| format!("{}: cannot be simulated", path.display()))?;
+    Ok(Calibrated { path: path.to_owned(), file, variant })
+}
+
+/// The followers whose car ahead is in the file, too.
+fn followers(recording: &Recording) -> Vec<Option<usize>> {
+    let cars = &recording.platoons[0].cars;
+    let pairs = cars.windows(2).filter(|pair| pair[0].number > 0 && pair[1].number == pair[0].number + 1);
+    pairs.map(|pair| Some(pair[0].number)).collect()
+}
+
+/// The follower with the vehicle that was calibrated, unless the flags name another one. What differs from the
+/// calibration is said.
+fn load(args: &Args, model: &Calibrated, recording: &Recording, follower: Option<usize>) -> anyhow::Result<Loaded> {
+    let mut data = args.data.clone();
+    let entry = model.file.vehicle.as_ref().filter(|_| data.vehicle.is_none());
+    data.vehicle = data.vehicle.or(entry.map(|v| beside(&v.from, &model.path)));
+    let loaded = data.pick(recording, follower, &model.variant.variant)?;
+    let path = model.path.display();
+    if let (Some(then), Some(now)) = (entry, loaded.vehicle())
+        && (then.m_0, then.phi_f) != (now.m_0, now.phi_f)
+    {
+        eprintln!(
+            "warning: {path} was calibrated with m_0 = {} kg, phi_f = {}; {} now has {} kg, {}",
+            then.m_0, then.phi_f, now.slug, now.m_0, now.phi_f
+        );
+    }
+    let now = Treatment::of(&loaded.trajectory);
+    if let Some(then) = model.file.data.first().map(|d| &d.treatment).filter(|then| **then != now) {
+        eprintln!("warning: {path} was calibrated on data treated otherwise: {then}; now: {now}");
+    }
+    Ok(loaded)
+}
+
+/// A vehicle file that is not found from here, but is from the folder of the result file.
+fn beside(vehicle: &str, result: &Path) -> String {
+    let Some((table, name)) = vehicle.rsplit_once('#') else { return vehicle.to_owned() };
+    let there = result.parent().unwrap_or(Path::new(".")).join(table);
+    if !Path::new(table).exists() && there.exists() {
+        format!("{}#{name}", there.display())
+    } else {
+        vehicle.to_owned()
+    }
 }
 
 fn write(args: &Args, done: &[Simulated]) -> anyhow::Result<()> {
@@ -97,7 +142,7 @@ fn write(args: &Args, done: &[Simulated]) -> anyhow::Result<()> {
         let mut csv = Vec::new();
         simulation::write_csv(&mut csv, &trajectory.t, &one.case, &one.trace)?;
         output::write_file(&folder.join(format!("simulation{suffix}.csv")), &csv)?;
-        let title = format!("{}, {}: variant {}", one.case.label, trajectory.name, one.variant);
+        let title = format!("{}, {}: variant {}", one.case.label, trajectory.name, one.case.variant);
         let svg = plot::draw(&title, &trajectory.t, &one.case, &one.trace, one.outcome.result.ok().as_ref())?;
         output::write_file(&folder.join(format!("plot{suffix}.svg")), svg.as_bytes())?;
     }
@@ -108,12 +153,18 @@ fn text(done: &[Simulated]) -> String {
     let mut text = String::new();
     for one in done {
         let trajectory = &one.loaded.trajectory;
-        let _ = writeln!(text, "{}, {}: variant {}", one.case.label, trajectory.name, one.variant);
+        let Case { label, variant, convention, .. } = &one.case;
+        let _ = writeln!(text, "{label}, {}: variant {variant}, convention {convention}", trajectory.name);
+        let _ = writeln!(text, "  {} sha256 {}", trajectory.source.path, trajectory.source.sha256);
+        for note in &trajectory.notes {
+            let _ = writeln!(text, "  {note}");
+        }
         let _ = match one.outcome.result {
             Ok(m) => {
-                let nrmse = |signal| m.signal(signal).nrmse;
+                let nrmse = |signal| number(m.signal(signal).nrmse);
                 let (s, v, a) = (nrmse(Signal::Spacing), nrmse(Signal::Speed), nrmse(Signal::Acceleration));
-                writeln!(text, "  NRMSE(s,v,a) {:.6} = s {s:.6} + v {v:.6} + a {a:.6}", s + v + a)
+                let sum = number(GoodnessOfFit::NRMSE_SVA.of(&m));
+                writeln!(text, "  NRMSE(s,v,a) {sum} = s {s} + v {v} + a {a}; evaluator reference (f64)")
             }
             Err(failure) => {
                 let t = trajectory.t.get(failure.step).copied().unwrap_or(f64::NAN);
@@ -123,6 +174,11 @@ fn text(done: &[Simulated]) -> String {
         };
     }
     text
+}
+
+/// A measure, or that it does not exist (of a signal that is zero throughout).
+fn number(x: f64) -> String {
+    if x.is_finite() { format!("{x:.6}") } else { "undefined".to_owned() }
 }
 
 fn json(done: &[Simulated]) -> serde_json::Value {
@@ -135,7 +191,8 @@ fn json(done: &[Simulated]) -> serde_json::Value {
         let source = &s.loaded.trajectory.source;
         json!({
             "path": source.path, "sha256": source.sha256, "follower": s.loaded.trajectory.follower,
-            "variant": s.variant, "success": failure.is_none(),
+            "variant": s.case.variant.name(), "convention": s.case.convention.to_string(),
+            "preparation": s.loaded.trajectory.notes.iter().map(ToString::to_string).collect::<Vec<_>>(), "success": failure.is_none(),
             "fail_reason": failure.map(|f| f.kind.name()), "fail_step": failure.map(|f| f.step),
             "score": measures, "evaluator": "reference", "precision": "f64",
         })

@@ -5,7 +5,7 @@ use crate::catalog::Variant;
 use crate::evaluator::{Case, CaseError};
 use crate::trajectory::{ImportError, Layout, Preparation, PrepareError, Source, import, prepare};
 use crate::vehicle::{Vehicle, VehicleError, read_table};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -33,6 +33,17 @@ impl DataLayout {
             DataLayout::Rebuilt => Layout::AstazeroRebuilt,
         }
     }
+}
+
+/// A data folder that cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum OpenError {
+    /// It is no folder.
+    #[error("{0}: expected the folder of the platoon files; there is none")]
+    Folder(String),
+    /// Its vehicle table is broken.
+    #[error(transparent)]
+    Vehicle(#[from] VehicleError),
 }
 
 /// A platoon that is not there or cannot be used.
@@ -86,22 +97,17 @@ impl Library {
     /// Opens a folder, whose files are to be prepared alike. Vehicles come from `vehicles/vehicles.csv` in or beside it, else from the built-in table.
     ///
     /// # Errors
-    /// When a vehicle table is there but cannot be read.
-    pub fn open(folder: &Path, layout: DataLayout, preparation: Preparation) -> Result<Library, VehicleError> {
+    /// When there is no such folder, or a vehicle table is there but cannot be read.
+    pub fn open(folder: &Path, layout: DataLayout, preparation: Preparation) -> Result<Library, OpenError> {
+        if !folder.is_dir() {
+            return Err(OpenError::Folder(folder.display().to_string()));
+        }
         let parent = folder.join("..");
         let table = [folder, &parent].iter().map(|f| f.join("vehicles").join("vehicles.csv")).find(|p| p.exists());
-        let mut sources = Vec::new();
-        let vehicles = match &table {
-            Some(path) => {
-                sources.extend(Source::of(path).ok());
-                read_table(path)?
-            }
-            None => Vehicle::built_in(),
-        };
-        for vehicle in &vehicles {
-            let curve = vehicle.mfc.as_ref().and_then(|m| m.source.clone());
-            sources.extend(curve);
-        }
+        let vehicles = table.as_deref().map_or_else(|| Ok(Vehicle::built_in()), read_table)?;
+        let mut sources: Vec<Source> = vehicles.iter().flat_map(Vehicle::files).cloned().collect();
+        let mut listed = HashSet::new();
+        sources.retain(|source| listed.insert(source.path.clone()));
         let (folder, cases, notes) = (folder.to_owned(), HashMap::new(), Vec::new());
         Ok(Library { folder, layout, preparation, vehicles, notes, cases, sources })
     }

@@ -24,6 +24,11 @@ impl Columns {
             .map(|name| String::from_utf8_lossy(name).trim_start_matches('\u{feff}').trim().to_owned())
             .collect();
         let position = |wanted: &str| names.iter().position(|name| name == wanted);
+        let needed = ["model_id", "variant", "platoon", "follower_position"];
+        let wanted = needed.into_iter().chain(Symbol::ALL.iter().map(|s| s.name()));
+        if let Some(twice) = wanted.into_iter().find(|w| names.iter().filter(|name| name == w).count() > 1) {
+            return Err(TableError::Twice { path: path.to_owned(), column: twice });
+        }
         let need = |found: Option<usize>, missing| {
             found.ok_or_else(|| TableError::Column { path: path.to_owned(), missing, found: names.clone() })
         };

@@ -55,6 +55,14 @@ pub enum CaseError {
         /// What to do.
         remedy: &'static str,
     },
+    /// The upper bound of the perception delay cannot be one.
+    #[error("{label}: upper bound of tau_p: expected a number of at least 0, found {found}")]
+    DelayBound {
+        /// The trajectory.
+        label: String,
+        /// The bound.
+        found: f64,
+    },
     /// Too few samples to simulate even one step.
     #[error("{label}: {samples} samples; variant {variant} starts at sample {first}, so at least {} are needed", first + 2)]
     TooShort {
@@ -171,6 +179,9 @@ impl Case {
         }
         if variant.needs_grade() && self.grade.is_none() {
             return Err(missing("the road grade", "give --grade FILE, or --grade level for a level road"));
+        }
+        if !Symbol::tau_p.domain().contains(self.tau_p_upper) {
+            return Err(CaseError::DelayBound { label: self.label.to_string(), found: self.tau_p_upper });
         }
         let case = Case { variant, ..self.clone() };
         let first = case.first_sample(case.tau_p_upper);

@@ -176,9 +176,9 @@ impl Optimizer for Ga {
         self.population.extend(told);
         // Stable: among equals the older one stays ahead, whatever the sort.
         self.population.sort_by(|a, b| a.merit.order(&b.merit));
-        let leader = &self.population[0];
-        if self.best.as_ref().is_none_or(|best| leader.merit.beats(&best.merit)) {
-            self.best = Some(leader.clone());
+        let first = &self.population[0];
+        if self.best.as_ref().is_none_or(|best| first.merit.beats(&best.merit)) {
+            self.best = Some(first.clone());
         }
         self.generation += 1;
     }

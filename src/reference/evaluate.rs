@@ -2,7 +2,7 @@
 
 use super::simulate::{Run, Trace, simulate};
 use crate::catalog::Variant;
-use crate::convention::{BoundRule, Denominators};
+use crate::convention::Denominators;
 use crate::evaluator::{Case, EvaluateError, Evaluator, Outcome, Population, Score};
 use crate::score::{GoodnessOfFit, Measures, SignalMeasures};
 use crate::symbols::Parameters;
@@ -56,18 +56,9 @@ impl Reference {
     }
 
     fn score(&self, parameters: &Parameters, trace: &mut Trace) -> Score {
-        let mut sum = 0.0;
-        for case in &self.cases {
-            let outcome = Self::outcome(case, parameters, trace);
-            match outcome.result {
-                Err(failure) => return Score::Failed(failure),
-                Ok(_) if case.convention.bounds == BoundRule::Reject && outcome.n_cut_acc + outcome.n_cut_dec > 0 => {
-                    return Score::Rejected;
-                }
-                Ok(measures) => sum += self.gof.of(&measures),
-            }
-        }
-        Score::Value(sum / self.cases.len() as f64)
+        let rule = self.cases[0].convention.bounds;
+        let outcomes = self.cases.iter().map(|case| (Self::outcome(case, parameters, trace), case.s.len()));
+        Score::of(outcomes, &self.gof, rule)
     }
 }
 

@@ -118,6 +118,8 @@ fn start(case: &Case, p: &Parameters, first: usize, trace: &mut Trace) {
 
 /// The signals at a sample index that need not be whole: linear between samples.
 fn perceive(case: &Case, trace: &Trace, at: f64) -> Perceived {
+    // Rounding may put the longest delay a hair before the first sample.
+    let at = at.max(0.0);
     let k = at.floor();
     let fraction = at - k;
     let k = k as usize;

@@ -1,6 +1,6 @@
 //! From a finished calibration to its result file; every score is computed again by the f64 reference.
 
-use super::result::{DataEntry, ReplicateEntry, ResultFile, SCHEMA_VERSION, VehicleEntry};
+use super::result::{DataEntry, ReplicateEntry, ResultFile, SCHEMA_VERSION, Treatment, VehicleEntry};
 use crate::calibrate::{Calibration, Replicate, SearchSpace, best, coefficient_of_variation};
 use crate::evaluator::Evaluator;
 use crate::reference::{Reference, Trace};
@@ -58,12 +58,13 @@ impl Calibrated<'_> {
             evaluator: self.evaluator.name().to_owned(),
             precision: self.evaluator.precision().to_owned(),
             adapter: self.evaluator.adapter(),
-            data: self.data(),
+            data: self.data(self.space.parameters(&winner.candidate).tau_p),
             vehicle: self.vehicle.filter(|_| needs_vehicle).map(|(vehicle, from)| VehicleEntry {
                 slug: vehicle.slug.clone(),
                 m_0: vehicle.m_0,
                 phi_f: vehicle.phi_f,
                 from: from.to_owned(),
+                files: vehicle.files().into_iter().cloned().collect(),
             }),
             gof: self.gof.to_string(),
             optimizer: self.settings.optimizer.runs().to_owned(),
@@ -89,7 +90,7 @@ impl Calibrated<'_> {
         Measures::mean(&outcomes.collect::<Option<Vec<_>>>()?)
     }
 
-    fn data(&self) -> Vec<DataEntry> {
+    fn data(&self, tau_p: f64) -> Vec<DataEntry> {
         let entry = |(trajectory, case): (&&Trajectory, &crate::evaluator::Case)| DataEntry {
             path: trajectory.source.path.clone(),
             sha256: trajectory.source.sha256.clone(),
@@ -97,13 +98,10 @@ impl Calibrated<'_> {
             name: trajectory.name.clone(),
             samples: trajectory.len(),
             window_s: [trajectory.t[0], trajectory.t[trajectory.len() - 1]],
-            first_scored: case.first_sample(self.space.tau_p_upper()),
+            first_scored: case.first_sample(tau_p),
             preparation: trajectory.notes.iter().map(ToString::to_string).collect(),
-            grade: trajectory
-                .grade
-                .as_ref()
-                .filter(|_| case.variant.needs_grade())
-                .map(|grade| grade.source.as_ref().map_or("given without a file".to_owned(), |s| s.path.clone())),
+            treatment: Treatment::of(trajectory),
+            grade: trajectory.grade.as_ref().filter(|_| case.variant.needs_grade()).and_then(|g| g.source.clone()),
         };
         self.trajectories.iter().zip(self.reference.cases()).map(entry).collect()
     }

@@ -3,7 +3,7 @@
 use super::svg::{Panel, Series, Style, SvgError, render};
 use crate::evaluator::Case;
 use crate::reference::Trace;
-use crate::score::{Measures, Signal};
+use crate::score::{GoodnessOfFit, Measures, Signal};
 
 /// Draws s, v and a over time. A run that failed is drawn up to where it ended.
 ///
@@ -20,7 +20,7 @@ pub fn draw(
         Some(m) => {
             let nrmse = |signal| m.signal(signal).nrmse;
             let (s, v, a) = (nrmse(Signal::Spacing), nrmse(Signal::Speed), nrmse(Signal::Acceleration));
-            format!("NRMSE(s) {s:.4} · NRMSE(v) {v:.4} · NRMSE(a) {a:.4} · sum {:.4}", s + v + a)
+            format!("NRMSE(s) {s:.4} · NRMSE(v) {v:.4} · NRMSE(a) {a:.4} · sum {:.4}", GoodnessOfFit::NRMSE_SVA.of(m))
         }
         None => format!("the run ended at sample {} of {}", trace.s.len(), t.len()),
     };

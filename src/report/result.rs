@@ -4,6 +4,7 @@ use crate::catalog::{UnknownVariant, Variant};
 use crate::convention::ConventionError;
 use crate::simulate::CalibratedVariant;
 use crate::symbols::{Parameters, Symbol};
+use crate::trajectory::{Note, Source, Trajectory};
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
@@ -80,8 +81,44 @@ pub struct DataEntry {
     pub first_scored: usize,
     /// What was done to the data before, one line each.
     pub preparation: Vec<String>,
-    /// Where the grade came from.
-    pub grade: Option<String>,
+    /// The same, as far as another drive must share it to be comparable.
+    pub treatment: Treatment,
+    /// The grade table, where the variant needs one: a file, or none for a level road.
+    pub grade: Option<Source>,
+}
+
+/// How data were treated: results on data treated otherwise do not compare.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Treatment {
+    /// Smoothed as the paper's authors did.
+    pub smoothed: bool,
+    /// Time step \[s\].
+    pub step_s: f64,
+    /// What the spacing was anchored to.
+    pub spacing_from: String,
+}
+
+impl Treatment {
+    /// How a trajectory was treated.
+    #[must_use]
+    pub fn of(trajectory: &Trajectory) -> Treatment {
+        let anchor = trajectory.notes.iter().find_map(|note| match note {
+            Note::Reconciled { anchor, .. } => Some(anchor.clone()),
+            _ => None,
+        });
+        Treatment {
+            smoothed: trajectory.notes.iter().any(|note| matches!(note, Note::Smoothed { .. })),
+            step_s: trajectory.dt,
+            spacing_from: anchor.unwrap_or_default(),
+        }
+    }
+}
+
+impl std::fmt::Display for Treatment {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let smoothed = if self.smoothed { "smoothed" } else { "not smoothed" };
+        write!(f, "{smoothed}, step {} s, spacing from {}", self.step_s, self.spacing_from)
+    }
 }
 
 /// The vehicle that was used.
@@ -95,6 +132,8 @@ pub struct VehicleEntry {
     pub phi_f: f64,
     /// How `--vehicle` finds it: `NAME` or `FILE#NAME`.
     pub from: String,
+    /// The vehicle table and the MFC curve, where they are files.
+    pub files: Vec<Source>,
 }
 
 /// One replicate.

@@ -4,7 +4,7 @@ use crate::evaluator::Case;
 use crate::reference::Trace;
 use std::io::Write;
 
-/// Writes one row per sample: measured leader and follower, then the simulated follower. After a failed run the
+/// Writes one row per sample: the measured preceding vehicle and follower, then the simulated follower. After a failed run the
 /// simulated columns are empty.
 ///
 /// # Errors

@@ -30,7 +30,7 @@ fn write_calibration(text: &mut String, result: &ResultFile) -> std::fmt::Result
             indented(text, note)?;
         }
         if let Some(grade) = &data.grade {
-            indented(text, &format!("grade: {grade}"))?;
+            indented(text, &format!("grade: {}", grade.path))?;
         }
     }
     if let Some(vehicle) = &result.vehicle {

@@ -19,7 +19,7 @@ pub use note::Note;
 pub use prepare::{Preparation, Reconcile, prepare};
 
 /// Where data came from: enough to find the file again and to notice that it has changed.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Source {
     /// The path as the user gave it.
     pub path: String,

@@ -1,6 +1,7 @@
 //! Vehicle tables: TOML (one table per vehicle) and the CSV layout `slug,name,mass_unladen_kg,phi,...`.
 
 use super::{Mfc, Vehicle};
+use crate::trajectory::Source;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -132,6 +133,7 @@ impl Entry {
             f_1_printed: self.f_1_N_per_kmh,
             f_2_printed: self.f_2_N_per_kmh2,
             mfc: mfc_path.map(|p| Mfc::read_csv(&p)).transpose()?,
+            table: None,
             slug,
         })
     }
@@ -194,12 +196,16 @@ fn parse_csv(path: &Path) -> Result<Vec<Vehicle>, VehicleError> {
 /// # Errors
 /// The file cannot be read, or a vehicle in it is incomplete or impossible.
 pub fn read_table(path: &Path) -> Result<Vec<Vehicle>, VehicleError> {
-    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv")) {
-        return parse_csv(path);
-    }
     let shown = path.display().to_string();
-    let text = std::fs::read_to_string(path).map_err(|source| VehicleError::Read { path: shown.clone(), source })?;
-    parse(&text, &shown, path.parent())
+    let read_error = |source| VehicleError::Read { path: shown.clone(), source };
+    let table = Source::of(path).map_err(read_error)?;
+    let mut vehicles = if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv")) {
+        parse_csv(path)?
+    } else {
+        parse(&std::fs::read_to_string(path).map_err(read_error)?, &shown, path.parent())?
+    };
+    vehicles.iter_mut().for_each(|vehicle| vehicle.table = Some(table.clone()));
+    Ok(vehicles)
 }
 
 /// Finds a vehicle by `NAME` (built in) or `FILE#NAME`.

@@ -6,6 +6,8 @@ mod mfc;
 pub use file::{VehicleError, find, read_table};
 pub use mfc::Mfc;
 
+use crate::trajectory::Source;
+
 /// What the equations need to know about a car.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Vehicle {
@@ -29,6 +31,8 @@ pub struct Vehicle {
     pub f_2_printed: [f64; 2],
     /// Acceleration and deceleration potential, where a curve is at hand.
     pub mfc: Option<Mfc>,
+    /// The table it was read from; `None` if built in.
+    pub table: Option<Source>,
 }
 
 impl Vehicle {
@@ -36,6 +40,12 @@ impl Vehicle {
     #[must_use]
     pub fn built_in() -> Vec<Vehicle> {
         file::parse(include_str!("astazero.toml"), "built-in vehicle table", None).expect("the built-in table is valid")
+    }
+
+    /// The files it was read from: table and MFC curve.
+    #[must_use]
+    pub fn files(&self) -> Vec<&Source> {
+        self.table.iter().chain(self.mfc.as_ref().and_then(|m| m.source.as_ref())).collect()
     }
 
     /// True if `name` is this vehicle's slug, name or one of its aliases, ignoring case.

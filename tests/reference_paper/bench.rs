@@ -67,6 +67,7 @@ pub fn vehicle() -> Vehicle {
         f_0: [0.0; 2],
         f_1_printed: [0.0; 2],
         f_2_printed: [0.0; 2],
+        table: None,
         mfc: Some(Mfc { v: vec![0.0, 100.0], a_ap: vec![500.0; 2], a_dp: vec![-500.0; 2], source: None }),
     }
 }

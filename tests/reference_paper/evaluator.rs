@@ -98,7 +98,8 @@ fn one_failed_case_fails_the_candidate() {
     wall.x_l.fill(X_0 + LEN_L + 3.0);
     let cases = vec![case("l-cth", &keeps(1.0), Convention::PAPER), case("l-cth", &wall, Convention::PAPER)];
     let mut evaluator = Reference::new(cases, GoodnessOfFit::NRMSE_SVA);
-    let crash = Failure { kind: FailureKind::Crash, step: 2 };
+    // At its sample 2, after the 13 samples of the case that was passed.
+    let crash = Failure { kind: FailureKind::Crash, step: 13 + 2 };
     assert_eq!(scores(&mut evaluator, &[COAST]), [Score::Failed(crash)]);
 }
 

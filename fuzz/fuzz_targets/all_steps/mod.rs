@@ -11,11 +11,7 @@ pub fn run(bytes: &[u8], layout: Option<&str>) {
     };
     let _ = inspect(&recording).to_string();
     let plain = Preparation::default();
-    let speeds = Preparation {
-        reconcile: Reconcile::Speeds,
-        smooth: true,
-        ..Preparation::default()
-    };
+    let speeds = Preparation { reconcile: Reconcile::Speeds, smooth: true, ..Preparation::default() };
     let resampled = Preparation {
         resample: Some(0.05),
         from: Some(0.5),
@@ -32,29 +28,15 @@ pub fn run(bytes: &[u8], layout: Option<&str>) {
             for trajectory in trajectories {
                 let n = trajectory.len();
                 assert!(n >= 2);
-                for signal in [
-                    &trajectory.x_l,
-                    &trajectory.v_l,
-                    &trajectory.x_f,
-                    &trajectory.v_f,
-                    &trajectory.s,
-                ] {
+                for signal in [&trajectory.x_l, &trajectory.v_l, &trajectory.x_f, &trajectory.v_f, &trajectory.s] {
                     assert!(signal.len() == n && signal.iter().all(|value| value.is_finite()));
                 }
                 assert!(trajectory.s.iter().all(|&s| s > 0.0));
-                assert!(
-                    trajectory
-                        .v_f
-                        .iter()
-                        .chain(&trajectory.v_l)
-                        .all(|&v| v >= 0.0)
-                );
+                assert!(trajectory.v_f.iter().chain(&trajectory.v_l).all(|&v| v >= 0.0));
                 for signal in [&trajectory.v_l2, &trajectory.s_l2].into_iter().flatten() {
                     assert!(signal.len() == n && signal.iter().all(|value| value.is_finite()));
                 }
-                let _ = trajectory
-                    .grade
-                    .map(|grade| grade.at(trajectory.x_f[n / 2]));
+                let _ = trajectory.grade.map(|grade| grade.at(trajectory.x_f[n / 2]));
                 for note in &trajectory.notes {
                     let _ = note.to_string();
                 }

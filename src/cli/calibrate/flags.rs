@@ -72,18 +72,28 @@ pub struct SearchArgs {
           value_parser = clap::value_parser!(u64).range(1..))]
     pub max_stall: u64,
     /// Stop a replicate after this many seconds; the result then depends on the machine
-    #[arg(long, value_name = "S")]
-    pub max_seconds: Option<f64>,
+    #[arg(long, value_name = "S", value_parser = seconds)]
+    pub max_seconds: Option<Duration>,
     /// Stop a replicate at this score
-    #[arg(long, value_name = "SCORE")]
+    #[arg(long, value_name = "SCORE", value_parser = finite)]
     pub target: Option<f64>,
 }
 
 fn fixed(text: &str) -> Result<(String, f64), String> {
     let expected = || format!("expected NAME=VALUE such as tau_p=0.3, found `{text}`");
     let (name, value) = text.split_once('=').ok_or_else(expected)?;
-    let value: f64 = value.trim().parse().map_err(|_| expected())?;
+    let value = finite(value).map_err(|_| expected())?;
     Ok((name.trim().to_owned(), value))
+}
+
+fn finite(text: &str) -> Result<f64, String> {
+    let value: Option<f64> = text.trim().parse().ok();
+    value.filter(|x| x.is_finite()).ok_or_else(|| format!("expected a finite number, found `{text}`"))
+}
+
+fn seconds(text: &str) -> Result<Duration, String> {
+    let expected = || format!("expected a number of seconds of at least 0, found `{text}`");
+    Duration::try_from_secs_f64(finite(text)?).map_err(|_| expected())
 }
 
 impl Args {
@@ -111,7 +121,7 @@ impl Args {
             stop: Stop {
                 max_evaluations: search.max_evaluations,
                 max_stall: search.max_stall,
-                max_time: search.max_seconds.map(|s| Duration::from_secs_f64(s.clamp(0.0, 1e9))),
+                max_time: search.max_seconds,
                 target: search.target,
             },
         }

@@ -2,7 +2,6 @@
 
 use super::super::data::Loaded;
 use super::super::output::write_file;
-use leadlag::calibrate::SearchSpace;
 use leadlag::reference::{Reference, Trace};
 use leadlag::report::result::ResultFile;
 use leadlag::report::{plot, simulation};
@@ -15,7 +14,6 @@ pub fn files(
     result: &ResultFile,
     reference: &Reference,
     loaded: &[Loaded],
-    space: &SearchSpace,
     elapsed: Duration,
 ) -> anyhow::Result<()> {
     write_file(&folder.join("result.json"), result.to_json().as_bytes())?;
@@ -30,8 +28,7 @@ pub fn files(
     });
     write_file(&folder.join("timing.json"), (serde_json::to_string_pretty(&timing)? + "\n").as_bytes())?;
 
-    let candidate: Vec<f64> = result.parameters.values().copied().collect();
-    let parameters = space.parameters(&candidate);
+    let parameters = result.calibrated_variant()?.parameters;
     for (i, (case, one)) in reference.cases().iter().zip(loaded).enumerate() {
         let suffix = if loaded.len() == 1 { String::new() } else { format!("_{}", i + 1) };
         let mut trace = Trace::default();

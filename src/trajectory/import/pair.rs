@@ -1,4 +1,4 @@
-//! Our own layout: one leader-follower pair, SI units in the column names.
+//! Our own layout: a follower and its preceding vehicle, SI units in the column names.
 
 use super::header::Header;
 use super::lines::Lines;
@@ -50,14 +50,14 @@ pub(super) fn read<R: Read>(first: &str, lines: &mut Lines<R>, problems: &mut Pr
     let ahead = take("lead2_speed_mps");
     let gap_ahead = take("lead2_spacing_m");
     if let Some(v) = ahead {
-        // Number 0, so that the leader of the pair is car 1 and its follower is follower 1 as in every other layout.
-        cars.push(Car { v, ..Car::new(0, Some("car ahead of the leader")) });
+        // Number 0, so that the preceding vehicle is car 1 and the follower is follower 1, as in every other layout.
+        cars.push(Car { v, ..Car::new(0, Some("car two ahead")) });
     }
     cars.push(Car {
         v: take("lead_speed_mps").unwrap_or_default(),
         x: take("lead_position_m"),
         gap: gap_ahead,
-        ..Car::new(1, Some("leader"))
+        ..Car::new(1, Some("preceding vehicle"))
     });
     cars.push(Car {
         v: take("speed_mps").unwrap_or_default(),

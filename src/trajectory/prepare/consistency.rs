@@ -77,7 +77,9 @@ fn positions(
     let spacing =
         |x_l: &[f64], x_f: &[f64]| -> Vec<f64> { x_l.iter().zip(x_f).map(|(x_l, x_f)| x_l - x_f - len_l).collect() };
 
-    if let (Layout::AstazeroProcessed, Some(x_l), Some(x_f)) = (context.recording.layout, start_l, start_f) {
+    let authors_file = context.recording.layout == Layout::AstazeroProcessed;
+    let as_written = context.preparation.lead_length.is_none() && context.preparation.reconcile == Reconcile::Gap;
+    if let (true, Some(x_l), Some(x_f)) = (authors_file && as_written, start_l, start_f) {
         // These files are consistent already; the authors integrate both cars from their first positions with the step
         // of the file as a double, so the same sums are made here.
         let (x_l, x_f) = (integrate(x_l, v_l, dt_raw), integrate(x_f, v_f, dt_raw));
@@ -88,7 +90,7 @@ fn positions(
 
     let start_l = start_l.or(start_f.map(|x_f| x_f + gap[0] + len_l));
     let x_l_0 = start_l.unwrap_or_else(|| {
-        if context.preparation.grade.is_some() {
+        if context.preparation.grade.is_some() || context.recording.grade.is_some() {
             notes.push(Note::StartAssumed { position_m: 0.0 });
         }
         0.0

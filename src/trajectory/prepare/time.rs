@@ -39,13 +39,20 @@ pub(super) fn uniform(samples: Samples, context: &Context, notes: &mut Vec<Note>
         return Err(PrepareError::TooManySamples { path, step: target, samples: count, limit: SAMPLES_MAX });
     }
     let mut blocks = Vec::with_capacity(ranges.len());
-    for range in ranges {
+    for range in ranges.clone() {
         blocks.push(match context.preparation.resample {
             Some(step) => resample(&samples, range, step),
             None => on_grid(&samples, range, dt, context)?,
         });
     }
     if let Some(to_s) = context.preparation.resample {
+        // Interpolated over like every other gap, so counted like every other gap.
+        let gaps = ranges.iter().flat_map(|range| samples.t[range.clone()].windows(2)).map(|pair| pair[1] - pair[0]);
+        let long: Vec<f64> = gaps.filter(|gap| *gap > 1.5 * step).collect();
+        if !long.is_empty() {
+            let rows = long.iter().map(|gap| (gap / step).round() as usize - 1).sum();
+            notes.push(Note::RowsFilled { rows, longest_s: long.iter().copied().fold(0.0, f64::max) });
+        }
         notes.push(Note::Resampled {
             from_s: step,
             to_s,
