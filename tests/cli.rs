@@ -182,15 +182,15 @@ fn bounds_and_fixed_values_hold() {
 fn evaluate_marks_bad_rows_and_keeps_the_others() {
     let (folder, cases) = (platoon(), scratch("cases").with_extension("csv"));
     fs::create_dir_all(cases.parent().unwrap()).unwrap();
-    let rows = "note,model_id,platoon,follower_position,k_s,k_v,k_0,v_0,d_0,t_h,success,tau_p\n\
-                good,37,platoon,1,0.2,0.6,0.5,33,3,1.1,x,\n\
-                word,l-cth,platoon,1,0.2,abc,0.5,33,3,1.1,x,\n\
-                car,37,platoon,9,0.2,0.6,0.5,33,3,1.1,x,\n\
-                file,37,nowhere,1,0.2,0.6,0.5,33,3,1.1,x,\n\
-                sign,37,platoon,1,0.2,0.6,0.5,-33,3,1.1,x,\n\
-                late,l-cth+delay,platoon,1,0.2,0.6,0.5,33,3,1.1,x,0.9\n\
-                short,37,platoon\n\
-                good,l-cth,platoon,1,0.2,0.6,0.5,33,3,1.1,x,\n";
+    let rows = "note,model_id,variant,platoon,follower_position,k_s,k_v,k_0,v_0,d_0,t_h,success,tau_p\n\
+                good,37,,platoon,1,0.2,0.6,0.5,33,3,1.1,x,\n\
+                word,,l-cth,platoon,1,0.2,abc,0.5,33,3,1.1,x,\n\
+                car,37,,platoon,9,0.2,0.6,0.5,33,3,1.1,x,\n\
+                file,37,,nowhere,1,0.2,0.6,0.5,33,3,1.1,x,\n\
+                sign,37,,platoon,1,0.2,0.6,0.5,-33,3,1.1,x,\n\
+                late,,l-cth+delay,platoon,1,0.2,0.6,0.5,33,3,1.1,x,0.9\n\
+                short,37,,platoon\n\
+                good,,l-cth,platoon,1,0.2,0.6,0.5,33,3,1.1,x,\n";
     fs::write(&cases, rows).unwrap();
     let output = leadlag(&["evaluate", text(&cases), "--data", text(folder), "--rescore"]);
     assert!(output.status.success(), "{}", stderr(&output));
@@ -214,7 +214,7 @@ fn evaluate_marks_bad_rows_and_keeps_the_others() {
         (3, "invalid: platoon nowhere: no file nowhere.csv in "),
         (4, "invalid: v_0: expected a number above 0, found -33"),
         (5, "invalid: tau_p: expected at most 0.8 s, found 0.9"),
-        (6, "invalid: expected 12 fields as in the header, found 3"),
+        (6, "invalid: expected 13 fields as in the header, found 4"),
     ] {
         assert!(field(row, "fail_reason").starts_with(expected), "row {row}: {}", field(row, "fail_reason"));
         assert_eq!((field(row, "success").as_str(), field(row, "nrmse_sva").as_str()), ("0", ""), "row {row}");

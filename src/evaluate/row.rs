@@ -10,7 +10,8 @@ use csv::ByteRecord;
 /// Where the needed columns are.
 pub(super) struct Columns {
     width: usize,
-    variant: usize,
+    /// `model_id` and `variant`, those that there are; a row may fill either.
+    variant: Vec<usize>,
     platoon: usize,
     follower: usize,
     parameters: Vec<(Symbol, usize)>,
@@ -35,7 +36,10 @@ impl Columns {
         let parameters = Symbol::ALL.iter().filter_map(|&symbol| Some((symbol, position(symbol.name())?)));
         Ok(Columns {
             width: names.len(),
-            variant: need(position("model_id").or_else(|| position("variant")), "model_id")?,
+            variant: match [position("model_id"), position("variant")].into_iter().flatten().collect::<Vec<_>>() {
+                none if none.is_empty() => vec![need(None, "model_id")?],
+                some => some,
+            },
             platoon: need(position("platoon"), "platoon")?,
             follower: need(position("follower_position"), "follower_position")?,
             parameters: parameters.collect(),
@@ -83,7 +87,8 @@ fn parse(
         return Err(InvalidRow::Width { expected: columns.width, found: record.len() });
     }
     let text = |column: usize| String::from_utf8_lossy(record.get(column).unwrap_or_default()).trim().to_owned();
-    let variant: Variant = text(columns.variant).parse()?;
+    let named = columns.variant.iter().map(|&column| text(column)).find(|text| !text.is_empty());
+    let variant: Variant = named.unwrap_or_default().parse()?;
     let follower = text(columns.follower);
     let follower = follower.parse().ok().filter(|f| *f > 0).ok_or(InvalidRow::Follower(follower))?;
     let mut parameters = Parameters::NONE;
