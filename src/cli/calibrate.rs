@@ -1,7 +1,7 @@
 //! `leadlag calibrate`: from measured files to calibrated parameters.
 
 mod flags;
-mod progress;
+pub mod progress;
 mod write;
 
 pub use flags::Args;

@@ -1,5 +1,6 @@
 //! `leadlag evaluate`: scores of parameter vectors that are given as rows.
 
+use super::calibrate::progress::rate;
 use super::calibrate::read_bounds;
 use super::data::read_grade;
 use super::{Usage, evaluator, interrupt, output};
@@ -91,7 +92,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     };
 
     interrupt::watch();
-    let style = ProgressStyle::with_template("{spinner} {pos} rows, {per_sec}, {elapsed}")?;
+    let style = ProgressStyle::with_template("{spinner} {human_pos} rows, {rate}, {elapsed}")?.with_key("rate", rate);
     let bar = ProgressBar::new_spinner().with_style(style);
     let mut progress = |rows| {
         bar.set_position(rows);

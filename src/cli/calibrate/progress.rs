@@ -1,10 +1,17 @@
 //! The bar of a running calibration: on a terminal only, and only after two seconds.
 
 use super::super::interrupt;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use leadlag::calibrate::{Calibration, Progress};
+use std::fmt::Write;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
+
+/// Whole numbers per second.
+pub fn rate(state: &ProgressState, out: &mut dyn Write) {
+    // A text that cannot be shown is no reason to end a calibration.
+    let _ = write!(out, "{:.0}/s", state.per_sec());
+}
 
 pub struct Bar {
     bar: ProgressBar,
@@ -16,12 +23,12 @@ pub struct Bar {
 impl Bar {
     pub fn new(settings: &Calibration) -> Bar {
         let per_replicate = settings.stop.max_evaluations;
-        let style = ProgressStyle::with_template("{bar:20} {human_pos}/{human_len} {per_sec} {eta} left  {msg}");
+        let style = ProgressStyle::with_template("{bar:20} {human_pos}/{human_len} {rate} {eta} left  {msg}");
         let bar = ProgressBar::with_draw_target(
             Some(per_replicate.saturating_mul(settings.replicates)),
             ProgressDrawTarget::hidden(),
         )
-        .with_style(style.expect("the template is valid"));
+        .with_style(style.expect("the template is valid").with_key("rate", rate));
         Bar { bar, started: Instant::now(), per_replicate, replicates: settings.replicates }
     }
 
