@@ -414,3 +414,18 @@ fn a_file_that_is_not_there_is_named() {
     assert_eq!(error.to_string(), format!("{}: expected a readable file", path.display()));
     assert!(std::error::Error::source(&error).is_some());
 }
+
+/// A line of the longest length allowed, all of it column names, is refused at once.
+#[test]
+fn half_a_million_columns() {
+    for layout in Layout::ALL {
+        let metadata = matches!(layout, Layout::OpenAcc | Layout::AstazeroRebuilt);
+        let before = if metadata { OPENACC.2.split("Time").next().expect("five lines") } else { "" };
+        let line = before.matches('\n').count() + 1;
+        let text = format!("{before}Time{}\n", ",c".repeat(500_000));
+        let expected = format!(
+            "bad.csv:{line}: expected at most 2000 columns, found 500001; is this the header of a measured file?"
+        );
+        assert_eq!(message(Reader::As(layout), text.as_bytes()), expected, "{layout}");
+    }
+}

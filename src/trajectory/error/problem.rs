@@ -55,6 +55,8 @@ pub enum ProblemKind {
     MissingColumn { column: String, has: Vec<String>, needed: Vec<String>, near: Option<String> },
     #[error("column {} is unknown; did you mean {near}? Rename it", clipped(column))]
     UnknownColumn { column: String, near: String },
+    #[error("expected at most {limit} columns, found {found}; is this the header of a measured file?")]
+    TooManyColumns { limit: usize, found: usize },
     #[error("column {} appears twice; remove or rename one", clipped(column))]
     DuplicateColumn { column: String },
     #[error("expected {expected} fields as in the header, found {found}; {}", field_hint(*expected, *found, *last))]

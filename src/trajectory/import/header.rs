@@ -62,6 +62,9 @@ pub(in crate::trajectory) struct Header {
     columns: Vec<usize>,
 }
 
+/// Nine cars of OpenACC have 71 columns; what is done per column and name must not grow into hours.
+const COLUMNS_MAX: usize = 2000;
+
 impl Header {
     pub fn parse(text: &str, line: u64, problems: &mut Problems) -> Result<Self, Stop> {
         check_separator(text, line, problems)?;
@@ -69,6 +72,10 @@ impl Header {
         split(text, &mut fields);
         while fields.last().is_some_and(|field| field.text.is_empty()) {
             fields.pop();
+        }
+        if fields.len() > COLUMNS_MAX {
+            let kind = ProblemKind::TooManyColumns { limit: COLUMNS_MAX, found: fields.len() };
+            return Err(problems.stop(line, None, kind));
         }
         let header = Header {
             line,
