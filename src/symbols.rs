@@ -135,14 +135,14 @@ symbol_table! {
     delta,     "δ",      "-",     Bounds::Fixed(0.1, 10.0),   Positive,    "exponent factor of the IDM";
     k_s,       "k_s",    "1/s²",  Bounds::Fixed(0.01, 5.0),   Any,         "gain for the spacing error";
     k_v,       "k_v",    "1/s",   Bounds::Fixed(0.01, 5.0),   Any,         "gain for the speed difference";
-    k_0,       "k_0",    "1/s",   Bounds::Fixed(0.01, 5.0),   Any,         "gain for the deviation from the set speed";
+    k_0,       "k_0",    "1/s",   Bounds::Fixed(0.01, 5.0),   Any,         "gain for the set-speed deviation";
     theta,     "θ",      "s",     Bounds::Fixed(0.0, 3.0),    NonNegative, "additional delay in Gipps' model";
     v_0,       "v_0",    "m/s",   Bounds::Fixed(30.0, 35.0),  Positive,    "desired speed (ACC set speed)";
-    d_0,       "d_0",    "m",     Bounds::Fixed(1.0, 5.0),    Any,         "minimum desired spacing at standstill";
-    t_h,       "t_h",    "s",     Bounds::Fixed(0.1, 3.0),    Positive,    "time headway, or Gipps' reaction time";
+    d_0,       "d_0",    "m",     Bounds::Fixed(1.0, 5.0),    Any,         "desired spacing at standstill";
+    t_h,       "t_h",    "s",     Bounds::Fixed(0.1, 3.0),    Positive,    "headway, or Gipps' reaction time";
     a_max,     "a_max",  "m/s²",  Bounds::Fixed(0.5, 5.0),    Positive,    "maximum acceleration";
     a_min,     "a_min",  "m/s²",  Bounds::Fixed(-5.0, -0.5),  Negative,    "comfort deceleration";
-    a_hat_min, "â_min",  "m/s²",  Bounds::Fixed(-5.0, -0.5),  Negative,    "assumed deceleration of the preceding vehicle";
+    a_hat_min, "â_min",  "m/s²",  Bounds::Fixed(-5.0, -0.5),  Negative,    "assumed deceleration ahead";
     tau_p,     "τ_p",    "s",     Bounds::Fixed(0.1, 0.8),    NonNegative, "perception delay";
     tau_a,     "τ_a",    "s",     Bounds::Fixed(0.3, 0.8),    NonNegative, "actuation lag";
     m_load,    "m_load", "kg",    Bounds::Fixed(230.0, 300.0), NonNegative, "mass of the vehicle's load";

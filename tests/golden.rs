@@ -1,7 +1,7 @@
 //! Proof against the authors' own program: every golden evaluation and trajectory, `--convention authors`.
 //!
 //! Needs `golden/` and `data/` of the shared folder. The rows that differ at all are listed with their difference in
-//! `target/golden/differences.csv`; nothing is hidden by a wider tolerance.
+//! `target/tmp/golden/differences.csv`; nothing is hidden by a wider tolerance.
 
 mod common;
 

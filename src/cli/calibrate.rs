@@ -61,10 +61,14 @@ fn one(args: &Args, loaded: &[Loaded], folder: &Path) -> anyhow::Result<ResultFi
     let started = Instant::now();
     let mut evaluator = reference.clone();
     let result = search(&mut evaluator, &reference, loaded, &space, args, &settings)?;
-    write::files(folder, &result, &reference, loaded, started.elapsed())?;
+    let written = write::files(folder, &result, &reference, loaded, started.elapsed());
     if !args.json {
         output::print(&text::calibration(&result))?;
+    } else if written.is_err() {
+        // A full disk must not cost the result.
+        output::print(&result.to_json())?;
     }
+    written?;
     eprintln!("{:.1} s; files in {}", started.elapsed().as_secs_f64(), folder.display());
     Ok(result)
 }

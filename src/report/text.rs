@@ -19,13 +19,9 @@ fn write_calibration(text: &mut String, result: &ResultFile) -> std::fmt::Result
         let [from, to] = data.window_s;
         writeln!(text, "data         {}", data.path)?;
         writeln!(text, "             follower {}, {}", data.follower, data.name)?;
-        writeln!(
-            text,
-            "             {from:.1} to {to:.1} s, {} samples, scored from sample {}, sha256 {}",
-            data.samples,
-            data.first_scored,
-            &data.sha256[..12.min(data.sha256.len())]
-        )?;
+        let (samples, first) = (data.samples, data.first_scored);
+        indented(text, &format!("{from:.1} to {to:.1} s, {samples} samples, scored from sample {first}"))?;
+        indented(text, &format!("sha256 {}", &data.sha256[..16.min(data.sha256.len())]))?;
         for note in &data.preparation {
             indented(text, note)?;
         }
@@ -52,14 +48,14 @@ fn write_calibration(text: &mut String, result: &ResultFile) -> std::fmt::Result
         writeln!(text, "             coefficient of variation over replicates {:.3} %", 100.0 * cv)?;
     }
 
-    writeln!(text, "\n{:<10}{:>13}  {:<6}{:>20}  meaning", "parameter", "value", "unit", "bounds")?;
+    writeln!(text, "\n{:<10}{:>11}  {:<5}{:>17}  meaning", "parameter", "value", "unit", "bounds")?;
     for (name, value) in &result.parameters {
         let [lower, upper] = result.bounds.get(name).copied().unwrap_or([f64::NAN; 2]);
         let bounds = if lower == upper { "fixed".to_owned() } else { format!("{} .. {}", short(lower), short(upper)) };
         let unit = result.units.get(name).map_or("", String::as_str);
         let meaning = Symbol::from_name(name).map_or("", Symbol::meaning);
         let mark = if result.at_bound.contains(name) { "AT BOUND" } else { meaning };
-        writeln!(text, "{name:<10}{value:>13.6}  {unit:<6}{bounds:>20}  {mark}")?;
+        writeln!(text, "{name:<10}{value:>11.5}  {unit:<5}{bounds:>17}  {mark}")?;
     }
 
     let score = |name: &str| result.score.get(name).copied().flatten();
@@ -85,8 +81,8 @@ fn indented(text: &mut String, remark: &str) -> std::fmt::Result {
     textwrap::wrap(remark, options).iter().try_for_each(|line| writeln!(text, "{line}"))
 }
 
-/// At most five significant digits.
+/// At most four significant digits.
 fn short(x: f64) -> String {
-    let rounded: f64 = format!("{x:.4e}").parse().unwrap_or(x);
+    let rounded: f64 = format!("{x:.3e}").parse().unwrap_or(x);
     rounded.to_string()
 }
