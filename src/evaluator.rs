@@ -84,6 +84,17 @@ impl FailureKind {
     }
 }
 
+impl std::fmt::Display for FailureKind {
+    /// In words, for people.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            FailureKind::Crash => "crash, the spacing is not above 0",
+            FailureKind::Radicand => "no speed is safe, Gipps' radicand is negative",
+            FailureKind::NotFinite => "a state is NaN or infinite",
+        })
+    }
+}
+
 /// A run that ended early.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Failure {

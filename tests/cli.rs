@@ -394,3 +394,32 @@ fn a_platoon_needs_one_time_axis() {
     assert_eq!(code, 1);
     assert!(message.contains("cut both to one gap-free window with --from and --to"), "{message}");
 }
+
+#[test]
+fn a_run_that_crashes_says_when_and_why_everywhere() {
+    // A controller that pushes forward whatever the car ahead does.
+    let fix = ["k_s=0.01", "k_v=0.01", "k_0=5", "v_0=35", "d_0=-900", "t_h=0.1"];
+    let mut text_of = fs::read_to_string(calibrated("before_the_crash", &[]).join("result.json")).unwrap();
+    let mut result: Value = serde_json::from_str(&text_of).unwrap();
+    for (name, value) in fix.map(|f| f.split_once('=').unwrap()) {
+        result["parameters"][name] = Value::from(value.parse::<f64>().unwrap());
+    }
+    text_of = result.to_string();
+    let path = scratch("crash").with_extension("json");
+    fs::create_dir_all(path.parent().unwrap()).unwrap();
+    fs::write(&path, text_of).unwrap();
+    let (file, out) = (platoon().join("platoon.csv"), scratch("crash_out"));
+    let arguments = ["simulate", text(&file), "--follower", "1", "--result", text(&path), "--out", text(&out)];
+    let run: Value = serde_json::from_str(&ok(&[&arguments[..], &["--json"]].concat())).unwrap();
+    let run = &run["runs"][0];
+    assert_eq!((&run["success"], &run["fail_reason"], &run["score"]), (&false.into(), &"spacing".into(), &Value::Null));
+    let step = run["fail_step"].as_u64().expect("a sample");
+    let said = format!("ended early at sample {step} (");
+    let printed = ok(&arguments);
+    assert!(printed.contains(&said) && printed.contains("crash, the spacing is not above 0"), "{printed}");
+    let plot = fs::read_to_string(out.join("plot.svg")).unwrap();
+    assert!(plot.contains(&said), "the plot names the same sample");
+    let rows = fs::read_to_string(out.join("simulation.csv")).unwrap();
+    let simulated = rows.lines().skip(1).filter(|line| !line.ends_with(",,,")).count() as u64;
+    assert_eq!(simulated, step + 1, "simulated columns are empty after the failing sample");
+}

@@ -5,6 +5,7 @@ use clap::ValueEnum;
 use leadlag::catalog::Variant;
 use leadlag::convention::Convention;
 use leadlag::evaluator::Case;
+use leadlag::report::text::wrapped;
 use leadlag::score::Measures;
 use leadlag::symbols::Symbol;
 use leadlag::vehicle::Vehicle;
@@ -73,7 +74,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 fn variant(v: &Variant) -> Entry {
     let names: Vec<&str> = v.parameters().iter().map(|s| s.name()).collect();
     let value = json!({"model_id": v.id(), "variant": v.name(), "base": v.base.paper, "parameters": names});
-    (value, format!("{:>2}  {:<32} {}", v.id(), v.name(), names.join(" ")))
+    (value, wrapped(0, 36, &format!("{:>2}  {:<32} {}", v.id(), v.name(), names.join(" "))).trim_end().to_owned())
 }
 
 fn parameters(args: &Args) -> anyhow::Result<Vec<Entry>> {
@@ -130,10 +131,9 @@ fn conventions() -> Vec<Entry> {
             "row": row.name, "meaning": row.meaning, "paper": paper, "paper_meaning": paper_is,
             "authors": authors, "authors_meaning": authors_is,
         });
-        let text = format!(
-            "{}: {}\n  paper    {paper:<11} {paper_is}\n  authors  {authors:<11} {authors_is}",
-            row.name, row.meaning
-        );
+        let mut text = wrapped(0, 2, &format!("{}: {}", row.name, row.meaning));
+        text += &wrapped(2, 23, &format!("paper    {paper:<11} {paper_is}"));
+        text += wrapped(2, 23, &format!("authors  {authors:<11} {authors_is}")).trim_end();
         (value, text)
     };
     Convention::ROWS.iter().map(entry).collect()

@@ -6,6 +6,7 @@ use anyhow::Context;
 use leadlag::evaluator::{Case, Outcome};
 use leadlag::reference::{Reference, Trace};
 use leadlag::report::result::{ResultFile, Treatment};
+use leadlag::report::text::wrapped;
 use leadlag::report::{plot, simulation};
 use leadlag::score::{GoodnessOfFit, Measures, Signal};
 use leadlag::simulate::{Ahead, CalibratedVariant, follow};
@@ -143,7 +144,7 @@ fn write(args: &Args, done: &[Simulated]) -> anyhow::Result<()> {
         simulation::write_csv(&mut csv, &trajectory.t, &one.case, &one.trace)?;
         output::write_file(&folder.join(format!("simulation{suffix}.csv")), &csv)?;
         let title = format!("{}, {}: variant {}", one.case.label, trajectory.name, one.case.variant);
-        let svg = plot::draw(&title, &trajectory.t, &one.case, &one.trace, one.outcome.result.ok().as_ref())?;
+        let svg = plot::draw(&title, &trajectory.t, &one.case, &one.trace, &one.outcome)?;
         output::write_file(&folder.join(format!("plot{suffix}.svg")), svg.as_bytes())?;
     }
     Ok(())
@@ -154,21 +155,22 @@ fn text(done: &[Simulated]) -> String {
     for one in done {
         let trajectory = &one.loaded.trajectory;
         let Case { label, variant, convention, .. } = &one.case;
-        let _ = writeln!(text, "{label}, {}: variant {variant}, convention {convention}", trajectory.name);
-        let _ = writeln!(text, "  {} sha256 {}", trajectory.source.path, trajectory.source.sha256);
+        let line = format!("{label}, {}: variant {variant}, convention {convention}", trajectory.name);
+        text += &wrapped(0, 2, &line);
+        text += &wrapped(2, 4, &format!("{} sha256 {}", trajectory.source.path, &trajectory.source.sha256[..16]));
         for note in &trajectory.notes {
-            let _ = writeln!(text, "  {note}");
+            text += &wrapped(2, 4, &note.to_string());
         }
         let _ = match one.outcome.result {
             Ok(m) => {
                 let nrmse = |signal| number(m.signal(signal).nrmse);
                 let (s, v, a) = (nrmse(Signal::Spacing), nrmse(Signal::Speed), nrmse(Signal::Acceleration));
                 let sum = number(GoodnessOfFit::NRMSE_SVA.of(&m));
-                writeln!(text, "  NRMSE(s,v,a) {sum} = s {s} + v {v} + a {a}; evaluator reference (f64)")
+                writeln!(text, "  NRMSE(s,v,a) {sum} = s {s} + v {v} + a {a}\n  evaluator reference (f64)")
             }
             Err(failure) => {
                 let t = trajectory.t.get(failure.step).copied().unwrap_or(f64::NAN);
-                let kind = failure.kind.name();
+                let kind = failure.kind;
                 writeln!(text, "  ended early at sample {} ({t:.1} s): {kind}", failure.step)
             }
         };

@@ -1,28 +1,26 @@
 //! The plot of a simulated follower: spacing, speed and acceleration, observed against simulated.
 
 use super::svg::{Panel, Series, Style, SvgError, render};
-use crate::evaluator::Case;
+use crate::evaluator::{Case, Outcome};
 use crate::reference::Trace;
-use crate::score::{GoodnessOfFit, Measures, Signal};
+use crate::score::{GoodnessOfFit, Signal};
 
 /// Draws s, v and a over time. A run that failed is drawn up to where it ended.
 ///
 /// # Errors
 /// When the drawing library fails.
-pub fn draw(
-    title: &str,
-    t: &[f64],
-    case: &Case,
-    trace: &Trace,
-    measures: Option<&Measures>,
-) -> Result<String, SvgError> {
-    let quality = match measures {
-        Some(m) => {
+pub fn draw(title: &str, t: &[f64], case: &Case, trace: &Trace, outcome: &Outcome) -> Result<String, SvgError> {
+    let quality = match outcome.result {
+        Ok(m) => {
             let nrmse = |signal| m.signal(signal).nrmse;
             let (s, v, a) = (nrmse(Signal::Spacing), nrmse(Signal::Speed), nrmse(Signal::Acceleration));
-            format!("NRMSE(s) {s:.4} · NRMSE(v) {v:.4} · NRMSE(a) {a:.4} · sum {:.4}", GoodnessOfFit::NRMSE_SVA.of(m))
+            let sum = GoodnessOfFit::NRMSE_SVA.of(&m);
+            format!("NRMSE(s) {s:.4} · NRMSE(v) {v:.4} · NRMSE(a) {a:.4} · sum {sum:.4}")
         }
-        None => format!("the run ended at sample {} of {}", trace.s.len(), t.len()),
+        Err(failure) => {
+            let when = t.get(failure.step).copied().unwrap_or(f64::NAN);
+            format!("ended early at sample {} ({when:.1} s): {}", failure.step, failure.kind)
+        }
     };
     let series = |name: &str, values: &[f64], style| {
         let mut values = values.to_vec();

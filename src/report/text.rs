@@ -20,18 +20,22 @@ fn write_calibration(text: &mut String, result: &ResultFile) -> std::fmt::Result
         writeln!(text, "data         {}", data.path)?;
         writeln!(text, "             follower {}, {}", data.follower, data.name)?;
         let (samples, first) = (data.samples, data.first_scored);
-        indented(text, &format!("{from:.1} to {to:.1} s, {samples} samples, scored from sample {first}"))?;
-        indented(text, &format!("sha256 {}", &data.sha256[..16.min(data.sha256.len())]))?;
+        text.push_str(&wrapped(
+            INDENT,
+            INDENT + 2,
+            &format!("{from:.1} to {to:.1} s, {samples} samples, scored from sample {first}"),
+        ));
+        text.push_str(&wrapped(INDENT, INDENT + 2, &format!("sha256 {}", &data.sha256[..16.min(data.sha256.len())])));
         for note in &data.preparation {
-            indented(text, note)?;
+            text.push_str(&wrapped(INDENT, INDENT + 2, note));
         }
         if let Some(grade) = &data.grade {
-            indented(text, &format!("grade: {}", grade.path))?;
+            text.push_str(&wrapped(INDENT, INDENT + 2, &format!("grade: {}", grade.path)));
         }
     }
     if let Some(vehicle) = &result.vehicle {
         writeln!(text, "vehicle      {}, {} kg unladen", vehicle.slug, vehicle.m_0)?;
-        indented(text, &format!("from {}", vehicle.from))?;
+        text.push_str(&wrapped(INDENT, INDENT + 2, &format!("from {}", vehicle.from)));
     }
     writeln!(text, "convention   {}", result.convention)?;
     let adapter = result.adapter.as_deref().map_or(String::new(), |a| format!(" on {a}"));
@@ -71,14 +75,16 @@ fn write_calibration(text: &mut String, result: &ResultFile) -> std::fmt::Result
     Ok(())
 }
 
-/// Columns of the terminal, and of the first column of text.
+/// Columns of the terminal.
 const WIDTH: usize = 80;
-const INDENT: &str = "             ";
+const INDENT: usize = 13;
 
-/// A remark below the line it belongs to, wrapped.
-fn indented(text: &mut String, remark: &str) -> std::fmt::Result {
-    let options = textwrap::Options::new(WIDTH).initial_indent(INDENT).subsequent_indent("               ");
-    textwrap::wrap(remark, options).iter().try_for_each(|line| writeln!(text, "{line}"))
+/// A line wrapped to 80 columns: its first part is indented by `first` blanks, what follows by `rest`.
+#[must_use]
+pub fn wrapped(first: usize, rest: usize, line: &str) -> String {
+    let (first, rest) = (" ".repeat(first), " ".repeat(rest));
+    let options = textwrap::Options::new(WIDTH).initial_indent(&first).subsequent_indent(&rest);
+    textwrap::wrap(line, options).join("\n") + "\n"
 }
 
 /// At most four significant digits.

@@ -38,7 +38,7 @@ pub fn files(
         simulation::write_csv(&mut csv, t, case, &trace)?;
         write_file(&folder.join(format!("simulation{suffix}.csv")), &csv)?;
         let title = format!("{}, {}: variant {} {}", case.label, one.trajectory.name, result.model_id, result.variant);
-        let svg = plot::draw(&title, t, case, &trace, outcome.result.ok().as_ref())?;
+        let svg = plot::draw(&title, t, case, &trace, &outcome)?;
         write_file(&folder.join(format!("plot{suffix}.svg")), svg.as_bytes())?;
     }
     Ok(())

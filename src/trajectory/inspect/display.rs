@@ -6,7 +6,7 @@ use std::fmt;
 impl fmt::Display for Inspection {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{}", self.source.path)?;
-        writeln!(f, "layout {}, SHA-256 {}", self.layout, &self.source.sha256)?;
+        writeln!(f, "layout {}\nSHA-256 {}", self.layout, &self.source.sha256)?;
         for file in &self.companions {
             writeln!(f, "beside it {}", file.path)?;
         }
@@ -28,13 +28,13 @@ impl fmt::Display for PlatoonInspection {
         }
         writeln!(
             f,
-            "{} rows, {} .. {} s ({:.1} s), step {} s, {} rows with missing values",
+            "{} rows, {:.1} .. {:.1} s ({:.1} s), step {} s, {} rows incomplete",
             self.rows, self.t_first_s, self.t_last_s, self.duration_s, self.sampling.step_s, self.rows_with_missing
         )?;
         writeln!(f)?;
         writeln!(
             f,
-            "{:>3} {:24} {:>7} {:>8} {:>8} {:>8} {:>8} {:>7}",
+            "{:>3} {:23} {:>7} {:>8} {:>8} {:>8} {:>8} {:>7}",
             "car", "name", "missing", "min", "max", "noise", "standing", "driven"
         )?;
         for car in &self.cars {
@@ -82,7 +82,7 @@ fn write_signal(f: &mut fmt::Formatter<'_>, number: &str, name: &str, signal: &S
     let or_dash = |value: Option<f64>, digits: usize| value.map_or_else(|| "-".to_owned(), |v| format!("{v:.digits$}"));
     write!(
         f,
-        "{number:>3} {name:24} {:>7} {:>8} {:>8} {:>8}",
+        "{number:>3} {name:23} {:>7} {:>8} {:>8} {:>8}",
         signal.missing,
         or_dash(signal.min, 2),
         or_dash(signal.max, 2),
