@@ -1,8 +1,12 @@
 //! What the evaluators share: candidates in, outcomes and scores out.
 
 mod case;
+mod course;
+mod table;
 
 pub use case::{Case, CaseError, InvalidParameter};
+pub use course::{Course, CourseError, Pace};
+pub use table::{Cell, Line, Table};
 
 use crate::catalog::Variant;
 use crate::convention::BoundRule;
@@ -47,6 +51,19 @@ impl Population {
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.values.is_empty()
+    }
+
+    /// The symbols, one per value of a candidate.
+    #[must_use]
+    pub fn symbols(&self) -> &[Symbol] {
+        &self.symbols
+    }
+
+    /// The values of a candidate, one per symbol.
+    #[must_use]
+    pub fn values(&self, candidate: usize) -> &[f64] {
+        let width = self.symbols.len();
+        &self.values[candidate * width..(candidate + 1) * width]
     }
 
     /// The named parameters of a candidate.
@@ -129,19 +146,25 @@ pub enum Score {
 }
 
 impl Score {
-    /// The score of a candidate from its outcomes, one per case: the mean of `gof`.
+    /// The score of a candidate from its outcomes, one per case: the mean of `gof`; see [`Score::joint`].
+    #[must_use]
+    pub fn of(outcomes: impl IntoIterator<Item = (Outcome, usize)>, gof: &GoodnessOfFit, rule: BoundRule) -> Score {
+        Score::joint(outcomes.into_iter().map(|(outcome, samples)| (outcome.score(gof, rule), samples)))
+    }
+
+    /// The score of a candidate from its scores on several cases, each with the number of samples: their mean.
     ///
     /// A run that ended early outranks a touched bound, and its step counts on from the cases passed before it, so that
     /// of two failed candidates the one that came further is the better.
     #[must_use]
-    pub fn of(outcomes: impl IntoIterator<Item = (Outcome, usize)>, gof: &GoodnessOfFit, rule: BoundRule) -> Score {
+    pub fn joint(scores: impl IntoIterator<Item = (Score, usize)>) -> Score {
         let (mut sum, mut count, mut passed, mut rejected) = (0.0, 0.0, 0, false);
-        for (outcome, samples) in outcomes {
-            match outcome.result {
-                Err(failure) => return Score::Failed(Failure { step: passed + failure.step, ..failure }),
-                Ok(measures) => sum += gof.of(&measures),
+        for (score, samples) in scores {
+            match score {
+                Score::Failed(failure) => return Score::Failed(Failure { step: passed + failure.step, ..failure }),
+                Score::Rejected => rejected = true,
+                Score::Value(value) => sum += value,
             }
-            rejected |= outcome.is_rejected(rule);
             passed += samples;
             count += 1.0;
         }
@@ -150,6 +173,16 @@ impl Score {
 }
 
 impl Outcome {
+    /// The score on this one case.
+    #[must_use]
+    pub fn score(&self, gof: &GoodnessOfFit, rule: BoundRule) -> Score {
+        match &self.result {
+            Err(failure) => Score::Failed(*failure),
+            Ok(_) if self.is_rejected(rule) => Score::Rejected,
+            Ok(measures) => Score::Value(gof.of(measures)),
+        }
+    }
+
     /// True if it touched an acceleration bound where that rejects a candidate.
     #[must_use]
     pub fn is_rejected(&self, rule: BoundRule) -> bool {
@@ -163,17 +196,69 @@ pub enum EvaluateError {
     /// As many scores as candidates are needed.
     #[error("expected room for {candidates} scores, found {scores}")]
     Room {
-        /// Candidates in the population.
+        /// Candidates in the jobs.
         candidates: usize,
         /// Scores asked for.
         scores: usize,
     },
+    /// A delay longer than the evaluator remembers.
+    #[error(
+        "tau_p: expected at most {upper} s, found {found}; the upper bound of tau_p says how far back the evaluator \
+         remembers, raise it in a --bounds file"
+    )]
+    Delay {
+        /// The upper bound \[s\].
+        upper: f64,
+        /// What was found.
+        found: f64,
+    },
+    /// The case cannot be laid out for this evaluator.
+    #[error(transparent)]
+    Course(#[from] CourseError),
+    /// The device failed, and so did the second attempt.
+    #[error("{doing} on {adapter}: {message}")]
+    Device {
+        /// What was being done.
+        doing: &'static str,
+        /// The device.
+        adapter: String,
+        /// What it says.
+        message: String,
+    },
+}
+
+/// Candidates that are to be simulated on one case.
+#[derive(Debug, Clone, Copy)]
+pub struct Job<'a> {
+    /// Index into [`Evaluator::cases`].
+    pub case: usize,
+    /// The candidates.
+    pub population: &'a Population,
+}
+
+impl Job<'_> {
+    /// Candidates in several jobs.
+    #[must_use]
+    pub fn candidates(jobs: &[Job]) -> usize {
+        jobs.iter().map(|job| job.population.len()).sum()
+    }
+}
+
+/// One of the two sets of buffers: while the candidates of one are simulated, the other can be filled.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BufferSet {
+    /// The first.
+    A = 0,
+    /// The second.
+    B = 1,
 }
 
 /// Simulates populations of one variant over its cases.
 pub trait Evaluator {
-    /// The variant.
-    fn variant(&self) -> &Variant;
+    /// The cases; all of one variant.
+    fn cases(&self) -> &[Case];
+    /// What is minimised.
+    fn gof(&self) -> &GoodnessOfFit;
     /// `reference`, `lanes` or `gpu`.
     fn name(&self) -> &'static str;
     /// `f64`, `plain` or `compensated`.
@@ -182,14 +267,51 @@ pub trait Evaluator {
     fn adapter(&self) -> Option<String> {
         None
     }
-    /// One score per candidate, in order: the mean over the cases; failed if one case failed.
-    ///
-    /// # Errors
-    /// [`EvaluateError::Room`] unless there is one score per candidate.
-    fn evaluate(&mut self, population: &Population, scores: &mut [Score]) -> Result<(), EvaluateError>;
-    /// All outcomes of one candidate, one per case.
+    /// True if host and evaluator work at the same time, so that two buffer sets pay.
+    fn overlaps(&self) -> bool {
+        false
+    }
+    /// Starts simulating jobs; [`Evaluator::collect`] waits for them.
     ///
     /// # Errors
     /// When the evaluator cannot run.
-    fn outcomes(&mut self, parameters: &Parameters) -> Result<Vec<Outcome>, EvaluateError>;
+    fn submit(&mut self, set: BufferSet, jobs: &[Job<'_>]) -> Result<(), EvaluateError>;
+    /// One score per candidate of the jobs last submitted with this set, in order. Does not allocate after the first call
+    /// with a given number of candidates.
+    ///
+    /// # Errors
+    /// [`EvaluateError::Room`] unless there is one score per candidate; others when the evaluator cannot run.
+    fn collect(&mut self, set: BufferSet, scores: &mut [Score]) -> Result<(), EvaluateError>;
+    /// All that one candidate after the other tells, in the order of the jobs.
+    ///
+    /// # Errors
+    /// When the evaluator cannot run.
+    fn outcomes(&mut self, jobs: &[Job<'_>]) -> Result<Vec<Outcome>, EvaluateError>;
+
+    /// The variant.
+    fn variant(&self) -> &Variant {
+        &self.cases()[0].variant
+    }
+    /// One score per candidate, in order: the mean over the cases; failed if one case failed.
+    ///
+    /// # Errors
+    /// As [`Evaluator::collect`].
+    fn evaluate(&mut self, population: &Population, scores: &mut [Score]) -> Result<(), EvaluateError> {
+        let candidates = population.len();
+        if scores.len() != candidates {
+            return Err(EvaluateError::Room { candidates, scores: scores.len() });
+        }
+        let jobs: Vec<Job> = (0..self.cases().len()).map(|case| Job { case, population }).collect();
+        self.submit(BufferSet::A, &jobs)?;
+        if jobs.len() == 1 {
+            return self.collect(BufferSet::A, scores);
+        }
+        let mut all = vec![Score::Rejected; Job::candidates(&jobs)];
+        self.collect(BufferSet::A, &mut all)?;
+        for (i, score) in scores.iter_mut().enumerate() {
+            let by_case = self.cases().iter().enumerate().map(|(k, case)| (all[k * candidates + i], case.s.len()));
+            *score = Score::joint(by_case);
+        }
+        Ok(())
+    }
 }

@@ -67,6 +67,7 @@ pub mod simulate;
 pub mod symbols;
 pub mod trajectory;
 pub mod vehicle;
+pub mod wgsl;
 
 /// The examples of the README, compiled and run as documentation tests.
 #[cfg(doctest)]

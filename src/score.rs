@@ -33,6 +33,87 @@ pub struct SignalMeasures {
     pub rmse_n: f64,
 }
 
+/// What a run adds up for one signal, over the scored samples.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Sums {
+    /// Σ (simulated - measured)².
+    pub error2: f64,
+    /// Σ (simulated - denominator)².
+    pub error2_floored: f64,
+    /// Σ simulated².
+    pub simulated2: f64,
+    /// Σ ((simulated - measured) / denominator)², over the samples that have a relative error.
+    pub relative2: f64,
+}
+
+/// What the measures need to know of a measured signal, over the scored samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Measured {
+    /// Scored samples.
+    pub count: f64,
+    /// Σ denominator².
+    pub measured2: f64,
+    /// Samples that have a relative error.
+    pub relative_count: f64,
+    /// Smallest denominator.
+    pub lowest: f64,
+    /// Largest denominator.
+    pub highest: f64,
+}
+
+/// A measured value as a denominator. With `floored` (the authors' treatment of the measured speed) small values are
+/// replaced by [`STANDSTILL`].
+#[must_use]
+pub fn denominator(measured: f64, floored: bool) -> f64 {
+    if floored && measured.abs() <= STANDSTILL { STANDSTILL } else { measured }
+}
+
+/// True if the sample has a relative error.
+#[must_use]
+pub fn is_relative(measured: f64, floored: bool) -> bool {
+    floored || measured.abs() > STANDSTILL
+}
+
+impl Measured {
+    /// Of the scored samples of a measured signal.
+    #[must_use]
+    pub fn of(measured: &[f64], floored: bool) -> Measured {
+        let mut m = Measured {
+            count: measured.len() as f64,
+            measured2: 0.0,
+            relative_count: 0.0,
+            lowest: f64::INFINITY,
+            highest: f64::NEG_INFINITY,
+        };
+        for &obs in measured {
+            let denominator = denominator(obs, floored);
+            m.measured2 += denominator * denominator;
+            m.lowest = f64::min(m.lowest, denominator);
+            m.highest = f64::max(m.highest, denominator);
+            m.relative_count += f64::from(u8::from(is_relative(obs, floored)));
+        }
+        m
+    }
+
+    /// Root mean square of the denominators.
+    fn rms(&self) -> f64 {
+        (self.measured2 / self.count).sqrt()
+    }
+
+    /// The measures of a run with these sums.
+    #[must_use]
+    pub fn measures(&self, sums: &Sums) -> SignalMeasures {
+        let rmse = (sums.error2 / self.count).sqrt();
+        SignalMeasures {
+            rmse,
+            nrmse: rmse / self.rms(),
+            rmspe: (sums.relative2 / self.relative_count).sqrt(),
+            u: rmse / ((sums.simulated2 / self.count).sqrt() + self.rms()),
+            rmse_n: (sums.error2_floored / self.count).sqrt() / (self.highest - self.lowest),
+        }
+    }
+}
+
 impl SignalMeasures {
     /// Compares two signals, sample by sample. With `floored` (the authors' treatment of the measured speed) small
     /// measured values are replaced by [`STANDSTILL`] in every denominator, and in `rmse_n` altogether.
@@ -42,37 +123,20 @@ impl SignalMeasures {
     #[must_use]
     pub fn compare(simulated: &[f64], measured: &[f64], floored: bool) -> SignalMeasures {
         assert!(!measured.is_empty() && simulated.len() == measured.len(), "signals of one length, not empty");
-        let count = measured.len() as f64;
-        let (mut error2, mut error2_floored, mut measured2, mut simulated2) = (0.0, 0.0, 0.0, 0.0);
-        let (mut relative2, mut relative_count) = (0.0, 0.0);
-        let (mut lowest, mut highest) = (f64::INFINITY, f64::NEG_INFINITY);
+        let mut sums = Sums::default();
         for (&sim, &obs) in simulated.iter().zip(measured) {
-            let small = obs.abs() <= STANDSTILL;
-            let denominator = if floored && small { STANDSTILL } else { obs };
+            let denominator = denominator(obs, floored);
             let error = sim - obs;
-            error2 += error * error;
+            sums.error2 += error * error;
             let error_floored = sim - denominator;
-            error2_floored += error_floored * error_floored;
-            measured2 += denominator * denominator;
-            simulated2 += sim * sim;
-            lowest = f64::min(lowest, denominator);
-            highest = f64::max(highest, denominator);
-            if floored || !small {
+            sums.error2_floored += error_floored * error_floored;
+            sums.simulated2 += sim * sim;
+            if is_relative(obs, floored) {
                 let relative = error / denominator;
-                relative2 += relative * relative;
-                relative_count += 1.0;
+                sums.relative2 += relative * relative;
             }
         }
-        let rmse = (error2 / count).sqrt();
-        let rms_measured = (measured2 / count).sqrt();
-        let rms_simulated = (simulated2 / count).sqrt();
-        SignalMeasures {
-            rmse,
-            nrmse: rmse / rms_measured,
-            rmspe: (relative2 / relative_count).sqrt(),
-            u: rmse / (rms_simulated + rms_measured),
-            rmse_n: (error2_floored / count).sqrt() / (highest - lowest),
-        }
+        Measured::of(measured, floored).measures(&sums)
     }
 }
 
@@ -170,7 +234,62 @@ pub struct GoodnessOfFit {
     weights: [f64; 3],
 }
 
+/// What has to be added up per sample for a goodness of fit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Accumulation {
+    /// Σ (simulated - measured)².
+    Squared,
+    /// Σ ((simulated - measured) / denominator)².
+    Relative,
+    /// Σ (simulated - measured)² and Σ simulated².
+    Theil,
+    /// Σ (simulated - denominator)².
+    Floored,
+}
+
+/// How a goodness of fit follows from the sums of a run, one entry per signal:
+/// Σ_i `weight` √(sum `per_count`), each term divided by √(Σ simulated² `per_count`) + `rms_measured` for
+/// [`Accumulation::Theil`]. Evaluators finish scores with it in their own precision.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Norm {
+    /// One over the number of samples in the sum; 0 for a signal that is not compared.
+    pub per_count: [f64; 3],
+    /// Weight of the signal over the magnitude that normalises it.
+    pub weight: [f64; 3],
+    /// Root mean square of the measured signal.
+    pub rms_measured: [f64; 3],
+}
+
 impl GoodnessOfFit {
+    /// What has to be added up.
+    #[must_use]
+    pub fn accumulation(&self) -> Accumulation {
+        match self.kind {
+            Kind::Rmse | Kind::Nrmse => Accumulation::Squared,
+            Kind::Rmspe => Accumulation::Relative,
+            Kind::TheilU => Accumulation::Theil,
+            Kind::RmseN => Accumulation::Floored,
+        }
+    }
+
+    /// How the value follows from the sums, given the measured spacing, speed and acceleration.
+    #[must_use]
+    pub fn norm(&self, measured: &[Measured; 3]) -> Norm {
+        let mut norm = Norm { per_count: [0.0; 3], weight: [0.0; 3], rms_measured: [0.0; 3] };
+        for (i, m) in measured.iter().enumerate().filter(|(i, _)| self.weights[*i] != 0.0) {
+            let (count, magnitude) = match self.kind {
+                Kind::Rmse | Kind::TheilU => (m.count, 1.0),
+                Kind::Nrmse => (m.count, m.rms()),
+                Kind::Rmspe => (m.relative_count, 1.0),
+                Kind::RmseN => (m.count, m.highest - m.lowest),
+            };
+            norm.per_count[i] = 1.0 / count;
+            norm.weight[i] = self.weights[i] / magnitude;
+            norm.rms_measured[i] = m.rms();
+        }
+        norm
+    }
+
     /// NRMSE(s,v,a) with unit weights, the objective of the paper.
     pub const NRMSE_SVA: GoodnessOfFit = GoodnessOfFit { kind: Kind::Nrmse, weights: [1.0, 1.0, 1.0] };
 

@@ -1,9 +1,8 @@
 //! The reference as an evaluator: one candidate after the other, spread over threads.
 
 use super::simulate::{Run, Trace, simulate};
-use crate::catalog::Variant;
 use crate::convention::Denominators;
-use crate::evaluator::{Case, EvaluateError, Evaluator, Outcome, Population, Score};
+use crate::evaluator::{BufferSet, Case, EvaluateError, Evaluator, Job, Outcome, Score};
 use crate::score::{GoodnessOfFit, Measures, SignalMeasures};
 use crate::symbols::Parameters;
 use rayon::prelude::*;
@@ -11,9 +10,9 @@ use rayon::prelude::*;
 /// The f64 reference evaluator of one variant over one or several cases.
 #[derive(Debug, Clone)]
 pub struct Reference {
-    variant: Variant,
     cases: Vec<Case>,
     gof: GoodnessOfFit,
+    scores: [Vec<Score>; 2],
 }
 
 impl Reference {
@@ -25,13 +24,7 @@ impl Reference {
     pub fn new(cases: Vec<Case>, gof: GoodnessOfFit) -> Reference {
         let variant = cases.first().expect("at least one case").variant;
         assert!(cases.iter().all(|c| c.variant == variant), "cases of one variant");
-        Reference { variant, cases, gof }
-    }
-
-    /// The cases.
-    #[must_use]
-    pub fn cases(&self) -> &[Case] {
-        &self.cases
+        Reference { cases, gof, scores: [Vec::new(), Vec::new()] }
     }
 
     /// Simulates one candidate on one case and measures it.
@@ -55,16 +48,26 @@ impl Reference {
         Outcome { result, delay_steps, n_cut_acc, n_cut_dec }
     }
 
-    fn score(&self, parameters: &Parameters, trace: &mut Trace) -> Score {
-        let rule = self.cases[0].convention.bounds;
-        let outcomes = self.cases.iter().map(|case| (Self::outcome(case, parameters, trace), case.s.len()));
-        Score::of(outcomes, &self.gof, rule)
+    /// The outcomes of all candidates of the jobs, spread over threads.
+    fn run<T: Send>(&self, jobs: &[Job<'_>], finish: impl Fn(&Case, Outcome) -> T + Sync, results: &mut Vec<T>) {
+        results.clear();
+        for job in jobs {
+            let case = &self.cases[job.case];
+            let simulated = (0..job.population.len()).into_par_iter().map_init(Trace::default, |trace, i| {
+                finish(case, Self::outcome(case, &job.population.parameters(i), trace))
+            });
+            results.par_extend(simulated);
+        }
     }
 }
 
 impl Evaluator for Reference {
-    fn variant(&self) -> &Variant {
-        &self.variant
+    fn cases(&self) -> &[Case] {
+        &self.cases
+    }
+
+    fn gof(&self) -> &GoodnessOfFit {
+        &self.gof
     }
 
     fn name(&self) -> &'static str {
@@ -75,19 +78,26 @@ impl Evaluator for Reference {
         "f64"
     }
 
-    fn evaluate(&mut self, population: &Population, scores: &mut [Score]) -> Result<(), EvaluateError> {
-        if scores.len() != population.len() {
-            return Err(EvaluateError::Room { candidates: population.len(), scores: scores.len() });
-        }
-        let this = &*self;
-        scores.par_iter_mut().enumerate().for_each_init(Trace::default, |trace, (i, score)| {
-            *score = this.score(&population.parameters(i), trace);
-        });
+    fn submit(&mut self, set: BufferSet, jobs: &[Job<'_>]) -> Result<(), EvaluateError> {
+        let mut scores = std::mem::take(&mut self.scores[set as usize]);
+        let gof = self.gof;
+        self.run(jobs, |case, outcome| outcome.score(&gof, case.convention.bounds), &mut scores);
+        self.scores[set as usize] = scores;
         Ok(())
     }
 
-    fn outcomes(&mut self, parameters: &Parameters) -> Result<Vec<Outcome>, EvaluateError> {
-        let mut trace = Trace::default();
-        Ok(self.cases.iter().map(|case| Self::outcome(case, parameters, &mut trace)).collect())
+    fn collect(&mut self, set: BufferSet, scores: &mut [Score]) -> Result<(), EvaluateError> {
+        let computed = &self.scores[set as usize];
+        if scores.len() != computed.len() {
+            return Err(EvaluateError::Room { candidates: computed.len(), scores: scores.len() });
+        }
+        scores.copy_from_slice(computed);
+        Ok(())
+    }
+
+    fn outcomes(&mut self, jobs: &[Job<'_>]) -> Result<Vec<Outcome>, EvaluateError> {
+        let mut outcomes = Vec::new();
+        self.run(jobs, |_, outcome| outcome, &mut outcomes);
+        Ok(outcomes)
     }
 }

@@ -50,6 +50,11 @@ pub fn simulate(case: &Case, p: &Parameters, trace: &mut Trace) -> Run {
     let first = case.first_sample(p.tau_p);
     let mut run = Run { first, failure: None, delay_steps, n_cut_acc: 0, n_cut_dec: 0 };
     start(case, p, first, trace);
+    if variant.parameters().iter().any(|symbol| !p.get(*symbol).is_finite()) {
+        // Here and not where it spreads: a minimum with NaN would hide it.
+        run.failure = Some(Failure { kind: FailureKind::NotFinite, step: first });
+        return run;
+    }
 
     for i in 0..case.s.len() {
         if i >= first {

@@ -2,7 +2,7 @@
 
 use crate::bench::{LEN_L, NONE, Sample, X_0, case, close, steady, trajectory};
 use leadlag::convention::{BoundRule, Convention};
-use leadlag::evaluator::{Evaluator, Failure, FailureKind, Population, Score};
+use leadlag::evaluator::{Evaluator, Failure, FailureKind, Job, Population, Score};
 use leadlag::reference::{Reference, Trace};
 use leadlag::score::{GoodnessOfFit, Signal};
 use leadlag::symbols::{Parameters, Symbol};
@@ -86,7 +86,8 @@ fn the_score_is_the_mean_over_the_cases() {
     let Score::Value(value) = found[1] else { panic!("{found:?}") };
     close("mean of RMSE(s)", "m", 0, value, 12.643423216655656);
     assert_eq!((both.variant().id(), both.name(), both.precision(), both.cases().len()), (37, "reference", "f64", 2));
-    let outcomes = both.outcomes(&COAST).expect("it runs");
+    let one = population(&[COAST]);
+    let outcomes = both.outcomes(&[0, 1].map(|case| Job { case, population: &one })).expect("it runs");
     assert_eq!(outcomes.len(), 2);
     close("RMSE(s)", "m", 0, outcomes[1].result.expect("no failure").signal(Signal::Spacing).rmse, 4.0);
     assert!(both.evaluate(&population(&[COAST]), &mut []).is_err(), "room for no score");
@@ -126,7 +127,7 @@ fn a_touched_bound_rejects_where_the_convention_says_so() {
     for (jumps, cuts) in [(&[][..], [0, 0]), (&upper, [1, 0]), (&lower, [0, 1]), (&both, [1, 1])] {
         for convention in [Convention::PAPER, Convention::AUTHORS, rejecting] {
             let mut evaluator = cut_case(jumps, convention);
-            let outcome = evaluator.outcomes(&p).expect("it runs")[0];
+            let outcome = evaluator.outcomes(&[Job { case: 0, population: &population(&[p]) }]).expect("it runs")[0];
             assert_eq!([outcome.n_cut_acc, outcome.n_cut_dec], cuts, "{convention}: cuts for {jumps:?}");
             let rejected = scores(&mut evaluator, &[p])[0] == Score::Rejected;
             assert_eq!(rejected, convention.bounds == BoundRule::Reject && cuts != [0, 0], "{convention}: {jumps:?}");

@@ -2,6 +2,7 @@
 
 use super::super::data::Loaded;
 use super::super::output::write_file;
+use leadlag::evaluator::Evaluator;
 use leadlag::reference::{Reference, Trace};
 use leadlag::report::result::ResultFile;
 use leadlag::report::{plot, simulation};

@@ -1,0 +1,4 @@
+// Gipps' controller contains its own spacing and reads none.
+fn desired_spacing(p: Params, x: Perceived) -> f32 {
+    return 0.0;
+}

@@ -1,0 +1,179 @@
+//! A case laid out for the evaluators that run the WGSL text: increments instead of positions, tables instead of searches.
+
+use super::Case;
+use super::table::Table;
+use crate::catalog::Constraint;
+use crate::convention::{Delay, Denominators};
+use crate::score::{GoodnessOfFit, Measured, Norm, denominator, is_relative};
+use crate::symbols::Parameters;
+
+/// A case laid out sample by sample, in f64; the evaluators round it to their own precision.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Course {
+    /// Time step Δt \[s\].
+    pub dt: f64,
+    /// Unladen mass of the follower \[kg\]; 1 where the variant needs no vehicle.
+    pub m_0: f64,
+    /// Its equivalent inertial mass factor; 1 where the variant needs no vehicle.
+    pub phi_f: f64,
+    /// Speed of the preceding vehicle \[m/s\].
+    pub v_l: Vec<f64>,
+    /// Way of the preceding vehicle since the sample before \[m\]; 0 at the first sample.
+    pub dx_l: Vec<f64>,
+    /// Position at which a follower with spacing 0 would be \[m\], modulo a closed track; empty unless the variant needs the grade.
+    pub x_road: Vec<f64>,
+    /// Measured spacing \[m\].
+    pub s: Vec<f64>,
+    /// Spacing from which a run starts \[m\]: the difference of the measured positions, which is `s` up to rounding.
+    pub s_start: Vec<f64>,
+    /// Measured speed of the follower \[m/s\].
+    pub v_f: Vec<f64>,
+    /// Measured acceleration of the follower \[m/s²\], by the convention.
+    pub a_f: Vec<f64>,
+    /// Measured speed as a denominator \[m/s\].
+    pub v_denominator: Vec<f64>,
+    /// 1/denominator of spacing, speed and acceleration, 0 where a sample has no relative error.
+    pub per_denominator: [Vec<f64>; 3],
+    /// Sine of the grade over the position; `None` unless the variant needs it.
+    pub grade: Option<Table>,
+    /// Length of a closed track \[m\]; 0 for an open road.
+    pub period: f64,
+    /// a_dp and a_ap over the speed; `None` unless the variant needs them.
+    pub mfc: Option<Table>,
+    /// Length of the ring of past (v, s): ceil(upper bound of τ_p / Δt) + 2.
+    pub ring: usize,
+    /// What the measures need of the measured signals, for each first sample from 0 to `ring`.
+    measured: Vec<[Measured; 3]>,
+}
+
+/// When a candidate perceives and starts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pace {
+    /// Perception delay in samples.
+    pub delay_steps: f64,
+    /// The older of the two samples it perceives lies this far back.
+    pub back: usize,
+    /// How far the perceived value lies from the older towards the younger sample, 0..1.
+    pub fraction: f64,
+    /// First simulated and scored sample.
+    pub first: usize,
+}
+
+/// A case that cannot be laid out.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum CourseError {
+    /// A table would need too many cells.
+    #[error(
+        "the {what} table has nodes only {closest} apart, so that {cells} equal cells would be needed, expected at most \
+         {limit}; thin the table out, or use --evaluator reference"
+    )]
+    Table {
+        /// Which table.
+        what: &'static str,
+        /// Cells needed.
+        cells: f64,
+        /// Cells possible.
+        limit: f64,
+        /// Distance of the closest two nodes.
+        closest: f64,
+    },
+}
+
+impl Course {
+    /// Lays a case out.
+    ///
+    /// # Errors
+    /// [`CourseError::Table`].
+    pub fn new(case: &Case) -> Result<Course, CourseError> {
+        let count = case.s.len();
+        let needs_grade = case.variant.needs_grade();
+        let grade = case.grade.as_ref().filter(|_| needs_grade);
+        let period = grade.and_then(|g| g.period);
+        let x_road = |x_l: &f64| {
+            let x = x_l - case.len_l;
+            period.map_or(x, |period| x.rem_euclid(period))
+        };
+        let mfc = case.vehicle.as_ref().and_then(|v| v.mfc.as_ref());
+        let mfc = mfc.filter(|_| case.variant.constraint == Constraint::Mfc);
+        let needs_vehicle = case.variant.needs_vehicle();
+        let vehicle = case.vehicle.as_ref().filter(|_| needs_vehicle);
+        let floored = [false, case.convention.denominators == Denominators::Floored, false];
+        let signals = [&case.s, &case.v_f, &case.a_f];
+        let per_denominator = |i: usize| {
+            let inverse = |y: &f64| if is_relative(*y, floored[i]) { 1.0 / denominator(*y, floored[i]) } else { 0.0 };
+            signals[i].iter().map(inverse).collect()
+        };
+        let longest = if case.variant.delay { case.tau_p_upper / case.dt } else { 0.0 };
+        let ring = (longest - 1e-9).ceil() as usize + 2;
+        let measured = (0..=ring.min(count - 1))
+            .map(|first| [0, 1, 2].map(|i| Measured::of(&signals[i][first..], floored[i])))
+            .collect();
+        Ok(Course {
+            dt: case.dt,
+            m_0: vehicle.map_or(1.0, |v| v.m_0),
+            phi_f: vehicle.map_or(1.0, |v| v.phi_f),
+            v_l: case.v_l.to_vec(),
+            dx_l: std::iter::once(0.0).chain(case.x_l.windows(2).map(|w| w[1] - w[0])).collect(),
+            x_road: if needs_grade { case.x_l.iter().map(x_road).collect() } else { Vec::new() },
+            s: case.s.to_vec(),
+            s_start: (0..count).map(|i| case.x_l[i] - case.x_f[i] - case.len_l).collect(),
+            v_f: case.v_f.to_vec(),
+            a_f: case.a_f.to_vec(),
+            v_denominator: case.v_f.iter().map(|v| denominator(*v, floored[1])).collect(),
+            per_denominator: [0, 1, 2].map(per_denominator),
+            grade: grade.map(|g| Table::grade(g, case.convention.grade)).transpose()?,
+            period: period.unwrap_or(0.0),
+            mfc: mfc.map(|m| Table::mfc(m, case.convention.mfc)).transpose()?,
+            ring,
+            measured,
+        })
+    }
+
+    /// Number of samples.
+    #[must_use]
+    pub fn samples(&self) -> usize {
+        self.s.len()
+    }
+
+    /// What the measures need of the measured spacing, speed and acceleration, scored from sample `first` on.
+    ///
+    /// # Panics
+    /// If `first` is above `ring`.
+    #[must_use]
+    pub fn measured(&self, first: usize) -> &[Measured; 3] {
+        &self.measured[first]
+    }
+
+    /// How a goodness of fit follows from the sums, for a run scored from sample `first` on.
+    #[must_use]
+    pub fn norm(&self, gof: &GoodnessOfFit, first: usize) -> Norm {
+        gof.norm(self.measured(first))
+    }
+
+    /// `dx_l` in f32 with error diffusion: the sum of the rounded ways follows the f64 position to half a last bit of one way.
+    #[must_use]
+    pub fn dx_l_f32(&self) -> Vec<f32> {
+        let mut behind = 0.0;
+        let diffuse = |dx: &f64| {
+            let rounded = (dx + behind) as f32;
+            behind += dx - f64::from(rounded);
+            rounded
+        };
+        self.dx_l.iter().map(diffuse).collect()
+    }
+}
+
+impl Case {
+    /// When a candidate perceives and starts. A τ_p that is not a number counts as 0; `simulate` marks such a candidate.
+    #[must_use]
+    pub fn pace(&self, parameters: &Parameters) -> Pace {
+        let tau_p = if parameters.tau_p.is_finite() { parameters.tau_p } else { 0.0 };
+        let delay_steps = self.delay_steps(tau_p);
+        let back = delay_steps.ceil();
+        let fraction = match self.convention.delay {
+            Delay::Fractional => back - delay_steps,
+            Delay::Floor => 0.0,
+        };
+        Pace { delay_steps, back: back as usize, fraction, first: self.first_sample(tau_p) }
+    }
+}

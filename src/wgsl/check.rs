@@ -1,0 +1,65 @@
+//! Parsing and validation by naga, with errors that point into the file the user wrote.
+
+use super::compose::Source;
+use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
+use naga::{Module, WithSpan};
+
+/// A text that naga has parsed and validated.
+#[derive(Debug, Clone)]
+pub struct Checked {
+    /// naga's intermediate representation.
+    pub module: Module,
+    /// What validation found out about it.
+    pub info: ModuleInfo,
+}
+
+/// A text that is not valid WGSL.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{file}:{line}:{column}: {message}{}", if code.is_empty() { String::new() } else { format!("\n  {code}") })]
+pub struct ShaderError {
+    /// The file as composed.
+    pub file: String,
+    /// Line in that file, from 1.
+    pub line: usize,
+    /// Column, from 1.
+    pub column: usize,
+    /// What is wrong, causes included.
+    pub message: String,
+    /// The line as written.
+    pub code: String,
+}
+
+/// Parses and validates.
+///
+/// # Errors
+/// [`ShaderError`] at the first problem, in the file it is in.
+pub fn check(source: &Source) -> Result<Checked, ShaderError> {
+    let text = source.text();
+    let module = naga::front::wgsl::parse_str(text).map_err(|e| {
+        let place = e.location(text).map(|l| (l.line_number as usize, l.line_position as usize));
+        // naga's labels say what was found where; its message alone often says only what was expected.
+        let labels: Vec<&str> = e.labels().map(|(_, label)| label).filter(|l| !l.is_empty()).collect();
+        let message =
+            if labels.is_empty() { e.message().to_owned() } else { format!("{} ({})", e.message(), labels.join("; ")) };
+        at(source, place, message)
+    })?;
+    let info =
+        Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(&module).map_err(|e: WithSpan<_>| {
+            let place = e.location(text).map(|l| (l.line_number as usize, l.line_position as usize));
+            let mut message = e.as_inner().to_string();
+            let mut cause = std::error::Error::source(e.as_inner());
+            while let Some(inner) = cause {
+                message = format!("{message}: {inner}");
+                cause = inner.source();
+            }
+            at(source, place, message)
+        })?;
+    Ok(Checked { module, info })
+}
+
+fn at(source: &Source, place: Option<(usize, usize)>, message: String) -> ShaderError {
+    let (line_of_text, column) = place.unwrap_or((1, 1));
+    let (file, line) = source.locate(line_of_text);
+    let code = source.text().lines().nth(line_of_text - 1).unwrap_or_default().trim().to_owned();
+    ShaderError { file: file.to_owned(), line, column, message, code }
+}

@@ -1,0 +1,158 @@
+//! One text per variant: a generated `Params`, then one file of each folder.
+
+use crate::catalog::{
+    Constraint, Controller, Dynamics, Spacing, Variant, constraint_parts, controller_parts, dynamics_parts,
+    spacing_parts,
+};
+use crate::convention::Radicand;
+use std::fmt::Write;
+
+macro_rules! texts {
+    ($folder:ident, $doc:literal; $($part:ident, $file:ident, $paper:literal, [$($symbol:ident),*];)*) => {
+        impl $folder {
+            /// Path and text of the part.
+            fn shader(self) -> (&'static str, &'static str) {
+                match self {
+                    $($folder::$part => shader_file!($folder, $file),)*
+                }
+            }
+        }
+    };
+}
+
+/// Folders are named like the enums, in small letters, which `stringify!` cannot do.
+macro_rules! shader_file {
+    (Controller, $file:ident) => { shader_file!(@ "controller/", $file) };
+    (Spacing, $file:ident) => { shader_file!(@ "spacing/", $file) };
+    (Dynamics, $file:ident) => { shader_file!(@ "dynamics/", $file) };
+    (Constraint, $file:ident) => { shader_file!(@ "constraint/", $file) };
+    (@ $folder:literal, $file:ident) => {
+        (
+            concat!("shaders/", $folder, stringify!($file), ".wgsl"),
+            include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/shaders/", $folder, stringify!($file), ".wgsl")),
+        )
+    };
+}
+
+controller_parts!(texts);
+spacing_parts!(texts);
+dynamics_parts!(texts);
+constraint_parts!(texts);
+
+macro_rules! shader {
+    ($file:literal) => {
+        (concat!("shaders/", $file), include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/shaders/", $file)))
+    };
+}
+
+/// How f32 carries the state.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Precision {
+    /// One f32 per state; the default inside an optimiser.
+    #[default]
+    Plain,
+    /// Two f32 for spacing, speed and every sum: rounding errors are carried on instead of adding up.
+    Compensated,
+}
+
+impl Precision {
+    /// As on the command line and in results.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Precision::Plain => "plain",
+            Precision::Compensated => "compensated",
+        }
+    }
+}
+
+/// What a text is composed for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Recipe {
+    /// The variant: one part of each folder.
+    pub variant: Variant,
+    /// How f32 carries the state.
+    pub precision: Precision,
+    /// How a Gipps run starts.
+    pub radicand: Radicand,
+}
+
+/// A composed text that knows which file each line came from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Source {
+    text: String,
+    /// Name of each chunk and the line of the text it begins at, from 1.
+    chunks: Vec<(String, usize)>,
+}
+
+impl Source {
+    /// The model of a variant: everything up to and including `step`, without a time loop.
+    #[must_use]
+    pub fn model(recipe: &Recipe) -> Source {
+        let Recipe { variant, precision, radicand } = recipe;
+        let mut source = Source { text: String::new(), chunks: Vec::new() };
+        source.push("generated: Params", &params(variant));
+        let motion = match precision {
+            Precision::Plain => shader!("motion/plain.wgsl"),
+            Precision::Compensated => shader!("motion/compensated.wgsl"),
+        };
+        let start = match (variant.base.controller, radicand) {
+            (Controller::Gipps, Radicand::Shifted) => shader!("start/shifted.wgsl"),
+            _ => shader!("start/measured.wgsl"),
+        };
+        for (file, text) in [
+            shader!("types.wgsl"),
+            shader!("power.wgsl"),
+            shader!("opaque.wgsl"),
+            variant.base.spacing.shader(),
+            variant.base.controller.shader(),
+            variant.dynamics.shader(),
+            variant.constraint.shader(),
+            start,
+            motion,
+            shader!("step.wgsl"),
+        ] {
+            source.push(file, text);
+        }
+        source
+    }
+
+    /// A text of one's own, in one chunk.
+    #[must_use]
+    pub fn single(name: &str, text: &str) -> Source {
+        let mut source = Source { text: String::new(), chunks: Vec::new() };
+        source.push(name, text);
+        source
+    }
+
+    /// Appends a chunk; `name` stands for it in messages.
+    pub fn push(&mut self, name: &str, text: &str) {
+        let line = self.text.lines().count() + 1;
+        self.chunks.push((name.to_owned(), line));
+        self.text.push_str(text.trim_end());
+        self.text.push('\n');
+    }
+
+    /// The whole text.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// File and line in it of a line of the whole text; both lines count from 1.
+    #[must_use]
+    pub fn locate(&self, line: usize) -> (&str, usize) {
+        let (name, first) = self.chunks.iter().rev().find(|(_, first)| *first <= line).expect("chunks begin at line 1");
+        (name, line - first + 1)
+    }
+}
+
+/// The calibration parameters of the variant as a struct, in the order of the symbol table.
+fn params(variant: &Variant) -> String {
+    let mut text = String::from("struct Params {\n");
+    for symbol in variant.parameters() {
+        writeln!(text, "    // {} [{}]", symbol.meaning(), symbol.unit()).expect("a String takes all");
+        writeln!(text, "    {}: f32,", symbol.name()).expect("a String takes all");
+    }
+    text + "}\n"
+}
