@@ -1,15 +1,16 @@
 //! Calibration: evaluator + optimiser + replicates = calibrated parameters.
 
+mod search;
 mod space;
 
 pub use space::{BoundsError, Overrides, SearchSpace, read_bounds};
 
-use crate::evaluator::{EvaluateError, Evaluator, Failure, Population, Score};
-use crate::optimize::{Ga, GaSettings, Merit, Optimizer};
+use crate::evaluator::{BufferSet, EvaluateError, Evaluator, Failure, Score};
+use search::{Group, Search};
 use std::fmt;
 use std::ops::ControlFlow;
 use std::str::FromStr;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// An optimiser by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -218,7 +219,9 @@ pub struct Progress {
     pub best: Option<f64>,
 }
 
-/// Calibrates: one entry per replicate, in order. `progress` is called after every generation and may stop all.
+/// Calibrates: one entry per replicate, in order. `progress` is called for each replicate after each of its generations, and may
+/// stop all. The replicates advance together, so that an evaluator gets their generations in one go; each draws from its own
+/// stream, so that the result does not depend on it.
 ///
 /// # Errors
 /// When the evaluator fails, or a replicate finds no feasible candidate.
@@ -228,19 +231,35 @@ pub fn calibrate(
     settings: &Calibration,
     progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Vec<Replicate>, CalibrateError> {
-    let mut replicates: Vec<Replicate> = Vec::new();
-    for number in 0..settings.replicates {
-        let replicate = match run_replicate(evaluator, space, settings, number, progress) {
-            Err(CalibrateError::Interrupted) if !replicates.is_empty() => break,
-            other => other?,
-        };
-        let interrupted = replicate.stop == StopReason::Interrupted;
-        replicates.push(replicate);
-        if interrupted {
-            break;
+    // While the device simulates the generation of one half, the host breeds the other's.
+    let halves = if evaluator.overlaps() && settings.replicates > 1 { 2 } else { 1 };
+    let mut groups: Vec<Group> = (0..halves)
+        .map(|half| {
+            let numbers = (0..settings.replicates).filter(|number| number % halves == half);
+            Group::new(numbers.map(|number| Search::new(space, settings, number)).collect())
+        })
+        .collect();
+    let sets = [BufferSet::A, BufferSet::B];
+    for (group, set) in groups.iter_mut().zip(sets) {
+        group.submit(evaluator, set)?;
+    }
+    while groups.iter().any(Group::is_running) {
+        for (group, set) in groups.iter_mut().zip(sets).filter(|(group, _)| group.is_running()) {
+            group.collect(evaluator, set, progress)?;
+            group.submit(evaluator, set)?;
         }
     }
-    Ok(replicates)
+    let mut searches: Vec<Search> = groups.into_iter().flat_map(|group| group.searches).collect();
+    searches.sort_by_key(|search| search.number);
+    let mut replicates = Vec::new();
+    for search in searches {
+        match search.finish() {
+            // Of an interrupted calibration, what was found until then.
+            Err(CalibrateError::Interrupted) => {}
+            other => replicates.push(other?),
+        }
+    }
+    if replicates.is_empty() { Err(CalibrateError::Interrupted) } else { Ok(replicates) }
 }
 
 /// The replicate with the lowest score.
@@ -259,84 +278,4 @@ pub fn coefficient_of_variation(replicates: &[Replicate]) -> Option<f64> {
     let mean = replicates.iter().map(|r| r.score).sum::<f64>() / count;
     let variance = replicates.iter().map(|r| (r.score - mean).powi(2)).sum::<f64>() / (count - 1.0);
     Some(variance.sqrt() / mean.abs())
-}
-
-fn run_replicate(
-    evaluator: &mut dyn Evaluator,
-    space: &SearchSpace,
-    settings: &Calibration,
-    number: u64,
-    progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
-) -> Result<Replicate, CalibrateError> {
-    let started = Instant::now();
-    let free = space.free();
-    let stop = &settings.stop;
-    // With every parameter fixed there is one candidate, to be scored once.
-    let population_size = if free.is_empty() { 1 } else { GaSettings::default().population_size };
-    let mut optimizer: Box<dyn Optimizer> = match settings.optimizer {
-        OptimizerKind::Auto | OptimizerKind::Ga => {
-            let ga = GaSettings { population_size, ..GaSettings::default() };
-            Box::new(Ga::new(space.search_box(), ga, settings.seed, number))
-        }
-    };
-    let mut population = Population::new(&space.symbols);
-    let mut scores = Vec::new();
-    let (mut evaluations, mut stall) = (0, 0);
-    let mut tally = Tally::default();
-    let mut best: Option<(Vec<f64>, f64)> = None;
-    let mut convergence = Vec::new();
-    let reason = loop {
-        let points = optimizer.ask();
-        if evaluations + points.len() as u64 > stop.max_evaluations && evaluations > 0 {
-            break StopReason::Evaluations;
-        }
-        population.clear();
-        points.iter().for_each(|point| population.push(&space.complete(&free, point)));
-        scores.clear();
-        scores.resize(points.len(), Score::Rejected);
-        evaluator.evaluate(&population, &mut scores)?;
-        evaluations += points.len() as u64;
-        optimizer.tell(&scores.iter().map(merit).collect::<Vec<_>>());
-
-        tally.add(&scores);
-        stall += 1;
-        if let Some(member) = optimizer.best()
-            && let Merit::Feasible(score) = member.merit
-            && best.as_ref().is_none_or(|(_, best)| score < *best)
-        {
-            best = Some((space.complete(&free, &member.point), score));
-            convergence.push((evaluations, score));
-            stall = 0;
-        }
-        let best_score = best.as_ref().map(|(_, score)| *score);
-        if progress(Progress { replicate: number, evaluations, best: best_score }).is_break() {
-            break StopReason::Interrupted;
-        }
-        if free.is_empty() {
-            break StopReason::NothingToSearch;
-        }
-        if stop.target.is_some_and(|target| best_score.is_some_and(|score| score <= target)) {
-            break StopReason::Target;
-        }
-        if stall >= stop.max_stall {
-            break StopReason::Stall;
-        }
-        if stop.max_time.is_some_and(|limit| started.elapsed() >= limit) {
-            break StopReason::Time;
-        }
-    };
-    match best {
-        Some((candidate, score)) => Ok(Replicate { number, candidate, score, evaluations, stop: reason, convergence }),
-        None if reason == StopReason::Interrupted => Err(CalibrateError::Interrupted),
-        None => Err(CalibrateError::Infeasible { replicate: number, evaluations, tally }),
-    }
-}
-
-/// A score as the optimiser sees it. A rejected candidate survived the whole run, but is infeasible.
-fn merit(score: &Score) -> Merit {
-    match score {
-        Score::Value(value) if value.is_finite() => Merit::Feasible(*value),
-        Score::Value(_) | Score::Rejected => Merit::Infeasible { survived: usize::MAX },
-        Score::Failed(failure) => Merit::Infeasible { survived: failure.step },
-    }
 }

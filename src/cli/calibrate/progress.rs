@@ -16,8 +16,9 @@ pub fn rate(state: &ProgressState, out: &mut dyn Write) {
 pub struct Bar {
     bar: ProgressBar,
     started: Instant,
-    per_replicate: u64,
-    replicates: u64,
+    /// Evaluations of each replicate, which advance together.
+    evaluations: Vec<u64>,
+    best: Option<f64>,
 }
 
 impl Bar {
@@ -29,7 +30,7 @@ impl Bar {
             ProgressDrawTarget::hidden(),
         )
         .with_style(style.expect("the template is valid").with_key("rate", rate));
-        Bar { bar, started: Instant::now(), per_replicate, replicates: settings.replicates }
+        Bar { bar, started: Instant::now(), evaluations: vec![0; settings.replicates as usize], best: None }
     }
 
     /// Shows where the search is; breaks once Ctrl-C was pressed.
@@ -37,9 +38,15 @@ impl Bar {
         if self.bar.is_hidden() && self.started.elapsed() > Duration::from_secs(2) {
             self.bar.set_draw_target(ProgressDrawTarget::stderr());
         }
-        self.bar.set_position(progress.replicate * self.per_replicate + progress.evaluations);
-        let best = progress.best.map_or("no feasible candidate yet".to_owned(), |b| format!("best {b:.6}"));
-        self.bar.set_message(format!("replicate {} of {}, {best}", progress.replicate + 1, self.replicates));
+        self.evaluations[progress.replicate as usize] = progress.evaluations;
+        self.best = self.best.into_iter().chain(progress.best).reduce(f64::min);
+        self.bar.set_position(self.evaluations.iter().sum());
+        let best = self.best.map_or("no feasible candidate yet".to_owned(), |b| format!("best {b:.6}"));
+        let of = match self.evaluations.len() {
+            1 => String::new(),
+            replicates => format!("{replicates} replicates, "),
+        };
+        self.bar.set_message(format!("{of}{best}"));
         if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 
