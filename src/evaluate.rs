@@ -1,21 +1,23 @@
 //! Scoring parameter vectors that are given as rows of a table: in order, in bounded memory, bad rows marked.
 
+mod batch;
 mod library;
 mod row;
 
 pub use library::{DataLayout, Library, OpenError};
 
 use crate::convention::Convention;
-use crate::evaluator::Outcome;
-use crate::reference::{Reference, Trace};
+use crate::evaluator::{Case, EvaluateError, Evaluator, Outcome};
 use crate::score::{GoodnessOfFit, Measures};
+use batch::Batch;
 use csv::ByteRecord;
-use rayon::prelude::*;
 use row::{Columns, Task};
 use std::io::{Read, Write};
+use std::time::{Duration, Instant};
 
-/// Rows that are held in memory at a time.
-const CHUNK: usize = 4096;
+/// Rows that are held in memory at a time: more and more, as long as they take less than a second.
+const FIRST_CHUNK: usize = 1024;
+const MAX_CHUNK: usize = 65_536;
 
 /// How rows are scored.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -71,14 +73,20 @@ pub enum TableError {
     /// The results cannot be written.
     #[error("cannot write the results")]
     Write(#[source] csv::Error),
+    /// The evaluator failed.
+    #[error("cannot evaluate the rows")]
+    Evaluate(#[from] EvaluateError),
     /// The caller asked to stop; the rows written so far are complete.
     #[error("interrupted after {0} rows; what was written is complete up to there")]
     Interrupted(u64),
 }
 
-/// Evaluates a table with the reference evaluator: all input columns, then the outcome, row by row.
+/// Makes the evaluator of some cases of one variant.
+pub type Build<'a> = dyn FnMut(Vec<Case>) -> Result<Box<dyn Evaluator>, EvaluateError> + 'a;
+
+/// Evaluates a table: all input columns, then the outcome, row by row.
 ///
-/// `path` names the input in messages. `progress` is told the rows done and may stop the work by returning false.
+/// `path` names the input in messages. `build` makes the evaluators, one per variant. `progress` is told the rows done and may stop the work by returning false.
 ///
 /// # Errors
 /// When the input has not the needed columns, or reading or writing fails. A bad row is no error: it is marked.
@@ -88,6 +96,7 @@ pub fn evaluate_table(
     output: impl Write,
     library: &mut Library,
     settings: &Settings,
+    build: &mut Build,
     progress: &mut dyn FnMut(u64) -> bool,
 ) -> Result<Summary, TableError> {
     let read_error = |source| TableError::Read { path: path.to_owned(), source };
@@ -99,27 +108,25 @@ pub fn evaluate_table(
 
     let mut summary = Summary::default();
     let mut records = Vec::new();
+    let (mut batch, mut chunk) = (Batch::default(), FIRST_CHUNK);
     loop {
         records.clear();
         let mut record = ByteRecord::new();
-        while records.len() < CHUNK && reader.read_byte_record(&mut record).map_err(read_error)? {
+        while records.len() < chunk && reader.read_byte_record(&mut record).map_err(read_error)? {
             records.push(std::mem::take(&mut record));
         }
         if records.is_empty() {
             break;
         }
-        // Files are read here, one after the other; the threads below only simulate.
+        let started = Instant::now();
         let tasks: Vec<Task> = records.iter().map(|r| Task::parse(r, &columns, library, settings)).collect();
-        let results: Vec<Result<Outcome, String>> = tasks
-            .into_par_iter()
-            .map_init(Trace::default, |trace, task| {
-                let (case, parameters) = task.0.map_err(|reason| reason.to_string())?;
-                Ok(Reference::outcome(&case, &parameters, trace))
-            })
-            .collect();
+        let results = batch.run(tasks, settings.rescore, build)?;
+        if started.elapsed() < Duration::from_secs(1) {
+            chunk = MAX_CHUNK.min(2 * chunk);
+        }
         for (record, result) in records.iter().zip(&results) {
             summary.rows += 1;
-            summary.failed += u64::from(matches!(result, Ok(outcome) if outcome.result.is_err()));
+            summary.failed += u64::from(matches!(result, Ok(computed) if computed.outcome.result.is_err()));
             summary.invalid += u64::from(result.is_err());
             writer
                 .write_byte_record(&output_row(record, headers.len(), result, settings))
@@ -154,11 +161,21 @@ fn output_headers(headers: &ByteRecord, settings: &Settings) -> ByteRecord {
     renamed.chain(outcomes.iter().map(|o| o.as_bytes().to_vec())).collect::<Vec<_>>().into()
 }
 
-fn output_row(record: &ByteRecord, width: usize, result: &Result<Outcome, String>, settings: &Settings) -> ByteRecord {
+/// What a row tells, and who computed it.
+#[derive(Debug, Clone)]
+struct Computed {
+    outcome: Outcome,
+    evaluator: &'static str,
+    precision: &'static str,
+    /// NRMSE(s,v,a) by the f64 reference, if it was asked for and the run ends well there.
+    rescored: Option<f64>,
+}
+
+fn output_row(record: &ByteRecord, width: usize, result: &Result<Computed, String>, settings: &Settings) -> ByteRecord {
     let mut row: ByteRecord = (0..width).map(|i| record.get(i).unwrap_or_default()).collect::<Vec<_>>().into();
     let mut push = |text: &str| row.push_field(text.as_bytes());
     let measures = match result {
-        Ok(outcome) => {
+        Ok(Computed { outcome, .. }) => {
             match outcome.result {
                 Ok(_) => ["1", "", ""].into_iter().for_each(&mut push),
                 Err(failure) => ["0", failure.kind.name(), &failure.step.to_string()].into_iter().for_each(&mut push),
@@ -173,18 +190,18 @@ fn output_row(record: &ByteRecord, width: usize, result: &Result<Outcome, String
             None
         }
     };
-    let rejected = result.as_ref().is_ok_and(|outcome| outcome.is_rejected(settings.convention.bounds));
+    let rejected = result.as_ref().is_ok_and(|computed| computed.outcome.is_rejected(settings.convention.bounds));
     let nrmse_sva = measures.map(|m| GoodnessOfFit::NRMSE_SVA.of(&m));
     match measures {
         Some(measures) => measures.values().iter().for_each(|v| push(&float(*v))),
         None => Measures::NAMES.iter().for_each(|_| push("")),
     }
     push(&nrmse_sva.filter(|_| !rejected).map_or(String::new(), float));
-    let computed = result.is_ok();
-    push(if computed { "reference" } else { "" });
-    push(if computed { "f64" } else { "" });
+    let computed = result.as_ref().ok();
+    push(computed.map_or("", |c| c.evaluator));
+    push(computed.map_or("", |c| c.precision));
     if settings.rescore {
-        push(&nrmse_sva.map_or(String::new(), float));
+        push(&computed.and_then(|c| c.rescored).map_or(String::new(), float));
     }
     row
 }

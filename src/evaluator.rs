@@ -2,10 +2,12 @@
 
 mod case;
 mod course;
+mod fallback;
 mod table;
 
 pub use case::{Case, CaseError, InvalidParameter};
 pub use course::{Course, CourseError, Pace};
+pub use fallback::Fallback;
 pub use table::{Cell, Line, Table};
 
 use crate::catalog::Variant;
@@ -203,7 +205,7 @@ pub enum EvaluateError {
     },
     /// A delay longer than the evaluator remembers.
     #[error(
-        "tau_p: expected at most {upper} s, found {found}; the upper bound of tau_p says how far back the evaluator \
+        "tau_p: expected at most {upper} s, found {found}; the upper bound of tau_p says how far back a simulation \
          remembers, raise it in a --bounds file"
     )]
     Delay {

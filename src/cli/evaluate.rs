@@ -9,7 +9,9 @@ use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressStyle};
 use leadlag::convention::Convention;
 use leadlag::evaluate::{DataLayout, Library, Settings, TableError, evaluate_table};
-use leadlag::evaluator::Case;
+use leadlag::evaluator::{Case, EvaluateError, Evaluator};
+use leadlag::reference::Reference;
+use leadlag::score::GoodnessOfFit;
 use leadlag::symbols::Symbol;
 use leadlag::trajectory::Preparation;
 use std::fs::File;
@@ -98,7 +100,11 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         bar.set_position(rows);
         !interrupt::asked()
     };
-    let result = evaluate_table(BufReader::new(input), &shown, output, &mut library, &settings, &mut progress);
+    let mut build = |cases| -> Result<Box<dyn Evaluator>, EvaluateError> {
+        Ok(Box::new(Reference::new(cases, GoodnessOfFit::NRMSE_SVA)))
+    };
+    let input = BufReader::new(input);
+    let result = evaluate_table(input, &shown, output, &mut library, &settings, &mut build, &mut progress);
     bar.finish_and_clear();
     for source in library.sources() {
         eprintln!("used {} sha256 {}", source.path, source.sha256);

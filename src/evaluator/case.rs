@@ -92,7 +92,7 @@ pub enum InvalidParameter {
     },
     /// The delay reaches back before the first sample.
     #[error(
-        "tau_p: expected at most {upper} s, found {found}; the upper bound of tau_p sets the first scored sample, raise it in a --bounds file"
+        "tau_p: expected at most {upper} s, found {found}; the upper bound of tau_p says how far back a simulation remembers, raise it in a --bounds file"
     )]
     Delay {
         /// The longest delay possible \[s\].
@@ -114,14 +114,8 @@ impl Case {
                 return Err(InvalidParameter::Domain { name: symbol.name(), expected: domain.expected(), found });
             }
         }
-        if self.variant.delay {
-            let upper = match self.convention.delay {
-                Delay::Fractional => self.tau_p_upper,
-                Delay::Floor => (self.s.len() - 2) as f64 * self.dt,
-            };
-            if parameters.tau_p > upper {
-                return Err(InvalidParameter::Delay { upper, found: parameters.tau_p });
-            }
+        if self.variant.delay && parameters.tau_p > self.tau_p_upper {
+            return Err(InvalidParameter::Delay { upper: self.tau_p_upper, found: parameters.tau_p });
         }
         Ok(())
     }

@@ -1,0 +1,112 @@
+//! An evaluator that another one replaces when it fails, without losing the generation under way.
+
+use super::{BufferSet, Case, EvaluateError, Evaluator, Job, Outcome, Population, Score};
+use crate::score::GoodnessOfFit;
+
+/// Makes the second evaluator once the first has failed, and may tell the user why.
+pub type Replace = Box<dyn FnMut(&EvaluateError, Vec<Case>) -> Result<Box<dyn Evaluator>, EvaluateError> + Send>;
+
+/// Jobs that have been submitted and not yet collected.
+#[derive(Default)]
+struct Pending {
+    jobs: Vec<(usize, Population)>,
+}
+
+impl Pending {
+    fn keep(&mut self, jobs: &[Job<'_>]) {
+        self.jobs.resize_with(jobs.len(), || (0, Population::new(&[])));
+        for (kept, job) in self.jobs.iter_mut().zip(jobs) {
+            kept.0 = job.case;
+            kept.1.clone_from(job.population);
+        }
+    }
+
+    fn jobs(&self) -> Vec<Job<'_>> {
+        self.jobs.iter().map(|(case, population)| Job { case: *case, population }).collect()
+    }
+}
+
+/// A first evaluator, and what takes its place if it cannot go on.
+pub struct Fallback {
+    current: Box<dyn Evaluator>,
+    replace: Option<Replace>,
+    pending: [Pending; 2],
+    /// Which sets have been submitted and not collected.
+    under_way: [bool; 2],
+}
+
+impl Fallback {
+    /// Starts with `first`; should it fail, `replace` makes the second one.
+    #[must_use]
+    pub fn new(first: Box<dyn Evaluator>, replace: Replace) -> Fallback {
+        Fallback { current: first, replace: Some(replace), pending: Default::default(), under_way: [false; 2] }
+    }
+
+    /// Puts the second evaluator in place and gives it all that was under way.
+    fn recover(&mut self, error: EvaluateError) -> Result<(), EvaluateError> {
+        // Wrong use fails on every evaluator.
+        let of_the_device = matches!(error, EvaluateError::Device { .. });
+        let Some(mut replace) = self.replace.take().filter(|_| of_the_device) else { return Err(error) };
+        self.current = replace(&error, self.current.cases().to_vec())?;
+        for set in [BufferSet::A, BufferSet::B] {
+            if self.under_way[set as usize] {
+                self.current.submit(set, &self.pending[set as usize].jobs())?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Evaluator for Fallback {
+    fn cases(&self) -> &[Case] {
+        self.current.cases()
+    }
+
+    fn gof(&self) -> &GoodnessOfFit {
+        self.current.gof()
+    }
+
+    fn name(&self) -> &'static str {
+        self.current.name()
+    }
+
+    fn precision(&self) -> &'static str {
+        self.current.precision()
+    }
+
+    fn adapter(&self) -> Option<String> {
+        self.current.adapter()
+    }
+
+    fn overlaps(&self) -> bool {
+        self.current.overlaps()
+    }
+
+    fn submit(&mut self, set: BufferSet, jobs: &[Job<'_>]) -> Result<(), EvaluateError> {
+        self.pending[set as usize].keep(jobs);
+        self.under_way[set as usize] = true;
+        match self.current.submit(set, jobs) {
+            Ok(()) => Ok(()),
+            Err(error) => self.recover(error),
+        }
+    }
+
+    fn collect(&mut self, set: BufferSet, scores: &mut [Score]) -> Result<(), EvaluateError> {
+        if let Err(error) = self.current.collect(set, scores) {
+            self.recover(error)?;
+            self.current.collect(set, scores)?;
+        }
+        self.under_way[set as usize] = false;
+        Ok(())
+    }
+
+    fn outcomes(&mut self, jobs: &[Job<'_>]) -> Result<Vec<Outcome>, EvaluateError> {
+        match self.current.outcomes(jobs) {
+            Ok(outcomes) => Ok(outcomes),
+            Err(error) => {
+                self.recover(error)?;
+                self.current.outcomes(jobs)
+            }
+        }
+    }
+}
