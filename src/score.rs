@@ -275,7 +275,8 @@ impl GoodnessOfFit {
     /// How the value follows from the sums, given the measured spacing, speed and acceleration.
     #[must_use]
     pub fn norm(&self, measured: &[Measured; 3]) -> Norm {
-        let mut norm = Norm { per_count: [0.0; 3], weight: [0.0; 3], rms_measured: [0.0; 3] };
+        // 1 and not 0 for a signal that is not compared: 0 must not be divided by 0.
+        let mut norm = Norm { per_count: [0.0; 3], weight: [0.0; 3], rms_measured: [1.0; 3] };
         for (i, m) in measured.iter().enumerate().filter(|(i, _)| self.weights[*i] != 0.0) {
             let (count, magnitude) = match self.kind {
                 Kind::Rmse | Kind::TheilU => (m.count, 1.0),

@@ -52,6 +52,12 @@ fn eq_2_idm_fractional_exponent() {
     commands("idm", [26.5, 7.5, 7.5], &Parameters { delta: 0.5, ..IDM }, 0.3);
 }
 
+#[test]
+fn eq_2_idm_takes_a_speed_below_zero_for_standstill() {
+    // v = -0.001, delta = 1/2: the root of a negative number would be NaN; s_des = 2 + max(0, -0.0015): 1.2*(1 - 0 - (2/40)^2)
+    commands("idm", [40.0, -0.001, -0.001], &Parameters { delta: 0.5, ..IDM }, 1.197);
+}
+
 /// h = t_h/2 + theta = 1 s
 const GIPPS: Parameters =
     Parameters { theta: 0.6, v_0: 40.0, d_0: 2.0, t_h: 0.8, a_max: 2.0, a_min: -2.0, a_hat_min: -4.0, ..NONE };

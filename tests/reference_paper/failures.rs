@@ -117,6 +117,16 @@ fn what_is_not_finite_is_a_failure_of_its_own() {
 }
 
 #[test]
+fn a_parameter_that_is_not_a_number_fails_before_a_minimum_can_hide_it() {
+    // Eq. 4: the minimum of a free speed and a safe speed that is NaN would be the free speed.
+    let data = steady([30.0, 20.0, 22.0]);
+    for p in [Parameters { theta: f64::NAN, ..GIPPS }, Parameters { v_0: f64::INFINITY, ..GIPPS }] {
+        let (run, trace) = run(&case("gipps", &data, Convention::PAPER), &p);
+        assert_eq!((run.failure, trace.v.len()), (fails(FailureKind::NotFinite, 1), 1), "{p:?}");
+    }
+}
+
+#[test]
 fn cuts_are_counted_up_to_the_failure() {
     // -8 m/s² is cut to -7 at every step: v = 19.3, 18.6: x = 101.965, 103.86; s = 3 - 1.965 = 1.035, -0.86: crash at step 2.
     let mut data = steady([3.0, 20.0, 4.0]);

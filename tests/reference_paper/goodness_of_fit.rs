@@ -1,7 +1,7 @@
 //! Eq. 18 and the other goodness-of-fit functions, on three samples.
 
 use crate::bench::close;
-use leadlag::score::{GoodnessOfFit, Measures, SignalMeasures};
+use leadlag::score::{Accumulation, GoodnessOfFit, Measured, Measures, SignalMeasures, denominator, is_relative};
 
 /// Errors of spacing 1, -2, 2: squares sum to 9. Measured squares: 100 + 400 + 400 = 900, simulated: 121 + 324 + 484 = 929.
 const SPACING: ([f64; 3], [f64; 3]) = ([11.0, 18.0, 22.0], [10.0, 20.0, 20.0]);
@@ -16,12 +16,42 @@ fn measures(floored: bool) -> Measures {
     Measures([compare(SPACING, false), compare(SPEED, floored), compare(ACCELERATION, false)])
 }
 
+/// The same value by the other way, which evaluators that finish scores themselves go: sums over the samples and a norm.
+fn finished(gof: &GoodnessOfFit, floored: bool) -> f64 {
+    let signals = [(SPACING, false), (SPEED, floored), (ACCELERATION, false)];
+    let norm = gof.norm(&signals.map(|((_, measured), floored)| Measured::of(&measured, floored)));
+    let root_of_mean = |i: usize, term: &dyn Fn(f64, f64) -> f64| {
+        let ((simulated, measured), _) = signals[i];
+        let sum: f64 = simulated.iter().zip(&measured).map(|(sim, obs)| term(*sim, *obs)).sum();
+        (sum * norm.per_count[i]).sqrt()
+    };
+    (0..3)
+        .map(|i| {
+            let floored = signals[i].1;
+            let error = |sim: f64, obs: f64| match gof.accumulation() {
+                Accumulation::Squared | Accumulation::Theil => (sim - obs).powi(2),
+                Accumulation::Relative if is_relative(obs, floored) => {
+                    ((sim - obs) / denominator(obs, floored)).powi(2)
+                }
+                Accumulation::Relative => 0.0,
+                Accumulation::Floored => (sim - denominator(obs, floored)).powi(2),
+            };
+            let term = root_of_mean(i, &error) * norm.weight[i];
+            match gof.accumulation() {
+                Accumulation::Theil => term / (root_of_mean(i, &|sim, _| sim * sim) + norm.rms_measured[i]),
+                _ => term,
+            }
+        })
+        .sum()
+}
+
 #[track_caller]
 fn check(floored: bool, expected: &[(&str, f64)]) {
     let found = measures(floored);
     for (name, value) in expected {
         let gof: GoodnessOfFit = name.parse().expect("a goodness of fit");
         close(&format!("{name}, floored {floored}"), "", 0, gof.of(&found), *value);
+        close(&format!("{name}, floored {floored}, by its norm"), "", 0, finished(&gof, floored), *value);
     }
 }
 
@@ -84,6 +114,18 @@ fn rmspe_at_standstill() {
     // floored: (0.5 - (-0.0005))/0.001 = 500.5: sqrt((1 + 500.5^2)/2) = sqrt(125250.625)
     close("rmspe floored", "", 0, of([0.0011, -0.0005], true), 353.9076503835428534);
     assert!(of([0.0, 0.0], false).is_nan(), "no sample to relate to");
+    assert_eq!([0.001, -0.001, -0.0011].map(|v| denominator(v, true)), [0.001, 0.001, -0.0011]);
+}
+
+#[test]
+fn a_norm_leaves_out_what_is_not_compared() {
+    let gof: GoodnessOfFit = "rmse-v:2".parse().expect("a goodness of fit");
+    let of = |(_, measured): ([f64; 3], [f64; 3])| Measured::of(&measured, false);
+    let norm = gof.norm(&[SPACING, SPEED, ACCELERATION].map(of));
+    // sqrt(25/3); the others' divisor is 1, so that nothing divides 0 by 0
+    assert_eq!((norm.per_count, norm.weight), ([0.0, 1.0 / 3.0, 0.0], [0.0, 2.0, 0.0]));
+    close("rms", "m/s", 0, norm.rms_measured[1], 2.8867513459481288225);
+    assert_eq!([norm.rms_measured[0], norm.rms_measured[2]], [1.0; 2]);
 }
 
 #[test]
