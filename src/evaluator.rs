@@ -2,10 +2,14 @@
 
 mod case;
 mod course;
+mod observer;
+mod raw;
 mod table;
 
 pub use case::{Case, CaseError, InvalidParameter};
 pub use course::{Course, CourseError, Pace};
+pub use observer::{Observed, Observer};
+pub use raw::{Raw, status};
 pub use table::{Cell, Line, Table};
 
 use crate::catalog::Variant;
