@@ -241,9 +241,11 @@ pub enum EvaluateError {
 
 fn no_adapter(wanted: Option<&str>, present: &[String]) -> String {
     match (wanted, present) {
-        (_, []) => "no GPU adapter found; install the driver of the GPU, or a software one (Debian, Ubuntu: apt-get install \
+        (_, []) => {
+            "no GPU adapter found; install the driver of the GPU, or a software one (Debian, Ubuntu: apt-get install \
                     mesa-vulkan-drivers libvulkan1), or use --evaluator lanes, which needs none"
-            .to_owned(),
+                .to_owned()
+        }
         (None, _) => format!("none of these adapters can be used:\n  {}", present.join("\n  ")),
         (Some(wanted), _) => format!(
             "no GPU adapter `{wanted}`; expected an index, a PCI address or a name, present are:\n  {}",

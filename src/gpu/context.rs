@@ -161,7 +161,8 @@ impl Context {
         let flight = &mut self.flights[set];
         let Some(part) = work.plan.parts.get(flight.part) else { return false };
         let slot = &self.slots[set][flight.part];
-        let (from, to) = (flight.sample, (flight.sample + self.device.limits.chunk_of(part, self.rate)).min(part.samples));
+        let (from, to) =
+            (flight.sample, (flight.sample + self.device.limits.chunk_of(part, self.rate)).min(part.samples));
         slot.write_chunk(&self.device, [from, to, part.count, part.count]);
         let mut encoder = self.device.raw.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         if from == 0 {

@@ -3,7 +3,7 @@
 use crate::evaluator::EvaluateError;
 use std::fmt;
 use std::str::FromStr;
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, OnceLock};
 use std::time::Duration;
 
 /// Which adapter is to be used (`--gpu`).
@@ -56,11 +56,15 @@ impl Adapter {
     /// All adapters, in the order in which the drivers list them.
     #[must_use]
     pub fn all() -> Vec<Adapter> {
+        // Drivers are loaded once per process; an instance outlives any lost device.
+        static INSTANCE: OnceLock<wgpu::Instance> = OnceLock::new();
         let backends = wgpu::Backends::VULKAN | wgpu::Backends::METAL | wgpu::Backends::DX12;
-        let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
-        descriptor.backends = backends;
-        descriptor.flags = wgpu::InstanceFlags::empty();
-        let instance = wgpu::Instance::new(descriptor);
+        let instance = INSTANCE.get_or_init(|| {
+            let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+            descriptor.backends = backends;
+            descriptor.flags = wgpu::InstanceFlags::empty();
+            wgpu::Instance::new(descriptor)
+        });
         let found = pollster::block_on(instance.enumerate_adapters(backends));
         let adapter = |(index, inner): (usize, wgpu::Adapter)| Adapter { index, info: inner.get_info(), inner };
         found.into_iter().enumerate().map(adapter).collect()

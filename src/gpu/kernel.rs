@@ -80,6 +80,7 @@ impl Kernel {
         let mut source = Source::model(&self.recipe);
         source.push("generated: constants and load functions", &self.prelude().expect("a String takes all"));
         let text = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/shaders/kernel.wgsl"));
+
         source.push("shaders/kernel.wgsl", text);
         source
     }

@@ -218,13 +218,7 @@ impl Gpu {
         })
     }
 
-    fn start(
-        &mut self,
-        set: usize,
-        jobs: &[Job],
-        sums: Sums,
-        observer: Option<Observer>,
-    ) -> Result<(), EvaluateError> {
+    fn start(&mut self, set: usize, jobs: &[Job], sums: Sums, observer: Option<Observer>) -> Result<(), EvaluateError> {
         // Work that nobody collected is dropped.
         let mut plan = self.work[set].take().map_or_else(|| std::mem::take(&mut self.spare[set]), |work| work.plan);
         let kernel = self.kernel(sums, observer.is_some());
@@ -232,9 +226,11 @@ impl Gpu {
             let samples = jobs.iter().map(|job| self.courses[job.case].samples()).max().unwrap_or(0);
             samples.div_ceil(o.block) as u32
         });
-        self.twice(|gpu| {
-            if gpu.context.is_some() { Ok(()) } else { Err(Fault::new("opening the device", "it was lost")) }
-        })?;
+        self.twice(
+            |gpu| {
+                if gpu.context.is_some() { Ok(()) } else { Err(Fault::new("opening the device", "it was lost")) }
+            },
+        )?;
         let context = self.context.as_ref().expect("opened above");
         let most = most_candidates(&kernel, blocks, &context.device.limits);
         plan.make(jobs, &self.cases, &self.courses, &context.tables, &kernel, most)?;

@@ -123,7 +123,12 @@ impl Slot {
         device.queue.write_buffer(&self.chunk, 0, bytemuck::cast_slice(&words));
     }
 
-    pub(super) fn dispatch(&self, encoder: &mut wgpu::CommandEncoder, pipeline: &wgpu::ComputePipeline, groups: [u32; 2]) {
+    pub(super) fn dispatch(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        pipeline: &wgpu::ComputePipeline,
+        groups: [u32; 2],
+    ) {
         let (_, bind_group) = self.bound.as_ref().expect("prepared before");
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
         pass.set_pipeline(pipeline);
