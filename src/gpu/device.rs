@@ -130,6 +130,46 @@ impl Adapter {
         format!("{} {}", self.info.driver, self.info.driver_info).trim().to_owned()
     }
 
+    /// `discrete`, `integrated`, `virtual`, `other`, or `software`, which runs on the CPU.
+    #[must_use]
+    pub fn kind(&self) -> &'static str {
+        match self.info.device_type {
+            wgpu::DeviceType::DiscreteGpu => "discrete",
+            wgpu::DeviceType::IntegratedGpu => "integrated",
+            wgpu::DeviceType::VirtualGpu => "virtual",
+            wgpu::DeviceType::Other => "other",
+            wgpu::DeviceType::Cpu => "software",
+        }
+    }
+
+    /// The optional abilities that could matter here, by wgpu's names.
+    #[must_use]
+    pub fn features(&self) -> Vec<&'static str> {
+        let all = self.inner.features();
+        let known = [
+            (wgpu::Features::SHADER_F64, "SHADER_F64"),
+            (wgpu::Features::SHADER_INT64, "SHADER_INT64"),
+            (wgpu::Features::SHADER_F16, "SHADER_F16"),
+            (wgpu::Features::SUBGROUP, "SUBGROUP"),
+            (wgpu::Features::TIMESTAMP_QUERY, "TIMESTAMP_QUERY"),
+            (wgpu::Features::PIPELINE_CACHE, "PIPELINE_CACHE"),
+        ];
+        known.into_iter().filter(|(feature, _)| all.contains(*feature)).map(|(_, name)| name).collect()
+    }
+
+    /// The limits that matter here, by wgpu's names.
+    #[must_use]
+    pub fn limits(&self) -> [(&'static str, u64); 5] {
+        let all = self.inner.limits();
+        [
+            ("max_storage_buffer_binding_size", all.max_storage_buffer_binding_size),
+            ("max_buffer_size", all.max_buffer_size),
+            ("max_compute_workgroups_per_dimension", all.max_compute_workgroups_per_dimension.into()),
+            ("max_compute_invocations_per_workgroup", all.max_compute_invocations_per_workgroup.into()),
+            ("max_storage_buffers_per_shader_stage", all.max_storage_buffers_per_shader_stage.into()),
+        ]
+    }
+
     /// Name, backend and driver, as results record it.
     #[must_use]
     pub fn name(&self) -> String {
@@ -177,11 +217,14 @@ pub(super) struct Device {
 
 impl Device {
     pub(super) fn open(adapter: &Adapter, limits: Limits) -> Result<Device, Fault> {
+        Device::open_with(adapter, limits, wgpu::Features::empty())
+    }
+
+    pub(super) fn open_with(adapter: &Adapter, limits: Limits, features: wgpu::Features) -> Result<Device, Fault> {
         let can = adapter.inner.limits();
         let limits = Limits {
             binding: limits.binding.min(can.max_storage_buffer_binding_size) & !255,
             buffer: limits.buffer.min(can.max_buffer_size) & !255,
-            // Asked for in full even if a test lowers it: it is we who keep to it then.
             workgroups: limits.workgroups.min(can.max_compute_workgroups_per_dimension),
             chunk: limits.chunk,
         };
@@ -194,6 +237,7 @@ impl Device {
         };
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("leadlag"),
+            required_features: features,
             required_limits,
             memory_hints: wgpu::MemoryHints::MemoryUsage,
             ..Default::default()

@@ -7,11 +7,13 @@ mod context;
 mod device;
 mod kernel;
 mod plan;
+mod probe;
 mod slot;
 mod tables;
 
 pub use device::{Adapter, AdapterChoice, Limits};
 pub use kernel::kernel_text;
+pub use probe::{Probe, ProbeStatus, probes};
 
 use crate::convention::BoundRule;
 use crate::evaluator::{
