@@ -58,6 +58,8 @@ pub mod catalog;
 pub mod convention;
 pub mod evaluate;
 pub mod evaluator;
+pub mod gpu;
+pub mod lanes;
 pub mod optimize;
 pub mod plant;
 pub mod reference;

@@ -5,6 +5,7 @@
 mod calibrate;
 mod data;
 mod demo;
+mod doctor;
 mod evaluate;
 mod evaluator;
 mod inspect;
@@ -42,6 +43,8 @@ enum Command {
     Evaluate(evaluate::Args),
     /// List variants, parameters, vehicles, goodness-of-fit functions, conventions
     List(list::Args),
+    /// Show which GPUs and drivers there are, and what to mind with them
+    Doctor(doctor::Args),
     /// Write a synthetic five-car platoon whose truth is known
     Synth(synth::Args),
     /// Make a synthetic platoon, inspect it, calibrate a variant on it: no data needed
@@ -76,6 +79,7 @@ pub fn run(cli: Cli) -> anyhow::Result<()> {
         Command::Simulate(args) => simulate::run(&args),
         Command::Evaluate(args) => evaluate::run(&args),
         Command::List(args) => list::run(&args),
+        Command::Doctor(args) => doctor::run(&args),
         Command::Synth(args) => synth::run(&args),
         Command::Demo(args) => demo::run(&args),
     }

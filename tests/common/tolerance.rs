@@ -45,3 +45,11 @@ pub const SAME_STATUS: f64 = 0.995;
 /// Sine of the grade, look-up in a table of lines against interpolation between nodes: both are f64, but a line is anchored at another
 /// point than where the interpolation starts.
 pub const TABLE: f64 = 1e-14;
+
+/// Relative, NRMSE(s,v,a) of a GPU (f32) against the reference over a short run: measured on lavapipe for candidates whose score
+/// is not ill-conditioned, 2e-5 is the largest error of plain f32 over 9000 samples.
+pub const GPU_SCORE: f64 = 2e-5;
+
+/// Relative change of a score of the f64 reference when every parameter changes by up to 1e-6 of itself, above which the
+/// candidate says nothing about an f32 evaluator: eight roundings of its parameters alone would do the same.
+pub const GPU_ILL_CONDITIONED: f64 = 1e-5;

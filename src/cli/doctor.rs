@@ -1,0 +1,115 @@
+//! `leadlag doctor`: GPUs, drivers, and what they do with arithmetic.
+
+use super::output;
+use leadlag::gpu::{Adapter, AdapterChoice, Probe, ProbeStatus, probes};
+use leadlag::lanes;
+use leadlag::report::text::wrapped;
+use serde_json::{Map, Value, json};
+use std::fmt::Write;
+
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// The adapter to examine [default: the one that would be used]
+    #[arg(long, value_name = "INDEX|PCI|NAME")]
+    gpu: Option<String>,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// What the kernels always do, whatever a driver promises.
+const SAFE_MODES: [(&str, &str); 4] = [
+    ("bounds_checks", "no access outside of a buffer, every loop bounded"),
+    ("nan_by_bits", "results that are not numbers are found by their bits"),
+    ("hidden_error_terms", "error terms of sums are hidden from the compiler"),
+    ("own_power", "a power function of our own, the same on every device"),
+];
+
+pub fn run(args: &Args) -> anyhow::Result<()> {
+    let adapters = Adapter::all();
+    let choice = args.gpu.clone().map_or(AdapterChoice::Best, AdapterChoice::Named);
+    let chosen = match Adapter::choose(&choice) {
+        Ok(adapter) => Some(adapter),
+        // Without any adapter the answer is what to install; that is what one asks a doctor for.
+        Err(_) if adapters.is_empty() => None,
+        Err(e) => return Err(e.into()),
+    };
+    let found = chosen.as_ref().map_or_else(Vec::new, |adapter| probes(adapter, lanes::power));
+    if args.json {
+        return output::print_json(&report(&adapters, &found, chosen.as_ref()));
+    }
+    output::print(&text(&adapters, &found, chosen.as_ref())?)
+}
+
+fn report(adapters: &[Adapter], found: &[Probe], chosen: Option<&Adapter>) -> Value {
+    let safe_modes: Vec<&str> = SAFE_MODES.iter().map(|(name, _)| *name).collect();
+    let adapter = |a: &Adapter| {
+        let limits: Map<String, Value> = a.limits().into_iter().map(|(name, x)| (name.to_owned(), x.into())).collect();
+        json!({
+            "index": a.index, "name": a.info.name, "type": a.kind(), "backend": a.info.backend.to_string(),
+            "driver": a.driver(), "pci": a.pci(), "features": a.features(), "limits": limits, "safe_modes": safe_modes,
+        })
+    };
+    let probe = |p: &Probe| json!({"name": p.name, "status": p.status.to_string(), "detail": p.detail});
+    json!({
+        "schema_version": 1,
+        "adapters": adapters.iter().map(adapter).collect::<Vec<_>>(),
+        "probes": found.iter().map(probe).collect::<Vec<_>>(),
+        "chosen": chosen.map(|a| a.index),
+    })
+}
+
+fn text(adapters: &[Adapter], found: &[Probe], chosen: Option<&Adapter>) -> Result<String, std::fmt::Error> {
+    let mut text = String::new();
+    let Some(chosen) = chosen else {
+        text += &wrapped(
+            0,
+            0,
+            "No GPU adapter found: neither Vulkan, Metal nor DirectX 12 offers one. leadlag works without; its fast CPU \
+             evaluator (--evaluator lanes) needs no driver.",
+        );
+        text += "\nTo use a GPU, install the driver of its maker. To try the GPU evaluator\nwithout a GPU, install a \
+                 software driver:\n\n";
+        text += "  Debian, Ubuntu   apt-get install mesa-vulkan-drivers libvulkan1\n";
+        text += "  Fedora           dnf install mesa-vulkan-drivers vulkan-loader\n";
+        text += "  Arch             pacman -S vulkan-swrast vulkan-icd-loader\n";
+        text += "\nInside a container, also pass the device through (for NVIDIA: --gpus all\nwith the `graphics` capability).\n";
+        return Ok(text);
+    };
+    text += "Adapters\n\n";
+    for adapter in adapters {
+        let used = if adapter.index == chosen.index { "   <- examined below, used by default" } else { "" };
+        writeln!(text, "  {}  {}{used}", adapter.index, adapter.info.name)?;
+        let kind =
+            if adapter.is_hardware() { adapter.kind().to_owned() + " GPU" } else { "software, runs on the CPU".into() };
+        let mut line = format!("{kind}; {}; driver {}", adapter.info.backend, adapter.driver());
+        if !adapter.pci().is_empty() {
+            write!(line, "; PCI {}", adapter.pci())?;
+        }
+        text += &wrapped(5, 5, &line);
+        let mebibytes = adapter.limits()[0].1 >> 20;
+        text += &wrapped(5, 5, &format!("largest buffer in one piece: {mebibytes} MiB"));
+    }
+    if !chosen.is_hardware() {
+        text += "\n";
+        text += &wrapped(
+            0,
+            0,
+            "There is no hardware GPU. The software adapter is right for tests, but --evaluator lanes is several times \
+             faster on the same CPU.",
+        );
+    }
+    text += "\nWhat the driver does with arithmetic\n\n";
+    for Probe { name, status, detail } in found {
+        text += &wrapped(2, 30, &format!("{status:<8}{name:<20}{detail}"));
+    }
+    text += "\nok: as it should be. trap: not so, but taken care of. fail: do not trust results.\n";
+    text += "\nAlways on\n\n";
+    for (name, meaning) in SAFE_MODES {
+        text += &wrapped(2, 30, &format!("{name:<28}{meaning}"));
+    }
+    if found.iter().any(|p| p.status == ProbeStatus::Fail) {
+        text += "\nThis adapter is not fit for use: update its driver, or choose another with --gpu.\n";
+    }
+    Ok(text)
+}

@@ -1,0 +1,72 @@
+//! What the evaluators that run the WGSL text hand back per candidate, before any measure is made of it.
+
+use super::{Case, Course, Failure, FailureKind, Outcome};
+use crate::score::{Measures, Sums};
+use crate::symbols::Parameters;
+
+/// Bits of a status word, as in shaders/kernel.wgsl: 0 for a complete run, else the top bit, the kind, and the sample.
+pub mod status {
+    /// Set in every status but 0.
+    pub const FAILED: u32 = 0x8000_0000;
+    /// The spacing is not above 0 any more.
+    pub const CRASH: u32 = 0;
+    /// Gipps' radicand is negative.
+    pub const RADICAND: u32 = 1 << 28;
+    /// A state is NaN or infinite.
+    pub const NOT_FINITE: u32 = 2 << 28;
+    /// Bits of the sample.
+    pub const STEP: u32 = 0x0fff_ffff;
+}
+
+/// Status, cuts and sums of one run; the sums are copies of what the evaluator added up in its own precision.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Raw {
+    /// See [`status`].
+    pub status: u32,
+    /// Steps clipped at the upper acceleration bound.
+    pub n_cut_acc: u32,
+    /// Steps clipped at the lower acceleration bound.
+    pub n_cut_dec: u32,
+    /// Σ (simulated - measured)² of spacing, speed and acceleration.
+    pub error2: [f64; 3],
+    /// Σ simulated².
+    pub simulated2: [f64; 3],
+    /// Σ ((simulated - measured) / denominator)².
+    pub relative2: [f64; 3],
+    /// Σ (simulated - denominator)² of the speed.
+    pub floored2_v: f64,
+}
+
+impl Raw {
+    /// Why the run ended early, if it did.
+    #[must_use]
+    pub fn failure(&self) -> Option<Failure> {
+        if self.status == 0 {
+            return None;
+        }
+        let kind = match self.status & !(status::FAILED | status::STEP) {
+            status::RADICAND => FailureKind::Radicand,
+            status::NOT_FINITE => FailureKind::NotFinite,
+            _ => FailureKind::Crash,
+        };
+        Some(Failure { kind, step: (self.status & status::STEP) as usize })
+    }
+
+    /// The outcome; the measures are finished in f64.
+    #[must_use]
+    pub fn outcome(&self, case: &Case, course: &Course, parameters: &Parameters) -> Outcome {
+        let pace = case.pace(parameters);
+        let measured = course.measured(pace.first);
+        let sums = |i: usize| Sums {
+            error2: self.error2[i],
+            error2_floored: if i == 1 { self.floored2_v } else { self.error2[i] },
+            simulated2: self.simulated2[i],
+            relative2: self.relative2[i],
+        };
+        let result = match self.failure() {
+            Some(failure) => Err(failure),
+            None => Ok(Measures([0, 1, 2].map(|i| measured[i].measures(&sums(i))))),
+        };
+        Outcome { result, delay_steps: pace.delay_steps, n_cut_acc: self.n_cut_acc, n_cut_dec: self.n_cut_dec }
+    }
+}

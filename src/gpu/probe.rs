@@ -1,0 +1,347 @@
+//! What a driver does with arithmetic: one small kernel per trap that is known, run on the spot.
+
+use super::device::{Adapter, Device, Fault, Limits};
+use std::fmt;
+use std::time::Instant;
+
+/// What a probe found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ProbeStatus {
+    /// As the standard for floating-point numbers has it.
+    Ok,
+    /// Not so, but nothing here relies on it.
+    Trap,
+    /// Not so, and results cannot be trusted.
+    Fail,
+    /// Could not be tried.
+    Skipped,
+}
+
+impl fmt::Display for ProbeStatus {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            ProbeStatus::Ok => "ok",
+            ProbeStatus::Trap => "trap",
+            ProbeStatus::Fail => "fail",
+            ProbeStatus::Skipped => "skipped",
+        })
+    }
+}
+
+/// One finding.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Probe {
+    /// Short name.
+    pub name: &'static str,
+    /// What was found.
+    pub status: ProbeStatus,
+    /// What it means for the user.
+    pub detail: String,
+}
+
+/// A name, a kernel that reads `x` and writes `y`, its inputs, and what its outputs mean.
+struct Trap {
+    name: &'static str,
+    body: &'static str,
+    inputs: &'static [f32],
+    judge: fn(&[u32]) -> (ProbeStatus, String),
+}
+
+fn judged(good: bool, otherwise: ProbeStatus, yes: &str, no: &str) -> (ProbeStatus, String) {
+    if good { (ProbeStatus::Ok, yes.to_owned()) } else { (otherwise, no.to_owned()) }
+}
+
+/// 1 + 2^-12: its square needs one bit more than an f32 has.
+const ODD: f32 = 1.000_244_1;
+
+/// Functions of the kernels below.
+const COMMON: &str = "
+@group(0) @binding(0) var<storage, read> x: array<f32>;
+@group(0) @binding(1) var<storage, read_write> y: array<u32>;
+fn hide(value: f32, zero: u32) -> f32 { return bitcast<f32>(bitcast<u32>(value) ^ zero); }
+";
+
+const TRAPS: &[Trap] = &[
+    Trap {
+        name: "nan_by_bits",
+        body: "y[0] = select(0u, 1u, (bitcast<u32>(x[0]) & 0x7f800000u) == 0x7f800000u);
+               y[1] = select(0u, 1u, (bitcast<u32>(x[1]) & 0x7f800000u) == 0x7f800000u);",
+        inputs: &[f32::NAN, 1.0],
+        judge: |y| {
+            judged(
+                y == [1, 0],
+                ProbeStatus::Fail,
+                "a result that is not a number (NaN) is found by its bits, as the kernels do it",
+                "a result that is not a number (NaN) goes unnoticed: do not use this driver",
+            )
+        },
+    },
+    Trap {
+        name: "nan_unequal",
+        body: "y[0] = select(0u, 1u, x[0] != x[0]);",
+        inputs: &[f32::NAN],
+        judge: |y| {
+            judged(
+                y == [1],
+                ProbeStatus::Trap,
+                "NaN differs from itself, as it should",
+                "the usual test `x != x` does not find NaN here; the kernels use the bits instead",
+            )
+        },
+    },
+    Trap {
+        name: "nan_not_equal",
+        body: "y[0] = select(0u, 1u, !(x[0] == x[0]));",
+        inputs: &[f32::NAN],
+        judge: |y| {
+            judged(
+                y == [1],
+                ProbeStatus::Trap,
+                "NaN is not equal to itself, as it should be",
+                "the test `!(x == x)` does not find NaN here; the kernels use the bits instead",
+            )
+        },
+    },
+    Trap {
+        name: "clamps_keep_nan",
+        body: "y[0] = bitcast<u32>(max(x[0], 1.0)); y[1] = bitcast<u32>(min(x[0], 1.0));
+               y[2] = bitcast<u32>(clamp(x[0], -1.0, 1.0));",
+        inputs: &[f32::NAN],
+        judge: |y| {
+            judged(
+                y.iter().all(|bits| f32::from_bits(*bits).is_nan()),
+                ProbeStatus::Trap,
+                "minimum and maximum pass NaN on",
+                "minimum and maximum turn NaN into an ordinary number; the kernels look for it before they clamp",
+            )
+        },
+    },
+    Trap {
+        name: "unfused_products",
+        body: "y[0] = bitcast<u32>(x[0] * x[0] + x[1]);",
+        inputs: &[ODD, -(ODD * ODD)],
+        judge: |y| {
+            judged(
+                f32::from_bits(y[0]) == 0.0,
+                ProbeStatus::Trap,
+                "products are rounded before they are added, so that results can equal the CPU's bit for bit",
+                "the driver fuses a product with the sum after it; results are good, but differ from the CPU's in the \
+                 last digits",
+            )
+        },
+    },
+    Trap {
+        name: "power_of_zero",
+        body: "y[0] = bitcast<u32>(pow(x[0], x[0])); y[1] = bitcast<u32>(pow(x[1], x[2]));",
+        inputs: &[0.0, 2.0, 0.5],
+        judge: |y| {
+            judged(
+                f32::from_bits(y[0]) == 1.0,
+                ProbeStatus::Trap,
+                "the driver's own power function has 0^0 = 1",
+                "the driver's own power function has 0^0 other than 1; the kernels bring their own",
+            )
+        },
+    },
+    Trap {
+        name: "plain_error_terms",
+        body: "let sum = x[0] + x[1]; let seen = sum - x[0];
+               y[0] = bitcast<u32>((x[0] - (sum - seen)) + (x[1] - seen));",
+        inputs: &[1000.0, 1e-5],
+        judge: |y| {
+            judged(
+                f32::from_bits(y[0]) == 1e-5,
+                ProbeStatus::Trap,
+                "the error of a sum can be computed as written",
+                "the driver simplifies the error of a sum to 0; the kernels hide such terms from it",
+            )
+        },
+    },
+    Trap {
+        name: "hidden_error_terms",
+        body: "let zero = bitcast<u32>(x[2]); let sum = hide(x[0] + x[1], zero); let seen = hide(sum - x[0], zero);
+               y[0] = bitcast<u32>((x[0] - hide(sum - seen, zero)) + (x[1] - seen));",
+        inputs: &[1000.0, 1e-5, 0.0],
+        judge: |y| {
+            judged(
+                f32::from_bits(y[0]) == 1e-5,
+                ProbeStatus::Fail,
+                "--precision compensated works: rounding errors of sums are carried along",
+                "--precision compensated is no better than plain on this driver",
+            )
+        },
+    },
+];
+
+/// Additions in the probe of loops.
+const ADDITIONS: u32 = 1 << 20;
+
+/// Tries every trap on an adapter. `power` is the CPU's form of shaders/power.wgsl.
+#[must_use]
+pub fn probes(adapter: &Adapter, power: fn(f32, f32) -> f32) -> Vec<Probe> {
+    let failed = |name, fault: Fault| Probe {
+        name,
+        status: ProbeStatus::Fail,
+        detail: format!("{}: {}", fault.doing, fault.message.replace('\n', " ")),
+    };
+    let device = match Device::open(adapter, Limits::NONE) {
+        Ok(device) => device,
+        Err(fault) => return vec![failed("device", fault)],
+    };
+    let mut found: Vec<Probe> = Vec::new();
+    for Trap { name, body, inputs, judge } in TRAPS {
+        let text = format!("{COMMON}@compute @workgroup_size(1) fn main() {{ {body} }}");
+        found.push(match run(&device, &text, inputs, body.matches("y[").count()) {
+            Ok(y) => {
+                let (status, detail) = judge(&y);
+                Probe { name, status, detail }
+            }
+            Err(fault) => failed(name, fault),
+        });
+    }
+    for (name, probed) in
+        [("own_power", own_power(&device, power)), ("loops", loops(&device)), ("f64_power", f64_power(adapter))]
+    {
+        found.push(match probed {
+            Ok((status, detail)) => Probe { name, status, detail },
+            Err(fault) => failed(name, fault),
+        });
+    }
+    found
+}
+
+type Finding = Result<(ProbeStatus, String), Fault>;
+
+/// shaders/power.wgsl against its twin.
+fn own_power(device: &Device, power: fn(f32, f32) -> f32) -> Finding {
+    let bases = (0..64).map(|k| 0.001 * 1.12_f32.powi(k));
+    let pairs: Vec<[f32; 2]> = bases.flat_map(|x| (0..64).map(move |k| [x, 0.1 + 0.155 * k as f32])).collect();
+    let text = format!(
+        "{COMMON}{}
+         @compute @workgroup_size(64) fn main(@builtin(global_invocation_id) id: vec3<u32>) {{
+             for (var k = id.x; k < {}u; k += 64u) {{ y[k] = bitcast<u32>(power(x[2u * k], x[2u * k + 1u])); }}
+         }}",
+        include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/shaders/power.wgsl")),
+        pairs.len()
+    );
+    let y = run(device, &text, pairs.as_flattened(), pairs.len())?;
+    let (mut different, mut worst) = (0, 0.0_f32);
+    for ([base, exponent], bits) in pairs.iter().zip(y) {
+        let (cpu, gpu) = (power(*base, *exponent), f32::from_bits(bits));
+        if cpu.to_bits() != bits {
+            different += 1;
+            worst = worst.max(if gpu.is_finite() { ((gpu - cpu) / cpu).abs() } else { f32::INFINITY });
+        }
+    }
+    let all = pairs.len();
+    Ok(if different == 0 {
+        (ProbeStatus::Ok, format!("the power function gives the same bits as on the CPU at {all} points"))
+    } else if worst < 1e-5 {
+        (
+            ProbeStatus::Trap,
+            format!("{different} of {all} powers differ from the CPU's, by at most {worst:.1e} of themselves"),
+        )
+    } else {
+        (ProbeStatus::Fail, format!("{different} of {all} powers are wrong, by up to {worst:.1e} of themselves"))
+    })
+}
+
+/// A loop as it is against one that is unrolled: wgpu adds a check to every turn, which some drivers take badly.
+fn loops(device: &Device) -> Finding {
+    let time = |unrolled: u32| {
+        let step = "s = s * 0.999 + x[0];".repeat(unrolled as usize);
+        let text = format!(
+            "{COMMON}@compute @workgroup_size(1) fn main() {{
+                 var s = 0.0;
+                 for (var k = 0u; k < {}u; k++) {{ {step} }}
+                 y[0] = bitcast<u32>(s);
+             }}",
+            ADDITIONS / unrolled
+        );
+        // The first run compiles.
+        run(device, &text, &[1.0], 1)?;
+        let mut best = f64::INFINITY;
+        for _ in 0..3 {
+            let began = Instant::now();
+            run(device, &text, &[1.0], 1)?;
+            best = best.min(began.elapsed().as_secs_f64());
+        }
+        Ok(best)
+    };
+    let ratio = time(1)? / time(16)?;
+    let (status, judgement) =
+        if ratio < 4.0 { (ProbeStatus::Ok, "fine") } else { (ProbeStatus::Trap, "expect slow simulations here") };
+    Ok((
+        status,
+        format!("a turn of a loop costs {ratio:.1} times its content, wgpu's safety check included: {judgement}"),
+    ))
+}
+
+/// Powers of 64-bit floats, which no kernel here uses.
+fn f64_power(adapter: &Adapter) -> Finding {
+    if !adapter.inner.features().contains(wgpu::Features::SHADER_F64) {
+        return Ok((ProbeStatus::Skipped, "the driver has no 64-bit floats; none are needed".to_owned()));
+    }
+    let device = Device::open_with(adapter, Limits::NONE, wgpu::Features::SHADER_F64)?;
+    let text = format!(
+        "{COMMON}@compute @workgroup_size(1) fn main() {{ y[0] = bitcast<u32>(f32(pow(f64(x[0]), f64(x[1])))); }}"
+    );
+    let y = run(&device, &text, &[2.0, 0.5], 1)?;
+    Ok(judged(
+        (f32::from_bits(y[0]) - std::f32::consts::SQRT_2).abs() < 1e-6,
+        ProbeStatus::Trap,
+        "powers of 64-bit floats are right; the kernels do without",
+        "powers of 64-bit floats are garbage on this driver; the kernels use none",
+    ))
+}
+
+/// Runs `main` in one workgroup; the values of `y`.
+fn run(device: &Device, text: &str, x: &[f32], outputs: usize) -> Result<Vec<u32>, Fault> {
+    const DOING: &str = "running a probe";
+    use wgpu::BufferUsages as Usages;
+    let raw = &device.raw;
+    let filters = [wgpu::ErrorFilter::Validation, wgpu::ErrorFilter::Internal];
+    let scopes = filters.map(|filter| raw.push_error_scope(filter));
+    let buffer = |size: usize, usage| {
+        let size = size as u64;
+        raw.create_buffer(&wgpu::BufferDescriptor { label: Some("probe"), size, usage, mapped_at_creation: false })
+    };
+    let input = buffer(size_of_val(x), Usages::STORAGE | Usages::COPY_DST);
+    let output = buffer(4 * outputs, Usages::STORAGE | Usages::COPY_SRC);
+    let back = buffer(4 * outputs, Usages::MAP_READ | Usages::COPY_DST);
+    device.queue.write_buffer(&input, 0, bytemuck::cast_slice(x));
+    let source = wgpu::ShaderSource::Wgsl(text.into());
+    let module = raw.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some("probe"), source });
+    let pipeline = raw.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: Some("probe"),
+        layout: None,
+        module: &module,
+        entry_point: Some("main"),
+        compilation_options: wgpu::PipelineCompilationOptions::default(),
+        cache: None,
+    });
+    let mut encoder = raw.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    let bind_group = raw.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some("probe"),
+        layout: &pipeline.get_bind_group_layout(0),
+        entries: &[
+            wgpu::BindGroupEntry { binding: 0, resource: input.as_entire_binding() },
+            wgpu::BindGroupEntry { binding: 1, resource: output.as_entire_binding() },
+        ],
+    });
+    let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+    pass.set_pipeline(&pipeline);
+    pass.set_bind_group(0, &bind_group, &[]);
+    pass.dispatch_workgroups(1, 1, 1);
+    drop(pass);
+    encoder.copy_buffer_to_buffer(&output, 0, &back, 0, 4 * outputs as u64);
+    let commands = encoder.finish();
+    if let Some(error) = scopes.into_iter().rev().filter_map(|scope| pollster::block_on(scope.pop())).last() {
+        return Err(Fault::new(DOING, error));
+    }
+    device.queue.submit([commands]);
+    back.slice(..).map_async(wgpu::MapMode::Read, |_| ());
+    device.wait(None)?;
+    let view = back.slice(..).get_mapped_range().map_err(|e| Fault::new(DOING, e))?;
+    Ok(view.chunks_exact(4).map(|word| u32::from_ne_bytes(word.try_into().expect("four bytes"))).collect())
+}
