@@ -219,6 +219,9 @@ pub enum EvaluateError {
     /// The case cannot be laid out for this evaluator.
     #[error(transparent)]
     Course(#[from] CourseError),
+    /// The text of the model cannot run on this evaluator.
+    #[error(transparent)]
+    Model(Box<dyn std::error::Error + Send + Sync>),
     /// The device failed, and so did the second attempt.
     #[error("{doing} on {adapter}: {message}")]
     Device {
