@@ -218,9 +218,7 @@ impl<T: Real, const A: usize, const B: usize, const C: usize> Core<T, A, B, C> {
             let score = match raw.failure() {
                 Some(Failure { kind, step }) => Score::Failed(Failure { kind, step }),
                 None if run.stream.rejects && raw.n_cut_acc + raw.n_cut_dec > 0 => Score::Rejected,
-                None => {
-                    Score::Value(workspace.sums.score(lane, run.settings, &run.stream.norms[candidate.first]))
-                }
+                None => Score::Value(workspace.sums.score(lane, run.settings, &run.stream.norms[candidate.first])),
             };
             *result = Finished { score, raw };
         }
@@ -264,7 +262,12 @@ impl<T: Real, const A: usize, const B: usize, const C: usize> Core<T, A, B, C> {
         run_block(self.set, &blocks.program, &mut workspace, run);
         let lane = |lane: usize| Observed {
             raw: workspace.raw(lane, run.settings),
-            blocks: workspace.sums.blocks.iter().map(|sums| [sums[0].0[lane], sums[1].0[lane]].map(T::to_f64)).collect(),
+            blocks: workspace
+                .sums
+                .blocks
+                .iter()
+                .map(|sums| [sums[0].0[lane], sums[1].0[lane]].map(T::to_f64))
+                .collect(),
         };
         let observed = (0..run.candidates.len()).map(lane).collect();
         blocks.put(workspace);

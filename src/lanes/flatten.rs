@@ -163,8 +163,7 @@ impl<'a> Flattener<'a> {
             _ => {}
         }
         let values = vec![None; function.expressions.len()];
-        let mut frame =
-            Frame { function, handle, arguments, locals: Vec::new(), values, inside: false, result: None };
+        let mut frame = Frame { function, handle, arguments, locals: Vec::new(), values, inside: false, result: None };
         for (local, variable) in function.local_variables.iter() {
             let value = match variable.init {
                 Some(init) => self.value(&mut frame, init)?,
@@ -395,14 +394,7 @@ impl<'a> Flattener<'a> {
         Ok(self.ops.push(Op::Binary(op, a, b)))
     }
 
-    fn math(
-        &mut self,
-        fun: MathFunction,
-        a: Id,
-        b: Option<Id>,
-        c: Option<Id>,
-        span: Span,
-    ) -> Result<Id, LanesError> {
+    fn math(&mut self, fun: MathFunction, a: Id, b: Option<Id>, c: Option<Id>, span: Span) -> Result<Id, LanesError> {
         let op = match (fun, b, c) {
             (MathFunction::Min, Some(b), None) => Op::Binary(Binary::Min, a, b),
             (MathFunction::Max, Some(b), None) => Op::Binary(Binary::Max, a, b),

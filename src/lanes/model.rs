@@ -92,8 +92,7 @@ impl Model {
         let perceived = [(); 3].map(|()| rows.pin());
         let dx_l = rows.pin();
         let road = [(); 3].map(|()| rows.pin());
-        let names: Vec<&str> =
-            step.inputs.iter().filter_map(|(path, _)| path.strip_prefix("now.")).collect::<Vec<_>>();
+        let names: Vec<&str> = step.inputs.iter().filter_map(|(path, _)| path.strip_prefix("now.")).collect::<Vec<_>>();
         let homes = [(); 2].map(|()| names.iter().map(|_| rows.pin()).collect::<Home>());
 
         let mut literals: Vec<(f32, Row)> = Vec::new();
@@ -141,7 +140,9 @@ impl Model {
             targets.extend([(output("a_free"), None), (output("a"), None), (feasible, None)]);
             let scheduled = schedule(&step.ops, &bound, &targets, &mut rows);
             busy.extend(scheduled.steps.iter().flat_map(|s| s.from.into_iter().chain([s.to])));
-            let [a_free, a, feasible_row] = scheduled.wanted[names.len()..] else { unreachable!("three were asked for") };
+            let [a_free, a, feasible_row] = scheduled.wanted[names.len()..] else {
+                unreachable!("three were asked for")
+            };
             let feasible = (step.ops.literal(feasible) != Some(1.0)).then_some(feasible_row);
             StepCode { code: scheduled.steps, a_free, a, feasible }
         });

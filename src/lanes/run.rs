@@ -274,12 +274,7 @@ fn perceive<T: Real, const L: usize>(
 /// Closes the lanes that failed in the step from home `from`; returns how many. Rare, so one after the other.
 #[cold]
 #[inline(never)]
-fn close<T: Real, const L: usize>(
-    w: &mut Workspace<T, L>,
-    program: &Program<T, L>,
-    from: usize,
-    t: usize,
-) -> usize {
+fn close<T: Real, const L: usize>(w: &mut Workspace<T, L>, program: &Program<T, L>, from: usize, t: usize) -> usize {
     let step = &program.model.steps[from];
     let mut closed = 0;
     for lane in 0..L {

@@ -150,7 +150,8 @@ pub fn schedule(ops: &Ops, bound: &HashMap<Id, Row>, wanted: &[(Id, Option<Row>)
         let mut done: Vec<Id> = sources.into_iter().filter(|s| last_use[s] == position).collect();
         done.sort_unstable();
         done.dedup();
-        rows.free.extend(done.iter().filter(|s| !bound.contains_key(s)).map(|s| place[s]).filter(|r| taken.contains(r)));
+        rows.free
+            .extend(done.iter().filter(|s| !bound.contains_key(s)).map(|s| place[s]).filter(|r| taken.contains(r)));
     }
     let mut results = Vec::new();
     for (id, target) in wanted {

@@ -125,14 +125,7 @@ impl<T: Real, const L: usize> Sums<T, L> {
 
     /// Adds sample t with the state in `rows`, in the lanes that went on.
     #[inline(always)]
-    pub fn add(
-        &mut self,
-        settings: &Settings<T>,
-        stream: &Stream<T>,
-        rows: [&[T; L]; 3],
-        went: &[T; L],
-        t: usize,
-    ) {
+    pub fn add(&mut self, settings: &Settings<T>, stream: &Stream<T>, rows: [&[T; L]; 3], went: &[T; L], t: usize) {
         let compensated = settings.compensated;
         let term = &mut self.term.0;
         for k in 0..3 {
@@ -231,11 +224,7 @@ impl<T: Real, const L: usize> Sums<T, L> {
         let theil = settings.adding == Adding::One(Accumulation::Theil);
         let [s, v, a] = [0, 1, 2].map(|k| {
             let term = (error2[k] * norm.per_count[k]).sqrt() * norm.weight[k];
-            if theil {
-                term / ((simulated2[k] * norm.per_count[k]).sqrt() + norm.rms_measured[k])
-            } else {
-                term
-            }
+            if theil { term / ((simulated2[k] * norm.per_count[k]).sqrt() + norm.rms_measured[k]) } else { term }
         });
         let value = (s + v) + a;
         if Real::is_finite(value) { value.to_f64() } else { f64::NAN }

@@ -31,3 +31,10 @@ pub const SELF_DRIVEN: f64 = 1e-9;
 /// Share of a parameter's range by which a genetic algorithm may miss a known value after 30,000 evaluations: it has no
 /// local search.
 pub const RECOVERED: f64 = 0.02;
+
+/// Relative, seventeen measures of a whole run, f64 of the WGSL text against the reference: the two write the spacing as a
+/// state and as a difference of positions of up to 6 km, whose last bit is 1e-12 m.
+pub const WHOLE_RUN: f64 = 1e-9;
+
+/// Relative, the same for the candidates whose run amplifies a rounding difference, or in which one tips a switch over.
+pub const WHOLE_RUN_SENSITIVE: f64 = 1e-3;
