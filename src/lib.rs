@@ -65,6 +65,7 @@ pub mod plant;
 pub mod reference;
 pub mod report;
 pub mod score;
+pub mod select;
 pub mod simulate;
 pub mod symbols;
 pub mod trajectory;

@@ -11,7 +11,7 @@ const FLOORS: [&[&str]; 8] = [
     &["cli"],
     &["report"],
     &["diagnose", "study"],
-    &["calibrate", "validate", "evaluate", "simulate"],
+    &["calibrate", "validate", "evaluate", "simulate", "select"],
     &["gpu", "lanes", "reference"],
     &["wgsl", "evaluator"],
     &["catalog", "vehicle", "convention"],

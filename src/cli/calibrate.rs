@@ -8,18 +8,22 @@ pub use flags::Args;
 pub use leadlag::calibrate::read_bounds;
 
 use super::data::Loaded;
+use super::evaluator::warn;
 use super::{Usage, interrupt, output};
 use leadlag::calibrate::{Calibration, SearchSpace, calibrate};
 use leadlag::evaluator::{Case, Evaluator};
+use leadlag::lanes::LanesPrecision;
+use leadlag::optimize::GaSettings;
 use leadlag::reference::Reference;
 use leadlag::report::assemble::Calibrated;
 use leadlag::report::result::ResultFile;
 use leadlag::report::text;
+use leadlag::select::Work;
 use std::path::Path;
 use std::time::Instant;
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
-    args.evaluator.check()?;
+    args.evaluator.selection()?;
     let mut loaded = Vec::new();
     for file in &args.files {
         loaded.push(args.data.pick(&args.data.read(file)?, args.follower, &args.model)?);
@@ -59,8 +63,8 @@ fn one(args: &Args, loaded: &[Loaded], folder: &Path) -> anyhow::Result<ResultFi
     output::make_folder(folder)?;
     let settings = args.settings();
     let started = Instant::now();
-    let mut evaluator = reference.clone();
-    let result = search(&mut evaluator, &reference, loaded, &space, args, &settings)?;
+    let mut evaluator = evaluator(args, &reference, &settings)?;
+    let result = search(evaluator.as_mut(), &reference, loaded, &space, args, &settings)?;
     let written = write::files(folder, &result, &reference, loaded, started.elapsed());
     if !args.json {
         output::print(&text::calibration(&result))?;
@@ -91,6 +95,14 @@ fn prepare(args: &Args, loaded: &[Loaded]) -> anyhow::Result<(SearchSpace, Refer
         cases.push(Case::new(&l.trajectory, args.model, l.vehicle(), args.convention, space.tau_p_upper())?);
     }
     Ok((space, Reference::new(cases, args.gof)))
+}
+
+/// The evaluator that simulates the candidates; the reference scores what it finds again.
+fn evaluator(args: &Args, reference: &Reference, settings: &Calibration) -> anyhow::Result<Box<dyn Evaluator>> {
+    let cases = reference.cases().to_vec();
+    let generation = GaSettings::default().population_size * settings.replicates as usize;
+    let work = Work { candidates: generation * cases.len(), precision: LanesPrecision::Plain };
+    Ok(args.evaluator.selection()?.build(cases, args.gof, work, warn)?)
 }
 
 fn search(

@@ -3,15 +3,17 @@
 use super::calibrate::progress::rate;
 use super::calibrate::read_bounds;
 use super::data::read_grade;
-use super::{Usage, evaluator, interrupt, output};
+use super::evaluator::EvaluatorArgs;
+use super::{evaluator, interrupt, output};
 use anyhow::Context;
 use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressStyle};
 use leadlag::convention::Convention;
 use leadlag::evaluate::{DataLayout, Library, Settings, TableError, evaluate_table};
-use leadlag::evaluator::{Case, EvaluateError, Evaluator};
-use leadlag::reference::Reference;
+use leadlag::evaluator::Case;
+use leadlag::lanes::LanesPrecision;
 use leadlag::score::GoodnessOfFit;
+use leadlag::select::Work;
 use leadlag::symbols::Symbol;
 use leadlag::trajectory::Preparation;
 use std::fs::File;
@@ -32,12 +34,8 @@ pub struct Args {
     /// paper or authors, with single rows changed behind a comma: authors,road_load=si
     #[arg(long, default_value = "paper")]
     convention: Convention,
-    /// Which evaluator simulates the rows
-    #[arg(long, value_enum, default_value_t)]
-    evaluator: evaluator::Choice,
-    /// Precision of the lanes and gpu evaluators; the reference always computes in f64
-    #[arg(long, value_parser = ["plain", "compensated"])]
-    precision: Option<String>,
+    #[command(flatten)]
+    evaluator: EvaluatorArgs,
     /// TOML file whose upper bound of tau_p fixes the scored window of variants with delay
     /// [default: 0.8 s, Table 3]
     #[arg(long, value_name = "FILE.toml")]
@@ -56,6 +54,9 @@ pub struct Args {
     out: Option<PathBuf>,
 }
 
+/// Rows that are given deserve all digits, and `lanes` in f64 is fast; how many there will be is not known.
+const WORK: Work = Work { candidates: 1, precision: LanesPrecision::F64 };
+
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum LayoutArg {
     /// astazero_c2art, as the paper's authors processed them
@@ -65,11 +66,7 @@ enum LayoutArg {
 }
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
-    args.evaluator.check()?;
-    if args.precision.is_some() {
-        let message = "--precision goes with --evaluator lanes or gpu; the reference computes in f64";
-        return Err(Usage(message.to_owned()).into());
-    }
+    let selection = args.evaluator.selection()?;
     let overrides = args.bounds.as_deref().map(read_bounds).transpose()?.unwrap_or_default();
     let table = Case::bounds(Symbol::tau_p, None, args.convention).context("Table 3 bounds tau_p")?;
     let [_, tau_p_upper] = overrides.get(Symbol::tau_p.name()).copied().unwrap_or(table);
@@ -100,8 +97,15 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         bar.set_position(rows);
         !interrupt::asked()
     };
-    let mut build = |cases| -> Result<Box<dyn Evaluator>, EvaluateError> {
-        Ok(Box::new(Reference::new(cases, GoodnessOfFit::NRMSE_SVA)))
+    let mut used: Vec<String> = Vec::new();
+    let mut build = |cases| {
+        let evaluator = selection.build(cases, GoodnessOfFit::NRMSE_SVA, WORK, evaluator::warn)?;
+        let on = evaluator.adapter().map_or(String::new(), |adapter| format!(" on {adapter}"));
+        let name = format!("{} ({}){on}", evaluator.name(), evaluator.precision());
+        if !used.contains(&name) {
+            used.push(name);
+        }
+        Ok(evaluator)
     };
     let input = BufReader::new(input);
     let result = evaluate_table(input, &shown, output, &mut library, &settings, &mut build, &mut progress);
@@ -123,11 +127,12 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         other => other?,
     };
     eprintln!(
-        "{} rows: {} simulated to the end, {} ended early, {} invalid; evaluator reference (f64), convention {}",
+        "{} rows: {} simulated to the end, {} ended early, {} invalid; evaluator {}, convention {}",
         summary.rows,
         summary.rows - summary.failed - summary.invalid,
         summary.failed,
         summary.invalid,
+        if used.is_empty() { "none".to_owned() } else { used.join(", ") },
         args.convention
     );
     Ok(())

@@ -1,31 +1,71 @@
 //! Choice of the evaluator.
 
-use anyhow::bail;
+use super::Usage;
 use clap::ValueEnum;
+use leadlag::gpu::AdapterChoice;
+use leadlag::lanes::LanesPrecision;
+use leadlag::select::{Kind, Selection};
 
-/// Which evaluator simulates the candidates.
+#[derive(Debug, Clone, clap::Args)]
+#[command(next_help_heading = "Evaluator")]
+pub struct EvaluatorArgs {
+    /// Which evaluator simulates the candidates
+    #[arg(long, value_enum, default_value_t)]
+    pub evaluator: Choice,
+    /// Precision of lanes and gpu [default: plain]
+    #[arg(long, value_enum)]
+    pub precision: Option<PrecisionArg>,
+    /// The adapter of the gpu evaluator, as `leadlag doctor` lists them [default: the best one]
+    #[arg(long, value_name = "INDEX|PCI|NAME")]
+    pub gpu: Option<String>,
+}
+
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 pub enum Choice {
-    /// The best one that this version has
+    /// A hardware GPU for large work, else lanes
     #[default]
     Auto,
-    /// Plain f64 on the CPU
+    /// Plain f64 on the CPU, one candidate after the other
     Reference,
-    /// Vectorised CPU evaluator; not in this version
+    /// Blocks of candidates on the CPU
     Lanes,
-    /// GPU evaluator; not in this version
+    /// The GPU, a software one included; never the CPU instead
     Gpu,
 }
 
-impl Choice {
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum PrecisionArg {
+    /// f32
+    Plain,
+    /// f32 that carries on what it rounds away
+    Compensated,
+    /// f64, on lanes only
+    F64,
+}
+
+impl EvaluatorArgs {
     /// An evaluator that was asked for by name is never replaced by another one.
-    pub fn check(self) -> anyhow::Result<()> {
-        match self {
-            Choice::Auto | Choice::Reference => Ok(()),
-            Choice::Lanes => bail!("--evaluator lanes: not in this version; use --evaluator reference"),
-            Choice::Gpu => {
-                bail!("--evaluator gpu: not in this version, no adapter is looked for; use --evaluator reference")
-            }
-        }
+    pub fn selection(&self) -> anyhow::Result<Selection> {
+        let selection = Selection {
+            kind: match self.evaluator {
+                Choice::Auto => Kind::Auto,
+                Choice::Reference => Kind::Reference,
+                Choice::Lanes => Kind::Lanes,
+                Choice::Gpu => Kind::Gpu,
+            },
+            precision: self.precision.map(|precision| match precision {
+                PrecisionArg::Plain => LanesPrecision::Plain,
+                PrecisionArg::Compensated => LanesPrecision::Compensated,
+                PrecisionArg::F64 => LanesPrecision::F64,
+            }),
+            adapter: self.gpu.clone().map_or(AdapterChoice::Best, AdapterChoice::Named),
+        };
+        selection.check().map_err(|e| Usage(e.to_string()))?;
+        Ok(selection)
     }
+}
+
+/// A warning of an evaluator, to stderr.
+pub fn warn(message: &str) {
+    eprintln!("warning: {message}");
 }

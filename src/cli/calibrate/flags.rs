@@ -1,7 +1,8 @@
 //! The flags of `leadlag calibrate`.
 
+use super::super::Usage;
 use super::super::data::DataArgs;
-use super::super::{Usage, evaluator};
+use super::super::evaluator::EvaluatorArgs;
 use leadlag::calibrate::{Calibration, OptimizerKind, Overrides, Stop, read_bounds};
 use leadlag::catalog::Variant;
 use leadlag::convention::Convention;
@@ -43,9 +44,8 @@ pub struct Args {
     pub json: bool,
     #[command(flatten)]
     pub search: SearchArgs,
-    /// Which evaluator simulates the candidates
-    #[arg(long, value_enum, default_value_t, help_heading = "Search")]
-    pub evaluator: evaluator::Choice,
+    #[command(flatten)]
+    pub evaluator: EvaluatorArgs,
     #[command(flatten)]
     pub data: DataArgs,
 }

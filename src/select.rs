@@ -1,0 +1,128 @@
+//! Which evaluator does the work: the one asked for, or under `auto` the one that suits it.
+
+use crate::evaluator::{Case, EvaluateError, Evaluator, Fallback};
+use crate::gpu::{Adapter, AdapterChoice, Gpu};
+use crate::lanes::{Lanes, LanesPrecision};
+use crate::reference::Reference;
+use crate::score::GoodnessOfFit;
+use crate::wgsl::Precision;
+
+/// An evaluator by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Kind {
+    /// A hardware GPU where there is one and the work is large enough for it, else `lanes`.
+    #[default]
+    Auto,
+    /// Plain scalar f64 on the CPU.
+    Reference,
+    /// The WGSL text on the CPU, in blocks of candidates.
+    Lanes,
+    /// The WGSL text on a GPU, lavapipe included; never the CPU evaluator instead.
+    Gpu,
+}
+
+/// Which evaluator, in which precision, on which device.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Selection {
+    /// The evaluator.
+    pub kind: Kind,
+    /// Its precision; `None`: plain f32 for `lanes` and `gpu`.
+    pub precision: Option<LanesPrecision>,
+    /// The device of `gpu`.
+    pub adapter: AdapterChoice,
+}
+
+/// A choice that contradicts itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum SelectionError {
+    /// The reference has one precision.
+    #[error("--precision goes with --evaluator lanes or gpu; the reference computes in f64")]
+    Reference,
+    /// Most GPUs have no f64, and none is asked for it.
+    #[error("--precision f64 goes with --evaluator lanes; on a GPU there are plain and compensated f32")]
+    GpuF64,
+    /// Only a GPU evaluator runs on an adapter.
+    #[error("--gpu goes with --evaluator gpu or auto")]
+    Adapter,
+}
+
+/// What the work is like, for `auto`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Work {
+    /// Candidates that are simulated at a time, over all cases.
+    pub candidates: usize,
+    /// The precision that suits it when none was asked for.
+    pub precision: LanesPrecision,
+}
+
+/// Candidates per CPU thread from which on a hardware GPU is taken. A generation takes a GPU some 2 ms however small it is (its steps follow one
+/// another), in which a CPU thread simulates about 150 candidates over 9000 samples; four times as many leave no doubt. An estimate: no
+/// hardware GPU has been measured.
+const CANDIDATES_PER_THREAD: usize = 600;
+
+impl Selection {
+    /// Checks that evaluator, precision and device go together.
+    ///
+    /// # Errors
+    /// [`SelectionError`].
+    pub fn check(&self) -> Result<(), SelectionError> {
+        match self.kind {
+            Kind::Reference if self.precision.is_some() => Err(SelectionError::Reference),
+            Kind::Gpu if self.precision == Some(LanesPrecision::F64) => Err(SelectionError::GpuF64),
+            Kind::Reference | Kind::Lanes if self.adapter != AdapterChoice::Best => Err(SelectionError::Adapter),
+            _ => Ok(()),
+        }
+    }
+
+    /// Makes the evaluator. Under `auto`, a device that fails later is replaced by `lanes`; `warn` is told why, then or now.
+    ///
+    /// # Errors
+    /// When the evaluator cannot be made.
+    pub fn build(
+        &self,
+        cases: Vec<Case>,
+        gof: GoodnessOfFit,
+        work: Work,
+        warn: fn(&str),
+    ) -> Result<Box<dyn Evaluator>, EvaluateError> {
+        let f32_precision = match self.precision {
+            Some(LanesPrecision::Compensated) => Precision::Compensated,
+            _ => Precision::Plain,
+        };
+        match self.kind {
+            Kind::Reference => Ok(Box::new(Reference::new(cases, gof))),
+            Kind::Lanes => Ok(Box::new(Lanes::new(cases, gof, self.precision.unwrap_or_default())?)),
+            Kind::Gpu => Ok(Box::new(Gpu::new(cases, gof, f32_precision, &self.adapter)?)),
+            Kind::Auto => {
+                let precision = self.precision.unwrap_or(work.precision);
+                let lanes = move |cases| -> Result<Box<dyn Evaluator>, EvaluateError> {
+                    Ok(Box::new(Lanes::new(cases, gof, precision)?))
+                };
+                if precision == LanesPrecision::F64 || !self.suits_a_gpu(work) {
+                    return lanes(cases);
+                }
+                match Gpu::new(cases.clone(), gof, f32_precision, &self.adapter) {
+                    Ok(gpu) => Ok(Box::new(Fallback::new(
+                        Box::new(gpu),
+                        Box::new(move |error, cases| {
+                            warn(&format!("{error}; going on with the CPU evaluator"));
+                            lanes(cases)
+                        }),
+                    ))),
+                    Err(error) => {
+                        warn(&format!("{error}; taking the CPU evaluator"));
+                        lanes(cases)
+                    }
+                }
+            }
+        }
+    }
+
+    /// True if there is a hardware GPU, and work enough for it.
+    fn suits_a_gpu(&self, work: Work) -> bool {
+        let threads = rayon::current_num_threads();
+        work.candidates >= CANDIDATES_PER_THREAD * threads
+            && std::env::var_os("LEADLAG_NO_GPU").is_none()
+            && Adapter::choose(&self.adapter).is_ok_and(|adapter| adapter.is_hardware())
+    }
+}
