@@ -29,7 +29,7 @@ pub fn power_block<const L: usize>(x: &[f32; L], y: &[f32; L], out: &mut [f32; L
         let y_low = y[i] - y_high;
         let exact = y_high * e[i];
         let exact_whole = exact.floor();
-        let rest = (exact - exact_whole) + (y_low * e[i] + y[i] * (l[i] * z[i]));
+        let rest = ((exact - exact_whole) + y_low * e[i]) + y[i] * (l[i] * z[i]);
         let rest_whole = rest.floor();
         part[i] = rest - rest_whole;
         whole[i] = exact_whole + rest_whole;
