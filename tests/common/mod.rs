@@ -1,6 +1,7 @@
 //! Helpers that several test files share.
 #![allow(dead_code, reason = "every test file uses some of them")]
 
+pub mod cars;
 pub mod tolerance;
 
 use std::path::{Path, PathBuf};

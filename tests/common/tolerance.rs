@@ -39,3 +39,10 @@ pub const GPU_SCORE: f64 = 2e-5;
 /// Relative change of a score of the f64 reference when every parameter changes by up to 1e-6 of itself, above which the
 /// candidate says nothing about an f32 evaluator: eight roundings of its parameters alone would do the same.
 pub const GPU_ILL_CONDITIONED: f64 = 1e-5;
+
+/// Relative, seventeen measures of a whole run, f64 of the WGSL text against the reference: the two write the spacing as a
+/// state and as a difference of positions of up to 6 km, whose last bit is 1e-12 m.
+pub const WHOLE_RUN: f64 = 1e-9;
+
+/// Relative, the same for the candidates whose run amplifies a rounding difference, or in which one tips a switch over.
+pub const WHOLE_RUN_SENSITIVE: f64 = 1e-3;
