@@ -2,6 +2,7 @@
 //!
 //! Results go to stdout, progress and warnings to stderr; exit 0 done, 1 failed, 2 wrong usage.
 
+mod bench;
 mod calibrate;
 mod data;
 mod demo;
@@ -42,6 +43,8 @@ enum Command {
     Evaluate(evaluate::Args),
     /// List variants, parameters, vehicles, goodness-of-fit functions, conventions
     List(list::Args),
+    /// Measure how fast candidates are simulated
+    Bench(bench::Args),
     /// Write a synthetic five-car platoon whose truth is known
     Synth(synth::Args),
     /// Make a synthetic platoon, inspect it, calibrate a variant on it: no data needed
@@ -76,6 +79,7 @@ pub fn run(cli: Cli) -> anyhow::Result<()> {
         Command::Simulate(args) => simulate::run(&args),
         Command::Evaluate(args) => evaluate::run(&args),
         Command::List(args) => list::run(&args),
+        Command::Bench(args) => bench::run(&args),
         Command::Synth(args) => synth::run(&args),
         Command::Demo(args) => demo::run(&args),
     }
