@@ -8,7 +8,6 @@ use super::real::Real;
 use crate::evaluator::{Case, Course, EvaluateError, Failure, FailureKind, Population, Score};
 use crate::score::{GoodnessOfFit, Norm};
 use crate::symbols::Parameters;
-use multiversion::multiversion;
 use rayon::prelude::*;
 
 /// Candidates that advance together: enough independent work to hide how long one operation takes.
@@ -18,7 +17,7 @@ type Lanes<T> = [T; LANES];
 
 /// What the loop needs of one measured sample.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Sample<T> {
+struct Sample<T> {
     v_l_before: T,
     dx_l: T,
     s: T,
@@ -28,7 +27,7 @@ pub(super) struct Sample<T> {
 
 /// The measured drive in the precision of the loop.
 #[derive(Debug, Clone)]
-pub(super) struct Road<T> {
+struct Road<T> {
     dt: T,
     start: [T; 2],
     samples: Vec<Sample<T>>,
@@ -36,7 +35,7 @@ pub(super) struct Road<T> {
 
 /// A block of candidates, one array per parameter (reciprocals where Eq. 2 and 3 divide).
 #[derive(Debug, Clone)]
-pub(super) struct Block<T> {
+struct Block<T> {
     delta: Lanes<T>,
     per_v_0: Lanes<T>,
     d_0: Lanes<T>,
@@ -47,7 +46,7 @@ pub(super) struct Block<T> {
 
 /// Sums of squared residuals of s, v, a and the lowest spacing of each candidate.
 #[derive(Debug, Clone)]
-pub(super) struct Sums<T> {
+struct Sums<T> {
     square: [Lanes<T>; 3],
     lowest: Lanes<T>,
 }
@@ -59,7 +58,7 @@ pub(super) struct Native<T> {
     norm: Norm,
 }
 
-impl<T: Precise> Native<T> {
+impl<T: Real> Native<T> {
     /// Lays out a case of variant 1 (`idm`).
     ///
     /// # Errors
@@ -95,7 +94,7 @@ impl<T: Precise> Native<T> {
             return Err(EvaluateError::Room { candidates: population.len(), scores: scores.len() });
         }
         scores.par_chunks_mut(LANES).enumerate().for_each(|(k, scores)| {
-            let sums = T::drive(&self.road, &block(population, k * LANES));
+            let sums = fastest(&self.road, &block(population, k * LANES));
             for (lane, score) in scores.iter_mut().enumerate() {
                 *score = self.score(&sums, lane);
             }
@@ -162,41 +161,26 @@ fn drive<T: Real, const FUSED: bool>(road: &Road<T>, p: &Block<T>) -> Sums<T> {
     Sums { square, lowest }
 }
 
-/// The loop compiled for several instruction sets; the best one that the processor has is taken at run time. Without fused
-/// multiply-adds in hardware they would be library calls, so that the baseline does without.
-#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl+avx2+fma", "x86_64+avx2+fma", "aarch64+neon"))]
-fn drive_f32(road: &Road<f32>, p: &Block<f32>) -> Sums<f32> {
-    if multiversion::target::target_cfg_f!(any(target_feature = "fma", target_arch = "aarch64")) {
-        drive::<f32, true>(road, p)
-    } else {
-        drive::<f32, false>(road, p)
+/// The loop with fused multiply-adds, to be compiled for one instruction set after the other.
+struct Fused<'a, T> {
+    road: &'a Road<T>,
+    block: &'a Block<T>,
+}
+
+impl<T: Real> pulp::WithSimd for Fused<'_, T> {
+    type Output = Sums<T>;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> Sums<T> {
+        drive::<T, true>(self.road, self.block)
     }
 }
 
-/// See [`drive_f32`].
-#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl+avx2+fma", "x86_64+avx2+fma", "aarch64+neon"))]
-fn drive_f64(road: &Road<f64>, p: &Block<f64>) -> Sums<f64> {
-    if multiversion::target::target_cfg_f!(any(target_feature = "fma", target_arch = "aarch64")) {
-        drive::<f64, true>(road, p)
-    } else {
-        drive::<f64, false>(road, p)
-    }
-}
-
-/// A precision of the loop.
-pub(super) trait Precise: Real {
-    /// The loop in this precision.
-    fn drive(road: &Road<Self>, p: &Block<Self>) -> Sums<Self>;
-}
-
-impl Precise for f32 {
-    fn drive(road: &Road<f32>, p: &Block<f32>) -> Sums<f32> {
-        drive_f32(road, p)
-    }
-}
-
-impl Precise for f64 {
-    fn drive(road: &Road<f64>, p: &Block<f64>) -> Sums<f64> {
-        drive_f64(road, p)
+/// The loop with the best vector instructions that the processor has. Where it has no fused multiply-adds they would be library
+/// calls, so that the loop does without.
+fn fastest<T: Real>(road: &Road<T>, block: &Block<T>) -> Sums<T> {
+    match pulp::Arch::new() {
+        pulp::Arch::Scalar => drive::<T, false>(road, block),
+        arch => arch.dispatch(Fused { road, block }),
     }
 }
