@@ -2,13 +2,15 @@
 
 mod common;
 
-use leadlag::catalog::{Constraint, Dynamics, Variant};
-use leadlag::convention::Convention;
+use leadlag::catalog::{Constraint, Controller, Dynamics, Spacing, Variant};
+use leadlag::convention::{Convention, Radicand};
 use leadlag::evaluator::Case;
 use leadlag::reference::{Trace, simulate};
 use leadlag::symbols::{Bounds, Parameters, Symbol};
 use leadlag::trajectory::{Grade, Source, Trajectory};
 use leadlag::vehicle::{Mfc, Vehicle};
+use leadlag::wgsl::{Precision, Recipe, Source as Shader, check};
+use std::path::Path;
 
 /// Table 1: per base model its name here, controller, spacing policy, first id and calibration parameters.
 const BASES: [(&str, &str, &str, u32, &str); 5] = [
@@ -280,5 +282,105 @@ fn only_variants_that_need_it_ask_for_vehicle_and_road() {
         let nonlinear = variant.dynamics == Dynamics::Nonlinear;
         assert_eq!(variant.needs_grade(), nonlinear, "{variant}");
         assert_eq!(variant.needs_vehicle(), nonlinear || variant.constraint == Constraint::Mfc, "{variant}");
+    }
+}
+
+/// One row of the part table: folder, file name, parameters, a variant that has it.
+struct Part {
+    folder: &'static str,
+    name: &'static str,
+    parameters: &'static [Symbol],
+    variant: Variant,
+}
+
+fn parts() -> Vec<Part> {
+    let with = |is: &dyn Fn(&Variant) -> bool| Variant::all().find(|v| is(v)).expect("every part is in some variant");
+    let part = |folder, name, parameters, variant| Part { folder, name, parameters, variant };
+    let controllers = Controller::ALL
+        .iter()
+        .map(|p| part("controller", p.name(), p.parameters(), with(&|v| v.base.controller == *p)));
+    let spacings =
+        Spacing::ALL.iter().map(|p| part("spacing", p.name(), p.parameters(), with(&|v| v.base.spacing == *p)));
+    let dynamics =
+        Dynamics::ALL.iter().map(|p| part("dynamics", p.name(), p.parameters(), with(&|v| v.dynamics == *p)));
+    let constraints =
+        Constraint::ALL.iter().map(|p| part("constraint", p.name(), p.parameters(), with(&|v| v.constraint == *p)));
+    controllers.chain(spacings).chain(dynamics).chain(constraints).collect()
+}
+
+/// The function that all files of a folder define.
+const FUNCTIONS: [(&str, &str); 4] = [
+    ("spacing", "desired_spacing"),
+    ("controller", "commanded_acceleration"),
+    ("dynamics", "vehicle_response"),
+    ("constraint", "constrained_acceleration"),
+];
+
+#[test]
+fn every_part_has_a_shader_and_a_reference_and_no_file_is_without_a_row() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    for (folder, function) in FUNCTIONS {
+        let rows: Vec<String> = parts().iter().filter(|p| p.folder == folder).map(|p| p.name.to_owned()).collect();
+        for (place, extension, opening) in
+            [("shaders", "wgsl", format!("fn {function}(")), ("src/reference", "rs", format!("pub fn {function}("))]
+        {
+            let folder = root.join(place).join(folder);
+            let mut files: Vec<String> = std::fs::read_dir(&folder)
+                .expect("the folder of the parts is readable")
+                .filter_map(|e| {
+                    let name = e.expect("readable").file_name().to_string_lossy().into_owned();
+                    name.strip_suffix(&format!(".{extension}")).map(str::to_owned)
+                })
+                .filter(|name| name != "mod")
+                .collect();
+            files.sort();
+            let mut expected = rows.clone();
+            expected.sort();
+            assert_eq!(files, expected, "files in {} against rows in src/catalog.rs", folder.display());
+            for name in &files {
+                let path = folder.join(format!("{name}.{extension}"));
+                let text = std::fs::read_to_string(&path).expect("a part is readable");
+                let found = text.lines().filter(|line| line.starts_with(&opening)).count();
+                assert_eq!(found, 1, "{} defines {function} once", path.display());
+                let first = text.lines().find(|l| l.starts_with("//")).unwrap_or_default();
+                let has_place = ["Eq", "controller"].iter().any(|word| first.contains(word));
+                assert!(has_place || place == "src/reference", "{}: the first line names its equation", path.display());
+            }
+        }
+    }
+}
+
+/// The fields of `Params` that a function reads, by name.
+fn params_read(module: &naga::Module, function: &naga::Function) -> Vec<String> {
+    let mut read = Vec::new();
+    for (_, expression) in function.expressions.iter() {
+        let naga::Expression::AccessIndex { base, index } = expression else { continue };
+        let naga::Expression::FunctionArgument(argument) = function.expressions[*base] else { continue };
+        let ty = &module.types[function.arguments[argument as usize].ty];
+        let naga::TypeInner::Struct { members, .. } = &ty.inner else { continue };
+        if ty.name.as_deref() == Some("Params") {
+            read.push(members[*index as usize].name.clone().expect("members have names"));
+        }
+    }
+    read.sort();
+    read.dedup();
+    read
+}
+
+#[test]
+fn every_shader_reads_the_parameters_of_its_row_and_no_other() {
+    for part in parts() {
+        let (_, function) =
+            FUNCTIONS.into_iter().find(|(folder, _)| *folder == part.folder).expect("a folder of parts");
+        let recipe = Recipe { variant: part.variant, precision: Precision::Plain, radicand: Radicand::Measured };
+        let checked = check(&Shader::model(&recipe)).expect("every variant composes");
+        let (_, found) = checked
+            .module
+            .functions
+            .iter()
+            .find(|(_, f)| f.name.as_deref() == Some(function))
+            .expect("every folder defines its function");
+        let declared = sorted(part.parameters.iter().map(|s| s.name()).collect());
+        assert_eq!(params_read(&checked.module, found), declared, "shaders/{}/{}.wgsl", part.folder, part.name);
     }
 }
