@@ -13,11 +13,13 @@ pub enum Effort {
     Quick,
     /// Several population sizes, and all ninety variants on `lanes`; some minutes.
     Full,
+    /// One variant, several population sizes.
+    Variant(Variant),
 }
 
 /// IDM, Gipps with delay, linear dynamics and constant bounds, and the linear law with constant time headway: a power
 /// function, square roots, and neither.
-pub(super) const VARIANTS: [u32; 3] = [1, 32, 37];
+const VARIANTS: [u32; 3] = [1, 32, 37];
 
 /// Candidates where nothing else is said.
 pub(super) const POPULATION: usize = 1024;
@@ -34,6 +36,8 @@ pub struct Report {
     pub adapter: Option<String>,
     /// The drive.
     pub data: String,
+    /// Variants that the text shows line by line.
+    pub shown: Vec<u32>,
     /// Contenders on variants.
     pub rows: Vec<Row>,
     /// What a generation costs beside simulating.
@@ -63,20 +67,26 @@ impl Report {
 /// Contender, variant and number of candidates of everything that is timed, none twice.
 fn plan(effort: Effort) -> Vec<(Contender, u32, usize)> {
     let mut plan = Vec::new();
-    let mut add = |contender, id, population| {
-        if !plan.contains(&(contender, id, population)) {
+    let mut add = |contender: Contender, id, population| {
+        let can = !contender.is_native() || id == 1;
+        if can && !plan.contains(&(contender, id, population)) {
             plan.push((contender, id, population));
         }
     };
     let populations: &[usize] = if effort == Effort::Quick { &[POPULATION] } else { &[100, POPULATION, 4096] };
+    let (first, others): (u32, &[u32]) = match effort {
+        Effort::Variant(variant) => (variant.id(), &[]),
+        Effort::Quick | Effort::Full => (VARIANTS[0], &VARIANTS[1..]),
+    };
     for &contender in Contender::ALL {
         if contender == Contender::Reference {
-            VARIANTS.iter().for_each(|&id| add(contender, id, POPULATION_OF_REFERENCE));
+            add(contender, first, POPULATION_OF_REFERENCE);
+            others.iter().for_each(|&id| add(contender, id, POPULATION_OF_REFERENCE));
             continue;
         }
-        populations.iter().for_each(|&population| add(contender, 1, population));
+        populations.iter().for_each(|&population| add(contender, first, population));
         let fast = contender.precision() == "plain";
-        VARIANTS.iter().filter(|_| fast).for_each(|&id| add(contender, id, POPULATION));
+        others.iter().filter(|_| fast).for_each(|&id| add(contender, id, POPULATION));
         if effort == Effort::Full && fast && contender.evaluator() == "lanes" {
             (1..=Variant::COUNT).for_each(|id| add(contender, id, POPULATION));
         }
@@ -102,12 +112,14 @@ pub fn run(drive: &Drive, effort: Effort, progress: &mut dyn FnMut(&str)) -> Res
         measurements.iter_mut().try_for_each(Measurement::repeat)?;
     }
     let mut generations = Vec::new();
-    for &contender in Contender::ALL.iter().filter(|c| !c.is_native()) {
+    let with_generations = !matches!(effort, Effort::Variant(_));
+    for &contender in Contender::ALL.iter().filter(|c| with_generations && !c.is_native()) {
         progress("generations of an optimiser");
         generations.extend(Generation::measure(contender, drive)?);
     }
     let adapter = measurements.iter().find_map(Measurement::adapter);
     let rows = measurements.iter().map(Measurement::row).collect();
     let data = format!("{}, {} samples", drive.name, drive.samples());
-    Ok(Report { machine, adapter, data, rows, generations })
+    let shown = if let Effort::Variant(variant) = effort { vec![variant.id()] } else { VARIANTS.to_vec() };
+    Ok(Report { machine, adapter, data, shown, rows, generations })
 }

@@ -2,7 +2,7 @@
 
 use super::Row;
 use super::measure::median;
-use super::plan::{POPULATION, Report, VARIANTS};
+use super::plan::{POPULATION, Report};
 use crate::catalog::{BASES, Constraint, Dynamics, Variant};
 use std::fmt::Write;
 
@@ -35,7 +35,7 @@ fn write_table(text: &mut String, report: &Report) -> std::fmt::Result {
     writeln!(text, "reference  plain scalar f64 code, the oracle of the tests")?;
     writeln!(text, "done       share of the steps that were simulated; crashed candidates end early")?;
 
-    for id in VARIANTS {
+    for &id in &report.shown {
         let rows: Vec<&Row> = report.rows.iter().filter(|r| r.model_id == id).collect();
         let Some(first) = rows.first() else { continue };
         writeln!(text, "\nvariant {id}, {}", first.variant)?;
@@ -68,6 +68,9 @@ fn write_table(text: &mut String, report: &Report) -> std::fmt::Result {
         writeln!(text, "first dispatch of {evaluator} {precision}, variant {id}: {ms:.0} ms (once per process)")?;
     }
     write_ninety(text, report)?;
+    if report.generations.is_empty() {
+        return Ok(());
+    }
 
     writeln!(text, "\nA generation of an optimiser, 100 candidates, beside simulating")?;
     writeln!(text, "(the same calibration on a drive of a few samples)")?;

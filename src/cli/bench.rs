@@ -3,6 +3,7 @@
 use super::output;
 use indicatif::{ProgressBar, ProgressStyle};
 use leadlag::bench::{Drive, Effort, run as measure, table};
+use leadlag::catalog::Variant;
 use leadlag::trajectory::import;
 use std::path::PathBuf;
 
@@ -11,6 +12,9 @@ pub struct Args {
     /// Three variants instead of all ninety; under a minute
     #[arg(long)]
     quick: bool,
+    /// Only this variant, with 100, 1024 and 4096 candidates
+    #[arg(long, value_name = "ID|NAME", conflicts_with = "quick")]
+    model: Option<Variant>,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -37,7 +41,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         output::make_folder(folder)?;
         return Ok(leadlag::bench::export(&drive, folder)?);
     }
-    let effort = if args.quick { Effort::Quick } else { Effort::Full };
+    let whole = if args.quick { Effort::Quick } else { Effort::Full };
+    let effort = args.model.map_or(whole, Effort::Variant);
     let bar = ProgressBar::new_spinner().with_style(ProgressStyle::with_template("{spinner} {msg}, {elapsed}")?);
     let report = measure(&drive, effort, &mut |what| {
         bar.set_message(what.to_owned());
