@@ -27,7 +27,44 @@ struct Survivor {
     reason: &'static str,
 }
 
-const SURVIVORS: &[Survivor] = &[];
+const SURVIVORS: &[Survivor] = &[
+    Survivor {
+        file: "shaders/controller/gipps.wgsl",
+        line: "return Command((v_cmd - v_f) * per_t_h, radicand >= -1e-10);",
+        change: ">= -> >",
+        reason: "a guard against the last bits of a radicand; nothing real is -1e-10",
+    },
+    Survivor {
+        file: "shaders/controller/gipps.wgsl",
+        line: "return Command((v_cmd - v_f) * per_t_h, radicand >= -1e-10);",
+        change: "1e-10 -> 1e-10 * 1.01",
+        reason: "a guard against the last bits of a radicand; nothing real lies between -1e-10 and -1.01e-10",
+    },
+    Survivor {
+        file: "shaders/motion/compensated.wgsl",
+        line: "let stops = v_free.high < 0.0;",
+        change: "< -> <=",
+        reason: "equivalent: a speed of exactly zero was reached by an acceleration of -v / dt",
+    },
+    Survivor {
+        file: "shaders/motion/plain.wgsl",
+        line: "let a_next = select(a, -now.v_f * per_dt, v_free < 0.0);",
+        change: "< -> <=",
+        reason: "equivalent: a speed of exactly zero was reached by an acceleration of -v / dt",
+    },
+    Survivor {
+        file: "shaders/spacing/inherent.wgsl",
+        line: "return 0.0;",
+        change: "0.0 -> 0.01",
+        reason: "never read: Gipps' controller has its own spacing",
+    },
+    Survivor {
+        file: "shaders/start/shifted.wgsl",
+        line: "return select(x.s, shifted, radicand < 0.0);",
+        change: "< -> <=",
+        reason: "equivalent: a radicand of exactly zero is shifted by nothing",
+    },
+];
 
 /// Files that are judged by other means: which.
 const ELSEWHERE: [(&str, &str); 3] = [

@@ -29,6 +29,8 @@ pub struct Shot {
     pub dt: f64,
     /// Where the run starts: `starting_spacing` \[m\].
     pub start: f64,
+    /// The step itself is too badly conditioned to be compared.
+    pub start_only: bool,
     /// s, v, a after the step.
     pub next: [f64; 3],
     /// Clipped at the upper bound, clipped at the lower bound, radicand not negative.
@@ -46,11 +48,7 @@ fn draw(random: &mut ChaCha8Rng, [lower, upper]: [f64; 2]) -> f64 {
 
 /// One of some edges in half of the draws, else evenly between.
 fn edgy(random: &mut ChaCha8Rng, edges: &[f64], between: [f64; 2]) -> f64 {
-    if random.random::<bool>() {
-        edges[random.random_range(0..edges.len())]
-    } else {
-        draw(random, between)
-    }
+    if random.random::<bool>() { edges[random.random_range(0..edges.len())] } else { draw(random, between) }
 }
 
 /// Steps of a variant; always the same.
@@ -72,10 +70,16 @@ fn shot(variant: Variant, convention: Convention, number: u64, trace: &mut Trace
         };
         p.set(symbol, draw(random, bounds));
     }
-    let dt = if random.random::<bool>() { 0.1 } else { 0.04 };
-    let s = edgy(random, &[0.02, 0.5, 3.0, 8.0, 30.0], [1.0, 120.0]);
-    let v_f = edgy(random, &[0.0, -0.01, 0.05, 20.0, 34.9, 40.0], [0.0, 36.0]);
+    let dt = [0.1, 0.04, 0.5][random.random_range(0..3)];
+    let mut s = edgy(random, &[0.02, 0.5, 3.0, 8.0, 30.0], [1.0, 120.0]);
+    let v_f = edgy(random, &[0.0, -0.01, -0.6, 0.05, 20.0, 34.9, 40.0], [0.0, 36.0]);
     let v_l = if random.random_range(0..4) == 0 { v_f } else { edgy(random, &[0.0, 15.0], [0.0, 36.0]) };
+    let h = p.t_h / 2.0 + p.theta;
+    if variant.base.controller == Controller::Gipps && random.random_range(0..4) == 0 {
+        // Where the radicand of Eq. 5 is close to zero.
+        let zero = p.d_0 + (p.a_min * h * h + v_f * p.t_h + v_l * v_l / p.a_hat_min) / 2.0;
+        s = (zero + draw(random, [-0.005, 0.005])).max(0.02);
+    }
     let a_f = edgy(random, &[0.0, -9.0, 6.0], [-4.0, 3.0]);
     let sin_grade = edgy(random, &[0.0, -0.5, 1.0], [-0.1, 0.1]);
     let (a_dp, a_ap) = (edgy(random, &[-0.05], [-8.0, -0.5]), edgy(random, &[0.05], [0.5, 4.0]));
@@ -88,7 +92,8 @@ fn shot(variant: Variant, convention: Convention, number: u64, trace: &mut Trace
         mfc: Some(Mfc { v: vec![0.0, 50.0], a_ap: vec![a_ap; 2], a_dp: vec![a_dp; 2], source: None }),
         ..Vehicle::built_in().swap_remove(0)
     };
-    let len_l = 5.0;
+    // A length would cost digits of a small spacing.
+    let len_l = 0.0;
     let two = |a: f64, b: f64| -> Arc<[f64]> { [a, b].into() };
     let case = Case {
         label: "step".into(),
@@ -112,15 +117,11 @@ fn shot(variant: Variant, convention: Convention, number: u64, trace: &mut Trace
     if run.failure.is_some_and(|f| f.kind == FailureKind::NotFinite) {
         return None;
     }
-    if variant.base.controller == Controller::Gipps {
-        // The root of a radicand near zero turns the last bit into a whole digit: no tolerance suits it.
-        let h = p.t_h / 2.0 + p.theta;
-        let room = 2.0 * (start - p.d_0) - p.t_h * v_f - v_l * v_l / p.a_hat_min;
-        let radicand = p.a_min * p.a_min * h * h - p.a_min * room;
-        if radicand.abs() < 1e-3 && convention.radicand == Radicand::Measured {
-            return None;
-        }
-    }
+    // Near zero the root of a radicand turns the last bit into a whole digit: no tolerance suits what follows from it. A start
+    // that was shifted has a radicand of zero.
+    let room = 2.0 * (start - p.d_0) - p.t_h * v_f - v_l * v_l / p.a_hat_min;
+    let radicand = p.a_min * p.a_min * h * h - p.a_min * room;
+    let start_only = variant.base.controller == Controller::Gipps && radicand.abs() < 1e-3;
     Some(Shot {
         params: variant.parameters().iter().map(|symbol| p.get(*symbol)).collect(),
         perceived: [s, v_f, v_l],
@@ -131,6 +132,7 @@ fn shot(variant: Variant, convention: Convention, number: u64, trace: &mut Trace
         dx_l,
         dt,
         start,
+        start_only,
         next: [s_next, trace.v[1], trace.a[1]],
         flags: [
             run.n_cut_acc > 0,
