@@ -1,7 +1,8 @@
 // The time loop: one invocation, one candidate. `src/lanes/run.rs` does the same, operation for operation, on the CPU; the
-// tests compare every bit. Generated in front of this file, as constants of the pipeline: DELAY, GRADE, MFC, REJECT,
-// COMPENSATED, OBSERVER (bool), ACCUMULATION (src/score.rs; ALL: everything the measures need, for `evaluate`), RING and
-// WORKGROUP (u32), PARAMETERS (u32, words of one candidate's Params); and `load_params`.
+// tests compare every bit. Generated in front of this file (src/gpu/kernel.rs), one set per pipeline: the constants DELAY,
+// GRADE, MFC, REJECT, COMPENSATED, OBSERVER, RING_IN_STATES (bool), ACCUMULATION (src/score.rs; ALL: everything the measures
+// need, for `evaluate`), RING (a power of two), WORKGROUP, PARAMETERS and MOTION_WORDS (u32); the functions `load_params`,
+// `params_are_finite`, `load_motion` and `save_motion`.
 
 // Values of ACCUMULATION.
 const SQUARED = 0u;
@@ -61,23 +62,24 @@ struct Observer {
     block: u32,
 }
 
-// Two vec4 per sample (v_l, dx_l, s, v_f) (a_f, x_road, v_denominator, s_start); a third one with 1/denominator of s, v, a
-// where ACCUMULATION is RELATIVE or ALL.
+// Three vec4 per sample: (v_l, dx_l, s, v_f) (a_f, x_road, v_denominator, s_start) (1/denominator of s, v, a; unused).
 @group(0) @binding(0) var<storage, read> jobs: array<Job>;
 @group(0) @binding(1) var<storage, read> samples: array<vec4<f32>>;
 @group(0) @binding(2) var<storage, read> norms: array<Norm>;
 @group(0) @binding(3) var<storage, read> cells: array<vec4<f32>>;
-// Per candidate its Params, then back and fraction of the delay, first sample, job.
-@group(0) @binding(4) var<storage, read> candidates: array<f32>;
-@group(0) @binding(5) var<storage, read_write> states: array<f32>;
+// Per candidate its Params, then back and fraction of the delay, first sample, job. Words, not floats: small integers are
+// denormal floats, which a driver may flush to zero.
+@group(0) @binding(4) var<storage, read> candidates: array<u32>;
+@group(0) @binding(5) var<storage, read_write> states: array<u32>;
 @group(0) @binding(6) var<storage, read_write> results: array<u32>;
 @group(0) @binding(7) var<storage, read_write> blocks: array<f32>;
 @group(0) @binding(8) var<uniform> chunk: Chunk;
 @group(0) @binding(9) var<uniform> observer: Observer;
 
-const SAMPLE_WORDS: u32 = select(2u, 3u, ACCUMULATION == RELATIVE || ACCUMULATION == ALL);
+const SAMPLE_WORDS = 3u;
 
-// Status of a run: 0 while it goes well, else the top bit, the kind, and the sample.
+// Status of a run: 0 while it goes well, else the top bit, the kind, and the sample; or DONE after its last sample.
+const DONE = 1u;
 const FAILED: u32 = 0x80000000u;
 const CRASH: u32 = 0u << 28u;
 const RADICAND: u32 = 1u << 28u;
@@ -118,6 +120,84 @@ fn total(sum: Triple) -> vec3<f32> {
     return sum.high + sum.low;
 }
 
+// What of a run is added up and remembered; the rest of the code below is dropped by the compiler.
+const HAS_SIMULATED = ACCUMULATION == THEIL || ACCUMULATION == ALL;
+const HAS_ALL = ACCUMULATION == ALL;
+const HAS_CUTS = REJECT || HAS_ALL;
+
+// Words of one candidate in `states`: status, cuts, state, sums, block, ring. src/gpu/kernel.rs counts them too.
+const TRIPLE_WORDS: u32 = select(3u, 6u, COMPENSATED);
+const AT_MOTION: u32 = 3u;
+const AT_ERROR: u32 = AT_MOTION + MOTION_WORDS;
+const AT_SIMULATED: u32 = AT_ERROR + TRIPLE_WORDS;
+const AT_RELATIVE: u32 = AT_SIMULATED + select(0u, TRIPLE_WORDS, HAS_SIMULATED);
+const AT_FLOORED: u32 = AT_RELATIVE + select(0u, TRIPLE_WORDS, HAS_ALL);
+const AT_BLOCK: u32 = AT_FLOORED + select(0u, TRIPLE_WORDS, HAS_ALL);
+const AT_RING: u32 = AT_BLOCK + select(0u, 2u, OBSERVER);
+
+fn candidate_word(word: u32, i: u32) -> u32 {
+    return candidates[word * chunk.stride + i];
+}
+
+fn candidate(word: u32, i: u32) -> f32 {
+    return bitcast<f32>(candidate_word(word, i));
+}
+
+fn saved(word: u32, i: u32) -> f32 {
+    return bitcast<f32>(states[word * chunk.stride + i]);
+}
+
+fn save(word: u32, i: u32, x: f32) {
+    states[word * chunk.stride + i] = bitcast<u32>(x);
+}
+
+fn saved3(word: u32, i: u32) -> vec3<f32> {
+    return vec3<f32>(saved(word, i), saved(word + 1u, i), saved(word + 2u, i));
+}
+
+fn save3(word: u32, i: u32, x: vec3<f32>) {
+    save(word, i, x.x);
+    save(word + 1u, i, x.y);
+    save(word + 2u, i, x.z);
+}
+
+fn load_triple(word: u32, i: u32) -> Triple {
+    var sum = Triple(saved3(word, i), vec3<f32>());
+    if (COMPENSATED) {
+        sum.low = saved3(word + 3u, i);
+    }
+    return sum;
+}
+
+fn save_triple(word: u32, i: u32, sum: Triple) {
+    save3(word, i, sum.high);
+    if (COMPENSATED) {
+        save3(word + 3u, i, sum.low);
+    }
+}
+
+// The last RING samples' (s, v_f), for perception with delay; sample t is entry t mod RING. A long one does not fit into the
+// memory of an invocation and lies in `states`.
+var<private> ring: array<vec2<f32>, select(RING, 1u, RING_IN_STATES)>;
+
+fn remember(t: u32, i: u32, now: Motion) {
+    let k = t & (RING - 1u);
+    if (RING_IN_STATES) {
+        save(AT_RING + 2u * k, i, now.s);
+        save(AT_RING + 2u * k + 1u, i, now.v_f);
+    } else {
+        ring[k] = vec2<f32>(now.s, now.v_f);
+    }
+}
+
+fn remembered(t: u32, i: u32) -> vec2<f32> {
+    let k = t & (RING - 1u);
+    if (RING_IN_STATES) {
+        return vec2<f32>(saved(AT_RING + 2u * k, i), saved(AT_RING + 2u * k + 1u, i));
+    }
+    return ring[k];
+}
+
 // Sine of the grade under a follower with spacing s, where a follower with spacing 0 would be at x_road.
 fn sin_grade_at(job: Job, x_road: f32, s: f32) -> f32 {
     var x = x_road - s;
@@ -149,11 +229,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
     }
     opaque_zero = chunk.zero;
     let n = chunk.stride;
-    let p = load_params(i, n);
-    let back = bitcast<u32>(candidates[PARAMETERS * n + i]);
-    let fraction = candidates[(PARAMETERS + 1u) * n + i];
-    let first = bitcast<u32>(candidates[(PARAMETERS + 2u) * n + i]);
-    let job = jobs[bitcast<u32>(candidates[(PARAMETERS + 3u) * n + i])];
+    let p = load_params(i);
+    let back = candidate_word(PARAMETERS, i);
+    let fraction = candidate(PARAMETERS + 1u, i);
+    let first = candidate_word(PARAMETERS + 2u, i);
+    let job = jobs[candidate_word(PARAMETERS + 3u, i)];
 
     var now: Motion;
     var status = 0u;
@@ -164,47 +244,66 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
     var relative2 = Triple();
     var floored2 = Triple();
     var block = vec2<f32>();
-    var ring_s: array<f32, RING>;
-    var ring_v: array<f32, RING>;
-    var t = chunk.from_sample;
-    let to = min(chunk.to_sample, job.samples);
-    if (t == 0u) {
-        for (; t < first; t++) {
-            let at = job.sample + t * SAMPLE_WORDS;
+    var t = max(chunk.from_sample, first);
+    if (chunk.from_sample == 0u) {
+        for (var k = 0u; k < first; k++) {
+            let at = job.sample + k * SAMPLE_WORDS;
             let x = Perceived(samples[at + 1u].w, samples[at].w, samples[at].x);
             now = at_rest_in(starting_spacing(p, x), x.v_f, samples[at + 1u].x);
             if (DELAY) {
-                ring_s[t % RING] = now.s;
-                ring_v[t % RING] = now.v_f;
+                remember(k, i, now);
             }
             if (status == 0u && now.s <= 0.0) {
-                status = FAILED | CRASH | t;
+                status = FAILED | CRASH | k;
             }
         }
         if (!params_are_finite(p)) {
             status = FAILED | NOT_FINITE | first;
         }
     } else {
-        // @load: generated
-        status = bitcast<u32>(states[i]);
-        // ... the rest is generated: see src/gpu/state.rs
+        if (states[i] != 0u) {
+            return;
+        }
+        cut_acc = states[n + i];
+        cut_dec = states[2u * n + i];
+        now = load_motion(AT_MOTION, i);
+        error2 = load_triple(AT_ERROR, i);
+        if (HAS_SIMULATED) {
+            simulated2 = load_triple(AT_SIMULATED, i);
+        }
+        if (HAS_ALL) {
+            relative2 = load_triple(AT_RELATIVE, i);
+            floored2 = load_triple(AT_FLOORED, i);
+        }
+        if (OBSERVER) {
+            block = vec2<f32>(saved(AT_BLOCK, i), saved(AT_BLOCK + 1u, i));
+        }
+        if (DELAY && !RING_IN_STATES) {
+            for (var k = 0u; k < RING; k++) {
+                ring[k] = vec2<f32>(saved(AT_RING + 2u * k, i), saved(AT_RING + 2u * k + 1u, i));
+            }
+        }
     }
 
+    let to = min(chunk.to_sample, job.samples);
+    var at = job.sample + t * SAMPLE_WORDS;
+    // Speed of the preceding vehicle one sample before.
+    var v_l = samples[at - SAMPLE_WORDS].x;
     for (; t < to && status == 0u; t++) {
-        let at = job.sample + t * SAMPLE_WORDS;
-        let before = at - SAMPLE_WORDS;
-        var x = Perceived(now.s, now.v_f, samples[before].x);
+        var x = Perceived(now.s, now.v_f, v_l);
         if (DELAY) {
             let older = t - 1u - back;
             let younger = min(older + 1u, t - 1u);
+            let past = remembered(older, i);
+            let by = (remembered(younger, i) - past) * fraction;
             let leader = samples[job.sample + older * SAMPLE_WORDS].x;
-            x.s = ring_s[older % RING] + (ring_s[younger % RING] - ring_s[older % RING]) * fraction;
-            x.v_f = ring_v[older % RING] + (ring_v[younger % RING] - ring_v[older % RING]) * fraction;
+            x.s = past.x + by.x;
+            x.v_f = past.y + by.y;
             x.v_l = leader + (samples[job.sample + younger * SAMPLE_WORDS].x - leader) * fraction;
         }
         var road = Road();
         if (GRADE) {
-            road.sin_grade = sin_grade_at(job, samples[before + 1u].y, now.s);
+            road.sin_grade = sin_grade_at(job, samples[at - SAMPLE_WORDS + 1u].y, now.s);
         }
         if (MFC) {
             let bounds = mfc_bounds(job, now.v_f);
@@ -219,8 +318,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
             status = FAILED | NOT_FINITE | t;
             break;
         }
-        cut_acc += select(0u, 1u, done.a < done.a_free);
-        cut_dec += select(0u, 1u, done.a > done.a_free);
+        if (HAS_CUTS) {
+            cut_acc += select(0u, 1u, done.a < done.a_free);
+            cut_dec += select(0u, 1u, done.a > done.a_free);
+        }
         now = done.next;
         if (!done.feasible) {
             status = FAILED | RADICAND | t;
@@ -242,10 +343,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
         } else {
             error2 = add(error2, error * error);
         }
-        if (ACCUMULATION == THEIL || ACCUMULATION == ALL) {
+        if (HAS_SIMULATED) {
             simulated2 = add(simulated2, simulated * simulated);
         }
-        if (ACCUMULATION == ALL) {
+        if (HAS_ALL) {
             let relative = error * samples[at + 2u].xyz;
             relative2 = add(relative2, relative * relative);
             let floored = vec3<f32>(error.x, now.v_f - samples[at + 1u].z, error.z);
@@ -268,12 +369,63 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
             }
         }
         if (DELAY) {
-            ring_s[t % RING] = now.s;
-            ring_v[t % RING] = now.v_f;
+            remember(t, i, now);
+        }
+        v_l = here.x;
+        at += SAMPLE_WORDS;
+    }
+
+    if (status == 0u && t < job.samples) {
+        states[i] = 0u;
+        states[n + i] = cut_acc;
+        states[2u * n + i] = cut_dec;
+        save_motion(AT_MOTION, i, now);
+        save_triple(AT_ERROR, i, error2);
+        if (HAS_SIMULATED) {
+            save_triple(AT_SIMULATED, i, simulated2);
+        }
+        if (HAS_ALL) {
+            save_triple(AT_RELATIVE, i, relative2);
+            save_triple(AT_FLOORED, i, floored2);
+        }
+        if (OBSERVER) {
+            save(AT_BLOCK, i, block.x);
+            save(AT_BLOCK + 1u, i, block.y);
+        }
+        if (DELAY && !RING_IN_STATES) {
+            for (var k = 0u; k < RING; k++) {
+                save(AT_RING + 2u * k, i, ring[k].x);
+                save(AT_RING + 2u * k + 1u, i, ring[k].y);
+            }
+        }
+        return;
+    }
+    // The run is over; later chunks leave it alone.
+    states[i] = select(status, DONE, status == 0u);
+    if (HAS_ALL) {
+        results[i] = status;
+        results[n + i] = cut_acc;
+        results[2u * n + i] = cut_dec;
+        result3(3u, i, total(error2));
+        result3(6u, i, total(simulated2));
+        result3(9u, i, total(relative2));
+        results[12u * n + i] = bitcast<u32>(total(floored2).y);
+        return;
+    }
+    if (status == 0u) {
+        status = score(job, first, error2, simulated2);
+        if (REJECT && cut_acc + cut_dec > 0u) {
+            status = FAILED | REJECTED;
         }
     }
-    // Then either the state goes back into `states`, or, at the end of the trajectory or after a failure, the result
-    // into `results` (finish).
+    results[i] = status;
+}
+
+fn result3(word: u32, i: u32, x: vec3<f32>) {
+    let at = word * chunk.stride + i;
+    results[at] = bitcast<u32>(x.x);
+    results[at + chunk.stride] = bitcast<u32>(x.y);
+    results[at + 2u * chunk.stride] = bitcast<u32>(x.z);
 }
 
 // The score, as 4 bytes.

@@ -219,6 +219,14 @@ pub enum EvaluateError {
     /// The case cannot be laid out for this evaluator.
     #[error(transparent)]
     Course(#[from] CourseError),
+    /// There is no adapter, or not the one that is wanted.
+    #[error("{}", no_adapter(wanted.as_deref(), present))]
+    Adapter {
+        /// Index, PCI address or name that was asked for, if any.
+        wanted: Option<String>,
+        /// The adapters present, one line each.
+        present: Vec<String>,
+    },
     /// The device failed, and so did the second attempt.
     #[error("{doing} on {adapter}: {message}")]
     Device {
@@ -229,6 +237,21 @@ pub enum EvaluateError {
         /// What it says.
         message: String,
     },
+}
+
+fn no_adapter(wanted: Option<&str>, present: &[String]) -> String {
+    match (wanted, present) {
+        (_, []) => {
+            "no GPU adapter found; install the driver of the GPU, or a software one (Debian, Ubuntu: apt-get install \
+                    mesa-vulkan-drivers libvulkan1), or use --evaluator lanes, which needs none"
+                .to_owned()
+        }
+        (None, _) => format!("none of these adapters can be used:\n  {}", present.join("\n  ")),
+        (Some(wanted), _) => format!(
+            "no GPU adapter `{wanted}`; expected an index, a PCI address or a name, present are:\n  {}",
+            present.join("\n  ")
+        ),
+    }
 }
 
 /// Candidates that are to be simulated on one case.

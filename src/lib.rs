@@ -59,6 +59,7 @@ pub mod catalog;
 pub mod convention;
 pub mod evaluate;
 pub mod evaluator;
+pub mod gpu;
 pub mod lanes;
 pub mod optimize;
 pub mod plant;

@@ -31,3 +31,11 @@ pub const SELF_DRIVEN: f64 = 1e-9;
 /// Share of a parameter's range by which a genetic algorithm may miss a known value after 30,000 evaluations: it has no
 /// local search.
 pub const RECOVERED: f64 = 0.02;
+
+/// Relative, NRMSE(s,v,a) of a GPU (f32) against the reference over a short run: measured on lavapipe for candidates whose score
+/// is not ill-conditioned, 2e-5 is the largest error of plain f32 over 9000 samples.
+pub const GPU_SCORE: f64 = 2e-5;
+
+/// Relative change of a score of the f64 reference when every parameter changes by up to 1e-6 of itself, above which the
+/// candidate says nothing about an f32 evaluator: eight roundings of its parameters alone would do the same.
+pub const GPU_ILL_CONDITIONED: f64 = 1e-5;

@@ -1,0 +1,228 @@
+//! Everything that lives on a device and is lost with it: tables, pipelines, buffers, work in flight.
+
+use super::device::{Adapter, Device, Fault, Limits};
+use super::kernel::{Kernel, WORKGROUP};
+use super::plan::{Part, Plan};
+use super::slot::Slot;
+use super::tables::Tables;
+use crate::evaluator::{Course, Observer};
+use crate::score::GoodnessOfFit;
+use std::collections::{HashMap, VecDeque};
+use std::time::{Duration, Instant};
+
+/// Submissions of one buffer set in flight at most: one runs, one waits, so that the device is never idle.
+const IN_FLIGHT: usize = 2;
+/// Time that a submission should take [s]: short enough for a driver's watchdog (2 s on Windows) and for an interrupt.
+const TARGET: f64 = 0.08;
+/// Shorter times [s] tell more of the overhead than of the speed.
+const MEASURABLE: f64 = 0.01;
+/// Samples per submission at least.
+const SHORTEST_CHUNK: u32 = 16;
+
+/// What one buffer set is to do.
+#[derive(Debug)]
+pub(super) struct Work {
+    pub(super) kernel: Kernel,
+    pub(super) plan: Plan,
+    pub(super) observer: Option<Observer>,
+    /// Blocks of the longest trajectory; 0 without an observer.
+    pub(super) blocks: u32,
+}
+
+/// What came of it: the contents of `results`, and of `blocks`, of one part after the other.
+#[derive(Debug, Default)]
+pub(super) struct Results {
+    pub(super) words: Vec<u32>,
+    pub(super) blocks: Vec<u32>,
+}
+
+#[derive(Debug)]
+struct Submitted {
+    index: wgpu::SubmissionIndex,
+    at: Instant,
+    candidate_steps: f64,
+}
+
+/// How far a buffer set has come.
+#[derive(Debug, Default)]
+struct Flight {
+    part: usize,
+    sample: u32,
+    submitted: VecDeque<Submitted>,
+    last_done: Option<Instant>,
+}
+
+#[derive(Debug)]
+pub(super) struct Context {
+    pub(super) device: Device,
+    pub(super) tables: Vec<Tables>,
+    layout: wgpu::BindGroupLayout,
+    pipeline_layout: wgpu::PipelineLayout,
+    pipelines: HashMap<Kernel, wgpu::ComputePipeline>,
+    /// Buffers of each part, for each buffer set.
+    slots: [Vec<Slot>; 3],
+    flights: [Flight; 3],
+    /// Candidate-steps per second, estimated.
+    rate: f64,
+    /// Time spent on building and warming up pipelines.
+    pub(super) warm_up: Duration,
+}
+
+impl Context {
+    pub(super) fn open(
+        adapter: &Adapter,
+        limits: Limits,
+        courses: &[Course],
+        gof: &GoodnessOfFit,
+    ) -> Result<Context, Fault> {
+        let device = Device::open(adapter, limits)?;
+        let tables = Tables::upload(&device, courses, gof)?;
+        let layout = Slot::layout(&device);
+        let pipeline_layout = device.raw.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("kernel"),
+            bind_group_layouts: &[Some(&layout)],
+            immediate_size: 0,
+        });
+        device.check("opening the device")?;
+        Ok(Context {
+            device,
+            tables,
+            layout,
+            pipeline_layout,
+            pipelines: HashMap::new(),
+            slots: Default::default(),
+            flights: Default::default(),
+            // A slow start, which one measured chunk corrects.
+            rate: 50e6,
+            warm_up: Duration::ZERO,
+        })
+    }
+
+    /// Uploads the candidates and submits the first chunks.
+    pub(super) fn start(&mut self, set: usize, work: &Work) -> Result<(), Fault> {
+        self.flights[set] = Flight::default();
+        for (k, part) in work.plan.parts.iter().enumerate() {
+            if self.slots[set].len() == k {
+                self.slots[set].push(Slot::new(&self.device));
+            }
+            let Context { device, tables, layout, slots, .. } = self;
+            slots[set][k].prepare(device, layout, (part.group, &tables[part.group]), part, work);
+        }
+        let mut rest = work.plan.words.as_slice();
+        for (part, slot) in work.plan.parts.iter().zip(&self.slots[set]) {
+            let (own, others) = rest.split_at((part.count * work.kernel.candidate_words()) as usize);
+            rest = others;
+            slot.upload(&self.device, own, work.observer.as_ref());
+        }
+        self.device.check("uploading the candidates")?;
+        self.warm(set, work)?;
+        while self.flights[set].submitted.len() < IN_FLIGHT && self.submit_chunk(set, work) {}
+        self.device.check("submitting work")
+    }
+
+    /// Builds the pipeline unless it is there. Drivers compile at the first dispatch, so there is an empty one.
+    fn warm(&mut self, set: usize, work: &Work) -> Result<(), Fault> {
+        const DOING: &str = "building the kernel";
+        let Some(slot) = self.slots[set].first().filter(|_| !work.plan.parts.is_empty()) else { return Ok(()) };
+        if self.pipelines.contains_key(&work.kernel) {
+            return Ok(());
+        }
+        let began = Instant::now();
+        let device = &self.device.raw;
+        // A failing pipeline may take the device with it (gfx-rs/wgpu#10027); the scopes tell why.
+        let filters = [wgpu::ErrorFilter::Validation, wgpu::ErrorFilter::Internal, wgpu::ErrorFilter::OutOfMemory];
+        let scopes = filters.map(|filter| device.push_error_scope(filter));
+        let source = wgpu::ShaderSource::Wgsl(work.kernel.source().text().to_owned().into());
+        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some("kernel"), source });
+        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some("kernel"),
+            layout: Some(&self.pipeline_layout),
+            module: &module,
+            entry_point: Some("main"),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            cache: None,
+        });
+        let errors = scopes.into_iter().rev().filter_map(|scope| pollster::block_on(scope.pop()));
+        if let Some(error) = errors.last() {
+            return Err(Fault::new(DOING, error));
+        }
+        slot.write_chunk(&self.device, [0, 0, 0, 1]);
+        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        slot.dispatch(&mut encoder, &pipeline, [1, 1]);
+        let submission = self.device.queue.submit([encoder.finish()]);
+        self.device.wait(Some(submission)).map_err(|fault| Fault { doing: DOING, ..fault })?;
+        self.pipelines.insert(work.kernel, pipeline);
+        self.warm_up += began.elapsed();
+        Ok(())
+    }
+
+    /// Submits the next chunk; false if there is none.
+    fn submit_chunk(&mut self, set: usize, work: &Work) -> bool {
+        let flight = &mut self.flights[set];
+        let Some(part) = work.plan.parts.get(flight.part) else { return false };
+        let slot = &self.slots[set][flight.part];
+        let (from, to) =
+            (flight.sample, (flight.sample + self.device.limits.chunk_of(part, self.rate)).min(part.samples));
+        slot.write_chunk(&self.device, [from, to, part.count, part.count]);
+        let mut encoder = self.device.raw.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        if from == 0 {
+            slot.clear(&mut encoder, part, work);
+        }
+        let groups = part.count.div_ceil(WORKGROUP);
+        let x = groups.min(self.device.limits.workgroups);
+        slot.dispatch(&mut encoder, &self.pipelines[&work.kernel], [x, groups.div_ceil(x)]);
+        if to == part.samples {
+            slot.read_back(&mut encoder, part, work);
+            (flight.part, flight.sample) = (flight.part + 1, 0);
+        } else {
+            flight.sample = to;
+        }
+        let index = self.device.queue.submit([encoder.finish()]);
+        let candidate_steps = f64::from(to - from) * f64::from(part.count);
+        flight.submitted.push_back(Submitted { index, at: Instant::now(), candidate_steps });
+        true
+    }
+
+    /// Submits what is left, waits for all, and reads the results.
+    pub(super) fn finish(&mut self, set: usize, work: &Work, results: &mut Results) -> Result<(), Fault> {
+        while let Some(oldest) = self.flights[set].submitted.pop_front() {
+            self.await_chunk(set, oldest)?;
+            self.submit_chunk(set, work);
+            self.device.check("submitting work")?;
+        }
+        results.words.clear();
+        results.blocks.clear();
+        for (part, slot) in work.plan.parts.iter().zip(&self.slots[set]) {
+            slot.read(&self.device, part, work, results)?;
+        }
+        self.device.check("reading the results")
+    }
+
+    /// Waits for one chunk and learns from the time it took.
+    fn await_chunk(&mut self, set: usize, chunk: Submitted) -> Result<(), Fault> {
+        let asked = Instant::now();
+        self.device.wait(Some(chunk.index))?;
+        let flight = &mut self.flights[set];
+        let done = Instant::now();
+        let began = flight.last_done.map_or(chunk.at, |last| last.max(chunk.at));
+        let took = (done - began).as_secs_f64();
+        let measured = chunk.candidate_steps / took.max(1e-6);
+        // Where there was nothing to wait for, the chunk was done some time ago.
+        let waited = (done - asked).as_secs_f64() > 0.5 * took;
+        if measured > self.rate {
+            self.rate = measured;
+        } else if waited && took > MEASURABLE {
+            self.rate = 0.5 * (self.rate + measured);
+        }
+        flight.last_done = Some(done);
+        Ok(())
+    }
+}
+
+impl Limits {
+    /// Samples of the next submission.
+    fn chunk_of(&self, part: &Part, rate: f64) -> u32 {
+        let by_speed = rate * TARGET / f64::from(part.count);
+        self.chunk.unwrap_or(by_speed.min(1e9) as u32).max(if self.chunk.is_some() { 1 } else { SHORTEST_CHUNK })
+    }
+}

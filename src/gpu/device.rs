@@ -1,0 +1,242 @@
+//! Adapters and devices: what is there, which one is taken, and how an open device tells of its failures.
+
+use crate::evaluator::EvaluateError;
+use std::fmt;
+use std::str::FromStr;
+use std::sync::{Arc, Mutex, OnceLock};
+use std::time::Duration;
+
+/// Which adapter is to be used (`--gpu`).
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub enum AdapterChoice {
+    /// The best one: hardware before software.
+    #[default]
+    Best,
+    /// The one with this index, PCI address or name (a part of it is enough).
+    Named(String),
+}
+
+impl FromStr for AdapterChoice {
+    type Err = std::convert::Infallible;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        Ok(AdapterChoice::Named(text.trim().to_owned()))
+    }
+}
+
+/// Upper limits of what is asked of a device, beside its own; tests lower them to reach the code for large work.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Limits {
+    /// Bytes of one binding of a storage buffer.
+    pub binding: u64,
+    /// Bytes of a buffer.
+    pub buffer: u64,
+    /// Workgroups in one dimension of a dispatch.
+    pub workgroups: u32,
+    /// Samples simulated per submission; without a value the measured speed decides.
+    pub chunk: Option<u32>,
+}
+
+impl Limits {
+    /// As much as the adapter allows.
+    pub const NONE: Limits = Limits { binding: u64::MAX, buffer: u64::MAX, workgroups: u32::MAX, chunk: None };
+}
+
+/// An adapter that is present.
+#[derive(Debug, Clone)]
+pub struct Adapter {
+    /// Position in the list of all; what `--gpu` takes.
+    pub index: usize,
+    pub(super) inner: wgpu::Adapter,
+    /// What the driver tells of it.
+    pub info: wgpu::AdapterInfo,
+}
+
+impl Adapter {
+    /// All adapters, in the order in which the drivers list them.
+    #[must_use]
+    pub fn all() -> Vec<Adapter> {
+        // Drivers are loaded once per process; an instance outlives any lost device.
+        static INSTANCE: OnceLock<wgpu::Instance> = OnceLock::new();
+        let backends = wgpu::Backends::VULKAN | wgpu::Backends::METAL | wgpu::Backends::DX12;
+        let instance = INSTANCE.get_or_init(|| {
+            let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+            descriptor.backends = backends;
+            descriptor.flags = wgpu::InstanceFlags::empty();
+            wgpu::Instance::new(descriptor)
+        });
+        let found = pollster::block_on(instance.enumerate_adapters(backends));
+        let adapter = |(index, inner): (usize, wgpu::Adapter)| Adapter { index, info: inner.get_info(), inner };
+        found.into_iter().enumerate().map(adapter).collect()
+    }
+
+    /// The one that is wanted.
+    ///
+    /// # Errors
+    /// [`EvaluateError::Adapter`] with the adapters present.
+    pub fn choose(choice: &AdapterChoice) -> Result<Adapter, EvaluateError> {
+        let all = Adapter::all();
+        let present: Vec<String> = all.iter().map(ToString::to_string).collect();
+        let found = match choice {
+            // The first of the best kind.
+            AdapterChoice::Best => all.into_iter().min_by_key(Adapter::rank),
+            AdapterChoice::Named(wanted) => {
+                let position = all
+                    .iter()
+                    .position(|a| wanted.parse() == Ok(a.index))
+                    .or_else(|| all.iter().position(|a| !wanted.is_empty() && a.pci().eq_ignore_ascii_case(wanted)))
+                    .or_else(|| all.iter().position(|a| a.is_called(wanted)));
+                position.and_then(|i| all.into_iter().nth(i))
+            }
+        };
+        found.ok_or_else(|| EvaluateError::Adapter {
+            wanted: match choice {
+                AdapterChoice::Best => None,
+                AdapterChoice::Named(wanted) => Some(wanted.clone()),
+            },
+            present,
+        })
+    }
+
+    fn rank(&self) -> u32 {
+        match self.info.device_type {
+            wgpu::DeviceType::DiscreteGpu => 0,
+            wgpu::DeviceType::IntegratedGpu => 1,
+            wgpu::DeviceType::VirtualGpu => 2,
+            wgpu::DeviceType::Other => 3,
+            wgpu::DeviceType::Cpu => 4,
+        }
+    }
+
+    fn is_called(&self, wanted: &str) -> bool {
+        !wanted.is_empty() && self.info.name.to_lowercase().contains(&wanted.to_lowercase())
+    }
+
+    /// PCI address such as `0000:01:00.0`; empty where the driver tells none.
+    #[must_use]
+    pub fn pci(&self) -> &str {
+        &self.info.device_pci_bus_id
+    }
+
+    /// False for one that runs on the CPU.
+    #[must_use]
+    pub fn is_hardware(&self) -> bool {
+        self.info.device_type != wgpu::DeviceType::Cpu
+    }
+
+    /// Name and version of the driver.
+    #[must_use]
+    pub fn driver(&self) -> String {
+        format!("{} {}", self.info.driver, self.info.driver_info).trim().to_owned()
+    }
+
+    /// Name, backend and driver, as results record it.
+    #[must_use]
+    pub fn name(&self) -> String {
+        format!("{} ({}, {})", self.info.name, self.info.backend, self.driver())
+    }
+}
+
+impl fmt::Display for Adapter {
+    /// One line: index, name, kind, PCI address.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}  {}", self.index, self.name())?;
+        if !self.pci().is_empty() {
+            write!(f, " at {}", self.pci())?;
+        }
+        Ok(())
+    }
+}
+
+/// What went wrong on a device, and while doing what.
+#[derive(Debug, Clone)]
+pub(super) struct Fault {
+    pub(super) doing: &'static str,
+    pub(super) message: String,
+}
+
+impl Fault {
+    pub(super) fn new(doing: &'static str, message: impl ToString) -> Fault {
+        Fault { doing, message: message.to_string() }
+    }
+}
+
+/// Longest wait for one submission; a chunk takes about 0.1 s, so this means that the driver hangs.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// An open device.
+#[derive(Debug)]
+pub(super) struct Device {
+    pub(super) raw: wgpu::Device,
+    pub(super) queue: wgpu::Queue,
+    /// What it may be asked for.
+    pub(super) limits: Limits,
+    /// The first failure that it told of.
+    trouble: Arc<Mutex<Option<String>>>,
+}
+
+impl Device {
+    pub(super) fn open(adapter: &Adapter, limits: Limits) -> Result<Device, Fault> {
+        let can = adapter.inner.limits();
+        let limits = Limits {
+            binding: limits.binding.min(can.max_storage_buffer_binding_size) & !255,
+            buffer: limits.buffer.min(can.max_buffer_size) & !255,
+            // Asked for in full even if a test lowers it: it is we who keep to it then.
+            workgroups: limits.workgroups.min(can.max_compute_workgroups_per_dimension),
+            chunk: limits.chunk,
+        };
+        let required_limits = wgpu::Limits {
+            max_storage_buffers_per_shader_stage: 8,
+            max_storage_buffer_binding_size: limits.binding,
+            max_buffer_size: limits.buffer,
+            max_compute_workgroups_per_dimension: limits.workgroups,
+            ..wgpu::Limits::downlevel_defaults()
+        };
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("leadlag"),
+            required_limits,
+            memory_hints: wgpu::MemoryHints::MemoryUsage,
+            ..Default::default()
+        };
+        let opened = pollster::block_on(adapter.inner.request_device(&descriptor));
+        let (raw, queue) = opened.map_err(|e| Fault::new("opening the device", e))?;
+        let trouble = Arc::new(Mutex::new(None));
+        let note = |place: &Arc<Mutex<Option<String>>>, message: String| {
+            place.lock().unwrap_or_else(std::sync::PoisonError::into_inner).get_or_insert(message);
+        };
+        let place = Arc::clone(&trouble);
+        raw.set_device_lost_callback(move |reason, message| {
+            note(&place, format!("the device was lost ({reason:?}) {message}"));
+        });
+        let place = Arc::clone(&trouble);
+        // Without a handler of our own wgpu panics.
+        raw.on_uncaptured_error(Arc::new(move |error: wgpu::Error| note(&place, error.to_string())));
+        Ok(Device { raw, queue, limits, trouble })
+    }
+
+    /// Fails if the device has told of a failure.
+    pub(super) fn check(&self, doing: &'static str) -> Result<(), Fault> {
+        match &*self.trouble.lock().unwrap_or_else(std::sync::PoisonError::into_inner) {
+            Some(message) => Err(Fault::new(doing, message)),
+            None => Ok(()),
+        }
+    }
+
+    /// Waits until a submission, or all, is done.
+    pub(super) fn wait(&self, submission: Option<wgpu::SubmissionIndex>) -> Result<(), Fault> {
+        const DOING: &str = "waiting for the device";
+        let poll = wgpu::PollType::Wait { submission_index: submission, timeout: Some(PATIENCE) };
+        // A device that is lost during the wait makes wgpu panic instead of returning an error.
+        let polled = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| self.raw.poll(poll)));
+        match polled {
+            Ok(Ok(_)) => self.check(DOING),
+            Ok(Err(e)) => self.check(DOING).and(Err(Fault::new(DOING, e))),
+            Err(_) => Err(Fault::new(DOING, "the device was lost")),
+        }
+    }
+
+    /// True if a buffer of this size can be bound whole.
+    pub(super) fn holds(&self, bytes: u64) -> bool {
+        bytes <= self.limits.binding.min(self.limits.buffer)
+    }
+}

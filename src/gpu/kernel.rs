@@ -1,0 +1,144 @@
+//! The text of the kernel: the model of a variant, a generated prelude, `shaders/kernel.wgsl`.
+
+use crate::score::Accumulation;
+use crate::wgsl::{Precision, Recipe, ShaderError, Source, check};
+use std::fmt::Write;
+
+/// Invocations of a workgroup. Between 8 and 1024 no difference was measured; small ones spread better over few candidates.
+pub(super) const WORKGROUP: u32 = 64;
+
+/// Longest ring of past states that an invocation keeps in its own memory; large private arrays lose devices
+/// (gfx-rs/wgpu#10027).
+const PRIVATE_RING: u32 = 64;
+
+/// Words of a result with everything the measures need: status, 2 cuts, 3 × 3 sums, 1 sum.
+pub(super) const RAW_WORDS: u32 = 13;
+
+/// What is added up along a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) enum Sums {
+    /// What one goodness of fit needs; the result is a score, 4 bytes.
+    Score(Accumulation),
+    /// Everything the measures need; the result is [`RAW_WORDS`] words.
+    All,
+}
+
+/// What a kernel is composed for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) struct Kernel {
+    pub(super) recipe: Recipe,
+    pub(super) sums: Sums,
+    pub(super) observer: bool,
+    pub(super) reject: bool,
+    /// Past samples to be remembered; a power of two.
+    pub(super) ring: u32,
+}
+
+impl Kernel {
+    fn mfc(&self) -> bool {
+        self.recipe.variant.constraint == crate::catalog::Constraint::Mfc
+    }
+
+    fn ring_in_states(&self) -> bool {
+        self.ring > PRIVATE_RING
+    }
+
+    fn motion(&self) -> &'static [&'static str] {
+        match self.recipe.precision {
+            Precision::Plain => &["s", "v_f", "a_f"],
+            Precision::Compensated => &["s", "v_f", "a_f", "s_low", "v_low"],
+        }
+    }
+
+    /// Words of one candidate in `candidates`.
+    pub(super) fn candidate_words(&self) -> u32 {
+        self.recipe.variant.parameters().len() as u32 + 4
+    }
+
+    /// Words of one candidate in `results`.
+    pub(super) fn result_words(&self) -> u32 {
+        match self.sums {
+            Sums::Score(_) => 1,
+            Sums::All => RAW_WORDS,
+        }
+    }
+
+    /// Words of one candidate in `states`, as the constants AT_... of the kernel add up.
+    pub(super) fn state_words(&self) -> u32 {
+        let triple = if self.recipe.precision == Precision::Compensated { 6 } else { 3 };
+        let triples = match self.sums {
+            Sums::Score(Accumulation::Theil) => 2,
+            Sums::Score(_) => 1,
+            Sums::All => 4,
+        };
+        let ring = if self.recipe.variant.delay { 2 * self.ring } else { 0 };
+        3 + self.motion().len() as u32 + triples * triple + if self.observer { 2 } else { 0 } + ring
+    }
+
+    /// The whole text.
+    pub(super) fn source(&self) -> Source {
+        let mut source = Source::model(&self.recipe);
+        source.push("generated: constants and load functions", &self.prelude().expect("a String takes all"));
+        let text = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/shaders/kernel.wgsl"));
+
+        source.push("shaders/kernel.wgsl", text);
+        source
+    }
+
+    fn prelude(&self) -> Result<String, std::fmt::Error> {
+        let variant = &self.recipe.variant;
+        let mut text = String::new();
+        for (name, value) in [
+            ("DELAY", variant.delay),
+            ("GRADE", variant.needs_grade()),
+            ("MFC", self.mfc()),
+            ("REJECT", self.reject),
+            ("COMPENSATED", self.recipe.precision == Precision::Compensated),
+            ("OBSERVER", self.observer),
+            ("RING_IN_STATES", self.ring_in_states()),
+        ] {
+            writeln!(text, "const {name} = {value};")?;
+        }
+        let accumulation = match self.sums {
+            Sums::Score(Accumulation::Squared) => "SQUARED",
+            Sums::Score(Accumulation::Relative) => "RELATIVE",
+            Sums::Score(Accumulation::Theil) => "THEIL",
+            Sums::Score(Accumulation::Floored) => "FLOORED",
+            Sums::All => "ALL",
+        };
+        writeln!(text, "const ACCUMULATION = {accumulation};")?;
+        let (parameters, motion) = (variant.parameters(), self.motion());
+        for (name, value) in [
+            ("RING", self.ring),
+            ("WORKGROUP", WORKGROUP),
+            ("PARAMETERS", parameters.len() as u32),
+            ("MOTION_WORDS", motion.len() as u32),
+        ] {
+            writeln!(text, "const {name} = {value}u;")?;
+        }
+        let list = |of: &dyn Fn(usize, &str) -> String, names: &[&str], between: &str| {
+            let all: Vec<String> = names.iter().enumerate().map(|(k, name)| of(k, name)).collect();
+            all.join(between)
+        };
+        let names: Vec<&str> = parameters.iter().map(|symbol| symbol.name()).collect();
+        let loads = list(&|k, _| format!("candidate({k}u, i)"), &names, ", ");
+        writeln!(text, "fn load_params(i: u32) -> Params {{\n    return Params({loads});\n}}")?;
+        let finite = list(&|_, name| format!("is_finite(p.{name})"), &names, " && ");
+        writeln!(text, "fn params_are_finite(p: Params) -> bool {{\n    return {finite};\n}}")?;
+        let loads = list(&|k, _| format!("saved(at + {k}u, i)"), motion, ", ");
+        writeln!(text, "fn load_motion(at: u32, i: u32) -> Motion {{\n    return Motion({loads});\n}}")?;
+        let saves = list(&|k, name| format!("    save(at + {k}u, i, now.{name});"), motion, "\n");
+        writeln!(text, "fn save_motion(at: u32, i: u32, now: Motion) {{\n{saves}\n}}")?;
+        Ok(text)
+    }
+}
+
+/// The text that a variant's scores are computed with on a GPU, for a ring of 16 samples and NRMSE, checked.
+///
+/// # Errors
+/// [`ShaderError`] at the first problem.
+pub fn kernel_text(recipe: &Recipe) -> Result<String, ShaderError> {
+    let sums = Sums::Score(Accumulation::Squared);
+    let source = Kernel { recipe: *recipe, sums, observer: false, reject: false, ring: 16 }.source();
+    check(&source).map(|_| source.text().to_owned())
+}

@@ -1,0 +1,357 @@
+//! The WGSL text itself on a GPU, by wgpu: one invocation simulates one candidate.
+//!
+//! `device` chooses and opens an adapter; `kernel` composes the text; `tables` uploads the cases; `plan` lays jobs out;
+//! `context` builds pipelines and runs chunks of time on the buffers of `slot`; [`Gpu`] makes an evaluator of it.
+
+mod context;
+mod device;
+mod kernel;
+mod plan;
+mod slot;
+mod tables;
+
+pub use device::{Adapter, AdapterChoice, Limits};
+pub use kernel::kernel_text;
+
+use crate::convention::BoundRule;
+use crate::evaluator::{
+    BufferSet, Case, Course, EvaluateError, Evaluator, Failure, FailureKind, Job, Observed, Observer, Outcome, Raw,
+    Score, status,
+};
+use crate::score::GoodnessOfFit;
+use crate::wgsl::{Precision, Recipe};
+use context::{Context, Results, Work};
+use device::Fault;
+use kernel::{Kernel, RAW_WORDS, Sums};
+use plan::{Plan, most_candidates};
+use std::time::Duration;
+
+/// Bits of a result word beside [`status`]: the candidate touched a bound where that rejects it.
+const REJECTED: u32 = status::FAILED | 3 << 28;
+
+/// The third buffer set, for outcomes and raw sums, so that both others may be in flight.
+const OWN: usize = 2;
+
+/// The GPU evaluator of one variant over one or several cases.
+#[derive(Debug)]
+pub struct Gpu {
+    cases: Vec<Case>,
+    courses: Vec<Course>,
+    gof: GoodnessOfFit,
+    precision: Precision,
+    choice: AdapterChoice,
+    limits: Limits,
+    adapter: String,
+    is_hardware: bool,
+    /// `None` after a device was lost and could not be replaced.
+    context: Option<Context>,
+    /// What each buffer set has in flight.
+    work: [Option<Work>; 3],
+    /// Plans to be used again.
+    spare: [Plan; 3],
+    results: Results,
+    /// Devices that will be destroyed as soon as they are opened (tests).
+    doomed: u32,
+}
+
+impl Gpu {
+    /// An evaluator of these cases on the chosen adapter; the score is the mean of `gof` over the cases.
+    ///
+    /// # Errors
+    /// [`EvaluateError::Adapter`] without a fitting adapter; [`EvaluateError::Course`] for a case that cannot be laid
+    /// out; [`EvaluateError::Device`] when the device fails.
+    ///
+    /// # Panics
+    /// Without cases, or if they were prepared for different variants or conventions.
+    pub fn new(
+        cases: Vec<Case>,
+        gof: GoodnessOfFit,
+        precision: Precision,
+        choice: &AdapterChoice,
+    ) -> Result<Gpu, EvaluateError> {
+        Gpu::with_limits(cases, gof, precision, choice, Limits::NONE)
+    }
+
+    /// As [`Gpu::new`], asking less of the device.
+    ///
+    /// # Errors
+    /// As [`Gpu::new`].
+    ///
+    /// # Panics
+    /// As [`Gpu::new`].
+    pub fn with_limits(
+        cases: Vec<Case>,
+        gof: GoodnessOfFit,
+        precision: Precision,
+        choice: &AdapterChoice,
+        limits: Limits,
+    ) -> Result<Gpu, EvaluateError> {
+        let Case { variant, convention, .. } = cases.first().expect("at least one case");
+        assert!(cases.iter().all(|c| c.variant == *variant), "cases of one variant");
+        assert!(cases.iter().all(|c| c.convention == *convention), "cases of one convention");
+        let courses = cases.iter().map(Course::new).collect::<Result<Vec<_>, _>>()?;
+        let mut gpu = Gpu {
+            cases,
+            courses,
+            gof,
+            precision,
+            choice: choice.clone(),
+            limits,
+            adapter: String::new(),
+            is_hardware: false,
+            context: None,
+            work: [None, None, None],
+            spare: Default::default(),
+            results: Results::default(),
+            doomed: 0,
+        };
+        gpu.open()?.map_err(|fault| gpu.failed(fault))?;
+        Ok(gpu)
+    }
+
+    /// True unless the adapter runs on the CPU.
+    #[must_use]
+    pub fn is_hardware(&self) -> bool {
+        self.is_hardware
+    }
+
+    /// Time spent so far on building kernels and on the first, empty dispatch of each, at which drivers compile.
+    #[must_use]
+    pub fn warm_up(&self) -> Duration {
+        self.context.as_ref().map_or(Duration::ZERO, |context| context.warm_up)
+    }
+
+    /// Status, cuts and sums of one candidate after the other, in the order of the jobs.
+    ///
+    /// # Errors
+    /// When the device fails twice.
+    pub fn raw(&mut self, jobs: &[Job<'_>]) -> Result<Vec<Raw>, EvaluateError> {
+        self.start(OWN, jobs, Sums::All, None)?;
+        let work = self.finish(OWN)?;
+        let mut raw = vec![Raw::default(); work.plan.positions.len()];
+        for_each_candidate(&work, RAW_WORDS, &self.results.words, |position, words| raw[position] = raw_of(words));
+        self.spare[OWN] = work.plan;
+        Ok(raw)
+    }
+
+    /// Runs that are corrected towards the measurement, one per candidate.
+    ///
+    /// # Errors
+    /// When the device fails twice.
+    pub fn observed(&mut self, job: &Job<'_>, observer: &Observer) -> Result<Vec<Observed>, EvaluateError> {
+        self.start(OWN, &[*job], Sums::All, Some(*observer))?;
+        let work = self.finish(OWN)?;
+        let empty = Observed { raw: Raw::default(), blocks: Vec::new() };
+        let mut observed = vec![empty; work.plan.positions.len()];
+        for_each_candidate(&work, RAW_WORDS, &self.results.words, |position, words| {
+            observed[position].raw = raw_of(words);
+        });
+        for_each_candidate(&work, 2 * work.blocks, &self.results.blocks, |position, words| {
+            let words: Vec<f64> = words.map(|word| f64::from(f32::from_bits(word))).collect();
+            observed[position].blocks = words.chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect();
+        });
+        self.spare[OWN] = work.plan;
+        Ok(observed)
+    }
+
+    /// Destroys the device, as a crashing driver would; tests.
+    #[doc(hidden)]
+    pub fn destroy_device(&mut self) {
+        if let Some(context) = &self.context {
+            context.device.raw.destroy();
+        }
+    }
+
+    /// Destroys the next devices as soon as they are opened; tests.
+    #[doc(hidden)]
+    pub fn doom(&mut self, devices: u32) {
+        self.doomed = devices;
+    }
+
+    fn kernel(&self, sums: Sums, observer: bool) -> Kernel {
+        let Case { variant, convention, .. } = &self.cases[0];
+        // A ring that is longer than needed costs no time.
+        let ring = self.courses.iter().map(|course| course.ring).max().unwrap_or(1).next_power_of_two();
+        Kernel {
+            recipe: Recipe { variant: *variant, precision: self.precision, radicand: convention.radicand },
+            sums,
+            observer,
+            reject: convention.bounds == BoundRule::Reject,
+            ring: ring as u32,
+        }
+    }
+
+    /// Opens a device; the outer error is that there is no adapter.
+    fn open(&mut self) -> Result<Result<(), Fault>, EvaluateError> {
+        self.context = None;
+        let adapter = Adapter::choose(&self.choice)?;
+        self.adapter = adapter.name();
+        self.is_hardware = adapter.is_hardware();
+        Ok(Context::open(&adapter, self.limits, &self.courses, &self.gof).map(|context| {
+            if self.doomed > 0 {
+                self.doomed -= 1;
+                context.device.raw.destroy();
+            }
+            self.context = Some(context);
+        }))
+    }
+
+    fn failed(&self, fault: Fault) -> EvaluateError {
+        EvaluateError::Device { doing: fault.doing, adapter: self.adapter.clone(), message: fault.message }
+    }
+
+    /// Does something on the device; after a failure once more on a new one, on which all that was in flight is repeated.
+    fn twice(&mut self, mut run: impl FnMut(&mut Gpu) -> Result<(), Fault>) -> Result<(), EvaluateError> {
+        if run(self).is_ok() {
+            return Ok(());
+        }
+        let mut again = self.open()?;
+        for set in 0..self.work.len() {
+            again = again.and_then(|()| match (&mut self.context, &self.work[set]) {
+                (Some(context), Some(work)) => context.start(set, work),
+                _ => Ok(()),
+            });
+        }
+        again.and_then(|()| run(self)).map_err(|fault| {
+            self.context = None;
+            self.failed(fault)
+        })
+    }
+
+    fn start(&mut self, set: usize, jobs: &[Job], sums: Sums, observer: Option<Observer>) -> Result<(), EvaluateError> {
+        // Work that nobody collected is dropped.
+        let mut plan = self.work[set].take().map_or_else(|| std::mem::take(&mut self.spare[set]), |work| work.plan);
+        let kernel = self.kernel(sums, observer.is_some());
+        let blocks = observer.map_or(0, |o| {
+            let samples = jobs.iter().map(|job| self.courses[job.case].samples()).max().unwrap_or(0);
+            samples.div_ceil(o.block) as u32
+        });
+        self.twice(
+            |gpu| {
+                if gpu.context.is_some() { Ok(()) } else { Err(Fault::new("opening the device", "it was lost")) }
+            },
+        )?;
+        let context = self.context.as_ref().expect("opened above");
+        let most = most_candidates(&kernel, blocks, &context.device.limits);
+        plan.make(jobs, &self.cases, &self.courses, &context.tables, &kernel, most)?;
+        let work = Work { kernel, plan, observer, blocks };
+        self.twice(|gpu| match &mut gpu.context {
+            Some(context) => context.start(set, &work),
+            None => Err(Fault::new("opening the device", "it was lost")),
+        })?;
+        self.work[set] = Some(work);
+        Ok(())
+    }
+
+    /// Waits for a set; its results are in `results`. Nothing in flight is an empty result.
+    fn finish(&mut self, set: usize) -> Result<Work, EvaluateError> {
+        let mut results = std::mem::take(&mut self.results);
+        self.twice(|gpu| match (&mut gpu.context, &gpu.work[set]) {
+            (Some(context), Some(work)) => context.finish(set, work, &mut results),
+            (_, None) => Ok(()),
+            (None, _) => Err(Fault::new("opening the device", "it was lost")),
+        })?;
+        self.results = results;
+        Ok(self.work[set].take().unwrap_or_else(|| Work {
+            kernel: self.kernel(Sums::All, false),
+            plan: Plan::default(),
+            observer: None,
+            blocks: 0,
+        }))
+    }
+}
+
+/// Calls `take` with the position and the words of each candidate.
+fn for_each_candidate(
+    work: &Work,
+    words: u32,
+    results: &[u32],
+    mut take: impl FnMut(usize, &mut dyn Iterator<Item = u32>),
+) {
+    let (mut positions, mut rest) = (work.plan.positions.iter(), results);
+    for part in &work.plan.parts {
+        let count = part.count as usize;
+        let (own, others) = rest.split_at(count * words as usize);
+        rest = others;
+        for (i, position) in positions.by_ref().take(count).enumerate() {
+            take(*position, &mut own.iter().skip(i).step_by(count).copied());
+        }
+    }
+}
+
+/// As the kernel writes it for `Sums::All`.
+fn raw_of(words: &mut dyn Iterator<Item = u32>) -> Raw {
+    let mut word = || words.next().unwrap_or_default();
+    let (status, n_cut_acc, n_cut_dec) = (word(), word(), word());
+    let mut sum = || f64::from(f32::from_bits(word()));
+    let mut three = || [sum(), sum(), sum()];
+    let (error2, simulated2, relative2) = (three(), three(), three());
+    Raw { status, n_cut_acc, n_cut_dec, error2, simulated2, relative2, floored2_v: sum() }
+}
+
+/// A score as the kernel writes it.
+fn score_of(word: u32) -> Score {
+    if word & status::FAILED == 0 {
+        // What is undefined is a NaN.
+        return Score::Value(f64::from(f32::from_bits(word)));
+    }
+    if word == REJECTED {
+        return Score::Rejected;
+    }
+    let raw = Raw { status: word, ..Raw::default() };
+    Score::Failed(raw.failure().unwrap_or(Failure { kind: FailureKind::NotFinite, step: 0 }))
+}
+
+impl Evaluator for Gpu {
+    fn cases(&self) -> &[Case] {
+        &self.cases
+    }
+
+    fn gof(&self) -> &GoodnessOfFit {
+        &self.gof
+    }
+
+    fn name(&self) -> &'static str {
+        "gpu"
+    }
+
+    fn precision(&self) -> &'static str {
+        self.precision.name()
+    }
+
+    fn adapter(&self) -> Option<String> {
+        Some(self.adapter.clone())
+    }
+
+    fn overlaps(&self) -> bool {
+        true
+    }
+
+    fn submit(&mut self, set: BufferSet, jobs: &[Job<'_>]) -> Result<(), EvaluateError> {
+        self.start(set as usize, jobs, Sums::Score(self.gof.accumulation()), None)
+    }
+
+    fn collect(&mut self, set: BufferSet, scores: &mut [Score]) -> Result<(), EvaluateError> {
+        let set = set as usize;
+        let candidates = self.work[set].as_ref().map_or(0, |work| work.plan.positions.len());
+        if scores.len() != candidates {
+            return Err(EvaluateError::Room { candidates, scores: scores.len() });
+        }
+        let work = self.finish(set)?;
+        let mut position = work.plan.positions.iter();
+        for (word, position) in self.results.words.iter().zip(&mut position) {
+            scores[*position] = score_of(*word);
+        }
+        self.spare[set] = work.plan;
+        Ok(())
+    }
+
+    fn outcomes(&mut self, jobs: &[Job<'_>]) -> Result<Vec<Outcome>, EvaluateError> {
+        let raw = self.raw(jobs)?;
+        let each = jobs.iter().flat_map(|job| (0..job.population.len()).map(move |i| (job, i)));
+        let outcome = |((job, i), raw): ((&Job, usize), Raw)| {
+            raw.outcome(&self.cases[job.case], &self.courses[job.case], &job.population.parameters(i))
+        };
+        Ok(each.zip(raw).map(outcome).collect())
+    }
+}

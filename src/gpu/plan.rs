@@ -1,0 +1,120 @@
+//! Jobs laid out for a device: candidates by case, in parts that fit the limits.
+
+use super::kernel::{Kernel, WORKGROUP};
+use super::tables::Tables;
+use crate::evaluator::{Case, Course, EvaluateError, Job, Pace};
+use crate::symbols::{Parameters, Symbol};
+
+/// Candidates of one dispatch at most, whatever the limits: a chunk of 16 samples of them takes about 0.1 s on a slow adapter.
+const MOST_CANDIDATES: u64 = 1 << 19;
+
+/// Candidates that share a bind group.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Part {
+    /// Index into the groups of tables.
+    pub(super) group: usize,
+    /// Number of candidates.
+    pub(super) count: u32,
+    /// Samples of the longest of their trajectories.
+    pub(super) samples: u32,
+}
+
+/// What is to be simulated, kept on the host until it is done, so that it can be repeated on another device.
+#[derive(Debug, Default)]
+pub(super) struct Plan {
+    /// Neighbours share a trajectory as far as possible.
+    pub(super) parts: Vec<Part>,
+    /// The contents of `candidates` of one part after the other.
+    pub(super) words: Vec<u32>,
+    /// Position in the jobs of the candidates of one part after the other.
+    pub(super) positions: Vec<usize>,
+    /// Jobs by case.
+    order: Vec<usize>,
+    /// Position of the first candidate of each job.
+    begins: Vec<usize>,
+}
+
+impl Plan {
+    /// Replaces the plan; memory is kept.
+    pub(super) fn make(
+        &mut self,
+        jobs: &[Job],
+        cases: &[Case],
+        courses: &[Course],
+        groups: &[Tables],
+        kernel: &Kernel,
+        most: u32,
+    ) -> Result<(), EvaluateError> {
+        self.parts.clear();
+        self.words.clear();
+        self.positions.clear();
+        self.order.clear();
+        self.order.extend(0..jobs.len());
+        self.order.sort_by_key(|k| jobs[*k].case);
+        self.begins.clear();
+        let mut begin = 0;
+        for job in jobs {
+            self.begins.push(begin);
+            begin += job.population.len();
+        }
+        let mut at = 0;
+        let symbols = cases[0].variant.parameters();
+        let width = kernel.candidate_words() as usize;
+        for (group, tables) in groups.iter().enumerate() {
+            let until = self.order[at..].iter().position(|k| jobs[*k].case >= tables.cases.end);
+            let until = until.map_or(self.order.len(), |n| at + n);
+            let total: usize = self.order[at..until].iter().map(|k| jobs[*k].population.len()).sum();
+            let mut candidates =
+                self.order[at..until].iter().flat_map(|k| (0..jobs[*k].population.len()).map(move |i| (*k, i)));
+            for first in (0..total).step_by(most as usize) {
+                let count = (total - first).min(most as usize);
+                let begin = self.words.len();
+                self.words.resize(begin + count * width, 0);
+                let mut samples = 0;
+                for (i, (k, candidate)) in candidates.by_ref().take(count).enumerate() {
+                    let Job { case, population } = jobs[k];
+                    let parameters = population.parameters(candidate);
+                    let pace = pace(&cases[case], &courses[case], &parameters, kernel)?;
+                    let job = (case - tables.cases.start) as u32;
+                    for (word, value) in row(&symbols, &parameters, &pace, job).enumerate() {
+                        self.words[begin + word * count + i] = value;
+                    }
+                    samples = samples.max(courses[case].samples() as u32);
+                    self.positions.push(self.begins[k] + candidate);
+                }
+                self.parts.push(Part { group, count: count as u32, samples });
+            }
+            at = until;
+        }
+        Ok(())
+    }
+}
+
+/// The words of one candidate.
+fn row<'a>(symbols: &'a [Symbol], parameters: &'a Parameters, pace: &Pace, job: u32) -> impl Iterator<Item = u32> + 'a {
+    let rest = [pace.back as u32, (pace.fraction as f32).to_bits(), pace.first as u32, job];
+    symbols.iter().map(|symbol| (parameters.get(*symbol) as f32).to_bits()).chain(rest)
+}
+
+/// When a candidate perceives; an error if it would look back beyond what is remembered.
+fn pace(case: &Case, course: &Course, parameters: &Parameters, kernel: &Kernel) -> Result<Pace, EvaluateError> {
+    let mut pace = case.pace(parameters);
+    // Rounding may put the longest delay a hair before the first sample.
+    if pace.back >= pace.first && pace.delay_steps < (pace.first - 1) as f64 + 1e-6 {
+        pace.back = pace.first - 1;
+        pace.fraction = 0.0;
+    }
+    let remembered = pace.back < kernel.ring as usize && pace.back < pace.first;
+    if remembered && pace.first <= course.ring.min(course.samples() - 1) {
+        return Ok(pace);
+    }
+    Err(EvaluateError::Delay { upper: case.tau_p_upper, found: parameters.tau_p })
+}
+
+/// Candidates that one part may have.
+pub(super) fn most_candidates(kernel: &Kernel, blocks: u32, limits: &super::Limits) -> u32 {
+    let words = kernel.candidate_words().max(kernel.state_words()).max(kernel.result_words()).max(2 * blocks);
+    let by_bytes = limits.binding.min(limits.buffer) / (4 * u64::from(words));
+    let by_workgroups = u64::from(limits.workgroups).pow(2).saturating_mul(u64::from(WORKGROUP));
+    by_bytes.min(by_workgroups).clamp(1, MOST_CANDIDATES) as u32
+}

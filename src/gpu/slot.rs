@@ -1,0 +1,173 @@
+//! Buffers and bind group of the candidates of one part.
+
+use super::context::{Results, Work};
+use super::device::{Device, Fault};
+use super::plan::Part;
+use super::tables::Tables;
+use crate::evaluator::Observer;
+use wgpu::BufferUsages as Usages;
+
+/// Positions in [`BUFFERS`].
+const CANDIDATES: usize = 0;
+const RESULTS: usize = 2;
+const BLOCKS: usize = 3;
+const RESULTS_BACK: usize = 4;
+const BLOCKS_BACK: usize = 5;
+
+/// Name, usage.
+const BUFFERS: [(&str, Usages); 6] = [
+    ("candidates", Usages::STORAGE.union(Usages::COPY_DST)),
+    ("states", Usages::STORAGE),
+    ("results", Usages::STORAGE.union(Usages::COPY_SRC)),
+    ("blocks", Usages::STORAGE.union(Usages::COPY_SRC).union(Usages::COPY_DST)),
+    ("results read back", Usages::MAP_READ.union(Usages::COPY_DST)),
+    ("blocks read back", Usages::MAP_READ.union(Usages::COPY_DST)),
+];
+
+#[derive(Debug)]
+pub(super) struct Slot {
+    buffers: [wgpu::Buffer; 6],
+    chunk: wgpu::Buffer,
+    observer: wgpu::Buffer,
+    /// Bind group and the tables in it.
+    bound: Option<(usize, wgpu::BindGroup)>,
+}
+
+fn buffer(device: &Device, label: &str, size: u64, usage: Usages) -> wgpu::Buffer {
+    let descriptor = wgpu::BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false };
+    device.raw.create_buffer(&descriptor)
+}
+
+/// Bytes of each buffer.
+fn sizes(part: &Part, work: &Work) -> [u64; 6] {
+    let bytes = |words: u32| 4 * u64::from(words) * u64::from(part.count);
+    let (results, blocks) = (bytes(work.kernel.result_words()), bytes(2 * work.blocks));
+    [bytes(work.kernel.candidate_words()), bytes(work.kernel.state_words()), results, blocks, results, blocks]
+}
+
+impl Slot {
+    /// The bindings of shaders/kernel.wgsl.
+    pub(super) fn layout(device: &Device) -> wgpu::BindGroupLayout {
+        let entry = |binding: u32| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::COMPUTE,
+            ty: wgpu::BindingType::Buffer {
+                ty: match binding {
+                    0..=4 => wgpu::BufferBindingType::Storage { read_only: true },
+                    5..=7 => wgpu::BufferBindingType::Storage { read_only: false },
+                    _ => wgpu::BufferBindingType::Uniform,
+                },
+                has_dynamic_offset: false,
+                min_binding_size: None,
+            },
+            count: None,
+        };
+        let entries: Vec<_> = (0..10).map(entry).collect();
+        let descriptor = wgpu::BindGroupLayoutDescriptor { label: Some("kernel"), entries: &entries };
+        device.raw.create_bind_group_layout(&descriptor)
+    }
+
+    pub(super) fn new(device: &Device) -> Slot {
+        let uniform = Usages::UNIFORM | Usages::COPY_DST;
+        Slot {
+            // Bindings must not be empty.
+            buffers: BUFFERS.map(|(label, usage)| buffer(device, label, 256, usage)),
+            chunk: buffer(device, "chunk", 32, uniform),
+            observer: buffer(device, "observer", 32, uniform),
+            bound: None,
+        }
+    }
+
+    /// Buffers that are large enough, and a bind group with them.
+    pub(super) fn prepare(
+        &mut self,
+        device: &Device,
+        layout: &wgpu::BindGroupLayout,
+        (group, tables): (usize, &Tables),
+        part: &Part,
+        work: &Work,
+    ) {
+        for (k, needed) in sizes(part, work).into_iter().enumerate() {
+            if self.buffers[k].size() < needed {
+                // By doubling, so that slowly growing populations do not allocate every time.
+                let most = device.limits.binding.min(device.limits.buffer).max(needed);
+                let (label, usage) = BUFFERS[k];
+                self.buffers[k] = buffer(device, label, needed.next_power_of_two().min(most), usage);
+                self.bound = None;
+            }
+        }
+        if self.bound.as_ref().is_none_or(|(bound, _)| *bound != group) {
+            let all = tables.buffers.iter().chain(&self.buffers[..=BLOCKS]).chain([&self.chunk, &self.observer]);
+            let entries: Vec<_> = (0..)
+                .zip(all)
+                .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
+                .collect();
+            let descriptor = wgpu::BindGroupDescriptor { label: Some("kernel"), layout, entries: &entries };
+            self.bound = Some((group, device.raw.create_bind_group(&descriptor)));
+        }
+    }
+
+    pub(super) fn upload(&self, device: &Device, words: &[u32], observer: Option<&Observer>) {
+        device.queue.write_buffer(&self.buffers[CANDIDATES], 0, bytemuck::cast_slice(words));
+        if let Some(Observer { gain: g, whitening: w, block }) = observer {
+            let floats = [g[0], g[1], g[2], g[3], w[0], w[1], w[2]].map(|x| (x as f32).to_bits());
+            let mut uniform = [*block as u32; 8];
+            uniform[..7].copy_from_slice(&floats);
+            device.queue.write_buffer(&self.observer, 0, bytemuck::cast_slice(&uniform));
+        }
+    }
+
+    /// `Chunk` of the kernel: from_sample, to_sample, candidates, stride, and zero.
+    pub(super) fn write_chunk(&self, device: &Device, [from, to, candidates, stride]: [u32; 4]) {
+        let words = [from, to, candidates, stride, 0, 0, 0, 0];
+        device.queue.write_buffer(&self.chunk, 0, bytemuck::cast_slice(&words));
+    }
+
+    pub(super) fn dispatch(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        pipeline: &wgpu::ComputePipeline,
+        groups: [u32; 2],
+    ) {
+        let (_, bind_group) = self.bound.as_ref().expect("prepared before");
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(0, bind_group, &[]);
+        pass.dispatch_workgroups(groups[0], groups[1], 1);
+    }
+
+    /// Zeroes the blocks: a run that fails writes none any more.
+    pub(super) fn clear(&self, encoder: &mut wgpu::CommandEncoder, part: &Part, work: &Work) {
+        if work.blocks > 0 {
+            encoder.clear_buffer(&self.buffers[BLOCKS], 0, Some(sizes(part, work)[BLOCKS]));
+        }
+    }
+
+    pub(super) fn read_back(&self, encoder: &mut wgpu::CommandEncoder, part: &Part, work: &Work) {
+        let sizes = sizes(part, work);
+        for (from, to) in [(RESULTS, RESULTS_BACK), (BLOCKS, BLOCKS_BACK)] {
+            if sizes[from] > 0 {
+                encoder.copy_buffer_to_buffer(&self.buffers[from], 0, &self.buffers[to], 0, sizes[from]);
+            }
+        }
+    }
+
+    /// Appends what was read back.
+    pub(super) fn read(&self, device: &Device, part: &Part, work: &Work, results: &mut Results) -> Result<(), Fault> {
+        let sizes = sizes(part, work);
+        for (k, to) in [(RESULTS_BACK, &mut results.words), (BLOCKS_BACK, &mut results.blocks)] {
+            if sizes[k] == 0 {
+                continue;
+            }
+            let slice = self.buffers[k].slice(0..sizes[k]);
+            // Whether it worked shows below.
+            slice.map_async(wgpu::MapMode::Read, |_| ());
+            device.wait(None)?;
+            let view = slice.get_mapped_range().map_err(|e| Fault::new("reading the results", e))?;
+            to.extend(view.chunks_exact(4).map(|word| u32::from_ne_bytes(word.try_into().expect("four bytes"))));
+            drop(view);
+            self.buffers[k].unmap();
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,218 @@
+//! How the GPU evaluator cuts work up, in time, in candidates and in cases, changes no bit; a lost device is replaced.
+
+mod common;
+mod gpu_common;
+
+use gpu_common::{case, gpu, job, population, scores, skipped, space, variant};
+use leadlag::calibrate::{Calibration, Stop, calibrate};
+use leadlag::catalog::Variant;
+use leadlag::convention::Convention;
+use leadlag::evaluator::{BufferSet, Case, EvaluateError, Evaluator, Job, Outcome, Population, Raw, Score};
+use leadlag::gpu::{AdapterChoice, Gpu, Limits};
+use leadlag::score::GoodnessOfFit;
+use leadlag::wgsl::Precision;
+use std::ops::ControlFlow;
+
+const PAPER: Convention = Convention::PAPER;
+const NAMES: [&str; 3] = ["idm", "gipps+delay+nonlinear+mfc", "l-gipps+delay+linear+constant"];
+
+/// Bits, so that NaN equals NaN.
+fn bits(raw: &[Raw]) -> Vec<String> {
+    raw.iter().map(|raw| format!("{raw:?}")).collect()
+}
+
+fn cases(variant: Variant) -> Vec<Case> {
+    [(700, 0.0), (1100, 1.0), (400, 2.0)].map(|(samples, phase)| case(variant, PAPER, samples, phase)).to_vec()
+}
+
+#[test]
+fn chunks_and_limits_change_no_bit() {
+    if skipped("chunks_and_limits_change_no_bit") {
+        return;
+    }
+    // 16 KiB hold the samples of one case only, and about 100 candidates.
+    let binding = 1100 * 48 + 768;
+    let small = [
+        ("chunks of 37 samples", Limits { chunk: Some(37), ..Limits::NONE }),
+        ("chunks shorter than a delay", Limits { chunk: Some(5), ..Limits::NONE }),
+        ("two workgroups a dimension", Limits { workgroups: 2, ..Limits::NONE }),
+        ("small bindings", Limits { binding, ..Limits::NONE }),
+        ("all of it", Limits { binding, buffer: 2 * binding, workgroups: 2, chunk: Some(200) }),
+    ];
+    for name in NAMES {
+        let variant = variant(name);
+        let populations = [1, 2, 3].map(|seed| population(variant, PAPER, 300, seed));
+        // Out of order, one case twice.
+        let jobs = [job(2, &populations[0]), job(0, &populations[1]), job(2, &populations[2]), job(1, &populations[1])];
+        for precision in [Precision::Plain, Precision::Compensated] {
+            let mut whole = gpu(cases(variant), precision, Limits::NONE);
+            let expected = bits(&whole.raw(&jobs).unwrap());
+            let mut expected_scores = vec![Score::Rejected; 1200];
+            whole.submit(BufferSet::A, &jobs).unwrap();
+            whole.collect(BufferSet::A, &mut expected_scores).unwrap();
+            for (what, limits) in small {
+                let mut gpu = gpu(cases(variant), precision, limits);
+                assert!(bits(&gpu.raw(&jobs).unwrap()) == expected, "{name}, {precision:?}, {what}: raw sums differ");
+                let mut found = vec![Score::Rejected; 1200];
+                gpu.submit(BufferSet::B, &jobs).unwrap();
+                gpu.collect(BufferSet::B, &mut found).unwrap();
+                assert!(found == expected_scores, "{name}, {precision:?}, {what}: scores differ");
+            }
+        }
+    }
+}
+
+#[test]
+fn jobs_together_are_jobs_one_by_one() {
+    if skipped("jobs_together_are_jobs_one_by_one") {
+        return;
+    }
+    for name in NAMES {
+        let variant = variant(name);
+        let mut gpu = gpu(cases(variant), Precision::Plain, Limits::NONE);
+        let populations = [1, 2, 3, 4].map(|seed| population(variant, PAPER, 50 + seed as usize, seed));
+        let all: Vec<Job> = [2, 0, 1, 0].into_iter().zip(&populations).map(|(case, p)| job(case, p)).collect();
+        let together = bits(&gpu.raw(&all).unwrap());
+        let alone: Vec<String> = all.iter().flat_map(|job| bits(&gpu.raw(&[*job]).unwrap())).collect();
+        assert!(together == alone, "{name}");
+    }
+}
+
+#[test]
+fn two_buffer_sets_do_not_disturb_each_other() {
+    if skipped("two_buffer_sets_do_not_disturb_each_other") {
+        return;
+    }
+    let variant = variant(NAMES[1]);
+    let mut gpu = gpu(cases(variant), Precision::Plain, Limits { chunk: Some(150), ..Limits::NONE });
+    let populations: Vec<Population> =
+        (0..6).map(|seed| population(variant, PAPER, 80 + 30 * seed, seed as u64)).collect();
+    let alone: Vec<Vec<Score>> = populations.iter().map(|p| scores(&mut gpu, p)).collect();
+    let jobs: Vec<Vec<Job>> = populations.iter().map(|p| (0..3).map(|case| job(case, p)).collect()).collect();
+    let collect = |gpu: &mut Gpu, set, k: usize| {
+        let n = populations[k].len();
+        let mut found = vec![Score::Rejected; 3 * n];
+        gpu.collect(set, &mut found).unwrap();
+        let lengths = [700, 1100, 400];
+        (0..n).map(|i| Score::joint((0..3).map(|case| (found[case * n + i], lengths[case])))).collect::<Vec<_>>()
+    };
+    let sets = [BufferSet::A, BufferSet::B];
+    gpu.submit(BufferSet::A, &jobs[0]).unwrap();
+    for k in 0..6 {
+        if k < 5 {
+            gpu.submit(sets[(k + 1) % 2], &jobs[k + 1]).unwrap();
+        }
+        // Outcomes in between use neither set.
+        assert_eq!(gpu.outcomes(&[job(0, &populations[0])]).unwrap().len(), populations[0].len());
+        assert!(collect(&mut gpu, sets[k % 2], k) == alone[k], "population {k}");
+    }
+    let mut none = [Score::Rejected; 1];
+    assert!(matches!(gpu.collect(BufferSet::A, &mut none), Err(EvaluateError::Room { candidates: 0, scores: 1 })));
+    gpu.submit(BufferSet::A, &[]).unwrap();
+    gpu.collect(BufferSet::A, &mut []).unwrap();
+}
+
+/// Destroys the device under some of the submissions.
+struct Saboteur {
+    gpu: Gpu,
+    submissions: u32,
+}
+
+impl Evaluator for Saboteur {
+    fn cases(&self) -> &[Case] {
+        self.gpu.cases()
+    }
+    fn gof(&self) -> &GoodnessOfFit {
+        self.gpu.gof()
+    }
+    fn name(&self) -> &'static str {
+        self.gpu.name()
+    }
+    fn precision(&self) -> &'static str {
+        self.gpu.precision()
+    }
+    fn submit(&mut self, set: BufferSet, jobs: &[Job<'_>]) -> Result<(), EvaluateError> {
+        self.submissions += 1;
+        if self.submissions == 4 {
+            self.gpu.destroy_device();
+        }
+        self.gpu.submit(set, jobs)
+    }
+    fn collect(&mut self, set: BufferSet, scores: &mut [Score]) -> Result<(), EvaluateError> {
+        if self.submissions == 7 {
+            self.gpu.destroy_device();
+        }
+        self.gpu.collect(set, scores)
+    }
+    fn outcomes(&mut self, jobs: &[Job<'_>]) -> Result<Vec<Outcome>, EvaluateError> {
+        self.gpu.outcomes(jobs)
+    }
+}
+
+#[test]
+fn a_calibration_survives_a_lost_device() {
+    if skipped("a_calibration_survives_a_lost_device") {
+        return;
+    }
+    let variant = variant("l-cth+delay");
+    let space = space(variant, PAPER);
+    let stop = Stop { max_evaluations: 1500, ..Stop::default() };
+    let settings = Calibration { seed: 5, stop, ..Calibration::default() };
+    let run = |evaluator: &mut dyn Evaluator| {
+        calibrate(evaluator, &space, &settings, &mut |_| ControlFlow::Continue(())).unwrap_or_else(|e| panic!("{e}"))
+    };
+    let undisturbed = run(&mut gpu(cases(variant), Precision::Plain, Limits::NONE));
+    let gpu = gpu(cases(variant), Precision::Plain, Limits { chunk: Some(300), ..Limits::NONE });
+    let mut saboteur = Saboteur { gpu, submissions: 0 };
+    assert_eq!(run(&mut saboteur), undisturbed);
+    assert!(saboteur.submissions > 10);
+}
+
+#[test]
+fn work_in_flight_survives_and_a_second_failure_is_told() {
+    if skipped("work_in_flight_survives_and_a_second_failure_is_told") {
+        return;
+    }
+    let variant = variant("idm");
+    let population = population(variant, PAPER, 100, 1);
+    let mut gpu =
+        gpu(vec![case(variant, PAPER, 500, 0.0)], Precision::Plain, Limits { chunk: Some(90), ..Limits::NONE });
+    let expected = scores(&mut gpu, &population);
+    let jobs = [job(0, &population)];
+    let mut found = vec![Score::Rejected; 100];
+    gpu.submit(BufferSet::A, &jobs).unwrap();
+    gpu.submit(BufferSet::B, &jobs).unwrap();
+    gpu.destroy_device();
+    for set in [BufferSet::A, BufferSet::B] {
+        gpu.collect(set, &mut found).unwrap();
+        assert_eq!(found, expected);
+    }
+    gpu.destroy_device();
+    gpu.doom(1);
+    let mut failed = gpu.submit(BufferSet::A, &jobs);
+    if failed.is_ok() {
+        failed = gpu.collect(BufferSet::A, &mut found);
+    }
+    let Err(EvaluateError::Device { adapter, message, .. }) = failed else { panic!("{failed:?}") };
+    assert!(adapter == gpu.adapter().unwrap() && !message.is_empty(), "{adapter}: {message}");
+    // Once the driver is well again, so is the evaluator.
+    assert_eq!(scores(&mut gpu, &population), expected);
+}
+
+#[test]
+fn an_adapter_that_is_not_there_is_told_with_those_that_are() {
+    if skipped("an_adapter_that_is_not_there_is_told_with_those_that_are") {
+        return;
+    }
+    let case = case(variant("idm"), PAPER, 300, 0.0);
+    let new = |choice: &str| {
+        let choice: AdapterChoice = choice.parse().unwrap();
+        Gpu::new(vec![case.clone()], GoodnessOfFit::NRMSE_SVA, Precision::Plain, &choice)
+    };
+    let error = new("Voodoo 2").map(|_| ()).unwrap_err();
+    let EvaluateError::Adapter { wanted, present } = &error else { panic!("{error}") };
+    assert_eq!(wanted.as_deref(), Some("Voodoo 2"));
+    assert!(!present.is_empty() && error.to_string().contains(&present[0]), "{error}");
+    let first = new("0").unwrap().adapter().unwrap();
+    assert!(first.starts_with(present[0].split("  ").nth(1).unwrap().split(" (").next().unwrap()), "{first}");
+}
