@@ -2,8 +2,10 @@
 
 use super::native::Native;
 use crate::evaluator::{Case, EvaluateError, Evaluator, Population, Score, Timings};
+use crate::gpu::{AdapterChoice, Gpu};
 use crate::reference::Reference;
 use crate::score::GoodnessOfFit;
+use crate::wgsl::Precision;
 
 /// Something that simulates candidates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -14,11 +16,19 @@ pub enum Contender {
     NativeF64,
     /// The scalar reference, f64.
     Reference,
+    /// The GPU evaluator on the best adapter.
+    Gpu(Precision),
 }
 
 impl Contender {
     /// All that this version has, the ceiling first.
-    pub const ALL: &'static [Contender] = &[Contender::NativeF32, Contender::NativeF64, Contender::Reference];
+    pub const ALL: &'static [Contender] = &[
+        Contender::NativeF32,
+        Contender::NativeF64,
+        Contender::Gpu(Precision::Plain),
+        Contender::Gpu(Precision::Compensated),
+        Contender::Reference,
+    ];
 
     /// `native`, `reference`, `lanes` or `gpu`.
     #[must_use]
@@ -26,6 +36,7 @@ impl Contender {
         match self {
             Contender::NativeF32 | Contender::NativeF64 => "native",
             Contender::Reference => "reference",
+            Contender::Gpu(_) => "gpu",
         }
     }
 
@@ -35,6 +46,7 @@ impl Contender {
         match self {
             Contender::NativeF32 => "f32",
             Contender::NativeF64 | Contender::Reference => "f64",
+            Contender::Gpu(precision) => precision.name(),
         }
     }
 
@@ -54,6 +66,11 @@ impl Contender {
             Contender::NativeF32 => Runner::NativeF32(Native::new(case, &gof)?),
             Contender::NativeF64 => Runner::NativeF64(Native::new(case, &gof)?),
             Contender::Reference => Runner::Evaluator(Box::new(Reference::new(cases, gof))),
+            Contender::Gpu(_) if std::env::var_os("LEADLAG_NO_GPU").is_some() => return Ok(None),
+            Contender::Gpu(precision) => match Gpu::new(cases, gof, precision, &AdapterChoice::Best) {
+                Err(EvaluateError::Adapter { .. }) => return Ok(None),
+                gpu => Runner::Evaluator(Box::new(gpu?)),
+            },
         }))
     }
 }

@@ -77,7 +77,7 @@ fn write_table(text: &mut String, report: &Report) -> std::fmt::Result {
     for g in &report.generations {
         writeln!(text, "{:<10}{:<12}{:>10.3} ms", g.evaluator, g.precision, 1e3 * median(&g.wall_s))?;
     }
-    writeln!(text, "\n{:<54}{:>9}{:>10}", "goal (one core with AVX-512)", "wanted", "found")?;
+    writeln!(text, "\n{:<54}{:>9}{:>10}", "goal (one 3.8 GHz core of Sapphire Rapids class)", "wanted", "found")?;
     for goal in report.goals() {
         let met = goal.is_met().map_or("", |met| if met { "met" } else { "missed" });
         let found = goal.found.map_or("-".to_owned(), short);
@@ -126,7 +126,7 @@ fn extensions(variant: &Variant) -> String {
     if named.is_empty() { "none".to_owned() } else { named.join("+") }
 }
 
-/// Three digits, or whole numbers.
+/// Three decimals below 20, none above.
 fn short(x: f64) -> String {
     if x >= 100.0 {
         format!("{x:.0}")

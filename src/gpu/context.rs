@@ -66,6 +66,8 @@ pub(super) struct Context {
     rate: f64,
     /// Time spent on building and warming up pipelines.
     pub(super) warm_up: Duration,
+    /// Host time of moving candidates to the device and results back.
+    pub(super) transfer: Duration,
 }
 
 impl Context {
@@ -95,12 +97,14 @@ impl Context {
             // A slow start, which one measured chunk corrects.
             rate: 50e6,
             warm_up: Duration::ZERO,
+            transfer: Duration::ZERO,
         })
     }
 
     /// Uploads the candidates and submits the first chunks.
     pub(super) fn start(&mut self, set: usize, work: &Work) -> Result<(), Fault> {
         self.flights[set] = Flight::default();
+        let began = Instant::now();
         for (k, part) in work.plan.parts.iter().enumerate() {
             if self.slots[set].len() == k {
                 self.slots[set].push(Slot::new(&self.device));
@@ -115,6 +119,7 @@ impl Context {
             slot.upload(&self.device, own, work.observer.as_ref());
         }
         self.device.check("uploading the candidates")?;
+        self.transfer += began.elapsed();
         self.warm(set, work)?;
         while self.flights[set].submitted.len() < IN_FLIGHT && self.submit_chunk(set, work) {}
         self.device.check("submitting work")
@@ -192,9 +197,11 @@ impl Context {
         }
         results.words.clear();
         results.blocks.clear();
+        let began = Instant::now();
         for (part, slot) in work.plan.parts.iter().zip(&self.slots[set]) {
             slot.read(&self.device, part, work, results)?;
         }
+        self.transfer += began.elapsed();
         self.device.check("reading the results")
     }
 

@@ -16,7 +16,7 @@ pub use kernel::kernel_text;
 use crate::convention::BoundRule;
 use crate::evaluator::{
     BufferSet, Case, Course, EvaluateError, Evaluator, Failure, FailureKind, Job, Observed, Observer, Outcome, Raw,
-    Score, status,
+    Score, Timings, status,
 };
 use crate::score::GoodnessOfFit;
 use crate::wgsl::{Precision, Recipe};
@@ -321,6 +321,13 @@ impl Evaluator for Gpu {
 
     fn adapter(&self) -> Option<String> {
         Some(self.adapter.clone())
+    }
+
+    fn timings(&self) -> Timings {
+        self.context.as_ref().map_or_else(Timings::default, |context| Timings {
+            transfer_s: context.transfer.as_secs_f64(),
+            first_dispatch_s: context.warm_up.as_secs_f64(),
+        })
     }
 
     fn overlaps(&self) -> bool {
