@@ -162,6 +162,15 @@ impl Gpu {
         }
     }
 
+    /// Puts another text in the place of a shader file and none in the place of any other, until the device is lost; mutation
+    /// tests.
+    #[doc(hidden)]
+    pub fn replace_shader(&mut self, file: &str, text: &str) {
+        if let Some(context) = &mut self.context {
+            context.replace([(file.to_owned(), text.to_owned())].into());
+        }
+    }
+
     /// Destroys the next devices as soon as they are opened; tests.
     #[doc(hidden)]
     pub fn doom(&mut self, devices: u32) {
