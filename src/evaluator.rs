@@ -227,6 +227,9 @@ pub enum EvaluateError {
         /// The adapters present, one line each.
         present: Vec<String>,
     },
+    /// The text of the model cannot run on this evaluator.
+    #[error(transparent)]
+    Model(Box<dyn std::error::Error + Send + Sync>),
     /// The device failed, and so did the second attempt.
     #[error("{doing} on {adapter}: {message}")]
     Device {

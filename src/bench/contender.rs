@@ -3,6 +3,7 @@
 use super::native::Native;
 use crate::evaluator::{Case, EvaluateError, Evaluator, Population, Score, Timings};
 use crate::gpu::{AdapterChoice, Gpu};
+use crate::lanes::{Lanes, LanesPrecision};
 use crate::reference::Reference;
 use crate::score::GoodnessOfFit;
 use crate::wgsl::Precision;
@@ -16,6 +17,8 @@ pub enum Contender {
     NativeF64,
     /// The scalar reference, f64.
     Reference,
+    /// The vectorised CPU evaluator.
+    Lanes(LanesPrecision),
     /// The GPU evaluator on the best adapter.
     Gpu(Precision),
 }
@@ -25,6 +28,9 @@ impl Contender {
     pub const ALL: &'static [Contender] = &[
         Contender::NativeF32,
         Contender::NativeF64,
+        Contender::Lanes(LanesPrecision::Plain),
+        Contender::Lanes(LanesPrecision::Compensated),
+        Contender::Lanes(LanesPrecision::F64),
         Contender::Gpu(Precision::Plain),
         Contender::Gpu(Precision::Compensated),
         Contender::Reference,
@@ -36,6 +42,7 @@ impl Contender {
         match self {
             Contender::NativeF32 | Contender::NativeF64 => "native",
             Contender::Reference => "reference",
+            Contender::Lanes(_) => "lanes",
             Contender::Gpu(_) => "gpu",
         }
     }
@@ -46,6 +53,7 @@ impl Contender {
         match self {
             Contender::NativeF32 => "f32",
             Contender::NativeF64 | Contender::Reference => "f64",
+            Contender::Lanes(precision) => precision.name(),
             Contender::Gpu(precision) => precision.name(),
         }
     }
@@ -66,6 +74,7 @@ impl Contender {
             Contender::NativeF32 => Runner::NativeF32(Native::new(case, &gof)?),
             Contender::NativeF64 => Runner::NativeF64(Native::new(case, &gof)?),
             Contender::Reference => Runner::Evaluator(Box::new(Reference::new(cases, gof))),
+            Contender::Lanes(precision) => Runner::Evaluator(Box::new(Lanes::new(cases, gof, precision)?)),
             Contender::Gpu(_) if std::env::var_os("LEADLAG_NO_GPU").is_some() => return Ok(None),
             Contender::Gpu(precision) => match Gpu::new(cases, gof, precision, &AdapterChoice::Best) {
                 Err(EvaluateError::Adapter { .. }) => return Ok(None),

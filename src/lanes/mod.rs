@@ -1,8 +1,27 @@
 //! The composed WGSL text on the CPU: naga's form of it becomes a straight-line program over blocks of candidates.
 //!
-//! `flatten` turns a text into that program, `simd` runs its instructions over a block, `run` is the time loop of
-//! shaders/kernel.wgsl around it. No operation is fused or re-ordered, so that every instruction set gives the same bits.
+//! `flatten` turns a function into scalar operations, `schedule` these into instructions, `simd` runs them over rows of
+//! lanes, `run` is the time loop of shaders/kernel.wgsl around it. Nothing is fused or re-ordered on the way, so that every
+//! instruction set gives the same bits.
 
+mod core;
+mod error;
+mod evaluator;
+mod flat;
+mod flatten;
+mod function;
+mod model;
 mod power;
+mod real;
+mod run;
+mod schedule;
+mod simd;
+mod stream;
+mod sums;
+mod tables;
 
+pub use error::LanesError;
+pub use evaluator::{Lanes, LanesPrecision};
+pub use function::Function;
 pub use power::power;
+pub use simd::InstructionSet;

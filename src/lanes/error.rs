@@ -1,0 +1,47 @@
+//! What a text can be refused for.
+
+use crate::wgsl::{ShaderError, Source};
+use naga::Span;
+
+/// A text that cannot become a block program.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum LanesError {
+    /// Not WGSL at all.
+    #[error(transparent)]
+    Shader(#[from] ShaderError),
+    /// Valid WGSL, but more than parts may use.
+    #[error(
+        "{file}:{line}:{column}: {construct} cannot run on the CPU; parts use f32, bool, structs, let, var, if without \
+         return, calls, select, arithmetic, comparisons, power, and min max clamp abs sqrt exp log sin cos floor\n  {code}"
+    )]
+    Unsupported {
+        /// The file as composed.
+        file: String,
+        /// Line in that file, from 1.
+        line: usize,
+        /// Column, from 1.
+        column: usize,
+        /// What it is.
+        construct: String,
+        /// The line as written.
+        code: String,
+    },
+    /// A function that the time loop needs is not there.
+    #[error("function `{name}` is missing; the text has {}", if found.is_empty() { "none".to_owned() } else { found.join(", ") })]
+    Missing {
+        /// Its name.
+        name: String,
+        /// The functions there are.
+        found: Vec<String>,
+    },
+}
+
+impl LanesError {
+    pub(super) fn unsupported(source: &Source, span: Span, construct: impl Into<String>) -> LanesError {
+        let place = span.location(source.text());
+        let (line_of_text, column) = (place.line_number as usize, place.line_position as usize);
+        let (file, line) = source.locate(line_of_text);
+        let code = source.text().lines().nth(line_of_text - 1).unwrap_or_default().trim().to_owned();
+        LanesError::Unsupported { file: file.to_owned(), line, column, construct: construct.into(), code }
+    }
+}

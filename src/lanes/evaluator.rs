@@ -1,0 +1,236 @@
+//! The evaluator: cases and candidates in, scores out.
+
+use super::core::{Core, Finished, History};
+use super::error::LanesError;
+use super::model::Model;
+use super::real::Real;
+use super::simd::InstructionSet;
+use super::stream::Stream;
+use super::sums::{Adding, ObserverOf, Settings};
+use crate::evaluator::{BufferSet, Case, Course, EvaluateError, Evaluator, Job, Observed, Observer, Outcome};
+use crate::evaluator::{Population, Raw, Score};
+use crate::score::GoodnessOfFit;
+use crate::symbols::Parameters;
+use crate::wgsl::{Precision, Recipe, Source, check};
+
+/// Precision of a run on the CPU.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum LanesPrecision {
+    /// f32, one word per state and sum.
+    #[default]
+    Plain,
+    /// f32, two words for spacing, speed and every sum.
+    Compensated,
+    /// f64, of the plain text.
+    F64,
+}
+
+impl LanesPrecision {
+    /// As on the command line and in results.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            LanesPrecision::Plain => Precision::Plain.name(),
+            LanesPrecision::Compensated => Precision::Compensated.name(),
+            LanesPrecision::F64 => "f64",
+        }
+    }
+}
+
+#[derive(Debug)]
+enum Engine {
+    F32(Box<Core<f32, 128, 64, 16>>),
+    F64(Box<Core<f64, 64, 32, 8>>),
+}
+
+/// Does the same with either engine.
+macro_rules! with_engine {
+    ($engine:expr, $core:ident => $body:expr) => {
+        match $engine {
+            Engine::F32($core) => $body,
+            Engine::F64($core) => $body,
+        }
+    };
+}
+
+/// The WGSL text of one variant on the CPU, over one or several cases.
+#[derive(Debug)]
+pub struct Lanes {
+    cases: Vec<Case>,
+    courses: Vec<Course>,
+    gof: GoodnessOfFit,
+    precision: LanesPrecision,
+    engine: Engine,
+    finished: [Vec<Finished>; 2],
+}
+
+impl Lanes {
+    /// An evaluator of these cases; the score is the mean of `gof` over them.
+    ///
+    /// # Errors
+    /// [`EvaluateError::Course`] if a case cannot be laid out; [`EvaluateError::Model`] if the text cannot run.
+    ///
+    /// # Panics
+    /// Without cases, or if they were prepared for different variants or conventions of the start.
+    pub fn new(cases: Vec<Case>, gof: GoodnessOfFit, precision: LanesPrecision) -> Result<Lanes, EvaluateError> {
+        let first = cases.first().expect("at least one case");
+        let (variant, radicand) = (first.variant, first.convention.radicand);
+        assert!(cases.iter().all(|c| c.variant == variant), "cases of one variant");
+        assert!(cases.iter().all(|c| c.convention.radicand == radicand), "cases that start alike");
+        let text = match precision {
+            LanesPrecision::Plain | LanesPrecision::F64 => Precision::Plain,
+            LanesPrecision::Compensated => Precision::Compensated,
+        };
+        let source = Source::model(&Recipe { variant, precision: text, radicand });
+        let checked = check(&source).map_err(LanesError::from)?;
+        let model = Model::compile(&source, &checked, variant.delay)?;
+        let courses: Vec<Course> = cases.iter().map(Course::new).collect::<Result<_, _>>()?;
+        let set = InstructionSet::best();
+        let engine = match precision {
+            LanesPrecision::F64 => Engine::F64(Box::new(Core::new(streams(&cases, &courses, &gof), model, false, set))),
+            LanesPrecision::Plain | LanesPrecision::Compensated => {
+                let compensated = precision == LanesPrecision::Compensated;
+                Engine::F32(Box::new(Core::new(streams(&cases, &courses, &gof), model, compensated, set)))
+            }
+        };
+        Ok(Lanes { cases, courses, gof, precision, engine, finished: [Vec::new(), Vec::new()] })
+    }
+
+    /// The same with another instruction set, for tests: all give the same bits.
+    ///
+    /// # Panics
+    /// If this processor does not have it.
+    #[must_use]
+    pub fn with_instructions(self, set: InstructionSet) -> Lanes {
+        self.rebuilt(set, None)
+    }
+
+    /// The same with blocks of at most so many lanes, for tests: all give the same bits.
+    #[must_use]
+    pub fn with_lanes(self, lanes: usize) -> Lanes {
+        self.rebuilt(InstructionSet::best(), Some(lanes))
+    }
+
+    fn rebuilt(self, set: InstructionSet, only: Option<usize>) -> Lanes {
+        let engine = match self.engine {
+            Engine::F32(core) => Engine::F32(Box::new(core.with(set, only))),
+            Engine::F64(core) => Engine::F64(Box::new(core.with(set, only))),
+        };
+        Lanes { engine, ..self }
+    }
+
+    /// Status, cuts and all sums of each candidate, in the order of the jobs.
+    ///
+    /// # Errors
+    /// [`EvaluateError::Delay`].
+    pub fn raw(&mut self, jobs: &[Job<'_>]) -> Result<Vec<Raw>, EvaluateError> {
+        let mut finished = Vec::new();
+        self.run(jobs, Adding::All, &mut finished)?;
+        Ok(finished.into_iter().map(|f| f.raw).collect())
+    }
+
+    /// Runs that are corrected towards the measurement.
+    ///
+    /// # Errors
+    /// [`EvaluateError::Delay`].
+    pub fn observed(&mut self, job: &Job<'_>, observer: &Observer) -> Result<Vec<Observed>, EvaluateError> {
+        let compensated = self.compensated();
+        with_engine!(&mut self.engine, core => {
+            let settings = settings(Adding::All, compensated, true, Some(ObserverOf::new(observer)));
+            core.observed(&self.cases, job, &settings)
+        })
+    }
+
+    /// The states (spacing, speed, acceleration) of one candidate at the samples from `from` to `to` - 1, where `history` has
+    /// its spacing, speed and acceleration at the samples before `from`. Ends early where the run fails.
+    ///
+    /// # Errors
+    /// [`EvaluateError::Delay`].
+    ///
+    /// # Panics
+    /// If `from` is 0, or the history is shorter.
+    pub fn trace(
+        &self,
+        case: usize,
+        parameters: &Parameters,
+        history: [&[f64]; 3],
+        from: usize,
+        to: usize,
+    ) -> Result<Vec<[f64; 3]>, EvaluateError> {
+        assert!(from > 0, "a step needs a state to start from");
+        let history: History = history.map(|signal| &signal[..from]);
+        let symbols = self.cases[case].variant.parameters();
+        let mut population = Population::new(&symbols);
+        population.push(&symbols.iter().map(|symbol| parameters.get(*symbol)).collect::<Vec<_>>());
+        let compensated = self.compensated();
+        with_engine!(&self.engine, core => {
+            let settings = settings(Adding::All, compensated, true, None);
+            core.trace(&self.cases[case], case, &population, &settings, history, to)
+        })
+    }
+
+    fn compensated(&self) -> bool {
+        self.precision == LanesPrecision::Compensated
+    }
+
+    fn run(&mut self, jobs: &[Job<'_>], adding: Adding, results: &mut Vec<Finished>) -> Result<(), EvaluateError> {
+        let compensated = self.compensated();
+        with_engine!(&mut self.engine, core => {
+            let counts = adding == Adding::All || core.streams.iter().any(|stream| stream.rejects);
+            core.run(&self.cases, jobs, &settings(adding, compensated, counts, None), results)
+        })
+    }
+}
+
+fn streams<T: Real>(cases: &[Case], courses: &[Course], gof: &GoodnessOfFit) -> Vec<Stream<T>> {
+    cases.iter().zip(courses).map(|(case, course)| Stream::new(case, course, gof)).collect()
+}
+
+fn settings<T>(adding: Adding, compensated: bool, counts: bool, observer: Option<ObserverOf<T>>) -> Settings<T> {
+    Settings { adding, compensated, counts, observer }
+}
+
+impl Evaluator for Lanes {
+    fn cases(&self) -> &[Case] {
+        &self.cases
+    }
+
+    fn gof(&self) -> &GoodnessOfFit {
+        &self.gof
+    }
+
+    fn name(&self) -> &'static str {
+        "lanes"
+    }
+
+    fn precision(&self) -> &'static str {
+        self.precision.name()
+    }
+
+    fn submit(&mut self, set: BufferSet, jobs: &[Job<'_>]) -> Result<(), EvaluateError> {
+        let mut finished = std::mem::take(&mut self.finished[set as usize]);
+        let result = self.run(jobs, Adding::One(self.gof.accumulation()), &mut finished);
+        self.finished[set as usize] = finished;
+        result
+    }
+
+    fn collect(&mut self, set: BufferSet, scores: &mut [Score]) -> Result<(), EvaluateError> {
+        let finished = &self.finished[set as usize];
+        if scores.len() != finished.len() {
+            return Err(EvaluateError::Room { candidates: finished.len(), scores: scores.len() });
+        }
+        for (score, finished) in scores.iter_mut().zip(finished) {
+            *score = finished.score;
+        }
+        Ok(())
+    }
+
+    fn outcomes(&mut self, jobs: &[Job<'_>]) -> Result<Vec<Outcome>, EvaluateError> {
+        let raws = self.raw(jobs)?;
+        let candidates = jobs.iter().flat_map(|job| (0..job.population.len()).map(move |i| (job, i)));
+        let outcome = |(raw, (job, i)): (&Raw, (&Job<'_>, usize))| {
+            raw.outcome(&self.cases[job.case], &self.courses[job.case], &job.population.parameters(i))
+        };
+        Ok(raws.iter().zip(candidates).map(outcome).collect())
+    }
+}

@@ -1,0 +1,131 @@
+//! The two kinds of numbers a block program runs in.
+
+use super::power::power_block;
+use std::fmt::Debug;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// f32 or f64.
+pub trait Real:
+    Copy
+    + Send
+    + Sync
+    + Debug
+    + Default
+    + PartialOrd
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + 'static
+{
+    const ZERO: Self;
+    const ONE: Self;
+    const INFINITY: Self;
+    fn of(x: f64) -> Self;
+    fn to_f64(self) -> f64;
+    /// A literal of the text; in f64 the decimal that was written and not what f32 makes of it.
+    fn literal(x: f32) -> Self;
+    fn abs(self) -> Self;
+    fn sqrt(self) -> Self;
+    fn floor(self) -> Self;
+    fn exp(self) -> Self;
+    fn ln(self) -> Self;
+    fn sin(self) -> Self;
+    fn cos(self) -> Self;
+    /// Towards zero, within the range of u32.
+    fn to_u32(self) -> u32;
+    fn power<const L: usize>(x: &[Self; L], y: &[Self; L], out: &mut [Self; L]);
+
+    /// The larger one; the other one where one is NaN; `other` of two zeros.
+    #[inline(always)]
+    fn larger(self, other: Self) -> Self {
+        let larger = if self > other { self } else { other };
+        if other.is_number() { larger } else { self }
+    }
+
+    /// The smaller one; the other one where one is NaN; `other` of two zeros.
+    #[inline(always)]
+    fn smaller(self, other: Self) -> Self {
+        let smaller = if self < other { self } else { other };
+        if other.is_number() { smaller } else { self }
+    }
+
+    #[inline(always)]
+    #[allow(clippy::eq_op, reason = "only NaN differs from itself")]
+    fn is_number(self) -> bool {
+        self == self
+    }
+
+    #[inline(always)]
+    fn is_finite(self) -> bool {
+        self.abs() < Self::INFINITY
+    }
+}
+
+macro_rules! real {
+    ($type:ident, $literal:expr, $power:expr) => {
+        impl Real for $type {
+            const ZERO: $type = 0.0;
+            const ONE: $type = 1.0;
+            const INFINITY: $type = $type::INFINITY;
+            fn of(x: f64) -> $type {
+                x as $type
+            }
+            #[inline(always)]
+            fn to_f64(self) -> f64 {
+                f64::from(self)
+            }
+            fn literal(x: f32) -> $type {
+                $literal(x)
+            }
+            #[inline(always)]
+            fn abs(self) -> $type {
+                $type::abs(self)
+            }
+            #[inline(always)]
+            fn sqrt(self) -> $type {
+                $type::sqrt(self)
+            }
+            #[inline(always)]
+            fn floor(self) -> $type {
+                $type::floor(self)
+            }
+            #[inline(always)]
+            fn exp(self) -> $type {
+                $type::exp(self)
+            }
+            #[inline(always)]
+            fn ln(self) -> $type {
+                $type::ln(self)
+            }
+            #[inline(always)]
+            fn sin(self) -> $type {
+                $type::sin(self)
+            }
+            #[inline(always)]
+            fn cos(self) -> $type {
+                $type::cos(self)
+            }
+            #[inline(always)]
+            fn to_u32(self) -> u32 {
+                self as u32
+            }
+            #[inline(always)]
+            fn power<const L: usize>(x: &[$type; L], y: &[$type; L], out: &mut [$type; L]) {
+                $power(x, y, out);
+            }
+        }
+    };
+}
+
+real!(f32, |x: f32| x, power_block);
+real!(
+    f64,
+    |x: f32| x.to_string().parse().expect("what a number prints is a number"),
+    |x: &[f64; L], y: &[f64; L], out: &mut [f64; L]| {
+        for i in 0..L {
+            out[i] = if x[i] > 0.0 { x[i].powf(y[i]) } else { 0.0 };
+        }
+    }
+);

@@ -1,0 +1,333 @@
+//! The time loop of shaders/kernel.wgsl, operation for operation, over a block of lanes.
+//!
+//! All lanes of a block step together. One that has failed or has not started yet computes on, unread: no operation looks
+//! at another lane, and its sums, counts and status are closed.
+
+use super::model::Model;
+use super::real::Real;
+use super::simd::{InstructionSet, Instructions, Lane, Registers};
+use super::stream::Stream;
+use super::sums::{Settings, Sums};
+use super::tables::{Scratch, mfc_bounds, sin_grade};
+use crate::evaluator::{Population, status};
+
+/// A model ready for blocks of L lanes.
+#[derive(Debug, Clone)]
+pub struct Program<T, const L: usize> {
+    pub model: Model,
+    prologue: Instructions<T, L>,
+    steps: [Instructions<T, L>; 2],
+    start: Instructions<T, L>,
+}
+
+impl<T: Real, const L: usize> Program<T, L> {
+    pub fn new(model: &Model, set: InstructionSet) -> Self {
+        let ready = |steps: &[_]| Instructions::new(steps, set, model.rows);
+        Program {
+            prologue: ready(&model.prologue),
+            steps: [ready(&model.steps[0].code), ready(&model.steps[1].code)],
+            start: ready(&model.start),
+            model: model.clone(),
+        }
+    }
+}
+
+/// One candidate of a block.
+#[derive(Debug, Clone, Copy)]
+pub struct Candidate {
+    /// Position in the population.
+    pub index: usize,
+    /// When it perceives and starts.
+    pub back: usize,
+    pub fraction: f64,
+    pub first: usize,
+}
+
+/// What a block has to run.
+pub struct Run<'a, T> {
+    pub settings: &'a Settings<T>,
+    pub stream: &'a Stream<T>,
+    pub population: &'a Population,
+    /// Column of each of the model's parameters in the population.
+    pub columns: &'a [Option<usize>],
+    pub candidates: &'a [Candidate],
+    /// The state at the samples before the first, instead of the measured one.
+    pub history: Option<&'a [[T; 3]]>,
+    /// One past the last sample.
+    pub end: usize,
+    /// Receives the state of the first lane, sample by sample.
+    pub trace: Option<&'a mut Vec<[f64; 3]>>,
+}
+
+/// Memory of a block, used again and again.
+#[derive(Debug)]
+pub struct Workspace<T, const L: usize> {
+    pub registers: Registers<T, L>,
+    /// Past spacing and speed, by sample modulo the length, a power of two.
+    ring: Vec<[Lane<T, L>; 2]>,
+    back: [usize; L],
+    /// `back` as a number, to compare whole rows.
+    back_row: Lane<T, L>,
+    fraction: Lane<T, L>,
+    first: [usize; L],
+    /// 1 while a lane runs.
+    alive: Lane<T, L>,
+    /// 1 where a lane did this step without failing.
+    went: Lane<T, L>,
+    scratch: Scratch<T, L>,
+    pub sums: Sums<T, L>,
+    pub status: [u32; L],
+    pub cut_acc: [u32; L],
+    pub cut_dec: [u32; L],
+}
+
+impl<T: Real, const L: usize> Workspace<T, L> {
+    pub fn new(model: &Model, longest: usize) -> Self {
+        Workspace {
+            registers: Registers::new(model.rows),
+            ring: vec![[Lane::ZERO; 2]; (longest + 2).next_power_of_two()],
+            back: [0; L],
+            back_row: Lane::ZERO,
+            fraction: Lane::ZERO,
+            first: [0; L],
+            alive: Lane::ZERO,
+            went: Lane::ZERO,
+            scratch: Scratch::new(),
+            sums: Sums::new(),
+            status: [0; L],
+            cut_acc: [0; L],
+            cut_dec: [0; L],
+        }
+    }
+
+    /// Rows of the block's candidates; what lies beyond them repeats the first, closed.
+    #[inline(always)]
+    fn load(&mut self, program: &Program<T, L>, what: &Run<'_, T>) {
+        for (value, row) in &program.model.literals {
+            self.registers.row_mut(*row).fill(T::literal(*value));
+        }
+        for (value, row) in what.stream.job.iter().zip(program.model.job) {
+            self.registers.row_mut(row).fill(*value);
+        }
+        self.cut_acc = [0; L];
+        self.cut_dec = [0; L];
+        self.alive = Lane::ZERO;
+        for lane in 0..L {
+            let used = lane < what.candidates.len();
+            let candidate = what.candidates[if used { lane } else { 0 }];
+            let values = what.population.values(candidate.index);
+            for ((_, row), column) in program.model.parameters.iter().zip(what.columns) {
+                self.registers.row_mut(*row)[lane] = T::of(column.map_or(f64::NAN, |column| values[column]));
+            }
+            self.back[lane] = candidate.back;
+            self.back_row.0[lane] = T::of(candidate.back as f64);
+            self.fraction.0[lane] = T::of(candidate.fraction);
+            self.first[lane] = candidate.first;
+            // A minimum with NaN would hide it, so that it must not come that far.
+            let finite = values.iter().all(|value| Real::is_finite(T::of(*value)));
+            let failed = status::FAILED | status::NOT_FINITE | candidate.first as u32;
+            self.status[lane] = if used && finite { 0 } else { failed };
+        }
+    }
+}
+
+/// Runs a block to its end, or until all of its lanes have failed.
+#[inline(always)]
+pub fn run<T: Real, const L: usize>(program: &Program<T, L>, w: &mut Workspace<T, L>, what: &mut Run<'_, T>) {
+    let model = &program.model;
+    let Run { settings, stream, .. } = *what;
+    w.load(program, what);
+    w.sums.begin(settings, what.end);
+    w.registers.execute(&program.prologue);
+    let mask = w.ring.len() - 1;
+    let (begin, all_begun) = (*w.first.iter().min().unwrap_or(&0), *w.first.iter().max().unwrap_or(&0));
+    let (nearest, farthest) = (*w.back.iter().min().unwrap_or(&0), *w.back.iter().max().unwrap_or(&0));
+    let delayed = !model.undelayed;
+    let mut running = w.status.iter().filter(|status| **status == 0).count();
+    // The home that the state is in.
+    let mut here = 0;
+
+    let mut t = 0;
+    while t < what.end && running > 0 {
+        if t >= begin {
+            if t <= all_begun {
+                for lane in 0..L {
+                    w.alive.0[lane] = if w.status[lane] == 0 && t >= w.first[lane] { T::ONE } else { T::ZERO };
+                }
+            }
+            if delayed {
+                perceive(w, stream, model.perceived, [nearest, farthest], t, mask);
+            } else if model.reads_v_l {
+                w.registers.row_mut(model.perceived[2]).fill(stream.v_l[t - 1]);
+            }
+            if let Some(table) = &stream.grade {
+                sin_grade(&mut w.scratch, table, stream.x_road[t - 1], w.registers.row(model.homes[here][0]));
+                w.registers.row_mut(model.road[0]).copy_from_slice(&w.scratch.out[0].0);
+            }
+            if let Some(table) = &stream.mfc {
+                mfc_bounds(&mut w.scratch, table, w.registers.row(model.homes[here][1]));
+                w.registers.row_mut(model.road[1]).copy_from_slice(&w.scratch.out[0].0);
+                w.registers.row_mut(model.road[2]).copy_from_slice(&w.scratch.out[1].0);
+            }
+            w.registers.row_mut(model.dx_l).fill(stream.dx_l[t]);
+            w.registers.execute(&program.steps[here]);
+            let step = &model.steps[here];
+            here = 1 - here;
+
+            let home = &model.homes[here];
+            let (a_free, s) = (w.registers.row(step.a_free), w.registers.row(home[0]));
+            // Before any clamp: a minimum or maximum would hide a NaN.
+            let mut failed = 0_u32;
+            match step.feasible {
+                None => {
+                    for i in 0..L {
+                        let fine = Real::is_finite(a_free[i]) & !(s[i] <= T::ZERO);
+                        w.went.0[i] = if fine { w.alive.0[i] } else { T::ZERO };
+                        failed |= u32::from(!fine & (w.alive.0[i] != T::ZERO));
+                    }
+                }
+                Some(feasible) => {
+                    let feasible = w.registers.row(feasible);
+                    for i in 0..L {
+                        let fine = Real::is_finite(a_free[i]) & !(s[i] <= T::ZERO) & (feasible[i] != T::ZERO);
+                        w.went.0[i] = if fine { w.alive.0[i] } else { T::ZERO };
+                        failed |= u32::from(!fine & (w.alive.0[i] != T::ZERO));
+                    }
+                }
+            }
+            if settings.counts && step.a != step.a_free {
+                let a = w.registers.row(step.a);
+                for i in 0..L {
+                    let went = w.went.0[i] != T::ZERO;
+                    w.cut_acc[i] += u32::from(went & (a[i] < a_free[i]));
+                    w.cut_dec[i] += u32::from(went & (a[i] > a_free[i]));
+                }
+            }
+            if failed != 0 {
+                running -= close(w, program, 1 - here, t);
+            }
+            let rows = [w.registers.row(home[0]), w.registers.row(home[1]), w.registers.row(home[2])];
+            w.sums.add(settings, stream, rows, &w.went.0, t);
+            if let Some(observer) = &settings.observer {
+                let [s, v] = w.sums.observe(observer, stream, [rows[0], rows[1]], &w.went.0, t, what.end);
+                w.registers.row_mut(home[0]).copy_from_slice(&s.0);
+                w.registers.row_mut(home[1]).copy_from_slice(&v.0);
+            }
+        }
+        if t < all_begun {
+            running -= start(w, program, what, here, t);
+        }
+        if delayed {
+            let home = &model.homes[here];
+            let past = &mut w.ring[t & mask];
+            past[0].0.copy_from_slice(w.registers.row(home[0]));
+            past[1].0.copy_from_slice(w.registers.row(home[1]));
+        }
+        if let Some(trace) = what.trace.as_deref_mut() {
+            let home = &model.homes[here];
+            trace.push([0, 1, 2].map(|k| w.registers.row(home[k])[0].to_f64()));
+        }
+        t += 1;
+    }
+}
+
+/// Signals as perceived: between the samples t - 1 - back and the next, but no younger than t - 1.
+#[inline(always)]
+fn perceive<T: Real, const L: usize>(
+    w: &mut Workspace<T, L>,
+    stream: &Stream<T>,
+    rows: [u16; 3],
+    [nearest, farthest]: [usize; 2],
+    t: usize,
+    mask: usize,
+) {
+    for back in nearest..=farthest {
+        // A lane that has not started yet may ask for samples before the first.
+        let older = (t - 1).saturating_sub(back);
+        let younger = (older + 1).min(t - 1);
+        let (past, next) = (&w.ring[older & mask], &w.ring[younger & mask]);
+        for signal in 0..2 {
+            let row = w.registers.row_mut(rows[signal]);
+            let (old, new) = (&past[signal].0, &next[signal].0);
+            if nearest == farthest {
+                for i in 0..L {
+                    row[i] = old[i] + (new[i] - old[i]) * w.fraction.0[i];
+                }
+            } else {
+                let back = T::of(back as f64);
+                for i in 0..L {
+                    let between = old[i] + (new[i] - old[i]) * w.fraction.0[i];
+                    row[i] = if w.back_row.0[i] == back { between } else { row[i] };
+                }
+            }
+        }
+        let (old, new) = (stream.v_l[older], stream.v_l[younger]);
+        let row = w.registers.row_mut(rows[2]);
+        let back = T::of(back as f64);
+        for i in 0..L {
+            let between = old + (new - old) * w.fraction.0[i];
+            row[i] = if w.back_row.0[i] == back { between } else { row[i] };
+        }
+    }
+}
+
+/// Closes the lanes that failed in the step from home `from`; returns how many. Rare, so one after the other.
+#[cold]
+#[inline(never)]
+fn close<T: Real, const L: usize>(
+    w: &mut Workspace<T, L>,
+    program: &Program<T, L>,
+    from: usize,
+    t: usize,
+) -> usize {
+    let step = &program.model.steps[from];
+    let mut closed = 0;
+    for lane in 0..L {
+        if w.alive.0[lane] == T::ZERO || w.went.0[lane] != T::ZERO {
+            continue;
+        }
+        let (a_free, a) = (w.registers.row(step.a_free)[lane], w.registers.row(step.a)[lane]);
+        let kind = if !Real::is_finite(a_free) {
+            status::NOT_FINITE
+        } else {
+            w.cut_acc[lane] += u32::from(a < a_free);
+            w.cut_dec[lane] += u32::from(a > a_free);
+            let feasible = step.feasible.is_none_or(|row| w.registers.row(row)[lane] != T::ZERO);
+            if feasible { status::CRASH } else { status::RADICAND }
+        };
+        w.status[lane] = status::FAILED | kind | t as u32;
+        w.alive.0[lane] = T::ZERO;
+        closed += 1;
+    }
+    closed
+}
+
+/// The state at a sample before the first simulated one; returns how many lanes crash there.
+#[inline(never)]
+fn start<T: Real, const L: usize>(
+    w: &mut Workspace<T, L>,
+    program: &Program<T, L>,
+    what: &Run<'_, T>,
+    home: usize,
+    t: usize,
+) -> usize {
+    let (model, stream) = (&program.model, what.stream);
+    let x = [stream.s_start[t], stream.measured[1][t], stream.v_l[t]];
+    for (row, value) in model.perceived.iter().zip(x) {
+        w.registers.row_mut(*row).fill(value);
+    }
+    w.registers.execute(&program.start);
+    let mut closed = 0;
+    for lane in (0..L).filter(|lane| t < w.first[*lane]).collect::<Vec<_>>() {
+        let computed = [w.registers.row(model.start_s)[lane], stream.measured[1][t], stream.measured[2][t]];
+        let state = what.history.map_or(computed, |history| history[t]);
+        for (k, row) in model.homes[home].iter().enumerate() {
+            w.registers.row_mut(*row)[lane] = state.get(k).copied().unwrap_or(T::ZERO);
+        }
+        if w.status[lane] == 0 && state[0] <= T::ZERO {
+            w.status[lane] = status::FAILED | status::CRASH | t as u32;
+            closed += 1;
+        }
+    }
+    closed
+}

@@ -1,0 +1,416 @@
+//! Instructions over rows of lanes, once per instruction set.
+//!
+//! The only module with `unsafe`: function pointers compiled for an instruction set, rows reached by number, and look-ups
+//! in tables. `Code::new` checks what these rely on. No instruction fuses a multiplication with an addition: `avx2` is
+//! asked for without `fma`, and Rust contracts nothing, so that every set gives the same bits.
+#![allow(unsafe_code, reason = "function pointers per instruction set; see the safety comments")]
+
+use super::flat::{Binary, Unary};
+use super::real::Real;
+use super::run::{Program, Run, Workspace, run};
+use super::schedule::{Code, Inner, Outer, Row, Step};
+
+/// Instruction sets that block programs are compiled for. All give the same bits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum InstructionSet {
+    /// What every processor of the platform has.
+    Baseline,
+    /// 256-bit vectors.
+    Avx2,
+    /// 512-bit vectors.
+    Avx512,
+}
+
+impl InstructionSet {
+    /// Those that this processor has, the best last.
+    #[must_use]
+    pub fn available() -> Vec<InstructionSet> {
+        let mut sets = vec![InstructionSet::Baseline];
+        #[cfg(target_arch = "x86_64")]
+        {
+            if is_x86_feature_detected!("avx2") {
+                sets.push(InstructionSet::Avx2);
+            }
+            if is_x86_feature_detected!("avx512f")
+                && is_x86_feature_detected!("avx512vl")
+                && is_x86_feature_detected!("avx512bw")
+                && is_x86_feature_detected!("avx512dq")
+            {
+                sets.push(InstructionSet::Avx512);
+            }
+        }
+        sets
+    }
+
+    /// The best that this processor has.
+    #[must_use]
+    pub fn best() -> InstructionSet {
+        *InstructionSet::available().last().expect("the baseline is always there")
+    }
+}
+
+/// One value per lane.
+#[derive(Debug, Clone, Copy)]
+#[repr(C, align(64))]
+pub struct Lane<T, const L: usize>(pub [T; L]);
+
+impl<T: Real, const L: usize> Lane<T, L> {
+    pub const ZERO: Self = Lane([T::ZERO; L]);
+}
+
+type Execute<T, const L: usize> = unsafe fn(*mut Lane<T, L>, &[Row; 5]);
+
+/// Instructions that are ready to run.
+#[derive(Debug, Clone)]
+pub struct Instructions<T, const L: usize> {
+    list: Vec<(Execute<T, L>, [Row; 5])>,
+    rows: usize,
+}
+
+impl<T: Real, const L: usize> Instructions<T, L> {
+    /// Picks the function of each step.
+    ///
+    /// # Panics
+    /// If this processor has not that instruction set, or a step writes a row that it reads, or one that is not there.
+    pub fn new(steps: &[Step], set: InstructionSet, rows: usize) -> Self {
+        assert!(InstructionSet::available().contains(&set), "this processor has no {set:?}");
+        let resolve = |step: &Step| {
+            assert!(!step.from.contains(&step.to), "no step reads what it writes");
+            assert!(step.from.iter().chain([&step.to]).all(|row| usize::from(*row) < rows), "rows exist");
+            let [a, b, c, d] = step.from;
+            (pick::<T, L>(step.code, set), [step.to, a, b, c, d])
+        };
+        Instructions { list: steps.iter().map(resolve).collect(), rows }
+    }
+}
+
+/// The rows that instructions work on.
+#[derive(Debug)]
+pub struct Registers<T, const L: usize> {
+    rows: Vec<Lane<T, L>>,
+}
+
+impl<T: Real, const L: usize> Registers<T, L> {
+    pub fn new(rows: usize) -> Self {
+        Registers { rows: vec![Lane::ZERO; rows] }
+    }
+
+    #[inline(always)]
+    pub fn row(&self, row: Row) -> &[T; L] {
+        &self.rows[usize::from(row)].0
+    }
+
+    #[inline(always)]
+    pub fn row_mut(&mut self, row: Row) -> &mut [T; L] {
+        &mut self.rows[usize::from(row)].0
+    }
+
+    /// Runs instructions one after the other.
+    ///
+    /// # Panics
+    /// If they need more rows than there are.
+    #[inline(always)]
+    pub fn execute(&mut self, instructions: &Instructions<T, L>) {
+        assert!(instructions.rows <= self.rows.len(), "the rows that the instructions were made for");
+        let rows = self.rows.as_mut_ptr();
+        for (execute, at) in &instructions.list {
+            // SAFETY: `Instructions::new` checked that the processor has the instruction set, that all rows are below
+            // `instructions.rows` (and so exist), and that the row written is none of those read.
+            unsafe { execute(rows, at) };
+        }
+    }
+}
+
+/// out[i] = table[index[i]], the last entry for an index beyond it.
+///
+/// # Panics
+/// If the table is empty.
+#[inline(always)]
+pub fn gather<T: Real, const L: usize>(table: &[T], index: &[u32; L], out: &mut [T; L]) {
+    assert!(!table.is_empty(), "tables have entries");
+    let last = (table.len() - 1).min(u32::MAX as usize) as u32;
+    for i in 0..L {
+        // SAFETY: the index is at most that of the last entry.
+        out[i] = unsafe { *table.get_unchecked(index[i].min(last) as usize) };
+    }
+}
+
+/// Runs a block in the code of an instruction set.
+///
+/// # Panics
+/// If this processor has not that instruction set.
+pub fn run_block<T: Real, const L: usize>(
+    set: InstructionSet,
+    program: &Program<T, L>,
+    workspace: &mut Workspace<T, L>,
+    what: &mut Run<'_, T>,
+) {
+    assert!(InstructionSet::available().contains(&set), "this processor has no {set:?}");
+    match set {
+        // SAFETY: checked above.
+        #[cfg(target_arch = "x86_64")]
+        InstructionSet::Avx512 => unsafe { avx512::block(program, workspace, what) },
+        // SAFETY: checked above.
+        #[cfg(target_arch = "x86_64")]
+        InstructionSet::Avx2 => unsafe { avx2::block(program, workspace, what) },
+        // SAFETY: every processor has the baseline.
+        _ => unsafe { baseline::block(program, workspace, what) },
+    }
+}
+
+/// An operation on one number.
+trait One {
+    fn of<T: Real>(x: T) -> T;
+}
+
+/// An operation on two numbers.
+trait Two {
+    fn of<T: Real>(x: T, y: T) -> T;
+}
+
+/// A comparison.
+trait Compare {
+    fn holds<T: Real>(x: T, y: T) -> bool;
+}
+
+/// Types that stand for operations.
+mod operation {
+    use super::{Compare, One, Real, Two};
+
+    macro_rules! one {
+        ($($name:ident: |$x:ident| $result:expr;)*) => {$(
+            pub struct $name;
+            impl One for $name {
+                #[inline(always)]
+                fn of<T: Real>($x: T) -> T { $result }
+            }
+        )*};
+    }
+    macro_rules! two {
+        ($($name:ident: |$x:ident, $y:ident| $result:expr;)*) => {$(
+            pub struct $name;
+            impl Two for $name {
+                #[inline(always)]
+                fn of<T: Real>($x: T, $y: T) -> T { $result }
+            }
+        )*};
+    }
+    macro_rules! compare {
+        ($($name:ident: |$x:ident, $y:ident| $result:expr;)*) => {$(
+            pub struct $name;
+            impl Compare for $name {
+                #[inline(always)]
+                fn holds<T: Real>($x: T, $y: T) -> bool { $result }
+            }
+            impl Two for $name {
+                #[inline(always)]
+                fn of<T: Real>(x: T, y: T) -> T { if Self::holds(x, y) { T::ONE } else { T::ZERO } }
+            }
+        )*};
+    }
+
+    one! {
+        Copy: |x| x;
+        Negate: |x| -x;
+        Not: |x| if x == T::ZERO { T::ONE } else { T::ZERO };
+        Abs: |x| x.abs();
+        Sqrt: |x| x.sqrt();
+        Floor: |x| x.floor();
+        Exp: |x| x.exp();
+        Log: |x| x.ln();
+        Sin: |x| x.sin();
+        Cos: |x| x.cos();
+    }
+    two! {
+        Add: |x, y| x + y;
+        Subtract: |x, y| x - y;
+        SubtractFrom: |x, y| y - x;
+        Multiply: |x, y| x * y;
+        Divide: |x, y| x / y;
+        DivideInto: |x, y| y / x;
+        Min: |x, y| x.smaller(y);
+        Max: |x, y| x.larger(y);
+        // The second is a number, so that the comparison alone takes it where the first is NaN.
+        MinLiteral: |x, y| if x < y { x } else { y };
+        MaxLiteral: |x, y| if x > y { x } else { y };
+        And: |x, y| if x != T::ZERO { y } else { T::ZERO };
+        Or: |x, y| if x != T::ZERO { T::ONE } else { y };
+    }
+    compare! {
+        Less: |x, y| x < y;
+        LessEqual: |x, y| x <= y;
+        Equal: |x, y| x == y;
+        NotEqual: |x, y| x != y;
+    }
+}
+
+/// Destination and sources as references, which tells the compiler that they do not overlap.
+macro_rules! rows {
+    ($rows:ident, $at:ident, $($source:literal),*) => {
+        // SAFETY: the caller promises that the rows exist and that the first is none of the others.
+        unsafe {
+            (&mut (*$rows.add(usize::from($at[0]))).0, $(&(*$rows.add(usize::from($at[$source]))).0),*)
+        }
+    };
+}
+
+#[inline(always)]
+fn each1<T: Real, O: One, const L: usize>(to: &mut [T; L], x: &[T; L]) {
+    for i in 0..L {
+        to[i] = O::of(x[i]);
+    }
+}
+
+#[inline(always)]
+fn each2<T: Real, O: Two, const L: usize>(to: &mut [T; L], x: &[T; L], y: &[T; L]) {
+    for i in 0..L {
+        to[i] = O::of(x[i], y[i]);
+    }
+}
+
+#[inline(always)]
+fn each3<T: Real, I: Two, O: Two, const L: usize>(to: &mut [T; L], x: &[T; L], y: &[T; L], z: &[T; L]) {
+    for i in 0..L {
+        to[i] = O::of(I::of(x[i], y[i]), z[i]);
+    }
+}
+
+#[inline(always)]
+fn each_select<T: Real, const L: usize>(to: &mut [T; L], c: &[T; L], accept: &[T; L], reject: &[T; L]) {
+    for i in 0..L {
+        to[i] = if c[i] != T::ZERO { accept[i] } else { reject[i] };
+    }
+}
+
+#[inline(always)]
+fn each_compare<T: Real, C: Compare, const L: usize>(
+    to: &mut [T; L],
+    x: &[T; L],
+    y: &[T; L],
+    accept: &[T; L],
+    reject: &[T; L],
+) {
+    for i in 0..L {
+        to[i] = if C::holds(x[i], y[i]) { accept[i] } else { reject[i] };
+    }
+}
+
+/// The instructions and the time loop for one instruction set.
+macro_rules! instruction_set {
+    ($set:ident $(, $features:literal)?) => {
+        mod $set {
+            use super::*;
+
+            $(#[target_feature(enable = $features)])?
+            pub unsafe fn one<T: Real, O: One, const L: usize>(rows: *mut Lane<T, L>, at: &[Row; 5]) {
+                let (to, x) = rows!(rows, at, 1);
+                each1::<T, O, L>(to, x);
+            }
+
+            $(#[target_feature(enable = $features)])?
+            pub unsafe fn two<T: Real, O: Two, const L: usize>(rows: *mut Lane<T, L>, at: &[Row; 5]) {
+                let (to, x, y) = rows!(rows, at, 1, 2);
+                each2::<T, O, L>(to, x, y);
+            }
+
+            $(#[target_feature(enable = $features)])?
+            pub unsafe fn pair<T: Real, I: Two, O: Two, const L: usize>(rows: *mut Lane<T, L>, at: &[Row; 5]) {
+                let (to, x, y, z) = rows!(rows, at, 1, 2, 3);
+                each3::<T, I, O, L>(to, x, y, z);
+            }
+
+            $(#[target_feature(enable = $features)])?
+            pub unsafe fn select<T: Real, const L: usize>(rows: *mut Lane<T, L>, at: &[Row; 5]) {
+                let (to, c, accept, reject) = rows!(rows, at, 1, 2, 3);
+                each_select(to, c, accept, reject);
+            }
+
+            $(#[target_feature(enable = $features)])?
+            pub unsafe fn compare<T: Real, C: Compare, const L: usize>(rows: *mut Lane<T, L>, at: &[Row; 5]) {
+                let (to, x, y, accept, reject) = rows!(rows, at, 1, 2, 3, 4);
+                each_compare::<T, C, L>(to, x, y, accept, reject);
+            }
+
+            $(#[target_feature(enable = $features)])?
+            pub unsafe fn power<T: Real, const L: usize>(rows: *mut Lane<T, L>, at: &[Row; 5]) {
+                let (to, x, y) = rows!(rows, at, 1, 2);
+                T::power(x, y, to);
+            }
+
+            $(#[target_feature(enable = $features)])?
+            pub unsafe fn block<T: Real, const L: usize>(
+                program: &Program<T, L>,
+                workspace: &mut Workspace<T, L>,
+                what: &mut Run<'_, T>,
+            ) {
+                run(program, workspace, what);
+            }
+
+            fn outer<T: Real, I: Two, const L: usize>(outer: Outer) -> Execute<T, L> {
+                match outer {
+                    Outer::Add => pair::<T, I, operation::Add, L>,
+                    Outer::Subtract => pair::<T, I, operation::Subtract, L>,
+                    Outer::SubtractFrom => pair::<T, I, operation::SubtractFrom, L>,
+                    Outer::Multiply => pair::<T, I, operation::Multiply, L>,
+                    Outer::Divide => pair::<T, I, operation::Divide, L>,
+                    Outer::DivideInto => pair::<T, I, operation::DivideInto, L>,
+                    Outer::MaxLiteral => pair::<T, I, operation::MaxLiteral, L>,
+                    Outer::MinLiteral => pair::<T, I, operation::MinLiteral, L>,
+                    Outer::Min => pair::<T, I, operation::Min, L>,
+                }
+            }
+
+            pub fn pick<T: Real, const L: usize>(code: Code) -> Execute<T, L> {
+                match code {
+                    Code::Copy => one::<T, operation::Copy, L>,
+                    Code::Unary(Unary::Negate) => one::<T, operation::Negate, L>,
+                    Code::Unary(Unary::Not) => one::<T, operation::Not, L>,
+                    Code::Unary(Unary::Abs) => one::<T, operation::Abs, L>,
+                    Code::Unary(Unary::Sqrt) => one::<T, operation::Sqrt, L>,
+                    Code::Unary(Unary::Floor) => one::<T, operation::Floor, L>,
+                    Code::Unary(Unary::Exp) => one::<T, operation::Exp, L>,
+                    Code::Unary(Unary::Log) => one::<T, operation::Log, L>,
+                    Code::Unary(Unary::Sin) => one::<T, operation::Sin, L>,
+                    Code::Unary(Unary::Cos) => one::<T, operation::Cos, L>,
+                    Code::Binary(Binary::Add) => two::<T, operation::Add, L>,
+                    Code::Binary(Binary::Subtract) => two::<T, operation::Subtract, L>,
+                    Code::Binary(Binary::Multiply) => two::<T, operation::Multiply, L>,
+                    Code::Binary(Binary::Divide) => two::<T, operation::Divide, L>,
+                    Code::Binary(Binary::Min) => two::<T, operation::Min, L>,
+                    Code::Binary(Binary::Max) => two::<T, operation::Max, L>,
+                    Code::Binary(Binary::Less) => two::<T, operation::Less, L>,
+                    Code::Binary(Binary::LessEqual) => two::<T, operation::LessEqual, L>,
+                    Code::Binary(Binary::Equal) => two::<T, operation::Equal, L>,
+                    Code::Binary(Binary::NotEqual) => two::<T, operation::NotEqual, L>,
+                    Code::Binary(Binary::And) => two::<T, operation::And, L>,
+                    Code::Binary(Binary::Or) => two::<T, operation::Or, L>,
+                    Code::Binary(Binary::Power) => power::<T, L>,
+                    Code::MaxLiteral => two::<T, operation::MaxLiteral, L>,
+                    Code::MinLiteral => two::<T, operation::MinLiteral, L>,
+                    Code::Select => select::<T, L>,
+                    Code::SelectLess => compare::<T, operation::Less, L>,
+                    Code::SelectLessEqual => compare::<T, operation::LessEqual, L>,
+                    Code::Pair(Inner::Add, o) => outer::<T, operation::Add, L>(o),
+                    Code::Pair(Inner::Subtract, o) => outer::<T, operation::Subtract, L>(o),
+                    Code::Pair(Inner::Multiply, o) => outer::<T, operation::Multiply, L>(o),
+                }
+            }
+        }
+    };
+}
+
+instruction_set!(baseline);
+#[cfg(target_arch = "x86_64")]
+instruction_set!(avx2, "avx2");
+#[cfg(target_arch = "x86_64")]
+instruction_set!(avx512, "avx512f,avx512vl,avx512bw,avx512dq");
+
+fn pick<T: Real, const L: usize>(code: Code, set: InstructionSet) -> Execute<T, L> {
+    match set {
+        #[cfg(target_arch = "x86_64")]
+        InstructionSet::Avx512 => avx512::pick(code),
+        #[cfg(target_arch = "x86_64")]
+        InstructionSet::Avx2 => avx2::pick(code),
+        _ => baseline::pick(code),
+    }
+}

@@ -1,0 +1,243 @@
+//! What a run adds up, and the score that follows: `add`, `total` and `score` of shaders/kernel.wgsl.
+
+use super::real::Real;
+use super::simd::Lane;
+use super::stream::{NormOf, Stream};
+use crate::evaluator::Observer;
+use crate::score::Accumulation;
+
+/// What is added up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Adding {
+    /// For one goodness of fit.
+    One(Accumulation),
+    /// For all measures.
+    All,
+}
+
+/// An observer in the precision of a run.
+#[derive(Debug, Clone, Copy)]
+pub struct ObserverOf<T> {
+    gain: [T; 4],
+    whitening: [T; 3],
+    pub block: usize,
+}
+
+impl<T: Real> ObserverOf<T> {
+    pub fn new(observer: &Observer) -> Self {
+        let Observer { gain, whitening, block } = observer;
+        ObserverOf { gain: gain.map(T::of), whitening: whitening.map(T::of), block: (*block).max(1) }
+    }
+}
+
+/// How runs add up.
+#[derive(Debug, Clone, Copy)]
+pub struct Settings<T> {
+    pub adding: Adding,
+    pub compensated: bool,
+    /// False where nobody asks how often an acceleration bound was touched.
+    pub counts: bool,
+    pub observer: Option<ObserverOf<T>>,
+}
+
+/// Sums of spacing, speed and acceleration, with what the precision rounds away.
+#[derive(Debug, Clone)]
+struct Triple<T, const L: usize> {
+    high: [Lane<T, L>; 3],
+    low: [Lane<T, L>; 3],
+}
+
+/// The sums of a block.
+#[derive(Debug)]
+pub struct Sums<T, const L: usize> {
+    error2: Triple<T, L>,
+    simulated2: Triple<T, L>,
+    relative2: Triple<T, L>,
+    floored2: Triple<T, L>,
+    term: Lane<T, L>,
+    block: [Lane<T, L>; 2],
+    corrected: [Lane<T, L>; 2],
+    /// Per block of samples and lane; filled with an observer only.
+    pub blocks: Vec<[Lane<T, L>; 2]>,
+}
+
+impl<T: Real, const L: usize> Triple<T, L> {
+    const ZERO: Self = Triple { high: [Lane::ZERO; 3], low: [Lane::ZERO; 3] };
+
+    /// Adds the square of `term`.
+    #[inline(always)]
+    fn add_square(&mut self, k: usize, compensated: bool, term: &[T; L], went: &[T; L]) {
+        let high = &mut self.high[k].0;
+        if !compensated {
+            for i in 0..L {
+                let sum = high[i] + term[i] * term[i];
+                high[i] = if went[i] != T::ZERO { sum } else { high[i] };
+            }
+            return;
+        }
+        let low = &mut self.low[k].0;
+        for i in 0..L {
+            let square = term[i] * term[i];
+            let sum = high[i] + square;
+            let term_seen = sum - high[i];
+            let sum_seen = sum - term_seen;
+            let rest = low[i] + ((high[i] - sum_seen) + (square - term_seen));
+            let went = went[i] != T::ZERO;
+            high[i] = if went { sum } else { high[i] };
+            low[i] = if went { rest } else { low[i] };
+        }
+    }
+
+    fn total(&self, lane: usize, compensated: bool) -> [T; 3] {
+        [0, 1, 2].map(|k| {
+            let high = self.high[k].0[lane];
+            if compensated { high + self.low[k].0[lane] } else { high }
+        })
+    }
+}
+
+impl<T: Real, const L: usize> Sums<T, L> {
+    pub fn new() -> Self {
+        let zero = Triple::ZERO;
+        Sums {
+            error2: zero.clone(),
+            simulated2: zero.clone(),
+            relative2: zero.clone(),
+            floored2: zero,
+            term: Lane::ZERO,
+            block: [Lane::ZERO; 2],
+            corrected: [Lane::ZERO; 2],
+            blocks: Vec::new(),
+        }
+    }
+
+    pub fn begin(&mut self, settings: &Settings<T>, samples: usize) {
+        for sum in [&mut self.error2, &mut self.simulated2, &mut self.relative2, &mut self.floored2] {
+            sum.high = [Lane::ZERO; 3];
+            sum.low = [Lane::ZERO; 3];
+        }
+        self.block = [Lane::ZERO; 2];
+        self.blocks.clear();
+        if let Some(observer) = &settings.observer {
+            self.blocks.resize(samples.div_ceil(observer.block), [Lane::ZERO; 2]);
+        }
+    }
+
+    /// Adds sample t with the state in `rows`, in the lanes that went on.
+    #[inline(always)]
+    pub fn add(
+        &mut self,
+        settings: &Settings<T>,
+        stream: &Stream<T>,
+        rows: [&[T; L]; 3],
+        went: &[T; L],
+        t: usize,
+    ) {
+        let compensated = settings.compensated;
+        let term = &mut self.term.0;
+        for k in 0..3 {
+            let row = rows[k];
+            let measured = stream.measured[k][t];
+            let floored = if k == 1 { stream.v_denominator[t] } else { measured };
+            let squared = match settings.adding {
+                Adding::One(Accumulation::Floored) => floored,
+                _ => measured,
+            };
+            if matches!(settings.adding, Adding::One(Accumulation::Relative)) {
+                let per_denominator = stream.per_denominator[k][t];
+                for i in 0..L {
+                    term[i] = (row[i] - measured) * per_denominator;
+                }
+                self.error2.add_square(k, compensated, term, went);
+                continue;
+            }
+            if !compensated {
+                // The usual case in one loop.
+                let high = &mut self.error2.high[k].0;
+                for i in 0..L {
+                    let error = row[i] - squared;
+                    let sum = high[i] + error * error;
+                    high[i] = if went[i] != T::ZERO { sum } else { high[i] };
+                }
+            } else {
+                for i in 0..L {
+                    term[i] = row[i] - squared;
+                }
+                self.error2.add_square(k, compensated, term, went);
+            }
+            if matches!(settings.adding, Adding::All | Adding::One(Accumulation::Theil)) {
+                self.simulated2.add_square(k, compensated, row, went);
+            }
+            if settings.adding == Adding::All {
+                let per_denominator = stream.per_denominator[k][t];
+                for i in 0..L {
+                    term[i] = (row[i] - measured) * per_denominator;
+                }
+                self.relative2.add_square(k, compensated, term, went);
+                if k == 1 {
+                    for i in 0..L {
+                        term[i] = row[i] - floored;
+                    }
+                    self.floored2.add_square(k, compensated, term, went);
+                }
+            }
+        }
+    }
+
+    /// Corrects spacing and speed by their residuals, and adds up whitened squares.
+    #[inline(always)]
+    pub fn observe(
+        &mut self,
+        observer: &ObserverOf<T>,
+        stream: &Stream<T>,
+        rows: [&[T; L]; 2],
+        went: &[T; L],
+        t: usize,
+        end: usize,
+    ) -> [Lane<T, L>; 2] {
+        let (gain, whitening) = (observer.gain, observer.whitening);
+        let (s, v) = (stream.measured[0][t], stream.measured[1][t]);
+        for i in 0..L {
+            let error = [rows[0][i] - s, rows[1][i] - v];
+            self.corrected[0].0[i] = rows[0][i] - (gain[0] * error[0] + gain[1] * error[1]);
+            let v_f = rows[1][i] - (gain[2] * error[0] + gain[3] * error[1]);
+            self.corrected[1].0[i] = v_f.larger(T::ZERO);
+            let white = [whitening[0] * error[0], whitening[1] * error[0] + whitening[2] * error[1]];
+            for k in 0..2 {
+                let sum = self.block[k].0[i] + white[k] * white[k];
+                self.block[k].0[i] = if went[i] != T::ZERO { sum } else { self.block[k].0[i] };
+            }
+        }
+        if (t + 1).is_multiple_of(observer.block) || t + 1 == end {
+            let done = &mut self.blocks[t / observer.block];
+            for k in 0..2 {
+                for i in 0..L {
+                    done[k].0[i] = if went[i] != T::ZERO { self.block[k].0[i] } else { T::ZERO };
+                }
+            }
+            self.block = [Lane::ZERO; 2];
+        }
+        self.corrected
+    }
+
+    /// Totals of a lane: error2, simulated2, relative2, floored2.
+    pub fn totals(&self, lane: usize, compensated: bool) -> [[T; 3]; 4] {
+        [&self.error2, &self.simulated2, &self.relative2, &self.floored2].map(|sum| sum.total(lane, compensated))
+    }
+
+    /// The goodness of fit of a lane; NaN where it is undefined.
+    pub fn score(&self, lane: usize, settings: &Settings<T>, norm: &NormOf<T>) -> f64 {
+        let [error2, simulated2, ..] = self.totals(lane, settings.compensated);
+        let theil = settings.adding == Adding::One(Accumulation::Theil);
+        let [s, v, a] = [0, 1, 2].map(|k| {
+            let term = (error2[k] * norm.per_count[k]).sqrt() * norm.weight[k];
+            if theil {
+                term / ((simulated2[k] * norm.per_count[k]).sqrt() + norm.rms_measured[k])
+            } else {
+                term
+            }
+        });
+        let value = (s + v) + a;
+        if Real::is_finite(value) { value.to_f64() } else { f64::NAN }
+    }
+}
