@@ -8,14 +8,19 @@
 mod common;
 #[path = "shader_mutants/exact.rs"]
 mod exact;
+mod gpu_common;
 #[path = "shader_mutants/judge.rs"]
 mod judge;
+#[path = "shader_mutants/kernel.rs"]
+mod kernel;
 #[path = "shader_mutants/shots.rs"]
 mod shots;
 #[path = "shader_mutants/text.rs"]
 mod text;
 
 use std::path::Path;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 use text::{Mutant, mutants};
 
@@ -66,12 +71,8 @@ const SURVIVORS: &[Survivor] = &[
     },
 ];
 
-/// Files that are judged by other means: which.
-const ELSEWHERE: [(&str, &str); 3] = [
-    ("shaders/kernel.wgsl", "the time loop of the GPU: the GPU evaluator's own comparison"),
-    ("shaders/power.wgsl", "bits and f32 only: the GPU against its Rust twin, which tests/power.rs judges"),
-    ("shaders/opaque.wgsl", "changes no value, only what a driver may do with it"),
-];
+/// Files that are judged on the GPU: the time loop, which only a GPU runs, and two functions that `lanes` has in Rust.
+const ON_GPU: [&str; 3] = ["shaders/kernel.wgsl", "shaders/power.wgsl", "shaders/opaque.wgsl"];
 
 /// Path and text of every shader.
 fn shaders() -> Vec<(String, String)> {
@@ -94,8 +95,8 @@ fn shaders() -> Vec<(String, String)> {
     found
 }
 
-fn report(all: &[(Mutant, Result<(), String>)]) {
-    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("shader_mutants.csv");
+fn report(name: &str, all: &[(Mutant, Result<(), String>)]) {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     let mut csv = csv::Writer::from_path(path).expect("the report can be written");
     csv.write_record(["file", "line", "column", "change", "source", "outcome"]).expect("written");
     for (m, verdict) in all {
@@ -115,7 +116,7 @@ fn every_change_of_a_part_is_noticed() {
     }
     let mut all = Vec::new();
     for (file, text) in shaders() {
-        if ELSEWHERE.iter().any(|(elsewhere, _)| *elsewhere == file) {
+        if ON_GPU.contains(&file.as_str()) {
             continue;
         }
         let found = mutants(&file, &text);
@@ -127,7 +128,7 @@ fn every_change_of_a_part_is_noticed() {
             all.push((mutant, verdict));
         }
     }
-    report(&all);
+    report("shader_mutants.csv", &all);
     let survivors: Vec<&Mutant> = all.iter().filter(|(_, verdict)| verdict.is_ok()).map(|(m, _)| m).collect();
     eprintln!(
         "{} mutants of parts, {} noticed, {} survived; {:.1} s",
@@ -164,4 +165,52 @@ fn compare(survivors: &[&Mutant], listed: &[Survivor]) {
             s.reason
         );
     }
+}
+
+/// Mutants of the files that only a GPU runs as they stand, and that nothing can notice.
+const SURVIVORS_ON_GPU: &[Survivor] = &[];
+
+/// Loops that would not end: the driver would be stopped by a watchdog, or by nothing.
+const ENDLESS: &[(&str, &str, &str)] = &[("shaders/kernel.wgsl", "for (; t < to && status == 0u; t++) {", "&& -> ||")];
+
+#[test]
+fn every_change_of_the_kernel_is_noticed() {
+    if gpu_common::skipped("every_change_of_the_kernel_is_noticed") {
+        return;
+    }
+    let start = Instant::now();
+    let files: Vec<_> = shaders().into_iter().filter(|(file, _)| ON_GPU.contains(&file.as_str())).collect();
+    let todo: Vec<Mutant> = files.iter().flat_map(|(file, text)| mutants(file, text)).collect();
+    let next = AtomicUsize::new(0);
+    let done = Mutex::new(Vec::new());
+    std::thread::scope(|scope| {
+        for _ in 0..std::thread::available_parallelism().map_or(1, usize::from) {
+            scope.spawn(|| {
+                let mut scenes = kernel::scenes();
+                while let Some(mutant) = todo.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    let endless = |(file, line, change): &(&str, &str, &str)| {
+                        (*file, *line, *change) == (&*mutant.file, &*mutant.source, &*mutant.change)
+                    };
+                    let verdict = if ENDLESS.iter().any(endless) {
+                        Err("would not end".to_owned())
+                    } else {
+                        scenes.iter_mut().try_for_each(|scene| scene.verdict(&mutant.file, &mutant.text))
+                    };
+                    done.lock().expect("no thread panics with the lock").push((mutant.clone(), verdict));
+                }
+            });
+        }
+    });
+    let mut all = done.into_inner().expect("no thread panics with the lock");
+    all.sort_by(|(a, _), (b, _)| (&a.file, a.line, a.column).cmp(&(&b.file, b.line, b.column)));
+    report("shader_mutants_on_gpu.csv", &all);
+    let survivors: Vec<&Mutant> = all.iter().filter(|(_, verdict)| verdict.is_ok()).map(|(m, _)| m).collect();
+    eprintln!(
+        "{} mutants of the kernel, {} noticed, {} survived; {:.1} s",
+        all.len(),
+        all.len() - survivors.len(),
+        survivors.len(),
+        start.elapsed().as_secs_f64()
+    );
+    compare(&survivors, SURVIVORS_ON_GPU);
 }

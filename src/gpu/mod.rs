@@ -19,7 +19,7 @@ use crate::evaluator::{
     Score, Timings, status,
 };
 use crate::score::GoodnessOfFit;
-use crate::wgsl::{Precision, Recipe};
+use crate::wgsl::{Precision, Recipe, ShaderError, check};
 use context::{Context, Results, Work};
 use device::Fault;
 use kernel::{Kernel, RAW_WORDS, Sums};
@@ -164,11 +164,17 @@ impl Gpu {
 
     /// Puts another text in the place of a shader file and none in the place of any other, until the device is lost; mutation
     /// tests.
+    ///
+    /// # Errors
+    /// [`ShaderError`] if the kernels that are then composed are not valid; nothing is replaced.
     #[doc(hidden)]
-    pub fn replace_shader(&mut self, file: &str, text: &str) {
+    pub fn replace_shader(&mut self, file: &str, text: &str) -> Result<(), ShaderError> {
+        let replaced = [(file.to_owned(), text.to_owned())].into();
+        check(&self.kernel(Sums::All, true).source(&replaced))?;
         if let Some(context) = &mut self.context {
-            context.replace([(file.to_owned(), text.to_owned())].into());
+            context.replace(replaced);
         }
+        Ok(())
     }
 
     /// Destroys the next devices as soon as they are opened; tests.
