@@ -18,10 +18,10 @@ pub use probe::{Probe, ProbeStatus, probes};
 use crate::convention::BoundRule;
 use crate::evaluator::{
     BufferSet, Case, Course, EvaluateError, Evaluator, Failure, FailureKind, Job, Observed, Observer, Outcome, Raw,
-    Score, status,
+    Score, Timings, status,
 };
 use crate::score::GoodnessOfFit;
-use crate::wgsl::{Precision, Recipe};
+use crate::wgsl::{Precision, Recipe, ShaderError, check};
 use context::{Context, Results, Work};
 use device::Fault;
 use kernel::{Kernel, RAW_WORDS, Sums};
@@ -162,6 +162,21 @@ impl Gpu {
         if let Some(context) = &self.context {
             context.device.raw.destroy();
         }
+    }
+
+    /// Puts another text in the place of a shader file and none in the place of any other, until the device is lost; mutation
+    /// tests.
+    ///
+    /// # Errors
+    /// [`ShaderError`] if the kernels that are then composed are not valid; nothing is replaced.
+    #[doc(hidden)]
+    pub fn replace_shader(&mut self, file: &str, text: &str) -> Result<(), ShaderError> {
+        let replaced = [(file.to_owned(), text.to_owned())].into();
+        check(&self.kernel(Sums::All, true).source(&replaced))?;
+        if let Some(context) = &mut self.context {
+            context.replace(replaced);
+        }
+        Ok(())
     }
 
     /// Destroys the next devices as soon as they are opened; tests.
@@ -323,6 +338,13 @@ impl Evaluator for Gpu {
 
     fn adapter(&self) -> Option<String> {
         Some(self.adapter.clone())
+    }
+
+    fn timings(&self) -> Timings {
+        self.context.as_ref().map_or_else(Timings::default, |context| Timings {
+            transfer_s: context.transfer.as_secs_f64(),
+            first_dispatch_s: context.warm_up.as_secs_f64(),
+        })
     }
 
     fn overlaps(&self) -> bool {

@@ -1,0 +1,66 @@
+//! Compiled in the copy of the crate that tests/toy.rs makes, where there is a sixth base model, `fvd`.
+
+use leadlag_toy as leadlag;
+
+use leadlag::bench::{Drive, candidates};
+use leadlag::catalog::Variant;
+use leadlag::evaluator::{Evaluator, Score};
+use leadlag::gpu::{AdapterChoice, Gpu};
+use leadlag::lanes::{Lanes, LanesPrecision};
+use leadlag::reference::Reference;
+use leadlag::score::GoodnessOfFit;
+use leadlag::wgsl::Precision;
+
+const GOF: GoodnessOfFit = GoodnessOfFit::NRMSE_SVA;
+
+/// Relative difference of scores over 1,000 samples. Not smaller: the same operations in f64 in another order, a run amplifies
+/// the last bit; f32 has 24 bits.
+const CLOSE: [(&str, f64); 3] = [("f64", 1e-9), ("plain", 1e-4), ("compensated", 1e-4)];
+
+#[test]
+fn all_evaluators_agree_on_the_new_variants() {
+    let drive = Drive::synthetic().expect("the scenario is fixed").cut(1000);
+    let variants: Vec<Variant> = Variant::all().filter(|v| v.base.name == "fvd").collect();
+    assert_eq!(variants.len(), 18);
+    for variant in variants {
+        assert_eq!(variant.name().parse(), Ok(variant));
+        assert!(variant.id() > 90 && Variant::from_id(variant.id()) == Ok(variant));
+        let case = drive.case(variant).expect("the drive has all that a variant needs");
+        let population = candidates(&drive.space(variant).expect("every parameter has bounds"), 40);
+        let mut evaluators: Vec<Box<dyn Evaluator>> = Vec::new();
+        for precision in [LanesPrecision::F64, LanesPrecision::Plain, LanesPrecision::Compensated] {
+            evaluators
+                .push(Box::new(Lanes::new(vec![case.clone()], GOF, precision).expect("the shader can be compiled")));
+        }
+        if std::env::var_os("LEADLAG_NO_GPU").is_none() {
+            let gpu = Gpu::new(vec![case.clone()], GOF, Precision::Plain, &AdapterChoice::Best);
+            evaluators.push(Box::new(gpu.expect("an adapter, or LEADLAG_NO_GPU=1")));
+        }
+        let expected = scores(&mut Reference::new(vec![case], GOF), &population);
+        assert!(expected.iter().any(|score| matches!(score, Score::Value(_))), "{variant}: some candidates drive on");
+        for evaluator in &mut evaluators {
+            let found = scores(evaluator.as_mut(), &population);
+            let (name, precision) = (evaluator.name(), evaluator.precision());
+            let (_, close) = CLOSE.into_iter().find(|(name, _)| *name == precision).expect("every precision is there");
+            for (i, pair) in expected.iter().zip(&found).enumerate() {
+                let agree = match pair {
+                    (Score::Value(a), Score::Value(b)) => (a - b).abs() <= close * a,
+                    (a, b) => a == b,
+                };
+                assert!(
+                    agree,
+                    "{variant}, candidate {i}: {name} {precision} finds {:?}, the reference {:?}",
+                    pair.1, pair.0
+                );
+            }
+        }
+        let names: Vec<String> = evaluators.iter().map(|e| format!("{} {}", e.name(), e.precision())).collect();
+        println!("{variant}: reference = {}", names.join(" = "));
+    }
+}
+
+fn scores(evaluator: &mut dyn Evaluator, population: &leadlag::evaluator::Population) -> Vec<Score> {
+    let mut scores = vec![Score::Rejected; population.len()];
+    evaluator.evaluate(population, &mut scores).expect("it evaluates");
+    scores
+}
