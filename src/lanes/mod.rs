@@ -13,6 +13,7 @@ mod function;
 mod model;
 mod power;
 mod real;
+mod rows;
 mod run;
 mod schedule;
 mod simd;

@@ -5,6 +5,7 @@
 
 use super::model::Model;
 use super::real::Real;
+use super::rows;
 use super::simd::{InstructionSet, Instructions, Lane, Registers};
 use super::stream::Stream;
 use super::sums::{Settings, Sums};
@@ -177,33 +178,14 @@ pub fn run<T: Real, const L: usize>(program: &Program<T, L>, w: &mut Workspace<T
             let home = &model.homes[here];
             let (a_free, s) = (w.registers.row(step.a_free), w.registers.row(home[0]));
             // Before any clamp: a minimum or maximum would hide a NaN.
-            let mut failed = 0_u32;
             match step.feasible {
-                None => {
-                    for i in 0..L {
-                        let fine = Real::is_finite(a_free[i]) & !(s[i] <= T::ZERO);
-                        w.went.0[i] = if fine { w.alive.0[i] } else { T::ZERO };
-                        failed |= u32::from(!fine & (w.alive.0[i] != T::ZERO));
-                    }
-                }
-                Some(feasible) => {
-                    let feasible = w.registers.row(feasible);
-                    for i in 0..L {
-                        let fine = Real::is_finite(a_free[i]) & !(s[i] <= T::ZERO) & (feasible[i] != T::ZERO);
-                        w.went.0[i] = if fine { w.alive.0[i] } else { T::ZERO };
-                        failed |= u32::from(!fine & (w.alive.0[i] != T::ZERO));
-                    }
-                }
+                None => rows::went(a_free, s, &w.alive.0, &mut w.went.0),
+                Some(row) => rows::went_where(a_free, s, w.registers.row(row), &w.alive.0, &mut w.went.0),
             }
             if settings.counts && step.a != step.a_free {
-                let a = w.registers.row(step.a);
-                for i in 0..L {
-                    let went = w.went.0[i] != T::ZERO;
-                    w.cut_acc[i] += u32::from(went & (a[i] < a_free[i]));
-                    w.cut_dec[i] += u32::from(went & (a[i] > a_free[i]));
-                }
+                rows::count(w.registers.row(step.a), a_free, &w.went.0, &mut w.cut_acc, &mut w.cut_dec);
             }
-            if failed != 0 {
+            if rows::differ(&w.alive.0, &w.went.0) {
                 running -= close(w, program, 1 - here, t);
             }
             let rows = [w.registers.row(home[0]), w.registers.row(home[1]), w.registers.row(home[2])];
@@ -236,7 +218,7 @@ pub fn run<T: Real, const L: usize>(program: &Program<T, L>, w: &mut Workspace<T
 fn perceive<T: Real, const L: usize>(
     w: &mut Workspace<T, L>,
     stream: &Stream<T>,
-    rows: [u16; 3],
+    to: [u16; 3],
     [nearest, farthest]: [usize; 2],
     t: usize,
     mask: usize,
@@ -247,27 +229,17 @@ fn perceive<T: Real, const L: usize>(
         let younger = (older + 1).min(t - 1);
         let (past, next) = (&w.ring[older & mask], &w.ring[younger & mask]);
         for signal in 0..2 {
-            let row = w.registers.row_mut(rows[signal]);
+            let row = w.registers.row_mut(to[signal]);
             let (old, new) = (&past[signal].0, &next[signal].0);
             if nearest == farthest {
-                for i in 0..L {
-                    row[i] = old[i] + (new[i] - old[i]) * w.fraction.0[i];
-                }
+                rows::between(old, new, &w.fraction.0, row);
             } else {
-                let back = T::of(back as f64);
-                for i in 0..L {
-                    let between = old[i] + (new[i] - old[i]) * w.fraction.0[i];
-                    row[i] = if w.back_row.0[i] == back { between } else { row[i] };
-                }
+                rows::between_where(old, new, &w.fraction.0, &w.back_row.0, T::of(back as f64), row);
             }
         }
         let (old, new) = (stream.v_l[older], stream.v_l[younger]);
-        let row = w.registers.row_mut(rows[2]);
-        let back = T::of(back as f64);
-        for i in 0..L {
-            let between = old + (new - old) * w.fraction.0[i];
-            row[i] = if w.back_row.0[i] == back { between } else { row[i] };
-        }
+        let row = w.registers.row_mut(to[2]);
+        rows::leader_where(old, new, &w.fraction.0, &w.back_row.0, T::of(back as f64), row);
     }
 }
 

@@ -9,6 +9,7 @@ use super::flat::{Binary, Unary};
 use super::real::Real;
 use super::run::{Program, Run, Workspace, run};
 use super::schedule::{Code, Inner, Outer, Row, Step};
+use std::hint::select_unpredictable;
 
 /// Instruction sets that block programs are compiled for. All give the same bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -275,10 +276,11 @@ fn each3<T: Real, I: Two, O: Two, const L: usize>(to: &mut [T; L], x: &[T; L], y
     }
 }
 
+/// Both values are loaded before one is taken; else the compiler gathers from whichever row it is.
 #[inline(always)]
 fn each_select<T: Real, const L: usize>(to: &mut [T; L], c: &[T; L], accept: &[T; L], reject: &[T; L]) {
     for i in 0..L {
-        to[i] = if c[i] != T::ZERO { accept[i] } else { reject[i] };
+        to[i] = select_unpredictable(c[i] != T::ZERO, accept[i], reject[i]);
     }
 }
 
@@ -291,7 +293,7 @@ fn each_compare<T: Real, C: Compare, const L: usize>(
     reject: &[T; L],
 ) {
     for i in 0..L {
-        to[i] = if C::holds(x[i], y[i]) { accept[i] } else { reject[i] };
+        to[i] = select_unpredictable(C::holds(x[i], y[i]), accept[i], reject[i]);
     }
 }
 

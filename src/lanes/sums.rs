@@ -1,6 +1,7 @@
 //! What a run adds up, and the score that follows: `add`, `total` and `score` of shaders/kernel.wgsl.
 
 use super::real::Real;
+use super::rows;
 use super::simd::Lane;
 use super::stream::{NormOf, Stream};
 use crate::evaluator::Observer;
@@ -54,7 +55,6 @@ pub struct Sums<T, const L: usize> {
     simulated2: Triple<T, L>,
     relative2: Triple<T, L>,
     floored2: Triple<T, L>,
-    term: Lane<T, L>,
     block: [Lane<T, L>; 2],
     corrected: [Lane<T, L>; 2],
     /// Per block of samples and lane; filled with an observer only.
@@ -67,24 +67,22 @@ impl<T: Real, const L: usize> Triple<T, L> {
     /// Adds the square of `term`.
     #[inline(always)]
     fn add_square(&mut self, k: usize, compensated: bool, term: &[T; L], went: &[T; L]) {
-        let high = &mut self.high[k].0;
-        if !compensated {
-            for i in 0..L {
-                let sum = high[i] + term[i] * term[i];
-                high[i] = if went[i] != T::ZERO { sum } else { high[i] };
-            }
-            return;
+        if compensated {
+            rows::add_square_compensated(term, went, &mut self.high[k].0, &mut self.low[k].0);
+        } else {
+            rows::add_square(term, T::ZERO, T::ONE, went, &mut self.high[k].0);
         }
-        let low = &mut self.low[k].0;
-        for i in 0..L {
-            let square = term[i] * term[i];
-            let sum = high[i] + square;
-            let term_seen = sum - high[i];
-            let sum_seen = sum - term_seen;
-            let rest = low[i] + ((high[i] - sum_seen) + (square - term_seen));
-            let went = went[i] != T::ZERO;
-            high[i] = if went { sum } else { high[i] };
-            low[i] = if went { rest } else { low[i] };
+    }
+
+    /// Adds the square of (y - `measured`) `factor`.
+    #[inline(always)]
+    fn add_error(&mut self, k: usize, compensated: bool, y: &[T; L], [measured, factor]: [T; 2], went: &[T; L]) {
+        if compensated {
+            let mut term = [T::ZERO; L];
+            rows::errors(y, measured, factor, &mut term);
+            self.add_square(k, compensated, &term, went);
+        } else {
+            rows::add_square(y, measured, factor, went, &mut self.high[k].0);
         }
     }
 
@@ -104,7 +102,6 @@ impl<T: Real, const L: usize> Sums<T, L> {
             simulated2: zero.clone(),
             relative2: zero.clone(),
             floored2: zero,
-            term: Lane::ZERO,
             block: [Lane::ZERO; 2],
             corrected: [Lane::ZERO; 2],
             blocks: Vec::new(),
@@ -127,51 +124,27 @@ impl<T: Real, const L: usize> Sums<T, L> {
     #[inline(always)]
     pub fn add(&mut self, settings: &Settings<T>, stream: &Stream<T>, rows: [&[T; L]; 3], went: &[T; L], t: usize) {
         let compensated = settings.compensated;
-        let term = &mut self.term.0;
         for k in 0..3 {
             let row = rows[k];
             let measured = stream.measured[k][t];
             let floored = if k == 1 { stream.v_denominator[t] } else { measured };
-            let squared = match settings.adding {
-                Adding::One(Accumulation::Floored) => floored,
-                _ => measured,
-            };
-            if matches!(settings.adding, Adding::One(Accumulation::Relative)) {
-                let per_denominator = stream.per_denominator[k][t];
-                for i in 0..L {
-                    term[i] = (row[i] - measured) * per_denominator;
+            let relative = || [measured, stream.per_denominator[k][t]];
+            match settings.adding {
+                Adding::One(Accumulation::Relative) => {
+                    self.error2.add_error(k, compensated, row, relative(), went);
                 }
-                self.error2.add_square(k, compensated, term, went);
-                continue;
-            }
-            if !compensated {
-                // The usual case in one loop.
-                let high = &mut self.error2.high[k].0;
-                for i in 0..L {
-                    let error = row[i] - squared;
-                    let sum = high[i] + error * error;
-                    high[i] = if went[i] != T::ZERO { sum } else { high[i] };
+                Adding::One(Accumulation::Floored) => {
+                    self.error2.add_error(k, compensated, row, [floored, T::ONE], went);
                 }
-            } else {
-                for i in 0..L {
-                    term[i] = row[i] - squared;
-                }
-                self.error2.add_square(k, compensated, term, went);
+                _ => self.error2.add_error(k, compensated, row, [measured, T::ONE], went),
             }
             if matches!(settings.adding, Adding::All | Adding::One(Accumulation::Theil)) {
                 self.simulated2.add_square(k, compensated, row, went);
             }
             if settings.adding == Adding::All {
-                let per_denominator = stream.per_denominator[k][t];
-                for i in 0..L {
-                    term[i] = (row[i] - measured) * per_denominator;
-                }
-                self.relative2.add_square(k, compensated, term, went);
+                self.relative2.add_error(k, compensated, row, relative(), went);
                 if k == 1 {
-                    for i in 0..L {
-                        term[i] = row[i] - floored;
-                    }
-                    self.floored2.add_square(k, compensated, term, went);
+                    self.floored2.add_error(k, compensated, row, [floored, T::ONE], went);
                 }
             }
         }

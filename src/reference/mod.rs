@@ -7,6 +7,8 @@ mod controller;
 mod dynamics;
 mod evaluate;
 mod lookup;
+#[doc(hidden)]
+pub mod parts;
 mod simulate;
 mod spacing;
 mod types;

@@ -1,0 +1,133 @@
+//! Loops over the lanes of a few rows. Each row is an argument by itself: so the compiler knows that no two overlap, and
+//! leaves out the check.
+
+use super::real::Real;
+use std::hint::select_unpredictable;
+
+/// `went` = `alive` where the acceleration is finite and the spacing above 0.
+#[inline(always)]
+pub fn went<T: Real, const L: usize>(a_free: &[T; L], s: &[T; L], alive: &[T; L], went: &mut [T; L]) {
+    for i in 0..L {
+        let fine = Real::is_finite(a_free[i]) & !(s[i] <= T::ZERO);
+        went[i] = select_unpredictable(fine, alive[i], T::ZERO);
+    }
+}
+
+/// The same, where the step is feasible too.
+#[inline(always)]
+pub fn went_where<T: Real, const L: usize>(
+    a_free: &[T; L],
+    s: &[T; L],
+    feasible: &[T; L],
+    alive: &[T; L],
+    went: &mut [T; L],
+) {
+    for i in 0..L {
+        let fine = Real::is_finite(a_free[i]) & !(s[i] <= T::ZERO) & (feasible[i] != T::ZERO);
+        went[i] = select_unpredictable(fine, alive[i], T::ZERO);
+    }
+}
+
+/// True if the rows differ anywhere.
+#[inline(always)]
+pub fn differ<T: Real, const L: usize>(a: &[T; L], b: &[T; L]) -> bool {
+    let mut differ = false;
+    for i in 0..L {
+        differ |= a[i] != b[i];
+    }
+    differ
+}
+
+/// Counts where a bound cut the acceleration.
+#[inline(always)]
+pub fn count<T: Real, const L: usize>(
+    a: &[T; L],
+    a_free: &[T; L],
+    went: &[T; L],
+    cut_acc: &mut [u32; L],
+    cut_dec: &mut [u32; L],
+) {
+    for i in 0..L {
+        let went = went[i] != T::ZERO;
+        cut_acc[i] += u32::from(went & (a[i] < a_free[i]));
+        cut_dec[i] += u32::from(went & (a[i] > a_free[i]));
+    }
+}
+
+/// (y - `measured`) `factor`.
+#[inline(always)]
+pub fn errors<T: Real, const L: usize>(y: &[T; L], measured: T, factor: T, to: &mut [T; L]) {
+    for i in 0..L {
+        to[i] = (y[i] - measured) * factor;
+    }
+}
+
+/// Adds the square of (y - `measured`) `factor`.
+#[inline(always)]
+pub fn add_square<T: Real, const L: usize>(y: &[T; L], measured: T, factor: T, went: &[T; L], sum: &mut [T; L]) {
+    for i in 0..L {
+        let term = (y[i] - measured) * factor;
+        let next = sum[i] + term * term;
+        sum[i] = select_unpredictable(went[i] != T::ZERO, next, sum[i]);
+    }
+}
+
+/// Adds the square of `term`, and what that rounds away to `low`.
+#[inline(always)]
+pub fn add_square_compensated<T: Real, const L: usize>(
+    term: &[T; L],
+    went: &[T; L],
+    high: &mut [T; L],
+    low: &mut [T; L],
+) {
+    for i in 0..L {
+        let square = term[i] * term[i];
+        let sum = high[i] + square;
+        let square_seen = sum - high[i];
+        let sum_seen = sum - square_seen;
+        let rest = low[i] + ((high[i] - sum_seen) + (square - square_seen));
+        let went = went[i] != T::ZERO;
+        high[i] = select_unpredictable(went, sum, high[i]);
+        low[i] = select_unpredictable(went, rest, low[i]);
+    }
+}
+
+/// Between two rows.
+#[inline(always)]
+pub fn between<T: Real, const L: usize>(old: &[T; L], new: &[T; L], fraction: &[T; L], to: &mut [T; L]) {
+    for i in 0..L {
+        to[i] = old[i] + (new[i] - old[i]) * fraction[i];
+    }
+}
+
+/// The same in the lanes with this delay.
+#[inline(always)]
+pub fn between_where<T: Real, const L: usize>(
+    old: &[T; L],
+    new: &[T; L],
+    fraction: &[T; L],
+    backs: &[T; L],
+    back: T,
+    to: &mut [T; L],
+) {
+    for i in 0..L {
+        let value = old[i] + (new[i] - old[i]) * fraction[i];
+        to[i] = select_unpredictable(backs[i] == back, value, to[i]);
+    }
+}
+
+/// Between two values that all lanes share, in the lanes with this delay.
+#[inline(always)]
+pub fn leader_where<T: Real, const L: usize>(
+    old: T,
+    new: T,
+    fraction: &[T; L],
+    backs: &[T; L],
+    back: T,
+    to: &mut [T; L],
+) {
+    for i in 0..L {
+        let value = old + (new - old) * fraction[i];
+        to[i] = select_unpredictable(backs[i] == back, value, to[i]);
+    }
+}
