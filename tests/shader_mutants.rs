@@ -167,7 +167,8 @@ fn compare(survivors: &[&Mutant], listed: &[Survivor]) {
     }
 }
 
-/// Mutants of the files that only a GPU runs as they stand, and that nothing can notice.
+/// Mutants of the files that only a GPU runs as they stand, and that nothing can notice. Not yet gone through: a first run over 194 of
+/// them left 49, most of them in layouts that only the host and the kernel share, which this list is to name.
 const SURVIVORS_ON_GPU: &[Survivor] = &[];
 
 /// Loops that would not end: the driver would be stopped by a watchdog, or by nothing.
