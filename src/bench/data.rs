@@ -48,7 +48,7 @@ impl Drive {
     pub fn new(name: &str, recording: &Recording, follower: usize) -> Result<Drive, BenchError> {
         let pieces = prepare(recording, follower, &Preparation::default())?;
         let mut trajectory = pieces.into_iter().max_by_key(Trajectory::len).expect("prepare finds at least one piece");
-        trajectory.grade.get_or_insert_with(Grade::level);
+        trajectory.grade = Some(trajectory.grade.as_ref().map_or_else(Grade::level, evenly));
         let vehicle = Vehicle {
             mfc: Some(Mfc {
                 v: vec![0.0, 10.0, 20.0, 30.0, 40.0, 50.0],
@@ -96,6 +96,14 @@ impl Drive {
     pub fn space(&self, variant: Variant) -> Result<SearchSpace, BenchError> {
         Ok(SearchSpace::new(&variant, Some(&self.vehicle), Convention::PAPER, &Overrides::new())?)
     }
+}
+
+/// A grade with nodes 10 m apart. One node per sample, as pair files have it, is denser than the tables of `lanes` and `gpu` may be
+/// wherever the car is slow.
+fn evenly(grade: &Grade) -> Grade {
+    let (first, last) = (grade.x.first().copied().unwrap_or(0.0), grade.x.last().copied().unwrap_or(0.0));
+    let x: Vec<f64> = (0..=((last - first) / 10.0) as u32).map(|k| first + 10.0 * f64::from(k)).collect();
+    Grade { sin: x.iter().map(|x| grade.at(*x)).collect(), x, period: grade.period, source: grade.source.clone() }
 }
 
 /// Candidates drawn evenly from a box; the same for the same box.
