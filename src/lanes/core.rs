@@ -55,16 +55,15 @@ struct Part {
     to: usize,
 }
 
-/// An evaluator in one precision, with three sizes of blocks: the large ones for large populations.
+/// An evaluator in one precision, with two sizes of blocks: the large ones for large populations.
 #[derive(Debug)]
-pub struct Core<T, const A: usize, const B: usize, const C: usize> {
+pub struct Core<T, const A: usize, const B: usize> {
     pub streams: Vec<Stream<T>>,
     model: Model,
     set: InstructionSet,
     compensated: bool,
     large: Blocks<T, A>,
-    middle: Blocks<T, B>,
-    small: Blocks<T, C>,
+    small: Blocks<T, B>,
     /// Only blocks of this many lanes, for tests.
     only: Option<usize>,
     order: Vec<Candidate>,
@@ -72,12 +71,11 @@ pub struct Core<T, const A: usize, const B: usize, const C: usize> {
     sorted: Vec<Finished>,
 }
 
-impl<T: Real, const A: usize, const B: usize, const C: usize> Core<T, A, B, C> {
+impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
     pub fn new(streams: Vec<Stream<T>>, model: Model, compensated: bool, set: InstructionSet) -> Self {
         Core {
             streams,
             large: Blocks::new(&model, set),
-            middle: Blocks::new(&model, set),
             small: Blocks::new(&model, set),
             model,
             set,
@@ -96,7 +94,7 @@ impl<T: Real, const A: usize, const B: usize, const C: usize> Core<T, A, B, C> {
     /// Lanes of a block: the size with the least time for so many candidates on so many threads.
     fn lanes(&self, candidates: usize) -> usize {
         if let Some(only) = self.only {
-            return [A, B, C].into_iter().find(|lanes| *lanes <= only).unwrap_or(C);
+            return if A <= only && self.set != InstructionSet::Baseline { A } else { B };
         }
         let threads = rayon::current_num_threads();
         // Bytes that a step touches and that have to stay in the nearest cache.
@@ -104,12 +102,14 @@ impl<T: Real, const A: usize, const B: usize, const C: usize> Core<T, A, B, C> {
         let ring = if self.model.undelayed { 0 } else { 2 * (longest + 2) };
         let bytes = |lanes: usize| (self.model.busy + ring) * lanes * size_of::<T>();
         // Measured time of a step per block, relative: dispatch weighs on small blocks.
-        let sizes = [(A, 1.0), (B, 0.55), (C, 0.35)];
+        let sizes = [(A, 1.0), (B, 0.42)];
         let time = |(lanes, time): (usize, f64)| {
             let crowded = if bytes(lanes) > 40 * 1024 { 1.25 } else { 1.0 };
             candidates.div_ceil(lanes).div_ceil(threads) as f64 * time * crowded
         };
-        sizes.into_iter().min_by(|a, b| time(*a).total_cmp(&time(*b))).expect("three sizes").0
+        // The baseline is compiled for small blocks only.
+        let sizes = if self.set == InstructionSet::Baseline { &sizes[1..] } else { &sizes[..] };
+        sizes.iter().min_by(|a, b| time(**a).total_cmp(&time(**b))).expect("there are sizes").0
     }
 
     /// Sorts the candidates of each job by delay and cuts them into blocks.
@@ -168,8 +168,6 @@ impl<T: Real, const A: usize, const B: usize, const C: usize> Core<T, A, B, C> {
             let mut run = self.prepare(job, settings, &columns[part.job], &self.order[part.from..part.to]);
             if lanes == A {
                 self.finish(&self.large, &mut run, results);
-            } else if lanes == B {
-                self.finish(&self.middle, &mut run, results);
             } else {
                 self.finish(&self.small, &mut run, results);
             }
@@ -229,24 +227,24 @@ impl<T: Real, const A: usize, const B: usize, const C: usize> Core<T, A, B, C> {
         self.streams.iter().map(|stream| stream.longest).max().unwrap_or(0)
     }
 
-    /// Runs with an observer; they are few, so in the middle block size.
+    /// Runs with an observer; they are few, so in small blocks.
     pub fn observed(
         &mut self,
         cases: &[Case],
         job: &Job<'_>,
         settings: &Settings<T>,
     ) -> Result<Vec<Observed>, EvaluateError> {
-        let only = self.only.replace(self.only.unwrap_or(B).min(B));
+        let only = self.only.replace(B);
         let planned = self.plan(cases, &[*job]);
         self.only = only;
-        let middle = planned? == B;
+        planned?;
         let columns = self.columns(job.population);
         let several: Vec<Vec<Observed>> = self
             .parts
             .par_iter()
             .map(|part| {
                 let mut run = self.prepare(job, settings, &columns, &self.order[part.from..part.to]);
-                if middle { self.observe(&self.middle, &mut run) } else { self.observe(&self.small, &mut run) }
+                self.observe(&self.small, &mut run)
             })
             .collect();
         let empty = Observed { raw: Raw::default(), blocks: Vec::new() };

@@ -39,8 +39,8 @@ impl LanesPrecision {
 
 #[derive(Debug)]
 enum Engine {
-    F32(Box<Core<f32, 128, 64, 16>>),
-    F64(Box<Core<f64, 64, 32, 8>>),
+    F32(Box<Core<f32, 128, 32>>),
+    F64(Box<Core<f64, 64, 16>>),
 }
 
 /// Does the same with either engine.

@@ -21,9 +21,6 @@ pub struct Function {
     steps: Vec<Step>,
 }
 
-/// Lanes of a call; one is used.
-const LANES: usize = 8;
-
 impl Function {
     /// Compiles a function.
     ///
@@ -80,7 +77,7 @@ impl Function {
     /// Unless there is one value per input.
     #[must_use]
     pub fn call_f64(&self, arguments: &[f64]) -> Vec<f64> {
-        self.call(arguments)
+        self.call::<f64, 16>(arguments)
     }
 
     /// Calls it in f32.
@@ -89,12 +86,13 @@ impl Function {
     /// Unless there is one value per input.
     #[must_use]
     pub fn call_f32(&self, arguments: &[f32]) -> Vec<f32> {
-        self.call(arguments)
+        self.call::<f32, 32>(arguments)
     }
 
-    fn call<T: Real>(&self, arguments: &[T]) -> Vec<T> {
+    /// One lane of a block of a size that evaluators use, too.
+    fn call<T: Real, const L: usize>(&self, arguments: &[T]) -> Vec<T> {
         assert_eq!(arguments.len(), self.inputs.len(), "one value per input: {:?}", self.inputs);
-        let mut registers: Registers<T, LANES> = Registers::new(self.rows);
+        let mut registers: Registers<T, L> = Registers::new(self.rows);
         for (value, row) in arguments.iter().zip(&self.input_rows) {
             registers.row_mut(*row).fill(*value);
         }

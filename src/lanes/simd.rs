@@ -50,6 +50,9 @@ impl InstructionSet {
     }
 }
 
+/// Largest block that the baseline is compiled for: wide blocks would only cost compile time there.
+const BASELINE_LANES: usize = 32;
+
 /// One value per lane.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
@@ -155,7 +158,8 @@ pub fn run_block<T: Real, const L: usize>(
         #[cfg(target_arch = "x86_64")]
         InstructionSet::Avx2 => unsafe { avx2::block(program, workspace, what) },
         // SAFETY: every processor has the baseline.
-        _ => unsafe { baseline::block(program, workspace, what) },
+        _ if const { L <= BASELINE_LANES } => unsafe { baseline::block(program, workspace, what) },
+        _ => unreachable!("the baseline runs in small blocks"),
     }
 }
 
@@ -407,12 +411,18 @@ instruction_set!(avx2, "avx2");
 #[cfg(target_arch = "x86_64")]
 instruction_set!(avx512, "avx512f,avx512vl,avx512bw,avx512dq");
 
+/// In the place of an instruction that is never run.
+unsafe fn nothing<T: Real, const L: usize>(_: *mut Lane<T, L>, _: &[Row; 5]) {
+    unreachable!("the baseline runs in small blocks");
+}
+
 fn pick<T: Real, const L: usize>(code: Code, set: InstructionSet) -> Execute<T, L> {
     match set {
         #[cfg(target_arch = "x86_64")]
         InstructionSet::Avx512 => avx512::pick(code),
         #[cfg(target_arch = "x86_64")]
         InstructionSet::Avx2 => avx2::pick(code),
-        _ => baseline::pick(code),
+        _ if const { L <= BASELINE_LANES } => baseline::pick(code),
+        _ => nothing,
     }
 }

@@ -46,7 +46,6 @@ pub const SAME_STATUS: f64 = 0.995;
 /// point than where the interpolation starts.
 pub const TABLE: f64 = 1e-14;
 
-
 /// Relative, NRMSE(s,v,a) of a GPU (f32) against the reference over a short run: measured on lavapipe for candidates whose score
 /// is not ill-conditioned, 2e-5 is the largest error of plain f32 over 9000 samples.
 pub const GPU_SCORE: f64 = 2e-5;
