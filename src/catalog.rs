@@ -104,8 +104,9 @@ pub struct Base {
     pub spacing: Spacing,
 }
 
-/// The five base models in the order of Table 1; only these pairs exist.
-pub const BASES: [Base; 5] = [
+/// The base models; only these pairs exist. The five of Table 1 come first, in its order, and a further one behind them, so that
+/// the ids of Table 1 stay.
+pub const BASES: &[Base] = &[
     Base { name: "idm", paper: "IDM", controller: Controller::Idm, spacing: Spacing::IdmDesired },
     Base { name: "gipps", paper: "Gipps", controller: Controller::Gipps, spacing: Spacing::Inherent },
     Base { name: "l-cth", paper: "L-CTH", controller: Controller::Linear, spacing: Spacing::Cth },
@@ -113,7 +114,7 @@ pub const BASES: [Base; 5] = [
     Base { name: "l-gipps", paper: "L-Gipps", controller: Controller::Linear, spacing: Spacing::GippsEquilibrium },
 ];
 
-/// One of the ninety model variants of Table 1.
+/// One of the ninety model variants of Table 1, or of those of a further base model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Variant {
     /// The base model.
@@ -129,13 +130,17 @@ pub struct Variant {
 /// No variant has this id or name.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum UnknownVariant {
-    /// The id is not in 1..=90.
-    #[error("variant {0}: expected an id from 1 to 90 (the paper's Table 1); `leadlag list variants` shows them")]
+    /// No variant has this id.
+    #[error(
+        "variant {0}: expected an id from 1 to {count} (1 to 90 are the paper's Table 1); `leadlag list variants` shows them",
+        count = Variant::COUNT
+    )]
     Id(u32),
     /// A word of the name is not known.
     #[error(
         "variant `{name}`: `{word}` is not a part; expected BASE[+delay][+linear|+nonlinear][+constant|+mfc] \
-         with BASE one of idm, gipps, l-cth, l-idm, l-gipps{}",
+         with BASE one of {}{}",
+        BASES.iter().map(|b| b.name).collect::<Vec<_>>().join(", "),
         nearest.map(|n| format!("; did you mean `{n}`?")).unwrap_or_default()
     )]
     Word {
@@ -157,13 +162,16 @@ pub enum UnknownVariant {
 }
 
 impl Variant {
-    /// Number of variants.
-    pub const COUNT: u32 = 90;
+    /// Variants of one base: with and without delay, three dynamics, three constraints.
+    const PER_BASE: usize = 18;
 
-    /// The variant with an id of Table 1, 1 to 90.
+    /// Number of variants: the ninety of Table 1, unless there are further base models.
+    pub const COUNT: u32 = (BASES.len() * Self::PER_BASE) as u32;
+
+    /// The variant with an id: 1 to 90 are those of Table 1.
     ///
     /// # Errors
-    /// [`UnknownVariant::Id`] outside 1..=90.
+    /// [`UnknownVariant::Id`] outside 1..=[`Variant::COUNT`].
     pub fn from_id(id: u32) -> Result<Variant, UnknownVariant> {
         if !(1..=Self::COUNT).contains(&id) {
             return Err(UnknownVariant::Id(id));
@@ -171,26 +179,26 @@ impl Variant {
         // Table 1: constraints vary fastest, then dynamics, delay, base.
         let k = (id - 1) as usize;
         Ok(Variant {
-            base: BASES[k / 18],
+            base: BASES[k / Self::PER_BASE],
             delay: (k / 9) % 2 == 1,
             dynamics: Dynamics::ALL[(k / 3) % 3],
             constraint: Constraint::ALL[k % 3],
         })
     }
 
-    /// All ninety, in the order of Table 1.
+    /// All, in the order of Table 1.
     pub fn all() -> impl Iterator<Item = Variant> {
-        (1..=Self::COUNT).map(|id| Variant::from_id(id).expect("ids 1 to 90 exist"))
+        (1..=Self::COUNT).map(|id| Variant::from_id(id).expect("ids up to COUNT exist"))
     }
 
-    /// The id of Table 1.
+    /// The id; that of Table 1 from 1 to 90.
     #[must_use]
     pub fn id(&self) -> u32 {
         let position = |found: Option<usize>| found.expect("a variant is made of catalogued parts");
         let base = position(BASES.iter().position(|b| *b == self.base));
         let dynamics = position(Dynamics::ALL.iter().position(|d| *d == self.dynamics));
         let constraint = position(Constraint::ALL.iter().position(|c| *c == self.constraint));
-        (base * 18 + usize::from(self.delay) * 9 + dynamics * 3 + constraint) as u32 + 1
+        (base * Self::PER_BASE + usize::from(self.delay) * 9 + dynamics * 3 + constraint) as u32 + 1
     }
 
     /// The name, such as `gipps+delay+linear+mfc`; parts that are absent are not named.
@@ -265,7 +273,7 @@ impl FromStr for Variant {
             nearest: nearest_word(word),
         };
         let first = words.next().unwrap_or_default();
-        let base = BASES.into_iter().find(|b| b.name == first).ok_or_else(|| unknown(first))?;
+        let base = BASES.iter().copied().find(|b| b.name == first).ok_or_else(|| unknown(first))?;
         let mut variant = Variant { base, delay: false, dynamics: Dynamics::None, constraint: Constraint::None };
         for word in words {
             let twice = match word {

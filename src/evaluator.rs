@@ -285,6 +285,15 @@ pub enum BufferSet {
     B = 1,
 }
 
+/// Seconds of wall time that went to other things than computing, since the evaluator was made.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Timings {
+    /// Moving candidates to the device and scores back \[s\].
+    pub transfer_s: f64,
+    /// The first dispatch, in which a driver compiles \[s\].
+    pub first_dispatch_s: f64,
+}
+
 /// Simulates populations of one variant over its cases.
 pub trait Evaluator {
     /// The cases; all of one variant.
@@ -298,6 +307,10 @@ pub trait Evaluator {
     /// The device, where there is one.
     fn adapter(&self) -> Option<String> {
         None
+    }
+    /// Seconds that went to other things than computing; zeros where there are none.
+    fn timings(&self) -> Timings {
+        Timings::default()
     }
     /// True if host and evaluator work at the same time, so that two buffer sets pay.
     fn overlaps(&self) -> bool {

@@ -53,6 +53,7 @@
 //! # }
 //! ```
 
+pub mod bench;
 pub mod calibrate;
 pub mod catalog;
 pub mod convention;

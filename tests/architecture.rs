@@ -6,11 +6,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// From the top down. Modules of one floor may import each other, but never in a circle.
-const FLOORS: [&[&str]; 8] = [
+const FLOORS: [&[&str]; 9] = [
     &["main"],
     &["cli"],
     &["report"],
     &["diagnose", "study"],
+    &["bench"],
     &["calibrate", "validate", "evaluate", "simulate"],
     &["gpu", "lanes", "reference"],
     &["wgsl", "evaluator"],

@@ -229,7 +229,7 @@ fn wrong_usage_exits_with_2_and_failure_with_1() {
     let calibrate = |extra: &[&str]| fails(&[&["calibrate", file, "--out", text(&out)], extra].concat());
     for (code, (found, message), expected) in [
         (2, fails(&["calibrat"]), "calibrate"),
-        (2, calibrate(&["--model", "91", "--follower", "1"]), "expected an id from 1 to 90"),
+        (2, calibrate(&["--model", "1000", "--follower", "1"]), "expected an id from 1 to 90"),
         (2, calibrate(&["--model", "gips", "--follower", "1"]), "did you mean `gipps`?"),
         (2, calibrate(&["--model", "idm"]), "--follower is needed"),
         (

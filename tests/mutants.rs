@@ -7,6 +7,8 @@
 
 #[path = "mutants/build.rs"]
 mod build;
+#[path = "common/copy.rs"]
+mod copy;
 #[path = "mutants/schemata.rs"]
 mod schemata;
 

@@ -2,6 +2,7 @@
 //!
 //! Results go to stdout, progress and warnings to stderr; exit 0 done, 1 failed, 2 wrong usage.
 
+mod bench;
 mod calibrate;
 mod data;
 mod demo;
@@ -45,6 +46,8 @@ enum Command {
     List(list::Args),
     /// Show which GPUs and drivers there are, and what to mind with them
     Doctor(doctor::Args),
+    /// Measure how fast candidates are simulated
+    Bench(bench::Args),
     /// Write a synthetic five-car platoon whose truth is known
     Synth(synth::Args),
     /// Make a synthetic platoon, inspect it, calibrate a variant on it: no data needed
@@ -80,6 +83,7 @@ pub fn run(cli: Cli) -> anyhow::Result<()> {
         Command::Evaluate(args) => evaluate::run(&args),
         Command::List(args) => list::run(&args),
         Command::Doctor(args) => doctor::run(&args),
+        Command::Bench(args) => bench::run(&args),
         Command::Synth(args) => synth::run(&args),
         Command::Demo(args) => demo::run(&args),
     }

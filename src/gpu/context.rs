@@ -1,7 +1,7 @@
 //! Everything that lives on a device and is lost with it: tables, pipelines, buffers, work in flight.
 
 use super::device::{Adapter, Device, Fault, Limits};
-use super::kernel::{Kernel, WORKGROUP};
+use super::kernel::{Kernel, Replaced, WORKGROUP};
 use super::plan::{Part, Plan};
 use super::slot::Slot;
 use super::tables::Tables;
@@ -66,6 +66,10 @@ pub(super) struct Context {
     rate: f64,
     /// Time spent on building and warming up pipelines.
     pub(super) warm_up: Duration,
+    /// Texts in the place of shader files.
+    pub(super) replaced: Replaced,
+    /// Host time of moving candidates to the device and results back.
+    pub(super) transfer: Duration,
 }
 
 impl Context {
@@ -95,12 +99,21 @@ impl Context {
             // A slow start, which one measured chunk corrects.
             rate: 50e6,
             warm_up: Duration::ZERO,
+            replaced: Replaced::new(),
+            transfer: Duration::ZERO,
         })
+    }
+
+    /// Puts other texts in the place of shader files; kernels are built anew.
+    pub(super) fn replace(&mut self, replaced: Replaced) {
+        self.replaced = replaced;
+        self.pipelines.clear();
     }
 
     /// Uploads the candidates and submits the first chunks.
     pub(super) fn start(&mut self, set: usize, work: &Work) -> Result<(), Fault> {
         self.flights[set] = Flight::default();
+        let began = Instant::now();
         for (k, part) in work.plan.parts.iter().enumerate() {
             if self.slots[set].len() == k {
                 self.slots[set].push(Slot::new(&self.device));
@@ -115,6 +128,7 @@ impl Context {
             slot.upload(&self.device, own, work.observer.as_ref());
         }
         self.device.check("uploading the candidates")?;
+        self.transfer += began.elapsed();
         self.warm(set, work)?;
         while self.flights[set].submitted.len() < IN_FLIGHT && self.submit_chunk(set, work) {}
         self.device.check("submitting work")
@@ -132,7 +146,7 @@ impl Context {
         // A failing pipeline may take the device with it (gfx-rs/wgpu#10027); the scopes tell why.
         let filters = [wgpu::ErrorFilter::Validation, wgpu::ErrorFilter::Internal, wgpu::ErrorFilter::OutOfMemory];
         let scopes = filters.map(|filter| device.push_error_scope(filter));
-        let source = wgpu::ShaderSource::Wgsl(work.kernel.source().text().to_owned().into());
+        let source = wgpu::ShaderSource::Wgsl(work.kernel.source(&self.replaced).text().to_owned().into());
         let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some("kernel"), source });
         let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
             label: Some("kernel"),
@@ -192,9 +206,11 @@ impl Context {
         }
         results.words.clear();
         results.blocks.clear();
+        let began = Instant::now();
         for (part, slot) in work.plan.parts.iter().zip(&self.slots[set]) {
             slot.read(&self.device, part, work, results)?;
         }
+        self.transfer += began.elapsed();
         self.device.check("reading the results")
     }
 

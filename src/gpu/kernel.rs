@@ -2,6 +2,7 @@
 
 use crate::score::Accumulation;
 use crate::wgsl::{Precision, Recipe, ShaderError, Source, check};
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
 /// Invocations of a workgroup. Between 8 and 1024 no difference was measured; small ones spread better over few candidates.
@@ -13,6 +14,9 @@ const PRIVATE_RING: u32 = 64;
 
 /// Words of a result with everything the measures need: status, 2 cuts, 3 × 3 sums, 1 sum.
 pub(super) const RAW_WORDS: u32 = 13;
+
+/// Texts in the place of shader files, by path.
+pub(super) type Replaced = BTreeMap<String, String>;
 
 /// What is added up along a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -75,13 +79,14 @@ impl Kernel {
         3 + self.motion().len() as u32 + triples * triple + if self.observer { 2 } else { 0 } + ring
     }
 
-    /// The whole text.
-    pub(super) fn source(&self) -> Source {
-        let mut source = Source::model(&self.recipe);
+    /// The whole text; `replaced` has other texts for some files.
+    pub(super) fn source(&self, replaced: &Replaced) -> Source {
+        let mut source = Source::model_with(&self.recipe, &|file, _| replaced.get(file).cloned());
         source.push("generated: constants and load functions", &self.prelude().expect("a String takes all"));
         let text = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/shaders/kernel.wgsl"));
 
-        source.push("shaders/kernel.wgsl", text);
+        let file = "shaders/kernel.wgsl";
+        source.push(file, replaced.get(file).map_or(text, String::as_str));
         source
     }
 
@@ -139,6 +144,6 @@ impl Kernel {
 /// [`ShaderError`] at the first problem.
 pub fn kernel_text(recipe: &Recipe) -> Result<String, ShaderError> {
     let sums = Sums::Score(Accumulation::Squared);
-    let source = Kernel { recipe: *recipe, sums, observer: false, reject: false, ring: 16 }.source();
+    let source = Kernel { recipe: *recipe, sums, observer: false, reject: false, ring: 16 }.source(&Replaced::new());
     check(&source).map(|_| source.text().to_owned())
 }

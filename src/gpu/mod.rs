@@ -18,7 +18,7 @@ pub use probe::{Probe, ProbeStatus, probes};
 use crate::convention::BoundRule;
 use crate::evaluator::{
     BufferSet, Case, Course, EvaluateError, Evaluator, Failure, FailureKind, Job, Observed, Observer, Outcome, Raw,
-    Score, status,
+    Score, Timings, status,
 };
 use crate::score::GoodnessOfFit;
 use crate::wgsl::{Precision, Recipe};
@@ -161,6 +161,15 @@ impl Gpu {
     pub fn destroy_device(&mut self) {
         if let Some(context) = &self.context {
             context.device.raw.destroy();
+        }
+    }
+
+    /// Puts another text in the place of a shader file and none in the place of any other, until the device is lost; mutation
+    /// tests.
+    #[doc(hidden)]
+    pub fn replace_shader(&mut self, file: &str, text: &str) {
+        if let Some(context) = &mut self.context {
+            context.replace([(file.to_owned(), text.to_owned())].into());
         }
     }
 
@@ -323,6 +332,13 @@ impl Evaluator for Gpu {
 
     fn adapter(&self) -> Option<String> {
         Some(self.adapter.clone())
+    }
+
+    fn timings(&self) -> Timings {
+        self.context.as_ref().map_or_else(Timings::default, |context| Timings {
+            transfer_s: context.transfer.as_secs_f64(),
+            first_dispatch_s: context.warm_up.as_secs_f64(),
+        })
     }
 
     fn overlaps(&self) -> bool {

@@ -38,14 +38,21 @@ pub fn check(source: &Source) -> Result<Checked, ShaderError> {
     let module = naga::front::wgsl::parse_str(text).map_err(|e| {
         let place = e.location(text).map(|l| (l.line_number as usize, l.line_position as usize));
         // naga's labels say what was found where; its message alone often says only what was expected.
-        let labels: Vec<&str> = e.labels().map(|(_, label)| label).filter(|l| !l.is_empty()).collect();
+        let empty = ["", "see msg", "unknown identifier", "invalid accessor"];
+        let says_more = |label: &&str| !empty.contains(label) && !e.message().contains(*label);
+        let labels: Vec<&str> = e.labels().map(|(_, label)| label).filter(says_more).collect();
         let message =
             if labels.is_empty() { e.message().to_owned() } else { format!("{} ({})", e.message(), labels.join("; ")) };
-        at(source, place, message)
+        at(source, place, no_such_parameter(text, place, &message).unwrap_or(message))
     })?;
     let info =
         Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(&module).map_err(|e: WithSpan<_>| {
-            let place = e.location(text).map(|l| (l.line_number as usize, l.line_position as usize));
+            // The function and, where it is known, the expression in it: the shortest span is the closest to the mistake.
+            let spans = e.spans().filter_map(|(span, _)| span.to_range().map(|range| (range.len(), span)));
+            let place = spans.min_by_key(|(length, _)| *length).map(|(_, span)| {
+                let location = span.location(text);
+                (location.line_number as usize, location.line_position as usize)
+            });
             let mut message = e.as_inner().to_string();
             let mut cause = std::error::Error::source(e.as_inner());
             while let Some(inner) = cause {
@@ -62,4 +69,17 @@ fn at(source: &Source, place: Option<(usize, usize)>, message: String) -> Shader
     let (file, line) = source.locate(line_of_text);
     let code = source.text().lines().nth(line_of_text - 1).unwrap_or_default().trim().to_owned();
     ShaderError { file: file.to_owned(), line, column, message, code }
+}
+
+/// What to say where a part reads a parameter that its variant does not have: which ones it has.
+fn no_such_parameter(text: &str, place: Option<(usize, usize)>, message: &str) -> Option<String> {
+    let field = message.strip_prefix("invalid field accessor `")?.split('`').next()?;
+    let (line, column) = place?;
+    // Parts call their parameters `p`.
+    let before = text.lines().nth(line - 1)?.get(..column - 1)?;
+    let object = before.strip_suffix('.')?.rsplit(|c: char| !c.is_alphanumeric() && c != '_').next()?;
+    let fields = text.split_once("struct Params {")?.1.split_once('}')?.0;
+    let known: Vec<&str> =
+        fields.lines().filter_map(|l| l.trim().strip_suffix(": f32,").filter(|name| !name.contains(' '))).collect();
+    (object == "p").then(|| format!("Params has no field {field}; this variant has {}", known.join(", ")))
 }

@@ -89,6 +89,12 @@ impl Source {
     /// The model of a variant: everything up to and including `step`, without a time loop.
     #[must_use]
     pub fn model(recipe: &Recipe) -> Source {
+        Source::model_with(recipe, &|_, _| None)
+    }
+
+    /// As [`Source::model`], but `replace` may put another text in the place of a file, given its path and its text.
+    #[must_use]
+    pub fn model_with(recipe: &Recipe, replace: &dyn Fn(&str, &str) -> Option<String>) -> Source {
         let Recipe { variant, precision, radicand } = recipe;
         let mut source = Source { text: String::new(), chunks: Vec::new() };
         source.push("generated: Params", &params(variant));
@@ -112,7 +118,7 @@ impl Source {
             motion,
             shader!("step.wgsl"),
         ] {
-            source.push(file, text);
+            source.push(file, replace(file, text).as_deref().unwrap_or(text));
         }
         source
     }

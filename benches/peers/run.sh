@@ -1,0 +1,39 @@
+#!/usr/bin/env bash
+# leadlag beside numba, numpy and JAX on the same case, candidates and machine; needs python3 with venv, and pip.
+#
+#   benches/peers/run.sh [ROUNDS]      default 3
+#
+# Everything is made in target/peers. The programs take turns, so that a change of the machine's load falls on all alike; each
+# must agree with leadlag's f64 scores before it is timed. The last columns say how many times faster `lanes` is.
+set -euo pipefail
+
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+rounds=${1:-3}
+work=target/peers
+python=$work/venv/bin/python
+
+mkdir -p "$work"
+if ! "$python" -c 'import jax, numba, numpy' 2>/dev/null; then
+    python3 -m venv "$work/venv"
+    "$work/venv/bin/pip" install --quiet numba numpy jax
+fi
+cargo build --release --locked
+target/release/leadlag bench --export "$work/case"
+
+log=$work/rounds.jsonl
+: >"$log"
+for ((round = 1; round <= rounds; round++)); do
+    printf 'round %d of %d\n' "$round" "$rounds" >&2
+    target/release/leadlag bench --model 1 --json 2>/dev/null | "$python" -c 'import json, sys; print(json.dumps(json.load(sys.stdin)))' >>"$log"
+    for population in 1024 4096; do
+        for peer in 'numba f64' 'numba f32' 'numpy f64' 'numpy f32' 'jax f64' 'jax f32'; do
+            # shellcheck disable=SC2086 # two words on purpose
+            "$python" benches/peers/peers.py "$work/case" $peer "$population" 3 >>"$log"
+        done
+    done
+done
+
+printf 'machine   %s, %s cores\n' "$(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -1)" "$(nproc)"
+printf 'date      %s\n' "$(date -u +%F)"
+printf 'leadlag   %s, %s\n' "$(target/release/leadlag --version | cut -d' ' -f2)" "$(rustc --version)"
+"$python" benches/peers/table.py "$log"

@@ -1,0 +1,43 @@
+"""One table from what run.sh collected: medians over all rounds, and how many times faster leadlag's lanes are."""
+
+import json
+import statistics
+import sys
+
+
+def main():
+    rounds = [json.loads(line) for line in open(sys.argv[1])]
+    found, versions, worst = {}, {}, {}
+
+    def add(name, precision, population, steps, cpu_s, wall_s):
+        times = found.setdefault((name, precision, population), ([], []))
+        times[0].extend(population * steps / 1e6 / x for x in cpu_s)
+        times[1].extend(population * steps / 1e6 / x for x in wall_s)
+
+    for entry in rounds:
+        for row in entry.get("rows", []):
+            if row["model_id"] == 1:
+                key = (f"leadlag {row['evaluator']}", row["precision"], row["population"])
+                add(*key, row["steps"], row["cpu_s"], row["wall_s"])
+        if "peer" in entry:
+            add(entry["peer"], entry["precision"], entry["population"], entry["steps"], entry["cpu_s"], entry["wall_s"])
+            versions[entry["peer"]] = entry["version"]
+            worst[entry["precision"]] = max(worst.get(entry["precision"], 0), entry["worst_difference"])
+
+    print("peers     " + ", ".join(f"{name} {version}" for name, version in sorted(versions.items())))
+    print("scores    agree with leadlag's f64 reference to " +
+          ", ".join(f"{worst[width]:.0e} ({width})" for width in sorted(worst)) + "\n")
+    print(f"{'program':<18}{'precision':<12}{'cand.':>6}{'Mcs/core-s':>12}{'Mcs/s':>8}{'lanes f32':>11}{'lanes f64':>11}")
+    for (name, precision, population), (cpu, wall) in sorted(found.items(), key=lambda entry: (entry[0][2], entry[0][0], entry[0][1])):
+        speed = statistics.median(cpu)
+
+        def ratio(width):
+            lanes = found.get(("leadlag lanes", width, population))
+            return f"{statistics.median(lanes[0]) / speed:.1f} x" if lanes else "-"
+
+        print(f"{name:<18}{precision:<12}{population:>6}{speed:>12.0f}{statistics.median(wall):>8.0f}"
+              f"{ratio('plain'):>11}{ratio('f64'):>11}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,93 @@
+//! What the evaluators should reach on one core (3.8 GHz, AVX-512, Sapphire Rapids class), beside what they reached. Printed, never asserted: a figure says
+//! more about the machine than about the program.
+
+use super::measure::{is_software, median};
+use super::plan::{POPULATION, Report};
+use serde_json::{Value, json};
+
+/// A goal and what was found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Goal {
+    /// What is wanted, in words.
+    pub what: String,
+    /// Its unit.
+    pub unit: &'static str,
+    /// The value to reach.
+    pub wanted: f64,
+    /// True if lower is better.
+    pub at_most: bool,
+    /// What was measured; `None` where it was not.
+    pub found: Option<f64>,
+}
+
+/// Evaluator, precision, variant, Mcs per core-second. Those of `gpu` hold for lavapipe, software Vulkan.
+const SPEEDS: [(&str, &str, u32, f64); 7] = [
+    ("lanes", "plain", 1, 700.0),
+    ("lanes", "f64", 1, 250.0),
+    ("lanes", "plain", 32, 440.0),
+    ("lanes", "plain", 37, 1500.0),
+    ("gpu", "plain", 1, 105.0),
+    ("gpu", "compensated", 1, 75.0),
+    ("gpu", "plain", 37, 200.0),
+];
+
+impl Goal {
+    /// Whether it was met; `None` where nothing was measured.
+    #[must_use]
+    pub fn is_met(&self) -> Option<bool> {
+        self.found.map(|found| if self.at_most { found <= self.wanted } else { found >= self.wanted })
+    }
+
+    pub(super) fn json(&self) -> Value {
+        json!({
+            "goal": self.what, "unit": self.unit, "wanted": self.wanted, "at_most": self.at_most, "found": self.found,
+            "met": self.is_met(),
+        })
+    }
+}
+
+impl Report {
+    /// The goals of the project, with what was found.
+    #[must_use]
+    pub fn goals(&self) -> Vec<Goal> {
+        let software = self.adapter.as_deref().is_some_and(is_software);
+        let mut goals: Vec<Goal> = SPEEDS
+            .iter()
+            .map(|&(evaluator, precision, id, wanted)| {
+                let row = self.row(evaluator, precision, id, POPULATION).filter(|_| evaluator != "gpu" || software);
+                let on = if evaluator == "gpu" { " on lavapipe" } else { "" };
+                Goal {
+                    what: format!("{evaluator} {precision}{on}, variant {id}"),
+                    unit: "Mcs/core-s",
+                    wanted,
+                    at_most: false,
+                    found: row.map(|row| row.mcs_per_core_second),
+                }
+            })
+            .collect();
+        goals.push(Goal {
+            what: "slowest of the ninety on lanes: times slower than variant 1".to_owned(),
+            unit: "x",
+            wanted: 4.0,
+            at_most: true,
+            found: self.slowest().map(|(_, ratio)| ratio),
+        });
+        let lanes = self.generations.iter().find(|g| g.evaluator == "lanes" && g.precision == "plain");
+        goals.push(Goal {
+            what: "lanes, a generation of 100 beside simulating".to_owned(),
+            unit: "ms",
+            wanted: 0.2,
+            at_most: true,
+            found: lanes.map(|g| 1e3 * median(&g.wall_s)),
+        });
+        goals
+    }
+
+    /// Id of the slowest variant on lanes and how much slower than variant 1 it is; `None` unless all ninety were measured.
+    pub(super) fn slowest(&self) -> Option<(u32, f64)> {
+        let base = self.row("lanes", "plain", 1, POPULATION)?.mcs_per_core_second;
+        let ratio = |id| Some((id, base / self.row("lanes", "plain", id, POPULATION)?.mcs_per_core_second));
+        let all: Option<Vec<(u32, f64)>> = (1..=crate::catalog::Variant::COUNT).map(ratio).collect();
+        all?.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))
+    }
+}

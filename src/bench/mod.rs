@@ -1,0 +1,71 @@
+//! How fast candidates are simulated: evaluators, variants and population sizes, measured in turns.
+//!
+//! The unit is Mcs, a million candidate-steps: N candidates over T samples are N T candidate-steps, whether or not some
+//! candidates crash on the way. Beside every evaluator stand a hand-fused loop (`native`), the ceiling on a CPU, and the plain
+//! scalar reference, so that a figure can be judged without knowing the machine. Repetitions of all contenders are interleaved,
+//! so that a change of the machine's load falls on all alike; every single time is kept.
+
+mod contender;
+mod data;
+mod export;
+mod generation;
+mod goals;
+mod machine;
+mod measure;
+mod native;
+mod plan;
+mod real;
+mod text;
+
+pub use contender::Contender;
+pub use data::{Drive, candidates};
+pub use export::export;
+pub use generation::Generation;
+pub use goals::Goal;
+pub use machine::Machine;
+pub use measure::Row;
+pub use plan::{Effort, Report, run};
+pub use text::table;
+
+use crate::calibrate::{BoundsError, CalibrateError};
+use crate::catalog::UnknownVariant;
+use crate::evaluator::{CaseError, EvaluateError};
+use crate::plant::PlantError;
+use crate::trajectory::{ImportError, PrepareError};
+
+/// A measurement that cannot be made.
+#[derive(Debug, thiserror::Error)]
+pub enum BenchError {
+    /// The synthetic drive cannot be made.
+    #[error(transparent)]
+    Plant(#[from] PlantError),
+    /// The measured file cannot be read.
+    #[error(transparent)]
+    Import(#[from] ImportError),
+    /// It has no such follower, or nothing usable.
+    #[error(transparent)]
+    Prepare(#[from] PrepareError),
+    /// A variant cannot be run on it.
+    #[error(transparent)]
+    Case(#[from] CaseError),
+    /// The candidates cannot be drawn.
+    #[error(transparent)]
+    Bounds(#[from] BoundsError),
+    /// No such variant.
+    #[error(transparent)]
+    Variant(#[from] UnknownVariant),
+    /// An evaluator failed.
+    #[error(transparent)]
+    Evaluate(#[from] EvaluateError),
+    /// The calibration that is measured failed.
+    #[error(transparent)]
+    Calibrate(#[from] CalibrateError),
+    /// Files cannot be written.
+    #[error("{path}: cannot write: {source}")]
+    Write {
+        /// The file.
+        path: String,
+        /// Why.
+        source: std::io::Error,
+    },
+}

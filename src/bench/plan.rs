@@ -1,0 +1,125 @@
+//! What is measured, in which order.
+
+use super::generation::Generation;
+use super::measure::Measurement;
+use super::{BenchError, Contender, Drive, Machine, Row};
+use crate::catalog::Variant;
+use serde_json::{Value, json};
+
+/// How much is measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Effort {
+    /// Three variants; well under a minute.
+    Quick,
+    /// Several population sizes, and all ninety variants on `lanes`; some minutes.
+    Full,
+    /// One variant, several population sizes.
+    Variant(Variant),
+}
+
+/// IDM, Gipps with delay, linear dynamics and constant bounds, and the linear law with constant time headway: a power
+/// function, square roots, and neither.
+const VARIANTS: [u32; 3] = [1, 32, 37];
+
+/// Candidates where nothing else is said.
+pub(super) const POPULATION: usize = 1024;
+
+/// Candidates of the scalar reference, which is slow and does not care.
+const POPULATION_OF_REFERENCE: usize = 64;
+
+/// All that was measured.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Report {
+    /// What it was measured on.
+    pub machine: Machine,
+    /// The GPU, or the driver that stands in for one.
+    pub adapter: Option<String>,
+    /// The drive.
+    pub data: String,
+    /// Variants that the text shows line by line.
+    pub shown: Vec<u32>,
+    /// Contenders on variants.
+    pub rows: Vec<Row>,
+    /// What a generation costs beside simulating.
+    pub generations: Vec<Generation>,
+}
+
+impl Report {
+    /// As documented for `leadlag bench --json`.
+    #[must_use]
+    pub fn json(&self) -> Value {
+        let goals: Vec<Value> = self.goals().iter().map(super::Goal::json).collect();
+        json!({
+            "schema_version": 1, "machine": self.machine.to_string(), "load": self.machine.load, "adapter": self.adapter,
+            "data": self.data, "rows": self.rows, "generations": self.generations, "goals": goals,
+        })
+    }
+
+    /// The row of a contender.
+    pub(super) fn row(&self, evaluator: &str, precision: &str, model_id: u32, population: usize) -> Option<&Row> {
+        let is = |r: &&Row| {
+            (r.evaluator, r.precision, r.model_id, r.population) == (evaluator, precision, model_id, population)
+        };
+        self.rows.iter().find(is)
+    }
+}
+
+/// Contender, variant and number of candidates of everything that is timed, none twice.
+fn plan(effort: Effort) -> Vec<(Contender, u32, usize)> {
+    let mut plan = Vec::new();
+    let mut add = |contender: Contender, id, population| {
+        let can = !contender.is_native() || id == 1;
+        if can && !plan.contains(&(contender, id, population)) {
+            plan.push((contender, id, population));
+        }
+    };
+    let populations: &[usize] = if effort == Effort::Quick { &[POPULATION] } else { &[100, POPULATION, 4096] };
+    let (first, others): (u32, &[u32]) = match effort {
+        Effort::Variant(variant) => (variant.id(), &[]),
+        Effort::Quick | Effort::Full => (VARIANTS[0], &VARIANTS[1..]),
+    };
+    for &contender in Contender::ALL {
+        if contender == Contender::Reference {
+            add(contender, first, POPULATION_OF_REFERENCE);
+            others.iter().for_each(|&id| add(contender, id, POPULATION_OF_REFERENCE));
+            continue;
+        }
+        populations.iter().for_each(|&population| add(contender, first, population));
+        let fast = contender.precision() == "plain";
+        others.iter().filter(|_| fast).for_each(|&id| add(contender, id, POPULATION));
+        if effort == Effort::Full && fast && contender.evaluator() == "lanes" {
+            (1..=Variant::COUNT).for_each(|id| add(contender, id, POPULATION));
+        }
+    }
+    plan
+}
+
+/// Measures. `progress` hears what is being done.
+///
+/// # Errors
+/// [`BenchError`].
+pub fn run(drive: &Drive, effort: Effort, progress: &mut dyn FnMut(&str)) -> Result<Report, BenchError> {
+    let machine = Machine::here();
+    let mut measurements = Vec::new();
+    let planned = plan(effort);
+    for (k, &(contender, id, population)) in planned.iter().enumerate() {
+        progress(&format!("warming up {} of {}", k + 1, planned.len()));
+        measurements.extend(Measurement::new(contender, Variant::from_id(id)?, drive, population)?);
+    }
+    let rounds = if effort == Effort::Quick { 5 } else { 9 };
+    for round in 1..=rounds {
+        progress(&format!("round {round} of {rounds}"));
+        measurements.iter_mut().try_for_each(Measurement::repeat)?;
+    }
+    let mut generations = Vec::new();
+    let with_generations = !matches!(effort, Effort::Variant(_));
+    for &contender in Contender::ALL.iter().filter(|c| with_generations && !c.is_native()) {
+        progress("generations of an optimiser");
+        generations.extend(Generation::measure(contender, drive)?);
+    }
+    let adapter = measurements.iter().find_map(Measurement::adapter);
+    let rows = measurements.iter().map(Measurement::row).collect();
+    let data = format!("{}, {} samples", drive.name, drive.samples());
+    let shown = if let Effort::Variant(variant) = effort { vec![variant.id()] } else { VARIANTS.to_vec() };
+    Ok(Report { machine, adapter, data, shown, rows, generations })
+}

@@ -1,0 +1,146 @@
+//! A report for people, 80 columns wide.
+
+use super::Row;
+use super::measure::median;
+use super::plan::{POPULATION, Report};
+use crate::catalog::{BASES, Constraint, Dynamics, Variant};
+use std::fmt::Write;
+
+/// The whole report.
+#[must_use]
+pub fn table(report: &Report) -> String {
+    let mut text = String::new();
+    // Writing to a String cannot fail.
+    let _ = write_table(&mut text, report);
+    text
+}
+
+fn write_table(text: &mut String, report: &Report) -> std::fmt::Result {
+    let steps = report.rows.first().map_or(0, |row| row.steps);
+    let mcs = (POPULATION * steps) as f64 / 1e6;
+    writeln!(text, "How fast candidates (parameter vectors) are simulated and scored.\n")?;
+    writeln!(text, "machine   {}", report.machine)?;
+    writeln!(text, "adapter   {}", report.adapter.as_deref().unwrap_or("no GPU evaluator measured"))?;
+    writeln!(text, "data      {}", report.data)?;
+    if let Some(load) = report.machine.load {
+        writeln!(text, "load      {load:.1} processes at the start; figures are steadiest at 0")?;
+    }
+    writeln!(text)?;
+    writeln!(text, "Mcs        million candidate-steps; {POPULATION} candidates on this drive are {mcs:.1} Mcs")?;
+    writeln!(text, "/s         per second of wall time, all threads together")?;
+    writeln!(text, "/core-s    per second of CPU time of the whole process: independent of the")?;
+    writeln!(text, "           number of cores and less of other load; on a hardware GPU per")?;
+    writeln!(text, "           second of wall time")?;
+    writeln!(text, "native     a hand-written loop for variant 1 only: the ceiling on this CPU")?;
+    writeln!(text, "reference  plain scalar f64 code, the oracle of the tests")?;
+    writeln!(text, "done       share of the steps that were simulated; crashed candidates end early")?;
+
+    for &id in &report.shown {
+        let rows: Vec<&Row> = report.rows.iter().filter(|r| r.model_id == id).collect();
+        let Some(first) = rows.first() else { continue };
+        writeln!(text, "\nvariant {id}, {}", first.variant)?;
+        writeln!(
+            text,
+            "{:<10}{:<12}{:>6}{:>10}{:>8}{:>9}{:>8}{:>6}{:>10}",
+            "evaluator", "precision", "cand.", "median ms", "Mcs/s", "/core-s", "native", "done", "transfer"
+        )?;
+        for row in rows {
+            let ceiling = report.ceiling(row);
+            let share = ceiling.map_or("-".to_owned(), |c| format!("{:.0} %", 100.0 * row.mcs_per_core_second / c));
+            let wall = median(&row.wall_s);
+            writeln!(
+                text,
+                "{:<10}{:<12}{:>6}{:>10.2}{:>8.0}{:>9.0}{:>8}{:>6}{:>10}",
+                row.evaluator,
+                row.precision,
+                row.population,
+                1e3 * wall,
+                row.mcs_wall,
+                row.mcs_per_core_second,
+                share,
+                format!("{:.0} %", 100.0 * row.executed),
+                format!("{:.1} %", 100.0 * row.transfer_s / wall),
+            )?;
+        }
+    }
+    for row in report.rows.iter().filter(|r| r.first_dispatch_s > 0.0 && r.population == POPULATION) {
+        let (evaluator, precision, id, ms) = (row.evaluator, row.precision, row.model_id, 1e3 * row.first_dispatch_s);
+        writeln!(text, "first dispatch of {evaluator} {precision}, variant {id}: {ms:.0} ms (once per process)")?;
+    }
+    write_ninety(text, report)?;
+    if report.generations.is_empty() {
+        return Ok(());
+    }
+
+    writeln!(text, "\nA generation of an optimiser, 100 candidates, beside simulating")?;
+    writeln!(text, "(the same calibration on a drive of a few samples)")?;
+    for g in &report.generations {
+        writeln!(text, "{:<10}{:<12}{:>10.3} ms", g.evaluator, g.precision, 1e3 * median(&g.wall_s))?;
+    }
+    writeln!(text, "\n{:<54}{:>9}{:>10}", "goal (one 3.8 GHz core of Sapphire Rapids class)", "wanted", "found")?;
+    for goal in report.goals() {
+        let met = goal.is_met().map_or("", |met| if met { "met" } else { "missed" });
+        let found = goal.found.map_or("-".to_owned(), short);
+        let wanted = format!("{}{}", if goal.at_most { "<= " } else { ">= " }, short(goal.wanted));
+        let what = if goal.unit == "Mcs/core-s" { format!("{}: Mcs/core-s", goal.what) } else { goal.what };
+        let what = if goal.unit == "ms" { format!("{what}: ms") } else { what };
+        for (k, line) in textwrap::wrap(&what, 52).iter().enumerate() {
+            match k {
+                0 => writeln!(text, "{line:<54}{wanted:>9}{found:>10} {met}")?,
+                _ => writeln!(text, "  {line}")?,
+            }
+        }
+    }
+    Ok(())
+}
+
+/// All ninety on lanes: bases as columns, extensions as lines.
+fn write_ninety(text: &mut String, report: &Report) -> std::fmt::Result {
+    let Some((slowest, ratio)) = report.slowest() else { return Ok(()) };
+    writeln!(text, "\nAll ninety variants on lanes plain, {POPULATION} candidates, Mcs/core-s")?;
+    write!(text, "{:<28}", "extensions")?;
+    BASES.iter().try_for_each(|base| write!(text, "{:>10}", base.name))?;
+    writeln!(text)?;
+    for k in 0..18 {
+        let line: Vec<Variant> =
+            (0..BASES.len() as u32).filter_map(|base| Variant::from_id(base * 18 + k + 1).ok()).collect();
+        write!(text, "{:<28}", extensions(&line[0]))?;
+        for variant in line {
+            let speed = report.row("lanes", "plain", variant.id(), POPULATION).map(|row| row.mcs_per_core_second);
+            write!(text, "{:>10}", speed.map_or("-".to_owned(), |x| format!("{x:.0}")))?;
+        }
+        writeln!(text)?;
+    }
+    let name = Variant::from_id(slowest).map(|v| v.name()).unwrap_or_default();
+    writeln!(text, "slowest: variant {slowest} {name}, {ratio:.2} times slower than variant 1")
+}
+
+/// What a variant adds to its base.
+fn extensions(variant: &Variant) -> String {
+    let parts = [
+        variant.delay.then_some("delay"),
+        (variant.dynamics != Dynamics::None).then(|| variant.dynamics.name()),
+        (variant.constraint != Constraint::None).then(|| variant.constraint.name()),
+    ];
+    let named: Vec<&str> = parts.into_iter().flatten().collect();
+    if named.is_empty() { "none".to_owned() } else { named.join("+") }
+}
+
+/// Three decimals below 20, none above.
+fn short(x: f64) -> String {
+    if x >= 100.0 {
+        format!("{x:.0}")
+    } else {
+        format!("{x:.3}").trim_end_matches('0').trim_end_matches('.').to_owned()
+    }
+}
+
+impl Report {
+    /// Speed of the hand-fused loop of the same width on as many candidates; there is one for variant 1 only.
+    fn ceiling(&self, row: &Row) -> Option<f64> {
+        let width = if row.precision == "f64" { "f64" } else { "f32" };
+        let exact = self.row("native", width, row.model_id, row.population);
+        let native = exact.or_else(|| self.row("native", width, row.model_id, POPULATION))?;
+        Some(native.mcs_per_core_second)
+    }
+}

@@ -1,0 +1,54 @@
+//! `leadlag bench`: how fast candidates are simulated.
+
+use super::output;
+use indicatif::{ProgressBar, ProgressStyle};
+use leadlag::bench::{Drive, Effort, run as measure, table};
+use leadlag::catalog::Variant;
+use leadlag::trajectory::import;
+use std::path::PathBuf;
+
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Three variants instead of all ninety; under a minute
+    #[arg(long)]
+    quick: bool,
+    /// Only this variant, with 100, 1024 and 4096 candidates
+    #[arg(long, value_name = "ID|NAME", conflicts_with = "quick")]
+    model: Option<Variant>,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+    /// Measured file to simulate on [default: a synthetic drive, the same everywhere]
+    #[arg(long, value_name = "FILE")]
+    data: Option<PathBuf>,
+    /// The follower in that file: 1 is right behind the platoon leader
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "data")]
+    follower: usize,
+    /// Write the drive, the candidates and their f64 scores here instead of measuring, for other programs
+    #[arg(long, value_name = "DIR")]
+    export: Option<PathBuf>,
+}
+
+pub fn run(args: &Args) -> anyhow::Result<()> {
+    let drive = match &args.data {
+        Some(path) => {
+            let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
+            Drive::new(&name, &import::read(path, None)?, args.follower)?
+        }
+        None => Drive::synthetic()?,
+    };
+    if let Some(folder) = &args.export {
+        output::make_folder(folder)?;
+        return Ok(leadlag::bench::export(&drive, folder)?);
+    }
+    let whole = if args.quick { Effort::Quick } else { Effort::Full };
+    let effort = args.model.map_or(whole, Effort::Variant);
+    let bar = ProgressBar::new_spinner().with_style(ProgressStyle::with_template("{spinner} {msg}, {elapsed}")?);
+    let report = measure(&drive, effort, &mut |what| {
+        bar.set_message(what.to_owned());
+        bar.tick();
+    });
+    bar.finish_and_clear();
+    let report = report?;
+    if args.json { output::print_json(&report.json()) } else { output::print(&table(&report)) }
+}

@@ -1,0 +1,219 @@
+// Variant gipps+delay+nonlinear+mfc, precision compensated. Made by tests/wgsl.rs; do not edit.
+
+struct Params {
+    // additional delay in Gipps' model [s]
+    theta: f32,
+    // desired speed (ACC set speed) [m/s]
+    v_0: f32,
+    // desired spacing at standstill [m]
+    d_0: f32,
+    // headway, or Gipps' reaction time [s]
+    t_h: f32,
+    // maximum acceleration [m/s²]
+    a_max: f32,
+    // comfort deceleration [m/s²]
+    a_min: f32,
+    // assumed deceleration ahead [m/s²]
+    a_hat_min: f32,
+    // perception delay [s]
+    tau_p: f32,
+    // actuation lag [s]
+    tau_a: f32,
+    // mass of the vehicle's load [kg]
+    m_load: f32,
+    // constant road load [N]
+    f_0: f32,
+    // road load linear in speed [kg/s]
+    f_1: f32,
+    // road load quadratic in speed [kg/m]
+    f_2: f32,
+}
+// What the parts see. The same names, in the same units, as src/reference/types.rs.
+
+// Perceived signals, delayed by tau_p: spacing [m], ego speed [m/s], speed of the preceding vehicle [m/s].
+struct Perceived {
+    s: f32,
+    v_f: f32,
+    v_l: f32,
+}
+
+// What a controller commands: a_cmd [m/s2], and whether its own equation has a solution (Gipps' radicand).
+struct Command {
+    a_cmd: f32,
+    feasible: bool,
+}
+
+// The ego vehicle at the current sample: speed [m/s], acceleration [m/s2], unladen mass [kg], equivalent inertial mass
+// factor [-], time step [s].
+struct Ego {
+    v_f: f32,
+    a_f: f32,
+    m_0: f32,
+    phi_f: f32,
+    dt: f32,
+}
+
+// Looked up for the current position and speed: sine of the grade, deceleration and acceleration potential [m/s2].
+struct Road {
+    sin_grade: f32,
+    a_dp: f32,
+    a_ap: f32,
+}
+// x to the power of y for a finite x and any sign of y; 0 where x is not above 0 (or so small that a driver may take it
+// for 0). Relative error below 6e-7 for x in 1e-3..1.4, y in 0.1..10, results above 1e-30. The builtin `pow` differs from
+// driver to driver; this one uses only operations that are exact or correctly rounded, in an order that leaves a compiler
+// nothing to re-associate, and src/lanes/power.rs repeats it bit for bit.
+//
+// Coefficients: minimax fits in f64 (Lawson's iteration on 4001 Chebyshev nodes), lowest coefficient first: rounded to f32,
+// then the others fitted to what is left. Logarithm: absolute error of z l(z) below 1e-8 for m in sqrt(1/2)..sqrt(2);
+// exponential: relative error below 2e-9 in 0..1; rounding is what remains.
+fn power(x: f32, y: f32) -> f32 {
+    // x = m 2^e with m in sqrt(1/2)..sqrt(2).
+    let above = bitcast<u32>(x) - 0x3f3504f3u;
+    let e = f32(bitcast<i32>(above) >> 23u);
+    let z = bitcast<f32>((above & 0x007fffffu) + 0x3f3504f3u) - 1.0;
+    // log2(m)
+    var l = 0.12549610435962677 * z - 0.20995402336120605;
+    l = l * z + 0.21715795993804932;
+    l = l * z - 0.23857052624225616;
+    l = l * z + 0.2876948118209839;
+    l = l * z - 0.36071905493736267;
+    l = l * z + 0.4809204339981079;
+    l = l * z - 0.7213471531867981;
+    l = l * z + 1.442694902420044;
+    l = l * z;
+    // y (e + log2(m)) = whole + part: with 12 bits in y_high, y_high e is exact.
+    let y_high = bitcast<f32>(bitcast<u32>(y) & 0xfffff000u);
+    let y_low = y - y_high;
+    let exact = y_high * e;
+    let exact_whole = floor(exact);
+    let rest = (exact - exact_whole) + (y_low * e + y * l);
+    let rest_whole = floor(rest);
+    let part = rest - rest_whole;
+    // 2^part
+    var r = 0.000215659718378447 * part + 0.0012482289457693696;
+    r = r * part + 0.009673775173723698;
+    r = r * part + 0.05548618361353874;
+    r = r * part + 0.24022908508777618;
+    r = r * part + 0.6931470632553101;
+    r = r * part + 1.0;
+    // 2^whole from -127 (which is 0) to 128 (infinity): 8388608 + 127 + whole has the exponent in its last bits.
+    let whole = min(max(exact_whole + rest_whole, -127.0), 128.0);
+    let scale = bitcast<f32>(bitcast<u32>(whole + 8388735.0) << 23u);
+    return select(0.0, r * scale, x >= 1.17549435e-38);
+}
+// Zero, which only run time tells.
+var<private> opaque_zero: u32;
+
+// The argument itself, in a form that no compiler sees through. Drivers may re-associate sums (naga writes no NoContraction,
+// and Mesa does), which would cancel the error terms of compensated sums; an exclusive or with a zero that is known at
+// run time only stops that. `lanes` knows this function by name: Rust re-associates nothing.
+fn opaque(x: f32) -> f32 {
+    return bitcast<f32>(bitcast<u32>(x) ^ opaque_zero);
+}
+// Gipps' controller contains its own spacing and reads none.
+fn desired_spacing(p: Params, x: Perceived) -> f32 {
+    return 0.0;
+}
+// Eqs. 4 and 5: commanded acceleration of Gipps' model [m/s2]; infeasible if the radicand is negative.
+fn commanded_acceleration(p: Params, x: Perceived, s_des: f32, v_f: f32) -> Command {
+    let per_v_0 = 1.0 / p.v_0;
+    let per_t_h = 1.0 / p.t_h;
+    let per_a_hat_min = 1.0 / p.a_hat_min;
+    let gain = 2.5 * p.a_max * p.t_h;
+    let share = x.v_f * per_v_0;
+    let free = x.v_f + gain * (1.0 - share) * sqrt(max(0.025 + share, 0.0));
+    let h = 0.5 * p.t_h + p.theta;
+    let room = 2.0 * (x.s - p.d_0) - p.t_h * x.v_f - x.v_l * x.v_l * per_a_hat_min;
+    let radicand = p.a_min * p.a_min * h * h - p.a_min * room;
+    let safe = p.a_min * h + sqrt(max(radicand, 0.0));
+    let v_cmd = min(free, safe);
+    // Rounding alone may make a radicand of zero slightly negative; below this, no speed is safe [m2/s2].
+    return Command((v_cmd - v_f) * per_t_h, radicand >= -1e-10);
+}
+// Eq. 11: acceleration behind an actuation lag of the tractive force, with road loads [m/s2].
+fn vehicle_response(p: Params, a_cmd: f32, ego: Ego, road: Road) -> f32 {
+    // 9.80665 m/s2: standard gravity.
+    let per_m_f = 1.0 / (ego.m_0 + p.m_load);
+    let per_phi_f = 1.0 / ego.phi_f;
+    let cos_grade = sqrt(max(1.0 - road.sin_grade * road.sin_grade, 0.0));
+    let rolling_and_air = p.f_0 * cos_grade + p.f_1 * ego.v_f + p.f_2 * ego.v_f * ego.v_f;
+    let resistance = rolling_and_air * per_m_f + 9.80665 * road.sin_grade;
+    let r = p.tau_a / ego.dt;
+    let per_step = 1.0 / (1.0 + r);
+    let a_t = (r * (ego.phi_f * ego.a_f + resistance) + a_cmd) * per_step;
+    return (a_t - resistance) * per_phi_f;
+}
+// Eq. 14: bounds that vary with speed [m/s2].
+fn constrained_acceleration(a: f32, road: Road) -> f32 {
+    return min(max(a, road.a_dp), road.a_ap);
+}
+// The spacing at a sample before the first simulated one, as measured [m] (convention `radicand=measured`).
+fn starting_spacing(p: Params, x: Perceived) -> f32 {
+    return x.s;
+}
+// The simulated state: spacing [m], speed [m/s], acceleration [m/s2]. Spacing and speed carry what f32 rounds away in a
+// second word each, so that rounding errors do not add up over ten thousand steps.
+struct Motion {
+    s: f32,
+    v_f: f32,
+    a_f: f32,
+    s_low: f32,
+    v_low: f32,
+}
+
+// A sum with its rounding error (Knuth's two-sum). `opaque` keeps a compiler from cancelling the error term.
+struct Sum {
+    high: f32,
+    low: f32,
+}
+
+fn two_sum(a: f32, b: f32) -> Sum {
+    let high = opaque(a + b);
+    let b_seen = opaque(high - a);
+    let a_seen = opaque(high - b_seen);
+    return Sum(high, (a - a_seen) + (b - b_seen));
+}
+
+// The state at a measured sample.
+fn at_rest_in(s: f32, v_f: f32, a_f: f32) -> Motion {
+    return Motion(s, v_f, a_f, 0.0, 0.0);
+}
+
+// Eq. 1: the state one step dt [s] later; the preceding vehicle drives dx_l [m] meanwhile. A car does not roll backwards,
+// and its acceleration is the one it then had.
+fn moved(now: Motion, a: f32, dx_l: f32, dt: f32) -> Motion {
+    let per_dt = 1.0 / dt;
+    let half_dt = 0.5 * dt;
+    let v_free = two_sum(now.v_f, a * dt + now.v_low);
+    let stops = v_free.high < 0.0;
+    let v_next = max(v_free.high, 0.0);
+    let v_low = select(v_free.low, 0.0, stops);
+    let a_next = select(a, -now.v_f * per_dt, stops);
+    let twice_v = two_sum(now.v_f, v_next);
+    let driven = (twice_v.high * half_dt) + (twice_v.low + (now.v_low + v_low)) * half_dt;
+    let gained = two_sum(dx_l, -driven);
+    let s = two_sum(now.s, gained.high + now.s_low);
+    return Motion(s.high, v_next, a_next, s.low + gained.low, v_low);
+}
+// One simulated step.
+struct Step {
+    next: Motion,
+    // Acceleration before the constraint [m/s2]; it is checked for NaN and infinity there, which a clamp would hide.
+    a_free: f32,
+    // Acceleration after the constraint [m/s2].
+    a: f32,
+    // False where Gipps' radicand is negative.
+    feasible: bool,
+}
+
+// The order of the paper: spacing policy, controller, dynamics, constraint, then Eq. 1. `dx_l` is the way [m] that the
+// preceding vehicle drives in the step `dt` [s]; m_0 [kg] and phi_f belong to the ego vehicle.
+fn step(p: Params, x: Perceived, now: Motion, m_0: f32, phi_f: f32, road: Road, dx_l: f32, dt: f32) -> Step {
+    let s_des = desired_spacing(p, x);
+    let command = commanded_acceleration(p, x, s_des, now.v_f);
+    let ego = Ego(now.v_f, now.a_f, m_0, phi_f, dt);
+    let a_free = vehicle_response(p, command.a_cmd, ego, road);
+    let a = constrained_acceleration(a_free, road);
+    return Step(moved(now, a, dx_l, dt), a_free, a, command.feasible);
+}

@@ -1,0 +1,85 @@
+//! The worked example of CONTRIBUTING.md works: what it says is applied to a copy of the crate, word for word, and the new
+//! variants are evaluated by every evaluator, which must agree.
+
+#[path = "common/copy.rs"]
+mod copy;
+
+use std::path::Path;
+use std::process::Command;
+
+/// One change that CONTRIBUTING.md describes, with the text of its code block.
+#[derive(Debug, PartialEq)]
+enum Edit {
+    /// New file `PATH`:
+    New { path: String, text: String },
+    /// In `PATH`, behind the line that begins with `LINE`, ...:
+    Behind { path: String, line: String, text: String },
+}
+
+/// The changes in the section on adding a part, in order.
+fn edits(document: &str) -> Vec<Edit> {
+    let section = document.split("\n## ").find(|s| s.starts_with("Add a variant part")).expect("the section is there");
+    let mut edits = Vec::new();
+    let mut quoted: Vec<String> = Vec::new();
+    let mut lines = section.lines();
+    while let Some(line) = lines.next() {
+        if line.starts_with("New file `") || line.starts_with("In `") {
+            quoted = line.split('`').skip(1).step_by(2).map(str::to_owned).collect();
+        } else if line.starts_with("```") {
+            let text: String = lines.by_ref().take_while(|l| *l != "```").map(|l| format!("{l}\n")).collect();
+            match std::mem::take(&mut quoted).as_slice() {
+                [path] => edits.push(Edit::New { path: path.clone(), text }),
+                [path, line, ..] => edits.push(Edit::Behind { path: path.clone(), line: line.clone(), text }),
+                [] => panic!("CONTRIBUTING.md: no line says where this goes:\n{text}"),
+            }
+        }
+    }
+    edits
+}
+
+#[test]
+fn the_worked_example_of_contributing_works() {
+    let document = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("CONTRIBUTING.md"));
+    let edits = edits(&document.expect("CONTRIBUTING.md is readable"));
+    let count = |is: fn(&Edit) -> bool| edits.iter().filter(|e| is(e)).count();
+    let (new, behind) = (count(|e| matches!(e, Edit::New { .. })), count(|e| matches!(e, Edit::Behind { .. })));
+    assert_eq!((new, behind), (2, 2), "two files and two rows, and nothing else: {edits:#?}");
+
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("toy");
+    copy::package("toy", &folder, &mut |inside, bytes| {
+        let mut text = String::from_utf8(bytes).ok()?;
+        for edit in &edits {
+            if let Edit::Behind { path, line, text: row } = edit
+                && path == inside
+            {
+                let found: Vec<&str> = text.lines().filter(|l| l.trim_start().starts_with(line)).collect();
+                let [found] = found[..] else { panic!("{path}: {} lines begin with {line}, not one", found.len()) };
+                text = text.replace(found, &format!("{found}\n{}", row.trim_end()));
+            }
+        }
+        Some(text.into_bytes())
+    });
+    for edit in &edits {
+        if let Edit::New { path, text } = edit {
+            copy::write(&folder.join(path), text.as_bytes());
+        }
+    }
+    let test = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/toy/agreement.rs");
+    let text = std::fs::read(test).expect("tests/toy/agreement.rs is readable");
+    copy::write(&folder.join("tests/agreement.rs"), &text);
+
+    let program = copy::compile(&folder, "agreement");
+    let output = Command::new(&program).arg("--nocapture").output().expect("the test program starts");
+    let (out, err) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert!(output.status.success(), "{}:\n{out}\n{err}", program.display());
+    eprintln!("{out}");
+}
+
+#[test]
+fn changes_are_read_from_the_document() {
+    let document = "# A\n\n## Add a variant part\n\nNew file `a/b.wgsl`:\n\n```wgsl\none\n\ntwo\n```\n\nIn `c.rs`, behind the line that \
+                    begins with `Row, 1`, the row:\n\n```rust\n    Row, 2\n```\n\n## Another\n\n```sh\nno\n```\n";
+    let new = Edit::New { path: "a/b.wgsl".to_owned(), text: "one\n\ntwo\n".to_owned() };
+    let (path, line, text) = ("c.rs".to_owned(), "Row, 1".to_owned(), "    Row, 2\n".to_owned());
+    assert_eq!(edits(document), [new, Edit::Behind { path, line, text }]);
+}
