@@ -21,7 +21,7 @@ const PAPER: Convention = Convention::PAPER;
 fn shaken(population: &Population, by: f64) -> Population {
     let mut shaken = Population::new(population.symbols());
     for i in 0..population.len() {
-        let sign = |k: usize| if (i + k) % 2 == 0 { by } else { -by };
+        let sign = |k: usize| if (i + k).is_multiple_of(2) { by } else { -by };
         let values = population.values(i).iter().enumerate();
         shaken.push(&values.map(|(k, value)| value * (1.0 + sign(k))).collect::<Vec<f64>>());
     }

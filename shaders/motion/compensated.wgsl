@@ -37,7 +37,8 @@ fn moved(now: Motion, a: f32, dx_l: f32, dt: f32) -> Motion {
     let v_low = select(v_free.low, 0.0, stops);
     let a_next = select(a, -now.v_f * per_dt, stops);
     let twice_v = two_sum(now.v_f, v_next);
-    let driven = (twice_v.high * half_dt) + (twice_v.low + (now.v_low + v_low)) * half_dt;
+    // Opaque, or Mesa takes the common factor out.
+    let driven = opaque(twice_v.high * half_dt) + (twice_v.low + (now.v_low + v_low)) * half_dt;
     let gained = two_sum(dx_l, -driven);
     let s = two_sum(now.s, gained.high + now.s_low);
     return Motion(s.high, v_next, a_next, s.low + gained.low, v_low);

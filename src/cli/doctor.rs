@@ -78,8 +78,8 @@ fn text(adapters: &[Adapter], found: &[Probe], chosen: Option<&Adapter>) -> Resu
     };
     text += "Adapters\n\n";
     for adapter in adapters {
-        let used = if adapter.index == chosen.index { "   <- examined below, used by default" } else { "" };
-        writeln!(text, "  {}  {}{used}", adapter.index, adapter.info.name)?;
+        let used = if adapter.index == chosen.index { " (examined below)" } else { "" };
+        text += &wrapped(2, 5, &format!("{}  {}{used}", adapter.index, adapter.info.name));
         let kind =
             if adapter.is_hardware() { adapter.kind().to_owned() + " GPU" } else { "software, runs on the CPU".into() };
         let mut line = format!("{kind}; {}; driver {}", adapter.info.backend, adapter.driver());
@@ -103,7 +103,7 @@ fn text(adapters: &[Adapter], found: &[Probe], chosen: Option<&Adapter>) -> Resu
     for Probe { name, status, detail } in found {
         text += &wrapped(2, 30, &format!("{status:<8}{name:<20}{detail}"));
     }
-    text += "\nok: as it should be. trap: not so, but taken care of. fail: do not trust results.\n";
+    text += "\nok: as it should be; trap: not so, but taken care of; fail: do not trust it.\n";
     text += "\nAlways on\n\n";
     for (name, meaning) in SAFE_MODES {
         text += &wrapped(2, 30, &format!("{name:<28}{meaning}"));

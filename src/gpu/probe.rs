@@ -54,6 +54,9 @@ fn judged(good: bool, otherwise: ProbeStatus, yes: &str, no: &str) -> (ProbeStat
 /// 1 + 2^-12: its square needs one bit more than an f32 has.
 const ODD: f32 = 1.000_244_1;
 
+/// 2^-12.
+const TINY: f32 = 1.0 / 4096.0;
+
 /// Functions of the kernels below.
 const COMMON: &str = "
 @group(0) @binding(0) var<storage, read> x: array<f32>;
@@ -127,6 +130,20 @@ const TRAPS: &[Trap] = &[
                 "products are rounded before they are added, so that results can equal the CPU's bit for bit",
                 "the driver fuses a product with the sum after it; results are good, but differ from the CPU's in the \
                  last digits",
+            )
+        },
+    },
+    Trap {
+        name: "sums_as_written",
+        // 1 + (2^-24 + 2^-24) = 1 + 2^-23, but (1 + 2^-24) + 2^-24 = 1.
+        body: "y[0] = bitcast<u32>(x[0] + (x[1] * x[2] + x[3] * x[4]));",
+        inputs: &[1.0, TINY, TINY, TINY, TINY],
+        judge: |y| {
+            judged(
+                f32::from_bits(y[0]) > 1.0,
+                ProbeStatus::Trap,
+                "sums are computed in the order in which they are written",
+                "the driver re-orders sums of products; where that matters the kernels are written in its order",
             )
         },
     },
@@ -214,8 +231,8 @@ type Finding = Result<(ProbeStatus, String), Fault>;
 
 /// shaders/power.wgsl against its twin.
 fn own_power(device: &Device, power: fn(f32, f32) -> f32) -> Finding {
-    let bases = (0..64).map(|k| 0.001 * 1.12_f32.powi(k));
-    let pairs: Vec<[f32; 2]> = bases.flat_map(|x| (0..64).map(move |k| [x, 0.1 + 0.155 * k as f32])).collect();
+    let bases = (0..128).map(|k| 0.001 * 1.058_f32.powi(k));
+    let pairs: Vec<[f32; 2]> = bases.flat_map(|x| (0..128).map(move |k| [x, 0.1 + 0.0771 * k as f32])).collect();
     let text = format!(
         "{COMMON}{}
          @compute @workgroup_size(64) fn main(@builtin(global_invocation_id) id: vec3<u32>) {{
@@ -273,7 +290,7 @@ fn loops(device: &Device) -> Finding {
         if ratio < 4.0 { (ProbeStatus::Ok, "fine") } else { (ProbeStatus::Trap, "expect slow simulations here") };
     Ok((
         status,
-        format!("a turn of a loop costs {ratio:.1} times its content, wgpu's safety check included: {judgement}"),
+        format!("a loop takes {ratio:.1} times as long as one unrolled by 16, safety checks included: {judgement}"),
     ))
 }
 

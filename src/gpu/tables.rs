@@ -83,12 +83,11 @@ impl Tables {
 impl Content {
     fn of(course: &Course, gof: &GoodnessOfFit) -> Content {
         let mut content = Content::default();
-        let dx_l = course.dx_l_f32();
         let x_road = |i: usize| course.x_road.get(i).map_or(0.0, |x| *x as f32);
-        for i in 0..course.samples() {
+        for (i, dx_l) in course.dx_l_f32().into_iter().enumerate() {
             let [s, v, a] = [0, 1, 2].map(|k| course.per_denominator[k][i] as f32);
             content.samples.extend([
-                [course.v_l[i] as f32, dx_l[i], course.s[i] as f32, course.v_f[i] as f32],
+                [course.v_l[i] as f32, dx_l, course.s[i] as f32, course.v_f[i] as f32],
                 [course.a_f[i] as f32, x_road(i), course.v_denominator[i] as f32, course.s_start[i] as f32],
                 [s, v, a, 0.0],
             ]);

@@ -29,14 +29,14 @@ pub fn power_block<const L: usize>(x: &[f32; L], y: &[f32; L], out: &mut [f32; L
         let y_low = y[i] - y_high;
         let exact = y_high * e[i];
         let exact_whole = exact.floor();
-        let rest = (exact - exact_whole) + (y_low * e[i] + y[i] * (l[i] * z[i]));
+        let rest = ((exact - exact_whole) + y_low * e[i]) + y[i] * (l[i] * z[i]);
         let rest_whole = rest.floor();
         part[i] = rest - rest_whole;
         whole[i] = exact_whole + rest_whole;
     }
     let mut r = [0.0; L];
     for i in 0..L {
-        r[i] = 0.000_215_659_72 * part[i] + 0.001_248_228_9;
+        r[i] = 0.000_215_659_72 * part[i] + 0.001_248_229;
     }
     for c in [0.009_673_775, 0.055_486_184, 0.240_229_09, 0.693_147_06, 1.0] {
         for i in 0..L {

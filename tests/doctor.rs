@@ -1,0 +1,80 @@
+//! `leadlag doctor`: what it prints with and without an adapter.
+
+use serde_json::Value;
+use std::process::{Command, Output};
+
+fn doctor(arguments: &[&str], without_drivers: bool) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_leadlag"));
+    command.arg("doctor").args(arguments);
+    if without_drivers {
+        // The Vulkan loader reads either name, by its age.
+        command.env("VK_DRIVER_FILES", "/nowhere.json").env("VK_ICD_FILENAMES", "/nowhere.json");
+    }
+    command.output().expect("the program starts")
+}
+
+fn stdout(output: &Output) -> String {
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout.clone()).expect("UTF-8")
+}
+
+fn skipped(test_name: &str) -> bool {
+    let skipped = std::env::var_os("LEADLAG_NO_GPU").is_some();
+    if skipped {
+        println!("SKIPPED {test_name}: LEADLAG_NO_GPU");
+    }
+    skipped
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn without_an_adapter_it_says_what_to_install() {
+    let text = stdout(&doctor(&[], true));
+    assert!(text.contains("No GPU adapter found") && text.contains("apt-get install mesa-vulkan-drivers libvulkan1"));
+    let json: Value = serde_json::from_str(&stdout(&doctor(&["--json"], true))).expect("JSON");
+    assert_eq!(json, serde_json::json!({"schema_version": 1, "adapters": [], "probes": [], "chosen": null}));
+}
+
+#[test]
+fn json_has_adapters_and_probes() {
+    if skipped("json_has_adapters_and_probes") {
+        return;
+    }
+    let json: Value = serde_json::from_str(&stdout(&doctor(&["--json"], false))).expect("JSON");
+    let chosen = json["chosen"].as_u64().expect("an adapter, or LEADLAG_NO_GPU=1");
+    let adapter = &json["adapters"][chosen as usize];
+    println!("{adapter:#}");
+    for key in ["index", "name", "type", "backend", "driver", "pci", "features", "limits", "safe_modes"] {
+        assert!(!adapter[key].is_null(), "{key}");
+    }
+    let probes = json["probes"].as_array().expect("a list");
+    assert!(probes.len() >= 12, "{probes:?}");
+    for probe in probes {
+        let status = probe["status"].as_str().expect("a word");
+        assert!(["ok", "trap", "skipped"].contains(&status), "{probe}");
+        assert!(probe["detail"].as_str().is_some_and(|detail| detail.len() > 20), "{probe}");
+    }
+    // What results rely on; a software adapter also gives the CPU's bits.
+    for name in ["nan_by_bits", "hidden_error_terms", "own_power"] {
+        let probe = probes.iter().find(|p| p["name"] == name).unwrap_or_else(|| panic!("no probe {name}"));
+        assert!(probe["status"] == "ok" || name == "own_power" && adapter["type"] != "software", "{probe}");
+    }
+}
+
+#[test]
+fn text_fits_80_columns_and_a_wrong_name_is_told() {
+    if skipped("text_fits_80_columns_and_a_wrong_name_is_told") {
+        return;
+    }
+    let text = stdout(&doctor(&[], false));
+    for line in text.lines() {
+        assert!(line.chars().count() <= 80, "{line}");
+    }
+    let wrong = doctor(&["--gpu", "Voodoo 2"], false);
+    assert_eq!(wrong.status.code(), Some(1));
+    let message = String::from_utf8_lossy(&wrong.stderr).into_owned();
+    assert!(
+        wrong.stdout.is_empty() && message.contains("no GPU adapter `Voodoo 2`") && message.contains("\n  0  "),
+        "{message}"
+    );
+}
