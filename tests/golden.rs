@@ -4,6 +4,7 @@
 //! `target/tmp/golden/differences_EVALUATOR.csv`; nothing is hidden by a wider tolerance.
 
 mod common;
+mod gpu_common;
 
 use common::tolerance::{
     GOLDEN_CHAOTIC, GOLDEN_F32, GOLDEN_F32_MEDIAN, GOLDEN_MEASURE, GOLDEN_STATE, NINE_DIGITS, SAME_STATUS,
@@ -11,12 +12,15 @@ use common::tolerance::{
 use leadlag::catalog::Variant;
 use leadlag::convention::Convention;
 use leadlag::evaluate::{Build, DataLayout, Library, Settings, evaluate_table};
-use leadlag::evaluator::Case;
+use leadlag::evaluator::{Case, EvaluateError, Evaluator};
+use leadlag::gpu::{AdapterChoice, Gpu};
+use leadlag::lanes::{Lanes, LanesPrecision};
 use leadlag::reference::{Reference, Trace};
 use leadlag::score::{GoodnessOfFit, Measures};
 use leadlag::symbols::Parameters;
 use leadlag::trajectory::{Preparation, import, prepare};
 use leadlag::vehicle::read_table;
+use leadlag::wgsl::Precision;
 use std::collections::HashMap;
 use std::fs;
 use std::io::Read;
@@ -142,8 +146,36 @@ fn agrees_in_f64(shared: &Path, evaluator: &str, build: &mut Build) {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
+#[test]
+fn every_evaluation_agrees_in_lanes_f64() {
+    let Some(shared) = common::shared("every_evaluation_agrees_in_lanes_f64") else { return };
+    agrees_in_f64(&shared, "lanes_f64", &mut |cases| lanes(cases, LanesPrecision::F64));
+}
+
+#[test]
+fn every_evaluation_agrees_in_lanes() {
+    let Some(shared) = common::shared("every_evaluation_agrees_in_lanes") else { return };
+    agrees_in_f32(&shared, "lanes", &mut |cases| lanes(cases, LanesPrecision::Plain));
+}
+
+#[test]
+fn every_evaluation_agrees_on_the_gpu() {
+    let name = "every_evaluation_agrees_on_the_gpu";
+    if gpu_common::skipped(name) {
+        return;
+    }
+    let Some(shared) = common::shared(name) else { return };
+    agrees_in_f32(&shared, "gpu", &mut |cases| {
+        let gpu = Gpu::new(cases, GoodnessOfFit::NRMSE_SVA, Precision::Plain, &AdapterChoice::Best)?;
+        Ok(Box::new(gpu))
+    });
+}
+
+fn lanes(cases: Vec<Case>, precision: LanesPrecision) -> Result<Box<dyn Evaluator>, EvaluateError> {
+    Ok(Box::new(Lanes::new(cases, GoodnessOfFit::NRMSE_SVA, precision)?))
+}
+
 /// Every row, with the tolerances of an f32 program.
-#[allow(dead_code)]
 fn agrees_in_f32(shared: &Path, evaluator: &str, build: &mut Build) {
     let table = evaluated(shared, build);
     let mut report = csv::Writer::from_writer(Vec::new());

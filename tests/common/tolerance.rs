@@ -68,3 +68,29 @@ pub const AMPLIFIED: f64 = 1000.0;
 /// Relative, one part by itself, beside what the reference changes if its arguments move by as much, one after the other: where
 /// large numbers cancel, the last bits of the arguments decide, and the two texts order their operations differently.
 pub const PART: f64 = 1e-12;
+
+/// Relative, the same for the candidates whose run amplifies a rounding difference, or in which one tips a switch over.
+pub const WHOLE_RUN_SENSITIVE: f64 = 1e-3;
+
+/// Condition number up to which a score says something about an evaluator: a candidate above it turns the roundings of its own
+/// parameters (6e-8) into more than 6e-7 before the evaluator has done anything.
+pub const CONDITIONED: f64 = 10.0;
+
+/// Relative, NRMSE(s,v,a) in plain f32, for 99 % of the candidates with K <= [`CONDITIONED`]: ten thousand steps of roundings of
+/// 6e-8, amplified up to ten times.
+pub const SCORE_PLAIN: f64 = 2e-5;
+
+/// The same, compensated: what is left are the roundings of the parameters, of the measured signals and within a step.
+pub const SCORE_COMPENSATED: f64 = 3e-6;
+
+/// Relative, for 99.9 % of the same candidates in either precision: K is the largest change that a few trials met, not a bound.
+pub const LARGEST_EXCEPTION: f64 = 3e-4;
+
+/// Relative change of the parameters within which a candidate that ends otherwise in f32 does so in f64 too.
+pub const DISTANCE_TO_BOUNDARY: f64 = 1e-5;
+
+/// s \[m\], v \[m/s\], a \[m/s²\] of f32 within 50 steps from a state of the reference.
+pub const WINDOW: [f64; 3] = [1e-3, 1e-3, 1e-3];
+
+/// Relative, optimum of a calibration scored in f64: f32 scores that differ in the seventh digit order the candidates alike.
+pub const SAME_OPTIMUM: f64 = 1e-4;

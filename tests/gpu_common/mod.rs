@@ -16,7 +16,7 @@ use rand_chacha::ChaCha8Rng;
 /// True if the test is to be skipped because there is no adapter on purpose. Without one, but not on purpose, it fails.
 pub fn skipped(test_name: &str) -> bool {
     if std::env::var_os("LEADLAG_NO_GPU").is_some() {
-        println!("SKIPPED {test_name}: LEADLAG_NO_GPU");
+        println!("SKIPPED {test_name}: LEADLAG_NO_GPU is set");
         return true;
     }
     match Adapter::choose(&AdapterChoice::Best) {
