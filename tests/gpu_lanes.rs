@@ -239,7 +239,7 @@ fn a_changed_text_changes_the_bits() {
         let mut lanes = lanes(follower, idm, Convention::PAPER, LanesPrecision::Plain, KINDS[0]);
         let jobs = [job(0, &population)];
         let (as_is, on_lanes) = (gpu.raw(&jobs).expect("a device"), lanes.raw(&jobs).expect("short delays"));
-        gpu.replace_shader(file, text);
+        gpu.replace_shader(file, text).expect("the control is valid WGSL");
         let other = gpu.raw(&jobs).expect("a device");
         let (survivors, differ) = changed(&other, &on_lanes);
         println!("{file} replaced: {differ} of {survivors} candidates change a bit");

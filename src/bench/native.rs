@@ -104,7 +104,7 @@ impl<T: Real> Native<T> {
 
     fn score(&self, sums: &Sums<T>, lane: usize) -> Score {
         // Also NaN: a lowest spacing that is no number is not above 0.
-        if !(sums.lowest[lane].into() > 0.0) {
+        if sums.lowest[lane].into() <= 0.0 || sums.lowest[lane].into().is_nan() {
             return Score::Failed(Failure { kind: FailureKind::Crash, step: self.road.samples.len() });
         }
         let term = |i: usize| (sums.square[i][lane].into() * self.norm.per_count[i]).sqrt() * self.norm.weight[i];

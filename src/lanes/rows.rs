@@ -1,5 +1,6 @@
 //! Loops over the lanes of a few rows. Each row is an argument by itself: so the compiler knows that no two overlap, and
 //! leaves out the check.
+#![allow(clippy::neg_cmp_op_on_partial_ord, reason = "what a NaN does must be what the kernel does")]
 
 use super::real::Real;
 use std::hint::select_unpredictable;

@@ -1,4 +1,5 @@
 //! What a run adds up, and the score that follows: `add`, `total` and `score` of shaders/kernel.wgsl.
+#![allow(clippy::needless_range_loop, reason = "loops over rows of lanes, in the form that is vectorised")]
 
 use super::real::Real;
 use super::rows;

@@ -1,4 +1,9 @@
 //! Look-ups of shaders/kernel.wgsl over a block of lanes.
+#![allow(
+    clippy::needless_range_loop,
+    clippy::neg_cmp_op_on_partial_ord,
+    reason = "loops over rows of lanes, in the form that is vectorised"
+)]
 
 use super::real::Real;
 use super::simd::{Lane, gather};
