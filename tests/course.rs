@@ -82,12 +82,29 @@ fn behind(v: &[f64]) -> Case {
 
 #[test]
 fn nodes_that_touch_are_refused() {
-    let grade = Grade { x: vec![0.0, 1e-9, 5000.0], sin: vec![0.0; 3], period: None, source: None };
+    let grade = Grade { x: vec![0.0, 1e-9, 5000.0], sin: vec![0.0, 0.01, 0.0], period: None, source: None };
     let error = Table::grade(&grade, GradeLookup::Linear).unwrap_err();
     assert!(matches!(error, CourseError::Table { .. }));
     let message = error.to_string();
     assert!(message.starts_with("the grade table has nodes only 0.000000001 apart"), "{message}");
     assert!(message.ends_with("thin the table out, or use --evaluator reference"), "{message}");
+}
+
+#[test]
+fn a_grade_recorded_by_a_creeping_car_fits_a_table() {
+    // 20,000 samples: 5 km at 25 m/s, with a standstill approached millimetre by millimetre.
+    let mut x = vec![0.0];
+    for i in 0..20_000 {
+        let speed = if (9_000..12_000).contains(&i) { 1e-4 } else { 25.0 };
+        x.push(x[i] + speed * 0.1);
+    }
+    let sin = x.iter().map(|x| 0.02 * (x / 300.0_f64).sin()).collect();
+    let grade = Grade { x, sin, period: None, source: None };
+    let table = Table::grade(&grade, GradeLookup::Linear).expect("close nodes on a line are left out");
+    for at in grade.x.iter().step_by(7) {
+        let error = value(&table, *at) - grade.at(*at);
+        assert!(error.abs() < common::tolerance::THINNED, "at {at} m: {error}");
+    }
 }
 
 /// A device that works for some generations and then is gone.

@@ -44,6 +44,9 @@ pub struct Table {
 /// Cells of a table at most: 2^20, 50 MB with two curves.
 const MAX_CELLS: f64 = 1_048_576.0;
 
+/// Sine of the grade by which a node may miss the line between its neighbours and count as lying on it: 1e-8 m/s², which no measure can see.
+const ON_A_LINE: f64 = 1e-9;
+
 /// A curve as intervals between nodes: `interval(k)` is (x, value at x, slope) of the line from node k to k + 1; k = -1 lies
 /// below all nodes, k = n - 1 above all.
 struct Curve<'a> {
@@ -57,7 +60,7 @@ impl Table {
     /// # Errors
     /// [`CourseError::Table`] if nodes lie so close together that the table would not fit.
     pub fn grade(grade: &Grade, rule: GradeLookup) -> Result<Table, CourseError> {
-        let (x, y) = (&grade.x, &grade.sin);
+        let (x, y) = thinned(&grade.x, &grade.sin);
         let last = x.len() - 1;
         let held = rule == GradeLookup::Held && x.len() >= 4;
         let value = |k: usize| match k {
@@ -70,7 +73,7 @@ impl Table {
             Ok(_) => (x[last], value(last), 0.0),
             Err(_) => (x[0], value(0), 0.0),
         };
-        Table::build("grade", x, &[Curve { at: &value, interval: &interval }])
+        Table::build("grade", &x, &[Curve { at: &value, interval: &interval }])
     }
 
     /// (a_dp, a_ap) over the speed.
@@ -146,6 +149,27 @@ impl Table {
     pub fn cell_of(&self, x: f64) -> usize {
         (self.place_of(x) as usize).min(self.node.len() - 1)
     }
+}
+
+/// Nodes without those that lie too close to their neighbour for a table and are on a line with it: a grade that was recorded in time has
+/// nodes millimetres apart where the car crept.
+fn thinned(x: &[f64], y: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    let last = x.len() - 1;
+    // Half of the cells for the span leaves room for cells narrower than the closest nodes.
+    let closest = (x[last] - x[0]) / (0.5 * MAX_CELLS);
+    let (mut kept_x, mut kept_y) = (vec![x[0]], vec![y[0]]);
+    for k in 1..=last {
+        let (x_0, y_0) = (kept_x[kept_x.len() - 1], kept_y[kept_y.len() - 1]);
+        if k < last && x[k] - x_0 < closest {
+            let between = y_0 + (y[k + 1] - y_0) * (x[k] - x_0) / (x[k + 1] - x_0);
+            if (y[k] - between).abs() < ON_A_LINE {
+                continue;
+            }
+        }
+        kept_x.push(x[k]);
+        kept_y.push(y[k]);
+    }
+    (kept_x, kept_y)
 }
 
 /// The last node that a bisection visits for a value strictly between nodes k and k + 1 of `n`, or above the last.

@@ -94,3 +94,6 @@ pub const WINDOW: [f64; 3] = [1e-3, 1e-3, 1e-3];
 
 /// Relative, optimum of a calibration scored in f64: f32 scores that differ in the seventh digit order the candidates alike.
 pub const SAME_OPTIMUM: f64 = 1e-4;
+
+/// Sine of the grade, table whose nodes were thinned: the error that thinning allows itself, once on either side.
+pub const THINNED: f64 = 2e-9;
