@@ -33,6 +33,10 @@ const MAX_EXCEPTIONS: usize = 5;
 const SENSITIVITY_LIMIT: f64 = 1e-6;
 const INDEPENDENT_LIMIT: f64 = 1e-9;
 
+/// Rows whose measures the reference itself changes by more than `GOLDEN_CHAOTIC` when every parameter changes by 1e-15 of itself
+/// (6250: 7e-4 in rmspe_v; 7667: 4e-5 in u_a). Lanes round the spacing as a state, not as a difference of positions.
+const CHAOTIC: [&str; 2] = ["6250", "7667"];
+
 type Row = HashMap<String, String>;
 
 fn rows(text: &[u8]) -> Vec<Row> {
@@ -76,17 +80,21 @@ fn keep(file: &str, report: csv::Writer<Vec<u8>>) {
 #[test]
 fn every_evaluation_agrees() {
     let Some(shared) = common::shared("every_evaluation_agrees") else { return };
-    agrees_in_f64(&shared, "reference", &mut |cases| Ok(Box::new(Reference::new(cases, GoodnessOfFit::NRMSE_SVA))));
+    agrees_in_f64(&shared, "reference", &[], &mut |cases| {
+        Ok(Box::new(Reference::new(cases, GoodnessOfFit::NRMSE_SVA)))
+    });
 }
 
 /// Every row, with the tolerances of an f64 program.
-fn agrees_in_f64(shared: &Path, evaluator: &str, build: &mut Build) {
+///
+/// `chaotic` rows must differ by more than `GOLDEN_CHAOTIC`; they are no exceptions.
+fn agrees_in_f64(shared: &Path, evaluator: &str, chaotic: &[&str], build: &mut Build) {
     let table = evaluated(shared, build);
     let failed = table.iter().filter(|row| row["success"] == "0").count();
     assert_eq!(failed, 656, "failed runs");
     let mut report = csv::Writer::from_writer(Vec::new());
     report.write_record(["row_id", "variant", "what", "difference", "sens_f32_params", "indep_rel_diff"]).unwrap();
-    let (mut wrong, mut exceptions, mut strict) = (Vec::new(), Vec::new(), 0);
+    let (mut wrong, mut exceptions, mut strict, mut found_chaotic) = (Vec::new(), Vec::new(), 0, 0);
     for row in table {
         let variant = Variant::from_id(row["model_id"].parse().unwrap()).unwrap().name();
         let mut note = |what: &str, difference: &str| {
@@ -126,7 +134,9 @@ fn agrees_in_f64(shared: &Path, evaluator: &str, build: &mut Build) {
         let (difference, measure) = largest_difference(&row);
         if difference > GOLDEN_MEASURE {
             note(measure, &format!("{difference:e}"));
-            if well_conditioned {
+            if chaotic.contains(&row_id.as_str()) {
+                found_chaotic += usize::from(difference > GOLDEN_CHAOTIC);
+            } else if well_conditioned {
                 exceptions.push(format!("row {row_id} {variant}: {measure} differs by {difference:e}"));
                 if difference > GOLDEN_CHAOTIC {
                     wrong.push(format!("row {row_id} {variant}: {measure} differs by {difference:e}"));
@@ -141,6 +151,7 @@ fn agrees_in_f64(shared: &Path, evaluator: &str, build: &mut Build) {
         "{evaluator}: {strict} well-conditioned rows; exceptions above {GOLDEN_MEASURE:e}:\n{}",
         exceptions.join("\n")
     );
+    assert_eq!(found_chaotic, chaotic.len(), "chaotic rows that differ");
     assert!(strict > 4500, "{strict} well-conditioned rows: the table is not the one expected");
     assert!(exceptions.len() <= MAX_EXCEPTIONS, "too many exceptions:\n{}", exceptions.join("\n"));
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
@@ -149,7 +160,7 @@ fn agrees_in_f64(shared: &Path, evaluator: &str, build: &mut Build) {
 #[test]
 fn every_evaluation_agrees_in_lanes_f64() {
     let Some(shared) = common::shared("every_evaluation_agrees_in_lanes_f64") else { return };
-    agrees_in_f64(&shared, "lanes_f64", &mut |cases| lanes(cases, LanesPrecision::F64));
+    agrees_in_f64(&shared, "lanes_f64", &CHAOTIC, &mut |cases| lanes(cases, LanesPrecision::F64));
 }
 
 #[test]
