@@ -55,7 +55,7 @@ pub fn power_block<const L: usize>(x: &[f32; L], y: &[f32; L], out: &mut [f32; L
         let rest_whole = part.0[i].floor();
         part.0[i] -= rest_whole;
         whole.0[i] += rest_whole;
-        r.0[i] = 0.000_215_659_72 * part.0[i] + 0.001_248_228_9;
+        r.0[i] = 0.000_215_659_72 * part.0[i] + 0.001_248_229;
     }
     black_box(&mut r);
     horner!(r, part, [0.009_673_775, 0.055_486_184]);
