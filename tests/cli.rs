@@ -205,7 +205,7 @@ fn evaluate_marks_bad_rows_and_keeps_the_others() {
     let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
     let field = |row: usize, name: &str| rows[row][headers.iter().position(|h| h == name).unwrap()].to_owned();
     assert_eq!(field(0, "success_in"), "x", "an input column that bears an outcome's name gets a suffix");
-    assert_eq!((field(0, "success").as_str(), field(0, "evaluator").as_str()), ("1", "reference"));
+    assert_eq!((field(0, "success").as_str(), field(0, "evaluator").as_str()), ("1", "lanes"));
     assert_eq!(field(0, "nrmse_sva"), field(7, "nrmse_sva"), "an id and a name are the same variant");
     assert_eq!(field(0, "nrmse_sva"), field(0, "nrmse_sva_f64"));
     for (row, expected) in [
@@ -251,7 +251,16 @@ fn wrong_usage_exits_with_2_and_failure_with_1() {
         (2, calibrate(&["--model", "idm", "--follower", "1", "--target", "nan"]), "expected a finite number"),
         (2, calibrate(&["--model", "idm", "--follower", "1", "--from", "10", "--to", "5"]), "to: expected"),
         (2, fails(&["list", "variants", "--model", "3"]), "go with `leadlag list parameters`"),
-        (1, calibrate(&["--model", "idm", "--follower", "1", "--evaluator", "gpu"]), "--evaluator gpu"),
+        (
+            1,
+            calibrate(&["--model", "idm", "--follower", "1", "--evaluator", "gpu", "--gpu", "no such card"]),
+            "no such card",
+        ),
+        (
+            2,
+            calibrate(&["--model", "idm", "--follower", "1", "--evaluator", "reference", "--precision", "plain"]),
+            "--precision goes with",
+        ),
         (2, calibrate(&["--model", "idm+nonlinear", "--follower", "1"]), "give --vehicle"),
         (1, calibrate(&["--model", "idm+mfc", "--follower", "1", "--vehicle", "bmw_x5"]), "MFC curve"),
         (2, calibrate(&["--model", "idm+mfc", "--follower", "1", "--vehicle", "trabant"]), "it has audi_a6"),

@@ -59,11 +59,11 @@ fn folders(loaded: &[Loaded]) -> Vec<String> {
 /// One calibration, of one trajectory or of several together, with its files.
 fn one(args: &Args, loaded: &[Loaded], folder: &Path) -> anyhow::Result<ResultFile> {
     let (space, reference) = prepare(args, loaded)?;
+    let settings = args.settings();
+    let mut evaluator = evaluator(args, &reference, &settings)?;
     // Before the work: a folder that cannot be written must not cost a calibration.
     output::make_folder(folder)?;
-    let settings = args.settings();
     let started = Instant::now();
-    let mut evaluator = evaluator(args, &reference, &settings)?;
     let result = search(evaluator.as_mut(), &reference, loaded, &space, args, &settings)?;
     let written = write::files(folder, &result, &reference, loaded, started.elapsed());
     if !args.json {

@@ -96,4 +96,4 @@ pub const WINDOW: [f64; 3] = [1e-3, 1e-3, 1e-3];
 pub const SAME_OPTIMUM: f64 = 1e-4;
 
 /// Sine of the grade, table whose nodes were thinned: the error that thinning allows itself, once on either side.
-pub const THINNED: f64 = 2e-9;
+pub const THINNED: f64 = 2e-6;
