@@ -52,9 +52,9 @@ pub fn power_block<const L: usize>(x: &[f32; L], y: &[f32; L], out: &mut [f32; L
     let mut r = Aligned([0.0; L]);
     for i in 0..L {
         let rest_whole = part.0[i].floor();
-        part.0[i] = part.0[i] - rest_whole;
-        whole.0[i] = whole.0[i] + rest_whole;
-        r.0[i] = 0.000_215_659_72 * part.0[i] + 0.001_248_228_9;
+        part.0[i] -= rest_whole;
+        whole.0[i] += rest_whole;
+        r.0[i] = 0.000_215_659_72 * part.0[i] + 0.001_248_229;
     }
     black_box(&mut r);
     horner!(r, part, [0.009_673_775, 0.055_486_184]);
