@@ -3,6 +3,11 @@
 //! `flatten` turns a function into scalar operations, `schedule` these into instructions, `simd` runs them over rows of
 //! lanes, `run` is the time loop of shaders/kernel.wgsl around it. Nothing is fused or re-ordered on the way, so that every
 //! instruction set gives the same bits.
+#![allow(clippy::needless_range_loop, reason = "one index for the same lane of several rows")]
+#![allow(
+    clippy::neg_cmp_op_on_partial_ord,
+    reason = "where a NaN goes is the kernel's business, not a matter of taste"
+)]
 
 mod core;
 mod error;
