@@ -21,7 +21,6 @@ mod window;
 use common::followers::{self, Follower};
 use common::tolerance::{
     CONDITIONED, DISTANCE_TO_BOUNDARY, LARGEST_EXCEPTION, SAME_STATUS, SCORE_COMPENSATED, SCORE_PLAIN, WHOLE_RUN,
-    WINDOW,
 };
 use gpu_common::{scores, skipped};
 use leadlag::catalog::Variant;
@@ -176,10 +175,11 @@ fn scores_are_those_of_f64() {
          {farthest:.1e} from lanes in f64",
         judged.len()
     ));
-    let well = judged.iter().filter(|j| j.condition <= CONDITIONED).count();
+    let complete = judged.iter().filter(|j| matches!(j.exact, Score::Value(_))).count();
+    let well = judged.iter().filter(|j| matches!(j.exact, Score::Value(_)) && j.condition <= CONDITIONED).count();
     let hopeless = judged.iter().filter(|j| matches!(j.exact, Score::Value(_)) && j.condition.is_infinite()).count();
     report.say(format!(
-        "{well} have K <= {CONDITIONED}; {hopeless} complete ones have no K, as a change by 3e-7 makes them fail"
+        "{complete} run to the end, {well} of them with K <= {CONDITIONED}; {hopeless} have no K, as a change by 3e-7 makes them fail"
     ));
 
     let mut problems = Vec::new();
@@ -229,31 +229,39 @@ fn errors(judged: &[Judged], precision: usize, report: &mut Report, problems: &m
     quantile(0.5)
 }
 
+fn three(values: [f64; 3]) -> String {
+    values.map(|value| format!("{value:.1e}")).join(" ")
+}
+
 /// Judges candidates window by window, and lists them.
 fn windows(list: &[&Judged], precision: usize, kind: &str, report: &mut Report, problems: &mut Vec<String>) {
     let judge = |j: &&Judged| {
         let population = j.population(report.followers, report.count);
         let case = report.followers[j.follower].case(j.variant, PAPER);
-        window::largest(&case, &population.parameters(j.candidate), &lanes(&case, PRECISIONS[precision].1))
+        let [in_f32, in_f64] = [PRECISIONS[precision].1, LanesPrecision::F64].map(|precision| lanes(&case, precision));
+        window::largest(&case, &population.parameters(j.candidate), &in_f32, &in_f64)
     };
     let found: Vec<window::Largest> = list.par_iter().map(judge).collect();
-    let mut largest = [0.0_f64; 3];
+    let (mut first_step, mut largest, mut count, mut unstable) = ([0.0_f64; 3], [0.0_f64; 3], 0, 0);
     for (j, found) in list.iter().zip(&found) {
         report.exception(j, precision, kind, found);
-        for (largest, difference) in largest.iter_mut().zip(found.difference) {
-            *largest = largest.max(difference);
+        for k in 0..3 {
+            first_step[k] = first_step[k].max(found.first_step[k]);
+            largest[k] = largest[k].max(found.difference[k]);
         }
-        if let Some(problem) = found.problem(&WINDOW) {
+        count += found.windows;
+        unstable += found.unstable;
+        if let Some(problem) = found.problem() {
             problems.push(format!("{} {}: {problem}", PRECISIONS[precision].1.name(), report.name(j)));
         }
     }
     report.say(format!(
-        "{}: {} candidates judged in windows ({kind}): largest difference {:.1e} m, {:.1e} m/s, {:.1e} m/s2",
+        "{}: {} candidates judged in windows ({kind}): largest difference in the first step {}, in windows \
+         {} (m, m/s, m/s2); {unstable} of {count} windows are unstable",
         PRECISIONS[precision].1.name(),
         list.len(),
-        largest[0],
-        largest[1],
-        largest[2]
+        three(first_step),
+        three(largest),
     ));
 }
 

@@ -89,8 +89,17 @@ pub const LARGEST_EXCEPTION: f64 = 3e-4;
 /// Relative change of the parameters within which a candidate that ends otherwise in f32 does so in f64 too.
 pub const DISTANCE_TO_BOUNDARY: f64 = 1e-5;
 
-/// s \[m\], v \[m/s\], a \[m/s²\] of f32 within 50 steps from a state of the reference.
+/// s \[m\] (times s / 100 m beyond 100 m), v \[m/s\], a \[m/s²\] of f32 one step from a state of the reference: the last bit of 100 m
+/// is 8e-6 m and that of 30 m/s 2e-6 m/s, and an acceleration reads them with gains of up to 5 per second or second squared,
+/// or divides by a spacing of a few metres.
+pub const FIRST_STEP: [f64; 3] = [3e-5, 1e-4, 1e-3];
+
+/// The same within 50 steps: fifty such roundings, fed back by the controller.
 pub const WINDOW: [f64; 3] = [1e-3, 1e-3, 1e-3];
+
+/// A window may exceed [`WINDOW`] if f64, started from the same states and parameters rounded to f32, misses the reference by more
+/// than this fraction of it: then roundings grow a hundredfold within 5 s, and f32 rounds at each of 50 steps, not once.
+pub const UNSTABLE: f64 = 20.0;
 
 /// Relative, optimum of a calibration scored in f64: f32 scores that differ in the seventh digit order the candidates alike.
 pub const SAME_OPTIMUM: f64 = 1e-4;

@@ -45,6 +45,8 @@ impl<'a> Report<'a> {
                 "window_s_m",
                 "window_v_mps",
                 "window_a_mps2",
+                "windows",
+                "unstable",
             ]),
             statuses: header(&["ending_f64", "ending_f32", "change_that_flips", "smallest_spacing_m"]),
             variants: table(&["precision", "variant", "scores", "within_limit", "median", "largest"]),
@@ -83,6 +85,7 @@ impl<'a> Report<'a> {
         let mut record = self.candidate(j, precision);
         record.extend([kind.to_owned(), value(&j.exact), value(&j.found[precision])]);
         record.extend(found.difference.map(|difference| format!("{difference:.2e}")));
+        record.extend([found.windows.to_string(), found.unstable.to_string()]);
         self.exceptions.write_record(record).expect("memory");
     }
 

@@ -1,9 +1,10 @@
 //! Short runs from the reference's own state: what f32 does wrong in a few steps, whatever the run makes of it later.
 
+use crate::common::tolerance::{FIRST_STEP, UNSTABLE, WINDOW};
 use leadlag::evaluator::Case;
 use leadlag::lanes::Lanes;
 use leadlag::reference::{Reference, Trace};
-use leadlag::symbols::Parameters;
+use leadlag::symbols::{Parameters, Symbol};
 
 /// Samples between restarts.
 const LENGTH: usize = 50;
@@ -14,53 +15,97 @@ pub const SIGNALS: [(&str, &str); 3] = [("s", "m"), ("v", "m/s"), ("a", "m/s2")]
 /// The largest differences of a run, over all windows.
 #[derive(Default)]
 pub struct Largest {
-    /// Spacing \[m\], speed \[m/s\], acceleration \[m/s²\].
+    /// In the first step of a window: spacing \[m\], speed \[m/s\], acceleration \[m/s²\].
+    pub first_step: [f64; 3],
+    /// In all steps of the windows that are not unstable.
     pub difference: [f64; 3],
-    /// Where: the sample, the reference's value, the value found.
-    place: [(usize, f64, f64); 3],
-    /// A window that ended before the reference did: its first sample, and the samples it came to.
-    short: Option<(usize, usize)>,
+    /// Windows, and the unstable ones among them.
+    pub windows: usize,
+    pub unstable: usize,
+    problem: Option<String>,
 }
 
 impl Largest {
     /// What exceeds the tolerances, if anything.
-    pub fn problem(&self, tolerances: &[f64; 3]) -> Option<String> {
-        if let Some((from, came_to)) = self.short {
-            return Some(format!(
-                "the window from sample {from} ends after {came_to} samples, the reference's does not"
-            ));
-        }
-        let worst = (0..3).find(|k| self.difference[*k] > tolerances[*k])?;
-        let ((name, unit), (step, reference, found)) = (SIGNALS[worst], self.place[worst]);
-        Some(format!("step {step}: {name} = {found} {unit}, reference {reference} {unit}"))
+    pub fn problem(&self) -> Option<&String> {
+        self.problem.as_ref()
+    }
+
+    fn note(&mut self, what: &str, k: usize, t: usize, reference: f64, found: f64) {
+        let (name, unit) = SIGNALS[k];
+        let text = || format!("{what}, step {t}: {name} = {found} {unit}, reference {reference} {unit}");
+        self.problem.get_or_insert_with(text);
     }
 }
 
-/// Restarts `lanes` every 50 samples from the states of the reference.
-pub fn largest(case: &Case, parameters: &Parameters, lanes: &Lanes) -> Largest {
+/// A tolerance grows with the spacing, whose last bit does.
+fn allowed(tolerances: &[f64; 3], k: usize, reference: f64) -> f64 {
+    if k == 0 { tolerances[k] * (reference.abs() / 100.0).max(1.0) } else { tolerances[k] }
+}
+
+fn rounded(parameters: &Parameters) -> Parameters {
+    let mut rounded = Parameters::NONE;
+    for symbol in Symbol::ALL {
+        let value = parameters.get(*symbol);
+        // The delay is prepared in f64 for all evaluators.
+        rounded.set(*symbol, if *symbol == Symbol::tau_p { value } else { f64::from(value as f32) });
+    }
+    rounded
+}
+
+/// Restarts `lanes` every 50 samples from the states of the reference. The first step is judged always; the whole window unless
+/// it is unstable: f64, started from the same states and parameters rounded to f32, is then nearly as far off as f32.
+pub fn largest(case: &Case, parameters: &Parameters, lanes: &Lanes, exact: &Lanes) -> Largest {
     let mut trace = Trace::default();
     let outcome = Reference::outcome(case, parameters, &mut trace);
     // At the sample of a failure, the states are those of a crash or nothing at all.
     let end = outcome.result.err().map_or(trace.s.len(), |failure| failure.step);
     let signals = [&trace.s, &trace.v, &trace.a];
+    let to_f32 = |signal: &Vec<f64>| signal.iter().map(|value| f64::from(*value as f32)).collect::<Vec<f64>>();
+    let (in_f32, parameters_in_f32) = (signals.map(to_f32), rounded(parameters));
     let mut largest = Largest::default();
     let first = case.first_sample(parameters.tau_p);
     for from in (first..end).step_by(LENGTH) {
         let to = (from + LENGTH).min(end);
-        let history = signals.map(|signal| &signal[..from]);
-        let states = lanes.trace(0, parameters, history, from, to).expect("a delay within bounds");
-        // One step less is the same crash one step earlier.
-        if states.len() + 1 < to - from {
-            largest.short = largest.short.or(Some((from, states.len())));
+        let states = |lanes: &Lanes, parameters: &Parameters, past: [&[f64]; 3]| {
+            let past = past.map(|signal| &signal[..from]);
+            lanes.trace(0, parameters, past, from, to).expect("a delay within bounds")
+        };
+        let found = states(lanes, parameters, signals.map(|signal| signal.as_slice()));
+        largest.windows += 1;
+        for k in 0..3 {
+            let (reference, state) = (signals[k][from], found[0][k]);
+            let difference = (state - reference).abs();
+            largest.first_step[k] = largest.first_step[k].max(difference);
+            if difference > allowed(&FIRST_STEP, k, reference) {
+                largest.note("first step of a window", k, from, reference, state);
+            }
         }
-        for (t, state) in (from..to).zip(&states) {
+        let mut differences = [0.0_f64; 3];
+        let mut beyond = (found.len() + 1 < to - from).then_some((0, from + found.len(), f64::NAN, f64::NAN));
+        for (t, state) in (from..to).zip(&found) {
             for k in 0..3 {
                 let difference = (state[k] - signals[k][t]).abs();
-                if difference > largest.difference[k] {
-                    largest.difference[k] = difference;
-                    largest.place[k] = (t, signals[k][t], state[k]);
+                differences[k] = differences[k].max(difference);
+                if difference > allowed(&WINDOW, k, signals[k][t]) {
+                    beyond = beyond.or(Some((k, t, signals[k][t], state[k])));
                 }
             }
+        }
+        let Some((k, t, reference, state)) = beyond else {
+            for (largest, difference) in largest.difference.iter_mut().zip(differences) {
+                *largest = largest.max(difference);
+            }
+            continue;
+        };
+        let exact = states(exact, &parameters_in_f32, [0, 1, 2].map(|k| in_f32[k].as_slice()));
+        let far = |(t, state): (usize, &[f64; 3])| {
+            (0..3).any(|k| (state[k] - signals[k][t]).abs() * UNSTABLE >= allowed(&WINDOW, k, signals[k][t]))
+        };
+        if exact.len() < to - from || (from..to).zip(&exact).any(far) {
+            largest.unstable += 1;
+        } else {
+            largest.note("window", k, t, reference, state);
         }
     }
     largest
