@@ -87,7 +87,8 @@ fn power(x: f32, y: f32) -> f32 {
     let y_low = y - y_high;
     let exact = y_high * e;
     let exact_whole = floor(exact);
-    let rest = (exact - exact_whole) + (y_low * e + y * l);
+    // Not c + (a b + d e): Mesa makes (c + a b) + d e of it.
+    let rest = ((exact - exact_whole) + y_low * e) + y * l;
     let rest_whole = floor(rest);
     let part = rest - rest_whole;
     // 2^part
@@ -191,7 +192,8 @@ fn moved(now: Motion, a: f32, dx_l: f32, dt: f32) -> Motion {
     let v_low = select(v_free.low, 0.0, stops);
     let a_next = select(a, -now.v_f * per_dt, stops);
     let twice_v = two_sum(now.v_f, v_next);
-    let driven = (twice_v.high * half_dt) + (twice_v.low + (now.v_low + v_low)) * half_dt;
+    // Opaque, or Mesa takes the common factor out.
+    let driven = opaque(twice_v.high * half_dt) + (twice_v.low + (now.v_low + v_low)) * half_dt;
     let gained = two_sum(dx_l, -driven);
     let s = two_sum(now.s, gained.high + now.s_low);
     return Motion(s.high, v_next, a_next, s.low + gained.low, v_low);

@@ -73,7 +73,8 @@ fn power(x: f32, y: f32) -> f32 {
     let y_low = y - y_high;
     let exact = y_high * e;
     let exact_whole = floor(exact);
-    let rest = (exact - exact_whole) + (y_low * e + y * l);
+    // Not c + (a b + d e): Mesa makes (c + a b) + d e of it.
+    let rest = ((exact - exact_whole) + y_low * e) + y * l;
     let rest_whole = floor(rest);
     let part = rest - rest_whole;
     // 2^part
