@@ -97,9 +97,9 @@ pub const FIRST_STEP: [f64; 3] = [3e-5, 1e-4, 1e-3];
 /// The same within 50 steps: fifty such roundings, fed back by the controller.
 pub const WINDOW: [f64; 3] = [1e-3, 1e-3, 1e-3];
 
-/// A window may exceed [`WINDOW`] if f64, started from the same states and parameters rounded to f32, misses the reference by more
-/// than one part in so many of it. Not smaller: f32 rounds speed and spacing at each of 50 steps, a hundred times in all, the
-/// start only once.
+/// A window may exceed [`WINDOW`] if f64, started from the same states rounded to f32 or moved by one last bit of it, misses the
+/// reference by more than one part in so many of it. Not smaller: f32 rounds speed and spacing at each of 50 steps, a hundred
+/// times in all, the start only once.
 pub const UNSTABLE: f64 = 100.0;
 
 /// Relative, optimum of a calibration scored in f64: f32 scores that differ in the seventh digit order the candidates alike.
