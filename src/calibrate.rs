@@ -1,11 +1,13 @@
 //! Calibration: evaluator + optimiser + replicates = calibrated parameters.
 
+mod exact;
 mod search;
 mod space;
 
 pub use space::{BoundsError, Overrides, SearchSpace, read_bounds};
 
 use crate::evaluator::{BufferSet, EvaluateError, Evaluator, Failure, Score};
+use exact::Exact;
 use search::{Group, Search};
 use std::fmt;
 use std::ops::ControlFlow;
@@ -15,26 +17,44 @@ use std::time::Duration;
 /// An optimiser by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum OptimizerKind {
-    /// The best that this version has: the genetic algorithm.
+    /// Global search with L-SHADE, local polish with CMA-ES in f64, and again until two rounds agree.
     #[default]
     Auto,
     /// The paper's genetic algorithm.
     Ga,
+    /// L-SHADE: differential evolution that adapts itself, with a shrinking population.
+    Lshade,
+    /// CMA-ES with restarts in two regimes.
+    Cmaes,
 }
 
 impl OptimizerKind {
+    /// As `--optimizer` takes it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            OptimizerKind::Auto => "auto",
+            OptimizerKind::Ga => "ga",
+            OptimizerKind::Lshade => "lshade",
+            OptimizerKind::Cmaes => "cmaes",
+        }
+    }
+
     /// The name of the algorithm that runs.
     #[must_use]
     pub fn runs(self) -> &'static str {
         match self {
-            OptimizerKind::Auto | OptimizerKind::Ga => "ga",
+            OptimizerKind::Auto => "lshade+cmaes",
+            OptimizerKind::Ga => "ga",
+            OptimizerKind::Lshade => "lshade",
+            OptimizerKind::Cmaes => "cmaes",
         }
     }
 }
 
 /// An optimiser that does not exist.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("optimizer `{0}`: expected auto or ga")]
+#[error("optimizer `{0}`: expected auto, ga, lshade or cmaes")]
 pub struct UnknownOptimizer(String);
 
 impl FromStr for OptimizerKind {
@@ -44,6 +64,8 @@ impl FromStr for OptimizerKind {
         match text {
             "auto" => Ok(OptimizerKind::Auto),
             "ga" => Ok(OptimizerKind::Ga),
+            "lshade" => Ok(OptimizerKind::Lshade),
+            "cmaes" => Ok(OptimizerKind::Cmaes),
             _ => Err(UnknownOptimizer(text.to_owned())),
         }
     }
@@ -96,6 +118,8 @@ pub enum StopReason {
     Evaluations,
     /// No gain for too many generations.
     Stall,
+    /// The optimiser expects no more gain.
+    Converged,
     /// The time was spent.
     Time,
     /// The target was reached.
@@ -111,6 +135,7 @@ impl fmt::Display for StopReason {
         f.write_str(match self {
             StopReason::Evaluations => "evaluations spent",
             StopReason::Stall => "no gain any more",
+            StopReason::Converged => "converged",
             StopReason::Time => "time spent",
             StopReason::Target => "target reached",
             StopReason::Interrupted => "interrupted",
@@ -240,13 +265,14 @@ pub fn calibrate(
         })
         .collect();
     let sets = [BufferSet::A, BufferSet::B];
+    let mut exact = Exact::default();
     for (group, set) in groups.iter_mut().zip(sets) {
-        group.submit(evaluator, set)?;
+        group.submit(evaluator, &mut exact, set)?;
     }
     while groups.iter().any(Group::is_running) {
         for (group, set) in groups.iter_mut().zip(sets).filter(|(group, _)| group.is_running()) {
             group.collect(evaluator, set, progress)?;
-            group.submit(evaluator, set)?;
+            group.submit(evaluator, &mut exact, set)?;
         }
     }
     let mut searches: Vec<Search> = groups.into_iter().flat_map(|group| group.searches).collect();

@@ -2,7 +2,7 @@
 
 use super::contender::{Contender, Runner};
 use super::{BenchError, Drive};
-use crate::calibrate::{Calibration, Stop, calibrate};
+use crate::calibrate::{Calibration, OptimizerKind, Stop, calibrate};
 use crate::catalog::Variant;
 use crate::score::GoodnessOfFit;
 use serde::Serialize;
@@ -38,7 +38,7 @@ impl Generation {
         let runner = contender.runner(&short.case(variant)?, GoodnessOfFit::NRMSE_SVA)?;
         let Some(mut evaluator) = runner.and_then(Runner::into_evaluator) else { return Ok(None) };
         let stop = Stop { max_evaluations: u64::MAX, max_stall: u64::MAX, ..Stop::default() };
-        let settings = Calibration { stop, ..Calibration::default() };
+        let settings = Calibration { optimizer: OptimizerKind::Ga, stop, ..Calibration::default() };
         let mut ends = Vec::new();
         calibrate(evaluator.as_mut(), &short.space(variant)?, &settings, &mut |_| {
             ends.push(Instant::now());

@@ -13,6 +13,7 @@ mod goals;
 mod machine;
 mod measure;
 mod native;
+mod optimizers;
 mod plan;
 mod real;
 mod text;
@@ -24,14 +25,17 @@ pub use generation::Generation;
 pub use goals::Goal;
 pub use machine::Machine;
 pub use measure::Row;
+pub use optimizers::{Finding, Journal, OptimizerOutcome, OptimizerReport, OptimizerTask};
+pub use optimizers::{SEED_TARGETS, SEEDS, SeedTarget, optimizer_tasks, run_optimizers};
 pub use plan::{Effort, Report, run};
 pub use text::table;
 
-use crate::calibrate::{BoundsError, CalibrateError};
+use crate::calibrate::{BoundsError, CalibrateError, UnknownOptimizer};
 use crate::catalog::UnknownVariant;
 use crate::evaluator::{CaseError, EvaluateError};
 use crate::plant::PlantError;
 use crate::trajectory::{ImportError, PrepareError};
+use crate::vehicle::VehicleError;
 
 /// A measurement that cannot be made.
 #[derive(Debug, thiserror::Error)]
@@ -51,6 +55,12 @@ pub enum BenchError {
     /// The candidates cannot be drawn.
     #[error(transparent)]
     Bounds(#[from] BoundsError),
+    /// The vehicles cannot be read.
+    #[error(transparent)]
+    Vehicle(#[from] VehicleError),
+    /// No such optimiser.
+    #[error(transparent)]
+    Optimizer(#[from] UnknownOptimizer),
     /// No such variant.
     #[error(transparent)]
     Variant(#[from] UnknownVariant),

@@ -1,9 +1,12 @@
 //! Replicates under way: each a search of its own, several evaluated together.
 
+use super::exact::Exact;
 use super::space::SearchSpace;
 use super::{CalibrateError, Calibration, OptimizerKind, Progress, Replicate, Stop, StopReason, Tally};
 use crate::evaluator::{BufferSet, EvaluateError, Evaluator, Job, Population, Score};
-use crate::optimize::{Ga, GaSettings, Merit, Optimizer};
+use crate::lanes::LanesPrecision;
+use crate::optimize::{Auto, AutoSettings, Cmaes, CmaesSettings, Ended, Ga, GaSettings, Lshade, LshadeSettings};
+use crate::optimize::{Merit, Optimizer, Origin};
 use std::ops::ControlFlow;
 use std::time::Instant;
 
@@ -16,6 +19,8 @@ pub(super) struct Search<'a> {
     started: Instant,
     optimizer: Box<dyn Optimizer>,
     population: Population,
+    /// True if the generation under way is scored by the exact evaluator.
+    exact: bool,
     evaluations: u64,
     stall: u64,
     tally: Tally,
@@ -27,14 +32,7 @@ pub(super) struct Search<'a> {
 impl<'a> Search<'a> {
     pub(super) fn new(space: &'a SearchSpace, settings: &Calibration, number: u64) -> Search<'a> {
         let free = space.free();
-        // With every parameter fixed there is one candidate, to be scored once.
-        let population_size = if free.is_empty() { 1 } else { GaSettings::default().population_size };
-        let optimizer: Box<dyn Optimizer> = match settings.optimizer {
-            OptimizerKind::Auto | OptimizerKind::Ga => {
-                let ga = GaSettings { population_size, ..GaSettings::default() };
-                Box::new(Ga::new(space.search_box(), ga, settings.seed, number))
-            }
-        };
+        let optimizer = optimizer(space, settings, number);
         Search {
             number,
             space,
@@ -43,6 +41,7 @@ impl<'a> Search<'a> {
             started: Instant::now(),
             optimizer,
             population: Population::new(&space.symbols),
+            exact: false,
             evaluations: 0,
             stall: 0,
             tally: Tally::default(),
@@ -52,8 +51,9 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Fills the population with the next generation, or ends the search.
-    fn ask(&mut self) {
+    /// Fills the population with the next generation, or ends the search. `two_kinds`: exact scores come from elsewhere.
+    fn ask(&mut self, two_kinds: bool) {
+        self.exact = two_kinds && self.optimizer.wants_exact();
         let points = self.optimizer.ask();
         self.population.clear();
         if self.evaluations + points.len() as u64 > self.stop.max_evaluations && self.evaluations > 0 {
@@ -71,11 +71,13 @@ impl<'a> Search<'a> {
         self.stall += 1;
         if let Some(member) = self.optimizer.best()
             && let Merit::Feasible(score) = member.merit
-            && self.best.as_ref().is_none_or(|(_, best)| score < *best)
         {
+            // Its best also changes, and may be worse by a rounding, when it is first told exactly.
             self.best = Some((self.space.complete(&self.free, &member.point), score));
-            self.convergence.push((self.evaluations, score));
-            self.stall = 0;
+            if self.convergence.last().is_none_or(|(_, best)| score < *best) {
+                self.convergence.push((self.evaluations, score));
+                self.stall = 0;
+            }
         }
         let best = self.best.as_ref().map(|(_, score)| *score);
         let told = progress(Progress { replicate: self.number, evaluations: self.evaluations, best });
@@ -85,6 +87,11 @@ impl<'a> Search<'a> {
             Some(StopReason::NothingToSearch)
         } else if self.stop.target.is_some_and(|target| best.is_some_and(|score| score <= target)) {
             Some(StopReason::Target)
+        } else if let Some(ended) = self.optimizer.ended() {
+            Some(match ended {
+                Ended::Converged => StopReason::Converged,
+                Ended::Spent => StopReason::Evaluations,
+            })
         } else if self.stall >= self.stop.max_stall {
             Some(StopReason::Stall)
         } else if self.stop.max_time.is_some_and(|limit| self.started.elapsed() >= limit) {
@@ -105,17 +112,45 @@ impl<'a> Search<'a> {
     }
 }
 
+/// The optimiser of a replicate.
+fn optimizer(space: &SearchSpace, settings: &Calibration, number: u64) -> Box<dyn Optimizer> {
+    let (search_box, evaluations) = (space.search_box(), settings.stop.max_evaluations);
+    let (dimensions, origin) = (search_box.dimensions(), Origin::new(settings.seed, number));
+    // With every parameter fixed there is one candidate, to be scored once.
+    if dimensions == 0 {
+        let ga = GaSettings { population_size: 1, ..GaSettings::default() };
+        return Box::new(Ga::new(search_box, ga, settings.seed, number));
+    }
+    match settings.optimizer {
+        OptimizerKind::Auto => Box::new(Auto::new(search_box, AutoSettings::new(dimensions, evaluations), origin)),
+        OptimizerKind::Ga => Box::new(Ga::new(search_box, GaSettings::default(), settings.seed, number)),
+        OptimizerKind::Lshade => {
+            let lshade = LshadeSettings { tolerance: RESOLUTION, ..LshadeSettings::new(dimensions, evaluations) };
+            Box::new(Lshade::new(search_box, lshade, origin))
+        }
+        OptimizerKind::Cmaes => {
+            let cmaes = CmaesSettings { evaluations, tolerance: RESOLUTION };
+            Box::new(Cmaes::new(search_box, cmaes, origin))
+        }
+    }
+}
+
+/// Share of a score below which differences of f32 scores are roundings: a run of ten thousand steps adds up some 1e-6.
+const RESOLUTION: f64 = 1e-7;
+
 /// Searches whose generations are evaluated in one go.
 pub(super) struct Group<'a> {
     pub(super) searches: Vec<Search<'a>>,
     /// Scores of all jobs as the evaluator gives them, and of the candidates of one search.
     by_job: Vec<Score>,
     scores: Vec<Score>,
+    /// The same for searches whose generation is scored exactly.
+    exact_by_job: Vec<Score>,
 }
 
 impl<'a> Group<'a> {
     pub(super) fn new(searches: Vec<Search<'a>>) -> Group<'a> {
-        Group { searches, by_job: Vec::new(), scores: Vec::new() }
+        Group { searches, by_job: Vec::new(), scores: Vec::new(), exact_by_job: Vec::new() }
     }
 
     pub(super) fn is_running(&self) -> bool {
@@ -123,18 +158,32 @@ impl<'a> Group<'a> {
     }
 
     /// Breeds the next generation of every search that goes on, and starts its simulation.
-    pub(super) fn submit(&mut self, evaluator: &mut dyn Evaluator, set: BufferSet) -> Result<(), EvaluateError> {
-        self.searches.iter_mut().filter(|search| search.ended.is_none()).for_each(Search::ask);
+    pub(super) fn submit(
+        &mut self,
+        evaluator: &mut dyn Evaluator,
+        exact: &mut Exact,
+        set: BufferSet,
+    ) -> Result<(), EvaluateError> {
+        let two_kinds = evaluator.precision() != LanesPrecision::F64.name();
+        self.searches.iter_mut().filter(|search| search.ended.is_none()).for_each(|search| search.ask(two_kinds));
         if !self.is_running() {
             return Ok(());
         }
         let cases = evaluator.cases().len();
-        let running = self.searches.iter().filter(|search| search.ended.is_none());
-        let jobs: Vec<Job> =
-            running.flat_map(|search| (0..cases).map(|case| Job { case, population: &search.population })).collect();
+        let (rough, exactly): (Vec<&Search>, Vec<&Search>) =
+            self.searches.iter().filter(|search| search.ended.is_none()).partition(|search| !search.exact);
+        let candidates = |searches: &[&Search]| -> usize { searches.iter().map(|s| s.population.len()).sum() };
         self.by_job.clear();
-        self.by_job.resize(Job::candidates(&jobs), Score::Rejected);
-        evaluator.submit(set, &jobs)
+        self.by_job.resize(cases * candidates(&rough), Score::Rejected);
+        self.exact_by_job.clear();
+        self.exact_by_job.resize(cases * candidates(&exactly), Score::Rejected);
+        if !rough.is_empty() {
+            evaluator.submit(set, &jobs(&rough, cases))?;
+        }
+        if !exactly.is_empty() {
+            exact.evaluate(evaluator, &jobs(&exactly, cases), &mut self.exact_by_job)?;
+        }
+        Ok(())
     }
 
     /// Waits for the generation and hands each search its scores.
@@ -144,22 +193,32 @@ impl<'a> Group<'a> {
         set: BufferSet,
         progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
     ) -> Result<(), EvaluateError> {
-        evaluator.collect(set, &mut self.by_job)?;
+        if !self.by_job.is_empty() {
+            evaluator.collect(set, &mut self.by_job)?;
+        }
         let samples: Vec<usize> = evaluator.cases().iter().map(|case| case.s.len()).collect();
-        let mut first = 0;
+        // Of the rough and of the exact scores.
+        let mut first = [0, 0];
         for search in self.searches.iter_mut().filter(|search| search.ended.is_none()) {
             let candidates = search.population.len();
-            let of_case = |case: usize, i: usize| (self.by_job[first + case * candidates + i], samples[case]);
+            let by_job = if search.exact { &self.exact_by_job } else { &self.by_job };
+            let first = &mut first[usize::from(search.exact)];
+            let of_case = |case: usize, i: usize| (by_job[*first + case * candidates + i], samples[case]);
             self.scores.clear();
             self.scores.extend((0..candidates).map(|i| match samples.len() {
                 1 => of_case(0, i).0,
                 cases => Score::joint((0..cases).map(|case| of_case(case, i))),
             }));
-            first += candidates * samples.len();
+            *first += candidates * samples.len();
             search.tell(&self.scores, progress);
         }
         Ok(())
     }
+}
+
+/// Every search on every case.
+fn jobs<'p>(searches: &[&'p Search<'_>], cases: usize) -> Vec<Job<'p>> {
+    searches.iter().flat_map(|search| (0..cases).map(|case| Job { case, population: &search.population })).collect()
 }
 
 /// A score as the optimiser sees it. A rejected candidate survived the whole run, but is infeasible.

@@ -1,5 +1,7 @@
 //! `leadlag bench`: how fast candidates are simulated.
 
+mod optimizers;
+
 use super::output;
 use indicatif::{ProgressBar, ProgressStyle};
 use leadlag::bench::{Drive, Effort, run as measure, table};
@@ -8,7 +10,10 @@ use leadlag::trajectory::import;
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
+#[command(args_conflicts_with_subcommands = true)]
 pub struct Args {
+    #[command(subcommand)]
+    command: Option<Command>,
     /// Three variants instead of all ninety; under a minute
     #[arg(long)]
     quick: bool,
@@ -29,7 +34,16 @@ pub struct Args {
     export: Option<PathBuf>,
 }
 
+#[derive(Debug, clap::Subcommand)]
+enum Command {
+    /// Measure how well an optimiser finds: targets for many seeds, spread of replicates
+    Optimizers(optimizers::Args),
+}
+
 pub fn run(args: &Args) -> anyhow::Result<()> {
+    if let Some(Command::Optimizers(args)) = &args.command {
+        return optimizers::run(args);
+    }
     let drive = match &args.data {
         Some(path) => {
             let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();

@@ -1,10 +1,16 @@
 //! Optimisers that know nothing about cars: they ask for the merits of a whole generation and are told them.
 
+mod auto;
+mod cmaes;
 mod ga;
+mod lshade;
 mod stream;
 
+pub use auto::{Auto, AutoSettings};
+pub use cmaes::{Cmaes, CmaesSettings, Descent, DescentSettings, Start};
 pub use ga::{Ga, GaSettings};
-pub use stream::stream;
+pub use lshade::{Lshade, LshadeSettings};
+pub use stream::{Origin, stream};
 
 use std::cmp::Ordering;
 
@@ -57,7 +63,14 @@ impl SearchBox {
 
     /// The point a fraction 0..1 of the way along dimension `i`.
     fn along(&self, i: usize, fraction: f64) -> f64 {
-        self.lower[i] + fraction * (self.upper[i] - self.lower[i])
+        // The second: lower + 1 * (upper - lower) may round to beyond upper.
+        (self.lower[i] + fraction * (self.upper[i] - self.lower[i])).min(self.upper[i])
+    }
+
+    /// Where a point lies, as fractions 0..1 of the way along each dimension.
+    fn fractions(&self, point: &[f64]) -> Vec<f64> {
+        let bounds = self.lower.iter().zip(&self.upper);
+        point.iter().zip(bounds).map(|(x, (lower, upper))| (x - lower) / (upper - lower)).collect()
     }
 }
 
@@ -81,4 +94,28 @@ pub trait Optimizer {
     fn tell(&mut self, merits: &[Merit]);
     /// The best candidate so far; `None` before the first `tell`.
     fn best(&self) -> Option<&Member>;
+    /// Why it asks for no more; `None` while it goes on, as those without an end of their own always do.
+    fn ended(&self) -> Option<Ended> {
+        None
+    }
+    /// True if the merits of the next generation should be as exact as they can be had: differences within it are small.
+    fn wants_exact(&self) -> bool {
+        false
+    }
+}
+
+/// Why an optimiser has ended by itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ended {
+    /// It expects no more gain.
+    Converged,
+    /// Its evaluations are spent.
+    Spent,
+}
+
+/// Puts a member in the place of the best one if it beats it.
+fn keep_best(best: &mut Option<Member>, member: &Member) {
+    if best.as_ref().is_none_or(|best| member.merit.beats(&best.merit)) {
+        *best = Some(member.clone());
+    }
 }

@@ -1,0 +1,214 @@
+//! How well the optimisers find: targets on one follower with many seeds, and the spread of replicates over all variants and
+//! followers of the three processed platoons.
+//!
+//! Every finished task is one line of a journal, so that a run that was stopped goes on where it was. A task depends on nothing
+//! but its own settings; a line is taken again only if they are the same.
+
+mod journal;
+mod report;
+
+pub use journal::Journal;
+pub use report::{Finding, OptimizerReport};
+
+use super::BenchError;
+use crate::calibrate::{Calibration, OptimizerKind, Overrides, SearchSpace, Stop, calibrate};
+use crate::catalog::Variant;
+use crate::convention::Convention;
+use crate::evaluator::{Case, Evaluator, Population, Score};
+use crate::lanes::{Lanes, LanesPrecision};
+use crate::reference::Reference;
+use crate::score::GoodnessOfFit;
+use crate::trajectory::{Preparation, Recording, Trajectory, import, prepare};
+use crate::vehicle::{self, Vehicle};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// A calibration to be run: one variant, one follower, one seed.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct OptimizerTask {
+    /// Why it is run: `seeds` or `spread`.
+    pub aim: String,
+    /// `auto`, `ga`, `lshade` or `cmaes`.
+    pub optimizer: String,
+    /// Id of the variant.
+    pub model_id: u32,
+    /// Platoon of the drive, from 3 to 5.
+    pub platoon: u32,
+    /// Follower, from 1.
+    pub follower: usize,
+    /// The seed.
+    pub seed: u64,
+    /// Replicates.
+    pub replicates: u64,
+    /// Evaluations that a replicate may spend.
+    pub max_evaluations: u64,
+}
+
+/// What it found, one entry per replicate.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct OptimizerOutcome {
+    /// Version of the program.
+    pub program: String,
+    /// The task.
+    pub task: OptimizerTask,
+    /// Scores of the best candidates by the f64 reference; none where it fails there.
+    pub scores: Vec<Option<f64>>,
+    /// Evaluations spent.
+    pub evaluations: Vec<u64>,
+    /// Why each ended, in words.
+    pub stops: Vec<String>,
+    /// Wall time of all replicates together \[s\].
+    pub wall_s: f64,
+}
+
+/// A value to be reached within so many evaluations.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SeedTarget {
+    /// Variant; the follower is the first one of platoon 3.
+    pub model_id: u32,
+    /// NRMSE(s,v,a) to be reached.
+    pub score: f64,
+    /// Evaluations.
+    pub evaluations: u64,
+    /// Of ten seeds, so many.
+    pub of_ten: usize,
+}
+
+/// The targets of the project. The algorithm of the paper's authors ends at 0.378903 and 0.284795 after 700,100 evaluations.
+pub const SEED_TARGETS: [SeedTarget; 2] = [
+    SeedTarget { model_id: 1, score: 0.37895, evaluations: 24_000, of_ten: 10 },
+    SeedTarget { model_id: 28, score: 0.2836, evaluations: 60_000, of_ten: 9 },
+];
+
+/// Seeds that settings were chosen on, and seeds held out.
+pub const SEEDS: [std::ops::RangeInclusive<u64>; 2] = [1..=10, 101..=110];
+
+/// Files of the platoons, by their number in the paper.
+const PLATOONS: [(u32, &str); 3] = [(3, "ASta_040719_platoon7"), (4, "ASta_040719_platoon8"), (5, "ASta_040719_platoon9")];
+
+/// Replicates whose spread is measured.
+const REPLICATES: u64 = 10;
+
+/// The tasks for an optimiser: seeds first, then spread; `quick` takes five seeds of each ten, and twelve variants, one per follower.
+#[must_use]
+pub fn optimizer_tasks(optimizer: &str, quick: bool) -> Vec<OptimizerTask> {
+    let mut tasks = Vec::new();
+    let task = |aim: &str, model_id, platoon, follower, seed, replicates, max_evaluations| OptimizerTask {
+        aim: aim.to_owned(),
+        optimizer: optimizer.to_owned(),
+        model_id,
+        platoon,
+        follower,
+        seed,
+        replicates,
+        max_evaluations,
+    };
+    for target in SEED_TARGETS {
+        for seed in SEEDS.into_iter().flat_map(|seeds| seeds.take(if quick { 5 } else { 10 })) {
+            tasks.push(task("seeds", target.model_id, 3, 1, seed, 1, target.evaluations));
+        }
+    }
+    let default = Stop::default().max_evaluations;
+    for (k, (platoon, follower)) in (0..12).map(|k| (k, (3 + k / 4, 1 + k as usize % 4))) {
+        for id in 1..=Variant::COUNT {
+            // 7 and 90 have no common factor: twelve variants spread over bases and extensions.
+            if !quick || id == 1 + (7 * k + 3) % Variant::COUNT {
+                tasks.push(task("spread", id, platoon, follower, 1, REPLICATES, default));
+            }
+        }
+    }
+    tasks
+}
+
+/// Runs the tasks that the journal does not have, and keeps each there. `progress` hears how many are done, and may stop.
+///
+/// # Errors
+/// [`BenchError`].
+pub fn run_optimizers(
+    shared: &Path,
+    tasks: &[OptimizerTask],
+    journal: &mut Journal,
+    progress: &mut dyn FnMut(usize, &OptimizerTask) -> ControlFlow<()>,
+) -> Result<(), BenchError> {
+    let mut data = Followers::new(shared)?;
+    for (done, task) in tasks.iter().enumerate() {
+        if journal.has(task) {
+            continue;
+        }
+        if progress(done, task).is_break() {
+            break;
+        }
+        let outcome = run(&mut data, task)?;
+        journal.keep(outcome)?;
+    }
+    Ok(())
+}
+
+fn run(data: &mut Followers, task: &OptimizerTask) -> Result<OptimizerOutcome, BenchError> {
+    let variant = Variant::from_id(task.model_id)?;
+    let (trajectory, vehicle) = data.get(task.platoon, task.follower)?;
+    let convention = Convention::AUTHORS;
+    let space = SearchSpace::new(&variant, vehicle, convention, &Overrides::new())?;
+    let case = Case::new(trajectory, variant, vehicle, convention, space.tau_p_upper())?;
+    let settings = Calibration {
+        optimizer: task.optimizer.parse::<OptimizerKind>()?,
+        seed: task.seed,
+        replicates: task.replicates,
+        stop: Stop { max_evaluations: task.max_evaluations, ..Stop::default() },
+    };
+    let started = Instant::now();
+    let mut lanes = Lanes::new(vec![case.clone()], GoodnessOfFit::NRMSE_SVA, LanesPrecision::Plain)?;
+    let found = calibrate(&mut lanes, &space, &settings, &mut |_| ControlFlow::Continue(()))?;
+    let wall_s = started.elapsed().as_secs_f64();
+
+    let mut population = Population::new(&space.symbols);
+    found.iter().for_each(|replicate| population.push(&replicate.candidate));
+    let mut scores = vec![Score::Rejected; found.len()];
+    Reference::new(vec![case], GoodnessOfFit::NRMSE_SVA).evaluate(&population, &mut scores)?;
+    let value = |score: &Score| match score {
+        Score::Value(value) => Some(*value),
+        Score::Failed(_) | Score::Rejected => None,
+    };
+    Ok(OptimizerOutcome {
+        program: journal::PROGRAM.to_owned(),
+        task: task.clone(),
+        scores: scores.iter().map(value).collect(),
+        evaluations: found.iter().map(|r| r.evaluations).collect(),
+        stops: found.iter().map(|r| r.stop.to_string()).collect(),
+        wall_s,
+    })
+}
+
+/// The measured followers, read when they are first needed.
+struct Followers {
+    folder: PathBuf,
+    vehicles: Vec<Vehicle>,
+    recordings: BTreeMap<u32, Recording>,
+    trajectories: BTreeMap<(u32, usize), Trajectory>,
+}
+
+impl Followers {
+    fn new(shared: &Path) -> Result<Followers, BenchError> {
+        let vehicles = vehicle::read_table(&shared.join("data/vehicles/vehicles.csv"))?;
+        let folder = shared.join("data/astazero_c2art");
+        Ok(Followers { folder, vehicles, recordings: BTreeMap::new(), trajectories: BTreeMap::new() })
+    }
+
+    fn get(&mut self, platoon: u32, follower: usize) -> Result<(&Trajectory, Option<&Vehicle>), BenchError> {
+        let stem = PLATOONS.iter().find(|(number, _)| *number == platoon).map_or("unknown", |(_, stem)| stem);
+        if !self.trajectories.contains_key(&(platoon, follower)) {
+            if !self.recordings.contains_key(&platoon) {
+                let recording = import::read(&self.folder.join(format!("{stem}.csv")), None)?;
+                self.recordings.insert(platoon, recording);
+            }
+            let pieces = prepare(&self.recordings[&platoon], follower, &Preparation::default())?;
+            let longest = pieces.into_iter().max_by_key(Trajectory::len).expect("prepare finds at least one piece");
+            self.trajectories.insert((platoon, follower), longest);
+        }
+        let trajectory = &self.trajectories[&(platoon, follower)];
+        Ok((trajectory, self.vehicles.iter().find(|v| v.is_called(&trajectory.name))))
+    }
+}

@@ -1,0 +1,139 @@
+//! What the finished tasks say about the targets.
+
+use super::{Journal, OptimizerOutcome, OptimizerTask, SEED_TARGETS, SEEDS};
+use serde::Serialize;
+use std::fmt::Write;
+
+/// A target and what was found.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Finding {
+    /// What is wanted, in words.
+    pub goal: String,
+    /// The value wanted.
+    pub wanted: f64,
+    /// True if lower is better.
+    pub at_most: bool,
+    /// The value found; none as long as nothing was run.
+    pub found: Option<f64>,
+    /// Tasks that it rests on: done, planned.
+    pub tasks: [usize; 2],
+    /// Whether it is met; none until all its tasks are done.
+    pub met: Option<bool>,
+}
+
+/// Everything that was found.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct OptimizerReport {
+    /// Version of this layout.
+    pub schema_version: u32,
+    /// The optimiser.
+    pub optimizer: String,
+    /// The targets.
+    pub findings: Vec<Finding>,
+    /// All tasks that are done.
+    pub outcomes: Vec<OptimizerOutcome>,
+}
+
+impl OptimizerReport {
+    /// Of the tasks that the journal has.
+    #[must_use]
+    pub fn new(optimizer: &str, tasks: &[OptimizerTask], journal: &Journal) -> OptimizerReport {
+        let outcomes: Vec<OptimizerOutcome> = tasks.iter().filter_map(|t| journal.get(t)).cloned().collect();
+        let mut findings = Vec::new();
+        for target in SEED_TARGETS {
+            for seeds in SEEDS {
+                let of = |t: &OptimizerTask| t.aim == "seeds" && t.model_id == target.model_id && seeds.contains(&t.seed);
+                let planned = tasks.iter().filter(|t| of(t)).count();
+                let scores: Vec<Option<f64>> =
+                    outcomes.iter().filter(|o| of(&o.task)).flat_map(|o| o.scores.clone()).collect();
+                let reached = scores.iter().flatten().filter(|score| **score <= target.score).count();
+                let (from, to, evaluations) = (seeds.start(), seeds.end(), target.evaluations);
+                let goal = format!(
+                    "P3 follower 1, variant {}: seeds {from} to {to} that reach {} within {evaluations}",
+                    target.model_id, target.score
+                );
+                // A quick run has fewer seeds; the share that may miss is the same.
+                let wanted = planned.saturating_sub(10 - target.of_ten) as f64;
+                findings.push(finding(goal, wanted, false, Some(reached as f64), [scores.len(), planned]));
+            }
+        }
+        let planned = tasks.iter().filter(|t| t.aim == "spread").count();
+        let mut spreads: Vec<f64> =
+            outcomes.iter().filter(|o| o.task.aim == "spread").map(OptimizerOutcome::variation).collect();
+        spreads.sort_by(f64::total_cmp);
+        let tasks = [spreads.len(), planned];
+        let of = "spread over 10 replicates (coefficient of variation, %)";
+        findings.push(finding(format!("{of}: median"), 0.1, true, spreads.get(spreads.len() / 2).copied(), tasks));
+        findings.push(finding(format!("{of}: worst"), 1.0, true, spreads.last().copied(), tasks));
+        OptimizerReport { schema_version: 1, optimizer: optimizer.to_owned(), findings, outcomes }
+    }
+
+    /// For a terminal of 80 columns.
+    #[must_use]
+    pub fn table(&self) -> String {
+        let mut text = String::new();
+        // Writing to a String cannot fail.
+        let _ = self.write(&mut text);
+        text
+    }
+
+    fn write(&self, text: &mut String) -> std::fmt::Result {
+        writeln!(text, "How well `{}` finds, authors' convention, NRMSE(s,v,a), scores of the f64", self.optimizer)?;
+        writeln!(text, "reference. Seeds 1 to 10 are those that settings were chosen on.\n")?;
+        writeln!(text, "{:<13}{:>9}{:>13}{:>13}{:>13}{:>12}", "variant", "seed", "score", "evaluations", "ended", "wall s")?;
+        for outcome in self.outcomes.iter().filter(|o| o.task.aim == "seeds") {
+            let score = outcome.scores[0].map_or("none".to_owned(), |x| format!("{x:.6}"));
+            let (id, seed, wall) = (outcome.task.model_id, outcome.task.seed, outcome.wall_s);
+            let ended = if outcome.stops[0] == "converged" { "converged" } else { "spent" };
+            writeln!(text, "{id:<13}{seed:>9}{score:>13}{:>13}{ended:>13}{wall:>12.2}", outcome.evaluations[0])?;
+        }
+        let mut spread: Vec<&OptimizerOutcome> = self.outcomes.iter().filter(|o| o.task.aim == "spread").collect();
+        spread.sort_by(|a, b| b.variation().total_cmp(&a.variation()));
+        if !spread.is_empty() {
+            writeln!(text, "\nThe widest spreads of {}", spread.len())?;
+            writeln!(text, "{:<13}{:>9}{:>13}{:>13}{:>13}{:>12}", "variant", "follower", "lowest", "highest", "CV %", "mean evals")?;
+        }
+        for outcome in spread.iter().take(12) {
+            let (id, task) = (outcome.task.model_id, &outcome.task);
+            let follower = format!("P{}-{}", task.platoon, task.follower);
+            let scores: Vec<f64> = outcome.scores.iter().flatten().copied().collect();
+            let low = scores.iter().copied().fold(f64::INFINITY, f64::min);
+            let high = scores.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            let evaluations = outcome.evaluations.iter().sum::<u64>() / outcome.evaluations.len().max(1) as u64;
+            let variation = outcome.variation();
+            writeln!(text, "{id:<13}{follower:>9}{low:>13.6}{high:>13.6}{variation:>13.4}{evaluations:>12}")?;
+        }
+        writeln!(text)?;
+        for finding in &self.findings {
+            let sign = if finding.at_most { "<=" } else { ">=" };
+            let found = finding.found.map_or("-".to_owned(), |x| format!("{x:.4}").trim_end_matches('0').trim_end_matches('.').to_owned());
+            let met = match finding.met {
+                Some(true) => "met",
+                Some(false) => "MISSED",
+                None => "unfinished",
+            };
+            let [done, planned] = finding.tasks;
+            writeln!(text, "{}\n    wanted {sign} {}, found {found}: {met} ({done} of {planned} tasks)", finding.goal, finding.wanted)?;
+        }
+        Ok(())
+    }
+}
+
+fn finding(goal: String, wanted: f64, at_most: bool, found: Option<f64>, tasks: [usize; 2]) -> Finding {
+    let enough = tasks[0] == tasks[1] && tasks[1] > 0;
+    let met = found.filter(|_| enough).map(|found| if at_most { found <= wanted } else { found >= wanted });
+    Finding { goal, wanted, at_most, found, tasks, met }
+}
+
+impl OptimizerOutcome {
+    /// Coefficient of variation of the scores \[%\]; infinite if a replicate has none.
+    #[must_use]
+    pub fn variation(&self) -> f64 {
+        let scores: Option<Vec<f64>> = self.scores.iter().copied().collect();
+        let Some(scores) = scores.filter(|s| s.len() > 1) else { return f64::INFINITY };
+        let count = scores.len() as f64;
+        let mean = scores.iter().sum::<f64>() / count;
+        let variance = scores.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (count - 1.0);
+        100.0 * variance.sqrt() / mean.abs()
+    }
+}

@@ -1,0 +1,53 @@
+//! `leadlag bench optimizers`: how well an optimiser finds.
+
+use super::super::{interrupt, output};
+use indicatif::{ProgressBar, ProgressStyle};
+use leadlag::bench::{Journal, OptimizerReport, optimizer_tasks, run_optimizers};
+use leadlag::calibrate::OptimizerKind;
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Five seeds of each ten and twelve variants, instead of all seeds and ninety variants on twelve followers
+    #[arg(long)]
+    quick: bool,
+    /// auto, ga, lshade or cmaes
+    #[arg(long, default_value = "auto")]
+    optimizer: OptimizerKind,
+    /// Folder with data/astazero_c2art and data/vehicles [default: LEADLAG_SHARED, else ../shared]
+    #[arg(long, value_name = "DIR")]
+    shared: Option<PathBuf>,
+    /// Finished tasks are kept in this file; the same command goes on where it was stopped
+    #[arg(long, value_name = "FILE", default_value = "optimizers.jsonl")]
+    journal: PathBuf,
+    /// Only the tasks whose description contains this, such as `seeds` or `spread`
+    #[arg(long, value_name = "AIM")]
+    only: Option<String>,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(args: &Args) -> anyhow::Result<()> {
+    interrupt::watch();
+    let name = args.optimizer.name();
+    let mut tasks = optimizer_tasks(name, args.quick);
+    tasks.retain(|task| args.only.as_ref().is_none_or(|only| task.aim == *only));
+    let mut journal = Journal::open(&args.journal)?;
+    let bar = ProgressBar::new(tasks.len() as u64)
+        .with_style(ProgressStyle::with_template("{bar:20} {pos}/{len} tasks, {eta} left  {msg}")?);
+    let beside = || std::env::var_os("LEADLAG_SHARED").map_or_else(|| PathBuf::from("../shared"), PathBuf::from);
+    let shared = args.shared.clone().unwrap_or_else(beside);
+    run_optimizers(&shared, &tasks, &mut journal, &mut |done, task| {
+        bar.set_position(done as u64);
+        bar.set_message(format!("variant {} on P{}-{}", task.model_id, task.platoon, task.follower));
+        if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    })?;
+    bar.finish_and_clear();
+    if interrupt::asked() {
+        eprintln!("interrupted; the same command goes on from {}", args.journal.display());
+    }
+    let report = OptimizerReport::new(name, &tasks, &journal);
+    if args.json { output::print_json(&report) } else { output::print(&report.table()) }
+}
