@@ -4,6 +4,7 @@ mod exact;
 mod search;
 mod space;
 
+pub use search::merit;
 pub use space::{BoundsError, Overrides, SearchSpace, read_bounds};
 
 use crate::evaluator::{BufferSet, EvaluateError, Evaluator, Failure, Score};
@@ -151,7 +152,7 @@ pub struct Replicate {
     pub number: u64,
     /// The best candidate, one value per parameter of the search space.
     pub candidate: Vec<f64>,
-    /// Its score as the evaluator computed it.
+    /// Its score as the evaluator computed it; infinite once it turned out that the candidate fails in f64.
     pub score: f64,
     /// Simulated candidates.
     pub evaluations: u64,
@@ -159,6 +160,8 @@ pub struct Replicate {
     pub stop: StopReason,
     /// (evaluations, best score so far) at every gain.
     pub convergence: Vec<(u64, f64)>,
+    /// Scores and candidates met on the way that are less than 5 % worse than the best; a part of them if they are very many.
+    pub near: Vec<(f64, Vec<f64>)>,
 }
 
 /// A calibration that has no result.
@@ -294,14 +297,15 @@ pub fn best(replicates: &[Replicate]) -> Option<&Replicate> {
     replicates.iter().min_by(|a, b| a.score.total_cmp(&b.score))
 }
 
-/// Coefficient of variation of the scores: sample standard deviation over mean; `None` with fewer than two.
+/// Coefficient of variation of the finite scores: sample standard deviation over mean; `None` with fewer than two.
 #[must_use]
 pub fn coefficient_of_variation(replicates: &[Replicate]) -> Option<f64> {
-    let count = replicates.len() as f64;
-    if replicates.len() < 2 {
+    let scores: Vec<f64> = replicates.iter().map(|r| r.score).filter(|score| score.is_finite()).collect();
+    let count = scores.len() as f64;
+    if scores.len() < 2 {
         return None;
     }
-    let mean = replicates.iter().map(|r| r.score).sum::<f64>() / count;
-    let variance = replicates.iter().map(|r| (r.score - mean).powi(2)).sum::<f64>() / (count - 1.0);
+    let mean = scores.iter().sum::<f64>() / count;
+    let variance = scores.iter().map(|score| (score - mean).powi(2)).sum::<f64>() / (count - 1.0);
     Some(variance.sqrt() / mean.abs())
 }

@@ -60,6 +60,7 @@ pub mod convention;
 pub mod evaluate;
 pub mod evaluator;
 pub mod gpu;
+pub mod identify;
 pub mod lanes;
 pub mod optimize;
 pub mod plant;

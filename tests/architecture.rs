@@ -6,12 +6,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// From the top down. Modules of one floor may import each other, but never in a circle.
-const FLOORS: [&[&str]; 9] = [
+const FLOORS: [&[&str]; 10] = [
     &["main"],
     &["cli"],
     &["report"],
     &["diagnose", "study"],
     &["bench"],
+    &["identify"],
     &["calibrate", "validate", "evaluate", "simulate", "select"],
     &["gpu", "lanes", "reference"],
     &["wgsl", "evaluator"],

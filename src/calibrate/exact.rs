@@ -18,8 +18,7 @@ impl Exact {
         scores: &mut [Score],
     ) -> Result<(), EvaluateError> {
         if self.lanes.is_none() {
-            self.lanes =
-                Some(Lanes::new(evaluator.cases().to_vec(), *evaluator.gof(), LanesPrecision::F64)?);
+            self.lanes = Some(Lanes::new(evaluator.cases().to_vec(), *evaluator.gof(), LanesPrecision::F64)?);
         }
         let lanes = self.lanes.as_mut().expect("made above");
         lanes.submit(BufferSet::A, jobs)?;

@@ -26,6 +26,7 @@ pub(super) struct Search<'a> {
     tally: Tally,
     best: Option<(Vec<f64>, f64)>,
     convergence: Vec<(u64, f64)>,
+    near: Vec<(f64, Vec<f64>)>,
     ended: Option<StopReason>,
 }
 
@@ -47,6 +48,7 @@ impl<'a> Search<'a> {
             tally: Tally::default(),
             best: None,
             convergence: Vec::new(),
+            near: Vec::new(),
             ended: None,
         }
     }
@@ -68,6 +70,7 @@ impl<'a> Search<'a> {
         self.evaluations += scores.len() as u64;
         self.optimizer.tell(&scores.iter().map(merit).collect::<Vec<_>>());
         self.tally.add(scores);
+        self.remember(scores);
         self.stall += 1;
         if let Some(member) = self.optimizer.best()
             && let Merit::Feasible(score) = member.merit
@@ -101,11 +104,41 @@ impl<'a> Search<'a> {
         };
     }
 
+    /// Keeps the candidates that are nearly as good as the best one so far.
+    fn remember(&mut self, scores: &[Score]) {
+        let value = |score: &Score| match score {
+            Score::Value(value) if value.is_finite() => Some(*value),
+            _ => None,
+        };
+        let known = self.best.as_ref().map(|(_, score)| *score);
+        let best = scores.iter().filter_map(value).chain(known).fold(f64::INFINITY, f64::min);
+        let limit = best + NEAR * best.abs();
+        for (i, score) in scores.iter().enumerate() {
+            if let Some(value) = value(score).filter(|value| *value <= limit) {
+                self.near.push((value, self.population.values(i).to_vec()));
+            }
+        }
+        if self.near.len() > MOST_NEAR {
+            self.near.retain(|(value, _)| *value <= limit);
+            // Still too many: every other one, so that all parts of the way stay.
+            if self.near.len() > MOST_NEAR / 2 {
+                let mut keep = false;
+                self.near.retain(|_| {
+                    keep = !keep;
+                    keep
+                });
+            }
+        }
+    }
+
     pub(super) fn finish(self) -> Result<Replicate, CalibrateError> {
-        let Search { number, evaluations, convergence, tally, .. } = self;
+        let Search { number, evaluations, convergence, tally, mut near, .. } = self;
         let stop = self.ended.expect("a search is finished when it has ended");
         match self.best {
-            Some((candidate, score)) => Ok(Replicate { number, candidate, score, evaluations, stop, convergence }),
+            Some((candidate, score)) => {
+                near.retain(|(value, _)| *value <= score + NEAR * score.abs());
+                Ok(Replicate { number, candidate, score, evaluations, stop, convergence, near })
+            }
             None if stop == StopReason::Interrupted => Err(CalibrateError::Interrupted),
             None => Err(CalibrateError::Infeasible { replicate: number, evaluations, tally }),
         }
@@ -137,6 +170,12 @@ fn optimizer(space: &SearchSpace, settings: &Calibration, number: u64) -> Box<dy
 
 /// Share of a score below which differences of f32 scores are roundings: a run of ten thousand steps adds up some 1e-6.
 const RESOLUTION: f64 = 1e-7;
+
+/// Share of the best score by which a candidate may be worse and still counts as near.
+const NEAR: f64 = 0.05;
+
+/// Near candidates that are kept, at most.
+const MOST_NEAR: usize = 20_000;
 
 /// Searches whose generations are evaluated in one go.
 pub(super) struct Group<'a> {
@@ -221,8 +260,9 @@ fn jobs<'p>(searches: &[&'p Search<'_>], cases: usize) -> Vec<Job<'p>> {
     searches.iter().flat_map(|search| (0..cases).map(|case| Job { case, population: &search.population })).collect()
 }
 
-/// A score as the optimiser sees it. A rejected candidate survived the whole run, but is infeasible.
-fn merit(score: &Score) -> Merit {
+/// A score as an optimiser sees it. A rejected candidate survived the whole run, but is infeasible.
+#[must_use]
+pub fn merit(score: &Score) -> Merit {
     match score {
         Score::Value(value) if value.is_finite() => Merit::Feasible(*value),
         Score::Value(_) | Score::Rejected => Merit::Infeasible { survived: usize::MAX },

@@ -112,8 +112,9 @@ impl SearchSpace {
         delay.map_or(0.0, |i| self.bounds[i][1])
     }
 
-    /// The dimensions that are searched.
-    pub(super) fn free(&self) -> Vec<usize> {
+    /// Positions of the parameters that are searched.
+    #[must_use]
+    pub fn free(&self) -> Vec<usize> {
         (0..self.bounds.len()).filter(|&i| self.bounds[i][0] < self.bounds[i][1]).collect()
     }
 

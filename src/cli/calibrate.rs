@@ -12,10 +12,11 @@ use super::evaluator::warn;
 use super::{Usage, interrupt, output};
 use leadlag::calibrate::{Calibration, SearchSpace, calibrate};
 use leadlag::evaluator::{Case, Evaluator};
+use leadlag::identify::identify;
 use leadlag::lanes::LanesPrecision;
 use leadlag::optimize::GaSettings;
 use leadlag::reference::Reference;
-use leadlag::report::assemble::Calibrated;
+use leadlag::report::assemble::{Calibrated, rescore};
 use leadlag::report::result::ResultFile;
 use leadlag::report::text;
 use leadlag::select::Work;
@@ -114,8 +115,15 @@ fn search(
     settings: &Calibration,
 ) -> anyhow::Result<ResultFile> {
     let mut bar = progress::Bar::new(settings);
-    let replicates = calibrate(evaluator, space, settings, &mut |p| bar.update(p))?;
+    let mut replicates = calibrate(evaluator, space, settings, &mut |p| bar.update(p))?;
     bar.finish();
+    let Some(winner) = rescore(reference, space, &mut replicates) else {
+        let message = "the best candidates of all replicates fail in f64, although they pass in f32: they lie on the edge \
+                       of a crash; try --optimizer auto, --precision compensated or another --seed";
+        return Err(anyhow::anyhow!(message));
+    };
+    let wanted = !args.search.no_intervals && !space.free().is_empty() && !interrupt::asked();
+    let knowledge = if wanted { Some(identify(evaluator, space, &winner.candidate, settings.seed)?) } else { None };
     let trajectories: Vec<_> = loaded.iter().map(|l| &l.trajectory).collect();
     let calibrated = Calibrated {
         evaluator,
@@ -126,6 +134,7 @@ fn search(
         gof: args.gof,
         settings,
         replicates,
+        knowledge,
     };
     Ok(calibrated.into_result())
 }

@@ -68,8 +68,7 @@ impl Cmaes {
             self.descent = start(&self.space, &self.settings, population.max(default), step, most, origin);
         } else {
             self.large_population *= 2;
-            self.descent =
-                start(&self.space, &self.settings, self.large_population, FIRST_STEP, u64::MAX, origin);
+            self.descent = start(&self.space, &self.settings, self.large_population, FIRST_STEP, u64::MAX, origin);
         }
     }
 }

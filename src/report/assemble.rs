@@ -1,8 +1,10 @@
 //! From a finished calibration to its result file; every score is computed again by the f64 reference.
 
-use super::result::{DataEntry, ReplicateEntry, ResultFile, SCHEMA_VERSION, Treatment, VehicleEntry};
+use super::result::{CorrelationEntry, DataEntry, IdentifiabilityEntry, KnowledgeEntry, ReplicateEntry, ResultFile};
+use super::result::{SCHEMA_VERSION, Treatment, VehicleEntry};
 use crate::calibrate::{Calibration, Replicate, SearchSpace, best, coefficient_of_variation};
 use crate::evaluator::Evaluator;
+use crate::identify::{CONFIDENCE, Identifiability, correlation};
 use crate::reference::{Reference, Trace};
 use crate::score::{GoodnessOfFit, Measures};
 use crate::symbols::Symbol;
@@ -28,6 +30,33 @@ pub struct Calibrated<'a> {
     pub settings: &'a Calibration,
     /// What was found.
     pub replicates: Vec<Replicate>,
+    /// How well the parameters of the best candidate are known; `None` if it was not asked for.
+    pub knowledge: Option<Identifiability>,
+}
+
+/// Gives every replicate the score of its candidate by the f64 reference; infinity where the candidate fails there, or touches a
+/// bound that rejects it: such a replicate ranks behind all others. The best one; `None` if all fail.
+pub fn rescore<'r>(
+    reference: &Reference,
+    space: &SearchSpace,
+    replicates: &'r mut [Replicate],
+) -> Option<&'r Replicate> {
+    for replicate in replicates.iter_mut() {
+        let measures = measures(reference, space, &replicate.candidate);
+        replicate.score = measures.map_or(f64::INFINITY, |m| reference.gof().of(&m));
+    }
+    best(replicates).filter(|winner| winner.score.is_finite())
+}
+
+/// Measures of a candidate, the mean over the cases; none if a run failed or is rejected.
+fn measures(reference: &Reference, space: &SearchSpace, candidate: &[f64]) -> Option<Measures> {
+    let parameters = space.parameters(candidate);
+    let mut trace = Trace::default();
+    let outcomes = reference.cases().iter().map(|case| {
+        let outcome = Reference::outcome(case, &parameters, &mut trace);
+        outcome.result.ok().filter(|_| !outcome.is_rejected(case.convention.bounds))
+    });
+    Measures::mean(&outcomes.collect::<Option<Vec<_>>>()?)
 }
 
 impl Calibrated<'_> {
@@ -37,15 +66,13 @@ impl Calibrated<'_> {
     /// Without a replicate.
     #[must_use]
     pub fn into_result(mut self) -> ResultFile {
-        let rescored: Vec<_> = self.replicates.iter().map(|r| self.measures(&r.candidate)).collect();
-        for (replicate, measures) in self.replicates.iter_mut().zip(rescored) {
-            replicate.score = measures.map_or(replicate.score, |m| self.gof.of(&m));
-        }
+        rescore(self.reference, self.space, &mut self.replicates);
         let winner = best(&self.replicates).expect("a calibration has at least one replicate");
-        let measures = self.measures(&winner.candidate);
+        let measures = measures(self.reference, self.space, &winner.candidate);
         let variant = self.evaluator.variant();
         let needs_vehicle = variant.needs_vehicle();
         let symbols = &self.space.symbols;
+        let known = || self.knowledge.iter().flat_map(|knowledge| &knowledge.parameters);
         let names = || symbols.iter().map(|s| s.name().to_owned());
         let at_bound = self.space.at_bound(&winner.candidate);
         ResultFile {
@@ -74,20 +101,43 @@ impl Calibrated<'_> {
             units: names().zip(symbols.iter().map(|s| s.unit().to_owned())).collect(),
             bounds: names().zip(self.space.bounds.iter().copied()).collect(),
             at_bound: at_bound.into_iter().map(|s| s.name().to_owned()).collect(),
-            intervals: IndexMap::new(),
+            intervals: known().map(|k| (k.symbol.name().to_owned(), k.interval)).collect(),
+            identifiability: self.knowledge.as_ref().map(|knowledge| self.identifiability(knowledge, winner)),
             evaluations: self.replicates.iter().map(|r| r.evaluations).sum(),
             cv: coefficient_of_variation(&self.replicates),
             replicates: self.replicates.iter().map(|r| replicate_entry(r, symbols)).collect(),
         }
     }
 
-    /// Measures of a candidate, the mean over the cases; none if a run failed.
-    fn measures(&self, candidate: &[f64]) -> Option<Measures> {
-        let parameters = self.space.parameters(candidate);
-        let mut trace = Trace::default();
-        let outcomes =
-            self.reference.cases().iter().map(|c| Reference::outcome(c, &parameters, &mut trace).result.ok());
-        Measures::mean(&outcomes.collect::<Option<Vec<_>>>()?)
+    fn identifiability(&self, knowledge: &Identifiability, winner: &Replicate) -> IdentifiabilityEntry {
+        let free = self.space.free();
+        let name = |i: usize| self.space.symbols[i].name().to_owned();
+        let mut rises: Vec<f64> = knowledge.parameters.iter().map(|k| k.rise).collect();
+        rises.sort_by(f64::total_cmp);
+        let rise = rises.get(rises.len() / 2).copied();
+        let near = rise.and_then(|rise| Some((correlation(&self.replicates, &free, winner.score, rise)?, rise)));
+        let range = |i: usize| {
+            let values = self.replicates.iter().filter(|r| r.score.is_finite()).map(|r| r.candidate[i]);
+            values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
+        };
+        let several = self.replicates.len() > 1 && winner.score.is_finite();
+        IdentifiabilityEntry {
+            confidence: CONFIDENCE,
+            parameters: knowledge
+                .parameters
+                .iter()
+                .map(|k| (k.symbol.name().to_owned(), KnowledgeEntry::of(k)))
+                .collect(),
+            correlation: near.map(|((matrix, candidates), rise)| CorrelationEntry {
+                parameters: free.iter().map(|&i| name(i)).collect(),
+                matrix,
+                candidates,
+                rise,
+            }),
+            replicate_range: free.iter().filter(|_| several).map(|&i| (name(i), range(i))).collect(),
+            evaluations: knowledge.evaluations,
+            note: knowledge.note.map(str::to_owned),
+        }
     }
 
     fn data(&self, tau_p: f64) -> Vec<DataEntry> {
@@ -123,7 +173,7 @@ fn scores(measures: Option<&Measures>) -> IndexMap<String, Option<f64>> {
 fn replicate_entry(replicate: &Replicate, symbols: &[Symbol]) -> ReplicateEntry {
     ReplicateEntry {
         replicate: replicate.number,
-        score: replicate.score,
+        score: Some(replicate.score).filter(|score| score.is_finite()),
         evaluations: replicate.evaluations,
         stop: replicate.stop.to_string(),
         parameters: symbols.iter().map(|s| s.name().to_owned()).zip(replicate.candidate.iter().copied()).collect(),

@@ -2,6 +2,7 @@
 
 use crate::catalog::{UnknownVariant, Variant};
 use crate::convention::ConventionError;
+use crate::identify::Knowledge;
 use crate::simulate::CalibratedVariant;
 use crate::symbols::{Parameters, Symbol};
 use crate::trajectory::{Note, Source, Trajectory};
@@ -52,8 +53,11 @@ pub struct ResultFile {
     pub bounds: IndexMap<String, [f64; 2]>,
     /// Parameters within 0.1 % of the range of a bound.
     pub at_bound: Vec<String>,
-    /// Confidence intervals by parameter; this version estimates none.
+    /// Confidence intervals by parameter; an end that is a bound may be the bound's and not the data's, see `identifiability`.
     pub intervals: IndexMap<String, [f64; 2]>,
+    /// How well the parameters are known; none if it was not asked for.
+    #[serde(default)]
+    pub identifiability: Option<IdentifiabilityEntry>,
     /// Simulated candidates of all replicates.
     pub evaluations: u64,
     /// The replicates, in order.
@@ -136,13 +140,63 @@ pub struct VehicleEntry {
     pub files: Vec<Source>,
 }
 
+/// How well the parameters are known; see `identify`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct IdentifiabilityEntry {
+    /// Share of cases in which an interval should hold the true value.
+    pub confidence: f64,
+    /// By parameter.
+    pub parameters: IndexMap<String, KnowledgeEntry>,
+    /// Correlations among candidates that are nearly as good as the best; none if the search met too few.
+    pub correlation: Option<CorrelationEntry>,
+    /// Lowest and highest value over the replicates' best candidates; empty with one replicate.
+    pub replicate_range: IndexMap<String, [f64; 2]>,
+    /// Simulated candidates; they are not among the `evaluations` of the replicates.
+    pub evaluations: u64,
+    /// Why there are no intervals.
+    pub note: Option<String>,
+}
+
+/// What is known of one parameter.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct KnowledgeEntry {
+    /// Lower and upper end of the interval: true if it is the bound of the search that ends it, not the data.
+    pub open: [bool; 2],
+    /// Samples that would tell as much if they were independent.
+    pub effective_samples: f64,
+    /// Rise of the score, all others calibrated again, at which the interval ends.
+    pub rise: f64,
+}
+
+impl KnowledgeEntry {
+    /// Of what was found out.
+    #[must_use]
+    pub fn of(knowledge: &Knowledge) -> KnowledgeEntry {
+        let Knowledge { open, effective_samples, rise, .. } = *knowledge;
+        KnowledgeEntry { open, effective_samples, rise }
+    }
+}
+
+/// Correlations of parameters.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CorrelationEntry {
+    /// Names of rows and columns.
+    pub parameters: Vec<String>,
+    /// Pearson's correlation.
+    pub matrix: Vec<Vec<f64>>,
+    /// Number of candidates.
+    pub candidates: usize,
+    /// How much worse than the best they are at most, in units of the score.
+    pub rise: f64,
+}
+
 /// One replicate.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ReplicateEntry {
     /// Its number, from 0; it draws from stream (seed, number).
     pub replicate: u64,
-    /// The goodness of fit of its best candidate, by the f64 reference.
-    pub score: f64,
+    /// The goodness of fit of its best candidate, by the f64 reference; none where the candidate fails in f64.
+    pub score: Option<f64>,
     /// Simulated candidates.
     pub evaluations: u64,
     /// Why it ended.

@@ -1,6 +1,6 @@
 //! A calibration as text for a terminal of 80 columns.
 
-use super::result::ResultFile;
+use super::result::{CorrelationEntry, IdentifiabilityEntry, ReplicateEntry, ResultFile};
 use crate::symbols::Symbol;
 use std::fmt::Write;
 
@@ -44,9 +44,16 @@ fn write_calibration(text: &mut String, result: &ResultFile) -> std::fmt::Result
     for replicate in &result.replicates {
         writeln!(
             text,
-            "replicate {:<3}{} = {:.6} after {} evaluations: {}",
-            replicate.replicate, result.gof, replicate.score, replicate.evaluations, replicate.stop
+            "replicate {:<3}{} = {} after {} evaluations: {}",
+            replicate.replicate,
+            result.gof,
+            replicate.score.map_or("none in f64".to_owned(), |score| format!("{score:.6}")),
+            replicate.evaluations,
+            replicate.stop
         )?;
+    }
+    if let Some((evaluations, share)) = result.replicates.iter().filter_map(arrival).max() {
+        writeln!(text, "             within 0.1 % of its best after {evaluations} evaluations ({share} %)")?;
     }
     if let Some(cv) = result.cv {
         writeln!(text, "             coefficient of variation over replicates {:.3} %", 100.0 * cv)?;
@@ -62,6 +69,10 @@ fn write_calibration(text: &mut String, result: &ResultFile) -> std::fmt::Result
         writeln!(text, "{name:<10}{value:>11.5}  {unit:<5}{bounds:>17}  {mark}")?;
     }
 
+    if let Some(identifiability) = &result.identifiability {
+        write_identifiability(text, result, identifiability)?;
+    }
+
     let score = |name: &str| result.score.get(name).copied().flatten();
     writeln!(text, "\n{:<14}{:>10}{:>10}{:>10}{:>12}", "", "spacing", "speed", "accel.", "sum")?;
     for (title, names) in [
@@ -73,6 +84,47 @@ fn write_calibration(text: &mut String, result: &ResultFile) -> std::fmt::Result
         writeln!(text, "{}", format!("{title:<14}{s:>10}{v:>10}{a:>10}{sum:>12}").trim_end())?;
     }
     Ok(())
+}
+
+/// Evaluations after which a replicate was within 0.1 % of where it ended, and their share of all \[%\].
+fn arrival(replicate: &ReplicateEntry) -> Option<(u64, u64)> {
+    let (_, last) = replicate.convergence.last()?;
+    let (evaluations, _) = replicate.convergence.iter().find(|(_, score)| *score <= last + 1e-3 * last.abs())?;
+    Some((*evaluations, 100 * evaluations / replicate.evaluations.max(1)))
+}
+
+/// Intervals, and the parameter that each one goes with most.
+fn write_identifiability(
+    text: &mut String,
+    result: &ResultFile,
+    identifiability: &IdentifiabilityEntry,
+) -> std::fmt::Result {
+    let confidence = format!("{:.0} % interval", 100.0 * identifiability.confidence);
+    if let Some(note) = &identifiability.note {
+        text.push_str(&wrapped(0, 2, &format!("\nno {confidence}s: {note}")));
+        return Ok(());
+    }
+    writeln!(text, "\n{:<10}{confidence:>24}{:>11}  goes with", "parameter", "eff. samples")?;
+    for (name, knowledge) in &identifiability.parameters {
+        let [lower, upper] = result.intervals.get(name).copied().unwrap_or([f64::NAN; 2]);
+        let end = |x: f64, open: bool| if open { format!("({})", short(x)) } else { short(x) };
+        let [open_lower, open_upper] = knowledge.open;
+        let interval = format!("{} .. {}", end(lower, open_lower), end(upper, open_upper));
+        let partner = identifiability.correlation.as_ref().and_then(|c| partner(c, name)).unwrap_or_default();
+        writeln!(text, "{name:<10}{interval:>24}{:>12.0}  {partner}", knowledge.effective_samples)?;
+    }
+    if identifiability.parameters.values().any(|k| k.open != [false; 2]) {
+        writeln!(text, "in parentheses: the bound of the search; the data do not end the interval there")?;
+    }
+    Ok(())
+}
+
+/// The other parameter with the strongest correlation, if it is above 0.5.
+fn partner(correlation: &CorrelationEntry, name: &str) -> Option<String> {
+    let row = correlation.parameters.iter().position(|p| p == name)?;
+    let others = correlation.matrix[row].iter().enumerate().filter(|(column, r)| *column != row && r.abs() > 0.5);
+    let (column, r) = others.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
+    Some(format!("{} ({r:+.2})", correlation.parameters[column]))
 }
 
 /// Columns of the terminal.

@@ -87,7 +87,8 @@ pub const SEED_TARGETS: [SeedTarget; 2] = [
 pub const SEEDS: [std::ops::RangeInclusive<u64>; 2] = [1..=10, 101..=110];
 
 /// Files of the platoons, by their number in the paper.
-const PLATOONS: [(u32, &str); 3] = [(3, "ASta_040719_platoon7"), (4, "ASta_040719_platoon8"), (5, "ASta_040719_platoon9")];
+const PLATOONS: [(u32, &str); 3] =
+    [(3, "ASta_040719_platoon7"), (4, "ASta_040719_platoon8"), (5, "ASta_040719_platoon9")];
 
 /// Replicates whose spread is measured.
 const REPLICATES: u64 = 10;

@@ -42,7 +42,8 @@ impl OptimizerReport {
         let mut findings = Vec::new();
         for target in SEED_TARGETS {
             for seeds in SEEDS {
-                let of = |t: &OptimizerTask| t.aim == "seeds" && t.model_id == target.model_id && seeds.contains(&t.seed);
+                let of =
+                    |t: &OptimizerTask| t.aim == "seeds" && t.model_id == target.model_id && seeds.contains(&t.seed);
                 let planned = tasks.iter().filter(|t| of(t)).count();
                 let scores: Vec<Option<f64>> =
                     outcomes.iter().filter(|o| of(&o.task)).flat_map(|o| o.scores.clone()).collect();
@@ -80,7 +81,11 @@ impl OptimizerReport {
     fn write(&self, text: &mut String) -> std::fmt::Result {
         writeln!(text, "How well `{}` finds, authors' convention, NRMSE(s,v,a), scores of the f64", self.optimizer)?;
         writeln!(text, "reference. Seeds 1 to 10 are those that settings were chosen on.\n")?;
-        writeln!(text, "{:<13}{:>9}{:>13}{:>13}{:>13}{:>12}", "variant", "seed", "score", "evaluations", "ended", "wall s")?;
+        writeln!(
+            text,
+            "{:<13}{:>9}{:>13}{:>13}{:>13}{:>12}",
+            "variant", "seed", "score", "evaluations", "ended", "wall s"
+        )?;
         for outcome in self.outcomes.iter().filter(|o| o.task.aim == "seeds") {
             let score = outcome.scores[0].map_or("none".to_owned(), |x| format!("{x:.6}"));
             let (id, seed, wall) = (outcome.task.model_id, outcome.task.seed, outcome.wall_s);
@@ -91,7 +96,11 @@ impl OptimizerReport {
         spread.sort_by(|a, b| b.variation().total_cmp(&a.variation()));
         if !spread.is_empty() {
             writeln!(text, "\nThe widest spreads of {}", spread.len())?;
-            writeln!(text, "{:<13}{:>9}{:>13}{:>13}{:>13}{:>12}", "variant", "follower", "lowest", "highest", "CV %", "mean evals")?;
+            writeln!(
+                text,
+                "{:<13}{:>9}{:>13}{:>13}{:>13}{:>12}",
+                "variant", "follower", "lowest", "highest", "CV %", "mean evals"
+            )?;
         }
         for outcome in spread.iter().take(12) {
             let (id, task) = (outcome.task.model_id, &outcome.task);
@@ -106,14 +115,20 @@ impl OptimizerReport {
         writeln!(text)?;
         for finding in &self.findings {
             let sign = if finding.at_most { "<=" } else { ">=" };
-            let found = finding.found.map_or("-".to_owned(), |x| format!("{x:.4}").trim_end_matches('0').trim_end_matches('.').to_owned());
+            let found = finding
+                .found
+                .map_or("-".to_owned(), |x| format!("{x:.4}").trim_end_matches('0').trim_end_matches('.').to_owned());
             let met = match finding.met {
                 Some(true) => "met",
                 Some(false) => "MISSED",
                 None => "unfinished",
             };
             let [done, planned] = finding.tasks;
-            writeln!(text, "{}\n    wanted {sign} {}, found {found}: {met} ({done} of {planned} tasks)", finding.goal, finding.wanted)?;
+            writeln!(
+                text,
+                "{}\n    wanted {sign} {}, found {found}: {met} ({done} of {planned} tasks)",
+                finding.goal, finding.wanted
+            )?;
         }
         Ok(())
     }

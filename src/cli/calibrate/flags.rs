@@ -54,7 +54,7 @@ pub struct Args {
 #[derive(Debug, Clone, clap::Args)]
 #[command(next_help_heading = "Search")]
 pub struct SearchArgs {
-    /// auto, or ga: the paper's genetic algorithm; auto takes the best one that this version has
+    /// auto (L-SHADE, then CMA-ES in f64, until two rounds agree), lshade, cmaes, or ga: the paper's
     #[arg(long, default_value = "auto")]
     pub optimizer: OptimizerKind,
     /// The one seed of all random numbers
@@ -77,6 +77,9 @@ pub struct SearchArgs {
     /// Stop a replicate at this score
     #[arg(long, value_name = "SCORE", value_parser = finite)]
     pub target: Option<f64>,
+    /// Do not estimate confidence intervals of the parameters; saves some thousand simulations
+    #[arg(long)]
+    pub no_intervals: bool,
 }
 
 fn fixed(text: &str) -> Result<(String, f64), String> {

@@ -70,9 +70,8 @@ impl Rates {
         let c_1 = 2.0 / ((nf + 1.3).powi(2) + mu_eff);
         let c_mu = (1.0 - c_1).min(2.0 * (0.25 + mu_eff + 1.0 / mu_eff - 2.0) / ((nf + 2.0).powi(2) + mu_eff));
         // Eqs. 50 to 53.
-        let negative = (1.0 + c_1 / c_mu)
-            .min(1.0 + 2.0 * mu_eff_minus / (mu_eff + 2.0))
-            .min((1.0 - c_1 - c_mu) / (nf * c_mu));
+        let negative =
+            (1.0 + c_1 / c_mu).min(1.0 + 2.0 * mu_eff_minus / (mu_eff + 2.0)).min((1.0 - c_1 - c_mu) / (nf * c_mu));
         let sum = |keep: fn(f64) -> bool| raw.iter().filter(|w| keep(**w)).map(|w| w.abs()).sum::<f64>();
         let (positive_sum, negative_sum) = (sum(|w| w > 0.0), sum(|w| w < 0.0));
         let scaled = |w: &f64| if *w >= 0.0 { w / positive_sum } else { negative * w / negative_sum };
@@ -199,8 +198,7 @@ impl Descent {
         let decay = 1.0 - (1.0 - r.c_sigma).powf(2.0 * (self.generation + 1) as f64);
         let short = norm / decay.sqrt() < (1.4 + 2.0 / (n as f64 + 1.0)) * r.chi_n;
         let h = f64::from(u8::from(short));
-        self.path_c =
-            &self.path_c * (1.0 - r.c_c) + step * (h * (r.c_c * (2.0 - r.c_c) * r.mu_eff).sqrt());
+        self.path_c = &self.path_c * (1.0 - r.c_c) + step * (h * (r.c_c * (2.0 - r.c_c) * r.mu_eff).sqrt());
 
         let lost = r.c_1 * (1.0 - h) * r.c_c * (2.0 - r.c_c);
         let sum: f64 = r.weights.iter().sum();
