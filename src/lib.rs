@@ -11,7 +11,7 @@
 //!                                                                      |
 //!  optimize --candidates--> Evaluator (reference) --scores--> optimize |  calibrate
 //!                                                                      |
-//!  report <-- result.json, simulation.csv, plot.svg <------------------'
+//!  report <-- result.json, simulation.csv, plot.svg <-- identify <-----'
 //! ```
 //!
 //! # Example

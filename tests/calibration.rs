@@ -184,7 +184,8 @@ fn an_infeasible_search_says_how_far_it_came() {
     // The spacing term must push forward.
     space.bounds[0] = [0.05, 0.05];
     let mut evaluator = Reference::new(vec![case], GoodnessOfFit::NRMSE_SVA);
-    let settings = Calibration { stop: Stop { max_evaluations: 500, ..Stop::default() }, ..Calibration::default() };
+    let stop = Stop { max_evaluations: 500, ..Stop::default() };
+    let settings = Calibration { optimizer: OptimizerKind::Ga, stop, ..Calibration::default() };
     let error = calibrate(&mut evaluator, &space, &settings, &mut |_| ControlFlow::Continue(())).unwrap_err();
     let message = error.to_string();
     assert!(

@@ -4,7 +4,7 @@ mod common;
 mod gpu_common;
 
 use gpu_common::{case, gpu, job, population, scores, skipped, space, variant};
-use leadlag::calibrate::{Calibration, Stop, calibrate};
+use leadlag::calibrate::{Calibration, OptimizerKind, Stop, calibrate};
 use leadlag::catalog::Variant;
 use leadlag::convention::Convention;
 use leadlag::evaluator::{BufferSet, Case, EvaluateError, Evaluator, Job, Outcome, Population, Raw, Score};
@@ -157,7 +157,7 @@ fn a_calibration_survives_a_lost_device() {
     let variant = variant("l-cth+delay");
     let space = space(variant, PAPER);
     let stop = Stop { max_evaluations: 1500, ..Stop::default() };
-    let settings = Calibration { seed: 5, stop, ..Calibration::default() };
+    let settings = Calibration { optimizer: OptimizerKind::Ga, seed: 5, stop, ..Calibration::default() };
     let run = |evaluator: &mut dyn Evaluator| {
         calibrate(evaluator, &space, &settings, &mut |_| ControlFlow::Continue(())).unwrap_or_else(|e| panic!("{e}"))
     };

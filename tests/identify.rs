@@ -4,7 +4,7 @@ use leadlag::calibrate::{Calibration, Overrides, SearchSpace, Stop, calibrate};
 use leadlag::catalog::Variant;
 use leadlag::convention::Convention;
 use leadlag::evaluator::Case;
-use leadlag::identify::{Identifiability, Knowledge, correlation, identify, long_run};
+use leadlag::identify::{Identifiability, Knowledge, correlation, identify};
 use leadlag::lanes::{Lanes, LanesPrecision};
 use leadlag::optimize::stream;
 use leadlag::score::GoodnessOfFit;
@@ -77,7 +77,11 @@ fn drive(samples: usize, sigma: f64, seed: u64) -> Trajectory {
 }
 
 /// Calibrates the IDM with these parameters free within bounds, and asks how well they are known.
-fn known(trajectory: &Trajectory, free: &[(&str, [f64; 2])], seed: u64) -> (Vec<f64>, Identifiability, Lanes, SearchSpace) {
+fn known(
+    trajectory: &Trajectory,
+    free: &[(&str, [f64; 2])],
+    seed: u64,
+) -> (Vec<f64>, Identifiability, Lanes, SearchSpace) {
     let variant = Variant::from_id(1).expect("the IDM");
     let names = ["delta", "v_0", "d_0", "t_h", "a_max", "a_min"];
     let mut overrides: Overrides = names.iter().zip(TRUTH).map(|(name, x)| ((*name).to_owned(), [x, x])).collect();
@@ -86,8 +90,9 @@ fn known(trajectory: &Trajectory, free: &[(&str, [f64; 2])], seed: u64) -> (Vec<
     let case = Case::new(trajectory, variant, None, Convention::PAPER, 0.0).expect("a drive");
     let mut lanes = Lanes::new(vec![case], GoodnessOfFit::NRMSE_SVA, LanesPrecision::Plain).expect("lanes");
     let settings =
-        Calibration { seed, stop: Stop { max_evaluations: 3000, ..Stop::default() }, ..Calibration::default() };
-    let found = calibrate(&mut lanes, &space, &settings, &mut |_| ControlFlow::Continue(())).expect("feasible").remove(0);
+        Calibration { seed, stop: Stop { max_evaluations: 2000, ..Stop::default() }, ..Calibration::default() };
+    let found =
+        calibrate(&mut lanes, &space, &settings, &mut |_| ControlFlow::Continue(())).expect("feasible").remove(0);
     let knowledge = identify(&mut lanes, &space, &found.candidate, seed).expect("lanes");
     (found.candidate, knowledge, lanes, space)
 }
@@ -96,14 +101,14 @@ fn of(knowledge: &Identifiability, symbol: Symbol) -> Knowledge {
     *knowledge.parameters.iter().find(|k| k.symbol == symbol).expect("it was searched")
 }
 
-/// The stated share is 95 %; of 120 intervals on 40 drives, those of one drive together, the number that hold the truth is 114 with a
-/// standard deviation of 3 to 4. Without regard to the autocorrelation fewer than half would.
+/// The stated share is 95 %; of 72 intervals on 24 drives, those of one drive together, the number that hold the truth is 68 with a
+/// standard deviation of 2 to 3. Without regard to the autocorrelation fewer than half would.
 #[test]
 fn intervals_hold_the_truth_as_often_as_they_say() {
     let free = [("d_0", [0.5, 6.0]), ("t_h", [0.3, 3.0]), ("a_max", [0.5, 5.0])];
     let (mut held, mut naively, mut all) = (0, 0, 0);
-    for seed in 1..=40 {
-        let trajectory = drive(2000, 0.2, seed);
+    for seed in 1..=24 {
+        let trajectory = drive(5000, 0.2, seed);
         let (candidate, knowledge, ..) = known(&trajectory, &free, seed);
         assert_eq!(knowledge.note, None, "seed {seed}");
         for (position, symbol) in [(2, Symbol::d_0), (3, Symbol::t_h), (4, Symbol::a_max)] {
@@ -114,14 +119,14 @@ fn intervals_hold_the_truth_as_often_as_they_say() {
             let inside = |lower: f64, upper: f64| i32::from(lower <= truth && truth <= upper);
             held += inside(lower, upper);
             // As wide as if every sample told something new.
-            let share = (k.effective_samples / 2000.0).sqrt();
+            let share = (k.effective_samples / 5000.0).sqrt();
             naively += inside(found - share * (found - lower), found + share * (upper - found));
             all += 1;
         }
     }
     println!("{held} of {all} intervals hold the truth; {naively} would if the residuals were independent");
-    assert!(held >= 103, "{held} of {all} intervals hold the truth");
-    assert!(naively < 84, "{naively} of {all}: the disturbance is not autocorrelated enough to test anything");
+    assert!(held >= 62, "{held} of {all} intervals hold the truth");
+    assert!(naively < 45, "{naively} of {all}: the disturbance is not autocorrelated enough to test anything");
 }
 
 /// Twice the disturbance: intervals about twice as wide. Four times the data: about half.
@@ -187,20 +192,4 @@ fn near_optimal_candidates_show_what_makes_up_for_what() {
     assert_eq!(matrix[0][1], matrix[1][0]);
     assert!(matrix[0][1] < -0.5, "d_0 and t_h: {matrix:?}");
     assert_eq!(correlation(&found, &space.free(), best, -1.0), None, "nothing is better than the best");
-}
-
-/// Theory: the variance times (1 + ρ) / (1 - ρ).
-#[test]
-fn the_long_run_variance_is_that_of_the_theory() {
-    for rho in [0.0, 0.5, 0.9, 0.98] {
-        let runs: Vec<_> = (1..=5).map(|seed| long_run(&noise(20_000, rho, seed))).collect();
-        let ratio = runs.iter().map(|r| r.long_run / r.variance).sum::<f64>() / 5.0;
-        let expected = (1.0 + rho) / (1.0 - rho);
-        assert!((ratio / expected - 1.0).abs() < 0.15, "ρ = {rho}: {ratio} for {expected}");
-    }
-    // Differences of noise: what one sample gains the next one loses, and little is left in a mean.
-    let x = noise(20_001, 0.0, 1);
-    let differences: Vec<f64> = x.windows(2).map(|w| w[1] - w[0]).collect();
-    let run = long_run(&differences);
-    assert!(run.long_run < 0.1 * run.variance, "{run:?}");
 }

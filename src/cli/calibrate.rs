@@ -10,13 +10,13 @@ pub use leadlag::calibrate::read_bounds;
 use super::data::Loaded;
 use super::evaluator::warn;
 use super::{Usage, interrupt, output};
-use leadlag::calibrate::{Calibration, SearchSpace, calibrate};
+use leadlag::calibrate::{Calibration, SearchSpace, best, calibrate};
 use leadlag::evaluator::{Case, Evaluator};
 use leadlag::identify::identify;
 use leadlag::lanes::LanesPrecision;
 use leadlag::optimize::GaSettings;
 use leadlag::reference::Reference;
-use leadlag::report::assemble::{Calibrated, rescore};
+use leadlag::report::assemble::Calibrated;
 use leadlag::report::result::ResultFile;
 use leadlag::report::text;
 use leadlag::select::Work;
@@ -115,10 +115,10 @@ fn search(
     settings: &Calibration,
 ) -> anyhow::Result<ResultFile> {
     let mut bar = progress::Bar::new(settings);
-    let mut replicates = calibrate(evaluator, space, settings, &mut |p| bar.update(p))?;
+    let replicates = calibrate(evaluator, space, settings, &mut |p| bar.update(p))?;
     bar.finish();
-    let Some(winner) = rescore(reference, space, &mut replicates) else {
-        let message = "the best candidates of all replicates fail in f64, although they pass in f32: they lie on the edge \
+    let Some(winner) = best(&replicates).filter(|winner| winner.score.is_finite()) else {
+        let message = "no replicate found a candidate that passes in f64; those that pass in f32 lie on the edge \
                        of a crash; try --optimizer auto, --precision compensated or another --seed";
         return Err(anyhow::anyhow!(message));
     };

@@ -1,9 +1,8 @@
-//! The score near its minimum: a quadratic form, and the influence of every sample on every parameter.
+//! The score near its minimum: a quadratic form, and what becomes of its minimum when a part of the drive is left out.
 //!
 //! The score is Σ_k w_k √m_k over signals (and the mean over cases), where m_k is the mean of squared residuals e². Its second
 //! derivatives are taken without those of e (Gauss and Newton), which keeps the form from falling anywhere.
 
-use super::long_run::long_run;
 use super::student;
 use crate::calibrate::SearchSpace;
 use crate::convention::Denominators;
@@ -11,6 +10,7 @@ use crate::evaluator::Case;
 use crate::reference::{Reference, Trace};
 use crate::score::{Accumulation, GoodnessOfFit, Measured, denominator, is_relative};
 use nalgebra::{DMatrix, DVector};
+use std::ops::Range;
 
 /// Steps of the differences, shares of a parameter's range: the first one at which anything changes.
 const STEPS: [f64; 4] = [1e-3, 1e-2, 0.1, 0.3];
@@ -28,6 +28,25 @@ struct SignalResiduals {
     slopes: Vec<Vec<f64>>,
 }
 
+/// Blocks into which each drive is cut for the jackknife. Ten: long against the memory of the residuals in a drive of minutes, and
+/// enough for a variance.
+const BLOCKS: usize = 10;
+
+/// The score of one case and its derivatives; also those without each block.
+struct CaseForm {
+    whole: Form,
+    without: Vec<Form>,
+    /// What each sample adds to the gradient, whose mean it is.
+    samples: Vec<DVector<f64>>,
+}
+
+/// Gradient and second derivatives by shares of the ranges.
+#[derive(Clone)]
+struct Form {
+    gradient: DVector<f64>,
+    curvature: DMatrix<f64>,
+}
+
 /// The local picture of a calibrated candidate.
 pub(super) struct Local {
     /// Positions of the searched parameters in the space.
@@ -36,8 +55,9 @@ pub(super) struct Local {
     on_bound: Vec<bool>,
     /// Second derivatives of the score by shares of the ranges.
     pub(super) curvature: DMatrix<f64>,
-    /// Σ over samples of the score's gradient, one series per case: sample by sample, parameter by parameter.
-    gradients: Vec<Vec<DVector<f64>>>,
+    cases: Vec<CaseForm>,
+    /// Added to the diagonal of every form.
+    ridge: f64,
     /// Simulations.
     pub(super) evaluations: u64,
 }
@@ -60,18 +80,20 @@ impl Local {
         let on_bound = free.iter().map(|&i| on.contains(&space.symbols[i])).collect();
         let n = free.len();
         let mut local =
-            Local { free, on_bound, curvature: DMatrix::zeros(n, n), gradients: Vec::new(), evaluations: 0 };
+            Local { free, on_bound, curvature: DMatrix::zeros(n, n), cases: Vec::new(), ridge: 0.0, evaluations: 0 };
         for case in cases {
             let signals = local.signals(case, gof, space, candidate)?;
-            local.add(&signals, cases.len() as f64);
+            local.cases.push(CaseForm::new(&signals, n, cases.len() as f64));
+        }
+        for case in &local.cases {
+            local.curvature += &case.whole.curvature;
         }
         let largest = local.curvature.diagonal().max();
         if !largest.is_finite() || largest <= 0.0 {
             return None;
         }
-        for i in 0..n {
-            local.curvature[(i, i)] += RIDGE * largest;
-        }
+        local.ridge = RIDGE * largest;
+        local.curvature += DMatrix::identity(n, n) * local.ridge;
         Some(local)
     }
 
@@ -153,74 +175,49 @@ impl Local {
         Some(signals)
     }
 
-    /// Adds a case to the curvature, and its series of gradients.
-    fn add(&mut self, signals: &[SignalResiduals], cases: f64) {
-        let n = self.free.len();
-        let samples = signals[0].residual.len();
-        let mut series = vec![DVector::zeros(n); samples];
-        for signal in signals {
-            let mean_square = signal.residual.iter().map(|e| e * e).sum::<f64>() * signal.per_count;
-            if mean_square <= 0.0 {
-                continue;
-            }
-            // d(w √m)/dm, and d²(w √m)/dm².
-            let first = signal.weight / (2.0 * mean_square.sqrt()) / cases;
-            let second = -first / (2.0 * mean_square);
-            let mut mean_slope = DVector::zeros(n);
-            let mut form = DMatrix::zeros(n, n);
-            for (t, e) in signal.residual.iter().enumerate() {
-                let slope = DVector::from_iterator(n, signal.slopes.iter().map(|s| s[t]));
-                mean_slope.axpy(2.0 * e * signal.per_count, &slope, 1.0);
-                form.ger(2.0 * signal.per_count, &slope, &slope, 1.0);
-            }
-            self.curvature += form * first + &mean_slope * mean_slope.transpose() * second;
-            // The mean over samples of these is the gradient; the second term is what the sample changes in the weight of the signal.
-            let scale = signal.per_count * samples as f64;
-            for (t, e) in signal.residual.iter().enumerate() {
-                let slope = DVector::from_iterator(n, signal.slopes.iter().map(|s| s[t]));
-                series[t].axpy(first * 2.0 * e * scale, &slope, 1.0);
-                series[t].axpy(second * (e * e * scale - mean_square), &mean_slope, 1.0);
-            }
-        }
-        self.gradients.push(series);
+    /// The parameters inside their bounds, and parameter `k`.
+    fn inside(&self, k: usize) -> Vec<usize> {
+        (0..self.free.len()).filter(|&i| i == k || !self.on_bound[i]).collect()
     }
 
-    /// Inverse of the curvature over the parameters inside their bounds and parameter `k`: positions, matrix.
-    fn inverse(&self, k: usize) -> (Vec<usize>, DMatrix<f64>) {
-        let inside: Vec<usize> = (0..self.free.len()).filter(|&i| i == k || !self.on_bound[i]).collect();
-        let form = DMatrix::from_fn(inside.len(), inside.len(), |a, b| self.curvature[(inside[a], inside[b])]);
-        // Never singular: the ridge.
-        let diagonal = DMatrix::from_diagonal(&form.diagonal().map(|x| 1.0 / x));
-        let inverse = form.cholesky().map_or(diagonal, |c| c.inverse());
-        (inside, inverse)
-    }
-
-    /// How far parameter `k` may be off.
+    /// How far parameter `k` may be off: the jackknife that leaves out one block at a time (H. R. Künsch, Annals of Statistics 17, 1989),
+    /// one step of Newton's method from the whole drive's minimum each. A block that is long against the memory of the residuals
+    /// takes their autocorrelation along.
     pub(super) fn spread(&self, k: usize) -> Spread {
-        let (inside, inverse) = self.inverse(k);
+        let inside = self.inside(k);
         let row = inside.iter().position(|&i| i == k).expect("k is among them");
-        let (mut long, mut short, mut samples) = (0.0, 0.0, 0.0);
-        for series in &self.gradients {
-            let influence: Vec<f64> = series
-                .iter()
-                .map(|g| inside.iter().enumerate().map(|(c, &i)| inverse[(row, c)] * g[i]).sum::<f64>())
-                .collect();
-            let variances = long_run(&influence);
-            let count = influence.len() as f64;
-            // The gradient of the score is the sum of the means over the cases, which are independent drives.
-            long += variances.long_run / count;
-            short += variances.variance / count;
+        let n = self.free.len();
+        let zero = Form { gradient: DVector::zeros(n), curvature: DMatrix::identity(n, n) * self.ridge };
+        let whole = self.cases.iter().fold(zero, |sum, case| sum.plus(&case.whole, 1.0));
+        let inverse = inverse(&whole.curvature, &inside);
+
+        let (mut variance, mut independent, mut samples) = (0.0, 0.0, 0.0);
+        for case in &self.cases {
+            let without = case.without.iter().map(|form| {
+                let left = whole.clone().plus(&case.whole, -1.0).plus(form, 1.0);
+                left.step(&inside)[row]
+            });
+            let minima: Vec<f64> = without.collect();
+            let blocks = minima.len() as f64;
+            let mean = minima.iter().sum::<f64>() / blocks;
+            variance += (blocks - 1.0) / blocks * minima.iter().map(|x| (x - mean).powi(2)).sum::<f64>();
+            let count = case.samples.len() as f64;
+            let influence =
+                |g: &DVector<f64>| inside.iter().enumerate().map(|(c, &i)| inverse[(row, c)] * g[i]).sum::<f64>();
+            independent += case.samples.iter().map(|g| influence(g).powi(2)).sum::<f64>() / (count * count);
             samples += count;
         }
-        let effective_samples = if long > 0.0 { (samples * short / long).min(samples) } else { samples };
-        let half = student(effective_samples - 1.0) * long.sqrt();
+        let effective_samples = if variance > 0.0 { (samples * independent / variance).min(samples) } else { samples };
+        let freedom = (BLOCKS - 1) * self.cases.len();
+        let half = student(freedom as f64) * variance.sqrt();
         let rise = half * half / (2.0 * inverse[(row, row)].max(f64::MIN_POSITIVE));
         Spread { half, rise, effective_samples }
     }
 
     /// How the others follow parameter `k` when it moves by 1: the bottom of the quadratic valley.
     pub(super) fn follow(&self, k: usize) -> DVector<f64> {
-        let (inside, inverse) = self.inverse(k);
+        let inside = self.inside(k);
+        let inverse = inverse(&self.curvature, &inside);
         let row = inside.iter().position(|&i| i == k).expect("k is among them");
         let mut direction = DVector::zeros(self.free.len());
         for (c, &i) in inside.iter().enumerate() {
@@ -228,6 +225,104 @@ impl Local {
         }
         direction
     }
+}
+
+impl CaseForm {
+    /// Of one case of so many.
+    fn new(signals: &[SignalResiduals], n: usize, cases: f64) -> CaseForm {
+        let count = signals[0].residual.len();
+        let edges: Vec<usize> = (0..=BLOCKS).map(|b| b * count / BLOCKS).collect();
+        let zero = Form { gradient: DVector::zeros(n), curvature: DMatrix::zeros(n, n) };
+        let mut form =
+            CaseForm { whole: zero.clone(), without: vec![zero; BLOCKS], samples: vec![DVector::zeros(n); count] };
+        for signal in signals {
+            let slope = |t: usize| DVector::from_iterator(n, signal.slopes.iter().map(|s| s[t]));
+            let blocks: Vec<Sums> = edges.windows(2).map(|w| Sums::of(signal, w[0]..w[1], n)).collect();
+            let all = blocks.iter().fold(Sums::zero(n), |sum, block| sum.plus(block, 1.0));
+            form.whole = form.whole.plus(&all.form(signal.weight / cases, signal.per_count), 1.0);
+            for (without, (block, w)) in form.without.iter_mut().zip(blocks.iter().zip(edges.windows(2))) {
+                let per_count = signal.per_count * count as f64 / (count - (w[1] - w[0])) as f64;
+                let rest = all.clone().plus(block, -1.0);
+                *without = without.clone().plus(&rest.form(signal.weight / cases, per_count), 1.0);
+            }
+            let mean_square = all.square * signal.per_count;
+            if mean_square > 0.0 {
+                let factor = signal.weight / cases / mean_square.sqrt() * signal.per_count * count as f64;
+                for (t, sample) in form.samples.iter_mut().enumerate() {
+                    sample.axpy(factor * signal.residual[t], &slope(t), 1.0);
+                }
+            }
+        }
+        form
+    }
+}
+
+/// Sums over samples of e², e ∂e and ∂e ∂eᵀ.
+#[derive(Clone)]
+struct Sums {
+    square: f64,
+    mixed: DVector<f64>,
+    slopes: DMatrix<f64>,
+}
+
+impl Sums {
+    fn zero(n: usize) -> Sums {
+        Sums { square: 0.0, mixed: DVector::zeros(n), slopes: DMatrix::zeros(n, n) }
+    }
+
+    fn of(signal: &SignalResiduals, samples: Range<usize>, n: usize) -> Sums {
+        let mut sums = Sums::zero(n);
+        for t in samples {
+            let (e, slope) = (signal.residual[t], DVector::from_iterator(n, signal.slopes.iter().map(|s| s[t])));
+            sums.square += e * e;
+            sums.mixed.axpy(e, &slope, 1.0);
+            sums.slopes.ger(1.0, &slope, &slope, 1.0);
+        }
+        sums
+    }
+
+    fn plus(self, other: &Sums, factor: f64) -> Sums {
+        Sums {
+            square: self.square + factor * other.square,
+            mixed: self.mixed + &other.mixed * factor,
+            slopes: self.slopes + &other.slopes * factor,
+        }
+    }
+
+    /// Derivatives of w √(Σ e² / count).
+    fn form(&self, weight: f64, per_count: f64) -> Form {
+        let mean_square = self.square * per_count;
+        if mean_square <= 0.0 {
+            let n = self.mixed.len();
+            return Form { gradient: DVector::zeros(n), curvature: DMatrix::zeros(n, n) };
+        }
+        // d(w √m)/dm, and d²(w √m)/dm².
+        let first = weight / (2.0 * mean_square.sqrt());
+        let second = -first / (2.0 * mean_square);
+        let slope = &self.mixed * (2.0 * per_count);
+        let curvature = &self.slopes * (2.0 * per_count * first) + &slope * slope.transpose() * second;
+        Form { gradient: slope * first, curvature }
+    }
+}
+
+impl Form {
+    fn plus(self, other: &Form, factor: f64) -> Form {
+        let gradient = self.gradient + &other.gradient * factor;
+        Form { gradient, curvature: self.curvature + &other.curvature * factor }
+    }
+
+    /// Newton's step to the minimum, in some of the parameters.
+    fn step(&self, inside: &[usize]) -> DVector<f64> {
+        let gradient = DVector::from_iterator(inside.len(), inside.iter().map(|&i| self.gradient[i]));
+        -(inverse(&self.curvature, inside) * gradient)
+    }
+}
+
+/// Inverse of a form in some of the parameters. The ridge keeps it from being singular; should it be, each parameter by itself.
+fn inverse(curvature: &DMatrix<f64>, inside: &[usize]) -> DMatrix<f64> {
+    let form = DMatrix::from_fn(inside.len(), inside.len(), |a, b| curvature[(inside[a], inside[b])]);
+    let diagonal = DMatrix::from_diagonal(&form.diagonal().map(|x| 1.0 / x.max(f64::MIN_POSITIVE)));
+    form.cholesky().map_or(diagonal, |c| c.inverse())
 }
 
 /// What is squared and averaged.

@@ -3,10 +3,8 @@
 //! The residuals of a free simulation are far from independent: at ten samples a second one tells nearly what the next one tells.
 //! So nothing here counts samples as if each were new.
 //!
-//! 1. `local`: the score near its minimum as a quadratic form, by differences of the f64 reference, and from it how much each sample
-//!    moves each parameter (its influence). The variance of a parameter is the long-run variance of that series
-//!    (`long_run`), which holds all its autocorrelation, over the number of samples: the sandwich of P. J. Huber (Proc. 5th Berkeley
-//!    Symposium, 1967) with the bread from the score, whatever the goodness of fit.
+//! 1. `local`: the score near its minimum as a quadratic form, by differences of the f64 reference. The drive is cut into ten blocks,
+//!    and the variance of a parameter is told by how its minimum moves when one of them is left out (the block jackknife).
 //! 2. `profile`: each parameter is moved away and all others are calibrated again. The interval ends where the score has risen by
 //!    what a parameter of that variance explains by chance in 95 of 100 cases (J. T. Kent, Biometrika 69, 1982: the profile of a
 //!    score that is no likelihood). It need not be symmetric, and it ends at a bound where the data do not end it.
@@ -15,15 +13,14 @@
 //! The intervals say what is known if the variant is right and the drive typical; they do not say that it is right.
 
 mod local;
-mod long_run;
 mod near;
 mod profile;
 
-pub use long_run::{LongRun, long_run};
 pub use near::correlation;
 
 use crate::calibrate::SearchSpace;
 use crate::evaluator::{EvaluateError, Evaluator};
+use crate::lanes::{Lanes, LanesPrecision};
 use crate::symbols::Symbol;
 
 /// Share of cases in which an interval should hold the true value.
@@ -74,8 +71,16 @@ pub fn identify(
         return none("the score is not defined around the candidate", 0);
     };
     let spreads: Vec<local::Spread> = (0..local.free.len()).map(|k| local.spread(k)).collect();
-    let profiles = profile::profiles(evaluator, space, candidate, &local, &spreads, seed)?;
+    let mut profiles = profile::profiles(evaluator, space, candidate, &local, &spreads, seed)?;
+    if !profiles.start.is_finite() {
+        // On the edge of what is feasible f32 may find it infeasible.
+        let mut exact = Lanes::new(evaluator.cases().to_vec(), *evaluator.gof(), LanesPrecision::F64)?;
+        profiles = profile::profiles(&mut exact, space, candidate, &local, &spreads, seed)?;
+    }
     let evaluations = local.evaluations + profiles.evaluations;
+    if !profiles.start.is_finite() {
+        return none("the candidate lies on the very edge of what is feasible", evaluations);
+    }
     let deepest = spreads.iter().map(|s| s.rise).fold(f64::INFINITY, f64::min);
     // A tenth of the rise: it shifts an interval by less than a tenth of its half.
     if profiles.lowest < profiles.start - 0.1 * deepest {

@@ -123,7 +123,7 @@ pub(super) fn profiles(
     let mut work = Work::new(evaluator, space, candidate, local);
     let start = match work.merits(&[work.middle.clone()])?[0] {
         Merit::Feasible(value) => value,
-        // On the edge in f32 what f64 finds feasible: nothing can be said about what lies around.
+        // On the edge: nothing can be said about what lies around, and no profile is begun.
         Merit::Infeasible { .. } => f64::INFINITY,
     };
     let mut lowest = start;

@@ -48,6 +48,15 @@ impl Reference {
         Outcome { result, delay_steps, n_cut_acc, n_cut_dec }
     }
 
+    /// The score of one candidate over all cases.
+    #[must_use]
+    pub fn score(&self, parameters: &Parameters) -> Score {
+        let mut trace = Trace::default();
+        let outcomes = self.cases.iter().map(|case| (Self::outcome(case, parameters, &mut trace), case.s.len()));
+        // Cases of one convention: see `Case`.
+        Score::of(outcomes, &self.gof, self.cases[0].convention.bounds)
+    }
+
     /// The outcomes of all candidates of the jobs, spread over threads.
     fn run<T: Send>(&self, jobs: &[Job<'_>], finish: impl Fn(&Case, Outcome) -> T + Sync, results: &mut Vec<T>) {
         results.clear();

@@ -34,20 +34,6 @@ pub struct Calibrated<'a> {
     pub knowledge: Option<Identifiability>,
 }
 
-/// Gives every replicate the score of its candidate by the f64 reference; infinity where the candidate fails there, or touches a
-/// bound that rejects it: such a replicate ranks behind all others. The best one; `None` if all fail.
-pub fn rescore<'r>(
-    reference: &Reference,
-    space: &SearchSpace,
-    replicates: &'r mut [Replicate],
-) -> Option<&'r Replicate> {
-    for replicate in replicates.iter_mut() {
-        let measures = measures(reference, space, &replicate.candidate);
-        replicate.score = measures.map_or(f64::INFINITY, |m| reference.gof().of(&m));
-    }
-    best(replicates).filter(|winner| winner.score.is_finite())
-}
-
 /// Measures of a candidate, the mean over the cases; none if a run failed or is rejected.
 fn measures(reference: &Reference, space: &SearchSpace, candidate: &[f64]) -> Option<Measures> {
     let parameters = space.parameters(candidate);
@@ -60,13 +46,12 @@ fn measures(reference: &Reference, space: &SearchSpace, candidate: &[f64]) -> Op
 }
 
 impl Calibrated<'_> {
-    /// Scores every replicate again, picks the best and describes it.
+    /// Picks the best replicate, measures it and describes it.
     ///
     /// # Panics
     /// Without a replicate.
     #[must_use]
-    pub fn into_result(mut self) -> ResultFile {
-        rescore(self.reference, self.space, &mut self.replicates);
+    pub fn into_result(self) -> ResultFile {
         let winner = best(&self.replicates).expect("a calibration has at least one replicate");
         let measures = measures(self.reference, self.space, &winner.candidate);
         let variant = self.evaluator.variant();

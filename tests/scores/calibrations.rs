@@ -64,7 +64,7 @@ fn compare(follower: &Follower, id: u32, no_gpu: bool) -> Vec<String> {
     let cases = || vec![case.clone()];
     let settings = |seed, replicates, max_evaluations| {
         let stop = Stop { max_evaluations, ..Stop::default() };
-        Calibration { seed, replicates, stop, ..Calibration::default() }
+        Calibration { optimizer: OptimizerKind::Ga, seed, replicates, stop, ..Calibration::default() }
     };
     let mut lanes = Lanes::new(cases(), GOF, LanesPrecision::Plain).expect("a variant that runs");
     let (mut score, mut center) = best(&case, &table_3, &settings(1, 4, FAR), &mut lanes);

@@ -14,9 +14,8 @@ use super::BenchError;
 use crate::calibrate::{Calibration, OptimizerKind, Overrides, SearchSpace, Stop, calibrate};
 use crate::catalog::Variant;
 use crate::convention::Convention;
-use crate::evaluator::{Case, Evaluator, Population, Score};
+use crate::evaluator::Case;
 use crate::lanes::{Lanes, LanesPrecision};
-use crate::reference::Reference;
 use crate::score::GoodnessOfFit;
 use crate::trajectory::{Preparation, Recording, Trajectory, import, prepare};
 use crate::vehicle::{self, Vehicle};
@@ -161,22 +160,13 @@ fn run(data: &mut Followers, task: &OptimizerTask) -> Result<OptimizerOutcome, B
         stop: Stop { max_evaluations: task.max_evaluations, ..Stop::default() },
     };
     let started = Instant::now();
-    let mut lanes = Lanes::new(vec![case.clone()], GoodnessOfFit::NRMSE_SVA, LanesPrecision::Plain)?;
+    let mut lanes = Lanes::new(vec![case], GoodnessOfFit::NRMSE_SVA, LanesPrecision::Plain)?;
     let found = calibrate(&mut lanes, &space, &settings, &mut |_| ControlFlow::Continue(()))?;
     let wall_s = started.elapsed().as_secs_f64();
-
-    let mut population = Population::new(&space.symbols);
-    found.iter().for_each(|replicate| population.push(&replicate.candidate));
-    let mut scores = vec![Score::Rejected; found.len()];
-    Reference::new(vec![case], GoodnessOfFit::NRMSE_SVA).evaluate(&population, &mut scores)?;
-    let value = |score: &Score| match score {
-        Score::Value(value) => Some(*value),
-        Score::Failed(_) | Score::Rejected => None,
-    };
     Ok(OptimizerOutcome {
         program: journal::PROGRAM.to_owned(),
         task: task.clone(),
-        scores: scores.iter().map(value).collect(),
+        scores: found.iter().map(|r| Some(r.score).filter(|score| score.is_finite())).collect(),
         evaluations: found.iter().map(|r| r.evaluations).collect(),
         stops: found.iter().map(|r| r.stop.to_string()).collect(),
         wall_s,

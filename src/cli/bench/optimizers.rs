@@ -21,9 +21,12 @@ pub struct Args {
     /// Finished tasks are kept in this file; the same command goes on where it was stopped
     #[arg(long, value_name = "FILE", default_value = "optimizers.jsonl")]
     journal: PathBuf,
-    /// Only the tasks whose description contains this, such as `seeds` or `spread`
-    #[arg(long, value_name = "AIM")]
+    /// Only these tasks
+    #[arg(long, value_name = "AIM", value_parser = ["seeds", "spread"])]
     only: Option<String>,
+    /// At most the first so many tasks
+    #[arg(long, value_name = "N")]
+    tasks: Option<usize>,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -34,6 +37,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let name = args.optimizer.name();
     let mut tasks = optimizer_tasks(name, args.quick);
     tasks.retain(|task| args.only.as_ref().is_none_or(|only| task.aim == *only));
+    tasks.truncate(args.tasks.unwrap_or(usize::MAX));
     let mut journal = Journal::open(&args.journal)?;
     let bar = ProgressBar::new(tasks.len() as u64)
         .with_style(ProgressStyle::with_template("{bar:20} {pos}/{len} tasks, {eta} left  {msg}")?);
