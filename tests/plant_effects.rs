@@ -133,7 +133,8 @@ fn commands(drive: &Synthetic) -> Vec<f64> {
 #[test]
 fn forces_follow_road_and_speed() {
     let scenario = scenario(Base::LCth, Profile::Cruise, 150.0);
-    let forces: [(&str, fn(&Synthetic, usize) -> f64); 4] = [
+    type Force = fn(&Synthetic, usize) -> f64;
+    let forces: [(&str, Force); 4] = [
         ("aero_drag:cD=0.001", |drive, k| -0.001 * drive.v[1][k].powi(2)),
         ("const_decel:c0=0.1", |_, _| -0.1),
         ("grade:gg=0.8", |drive, k| -0.8 * 9.80665 * drive.sin_grade[1][k]),
