@@ -6,6 +6,7 @@ use clap::Parser;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
+    quiet_device_selection();
     match cli::run(cli::Cli::parse()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) if cli::output::is_broken_pipe(&error) => ExitCode::SUCCESS,
@@ -16,6 +17,19 @@ fn main() -> ExitCode {
             let causes = error.chain().skip(1).map(ToString::to_string);
             causes.filter(|c| !said.contains(c.as_str())).for_each(|c| eprintln!("  because: {c}"));
             ExitCode::from(if cli::is_usage(&error) { 2 } else { 1 })
+        }
+    }
+}
+
+/// Mesa's layer for choosing among devices looks for a Wayland display and, where there is no desktop session, prints an error for each try.
+/// leadlag chooses by itself, so the layer is left out there.
+fn quiet_device_selection() {
+    let set = |name: &str| std::env::var_os(name).is_some();
+    if cfg!(target_os = "linux") && !set("XDG_RUNTIME_DIR") && !set("MESA_VK_DEVICE_SELECT") {
+        #[allow(unsafe_code, reason = "the environment may only be written while there is one thread")]
+        // SAFETY: the first call of `main`; no other thread has been started.
+        unsafe {
+            std::env::set_var("NODEVICE_SELECT", "1");
         }
     }
 }

@@ -433,3 +433,33 @@ fn a_run_that_crashes_says_when_and_why_everywhere() {
     let simulated = rows.lines().skip(1).filter(|line| !line.ends_with(",,,")).count() as u64;
     assert_eq!(simulated, step + 1, "simulated columns are empty after the failing sample");
 }
+
+#[test]
+fn synth_hides_what_it_is_told_to() {
+    let folder = scratch("hidden");
+    let lead = platoon().join("pair_follower1.csv");
+    let arguments = ["synth", "--out", text(&folder), "--base", "idm", "--leader", text(&lead), "--seed", "3"];
+    let effect = ["--effect", "actuation_lag", "--amplitude", "weak", "--gusts", "0.05,2", "--gap-noise", "0.02"];
+    ok(&[&arguments[..], &effect].concat());
+    let truth: Value = serde_json::from_slice(&fs::read(folder.join("truth.json")).unwrap()).unwrap();
+    let follower = &truth["scenario"]["followers"][0];
+    assert_eq!(truth["scenario"]["followers"].as_array().unwrap().len(), 1);
+    assert_eq!(follower["effects"][0]["name"], "actuation_lag");
+    let lag = follower["effects"][0]["parameters"]["ta"].as_f64().unwrap();
+    assert!((0.01..0.5).contains(&lag), "a weak lag of {lag} s");
+    assert_eq!(follower["gusts"]["sigma_mps2"], 0.05);
+    assert_eq!(truth["scenario"]["noise"]["gap_m"], 0.02);
+    assert_eq!(truth["scenario"]["profile"]["kind"], "recorded");
+    assert_eq!(truth["scenario"]["duration_s"], 150.0);
+
+    let refused = |extra: &[&str]| fails(&[&["synth", "--out", text(&folder)], extra].concat());
+    let (code, message) = refused(&["--effect", "grad"]);
+    assert_eq!(code, 2);
+    assert!(message.contains("no effect is called \"grad\"; there are perception_delay, "), "{message}");
+    let (code, message) = refused(&["--effect", "grade", "--amplitude", "60"]);
+    assert_eq!(code, 1);
+    assert!(message.contains("at most on this drive, less than the 60 m/s wanted"), "{message}");
+    let (_, message) = refused(&["--effect", "grade", "--effect", "grade:gg=1"]);
+    assert!(message.contains("--effect grade is given twice"), "{message}");
+    assert!(ok(&["synth", "--list-effects"]).contains("\ngrade: this share of the grade force is not made up for\n"));
+}

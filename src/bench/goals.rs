@@ -65,6 +65,17 @@ impl Report {
                 }
             })
             .collect();
+        for precision in ["plain", "f64"] {
+            let rate = |evaluator, precision| Some(self.row(evaluator, precision, 1, POPULATION)?.mcs_per_core_second);
+            let native = rate("native", if precision == "f64" { "f64" } else { "f32" });
+            goals.push(Goal {
+                what: format!("lanes {precision}, variant 1: share of the hand-written loop"),
+                unit: "%",
+                wanted: 60.0,
+                at_most: false,
+                found: rate("lanes", precision).zip(native).map(|(lanes, native)| 100.0 * lanes / native),
+            });
+        }
         goals.push(Goal {
             what: "slowest of the ninety on lanes: times slower than variant 1".to_owned(),
             unit: "x",

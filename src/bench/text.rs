@@ -83,7 +83,7 @@ fn write_table(text: &mut String, report: &Report) -> std::fmt::Result {
         let found = goal.found.map_or("-".to_owned(), short);
         let wanted = format!("{}{}", if goal.at_most { "<= " } else { ">= " }, short(goal.wanted));
         let what = if goal.unit == "Mcs/core-s" { format!("{}: Mcs/core-s", goal.what) } else { goal.what };
-        let what = if goal.unit == "ms" { format!("{what}: ms") } else { what };
+        let what = if matches!(goal.unit, "ms" | "%") { format!("{what}: {}", goal.unit) } else { what };
         for (k, line) in textwrap::wrap(&what, 52).iter().enumerate() {
             match k {
                 0 => writeln!(text, "{line:<54}{wanted:>9}{found:>10} {met}")?,

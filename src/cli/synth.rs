@@ -1,41 +1,101 @@
 //! `leadlag synth`: a synthetic platoon whose truth is known.
 
 use super::output;
-use leadlag::plant::{Noise, Scenario, run as drive, write_openacc, write_pair, write_slope};
-use std::path::PathBuf;
+use anyhow::Context;
+use clap::ValueEnum;
+use leadlag::plant::{
+    Base, Effect, EffectKind, Gusts, Noise, Profile, Scenario, at_amplitude, drawn, run as drive, write_openacc,
+    write_pair, write_slope,
+};
+use leadlag::trajectory::{Preparation, Trajectory, import, prepare};
+use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  leadlag synth --out drive --pairs
+  leadlag synth --out drive --base idm --effect grade --amplitude medium
+  leadlag synth --out drive --effect actuation_lag:ta=0.6 --leader stop-and-go --gusts 0.05,2
+  leadlag synth --list-effects")]
 pub struct Args {
     /// Folder for platoon.csv (OpenACC layout), Slope.csv (the road) and truth.json
-    #[arg(long, value_name = "DIR")]
-    pub out: PathBuf,
+    #[arg(long, value_name = "DIR", required_unless_present = "list_effects")]
+    pub out: Option<PathBuf>,
     /// The one seed of all random numbers
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Length of the drive in s
+    /// Length of the drive in s [default: 600, or as long as the record of --leader]
     #[arg(long, value_name = "S")]
     pub duration: Option<f64>,
+    /// Draw the follower's parameters from the seed instead of taking those of the default platoon
+    #[arg(long, value_enum)]
+    pub base: Option<BaseArg>,
+    /// The follower that --base, --effect and --gusts are for: 1 is right behind the platoon leader
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=4))]
+    pub follower: u8,
+    /// Something that no base model knows, with its parameters or of medium size; may be repeated
+    #[arg(long, value_name = "NAME[:P=V,...]")]
+    pub effect: Vec<Effect>,
+    /// Make each effect as strong as it takes to change the follower's speed by this much
+    #[arg(long, value_name = "weak|medium|M/S", value_parser = amplitude)]
+    pub amplitude: Option<f64>,
+    /// How the platoon leader drives: cruise, stop-and-go, restless, or as the first car of a measured FILE
+    #[arg(long, value_name = "KIND|FILE", default_value = "cruise")]
+    pub leader: String,
+    /// Standard deviation of the noise of all gaps in m [default: 0.0005]
+    #[arg(long, value_name = "M", conflicts_with = "no_noise")]
+    pub gap_noise: Option<f64>,
+    /// Standard deviation of the noise of all speeds in m/s [default: 0.003]
+    #[arg(long, value_name = "M/S", conflicts_with = "no_noise")]
+    pub speed_noise: Option<f64>,
     /// Without sensor noise
     #[arg(long)]
     pub no_noise: bool,
+    /// Random accelerations of the follower: standard deviation in m/s², time constant in s
+    #[arg(long, value_name = "SIGMA,TAU", value_parser = gusts)]
+    pub gusts: Option<Gusts>,
     /// Also write a pair file for each follower: pair_follower1.csv, ...
     #[arg(long)]
     pub pairs: bool,
+    /// List the effects with their parameters, and do nothing else
+    #[arg(long)]
+    pub list_effects: bool,
+}
+
+/// A base model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum BaseArg {
+    Idm,
+    LCth,
+    Gipps,
+}
+
+fn amplitude(text: &str) -> Result<f64, String> {
+    match text {
+        "weak" => Ok(0.03),
+        "medium" => Ok(0.10),
+        _ => text.parse().ok().filter(|v: &f64| *v > 0.0 && v.is_finite()).ok_or_else(|| {
+            "expected weak (0.03 m/s), medium (0.10 m/s) or a root mean square above 0 in m/s".to_owned()
+        }),
+    }
+}
+
+fn gusts(text: &str) -> Result<Gusts, String> {
+    let numbers = text.split_once(',').and_then(|(a, b)| Some((a.trim().parse().ok()?, b.trim().parse().ok()?)));
+    let expected = || "expected SIGMA,TAU: standard deviation in m/s² and time constant in s, such as 0.05,2";
+    let (sigma_mps2, time_constant_s) = numbers.ok_or_else(expected)?;
+    Ok(Gusts { sigma_mps2, time_constant_s })
 }
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
-    let mut scenario = Scenario { seed: args.seed, ..Scenario::default() };
-    if let Some(duration) = args.duration {
-        scenario.duration_s = duration;
+    if args.list_effects {
+        return output::print(&effects());
     }
-    if args.no_noise {
-        scenario.noise = Noise::NONE;
-    }
-    let synthetic = drive(&scenario)?;
-    output::make_folder(&args.out)?;
+    let out = args.out.as_deref().expect("clap wants it");
+    let synthetic = drive(&scenario(args)?)?;
+    output::make_folder(out)?;
     let mut written = Vec::new();
     let mut save = |name: String, content: Vec<u8>| {
-        let path = args.out.join(name);
+        let path = out.join(name);
         output::write_file(&path, &content)?;
         written.push(path.display().to_string());
         anyhow::Ok(())
@@ -55,4 +115,74 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         }
     }
     output::print(&(written.join("\n") + "\n"))
+}
+
+/// What is asked for.
+fn scenario(args: &Args) -> anyhow::Result<Scenario> {
+    let mut scenario = Scenario { seed: args.seed, ..Scenario::default() };
+    scenario.profile = match args.leader.as_str() {
+        "cruise" => Profile::Cruise,
+        "stop-and-go" => Profile::StopAndGo,
+        "restless" => Profile::Restless,
+        file => {
+            let lead = recorded(Path::new(file))?;
+            scenario.duration_s = (lead.len() - 1) as f64 * lead.dt;
+            Profile::Recorded { dt: lead.dt, v: lead.v_l }
+        }
+    };
+    if let Some(duration) = args.duration {
+        scenario.duration_s = duration;
+    }
+    if args.no_noise {
+        scenario.noise = Noise::NONE;
+    }
+    scenario.noise.gap_m = args.gap_noise.unwrap_or(scenario.noise.gap_m);
+    scenario.noise.speed_mps = args.speed_noise.unwrap_or(scenario.noise.speed_mps);
+
+    let number = usize::from(args.follower);
+    if let Some(base) = args.base {
+        let base = match base {
+            BaseArg::Idm => Base::Idm,
+            BaseArg::LCth => Base::LCth,
+            BaseArg::Gipps => Base::Gipps,
+        };
+        scenario.followers.truncate(number);
+        scenario.followers[number - 1] = drawn(base, args.seed, number);
+    }
+    let follower = &mut scenario.followers[number - 1];
+    follower.gusts = args.gusts;
+    for effect in &args.effect {
+        anyhow::ensure!(
+            follower.effects.iter().all(|known| known.kind() != effect.kind()),
+            "--effect {} is given twice",
+            effect.kind()
+        );
+        follower.effects.push(effect.clone());
+    }
+    match args.amplitude {
+        Some(rms) => Ok(at_amplitude(&scenario, number, rms)?),
+        None => Ok(scenario),
+    }
+}
+
+/// The first two cars of a measured file.
+fn recorded(file: &Path) -> anyhow::Result<Trajectory> {
+    let kinds = "(--leader takes cruise, stop-and-go, restless or a measured file)";
+    let recording = import::read(file, None).with_context(|| kinds)?;
+    let pieces = prepare(&recording, 1, &Preparation::default())?;
+    Ok(pieces.into_iter().max_by_key(Trajectory::len).expect("prepare finds at least one piece"))
+}
+
+/// A table of the effects.
+fn effects() -> String {
+    let mut text = String::new();
+    for kind in EffectKind::ALL {
+        text += &format!("{}: {}\n", kind.name(), kind.meaning());
+        for p in kind.parameters() {
+            let unit = if p.unit == "-" { "" } else { p.unit };
+            text += format!("    {:<5}{} to {} {unit}, medium {}", p.name, p.lower, p.upper, p.medium).trim_end();
+            text += "\n";
+        }
+    }
+    text
 }

@@ -1,6 +1,7 @@
 //! The two kinds of numbers a block program runs in.
 
 use super::power::power_block;
+use super::power_f64;
 use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -33,8 +34,8 @@ pub trait Real:
     fn ln(self) -> Self;
     fn sin(self) -> Self;
     fn cos(self) -> Self;
-    /// Towards zero, within the range of u32.
-    fn to_u32(self) -> u32;
+    /// The whole part of a value from 0 to 4,000,000, by its bits: a cast, which minds all values, is not vectorised.
+    fn whole(self) -> u32;
     fn power<const L: usize>(x: &[Self; L], y: &[Self; L], out: &mut [Self; L]);
 
     /// The larger one; the other one where one is NaN; `other` of two zeros.
@@ -63,8 +64,9 @@ pub trait Real:
     }
 }
 
+// `$one_apart`: from here on neighbouring values differ by 1.
 macro_rules! real {
-    ($type:ident, $literal:expr, $power:expr) => {
+    ($type:ident, $one_apart:literal, $literal:expr, $power:expr) => {
         impl Real for $type {
             const ZERO: $type = 0.0;
             const ONE: $type = 1.0;
@@ -108,8 +110,8 @@ macro_rules! real {
                 $type::cos(self)
             }
             #[inline(always)]
-            fn to_u32(self) -> u32 {
-                self as u32
+            fn whole(self) -> u32 {
+                (self.floor() + $one_apart).to_bits() as u32 & 0x007f_ffff
             }
             #[inline(always)]
             fn power<const L: usize>(x: &[$type; L], y: &[$type; L], out: &mut [$type; L]) {
@@ -119,13 +121,10 @@ macro_rules! real {
     };
 }
 
-real!(f32, |x: f32| x, power_block);
+real!(f32, 8_388_608.0, |x: f32| x, power_block);
 real!(
     f64,
+    4_503_599_627_370_496.0,
     |x: f32| x.to_string().parse().expect("what a number prints is a number"),
-    |x: &[f64; L], y: &[f64; L], out: &mut [f64; L]| {
-        for i in 0..L {
-            out[i] = if x[i] > 0.0 { x[i].powf(y[i]) } else { 0.0 };
-        }
-    }
+    power_f64::power_block
 );

@@ -5,13 +5,36 @@
 use super::real::Real;
 use std::hint::select_unpredictable;
 
-/// `went` = `alive` where the acceleration is finite and the spacing above 0.
+/// True if all accelerations are finite and all spacings above 0.
 #[inline(always)]
-pub fn went<T: Real, const L: usize>(a_free: &[T; L], s: &[T; L], alive: &[T; L], went: &mut [T; L]) {
+pub fn all_fine<T: Real, const L: usize>(a_free: &[T; L], s: &[T; L]) -> bool {
+    let mut fine = true;
+    for i in 0..L {
+        fine &= Real::is_finite(a_free[i]) & !(s[i] <= T::ZERO);
+    }
+    fine
+}
+
+/// True if no value is 0.
+#[inline(always)]
+pub fn all_true<T: Real, const L: usize>(x: &[T; L]) -> bool {
+    let mut all = true;
+    for i in 0..L {
+        all &= x[i] != T::ZERO;
+    }
+    all
+}
+
+/// `went` = `alive` where the acceleration is finite and the spacing above 0; true if this differs from `alive` anywhere.
+#[inline(always)]
+pub fn went<T: Real, const L: usize>(a_free: &[T; L], s: &[T; L], alive: &[T; L], went: &mut [T; L]) -> bool {
+    let mut differ = false;
     for i in 0..L {
         let fine = Real::is_finite(a_free[i]) & !(s[i] <= T::ZERO);
         went[i] = select_unpredictable(fine, alive[i], T::ZERO);
+        differ |= went[i] != alive[i];
     }
+    differ
 }
 
 /// The same, where the step is feasible too.
@@ -22,19 +45,12 @@ pub fn went_where<T: Real, const L: usize>(
     feasible: &[T; L],
     alive: &[T; L],
     went: &mut [T; L],
-) {
+) -> bool {
+    let mut differ = false;
     for i in 0..L {
         let fine = Real::is_finite(a_free[i]) & !(s[i] <= T::ZERO) & (feasible[i] != T::ZERO);
         went[i] = select_unpredictable(fine, alive[i], T::ZERO);
-    }
-}
-
-/// True if the rows differ anywhere.
-#[inline(always)]
-pub fn differ<T: Real, const L: usize>(a: &[T; L], b: &[T; L]) -> bool {
-    let mut differ = false;
-    for i in 0..L {
-        differ |= a[i] != b[i];
+        differ |= went[i] != alive[i];
     }
     differ
 }
@@ -65,7 +81,16 @@ pub fn errors<T: Real, const L: usize>(y: &[T; L], measured: T, factor: T, to: &
 
 /// Adds the square of (y - `measured`) `factor`.
 #[inline(always)]
-pub fn add_square<T: Real, const L: usize>(y: &[T; L], measured: T, factor: T, went: &[T; L], sum: &mut [T; L]) {
+pub fn add_square<T: Real, const L: usize>(y: &[T; L], measured: T, factor: T, sum: &mut [T; L]) {
+    for i in 0..L {
+        let term = (y[i] - measured) * factor;
+        sum[i] = sum[i] + term * term;
+    }
+}
+
+/// The same in the lanes that went on.
+#[inline(always)]
+pub fn add_square_where<T: Real, const L: usize>(y: &[T; L], measured: T, factor: T, went: &[T; L], sum: &mut [T; L]) {
     for i in 0..L {
         let term = (y[i] - measured) * factor;
         let next = sum[i] + term * term;
@@ -117,7 +142,15 @@ pub fn between_where<T: Real, const L: usize>(
     }
 }
 
-/// Between two values that all lanes share, in the lanes with this delay.
+/// Between two values that all lanes share.
+#[inline(always)]
+pub fn leader<T: Real, const L: usize>(old: T, new: T, fraction: &[T; L], to: &mut [T; L]) {
+    for i in 0..L {
+        to[i] = old + (new - old) * fraction[i];
+    }
+}
+
+/// The same in the lanes with this delay.
 #[inline(always)]
 pub fn leader_where<T: Real, const L: usize>(
     old: T,

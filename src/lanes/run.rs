@@ -8,8 +8,8 @@ use super::real::Real;
 use super::rows;
 use super::simd::{InstructionSet, Instructions, Lane, Registers};
 use super::stream::Stream;
-use super::sums::{Settings, Sums};
-use super::tables::{Scratch, mfc_bounds, sin_grade};
+use super::sums::{Settings, Sums, Went};
+use super::tables::Lookups;
 use crate::evaluator::{Population, status};
 
 /// A model ready for blocks of L lanes.
@@ -75,7 +75,7 @@ pub struct Workspace<T, const L: usize> {
     alive: Lane<T, L>,
     /// 1 where a lane did this step without failing.
     went: Lane<T, L>,
-    scratch: Scratch<T, L>,
+    lookups: Lookups<T, L>,
     pub sums: Sums<T, L>,
     pub status: [u32; L],
     pub cut_acc: [u32; L],
@@ -93,7 +93,7 @@ impl<T: Real, const L: usize> Workspace<T, L> {
             first: [0; L],
             alive: Lane::ZERO,
             went: Lane::ZERO,
-            scratch: Scratch::new(),
+            lookups: Lookups::new(),
             sums: Sums::new(),
             status: [0; L],
             cut_acc: [0; L],
@@ -110,6 +110,7 @@ impl<T: Real, const L: usize> Workspace<T, L> {
         for (value, row) in what.stream.job.iter().zip(program.model.job) {
             self.registers.row_mut(row).fill(*value);
         }
+        self.lookups.forget();
         self.cut_acc = [0; L];
         self.cut_dec = [0; L];
         self.alive = Lane::ZERO;
@@ -155,20 +156,23 @@ pub fn run<T: Real, const L: usize>(program: &Program<T, L>, w: &mut Workspace<T
                 for lane in 0..L {
                     w.alive.0[lane] = if w.status[lane] == 0 && t >= w.first[lane] { T::ONE } else { T::ZERO };
                 }
+                w.went = w.alive;
             }
+            // Then both rows hold nothing but 1.
+            let whole = running == L && t >= all_begun;
             if delayed {
                 perceive(w, stream, model.perceived, [nearest, farthest], t, mask);
             } else if model.reads_v_l {
                 w.registers.row_mut(model.perceived[2]).fill(stream.v_l[t - 1]);
             }
             if let Some(table) = &stream.grade {
-                sin_grade(&mut w.scratch, table, stream.x_road[t - 1], w.registers.row(model.homes[here][0]));
-                w.registers.row_mut(model.road[0]).copy_from_slice(&w.scratch.out[0].0);
+                w.lookups.go_to_place(table, stream.x_road[t - 1], w.registers.row(model.homes[here][0]));
+                w.lookups.sin_grade(w.registers.row_mut(model.road[0]));
             }
             if let Some(table) = &stream.mfc {
-                mfc_bounds(&mut w.scratch, table, w.registers.row(model.homes[here][1]));
-                w.registers.row_mut(model.road[1]).copy_from_slice(&w.scratch.out[0].0);
-                w.registers.row_mut(model.road[2]).copy_from_slice(&w.scratch.out[1].0);
+                w.lookups.go_to_speed(table, w.registers.row(model.homes[here][1]));
+                w.lookups.mfc_bound(0, w.registers.row_mut(model.road[1]));
+                w.lookups.mfc_bound(1, w.registers.row_mut(model.road[2]));
             }
             w.registers.row_mut(model.dx_l).fill(stream.dx_l[t]);
             w.registers.execute(&program.steps[here]);
@@ -178,18 +182,21 @@ pub fn run<T: Real, const L: usize>(program: &Program<T, L>, w: &mut Workspace<T
             let home = &model.homes[here];
             let (a_free, s) = (w.registers.row(step.a_free), w.registers.row(home[0]));
             // Before any clamp: a minimum or maximum would hide a NaN.
-            match step.feasible {
-                None => rows::went(a_free, s, &w.alive.0, &mut w.went.0),
-                Some(row) => rows::went_where(a_free, s, w.registers.row(row), &w.alive.0, &mut w.went.0),
-            }
+            let feasible = step.feasible.map(|row| w.registers.row(row));
+            let all = whole && rows::all_fine(a_free, s) && feasible.is_none_or(rows::all_true);
+            let failing = !all
+                && match feasible {
+                    None => rows::went(a_free, s, &w.alive.0, &mut w.went.0),
+                    Some(feasible) => rows::went_where(a_free, s, feasible, &w.alive.0, &mut w.went.0),
+                };
             if settings.counts && step.a != step.a_free {
                 rows::count(w.registers.row(step.a), a_free, &w.went.0, &mut w.cut_acc, &mut w.cut_dec);
             }
-            if rows::differ(&w.alive.0, &w.went.0) {
+            if failing {
                 running -= close(w, program, 1 - here, t);
             }
             let rows = [w.registers.row(home[0]), w.registers.row(home[1]), w.registers.row(home[2])];
-            w.sums.add(settings, stream, rows, &w.went.0, t);
+            w.sums.add(settings, stream, rows, Went { all, row: &w.went.0 }, t);
             if let Some(observer) = &settings.observer {
                 let [s, v] = w.sums.observe(observer, stream, [rows[0], rows[1]], &w.went.0, t, what.end);
                 w.registers.row_mut(home[0]).copy_from_slice(&s.0);
@@ -239,7 +246,11 @@ fn perceive<T: Real, const L: usize>(
         }
         let (old, new) = (stream.v_l[older], stream.v_l[younger]);
         let row = w.registers.row_mut(to[2]);
-        rows::leader_where(old, new, &w.fraction.0, &w.back_row.0, T::of(back as f64), row);
+        if nearest == farthest {
+            rows::leader(old, new, &w.fraction.0, row);
+        } else {
+            rows::leader_where(old, new, &w.fraction.0, &w.back_row.0, T::of(back as f64), row);
+        }
     }
 }
 

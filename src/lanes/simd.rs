@@ -1,7 +1,6 @@
 //! Instructions over rows of lanes, once per instruction set.
 //!
-//! The only module with `unsafe`: function pointers compiled for an instruction set, rows reached by number, and look-ups
-//! in tables. `Code::new` checks what these rely on. No instruction fuses a multiplication with an addition: `avx2` is
+//! The only module with `unsafe`: function pointers compiled for an instruction set, and rows reached by number. `Code::new` checks what these rely on. No instruction fuses a multiplication with an addition: `avx2` is
 //! asked for without `fma`, and Rust contracts nothing, so that every set gives the same bits.
 #![allow(unsafe_code, reason = "function pointers per instruction set; see the safety comments")]
 
@@ -122,20 +121,6 @@ impl<T: Real, const L: usize> Registers<T, L> {
             // `instructions.rows` (and so exist), and that the row written is none of those read.
             unsafe { execute(rows, at) };
         }
-    }
-}
-
-/// out[i] = table[index[i]], the last entry for an index beyond it.
-///
-/// # Panics
-/// If the table is empty.
-#[inline(always)]
-pub fn gather<T: Real, const L: usize>(table: &[T], index: &[u32; L], out: &mut [T; L]) {
-    assert!(!table.is_empty(), "tables have entries");
-    let last = (table.len() - 1).min(u32::MAX as usize) as u32;
-    for i in 0..L {
-        // SAFETY: the index is at most that of the last entry.
-        out[i] = unsafe { *table.get_unchecked(index[i].min(last) as usize) };
     }
 }
 

@@ -2,35 +2,31 @@
 
 use super::real::Real;
 use crate::convention::BoundRule;
-use crate::evaluator::{Case, Course, Table};
+use crate::evaluator::{Case, Course, Line, Table};
 use crate::score::GoodnessOfFit;
 use std::any::TypeId;
 
-/// Sine of the grade: cells as in shaders/kernel.wgsl.
+/// A table as in shaders/kernel.wgsl: C values per cell, the node first, and S values per side of the node, below and above by
+/// turns.
 #[derive(Debug, Clone)]
-pub struct GradeTable<T> {
+pub struct Cells<T, const C: usize, const S: usize> {
     pub origin: T,
     pub per_width: T,
-    pub node: Vec<T>,
-    pub at: Vec<T>,
-    /// Slopes below and above the node, cell by cell.
-    pub slope: Vec<T>,
+    pub cells: Vec<[T; C]>,
+    pub sides: Vec<[T; S]>,
+}
+
+/// Sine of the grade: node, value at the node; slope.
+#[derive(Debug, Clone)]
+pub struct GradeTable<T> {
+    pub cells: Cells<T, 2, 1>,
     /// Length of a closed track and its inverse, 0 for an open road.
     pub period: T,
     pub per_period: T,
 }
 
-/// a_dp and a_ap over the speed.
-#[derive(Debug, Clone)]
-pub struct MfcTable<T> {
-    pub origin: T,
-    pub per_width: T,
-    pub node: Vec<T>,
-    pub at: [Vec<T>; 2],
-    /// Value at the node and slope of the lines below and above it, cell by cell, per curve.
-    pub c: [Vec<T>; 2],
-    pub m: [Vec<T>; 2],
-}
+/// a_dp and a_ap over the speed: node, values at the node; line of a_dp (value at the node, slope), line of a_ap.
+pub type MfcTable<T> = Cells<T, 3, 4>;
 
 /// How a score follows from the sums.
 #[derive(Debug, Clone, Copy)]
@@ -103,26 +99,26 @@ impl<T: Real> Stream<T> {
 }
 
 fn grade<T: Real>(table: &Table, period: f64, per_period: f64) -> GradeTable<T> {
-    let cells = &table.curves[0];
+    let nodes = table.node.iter().zip(&table.curves[0]);
     GradeTable {
-        origin: T::of(table.origin),
-        per_width: T::of(table.per_width),
-        node: all(&table.node),
-        at: cells.iter().map(|cell| T::of(cell.at)).collect(),
-        slope: cells.iter().flat_map(|cell| [cell.below.m, cell.above.m]).map(T::of).collect(),
+        cells: Cells {
+            origin: T::of(table.origin),
+            per_width: T::of(table.per_width),
+            cells: nodes.map(|(node, cell)| [*node, cell.at].map(T::of)).collect(),
+            sides: table.curves[0].iter().flat_map(|cell| [[T::of(cell.below.m)], [T::of(cell.above.m)]]).collect(),
+        },
         period: T::of(period),
         per_period: T::of(per_period),
     }
 }
 
 fn mfc<T: Real>(table: &Table) -> MfcTable<T> {
-    let curves = [&table.curves[0], &table.curves[1]];
-    MfcTable {
+    let curves = || table.curves[0].iter().zip(&table.curves[1]);
+    let lines = |dp: Line, ap: Line| [dp.c, dp.m, ap.c, ap.m].map(T::of);
+    Cells {
         origin: T::of(table.origin),
         per_width: T::of(table.per_width),
-        node: all(&table.node),
-        at: curves.map(|cells| cells.iter().map(|cell| T::of(cell.at)).collect()),
-        c: curves.map(|cells| cells.iter().flat_map(|cell| [cell.below.c, cell.above.c]).map(T::of).collect()),
-        m: curves.map(|cells| cells.iter().flat_map(|cell| [cell.below.m, cell.above.m]).map(T::of).collect()),
+        cells: table.node.iter().zip(curves()).map(|(node, (dp, ap))| [*node, dp.at, ap.at].map(T::of)).collect(),
+        sides: curves().flat_map(|(dp, ap)| [lines(dp.below, ap.below), lines(dp.above, ap.above)]).collect(),
     }
 }

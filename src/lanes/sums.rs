@@ -42,6 +42,15 @@ pub struct Settings<T> {
     pub observer: Option<ObserverOf<T>>,
 }
 
+/// The lanes that did a step without failing.
+#[derive(Debug, Clone, Copy)]
+pub struct Went<'a, T, const L: usize> {
+    /// True if all did.
+    pub all: bool,
+    /// 1 in these lanes.
+    pub row: &'a [T; L],
+}
+
 /// Sums of spacing, speed and acceleration, with what the precision rounds away.
 #[derive(Debug, Clone)]
 struct Triple<T, const L: usize> {
@@ -67,23 +76,27 @@ impl<T: Real, const L: usize> Triple<T, L> {
 
     /// Adds the square of `term`.
     #[inline(always)]
-    fn add_square(&mut self, k: usize, compensated: bool, term: &[T; L], went: &[T; L]) {
+    fn add_square(&mut self, k: usize, compensated: bool, term: &[T; L], went: Went<'_, T, L>) {
         if compensated {
-            rows::add_square_compensated(term, went, &mut self.high[k].0, &mut self.low[k].0);
+            rows::add_square_compensated(term, went.row, &mut self.high[k].0, &mut self.low[k].0);
+        } else if went.all {
+            rows::add_square(term, T::ZERO, T::ONE, &mut self.high[k].0);
         } else {
-            rows::add_square(term, T::ZERO, T::ONE, went, &mut self.high[k].0);
+            rows::add_square_where(term, T::ZERO, T::ONE, went.row, &mut self.high[k].0);
         }
     }
 
     /// Adds the square of (y - `measured`) `factor`.
     #[inline(always)]
-    fn add_error(&mut self, k: usize, compensated: bool, y: &[T; L], [measured, factor]: [T; 2], went: &[T; L]) {
+    fn add_error(&mut self, k: usize, compensated: bool, y: &[T; L], [measured, factor]: [T; 2], went: Went<'_, T, L>) {
         if compensated {
             let mut term = [T::ZERO; L];
             rows::errors(y, measured, factor, &mut term);
             self.add_square(k, compensated, &term, went);
+        } else if went.all {
+            rows::add_square(y, measured, factor, &mut self.high[k].0);
         } else {
-            rows::add_square(y, measured, factor, went, &mut self.high[k].0);
+            rows::add_square_where(y, measured, factor, went.row, &mut self.high[k].0);
         }
     }
 
@@ -123,7 +136,14 @@ impl<T: Real, const L: usize> Sums<T, L> {
 
     /// Adds sample t with the state in `rows`, in the lanes that went on.
     #[inline(always)]
-    pub fn add(&mut self, settings: &Settings<T>, stream: &Stream<T>, rows: [&[T; L]; 3], went: &[T; L], t: usize) {
+    pub fn add(
+        &mut self,
+        settings: &Settings<T>,
+        stream: &Stream<T>,
+        rows: [&[T; L]; 3],
+        went: Went<'_, T, L>,
+        t: usize,
+    ) {
         let compensated = settings.compensated;
         for k in 0..3 {
             let row = rows[k];

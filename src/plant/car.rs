@@ -1,5 +1,6 @@
 //! What is true of each car.
 
+use super::effect::Effect;
 use serde::{Deserialize, Serialize};
 
 /// The platoon leader: cruise control that follows the set speed of the scenario.
@@ -42,6 +43,21 @@ pub struct CarTruth {
     pub a_lb: f64,
     /// Upper bound of the acceleration \[m/s²\] (Eq. 13).
     pub a_ub: f64,
+    /// What the paper's models lack.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub effects: Vec<Effect>,
+    /// Random accelerations.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gusts: Option<Gusts>,
+}
+
+/// Random accelerations as of wind and road: first-order autoregression.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Gusts {
+    /// Standard deviation \[m/s²\].
+    pub sigma_mps2: f64,
+    /// Time constant \[s\].
+    pub time_constant_s: f64,
 }
 
 /// The acceleration command of a follower, with the paper's symbols.

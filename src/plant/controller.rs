@@ -16,13 +16,13 @@ pub(super) struct Seen {
 }
 
 impl Controller {
-    /// Acceleration command \[m/s²\].
-    pub(super) fn command(&self, seen: Seen) -> f64 {
+    /// Acceleration command \[m/s²\] with a desired spacing that is `extra` \[m\] larger.
+    pub(super) fn command(&self, seen: Seen, extra: f64) -> f64 {
         match *self {
             Controller::Idm { v_0, t_h, d_0, a_max, a_min, delta } => {
                 let closing = seen.v - seen.v_ahead;
                 let braking = seen.v * closing / (2.0 * (a_max * -a_min).sqrt());
-                let wanted = d_0 + (t_h * seen.v + braking).max(0.0);
+                let wanted = d_0 + extra + (t_h * seen.v + braking).max(0.0);
                 a_max * (1.0 - (seen.v / v_0).powf(delta) - (wanted / seen.gap).powi(2))
             }
             Controller::Gipps { v_0, t_h, d_0, a_max, a_min, a_hat_min, theta } => {
@@ -30,16 +30,30 @@ impl Controller {
                 let free = seen.v + 2.5 * a_max * t_h * (1.0 - share) * (0.025 + share).sqrt();
                 let b = -a_min;
                 let reaction = b * (t_h / 2.0 + theta);
-                let room = 2.0 * (seen.gap - d_0) - t_h * seen.v + seen.v_ahead * seen.v_ahead / -a_hat_min;
+                let room = 2.0 * (seen.gap - d_0 - extra) - t_h * seen.v + seen.v_ahead * seen.v_ahead / -a_hat_min;
                 // A negative radicand means that no speed is safe any more: brake as for a stop.
                 let safe = (reaction * reaction + b * room).max(0.0).sqrt() - reaction;
                 (free.min(safe) - seen.v_now) / t_h
             }
             Controller::Linear { v_0, t_h, d_0, k_s, k_v, k_0 } => {
-                let surplus = seen.gap - (d_0 + t_h * seen.v);
+                let surplus = seen.gap - (d_0 + extra + t_h * seen.v);
                 let follow = k_v * (seen.v_ahead - seen.v) + k_s * surplus;
                 follow.min(k_0 * (v_0 - seen.v))
             }
+        }
+    }
+
+    /// Spacing \[m\] at which a car at constant speed `v` \[m/s\] behind another at that speed does not change it.
+    pub(super) fn equilibrium_gap(&self, v: f64) -> f64 {
+        match *self {
+            Controller::Idm { v_0, t_h, d_0, delta, .. } => {
+                // Near the desired speed there is none; then ten times the spacing of a slow car.
+                (d_0 + t_h * v) / (1.0 - (v / v_0).powf(delta)).max(0.01).sqrt()
+            }
+            Controller::Gipps { t_h, d_0, a_min, a_hat_min, theta, .. } => {
+                d_0 + (t_h + theta) * v + v * v * (1.0 / a_hat_min - 1.0 / a_min) / 2.0
+            }
+            Controller::Linear { t_h, d_0, .. } => d_0 + t_h * v,
         }
     }
 }
@@ -57,7 +71,7 @@ mod tests {
             Controller::Gipps { v_0: 30.0, t_h: 1.0, d_0: 2.0, a_max: 1.5, a_min: -2.0, a_hat_min: -2.0, theta: 0.5 };
         let linear = Controller::Linear { v_0: 30.0, t_h: 1.0, d_0: 2.0, k_s: 0.2, k_v: 0.8, k_0: 0.5 };
         for controller in [idm, gipps, linear] {
-            assert!(controller.command(STANDING).abs() < 1e-12, "{controller:?}");
+            assert!(controller.command(STANDING, 0.0).abs() < 1e-12, "{controller:?}");
         }
     }
 
@@ -68,12 +82,26 @@ mod tests {
         let seen = Seen { gap: 40.0, v: 20.0, v_ahead: 18.0, v_now: 20.0 };
         let gipps =
             Controller::Gipps { v_0: 30.0, t_h: 1.0, d_0: 2.0, a_max: 1.5, a_min: -2.0, a_hat_min: -2.5, theta: 0.5 };
-        assert!((gipps.command(seen) - -2.629_920).abs() < 1e-6);
+        assert!((gipps.command(seen, 0.0) - -2.629_920).abs() < 1e-6);
         // IDM: braking = 20*2/(2*sqrt(1*4)) = 10, wanted = 2 + 20 + 10 = 32, (32/40)^2 = 0.64, (20/30)^2 = 0.4444.
         let idm = Controller::Idm { v_0: 30.0, t_h: 1.0, d_0: 2.0, a_max: 1.0, a_min: -4.0, delta: 2.0 };
-        assert!((idm.command(seen) - (1.0 - 4.0 / 9.0 - 0.64)).abs() < 1e-12);
+        assert!((idm.command(seen, 0.0) - (1.0 - 4.0 / 9.0 - 0.64)).abs() < 1e-12);
         // Linear: 0.5*(-2) + 0.1*(40 - 22) = 0.8, capped by 0.05*(30 - 20) = 0.5.
         let linear = Controller::Linear { v_0: 30.0, t_h: 1.0, d_0: 2.0, k_s: 0.1, k_v: 0.5, k_0: 0.05 };
-        assert!((linear.command(seen) - 0.5).abs() < 1e-12);
+        assert!((linear.command(seen, 0.0) - 0.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_equilibrium_holds() {
+        let idm = Controller::Idm { v_0: 30.0, t_h: 1.0, d_0: 2.0, a_max: 1.5, a_min: -2.0, delta: 4.0 };
+        let gipps =
+            Controller::Gipps { v_0: 30.0, t_h: 1.0, d_0: 2.0, a_max: 1.5, a_min: -2.0, a_hat_min: -2.5, theta: 0.5 };
+        let linear = Controller::Linear { v_0: 30.0, t_h: 1.0, d_0: 2.0, k_s: 0.2, k_v: 0.8, k_0: 0.5 };
+        for controller in [idm, gipps, linear] {
+            for v in [5.0, 15.0, 22.0] {
+                let seen = Seen { gap: controller.equilibrium_gap(v), v, v_ahead: v, v_now: v };
+                assert!(controller.command(seen, 0.0).abs() < 1e-12, "{controller:?} at {v} m/s");
+            }
+        }
     }
 }

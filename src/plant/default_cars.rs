@@ -1,6 +1,7 @@
 //! The cars of the default platoon: one kind of controller after the other, parameters within the paper's Table 3.
 
 use super::car::{CarTruth, Controller, Lead, RoadLoad};
+use super::noise::{Purpose, Stream};
 
 /// Constant bounds of the acceleration \[m/s²\]: paper, Section 2.2.2.
 const BOUNDS: (f64, f64) = (-7.0, 5.0);
@@ -8,6 +9,55 @@ const BOUNDS: (f64, f64) = (-7.0, 5.0);
 /// A car of 4.9 m; the gain lets its speed waver by 0.36 m/s on 2.9 %.
 pub(super) fn lead() -> Lead {
     Lead { name: "Synthetic(A)".to_owned(), length: 4.9, k: 0.8, tau_a: 0.3 }
+}
+
+/// A base model to draw a follower from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Base {
+    /// Intelligent Driver Model.
+    Idm,
+    /// Linear law with constant time headway.
+    LCth,
+    /// Gipps' model.
+    Gipps,
+}
+
+/// A follower without delay, lag or load whose parameters are drawn from the seed, within what drives safely.
+#[must_use]
+pub fn drawn(base: Base, seed: u64, car: usize) -> CarTruth {
+    let stream = &mut Stream::new(seed, Purpose::ParametersOfCar(car));
+    let mut draw = |low: f64, high: f64| stream.between(low, high);
+    let (v_0, t_h, d_0) = (draw(31.0, 35.0), draw(0.9, 1.7), draw(2.0, 4.0));
+    let controller = match base {
+        Base::Idm => {
+            Controller::Idm { v_0, t_h, d_0, a_max: draw(1.0, 2.2), a_min: draw(-3.0, -1.2), delta: draw(2.5, 6.0) }
+        }
+        Base::LCth => {
+            Controller::Linear { v_0, t_h, d_0, k_s: draw(0.1, 0.4), k_v: draw(0.4, 1.1), k_0: draw(0.3, 0.9) }
+        }
+        Base::Gipps => Controller::Gipps {
+            v_0,
+            t_h,
+            d_0,
+            a_max: draw(1.0, 2.5),
+            a_min: draw(-3.2, -2.2),
+            a_hat_min: draw(-3.6, -2.4),
+            theta: draw(0.2, 0.6),
+        },
+    };
+    CarTruth {
+        name: format!("Synthetic({})", char::from(b'A' + (car as u8).min(25))),
+        length: 4.7,
+        initial_gap: d_0 + 0.5,
+        controller,
+        tau_p: 0.0,
+        tau_a: 0.0,
+        load: None,
+        a_lb: BOUNDS.0,
+        a_ub: BOUNDS.1,
+        effects: Vec::new(),
+        gusts: None,
+    }
 }
 
 /// The four followers described at [`Scenario`](super::Scenario).
@@ -23,6 +73,8 @@ pub(super) fn followers() -> Vec<CarTruth> {
             load: None,
             a_lb: BOUNDS.0,
             a_ub: BOUNDS.1,
+            effects: Vec::new(),
+            gusts: None,
         },
         CarTruth {
             name: "Synthetic(C)".to_owned(),
@@ -34,6 +86,8 @@ pub(super) fn followers() -> Vec<CarTruth> {
             load: None,
             a_lb: BOUNDS.0,
             a_ub: BOUNDS.1,
+            effects: Vec::new(),
+            gusts: None,
         },
         CarTruth {
             name: "Synthetic(D)".to_owned(),
@@ -53,6 +107,8 @@ pub(super) fn followers() -> Vec<CarTruth> {
             load: None,
             a_lb: BOUNDS.0,
             a_ub: BOUNDS.1,
+            effects: Vec::new(),
+            gusts: None,
         },
         CarTruth {
             name: "Synthetic(E)".to_owned(),
@@ -65,6 +121,8 @@ pub(super) fn followers() -> Vec<CarTruth> {
             load: Some(RoadLoad { m_f: 2230.0, phi_f: 1.035, f_0: 205.7, f_1: 0.0, f_2: 0.363 }),
             a_lb: BOUNDS.0,
             a_ub: BOUNDS.1,
+            effects: Vec::new(),
+            gusts: None,
         },
     ]
 }

@@ -1,5 +1,7 @@
 //! What can be wrong with a scenario.
 
+use super::effect::EffectKind;
+
 /// A scenario that cannot be driven.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum PlantError {
@@ -24,5 +26,25 @@ pub enum PlantError {
         t: f64,
         /// Gap at that time \[m\].
         gap: f64,
+    },
+    /// An effect needs two cars ahead.
+    #[error("car {car} cannot look past the car ahead: there is nobody; choose a follower further back")]
+    NobodyAhead {
+        /// Position in the platoon, 1 being the platoon leader.
+        car: usize,
+    },
+    /// An effect that changes this drive too little.
+    #[error(
+        "{effect} changes the speed of car {car} by {largest:.3} m/s at most on this drive, less than the {wanted} m/s wanted; try another drive, car or effect"
+    )]
+    Weak {
+        /// The effect.
+        effect: EffectKind,
+        /// Position in the platoon.
+        car: usize,
+        /// Root mean square wanted \[m/s\].
+        wanted: f64,
+        /// The largest that was reached \[m/s\].
+        largest: f64,
     },
 }

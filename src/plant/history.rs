@@ -23,6 +23,28 @@ impl History {
         History { h, motions: Vec::with_capacity(capacity) }
     }
 
+    /// The motion of a recorded speed, every `dt` \[s\]: a smooth curve through its values, from position 0; its last value goes on.
+    pub(super) fn recorded(dt: f64, v: &[f64], h: f64, steps: usize) -> History {
+        let value = |i: isize| v[i.clamp(0, v.len() as isize - 1) as usize];
+        let slope = |i: isize| (value(i + 1) - value(i - 1)) / (2.0 * dt);
+        let speed = |t: f64| {
+            let place = t / dt;
+            let i = place.floor() as isize;
+            let u = place - i as f64;
+            hermite(u, dt, (value(i), slope(i)), (value(i + 1), slope(i + 1))).max(0.0)
+        };
+        let mut history = History::new(h, steps + 1);
+        let mut x = 0.0;
+        for step in 0..=steps {
+            let t = step as f64 * h;
+            let a = (speed(t + 0.5 * h) - speed((t - 0.5 * h).max(0.0))) / if step == 0 { 0.5 * h } else { h };
+            history.push(Motion { x, v: speed(t), a });
+            // Simpson's rule, exact for a cubic.
+            x += h / 6.0 * (speed(t) + 4.0 * speed(t + 0.5 * h) + speed(t + h));
+        }
+        history
+    }
+
     pub(super) fn push(&mut self, motion: Motion) {
         self.motions.push(motion);
     }

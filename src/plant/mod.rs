@@ -1,7 +1,8 @@
 //! An independent truth: a platoon integrated with a fine step, measured as a real one would be.
 //!
 //! A hilly closed road, a platoon leader on cruise control and followers with known parameters; whatever
-//! calibrates or diagnoses sees the samples only, and tests compare with the [`Truth`].
+//! calibrates or diagnoses sees the samples only, and tests compare with the [`Truth`]. A follower may have
+//! [`Effect`]s that no base model knows, of a size that [`at_amplitude`] chooses by what they change.
 //!
 //! This folder is a transcription of the paper's continuous-time models of its own. It shares no code with any
 //! evaluator and imports nothing of this crate, so that a mistake there cannot hide here.
@@ -17,12 +18,16 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod amplitude;
 mod car;
 mod controller;
 mod default_cars;
 mod drive;
+mod effect;
 mod error;
+mod follower;
 mod history;
+mod integrate;
 mod noise;
 mod road;
 mod sample;
@@ -30,11 +35,14 @@ mod scenario;
 mod set_speed;
 mod write;
 
-pub use car::{CarTruth, Controller, Lead, RoadLoad};
+pub use amplitude::at_amplitude;
+pub use car::{CarTruth, Controller, Gusts, Lead, RoadLoad};
+pub use default_cars::{Base, drawn};
+pub use effect::{Effect, EffectError, EffectKind, EffectParameter};
 pub use error::PlantError;
 pub use noise::Noise;
 pub use road::{GradeProfile, Road};
 pub use sample::{Synthetic, run};
-pub use scenario::{Scenario, Truth};
+pub use scenario::{Profile, Scenario, Truth};
 pub use set_speed::Segment;
 pub use write::{write_openacc, write_pair, write_slope};

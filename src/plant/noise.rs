@@ -33,6 +33,8 @@ pub(super) enum Purpose {
     SetSpeed,
     SpeedOfCar(usize),
     GapOfLink(usize),
+    GustsOfCar(usize),
+    ParametersOfCar(usize),
 }
 
 /// Random numbers for one purpose.
@@ -46,6 +48,8 @@ impl Stream {
             Purpose::SetSpeed => 1,
             Purpose::SpeedOfCar(car) => 2 + 2 * car as u64,
             Purpose::GapOfLink(link) => 3 + 2 * link as u64,
+            Purpose::GustsOfCar(car) => (1 << 32) + 2 * car as u64,
+            Purpose::ParametersOfCar(car) => (1 << 32) + 2 * car as u64 + 1,
         });
         Stream(generator)
     }

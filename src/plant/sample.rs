@@ -1,6 +1,6 @@
 //! Driving a scenario and measuring it.
 
-use super::drive::Drive;
+use super::drive::platoon;
 use super::error::PlantError;
 use super::history::History;
 use super::noise::{Purpose, Stream};
@@ -37,11 +37,10 @@ pub fn run(scenario: &Scenario) -> Result<Synthetic, PlantError> {
     scenario.check()?;
     let seed = scenario.seed;
     let hills = Hills::new(&scenario.road, &mut Stream::new(seed, Purpose::Road));
-    let set_speed = SetSpeed::new(scenario.duration_s, &mut Stream::new(seed, Purpose::SetSpeed));
+    let set_speed = SetSpeed::new(&scenario.profile, scenario.duration_s, &mut Stream::new(seed, Purpose::SetSpeed));
     let (h, per_sample) = scenario.step();
     let samples = (scenario.duration_s * f64::from(scenario.rate_hz)).floor() as usize;
-    let drive = Drive { lead: &scenario.lead, followers: &scenario.followers, hills: &hills, set_speed: &set_speed };
-    let histories = drive.integrate(h, samples * per_sample)?;
+    let histories = platoon(scenario, &hills, &set_speed, h, samples * per_sample)?;
     let steps: Vec<usize> = (0..=samples).map(|i| i * per_sample).collect();
 
     let x = signal(&histories, &steps, |history, step| history.get(step).x);

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::car::{CarTruth, Lead};
 use super::default_cars;
+use super::effect::{EffectKind, Effects};
 use super::error::PlantError;
 use super::noise::Noise;
 use super::road::Road;
@@ -35,6 +36,9 @@ pub struct Scenario {
     pub road: Road,
     /// Noise of the sensors.
     pub noise: Noise,
+    /// How the platoon leader drives.
+    #[serde(default)]
+    pub profile: Profile,
     /// The platoon leader.
     pub lead: Lead,
     /// The followers, front to back.
@@ -51,10 +55,33 @@ impl Default for Scenario {
             // As AstaZero's rural road: 5.758 km, -2.9 to 3.0 %.
             road: Road::Hilly { period: 5700.0, max_sin: 0.029 },
             noise: Noise::default(),
+            profile: Profile::Cruise,
             lead: default_cars::lead(),
             followers: default_cars::followers(),
         }
     }
+}
+
+/// How the platoon leader drives.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", tag = "kind")]
+pub enum Profile {
+    /// A new set speed every 15 to 45 s, and one stop.
+    #[default]
+    Cruise,
+    /// A congested road: stops, and never fast.
+    StopAndGo,
+    /// A new set speed every few seconds, from slow to fast.
+    Restless,
+    /// A recorded speed.
+    Recorded {
+        /// Time step of the record \[s\].
+        #[serde(rename = "dt_s")]
+        dt: f64,
+        /// Speeds \[m/s\]; the last one goes on.
+        #[serde(rename = "speed_mps")]
+        v: Vec<f64>,
+    },
 }
 
 /// All that decided a synthetic drive: what a calibration should find.
@@ -85,6 +112,11 @@ impl Scenario {
             in_range("length of the lap", period, 100.0, 1e6, "m")?;
             in_range("largest sine of the grade", max_sin, 0.0, 0.2, "")?;
         }
+        if let Profile::Recorded { dt, v } = &self.profile {
+            in_range("time step of the recorded speed", *dt, 1e-3, 10.0, "s")?;
+            in_range("number of recorded speeds", v.len() as f64, 2.0, 1e8, "")?;
+            v.iter().try_for_each(|v| in_range("recorded speed", *v, 0.0, 100.0, "m/s"))?;
+        }
         in_range("length of car 1", self.lead.length, 0.0, 30.0, "m")?;
         in_range("tau_a of car 1", self.lead.tau_a, 0.0, 10.0, "s")?;
         let (h, _) = self.step();
@@ -94,8 +126,13 @@ impl Scenario {
             in_range(&of("initial gap"), car.initial_gap, 0.1, 1000.0, "m")?;
             in_range(&of("tau_a"), car.tau_a, 0.0, 10.0, "s")?;
             // A delay within one step would ask for a motion that is not yet known.
-            if car.tau_p != 0.0 {
-                in_range(&of("tau_p (unless it is 0)"), car.tau_p, h, 10.0, "s")?;
+            let tau_p = car.tau_p + Effects(&car.effects).size(EffectKind::PerceptionDelay);
+            if tau_p != 0.0 {
+                in_range(&of("tau_p (unless it is 0)"), tau_p, h, 10.0, "s")?;
+            }
+            if let Some(gusts) = &car.gusts {
+                in_range(&of("gusts"), gusts.sigma_mps2, 0.0, 5.0, "m/s²")?;
+                in_range(&of("time constant of the gusts"), gusts.time_constant_s, 0.01, 1e3, "s")?;
             }
             in_range(&of("a_lb"), car.a_lb, -100.0, 0.0, "m/s²")?;
             in_range(&of("a_ub"), car.a_ub, 0.0, 100.0, "m/s²")?;

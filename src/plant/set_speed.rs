@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::noise::Stream;
+use super::scenario::Profile;
 
 /// A piece of the set speed with constant jerk; it lasts until the next one begins.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -37,8 +38,44 @@ pub(super) struct SetSpeed {
 }
 
 impl SetSpeed {
-    /// Starts from standstill, changes every 15 to 45 s, and stops or nearly stops once, after about 0.6 of the time.
-    pub(super) fn new(duration: f64, stream: &mut Stream) -> SetSpeed {
+    /// From standstill, in the manner of a profile; a recorded one has no set speeds.
+    pub(super) fn new(profile: &Profile, duration: f64, stream: &mut Stream) -> SetSpeed {
+        match profile {
+            Profile::Cruise => SetSpeed::cruise(duration, stream),
+            Profile::StopAndGo => SetSpeed::stop_and_go(duration, stream),
+            Profile::Restless => SetSpeed::restless(duration, stream),
+            Profile::Recorded { .. } => SetSpeed { segments: Vec::new(), end: (0.0, 0.0) },
+        }
+    }
+
+    fn stop_and_go(duration: f64, stream: &mut Stream) -> SetSpeed {
+        let mut plan = SetSpeed { segments: Vec::new(), end: (0.0, 0.0) };
+        plan.hold(stream.between(4.0, 8.0));
+        while plan.end.0 < duration {
+            for _ in 0..3 {
+                let speed = stream.between(3.0, 14.0);
+                plan.change(speed, stream);
+                plan.hold(stream.between(4.0, 15.0));
+            }
+            plan.change(0.0, stream);
+            plan.hold(stream.between(3.0, 12.0));
+        }
+        plan
+    }
+
+    fn restless(duration: f64, stream: &mut Stream) -> SetSpeed {
+        let mut plan = SetSpeed { segments: Vec::new(), end: (0.0, 0.0) };
+        plan.hold(stream.between(4.0, 8.0));
+        while plan.end.0 < duration {
+            let speed = stream.between(5.0, SPEEDS.1);
+            plan.change(speed, stream);
+            plan.hold(stream.between(0.0, 6.0));
+        }
+        plan
+    }
+
+    /// Changes every 15 to 45 s, and stops or nearly stops once, after about 0.6 of the time.
+    fn cruise(duration: f64, stream: &mut Stream) -> SetSpeed {
         let mut plan = SetSpeed { segments: Vec::new(), end: (0.0, 0.0) };
         plan.hold(stream.between(6.0, 10.0));
         let stop_at = duration * stream.between(0.55, 0.7);

@@ -2,20 +2,25 @@
 //!
 //! That the unchanged text is right is for other tests to say: they compare its bits with `lanes` and its scores with the reference.
 
-use super::gpu_common::{case, job, population};
+use super::gpu_common::{case, job, population, vehicle};
+use leadlag::catalog::Variant;
 use leadlag::convention::{BoundRule, Convention};
-use leadlag::evaluator::{Evaluator, Observer, Population, Score};
+use leadlag::evaluator::{BufferSet, Case, Evaluator, Job, Observer, Population, Score};
 use leadlag::gpu::{AdapterChoice, Gpu, Limits};
 use leadlag::symbols::Symbol;
+use leadlag::trajectory::integrate;
+use leadlag::vehicle::{Mfc, Vehicle};
 use leadlag::wgsl::Precision;
+use std::sync::Arc;
 
-/// Samples: some chunks, a wrap of the ring, several blocks of the observer.
-const SAMPLES: usize = 60;
+/// Samples of a submission, so that every longer run is interrupted, and never at the end of a block or of the ring.
+const CHUNK: u32 = 13;
 
 /// Something that is run on the GPU, and what came out without any change, as text (shortest round-trip form: every bit counts).
 pub struct Scene {
     gpu: Gpu,
-    population: Population,
+    /// Run one after the other: what the first leaves behind in the buffers is wrong for the second.
+    populations: [Population; 2],
     what: What,
     expected: String,
 }
@@ -46,56 +51,147 @@ const SCENES: [(&str, Precision, What, &str, f64, BoundRule); 8] = [
 
 /// All scenes, run once as they are.
 pub fn scenes() -> Vec<Scene> {
-    let scene =
-        |(variant, precision, what, gof, tau_p_upper, bounds): (&str, Precision, What, &str, f64, BoundRule)| {
-            let variant = variant.parse().expect("a variant");
-            let convention = Convention { bounds, ..Convention::PAPER };
-            let samples = if tau_p_upper > 1.0 { 2 * SAMPLES + 40 } else { SAMPLES };
-            let mut whole = case(variant, convention, samples, 0.3);
-            whole.tau_p_upper = tau_p_upper;
-            // The drive passes the end of the closed track, 1200 m.
-            whole.x_l = whole.x_l.iter().map(|x| x + 1120.0).collect();
-            whole.x_f = whole.x_f.iter().map(|x| x + 1120.0).collect();
-            let limits = Limits { chunk: Some(40), ..Limits::NONE };
-            let gof = gof.parse().expect("a goodness of fit");
-            // Two cases, so that offsets into the tables matter.
-            let cases = vec![case(variant, convention, 25, 1.0), whole];
-            let gpu =
-                Gpu::with_limits(cases, gof, precision, &AdapterChoice::Best, limits).unwrap_or_else(|e| panic!("{e}"));
-            let mut population = population(variant, convention, 70, 3);
-            population.push(&broken(&population));
-            let mut scene = Scene { gpu, population, what, expected: String::new() };
-            scene.expected = scene.run().unwrap_or_else(|e| panic!("{variant}: {e}"));
-            scene
-        };
-    SCENES.into_iter().map(scene).collect()
+    SCENES.into_iter().map(Scene::new).collect()
 }
 
-/// A candidate whose run is no number.
-fn broken(population: &Population) -> Vec<f64> {
-    let mut values = population.values(0).to_vec();
-    if let Some(k) = population.symbols().iter().position(|s| *s == Symbol::d_0) {
-        values[k] = f64::NAN;
+/// Drives on which everything in the kernel matters somewhere.
+fn cases(variant: Variant, convention: Convention, tau_p_upper: f64) -> Vec<Case> {
+    let whole = |samples: usize, phase: f64| {
+        let mut whole = case(variant, convention, samples, phase);
+        whole.tau_p_upper = tau_p_upper;
+        whole.vehicle = Some(Arc::new(weak_vehicle()));
+        whole
+    };
+    let long = if tau_p_upper > 1.0 { 160 } else { 60 };
+    // The drive passes the end of the closed track, 1200 m.
+    let mut passing = whole(long, 0.3);
+    passing.x_l = passing.x_l.iter().map(|x| x + 1120.0).collect();
+    passing.x_f = passing.x_f.iter().map(|x| x + 1120.0).collect();
+    let samples = if tau_p_upper > 1.0 { 90 } else { 25 };
+
+    // A car ahead that stops and stays; steps longer than the shortest delay. The follower starts at a node of the MFC curve.
+    let mut stopping = whole(samples, 0.0);
+    stopping.dt = 0.3;
+    let v_l = |i: usize| (12.0 - 0.9 * i as f64).max(0.0);
+    drive(&mut stopping, 30.0, v_l, |i| if i == 0 { 7.5 } else { (9.0 - 0.5 * i as f64).max(0.0) });
+
+    // A follower that stands while the car ahead rolls back onto it, to a spacing of exactly 0; and almost, by a hair more or less.
+    let towards = |rest: f64| {
+        let mut standing = whole(samples, 0.0);
+        let n = standing.s.len();
+        drive(&mut standing, 0.0, |_| 0.0, |_| 0.0);
+        let s: Vec<f64> = (0..n).map(|i| (n.min(12) as f64 - i as f64).max(0.0) + rest).collect();
+        standing.x_l = s.iter().map(|s| s + standing.len_l).collect();
+        standing.s = s.into();
+        standing
+    };
+    // A start that is a crash already, or almost.
+    let starting = |s: [f64; 2]| {
+        let mut start = towards(0.5);
+        let later = start.s[2..].to_vec();
+        start.s = s.into_iter().chain(later).collect();
+        start
+    };
+    let mut cases = vec![
+        whole(samples, 1.0),
+        passing,
+        stopping,
+        towards(0.0),
+        towards(0.005),
+        starting([0.0, 3.0]),
+        starting([0.005, 0.005]),
+        starting([-1.0, -1.0]),
+    ];
+    if tau_p_upper <= 1.0 {
+        // Done before the first submission is.
+        cases.push(whole(12, 0.5));
     }
-    values
+    cases
+}
+
+/// Replaces speeds and what follows from them.
+fn drive(case: &mut Case, gap: f64, v_l: impl Fn(usize) -> f64, v_f: impl Fn(usize) -> f64) {
+    let n = case.s.len();
+    let (v_l, v_f): (Vec<f64>, Vec<f64>) = ((0..n).map(v_l).collect(), (0..n).map(v_f).collect());
+    let (x_l, x_f) = (integrate(gap + case.len_l, &v_l, case.dt), integrate(0.0, &v_f, case.dt));
+    case.s = x_l.iter().zip(&x_f).map(|(x_l, x_f)| x_l - x_f - case.len_l).collect();
+    case.a_f = (0..n).map(|i| if i == 0 { 0.0 } else { (v_f[i] - v_f[i - 1]) / case.dt }).collect();
+    (case.x_l, case.x_f) = (x_l.into(), x_f.into());
+    (case.v_l, case.v_f) = (v_l.into(), v_f.into());
+}
+
+/// An MFC curve with unequal nodes, which cuts often and ends below the speeds of the drives.
+fn weak_vehicle() -> Vehicle {
+    let mfc = Mfc {
+        v: vec![0.0, 3.0, 7.5, 12.0, 13.5],
+        a_ap: vec![0.4, 0.9, 0.1, 0.7, 0.3],
+        a_dp: vec![-0.2, -0.6, -1.5, -0.4, -1.0],
+        source: None,
+    };
+    Vehicle { mfc: Some(mfc), ..vehicle() }
+}
+
+/// Candidates all over the search space, and some beyond it: no number, overflow, a power that is too large, no reaction.
+fn population_of(variant: Variant, convention: Convention, seed: u64) -> Population {
+    let mut all = population(variant, convention, 150, seed);
+    let mut changed = |symbol: Symbol, value: f64| {
+        let mut values = all.values(0).to_vec();
+        if let Some(k) = all.symbols().iter().position(|s| *s == symbol) {
+            values[k] = value;
+            all.push(&values);
+        }
+    };
+    changed(Symbol::d_0, f64::NAN);
+    changed(Symbol::a_max, 3e38);
+    changed(Symbol::v_0, 1e-4);
+    changed(Symbol::v_0, 5e3);
+    changed(Symbol::k_s, 0.0);
+    changed(Symbol::t_h, 1e30);
+    all
 }
 
 impl Scene {
+    fn new(row: (&str, Precision, What, &str, f64, BoundRule)) -> Scene {
+        let (variant, precision, what, gof, tau_p_upper, bounds) = row;
+        let variant = variant.parse().expect("a variant");
+        // The authors' look-up jumps at the nodes of an MFC curve, and their denominators have a floor.
+        let Convention { mfc, denominators, .. } = Convention::AUTHORS;
+        let convention = Convention { bounds, mfc, denominators, ..Convention::PAPER };
+        // Rows of workgroups.
+        let limits = Limits { chunk: Some(CHUNK), workgroups: 2, ..Limits::NONE };
+        let gof = gof.parse().expect("a goodness of fit");
+        let cases = cases(variant, convention, tau_p_upper);
+        let gpu =
+            Gpu::with_limits(cases, gof, precision, &AdapterChoice::Best, limits).unwrap_or_else(|e| panic!("{e}"));
+        let populations = [4, 3].map(|seed| population_of(variant, convention, seed));
+        let mut scene = Scene { gpu, populations, what, expected: String::new() };
+        scene.expected = scene.run().unwrap_or_else(|e| panic!("{variant}: {e}"));
+        scene
+    }
+
     fn run(&mut self) -> Result<String, String> {
-        let Scene { gpu, population, what, .. } = self;
-        let jobs = [job(0, population), job(1, population)];
-        match what {
-            What::Raw => gpu.raw(&jobs).map(|raw| format!("{raw:?}")),
-            What::Scores => {
-                let mut scores = vec![Score::Rejected; population.len()];
-                gpu.evaluate(population, &mut scores).map(|()| format!("{scores:?}"))
+        let Scene { gpu, populations, what, .. } = self;
+        let cases = gpu.cases().len();
+        let mut text = String::new();
+        for population in populations {
+            let jobs: Vec<Job> = (0..cases).map(|case| job(case, population)).collect();
+            text += &match what {
+                What::Raw => gpu.raw(&jobs).map(|raw| format!("{raw:?}")),
+                What::Scores => {
+                    let mut scores = vec![Score::Rejected; Job::candidates(&jobs)];
+                    gpu.submit(BufferSet::A, &jobs)
+                        .and_then(|()| gpu.collect(BufferSet::A, &mut scores))
+                        .map(|()| format!("{scores:?}"))
+                }
+                What::Observed => {
+                    let observer = Observer { gain: [0.1, 0.02, 0.03, 0.2], whitening: [1.0, 0.3, 2.0], block: 8 };
+                    let observed: Result<Vec<_>, _> = jobs.iter().map(|job| gpu.observed(job, &observer)).collect();
+                    observed.map(|observed| format!("{observed:?}"))
+                }
             }
-            What::Observed => {
-                let observer = Observer { gain: [0.1, 0.02, 0.03, 0.2], whitening: [1.0, 0.3, 2.0], block: 8 };
-                gpu.observed(&job(1, population), &observer).map(|observed| format!("{observed:?}"))
-            }
+            .map_err(|e| e.to_string())?;
         }
-        .map_err(|e| e.to_string())
+        Ok(text)
     }
 
     /// What is noticed with another text in the place of a file.

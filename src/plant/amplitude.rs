@@ -1,0 +1,72 @@
+//! Effects of a wanted size: how much a drive changes is what makes an effect weak or strong, not its parameter.
+
+use super::effect::Effect;
+use super::error::PlantError;
+use super::noise::Noise;
+use super::sample::run;
+use super::scenario::Scenario;
+
+/// How near the wanted size has to be.
+const PRECISION: f64 = 0.01;
+/// Halvings of the range of a parameter.
+const HALVINGS: usize = 40;
+
+/// The scenario with each effect of a follower (1 drives behind the platoon leader) made as strong as it takes to change that
+/// follower's speed by `rms` \[m/s\] (root mean square over the drive), each for itself, everything else at its truth.
+///
+/// # Errors
+/// [`PlantError::Weak`] if an effect cannot change this drive so much; otherwise as [`run`].
+///
+/// # Panics
+/// If there is no such follower.
+pub fn at_amplitude(scenario: &Scenario, follower: usize, rms: f64) -> Result<Scenario, PlantError> {
+    let mut quiet = Scenario { noise: Noise::NONE, ..scenario.clone() };
+    quiet.followers.truncate(follower);
+    let car = &mut quiet.followers[follower - 1];
+    car.gusts = None;
+    let effects = std::mem::take(&mut car.effects);
+    let plain = speed(&quiet, follower)?;
+    let scaled: Result<Vec<Effect>, PlantError> =
+        effects.iter().map(|effect| scale(&mut quiet, follower, effect, rms, &plain)).collect();
+    let mut found = scenario.clone();
+    found.followers[follower - 1].effects = scaled?;
+    Ok(found)
+}
+
+fn speed(scenario: &Scenario, follower: usize) -> Result<Vec<f64>, PlantError> {
+    Ok(run(scenario)?.v.swap_remove(follower))
+}
+
+fn scale(
+    quiet: &mut Scenario,
+    follower: usize,
+    effect: &Effect,
+    rms: f64,
+    plain: &[f64],
+) -> Result<Effect, PlantError> {
+    let (mut weak, mut strong) = (0.0, 1.0);
+    let mut largest = 0.0_f64;
+    for _ in 0..HALVINGS {
+        let strength = 0.5 * (weak + strong);
+        let scaled = effect.at_strength(strength);
+        quiet.followers[follower - 1].effects = vec![scaled.clone()];
+        let size = match speed(quiet, follower) {
+            Ok(v) => {
+                let squares: f64 = v.iter().zip(plain).map(|(a, b)| (a - b) * (a - b)).sum();
+                (squares / v.len() as f64).sqrt()
+            }
+            // So strong that the platoon crashes, or a delay shorter than a step can be integrated with.
+            Err(PlantError::Collision { .. }) => f64::INFINITY,
+            Err(PlantError::OutOfRange { .. }) => 0.0,
+            Err(error) => return Err(error),
+        };
+        if size.is_finite() {
+            largest = largest.max(size);
+        }
+        if (size / rms - 1.0).abs() < PRECISION {
+            return Ok(scaled);
+        }
+        if size < rms { weak = strength } else { strong = strength }
+    }
+    Err(PlantError::Weak { effect: effect.kind(), car: follower + 1, wanted: rms, largest })
+}

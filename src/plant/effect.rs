@@ -1,0 +1,312 @@
+//! Effects that a car may have and the base models lack: what a diagnosis has to find.
+
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// A parameter of an effect.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EffectParameter {
+    /// Its name in files.
+    pub name: &'static str,
+    /// SI unit, `-` if dimensionless.
+    pub unit: &'static str,
+    /// Smallest value.
+    pub lower: f64,
+    /// Largest value.
+    pub upper: f64,
+    /// A value that changes the drive clearly.
+    pub medium: f64,
+}
+
+const fn parameter(name: &'static str, unit: &'static str, bounds: [f64; 2], medium: f64) -> EffectParameter {
+    EffectParameter { name, unit, lower: bounds[0], upper: bounds[1], medium }
+}
+
+macro_rules! effects {
+    ($($ident:ident, $name:literal, $meaning:literal, $weakest:expr, [$(($p:literal, $unit:literal, $bounds:expr, $medium:expr)),*];)*) => {
+        /// What kind of effect.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        pub enum EffectKind {
+            $(#[doc = $meaning] $ident,)*
+        }
+
+        impl EffectKind {
+            /// All of them.
+            pub const ALL: &'static [EffectKind] = &[$(EffectKind::$ident),*];
+
+            /// Its name in files and on the command line.
+            #[must_use]
+            pub fn name(self) -> &'static str {
+                match self { $(EffectKind::$ident => $name),* }
+            }
+
+            /// What it does, in words.
+            #[must_use]
+            pub fn meaning(self) -> &'static str {
+                match self { $(EffectKind::$ident => $meaning),* }
+            }
+
+            /// Its parameters; the first says how strong it is.
+            #[must_use]
+            pub fn parameters(self) -> &'static [EffectParameter] {
+                match self { $(EffectKind::$ident => const { &[$(parameter($p, $unit, $bounds, $medium)),*] }),* }
+            }
+
+            /// The value of the first parameter at which the effect does nothing, or hardly anything.
+            pub(super) fn weakest(self) -> f64 {
+                match self { $(EffectKind::$ident => $weakest),* }
+            }
+        }
+    };
+}
+
+effects! {
+    PerceptionDelay, "perception_delay", "the controller sees spacing and speeds as they were tp ago", 0.0, [("tp", "s", [0.0, 1.5], 0.4)];
+    ActuationLag, "actuation_lag", "the acceleration follows the command with time constant ta", 0.0, [("ta", "s", [0.0, 2.5], 0.5)];
+    AsymLag, "asym_lag", "as actuation_lag, but ta for thrust and tb for braking", 0.0, [("ta", "s", [0.0, 2.5], 0.7), ("tb", "s", [0.0, 2.5], 0.3)];
+    SensorLowpass, "sensor_lowpass", "spacing and speed difference pass a first-order filter", 0.0, [("tf", "s", [0.0, 2.5], 0.5)];
+    TimeOffset, "time_offset", "the preceding vehicle is seen as it was to ago, oneself as now", 0.0, [("to", "s", [-1.0, 1.0], 0.3)];
+    Grade, "grade", "this share of the grade force is not made up for", 0.0, [("gg", "-", [-0.3, 1.3], 0.4)];
+    AeroDrag, "aero_drag", "acceleration -cD v^2", 0.0, [("cD", "1/m", [-2e-3, 2e-3], 2.5e-4)];
+    ConstDecel, "const_decel", "acceleration -c0 while moving", 0.0, [("c0", "m/s2", [-0.5, 0.5], 0.1)];
+    GainMass, "gain_mass", "the command is multiplied by 1 + m", 0.0, [("m", "-", [-0.5, 0.6], 0.25)];
+    AccelCap, "accel_cap", "the command is at most acap", 4.0, [("acap", "m/s2", [0.15, 4.0], 0.6)];
+    DecelCap, "decel_cap", "the command is at least -bcap", 6.0, [("bcap", "m/s2", [0.3, 6.0], 0.8)];
+    PowerCap, "power_cap", "the command is at most P / v", 60.0, [("P", "W/kg", [2.0, 60.0], 9.0)];
+    JerkLimit, "jerk_limit", "the command changes by at most J", 8.0, [("J", "m/s3", [0.1, 8.0], 0.6)];
+    SpeedDepHeadway, "speed_dep_headway", "the desired spacing grows by q v^2", 0.0, [("q", "s2/m", [-0.03, 0.05], 0.005)];
+    HeadwayModeChange, "headway_mode_change", "the time headway is multiplied by 1 + r from t0 on, within 4 s", 0.0, [("r", "-", [-0.6, 1.5], 0.2), ("t0", "s", [0.0, 1e5], 300.0)];
+    SetSpeedChange, "set_speed_change", "the set speed is vlim from t1 on, for dur", 30.0, [("vlim", "m/s", [1.0, 60.0], 16.0), ("t1", "s", [0.0, 1e5], 250.0), ("dur", "s", [1.0, 1e5], 60.0)];
+    MultiAnticipation, "multi_anticipation", "also reacts to the speed of the car before the preceding one: + k2 (v_l2 - v_l)", 0.0, [("k2", "1/s", [-1.0, 1.5], 0.2)];
+    LeaderAccelFf, "leader_accel_ff", "+ ka times the acceleration of the preceding vehicle, smoothed over 1.1 s", 0.0, [("ka", "-", [-0.6, 1.3], 0.3)];
+    DeadZone, "dead_zone", "spacing errors below w are not seen, larger ones are w smaller", 0.0, [("w", "m", [0.0, 8.0], 1.5)];
+    IntegralAction, "integral_action", "+ ki times the integral of the spacing error, at most 0.6 m/s2", 0.0, [("ki", "1/s3", [-0.02, 0.06], 0.004)];
+    RangeScale, "range_scale", "the spacing is seen 1 + cs times as large", 0.0, [("cs", "-", [-0.2, 0.2], 0.05)];
+    RangeBias, "range_bias", "the spacing is seen b larger", 0.0, [("b", "m", [-5.0, 5.0], 0.5)];
+    SpeedScale, "speed_scale", "the own speed is seen 1 + cv times as large", 0.0, [("cv", "-", [-0.15, 0.15], 0.03)];
+    QuantisedAccel, "quantised_accel", "the command comes in steps of qz", 0.0, [("qz", "m/s2", [0.0, 1.2], 0.3)];
+    Periodic, "periodic", "+ As sin(2 pi f t) + Ac cos(2 pi f t)", 0.0, [("As", "m/s2", [-2.0, 2.0], 0.1), ("Ac", "m/s2", [-2.0, 2.0], 0.1), ("f", "Hz", [0.005, 1.5], 0.1)];
+}
+
+/// An effect with its parameters.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Written", into = "Written")]
+pub struct Effect {
+    kind: EffectKind,
+    /// In the order of [`EffectKind::parameters`].
+    values: [f64; 3],
+}
+
+/// An effect in a file.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Written {
+    name: String,
+    parameters: BTreeMap<String, f64>,
+}
+
+/// What is wrong with the description of an effect.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum EffectError {
+    /// No such effect.
+    #[error("no effect is called {found:?}; there are {}", names())]
+    Unknown {
+        /// What was asked for.
+        found: String,
+    },
+    /// No such parameter.
+    #[error("{effect} has no parameter {found:?}; it has {}", parameters(*.effect))]
+    Parameter {
+        /// The effect.
+        effect: EffectKind,
+        /// What was given.
+        found: String,
+    },
+    /// A parameter out of its range, or no number.
+    #[error("{name} of {effect}: expected {lower} to {upper} {unit}, found {found}")]
+    Range {
+        /// The effect.
+        effect: EffectKind,
+        /// The parameter.
+        name: &'static str,
+        /// Its smallest value.
+        lower: f64,
+        /// Its largest value.
+        upper: f64,
+        /// Its unit.
+        unit: &'static str,
+        /// What was given.
+        found: String,
+    },
+}
+
+fn names() -> String {
+    EffectKind::ALL.iter().map(|kind| kind.name()).collect::<Vec<_>>().join(", ")
+}
+
+fn parameters(kind: EffectKind) -> String {
+    kind.parameters().iter().map(|p| p.name).collect::<Vec<_>>().join(", ")
+}
+
+impl std::fmt::Display for EffectKind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl std::str::FromStr for EffectKind {
+    type Err = EffectError;
+
+    fn from_str(text: &str) -> Result<EffectKind, EffectError> {
+        let of = |kind: &&EffectKind| kind.name() == text;
+        EffectKind::ALL.iter().find(of).copied().ok_or_else(|| EffectError::Unknown { found: text.to_owned() })
+    }
+}
+
+impl Effect {
+    /// An effect of medium size.
+    #[must_use]
+    pub fn medium(kind: EffectKind) -> Effect {
+        let mut values = [0.0; 3];
+        for (value, parameter) in values.iter_mut().zip(kind.parameters()) {
+            *value = parameter.medium;
+        }
+        Effect { kind, values }
+    }
+
+    /// With another value of a parameter.
+    ///
+    /// # Errors
+    /// [`EffectError::Parameter`], [`EffectError::Range`].
+    pub fn with(mut self, name: &str, value: f64) -> Result<Effect, EffectError> {
+        let kind = self.kind;
+        let Some(k) = kind.parameters().iter().position(|p| p.name == name) else {
+            return Err(EffectError::Parameter { effect: kind, found: name.to_owned() });
+        };
+        let EffectParameter { name, unit, lower, upper, .. } = kind.parameters()[k];
+        if !(lower..=upper).contains(&value) {
+            return Err(EffectError::Range { effect: kind, name, lower, upper, unit, found: value.to_string() });
+        }
+        self.values[k] = value;
+        Ok(self)
+    }
+
+    /// What kind it is.
+    #[must_use]
+    pub fn kind(&self) -> EffectKind {
+        self.kind
+    }
+
+    /// The values of its parameters, in the order of [`EffectKind::parameters`].
+    #[must_use]
+    pub fn values(&self) -> &[f64] {
+        &self.values[..self.kind.parameters().len()]
+    }
+
+    /// The same effect, weaker or stronger: at 0 the first parameter has the value that does nothing, at 1 the bound on the side
+    /// of its present value. Parameters that belong to it (tb, Ac) keep their ratio to it.
+    pub(super) fn at_strength(&self, strength: f64) -> Effect {
+        let first = &self.kind.parameters()[0];
+        let weakest = self.kind.weakest();
+        let strongest = if self.values[0] < weakest { first.lower } else { first.upper };
+        // Caps act in proportion to how far they cut into the range, which is logarithmic.
+        let value = if weakest > 0.0 && strongest > 0.0 {
+            weakest * (strongest / weakest).powf(strength)
+        } else {
+            weakest + (strongest - weakest) * strength
+        };
+        let mut scaled = self.clone();
+        if matches!(self.kind, EffectKind::AsymLag | EffectKind::Periodic) {
+            scaled.values[1] = self.values[1] * (value / self.values[0]);
+        }
+        scaled.values[0] = value;
+        scaled
+    }
+}
+
+/// `NAME` or `NAME:parameter=value,parameter=value`; what is not given has its medium value.
+impl std::str::FromStr for Effect {
+    type Err = EffectError;
+
+    fn from_str(text: &str) -> Result<Effect, EffectError> {
+        let (name, rest) = text.split_once(':').unwrap_or((text, ""));
+        let mut effect = Effect::medium(name.trim().parse()?);
+        for assignment in rest.split(',').map(str::trim).filter(|part| !part.is_empty()) {
+            let (name, value) = assignment.split_once('=').unwrap_or((assignment, ""));
+            let number = value.trim().parse().unwrap_or(f64::NAN);
+            effect = effect.with(name.trim(), number).map_err(|error| match error {
+                EffectError::Range { effect, name, lower, upper, unit, .. } => {
+                    EffectError::Range { effect, name, lower, upper, unit, found: value.trim().to_owned() }
+                }
+                error => error,
+            })?;
+        }
+        Ok(effect)
+    }
+}
+
+impl TryFrom<Written> for Effect {
+    type Error = EffectError;
+
+    fn try_from(written: Written) -> Result<Effect, EffectError> {
+        let effect = Effect::medium(written.name.parse()?);
+        written.parameters.iter().try_fold(effect, |effect, (name, value)| effect.with(name, *value))
+    }
+}
+
+impl From<Effect> for Written {
+    fn from(effect: Effect) -> Written {
+        let names = effect.kind.parameters().iter().map(|p| p.name.to_owned());
+        Written { name: effect.kind.name().to_owned(), parameters: names.zip(effect.values).collect() }
+    }
+}
+
+/// The effects of one car, by kind.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Effects<'a>(pub(super) &'a [Effect]);
+
+impl Effects<'_> {
+    /// The parameters of an effect that the car has.
+    pub(super) fn get(self, kind: EffectKind) -> Option<[f64; 3]> {
+        self.0.iter().find(|effect| effect.kind == kind).map(|effect| effect.values)
+    }
+
+    /// The first parameter of an effect; 0 if the car does not have it.
+    pub(super) fn size(self, kind: EffectKind) -> f64 {
+        self.get(kind).map_or(0.0, |values| values[0])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reads_what_it_writes() {
+        for kind in EffectKind::ALL {
+            let effect = Effect::medium(*kind);
+            let json = serde_json::to_string(&effect).expect("finite numbers");
+            assert_eq!(serde_json::from_str::<Effect>(&json).expect("as written"), effect);
+            assert!(effect.values().iter().zip(kind.parameters()).all(|(v, p)| (p.lower..=p.upper).contains(v)));
+        }
+    }
+
+    #[test]
+    fn says_what_is_wrong() {
+        let error = |text: &str| text.parse::<Effect>().expect_err("refused").to_string();
+        assert!(error("grad").starts_with("no effect is called \"grad\"; there are perception_delay, "));
+        assert_eq!(error("grade:g=1"), "grade has no parameter \"g\"; it has gg");
+        assert_eq!(error("grade:gg=2"), "gg of grade: expected -0.3 to 1.3 -, found 2");
+        assert_eq!(error("grade:gg=much"), "gg of grade: expected -0.3 to 1.3 -, found much");
+        let given: Effect = "periodic: f=0.2, As=0.3".parse().expect("good");
+        assert_eq!(given.values(), [0.3, 0.1, 0.2]);
+    }
+
+    #[test]
+    fn strength_goes_from_nothing_to_the_bound() {
+        let cap = Effect::medium(EffectKind::AccelCap);
+        assert_eq!(cap.at_strength(0.0).values(), [4.0]);
+        assert!((cap.at_strength(1.0).values()[0] - 0.15).abs() < 1e-12);
+        let lag = Effect::medium(EffectKind::AsymLag).at_strength(0.4);
+        assert!((lag.values()[0] - 1.0).abs() < 1e-12 && (lag.values()[1] - 3.0 / 7.0).abs() < 1e-12);
+    }
+}
