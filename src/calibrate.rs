@@ -293,6 +293,28 @@ pub fn calibrate(
     if replicates.is_empty() { Err(CalibrateError::Interrupted) } else { Ok(replicates) }
 }
 
+/// One replicate of a calibration by itself: the same as the one of that number in [`calibrate`].
+///
+/// # Errors
+/// As [`calibrate`].
+pub fn calibrate_replicate(
+    evaluator: &mut dyn Evaluator,
+    space: &SearchSpace,
+    settings: &Calibration,
+    number: u64,
+    progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<Replicate, CalibrateError> {
+    let mut exact = Exact::default();
+    let mut group = Group::new(vec![Search::new(space, settings, number)]);
+    group.submit(evaluator, &mut exact, BufferSet::A)?;
+    while group.is_running() {
+        group.collect(evaluator, BufferSet::A, progress)?;
+        group.submit(evaluator, &mut exact, BufferSet::A)?;
+    }
+    let reference = Reference::new(evaluator.cases().to_vec(), *evaluator.gof());
+    Ok(settled(&reference, space, group.searches.swap_remove(0).finish()?))
+}
+
 /// Candidates of a replicate that the reference is asked about, at most.
 const ASKED: usize = 300;
 

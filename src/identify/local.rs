@@ -67,7 +67,7 @@ pub(super) struct Local {
 pub(super) struct Spread {
     /// Half of the interval that the quadratic form gives, a share of the range.
     pub(super) half: f64,
-    /// Rise of the re-optimised score at its ends.
+    /// Rise of the re-optimised score at its ends; NaN for a parameter that changes nothing.
     pub(super) rise: f64,
     pub(super) effective_samples: f64,
 }
@@ -208,6 +208,10 @@ impl Local {
             samples += count;
         }
         let effective_samples = if variance > 0.0 { (samples * independent / variance).min(samples) } else { samples };
+        // A parameter that changes nothing has the ridge as its curvature, and may be anywhere.
+        if whole.curvature[(k, k)] < 10.0 * self.ridge || variance <= 0.0 {
+            return Spread { half: 1.0, rise: f64::NAN, effective_samples: 0.0 };
+        }
         let freedom = (BLOCKS - 1) * self.cases.len();
         let half = student(freedom as f64) * variance.sqrt();
         let rise = half * half / (2.0 * inverse[(row, row)].max(f64::MIN_POSITIVE));

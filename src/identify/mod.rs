@@ -70,7 +70,15 @@ pub fn identify(
     let Some(local) = local::Local::new(evaluator.cases(), evaluator.gof(), space, candidate) else {
         return none("the score is not defined around the candidate", 0);
     };
-    let spreads: Vec<local::Spread> = (0..local.free.len()).map(|k| local.spread(k)).collect();
+    let mut spreads: Vec<local::Spread> = (0..local.free.len()).map(|k| local.spread(k)).collect();
+    let rises = spreads.iter().map(|s| s.rise).filter(|rise| rise.is_finite() && *rise > 0.0);
+    let Some(deepest) = rises.reduce(f64::min) else {
+        return none("no parameter changes the score", local.evaluations);
+    };
+    // What changes nothing rises nowhere, whatever is asked of it.
+    for spread in spreads.iter_mut().filter(|s| !(s.rise.is_finite() && s.rise > 0.0)) {
+        spread.rise = deepest;
+    }
     let mut profiles = profile::profiles(evaluator, space, candidate, &local, &spreads, seed)?;
     if !profiles.start.is_finite() {
         // On the edge of what is feasible f32 may find it infeasible.
@@ -81,7 +89,6 @@ pub fn identify(
     if !profiles.start.is_finite() {
         return none("the candidate lies on the very edge of what is feasible", evaluations);
     }
-    let deepest = spreads.iter().map(|s| s.rise).fold(f64::INFINITY, f64::min);
     // A tenth of the rise: it shifts an interval by less than a tenth of its half.
     if profiles.lowest < profiles.start - 0.1 * deepest {
         return none("the candidate is not at a minimum: a better one lies close by, so search longer", evaluations);
