@@ -4,7 +4,7 @@ use crate::common;
 use crate::common::followers::{self, Follower};
 use crate::common::tolerance::SAME_OPTIMUM;
 use crate::gpu_common::skipped;
-use leadlag::calibrate::{self, Calibration, SearchSpace, Stop, calibrate};
+use leadlag::calibrate::{self, Calibration, OptimizerKind, SearchSpace, Stop, calibrate};
 use leadlag::catalog::Variant;
 use leadlag::convention::Convention;
 use leadlag::evaluator::{Case, Evaluator, Score};
@@ -64,7 +64,7 @@ fn compare(follower: &Follower, id: u32, no_gpu: bool) -> Vec<String> {
     let cases = || vec![case.clone()];
     let settings = |seed, replicates, max_evaluations| {
         let stop = Stop { max_evaluations, ..Stop::default() };
-        Calibration { optimizer: OptimizerKind::Ga, seed, replicates, stop, ..Calibration::default() }
+        Calibration { optimizer: OptimizerKind::Ga, seed, replicates, stop }
     };
     let mut lanes = Lanes::new(cases(), GOF, LanesPrecision::Plain).expect("a variant that runs");
     let (mut score, mut center) = best(&case, &table_3, &settings(1, 4, FAR), &mut lanes);
