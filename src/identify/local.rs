@@ -1,4 +1,4 @@
-//! The score near its minimum: a quadratic form, and what becomes of its minimum when a part of the drive is left out.
+//! The score near its minimum: a quadratic form, and how far each block of the drive pulls the minimum.
 //!
 //! The score is Σ_k w_k √m_k over signals (and the mean over cases), where m_k is the mean of squared residuals e². Its second
 //! derivatives are taken without those of e (Gauss and Newton), which keeps the form from falling anywhere.
@@ -10,7 +10,6 @@ use crate::evaluator::Case;
 use crate::reference::{Reference, Trace};
 use crate::score::{Accumulation, GoodnessOfFit, Measured, denominator, is_relative};
 use nalgebra::{DMatrix, DVector};
-use std::ops::Range;
 
 /// Steps of the differences, shares of a parameter's range: the first one at which anything changes.
 const STEPS: [f64; 4] = [1e-3, 1e-2, 0.1, 0.3];
@@ -28,23 +27,15 @@ struct SignalResiduals {
     slopes: Vec<Vec<f64>>,
 }
 
-/// Blocks into which each drive is cut for the jackknife. Ten: long against the memory of the residuals in a drive of minutes, and
-/// enough for a variance.
-const BLOCKS: usize = 10;
+/// Numbers of blocks into which each drive is cut; the one that gives the widest interval counts. Few: blocks must be long against
+/// the memory of the residuals. Three: a variance from so few blocks is sometimes far too small by chance.
+const CUTS: [usize; 3] = [6, 10, 16];
 
-/// The score of one case and its derivatives; also those without each block.
+/// The score of one case near the minimum.
 struct CaseForm {
-    whole: Form,
-    without: Vec<Form>,
+    curvature: DMatrix<f64>,
     /// What each sample adds to the gradient, whose mean it is.
     samples: Vec<DVector<f64>>,
-}
-
-/// Gradient and second derivatives by shares of the ranges.
-#[derive(Clone)]
-struct Form {
-    gradient: DVector<f64>,
-    curvature: DMatrix<f64>,
 }
 
 /// The local picture of a calibrated candidate.
@@ -86,7 +77,7 @@ impl Local {
             local.cases.push(CaseForm::new(&signals, n, cases.len() as f64));
         }
         for case in &local.cases {
-            local.curvature += &case.whole.curvature;
+            local.curvature += &case.curvature;
         }
         let largest = local.curvature.diagonal().max();
         if !largest.is_finite() || largest <= 0.0 {
@@ -180,40 +171,28 @@ impl Local {
         (0..self.free.len()).filter(|&i| i == k || !self.on_bound[i]).collect()
     }
 
-    /// How far parameter `k` may be off: the jackknife that leaves out one block at a time (H. R. Künsch, Annals of Statistics 17, 1989),
-    /// one step of Newton's method from the whole drive's minimum each. A block that is long against the memory of the residuals
-    /// takes their autocorrelation along.
+    /// How far parameter `k` may be off. Each block of the drive would move the minimum by the sum of its influences; the variance of
+    /// such sums is that of the parameter, whatever the autocorrelation within a block (batch means; H. R. Künsch, Annals of
+    /// Statistics 17, 1989, for estimators such as this one).
     pub(super) fn spread(&self, k: usize) -> Spread {
         let inside = self.inside(k);
         let row = inside.iter().position(|&i| i == k).expect("k is among them");
-        let n = self.free.len();
-        let zero = Form { gradient: DVector::zeros(n), curvature: DMatrix::identity(n, n) * self.ridge };
-        let whole = self.cases.iter().fold(zero, |sum, case| sum.plus(&case.whole, 1.0));
-        let inverse = inverse(&whole.curvature, &inside);
+        let inverse = inverse(&self.curvature, &inside);
+        let pull = |g: &DVector<f64>| inside.iter().enumerate().map(|(c, &i)| inverse[(row, c)] * g[i]).sum::<f64>();
+        let influences: Vec<Vec<f64>> = self.cases.iter().map(|case| case.samples.iter().map(pull).collect()).collect();
 
-        let (mut variance, mut independent, mut samples) = (0.0, 0.0, 0.0);
-        for case in &self.cases {
-            let without = case.without.iter().map(|form| {
-                let left = whole.clone().plus(&case.whole, -1.0).plus(form, 1.0);
-                left.step(&inside)[row]
-            });
-            let minima: Vec<f64> = without.collect();
-            let blocks = minima.len() as f64;
-            let mean = minima.iter().sum::<f64>() / blocks;
-            variance += (blocks - 1.0) / blocks * minima.iter().map(|x| (x - mean).powi(2)).sum::<f64>();
-            let count = case.samples.len() as f64;
-            let influence =
-                |g: &DVector<f64>| inside.iter().enumerate().map(|(c, &i)| inverse[(row, c)] * g[i]).sum::<f64>();
-            independent += case.samples.iter().map(|g| influence(g).powi(2)).sum::<f64>() / (count * count);
-            samples += count;
-        }
-        let effective_samples = if variance > 0.0 { (samples * independent / variance).min(samples) } else { samples };
+        let wide = CUTS.map(|blocks| {
+            let variance: f64 = influences.iter().map(|u| variance_of_mean(u, blocks)).sum();
+            (student(((blocks - 1) * influences.len()) as f64) * variance.sqrt(), variance)
+        });
+        let (half, variance) = wide.into_iter().fold((0.0, 0.0), |a, b| if b.0 > a.0 { b } else { a });
         // A parameter that changes nothing has the ridge as its curvature, and may be anywhere.
-        if whole.curvature[(k, k)] < 10.0 * self.ridge || variance <= 0.0 {
+        if self.curvature[(k, k)] < 10.0 * self.ridge || half <= 0.0 {
             return Spread { half: 1.0, rise: f64::NAN, effective_samples: 0.0 };
         }
-        let freedom = (BLOCKS - 1) * self.cases.len();
-        let half = student(freedom as f64) * variance.sqrt();
+        let samples: usize = influences.iter().map(Vec::len).sum();
+        let independent: f64 = influences.iter().map(|u| variance_of_mean(u, u.len())).sum();
+        let effective_samples = (samples as f64 * independent / variance).min(samples as f64);
         let rise = half * half / (2.0 * inverse[(row, row)].max(f64::MIN_POSITIVE));
         Spread { half, rise, effective_samples }
     }
@@ -235,91 +214,42 @@ impl CaseForm {
     /// Of one case of so many.
     fn new(signals: &[SignalResiduals], n: usize, cases: f64) -> CaseForm {
         let count = signals[0].residual.len();
-        let edges: Vec<usize> = (0..=BLOCKS).map(|b| b * count / BLOCKS).collect();
-        let zero = Form { gradient: DVector::zeros(n), curvature: DMatrix::zeros(n, n) };
-        let mut form =
-            CaseForm { whole: zero.clone(), without: vec![zero; BLOCKS], samples: vec![DVector::zeros(n); count] };
+        let mut form = CaseForm { curvature: DMatrix::zeros(n, n), samples: vec![DVector::zeros(n); count] };
         for signal in signals {
-            let slope = |t: usize| DVector::from_iterator(n, signal.slopes.iter().map(|s| s[t]));
-            let blocks: Vec<Sums> = edges.windows(2).map(|w| Sums::of(signal, w[0]..w[1], n)).collect();
-            let all = blocks.iter().fold(Sums::zero(n), |sum, block| sum.plus(block, 1.0));
-            form.whole = form.whole.plus(&all.form(signal.weight / cases, signal.per_count), 1.0);
-            for (without, (block, w)) in form.without.iter_mut().zip(blocks.iter().zip(edges.windows(2))) {
-                let per_count = signal.per_count * count as f64 / (count - (w[1] - w[0])) as f64;
-                let rest = all.clone().plus(block, -1.0);
-                *without = without.clone().plus(&rest.form(signal.weight / cases, per_count), 1.0);
+            let mean_square = signal.residual.iter().map(|e| e * e).sum::<f64>() * signal.per_count;
+            if mean_square <= 0.0 {
+                continue;
             }
-            let mean_square = all.square * signal.per_count;
-            if mean_square > 0.0 {
-                let factor = signal.weight / cases / mean_square.sqrt() * signal.per_count * count as f64;
-                for (t, sample) in form.samples.iter_mut().enumerate() {
-                    sample.axpy(factor * signal.residual[t], &slope(t), 1.0);
-                }
+            // d(w √m)/dm, and d²(w √m)/dm².
+            let first = signal.weight / cases / (2.0 * mean_square.sqrt());
+            let second = -first / (2.0 * mean_square);
+            let (mut mixed, mut square) = (DVector::zeros(n), DMatrix::zeros(n, n));
+            for (t, (e, sample)) in signal.residual.iter().zip(&mut form.samples).enumerate() {
+                let slope = DVector::from_iterator(n, signal.slopes.iter().map(|s| s[t]));
+                mixed.axpy(2.0 * e * signal.per_count, &slope, 1.0);
+                square.ger(2.0 * signal.per_count, &slope, &slope, 1.0);
+                sample.axpy(2.0 * e * first * signal.per_count * count as f64, &slope, 1.0);
+            }
+            form.curvature += square * first + &mixed * mixed.transpose() * second;
+            // What a sample changes in the weight of the signal.
+            for (e, sample) in signal.residual.iter().zip(&mut form.samples) {
+                sample.axpy(second * (e * e * signal.per_count * count as f64 - mean_square), &mixed, 1.0);
             }
         }
         form
     }
 }
 
-/// Sums over samples of e², e ∂e and ∂e ∂eᵀ.
-#[derive(Clone)]
-struct Sums {
-    square: f64,
-    mixed: DVector<f64>,
-    slopes: DMatrix<f64>,
-}
-
-impl Sums {
-    fn zero(n: usize) -> Sums {
-        Sums { square: 0.0, mixed: DVector::zeros(n), slopes: DMatrix::zeros(n, n) }
-    }
-
-    fn of(signal: &SignalResiduals, samples: Range<usize>, n: usize) -> Sums {
-        let mut sums = Sums::zero(n);
-        for t in samples {
-            let (e, slope) = (signal.residual[t], DVector::from_iterator(n, signal.slopes.iter().map(|s| s[t])));
-            sums.square += e * e;
-            sums.mixed.axpy(e, &slope, 1.0);
-            sums.slopes.ger(1.0, &slope, &slope, 1.0);
-        }
-        sums
-    }
-
-    fn plus(self, other: &Sums, factor: f64) -> Sums {
-        Sums {
-            square: self.square + factor * other.square,
-            mixed: self.mixed + &other.mixed * factor,
-            slopes: self.slopes + &other.slopes * factor,
-        }
-    }
-
-    /// Derivatives of w √(Σ e² / count).
-    fn form(&self, weight: f64, per_count: f64) -> Form {
-        let mean_square = self.square * per_count;
-        if mean_square <= 0.0 {
-            let n = self.mixed.len();
-            return Form { gradient: DVector::zeros(n), curvature: DMatrix::zeros(n, n) };
-        }
-        // d(w √m)/dm, and d²(w √m)/dm².
-        let first = weight / (2.0 * mean_square.sqrt());
-        let second = -first / (2.0 * mean_square);
-        let slope = &self.mixed * (2.0 * per_count);
-        let curvature = &self.slopes * (2.0 * per_count * first) + &slope * slope.transpose() * second;
-        Form { gradient: slope * first, curvature }
-    }
-}
-
-impl Form {
-    fn plus(self, other: &Form, factor: f64) -> Form {
-        let gradient = self.gradient + &other.gradient * factor;
-        Form { gradient, curvature: self.curvature + &other.curvature * factor }
-    }
-
-    /// Newton's step to the minimum, in some of the parameters.
-    fn step(&self, inside: &[usize]) -> DVector<f64> {
-        let gradient = DVector::from_iterator(inside.len(), inside.iter().map(|&i| self.gradient[i]));
-        -(inverse(&self.curvature, inside) * gradient)
-    }
+/// Variance of the mean of a series, from the means of so many blocks of it.
+fn variance_of_mean(series: &[f64], blocks: usize) -> f64 {
+    let (n, blocks) = (series.len(), blocks.min(series.len()));
+    let mean = series.iter().sum::<f64>() / n as f64;
+    let edges = (0..blocks).map(|b| (b * n / blocks, (b + 1) * n / blocks));
+    let square: f64 = edges
+        .map(|(from, to)| series[from..to].iter().map(|x| x - mean).sum::<f64>() / n as f64)
+        .map(|pull| pull * pull)
+        .sum();
+    square * blocks as f64 / (blocks as f64 - 1.0).max(1.0)
 }
 
 /// Inverse of a form in some of the parameters. The ridge keeps it from being singular; should it be, each parameter by itself.

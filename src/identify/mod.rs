@@ -3,8 +3,8 @@
 //! The residuals of a free simulation are far from independent: at ten samples a second one tells nearly what the next one tells.
 //! So nothing here counts samples as if each were new.
 //!
-//! 1. `local`: the score near its minimum as a quadratic form, by differences of the f64 reference. The drive is cut into ten blocks,
-//!    and the variance of a parameter is told by how its minimum moves when one of them is left out (the block jackknife).
+//! 1. `local`: the score near its minimum as a quadratic form, by differences of the f64 reference. The drive is cut into blocks, and the
+//!    variance of a parameter is told by how differently they pull its minimum.
 //! 2. `profile`: each parameter is moved away and all others are calibrated again. The interval ends where the score has risen by
 //!    what a parameter of that variance explains by chance in 95 of 100 cases (J. T. Kent, Biometrika 69, 1982: the profile of a
 //!    score that is no likelihood). It need not be symmetric, and it ends at a bound where the data do not end it.
