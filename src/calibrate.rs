@@ -262,6 +262,26 @@ pub fn calibrate(
     if replicates.is_empty() { Err(CalibrateError::Interrupted) } else { Ok(replicates) }
 }
 
+/// One replicate of a calibration by itself: the same as the one of that number in [`calibrate`].
+///
+/// # Errors
+/// As [`calibrate`].
+pub fn calibrate_replicate(
+    evaluator: &mut dyn Evaluator,
+    space: &SearchSpace,
+    settings: &Calibration,
+    number: u64,
+    progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<Replicate, CalibrateError> {
+    let mut group = Group::new(vec![Search::new(space, settings, number)]);
+    group.submit(evaluator, BufferSet::A)?;
+    while group.is_running() {
+        group.collect(evaluator, BufferSet::A, progress)?;
+        group.submit(evaluator, BufferSet::A)?;
+    }
+    group.searches.swap_remove(0).finish()
+}
+
 /// The replicate with the lowest score.
 #[must_use]
 pub fn best(replicates: &[Replicate]) -> Option<&Replicate> {

@@ -4,6 +4,7 @@
 //! Formats return text and never touch the file system, so that the same result gives the same bytes.
 
 pub mod assemble;
+pub mod csv;
 pub mod plot;
 pub mod result;
 pub mod simulation;
