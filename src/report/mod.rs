@@ -5,6 +5,7 @@
 
 pub mod assemble;
 pub mod csv;
+pub mod parquet;
 pub mod plot;
 pub mod result;
 pub mod simulation;

@@ -29,6 +29,11 @@ impl Claim {
         }
     }
 
+    /// False where the file system has no locks, so that somebody else may believe the same.
+    pub fn is_locked(&self) -> bool {
+        self.file.is_some()
+    }
+
     /// Ends a claim whose part is written. The file goes away while it is locked: whoever gets hold of the old one afterwards finds
     /// the part.
     pub fn finish(self) {

@@ -18,6 +18,18 @@ pub enum StudyError {
     /// A variant cannot be calibrated on a trajectory.
     #[error(transparent)]
     Case(#[from] CaseError),
+    /// A variant needs something of a trajectory that is not known.
+    #[error("{drive}: variant {variant} needs {what}; {remedy}")]
+    Missing {
+        /// The trajectory.
+        drive: String,
+        /// The variant.
+        variant: String,
+        /// What it needs.
+        what: &'static str,
+        /// What to do.
+        remedy: &'static str,
+    },
     /// The bounds of a variant cannot be.
     #[error("variant {variant}")]
     Bounds {

@@ -29,7 +29,7 @@ pub use claim::count as claimed;
 pub use error::StudyError;
 pub use log::{PastRuns, past_runs};
 pub use plan::{Plan, PlanError};
-pub use run::{Event, Progress, RunSettings, Summary, run};
+pub use run::{Assignment, Event, Progress, RunSettings, Summary, run};
 pub use task::{Study, Task, shard};
 
 /// Version of the tables, parts and tasks; raised when a column or its meaning changes.

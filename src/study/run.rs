@@ -4,7 +4,7 @@ use super::StudyError;
 use super::batch::{Line, Post};
 use super::claim::Claim;
 use super::compute::Round;
-use super::folder::{Folder, write_whole};
+use super::folder::{Folder, TEMPORARY, write_whole};
 use super::log::Log;
 use super::part::Part;
 use super::task::{Study, Task};
@@ -27,6 +27,19 @@ const PER_THREAD: usize = 8;
 const ON_A_DEVICE: usize = 512;
 /// How often a run looks whether tasks that another run works on are done.
 const LOOK_AGAIN: Duration = Duration::from_millis(200);
+
+/// What a run is to do.
+#[derive(Debug, Clone, Copy)]
+pub struct Assignment<'a> {
+    /// Where.
+    pub folder: &'a Folder,
+    /// The plan with its data.
+    pub study: &'a Study,
+    /// All tasks of the study.
+    pub tasks: &'a [Task],
+    /// Indices of those that are to be done.
+    pub chosen: &'a [usize],
+}
 
 /// How tasks are run.
 #[derive(Debug, Clone)]
@@ -106,21 +119,20 @@ impl Shared<'_> {
     }
 }
 
-/// Runs the tasks with these indices, except those whose parts are there and whole. Tasks that another run works on are left to it,
+/// Runs the chosen tasks, except those whose parts are there and whole. Tasks that another run works on are left to it,
 /// and waited for. `interrupted` ends the run early: what is finished is kept. `tell` is called from this thread.
 ///
 /// # Errors
 /// When a part cannot be written or the evaluator fails; finished parts are kept.
 pub fn run(
-    folder: &Folder,
-    study: &Study,
-    tasks: &[Task],
-    chosen: &[usize],
+    assignment: Assignment,
     settings: &RunSettings,
     progress: &Progress,
     interrupted: &(dyn Fn() -> bool + Sync),
     tell: &mut dyn FnMut(Event),
 ) -> Result<Summary, StudyError> {
+    let Assignment { folder, study, tasks, chosen } = assignment;
+    sweep(folder);
     let mut log = Log::new(folder, progress);
     let mut left: Vec<usize> = chosen.iter().copied().filter(|&i| !is_done(folder, &tasks[i].id)).collect();
     let before = chosen.len() - left.len();
@@ -156,6 +168,19 @@ pub fn run(
         by_others: by_others as usize,
         left: chosen.len() - before - (computed + by_others) as usize,
     })
+}
+
+/// Removes what processes that were killed while they wrote have left in `parts/`. Whoever still writes holds the claim of its task.
+fn sweep(folder: &Folder) {
+    for path in std::fs::read_dir(folder.parts()).into_iter().flatten().flatten().map(|entry| entry.path()) {
+        let id = path.file_name().and_then(|name| name.to_str()?.split('.').next());
+        let claim =
+            id.filter(|_| path.extension().is_some_and(|e| e == TEMPORARY)).and_then(|id| Claim::take(folder, id));
+        if let Some(claim) = claim.filter(Claim::is_locked) {
+            let _ = std::fs::remove_file(&path);
+            claim.finish();
+        }
+    }
 }
 
 /// True if the part of a task is there and whole.

@@ -4,7 +4,7 @@ use super::drive::{self, Drive, DriveEntry};
 use super::plan::{Plan, Validation, overrides_for};
 use super::{PROGRAM, SCHEMA_VERSION, StudyError, sha256};
 use crate::calibrate::{Overrides, SearchSpace};
-use crate::catalog::Variant;
+use crate::catalog::{Constraint, Variant};
 use crate::evaluator::Case;
 use crate::lanes::LanesPrecision;
 use crate::score::GoodnessOfFit;
@@ -81,10 +81,41 @@ impl Study {
         let study = Study { plan, drives, bases };
         for variant in &study.plan.calibration.variants {
             for drive in 0..study.drives.len() {
+                study.check(drive, variant)?;
                 study.case(drive, variant)?;
             }
         }
         Ok(study)
+    }
+
+    /// Checks that all is known of drive `index` that a variant needs.
+    fn check(&self, index: usize, variant: &Variant) -> Result<(), StudyError> {
+        let drive = &self.drives[index];
+        let mfc = drive.vehicle.as_ref().is_some_and(|vehicle| vehicle.mfc.is_some());
+        let lacks = [
+            (
+                variant.needs_vehicle() && drive.vehicle.is_none(),
+                "the follower's vehicle",
+                "name it in the plan: `vehicle` of the platoon, or `data.vehicles`, a table in which the names of the file occur",
+            ),
+            (
+                variant.constraint == Constraint::Mfc && !mfc,
+                "the vehicle's MFC curve",
+                "`data.vehicles` must be a table with an `mfc` file, or mfc_SLUG.csv beside it",
+            ),
+            (
+                variant.needs_grade() && drive.trajectory.grade.is_none(),
+                "the road grade",
+                "give the platoon a `grade` in the plan: a table, or \"level\"",
+            ),
+        ];
+        match lacks.into_iter().find(|(lacks, ..)| *lacks) {
+            Some((_, what, remedy)) => {
+                let (drive, variant) = (drive.entry.label(), variant.name());
+                Err(StudyError::Missing { drive, variant, what, remedy })
+            }
+            None => Ok(()),
+        }
     }
 
     /// What is searched when a variant is calibrated on drive `index`.

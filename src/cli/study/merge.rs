@@ -3,7 +3,7 @@
 use super::super::output;
 use super::status::complaints;
 use anyhow::bail;
-use leadlag::report::csv;
+use leadlag::report::{csv, parquet};
 use leadlag::study::folder::{Folder, write_whole};
 use leadlag::study::{inventory, merge};
 use std::path::PathBuf;
@@ -53,7 +53,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     output::make_folder(&out)?;
     let mut text = String::new();
     for (name, table) in [("calibrations", &merged.calibrations), ("validations", &merged.validations)] {
-        for (ending, bytes) in [("csv", csv::write(table))] {
+        let version = leadlag::study::SCHEMA_VERSION.to_string();
+        let metadata = [("leadlag_table", name), ("leadlag_schema_version", version.as_str())];
+        for (ending, bytes) in [("csv", csv::write(table)), ("parquet", parquet::write(table, &metadata))] {
             let path = out.join(format!("{name}.{ending}"));
             write_whole(&path, &bytes)?;
             text += &format!("{}  {} rows\n", path.display(), table.rows());

@@ -2,7 +2,7 @@
 
 use super::super::output;
 use leadlag::study::folder::Folder;
-use leadlag::study::{Plan, Study};
+use leadlag::study::{Plan, Study, StudyError};
 use std::fmt::Write;
 use std::path::PathBuf;
 
@@ -20,7 +20,7 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
-    let mut plan = Plan::read(&args.plan)?;
+    let mut plan = Plan::read(&args.plan).map_err(StudyError::from)?;
     if let Some(folder) = &args.data {
         plan.data.folder.clone_from(folder);
     }

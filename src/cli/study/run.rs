@@ -5,7 +5,7 @@ use anyhow::bail;
 use indicatif::{ProgressBar, ProgressStyle};
 use leadlag::gpu::AdapterChoice;
 use leadlag::study::folder::Folder;
-use leadlag::study::{Event, Progress, RunSettings, StudyError, Summary, Task, run as run_tasks, shard};
+use leadlag::study::{Assignment, Event, Progress, RunSettings, StudyError, Summary, Task, run as run_tasks, shard};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -59,7 +59,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     };
     let bar = Bar::new(chosen.len());
     let mut tell = |event: Event| bar.tell(event, &progress);
-    let summary = run_tasks(&folder, &study, &tasks, &chosen, &settings, &progress, &interrupt::asked, &mut tell);
+    let assignment = Assignment { folder: &folder, study: &study, tasks: &tasks, chosen: &chosen };
+    let summary = run_tasks(assignment, &settings, &progress, &interrupt::asked, &mut tell);
     bar.bar.finish_and_clear();
     let summary = match summary {
         Ok(summary) => summary,
