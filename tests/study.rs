@@ -12,6 +12,8 @@ mod kill;
 mod parts;
 #[path = "study/plans.rs"]
 mod plans;
+#[path = "study/report.rs"]
+mod report;
 #[path = "study/schema.rs"]
 mod schema;
 #[path = "study/shards.rs"]

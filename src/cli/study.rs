@@ -2,6 +2,7 @@
 
 mod merge;
 mod plan;
+mod report;
 mod run;
 mod status;
 
@@ -24,6 +25,8 @@ enum Command {
     Status(status::Args),
     /// Write the tables of a finished study
     Merge(merge::Args),
+    /// Write tables and figures beside the paper's, and where they agree
+    Report(report::Args),
 }
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
@@ -32,6 +35,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         Command::Run(args) => run::run(args),
         Command::Status(args) => status::run(args),
         Command::Merge(args) => merge::run(args),
+        Command::Report(args) => report::run(args),
     }
 }
 

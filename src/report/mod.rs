@@ -5,9 +5,11 @@
 
 pub mod assemble;
 pub mod csv;
+pub mod figure;
 pub mod parquet;
 pub mod plot;
 pub mod result;
 pub mod simulation;
+pub mod study;
 pub mod svg;
 pub mod text;

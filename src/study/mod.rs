@@ -19,6 +19,8 @@ pub mod folder;
 pub mod inventory;
 mod log;
 pub mod merge;
+pub mod outcome;
+pub mod paper;
 pub mod part;
 pub mod plan;
 mod run;
