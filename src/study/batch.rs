@@ -1,13 +1,14 @@
 //! Many calibrations on one evaluator: whatever they want simulated at a time becomes one job table.
 //!
 //! Each calibration runs in a thread of its own and sees an evaluator of its one case, an [`Outpost`]. The evaluator itself stays in
-//! one place, the [`Post`], which waits until every calibration under way has asked, simulates everything in one go, and answers.
+//! one place, the [`Post`], which waits for the calibrations under way to ask, simulates everything in one go, and answers.
 //! What a candidate scores does not depend on its neighbours, so neither does any result.
 
 use crate::evaluator::{BufferSet, Case, EvaluateError, Evaluator, Job, Outcome, Population, Score};
 use crate::score::GoodnessOfFit;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
 /// What a calibration wants simulated.
 struct Request {
@@ -150,6 +151,11 @@ impl Evaluator for Outpost {
     }
 }
 
+/// So long nobody must have asked for those who have to be served. Breeding a generation takes less.
+const QUIET: Duration = Duration::from_millis(2);
+/// How often progress is shown while there is nothing to serve.
+const LONG: Duration = Duration::from_millis(100);
+
 /// Where the shared evaluator is.
 pub struct Post<'a> {
     evaluator: &'a mut dyn Evaluator,
@@ -214,15 +220,19 @@ impl<'a> Post<'a> {
         }
     }
 
-    /// Waits until every thread of a group has asked or gone; those whose jobs are under way cannot.
+    /// Waits until every thread of a group has asked or gone. Some may be busy for long, with scores that they compute themselves: once
+    /// it has been quiet for a moment, those that have asked are served. No result depends on who is served with whom.
     fn fill(&mut self, group: usize, idle: &mut dyn FnMut()) {
         while self.pending[group].len() + self.under_way[group].len() < self.threads[group] {
-            match self.receiver.recv_timeout(std::time::Duration::from_millis(100)) {
+            let work = self.pending.iter().chain(&self.under_way).any(|requests| !requests.is_empty());
+            let heard = self.receiver.recv_timeout(if work { QUIET } else { LONG });
+            idle();
+            match heard {
                 Ok(Message::Request(request)) => self.pending[request.group].push(request),
                 Ok(Message::Gone(group)) => self.threads[group] -= 1,
+                Err(_) if work => return,
                 Err(_) => {}
             }
-            idle();
         }
     }
 

@@ -63,6 +63,8 @@ pub struct Progress {
     pub failed: AtomicU64,
     /// Simulated candidates.
     pub evaluations: AtomicU64,
+    /// Those of tasks that are computed.
+    pub finished: AtomicU64,
     /// Simulated steps.
     pub steps: AtomicU64,
 }
@@ -313,6 +315,7 @@ fn one(round: &Round, line: &Line, task: &Task, shared: &Shared) -> Result<bool,
     })?;
     let Some(part) = part else { return Ok(false) };
     write_whole(&shared.folder.part(&task.id), &part.encode())?;
+    progress.finished.fetch_add(part.calibration.evaluations, Ordering::SeqCst);
     progress.computed.fetch_add(1, Ordering::SeqCst);
     progress.failed.fetch_add(u64::from(!part.calibration.success), Ordering::SeqCst);
     progress.done.fetch_add(1, Ordering::SeqCst);

@@ -18,7 +18,10 @@ fn documented(heading: &str) -> Vec<String> {
     .collect()
 }
 
-fn read(name: &str) -> (Vec<String>, Vec<HashMap<String, String>>) {
+/// Fields by column.
+type Row = HashMap<String, String>;
+
+fn read(name: &str) -> (Vec<String>, Vec<Row>) {
     let mut reader = csv::Reader::from_reader(expected()[name].as_slice());
     let headers: Vec<String> = reader.headers().unwrap().iter().map(str::to_owned).collect();
     let rows = reader.records().map(|record| {
@@ -39,14 +42,14 @@ fn every_column_is_documented_and_every_documented_column_is_there() {
 fn one_row_per_calibration_and_one_winner_per_variant_and_trajectory() {
     let (_, rows) = read("calibrations.csv");
     assert_eq!(rows.len(), 24);
-    let mut cells: HashMap<(String, String, String), Vec<&HashMap<String, String>>> = HashMap::new();
+    let mut cells: HashMap<_, Vec<&Row>> = HashMap::new();
     for row in &rows {
         let key = (row["variant"].clone(), row["platoon"].clone(), row["follower_position"].clone());
         cells.entry(key).or_default().push(row);
     }
     assert_eq!(cells.len(), 12);
     for (cell, replicates) in cells {
-        let score = |row: &HashMap<String, String>| row["score"].parse::<f64>().expect("a score");
+        let score = |row: &Row| row["score"].parse::<f64>().expect("a score");
         let winners: Vec<_> = replicates.iter().filter(|row| row["is_best"] == "true").collect();
         assert_eq!(winners.len(), 1, "{cell:?}");
         assert!(replicates.iter().all(|row| score(row) >= score(winners[0])), "{cell:?}");

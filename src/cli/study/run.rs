@@ -57,7 +57,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         adapter: args.gpu.clone().map_or(AdapterChoice::Best, AdapterChoice::Named),
         warn: evaluator::warn,
     };
-    let bar = Bar::new(chosen.len());
+    let bar = Bar::new(chosen.len(), study.plan.calibration.stop.max_evaluations);
     let mut tell = |event: Event| bar.tell(event, &progress);
     let assignment = Assignment { folder: &folder, study: &study, tasks: &tasks, chosen: &chosen };
     let summary = run_tasks(assignment, &settings, &progress, &interrupt::asked, &mut tell);
@@ -134,13 +134,15 @@ fn give_up_in_time(progress: Arc<Progress>, tasks: usize, shown: String) {
 /// The bar: on a terminal only.
 struct Bar {
     bar: ProgressBar,
+    /// What a calibration may take; what it does take shows when the first ones have ended.
+    max_evaluations: u64,
 }
 
 impl Bar {
-    fn new(tasks: usize) -> Bar {
+    fn new(tasks: usize, max_evaluations: u64) -> Bar {
         let style = ProgressStyle::with_template("{bar:24} {human_pos}/{human_len} tasks  {msg}");
         let bar = ProgressBar::new(tasks as u64).with_style(style.expect("the template is valid"));
-        Bar { bar }
+        Bar { bar, max_evaluations }
     }
 
     fn tell(&self, event: Event, progress: &Progress) {
@@ -156,13 +158,16 @@ impl Bar {
         }
         self.bar.set_position(done);
         let seconds = self.bar.elapsed().as_secs_f64();
+        let (evaluations, finished) = (of(&progress.evaluations) as f64, of(&progress.finished) as f64);
         let left = self.bar.length().unwrap_or(0).saturating_sub(done) as f64;
-        let pace = if computed > 0 {
-            let rate = computed as f64 / seconds;
-            let eta = indicatif::HumanDuration(Duration::from_secs_f64((left / rate).min(1e9)));
-            format!("{rate:.2}/s, {eta:#} left")
+        let per_task = if computed > 0 { finished / computed as f64 } else { self.max_evaluations as f64 };
+        // Of the tasks under way, a part is done already.
+        let work = (left * per_task - (evaluations - finished)).max(0.0);
+        let pace = if evaluations > 0.0 {
+            let eta = indicatif::HumanDuration(Duration::from_secs_f64((work / evaluations * seconds).min(1e9)));
+            format!("{:.2}/s, {eta:#} left", computed as f64 / seconds)
         } else {
-            "first ones under way".to_owned()
+            "starting".to_owned()
         };
         let speed = of(&progress.steps) as f64 / seconds / 1e6;
         let failures = if failed > 0 { format!(", {failed} infeasible") } else { String::new() };
