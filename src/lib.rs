@@ -69,8 +69,10 @@ pub mod report;
 pub mod score;
 pub mod select;
 pub mod simulate;
+pub mod study;
 pub mod symbols;
 pub mod trajectory;
+pub mod validate;
 pub mod vehicle;
 pub mod wgsl;
 

@@ -14,6 +14,7 @@ mod interrupt;
 mod list;
 pub mod output;
 mod simulate;
+mod study;
 mod synth;
 
 use clap::{Parser, Subcommand};
@@ -42,6 +43,8 @@ enum Command {
     Simulate(simulate::Args),
     /// Score parameter vectors that are given as rows of a table
     Evaluate(evaluate::Args),
+    /// Calibrate and validate many variants on many trajectories: plan, run, status, merge
+    Study(study::Args),
     /// List variants, parameters, vehicles, goodness-of-fit functions, conventions
     List(list::Args),
     /// Show which GPUs and drivers there are, and what to mind with them
@@ -64,6 +67,7 @@ pub fn is_usage(error: &anyhow::Error) -> bool {
     let bounds = |e: &BoundsError| !matches!(e, BoundsError::Read { .. });
     error.is::<Usage>()
         || error.downcast_ref().is_some_and(bounds)
+        || error.downcast_ref().is_some_and(study::is_usage)
         || error.downcast_ref().is_some_and(|e| matches!(e, VehicleError::Unknown { .. }))
         || error.downcast_ref().is_some_and(|e| {
             use PrepareError::{NoFollower, NoTrajectory, Option};
@@ -81,6 +85,7 @@ pub fn run(cli: Cli) -> anyhow::Result<()> {
         Command::Calibrate(args) => calibrate::run(&args),
         Command::Simulate(args) => simulate::run(&args),
         Command::Evaluate(args) => evaluate::run(&args),
+        Command::Study(args) => study::run(&args),
         Command::List(args) => list::run(&args),
         Command::Doctor(args) => doctor::run(&args),
         Command::Bench(args) => bench::run(&args),

@@ -4,8 +4,12 @@
 //! Formats return text and never touch the file system, so that the same result gives the same bytes.
 
 pub mod assemble;
+pub mod csv;
+pub mod figure;
+pub mod parquet;
 pub mod plot;
 pub mod result;
 pub mod simulation;
+pub mod study;
 pub mod svg;
 pub mod text;

@@ -1,0 +1,44 @@
+"""Reads calibrations and validations as Parquet with pyarrow and DuckDB and compares every value with the CSV."""
+
+import csv
+import sys
+from pathlib import Path
+
+import duckdb
+import pyarrow.parquet
+
+TYPES = {"int64": int, "double": float, "bool": lambda text: {"true": True, "false": False}[text], "string": str}
+
+
+def check(folder: Path, name: str) -> None:
+    path = folder / f"{name}.parquet"
+    table = pyarrow.parquet.read_table(path)
+    metadata = {key.decode(): value.decode() for key, value in table.schema.metadata.items()}
+    assert metadata["leadlag_table"] == name and metadata["leadlag_schema_version"] == "1", metadata
+    with open(folder / f"{name}.csv", newline="") as file:
+        rows = list(csv.reader(file))
+    header, rows = rows[0], rows[1:]
+    assert table.column_names == header, "the same columns in the same order"
+    assert table.num_rows == len(rows) > 0, "the same number of rows"
+    for i, column in enumerate(table.columns):
+        parse = TYPES[str(column.type)]
+        expected = [parse(row[i]) if row[i] else None for row in rows]
+        assert column.to_pylist() == expected, f"pyarrow: {name}.{header[i]}"
+    relation = duckdb.sql(f"select * from '{path}'")
+    assert relation.columns == header
+    found = [list(row) for row in relation.fetchall()]
+    pyarrow_rows = [list(row.values()) for row in table.to_pylist()]
+    assert found == pyarrow_rows, "DuckDB and pyarrow agree"
+    print(f"{path}: {table.num_rows} rows, {table.num_columns} columns: the same in pyarrow, DuckDB and CSV")
+
+
+if __name__ == "__main__":
+    for name in ("calibrations", "validations"):
+        check(Path(sys.argv[1]), name)
+    folder = sys.argv[1]
+    best = duckdb.sql(
+        f"select c.variant, avg(v.nrmse_sva) - avg(c.nrmse_sva) as loss from '{folder}/calibrations.parquet' c "
+        f"join '{folder}/validations.parquet' v using (task_id) where c.is_best group by 1 order by 2"
+    ).fetchall()
+    assert len(best) == 3, best
+    print("a join over both tables:", best)

@@ -1,0 +1,50 @@
+//! `leadlag study`: plan, run, status, merge, report.
+
+mod merge;
+mod plan;
+mod report;
+mod run;
+mod status;
+
+use clap::Subcommand;
+use leadlag::study::StudyError;
+
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Lay out a study in a folder, and print its tasks, one per line
+    Plan(plan::Args),
+    /// Compute what is not done yet; may be interrupted, repeated, and run many times at once
+    Run(run::Args),
+    /// Show what is done, missing or damaged
+    Status(status::Args),
+    /// Write the tables of a finished study
+    Merge(merge::Args),
+    /// Write tables and figures beside the paper's, and where they agree
+    Report(report::Args),
+}
+
+pub fn run(args: &Args) -> anyhow::Result<()> {
+    match &args.command {
+        Command::Plan(args) => plan::run(args),
+        Command::Run(args) => run::run(args),
+        Command::Status(args) => status::run(args),
+        Command::Merge(args) => merge::run(args),
+        Command::Report(args) => report::run(args),
+    }
+}
+
+/// True if the plan or the command line asks for something that cannot be, whatever the data.
+pub fn is_usage(error: &StudyError) -> bool {
+    use StudyError::{Bounds, NoTask, Plan, PlanForFolder};
+    match error {
+        Plan(plan) => !matches!(plan, leadlag::study::PlanError::Read { .. }),
+        Bounds { .. } | NoTask { .. } | PlanForFolder(_) => true,
+        _ => false,
+    }
+}

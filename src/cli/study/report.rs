@@ -1,0 +1,53 @@
+//! `leadlag study report`.
+
+use super::super::output;
+use super::status::complaints;
+use anyhow::bail;
+use leadlag::report::study;
+use leadlag::study::folder::{Folder, write_whole};
+use leadlag::study::inventory;
+use leadlag::study::outcome::Outcomes;
+use std::path::PathBuf;
+
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Folder of the study
+    #[arg(value_name = "DIR")]
+    folder: PathBuf,
+    /// A further folder of parts, computed elsewhere; may be given several times
+    #[arg(long, value_name = "DIR")]
+    parts: Vec<PathBuf>,
+    /// Report although tasks are missing
+    #[arg(long)]
+    partial: bool,
+    /// Folder for tables and figures [default: report, in the study's folder]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+pub fn run(args: &Args) -> anyhow::Result<()> {
+    let folder = Folder::open(&args.folder)?;
+    let (tasks, file) = (folder.tasks()?, folder.study_file()?);
+    let inventory = inventory::look(&folder, &tasks, &args.parts)?;
+    eprint!("{}", complaints(&inventory));
+    let (missing, shown) = (inventory.missing.len(), args.folder.display());
+    if missing > 0 && !args.partial {
+        let tasks = tasks.len();
+        bail!(
+            "{missing} of {tasks} tasks are missing; `leadlag study run {shown}` computes them, --partial reports without"
+        );
+    }
+    if inventory.done() == 0 {
+        bail!("no task is done yet; `leadlag study run {shown}` computes them");
+    }
+    let all: Vec<Outcomes> = file.gofs.iter().map(|gof| Outcomes::gather(&tasks, &inventory, gof)).collect();
+    let out = args.out.clone().unwrap_or_else(|| folder.report());
+    output::make_folder(&out)?;
+    let mut text = String::new();
+    for (name, content) in study::files(&file, &all, missing) {
+        let path = out.join(name);
+        write_whole(&path, content.as_bytes())?;
+        text += &format!("{}\n", path.display());
+    }
+    output::print(&text)
+}

@@ -1,0 +1,177 @@
+//! `leadlag study run`.
+
+use super::super::{Usage, evaluator, interrupt};
+use anyhow::bail;
+use indicatif::{ProgressBar, ProgressStyle};
+use leadlag::gpu::AdapterChoice;
+use leadlag::study::folder::Folder;
+use leadlag::study::{Assignment, Event, Progress, RunSettings, StudyError, Summary, Task, run as run_tasks, shard};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+/// A run that was asked to stop ends within a second: what the calibrations under way take longer for is given up.
+const PATIENCE: Duration = Duration::from_millis(700);
+
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Folder of the study
+    #[arg(value_name = "DIR")]
+    folder: PathBuf,
+    /// The I-th of N shares of the tasks
+    #[arg(long, value_name = "I/N", value_parser = share, conflicts_with = "task")]
+    shard: Option<(usize, usize)>,
+    /// One task, by its id or the beginning of it
+    #[arg(long, value_name = "ID")]
+    task: Option<String>,
+    /// Folder of the data, where it has moved since the study was planned
+    #[arg(long, value_name = "DIR")]
+    data: Option<PathBuf>,
+    /// Calibrations under way at a time; results do not depend on it [default: 8 per thread, 512 on a GPU]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    batch: Option<u16>,
+    /// The adapter, for plans that compute on a GPU [default: the best one]
+    #[arg(long, value_name = "INDEX|PCI|NAME")]
+    gpu: Option<String>,
+}
+
+fn share(text: &str) -> Result<(usize, usize), String> {
+    let expected = || format!("expected I/N with I from 1 to N, such as 2/5, found `{text}`");
+    let (i, n) = text.split_once('/').ok_or_else(expected)?;
+    let (i, n) = (i.trim().parse().map_err(|_| expected())?, n.trim().parse().map_err(|_| expected())?);
+    if (1..=n).contains(&i) { Ok((i, n)) } else { Err(expected()) }
+}
+
+pub fn run(args: &Args) -> anyhow::Result<()> {
+    let started = Instant::now();
+    interrupt::watch();
+    let folder = Folder::open(&args.folder)?;
+    let (study, tasks) = folder.study(args.data.as_deref())?;
+    let chosen = choose(args, &tasks)?;
+    let progress = Arc::new(Progress::default());
+    let shown = args.folder.display().to_string();
+    give_up_in_time(Arc::clone(&progress), chosen.len(), shown.clone());
+    let settings = RunSettings {
+        in_flight: args.batch.map(usize::from),
+        adapter: args.gpu.clone().map_or(AdapterChoice::Best, AdapterChoice::Named),
+        warn: evaluator::warn,
+    };
+    let bar = Bar::new(chosen.len(), study.plan.calibration.stop.max_evaluations);
+    let mut tell = |event: Event| bar.tell(event, &progress);
+    let assignment = Assignment { folder: &folder, study: &study, tasks: &tasks, chosen: &chosen };
+    let summary = run_tasks(assignment, &settings, &progress, &interrupt::asked, &mut tell);
+    bar.bar.finish_and_clear();
+    let summary = match summary {
+        Ok(summary) => summary,
+        Err(error) => {
+            let done = progress.done.load(Ordering::SeqCst);
+            eprintln!("{done} of {} tasks are done and kept; after mending: leadlag study run {shown}", chosen.len());
+            return Err(error.into());
+        }
+    };
+    if summary.left > 0 {
+        bail!("{}", interrupted(&progress, chosen.len(), &shown));
+    }
+    report(&summary, &progress, started.elapsed());
+    eprintln!("go on with: leadlag study merge {shown}");
+    Ok(())
+}
+
+fn choose(args: &Args, tasks: &[Task]) -> anyhow::Result<Vec<usize>> {
+    match (&args.shard, &args.task) {
+        (Some((i, n)), _) => Ok(shard(tasks, *i, *n)),
+        (None, Some(id)) => {
+            let found: Vec<usize> = (0..tasks.len()).filter(|&i| tasks[i].id.starts_with(id.as_str())).collect();
+            if id.is_empty() {
+                return Err(Usage("--task: expected an id, found nothing".to_owned()).into());
+            }
+            if found.len() != 1 {
+                return Err(StudyError::NoTask { id: id.clone(), found: found.len() }.into());
+            }
+            Ok(found)
+        }
+        (None, None) => Ok((0..tasks.len()).collect()),
+    }
+}
+
+/// What was done, to stderr.
+fn report(summary: &Summary, progress: &Progress, elapsed: Duration) {
+    let seconds = elapsed.as_secs_f64();
+    let Summary { tasks, before, computed, failed, by_others, .. } = *summary;
+    let steps = progress.steps.load(Ordering::SeqCst) as f64;
+    let rates = if computed > 0 {
+        format!(", {:.2} tasks/s, {:.1} million candidate-steps/s", computed as f64 / seconds, steps / seconds / 1e6)
+    } else {
+        String::new()
+    };
+    eprintln!(
+        "{tasks} tasks: {before} were done, {computed} computed ({failed} without a feasible candidate), {by_others} by other runs; \
+         {seconds:.1} s{rates}"
+    );
+}
+
+fn interrupted(progress: &Progress, tasks: usize, shown: &str) -> String {
+    let of = |counter: &AtomicU64| counter.load(Ordering::SeqCst);
+    let (done, computed) = (of(&progress.done), of(&progress.computed));
+    format!(
+        "interrupted: {done} of {tasks} tasks are done and kept, {computed} of them computed now; go on with: leadlag study run {shown}"
+    )
+}
+
+/// Ends the program a moment after Ctrl-C, should the tasks under way not end by themselves. All that is finished is on the disk.
+fn give_up_in_time(progress: Arc<Progress>, tasks: usize, shown: String) {
+    std::thread::spawn(move || {
+        while !interrupt::asked() {
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        std::thread::sleep(PATIENCE);
+        eprintln!("error: {}", interrupted(&progress, tasks, &shown));
+        std::process::exit(1);
+    });
+}
+
+/// The bar: on a terminal only.
+struct Bar {
+    bar: ProgressBar,
+    /// What a calibration may take; what it does take shows when the first ones have ended.
+    max_evaluations: u64,
+}
+
+impl Bar {
+    fn new(tasks: usize, max_evaluations: u64) -> Bar {
+        let style = ProgressStyle::with_template("{bar:24} {human_pos}/{human_len} tasks  {msg}");
+        let bar = ProgressBar::new(tasks as u64).with_style(style.expect("the template is valid"));
+        Bar { bar, max_evaluations }
+    }
+
+    fn tell(&self, event: Event, progress: &Progress) {
+        let of = |counter: &AtomicU64| counter.load(Ordering::SeqCst);
+        let (done, computed, failed) = (of(&progress.done), of(&progress.computed), of(&progress.failed));
+        match event {
+            Event::Variant(name) => self.bar.set_prefix(name.to_owned()),
+            Event::Waiting(count) => {
+                let message = format!("waiting for another run on this folder, which works on {count}");
+                return self.bar.set_message(message);
+            }
+            Event::Tick => {}
+        }
+        self.bar.set_position(done);
+        let seconds = self.bar.elapsed().as_secs_f64();
+        let (evaluations, finished) = (of(&progress.evaluations) as f64, of(&progress.finished) as f64);
+        let left = self.bar.length().unwrap_or(0).saturating_sub(done) as f64;
+        let per_task = if computed > 0 { finished / computed as f64 } else { self.max_evaluations as f64 };
+        // Of the tasks under way, a part is done already.
+        let work = (left * per_task - (evaluations - finished)).max(0.0);
+        let pace = if evaluations > 0.0 {
+            let eta = indicatif::HumanDuration(Duration::from_secs_f64((work / evaluations * seconds).min(1e9)));
+            format!("{:.2}/s, {eta:#} left", computed as f64 / seconds)
+        } else {
+            "starting".to_owned()
+        };
+        let speed = of(&progress.steps) as f64 / seconds / 1e6;
+        let failures = if failed > 0 { format!(", {failed} infeasible") } else { String::new() };
+        let variant = self.bar.prefix();
+        self.bar.set_message(format!("{pace}, {speed:.0} Msteps/s{failures}  {variant}"));
+    }
+}

@@ -1,0 +1,54 @@
+//! A study beside the paper: Tables 4 and 5 and Figures 4 to 7 as tables and pictures, and a text that says where they agree.
+
+mod figures;
+mod summary;
+mod tables;
+
+use crate::study::folder::StudyFile;
+use crate::study::outcome::claims::{Claim, claims};
+use crate::study::outcome::{Outcomes, Table4Row, Table5Row, compare};
+use crate::study::paper::{Printed, printed};
+use std::collections::BTreeMap;
+
+/// Everything the report is made of.
+struct Material<'a> {
+    /// What was planned.
+    study: &'a StudyFile,
+    /// The outcomes of the goodness of fit that the tables are about.
+    own: &'a Outcomes,
+    /// The outcomes of every goodness of fit.
+    all: &'a [Outcomes],
+    four: Vec<Table4Row>,
+    five: Vec<Table5Row>,
+    claims: Vec<Claim>,
+    paper: BTreeMap<u32, Printed>,
+    /// Number of tasks that are not there.
+    missing: usize,
+}
+
+/// The files of a report, by name. `all` are the outcomes of every goodness of fit, the first one being what Tables 4 and 5 are about;
+/// `missing` is the number of tasks that are not there.
+///
+/// # Panics
+/// Without outcomes.
+#[must_use]
+pub fn files(study: &StudyFile, all: &[Outcomes], missing: usize) -> Vec<(&'static str, String)> {
+    let own = all.iter().find(|outcomes| outcomes.gof == "nrmse-sva").unwrap_or(&all[0]);
+    let (four, five) = compare(own);
+    let claims = claims(own, &four, all);
+    let material = Material { study, own, all, four, five, claims, paper: printed(), missing };
+    let csv = |table| String::from_utf8(super::csv::write(&table)).expect("names and numbers are UTF-8");
+    vec![
+        ("report.md", summary::write(&material)),
+        ("table4.csv", csv(tables::four(&material))),
+        ("table5.csv", csv(tables::five(&material))),
+        ("figure4.csv", csv(tables::variations(&material))),
+        ("figure4.svg", figures::variations(&material)),
+        ("figure5.csv", csv(tables::trajectories(&material))),
+        ("figure5.svg", figures::trajectories(&material)),
+        ("figure6.csv", csv(tables::boxes(&material))),
+        ("figure6.svg", figures::boxes(&material)),
+        ("figure7.csv", csv(tables::collisions(&material))),
+        ("figure7.svg", figures::collisions(&material)),
+    ]
+}

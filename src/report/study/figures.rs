@@ -1,0 +1,253 @@
+//! Figures 4 to 7.
+
+use super::super::figure::{Anchor, Figure, INK, PALETTE, PAPER, Plot};
+use super::Material;
+use crate::catalog::{BASES, Base};
+use crate::study::outcome::Outcomes;
+use crate::study::outcome::statistics::{box_statistics, mean, quantile};
+use crate::study::paper::VALIDATIONS;
+
+const WIDTH: f64 = 1100.0;
+const LEFT: f64 = 76.0;
+const RIGHT: f64 = WIDTH - 20.0;
+
+fn colour(base: &Base) -> &'static str {
+    let index = BASES.iter().position(|b| b.name == base.name).unwrap_or(0);
+    PALETTE[index % PALETTE.len()]
+}
+
+/// The base models of a study, in the order of Table 1.
+fn bases(own: &Outcomes) -> Vec<&'static Base> {
+    BASES.iter().filter(|base| own.variants.iter().any(|v| v.base.name == base.name)).collect()
+}
+
+fn legend(own: &Outcomes) -> Vec<(&'static str, &'static str)> {
+    bases(own).into_iter().map(|base| (base.paper, colour(base))).collect()
+}
+
+/// Figure 4: histograms of the coefficient of variation.
+pub fn variations(material: &Material) -> String {
+    let own = material.own;
+    let bases = bases(own);
+    let lines = [
+        "Each value: one variant on one trajectory, standard deviation over mean of the replicates' scores. λ: decay rate of the fitted exponential distribution, 1/mean.",
+    ];
+    let mut figure =
+        Figure::new(WIDTH, 400.0, "Figure 4: coefficient of variation of the optimum over replicates", &lines);
+    let of = |base: &Base| -> Vec<f64> {
+        own.class(base.name).into_iter().flat_map(|v| own.variations(v)).map(|cv| 100.0 * cv).collect()
+    };
+    let all: Vec<f64> = bases.iter().flat_map(|base| of(base)).collect();
+    // Bars of equal width up to the largest value; a few stragglers must not flatten the rest.
+    let most = all.iter().copied().fold(0.0, f64::max);
+    let last = quantile(&all, 0.98).map_or(1.0, |q| if most > 2.0 * q { q } else { most }).max(1e-6);
+    let end = Plot::new([0.0; 2], [0.0; 2], last).top;
+    const BARS: usize = 16;
+    let gap = 62.0;
+    let width = (RIGHT - LEFT + gap) / bases.len().max(1) as f64;
+    for (i, base) in bases.iter().enumerate() {
+        let values = of(base);
+        let left = LEFT + i as f64 * width;
+        let mut counts = [0usize; BARS];
+        for cv in &values {
+            counts[((cv / end * BARS as f64) as usize).min(BARS - 1)] += 1;
+        }
+        let share = |count: usize| 100.0 * count as f64 / values.len().max(1) as f64;
+        let highest = counts.iter().map(|count| share(*count)).fold(0.0, f64::max);
+        let plot = Plot::new([left, left + width - gap], [118.0, 330.0], highest);
+        plot.axis(&mut figure, if i == 0 { "share of all [%]" } else { "" });
+        for (k, count) in counts.iter().enumerate().filter(|(_, count)| **count > 0) {
+            let (x, to_x) = (plot.along(k, BARS, 0.06), plot.along(k, BARS, 0.94));
+            figure.bar([x, plot.height(share(*count))], [to_x, plot.y[1]], colour(base), "none");
+        }
+        for k in 0..=2 {
+            let x = plot.along(k, 2, 0.0);
+            let digits =
+                [10.0, 1.0, 0.1].into_iter().take_while(|limit| end < *limit).count() + usize::from(end < 20.0);
+            let above = if k == 2 && most > end { "≥ " } else { "" };
+            figure.text([x, 348.0], 11.5, Anchor::Middle, INK, &format!("{above}{:.digits$}", end * k as f64 / 2.0));
+        }
+        figure.text([left, 84.0], 14.0, Anchor::Start, colour(base), base.paper);
+        let rate =
+            mean(&values).filter(|mean| *mean > 0.0).map_or("-".to_owned(), |mean| format!("{:.1}", 100.0 / mean));
+        let worst = values.iter().copied().fold(0.0, f64::max);
+        figure.text([left, 102.0], 11.5, Anchor::Start, INK, &format!("max {worst:.2} %, λ {rate}"));
+        figure.text([(plot.x[0] + plot.x[1]) / 2.0, 370.0], 12.5, Anchor::Middle, INK, "CV [%]");
+    }
+    figure.finish()
+}
+
+/// Figure 5: scores of the base models by trajectory, with the best and worst of all variants.
+pub fn trajectories(material: &Material) -> String {
+    let own = material.own;
+    let mut platoons: Vec<&str> = own.drives.iter().map(|d| d.platoon.as_str()).collect();
+    platoons.dedup();
+    let (row, per_row) = (240.0, 2);
+    let rows = platoons.len().div_ceil(per_row);
+    let lines = [format!(
+        "Scores ({}) after calibration. White and gold: the lowest and highest among all {} variants of the study.",
+        own.gof,
+        own.variants.len()
+    )];
+    let mut figure = Figure::new(
+        WIDTH,
+        96.0 + row * rows as f64,
+        "Figure 5: calibration errors by platoon and vehicle",
+        &[&lines[0]],
+    );
+    let mut entries = vec![("lowest", "white")];
+    entries.extend(legend(own));
+    entries.push(("highest", "#f0c800"));
+    figure.legend([LEFT, 76.0], &entries);
+    figure.bar([LEFT, 67.0], [LEFT + 10.0, 77.0], "white", INK);
+    let highest = (0..own.drives.len()).filter_map(|d| own.range(d)).map(|range| range[1]).fold(0.0, f64::max);
+    for (k, platoon) in platoons.iter().enumerate() {
+        let width = (RIGHT - LEFT + 70.0) / per_row as f64;
+        let left = LEFT + (k % per_row) as f64 * width;
+        let top = 112.0 + (k / per_row) as f64 * row;
+        let plot = Plot::new([left, left + width - 70.0], [top, top + row - 76.0], highest);
+        plot.axis(&mut figure, if k % per_row == 0 { "score" } else { "" });
+        figure.text([left + 6.0, top - 2.0], 14.0, Anchor::Start, INK, platoon);
+        let drives: Vec<usize> = (0..own.drives.len()).filter(|d| own.drives[*d].platoon == *platoon).collect();
+        for (place, &drive) in drives.iter().enumerate() {
+            let base = |base: &&'static Base| {
+                let index = own.variants.iter().position(|v| v.name() == base.name)?;
+                Some((own.cells[index][drive].score?, colour(base)))
+            };
+            let range = own.range(drive);
+            let mut bars: Vec<Option<(f64, &str)>> = vec![range.map(|range| (range[0], "white"))];
+            bars.extend(bases(own).iter().map(base));
+            bars.push(range.map(|range| (range[1], "#f0c800")));
+            let count = bars.len();
+            for (i, (score, fill)) in bars.into_iter().enumerate().filter_map(|(i, bar)| Some((i, bar?))) {
+                let x = |share: f64| plot.along(place, drives.len(), 0.08 + 0.84 * (i as f64 + share) / count as f64);
+                figure.bar([x(0.05), plot.height(score)], [x(0.95), plot.y[1]], fill, INK);
+            }
+            let name = &own.drives[drive].vehicle;
+            figure.text([plot.along(place, drives.len(), 0.5), plot.y[1] + 17.0], 12.0, Anchor::Middle, INK, name);
+        }
+    }
+    figure.finish()
+}
+
+/// Positions of the variants along x: the classes side by side, with a gap.
+fn positions(own: &Outcomes, plot: &Plot) -> (Vec<f64>, f64) {
+    let bases = bases(own);
+    let gap = 1.0;
+    let total = own.variants.len() as f64 + gap * (bases.len() as f64 - 1.0);
+    let unit = (plot.x[1] - plot.x[0]) / total.max(1.0);
+    let mut x = vec![0.0; own.variants.len()];
+    let mut place = 0.0;
+    for base in &bases {
+        for variant in own.class(base.name) {
+            x[variant] = plot.x[0] + (place + 0.5) * unit;
+            place += 1.0;
+        }
+        place += gap;
+    }
+    (x, unit)
+}
+
+/// Ids below, as many as there is room for, and names of the classes.
+fn ids(figure: &mut Figure, own: &Outcomes, plot: &Plot, x: &[f64], unit: f64) {
+    let every = (22.0 / unit).ceil().max(1.0) as usize;
+    for base in bases(own) {
+        let class = own.class(base.name);
+        for &variant in class.iter().step_by(every) {
+            let id = own.variants[variant].id().to_string();
+            figure.text([x[variant], plot.y[1] + 16.0], 11.0, Anchor::Middle, INK, &id);
+        }
+        let (first, last) = (x[class[0]], x[class[class.len() - 1]]);
+        let middle = [(first + last) / 2.0, plot.y[1] + 36.0];
+        figure.text(middle, 13.0, Anchor::Middle, colour(&own.variants[class[0]].base), base.paper);
+    }
+}
+
+/// Figure 6: box plots of the normalised errors.
+pub fn boxes(material: &Material) -> String {
+    let own = material.own;
+    let boxes: Vec<_> = (0..own.variants.len()).map(|v| box_statistics(&own.normalized(v))).collect();
+    let lines = [
+        "Score over the lowest score of the same trajectory, minus 1 (Eq. 19). Box: quartiles and median; small square: mean; whiskers: 1.5 interquartile ranges; dots: outliers.",
+        "Open diamonds: the paper's medians over 28 trajectories (Table 4). Numbers below: ids of Table 1.",
+    ];
+    let mut figure = Figure::new(WIDTH, 480.0, "Figure 6: normalised calibration errors of the variants", &lines);
+    let whiskers = boxes.iter().flatten().map(|b| b.whiskers[1]).fold(0.0, f64::max);
+    let outliers = || boxes.iter().flatten().flat_map(|b| &b.outliers);
+    let highest = outliers().copied().fold(whiskers, f64::max).min(1.6 * whiskers.max(1e-9));
+    let plot = Plot::new([LEFT, RIGHT], [90.0, 420.0], highest);
+    plot.axis(&mut figure, "normalised error");
+    let (x, unit) = positions(own, &plot);
+    let half = (0.38 * unit).min(14.0);
+    for (v, b) in boxes.iter().enumerate() {
+        let Some(b) = b else { continue };
+        let (x, fill, y) = (x[v], colour(&own.variants[v].base), |value: f64| plot.height(value));
+        figure.line([x, y(b.whiskers[0])], [x, y(b.quartiles[0])], 1.0, INK);
+        figure.line([x, y(b.quartiles[2])], [x, y(b.whiskers[1])], 1.0, INK);
+        figure.bar([x - half, y(b.quartiles[2])], [x + half, y(b.quartiles[0])], fill, INK);
+        figure.line([x - half, y(b.quartiles[1])], [x + half, y(b.quartiles[1])], 2.0, "white");
+        figure.bar([x - 1.5, y(b.mean) - 1.5], [x + 1.5, y(b.mean) + 1.5], "white", INK);
+        for outlier in b.outliers.iter().filter(|o| **o <= plot.top) {
+            figure.dot([x, y(*outlier)], 1.8, INK);
+        }
+        if let Some(printed) = material.paper.get(&own.variants[v].id()) {
+            figure.diamond([x, y(printed.median)], 3.2);
+        }
+    }
+    ids(&mut figure, own, &plot, &x, unit);
+    let beyond = outliers().filter(|o| **o > plot.top).count();
+    if beyond > 0 {
+        let text = format!("{beyond} outliers above {:.2} are not shown; figure6.csv has them", plot.top);
+        figure.text([RIGHT, 472.0], 11.5, Anchor::End, INK, &text);
+    }
+    figure.finish()
+}
+
+/// Figure 7: collisions of the winners on other trajectories.
+pub fn collisions(material: &Material) -> String {
+    let own = material.own;
+    let lines = [
+        "Winners of each calibration, simulated on the other trajectories of the same vehicle: share of runs in which the spacing was not above 0.",
+        "Grey steps: the paper, 168 runs per variant, NRMSE(s,v,a) (Table 5). Numbers below: ids of Table 1.",
+    ];
+    let mut figure = Figure::new(WIDTH, 480.0, "Figure 7: collisions in validation", &lines);
+    let share = |outcomes: &Outcomes, v: usize| {
+        let (collisions, _, runs) = outcomes.collisions(v);
+        (runs > 0).then(|| 100.0 * collisions as f64 / runs as f64)
+    };
+    let printed = |v: usize| material.paper.get(&own.variants[v].id()).map(|p| 100.0 * p.collisions / VALIDATIONS);
+    let ours = material.all.iter().flat_map(|o| (0..o.variants.len()).filter_map(|v| share(o, v)));
+    let highest = ours.chain((0..own.variants.len()).filter_map(printed)).fold(1.0, f64::max);
+    let plot = Plot::new([LEFT, RIGHT], [112.0, 420.0], highest);
+    plot.axis(&mut figure, "collisions [% of runs]");
+    let (x, unit) = positions(own, &plot);
+    for (v, x) in x.iter().enumerate() {
+        if let Some(printed) = printed(v) {
+            let y = plot.height(printed);
+            figure.bar([x - 0.5 * unit, y], [x + 0.5 * unit, plot.y[1]], "#efefef", "none");
+            figure.line([x - 0.5 * unit, y], [x + 0.5 * unit, y], 1.6, PAPER);
+        }
+    }
+    let mut entries = vec![("paper", PAPER)];
+    for (k, outcomes) in material.all.iter().enumerate() {
+        let colour = PALETTE[k % PALETTE.len()];
+        entries.push((outcomes.gof.as_str(), colour));
+        for base in bases(own) {
+            let class = outcomes.class(base.name);
+            let places = class.iter().filter_map(|&v| {
+                let at = own.variants.iter().position(|variant| *variant == outcomes.variants[v])?;
+                Some([x[at], plot.height(share(outcomes, v)?)])
+            });
+            let points: Vec<[f64; 2]> = places.collect();
+            figure.polyline(&points, 1.4, colour);
+            points.iter().for_each(|point| figure.dot(*point, 2.6, colour));
+        }
+    }
+    if material.all.iter().all(|o| (0..o.variants.len()).all(|v| share(o, v).is_none())) {
+        figure.text([(LEFT + RIGHT) / 2.0, 260.0], 14.0, Anchor::Middle, INK, "this study has no validation runs");
+    }
+    figure.line([LEFT, plot.y[1]], [RIGHT, plot.y[1]], 1.0, INK);
+    figure.legend([LEFT, 92.0], &entries);
+    ids(&mut figure, own, &plot, &x, unit);
+    figure.finish()
+}

@@ -1,0 +1,126 @@
+//! `report.md`: what the study is, where it agrees with the paper and where not, in plain words and numbers.
+
+use super::Material;
+use crate::study::outcome::statistics::spearman;
+use crate::study::paper::Printed;
+use std::fmt::Write;
+
+pub fn write(material: &Material) -> String {
+    let mut text = String::new();
+    lines(material, &mut text).expect("a String takes all");
+    text
+}
+
+fn lines(material: &Material, text: &mut String) -> std::fmt::Result {
+    let own = material.own;
+    let mut platoons: Vec<&str> = own.drives.iter().map(|d| d.platoon.as_str()).collect();
+    platoons.dedup();
+    let study = material.study;
+    writeln!(text, "# {} beside the paper\n", study.name)?;
+    writeln!(
+        text,
+        "{} variants on {} trajectories (platoons {}), {} replicates of at most {} evaluations each by `{}`, scored by {}, convention `{}`, \
+         {}. The paper: 90 variants on 28 trajectories, 10 replicates of 560,000 to 700,100 evaluations.",
+        own.variants.len(),
+        own.drives.len(),
+        platoons.join(", "),
+        study.replicates,
+        study.max_evaluations,
+        study.optimizer,
+        own.gof,
+        study.convention,
+        study.program,
+    )?;
+    writeln!(text, "\n| trajectory | vehicle | file | preparation |\n|---|---|---|---|")?;
+    for drive in &study.drives {
+        let notes = drive.notes.join("; ").replace('|', "/");
+        writeln!(text, "| {} | {} | `{}` | {notes} |", drive.label(), drive.vehicle, drive.file)?;
+    }
+    if material.missing > 0 {
+        writeln!(text, "\n**{} tasks are missing: these numbers are preliminary.**", material.missing)?;
+    }
+    writeln!(text, "\n## Where it agrees, and where not\n")?;
+    writeln!(text, "| | the paper says | this study |\n|---|---|---|")?;
+    for claim in &material.claims {
+        let mark = match claim.agrees {
+            Some(true) => "agrees",
+            Some(false) => "**differs**",
+            None => "cannot tell",
+        };
+        writeln!(text, "| {mark} | {} | {} |", claim.paper, claim.found)?;
+    }
+    correlations(material, text)?;
+    table4(material, text)?;
+    writeln!(text, "\n## Files\n")?;
+    writeln!(
+        text,
+        "`table4.csv`, `table5.csv`: every number beside the paper's. `figure4` to `figure7`: numbers as `.csv`, pictures as `.svg`."
+    )?;
+    writeln!(
+        text,
+        "The paper's numbers are those printed in its Tables 4 and 5; its figures have no numbers of their own."
+    )
+}
+
+/// Spearman's rank correlation between ours and the paper's, over all variants and within each base model.
+fn correlations(material: &Material, text: &mut String) -> std::fmt::Result {
+    let variants = &material.own.variants;
+    type Ours<'a> = Box<dyn Fn(usize) -> Option<f64> + 'a>;
+    type Theirs = fn(&Printed) -> Option<f64>;
+    let (four, five) = (&material.four, &material.five);
+    let rows: [(&str, Ours, Theirs); 6] = [
+        ("median normalised error (Table 4)", Box::new(|v| four[v].median), |p| Some(p.median)),
+        ("change against the base model (Table 4)", Box::new(|v| four[v].change), |p| p.change),
+        ("change of NRMSE(s,v,a), calibration (Table 5)", Box::new(|v| five[v].calibration[3]), |p| p.calibration[3]),
+        ("change of NRMSE(s,v,a), validation (Table 5)", Box::new(|v| five[v].validation[3]), |p| p.validation[3]),
+        ("change of RMSE(s), calibration (Table 5)", Box::new(|v| five[v].calibration[0]), |p| p.calibration[0]),
+        (
+            "collisions (Table 5)",
+            Box::new(|v| (five[v].runs > 0).then(|| five[v].collisions as f64 / five[v].runs as f64)),
+            |p| Some(p.collisions),
+        ),
+    ];
+    writeln!(text, "\n## Rank correlation with the paper over the variants\n")?;
+    writeln!(text, "Spearman's rho; 1 means the same order, `-` too few or all equal.\n")?;
+    let bases = ["idm", "gipps", "l-cth", "l-idm", "l-gipps"];
+    writeln!(text, "| | all | {} |\n|---|---|{}", bases.join(" | "), "---|".repeat(bases.len()))?;
+    for (name, ours, theirs) in rows {
+        let rho = |base: Option<&str>| {
+            let pairs: Vec<(f64, f64)> = (0..variants.len())
+                .filter(|&v| base.is_none_or(|base| variants[v].base.name == base))
+                .filter_map(|v| Some((ours(v)?, theirs(material.paper.get(&variants[v].id())?)?)))
+                .collect();
+            spearman(&pairs).map_or("-".to_owned(), |rho| format!("{rho:.2}"))
+        };
+        let columns: Vec<String> = bases.iter().map(|base| rho(Some(base))).collect();
+        writeln!(text, "| {name} | {} | {} |", rho(None), columns.join(" | "))?;
+    }
+    Ok(())
+}
+
+fn table4(material: &Material, text: &mut String) -> std::fmt::Result {
+    let shown = |x: Option<f64>, digits: usize| x.map_or("-".to_owned(), |x| format!("{x:.digits$}"));
+    let signed = |x: Option<f64>| x.map_or("-".to_owned(), |x| format!("{x:+.0}"));
+    writeln!(text, "\n## Table 4, and the collisions of Table 5\n")?;
+    writeln!(
+        text,
+        "| id | variant | median | paper | change % | paper | collisions | paper |\n|---|---|---|---|---|---|---|---|"
+    )?;
+    for (v, variant) in material.own.variants.iter().enumerate() {
+        let (four, five) = (&material.four[v], &material.five[v]);
+        let paper = material.paper.get(&variant.id());
+        writeln!(
+            text,
+            "| {} | `{variant}` | {} | {} | {} | {} | {}/{} | {} |",
+            variant.id(),
+            shown(four.median, 3),
+            shown(paper.map(|p| p.median), 3),
+            signed(four.change),
+            signed(paper.and_then(|p| p.change)),
+            five.collisions,
+            five.runs,
+            paper.map_or("-".to_owned(), |p| format!("{:.0}/168", p.collisions)),
+        )?;
+    }
+    Ok(())
+}

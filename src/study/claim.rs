@@ -1,0 +1,54 @@
+//! Claims: which tasks are under way in which process, so that two runs on one folder share the work.
+//!
+//! A claim is a lock on an empty file. The operating system lets go of it when the process ends, however it ends, so a claim never
+//! outlives its process. Claims save work and nothing else: where locks do not work, a task may be done twice, with the same bytes.
+
+use super::folder::Folder;
+use std::fs::{self, File, TryLockError};
+use std::path::PathBuf;
+
+/// A task that this process works on.
+#[derive(Debug)]
+pub struct Claim {
+    path: PathBuf,
+    /// Held for its lock; `None` where the file system has no locks.
+    file: Option<File>,
+}
+
+impl Claim {
+    /// Claims a task; `None` if another process, or another thread of this one, has it.
+    pub fn take(folder: &Folder, id: &str) -> Option<Claim> {
+        let path = folder.claims().join(id);
+        let Ok(file) = File::options().create(true).write(true).truncate(false).open(&path) else {
+            return Some(Claim { path, file: None });
+        };
+        match file.try_lock() {
+            Ok(()) => Some(Claim { path, file: Some(file) }),
+            Err(TryLockError::WouldBlock) => None,
+            Err(TryLockError::Error(_)) => Some(Claim { path, file: None }),
+        }
+    }
+
+    /// False where the file system has no locks, so that somebody else may believe the same.
+    pub fn is_locked(&self) -> bool {
+        self.file.is_some()
+    }
+
+    /// Ends a claim whose part is written. The file goes away while it is locked: whoever gets hold of the old one afterwards finds
+    /// the part.
+    pub fn finish(self) {
+        let _ = fs::remove_file(&self.path);
+        drop(self.file);
+    }
+}
+
+/// Number of tasks that running processes have claimed.
+#[must_use]
+pub fn count(folder: &Folder) -> usize {
+    let Ok(entries) = fs::read_dir(folder.claims()) else { return 0 };
+    let held = |path: PathBuf| {
+        let file = File::open(path).ok();
+        file.is_some_and(|file| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)))
+    };
+    entries.flatten().filter(|entry| held(entry.path())).count()
+}

@@ -1,0 +1,142 @@
+//! One task: calibrate, score again in f64, try on the other trajectories.
+
+use super::part::{CalibrationRow, Part, RunRow, ValidationRow};
+use super::task::{Study, Task};
+use super::{PROGRAM, SCHEMA_VERSION, StudyError};
+use crate::calibrate::{CalibrateError, Calibration, Replicate, SearchSpace, StopReason, calibrate_replicate};
+use crate::catalog::Variant;
+use crate::evaluator::{Case, Evaluator, Outcome};
+use crate::score::GoodnessOfFit;
+use crate::validate::validate;
+use indexmap::IndexMap;
+use std::ops::ControlFlow;
+
+/// What all tasks of one variant and goodness of fit share.
+pub struct Round<'a> {
+    /// The study.
+    pub study: &'a Study,
+    /// The variant.
+    pub variant: Variant,
+    /// What is minimised.
+    pub gof: GoodnessOfFit,
+    /// Every drive of the study as this variant sees it.
+    pub cases: Vec<Case>,
+}
+
+impl Round<'_> {
+    /// Computes a task; `None` if it was interrupted. `progress` is told the evaluations of each generation, and may stop.
+    pub fn compute(
+        &self,
+        task: &Task,
+        evaluator: &mut dyn Evaluator,
+        progress: &mut dyn FnMut(u64) -> ControlFlow<()>,
+    ) -> Result<Option<Part>, StudyError> {
+        let index = self.study.drive_of(task);
+        let space = self.study.space(index, &self.variant)?;
+        let plan = &self.study.plan.calibration;
+        let settings = Calibration { optimizer: plan.optimizer, seed: plan.seed, replicates: 1, stop: plan.stop };
+        let mut before = 0;
+        let found = calibrate_replicate(evaluator, &space, &settings, task.replicate, &mut |told| {
+            let new = told.evaluations - before;
+            before = told.evaluations;
+            progress(new)
+        });
+        let mut row = self.row(task, index, evaluator);
+        let mut validations = Vec::new();
+        match found {
+            Ok(Replicate { stop: StopReason::Interrupted, .. }) | Err(CalibrateError::Interrupted) => return Ok(None),
+            Ok(replicate) => validations = self.found(&mut row, index, &space, &replicate),
+            Err(CalibrateError::Infeasible { evaluations, tally, .. }) => {
+                row.evaluations = evaluations;
+                row.reason = Some(format!("none of {evaluations} candidates is feasible: {tally}"));
+            }
+            Err(source) => return Err(StudyError::Calibrate { id: task.id.clone(), source }),
+        }
+        Ok(Some(Part { schema_version: SCHEMA_VERSION, id: task.id.clone(), calibration: row, validations }))
+    }
+
+    /// A row in which nothing has been found yet.
+    fn row(&self, task: &Task, index: usize, evaluator: &dyn Evaluator) -> CalibrationRow {
+        let (plan, drive) = (&self.study.plan.calibration, &self.study.drives[index].entry);
+        CalibrationRow {
+            program: PROGRAM.to_owned(),
+            platoon: drive.platoon.clone(),
+            follower: drive.follower,
+            vehicle: drive.vehicle.clone(),
+            data_sha256: drive.sha256.clone(),
+            samples: drive.samples,
+            dt_s: drive.dt_s,
+            model_id: self.variant.id(),
+            variant: self.variant.name(),
+            gof: self.gof.to_string(),
+            convention: plan.convention.to_string(),
+            optimizer: plan.optimizer.runs().to_owned(),
+            seed: plan.seed,
+            replicate: task.replicate,
+            evaluator: evaluator.name().to_owned(),
+            precision: evaluator.precision().to_owned(),
+            adapter: evaluator.adapter(),
+            success: false,
+            reason: None,
+            evaluations: 0,
+            stop: None,
+            score: None,
+            parameters: IndexMap::new(),
+            at_bound: Vec::new(),
+            run: None,
+        }
+    }
+
+    /// Fills in what was found, and tries it on the other trajectories.
+    fn found(
+        &self,
+        row: &mut CalibrationRow,
+        index: usize,
+        space: &SearchSpace,
+        replicate: &Replicate,
+    ) -> Vec<ValidationRow> {
+        let parameters = space.parameters(&replicate.candidate);
+        let on = self.study.validated_on(index);
+        let cases: Vec<Case> = std::iter::once(&index).chain(&on).map(|&i| self.cases[i].clone()).collect();
+        let mut outcomes = validate(&cases, &parameters).into_iter();
+        let own = outcomes.next().expect("one outcome per case");
+        row.evaluations = replicate.evaluations;
+        row.stop = Some(replicate.stop.to_string());
+        let names = space.symbols.iter().map(|symbol| symbol.name().to_owned());
+        row.parameters = names.zip(replicate.candidate.iter().copied()).collect();
+        row.at_bound = space.at_bound(&replicate.candidate).iter().map(|s| s.name().to_owned()).collect();
+        row.score = own.result.ok().map(|measures| self.gof.of(&measures)).filter(|score| score.is_finite());
+        row.success = row.score.is_some();
+        if !row.success {
+            row.reason = Some("the f64 reference does not run to the end, or has no such measure".to_owned());
+        }
+        row.run = Some(self.run_row(index, &own, parameters.tau_p));
+        let validation = |(&other, outcome): (&usize, Outcome)| {
+            let drive = &self.study.drives[other].entry;
+            ValidationRow {
+                platoon: drive.platoon.clone(),
+                follower: drive.follower,
+                data_sha256: drive.sha256.clone(),
+                samples: drive.samples,
+                run: self.run_row(other, &outcome, parameters.tau_p),
+            }
+        };
+        on.iter().zip(outcomes).map(validation).collect()
+    }
+
+    fn run_row(&self, drive: usize, outcome: &Outcome, tau_p: f64) -> RunRow {
+        let failure = outcome.result.err();
+        let t = &self.study.drives[drive].trajectory.t;
+        let finite = |x: f64| x.is_finite().then_some(x);
+        let tau_p = if tau_p.is_finite() { tau_p } else { 0.0 };
+        RunRow {
+            fail_reason: failure.map(|f| f.kind.name().to_owned()),
+            fail_step: failure.map(|f| f.step),
+            fail_time_s: failure.and_then(|f| t.get(f.step).copied()),
+            first_scored: self.cases[drive].first_sample(tau_p),
+            n_cut_acc: outcome.n_cut_acc,
+            n_cut_dec: outcome.n_cut_dec,
+            measures: outcome.result.ok().map_or(Vec::new(), |m| m.values().map(finite).to_vec()),
+        }
+    }
+}

@@ -1,0 +1,218 @@
+//! The trajectories of a plan: read and prepared, with vehicle and fingerprint.
+
+use super::plan::{DataPlan, PlatoonPlan};
+use crate::trajectory::{Grade, ImportError, Platoon, Preparation, PrepareError, Recording, Trajectory};
+use crate::trajectory::{import, prepare};
+use crate::vehicle::{Vehicle, VehicleError, read_table};
+use serde::{Deserialize, Serialize};
+
+/// One follower of one platoon, ready to be calibrated on.
+#[derive(Debug, Clone)]
+pub struct Drive {
+    /// What the study's files say about it.
+    pub entry: DriveEntry,
+    /// The trajectory.
+    pub trajectory: Trajectory,
+    /// The vehicle, where it is known.
+    pub vehicle: Option<Vehicle>,
+}
+
+/// A drive as the study's files list it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct DriveEntry {
+    /// Name of the platoon in the plan.
+    pub platoon: String,
+    /// 1 = right behind the platoon leader.
+    pub follower: usize,
+    /// The follower's vehicle: its short name where it is known, else its name in the file.
+    pub vehicle: String,
+    /// The file, as the plan names it.
+    pub file: String,
+    /// SHA-256 of the file.
+    pub sha256: String,
+    /// SHA-256 of everything a simulation gets to see: the prepared signals, the grade, the vehicle.
+    pub fingerprint: String,
+    /// Number of samples.
+    pub samples: usize,
+    /// Time step \[s\].
+    pub dt_s: f64,
+    /// First and last time used \[s\], as in the file.
+    pub window_s: [f64; 2],
+    /// What was done to the data, one line each.
+    pub notes: Vec<String>,
+}
+
+impl DriveEntry {
+    /// `P3 follower 1`.
+    #[must_use]
+    pub fn label(&self) -> String {
+        format!("{} follower {}", self.platoon, self.follower)
+    }
+}
+
+/// Data of a plan that cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum DriveError {
+    /// The file cannot be imported.
+    #[error("platoon {platoon}{}", data_hint(*missing))]
+    Import {
+        /// The platoon.
+        platoon: String,
+        /// True if there is no such file.
+        missing: bool,
+        /// Why.
+        source: Box<ImportError>,
+    },
+    /// The follower cannot be prepared.
+    #[error("platoon {platoon}")]
+    Prepare {
+        /// The platoon.
+        platoon: String,
+        /// Why.
+        source: Box<PrepareError>,
+    },
+    /// The file splits into segments, which a study cannot name.
+    #[error(
+        "platoon {platoon} follower {follower}: long gaps split it into {segments} segments; cut one out with from_s and to_s"
+    )]
+    Segments {
+        /// The platoon.
+        platoon: String,
+        /// The follower.
+        follower: usize,
+        /// How many.
+        segments: usize,
+    },
+    /// The vehicle is not known, or its table is broken.
+    #[error(transparent)]
+    Vehicle(#[from] VehicleError),
+}
+
+fn data_hint(missing: bool) -> &'static str {
+    if missing { "; `--data DIR` names another data folder than the plan does" } else { "" }
+}
+
+/// Reads every trajectory of a plan, in its order.
+///
+/// # Errors
+/// [`DriveError`] with the platoon it concerns.
+pub fn read(data: &DataPlan) -> Result<Vec<Drive>, DriveError> {
+    let vehicles = match &data.vehicles {
+        Some(table) => read_table(&data.folder.join(table))?,
+        None => Vehicle::built_in(),
+    };
+    let mut drives = Vec::new();
+    for plan in &data.platoons {
+        let recording = import::read(&data.folder.join(&plan.file), plan.layout).map_err(|source| {
+            let missing = !data.folder.join(&plan.file).exists();
+            DriveError::Import { platoon: plan.name.clone(), missing, source: Box::new(source) }
+        })?;
+        let cars = recording.platoons[0].cars.iter();
+        let all: Vec<usize> = cars.filter_map(|car| car.number.checked_sub(1)).filter(|f| *f > 0).collect();
+        for &follower in plan.followers.as_ref().unwrap_or(&all) {
+            drives.push(one(data, plan, &recording, follower, &vehicles)?);
+        }
+    }
+    Ok(drives)
+}
+
+fn one(
+    data: &DataPlan,
+    plan: &PlatoonPlan,
+    recording: &Recording,
+    follower: usize,
+    vehicles: &[Vehicle],
+) -> Result<Drive, DriveError> {
+    let platoon = || plan.name.clone();
+    let grade = match plan.grade.as_deref() {
+        None => None,
+        Some("level") => Some(Grade::level()),
+        Some(file) => Some(Grade::read_csv(&data.folder.join(file)).map_err(|source| {
+            let missing = !data.folder.join(file).exists();
+            DriveError::Import { platoon: platoon(), missing, source: Box::new(source) }
+        })?),
+    };
+    let known = |name: &str| vehicles.iter().find(|v| v.is_called(name));
+    let cars = &recording.platoons[0];
+    let length = |number: usize| {
+        cars.cars
+            .iter()
+            .find(|car| car.number == number)
+            .and_then(|car| car.length.or_else(|| known(&car.name).and_then(|vehicle| vehicle.length)))
+    };
+    let start = plan.leader_start.map(|start| start - behind_leader(cars, follower, &length));
+    let preparation = Preparation {
+        from: plan.from,
+        to: plan.to,
+        smooth: plan.smooth,
+        grade,
+        // Only where positions count, which then refer to the front of the car ahead.
+        lead_length: start.and_then(|_| length(follower)),
+        lead_start_m: start,
+        ..Preparation::default()
+    };
+    let mut segments = prepare(recording, follower, &preparation)
+        .map_err(|source| DriveError::Prepare { platoon: platoon(), source: Box::new(source) })?;
+    if segments.len() != 1 {
+        return Err(DriveError::Segments { platoon: platoon(), follower, segments: segments.len() });
+    }
+    let trajectory = segments.swap_remove(0);
+    let vehicle = match &plan.vehicle {
+        Some(name) => Some(known(name).cloned().ok_or_else(|| VehicleError::Unknown {
+            name: name.clone(),
+            table: data.vehicles.as_ref().map_or("the built-in table".to_owned(), |t| t.display().to_string()),
+            known: vehicles.iter().map(|v| v.slug.clone()).collect(),
+        })?),
+        None => known(&trajectory.name).cloned(),
+    };
+    let entry = DriveEntry {
+        platoon: platoon(),
+        follower,
+        vehicle: vehicle.as_ref().map_or_else(|| trajectory.name.clone(), |v| v.slug.clone()),
+        file: plan.file.display().to_string(),
+        sha256: trajectory.source.sha256.clone(),
+        fingerprint: fingerprint(&trajectory, vehicle.as_ref()),
+        samples: trajectory.len(),
+        dt_s: trajectory.dt,
+        window_s: [trajectory.t[0], trajectory.t[trajectory.len() - 1]],
+        notes: trajectory.notes.iter().map(ToString::to_string).collect(),
+    };
+    Ok(Drive { entry, trajectory, vehicle })
+}
+
+/// How far the car ahead of a follower is behind the platoon leader at the first row \[m\]: gaps and lengths of the cars between.
+fn behind_leader(platoon: &Platoon, follower: usize, length: &dyn Fn(usize) -> Option<f64>) -> f64 {
+    let first_gap = |number: usize| {
+        let car = platoon.cars.iter().find(|car| car.number == number)?;
+        car.gap.as_ref()?.iter().copied().find(|gap| gap.is_finite())
+    };
+    (2..=follower).map(|number| first_gap(number).unwrap_or(0.0) + length(number - 1).unwrap_or(0.0)).sum()
+}
+
+/// SHA-256 of all numbers that a simulation may see. Names and paths are no part of it.
+fn fingerprint(trajectory: &Trajectory, vehicle: Option<&Vehicle>) -> String {
+    let mut bytes: Vec<u8> = Vec::new();
+    let mut add = |values: &[f64]| {
+        // Lengths keep two neighbours apart.
+        bytes.extend((values.len() as u64).to_le_bytes());
+        values.iter().for_each(|x| bytes.extend(x.to_bits().to_le_bytes()));
+    };
+    let t = trajectory;
+    add(&[t.dt, t.dt_raw, t.len_l]);
+    [&t.x_l, &t.v_l, &t.x_f, &t.v_f, &t.s].into_iter().for_each(|signal| add(signal));
+    match &t.grade {
+        Some(grade) => {
+            [&grade.x, &grade.sin].into_iter().chain([&grade.period.into_iter().collect()]).for_each(|x| add(x))
+        }
+        None => add(&[]),
+    }
+    if let Some(v) = vehicle {
+        add(&[v.m_0, v.phi_f]);
+        [v.f_0, v.f_1_printed, v.f_2_printed].iter().for_each(|pair| add(pair));
+        match &v.mfc {
+            Some(mfc) => [&mfc.v, &mfc.a_ap, &mfc.a_dp].into_iter().for_each(|x| add(x)),
+            None => add(&[]),
+        }
+    }
+    super::sha256(&bytes)
+}

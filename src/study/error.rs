@@ -1,0 +1,116 @@
+//! Studies that cannot be carried out.
+
+use super::PlanError;
+use super::drive::DriveError;
+use crate::calibrate::{BoundsError, CalibrateError};
+use crate::evaluator::{CaseError, EvaluateError};
+use std::path::Path;
+
+/// A study that cannot be planned, run or merged.
+#[derive(Debug, thiserror::Error)]
+pub enum StudyError {
+    /// The plan cannot be carried out.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    /// The data cannot be used.
+    #[error(transparent)]
+    Drive(#[from] DriveError),
+    /// A variant cannot be calibrated on a trajectory.
+    #[error(transparent)]
+    Case(#[from] CaseError),
+    /// A variant needs something of a trajectory that is not known.
+    #[error("{drive}: variant {variant} needs {what}; {remedy}")]
+    Missing {
+        /// The trajectory.
+        drive: String,
+        /// The variant.
+        variant: String,
+        /// What it needs.
+        what: &'static str,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// The bounds of a variant cannot be.
+    #[error("variant {variant}")]
+    Bounds {
+        /// The variant.
+        variant: String,
+        /// Why.
+        source: BoundsError,
+    },
+    /// The evaluator failed.
+    #[error(transparent)]
+    Evaluate(#[from] EvaluateError),
+    /// A calibration failed for a reason that is no result.
+    #[error("task {id}")]
+    Calibrate {
+        /// The task.
+        id: String,
+        /// Why.
+        source: CalibrateError,
+    },
+    /// A file or folder of the study.
+    #[error("{path}: cannot {doing}")]
+    File {
+        /// The file.
+        path: String,
+        /// What was being done.
+        doing: &'static str,
+        /// Why it failed.
+        source: std::io::Error,
+    },
+    /// Not a study folder.
+    #[error("{0}: expected a study folder; make one with `leadlag study plan PLAN.toml --out {0}`")]
+    NoStudy(String),
+    /// A plan where a study folder is expected.
+    #[error(
+        "{0}: expected a study folder, found a file; make one with `leadlag study plan {0} --out DIR`, then name DIR"
+    )]
+    PlanForFolder(String),
+    /// A file of the folder that is not what it should be.
+    #[error(
+        "{path}:{line}: expected {expected}; make it anew with `leadlag study plan PLAN.toml --out DIR`: finished parts are kept"
+    )]
+    Content {
+        /// The file.
+        path: String,
+        /// Its line, from 1.
+        line: usize,
+        /// What was expected.
+        expected: &'static str,
+    },
+    /// What the folder's plan makes now is not what it made when it was planned.
+    #[error(
+        "{folder}: {changed} of {tasks} tasks are not those that were planned: the data, the plan or the program ({program}) have \
+         changed since; `leadlag study plan {folder}/plan.toml --data {data} --out {folder}` accepts that, and keeps the parts of all \
+         tasks that stay the same"
+    )]
+    Changed {
+        /// The folder.
+        folder: String,
+        /// The data folder.
+        data: String,
+        /// Tasks that differ.
+        changed: usize,
+        /// All tasks.
+        tasks: usize,
+        /// This program.
+        program: &'static str,
+    },
+    /// No such task.
+    #[error("task `{id}`: {found} tasks of this study begin so, expected one; tasks.jsonl lists them")]
+    NoTask {
+        /// As given.
+        id: String,
+        /// How many tasks begin like it.
+        found: usize,
+    },
+}
+
+impl StudyError {
+    /// An error with a file or folder.
+    pub fn file(path: &Path, doing: &'static str) -> impl FnOnce(std::io::Error) -> StudyError {
+        let path = path.display().to_string();
+        move |source| StudyError::File { path, doing, source }
+    }
+}

@@ -1,0 +1,237 @@
+//! The folder of a study, and files that are written whole or not at all.
+//!
+//! ```text
+//!  plan.toml     the plan, as it was given
+//!  study.json    what it means: settings, trajectories, checksums
+//!  tasks.jsonl   one task per line
+//!  parts/        one file per finished task
+//!  claims/       which tasks are under way; empty files that running processes hold locks on
+//!  runs/         what each process has done in which time; no part of any result
+//!  merged/       the tables
+//!  report/       tables and figures beside the paper's
+//! ```
+
+use super::drive::DriveEntry;
+use super::task::{Study, Task};
+use super::{PROGRAM, Plan, SCHEMA_VERSION, StudyError};
+use serde::{Deserialize, Serialize};
+use std::fs::{self, File};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// The folder of a study.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Folder {
+    path: PathBuf,
+}
+
+/// `study.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct StudyFile {
+    /// Version of the study's files.
+    pub schema_version: u32,
+    /// The program that planned it.
+    pub program: String,
+    /// Name of the study.
+    pub name: String,
+    /// The data folder, absolute.
+    pub data_folder: PathBuf,
+    /// The convention.
+    pub convention: String,
+    /// What is minimised.
+    pub gofs: Vec<String>,
+    /// The variants.
+    pub variants: Vec<String>,
+    /// Calibrations per trajectory, variant and goodness of fit.
+    pub replicates: u64,
+    /// The one seed.
+    pub seed: u64,
+    /// The algorithm.
+    pub optimizer: String,
+    /// Largest number of simulated candidates of a calibration.
+    pub max_evaluations: u64,
+    /// The trajectories.
+    pub drives: Vec<DriveEntry>,
+}
+
+impl Folder {
+    /// Lays a study out in a folder: plan, settings and tasks. Parts that are there stay.
+    ///
+    /// # Errors
+    /// When the folder cannot be written.
+    pub fn create(path: &Path, plan: &str, study: &Study) -> Result<Folder, StudyError> {
+        let folder = Folder { path: path.to_owned() };
+        for part in [folder.parts(), folder.claims(), folder.runs()] {
+            fs::create_dir_all(&part).map_err(StudyError::file(&part, "make the folder"))?;
+        }
+        let given = &study.plan.data.folder;
+        let data_folder = std::path::absolute(given).map_err(StudyError::file(given, "find the data folder"))?;
+        let settings = &study.plan.calibration;
+        let file = StudyFile {
+            schema_version: SCHEMA_VERSION,
+            program: PROGRAM.to_owned(),
+            name: study.plan.name.clone(),
+            data_folder,
+            convention: settings.convention.to_string(),
+            gofs: settings.gofs.iter().map(ToString::to_string).collect(),
+            variants: settings.variants.iter().map(ToString::to_string).collect(),
+            replicates: settings.replicates,
+            seed: settings.seed,
+            optimizer: settings.optimizer.runs().to_owned(),
+            max_evaluations: settings.stop.max_evaluations,
+            drives: study.drives.iter().map(|drive| drive.entry.clone()).collect(),
+        };
+        let line = |task: &Task| serde_json::to_string(task).expect("a task is valid JSON") + "\n";
+        let lines: String = study.tasks().iter().map(line).collect();
+        write_whole(&path.join("plan.toml"), plan.as_bytes())?;
+        let pretty = serde_json::to_string_pretty(&file).expect("a study is valid JSON") + "\n";
+        write_whole(&path.join("study.json"), pretty.as_bytes())?;
+        // Last: without it there is no study.
+        write_whole(&path.join("tasks.jsonl"), lines.as_bytes())?;
+        Ok(folder)
+    }
+
+    /// An existing study.
+    ///
+    /// # Errors
+    /// [`StudyError::NoStudy`], or [`StudyError::PlanForFolder`] when a file is named.
+    pub fn open(path: &Path) -> Result<Folder, StudyError> {
+        let shown = path.display().to_string();
+        if path.is_file() {
+            return Err(StudyError::PlanForFolder(shown));
+        }
+        if !path.join("tasks.jsonl").is_file() {
+            return Err(StudyError::NoStudy(shown));
+        }
+        Ok(Folder { path: path.to_owned() })
+    }
+
+    /// The tasks, in the order of all tables.
+    ///
+    /// # Errors
+    /// When the list cannot be read.
+    pub fn tasks(&self) -> Result<Vec<Task>, StudyError> {
+        let path = self.path.join("tasks.jsonl");
+        let text = fs::read_to_string(&path).map_err(StudyError::file(&path, "read the tasks"))?;
+        let parse = |(i, line): (usize, &str)| {
+            serde_json::from_str(line).map_err(|_| self.content(&path, i + 1, "one task in JSON"))
+        };
+        text.lines().enumerate().map(parse).collect()
+    }
+
+    /// What the plan means.
+    ///
+    /// # Errors
+    /// When it cannot be read, or is of another version.
+    pub fn study_file(&self) -> Result<StudyFile, StudyError> {
+        let path = self.path.join("study.json");
+        let text = fs::read_to_string(&path).map_err(StudyError::file(&path, "read the study"))?;
+        let file: Option<StudyFile> = serde_json::from_str(&text).ok();
+        file.filter(|f| f.schema_version == SCHEMA_VERSION)
+            .ok_or_else(|| self.content(&path, 1, "a study.json of this version of the program"))
+    }
+
+    /// The plan with its data, read again; they must still make the tasks that were planned.
+    ///
+    /// # Errors
+    /// [`StudyError::Changed`], and all that reading data may fail with.
+    pub fn study(&self, data: Option<&Path>) -> Result<(Study, Vec<Task>), StudyError> {
+        let file = self.study_file()?;
+        let mut plan = Plan::read(&self.path.join("plan.toml"))?;
+        plan.name = file.name;
+        plan.data.folder = data.map_or(file.data_folder, Path::to_owned);
+        let study = Study::open(plan)?;
+        let (planned, now) = (self.tasks()?, study.tasks());
+        if planned != now {
+            let known: std::collections::HashSet<&str> = planned.iter().map(|task| task.id.as_str()).collect();
+            let changed = now.iter().filter(|task| !known.contains(task.id.as_str())).count();
+            return Err(StudyError::Changed {
+                folder: self.path.display().to_string(),
+                data: study.plan.data.folder.display().to_string(),
+                changed: changed.max(planned.len().saturating_sub(now.len())),
+                tasks: now.len(),
+                program: PROGRAM,
+            });
+        }
+        Ok((study, planned))
+    }
+
+    fn content(&self, path: &Path, line: usize, expected: &'static str) -> StudyError {
+        StudyError::Content { path: path.display().to_string(), line, expected }
+    }
+
+    /// The folder itself.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Finished tasks.
+    #[must_use]
+    pub fn parts(&self) -> PathBuf {
+        self.path.join("parts")
+    }
+
+    /// The part of a task.
+    #[must_use]
+    pub fn part(&self, id: &str) -> PathBuf {
+        self.path.join("parts").join(format!("{id}.json"))
+    }
+
+    /// Tasks under way.
+    #[must_use]
+    pub fn claims(&self) -> PathBuf {
+        self.path.join("claims")
+    }
+
+    /// What each process has done.
+    #[must_use]
+    pub fn runs(&self) -> PathBuf {
+        self.path.join("runs")
+    }
+
+    /// The tables.
+    #[must_use]
+    pub fn merged(&self) -> PathBuf {
+        self.path.join("merged")
+    }
+
+    /// Tables and figures beside the paper's.
+    #[must_use]
+    pub fn report(&self) -> PathBuf {
+        self.path.join("report")
+    }
+}
+
+/// Ending of files that are being written; whoever finds one knows that it is no result.
+pub const TEMPORARY: &str = "tmp";
+
+/// Writes a file whole or not at all, whatever happens to the process or the machine: under another name first, flushed to the disk,
+/// then renamed.
+///
+/// # Errors
+/// When it cannot be written; nothing of it is left then.
+pub fn write_whole(path: &Path, content: &[u8]) -> Result<(), StudyError> {
+    // Several threads of several processes may write the same file: none of them gets in another's way.
+    static COUNTER: AtomicU64 = AtomicU64::new(0);
+    let number = COUNTER.fetch_add(1, Ordering::Relaxed);
+    let temporary = path.with_extension(format!("{}-{number}.{TEMPORARY}", std::process::id()));
+    let write = || {
+        let mut file = File::create(&temporary)?;
+        file.write_all(content)?;
+        file.sync_all()?;
+        drop(file);
+        fs::rename(&temporary, path)
+    };
+    write().map_err(|error| {
+        // Best effort: the error that matters is the other one.
+        let _ = fs::remove_file(&temporary);
+        StudyError::file(path, "write the file")(error)
+    })?;
+    // The name is safe once the folder is. Not every file system can do that, and nothing is lost but the work of a task.
+    if let Some(folder) = path.parent().and_then(|folder| File::open(folder).ok()) {
+        let _ = folder.sync_all();
+    }
+    Ok(())
+}

@@ -1,0 +1,86 @@
+//! What is there of a study: which parts are whole, missing, double, damaged or foreign.
+
+use super::folder::{Folder, TEMPORARY};
+use super::part::Part;
+use super::{StudyError, Task};
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+/// The parts of a study.
+#[derive(Debug, Default)]
+pub struct Inventory {
+    /// Per task, in its order: the part, if it is there and whole.
+    pub parts: Vec<Option<Part>>,
+    /// Tasks without a whole part, by index.
+    pub missing: Vec<usize>,
+    /// Files that are no whole part: torn, changed, of another version.
+    pub damaged: Vec<PathBuf>,
+    /// Files that repeat another one byte for byte.
+    pub double: Vec<PathBuf>,
+    /// Files that contradict another part of the same task.
+    pub conflicting: Vec<PathBuf>,
+    /// Whole parts of tasks that are not in the plan.
+    pub foreign: Vec<PathBuf>,
+    /// Temporary files that a process has left behind, or is writing right now.
+    pub unfinished: Vec<PathBuf>,
+}
+
+impl Inventory {
+    /// Number of tasks whose part is there.
+    #[must_use]
+    pub fn done(&self) -> usize {
+        self.parts.len() - self.missing.len()
+    }
+
+    /// Number of calibrations that found nothing.
+    #[must_use]
+    pub fn failed(&self) -> usize {
+        self.parts.iter().flatten().filter(|part| !part.calibration.success).count()
+    }
+}
+
+/// Looks through `parts/` of the study, and through further folders of parts. Every file counts, whatever its name.
+///
+/// # Errors
+/// When a folder cannot be read.
+pub fn look(folder: &Folder, tasks: &[Task], further: &[PathBuf]) -> Result<Inventory, StudyError> {
+    let index: HashMap<&str, usize> = tasks.iter().enumerate().map(|(i, task)| (task.id.as_str(), i)).collect();
+    let mut inventory = Inventory { parts: tasks.iter().map(|_| None).collect(), ..Inventory::default() };
+    let own = folder.parts();
+    for files in std::iter::once(&own).chain(further) {
+        for path in sorted(files)? {
+            let of = |ending: &str| path.extension().is_some_and(|e| e == ending);
+            if of(TEMPORARY) {
+                inventory.unfinished.push(path);
+                continue;
+            }
+            let bytes = std::fs::read(&path).map_err(StudyError::file(&path, "read the part"))?;
+            let Some(part) = Part::decode(&bytes) else {
+                inventory.damaged.push(path);
+                continue;
+            };
+            match index.get(part.id.as_str()).map(|&i| &mut inventory.parts[i]) {
+                None => inventory.foreign.push(path),
+                Some(place @ None) => *place = Some(part),
+                Some(Some(other)) if *other == part => inventory.double.push(path),
+                Some(Some(_)) => inventory.conflicting.push(path),
+            }
+        }
+    }
+    inventory.missing = (0..tasks.len()).filter(|&i| inventory.parts[i].is_none()).collect();
+    Ok(inventory)
+}
+
+/// The files of a folder, by name: what is found first must not hang on the file system.
+fn sorted(folder: &Path) -> Result<Vec<PathBuf>, StudyError> {
+    let entries = std::fs::read_dir(folder).map_err(StudyError::file(folder, "read the parts"))?;
+    let mut paths = Vec::new();
+    for entry in entries {
+        let path = entry.map_err(StudyError::file(folder, "read the parts"))?.path();
+        if path.is_file() {
+            paths.push(path);
+        }
+    }
+    paths.sort();
+    Ok(paths)
+}

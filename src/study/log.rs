@@ -1,0 +1,97 @@
+//! What each process has done in which time, in a file of its own: no result depends on it.
+
+use super::folder::{Folder, write_whole};
+use super::run::Progress;
+use super::{PROGRAM, SCHEMA_VERSION};
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant, SystemTime};
+
+/// How often the file is renewed.
+const RENEW: Duration = Duration::from_secs(10);
+
+/// The file of this process.
+pub(super) struct Log<'a> {
+    path: PathBuf,
+    progress: &'a Progress,
+    started: Instant,
+    started_unix_s: u64,
+    cpu: cpu_time::ProcessTime,
+    renewed: Instant,
+    /// What simulates the candidates.
+    pub evaluator: String,
+}
+
+impl<'a> Log<'a> {
+    pub fn new(folder: &Folder, progress: &'a Progress) -> Log<'a> {
+        let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
+        let path = folder.runs().join(format!("{}-{}.json", since.as_millis(), std::process::id()));
+        let (started, cpu) = (Instant::now(), cpu_time::ProcessTime::now());
+        let evaluator = String::new();
+        Log { path, progress, started, started_unix_s: since.as_secs(), cpu, renewed: started, evaluator }
+    }
+
+    pub fn renew(&mut self) {
+        if self.renewed.elapsed() > RENEW {
+            self.renewed = Instant::now();
+            self.write();
+        }
+    }
+
+    pub fn write(&self) {
+        let of = |counter: &AtomicU64| counter.load(Ordering::SeqCst);
+        if of(&self.progress.evaluations) == 0 {
+            return;
+        }
+        let content = serde_json::json!({
+            "schema_version": SCHEMA_VERSION,
+            "program": PROGRAM,
+            "started_unix_s": self.started_unix_s,
+            "wall_s": self.started.elapsed().as_secs_f64(),
+            "cpu_s": self.cpu.elapsed().as_secs_f64(),
+            "threads": rayon::current_num_threads(),
+            "evaluator": self.evaluator,
+            "tasks": of(&self.progress.computed),
+            "failed": of(&self.progress.failed),
+            "evaluations": of(&self.progress.evaluations),
+            "candidate_steps": of(&self.progress.steps),
+        });
+        // A run whose time cannot be written down is still a run.
+        let _ = write_whole(&self.path, format!("{content:#}\n").as_bytes());
+    }
+}
+
+/// What all runs on a folder have done together; of those that were killed, what they had written down.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct PastRuns {
+    /// Number of runs.
+    pub runs: usize,
+    /// Tasks computed.
+    pub tasks: u64,
+    /// Wall time \[s\]; runs at the same time count each.
+    pub wall_s: f64,
+    /// CPU time \[s\].
+    pub cpu_s: f64,
+    /// Simulated candidates.
+    pub evaluations: u64,
+    /// Simulated steps.
+    pub candidate_steps: u64,
+}
+
+/// Adds up what the runs on a folder have written down.
+#[must_use]
+pub fn past_runs(folder: &Folder) -> PastRuns {
+    let mut past = PastRuns::default();
+    for entry in std::fs::read_dir(folder.runs()).into_iter().flatten().flatten() {
+        let text = std::fs::read_to_string(entry.path()).unwrap_or_default();
+        let Ok(run) = serde_json::from_str::<serde_json::Value>(&text) else { continue };
+        let whole = |key: &str| run[key].as_u64().unwrap_or(0);
+        past.runs += 1;
+        past.tasks += whole("tasks");
+        past.wall_s += run["wall_s"].as_f64().unwrap_or(0.0);
+        past.cpu_s += run["cpu_s"].as_f64().unwrap_or(0.0);
+        past.evaluations += whole("evaluations");
+        past.candidate_steps += whole("candidate_steps");
+    }
+    past
+}

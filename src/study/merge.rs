@@ -1,0 +1,164 @@
+//! From parts to tables: a pure function. The order is that of the plan, whatever the order of the work was.
+
+use super::inventory::Inventory;
+use super::part::{CalibrationRow, Part, RunRow, ValidationRow};
+use super::table::Table;
+use super::{SCHEMA_VERSION, Task};
+use crate::catalog::Variant;
+use crate::score::Measures;
+use crate::symbols::Symbol;
+use std::collections::HashMap;
+
+/// The tables of a study.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Merged {
+    /// One row per calibration.
+    pub calibrations: Table,
+    /// One row per validation run of the winner among the replicates.
+    pub validations: Table,
+}
+
+/// Names of the measures as columns: with their units, where they have one.
+#[must_use]
+pub fn measure_columns() -> Vec<String> {
+    let unit = |name: &str| match name {
+        "rmse_s" => "_m",
+        "rmse_v" => "_mps",
+        "rmse_a" => "_mps2",
+        _ => "",
+    };
+    Measures::NAMES.iter().map(|name| format!("{name}{}", unit(name))).collect()
+}
+
+/// Name of a parameter as a column: with its unit, where it has one.
+#[must_use]
+pub fn parameter_column(symbol: Symbol) -> String {
+    let unit = match symbol.unit() {
+        "-" => return symbol.name().to_owned(),
+        "m/s" => "mps",
+        "m/s²" => "mps2",
+        "1/s" => "per_s",
+        "1/s²" => "per_s2",
+        "kg/s" => "kg_per_s",
+        "kg/m" => "kg_per_m",
+        plain => plain,
+    };
+    format!("{}_{unit}", symbol.name())
+}
+
+/// The tables of the parts that are there.
+#[must_use]
+pub fn merge(tasks: &[Task], inventory: &Inventory) -> Merged {
+    let parts: Vec<&Part> = inventory.parts.iter().flatten().collect();
+    let winners = winners(tasks, inventory);
+    let calibrations = calibrations(&parts, &winners);
+    let won = parts.iter().filter(|part| winners.contains(&part.id.as_str()));
+    let rows: Vec<(&Part, &ValidationRow)> =
+        won.flat_map(|part| part.validations.iter().map(move |row| (*part, row))).collect();
+    Merged { calibrations, validations: validations(&rows) }
+}
+
+/// Ids of the best replicate of each goodness of fit, variant and trajectory; of equal ones the first.
+fn winners<'a>(tasks: &[Task], inventory: &'a Inventory) -> std::collections::HashSet<&'a str> {
+    let mut best: HashMap<(&str, u32, &str, usize), (f64, &str)> = HashMap::new();
+    for (task, part) in tasks.iter().zip(&inventory.parts) {
+        let Some((part, score)) = part.as_ref().and_then(|part| Some((part, part.calibration.score?))) else {
+            continue;
+        };
+        let key = (task.gof.as_str(), task.model_id, task.platoon.as_str(), task.follower);
+        let place = best.entry(key).or_insert((score, &part.id));
+        if score < place.0 {
+            *place = (score, &part.id);
+        }
+    }
+    best.into_values().map(|(_, id)| id).collect()
+}
+
+fn calibrations(parts: &[&Part], winners: &std::collections::HashSet<&str>) -> Table {
+    let rows: Vec<&CalibrationRow> = parts.iter().map(|part| &part.calibration).collect();
+    let mut table = Table::default();
+    table.integer("schema_version", rows.iter().map(|_| Some(i64::from(SCHEMA_VERSION))));
+    table.text("task_id", parts.iter().map(|part| Some(part.id.as_str())));
+    table.text("program", rows.iter().map(|r| Some(r.program.as_str())));
+    table.text("platoon", rows.iter().map(|r| Some(r.platoon.as_str())));
+    table.integer("follower_position", rows.iter().map(|r| whole(r.follower)));
+    table.text("vehicle", rows.iter().map(|r| Some(r.vehicle.as_str())));
+    table.text("data_sha256", rows.iter().map(|r| Some(r.data_sha256.as_str())));
+    table.integer("samples", rows.iter().map(|r| whole(r.samples)));
+    table.number("dt_s", rows.iter().map(|r| Some(r.dt_s)));
+    variant_columns(&mut table, &rows.iter().map(|r| (r.model_id, r.variant.as_str())).collect::<Vec<_>>());
+    table.text("gof", rows.iter().map(|r| Some(r.gof.as_str())));
+    table.text("convention", rows.iter().map(|r| Some(r.convention.as_str())));
+    table.text("optimizer", rows.iter().map(|r| Some(r.optimizer.as_str())));
+    table.integer("seed", rows.iter().map(|r| i64::try_from(r.seed).ok()));
+    table.integer("replicate", rows.iter().map(|r| i64::try_from(r.replicate).ok()));
+    table.text("evaluator", rows.iter().map(|r| Some(r.evaluator.as_str())));
+    table.text("precision", rows.iter().map(|r| Some(r.precision.as_str())));
+    table.text("adapter", rows.iter().map(|r| r.adapter.as_deref()));
+    table.flag("success", rows.iter().map(|r| Some(r.success)));
+    table.text("reason", rows.iter().map(|r| r.reason.as_deref()));
+    table.flag("is_best", parts.iter().map(|part| Some(winners.contains(part.id.as_str()))));
+    table.number("score", rows.iter().map(|r| r.score));
+    table.integer("evaluations", rows.iter().map(|r| i64::try_from(r.evaluations).ok()));
+    table.text("stop", rows.iter().map(|r| r.stop.as_deref()));
+    let runs: Vec<Option<&RunRow>> = rows.iter().map(|r| r.run.as_ref()).collect();
+    run_columns(&mut table, &runs);
+    for &symbol in Symbol::ALL {
+        table.number(&parameter_column(symbol), rows.iter().map(|r| r.parameters.get(symbol.name()).copied()));
+    }
+    let at_bound: Vec<String> = rows.iter().map(|r| r.at_bound.join(" ")).collect();
+    table.text("at_bound", at_bound.iter().map(|names| (!names.is_empty()).then_some(names.as_str())));
+    table
+}
+
+fn validations(rows: &[(&Part, &ValidationRow)]) -> Table {
+    let own = || rows.iter().map(|(part, _)| &part.calibration);
+    let on = || rows.iter().map(|(_, row)| *row);
+    let mut table = Table::default();
+    table.integer("schema_version", rows.iter().map(|_| Some(i64::from(SCHEMA_VERSION))));
+    table.text("task_id", rows.iter().map(|(part, _)| Some(part.id.as_str())));
+    table.text("platoon", own().map(|r| Some(r.platoon.as_str())));
+    table.integer("follower_position", own().map(|r| whole(r.follower)));
+    table.text("vehicle", own().map(|r| Some(r.vehicle.as_str())));
+    variant_columns(&mut table, &own().map(|r| (r.model_id, r.variant.as_str())).collect::<Vec<_>>());
+    table.text("gof", own().map(|r| Some(r.gof.as_str())));
+    table.integer("replicate", own().map(|r| i64::try_from(r.replicate).ok()));
+    table.text("validation_platoon", on().map(|r| Some(r.platoon.as_str())));
+    table.integer("validation_follower_position", on().map(|r| whole(r.follower)));
+    table.text("validation_data_sha256", on().map(|r| Some(r.data_sha256.as_str())));
+    table.integer("validation_samples", on().map(|r| whole(r.samples)));
+    table.flag("success", on().map(|r| Some(r.run.fail_reason.is_none())));
+    table.flag("collision", on().map(|r| Some(r.run.fail_reason.as_deref() == Some("spacing"))));
+    run_columns(&mut table, &on().map(|r| Some(&r.run)).collect::<Vec<_>>());
+    table
+}
+
+/// The variant, and the parts it is made of.
+fn variant_columns(table: &mut Table, rows: &[(u32, &str)]) {
+    let variants: Vec<Option<Variant>> = rows.iter().map(|(_, name)| name.parse().ok()).collect();
+    let each = || variants.iter().map(Option::as_ref);
+    table.integer("model_id", rows.iter().map(|(id, _)| Some(i64::from(*id))));
+    table.text("variant", rows.iter().map(|(_, name)| Some(*name)));
+    table.text("base", each().map(|v| v.map(|v| v.base.name)));
+    table.flag("delay", each().map(|v| v.map(|v| v.delay)));
+    table.text("dynamics", each().map(|v| v.map(|v| v.dynamics.name())));
+    table.text("constraint", each().map(|v| v.map(|v| v.constraint.name())));
+}
+
+/// What a run did.
+fn run_columns(table: &mut Table, runs: &[Option<&RunRow>]) {
+    let each = || runs.iter().copied();
+    table.text("fail_reason", each().map(|run| run?.fail_reason.as_deref()));
+    table.integer("fail_step", each().map(|run| run?.fail_step.and_then(whole)));
+    table.number("fail_time_s", each().map(|run| run?.fail_time_s));
+    table.integer("first_scored", each().map(|run| whole(run?.first_scored)));
+    table.integer("n_cut_acc", each().map(|run| Some(i64::from(run?.n_cut_acc))));
+    table.integer("n_cut_dec", each().map(|run| Some(i64::from(run?.n_cut_dec))));
+    for (i, name) in measure_columns().iter().enumerate() {
+        table.number(name, each().map(|run| run?.measures.get(i).copied().flatten()));
+    }
+}
+
+fn whole(x: usize) -> Option<i64> {
+    i64::try_from(x).ok()
+}

@@ -1,0 +1,47 @@
+//! Studies: many trajectories x variants x goodness-of-fit functions x replicates, each winner tried on other trajectories.
+//!
+//! ```text
+//!  plan.toml --Plan--> Drives, tasks.jsonl        one task = one calibration with its validation runs
+//!  task --compute--> parts/ID.json                written once, whole or not at all, by any number of processes
+//!  parts --merge--> tables                        a pure function of the parts
+//! ```
+//!
+//! Nothing but a finished part counts. A task's id is a hash of all that decides its result, so that a part is right wherever it was
+//! computed, and the merged bytes do not depend on who computed what, when, in which order or how often it was interrupted.
+//! Files and columns are described in `docs/STUDY.md`.
+
+mod batch;
+mod claim;
+mod compute;
+pub mod drive;
+mod error;
+pub mod folder;
+pub mod inventory;
+mod log;
+pub mod merge;
+pub mod outcome;
+pub mod paper;
+pub mod part;
+pub mod plan;
+mod run;
+pub mod table;
+mod task;
+
+pub use claim::count as claimed;
+pub use error::StudyError;
+pub use log::{PastRuns, past_runs};
+pub use plan::{Plan, PlanError};
+pub use run::{Assignment, Event, Progress, RunSettings, Summary, run};
+pub use task::{Study, Task, shard};
+
+/// Version of the tables, parts and tasks; raised when a column or its meaning changes.
+pub const SCHEMA_VERSION: u32 = 1;
+
+/// Name and version of the program, as in every part.
+pub const PROGRAM: &str = concat!("leadlag ", env!("CARGO_PKG_VERSION"));
+
+/// SHA-256 of bytes, in lower-case hexadecimal.
+fn sha256(bytes: &[u8]) -> String {
+    use sha2::{Digest, Sha256};
+    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+}

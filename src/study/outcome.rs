@@ -1,0 +1,171 @@
+//! What a study found, as the paper's Sections 5 and 6 look at it.
+
+pub mod claims;
+mod compare;
+pub mod statistics;
+
+pub use compare::{Table4Row, Table5Row, compare};
+
+use super::inventory::Inventory;
+use super::part::{Part, RunRow};
+use super::task::Task;
+use crate::catalog::Variant;
+use crate::score::Measures;
+use statistics::coefficient_of_variation;
+
+/// A trajectory.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct DriveName {
+    /// Name of the platoon.
+    pub platoon: String,
+    /// 1 = right behind the platoon leader.
+    pub follower: usize,
+    /// The follower's vehicle.
+    pub vehicle: String,
+}
+
+/// Errors of one run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Errors {
+    /// RMSE of spacing \[m\], speed \[m/s\], acceleration \[m/s²\], and NRMSE(s,v,a).
+    pub values: [f64; 4],
+}
+
+/// A run of a winner on another trajectory.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Tried {
+    /// It came to the end.
+    Errors(Errors),
+    /// The spacing was not above 0.
+    Collision,
+    /// It ended early for another reason: no speed is safe, or a state is not finite.
+    OtherEnd,
+}
+
+/// The calibrations of one variant on one trajectory.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Cell {
+    /// Scores of the replicates that found something.
+    pub scores: Vec<f64>,
+    /// Errors of the best one.
+    pub best: Option<Errors>,
+    /// The best score.
+    pub score: Option<f64>,
+    /// What the best one does elsewhere, in the order of the plan.
+    pub tried: Vec<Tried>,
+}
+
+/// All calibrations of one goodness of fit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcomes {
+    /// What was minimised.
+    pub gof: String,
+    /// The trajectories, in the order of the plan.
+    pub drives: Vec<DriveName>,
+    /// The variants, in the order of the plan.
+    pub variants: Vec<Variant>,
+    /// One row per variant, one cell per trajectory.
+    pub cells: Vec<Vec<Cell>>,
+}
+
+impl Outcomes {
+    /// Everything of one goodness of fit that is there.
+    #[must_use]
+    pub fn gather(tasks: &[Task], inventory: &Inventory, gof: &str) -> Outcomes {
+        let (mut drives, mut variants): (Vec<DriveName>, Vec<Variant>) = (Vec::new(), Vec::new());
+        let mut found: Vec<(usize, usize, &Part)> = Vec::new();
+        for (task, part) in tasks.iter().zip(&inventory.parts) {
+            let Some(part) = part.as_ref().filter(|_| task.gof == gof) else { continue };
+            let Ok(variant) = task.variant.parse::<Variant>() else { continue };
+            let vehicle = part.calibration.vehicle.clone();
+            let drive = DriveName { platoon: task.platoon.clone(), follower: task.follower, vehicle };
+            found.push((place(&mut variants, variant), place(&mut drives, drive), part));
+        }
+        let mut cells = vec![vec![Cell::default(); drives.len()]; variants.len()];
+        for (variant, drive, part) in found {
+            add(&mut cells[variant][drive], part);
+        }
+        Outcomes { gof: gof.to_owned(), drives, variants, cells }
+    }
+
+    /// Index of the base model of a variant, if it is part of the study.
+    #[must_use]
+    pub fn base_of(&self, variant: usize) -> Option<usize> {
+        let name = self.variants[variant].base.name;
+        self.variants.iter().position(|v| v.name() == name)
+    }
+
+    /// Indices of the variants of a base model.
+    #[must_use]
+    pub fn class(&self, base: &str) -> Vec<usize> {
+        (0..self.variants.len()).filter(|&i| self.variants[i].base.name == base).collect()
+    }
+
+    /// Smallest and largest score of a trajectory among all variants.
+    #[must_use]
+    pub fn range(&self, drive: usize) -> Option<[f64; 2]> {
+        let scores = self.cells.iter().filter_map(|row| row[drive].score);
+        scores.fold(None, |range: Option<[f64; 2]>, x| {
+            Some(range.map_or([x, x], |[low, high]| [low.min(x), high.max(x)]))
+        })
+    }
+
+    /// Eq. 19: scores of a variant over the smallest one of each trajectory, minus 1.
+    #[must_use]
+    pub fn normalized(&self, variant: usize) -> Vec<f64> {
+        let of = |drive: usize| {
+            let [lowest, _] = self.range(drive)?;
+            Some((self.cells[variant][drive].score? - lowest) / lowest)
+        };
+        (0..self.drives.len()).filter_map(of).collect()
+    }
+
+    /// Coefficients of variation of a variant's scores over its replicates, one per trajectory with at least two.
+    #[must_use]
+    pub fn variations(&self, variant: usize) -> Vec<f64> {
+        self.cells[variant].iter().filter_map(|cell| coefficient_of_variation(&cell.scores)).collect()
+    }
+
+    /// Collisions, other early ends, and number of validation runs of a variant.
+    #[must_use]
+    pub fn collisions(&self, variant: usize) -> (usize, usize, usize) {
+        let tried = || self.cells[variant].iter().flat_map(|cell| &cell.tried);
+        let count = |end: Tried| tried().filter(|t| **t == end).count();
+        (count(Tried::Collision), count(Tried::OtherEnd), tried().count())
+    }
+}
+
+fn place<T: PartialEq>(list: &mut Vec<T>, item: T) -> usize {
+    list.iter().position(|known| *known == item).unwrap_or_else(|| {
+        list.push(item);
+        list.len() - 1
+    })
+}
+
+fn add(cell: &mut Cell, part: &Part) {
+    let Some(score) = part.calibration.score else { return };
+    cell.scores.push(score);
+    // Of equal replicates the first, as in the tables.
+    if cell.score.is_none_or(|best| score < best) {
+        cell.score = Some(score);
+        cell.best = part.calibration.run.as_ref().and_then(errors);
+        cell.tried = part.validations.iter().map(|row| tried(&row.run)).collect();
+    }
+}
+
+fn errors(run: &RunRow) -> Option<Errors> {
+    let measure = |name: &str| {
+        let i = Measures::NAMES.iter().position(|n| *n == name)?;
+        run.measures.get(i).copied().flatten()
+    };
+    let values = [measure("rmse_s")?, measure("rmse_v")?, measure("rmse_a")?, measure("nrmse_sva")?];
+    Some(Errors { values })
+}
+
+fn tried(run: &RunRow) -> Tried {
+    match (run.fail_reason.as_deref(), errors(run)) {
+        (Some("spacing"), _) => Tried::Collision,
+        (None, Some(errors)) => Tried::Errors(errors),
+        _ => Tried::OtherEnd,
+    }
+}

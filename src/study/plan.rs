@@ -1,0 +1,141 @@
+//! The plan: data x variants x goodness-of-fit functions x replicates x validation, as a TOML file (`docs/STUDY.md`).
+
+mod error;
+mod text;
+
+pub use error::PlanError;
+
+use crate::calibrate::{OptimizerKind, Overrides, Stop};
+use crate::catalog::Variant;
+use crate::convention::Convention;
+use crate::lanes::LanesPrecision;
+use crate::score::GoodnessOfFit;
+use crate::select::Kind;
+use crate::trajectory::Layout;
+use std::path::{Path, PathBuf};
+
+/// Version of the layout of a plan file.
+pub const PLAN_VERSION: u32 = 1;
+
+/// A study as its plan describes it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plan {
+    /// Name of the study.
+    pub name: String,
+    /// The measured data.
+    pub data: DataPlan,
+    /// What is calibrated, and how.
+    pub calibration: CalibrationPlan,
+    /// What the winners are tried on.
+    pub validation: Validation,
+}
+
+/// The measured data of a study.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DataPlan {
+    /// Folder that the names of files start from.
+    pub folder: PathBuf,
+    /// Vehicle table in that folder; `None`: the built-in one.
+    pub vehicles: Option<PathBuf>,
+    /// The platoons, in the order of all tables.
+    pub platoons: Vec<PlatoonPlan>,
+}
+
+/// One measured file of a study.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlatoonPlan {
+    /// Short name in all tables, such as `P3`.
+    pub name: String,
+    /// The file.
+    pub file: PathBuf,
+    /// Its layout; `None`: by its header.
+    pub layout: Option<Layout>,
+    /// The followers, 1 = right behind the platoon leader; `None`: all.
+    pub followers: Option<Vec<usize>>,
+    /// Smooth as the paper's authors did.
+    pub smooth: bool,
+    /// First time that is used \[s\].
+    pub from: Option<f64>,
+    /// Last time that is used \[s\].
+    pub to: Option<f64>,
+    /// Grade table, or `level`; `None`: the one beside the file, if any.
+    pub grade: Option<String>,
+    /// Position of the platoon leader on the grade table at the first row \[m\].
+    pub leader_start: Option<f64>,
+    /// Name of the followers' vehicle, for files that give none.
+    pub vehicle: Option<String>,
+}
+
+/// What is calibrated, and how.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CalibrationPlan {
+    /// The variants, in the order of the plan.
+    pub variants: Vec<Variant>,
+    /// What is minimised, one study each.
+    pub gofs: Vec<GoodnessOfFit>,
+    /// The convention.
+    pub convention: Convention,
+    /// Calibrations per trajectory, variant and goodness of fit.
+    pub replicates: u64,
+    /// The one seed.
+    pub seed: u64,
+    /// The optimiser.
+    pub optimizer: OptimizerKind,
+    /// Stopping rules; never a time, so that results do not depend on the machine.
+    pub stop: Stop,
+    /// Bounds that replace those of Table 3, where a variant has the parameter.
+    pub bounds: Overrides,
+    /// Which evaluator simulates the candidates.
+    pub evaluator: Kind,
+    /// Its precision; `None`: plain.
+    pub precision: Option<LanesPrecision>,
+}
+
+/// What the calibrated variants are tried on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Validation {
+    /// Nothing.
+    None,
+    /// The trajectories of the same vehicle in the other platoons of the plan, as in the paper.
+    #[default]
+    SameVehicle,
+}
+
+impl Plan {
+    /// Reads a plan; names of files start from the folder that the plan names, itself relative to the plan file.
+    ///
+    /// # Errors
+    /// [`PlanError`] with the place and, where a word is misspelt, the nearest one.
+    pub fn read(path: &Path) -> Result<Plan, PlanError> {
+        let shown = path.display().to_string();
+        let content =
+            std::fs::read_to_string(path).map_err(|source| PlanError::Read { path: shown.clone(), source })?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let stem = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
+        Plan::parse(&content, &shown, folder, &stem)
+    }
+
+    /// Parses a plan. `path` is for messages; `folder` is where relative names start, `name` what the study is called unless it says.
+    ///
+    /// # Errors
+    /// As [`Plan::read`].
+    pub fn parse(content: &str, path: &str, folder: &Path, name: &str) -> Result<Plan, PlanError> {
+        text::read(content, path, folder, name)
+    }
+
+    /// Number of calibrations of one trajectory.
+    #[must_use]
+    pub fn per_trajectory(&self) -> u64 {
+        let of = &self.calibration;
+        (of.variants.len() * of.gofs.len()) as u64 * of.replicates
+    }
+}
+
+/// Bounds of the plan that concern a variant.
+#[must_use]
+pub fn overrides_for(variant: &Variant, bounds: &Overrides) -> Overrides {
+    let symbols = variant.parameters();
+    let has = |name: &str| symbols.iter().any(|symbol| symbol.name() == name);
+    bounds.iter().filter(|(name, _)| has(name)).map(|(name, pair)| (name.clone(), *pair)).collect()
+}

@@ -1,0 +1,63 @@
+//! Plans that cannot be carried out.
+
+/// A plan that cannot be carried out.
+#[derive(Debug, thiserror::Error)]
+pub enum PlanError {
+    /// It cannot be read.
+    #[error("{path}: cannot read the plan")]
+    Read {
+        /// The file.
+        path: String,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// It is no TOML, or not the TOML that was expected.
+    #[error("{path}:{line}:{column}: {reason}{}", did_you_mean(nearest.as_deref()))]
+    Toml {
+        /// The file.
+        path: String,
+        /// Line, from 1.
+        line: usize,
+        /// Column, from 1.
+        column: usize,
+        /// What the reader says.
+        reason: String,
+        /// A known key that looks like the unknown one.
+        nearest: Option<String>,
+    },
+    /// A version of the layout that this program does not know.
+    #[error("{path}: schema_version: expected {expected}, found {found}")]
+    Version {
+        /// The file.
+        path: String,
+        /// What this program reads.
+        expected: u32,
+        /// What the plan says.
+        found: u32,
+    },
+    /// A value that is none.
+    #[error("{path}: {key}: {reason}{}", did_you_mean(nearest.as_deref()))]
+    Value {
+        /// The file.
+        path: String,
+        /// Which key.
+        key: String,
+        /// What was expected and found.
+        reason: String,
+        /// A known word that looks like the unknown one.
+        nearest: Option<String>,
+    },
+}
+
+fn did_you_mean(nearest: Option<&str>) -> String {
+    nearest.map(|word| format!("; did you mean `{word}`?")).unwrap_or_default()
+}
+
+/// The known word that is nearest to one that is not known, if it is near enough.
+pub(super) fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<String> {
+    let lower = word.to_ascii_lowercase();
+    let distances = known.into_iter().map(|k| (strsim::damerau_levenshtein(&lower, k), k));
+    // A third of the letters wrong is still a typing error.
+    let limit = (word.len() / 3).max(1);
+    distances.min().filter(|(distance, _)| *distance <= limit.max(2)).map(|(_, k)| k.to_owned())
+}

@@ -1,0 +1,316 @@
+//! The TOML of a plan, and its checks.
+
+use super::error::nearest;
+use super::{CalibrationPlan, DataPlan, PLAN_VERSION, Plan, PlanError, PlatoonPlan, Validation};
+use crate::calibrate::{OptimizerKind, Overrides, Stop};
+use crate::catalog::Variant;
+use crate::lanes::LanesPrecision;
+use crate::score::GoodnessOfFit;
+use crate::select::{Kind, Selection};
+use crate::symbols::Symbol;
+use crate::trajectory::Layout;
+use serde::Deserialize;
+use std::collections::HashSet;
+use std::fmt::Display;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+/// Goodness-of-fit functions of the paper (Section 4.1), for suggestions.
+const GOFS: [&str; 6] = ["nrmse-sva", "nrmse-sv", "rmse-s", "rmse-v", "u-sv", "u-sva"];
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PlanText {
+    schema_version: u32,
+    name: Option<String>,
+    data: DataText,
+    platoon: Vec<PlatoonText>,
+    calibration: CalibrationText,
+    #[serde(default)]
+    validation: ValidationText,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct DataText {
+    #[serde(default)]
+    folder: PathBuf,
+    vehicles: Option<PathBuf>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PlatoonText {
+    name: String,
+    file: PathBuf,
+    layout: Option<String>,
+    followers: Option<Vec<usize>>,
+    #[serde(default)]
+    smooth: bool,
+    from_s: Option<f64>,
+    to_s: Option<f64>,
+    grade: Option<String>,
+    leader_start_m: Option<f64>,
+    vehicle: Option<String>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CalibrationText {
+    variants: Vec<VariantText>,
+    gof: Option<Vec<String>>,
+    convention: Option<String>,
+    replicates: Option<u64>,
+    seed: Option<u64>,
+    optimizer: Option<String>,
+    max_evaluations: Option<u64>,
+    max_stall: Option<u64>,
+    evaluator: Option<String>,
+    precision: Option<String>,
+    #[serde(default)]
+    bounds: toml::Table,
+}
+
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum VariantText {
+    Id(u32),
+    Name(String),
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields)]
+struct ValidationText {
+    on: Option<String>,
+}
+
+pub(super) fn read(content: &str, path: &str, folder: &Path, name: &str) -> Result<Plan, PlanError> {
+    let plan: PlanText = toml::from_str(content).map_err(|error| at(content, path, &error))?;
+    if plan.schema_version != PLAN_VERSION {
+        let (path, found) = (path.to_owned(), plan.schema_version);
+        return Err(PlanError::Version { path, expected: PLAN_VERSION, found });
+    }
+    let of = Reader { path };
+    Ok(Plan {
+        name: plan.name.unwrap_or_else(|| name.to_owned()),
+        data: DataPlan {
+            folder: folder.join(plan.data.folder),
+            vehicles: plan.data.vehicles,
+            platoons: of.platoons(plan.platoon)?,
+        },
+        calibration: of.calibration(plan.calibration)?,
+        validation: match plan.validation.on.as_deref() {
+            None | Some("same-vehicle") => Validation::SameVehicle,
+            Some("none") => Validation::None,
+            Some(found) => {
+                return Err(of.word("validation.on", found, "same-vehicle or none", ["same-vehicle", "none"]));
+            }
+        },
+    })
+}
+
+/// What the TOML reader says, with the place, and the key that may have been meant.
+fn at(content: &str, path: &str, error: &toml::de::Error) -> PlanError {
+    let start = error.span().map_or(0, |span| span.start).min(content.len());
+    let before = &content[..start];
+    let line = before.matches('\n').count() + 1;
+    let column = before.len() - before.rfind('\n').map_or(0, |i| i + 1) + 1;
+    let message = error.message().trim().to_owned();
+    let mut quoted = message.split('`').skip(1).step_by(2);
+    let unknown = message.starts_with("unknown field").then(|| quoted.next()).flatten();
+    let nearest = unknown.and_then(|word| nearest(word, quoted));
+    let reason = message.replace("unknown field", "unknown key").replace("missing field", "missing key");
+    PlanError::Toml { path: path.to_owned(), line, column, reason, nearest }
+}
+
+struct Reader<'a> {
+    path: &'a str,
+}
+
+impl Reader<'_> {
+    fn value(&self, key: impl Into<String>, reason: impl Display, nearest: Option<String>) -> PlanError {
+        PlanError::Value { path: self.path.to_owned(), key: key.into(), reason: reason.to_string(), nearest }
+    }
+
+    fn word<'a>(&self, key: &str, found: &str, expected: &str, known: impl IntoIterator<Item = &'a str>) -> PlanError {
+        self.value(key, format!("expected {expected}, found `{found}`"), nearest(found, known))
+    }
+
+    fn parse<T: FromStr<Err: Display>>(&self, key: &str, text: &str, known: &[&str]) -> Result<T, PlanError> {
+        text.parse().map_err(|e| self.value(key, e, nearest(text, known.iter().copied())))
+    }
+
+    fn platoons(&self, entries: Vec<PlatoonText>) -> Result<Vec<PlatoonPlan>, PlanError> {
+        if entries.is_empty() {
+            return Err(self.value("platoon", "expected at least one [[platoon]]", None));
+        }
+        let layouts = Layout::ALL.map(Layout::name);
+        let mut names = HashSet::new();
+        let mut platoons = Vec::new();
+        for entry in entries {
+            let key = |field: &str| format!("platoon {}: {field}", entry.name);
+            let plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+            if entry.name.is_empty() || !entry.name.chars().all(plain) {
+                return Err(self.value(key("name"), "expected letters, digits, `-`, `_` and `.`", None));
+            }
+            if !names.insert(entry.name.clone()) {
+                return Err(self.value(key("name"), "occurs more than once", None));
+            }
+            if let Some(followers) = &entry.followers {
+                let distinct: HashSet<_> = followers.iter().collect();
+                if followers.is_empty() || followers.contains(&0) || distinct.len() < followers.len() {
+                    let reason = "expected numbers from 1 (right behind the platoon leader), each once";
+                    return Err(self.value(key("followers"), format!("{reason}, found {followers:?}"), None));
+                }
+            }
+            let layout = entry.layout.as_deref().map(|text| self.parse(&key("layout"), text, &layouts)).transpose()?;
+            platoons.push(PlatoonPlan {
+                layout,
+                name: entry.name,
+                file: entry.file,
+                followers: entry.followers,
+                smooth: entry.smooth,
+                from: entry.from_s,
+                to: entry.to_s,
+                grade: entry.grade,
+                leader_start: entry.leader_start_m,
+                vehicle: entry.vehicle,
+            });
+        }
+        Ok(platoons)
+    }
+
+    fn calibration(&self, entry: CalibrationText) -> Result<CalibrationPlan, PlanError> {
+        let default = Stop::default();
+        let gofs = entry.gof.unwrap_or_else(|| vec![GoodnessOfFit::NRMSE_SVA.to_string()]);
+        let gofs = gofs.iter().map(|text| self.parse("calibration.gof", text, &GOFS)).collect::<Result<Vec<_>, _>>()?;
+        self.once("calibration.gof", &gofs.iter().map(GoodnessOfFit::to_string).collect::<Vec<_>>())?;
+        let convention = entry.convention.as_deref().unwrap_or("paper");
+        let optimizer = entry.optimizer.as_deref().unwrap_or("auto");
+        let (evaluator, precision) = self.evaluator(entry.evaluator.as_deref(), entry.precision.as_deref())?;
+        Ok(CalibrationPlan {
+            variants: self.variants(&entry.variants)?,
+            gofs,
+            convention: self.parse("calibration.convention", convention, &["paper", "authors"])?,
+            replicates: self.at_least_1("calibration.replicates", entry.replicates.unwrap_or(1))?,
+            seed: entry.seed.unwrap_or(1),
+            optimizer: self.parse::<OptimizerKind>(
+                "calibration.optimizer",
+                optimizer,
+                &["auto", "ga", "lshade", "cmaes"],
+            )?,
+            stop: Stop {
+                max_evaluations: self.at_least_1(
+                    "calibration.max_evaluations",
+                    entry.max_evaluations.unwrap_or(default.max_evaluations),
+                )?,
+                max_stall: self.at_least_1("calibration.max_stall", entry.max_stall.unwrap_or(default.max_stall))?,
+                ..default
+            },
+            bounds: self.bounds(&entry.bounds)?,
+            evaluator,
+            precision,
+        })
+    }
+
+    fn at_least_1(&self, key: &str, found: u64) -> Result<u64, PlanError> {
+        if found > 0 { Ok(found) } else { Err(self.value(key, "expected at least 1, found 0", None)) }
+    }
+
+    fn once(&self, key: &str, items: &[String]) -> Result<(), PlanError> {
+        if items.is_empty() {
+            return Err(self.value(key, "expected at least one", None));
+        }
+        let mut seen = HashSet::new();
+        match items.iter().find(|item| !seen.insert(*item)) {
+            Some(twice) => Err(self.value(key, format!("{twice} occurs more than once"), None)),
+            None => Ok(()),
+        }
+    }
+
+    /// Ids, names, `all` and ranges of ids such as `1-90`.
+    fn variants(&self, entries: &[VariantText]) -> Result<Vec<Variant>, PlanError> {
+        let key = "calibration.variants";
+        let by_id = |id| Variant::from_id(id).map_err(|e| self.value(key, e, None));
+        let mut variants: Vec<Variant> = Vec::new();
+        for entry in entries {
+            let range = |text: &str| {
+                let (first, last) = text.split_once('-')?;
+                Some((first.trim().parse::<u32>().ok()?, last.trim().parse::<u32>().ok()?))
+            };
+            match entry {
+                VariantText::Id(id) => variants.push(by_id(*id)?),
+                VariantText::Name(name) if name == "all" => variants.extend(Variant::all()),
+                VariantText::Name(name) => match range(name) {
+                    Some((first, last)) if first > last => {
+                        return Err(self.value(key, format!("expected a range FIRST-LAST, found `{name}`"), None));
+                    }
+                    Some((first, last)) => {
+                        by_id(last)?;
+                        variants.extend((first..=last).map(by_id).collect::<Result<Vec<_>, _>>()?);
+                    }
+                    None => variants.push(self.parse(key, name, &[])?),
+                },
+            }
+        }
+        self.once(key, &variants.iter().map(Variant::name).collect::<Vec<_>>())?;
+        Ok(variants)
+    }
+
+    /// `lanes` unless the plan says otherwise: the same bytes on every machine.
+    fn evaluator(
+        &self,
+        name: Option<&str>,
+        precision: Option<&str>,
+    ) -> Result<(Kind, Option<LanesPrecision>), PlanError> {
+        let kinds = [("lanes", Kind::Lanes), ("reference", Kind::Reference), ("gpu", Kind::Gpu), ("auto", Kind::Auto)];
+        let name = name.unwrap_or("lanes");
+        let kind = kinds.iter().find(|(known, _)| *known == name).map(|(_, kind)| *kind).ok_or_else(|| {
+            self.word("calibration.evaluator", name, "lanes, reference, gpu or auto", kinds.map(|(known, _)| known))
+        })?;
+        let precisions =
+            [LanesPrecision::Plain, LanesPrecision::Compensated, LanesPrecision::F64].map(|p| (p.name(), p));
+        let precision = match precision {
+            None => None,
+            Some(text) => {
+                Some(precisions.iter().find(|(known, _)| *known == text).map(|(_, p)| *p).ok_or_else(|| {
+                    let known = precisions.map(|(known, _)| known);
+                    self.word("calibration.precision", text, "plain, compensated or f64", known)
+                })?)
+            }
+        };
+        let selection = Selection { kind, precision, ..Selection::default() };
+        // Its words are those of the command line; here the keys are meant.
+        selection.check().map_err(|e| self.value("calibration.precision", e.to_string().replace("--", ""), None))?;
+        Ok((kind, precision))
+    }
+
+    fn bounds(&self, table: &toml::Table) -> Result<Overrides, PlanError> {
+        let number = |value: &toml::Value| value.as_float().or(value.as_integer().map(|i| i as f64));
+        let mut bounds = Overrides::new();
+        for (name, value) in table {
+            let key = format!("calibration.bounds.{name}");
+            let symbol = Symbol::from_name(name).ok_or_else(|| {
+                let known = Symbol::ALL.iter().map(|s| s.name());
+                self.value(&key, "not a parameter of any variant", nearest(name, known))
+            })?;
+            let pair = match value.as_array().map(Vec::as_slice) {
+                Some([lower, upper]) => number(lower).zip(number(upper)).map(|(lower, upper)| [lower, upper]),
+                Some(_) => None,
+                None => number(value).map(|x| [x, x]),
+            };
+            let domain = symbol.domain();
+            let possible =
+                |[lower, upper]: &[f64; 2]| domain.contains(*lower) && domain.contains(*upper) && lower <= upper;
+            let pair = pair.filter(possible).ok_or_else(|| {
+                let expected = domain.expected();
+                let reason = format!(
+                    "expected [lower, upper] in order, or one number to fix it, each {expected}; found {value}"
+                );
+                self.value(&key, reason, None)
+            })?;
+            bounds.insert(name.clone(), pair);
+        }
+        Ok(bounds)
+    }
+}

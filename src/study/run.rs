@@ -1,0 +1,323 @@
+//! Running tasks: variant by variant, many at a time, each written as soon as it is finished.
+
+use super::StudyError;
+use super::batch::{Line, Post};
+use super::claim::Claim;
+use super::compute::Round;
+use super::folder::{Folder, TEMPORARY, write_whole};
+use super::log::Log;
+use super::part::Part;
+use super::task::{Study, Task};
+use crate::catalog::Variant;
+use crate::evaluator::EvaluateError;
+use crate::gpu::AdapterChoice;
+use crate::lanes::LanesPrecision;
+use crate::optimize::GaSettings;
+use crate::score::GoodnessOfFit;
+use crate::select::{Selection, Work};
+use std::collections::VecDeque;
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
+
+/// Calibrations under way per CPU thread: enough for blocks that are full, few enough that a plug pulled costs little.
+const PER_THREAD: usize = 8;
+/// Calibrations under way on a device at most: each holds a thread and an open file.
+const ON_A_DEVICE: usize = 512;
+/// How often a run looks whether tasks that another run works on are done.
+const LOOK_AGAIN: Duration = Duration::from_millis(200);
+
+/// What a run is to do.
+#[derive(Debug, Clone, Copy)]
+pub struct Assignment<'a> {
+    /// Where.
+    pub folder: &'a Folder,
+    /// The plan with its data.
+    pub study: &'a Study,
+    /// All tasks of the study.
+    pub tasks: &'a [Task],
+    /// Indices of those that are to be done.
+    pub chosen: &'a [usize],
+}
+
+/// How tasks are run.
+#[derive(Debug, Clone)]
+pub struct RunSettings {
+    /// Calibrations under way at a time; `None`: as many as suit the evaluator.
+    pub in_flight: Option<usize>,
+    /// The device, for plans that compute on one.
+    pub adapter: AdapterChoice,
+    /// What is told warnings of the evaluator.
+    pub warn: fn(&str),
+}
+
+/// What a run has done so far; may be read from any thread.
+#[derive(Debug, Default)]
+pub struct Progress {
+    /// Tasks of this run that are done, before it began and by others included.
+    pub done: AtomicU64,
+    /// Tasks that this run computed.
+    pub computed: AtomicU64,
+    /// Of these, calibrations that found nothing.
+    pub failed: AtomicU64,
+    /// Simulated candidates.
+    pub evaluations: AtomicU64,
+    /// Those of tasks that are computed.
+    pub finished: AtomicU64,
+    /// Simulated steps.
+    pub steps: AtomicU64,
+}
+
+/// Something a user may want to be told while it goes on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Event<'a> {
+    /// Tasks of a variant are begun.
+    Variant(&'a str),
+    /// What is left is in the hands of another run.
+    Waiting(usize),
+    /// Nothing new; it is time to show the progress.
+    Tick,
+}
+
+/// What a run has done.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Summary {
+    /// Tasks it was asked for.
+    pub tasks: usize,
+    /// Those that were done before it began.
+    pub before: usize,
+    /// Those that it computed.
+    pub computed: usize,
+    /// Of these, calibrations that found nothing.
+    pub failed: usize,
+    /// Those that other runs computed meanwhile.
+    pub by_others: usize,
+    /// Those that are left, because it was interrupted.
+    pub left: usize,
+}
+
+/// What the threads of a run share.
+struct Shared<'a> {
+    folder: &'a Folder,
+    tasks: &'a [Task],
+    progress: &'a Progress,
+    interrupted: &'a (dyn Fn() -> bool + Sync),
+    /// The first error; ends the run.
+    error: Mutex<Option<StudyError>>,
+    stop: AtomicBool,
+    by_others: AtomicU64,
+}
+
+impl Shared<'_> {
+    fn fail(&self, error: StudyError) {
+        let mut first = self.error.lock().unwrap_or_else(PoisonError::into_inner);
+        first.get_or_insert(error);
+        self.stop.store(true, Ordering::SeqCst);
+    }
+
+    fn stopped(&self) -> bool {
+        self.stop.load(Ordering::SeqCst) || (self.interrupted)()
+    }
+}
+
+/// Runs the chosen tasks, except those whose parts are there and whole. Tasks that another run works on are left to it,
+/// and waited for. `interrupted` ends the run early: what is finished is kept. `tell` is called from this thread.
+///
+/// # Errors
+/// When a part cannot be written or the evaluator fails; finished parts are kept.
+pub fn run(
+    assignment: Assignment,
+    settings: &RunSettings,
+    progress: &Progress,
+    interrupted: &(dyn Fn() -> bool + Sync),
+    tell: &mut dyn FnMut(Event),
+) -> Result<Summary, StudyError> {
+    let Assignment { folder, study, tasks, chosen } = assignment;
+    sweep(folder);
+    let mut log = Log::new(folder, progress);
+    let mut left: Vec<usize> = chosen.iter().copied().filter(|&i| !is_done(folder, &tasks[i].id)).collect();
+    let before = chosen.len() - left.len();
+    progress.done.store(before as u64, Ordering::SeqCst);
+    let (error, by_others) = (Mutex::new(None), AtomicU64::new(0));
+    let shared = Shared { folder, tasks, progress, interrupted, error, stop: AtomicBool::new(false), by_others };
+    while !left.is_empty() && !shared.stopped() {
+        let waiting = left.len();
+        let mut deferred = Vec::new();
+        for group in left.chunk_by(|&a, &b| (tasks[a].model_id, &tasks[a].gof) == (tasks[b].model_id, &tasks[b].gof)) {
+            if shared.stopped() {
+                deferred.extend(group);
+                continue;
+            }
+            deferred.extend(round(study, group, settings, &shared, &mut log, tell)?);
+        }
+        left = deferred;
+        if left.len() == waiting && !shared.stopped() {
+            tell(Event::Waiting(waiting));
+            std::thread::sleep(LOOK_AGAIN);
+        }
+    }
+    log.write();
+    if let Some(error) = shared.error.into_inner().unwrap_or_else(PoisonError::into_inner) {
+        return Err(error);
+    }
+    let (computed, by_others) = (progress.computed.load(Ordering::SeqCst), shared.by_others.load(Ordering::SeqCst));
+    Ok(Summary {
+        tasks: chosen.len(),
+        before,
+        computed: computed as usize,
+        failed: progress.failed.load(Ordering::SeqCst) as usize,
+        by_others: by_others as usize,
+        left: chosen.len() - before - (computed + by_others) as usize,
+    })
+}
+
+/// Removes what processes that were killed while they wrote have left in `parts/`. Whoever still writes holds the claim of its task.
+fn sweep(folder: &Folder) {
+    for path in std::fs::read_dir(folder.parts()).into_iter().flatten().flatten().map(|entry| entry.path()) {
+        let id = path.file_name().and_then(|name| name.to_str()?.split('.').next());
+        let claim =
+            id.filter(|_| path.extension().is_some_and(|e| e == TEMPORARY)).and_then(|id| Claim::take(folder, id));
+        if let Some(claim) = claim.filter(Claim::is_locked) {
+            let _ = std::fs::remove_file(&path);
+            claim.finish();
+        }
+    }
+}
+
+/// True if the part of a task is there and whole.
+fn is_done(folder: &Folder, id: &str) -> bool {
+    let part = std::fs::read(folder.part(id)).ok().and_then(|bytes| Part::decode(&bytes));
+    part.is_some_and(|part| part.id == id)
+}
+
+/// The tasks of one variant and goodness of fit; returns those that are left to others, or by an interruption.
+fn round(
+    study: &Study,
+    group: &[usize],
+    settings: &RunSettings,
+    shared: &Shared,
+    log: &mut Log,
+    tell: &mut dyn FnMut(Event),
+) -> Result<Vec<usize>, StudyError> {
+    let mut queue: VecDeque<(usize, Option<Claim>)> = group.iter().map(|&i| (i, None)).collect();
+    // Without a task to begin with, there is no need for an evaluator.
+    let free = queue.iter_mut().find_map(|entry| {
+        entry.1 = Claim::take(shared.folder, &shared.tasks[entry.0].id);
+        entry.1.as_ref().map(|_| ())
+    });
+    if free.is_none() {
+        let settled = |&i: &usize| {
+            let done = is_done(shared.folder, &shared.tasks[i].id);
+            shared.by_others.fetch_add(u64::from(done), Ordering::SeqCst);
+            shared.progress.done.fetch_add(u64::from(done), Ordering::SeqCst);
+            !done
+        };
+        return Ok(group.iter().copied().filter(settled).collect());
+    }
+    let task = &shared.tasks[group[0]];
+    let variant: Variant = task.variant.parse().expect("the name of a variant of the plan");
+    let gof: GoodnessOfFit = task.gof.parse().expect("the name of a goodness of fit of the plan");
+    tell(Event::Variant(&task.variant));
+    let cases = (0..study.drives.len()).map(|i| study.case(i, &variant)).collect::<Result<Vec<_>, _>>()?;
+    let plan = &study.plan.calibration;
+    let selection = Selection { kind: plan.evaluator, precision: plan.precision, adapter: settings.adapter.clone() };
+    let most = settings.in_flight.unwrap_or(ON_A_DEVICE).min(group.len());
+    let work = Work { candidates: most * GaSettings::default().population_size, precision: LanesPrecision::Plain };
+    let mut evaluator = selection.build(cases.clone(), gof, work, settings.warn)?;
+    let on_cpu = PER_THREAD * rayon::current_num_threads();
+    let threads = if evaluator.overlaps() { ON_A_DEVICE } else { on_cpu };
+    let threads = settings.in_flight.unwrap_or(threads).clamp(1, group.len());
+    log.evaluator = format!("{} ({})", evaluator.name(), evaluator.precision());
+
+    let round = Round { study, variant, gof, cases };
+    let (queue, deferred) = (Mutex::new(queue), Mutex::new(Vec::new()));
+    let mut post = Post::new(evaluator.as_mut());
+    let lines: Vec<Line> = (0..threads).map(|_| post.line()).collect();
+    let served = std::thread::scope(|scope| {
+        for line in lines {
+            scope.spawn(|| worker(&round, line, &queue, &deferred, shared));
+        }
+        post.serve(&mut || {
+            log.renew();
+            tell(Event::Tick);
+        })
+    });
+    let mut left = deferred.into_inner().unwrap_or_else(PoisonError::into_inner);
+    left.extend(queue.into_inner().unwrap_or_else(PoisonError::into_inner).into_iter().map(|(i, _)| i));
+    left.sort_unstable();
+    if let Err(error) = served {
+        // What the threads say is only that the post has closed.
+        return Err(error.into());
+    }
+    Ok(left)
+}
+
+/// One thread: task after task until none is left.
+fn worker(
+    round: &Round,
+    line: Line,
+    queue: &Mutex<VecDeque<(usize, Option<Claim>)>>,
+    deferred: &Mutex<Vec<usize>>,
+    shared: &Shared,
+) {
+    let next = || queue.lock().unwrap_or_else(PoisonError::into_inner).pop_front();
+    let defer = |i| deferred.lock().unwrap_or_else(PoisonError::into_inner).push(i);
+    while let Some((i, claim)) = next() {
+        let task = &shared.tasks[i];
+        let Some(claim) = claim.or_else(|| Claim::take(shared.folder, &task.id)) else {
+            defer(i);
+            continue;
+        };
+        if shared.stopped() {
+            defer(i);
+            return;
+        }
+        // Between the first look and the claim, another run may have finished it.
+        if is_done(shared.folder, &task.id) {
+            shared.by_others.fetch_add(1, Ordering::SeqCst);
+            shared.progress.done.fetch_add(1, Ordering::SeqCst);
+            claim.finish();
+            continue;
+        }
+        match one(round, &line, task, shared) {
+            Ok(true) => claim.finish(),
+            Ok(false) => defer(i),
+            Err(error) => {
+                // A closed post is the consequence of an error that its owner reports.
+                if !is_closed(&error) {
+                    shared.fail(error);
+                }
+                return;
+            }
+        }
+    }
+}
+
+fn is_closed(error: &StudyError) -> bool {
+    use crate::calibrate::CalibrateError;
+    let StudyError::Calibrate { source: CalibrateError::Evaluate(EvaluateError::Model(model)), .. } = error else {
+        return false;
+    };
+    model.is::<super::batch::Closed>()
+}
+
+/// Computes and writes one task; false if it was interrupted.
+fn one(round: &Round, line: &Line, task: &Task, shared: &Shared) -> Result<bool, StudyError> {
+    let drive = round.study.drive_of(task);
+    let samples = round.study.drives[drive].entry.samples as u64;
+    let mut outpost = line.outpost(drive, round.cases[drive].clone());
+    let progress = shared.progress;
+    let part = round.compute(task, &mut outpost, &mut |evaluations| {
+        progress.evaluations.fetch_add(evaluations, Ordering::SeqCst);
+        progress.steps.fetch_add(evaluations * samples, Ordering::SeqCst);
+        if shared.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    })?;
+    let Some(part) = part else { return Ok(false) };
+    write_whole(&shared.folder.part(&task.id), &part.encode())?;
+    progress.finished.fetch_add(part.calibration.evaluations, Ordering::SeqCst);
+    progress.computed.fetch_add(1, Ordering::SeqCst);
+    progress.failed.fetch_add(u64::from(!part.calibration.success), Ordering::SeqCst);
+    progress.done.fetch_add(1, Ordering::SeqCst);
+    Ok(true)
+}

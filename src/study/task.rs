@@ -1,0 +1,232 @@
+//! Tasks: one calibration each, named by a hash of all that decides its result.
+
+use super::drive::{self, Drive, DriveEntry};
+use super::plan::{Plan, Validation, overrides_for};
+use super::{PROGRAM, SCHEMA_VERSION, StudyError, sha256};
+use crate::calibrate::{Overrides, SearchSpace};
+use crate::catalog::{Constraint, Variant};
+use crate::evaluator::Case;
+use crate::lanes::LanesPrecision;
+use crate::score::GoodnessOfFit;
+use crate::select::Kind;
+use serde::{Deserialize, Serialize};
+
+/// One calibration, with the validation runs of what it finds: a line of `tasks.jsonl`.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Task {
+    /// Hash of data, variant, goodness of fit, settings, seed, replicate, validation and version; 32 hexadecimal digits.
+    pub id: String,
+    /// Name of the platoon.
+    pub platoon: String,
+    /// 1 = right behind the platoon leader.
+    pub follower: usize,
+    /// Id of Table 1.
+    pub model_id: u32,
+    /// Name of the variant.
+    pub variant: String,
+    /// What is minimised.
+    pub gof: String,
+    /// The replicate, from 0.
+    pub replicate: u64,
+}
+
+/// All that decides the result of a task; its JSON is what the id is a hash of.
+#[derive(Serialize)]
+struct Content<'a> {
+    schema_version: u32,
+    program: &'a str,
+    platoon: &'a str,
+    follower: usize,
+    vehicle: &'a str,
+    sha256: &'a str,
+    data: &'a str,
+    variant: String,
+    gof: String,
+    convention: String,
+    optimizer: &'a str,
+    seed: u64,
+    replicate: u64,
+    max_evaluations: u64,
+    max_stall: u64,
+    bounds: Overrides,
+    evaluator: &'a str,
+    precision: &'a str,
+    validation: Vec<(&'a str, usize, &'a str)>,
+}
+
+/// A plan with its data: what tasks are made of.
+#[derive(Debug)]
+pub struct Study {
+    /// The plan.
+    pub plan: Plan,
+    /// The trajectories.
+    pub drives: Vec<Drive>,
+    /// One case per drive, whose signals the cases of all variants share.
+    bases: Vec<Case>,
+}
+
+impl Study {
+    /// Reads the data of a plan and checks that every variant can be calibrated on every trajectory.
+    ///
+    /// # Errors
+    /// When data are missing or broken, or a variant lacks something.
+    pub fn open(plan: Plan) -> Result<Study, StudyError> {
+        let drives = drive::read(&plan.data)?;
+        let any = Variant::from_id(1).expect("variant 1 exists");
+        let bases = drives.iter().map(|drive| {
+            let case = Case::new(&drive.trajectory, any, drive.vehicle.as_ref(), plan.calibration.convention, 0.0)?;
+            Ok(Case { label: drive.entry.label().as_str().into(), ..case })
+        });
+        let bases = bases.collect::<Result<_, StudyError>>()?;
+        let study = Study { plan, drives, bases };
+        for variant in &study.plan.calibration.variants {
+            for drive in 0..study.drives.len() {
+                study.check(drive, variant)?;
+                study.case(drive, variant)?;
+            }
+        }
+        Ok(study)
+    }
+
+    /// Checks that all is known of drive `index` that a variant needs.
+    fn check(&self, index: usize, variant: &Variant) -> Result<(), StudyError> {
+        let drive = &self.drives[index];
+        let mfc = drive.vehicle.as_ref().is_some_and(|vehicle| vehicle.mfc.is_some());
+        let lacks = [
+            (
+                variant.needs_vehicle() && drive.vehicle.is_none(),
+                "the follower's vehicle",
+                "name it in the plan: `vehicle` of the platoon, or `data.vehicles`, a table in which the names of the file occur",
+            ),
+            (
+                variant.constraint == Constraint::Mfc && !mfc,
+                "the vehicle's MFC curve",
+                "`data.vehicles` must be a table with an `mfc` file, or mfc_SLUG.csv beside it",
+            ),
+            (
+                variant.needs_grade() && drive.trajectory.grade.is_none(),
+                "the road grade",
+                "give the platoon a `grade` in the plan: a table, or \"level\"",
+            ),
+        ];
+        match lacks.into_iter().find(|(lacks, ..)| *lacks) {
+            Some((_, what, remedy)) => {
+                let (drive, variant) = (drive.entry.label(), variant.name());
+                Err(StudyError::Missing { drive, variant, what, remedy })
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// What is searched when a variant is calibrated on drive `index`.
+    pub(super) fn space(&self, index: usize, variant: &Variant) -> Result<SearchSpace, StudyError> {
+        let (settings, drive) = (&self.plan.calibration, &self.drives[index]);
+        let bounds = overrides_for(variant, &settings.bounds);
+        SearchSpace::new(variant, drive.vehicle.as_ref(), settings.convention, &bounds)
+            .map_err(|source| StudyError::Bounds { variant: variant.name(), source })
+    }
+
+    /// Drive `index` as the runs of a variant see it.
+    pub(super) fn case(&self, index: usize, variant: &Variant) -> Result<Case, StudyError> {
+        let tau_p_upper = self.space(index, variant)?.tau_p_upper();
+        Ok(Case { tau_p_upper, ..self.bases[index].clone() }.for_variant(*variant)?)
+    }
+
+    /// Index of the drive that a task calibrates on.
+    pub(super) fn drive_of(&self, task: &Task) -> usize {
+        let is = |drive: &Drive| drive.entry.platoon == task.platoon && drive.entry.follower == task.follower;
+        self.drives.iter().position(is).expect("a task of this study has a drive of it")
+    }
+
+    /// The drives that a calibration on drive `index` is validated on.
+    #[must_use]
+    pub fn validated_on(&self, index: usize) -> Vec<usize> {
+        let own = &self.drives[index].entry;
+        let same = |other: &DriveEntry| other.vehicle == own.vehicle && other.platoon != own.platoon;
+        match self.plan.validation {
+            Validation::None => Vec::new(),
+            Validation::SameVehicle => (0..self.drives.len()).filter(|&i| same(&self.drives[i].entry)).collect(),
+        }
+    }
+
+    /// Every task, in the order of all tables: goodness of fit, variant, trajectory, replicate.
+    #[must_use]
+    pub fn tasks(&self) -> Vec<Task> {
+        let settings = &self.plan.calibration;
+        let validated: Vec<Vec<usize>> = (0..self.drives.len()).map(|i| self.validated_on(i)).collect();
+        let mut tasks = Vec::new();
+        for gof in &settings.gofs {
+            for variant in &settings.variants {
+                for (drive, on) in self.drives.iter().zip(&validated) {
+                    for replicate in 0..settings.replicates {
+                        tasks.push(self.task(gof, variant, &drive.entry, on, replicate));
+                    }
+                }
+            }
+        }
+        tasks
+    }
+
+    fn task(&self, gof: &GoodnessOfFit, variant: &Variant, drive: &DriveEntry, on: &[usize], replicate: u64) -> Task {
+        let settings = &self.plan.calibration;
+        let validation = on.iter().map(|&i| {
+            let other = &self.drives[i].entry;
+            (other.platoon.as_str(), other.follower, other.fingerprint.as_str())
+        });
+        let content = Content {
+            schema_version: SCHEMA_VERSION,
+            program: PROGRAM,
+            platoon: &drive.platoon,
+            follower: drive.follower,
+            vehicle: &drive.vehicle,
+            sha256: &drive.sha256,
+            data: &drive.fingerprint,
+            variant: variant.name(),
+            gof: gof.to_string(),
+            convention: settings.convention.to_string(),
+            optimizer: settings.optimizer.runs(),
+            seed: settings.seed,
+            replicate,
+            max_evaluations: settings.stop.max_evaluations,
+            max_stall: settings.stop.max_stall,
+            bounds: overrides_for(variant, &settings.bounds),
+            evaluator: match settings.evaluator {
+                Kind::Auto => "auto",
+                Kind::Reference => "reference",
+                Kind::Lanes => "lanes",
+                Kind::Gpu => "gpu",
+            },
+            precision: settings.precision.unwrap_or(LanesPrecision::Plain).name(),
+            validation: validation.collect(),
+        };
+        let json = serde_json::to_vec(&content).expect("names and finite numbers are valid JSON");
+        let mut id = sha256(&json);
+        // 128 of 256 bits: 25,200 tasks do not collide by chance.
+        id.truncate(32);
+        Task {
+            id,
+            platoon: drive.platoon.clone(),
+            follower: drive.follower,
+            model_id: variant.id(),
+            variant: content.variant,
+            gof: content.gof,
+            replicate,
+        }
+    }
+}
+
+/// Indices of the tasks of shard `number` (from 1) of `count`. Whole variants go to one shard, so that one process batches them, as
+/// long as there are as many of them as shards; else single tasks are dealt out.
+#[must_use]
+pub fn shard(tasks: &[Task], number: usize, count: usize) -> Vec<usize> {
+    let mut group = Vec::new();
+    let mut groups = 0;
+    for (i, task) in tasks.iter().enumerate() {
+        if i > 0 && (task.model_id, &task.gof) != (tasks[i - 1].model_id, &tasks[i - 1].gof) {
+            groups += 1;
+        }
+        group.push(groups);
+    }
+    let unit = |i: usize| if count <= groups + 1 { group[i] } else { i };
+    (0..tasks.len()).filter(|&i| unit(i) % count == number - 1).collect()
+}

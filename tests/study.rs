@@ -1,0 +1,20 @@
+//! Studies: whatever happens to the processes that compute one, the merged bytes are those of an uninterrupted run.
+//!
+//! Everything runs on two synthetic platoons of a minute each, with the program itself.
+
+#[path = "study/common.rs"]
+mod common;
+#[path = "study/disk.rs"]
+mod disk;
+#[path = "study/kill.rs"]
+mod kill;
+#[path = "study/parts.rs"]
+mod parts;
+#[path = "study/plans.rs"]
+mod plans;
+#[path = "study/report.rs"]
+mod report;
+#[path = "study/schema.rs"]
+mod schema;
+#[path = "study/shards.rs"]
+mod shards;

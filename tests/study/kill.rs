@@ -1,0 +1,137 @@
+//! Killed at any moment, interrupted, started twice: nothing is lost but the tasks under way.
+
+use super::common::{command, merged, number_before, ok, part_names, plan_text, planned, same, small, stderr, text};
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant, SystemTime};
+
+/// Kills that must hit a run at work.
+const KILLS: usize = 50;
+
+fn start(study: &Path, batch: &str) -> Child {
+    let mut run = command(&["study", "run", text(study), "--batch", batch]);
+    run.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("the program starts")
+}
+
+/// When each part was written: a part that is there is never written again.
+fn written(study: &Path) -> BTreeMap<String, SystemTime> {
+    let time = |name: &String| fs::metadata(study.join("parts").join(name)).unwrap().modified().unwrap();
+    part_names(study).into_iter().map(|name| (name.clone(), time(&name))).collect()
+}
+
+/// A small generator of waiting times; their randomness comes from the machine anyway.
+struct Waits(u64);
+
+impl Waits {
+    fn next(&mut self, below: Duration) -> Duration {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        below.mul_f64((self.0 >> 40) as f64 / (1u64 << 24) as f64)
+    }
+}
+
+#[test]
+fn killed_fifty_times_the_merged_bytes_are_the_same() {
+    // 120 tasks: more work than what fits between the kills, so that nearly all of them hit.
+    let plan = plan_text(10, 1500);
+    let calm = planned("kill_calm", &plan);
+    let began = Instant::now();
+    ok(&["study", "run", text(&calm), "--batch", "4"]);
+    let whole = began.elapsed();
+    let expected = merged(&calm, &[]);
+
+    let study = planned("kill", &plan);
+    let (mut hits, mut waits, mut before) = (0, Waits(1), written(&study));
+    let mut middle = 0;
+    while hits < KILLS {
+        let mut run = start(&study, "4");
+        sleep(waits.next(whole / 10));
+        run.kill().expect("SIGKILL can be sent");
+        let status = run.wait().expect("it ends");
+        hits += usize::from(status.code().is_none());
+        let after = written(&study);
+        for (name, time) in &before {
+            assert_eq!(after.get(name), Some(time), "{name} was done, and was touched again");
+        }
+        middle += usize::from(after.len() > before.len());
+        before = after;
+        // Should it be nearly done before it was killed often enough, a part of the work is taken away again.
+        if before.len() > 100 {
+            let some: Vec<String> = before.keys().take(60).cloned().collect();
+            for name in some {
+                fs::remove_file(study.join("parts").join(&name)).unwrap();
+                before.remove(&name);
+            }
+        }
+    }
+    assert!(middle >= KILLS / 5, "only {middle} of {hits} killed runs had finished a task");
+    eprintln!("{hits} kills, {middle} of them after at least one task; an uninterrupted run takes {whole:?}");
+    ok(&["study", "run", text(&study)]);
+    same(&merged(&study, &[]), &expected, "after the kills");
+}
+
+#[test]
+fn runs_on_one_folder_share_the_work() {
+    let plan = plan_text(6, 1000);
+    let calm = planned("many_calm", &plan);
+    ok(&["study", "run", text(&calm)]);
+    let study = planned("many", &plan);
+    let runs: Vec<Child> = (0..3).map(|_| start(&study, "4")).collect();
+    let mut computed = 0;
+    for run in runs {
+        let output = run.wait_with_output().expect("it ends");
+        assert!(output.status.success(), "{}", stderr(&output));
+        computed += number_before(&stderr(&output), "computed");
+    }
+    assert_eq!(computed, 72, "every task is computed once");
+    same(&merged(&study, &[]), &merged(&calm, &[]), "three runs at once");
+    assert_eq!(fs::read_dir(study.join("claims")).unwrap().count(), 0, "no claim is left");
+}
+
+#[test]
+fn what_a_killed_run_had_claimed_another_one_takes_over() {
+    let plan = plan_text(4, 1500);
+    let calm = planned("over_calm", &plan);
+    ok(&["study", "run", text(&calm)]);
+    let study = planned("over", &plan);
+    let mut victim = start(&study, "16");
+    sleep(Duration::from_millis(60));
+    let heir = start(&study, "16");
+    sleep(Duration::from_millis(60));
+    victim.kill().expect("SIGKILL can be sent");
+    victim.wait().expect("it ends");
+    let output = heir.wait_with_output().expect("it ends");
+    assert!(output.status.success(), "{}", stderr(&output));
+    same(&merged(&study, &[]), &merged(&calm, &[]), "after a run beside it was killed");
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_ends_within_a_second_and_says_how_to_go_on() {
+    let study = planned("ctrl_c", &plan_text(50, 100_000));
+    let run = start(&study, "16");
+    sleep(Duration::from_millis(400));
+    let asked = Instant::now();
+    let sent = Command::new("kill").args(["-INT", &run.id().to_string()]).status().expect("kill is there");
+    assert!(sent.success());
+    let output = run.wait_with_output().expect("it ends");
+    let took = asked.elapsed();
+    assert!(took < Duration::from_secs(1), "{took:?}");
+    assert_eq!(output.status.code(), Some(1));
+    let said = stderr(&output);
+    assert!(said.contains("interrupted: ") && said.contains(" of 600 tasks are done and kept"), "{said}");
+    assert!(said.contains(&format!("go on with: leadlag study run {}", study.display())), "{said}");
+}
+
+#[test]
+fn a_second_run_has_nothing_to_do() {
+    let study = small("again");
+    ok(&["study", "run", text(&study)]);
+    let before = written(&study);
+    let output = super::common::leadlag(&["study", "run", text(&study)]);
+    assert!(output.status.success());
+    assert!(stderr(&output).contains("24 tasks: 24 were done, 0 computed"), "{}", stderr(&output));
+    assert_eq!(written(&study), before);
+}

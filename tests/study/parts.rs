@@ -1,0 +1,117 @@
+//! Parts that are torn, double, contradictory, foreign or missing.
+
+use super::common::{expected, fails, merged, number_before, ok, part_names, plan_text, planned, same, small, text};
+use super::common::{leadlag, stderr};
+use leadlag::study::part::Part;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn finished(name: &str) -> (PathBuf, Vec<PathBuf>) {
+    let study = small(name);
+    ok(&["study", "run", text(&study)]);
+    let mut names = part_names(&study);
+    names.sort();
+    let paths = names.iter().map(|name| study.join("parts").join(name)).collect();
+    (study, paths)
+}
+
+fn status(study: &Path) -> serde_json::Value {
+    serde_json::from_str(&ok(&["study", "status", text(study), "--json"])).expect("status writes JSON")
+}
+
+#[test]
+fn torn_parts_are_noticed_and_computed_again() {
+    let (study, paths) = finished("torn");
+    let whole = fs::read(&paths[0]).unwrap();
+    // Empty, cut in the middle, cut before the checksum, one digit changed, garbage, zeros as a crash of a file system leaves them.
+    let line = whole.iter().position(|b| *b == b'\n').unwrap();
+    let mut changed = fs::read(&paths[3]).unwrap();
+    let digit = changed.iter().rposition(|b| *b == b'7').unwrap();
+    changed[digit] = b'8';
+    for (path, bytes) in paths.iter().zip([
+        Vec::new(),
+        fs::read(&paths[1]).unwrap()[..1000].to_vec(),
+        fs::read(&paths[2]).unwrap()[..line.min(500)].to_vec(),
+        changed,
+        b"no part at all\n".to_vec(),
+        vec![0; 4096],
+    ]) {
+        fs::write(path, bytes).unwrap();
+    }
+    // And what a process leaves behind that is killed while it writes.
+    fs::write(study.join("parts/leftover-1-1.tmp"), &whole[..100]).unwrap();
+    let found = status(&study);
+    assert_eq!((found["done"].as_u64(), found["damaged"].as_array().unwrap().len()), (Some(18), 6));
+    assert_eq!(found["missing"].as_array().unwrap().len(), 6);
+    assert_eq!(found["unfinished"].as_array().unwrap().len(), 1);
+    let (code, said) = fails(&["study", "merge", text(&study)]);
+    assert_eq!(code, 1);
+    assert!(said.contains("is no whole part of this version: its task counts as missing"), "{said}");
+    assert!(said.contains("6 of 24 tasks are missing"), "{said}");
+    let output = leadlag(&["study", "run", text(&study)]);
+    assert_eq!(number_before(&stderr(&output), "computed"), 6);
+    same(&merged(&study, &[]), expected(), "after torn parts");
+    // The leftover went with the next run.
+    assert_eq!(status(&study)["unfinished"].as_array().unwrap().len(), 0);
+}
+
+#[test]
+fn a_double_part_does_no_harm_and_a_contradiction_stops_the_merge() {
+    let (study, paths) = finished("double");
+    fs::copy(&paths[0], study.join("parts/copy of a part.json")).unwrap();
+    let output = leadlag(&["study", "merge", text(&study)]);
+    assert!(output.status.success());
+    assert!(stderr(&output).contains("repeats another part: no harm"), "{}", stderr(&output));
+    same(&merged(&study, &[]), expected(), "with a double part");
+
+    let mut part = Part::decode(&fs::read(&paths[1]).unwrap()).expect("a whole part");
+    part.calibration.evaluations += 1;
+    let other = study.join("parts/other.json");
+    fs::write(&other, part.encode()).unwrap();
+    let (code, said) = fails(&["study", "merge", text(&study)]);
+    assert_eq!(code, 1);
+    assert!(said.contains("contradicts another part of the same task: delete the wrong one"), "{said}");
+    assert!(said.contains("1 parts contradict another one; nothing is merged"), "{said}");
+    fs::remove_file(other).unwrap();
+    same(&merged(&study, &[]), expected(), "without the contradiction");
+}
+
+#[test]
+fn parts_of_another_plan_are_left_out() {
+    let (study, _) = finished("foreign");
+    let other = planned("foreign_other", &plan_text(1, 301));
+    ok(&["study", "run", text(&other), "--shard", "1/3"]);
+    let name = part_names(&other).remove(0);
+    fs::copy(other.join("parts").join(&name), study.join("parts").join(&name)).unwrap();
+    assert_eq!(status(&study)["foreign"].as_array().unwrap().len(), 1);
+    same(&merged(&study, &[]), expected(), "with a foreign part");
+}
+
+#[test]
+fn missing_parts_are_named_and_merged_without_only_when_asked() {
+    let (study, paths) = finished("missing");
+    fs::remove_file(&paths[5]).unwrap();
+    let id = paths[5].file_stem().unwrap().to_string_lossy().into_owned();
+    assert_eq!(status(&study)["missing"][0].as_str(), Some(id.as_str()));
+    let (code, said) = fails(&["study", "merge", text(&study)]);
+    assert_eq!(code, 1);
+    assert!(said.contains(&format!("missing: {id} (S")), "{said}");
+    assert!(!study.join("merged").exists(), "nothing is written");
+    let partial = merged(&study, &["--partial"]);
+    let lines = String::from_utf8(partial["calibrations.csv"].clone()).unwrap().lines().count();
+    assert_eq!(lines, 1 + 23);
+    ok(&["study", "run", text(&study)]);
+    same(&merged(&study, &[]), expected(), "after the missing one");
+}
+
+#[test]
+fn a_changed_plan_keeps_the_parts_that_stay_valid() {
+    let (study, _) = finished("grown");
+    let plan = study.join("plan.toml");
+    let grown = fs::read_to_string(&plan).unwrap().replace("replicates = 2", "replicates = 3");
+    let file = study.with_file_name("grown.toml");
+    fs::write(&file, grown).unwrap();
+    ok(&["study", "plan", text(&file), "--out", text(&study)]);
+    let output = leadlag(&["study", "run", text(&study)]);
+    assert!(stderr(&output).contains("36 tasks: 24 were done, 12 computed"), "{}", stderr(&output));
+}

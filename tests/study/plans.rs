@@ -1,0 +1,175 @@
+//! Plans: what they make, and what is said about those that cannot be.
+
+use super::common::{data, fails, ok, plan_text, scratch, text};
+use std::collections::BTreeSet;
+use std::fs;
+
+/// Ids of the tasks of a plan, as printed.
+fn ids(name: &str, plan: &str) -> Vec<String> {
+    let folder = scratch(name);
+    let file = folder.join("plan.toml");
+    fs::write(&file, plan).unwrap();
+    let lines = ok(&["study", "plan", text(&file), "--out", text(&folder.join("study"))]);
+    let written = fs::read_to_string(folder.join("study/tasks.jsonl")).unwrap();
+    assert_eq!(lines.lines().count(), written.lines().count(), "one task per line, here and there");
+    lines.lines().map(|line| line.split('\t').next().unwrap().to_owned()).collect()
+}
+
+#[test]
+fn an_id_changes_with_all_that_decides_a_result_and_with_nothing_else() {
+    let plan = plan_text(2, 300);
+    let first = ids("ids", &plan);
+    assert_eq!(first.len(), 24);
+    assert_eq!(first.iter().collect::<BTreeSet<_>>().len(), 24, "ids are unique");
+    assert!(first.iter().all(|id| id.len() == 32 && id.bytes().all(|b| b.is_ascii_hexdigit())));
+    let commented = format!("# a comment\n{plan}");
+    assert_eq!(first, ids("ids_comment", &commented), "comments decide nothing");
+    let named = plan.replace("schema_version = 1", "schema_version = 1\nname = \"other\"");
+    assert_eq!(first, ids("ids_name", &named), "nor does the name");
+    for (name, from, to) in [
+        ("evaluations", "max_evaluations = 300", "max_evaluations = 301"),
+        ("seed", "[calibration]", "[calibration]\nseed = 2"),
+        ("convention", "[calibration]", "[calibration]\nconvention = \"authors\""),
+        ("gof", "[calibration]", "[calibration]\ngof = [\"rmse-s\"]"),
+        ("evaluator", "[calibration]", "[calibration]\nevaluator = \"reference\""),
+        ("precision", "[calibration]", "[calibration]\nprecision = \"f64\""),
+        ("window", "followers = [1, 2]", "followers = [1, 2]\nto_s = 50"),
+        ("smooth", "followers = [1, 2]", "followers = [1, 2]\nsmooth = true"),
+        ("validation", "[calibration]", "[validation]\non = \"none\"\n\n[calibration]"),
+        ("bounds", "max_evaluations = 300", "max_evaluations = 300\n[calibration.bounds]\nv_0 = [30, 34]"),
+    ] {
+        let changed = ids(&format!("ids_{name}"), &plan.replace(from, to));
+        assert!(changed.iter().all(|id| !first.contains(id)), "{name} decides the result");
+    }
+    let more: BTreeSet<String> = ids("ids_more", &plan_text(3, 300)).into_iter().collect();
+    assert!(first.iter().all(|id| more.contains(id)), "more replicates leave the first ones as they are");
+}
+
+#[test]
+fn variants_are_given_by_id_name_range_or_all() {
+    let count = |variants: &str| {
+        let plan = plan_text(1, 300).replace("[\"idm\", \"l-cth+linear\", 28]", variants);
+        // Synthetic cars have no known mass, so variants that need one are out of reach here.
+        ids("variants", &plan).len() / 4
+    };
+    assert_eq!(count("[\"1-2\", 19]"), 3);
+    assert_eq!(count("[\"gipps+delay\", \"4-5\", \"l-idm+constant\"]"), 4);
+}
+
+/// What a plan with one text replaced is refused with.
+#[test]
+fn bad_plans_say_where_what_and_what_to_do() {
+    let plan = plan_text(2, 300);
+    let file = scratch("bad").join("bad.toml");
+    let out = file.with_file_name("study");
+    let table: &[(&str, &str, &str)] = &[
+        (
+            "replicates = 2",
+            "replicate = 2",
+            ":19:1: unknown key `replicate`, expected one of `variants`, `gof`, `convention`, `replicates`",
+        ),
+        ("replicates = 2", "replicate = 2", "; did you mean `replicates`?"),
+        ("[calibration]", "[calibraton]", "unknown key `calibraton`"),
+        ("[calibration]", "[calibraton]", "did you mean `calibration`?"),
+        ("schema_version = 1", "schema_version = 2", ": schema_version: expected 1, found 2"),
+        ("schema_version = 1", "", "missing key `schema_version`"),
+        ("schema_version = 1", "schema_version = ", "bad.toml:1:"),
+        ("\"idm\"", "\"idn\"", "calibration.variants: variant `idn`: `idn` is not a part"),
+        ("\"idm\"", "\"idn\"", "; did you mean `idm`?"),
+        ("\"idm\"", "\"1-91\"", "calibration.variants: variant 91: expected an id from 1 to 90"),
+        ("\"idm\"", "\"9-1\"", "calibration.variants: expected a range FIRST-LAST, found `9-1`"),
+        ("\"idm\"", "\"l-cth+linear\"", "calibration.variants: l-cth+linear occurs more than once"),
+        ("[\"idm\", \"l-cth+linear\", 28]", "[]", "calibration.variants: expected at least one"),
+        ("\"ga\"", "\"gaa\"", "calibration.optimizer: optimizer `gaa`"),
+        ("\"ga\"", "\"gaa\"", "did you mean `ga`?"),
+        ("replicates = 2", "replicates = 0", "calibration.replicates: expected at least 1, found 0"),
+        ("replicates = 2", "gof = [\"nrmse-svaa\"]", "did you mean `nrmse-sva`?"),
+        ("replicates = 2", "gof = [\"rmse-s\", \"rmse_s\"]", "calibration.gof: rmse-s occurs more than once"),
+        (
+            "replicates = 2",
+            "evaluator = \"lane\"",
+            "expected lanes, reference, gpu or auto, found `lane`; did you mean `lanes`?",
+        ),
+        (
+            "replicates = 2",
+            "evaluator = \"gpu\"\nprecision = \"f64\"",
+            "calibration.precision: precision f64 goes with evaluator lanes",
+        ),
+        ("replicates = 2", "convention = \"author\"", "did you mean `authors`?"),
+        (
+            "max_evaluations = 300",
+            "bounds = { v0 = 3 }",
+            "calibration.bounds.v0: not a parameter of any variant; did you mean `v_0`?",
+        ),
+        (
+            "max_evaluations = 300",
+            "bounds = { v_0 = [40, 30] }",
+            "calibration.bounds.v_0: expected [lower, upper] in order",
+        ),
+        ("[calibration]", "[validation]\non = \"same-vehicel\"\n[calibration]", "did you mean `same-vehicle`?"),
+        ("name = \"S2\"", "name = \"S1\"", "platoon S1: name: occurs more than once"),
+        ("name = \"S2\"", "name = \"S 2\"", "platoon S 2: name: expected letters, digits"),
+        ("followers = [1, 2]", "followers = [0]", "platoon S1: followers: expected numbers from 1"),
+        ("followers = [1, 2]", "layout = \"openac\"", "did you mean `openacc`?"),
+    ];
+    for (from, to, message) in table {
+        fs::write(&file, plan.replacen(from, to, 1)).unwrap();
+        let (code, said) = fails(&["study", "plan", text(&file), "--out", text(&out)]);
+        assert_eq!(code, 2, "{to}: {said}");
+        assert!(said.contains(message), "{to}\nexpected: {message}\nfound: {said}");
+        assert!(!out.exists(), "{to}: nothing is written");
+    }
+}
+
+#[test]
+fn data_that_are_not_there_say_how_to_name_others() {
+    let file = scratch("no_data").join("plan.toml");
+    let out = file.with_file_name("study");
+    for (from, to, message) in [
+        (
+            "two/platoon.csv",
+            "three/platoon.csv",
+            "platoon S2; `--data DIR` names another data folder than the plan does",
+        ),
+        ("followers = [1, 2]", "followers = [7]", "platoon S1"),
+        ("28]", "7]", "S1 follower 1: variant idm+nonlinear needs the follower's vehicle; name it in the plan"),
+    ] {
+        fs::write(&file, plan_text(2, 300).replacen(from, to, 1)).unwrap();
+        let (code, said) = fails(&["study", "plan", text(&file), "--out", text(&out)]);
+        assert_eq!(code, 1, "{said}");
+        assert!(said.contains(message), "{message}: {said}");
+    }
+    let (code, said) = fails(&["study", "plan", text(&data().join("no.toml"))]);
+    assert_eq!(code, 1);
+    assert!(said.contains("no.toml: cannot read the plan"), "{said}");
+}
+
+#[test]
+fn a_plan_or_nothing_instead_of_a_folder_says_what_to_do() {
+    let folder = scratch("no_study");
+    let file = folder.join("plan.toml");
+    fs::write(&file, plan_text(1, 300)).unwrap();
+    for verb in ["run", "status", "merge"] {
+        let (code, said) = fails(&["study", verb, text(&file)]);
+        assert_eq!(code, 2);
+        assert!(said.contains("expected a study folder, found a file; make one with `leadlag study plan "), "{said}");
+        let (code, said) = fails(&["study", verb, text(&folder.join("none"))]);
+        assert_eq!(code, 1);
+        assert!(said.contains("expected a study folder; make one with `leadlag study plan PLAN.toml --out "), "{said}");
+    }
+}
+
+#[test]
+fn the_plans_that_come_with_the_program_can_be_read() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/plans");
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder).expect("examples/plans is there") {
+        let path = entry.unwrap().path();
+        let plan = leadlag::study::Plan::read(&path).unwrap_or_else(|e| panic!("{e}"));
+        found.push((plan.name.clone(), plan.per_trajectory(), plan.data.platoons.len()));
+    }
+    found.sort();
+    assert_eq!(found.iter().map(|(name, ..)| name.as_str()).collect::<Vec<_>>(), ["paper", "processed", "small"]);
+    assert_eq!((found[0].1, found[0].2), (900, 7), "the paper: 90 variants, 10 replicates, 7 platoons");
+    assert_eq!((found[1].1, found[1].2), (270, 3), "90 variants, 3 replicates, 3 platoons");
+}

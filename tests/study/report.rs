@@ -1,0 +1,137 @@
+//! The report: its numbers follow from the tables of the study, and stand beside the paper's.
+
+use super::common::{fails, files, ok, part_names, plan_text, planned, same, text};
+use std::collections::{BTreeMap, HashMap};
+use std::fs;
+use std::path::PathBuf;
+
+type Rows = Vec<HashMap<String, String>>;
+
+fn read(bytes: &[u8]) -> Rows {
+    let mut reader = csv::Reader::from_reader(bytes);
+    let headers: Vec<String> = reader.headers().unwrap().iter().map(str::to_owned).collect();
+    let fields = |record: csv::StringRecord| record.iter().map(str::to_owned).collect::<Vec<_>>();
+    reader.records().map(|record| headers.iter().cloned().zip(fields(record.unwrap())).collect()).collect()
+}
+
+/// Followers 1 and 2 of two platoons, the IDM with and without what the paper adds, and the base model of another class.
+fn finished(name: &str) -> PathBuf {
+    let variants = "[\"idm\", \"idm+linear\", \"idm+delay\", \"idm+delay+linear\", \"l-cth\"]";
+    let plan = plan_text(3, 600).replace("[\"idm\", \"l-cth+linear\", 28]", variants);
+    let study = planned(name, &plan);
+    ok(&["study", "run", text(&study)]);
+    study
+}
+
+fn reported(study: &std::path::Path, further: &[&str]) -> BTreeMap<String, Vec<u8>> {
+    let mut arguments = vec!["study", "report", text(study)];
+    arguments.extend(further);
+    ok(&arguments);
+    files(&study.join("report"))
+}
+
+fn number(row: &HashMap<String, String>, column: &str) -> f64 {
+    row[column].parse().unwrap_or_else(|_| panic!("{column}: {:?}", row[column]))
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let half = values.len() / 2;
+    if values.len() % 2 == 1 { values[half] } else { (values[half - 1] + values[half]) / 2.0 }
+}
+
+#[test]
+fn numbers_follow_from_the_tables_and_stand_beside_the_papers() {
+    let study = finished("report");
+    let report = reported(&study, &[]);
+    let names: Vec<&str> = report.keys().map(String::as_str).collect();
+    let figures = ["figure4", "figure5", "figure6", "figure7"];
+    let mut expected: Vec<String> = figures.iter().flat_map(|f| [format!("{f}.csv"), format!("{f}.svg")]).collect();
+    expected.extend(["report.md", "table4.csv", "table5.csv"].map(str::to_owned));
+    assert_eq!(names, expected);
+    ok(&["study", "merge", text(&study)]);
+    let calibrations = read(&fs::read(study.join("merged/calibrations.csv")).unwrap());
+    let validations = read(&fs::read(study.join("merged/validations.csv")).unwrap());
+    let best: Rows = calibrations.iter().filter(|row| row["is_best"] == "true").cloned().collect();
+    let at = |row: &HashMap<String, String>| (row["platoon"].clone(), row["follower_position"].clone());
+
+    // Table 4 by hand: Eq. 19, then the median over the trajectories.
+    let mut lowest: HashMap<_, f64> = HashMap::new();
+    for row in &best {
+        let low = lowest.entry(at(row)).or_insert(f64::INFINITY);
+        *low = low.min(number(row, "score"));
+    }
+    let normalized = |variant: &str| {
+        let own = best.iter().filter(|row| row["variant"] == variant);
+        own.map(|row| number(row, "score") / lowest[&at(row)] - 1.0).collect::<Vec<_>>()
+    };
+    let base = median(normalized("idm"));
+    let four = read(&report["table4.csv"]);
+    assert_eq!(four.len(), 5);
+    for row in &four {
+        let found = median(normalized(&row["variant"]));
+        assert!((number(row, "median") - found).abs() < 1e-12, "{}", row["variant"]);
+        if row["variant"].starts_with("idm+") {
+            assert!((number(row, "change_percent") - 100.0 * (found / base - 1.0)).abs() < 1e-9);
+        }
+    }
+    // The paper's, from its Table 4.
+    let printed: Vec<f64> = four.iter().map(|row| number(row, "paper_median")).collect();
+    assert_eq!(printed, [0.248, 0.122, 0.160, 0.132, 0.187]);
+    assert_eq!(four[0]["paper_change_percent"], "", "a base model is compared with nothing");
+
+    // Table 5: the change of RMSE(s) in calibration and validation, and the collisions.
+    let five = read(&report["table5.csv"]);
+    for row in five.iter().filter(|row| row["variant"].starts_with("idm+")) {
+        let change = |rows: &Rows, keys: &[&str], all: bool| {
+            let of = |variant: &str| {
+                let own = rows.iter().filter(|r| r["variant"] == variant);
+                own.map(|r| (keys.iter().map(|k| r[*k].clone()).collect::<Vec<_>>(), r["rmse_s_m"].parse::<f64>().ok()))
+                    .collect::<HashMap<_, _>>()
+            };
+            let class = ["idm", "idm+linear", "idm+delay", "idm+delay+linear"].map(of);
+            let (own, base) = (of(&row["variant"]), &class[0]);
+            let common = own.iter().filter(|(key, _)| !all || class.iter().all(|rows| rows[*key].is_some()));
+            median(common.map(|(key, x)| 100.0 * (x.unwrap() / base[key].unwrap() - 1.0)).collect())
+        };
+        let calibrated = change(&best, &["platoon", "follower_position"], false);
+        assert!((number(row, "calibration_rmse_s_percent") - calibrated).abs() < 1e-9, "{}", row["variant"]);
+        let keys = ["platoon", "follower_position", "validation_platoon"];
+        let validated = change(&validations, &keys, true);
+        assert!((number(row, "validation_rmse_s_percent") - validated).abs() < 1e-9, "{}", row["variant"]);
+    }
+    for row in &five {
+        let own = validations.iter().filter(|v| v["variant"] == row["variant"]);
+        let (all, collided): (Vec<_>, Vec<_>) = own.map(|v| ((), v["collision"] == "true")).unzip();
+        assert_eq!(number(row, "validation_runs") as usize, all.len());
+        assert_eq!(number(row, "collisions") as usize, collided.into_iter().filter(|c| *c).count());
+    }
+    assert_eq!(five[4]["paper_collisions"], "34.0", "L-CTH in the paper's Table 5");
+
+    for figure in figures {
+        let svg = String::from_utf8(report[&format!("{figure}.svg")].clone()).unwrap();
+        assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"), "{figure}");
+        assert!(!svg.contains("NaN") && !svg.contains("inf"), "{figure} has numbers only");
+        assert!(svg.contains("IDM") && svg.contains("L-CTH"), "{figure} names the classes");
+    }
+    let summary = String::from_utf8(report["report.md"].clone()).unwrap();
+    assert!(summary.contains("linear dynamics lower the median error of every base model"), "{summary}");
+    assert!(summary.contains("| cannot tell | Gipps-based variants have the lowest errors"), "{summary}");
+}
+
+#[test]
+fn a_report_of_an_unfinished_study_says_so_and_a_finished_one_is_the_same_again() {
+    let study = finished("report_partial");
+    let whole = reported(&study, &[]);
+    same(&reported(&study, &[]), &whole, "a second report");
+    let parts = study.join("parts");
+    fs::remove_file(parts.join(&part_names(&study)[0])).unwrap();
+    let (code, said) = fails(&["study", "report", text(&study)]);
+    assert_eq!(code, 1);
+    assert!(said.contains("1 of 60 tasks are missing"), "{said}");
+    let partial = reported(&study, &["--partial"]);
+    let summary = String::from_utf8(partial["report.md"].clone()).unwrap();
+    assert!(summary.contains("**1 tasks are missing: these numbers are preliminary.**"), "{summary}");
+    ok(&["study", "run", text(&study)]);
+    same(&reported(&study, &[]), &whole, "after the missing one");
+}

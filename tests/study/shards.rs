@@ -1,0 +1,95 @@
+//! However the tasks are shared out, the merged bytes are the same.
+
+use super::common::{expected, fails, files, merged, ok, part_names, same, scratch, small, stderr, text};
+use super::common::{leadlag, number_before};
+use std::fs;
+
+#[test]
+fn one_two_and_five_shards_in_any_order_merge_to_the_same_bytes() {
+    for (n, order) in [(1, vec![1]), (2, vec![2, 1]), (5, vec![4, 1, 5, 3, 2])] {
+        let study = small(&format!("shards{n}"));
+        let mut computed = Vec::new();
+        for i in order {
+            // Threads and batches differ as well.
+            let (shard, batch, threads) = (format!("{i}/{n}"), (1 + 3 * i).to_string(), (1 + i % 2).to_string());
+            let run = ["study", "run", text(&study), "--shard", &shard, "--batch", &batch, "--threads", &threads];
+            let output = leadlag(&run);
+            assert!(output.status.success(), "{}", stderr(&output));
+            computed.push(number_before(&stderr(&output), "computed"));
+        }
+        assert_eq!(computed.iter().sum::<usize>(), 24, "{computed:?}");
+        assert!(computed.iter().all(|&count| count > 0), "a shard without work: {computed:?}");
+        same(&merged(&study, &[]), expected(), &format!("{n} shards"));
+    }
+}
+
+#[test]
+fn single_tasks_in_reverse_order_merge_to_the_same_bytes() {
+    let study = small("tasks");
+    let tasks = fs::read_to_string(study.join("tasks.jsonl")).unwrap();
+    for line in tasks.lines().rev() {
+        let task: serde_json::Value = serde_json::from_str(line).unwrap();
+        ok(&["study", "run", text(&study), "--task", &task["id"].as_str().unwrap()[..12]]);
+    }
+    same(&merged(&study, &[]), expected(), "one task at a time");
+}
+
+#[test]
+fn shards_computed_in_several_folders_are_merged_from_all_of_them() {
+    let (here, there) = (small("here"), small("there"));
+    ok(&["study", "run", text(&here), "--shard", "1/2"]);
+    ok(&["study", "run", text(&there), "--shard", "2/2"]);
+    let (code, said) = fails(&["study", "merge", text(&here)]);
+    assert_eq!(code, 1);
+    assert!(said.contains("of 24 tasks are missing"), "{said}");
+    let further = there.join("parts");
+    same(&merged(&here, &["--parts", text(&further)]), expected(), "two folders");
+    assert!(part_names(&here).len() < 24, "merging computes nothing and copies nothing");
+}
+
+#[test]
+fn the_data_may_move() {
+    let study = small("moved");
+    let elsewhere = scratch("moved_data");
+    for name in ["one", "two"] {
+        fs::create_dir_all(elsewhere.join(name)).unwrap();
+        for (file, bytes) in files(&super::common::data().join(name)) {
+            fs::write(elsewhere.join(name).join(file), bytes).unwrap();
+        }
+    }
+    ok(&["study", "run", text(&study), "--data", text(&elsewhere)]);
+    same(&merged(&study, &[]), expected(), "data elsewhere");
+}
+
+#[test]
+fn data_that_have_changed_are_noticed() {
+    let study = small("changed");
+    let elsewhere = scratch("changed_data");
+    for name in ["one", "two"] {
+        fs::create_dir_all(elsewhere.join(name)).unwrap();
+        for (file, bytes) in files(&super::common::data().join(name)) {
+            let mut content = String::from_utf8(bytes).unwrap();
+            if name == "two" && file == "platoon.csv" {
+                let last = content.trim_end().rfind('\n').unwrap();
+                content.truncate(last + 1);
+            }
+            fs::write(elsewhere.join(name).join(file), content).unwrap();
+        }
+    }
+    let (code, said) = fails(&["study", "run", text(&study), "--data", text(&elsewhere)]);
+    assert_eq!(code, 1);
+    assert!(said.contains("24 of 24 tasks are not those that were planned"), "validation counts: {said}");
+}
+
+#[test]
+fn a_shard_that_is_none_is_refused() {
+    let study = small("no_shard");
+    for (shard, found) in [("0/2", "0/2"), ("3/2", "3/2"), ("two", "two"), ("1/0", "1/0")] {
+        let (code, said) = fails(&["study", "run", text(&study), "--shard", shard]);
+        assert_eq!(code, 2);
+        assert!(said.contains(&format!("expected I/N with I from 1 to N, such as 2/5, found `{found}`")), "{said}");
+    }
+    let (code, said) = fails(&["study", "run", text(&study), "--task", "nonsense"]);
+    assert_eq!(code, 2);
+    assert!(said.contains("task `nonsense`: 0 tasks of this study begin so, expected one"), "{said}");
+}
