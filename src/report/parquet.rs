@@ -1,206 +1,112 @@
-//! Tables as Parquet: plain encoding, no compression, every column optional.
-//!
-//! Written here and not by a library because this is the simplest file the format allows, while the library would cost
-//! as much compile time as all of leadlag; and because the same table must give the same bytes whatever is upgraded. Format:
-//! <https://parquet.apache.org/docs/file-format/>. That others can read it, `scripts/check-parquet` tests with pyarrow and DuckDB.
-
-mod thrift;
+//! Tables as Parquet: no compression, every column optional. That others can read it, `scripts/check-parquet` tests with
+//! pyarrow and DuckDB.
 
 use crate::study::table::{Column, Table, Values};
-use thrift::Struct;
+use parquet::basic::{LogicalType, Repetition, Type as Physical};
+use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DataType, DoubleType, Int64Type};
+use parquet::errors::Result;
+use parquet::file::metadata::KeyValue;
+use parquet::file::properties::WriterProperties;
+use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
+use parquet::schema::types::{Type, TypePtr};
+use std::sync::Arc;
 
 /// Rows that share a row group: readers take such pieces one by one.
 const GROUP: usize = 100_000;
 
-const MAGIC: &[u8] = b"PAR1";
+/// Who wrote a file. Not the library: the same table gives the same bytes as long as its way of writing stays.
 const CREATED_BY: &str = concat!("leadlag version ", env!("CARGO_PKG_VERSION"));
 
-// Numbers of the format: physical types, repetition, encodings, page type, converted type.
-const BOOLEAN: i64 = 0;
-const INT64: i64 = 2;
-const DOUBLE: i64 = 5;
-const BYTE_ARRAY: i64 = 6;
-const OPTIONAL: i64 = 1;
-const PLAIN: i64 = 0;
-const RLE: i64 = 3;
-const UNCOMPRESSED: i64 = 0;
-const DATA_PAGE: i64 = 0;
-const UTF8: i64 = 0;
-
 /// The bytes of the file; `metadata` are names and texts that readers show beside the schema.
+///
+/// # Panics
+/// If two columns have one name, or not the same number of rows: tables have neither.
 #[must_use]
 pub fn write(table: &Table, metadata: &[(&str, &str)]) -> Vec<u8> {
+    try_write(table, metadata).expect("columns of one length, in memory")
+}
+
+fn try_write(table: &Table, metadata: &[(&str, &str)]) -> Result<Vec<u8>> {
+    let pair = |(key, value): &(&str, &str)| KeyValue::new((*key).to_owned(), (*value).to_owned());
+    let properties = WriterProperties::builder()
+        .set_created_by(CREATED_BY.to_owned())
+        .set_key_value_metadata(Some(metadata.iter().map(pair).collect()))
+        .build();
+    let fields = table.columns.iter().map(field).collect::<Result<Vec<TypePtr>>>()?;
+    let schema = Type::group_type_builder("schema").with_fields(fields).build()?;
+    let mut writer = SerializedFileWriter::new(Vec::new(), Arc::new(schema), Arc::new(properties))?;
     let rows = table.rows();
-    let mut file = MAGIC.to_vec();
-    let mut groups = Vec::new();
     for first in (0..rows).step_by(GROUP) {
-        let last = rows.min(first + GROUP);
-        let start = file.len();
-        let chunks = table.columns.iter().map(|column| chunk(&mut file, column, first..last)).collect();
-        let mut group = Struct::new();
-        group.structs(1, chunks);
-        group.i64(2, (file.len() - start) as i64);
-        group.i64(3, (last - first) as i64);
-        groups.push(group);
-    }
-    let mut root = Struct::new();
-    root.string(4, "schema");
-    root.i32(5, table.columns.len() as i64);
-    let schema = std::iter::once(root).chain(table.columns.iter().map(element)).collect();
-    let mut footer = Struct::new();
-    footer.i32(1, 1);
-    footer.structs(2, schema);
-    footer.i64(3, rows as i64);
-    footer.structs(4, groups);
-    footer.structs(5, metadata.iter().map(|(key, value)| key_value(key, value)).collect());
-    footer.string(6, CREATED_BY);
-    let footer = footer.finish();
-    file.extend_from_slice(&footer);
-    file.extend_from_slice(&(footer.len() as u32).to_le_bytes());
-    file.extend_from_slice(MAGIC);
-    file
-}
-
-fn key_value(key: &str, value: &str) -> Struct {
-    let mut pair = Struct::new();
-    pair.string(1, key);
-    pair.string(2, value);
-    pair
-}
-
-fn physical(values: &Values) -> i64 {
-    match values {
-        Values::Integer(_) => INT64,
-        Values::Number(_) => DOUBLE,
-        Values::Flag(_) => BOOLEAN,
-        Values::Text(_) => BYTE_ARRAY,
-    }
-}
-
-/// `SchemaElement` of a column.
-fn element(column: &Column) -> Struct {
-    let mut element = Struct::new();
-    element.i32(1, physical(&column.values));
-    element.i32(3, OPTIONAL);
-    element.string(4, &column.name);
-    if matches!(column.values, Values::Text(_)) {
-        element.i32(6, UTF8);
-        // LogicalType::STRING, for readers that no longer know the converted type.
-        let mut logical = Struct::new();
-        logical.structure(1, Struct::new());
-        element.structure(10, logical);
-    }
-    element
-}
-
-/// Writes the values of a column as one page; returns its `ColumnChunk`.
-fn chunk(file: &mut Vec<u8>, column: &Column, rows: std::ops::Range<usize>) -> Struct {
-    let data = page(&column.values, rows.clone());
-    let mut values = Struct::new();
-    values.i32(1, rows.len() as i64);
-    values.i32(2, PLAIN);
-    values.i32(3, RLE);
-    values.i32(4, RLE);
-    let mut header = Struct::new();
-    header.i32(1, DATA_PAGE);
-    header.i32(2, data.len() as i64);
-    header.i32(3, data.len() as i64);
-    header.structure(5, values);
-    let offset = file.len();
-    file.extend(header.finish());
-    file.extend(data);
-    let size = (file.len() - offset) as i64;
-
-    let mut meta = Struct::new();
-    meta.i32(1, physical(&column.values));
-    meta.i32s(2, &[PLAIN, RLE]);
-    meta.strings(3, &[&column.name]);
-    meta.i32(4, UNCOMPRESSED);
-    meta.i64(5, rows.len() as i64);
-    meta.i64(6, size);
-    meta.i64(7, size);
-    meta.i64(9, offset as i64);
-    let mut chunk = Struct::new();
-    chunk.i64(2, offset as i64);
-    chunk.structure(3, meta);
-    chunk
-}
-
-/// Which rows have a value, then the values of those that have.
-fn page(values: &Values, rows: std::ops::Range<usize>) -> Vec<u8> {
-    match values {
-        Values::Integer(values) => {
-            let values = &values[rows];
-            data(values, |bytes| values.iter().flatten().for_each(|x| bytes.extend(x.to_le_bytes())))
-        }
-        Values::Number(values) => {
-            let values = &values[rows];
-            data(values, |bytes| values.iter().flatten().for_each(|x| bytes.extend(x.to_le_bytes())))
-        }
-        Values::Flag(values) => {
-            let values = &values[rows];
-            data(values, |bytes| bytes.extend(bits(values.iter().flatten().copied())))
-        }
-        Values::Text(values) => {
-            let values = &values[rows];
-            data(values, |bytes| {
-                for text in values.iter().flatten() {
-                    bytes.extend((text.len() as u32).to_le_bytes());
-                    bytes.extend(text.as_bytes());
+        let range = first..rows.min(first + GROUP);
+        let mut group = writer.next_row_group()?;
+        for column in &table.columns {
+            match &column.values {
+                Values::Integer(values) => add::<Int64Type, _>(&mut group, &values[range.clone()], |x| *x)?,
+                Values::Number(values) => add::<DoubleType, _>(&mut group, &values[range.clone()], |x| *x)?,
+                Values::Flag(values) => add::<BoolType, _>(&mut group, &values[range.clone()], |x| *x)?,
+                Values::Text(values) => {
+                    add::<ByteArrayType, _>(&mut group, &values[range.clone()], |text| ByteArray::from(text.as_str()))?;
                 }
-            })
+            }
         }
+        group.close()?;
     }
+    writer.into_inner()
 }
 
-fn data<T>(values: &[Option<T>], write: impl FnOnce(&mut Vec<u8>)) -> Vec<u8> {
-    // Definition levels, 1 = there is a value: one bit-packed run of groups of eight.
-    let levels = bits(values.iter().map(Option::is_some));
-    let mut run = thrift::varint((levels.len() as u64) << 1 | 1);
-    run.extend(levels);
-    let mut bytes = (run.len() as u32).to_le_bytes().to_vec();
-    bytes.extend(run);
-    write(&mut bytes);
-    bytes
+fn field(column: &Column) -> Result<TypePtr> {
+    let (physical, logical) = match column.values {
+        Values::Integer(_) => (Physical::INT64, None),
+        Values::Number(_) => (Physical::DOUBLE, None),
+        Values::Flag(_) => (Physical::BOOLEAN, None),
+        Values::Text(_) => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
+    };
+    let builder = Type::primitive_type_builder(&column.name, physical);
+    Ok(Arc::new(builder.with_repetition(Repetition::OPTIONAL).with_logical_type(logical).build()?))
 }
 
-/// Eight to a byte, the first in the lowest bit.
-fn bits(flags: impl Iterator<Item = bool>) -> Vec<u8> {
-    let mut bytes = Vec::new();
-    for (i, flag) in flags.enumerate() {
-        if i % 8 == 0 {
-            bytes.push(0);
-        }
-        bytes[i / 8] |= u8::from(flag) << (i % 8);
-    }
-    bytes
+/// Writes the next column: which rows have a value, and the values of those that have.
+fn add<T: DataType, V>(
+    group: &mut SerializedRowGroupWriter<'_, Vec<u8>>,
+    values: &[Option<V>],
+    of: impl Fn(&V) -> T::T,
+) -> Result<()> {
+    let present: Vec<i16> = values.iter().map(|value| i16::from(value.is_some())).collect();
+    let values: Vec<T::T> = values.iter().flatten().map(of).collect();
+    let mut column = group.next_column()?.expect("as many columns as the schema has");
+    column.typed::<T>().write_batch(&values, Some(&present), None)?;
+    column.close()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use parquet::file::reader::{FileReader, SerializedFileReader};
+    use parquet::record::Field;
 
     #[test]
-    fn a_file_of_one_column_is_what_the_format_says() {
-        let values = Values::Integer(vec![Some(1), None, Some(-2)]);
-        let table = Table { columns: vec![Column { name: "n".to_owned(), values }] };
-        let file = write(&table, &[]);
-        // Length 2, one group of eight levels, rows 1 and 3 have a value; then the values.
-        let mut data = vec![2, 0, 0, 0, 3, 0b101];
-        data.extend(1i64.to_le_bytes());
-        data.extend((-2i64).to_le_bytes());
-        // Page header: type 0, both sizes 22, data page header with 3 values, PLAIN, RLE, RLE.
-        let header = [0x15, 0, 0x15, 44, 0x15, 44, 0x2c, 0x15, 6, 0x15, 0, 0x15, 6, 0x15, 6, 0, 0];
-        let start = [MAGIC, &header, &data].concat();
-        assert_eq!(&file[..start.len()], start);
-        let footer = u32::from_le_bytes(file[file.len() - 8..file.len() - 4].try_into().unwrap()) as usize;
-        assert_eq!(file.len(), start.len() + footer + 8);
-        assert_eq!(&file[file.len() - 4..], MAGIC);
-    }
-
-    #[test]
-    fn bits_fill_bytes_from_the_lowest() {
-        assert_eq!(bits([true, false, true, true].into_iter()), [0b1101]);
-        assert_eq!(bits([false; 9].into_iter().chain([true])), [0, 0b10]);
+    fn reads_back_what_was_written() {
+        let mut table = Table::default();
+        table.integer("n", [Some(1), None, Some(-2)].into_iter());
+        table.number("x_m", [Some(1.5), None, Some(f64::MIN_POSITIVE)].into_iter());
+        table.flag("is_best", [None, Some(true), Some(false)].into_iter());
+        table.text("name", [Some("a"), Some(""), None].into_iter());
+        let bytes = write(&table, &[("schema_version", "1")]);
+        assert_eq!(bytes, write(&table, &[("schema_version", "1")]), "the same bytes each time");
+        let mut file = tempfile::tempfile().expect("a temporary file");
+        std::io::Write::write_all(&mut file, &bytes).expect("room on the disk");
+        let reader = SerializedFileReader::new(file).expect("a Parquet file");
+        let metadata = reader.metadata().file_metadata();
+        assert_eq!(metadata.created_by(), Some(CREATED_BY));
+        assert_eq!(metadata.key_value_metadata().expect("as given")[0].key, "schema_version");
+        let rows: Vec<Vec<Field>> = reader
+            .get_row_iter(None)
+            .expect("rows")
+            .map(|row| row.expect("a row").get_column_iter().map(|(_, field)| field.clone()).collect())
+            .collect();
+        let text = |text: &str| Field::Str(text.to_owned());
+        assert_eq!(rows[0], [Field::Long(1), Field::Double(1.5), Field::Null, text("a")]);
+        assert_eq!(rows[1], [Field::Null, Field::Null, Field::Bool(true), text("")]);
+        assert_eq!(rows[2], [Field::Long(-2), Field::Double(f64::MIN_POSITIVE), Field::Bool(false), Field::Null]);
     }
 }
