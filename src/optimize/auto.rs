@@ -124,14 +124,14 @@ impl Auto {
         }
     }
 
-    /// True if the two best rounds agree on the value.
-    fn found_twice(&self) -> bool {
-        match self.found[..] {
-            [Member { merit: Merit::Feasible(a), .. }, Member { merit: Merit::Feasible(b), .. }, ..] => {
-                b - a <= self.settings.agreement * a.abs()
-            }
-            _ => false,
-        }
+    /// True if rounds enough agree with the best: two, and one more for each that ended elsewhere, for such a surface has several
+    /// basins, and two rounds may well meet in the wrong one.
+    fn is_settled(&self) -> bool {
+        let Some(Merit::Feasible(best)) = self.found.first().map(|member| member.merit) else { return false };
+        let limit = best + self.settings.agreement * best.abs();
+        let agree = |member: &&Member| matches!(member.merit, Merit::Feasible(value) if value <= limit);
+        let agreeing = self.found.iter().filter(agree).count();
+        agreeing >= 2 + (self.found.len() - agreeing)
     }
 
     /// Takes what ended rounds have found, and begins others unless two agree.
@@ -144,7 +144,7 @@ impl Auto {
             self.found.extend(round.exact().or(round.rough()).cloned());
         }
         self.found.sort_by(|a, b| a.merit.order(&b.merit));
-        if !self.found_twice() {
+        if !self.is_settled() {
             self.begin();
         }
     }
@@ -192,7 +192,7 @@ impl Optimizer for Auto {
     }
 
     fn ended(&self) -> Option<Ended> {
-        let ended = if self.found_twice() { Ended::Converged } else { Ended::Spent };
+        let ended = if self.is_settled() { Ended::Converged } else { Ended::Spent };
         self.rounds.is_empty().then_some(ended)
     }
 
