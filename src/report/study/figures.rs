@@ -29,11 +29,13 @@ fn legend(own: &Outcomes) -> Vec<(&'static str, &'static str)> {
 pub fn variations(material: &Material) -> String {
     let own = material.own;
     let bases = bases(own);
-    let lines = [
-        "Each value: one variant on one trajectory, standard deviation over mean of the replicates' scores. λ: decay rate of the fitted exponential distribution, 1/mean.",
-    ];
-    let mut figure =
-        Figure::new(WIDTH, 400.0, "Figure 4: coefficient of variation of the optimum over replicates", &lines);
+    let count: usize = (0..own.variants.len()).map(|v| own.variations(v).len()).sum();
+    let line = format!(
+        "{count} values, each of one variant on one trajectory: standard deviation over mean of the replicates' scores. λ: 1/mean, as of \
+         an exponential distribution."
+    );
+    let title = "Figure 4: coefficient of variation of the optimum over replicates";
+    let mut figure = Figure::new(WIDTH, 392.0, title, &[&line]);
     let of = |base: &Base| -> Vec<f64> {
         own.class(base.name).into_iter().flat_map(|v| own.variations(v)).map(|cv| 100.0 * cv).collect()
     };
@@ -68,13 +70,22 @@ pub fn variations(material: &Material) -> String {
             figure.text([x, 348.0], 11.5, Anchor::Middle, INK, &format!("{above}{:.digits$}", end * k as f64 / 2.0));
         }
         figure.text([left, 84.0], 14.0, Anchor::Start, colour(base), base.paper);
-        let rate =
-            mean(&values).filter(|mean| *mean > 0.0).map_or("-".to_owned(), |mean| format!("{:.1}", 100.0 / mean));
-        let worst = values.iter().copied().fold(0.0, f64::max);
-        figure.text([left, 102.0], 11.5, Anchor::Start, INK, &format!("max {worst:.2} %, λ {rate}"));
+        let rate = mean(&values).filter(|mean| *mean > 0.0).map_or("-".to_owned(), |mean| short(100.0 / mean));
+        let worst = short(values.iter().copied().fold(0.0, f64::max));
+        figure.text([left, 102.0], 11.5, Anchor::Start, INK, &format!("max {worst} %, λ {rate}"));
         figure.text([(plot.x[0] + plot.x[1]) / 2.0, 370.0], 12.5, Anchor::Middle, INK, "CV [%]");
     }
     figure.finish()
+}
+
+/// A number in few characters.
+fn short(x: f64) -> String {
+    match x {
+        0.0 => "0".to_owned(),
+        _ if !(0.01..10_000.0).contains(&x) => format!("{x:.0e}"),
+        _ if x < 100.0 => format!("{x:.2}"),
+        _ => format!("{x:.0}"),
+    }
 }
 
 /// Figure 5: scores of the base models by trajectory, with the best and worst of all variants.
