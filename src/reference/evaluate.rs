@@ -53,8 +53,9 @@ impl Reference {
     pub fn score(&self, parameters: &Parameters) -> Score {
         let mut trace = Trace::default();
         let outcomes = self.cases.iter().map(|case| (Self::outcome(case, parameters, &mut trace), case.s.len()));
-        // Cases of one convention: see `Case`.
-        Score::of(outcomes, &self.gof, self.cases[0].convention.bounds)
+        // All cases have one convention: see `Case`.
+        let bounds = self.cases.first().expect("an evaluator has a case").convention.bounds;
+        Score::of(outcomes, &self.gof, bounds)
     }
 
     /// The outcomes of all candidates of the jobs, spread over threads.

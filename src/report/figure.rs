@@ -196,7 +196,7 @@ mod tests {
 
     #[test]
     fn axes_end_at_round_numbers() {
-        for (highest, top) in [(0.27, 0.3), (7.0, 7.0), (0.1, 0.1), (41.0, 45.0), (0.0, 1.0), (f64::NAN, 1.0)] {
+        for (highest, top) in [(0.27, 0.3), (7.0, 7.0), (0.1, 0.1), (41.0, 50.0), (0.0, 1.0), (f64::NAN, 1.0)] {
             let found = Plot::new([0.0, 1.0], [0.0, 1.0], highest).top;
             assert!((found - top).abs() < 1e-9, "{highest}: {found}");
         }
