@@ -72,6 +72,9 @@ fn a_double_part_does_no_harm_and_a_contradiction_stops_the_merge() {
     assert_eq!(code, 1);
     assert!(said.contains("contradicts another part of the same task: delete the wrong one"), "{said}");
     assert!(said.contains("1 parts contradict another one; nothing is merged"), "{said}");
+    let (code, said) = fails(&["study", "report", text(&study)]);
+    assert_eq!(code, 1);
+    assert!(said.contains("1 parts contradict another one; nothing is reported"), "{said}");
     fs::remove_file(other).unwrap();
     same(&merged(&study, &[]), expected(), "without the contradiction");
 }

@@ -30,6 +30,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let (tasks, file) = (folder.tasks()?, folder.study_file()?);
     let inventory = inventory::look(&folder, &tasks, &args.parts)?;
     eprint!("{}", complaints(&inventory));
+    if !inventory.conflicting.is_empty() {
+        bail!("{} parts contradict another one; nothing is reported", inventory.conflicting.len());
+    }
     let (missing, shown) = (inventory.missing.len(), args.folder.display());
     if missing > 0 && !args.partial {
         let tasks = tasks.len();
