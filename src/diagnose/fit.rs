@@ -63,6 +63,8 @@ pub struct Fit {
 /// How long to search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plan {
+    /// Starts that are searched from at all: the likeliest ones.
+    pub select: usize,
     /// Turns of all starts.
     pub rough: usize,
     /// Starts that go on after them.
@@ -156,6 +158,8 @@ pub fn fit<P: Predictor>(
         start.cost = cost;
     }
     starts.retain(|start| start.cost.is_finite());
+    starts.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    starts.truncate(plan.select.max(1));
     for turn in 0..plan.rough + plan.fine {
         if turn == plan.rough {
             starts.sort_by(|a, b| a.cost.total_cmp(&b.cost));
