@@ -59,6 +59,7 @@ pub mod catalog;
 pub mod convention;
 pub mod evaluate;
 pub mod evaluator;
+pub mod extension;
 pub mod gpu;
 pub mod identify;
 pub mod lanes;
