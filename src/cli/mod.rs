@@ -4,11 +4,13 @@
 
 mod bench;
 mod calibrate;
+mod check;
 mod data;
 mod demo;
 mod doctor;
 mod evaluate;
 mod evaluator;
+mod extension;
 mod inspect;
 mod interrupt;
 mod list;
@@ -45,7 +47,9 @@ enum Command {
     Evaluate(evaluate::Args),
     /// Calibrate and validate many variants on many trajectories: plan, run, status, merge
     Study(study::Args),
-    /// List variants, parameters, vehicles, goodness-of-fit functions, conventions
+    /// Check extensions of one's own: WGSL files
+    Check(check::Args),
+    /// List variants, parameters, causes, vehicles, goodness-of-fit functions, conventions
     List(list::Args),
     /// Show which GPUs and drivers there are, and what to mind with them
     Doctor(doctor::Args),
@@ -86,6 +90,7 @@ pub fn run(cli: Cli) -> anyhow::Result<()> {
         Command::Simulate(args) => simulate::run(&args),
         Command::Evaluate(args) => evaluate::run(&args),
         Command::Study(args) => study::run(&args),
+        Command::Check(args) => check::run(&args),
         Command::List(args) => list::run(&args),
         Command::Doctor(args) => doctor::run(&args),
         Command::Bench(args) => bench::run(&args),
