@@ -184,13 +184,19 @@ impl Candidate {
         Some(Prior { centre: self.fit.coordinates.clone(), information })
     }
 
-    /// Log-likelihood per hold-out drive and block, with the parameters of the training data.
+    /// Log-likelihood per hold-out drive and block, with the parameters of the training data and noise of its own.
     ///
     /// # Errors
     /// As [`Model::new`].
     pub fn transfer(&self, setting: &Setting<'_>) -> Result<Vec<Vec<f64>>, DiagnoseError> {
         let mut model = setting.held_out(self.variant, &self.model.events)?;
-        let scores = scored(&mut model, &self.fit.point, &setting.holdout)?;
+        // The noise is its own there: a complete model is close to a free simulation, which another drive punishes for every
+        // small error of a parameter, while a model that lacks something hides behind a strong observer.
+        let axes: Vec<Axis> = self.fit.point.values.iter().map(|value| Axis::linear(*value, *value)).collect();
+        let start = [self.fit.point.clone()];
+        let fits = fit(&mut model, &axes, &setting.holdout, &start, FOLD_PLAN)?;
+        let point = fits.first().map_or(&self.fit.point, |fit| &fit.point).clone();
+        let scores = scored(&mut model, &point, &setting.holdout)?;
         setting.simulations.fetch_add(model.simulations, Ordering::Relaxed);
         Ok(scores)
     }

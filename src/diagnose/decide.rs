@@ -27,6 +27,8 @@ const RESOLUTION_S: f64 = 5.0;
 const TRANSFERS: f64 = 0.9;
 /// Causes whose negative size is a proxy for something else: nothing pushes a car.
 const ONE_SIDED: [&str; 3] = ["aero_drag", "const_decel", "leader_accel_ff"];
+/// A car that reacts in finer steps than the model looks ahead of it by this much \[s\], beyond what the nuisance lead takes.
+const SCHEME_S: f64 = 0.06;
 /// Identifiability below which a cause is absorbed by the calibration.
 pub const ABSORBED: f64 = 0.02;
 
@@ -114,6 +116,12 @@ pub fn proxy(candidate: &Candidate, cause: &Extension) -> Option<String> {
         let Some(neutral) = symbol.neutral() else { continue };
         if ONE_SIDED.contains(&cause.name.as_str()) && value < 0.0 {
             return Some(format!("{} = {value:.3} {} has the wrong sign", symbol.name(), symbol.unit()));
+        }
+        if cause.name == "time_offset" && (-SCHEME_S..0.0).contains(&value) {
+            return Some(format!(
+                "{} = {value:.3} s is no more than the finer step of a real car explains",
+                symbol.name()
+            ));
         }
         let idle = (axis.coordinate(value) - axis.coordinate(neutral)).abs() < 1e-3;
         if axis.at_bound(value) && !idle {
