@@ -21,9 +21,7 @@ pub struct Judge {
 
 /// True for the files that are judged here.
 pub fn judges_file(file: &str) -> bool {
-    ["shaders/extension/", "shaders/equilibrium/", "shaders/step_extended.wgsl"]
-        .iter()
-        .any(|part| file.starts_with(part))
+    ["shaders/extension/", "shaders/equilibrium/"].iter().any(|part| file.starts_with(part))
 }
 
 /// Those who judge a file.
