@@ -1,4 +1,9 @@
-//! From measured data to a named cause: is the data sound, what does the simulation get wrong, which cause explains it, what is gained.
+//! What a simulation gets wrong, and why: from measured drives to a named cause, an extended model and its gain.
+//!
+//! A [`Drive`] is one measured run ready for diagnosis; the method and its figures are in `docs/DIAGNOSIS.md`.
 
 pub mod data;
+pub mod drive;
 mod fourier;
+
+pub use drive::{Drive, DriveError, Jump};
