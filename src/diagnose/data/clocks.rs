@@ -19,7 +19,7 @@ const COMMON_SCALE_MIN: f64 = 0.01;
 /// A car is named if another explanation is worse by so much in chi-squared (three standard errors).
 const TOLD: f64 = 9.0;
 /// Drive needed for an estimate \[s\].
-const DRIVE_S: f64 = 30.0;
+const DRIVE_S: f64 = 60.0;
 /// Widest clock error that is searched \[s\], and the step of the search.
 const CLOCK_MAX_S: f64 = 3.0;
 const CLOCK_STEP_S: f64 = 0.2;
@@ -68,19 +68,25 @@ impl Redundancy {
         estimate
     }
 
-    pub fn findings(&self, _link: &Link) -> Vec<Finding> {
+    /// What the estimates amount to; `blurred` if a signal is smoothed or resampled, which moves its events a little.
+    pub fn findings(&self, link: &Link, blurred: bool) -> Vec<Finding> {
         let [scale, clock] = &self.estimate;
-        let mut findings = scale.explain([SCALE_MIN, COMMON_SCALE_MIN], |who, value, error| Finding {
-            kind: FindingKind::SpeedScale,
-            car: who,
-            signal: "speed",
-            value,
-            unit: "-",
-            interval: interval(value, error),
-            when: Vec::new(),
-            sentence: scale_sentence(who, value, error),
+        let mut findings = scale.explain([SCALE_MIN, COMMON_SCALE_MIN], |who, value, error| {
+            // The regression tells by how much the measured way is to be reduced: c / (1 + c).
+            let value = value / (1.0 - value);
+            Finding {
+                kind: FindingKind::SpeedScale,
+                car: who,
+                signal: "speed",
+                value,
+                unit: "-",
+                interval: interval(value, error),
+                when: Vec::new(),
+                sentence: scale_sentence(who, value, error),
+            }
         });
-        findings.extend(clock.explain([CLOCK_MIN_S, CLOCK_MIN_S], |who, value, error| {
+        let least = if blurred { CLOCK_MIN_S.max(link.dt) } else { CLOCK_MIN_S };
+        findings.extend(clock.explain([least, least], |who, value, error| {
             // Both speeds late by the same time is one late gap, the other way round.
             let (car, signal, value) =
                 if who == Who::Both { (Who::Follower, "gap", -value) } else { (who, "speed", value) };
@@ -105,8 +111,8 @@ impl Redundancy {
         let ([c_l, c_f], [late_l, late_f]) = (both(scale), both(clock));
         let (v_l, v_f) = (shifted(&link.v_l, late_l / link.dt), shifted(&link.v_f, late_f / link.dt));
         let corrected = Link {
-            v_l: v_l.iter().map(|v| v / (1.0 + c_l)).collect(),
-            v_f: v_f.iter().map(|v| v / (1.0 + c_f)).collect(),
+            v_l: v_l.iter().map(|v| v * (1.0 - c_l)).collect(),
+            v_f: v_f.iter().map(|v| v * (1.0 - c_f)).collect(),
             ..link.clone()
         };
         level::rate_rms(&corrected, usable).unwrap_or(0.0)

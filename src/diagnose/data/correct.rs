@@ -57,7 +57,9 @@ fn one(platoon: &mut Platoon, follower: usize, link: &Link, finding: &Finding) -
             format!("{done}: {count} samples marked as missing, so that they are interpolated or split the data")
         }
         FindingKind::Inconsistent if finding.unit == "m" => {
-            format!("{done}: not corrected, as nobody knows which side of the jump is right; a new segment starts there")
+            format!(
+                "{done}: not corrected, as nobody knows which side of the jump is right; a new segment starts there"
+            )
         }
         FindingKind::Resampled | FindingKind::Smoothed | FindingKind::Inconsistent => {
             format!("{done}: cannot be corrected, the information is not in the file")

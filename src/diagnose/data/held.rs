@@ -28,7 +28,8 @@ pub(super) fn dropouts(signal: &Signal, link: &Link, factor: f64) -> Vec<Range<u
     // Chance of two equal neighbours, and of three on a line: with noise of this size and values rounded to q, or as often as
     // single repeats occur, which a coarse sensor makes and a drop-out does not.
     let noise = (bend / 6f64.sqrt()).max(1e-12);
-    let single = runs(0..steps.len(), |i| steps[i] == 0.0).filter(|run| run.len() == 1 && !both_stand(link, run)).count();
+    let single =
+        runs(0..steps.len(), |i| steps[i] == 0.0).filter(|run| run.len() == 1 && !both_stand(link, run)).count();
     let repeat = (q / (2.0 * std::f64::consts::PI.sqrt() * noise)).max(3.0 * single as f64 / y.len() as f64).min(1.0);
     // Neighbouring bends share samples, so that they are small together: twice the chance of one.
     let line = (10.0 * q / (bend.max(1e-12) * std::f64::consts::TAU.sqrt())).min(1.0);
@@ -48,7 +49,9 @@ pub(super) fn dropouts(signal: &Signal, link: &Link, factor: f64) -> Vec<Range<u
             run.len() as f64 * link.dt >= HELD_S && steepest(&steps, &run) > STEP.max(20.0 * noise)
         };
         if kept {
-            found.push(run.start + 1..run.end + 1);
+            // The first of equal values was measured, unless all are a fall to zero.
+            let measured = usize::from(!at_zero);
+            found.push(run.start + measured..run.end + 1);
         }
     }
     // A straight line: bends of zero between steps that are not.

@@ -22,8 +22,10 @@ const UNRELATED_MPS: f64 = 0.5;
 pub(super) struct Jump {
     /// Samples between which it happens.
     pub range: Range<usize>,
-    /// Its size \[m\].
+    /// Its size from before to after \[m\].
     pub size: f64,
+    /// The largest step in it \[m\].
+    pub peak: f64,
     /// Standard deviation of its size \[m\].
     pub error: f64,
 }
@@ -44,10 +46,19 @@ pub(super) fn innovations(link: &Link, broken: &[Range<usize>]) -> Vec<f64> {
 pub(super) fn find(link: &Link, broken: &[Range<usize>]) -> Vec<Jump> {
     let mut d = innovations(link, broken);
     let usual = robust_scale(&d);
-    let mut jumps = Vec::new();
+    let mut jumps: Vec<Jump> = Vec::new();
+    let together = link.samples(WITHIN_S);
     for i in 0..d.len() {
         if d[i].abs() > JUMP_M.max(UNUSUAL * usual) {
-            jumps.push(Jump { range: i..i + 1, size: d[i], error: usual });
+            match jumps.last_mut() {
+                // Jumps close together are one event: a spike, or a target that is lost and found.
+                Some(last) if i - last.range.end < together => {
+                    last.size += d[i];
+                    last.range.end = i + 1;
+                    last.peak = if d[i].abs() > last.peak.abs() { d[i] } else { last.peak };
+                }
+                _ => jumps.push(Jump { range: i..i + 1, size: d[i], peak: d[i], error: usual }),
+            }
             d[i] = 0.0;
         }
     }
@@ -63,29 +74,37 @@ pub(super) fn find(link: &Link, broken: &[Range<usize>]) -> Vec<Jump> {
             continue;
         }
         // The window in which most of it lies.
-        let best =
-            (i..(i + width).min(sums.len())).filter(|&k| sums[k].is_finite()).max_by(|&a, &b| sums[a].abs().total_cmp(&sums[b].abs())).unwrap_or(i);
-        jumps.push(Jump { range: best..best + width, size: sums[best], error: usual });
+        let best = (i..(i + width).min(sums.len()))
+            .filter(|&k| sums[k].is_finite())
+            .max_by(|&a, &b| sums[a].abs().total_cmp(&sums[b].abs()))
+            .unwrap_or(i);
+        jumps.push(Jump { range: best..best + width, size: sums[best], peak: sums[best], error: usual });
         i = best + width;
     }
-    jumps.sort_by(|a, b| b.size.abs().total_cmp(&a.size.abs()));
+    jumps.sort_by(|a, b| b.peak.abs().total_cmp(&a.peak.abs()));
     jumps
 }
 
 impl Jump {
     pub fn finding(&self, link: &Link) -> Finding {
         let (from, to) = (link.time(self.range.start), link.time(self.range.end));
-        let (sign, size) = (if self.size > 0.0 { "up" } else { "down" }, self.size.abs());
+        // What returns within the event is as large as its largest step.
+        let value = if self.size.abs() < 0.5 * self.peak.abs() { self.peak } else { self.size };
+        let what = match (value == self.peak && self.range.len() > 1, value > 0.0) {
+            (true, _) => "by up to".to_owned(),
+            (_, up) => format!("{} by", if up { "up" } else { "down" }),
+        };
         Finding {
             kind: FindingKind::Inconsistent,
             car: Who::Follower,
             signal: "gap",
-            value: self.size,
+            value,
             unit: "m",
-            interval: interval(self.size, self.error),
+            interval: interval(value, self.error),
             when: vec![[from, to]],
             sentence: format!(
-                "the gap jumps {sign} by {size:.2} m at {to:.1} s, which the two speeds do not show: another target?"
+                "the gap jumps {what} {:.2} m at {to:.1} s, which the two speeds do not show: another target?",
+                value.abs()
             ),
         }
     }

@@ -71,7 +71,9 @@ pub fn check_link(link: &Link) -> Soundness {
     let mut residual = None;
     match clocks::Redundancy::estimate(link, &usable) {
         Some(redundancy) => {
-            findings.extend(redundancy.findings(link));
+            let blurs = |f: &Finding| matches!(f.kind, FindingKind::Smoothed | FindingKind::Resampled);
+            let blurred = findings.iter().any(blurs);
+            findings.extend(redundancy.findings(link, blurred));
             residual = Some(redundancy.residual_rate_rms(link, &usable));
         }
         None => unseen.push(

@@ -86,6 +86,11 @@ fn level(d: &[f64], block: usize) -> Option<(f64, f64)> {
     Some((sigma, if variance > 0.0 { sigma * error / (2.0 * variance) } else { 0.0 }))
 }
 
+/// True if there is as much noise as a sensor has.
+fn noisy(signal: &Signal, link: &Link) -> bool {
+    level(&third(signal, link), link.samples(BLOCK_S)).is_some_and(|(sigma, _)| sigma > signal.noise_floor)
+}
+
 /// Autocorrelation at lags 1 to [`LAGS`].
 fn autocorrelation(d: &[f64]) -> Vec<f64> {
     let mean = |lag: usize| {
@@ -146,6 +151,8 @@ pub(super) fn resampled(signal: &Signal, link: &Link) -> Option<Resampled> {
                 (2..y.len()).map(|i| drives(i, 2).then(|| (y[i] - 2.0 * y[i - 1] + y[i - 2]).abs() > tolerance));
             match regular(bends) {
                 Some(factor) => (factor, "joined by straight lines between its own samples"),
+                // Without noise there is no end of it to be seen.
+                None if !noisy(signal, link) => return None,
                 None => (spectrum::cut_off(signal, link)?, "interpolated: its noise ends at half its own rate"),
             }
         }
