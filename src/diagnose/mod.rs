@@ -9,6 +9,7 @@ pub mod formula;
 mod fourier;
 pub mod free;
 pub mod gain;
+pub mod hold_back;
 pub mod missing;
 pub mod outcome;
 pub mod scene;

@@ -5,6 +5,7 @@
 
 pub mod assemble;
 pub mod csv;
+pub mod diagnosis;
 pub mod figure;
 pub mod parquet;
 pub mod plot;
