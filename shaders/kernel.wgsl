@@ -1,8 +1,9 @@
 // The time loop: one invocation, one candidate. `src/lanes/run.rs` does the same, operation for operation, on the CPU; the
 // tests compare every bit. Generated in front of this file (src/gpu/kernel.rs), one set per pipeline: the constants DELAY,
-// GRADE, MFC, REJECT, COMPENSATED, OBSERVER, RING_IN_STATES (bool), ACCUMULATION (src/score.rs; ALL: everything the measures
-// need, for `evaluate`), RING (a power of two), WORKGROUP, PARAMETERS and MOTION_WORDS (u32); the functions `load_params`,
-// `params_are_finite`, `load_motion` and `save_motion`.
+// GRADE, MFC, REJECT, COMPENSATED, OBSERVER, EXTENDED, WORLD, LOOKS_BACK, RING_IN_STATES (bool), ACCUMULATION (src/score.rs; ALL:
+// everything the measures need, for `evaluate`), RING (a power of two), WORKGROUP, PARAMETERS, MOTION_WORDS and MEMORY_WORDS
+// (u32); the functions `load_params`, `params_are_finite`, `load_motion`, `save_motion`, `load_memory`, `save_memory`,
+// `initial_memory`, `corrected` (the missing acceleration) and `stepped`, which is `step` with or without extensions.
 
 // Values of ACCUMULATION.
 const SQUARED = 0u;
@@ -52,31 +53,29 @@ struct Chunk {
     stride: u32,
     // Zero; see opaque.wgsl.
     zero: u32,
-}
-
-// Correction of the state by the residuals r of each sample, s -= gain.x r_s + gain.y r_v, v -= gain.z r_s + gain.w r_v, and
-// sums of whitened squares per block of samples: (whitening.x r_s)^2 and (whitening.y r_s + whitening.z r_v)^2.
-struct Observer {
-    gain: vec4<f32>,
-    whitening: vec3<f32>,
+    // With an observer: samples in a block of sums.
     block: u32,
 }
 
-// Three vec4 per sample: (v_l, dx_l, s, v_f) (a_f, x_road, v_denominator, s_start) (1/denominator of s, v, a; unused).
+// Three vec4 per sample: (v_l, dx_l, s, v_f) (a_f, x_road, v_denominator, s_start) (1/denominator of s, v, a; unused), and with
+// extensions a fourth: (a_l, v_l2, s_l2, t).
 @group(0) @binding(0) var<storage, read> jobs: array<Job>;
 @group(0) @binding(1) var<storage, read> samples: array<vec4<f32>>;
 @group(0) @binding(2) var<storage, read> norms: array<Norm>;
 @group(0) @binding(3) var<storage, read> cells: array<vec4<f32>>;
-// Per candidate its Params, then back and fraction of the delay, first sample, job. Words, not floats: small integers are
-// denormal floats, which a driver may flush to zero.
+// Per candidate its Params, then back and fraction of the delay, first sample, job; with LOOKS_BACK back and fraction of the
+// whole and of the half way; with OBSERVER, with r = predicted - measured, six gains (s -= k0 r_s + k1 r_v, v -= k2 r_s + k3 r_v,
+// d -= k4 r_s + k5 r_v), three whitening factors ((w0 r_s)^2 and (w1 r_s + w2 r_v)^2 are added up per block of samples), and the
+// decay of d, which is part of its Params. Words, not floats: small integers are denormal floats, which a driver may flush to 0.
 @group(0) @binding(4) var<storage, read> candidates: array<u32>;
 @group(0) @binding(5) var<storage, read_write> states: array<u32>;
 @group(0) @binding(6) var<storage, read_write> results: array<u32>;
 @group(0) @binding(7) var<storage, read_write> blocks: array<f32>;
 @group(0) @binding(8) var<uniform> chunk: Chunk;
-@group(0) @binding(9) var<uniform> observer: Observer;
 
-const SAMPLE_WORDS = 3u;
+const SAMPLE_WORDS: u32 = select(3u, 4u, WORLD);
+const AT_LOOK_BACK: u32 = PARAMETERS + 4u;
+const AT_OBSERVER: u32 = AT_LOOK_BACK + select(0u, 4u, LOOKS_BACK);
 
 // Status of a run: 0 while it goes well, else the top bit, the kind, and the sample; or DONE after its last sample.
 const DONE = 1u;
@@ -128,7 +127,8 @@ const HAS_CUTS = REJECT || HAS_ALL;
 // Words of one candidate in `states`: status, cuts, state, sums, block, ring. src/gpu/kernel.rs counts them too.
 const TRIPLE_WORDS: u32 = select(3u, 6u, COMPENSATED);
 const AT_MOTION: u32 = 3u;
-const AT_ERROR: u32 = AT_MOTION + MOTION_WORDS;
+const AT_MEMORY: u32 = AT_MOTION + MOTION_WORDS;
+const AT_ERROR: u32 = AT_MEMORY + MEMORY_WORDS;
 const AT_SIMULATED: u32 = AT_ERROR + TRIPLE_WORDS;
 const AT_RELATIVE: u32 = AT_SIMULATED + select(0u, TRIPLE_WORDS, HAS_SIMULATED);
 const AT_FLOORED: u32 = AT_RELATIVE + select(0u, TRIPLE_WORDS, HAS_ALL);
@@ -221,6 +221,15 @@ fn mfc_bounds(job: Job, v: f32) -> vec2<f32> {
     return select(line.xz + line.yw * d, node.yz, d == 0.0);
 }
 
+// Speed of the preceding vehicle `back` samples before sample t - 1, and `fraction` of the way from there to the next.
+fn looked_up(job: Job, t: u32, word: u32, i: u32) -> f32 {
+    let last = i32(job.samples) - 1;
+    let sample = i32(t) - 1 - bitcast<i32>(candidate_word(word, i));
+    let older = samples[job.sample + u32(clamp(sample, 0, last)) * SAMPLE_WORDS].x;
+    let younger = samples[job.sample + u32(clamp(sample + 1, 0, last)) * SAMPLE_WORDS].x;
+    return older + (younger - older) * candidate(word + 1u, i);
+}
+
 @compute @workgroup_size(WORKGROUP)
 fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let i = id.y * groups.x * WORKGROUP + id.x;
@@ -236,6 +245,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
     let job = jobs[candidate_word(PARAMETERS + 3u, i)];
 
     var now: Motion;
+    var memory: Memory;
     var status = 0u;
     var cut_acc = 0u;
     var cut_dec = 0u;
@@ -250,6 +260,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
             let at = job.sample + k * SAMPLE_WORDS;
             let x = Perceived(samples[at + 1u].w, samples[at].w, samples[at].x);
             now = at_rest_in(starting_spacing(p, x), x.v_f, samples[at + 1u].x);
+            if (EXTENDED) {
+                memory = initial_memory(samples[at].z, x.v_f, x.v_l, samples[at + 1u].x);
+            }
             if (DELAY) {
                 remember(k, i, now);
             }
@@ -267,6 +280,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
         cut_acc = states[n + i];
         cut_dec = states[2u * n + i];
         now = load_motion(AT_MOTION, i);
+        memory = load_memory(AT_MEMORY, i);
         error2 = load_triple(AT_ERROR, i);
         if (HAS_SIMULATED) {
             simulated2 = load_triple(AT_SIMULATED, i);
@@ -291,6 +305,22 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
     var v_l = samples[at - SAMPLE_WORDS].x;
     for (; t < to && status == 0u; t++) {
         var x = Perceived(now.s, now.v_f, v_l);
+        var given = Given();
+        if (WORLD) {
+            let known = samples[at - SAMPLE_WORDS + 3u];
+            given.t = known.w;
+            given.a_l = known.x;
+            given.v_l2 = known.y;
+            given.s_l2 = known.z;
+            given.x_f = samples[at - SAMPLE_WORDS + 1u].y - now.s;
+            if (job.period > 0.0) {
+                given.x_f = given.x_f - job.period * floor(given.x_f * job.per_period);
+            }
+        }
+        if (LOOKS_BACK) {
+            given.v_l_then = looked_up(job, t, AT_LOOK_BACK, i);
+            given.v_l_half = looked_up(job, t, AT_LOOK_BACK + 2u, i);
+        }
         if (DELAY) {
             let older = t - 1u - back;
             let younger = min(older + 1u, t - 1u);
@@ -300,6 +330,13 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
             x.s = past.x + by.x;
             x.v_f = past.y + by.y;
             x.v_l = leader + (samples[job.sample + younger * SAMPLE_WORDS].x - leader) * fraction;
+            if (WORLD) {
+                let ahead = samples[job.sample + older * SAMPLE_WORDS + 3u].xyz;
+                let later = samples[job.sample + younger * SAMPLE_WORDS + 3u].xyz;
+                given.a_l = ahead.x + (later.x - ahead.x) * fraction;
+                given.v_l2 = ahead.y + (later.y - ahead.y) * fraction;
+                given.s_l2 = ahead.z + (later.z - ahead.z) * fraction;
+            }
         }
         var road = Road();
         if (GRADE) {
@@ -312,7 +349,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
         }
         let here = samples[at];
         let measured = vec3<f32>(here.z, here.w, samples[at + 1u].x);
-        let done = step(p, x, now, job.m_0, job.phi_f, road, here.y, job.dt);
+        let done = stepped(p, x, now, memory, job.m_0, job.phi_f, road, given, here.y, job.dt);
         // Before any clamp: a minimum or maximum would hide a NaN.
         if (!is_finite(done.a_free)) {
             status = FAILED | NOT_FINITE | t;
@@ -323,6 +360,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
             cut_dec += select(0u, 1u, done.a > done.a_free);
         }
         now = done.next;
+        memory = done.memory;
         if (!done.feasible) {
             status = FAILED | RADICAND | t;
             break;
@@ -353,16 +391,23 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
             floored2 = add(floored2, floored * floored);
         }
         if (OBSERVER) {
-            let gain = observer.gain;
-            now.s = now.s - (gain.x * error.x + gain.y * error.y);
-            now.v_f = max(now.v_f - (gain.z * error.x + gain.w * error.y), 0.0);
+            let by_s = vec3<f32>(
+                candidate(AT_OBSERVER, i), candidate(AT_OBSERVER + 2u, i), candidate(AT_OBSERVER + 4u, i),
+            );
+            let by_v = vec3<f32>(
+                candidate(AT_OBSERVER + 1u, i), candidate(AT_OBSERVER + 3u, i), candidate(AT_OBSERVER + 5u, i),
+            );
+            let correction = by_s * error.x + by_v * error.y;
+            now.s = now.s - correction.x;
+            now.v_f = max(now.v_f - correction.y, 0.0);
+            memory = corrected(memory, correction.z);
             let white = vec2<f32>(
-                observer.whitening.x * error.x,
-                observer.whitening.y * error.x + observer.whitening.z * error.y,
+                candidate(AT_OBSERVER + 6u, i) * error.x,
+                candidate(AT_OBSERVER + 7u, i) * error.x + candidate(AT_OBSERVER + 8u, i) * error.y,
             );
             block = block + white * white;
-            if ((t + 1u) % observer.block == 0u || t + 1u == job.samples) {
-                let k = 2u * (t / observer.block);
+            if ((t + 1u) % chunk.block == 0u || t + 1u == job.samples) {
+                let k = 2u * (t / chunk.block);
                 blocks[k * n + i] = block.x;
                 blocks[(k + 1u) * n + i] = block.y;
                 block = vec2<f32>();
@@ -380,6 +425,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
         states[n + i] = cut_acc;
         states[2u * n + i] = cut_dec;
         save_motion(AT_MOTION, i, now);
+        save_memory(AT_MEMORY, i, memory);
         save_triple(AT_ERROR, i, error2);
         if (HAS_SIMULATED) {
             save_triple(AT_SIMULATED, i, simulated2);

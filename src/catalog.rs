@@ -4,6 +4,7 @@
 //! reads. The tables are macros because two places need the rows: the enums below, and the reference evaluator, which
 //! declares its modules and picks its functions from the same rows. Adding a part is adding its row and its file.
 
+use crate::extension::{Extension, ExtensionConflict, Extensions};
 use crate::symbols::Symbol;
 use std::fmt;
 use std::str::FromStr;
@@ -125,6 +126,8 @@ pub struct Variant {
     pub dynamics: Dynamics,
     /// Acceleration constraint.
     pub constraint: Constraint,
+    /// What none of the ninety has.
+    pub extensions: Extensions,
 }
 
 /// No variant has this id or name.
@@ -183,6 +186,7 @@ impl Variant {
             delay: (k / 9) % 2 == 1,
             dynamics: Dynamics::ALL[(k / 3) % 3],
             constraint: Constraint::ALL[k % 3],
+            extensions: Extensions::NONE,
         })
     }
 
@@ -191,7 +195,7 @@ impl Variant {
         (1..=Self::COUNT).map(|id| Variant::from_id(id).expect("ids up to COUNT exist"))
     }
 
-    /// The id; that of Table 1 from 1 to 90.
+    /// The id; that of Table 1 from 1 to 90. Extensions do not change it.
     #[must_use]
     pub fn id(&self) -> u32 {
         let position = |found: Option<usize>| found.expect("a variant is made of catalogued parts");
@@ -201,7 +205,7 @@ impl Variant {
         (base * Self::PER_BASE + usize::from(self.delay) * 9 + dynamics * 3 + constraint) as u32 + 1
     }
 
-    /// The name, such as `gipps+delay+linear+mfc`; parts that are absent are not named.
+    /// The name, such as `gipps+delay+linear+mfc`; parts that are absent are not named, extensions come last.
     #[must_use]
     pub fn name(&self) -> String {
         let mut name = self.base.name.to_owned();
@@ -217,7 +221,39 @@ impl Variant {
                 name += part;
             }
         }
+        for extension in self.extensions.list() {
+            name.push('+');
+            name += &extension.name;
+        }
         name
+    }
+
+    /// The same with one more extension.
+    ///
+    /// # Errors
+    /// [`ExtensionConflict`].
+    pub fn with(self, extension: &'static Extension) -> Result<Variant, ExtensionConflict> {
+        let name = extension.name.clone();
+        if self.extensions.get(&name).is_some() {
+            return Err(ExtensionConflict::Twice { name });
+        }
+        let taken = self.parameters();
+        for parameter in &extension.parameters {
+            if let Some(symbol) = taken.iter().find(|s| s.name() == parameter.name()) {
+                let other = match symbol {
+                    Symbol::Extension(row) => row.extension.clone(),
+                    _ => "the base model".to_owned(),
+                };
+                return Err(ExtensionConflict::Parameter { name, parameter: parameter.name().to_owned(), other });
+            }
+        }
+        Ok(Variant { extensions: self.extensions.with(extension), ..self })
+    }
+
+    /// True if what is perceived may lie back.
+    #[must_use]
+    pub fn perceives_late(&self) -> bool {
+        self.delay || self.extensions.delay().is_some()
     }
 
     /// The calibration parameters (Table 1, last column), in the order of the symbol table.
@@ -234,6 +270,7 @@ impl Variant {
         let mut symbols: Vec<Symbol> = read.concat();
         symbols.sort_unstable();
         symbols.dedup();
+        symbols.extend(self.extensions.list().iter().flat_map(|extension| &extension.parameters));
         symbols
     }
 
@@ -246,7 +283,13 @@ impl Variant {
     /// True if the road grade is needed.
     #[must_use]
     pub fn needs_grade(&self) -> bool {
-        self.dynamics == Dynamics::Nonlinear
+        self.dynamics == Dynamics::Nonlinear || self.extensions.read("sin_grade")
+    }
+
+    /// True if the position on the road is needed.
+    #[must_use]
+    pub fn needs_position(&self) -> bool {
+        self.needs_grade() || self.extensions.read("x_f")
     }
 }
 
@@ -274,7 +317,13 @@ impl FromStr for Variant {
         };
         let first = words.next().unwrap_or_default();
         let base = BASES.iter().copied().find(|b| b.name == first).ok_or_else(|| unknown(first))?;
-        let mut variant = Variant { base, delay: false, dynamics: Dynamics::None, constraint: Constraint::None };
+        let mut variant = Variant {
+            base,
+            delay: false,
+            dynamics: Dynamics::None,
+            constraint: Constraint::None,
+            extensions: Extensions::NONE,
+        };
         for word in words {
             let twice = match word {
                 "delay" => std::mem::replace(&mut variant.delay, true),

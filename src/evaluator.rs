@@ -8,9 +8,9 @@ mod raw;
 mod table;
 
 pub use case::{Case, CaseError, InvalidParameter};
-pub use course::{Course, CourseError, Pace};
+pub use course::{Course, CourseError, LEADER_SMOOTHING, Pace, WorldSignals};
 pub use fallback::Fallback;
-pub use observer::{Observed, Observer};
+pub use observer::{Innovations, Observed, Observer};
 pub use raw::{Raw, status};
 pub use table::{Cell, Line, Table};
 

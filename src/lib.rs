@@ -60,6 +60,7 @@ pub mod convention;
 pub mod diagnose;
 pub mod evaluate;
 pub mod evaluator;
+pub mod extension;
 pub mod gpu;
 pub mod identify;
 pub mod lanes;

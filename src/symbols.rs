@@ -1,7 +1,40 @@
 //! The symbol table: every calibration parameter of the paper's Tables 1 and 3, once.
 //!
 //! The table generates [`Symbol`] (the name) and [`Parameters`] (one named value per symbol), so that a new
-//! parameter is one new row here.
+//! parameter is one new row here. Extensions bring rows of their own along.
+
+/// Most parameters that the extensions of one model may have together.
+pub const EXTENSION_PARAMETERS: usize = 24;
+
+/// Values of the parameters of extensions, in the order in which they were set.
+type ExtensionValues = [Option<(&'static ExtensionParameter, f64)>; EXTENSION_PARAMETERS];
+
+/// A parameter of an extension: a row of the symbol table that a WGSL file brings along.
+#[derive(Debug, Clone)]
+pub struct ExtensionParameter {
+    /// The extension it belongs to.
+    pub extension: String,
+    /// Its identifier in code, CSV, JSON and TOML.
+    pub name: String,
+    /// SI unit, `-` if dimensionless.
+    pub unit: String,
+    /// What it means, in words.
+    pub meaning: String,
+    /// Smallest value in a calibration.
+    pub lower: f64,
+    /// Largest value in a calibration.
+    pub upper: f64,
+    /// The value at which it does nothing, or as little as the bounds allow; NaN where it says when or how something happens and
+    /// not how much.
+    pub neutral: f64,
+}
+
+/// The same extension's parameter of the same name; a neutral value that is NaN would not be equal to itself.
+impl PartialEq for ExtensionParameter {
+    fn eq(&self, other: &Self) -> bool {
+        self.extension == other.extension && self.name == other.name
+    }
+}
 
 /// Bounds of a parameter in a calibration.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -54,52 +87,67 @@ macro_rules! symbol_table {
     ($($ident:ident, $paper:literal, $unit:literal, $bounds:expr, $domain:ident, $meaning:literal;)*) => {
         /// A calibration parameter; variants are spelled like the paper's symbols.
         #[allow(non_camel_case_types, reason = "identifiers follow the paper's symbols")]
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        #[derive(Debug, Clone, Copy)]
         pub enum Symbol {
             $(#[doc = $meaning] $ident,)*
+            /// A parameter of an extension.
+            Extension(&'static ExtensionParameter),
         }
 
         impl Symbol {
-            /// All symbols, in table order.
+            /// All symbols of the table, in table order; those of extensions are not among them.
             pub const ALL: &'static [Symbol] = &[$(Symbol::$ident),*];
+
+            /// Place in the table; parameters of extensions come after it.
+            fn place(self) -> usize {
+                #[allow(non_camel_case_types, reason = "identifiers follow the paper's symbols")]
+                enum Place { $($ident,)* Extension }
+                match self {
+                    $(Symbol::$ident => Place::$ident as usize,)*
+                    Symbol::Extension(_) => Place::Extension as usize,
+                }
+            }
 
             /// The identifier used in code, CSV, JSON and TOML.
             #[must_use]
             pub fn name(self) -> &'static str {
-                match self { $(Symbol::$ident => stringify!($ident)),* }
+                match self { $(Symbol::$ident => stringify!($ident),)* Symbol::Extension(row) => &row.name }
             }
 
             /// The symbol as printed in the paper.
             #[must_use]
             pub fn paper(self) -> &'static str {
-                match self { $(Symbol::$ident => $paper),* }
+                match self { $(Symbol::$ident => $paper,)* Symbol::Extension(row) => &row.name }
             }
 
             /// SI unit, `-` if dimensionless.
             #[must_use]
             pub fn unit(self) -> &'static str {
-                match self { $(Symbol::$ident => $unit),* }
+                match self { $(Symbol::$ident => $unit,)* Symbol::Extension(row) => &row.unit }
             }
 
             /// What it means, in words.
             #[must_use]
             pub fn meaning(self) -> &'static str {
-                match self { $(Symbol::$ident => $meaning),* }
+                match self { $(Symbol::$ident => $meaning,)* Symbol::Extension(row) => &row.meaning }
             }
 
-            /// Table 3.
+            /// Table 3, or what the extension says.
             #[must_use]
             pub fn bounds(self) -> Bounds {
-                match self { $(Symbol::$ident => $bounds),* }
+                match self {
+                    $(Symbol::$ident => $bounds,)*
+                    Symbol::Extension(row) => Bounds::Fixed(row.lower, row.upper),
+                }
             }
 
             /// Where the equations make sense.
             #[must_use]
             pub fn domain(self) -> Domain {
-                match self { $(Symbol::$ident => Domain::$domain),* }
+                match self { $(Symbol::$ident => Domain::$domain,)* Symbol::Extension(_) => Domain::Any }
             }
 
-            /// The symbol with this identifier.
+            /// The symbol of the table with this identifier.
             #[must_use]
             pub fn from_name(name: &str) -> Option<Symbol> {
                 match name { $(stringify!($ident) => Some(Symbol::$ident),)* _ => None }
@@ -110,21 +158,38 @@ macro_rules! symbol_table {
         #[derive(Debug, Clone, Copy, PartialEq)]
         pub struct Parameters {
             $(#[doc = concat!($meaning, " \\[", $unit, "\\]")] pub $ident: f64,)*
+            extensions: ExtensionValues,
         }
 
         impl Parameters {
             /// No parameter set.
-            pub const NONE: Parameters = Parameters { $($ident: f64::NAN),* };
+            pub const NONE: Parameters = Parameters { $($ident: f64::NAN,)* extensions: [None; EXTENSION_PARAMETERS] };
 
             /// The value of one symbol.
             #[must_use]
             pub fn get(&self, symbol: Symbol) -> f64 {
-                match symbol { $(Symbol::$ident => self.$ident),* }
+                match symbol {
+                    $(Symbol::$ident => self.$ident,)*
+                    Symbol::Extension(row) => {
+                        let mut set = self.extensions.iter().map_while(|value| *value);
+                        set.find(|(known, _)| *known == row).map_or(f64::NAN, |(_, value)| value)
+                    }
+                }
             }
 
             /// Sets the value of one symbol.
+            ///
+            /// # Panics
+            /// With more than [`EXTENSION_PARAMETERS`] parameters of extensions; a model that has so many is refused before.
             pub fn set(&mut self, symbol: Symbol, value: f64) {
-                match symbol { $(Symbol::$ident => self.$ident = value),* }
+                match symbol {
+                    $(Symbol::$ident => self.$ident = value,)*
+                    Symbol::Extension(row) => {
+                        let free = |slot: &&mut Option<(&ExtensionParameter, f64)>| slot.is_none_or(|(known, _)| known == row);
+                        *self.extensions.iter_mut().find(free).expect("a model with so many parameters is refused") =
+                            Some((row, value));
+                    }
+                }
             }
         }
     };
@@ -149,4 +214,53 @@ symbol_table! {
     f_0,       "f_0",    "N",     Bounds::PerVehicle,         Any,         "constant road load";
     f_1,       "f_1",    "kg/s",  Bounds::PerVehicle,         Any,         "road load linear in speed";
     f_2,       "f_2",    "kg/m",  Bounds::PerVehicle,         Any,         "road load quadratic in speed";
+}
+
+impl Symbol {
+    /// The value at which a parameter of an extension does nothing; `None` for those of the table, and for parameters that say
+    /// when or how something happens and not how much.
+    #[must_use]
+    pub fn neutral(self) -> Option<f64> {
+        match self {
+            Symbol::Extension(row) if row.neutral.is_finite() => Some(row.neutral),
+            _ => None,
+        }
+    }
+
+    fn key(self) -> (usize, &'static str, &'static str) {
+        match self {
+            Symbol::Extension(row) => (self.place(), &row.extension, &row.name),
+            _ => (self.place(), "", ""),
+        }
+    }
+}
+
+impl PartialEq for Symbol {
+    fn eq(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Symbol::Extension(one), Symbol::Extension(other)) => std::ptr::eq(*one, *other) || one == other,
+            _ => self.place() == other.place(),
+        }
+    }
+}
+
+impl Eq for Symbol {}
+
+impl std::hash::Hash for Symbol {
+    fn hash<H: std::hash::Hasher>(&self, state: &mut H) {
+        self.key().hash(state);
+    }
+}
+
+impl PartialOrd for Symbol {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+/// The order of the table, then by extension and name.
+impl Ord for Symbol {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.key().cmp(&other.key())
+    }
 }

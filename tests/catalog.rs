@@ -370,7 +370,12 @@ fn every_shader_reads_the_parameters_of_its_row_and_no_other() {
     for part in parts() {
         let (_, function) =
             FUNCTIONS.into_iter().find(|(folder, _)| *folder == part.folder).expect("a folder of parts");
-        let recipe = Recipe { variant: part.variant, precision: Precision::Plain, radicand: Radicand::Measured };
+        let recipe = Recipe {
+            variant: part.variant,
+            precision: Precision::Plain,
+            radicand: Radicand::Measured,
+            observed: false,
+        };
         let checked = check(&Shader::model(&recipe)).expect("every variant composes");
         let (_, found) = checked
             .module

@@ -190,8 +190,8 @@ fn an_observer_without_gain_changes_no_bit() {
         for chunk in [None, Some(130)] {
             let mut gpu = gpu(vec![case.clone()], precision, Limits { chunk, ..Limits::NONE });
             let raw = gpu.raw(&[job(0, &population)]).unwrap();
-            let none = Observer { gain: [0.0; 4], whitening: [1.0, 0.0, 1.0], block: 100 };
-            let observed = gpu.observed(&job(0, &population), &none).unwrap();
+            let all = |observer: Observer| vec![observer; population.len()];
+            let observed = gpu.observed(&job(0, &population), &all(Observer::NONE), 100).unwrap();
             for (i, (raw, observed)) in raw.iter().zip(&observed).enumerate() {
                 assert_eq!(*raw, observed.raw, "candidate {i}");
                 assert_eq!(observed.blocks.len(), 11);
@@ -200,8 +200,8 @@ fn an_observer_without_gain_changes_no_bit() {
                     assert!((total - raw.error2[0]).abs() <= 1e-4 * total, "candidate {i}: {total}, {:?}", raw.error2);
                 }
             }
-            let pull = Observer { gain: [0.2, 0.0, -0.05, 0.1], ..none };
-            let pulled = gpu.observed(&job(0, &population), &pull).unwrap();
+            let pull = Observer { gain: [0.2, 0.0, -0.05, 0.1, 0.0, 0.0], ..Observer::NONE };
+            let pulled = gpu.observed(&job(0, &population), &all(pull), 100).unwrap();
             let better = pulled.iter().zip(&raw).filter(|(p, r)| p.raw.error2[0] < r.error2[0] || r.status != 0);
             assert!(better.count() > 80, "a correction brings the state closer to the measurement");
         }

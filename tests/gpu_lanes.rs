@@ -292,7 +292,12 @@ fn an_observer_gives_the_same_bits() {
         "l-idm+delay+linear+constant",
         "l-gipps+nonlinear+mfc",
     ];
-    let observer = Observer { gain: [0.2, 0.02, -0.05, 0.1], whitening: [0.7, -0.3, 1.6], block: 100 };
+    // Each candidate has another one.
+    let observer = |i: usize| {
+        let share = i as f64 / CANDIDATES as f64;
+        let gain = [0.2 * share, 0.02, -0.05, 0.1, -0.03 * share, 0.2];
+        Observer { gain, whitening: [0.7, -0.3, 1.6 + share], decay: 0.95 - 0.1 * share }
+    };
     let mut differences = Vec::new();
     for (k, name) in names.into_iter().enumerate() {
         let (variant, convention) = (variant(name), CONVENTIONS[k % 2]);
@@ -302,7 +307,9 @@ fn an_observer_gives_the_same_bits() {
             let mut gpu = gpu(follower, variant, convention, precision, KINDS[0]);
             let mut lanes = lanes(follower, variant, convention, on_lanes, KINDS[0]);
             let job = job(0, &population);
-            let (a, b) = (gpu.observed(&job, &observer).expect("a device"), lanes.observed(&job, &observer));
+            let observers: Vec<Observer> = (0..population.len()).map(observer).collect();
+            let a = gpu.observed(&job, &observers, 100).expect("a device");
+            let b = lanes.observed(&job, &observers, 100);
             let b = b.expect("short delays");
             assert!(b.iter().any(|run| run.raw.status == 0), "{variant}: some candidate runs to the end");
             if !is_exact(&gpu) {

@@ -161,9 +161,9 @@ fn nan_stays_with_its_candidate() {
 #[test]
 fn an_observer_without_gain_changes_nothing() {
     each(70, |case, population, precision, usual| {
-        let observer = Observer { gain: [0.0; 4], whitening: [1.0, 0.0, 1.0], block: 100 };
+        let observers = vec![Observer::NONE; population.len()];
         let job = Job { case: 0, population };
-        let observed = lanes(case, precision).observed(&job, &observer).expect("delays are within bounds");
+        let observed = lanes(case, precision).observed(&job, &observers, 100).expect("delays are within bounds");
         let raws: Vec<Raw> = observed.iter().map(|o| o.raw).collect();
         assert!(bits(&raws) == usual, "{} {}: gain zero", case.variant, precision.name());
         for o in observed.iter().filter(|o| o.raw.status == 0) {

@@ -6,7 +6,7 @@ use leadlag::wgsl::{Precision, Recipe, Source, check};
 use std::path::Path;
 
 fn recipe(variant: &str, precision: Precision) -> Recipe {
-    Recipe { variant: variant.parse().expect("a variant"), precision, radicand: Radicand::Measured }
+    Recipe { variant: variant.parse().expect("a variant"), precision, radicand: Radicand::Measured, observed: false }
 }
 
 #[test]
@@ -14,7 +14,7 @@ fn every_variant_composes() {
     for variant in Variant::all() {
         for precision in [Precision::Plain, Precision::Compensated] {
             for radicand in [Radicand::Measured, Radicand::Shifted] {
-                let source = Source::model(&Recipe { variant, precision, radicand });
+                let source = Source::model(&Recipe { variant, precision, radicand, observed: false });
                 check(&source).unwrap_or_else(|e| panic!("{variant}: {e}"));
             }
         }
@@ -180,7 +180,7 @@ fn the_snapshots_are_the_shortest_and_the_longest() {
     let mut lengths: Vec<(usize, String, &str)> = Vec::new();
     for variant in Variant::all() {
         for precision in [Precision::Plain, Precision::Compensated] {
-            let text = Source::model(&Recipe { variant, precision, radicand: Radicand::Measured });
+            let text = Source::model(&Recipe { variant, precision, radicand: Radicand::Measured, observed: false });
             lengths.push((text.text().lines().count(), variant.name(), precision.name()));
         }
     }

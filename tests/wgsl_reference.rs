@@ -210,7 +210,8 @@ impl Draw {
 /// Compares a function of a variant's text with its transcription: numbers within the tolerance, truth values unless the
 /// arguments are on the edge.
 fn compare_part(variant: &Variant, function: &str, reference: &dyn Fn(&Draw) -> Vec<f64>) {
-    let recipe = Recipe { variant: *variant, precision: Precision::Plain, radicand: Radicand::Measured };
+    let recipe =
+        Recipe { variant: *variant, precision: Precision::Plain, radicand: Radicand::Measured, observed: false };
     let source = Source::model(&recipe);
     let part = Function::compile(&source, &check(&source).expect("valid"), function).expect("runs on the CPU");
     let mut random = cars::Random(42);

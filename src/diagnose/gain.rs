@@ -3,15 +3,15 @@
 
 use super::drive::Drive;
 use super::free::{Free, free};
-use super::wide;
-use crate::calibrate::{BoundsError, CalibrateError, Calibration, Progress, SearchSpace, Stop, best, calibrate};
+use super::model::{Model, is_time};
+use super::verdict::{Adopted, DiagnoseError, Effort, Fitted};
+use crate::calibrate::{CalibrateError, Calibration, Overrides, Progress, SearchSpace, Stop, best, calibrate};
 use crate::catalog::Variant;
-use crate::convention::Convention;
 use crate::evaluator::{Case, CaseError, EvaluateError};
 use crate::lanes::{Lanes, LanesPrecision};
 use crate::optimize::stream;
 use crate::score::GoodnessOfFit;
-use crate::symbols::Parameters;
+use crate::symbols::{Parameters, Symbol};
 use rand::RngExt;
 use std::ops::ControlFlow;
 
@@ -49,9 +49,9 @@ pub enum GainError {
     /// A case of the variant.
     #[error(transparent)]
     Case(#[from] CaseError),
-    /// Its bounds.
+    /// Its bounds, or its drives.
     #[error(transparent)]
-    Bounds(#[from] BoundsError),
+    Model(#[from] DiagnoseError),
     /// Its calibration.
     #[error(transparent)]
     Calibrate(#[from] CalibrateError),
@@ -62,80 +62,108 @@ pub enum GainError {
 
 /// How a gain is measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Effort {
+pub struct GainSettings {
     /// The one seed.
     pub seed: u64,
     /// Simulations per calibration, at most.
     pub max_evaluations: u64,
 }
 
-/// Calibrates a variant on drives, within the wide bounds.
-///
-/// # Errors
-/// When it cannot be simulated, or no candidate is feasible.
-pub fn recalibrated(
-    drives: &[Drive],
-    variant: Variant,
-    effort: &Effort,
+impl GainSettings {
+    /// As much as an effort allows.
+    #[must_use]
+    pub fn of(effort: Effort, seed: u64) -> GainSettings {
+        let max_evaluations = match effort {
+            Effort::Quick => 4_000,
+            Effort::Normal => 20_000,
+            Effort::Thorough => 100_000,
+        };
+        GainSettings { seed, max_evaluations }
+    }
+}
+
+/// Time of the file at which a drive begins in which no event happens \[s\].
+const BEFORE_EVERYTHING: f64 = -1e9;
+
+/// The drives as cases. Events that belong to one drive only do not happen in the others.
+fn cases(drives: &[Drive], variant: Variant, adopted: &[Adopted]) -> Result<Vec<Case>, CaseError> {
+    let own: Vec<&str> = adopted.iter().filter_map(|cause| cause.drive.as_deref()).collect();
+    let case = |drive: &Drive| {
+        let mut case = drive.case(variant)?;
+        if !own.is_empty() && !own.contains(&drive.label()) {
+            case.t_0 = BEFORE_EVERYTHING;
+        }
+        Ok(case)
+    };
+    drives.iter().map(case).collect()
+}
+
+/// Calibrates a model on drives, within the bounds of the diagnosis; when its events happen stays as it is.
+fn recalibrated(
+    train: &[Drive],
+    model: &Fitted,
+    adopted: &[Adopted],
+    settings: &GainSettings,
     progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Parameters, GainError> {
-    let cases = cases(drives, variant)?;
-    let vehicle = drives.first().and_then(|drive| drive.vehicle.as_deref());
-    let space = SearchSpace::new(&variant, vehicle, Convention::PAPER, &wide::overrides(&variant))?;
+    let variant = model.variant;
+    let axes = Model::new(variant, train, &Overrides::new(), &[])?;
+    let bounds = axes.symbols.iter().zip(&axes.axes).map(|(symbol, axis)| {
+        let now = model.parameters.get(*symbol);
+        if is_time(*symbol) { [now, now] } else { [axis.lower, axis.upper] }
+    });
+    let space = SearchSpace { bounds: bounds.collect(), symbols: axes.symbols.clone() };
+    let cases = cases(train, variant, adopted)?;
     let mut evaluator = Lanes::new(cases, GoodnessOfFit::NRMSE_SVA, LanesPrecision::Plain)?;
-    let stop = Stop { max_evaluations: effort.max_evaluations, ..Stop::default() };
-    let settings = Calibration { seed: effort.seed, stop, ..Calibration::default() };
-    let replicates = calibrate(&mut evaluator, &space, &settings, progress)?;
+    let stop = Stop { max_evaluations: settings.max_evaluations, ..Stop::default() };
+    let calibration = Calibration { seed: settings.seed, stop, ..Calibration::default() };
+    let replicates = calibrate(&mut evaluator, &space, &calibration, progress)?;
     let winner = best(&replicates).ok_or(CalibrateError::Interrupted)?;
     Ok(space.parameters(&winner.candidate))
 }
 
-fn cases(drives: &[Drive], variant: Variant) -> Result<Vec<Case>, CaseError> {
-    drives.iter().map(|drive| drive.case(variant)).collect()
-}
-
-/// Measures the gain.
+/// Measures the gain of an extended model over the base.
 ///
 /// # Errors
 /// [`GainError`].
 pub fn gain(
     train: &[Drive],
     holdout: &[Drive],
-    [base, extended]: [Variant; 2],
-    effort: &Effort,
+    [base, extended]: [&Fitted; 2],
+    adopted: &[Adopted],
+    settings: &GainSettings,
     progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Gain, GainError> {
     let models = [
-        (base, recalibrated(train, base, effort, progress)?),
-        (extended, recalibrated(train, extended, effort, progress)?),
+        (base.variant, recalibrated(train, base, &[], settings, progress)?),
+        (extended.variant, recalibrated(train, extended, adopted, settings, progress)?),
     ];
     let mut runs: Vec<Vec<Free>> = Vec::new();
     let mut broken_off = [0; 2];
     for (k, (variant, parameters)) in models.iter().enumerate() {
-        let on_holdout = free(&cases(holdout, *variant)?, parameters)?;
-        let on_train = free(&cases(train, *variant)?, parameters)?;
+        let on_holdout = free(&cases(holdout, *variant, adopted)?, parameters)?;
+        let on_train = free(&cases(train, *variant, adopted)?, parameters)?;
         broken_off[k] = on_holdout.iter().chain(&on_train).filter(|run| !run.complete).count();
         runs.push(on_holdout);
     }
     let parameters = models.map(|(variant, parameters)| {
-        let named = |symbol: crate::symbols::Symbol| (symbol.name().to_owned(), parameters.get(symbol));
+        let named = |symbol: Symbol| (symbol.name().to_owned(), parameters.get(symbol));
         variant.parameters().into_iter().map(named).collect()
     });
-    let complete = |runs: &[Free]| runs.iter().all(|run| run.complete);
+    let complete = |runs: &[Free]| !runs.is_empty() && runs.iter().all(|run| run.complete);
     let squares = [&runs[0], &runs[1]].map(|runs| complete(runs).then(|| squares(holdout, runs)));
-    let drives = train.len() + holdout.len();
     let mut found = Gain {
         base: squares[0].as_deref().map(nrmse_sva),
         extended: squares[1].as_deref().map(nrmse_sva),
         interval: None,
         signals: None,
         broken_off,
-        drives,
+        drives: train.len() + holdout.len(),
         parameters,
         sentence: String::new(),
     };
     if let [Some(base), Some(extended)] = &squares {
-        found.interval = Some(interval(base, extended, effort.seed));
+        found.interval = Some(interval(base, extended, settings.seed));
         found.signals = Some([nrmse(&all(base)), nrmse(&all(extended))]);
     }
     found.sentence = found.words();

@@ -36,6 +36,12 @@ pub struct Case {
     pub vehicle: Option<Arc<Vehicle>>,
     /// The road, where the variant needs it.
     pub grade: Option<Arc<Grade>>,
+    /// Time in the file at the first sample \[s\].
+    pub t_0: f64,
+    /// Speed of the car ahead of the preceding vehicle \[m/s\], where measured.
+    pub v_l2: Option<Arc<[f64]>>,
+    /// Gap between those two \[m\], where measured.
+    pub s_l2: Option<Arc<[f64]>>,
     /// Upper bound of τ_p \[s\]: with `delay=fractional` it fixes the scored window for every candidate.
     pub tau_p_upper: f64,
 }
@@ -114,8 +120,9 @@ impl Case {
                 return Err(InvalidParameter::Domain { name: symbol.name(), expected: domain.expected(), found });
             }
         }
-        if self.variant.delay && parameters.tau_p > self.tau_p_upper {
-            return Err(InvalidParameter::Delay { upper: self.tau_p_upper, found: parameters.tau_p });
+        let (upper, found) = (self.longest_delay(), self.delay(parameters));
+        if found > upper {
+            return Err(InvalidParameter::Delay { upper, found });
         }
         Ok(())
     }
@@ -150,6 +157,9 @@ impl Case {
             s: trajectory.s.as_slice().into(),
             vehicle: vehicle.cloned().map(Arc::new),
             grade: trajectory.grade.clone().map(Arc::new),
+            t_0: trajectory.t.first().copied().unwrap_or(0.0),
+            v_l2: trajectory.v_l2.as_deref().map(Arc::from),
+            s_l2: trajectory.s_l2.as_deref().map(Arc::from),
             tau_p_upper,
         };
         case.for_variant(variant)
@@ -174,11 +184,22 @@ impl Case {
         if variant.needs_grade() && self.grade.is_none() {
             return Err(missing("the road grade", "give --grade FILE, or --grade level for a level road"));
         }
+        for (member, signal, what) in [
+            ("v_l2", &self.v_l2, "the speed of the car ahead of the preceding vehicle"),
+            ("s_l2", &self.s_l2, "the gap between the two cars ahead"),
+        ] {
+            if variant.extensions.read(member) && signal.as_ref().is_none_or(|y| y.iter().any(|x| !x.is_finite())) {
+                return Err(missing(
+                    what,
+                    "take a follower further back in the platoon, or give the column lead2_... of a pair file",
+                ));
+            }
+        }
         if !Symbol::tau_p.domain().contains(self.tau_p_upper) {
             return Err(CaseError::DelayBound { label: self.label.to_string(), found: self.tau_p_upper });
         }
         let case = Case { variant, ..self.clone() };
-        let first = case.first_sample(case.tau_p_upper);
+        let first = case.first_sample(case.longest_delay());
         if case.s.len() < first + 2 {
             let (label, variant) = (case.label.to_string(), variant.name());
             return Err(CaseError::TooShort { label, variant, samples: case.s.len(), first });
@@ -186,23 +207,40 @@ impl Case {
         Ok(case)
     }
 
-    /// Perception delay in samples.
+    /// Perception delay of a candidate \[s\]: τ_p and that of an extension. What is not a number counts as 0; a run marks such a
+    /// candidate.
     #[must_use]
-    pub fn delay_steps(&self, tau_p: f64) -> f64 {
-        match (self.variant.delay, self.convention.delay) {
+    pub fn delay(&self, parameters: &Parameters) -> f64 {
+        let part = |has: bool, value: f64| if has && value.is_finite() { value } else { 0.0 };
+        let extension = self.variant.extensions.delay().map_or(0.0, |symbol| part(true, parameters.get(symbol)));
+        part(self.variant.delay, parameters.tau_p) + extension
+    }
+
+    /// The longest perception delay that is remembered \[s\].
+    #[must_use]
+    pub fn longest_delay(&self) -> f64 {
+        let base = if self.variant.delay { self.tau_p_upper } else { 0.0 };
+        let extension = self.variant.extensions.delay().map(Symbol::bounds);
+        base + extension.map_or(0.0, |bounds| if let Bounds::Fixed(_, upper) = bounds { upper } else { 0.0 })
+    }
+
+    /// A perception delay \[s\] in samples.
+    #[must_use]
+    pub fn delay_steps(&self, delay: f64) -> f64 {
+        match (self.variant.perceives_late(), self.convention.delay) {
             (false, _) => 0.0,
-            (true, Delay::Fractional) => tau_p / self.dt,
-            (true, Delay::Floor) => (tau_p / self.dt).floor(),
+            (true, Delay::Fractional) => delay / self.dt,
+            (true, Delay::Floor) => (delay / self.dt).floor(),
         }
     }
 
-    /// The first simulated and scored sample of a candidate.
+    /// The first simulated and scored sample of a candidate with this perception delay \[s\].
     #[must_use]
-    pub fn first_sample(&self, tau_p: f64) -> usize {
+    pub fn first_sample(&self, delay: f64) -> usize {
         let whole = match self.convention.delay {
-            Delay::Floor => self.delay_steps(tau_p),
+            Delay::Floor => self.delay_steps(delay),
             // 1e-9: 0.8 s / 0.1 s must be 8 samples, not 9, whatever the last bit of the quotient.
-            Delay::Fractional => (self.delay_steps(self.tau_p_upper) - 1e-9).ceil(),
+            Delay::Fractional => (self.delay_steps(self.longest_delay()) - 1e-9).ceil(),
         };
         whole as usize + 1
     }

@@ -6,6 +6,7 @@ use crate::catalog::Constraint;
 use crate::convention::{Delay, Denominators};
 use crate::score::{GoodnessOfFit, Measured, Norm, denominator, is_relative};
 use crate::symbols::Parameters;
+use std::sync::Arc;
 
 /// A case laid out sample by sample, in f64; the evaluators round it to their own precision.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,10 +41,55 @@ pub struct Course {
     pub period: f64,
     /// a_dp and a_ap over the speed; `None` unless the variant needs them.
     pub mfc: Option<Table>,
-    /// Length of the ring of past (v, s): ceil(upper bound of τ_p / Δt) + 2.
+    /// What extensions may know of each sample; `None` for a variant without extensions.
+    pub world: Option<WorldSignals>,
+    /// Length of the ring of past (v, s): ceil(longest delay / Δt) + 2.
     pub ring: usize,
     /// What the measures need of the measured signals, for each first sample from 0 to `ring`.
     measured: Vec<[Measured; 3]>,
+}
+
+/// What extensions may know of each sample, beyond what the others of a course say.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WorldSignals {
+    /// Time in the file \[s\].
+    pub t: Vec<f64>,
+    /// Acceleration of the preceding vehicle \[m/s²\], smoothed over [`LEADER_SMOOTHING`].
+    pub a_l: Vec<f64>,
+    /// Speed of the car ahead of the preceding vehicle \[m/s\]; 0 where not measured, and then nobody reads it.
+    pub v_l2: Vec<f64>,
+    /// Gap between those two \[m\]; likewise.
+    pub s_l2: Vec<f64>,
+}
+
+/// Time over which the acceleration of the preceding vehicle is smoothed \[s\].
+pub const LEADER_SMOOTHING: f64 = 1.1;
+
+impl WorldSignals {
+    fn new(case: &Case) -> WorldSignals {
+        let count = case.s.len();
+        let last = (count - 1) as f64;
+        let speed = |place: f64| {
+            let place = place.clamp(0.0, last);
+            let k = (place as usize).min(count.saturating_sub(2));
+            case.v_l[k] + (case.v_l[k + 1] - case.v_l[k]) * (place - k as f64)
+        };
+        let half = 0.5 * LEADER_SMOOTHING / case.dt;
+        let a_l = |i: usize| {
+            let (from, to) = ((i as f64 - half).max(0.0), (i as f64 + half).min(last));
+            (speed(to) - speed(from)) / ((to - from) * case.dt)
+        };
+        let finite = |x: &f64| if x.is_finite() { *x } else { 0.0 };
+        let known = |signal: &Option<Arc<[f64]>>| {
+            signal.as_ref().map_or_else(|| vec![0.0; count], |y| y.iter().map(finite).collect())
+        };
+        WorldSignals {
+            t: (0..count).map(|i| case.t_0 + i as f64 * case.dt).collect(),
+            a_l: (0..count).map(a_l).collect(),
+            v_l2: known(&case.v_l2),
+            s_l2: known(&case.s_l2),
+        }
+    }
 }
 
 /// When a candidate perceives and starts.
@@ -57,6 +103,9 @@ pub struct Pace {
     pub fraction: f64,
     /// First simulated and scored sample.
     pub first: usize,
+    /// Where an extension looks the speed of the preceding vehicle up: so many samples before the current one, and how far from
+    /// there towards the next; first at the whole time that it looks back, then at half of it.
+    pub look_back: [(i32, f64); 2],
 }
 
 /// A case that cannot be laid out.
@@ -88,7 +137,8 @@ impl Course {
         let count = case.s.len();
         let needs_grade = case.variant.needs_grade();
         let grade = case.grade.as_ref().filter(|_| needs_grade);
-        let period = grade.and_then(|g| g.period);
+        // The lap counts where the position does, whether or not the grade is read.
+        let period = case.grade.as_ref().filter(|_| case.variant.needs_position()).and_then(|g| g.period);
         let x_road = |x_l: &f64| {
             let x = x_l - case.len_l;
             period.map_or(x, |period| x.rem_euclid(period))
@@ -103,7 +153,7 @@ impl Course {
             let inverse = |y: &f64| if is_relative(*y, floored[i]) { 1.0 / denominator(*y, floored[i]) } else { 0.0 };
             signals[i].iter().map(inverse).collect()
         };
-        let longest = if case.variant.delay { case.tau_p_upper / case.dt } else { 0.0 };
+        let longest = case.longest_delay() / case.dt;
         let ring = (longest - 1e-9).ceil() as usize + 2;
         let measured = (0..=ring.min(count - 1))
             .map(|first| [0, 1, 2].map(|i| Measured::of(&signals[i][first..], floored[i])))
@@ -114,7 +164,7 @@ impl Course {
             phi_f: vehicle.map_or(1.0, |v| v.phi_f),
             v_l: case.v_l.to_vec(),
             dx_l: std::iter::once(0.0).chain(case.x_l.windows(2).map(|w| w[1] - w[0])).collect(),
-            x_road: if needs_grade { case.x_l.iter().map(x_road).collect() } else { Vec::new() },
+            x_road: if case.variant.needs_position() { case.x_l.iter().map(x_road).collect() } else { Vec::new() },
             s: case.s.to_vec(),
             s_start: (0..count).map(|i| case.x_l[i] - case.x_f[i] - case.len_l).collect(),
             v_f: case.v_f.to_vec(),
@@ -124,6 +174,7 @@ impl Course {
             grade: grade.map(|g| Table::grade(g, case.convention.grade)).transpose()?,
             period: period.unwrap_or(0.0),
             mfc: mfc.map(|m| Table::mfc(m, case.convention.mfc)).transpose()?,
+            world: (!case.variant.extensions.is_empty()).then(|| WorldSignals::new(case)),
             ring,
             measured,
         })
@@ -164,16 +215,23 @@ impl Course {
 }
 
 impl Case {
-    /// When a candidate perceives and starts. A τ_p that is not a number counts as 0; `simulate` marks such a candidate.
+    /// When a candidate perceives and starts. A delay that is not a number counts as 0; a run marks such a candidate.
     #[must_use]
     pub fn pace(&self, parameters: &Parameters) -> Pace {
-        let tau_p = if parameters.tau_p.is_finite() { parameters.tau_p } else { 0.0 };
-        let delay_steps = self.delay_steps(tau_p);
+        let delay = self.delay(parameters);
+        let delay_steps = self.delay_steps(delay);
         let back = delay_steps.ceil();
         let fraction = match self.convention.delay {
             Delay::Fractional => back - delay_steps,
             Delay::Floor => 0.0,
         };
-        Pace { delay_steps, back: back as usize, fraction, first: self.first_sample(tau_p) }
+        let earlier = self.variant.extensions.look_back().map_or(0.0, |symbol| parameters.get(symbol));
+        let earlier = if earlier.is_finite() { earlier / self.dt } else { 0.0 };
+        let look = |share: f64| {
+            let steps = (delay_steps + share * earlier).clamp(-1e6, 1e6);
+            (steps.ceil() as i32, steps.ceil() - steps)
+        };
+        let look_back = [look(1.0), look(0.5)];
+        Pace { delay_steps, back: back as usize, fraction, first: self.first_sample(delay), look_back }
     }
 }

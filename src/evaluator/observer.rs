@@ -1,23 +1,46 @@
 //! Runs that are corrected towards the measurement: what a diagnosis needs.
 
-use super::Raw;
+use super::{Failure, Raw};
 
-/// Correction of the state by the residuals r of each sample, and sums of whitened squares per block of samples.
+/// How one candidate's run is corrected towards the measurement, with r = predicted - measured: a steady-state Kalman observer in
+/// innovations form over spacing, speed and d, the missing acceleration \[m/s²\], which is added to the model's acceleration
+/// after all its limits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Observer {
-    /// s -= `gain[0]` r_s + `gain[1]` r_v; v_f -= `gain[2]` r_s + `gain[3]` r_v, then at least 0.
-    pub gain: [f64; 4],
-    /// A block adds up (`whitening[0]` r_s)² and (`whitening[1]` r_s + `whitening[2]` r_v)².
+    /// After each step: s -= `gain[0]` r_s + `gain[1]` r_v; v_f -= `gain[2]` r_s + `gain[3]` r_v, then at least 0;
+    /// d -= `gain[4]` r_s + `gain[5]` r_v. Zeros: free simulation.
+    pub gain: [f64; 6],
+    /// z_1 = `whitening[0]` r_s, z_2 = `whitening[1]` r_s + `whitening[2]` r_v.
     pub whitening: [f64; 3],
-    /// Samples in a block, counted from sample 0 of the trajectory; at least 1.
-    pub block: usize,
+    /// d is multiplied by it in every step.
+    pub decay: f64,
 }
 
-/// What an observed run tells.
+impl Observer {
+    /// Free simulation with residuals as they are.
+    pub const NONE: Observer = Observer { gain: [0.0; 6], whitening: [1.0, 0.0, 1.0], decay: 0.0 };
+}
+
+/// What an observed run adds up.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Observed {
     /// Status, cuts and sums.
     pub raw: Raw,
-    /// Both sums of each block; 0 where a run did not come to the end of the block.
+    /// Sums of z_1² and z_2² of each block of samples, counted from sample 0; 0 where a run did not come to the end of the block.
     pub blocks: Vec<[f64; 2]>,
+}
+
+/// An observed run sample by sample; all series are as long as the trajectory.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Innovations {
+    /// Where the run ended early, if it did; from there on all is NaN.
+    pub failed: Option<Failure>,
+    /// First simulated sample; before it, residuals are 0 and the state is the measured one.
+    pub first: usize,
+    /// r_s \[m\] and r_v \[m/s\] before the correction.
+    pub residual: Vec<[f64; 2]>,
+    /// s \[m\], v_f \[m/s\] and d \[m/s²\] after the correction.
+    pub state: Vec<[f64; 3]>,
+    /// Acceleration of the model without d \[m/s²\].
+    pub acceleration: Vec<f64>,
 }

@@ -5,7 +5,7 @@ use super::kernel::{Kernel, Replaced, WORKGROUP};
 use super::plan::{Part, Plan};
 use super::slot::Slot;
 use super::tables::Tables;
-use crate::evaluator::{Course, Observer};
+use crate::evaluator::Course;
 use crate::score::GoodnessOfFit;
 use std::collections::{HashMap, VecDeque};
 use std::time::{Duration, Instant};
@@ -24,7 +24,8 @@ const SHORTEST_CHUNK: u32 = 16;
 pub(super) struct Work {
     pub(super) kernel: Kernel,
     pub(super) plan: Plan,
-    pub(super) observer: Option<Observer>,
+    /// With observers: samples in a block of sums; else 0.
+    pub(super) block: u32,
     /// Blocks of the longest trajectory; 0 without an observer.
     pub(super) blocks: u32,
 }
@@ -125,7 +126,7 @@ impl Context {
         for (part, slot) in work.plan.parts.iter().zip(&self.slots[set]) {
             let (own, others) = rest.split_at((part.count * work.kernel.candidate_words()) as usize);
             rest = others;
-            slot.upload(&self.device, own, work.observer.as_ref());
+            slot.upload(&self.device, own);
         }
         self.device.check("uploading the candidates")?;
         self.transfer += began.elapsed();
@@ -160,7 +161,7 @@ impl Context {
         if let Some(error) = errors.last() {
             return Err(Fault::new(DOING, error));
         }
-        slot.write_chunk(&self.device, [0, 0, 0, 1]);
+        slot.write_chunk(&self.device, [0, 0, 0, 1], work.block);
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         slot.dispatch(&mut encoder, &pipeline, [1, 1]);
         let submission = self.device.queue.submit([encoder.finish()]);
@@ -177,7 +178,7 @@ impl Context {
         let slot = &self.slots[set][flight.part];
         let (from, to) =
             (flight.sample, (flight.sample + self.device.limits.chunk_of(part, self.rate)).min(part.samples));
-        slot.write_chunk(&self.device, [from, to, part.count, part.count]);
+        slot.write_chunk(&self.device, [from, to, part.count, part.count], work.block);
         let mut encoder = self.device.raw.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         if from == 0 {
             slot.clear(&mut encoder, part, work);

@@ -1,5 +1,6 @@
 //! The text of the kernel: the model of a variant, a generated prelude, `shaders/kernel.wgsl`.
 
+use crate::extension::{Extension, Initial, Signal};
 use crate::score::Accumulation;
 use crate::wgsl::{Precision, Recipe, ShaderError, Source, check};
 use std::collections::BTreeMap;
@@ -11,6 +12,10 @@ pub(super) const WORKGROUP: u32 = 64;
 /// Longest ring of past states that an invocation keeps in its own memory; large private arrays lose devices
 /// (gfx-rs/wgpu#10027).
 const PRIVATE_RING: u32 = 64;
+
+/// Words of a candidate that looks back, and of one with an observer.
+const LOOK_BACK_WORDS: u32 = 4;
+const OBSERVER_WORDS: u32 = 10;
 
 /// Words of a result with everything the measures need: status, 2 cuts, 3 × 3 sums, 1 sum.
 pub(super) const RAW_WORDS: u32 = 13;
@@ -32,7 +37,6 @@ pub(super) enum Sums {
 pub(super) struct Kernel {
     pub(super) recipe: Recipe,
     pub(super) sums: Sums,
-    pub(super) observer: bool,
     pub(super) reject: bool,
     /// Past samples to be remembered; a power of two.
     pub(super) ring: u32,
@@ -56,7 +60,24 @@ impl Kernel {
 
     /// Words of one candidate in `candidates`.
     pub(super) fn candidate_words(&self) -> u32 {
-        self.recipe.variant.parameters().len() as u32 + 4
+        let look_back = if self.looks_back() { LOOK_BACK_WORDS } else { 0 };
+        let observer = if self.recipe.observed { OBSERVER_WORDS } else { 0 };
+        self.recipe.variant.parameters().len() as u32 + 4 + look_back + observer
+    }
+
+    pub(super) fn looks_back(&self) -> bool {
+        self.recipe.variant.extensions.look_back().is_some()
+    }
+
+    /// Members of the memory and what they are at the start.
+    fn memory(&self) -> Vec<(String, Initial)> {
+        let missing = self.recipe.observed.then(|| ("d".to_owned(), Initial::Value(0.0)));
+        let of = |extension: &&'static Extension| {
+            let name = &extension.name;
+            extension.state.iter().map(move |(member, initial)| (format!("{name}.{member}"), *initial))
+        };
+        let extensions = self.recipe.variant.extensions.list();
+        missing.into_iter().chain(extensions.iter().flat_map(of)).collect()
     }
 
     /// Words of one candidate in `results`.
@@ -75,8 +96,9 @@ impl Kernel {
             Sums::Score(_) => 1,
             Sums::All => 4,
         };
-        let ring = if self.recipe.variant.delay { 2 * self.ring } else { 0 };
-        3 + self.motion().len() as u32 + triples * triple + if self.observer { 2 } else { 0 } + ring
+        let ring = if self.recipe.variant.perceives_late() { 2 * self.ring } else { 0 };
+        let state = (self.motion().len() + self.memory().len()) as u32;
+        3 + state + triples * triple + if self.recipe.observed { 2 } else { 0 } + ring
     }
 
     /// The whole text; `replaced` has other texts for some files.
@@ -90,16 +112,69 @@ impl Kernel {
         source
     }
 
+    /// What the kernel does with the memory of extensions and observer.
+    fn memory_functions(&self, text: &mut String) -> std::fmt::Result {
+        let memory = self.memory();
+        if !self.recipe.is_extended() {
+            text.push_str(include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/shaders/unextended.wgsl")));
+        }
+        let all = |of: &dyn Fn(usize, &str, Initial) -> String| -> String {
+            memory.iter().enumerate().map(|(k, (member, initial))| of(k, member, *initial)).collect()
+        };
+        let start = |_, member: &str, initial| {
+            let value = match initial {
+                Initial::Value(value) => format!("{value:?}"),
+                Initial::Measured(Signal::S) => "s".to_owned(),
+                Initial::Measured(Signal::Vf) => "v_f".to_owned(),
+                Initial::Measured(Signal::Vl) => "v_l".to_owned(),
+                Initial::Measured(Signal::Af) => "a_f".to_owned(),
+            };
+            format!("    memory.{member} = {value};\n")
+        };
+        writeln!(
+            text,
+            "fn initial_memory(s: f32, v_f: f32, v_l: f32, a_f: f32) -> Memory {{\n    var memory: Memory;\n{}    \
+             return memory;\n}}",
+            all(&start)
+        )?;
+        writeln!(
+            text,
+            "fn load_memory(at: u32, i: u32) -> Memory {{\n    var memory: Memory;\n{}    return memory;\n}}",
+            all(&|k, member, _| format!("    memory.{member} = saved(at + {k}u, i);\n"))
+        )?;
+        writeln!(
+            text,
+            "fn save_memory(at: u32, i: u32, memory: Memory) {{\n{}}}",
+            all(&|k, member, _| format!("    save(at + {k}u, i, memory.{member});\n"))
+        )?;
+        let by = if self.recipe.observed { "    after.d = after.d - by;\n" } else { "" };
+        writeln!(
+            text,
+            "fn corrected(memory: Memory, by: f32) -> Memory {{\n    var after = memory;\n{by}    return after;\n}}"
+        )?;
+        if self.recipe.is_extended() {
+            text.push_str(
+                "fn stepped(\n    p: Params, x: Perceived, now: Motion, memory: Memory, m_0: f32, phi_f: f32, road: Road, \
+                 given: Given, dx_l: f32,\n    dt: f32,\n) -> Step {\n    \
+                 return step(p, x, now, memory, m_0, phi_f, road, given, dx_l, dt);\n}\n",
+            );
+        }
+        Ok(())
+    }
+
     fn prelude(&self) -> Result<String, std::fmt::Error> {
         let variant = &self.recipe.variant;
         let mut text = String::new();
         for (name, value) in [
-            ("DELAY", variant.delay),
+            ("DELAY", variant.perceives_late()),
             ("GRADE", variant.needs_grade()),
             ("MFC", self.mfc()),
             ("REJECT", self.reject),
             ("COMPENSATED", self.recipe.precision == Precision::Compensated),
-            ("OBSERVER", self.observer),
+            ("OBSERVER", self.recipe.observed),
+            ("EXTENDED", self.recipe.is_extended()),
+            ("WORLD", !variant.extensions.is_empty()),
+            ("LOOKS_BACK", self.looks_back()),
             ("RING_IN_STATES", self.ring_in_states()),
         ] {
             writeln!(text, "const {name} = {value};")?;
@@ -118,6 +193,7 @@ impl Kernel {
             ("WORKGROUP", WORKGROUP),
             ("PARAMETERS", parameters.len() as u32),
             ("MOTION_WORDS", motion.len() as u32),
+            ("MEMORY_WORDS", self.memory().len() as u32),
         ] {
             writeln!(text, "const {name} = {value}u;")?;
         }
@@ -126,7 +202,11 @@ impl Kernel {
             all.join(between)
         };
         let names: Vec<&str> = parameters.iter().map(|symbol| symbol.name()).collect();
-        let loads = list(&|k, _| format!("candidate({k}u, i)"), &names, ", ");
+        let mut loads = list(&|k, _| format!("candidate({k}u, i)"), &names, ", ");
+        if self.recipe.observed {
+            // The last of the observer's words.
+            write!(loads, ", candidate({}u, i)", self.candidate_words() - 1)?;
+        }
         writeln!(text, "fn load_params(i: u32) -> Params {{\n    return Params({loads});\n}}")?;
         let finite = list(&|_, name| format!("is_finite(p.{name})"), &names, " && ");
         writeln!(text, "fn params_are_finite(p: Params) -> bool {{\n    return {finite};\n}}")?;
@@ -134,6 +214,7 @@ impl Kernel {
         writeln!(text, "fn load_motion(at: u32, i: u32) -> Motion {{\n    return Motion({loads});\n}}")?;
         let saves = list(&|k, name| format!("    save(at + {k}u, i, now.{name});"), motion, "\n");
         writeln!(text, "fn save_motion(at: u32, i: u32, now: Motion) {{\n{saves}\n}}")?;
+        self.memory_functions(&mut text)?;
         Ok(text)
     }
 }
@@ -144,6 +225,6 @@ impl Kernel {
 /// [`ShaderError`] at the first problem.
 pub fn kernel_text(recipe: &Recipe) -> Result<String, ShaderError> {
     let sums = Sums::Score(Accumulation::Squared);
-    let source = Kernel { recipe: *recipe, sums, observer: false, reject: false, ring: 16 }.source(&Replaced::new());
+    let source = Kernel { recipe: *recipe, sums, reject: false, ring: 16 }.source(&Replaced::new());
     check(&source).map(|_| source.text().to_owned())
 }

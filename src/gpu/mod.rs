@@ -136,12 +136,22 @@ impl Gpu {
         Ok(raw)
     }
 
-    /// Runs that are corrected towards the measurement, one per candidate.
+    /// Runs that are corrected towards the measurement, one observer per candidate, and their sums over blocks of samples.
     ///
     /// # Errors
     /// When the device fails twice.
-    pub fn observed(&mut self, job: &Job<'_>, observer: &Observer) -> Result<Vec<Observed>, EvaluateError> {
-        self.start(OWN, &[*job], Sums::All, Some(*observer))?;
+    ///
+    /// # Panics
+    /// Unless there is one observer per candidate, and at least one sample in a block.
+    pub fn observed(
+        &mut self,
+        job: &Job<'_>,
+        observers: &[Observer],
+        block: usize,
+    ) -> Result<Vec<Observed>, EvaluateError> {
+        assert_eq!(job.population.len(), observers.len(), "one observer per candidate");
+        assert!(block > 0, "blocks of at least one sample");
+        self.start(OWN, &[*job], Sums::All, Some((observers, block)))?;
         let work = self.finish(OWN)?;
         let empty = Observed { raw: Raw::default(), blocks: Vec::new() };
         let mut observed = vec![empty; work.plan.positions.len()];
@@ -190,9 +200,13 @@ impl Gpu {
         // A ring that is longer than needed costs no time.
         let ring = self.courses.iter().map(|course| course.ring).max().unwrap_or(1).next_power_of_two();
         Kernel {
-            recipe: Recipe { variant: *variant, precision: self.precision, radicand: convention.radicand },
+            recipe: Recipe {
+                variant: *variant,
+                precision: self.precision,
+                radicand: convention.radicand,
+                observed: observer,
+            },
             sums,
-            observer,
             reject: convention.bounds == BoundRule::Reject,
             ring: ring as u32,
         }
@@ -235,14 +249,19 @@ impl Gpu {
         })
     }
 
-    fn start(&mut self, set: usize, jobs: &[Job], sums: Sums, observer: Option<Observer>) -> Result<(), EvaluateError> {
+    fn start(
+        &mut self,
+        set: usize,
+        jobs: &[Job],
+        sums: Sums,
+        observed: Option<(&[Observer], usize)>,
+    ) -> Result<(), EvaluateError> {
         // Work that nobody collected is dropped.
         let mut plan = self.work[set].take().map_or_else(|| std::mem::take(&mut self.spare[set]), |work| work.plan);
-        let kernel = self.kernel(sums, observer.is_some());
-        let blocks = observer.map_or(0, |o| {
-            let samples = jobs.iter().map(|job| self.courses[job.case].samples()).max().unwrap_or(0);
-            samples.div_ceil(o.block) as u32
-        });
+        let kernel = self.kernel(sums, observed.is_some());
+        let (observers, block) = observed.unwrap_or((&[], 0));
+        let samples = jobs.iter().map(|job| self.courses[job.case].samples()).max().unwrap_or(0);
+        let blocks = if block > 0 { samples.div_ceil(block) as u32 } else { 0 };
         self.twice(
             |gpu| {
                 if gpu.context.is_some() { Ok(()) } else { Err(Fault::new("opening the device", "it was lost")) }
@@ -250,8 +269,8 @@ impl Gpu {
         )?;
         let context = self.context.as_ref().expect("opened above");
         let most = most_candidates(&kernel, blocks, &context.device.limits);
-        plan.make(jobs, &self.cases, &self.courses, &context.tables, &kernel, most)?;
-        let work = Work { kernel, plan, observer, blocks };
+        plan.make(jobs, observers, &self.cases, &self.courses, &context.tables, &kernel, most)?;
+        let work = Work { kernel, plan, block: block as u32, blocks };
         self.twice(|gpu| match &mut gpu.context {
             Some(context) => context.start(set, &work),
             None => Err(Fault::new("opening the device", "it was lost")),
@@ -272,7 +291,7 @@ impl Gpu {
         Ok(self.work[set].take().unwrap_or_else(|| Work {
             kernel: self.kernel(Sums::All, false),
             plan: Plan::default(),
-            observer: None,
+            block: 0,
             blocks: 0,
         }))
     }

@@ -2,7 +2,7 @@
 
 use super::kernel::{Kernel, WORKGROUP};
 use super::tables::Tables;
-use crate::evaluator::{Case, Course, EvaluateError, Job, Pace};
+use crate::evaluator::{Case, Course, EvaluateError, Job, Observer, Pace};
 use crate::symbols::{Parameters, Symbol};
 
 /// Candidates of one dispatch at most, whatever the limits: a chunk of 16 samples of them takes about 0.1 s on a slow adapter.
@@ -35,10 +35,11 @@ pub(super) struct Plan {
 }
 
 impl Plan {
-    /// Replaces the plan; memory is kept.
+    /// Replaces the plan; memory is kept. Where there are observers, there is one job, and one for each of its candidates.
     pub(super) fn make(
         &mut self,
         jobs: &[Job],
+        observers: &[Observer],
         cases: &[Case],
         courses: &[Course],
         groups: &[Tables],
@@ -76,7 +77,11 @@ impl Plan {
                     let parameters = population.parameters(candidate);
                     let pace = pace(&cases[case], &courses[case], &parameters, kernel)?;
                     let job = (case - tables.cases.start) as u32;
-                    for (word, value) in row(&symbols, &parameters, &pace, job).enumerate() {
+                    let looks_back = kernel.looks_back().then_some(pace.look_back);
+                    let own = row(&symbols, &parameters, &pace, job);
+                    let own = own.chain(looks_back.into_iter().flatten().flat_map(looked_back));
+                    let own = own.chain(observers.get(candidate).into_iter().flat_map(observer));
+                    for (word, value) in own.enumerate() {
                         self.words[begin + word * count + i] = value;
                     }
                     samples = samples.max(courses[case].samples() as u32);
@@ -96,6 +101,15 @@ fn row<'a>(symbols: &'a [Symbol], parameters: &'a Parameters, pace: &Pace, job: 
     symbols.iter().map(|symbol| (parameters.get(*symbol) as f32).to_bits()).chain(rest)
 }
 
+fn looked_back((back, fraction): (i32, f64)) -> [u32; 2] {
+    [back as u32, (fraction as f32).to_bits()]
+}
+
+fn observer(observer: &Observer) -> impl Iterator<Item = u32> + use<> {
+    let Observer { gain, whitening, decay } = *observer;
+    gain.into_iter().chain(whitening).chain([decay]).map(|x| (x as f32).to_bits())
+}
+
 /// When a candidate perceives; an error if it would look back beyond what is remembered.
 fn pace(case: &Case, course: &Course, parameters: &Parameters, kernel: &Kernel) -> Result<Pace, EvaluateError> {
     let mut pace = case.pace(parameters);
@@ -108,7 +122,7 @@ fn pace(case: &Case, course: &Course, parameters: &Parameters, kernel: &Kernel) 
     if remembered && pace.first <= course.ring.min(course.samples() - 1) {
         return Ok(pace);
     }
-    Err(EvaluateError::Delay { upper: case.tau_p_upper, found: parameters.tau_p })
+    Err(EvaluateError::Delay { upper: case.longest_delay(), found: case.delay(parameters) })
 }
 
 /// Candidates that one part may have.

@@ -4,7 +4,6 @@ use super::context::{Results, Work};
 use super::device::{Device, Fault};
 use super::plan::Part;
 use super::tables::Tables;
-use crate::evaluator::Observer;
 use wgpu::BufferUsages as Usages;
 
 /// Positions in [`BUFFERS`].
@@ -28,7 +27,6 @@ const BUFFERS: [(&str, Usages); 6] = [
 pub(super) struct Slot {
     buffers: [wgpu::Buffer; 6],
     chunk: wgpu::Buffer,
-    observer: wgpu::Buffer,
     /// Bind group and the tables in it.
     bound: Option<(usize, wgpu::BindGroup)>,
 }
@@ -62,7 +60,7 @@ impl Slot {
             },
             count: None,
         };
-        let entries: Vec<_> = (0..10).map(entry).collect();
+        let entries: Vec<_> = (0..9).map(entry).collect();
         let descriptor = wgpu::BindGroupLayoutDescriptor { label: Some("kernel"), entries: &entries };
         device.raw.create_bind_group_layout(&descriptor)
     }
@@ -73,7 +71,6 @@ impl Slot {
             // Bindings must not be empty.
             buffers: BUFFERS.map(|(label, usage)| buffer(device, label, 256, usage)),
             chunk: buffer(device, "chunk", 32, uniform),
-            observer: buffer(device, "observer", 32, uniform),
             bound: None,
         }
     }
@@ -97,7 +94,7 @@ impl Slot {
             }
         }
         if self.bound.as_ref().is_none_or(|(bound, _)| *bound != group) {
-            let all = tables.buffers.iter().chain(&self.buffers[..=BLOCKS]).chain([&self.chunk, &self.observer]);
+            let all = tables.buffers.iter().chain(&self.buffers[..=BLOCKS]).chain([&self.chunk]);
             let entries: Vec<_> = (0..)
                 .zip(all)
                 .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
@@ -107,19 +104,13 @@ impl Slot {
         }
     }
 
-    pub(super) fn upload(&self, device: &Device, words: &[u32], observer: Option<&Observer>) {
+    pub(super) fn upload(&self, device: &Device, words: &[u32]) {
         device.queue.write_buffer(&self.buffers[CANDIDATES], 0, bytemuck::cast_slice(words));
-        if let Some(Observer { gain: g, whitening: w, block }) = observer {
-            let floats = [g[0], g[1], g[2], g[3], w[0], w[1], w[2]].map(|x| (x as f32).to_bits());
-            let mut uniform = [*block as u32; 8];
-            uniform[..7].copy_from_slice(&floats);
-            device.queue.write_buffer(&self.observer, 0, bytemuck::cast_slice(&uniform));
-        }
     }
 
-    /// `Chunk` of the kernel: from_sample, to_sample, candidates, stride, and zero.
-    pub(super) fn write_chunk(&self, device: &Device, [from, to, candidates, stride]: [u32; 4]) {
-        let words = [from, to, candidates, stride, 0, 0, 0, 0];
+    /// `Chunk` of the kernel: from_sample, to_sample, candidates, stride, zero, and block.
+    pub(super) fn write_chunk(&self, device: &Device, [from, to, candidates, stride]: [u32; 4], block: u32) {
+        let words = [from, to, candidates, stride, 0, block, 0, 0];
         device.queue.write_buffer(&self.chunk, 0, bytemuck::cast_slice(&words));
     }
 

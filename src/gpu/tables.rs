@@ -5,9 +5,6 @@ use crate::evaluator::{Cell, Course, Table};
 use crate::score::GoodnessOfFit;
 use std::ops::Range;
 
-/// vec4 per sample in `samples`.
-const SAMPLE_WORDS: u32 = 3;
-
 /// `Job` of shaders/kernel.wgsl: one per case.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
@@ -91,6 +88,9 @@ impl Content {
                 [course.a_f[i] as f32, x_road(i), course.v_denominator[i] as f32, course.s_start[i] as f32],
                 [s, v, a, 0.0],
             ]);
+            if let Some(world) = &course.world {
+                content.samples.push([world.a_l[i], world.v_l2[i], world.s_l2[i], world.t[i]].map(|x| x as f32));
+            }
         }
         for first in 0..=course.ring.min(course.samples() - 1) {
             let norm = course.norm(gof, first);
@@ -173,7 +173,6 @@ impl Content {
     }
 
     fn upload(&self, device: &Device, cases: Range<usize>) -> Tables {
-        debug_assert_eq!(self.samples.len() % SAMPLE_WORDS as usize, 0, "whole samples");
         let buffer = |label: &str, bytes: &[u8]| {
             // A binding must not be empty.
             let size = bytes.len().max(16) as u64;

@@ -100,7 +100,7 @@ impl Local {
         let mut run = |values: &[f64]| {
             let parameters = space.parameters(values);
             let whole = Reference::outcome(case, &parameters, &mut trace).result.is_ok();
-            let first = case.first_sample(parameters.tau_p);
+            let first = case.first_sample(case.delay(&parameters));
             whole.then(|| ([trace.s.clone(), trace.v.clone(), trace.a.clone()], first))
         };
         let (here, mut first) = run(candidate)?;

@@ -7,7 +7,9 @@ use super::run::{Candidate, Program, Run, Workspace};
 use super::simd::{InstructionSet, run_block};
 use super::stream::Stream;
 use super::sums::Settings;
-use crate::evaluator::{Case, EvaluateError, Failure, Job, Observed, Population, Raw, Score};
+use crate::evaluator::{
+    Case, EvaluateError, Failure, Innovations, Job, Observed, Observer, Pace, Population, Raw, Score,
+};
 use crate::symbols::{Parameters, Symbol};
 use rayon::prelude::*;
 use std::sync::Mutex;
@@ -120,15 +122,19 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         for (k, job) in jobs.iter().enumerate() {
             let (case, stream) = (&cases[job.case], &self.streams[job.case]);
             let from = self.order.len();
-            let tau_p = job.population.symbols().iter().position(|symbol| *symbol == Symbol::tau_p);
+            let extensions = case.variant.extensions;
+            let timing = [Some(Symbol::tau_p), extensions.delay(), extensions.look_back()];
+            let columns: Vec<(Symbol, usize)> = timing
+                .into_iter()
+                .flatten()
+                .filter_map(|wanted| Some((wanted, job.population.symbols().iter().position(|s| *s == wanted)?)))
+                .collect();
             let mut parameters = Parameters::NONE;
             for index in 0..job.population.len() {
-                parameters.tau_p = tau_p.map_or(f64::NAN, |column| job.population.values(index)[column]);
-                let pace = case.pace(&parameters);
-                if pace.back > stream.longest {
-                    return Err(EvaluateError::Delay { upper: case.tau_p_upper, found: parameters.tau_p });
+                for (symbol, column) in &columns {
+                    parameters.set(*symbol, job.population.values(index)[*column]);
                 }
-                self.order.push(Candidate { index, back: pace.back, fraction: pace.fraction, first: pace.first });
+                self.order.push(candidate(case, stream.longest, index, &parameters)?);
             }
             let to = self.order.len();
             self.order[from..].sort_unstable_by_key(|candidate| (candidate.back, candidate.index));
@@ -147,7 +153,7 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         &mut self,
         cases: &[Case],
         jobs: &[Job<'_>],
-        settings: &Settings<T>,
+        settings: &Settings,
         results: &mut Vec<Finished>,
     ) -> Result<(), EvaluateError> {
         let lanes = self.plan(cases, jobs)?;
@@ -191,7 +197,7 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
     fn prepare<'a>(
         &'a self,
         job: &Job<'a>,
-        settings: &'a Settings<T>,
+        settings: &'a Settings,
         columns: &'a [Option<usize>],
         candidates: &'a [Candidate],
     ) -> Run<'a, T> {
@@ -205,6 +211,8 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
             history: None,
             end: stream.samples(),
             trace: None,
+            observers: &[],
+            record: None,
         }
     }
 
@@ -227,32 +235,24 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         self.streams.iter().map(|stream| stream.longest).max().unwrap_or(0)
     }
 
-    /// Runs with an observer; they are few, so in small blocks.
+    /// Runs with observers, one per candidate, and what they add up.
     pub fn observed(
         &mut self,
         cases: &[Case],
         job: &Job<'_>,
-        settings: &Settings<T>,
+        settings: &Settings,
+        observers: &[Observer],
     ) -> Result<Vec<Observed>, EvaluateError> {
-        let only = self.only.replace(B);
-        let planned = self.plan(cases, &[*job]);
-        self.only = only;
-        planned?;
+        let lanes = self.plan(cases, &[*job])?;
         let columns = self.columns(job.population);
-        let several: Vec<Vec<Observed>> = self
-            .parts
-            .par_iter()
-            .map(|part| {
-                let mut run = self.prepare(job, settings, &columns, &self.order[part.from..part.to]);
-                self.observe(&self.small, &mut run)
-            })
-            .collect();
+        let observe = |part: &Part| {
+            let mut run = self.prepare(job, settings, &columns, &self.order[part.from..part.to]);
+            run.observers = observers;
+            if lanes == A { self.observe(&self.large, &mut run) } else { self.observe(&self.small, &mut run) }
+        };
+        let several: Vec<Vec<Observed>> = self.parts.par_iter().map(observe).collect();
         let empty = Observed { raw: Raw::default(), blocks: Vec::new() };
-        let mut results = vec![empty; self.order.len()];
-        for (candidate, observed) in self.order.iter().zip(several.into_iter().flatten()) {
-            results[candidate.index] = observed;
-        }
-        Ok(results)
+        Ok(self.in_order(several.into_iter().flatten(), empty))
     }
 
     fn observe<const L: usize>(&self, blocks: &Blocks<T, L>, run: &mut Run<'_, T>) -> Vec<Observed> {
@@ -272,25 +272,76 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         observed
     }
 
+    /// Runs with observers, one per candidate, sample by sample; in small blocks, for they are remembered whole.
+    pub fn innovations(
+        &mut self,
+        cases: &[Case],
+        job: &Job<'_>,
+        settings: &Settings,
+        observers: &[Observer],
+    ) -> Result<Vec<Innovations>, EvaluateError> {
+        let only = self.only.replace(B);
+        let planned = self.plan(cases, &[*job]);
+        self.only = only;
+        planned?;
+        let columns = self.columns(job.population);
+        let record = |part: &Part| {
+            let mut run = self.prepare(job, settings, &columns, &self.order[part.from..part.to]);
+            run.observers = observers;
+            self.record(run)
+        };
+        let several: Vec<Vec<Innovations>> = self.parts.par_iter().map(record).collect();
+        let empty =
+            Innovations { failed: None, first: 0, residual: Vec::new(), state: Vec::new(), acceleration: Vec::new() };
+        Ok(self.in_order(several.into_iter().flatten(), empty))
+    }
+
+    fn record(&self, run: Run<'_, T>) -> Vec<Innovations> {
+        let mut workspace = self.small.take(self.longest());
+        let mut record = Vec::new();
+        let (candidates, settings, samples) = (run.candidates, run.settings, run.stream.samples());
+        run_block(self.set, &self.small.program, &mut workspace, &mut Run { record: Some(&mut record), ..run });
+        let width = candidates.len();
+        let lane = |lane: usize| {
+            let failed = workspace.raw(lane, settings).failure();
+            let end = failed.map_or(samples, |f| f.step).min(record.len() / width);
+            let row = |t: usize| if t < end { record[t * width + lane] } else { [f64::NAN; 6] };
+            Innovations {
+                failed,
+                first: candidates[lane].first,
+                residual: (0..samples).map(|t| [row(t)[0], row(t)[1]]).collect(),
+                state: (0..samples).map(|t| [row(t)[2], row(t)[3], row(t)[4]]).collect(),
+                acceleration: (0..samples).map(|t| row(t)[5]).collect(),
+            }
+        };
+        let all = (0..width).map(lane).collect();
+        self.small.put(workspace);
+        all
+    }
+
+    /// From the order of the blocks to that of the population.
+    fn in_order<R: Clone>(&self, sorted: impl Iterator<Item = R>, empty: R) -> Vec<R> {
+        let mut results = vec![empty; self.order.len()];
+        for (candidate, one) in self.order.iter().zip(sorted) {
+            results[candidate.index] = one;
+        }
+        results
+    }
+
     /// The states of one candidate from sample `from` to `to` - 1, after a given past.
     pub fn trace(
         &self,
         case: &Case,
         index: usize,
         population: &Population,
-        settings: &Settings<T>,
+        settings: &Settings,
         history: History<'_>,
         to: usize,
     ) -> Result<Vec<[f64; 3]>, EvaluateError> {
         let from = history[0].len();
-        let parameters = population.parameters(0);
-        let pace = case.pace(&parameters);
         let stream = &self.streams[index];
-        if pace.back > stream.longest {
-            return Err(EvaluateError::Delay { upper: case.tau_p_upper, found: parameters.tau_p });
-        }
+        let candidate = Candidate { first: from, ..candidate(case, stream.longest, 0, &population.parameters(0))? };
         let past: Vec<[T; 3]> = (0..from).map(|t| [0, 1, 2].map(|k| T::of(history[k][t]))).collect();
-        let candidate = Candidate { index: 0, back: pace.back, fraction: pace.fraction, first: from };
         let mut states = Vec::new();
         let columns = self.columns(population);
         let mut run = Run {
@@ -302,6 +353,8 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
             history: Some(&past),
             end: to.min(stream.samples()),
             trace: Some(&mut states),
+            observers: &[],
+            record: None,
         };
         let mut workspace = self.small.take(self.longest());
         run_block(self.set, &self.small.program, &mut workspace, &mut run);
@@ -310,8 +363,18 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
     }
 }
 
+/// When a candidate perceives and starts.
+fn candidate(case: &Case, longest: usize, index: usize, parameters: &Parameters) -> Result<Candidate, EvaluateError> {
+    let pace = case.pace(parameters);
+    if pace.back > longest {
+        return Err(EvaluateError::Delay { upper: case.longest_delay(), found: case.delay(parameters) });
+    }
+    let Pace { back, fraction, first, look_back, .. } = pace;
+    Ok(Candidate { index, back, fraction, first, look_back })
+}
+
 impl<T: Real, const L: usize> Workspace<T, L> {
-    fn raw(&self, lane: usize, settings: &Settings<T>) -> Raw {
+    fn raw(&self, lane: usize, settings: &Settings) -> Raw {
         let totals = self.sums.totals(lane, settings.compensated);
         let [error2, simulated2, relative2, floored2] = totals.map(|sum| sum.map(T::to_f64));
         Raw {

@@ -6,8 +6,10 @@ use super::model::Model;
 use super::real::Real;
 use super::simd::InstructionSet;
 use super::stream::Stream;
-use super::sums::{Adding, ObserverOf, Settings};
-use crate::evaluator::{BufferSet, Case, Course, EvaluateError, Evaluator, Job, Observed, Observer, Outcome};
+use super::sums::{Adding, Settings};
+use crate::evaluator::{
+    BufferSet, Case, Course, EvaluateError, Evaluator, Innovations, Job, Observed, Observer, Outcome,
+};
 use crate::evaluator::{Population, Raw, Score};
 use crate::score::GoodnessOfFit;
 use crate::symbols::Parameters;
@@ -43,6 +45,35 @@ enum Engine {
     F64(Box<Core<f64, 64, 16>>),
 }
 
+impl Engine {
+    /// Blocks of the model of the cases' variant; with `observed` they carry a missing acceleration.
+    fn new(
+        cases: &[Case],
+        courses: &[Course],
+        gof: &GoodnessOfFit,
+        precision: LanesPrecision,
+        set: InstructionSet,
+        observed: bool,
+    ) -> Result<Engine, EvaluateError> {
+        let text = match precision {
+            LanesPrecision::Plain | LanesPrecision::F64 => Precision::Plain,
+            LanesPrecision::Compensated => Precision::Compensated,
+        };
+        let (variant, radicand) = (cases[0].variant, cases[0].convention.radicand);
+        let recipe = Recipe { variant, precision: text, radicand, observed };
+        let source = Source::model(&recipe);
+        let checked = check(&source).map_err(LanesError::from)?;
+        let model = Model::compile(&source, &checked, &recipe)?;
+        Ok(match precision {
+            LanesPrecision::F64 => Engine::F64(Box::new(Core::new(streams(cases, courses, gof), model, false, set))),
+            LanesPrecision::Plain | LanesPrecision::Compensated => {
+                let compensated = precision == LanesPrecision::Compensated;
+                Engine::F32(Box::new(Core::new(streams(cases, courses, gof), model, compensated, set)))
+            }
+        })
+    }
+}
+
 /// Does the same with either engine.
 macro_rules! with_engine {
     ($engine:expr, $core:ident => $body:expr) => {
@@ -60,7 +91,10 @@ pub struct Lanes {
     courses: Vec<Course>,
     gof: GoodnessOfFit,
     precision: LanesPrecision,
+    set: InstructionSet,
     engine: Engine,
+    /// The same model with an observer; made when it is asked for.
+    observing: Option<Engine>,
     finished: [Vec<Finished>; 2],
 }
 
@@ -77,23 +111,10 @@ impl Lanes {
         let (variant, radicand) = (first.variant, first.convention.radicand);
         assert!(cases.iter().all(|c| c.variant == variant), "cases of one variant");
         assert!(cases.iter().all(|c| c.convention.radicand == radicand), "cases that start alike");
-        let text = match precision {
-            LanesPrecision::Plain | LanesPrecision::F64 => Precision::Plain,
-            LanesPrecision::Compensated => Precision::Compensated,
-        };
-        let source = Source::model(&Recipe { variant, precision: text, radicand });
-        let checked = check(&source).map_err(LanesError::from)?;
-        let model = Model::compile(&source, &checked, variant.delay)?;
         let courses: Vec<Course> = cases.iter().map(Course::new).collect::<Result<_, _>>()?;
         let set = InstructionSet::best();
-        let engine = match precision {
-            LanesPrecision::F64 => Engine::F64(Box::new(Core::new(streams(&cases, &courses, &gof), model, false, set))),
-            LanesPrecision::Plain | LanesPrecision::Compensated => {
-                let compensated = precision == LanesPrecision::Compensated;
-                Engine::F32(Box::new(Core::new(streams(&cases, &courses, &gof), model, compensated, set)))
-            }
-        };
-        Ok(Lanes { cases, courses, gof, precision, engine, finished: [Vec::new(), Vec::new()] })
+        let engine = Engine::new(&cases, &courses, &gof, precision, set, false)?;
+        Ok(Lanes { cases, courses, gof, precision, set, engine, observing: None, finished: [Vec::new(), Vec::new()] })
     }
 
     /// The same with another instruction set, for tests: all give the same bits.
@@ -112,11 +133,11 @@ impl Lanes {
     }
 
     fn rebuilt(self, set: InstructionSet, only: Option<usize>) -> Lanes {
-        let engine = match self.engine {
+        let rebuilt = |engine: Engine| match engine {
             Engine::F32(core) => Engine::F32(Box::new(core.with(set, only))),
             Engine::F64(core) => Engine::F64(Box::new(core.with(set, only))),
         };
-        Lanes { engine, ..self }
+        Lanes { set, engine: rebuilt(self.engine), observing: self.observing.map(rebuilt), ..self }
     }
 
     /// Status, cuts and all sums of each candidate, in the order of the jobs.
@@ -129,16 +150,52 @@ impl Lanes {
         Ok(finished.into_iter().map(|f| f.raw).collect())
     }
 
-    /// Runs that are corrected towards the measurement.
+    /// Runs that are corrected towards the measurement, one observer per candidate, and their sums over blocks of samples.
     ///
     /// # Errors
-    /// [`EvaluateError::Delay`].
-    pub fn observed(&mut self, job: &Job<'_>, observer: &Observer) -> Result<Vec<Observed>, EvaluateError> {
-        let compensated = self.compensated();
-        with_engine!(&mut self.engine, core => {
-            let settings = settings(Adding::All, compensated, true, Some(ObserverOf::new(observer)));
-            core.observed(&self.cases, job, &settings)
+    /// [`EvaluateError::Delay`], [`EvaluateError::Model`].
+    ///
+    /// # Panics
+    /// Unless there is one observer per candidate, and at least one sample in a block.
+    pub fn observed(
+        &mut self,
+        job: &Job<'_>,
+        observers: &[Observer],
+        block: usize,
+    ) -> Result<Vec<Observed>, EvaluateError> {
+        assert_eq!(job.population.len(), observers.len(), "one observer per candidate");
+        assert!(block > 0, "blocks of at least one sample");
+        self.observe()?;
+        let settings = settings(Adding::All, self.compensated(), true, Some(block));
+        with_engine!(self.observing.as_mut().expect("just made"), core => {
+            core.observed(&self.cases, job, &settings, observers)
         })
+    }
+
+    /// Runs that are corrected towards the measurement, sample by sample, one observer per candidate.
+    ///
+    /// # Errors
+    /// [`EvaluateError::Delay`], [`EvaluateError::Model`].
+    ///
+    /// # Panics
+    /// Unless there is one observer per candidate.
+    pub fn innovations(&mut self, job: &Job<'_>, observers: &[Observer]) -> Result<Vec<Innovations>, EvaluateError> {
+        assert_eq!(job.population.len(), observers.len(), "one observer per candidate");
+        self.observe()?;
+        let one_block = self.cases[job.case].s.len();
+        let adding = Adding::One(self.gof.accumulation());
+        let settings = settings(adding, self.compensated(), false, Some(one_block));
+        with_engine!(self.observing.as_mut().expect("just made"), core => {
+            core.innovations(&self.cases, job, &settings, observers)
+        })
+    }
+
+    fn observe(&mut self) -> Result<(), EvaluateError> {
+        if self.observing.is_none() {
+            let (precision, set) = (self.precision, self.set);
+            self.observing = Some(Engine::new(&self.cases, &self.courses, &self.gof, precision, set, true)?);
+        }
+        Ok(())
     }
 
     /// The states (spacing, speed, acceleration) of one candidate at the samples from `from` to `to` - 1, where `history` has
@@ -186,8 +243,8 @@ fn streams<T: Real>(cases: &[Case], courses: &[Course], gof: &GoodnessOfFit) -> 
     cases.iter().zip(courses).map(|(case, course)| Stream::new(case, course, gof)).collect()
 }
 
-fn settings<T>(adding: Adding, compensated: bool, counts: bool, observer: Option<ObserverOf<T>>) -> Settings<T> {
-    Settings { adding, compensated, counts, observer }
+fn settings(adding: Adding, compensated: bool, counts: bool, block: Option<usize>) -> Settings {
+    Settings { adding, compensated, counts, block }
 }
 
 impl Evaluator for Lanes {

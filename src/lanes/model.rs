@@ -4,11 +4,23 @@ use super::error::LanesError;
 use super::flat::{Flat, Id, Op};
 use super::flatten::{check_all, flatten};
 use super::schedule::{Row, Rows, Step, schedule};
-use crate::wgsl::{Checked, Source};
+use crate::extension::Initial;
+use crate::wgsl::{Checked, DECAY, Recipe, Source};
 use std::collections::HashMap;
 
-/// Rows of the state: spacing, speed, acceleration, then what compensated sums carry.
+/// Rows of the state: spacing, speed, acceleration, then what compensated sums carry, then the memory of extensions.
 pub type Home = Vec<Row>;
+
+/// Rows of what the time loop looks up for extensions; those that nobody reads are not there.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct GivenRows {
+    pub t: Option<Row>,
+    pub x_f: Option<Row>,
+    /// a_l, v_l2, s_l2.
+    pub ahead: [Option<Row>; 3],
+    /// Speed of the preceding vehicle a while ago: the whole while, and half of it.
+    pub look_back: [Option<Row>; 2],
+}
 
 /// Everything the time loop runs.
 #[derive(Debug, Clone)]
@@ -19,6 +31,8 @@ pub struct Model {
     pub busy: usize,
     /// Row of each parameter that is read, by its symbol's name.
     pub parameters: Vec<(String, Row)>,
+    /// Row of the observer's decay.
+    pub decay: Option<Row>,
     /// Rows of m_0, phi_f and dt.
     pub job: [Row; 3],
     /// Literals and their rows.
@@ -31,6 +45,12 @@ pub struct Model {
     pub dx_l: Row,
     /// sin_grade, a_dp, a_ap.
     pub road: [Row; 3],
+    /// What the time loop looks up for extensions.
+    pub given: GivenRows,
+    /// What the memory of extensions is at the start; its rows are the last of a home.
+    pub memory: Vec<Initial>,
+    /// Place of the missing acceleration in a home.
+    pub missing: Option<usize>,
     /// The state lives in either home by turns.
     pub homes: [Home; 2],
     /// Step from the first home to the second, and back.
@@ -69,12 +89,14 @@ fn bind(flat: &Flat, paths: &[(&str, Row)], bound: &mut HashMap<Id, Row>) {
 }
 
 impl Model {
-    /// Compiles `step` and `starting_spacing` of a text. With `delay` a candidate perceives another sample than the current one.
+    /// Compiles `step` and `starting_spacing` of a text, composed for this recipe.
     ///
     /// # Errors
     /// [`LanesError`] for a text that is more than parts may be.
-    pub fn compile(source: &Source, checked: &Checked, delay: bool) -> Result<Model, LanesError> {
+    pub fn compile(source: &Source, checked: &Checked, recipe: &Recipe) -> Result<Model, LanesError> {
         check_all(source, checked)?;
+        // Then a candidate perceives another sample than the current one.
+        let delay = recipe.variant.perceives_late();
         let same: &[_] = if delay { &[] } else { &[("x.s", "now.s"), ("x.v_f", "now.v_f")] };
         let step = flatten(source, checked, "step", same)?;
         let start = flatten(source, checked, "starting_spacing", &[])?;
@@ -92,7 +114,16 @@ impl Model {
         let perceived = [(); 3].map(|()| rows.pin());
         let dx_l = rows.pin();
         let road = [(); 3].map(|()| rows.pin());
-        let names: Vec<&str> = step.inputs.iter().filter_map(|(path, _)| path.strip_prefix("now.")).collect::<Vec<_>>();
+        // Each part of the state: as an input, as an output.
+        let state = |before: &str, after: &str| -> Vec<(String, String)> {
+            let part = |path: &str| Some((path.to_owned(), format!("{after}{}", path.strip_prefix(before)?)));
+            step.inputs.iter().filter_map(|(path, _)| part(path)).collect()
+        };
+        let motion = state("now.", "next.");
+        let names = [motion.clone(), state("memory.", "memory.")].concat();
+        let initial = |(path, _): &(String, String)| initial(recipe, path);
+        let memory = names[motion.len()..].iter().map(initial).collect();
+        let missing = names.iter().position(|(path, _)| path == "memory.d");
         let homes = [(); 2].map(|()| names.iter().map(|_| rows.pin()).collect::<Home>());
 
         let mut literals: Vec<(f32, Row)> = Vec::new();
@@ -127,15 +158,32 @@ impl Model {
             bind(&step, &[(path, row)], &mut fixed);
             bind(&start, &[(path, row)], &mut start_bound);
         }
+        let is_live = live(&step);
+        let mut given = |name: &str| {
+            let path = format!("given.{name}");
+            let id = step.input(&path).filter(|id| is_live[*id])?;
+            let row = rows.pin();
+            fixed.insert(id, row);
+            Some(row)
+        };
+        let given = GivenRows {
+            t: given("t"),
+            x_f: given("x_f"),
+            ahead: ["a_l", "v_l2", "s_l2"].map(&mut given),
+            look_back: ["v_l_then", "v_l_half"].map(&mut given),
+        };
+        for (path, id) in step.inputs.iter().filter(|(path, _)| path.starts_with("given.")) {
+            debug_assert!(!is_live[*id] || fixed.contains_key(id), "{path} has a row");
+        }
         let output = |path: &str| step.output(path).expect("shaders/step.wgsl returns it");
         let mut busy: Vec<Row> = Vec::new();
         let steps = [0, 1].map(|from| {
             let mut bound = fixed.clone();
-            for (name, row) in names.iter().zip(&homes[from]) {
-                bound.insert(step.input(&format!("now.{name}")).expect("listed above"), *row);
+            for ((before, _), row) in names.iter().zip(&homes[from]) {
+                bound.insert(step.input(before).expect("listed above"), *row);
             }
             let mut targets: Vec<(Id, Option<Row>)> =
-                names.iter().zip(&homes[1 - from]).map(|(n, row)| (output(&format!("next.{n}")), Some(*row))).collect();
+                names.iter().zip(&homes[1 - from]).map(|((_, after), row)| (output(after), Some(*row))).collect();
             let feasible = output("feasible");
             targets.extend([(output("a_free"), None), (output("a"), None), (feasible, None)]);
             let scheduled = schedule(&step.ops, &bound, &targets, &mut rows);
@@ -154,6 +202,7 @@ impl Model {
         Ok(Model {
             rows: rows.count(),
             busy: busy.len(),
+            decay: parameters.iter().find(|(name, _)| name == DECAY).map(|(_, row)| *row),
             parameters,
             job,
             literals,
@@ -161,6 +210,9 @@ impl Model {
             perceived,
             dx_l,
             road,
+            given,
+            memory,
+            missing,
             homes,
             steps,
             start: start.steps,
@@ -169,6 +221,15 @@ impl Model {
             reads_v_l,
         })
     }
+}
+
+/// What a part of the memory is at the start; the missing acceleration begins with 0.
+fn initial(recipe: &Recipe, path: &str) -> Initial {
+    let of_extension = path.strip_prefix("memory.").and_then(|path| path.split_once('.')).and_then(|(name, member)| {
+        let extension = recipe.variant.extensions.get(name)?;
+        extension.state.iter().find(|(known, _)| known == member).map(|(_, initial)| *initial)
+    });
+    of_extension.unwrap_or(Initial::Value(0.0))
 }
 
 /// Operations that depend on nothing but `fixed` rows, and are read by others than such operations.

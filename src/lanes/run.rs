@@ -7,10 +7,11 @@ use super::model::Model;
 use super::real::Real;
 use super::rows;
 use super::simd::{InstructionSet, Instructions, Lane, Registers};
-use super::stream::Stream;
+use super::stream::{Stream, WorldOf};
 use super::sums::{Settings, Sums, Went};
 use super::tables::Lookups;
-use crate::evaluator::{Population, status};
+use crate::evaluator::{Observer, Population, status};
+use crate::extension::{Initial, Signal};
 
 /// A model ready for blocks of L lanes.
 #[derive(Debug, Clone)]
@@ -42,11 +43,12 @@ pub struct Candidate {
     pub back: usize,
     pub fraction: f64,
     pub first: usize,
+    pub look_back: [(i32, f64); 2],
 }
 
 /// What a block has to run.
 pub struct Run<'a, T> {
-    pub settings: &'a Settings<T>,
+    pub settings: &'a Settings,
     pub stream: &'a Stream<T>,
     pub population: &'a Population,
     /// Column of each of the model's parameters in the population.
@@ -58,6 +60,10 @@ pub struct Run<'a, T> {
     pub end: usize,
     /// Receives the state of the first lane, sample by sample.
     pub trace: Option<&'a mut Vec<[f64; 3]>>,
+    /// One per candidate of the population; empty without.
+    pub observers: &'a [Observer],
+    /// Receives every lane's residuals of s and v, corrected s, v and d, and acceleration, sample by sample.
+    pub record: Option<&'a mut Vec<[f64; 6]>>,
 }
 
 /// Memory of a block, used again and again.
@@ -75,6 +81,8 @@ pub struct Workspace<T, const L: usize> {
     alive: Lane<T, L>,
     /// 1 where a lane did this step without failing.
     went: Lane<T, L>,
+    /// Where lanes look the speed of the preceding vehicle up.
+    look_back: [[(i32, T); L]; 2],
     lookups: Lookups<T, L>,
     pub sums: Sums<T, L>,
     pub status: [u32; L],
@@ -93,6 +101,7 @@ impl<T: Real, const L: usize> Workspace<T, L> {
             first: [0; L],
             alive: Lane::ZERO,
             went: Lane::ZERO,
+            look_back: [[(0, T::ZERO); L]; 2],
             lookups: Lookups::new(),
             sums: Sums::new(),
             status: [0; L],
@@ -120,6 +129,16 @@ impl<T: Real, const L: usize> Workspace<T, L> {
             let values = what.population.values(candidate.index);
             for ((_, row), column) in program.model.parameters.iter().zip(what.columns) {
                 self.registers.row_mut(*row)[lane] = T::of(column.map_or(f64::NAN, |column| values[column]));
+            }
+            if let Some(observer) = what.observers.get(candidate.index) {
+                self.sums.observers.set(lane, observer);
+                if let Some(row) = program.model.decay {
+                    self.registers.row_mut(row)[lane] = T::of(observer.decay);
+                }
+            }
+            for k in 0..2 {
+                let (back, fraction) = candidate.look_back[k];
+                self.look_back[k][lane] = (back, T::of(fraction));
             }
             self.back[lane] = candidate.back;
             self.back_row.0[lane] = T::of(candidate.back as f64);
@@ -174,6 +193,9 @@ pub fn run<T: Real, const L: usize>(program: &Program<T, L>, w: &mut Workspace<T
                 w.lookups.mfc_bound(0, w.registers.row_mut(model.road[1]));
                 w.lookups.mfc_bound(1, w.registers.row_mut(model.road[2]));
             }
+            if let Some(world) = &stream.world {
+                give(w, model, stream, world, here, t);
+            }
             w.registers.row_mut(model.dx_l).fill(stream.dx_l[t]);
             w.registers.execute(&program.steps[here]);
             let step = &model.steps[here];
@@ -197,10 +219,12 @@ pub fn run<T: Real, const L: usize>(program: &Program<T, L>, w: &mut Workspace<T
             }
             let rows = [w.registers.row(home[0]), w.registers.row(home[1]), w.registers.row(home[2])];
             w.sums.add(settings, stream, rows, Went { all, row: &w.went.0 }, t);
-            if let Some(observer) = &settings.observer {
-                let [s, v] = w.sums.observe(observer, stream, [rows[0], rows[1]], &w.went.0, t, what.end);
-                w.registers.row_mut(home[0]).copy_from_slice(&s.0);
-                w.registers.row_mut(home[1]).copy_from_slice(&v.0);
+            if let (Some(block), Some(missing)) = (settings.block, model.missing) {
+                let rows = [rows[0], rows[1], w.registers.row(home[missing])];
+                w.sums.observe(block, stream, rows, &w.went.0, t, what.end);
+                for (k, place) in [0, 1, missing].into_iter().enumerate() {
+                    w.registers.row_mut(home[place]).copy_from_slice(&w.sums.corrected[k].0);
+                }
             }
         }
         if t < all_begun {
@@ -216,7 +240,65 @@ pub fn run<T: Real, const L: usize>(program: &Program<T, L>, w: &mut Workspace<T
             let home = &model.homes[here];
             trace.push([0, 1, 2].map(|k| w.registers.row(home[k])[0].to_f64()));
         }
+        if let Some(record) = what.record.as_deref_mut() {
+            let home = &model.homes[here];
+            let a = w.registers.row(home[2]);
+            for lane in 0..what.candidates.len() {
+                let [r_s, r_v] = [0, 1].map(|k| w.sums.residual[k].0[lane]);
+                let [s, v, d] = [0, 1, 2].map(|k| w.sums.corrected[k].0[lane]);
+                record.push([r_s, r_v, s, v, d, a[lane]].map(T::to_f64));
+            }
+        }
         t += 1;
+    }
+}
+
+/// What the time loop looks up for extensions, at the sample before `t`.
+#[inline(never)]
+fn give<T: Real, const L: usize>(
+    w: &mut Workspace<T, L>,
+    model: &Model,
+    stream: &Stream<T>,
+    world: &WorldOf<T>,
+    home: usize,
+    t: usize,
+) {
+    let given = &model.given;
+    if let Some(row) = given.t {
+        w.registers.row_mut(row).fill(world.t[t - 1]);
+    }
+    if let Some(row) = given.x_f {
+        let s = *w.registers.row(model.homes[home][0]);
+        let x_f = w.registers.row_mut(row);
+        for i in 0..L {
+            let x = stream.x_road[t - 1] - s[i];
+            x_f[i] = if world.period > T::ZERO { x - world.period * (x * world.per_period).floor() } else { x };
+        }
+    }
+    for (row, signal) in given.ahead.iter().zip(&world.ahead) {
+        let Some(row) = row else { continue };
+        let to = w.registers.row_mut(*row);
+        if model.undelayed {
+            to.fill(signal[t - 1]);
+            continue;
+        }
+        for i in 0..L {
+            let older = (t - 1).saturating_sub(w.back[i]);
+            let younger = (older + 1).min(t - 1);
+            to[i] = signal[older] + (signal[younger] - signal[older]) * w.fraction.0[i];
+        }
+    }
+    for (row, look_back) in given.look_back.iter().zip(&w.look_back) {
+        let Some(row) = row else { continue };
+        let to = w.registers.row_mut(*row);
+        let last = stream.v_l.len() as i32 - 1;
+        for i in 0..L {
+            let (back, fraction) = look_back[i];
+            let at = t as i32 - 1 - back;
+            let older = stream.v_l[at.clamp(0, last) as usize];
+            let younger = stream.v_l[(at + 1).clamp(0, last) as usize];
+            to[i] = older + (younger - older) * fraction;
+        }
     }
 }
 
@@ -299,9 +381,25 @@ fn start<T: Real, const L: usize>(
     for lane in (0..L).filter(|lane| t < w.first[*lane]).collect::<Vec<_>>() {
         let computed = [w.registers.row(model.start_s)[lane], stream.measured[1][t], stream.measured[2][t]];
         let state = what.history.map_or(computed, |history| history[t]);
+        let motion = model.homes[home].len() - model.memory.len();
         for (k, row) in model.homes[home].iter().enumerate() {
-            w.registers.row_mut(*row)[lane] = state.get(k).copied().unwrap_or(T::ZERO);
+            w.registers.row_mut(*row)[lane] = match k.checked_sub(motion) {
+                None => state.get(k).copied().unwrap_or(T::ZERO),
+                Some(k) => match model.memory[k] {
+                    Initial::Value(value) => T::literal(value),
+                    Initial::Measured(Signal::S) => stream.measured[0][t],
+                    Initial::Measured(Signal::Vf) => stream.measured[1][t],
+                    Initial::Measured(Signal::Vl) => stream.v_l[t],
+                    Initial::Measured(Signal::Af) => stream.measured[2][t],
+                },
+            };
         }
+        w.sums.residual[0].0[lane] = T::ZERO;
+        w.sums.residual[1].0[lane] = T::ZERO;
+        for k in 0..2 {
+            w.sums.corrected[k].0[lane] = state[k];
+        }
+        w.sums.corrected[2].0[lane] = T::ZERO;
         if w.status[lane] == 0 && state[0] <= T::ZERO {
             w.status[lane] = status::FAILED | status::CRASH | t as u32;
             closed += 1;

@@ -36,6 +36,17 @@ pub struct NormOf<T> {
     pub rms_measured: [T; 3],
 }
 
+/// What extensions may know of each sample.
+#[derive(Debug, Clone)]
+pub struct WorldOf<T> {
+    pub t: Vec<T>,
+    /// a_l, v_l2, s_l2.
+    pub ahead: [Vec<T>; 3],
+    /// Length of a closed track and its inverse, 0 for an open road.
+    pub period: T,
+    pub per_period: T,
+}
+
 /// What runs read of a case.
 #[derive(Debug, Clone)]
 pub struct Stream<T> {
@@ -50,6 +61,7 @@ pub struct Stream<T> {
     pub per_denominator: [Vec<T>; 3],
     pub grade: Option<GradeTable<T>>,
     pub mfc: Option<MfcTable<T>>,
+    pub world: Option<WorldOf<T>>,
     /// By first sample.
     pub norms: Vec<NormOf<T>>,
     /// Longest delay in samples that can be remembered.
@@ -87,6 +99,12 @@ impl<T: Real> Stream<T> {
             per_denominator: [0, 1, 2].map(|i| all(&course.per_denominator[i])),
             grade: course.grade.as_ref().map(|table| grade(table, course.period, per_period)),
             mfc: course.mfc.as_ref().map(mfc),
+            world: course.world.as_ref().map(|world| WorldOf {
+                t: all(&world.t),
+                ahead: [&world.a_l, &world.v_l2, &world.s_l2].map(|y| all(y)),
+                period: T::of(course.period),
+                per_period: T::of(per_period),
+            }),
             norms: (0..=course.ring.min(count - 1)).map(norm).collect(),
             longest: course.ring - 2,
             rejects: case.convention.bounds == BoundRule::Reject,

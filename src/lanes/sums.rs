@@ -17,29 +17,37 @@ pub enum Adding {
     All,
 }
 
-/// An observer in the precision of a run.
-#[derive(Debug, Clone, Copy)]
-pub struct ObserverOf<T> {
-    gain: [T; 4],
-    whitening: [T; 3],
-    pub block: usize,
+/// The observers of a block, one per lane, in the precision of a run.
+#[derive(Debug)]
+pub struct Observers<T, const L: usize> {
+    gain: [Lane<T, L>; 6],
+    whitening: [Lane<T, L>; 3],
 }
 
-impl<T: Real> ObserverOf<T> {
-    pub fn new(observer: &Observer) -> Self {
-        let Observer { gain, whitening, block } = observer;
-        ObserverOf { gain: gain.map(T::of), whitening: whitening.map(T::of), block: (*block).max(1) }
+impl<T: Real, const L: usize> Observers<T, L> {
+    pub fn new() -> Self {
+        Observers { gain: [Lane::ZERO; 6], whitening: [Lane::ZERO; 3] }
+    }
+
+    pub fn set(&mut self, lane: usize, observer: &Observer) {
+        for (row, value) in self.gain.iter_mut().zip(observer.gain) {
+            row.0[lane] = T::of(value);
+        }
+        for (row, value) in self.whitening.iter_mut().zip(observer.whitening) {
+            row.0[lane] = T::of(value);
+        }
     }
 }
 
 /// How runs add up.
 #[derive(Debug, Clone, Copy)]
-pub struct Settings<T> {
+pub struct Settings {
     pub adding: Adding,
     pub compensated: bool,
     /// False where nobody asks how often an acceleration bound was touched.
     pub counts: bool,
-    pub observer: Option<ObserverOf<T>>,
+    /// With observers: samples in a block of sums.
+    pub block: Option<usize>,
 }
 
 /// The lanes that did a step without failing.
@@ -66,7 +74,10 @@ pub struct Sums<T, const L: usize> {
     relative2: Triple<T, L>,
     floored2: Triple<T, L>,
     block: [Lane<T, L>; 2],
-    corrected: [Lane<T, L>; 2],
+    pub observers: Observers<T, L>,
+    /// Residuals of spacing and speed, and the corrected spacing, speed and missing acceleration.
+    pub residual: [Lane<T, L>; 2],
+    pub corrected: [Lane<T, L>; 3],
     /// Per block of samples and lane; filled with an observer only.
     pub blocks: Vec<[Lane<T, L>; 2]>,
 }
@@ -117,33 +128,28 @@ impl<T: Real, const L: usize> Sums<T, L> {
             relative2: zero.clone(),
             floored2: zero,
             block: [Lane::ZERO; 2],
-            corrected: [Lane::ZERO; 2],
+            observers: Observers::new(),
+            residual: [Lane::ZERO; 2],
+            corrected: [Lane::ZERO; 3],
             blocks: Vec::new(),
         }
     }
 
-    pub fn begin(&mut self, settings: &Settings<T>, samples: usize) {
+    pub fn begin(&mut self, settings: &Settings, samples: usize) {
         for sum in [&mut self.error2, &mut self.simulated2, &mut self.relative2, &mut self.floored2] {
             sum.high = [Lane::ZERO; 3];
             sum.low = [Lane::ZERO; 3];
         }
         self.block = [Lane::ZERO; 2];
         self.blocks.clear();
-        if let Some(observer) = &settings.observer {
-            self.blocks.resize(samples.div_ceil(observer.block), [Lane::ZERO; 2]);
+        if let Some(block) = settings.block {
+            self.blocks.resize(samples.div_ceil(block), [Lane::ZERO; 2]);
         }
     }
 
     /// Adds sample t with the state in `rows`, in the lanes that went on.
     #[inline(always)]
-    pub fn add(
-        &mut self,
-        settings: &Settings<T>,
-        stream: &Stream<T>,
-        rows: [&[T; L]; 3],
-        went: Went<'_, T, L>,
-        t: usize,
-    ) {
+    pub fn add(&mut self, settings: &Settings, stream: &Stream<T>, rows: [&[T; L]; 3], went: Went<'_, T, L>, t: usize) {
         let compensated = settings.compensated;
         for k in 0..3 {
             let row = rows[k];
@@ -171,32 +177,35 @@ impl<T: Real, const L: usize> Sums<T, L> {
         }
     }
 
-    /// Corrects spacing and speed by their residuals, and adds up whitened squares.
+    /// Corrects spacing, speed and missing acceleration by their residuals, into `corrected`, and adds up whitened squares.
     #[inline(always)]
     pub fn observe(
         &mut self,
-        observer: &ObserverOf<T>,
+        block: usize,
         stream: &Stream<T>,
-        rows: [&[T; L]; 2],
+        rows: [&[T; L]; 3],
         went: &[T; L],
         t: usize,
         end: usize,
-    ) -> [Lane<T, L>; 2] {
-        let (gain, whitening) = (observer.gain, observer.whitening);
+    ) {
+        let Observers { gain, whitening } = &self.observers;
         let (s, v) = (stream.measured[0][t], stream.measured[1][t]);
         for i in 0..L {
             let error = [rows[0][i] - s, rows[1][i] - v];
-            self.corrected[0].0[i] = rows[0][i] - (gain[0] * error[0] + gain[1] * error[1]);
-            let v_f = rows[1][i] - (gain[2] * error[0] + gain[3] * error[1]);
-            self.corrected[1].0[i] = v_f.larger(T::ZERO);
-            let white = [whitening[0] * error[0], whitening[1] * error[0] + whitening[2] * error[1]];
+            let correction = |k: usize| gain[k].0[i] * error[0] + gain[k + 1].0[i] * error[1];
+            self.residual[0].0[i] = error[0];
+            self.residual[1].0[i] = error[1];
+            self.corrected[0].0[i] = rows[0][i] - correction(0);
+            self.corrected[1].0[i] = (rows[1][i] - correction(2)).larger(T::ZERO);
+            self.corrected[2].0[i] = rows[2][i] - correction(4);
+            let white = [whitening[0].0[i] * error[0], whitening[1].0[i] * error[0] + whitening[2].0[i] * error[1]];
             for k in 0..2 {
                 let sum = self.block[k].0[i] + white[k] * white[k];
                 self.block[k].0[i] = if went[i] != T::ZERO { sum } else { self.block[k].0[i] };
             }
         }
-        if (t + 1).is_multiple_of(observer.block) || t + 1 == end {
-            let done = &mut self.blocks[t / observer.block];
+        if (t + 1).is_multiple_of(block) || t + 1 == end {
+            let done = &mut self.blocks[t / block];
             for k in 0..2 {
                 for i in 0..L {
                     done[k].0[i] = if went[i] != T::ZERO { self.block[k].0[i] } else { T::ZERO };
@@ -204,7 +213,6 @@ impl<T: Real, const L: usize> Sums<T, L> {
             }
             self.block = [Lane::ZERO; 2];
         }
-        self.corrected
     }
 
     /// Totals of a lane: error2, simulated2, relative2, floored2.
@@ -213,7 +221,7 @@ impl<T: Real, const L: usize> Sums<T, L> {
     }
 
     /// The goodness of fit of a lane; NaN where it is undefined.
-    pub fn score(&self, lane: usize, settings: &Settings<T>, norm: &NormOf<T>) -> f64 {
+    pub fn score(&self, lane: usize, settings: &Settings, norm: &NormOf<T>) -> f64 {
         let [error2, simulated2, ..] = self.totals(lane, settings.compensated);
         let theil = settings.adding == Adding::One(Accumulation::Theil);
         let [s, v, a] = [0, 1, 2].map(|k| {

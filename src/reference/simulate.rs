@@ -46,8 +46,8 @@ pub fn simulate(case: &Case, p: &Parameters, trace: &mut Trace) -> Run {
     let grade = case.grade.as_ref().filter(|_| variant.needs_grade());
     let (m_0, phi_f) = case.vehicle.as_ref().map_or((f64::NAN, f64::NAN), |v| (v.m_0, v.phi_f));
 
-    let delay_steps = case.delay_steps(p.tau_p);
-    let first = case.first_sample(p.tau_p);
+    let delay_steps = case.delay_steps(case.delay(p));
+    let first = case.first_sample(case.delay(p));
     let mut run = Run { first, failure: None, delay_steps, n_cut_acc: 0, n_cut_dec: 0 };
     start(case, p, first, trace);
     if variant.parameters().iter().any(|symbol| !p.get(*symbol).is_finite()) {

@@ -35,7 +35,9 @@ pub struct ShaderError {
 /// [`ShaderError`] at the first problem, in the file it is in.
 pub fn check(source: &Source) -> Result<Checked, ShaderError> {
     let text = source.text();
-    let module = naga::front::wgsl::parse_str(text).map_err(|e| {
+    let mut options = naga::front::wgsl::Options::new();
+    options.parse_doc_comments = true;
+    let module = naga::front::wgsl::Frontend::new_with_options(options).parse(text).map_err(|e| {
         let place = e.location(text).map(|l| (l.line_number as usize, l.line_position as usize));
         // naga's labels say what was found where; its message alone often says only what was expected.
         let empty = ["", "see msg", "unknown identifier", "invalid accessor"];
@@ -64,6 +66,14 @@ pub fn check(source: &Source) -> Result<Checked, ShaderError> {
     Ok(Checked { module, info })
 }
 
+impl Source {
+    /// An error at a place that naga knows.
+    pub(super) fn error_at(&self, span: naga::Span, message: impl Into<String>) -> ShaderError {
+        let location = span.location(self.text());
+        at(self, Some((location.line_number as usize, location.line_position as usize)), message.into())
+    }
+}
+
 fn at(source: &Source, place: Option<(usize, usize)>, message: String) -> ShaderError {
     let (line_of_text, column) = place.unwrap_or((1, 1));
     let (file, line) = source.locate(line_of_text);
@@ -81,5 +91,5 @@ fn no_such_parameter(text: &str, place: Option<(usize, usize)>, message: &str) -
     let fields = text.split_once("struct Params {")?.1.split_once('}')?.0;
     let known: Vec<&str> =
         fields.lines().filter_map(|l| l.trim().strip_suffix(": f32,").filter(|name| !name.contains(' '))).collect();
-    (object == "p").then(|| format!("Params has no field {field}; this variant has {}", known.join(", ")))
+    ["p", "q"].contains(&object).then(|| format!("Params has no field {field}; this variant has {}", known.join(", ")))
 }

@@ -1,11 +1,16 @@
 //! One text per variant: a generated `Params`, then one file of each folder.
 
+use super::stages;
 use crate::catalog::{
     Constraint, Controller, Dynamics, Spacing, Variant, constraint_parts, controller_parts, dynamics_parts,
     spacing_parts,
 };
 use crate::convention::Radicand;
+use crate::symbols::Symbol;
 use std::fmt::Write;
+
+/// Member of `Params` that a model with an observer has beside its parameters.
+pub const DECAY: &str = "observer_decay";
 
 macro_rules! texts {
     ($folder:ident, $doc:literal; $($part:ident, $file:ident, $paper:literal, [$($symbol:ident),*];)*) => {
@@ -75,6 +80,16 @@ pub struct Recipe {
     pub precision: Precision,
     /// How a Gipps run starts.
     pub radicand: Radicand,
+    /// True for runs that an observer corrects: they carry a missing acceleration.
+    pub observed: bool,
+}
+
+impl Recipe {
+    /// True if a step has a memory: that of extensions or of an observer.
+    #[must_use]
+    pub fn is_extended(&self) -> bool {
+        self.observed || !self.variant.extensions.is_empty()
+    }
 }
 
 /// A composed text that knows which file each line came from.
@@ -95,9 +110,9 @@ impl Source {
     /// As [`Source::model`], but `replace` may put another text in the place of a file, given its path and its text.
     #[must_use]
     pub fn model_with(recipe: &Recipe, replace: &dyn Fn(&str, &str) -> Option<String>) -> Source {
-        let Recipe { variant, precision, radicand } = recipe;
+        let Recipe { variant, precision, radicand, observed } = recipe;
         let mut source = Source { text: String::new(), chunks: Vec::new() };
-        source.push("generated: Params", &params(variant));
+        source.push("generated: Params", &params(&variant.parameters(), *observed));
         let motion = match precision {
             Precision::Plain => shader!("motion/plain.wgsl"),
             Precision::Compensated => shader!("motion/compensated.wgsl"),
@@ -116,9 +131,40 @@ impl Source {
             variant.constraint.shader(),
             start,
             motion,
-            shader!("step.wgsl"),
         ] {
             source.push(file, replace(file, text).as_deref().unwrap_or(text));
+        }
+        if !recipe.is_extended() {
+            let (file, text) = shader!("step.wgsl");
+            source.push(file, replace(file, text).as_deref().unwrap_or(text));
+            return source;
+        }
+        for (file, text) in [shader!("world.wgsl"), equilibrium(variant)] {
+            source.push(file, replace(file, text).as_deref().unwrap_or(text));
+        }
+        for extension in variant.extensions.list() {
+            let text = replace(&extension.file, &extension.text);
+            source.push(&extension.file, &stages::in_company(extension, text.as_deref().unwrap_or(&extension.text)));
+        }
+        source.push("generated: stages", &stages::text(recipe));
+        let (file, text) = shader!("step_extended.wgsl");
+        source.push(file, replace(file, text).as_deref().unwrap_or(text));
+        source
+    }
+
+    /// What an extension is checked against before it is part of a model: a `Params` with every symbol of the table.
+    pub(super) fn around_an_extension() -> Source {
+        let mut source = Source { text: String::new(), chunks: Vec::new() };
+        source.push("generated: Params", &params(Symbol::ALL, false));
+        for (file, text) in [
+            shader!("types.wgsl"),
+            shader!("power.wgsl"),
+            shader!("opaque.wgsl"),
+            shader!("spacing/cth.wgsl"),
+            shader!("world.wgsl"),
+            shader!("equilibrium/linear.wgsl"),
+        ] {
+            source.push(file, text);
         }
         source
     }
@@ -139,6 +185,30 @@ impl Source {
         self.text.push('\n');
     }
 
+    /// Name of the chunk pushed last.
+    pub(super) fn last_chunk(&self) -> &str {
+        self.chunks.last().map_or("", |(name, _)| name)
+    }
+
+    /// Where a member of a struct of the last chunk is declared.
+    pub(super) fn member_span(&self, of: &str, member: &str) -> Option<naga::Span> {
+        let first = self.chunks.last()?.1;
+        let start: usize = self.text.lines().take(first - 1).map(|line| line.len() + 1).sum();
+        let mut inside = false;
+        let mut at = start;
+        for line in self.text[start..].lines() {
+            let words = line.trim_start();
+            inside |= words.strip_prefix("struct ").is_some_and(|rest| rest.trim_start().starts_with(of));
+            if inside && words.split(':').next().is_some_and(|name| name.trim() == member) {
+                let from = at + line.len() - words.len();
+                return Some(naga::Span::new(from as u32, (from + member.len()) as u32));
+            }
+            inside &= !words.starts_with('}');
+            at += line.len() + 1;
+        }
+        None
+    }
+
     /// The whole text.
     #[must_use]
     pub fn text(&self) -> &str {
@@ -153,12 +223,24 @@ impl Source {
     }
 }
 
-/// The calibration parameters of the variant as a struct, in the order of the symbol table.
-fn params(variant: &Variant) -> String {
+fn equilibrium(variant: &Variant) -> (&'static str, &'static str) {
+    match variant.base.controller {
+        Controller::Idm => shader!("equilibrium/idm.wgsl"),
+        Controller::Gipps => shader!("equilibrium/gipps.wgsl"),
+        Controller::Linear => shader!("equilibrium/linear.wgsl"),
+    }
+}
+
+/// Parameters as a struct, in the order given.
+fn params(symbols: &[Symbol], observed: bool) -> String {
     let mut text = String::from("struct Params {\n");
-    for symbol in variant.parameters() {
+    for symbol in symbols {
         writeln!(text, "    // {} [{}]", symbol.meaning(), symbol.unit()).expect("a String takes all");
         writeln!(text, "    {}: f32,", symbol.name()).expect("a String takes all");
+    }
+    if observed {
+        text += "    // share of the missing acceleration that is left after a step [-]\n";
+        writeln!(text, "    {DECAY}: f32,").expect("a String takes all");
     }
     text + "}\n"
 }

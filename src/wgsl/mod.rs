@@ -5,6 +5,10 @@
 
 mod check;
 mod compose;
+mod doc;
+mod extension;
+mod stages;
 
 pub use check::{Checked, ShaderError, check};
-pub use compose::{Precision, Recipe, Source};
+pub use compose::{DECAY, Precision, Recipe, Source};
+pub use extension::{extension_named, library, read_extension};

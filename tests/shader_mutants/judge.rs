@@ -36,7 +36,7 @@ pub struct Judge {
 pub fn judges() -> Vec<Judge> {
     let judge = |(variant, precision, radicand): (&str, Precision, Radicand)| {
         let variant = variant.parse().expect("a variant");
-        let recipe = Recipe { variant, precision, radicand };
+        let recipe = Recipe { variant, precision, radicand, observed: false };
         Judge { recipe, original: Source::model(&recipe), shots: shots(variant, radicand, SHOTS) }
     };
     RECIPES.into_iter().map(judge).collect()

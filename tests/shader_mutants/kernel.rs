@@ -184,8 +184,10 @@ impl Scene {
                         .map(|()| format!("{scores:?}"))
                 }
                 What::Observed => {
-                    let observer = Observer { gain: [0.1, 0.02, 0.03, 0.2], whitening: [1.0, 0.3, 2.0], block: 8 };
-                    let observed: Result<Vec<_>, _> = jobs.iter().map(|job| gpu.observed(job, &observer)).collect();
+                    let gain = [0.1, 0.02, 0.03, 0.2, -0.05, 0.3];
+                    let observer = Observer { gain, whitening: [1.0, 0.3, 2.0], decay: 0.9 };
+                    let observed = |job: &Job| gpu.observed(job, &vec![observer; job.population.len()], 8);
+                    let observed: Result<Vec<_>, _> = jobs.iter().map(observed).collect();
                     observed.map(|observed| format!("{observed:?}"))
                 }
             }

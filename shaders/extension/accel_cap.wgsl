@@ -1,0 +1,11 @@
+//! The command is at most acap.
+//! looks like: too little acceleration where much is wanted, at any speed
+//! confounded with: power_cap
+struct Parameters {
+    /// largest acceleration that is commanded [m/s2], 0.15 to 4, neutral 4
+    acap: f32,
+}
+
+fn accel_cap_command(own: Parameters, a_cmd: f32) -> f32 {
+    return min(a_cmd, own.acap);
+}

@@ -1,0 +1,12 @@
+//! Deceleration cD v^2 that the controller does not make up for.
+//! family: drag_or_headway
+//! looks like: missing acceleration that grows with the square of the speed
+//! confounded with: speed_dep_headway, t_h, d_0
+struct Parameters {
+    /// drag per mass [1/m], -0.002 to 0.002, neutral 0
+    cD: f32,
+}
+
+fn aero_drag_response(own: Parameters, w: World, a: f32) -> f32 {
+    return a - own.cD * w.v_f * w.v_f;
+}

@@ -1,0 +1,28 @@
+//! The acceleration follows the command with time constant ta for thrust and tb for braking.
+//! family: phase
+//! looks like: residuals that follow the changes of the command, late, and more so on one side of zero
+//! confounded with: actuation_lag
+struct Parameters {
+    /// time constant where the command is not below 0 [s], 0 to 2.5, neutral 0
+    ta: f32,
+    /// time constant where the command is below 0 [s], 0 to 2.5, neutral 0
+    tb: f32,
+}
+
+struct State {
+    /// acceleration that the actuator makes [m/s2], starts at a_f
+    a: f32,
+}
+
+struct Lagged {
+    a: f32,
+    state: State,
+}
+
+fn asym_lag_command(own: Parameters, state: State, w: World, a_cmd: f32) -> Lagged {
+    let lag = select(own.tb, own.ta, a_cmd >= 0.0);
+    // As in actuation_lag.wgsl.
+    let share = min(w.dt / (lag + 0.5 * w.dt), 1.0);
+    let next = state.a + share * (a_cmd - state.a);
+    return Lagged(next, State(next));
+}

@@ -1,0 +1,10 @@
+//! The controller does not make up for this share of the grade force.
+//! looks like: missing acceleration that repeats with the road, against the grade
+struct Parameters {
+    /// share of the grade force that acts on the car [-], -0.3 to 1.3, neutral 0
+    gg: f32,
+}
+
+fn grade_response(own: Parameters, w: World, a: f32) -> f32 {
+    return a - own.gg * 9.81 * w.sin_grade;
+}

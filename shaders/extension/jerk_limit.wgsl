@@ -1,0 +1,23 @@
+//! The command changes by at most J.
+//! looks like: residuals at the beginning and end of hard manoeuvres
+//! confounded with: actuation_lag, integral_action, quantised_accel
+struct Parameters {
+    /// largest change of the command [m/s3], 0.1 to 8, neutral 8
+    J: f32,
+}
+
+struct State {
+    /// command as given on [m/s2], starts at a_f
+    command: f32,
+}
+
+struct Limited {
+    a: f32,
+    state: State,
+}
+
+fn jerk_limit_command(own: Parameters, state: State, w: World, a_cmd: f32) -> Limited {
+    let most = own.J * w.dt;
+    let command = state.command + clamp(a_cmd - state.command, -most, most);
+    return Limited(command, State(command));
+}

@@ -1,0 +1,10 @@
+//! The controller sees spacing and speeds as they were tp ago; the time loop delays them, between samples by interpolation.
+//! family: phase
+//! looks like: residuals that follow the changes of the speed ahead, late
+//! confounded with: actuation_lag, asym_lag, sensor_lowpass, time_offset
+//! reference: Treiber, Kesting, Helbing 2006, Physica A 360(1), 71-88
+//! loop: delay by tp
+struct Parameters {
+    /// delay of what is perceived [s], 0 to 1.5, neutral 0
+    tp: f32,
+}

@@ -1,0 +1,12 @@
+//! The command is at most P / v.
+//! looks like: too little acceleration where much is wanted, the more so the faster
+//! confounded with: accel_cap
+//! reference: Makridis, Fontaras, Ciuffo, Mattas 2019, Transp. Res. Rec. 2673(4), 762-777 (MFC)
+struct Parameters {
+    /// power per mass [W/kg], 2 to 60, neutral 60
+    P: f32,
+}
+
+fn power_cap_command(own: Parameters, w: World, a_cmd: f32) -> f32 {
+    return min(a_cmd, own.P / max(w.v_f, 0.1));
+}

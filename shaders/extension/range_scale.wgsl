@@ -1,0 +1,12 @@
+//! The spacing is seen 1 + cs times as large.
+//! family: absorbed
+//! looks like: nothing that a calibration leaves
+//! confounded with: d_0, t_h, k_s
+struct Parameters {
+    /// relative error of the seen spacing [-], -0.2 to 0.2, neutral 0
+    cs: f32,
+}
+
+fn range_scale_perception(own: Parameters, x: Perceived) -> Perceived {
+    return Perceived(x.s * (1.0 + own.cs), x.v_f, x.v_l);
+}

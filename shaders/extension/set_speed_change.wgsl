@@ -1,0 +1,17 @@
+//! The set speed is vlim from t1 on, for dur: the command is at most 0.5 (vlim - v).
+//! looks like: one stretch in which the car stays behind although the road ahead is free
+//! confounded with: accel_cap, power_cap
+struct Parameters {
+    /// set speed meanwhile [m/s], 1 to 60, neutral 60
+    vlim: f32,
+    /// when it begins, time in the file [s], 0 to 100000
+    t1: f32,
+    /// how long it lasts [s], 1 to 100000
+    dur: f32,
+}
+
+fn set_speed_change_command(own: Parameters, w: World, a_cmd: f32) -> f32 {
+    let since = w.t - own.t1;
+    let held = min(a_cmd, 0.5 * (own.vlim - w.v_f));
+    return select(a_cmd, held, since >= 0.0 && since < own.dur);
+}

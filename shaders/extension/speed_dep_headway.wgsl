@@ -1,0 +1,14 @@
+//! The desired spacing grows by q v^2.
+//! family: drag_or_headway
+//! looks like: spacing errors that grow with the square of the speed, in steady following
+//! confounded with: aero_drag, t_h, d_0
+struct Parameters {
+    /// growth of the desired spacing with the squared speed [s2/m], -0.03 to 0.05, neutral 0
+    q: f32,
+}
+
+fn speed_dep_headway_policy(p: Params, own: Parameters, x: Perceived) -> Params {
+    var changed = p;
+    changed.d_0 = p.d_0 + own.q * x.v_f * x.v_f;
+    return changed;
+}

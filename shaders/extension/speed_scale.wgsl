@@ -1,0 +1,12 @@
+//! The own speed is seen 1 + cv times as large: a tyre of another size.
+//! family: absorbed
+//! looks like: nothing that a calibration leaves
+//! confounded with: t_h
+struct Parameters {
+    /// relative error of the own seen speed [-], -0.15 to 0.15, neutral 0
+    cv: f32,
+}
+
+fn speed_scale_perception(own: Parameters, x: Perceived) -> Perceived {
+    return Perceived(x.s, x.v_f * (1.0 + own.cv), x.v_l);
+}

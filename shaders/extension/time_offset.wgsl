@@ -1,0 +1,17 @@
+//! The preceding vehicle is seen as it was `to` ago, oneself as now: the clocks of two records differ, or a sensor is late.
+//! family: phase
+//! looks like: residuals in proportion to the acceleration of the preceding vehicle
+//! confounded with: perception_delay, sensor_lowpass, leader_accel_ff
+//! loop: look back by to
+struct Parameters {
+    /// how long ago the preceding vehicle is seen [s], -1 to 1, neutral 0
+    to: f32,
+}
+
+fn time_offset_perception(own: Parameters, w: World, x: Perceived) -> Perceived {
+    // Simpson's rule for the way of the preceding vehicle in between.
+    // Opaque, or Mesa takes the terms in another order.
+    let sum = opaque(opaque(x.v_l + w.v_l_then) + 4.0 * w.v_l_half);
+    let way = own.to * 0.16666667 * sum;
+    return Perceived(x.s - way, x.v_f, w.v_l_then);
+}

@@ -1,0 +1,38 @@
+// One simulated step of a model with extensions, as step.wgsl without them.
+struct Step {
+    next: Motion,
+    // What the extensions remember.
+    memory: Memory,
+    // Acceleration before the constraint [m/s2].
+    a_free: f32,
+    // Acceleration after the constraint [m/s2].
+    a: f32,
+    // False where Gipps' radicand is negative.
+    feasible: bool,
+}
+
+// The order of the paper, each extension right after the stage that it changes (`stage_...` are generated and call them).
+// An observer's missing acceleration comes on top of what the model does, and is no part of its a_f.
+fn step(
+    p: Params, x: Perceived, now: Motion, memory: Memory, m_0: f32, phi_f: f32, road: Road, given: Given, dx_l: f32, dt: f32,
+) -> Step {
+    let w = World(
+        given.t, dt, given.x_f, road.sin_grade, now.s, now.v_f, now.a_f, given.a_l, given.v_l2, given.s_l2,
+        given.v_l_then, given.v_l_half,
+    );
+    let policy = stage_policy(p, p, w, x, memory);
+    let q = policy.value;
+    let perception = stage_perception(p, q, w, x, policy.memory);
+    let seen = perception.value;
+    let s_des = desired_spacing(q, seen);
+    let command = commanded_acceleration(q, seen, s_des, now.v_f);
+    let wanted = stage_command(p, q, w, seen, command.a_cmd, perception.memory);
+    let ego = Ego(now.v_f, now.a_f, m_0, phi_f, dt);
+    let response = stage_response(p, q, w, seen, vehicle_response(q, wanted.value, ego, road), wanted.memory);
+    let a_free = response.value;
+    let a = constrained_acceleration(a_free, road);
+    let missing = missing_acceleration(memory);
+    var next = moved(now, a + missing, dx_l, dt);
+    next.a_f = next.a_f - missing;
+    return Step(next, forgetting(p, response.memory), a_free, a, command.feasible);
+}

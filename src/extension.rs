@@ -1,0 +1,259 @@
+//! Extensions: parts of a model that no base model has, each one WGSL file, built in or the user's own.
+//!
+//! Here is what the rest of the program needs to know of one; `wgsl` reads it from the text. An extension is read once and kept
+//! for the life of the program, so that variants and symbols that name it stay plain values.
+
+use crate::symbols::Symbol;
+use std::hash::{Hash, Hasher};
+use std::sync::Mutex;
+
+/// Where in a step an extension acts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Stage {
+    /// Changes the parameters of the base model before anything else.
+    Policy,
+    /// Changes what is perceived.
+    Perception,
+    /// Changes the commanded acceleration.
+    Command,
+    /// Changes the response of the vehicle, before its acceleration is constrained.
+    Response,
+}
+
+impl Stage {
+    /// In the order of a step.
+    pub const ALL: [Stage; 4] = [Stage::Policy, Stage::Perception, Stage::Command, Stage::Response];
+
+    /// What a function of this stage is called after the extension's name and `_`.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Stage::Policy => "policy",
+            Stage::Perception => "perception",
+            Stage::Command => "command",
+            Stage::Response => "response",
+        }
+    }
+}
+
+/// What a stage function takes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Argument {
+    /// `Params`: the parameters of the model.
+    Params,
+    /// `Parameters`: the extension's own.
+    Own,
+    /// `State`: the extension's memory.
+    State,
+    /// `World`: what else is known.
+    World,
+    /// `Perceived`: what is perceived.
+    Perceived,
+    /// `f32`: the acceleration that it changes.
+    Acceleration,
+}
+
+/// A function of a stage.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct StageFunction {
+    /// Where it acts.
+    pub stage: Stage,
+    /// What it takes, in order.
+    pub arguments: Vec<Argument>,
+    /// Members of the struct it returns, value first, if it returns a new state beside the value.
+    pub with_state: Option<[String; 2]>,
+}
+
+/// What a member of `State` is when a run starts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Initial {
+    /// This number.
+    Value(f32),
+    /// The measured spacing, own speed, speed of the preceding vehicle or own acceleration.
+    Measured(Signal),
+}
+
+/// A measured signal.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Signal {
+    /// Spacing.
+    S,
+    /// Speed of the follower.
+    Vf,
+    /// Speed of the preceding vehicle.
+    Vl,
+    /// Acceleration of the follower.
+    Af,
+}
+
+/// What the time loop does for an extension beyond calling it.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct LoopNeeds {
+    /// Position among the extension's parameters of a delay \[s\] by which everything is perceived later.
+    pub delay: Option<usize>,
+    /// Position among the extension's parameters of a time \[s\] by which the speed of the preceding vehicle is looked up
+    /// earlier (`w.v_l_then`), and half as much earlier (`w.v_l_half`).
+    pub look_back: Option<usize>,
+}
+
+/// What is known of a cause that an extension stands for.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Cause {
+    /// What it cannot always be told from: the family that is named then.
+    pub family: Option<String>,
+    /// What it leaves in the residuals of a model without it.
+    pub looks_like: String,
+    /// Causes and parameters that it is confused with.
+    pub confounded_with: Vec<String>,
+    /// Where it is described.
+    pub reference: Option<String>,
+}
+
+/// An extension.
+#[derive(Debug)]
+pub struct Extension {
+    /// Its name: that of its file.
+    pub name: String,
+    /// What it does, in words.
+    pub meaning: String,
+    /// Its text as written.
+    pub text: String,
+    /// The file it was read from; a path in the project for a built-in one.
+    pub file: String,
+    /// Names that its text declares: structs, functions and constants.
+    pub declares: Vec<String>,
+    /// Its parameters.
+    pub parameters: Vec<Symbol>,
+    /// Its stages, in the order of a step.
+    pub stages: Vec<StageFunction>,
+    /// Members of its `State` and what they are at the start.
+    pub state: Vec<(String, Initial)>,
+    /// Members of `World` that it reads.
+    pub reads: Vec<String>,
+    /// What the time loop does for it.
+    pub needs: LoopNeeds,
+    /// The cause it stands for; `None` for the tools of a diagnosis.
+    pub cause: Option<Cause>,
+    /// Position in the loop among the built-in ones; a user's come after them.
+    pub rank: usize,
+}
+
+impl Extension {
+    /// True if it reads this member of `World`.
+    #[must_use]
+    pub fn reads(&self, member: &str) -> bool {
+        self.reads.iter().any(|name| name == member)
+    }
+}
+
+impl PartialEq for Extension {
+    fn eq(&self, other: &Self) -> bool {
+        self.name == other.name && self.text == other.text
+    }
+}
+
+impl Eq for Extension {}
+
+impl Hash for Extension {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        self.name.hash(state);
+        self.text.hash(state);
+    }
+}
+
+/// The extensions of a variant, in the order in which they act.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct Extensions(&'static [&'static Extension]);
+
+/// Two extensions that cannot be in one model.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum ExtensionConflict {
+    /// The same one twice.
+    #[error("extension {name}: it is part of the model already")]
+    Twice {
+        /// Its name.
+        name: String,
+    },
+    /// A parameter of the same name.
+    #[error("extension {name}: its parameter {parameter} is one of {other} already; give it another name")]
+    Parameter {
+        /// The extension.
+        name: String,
+        /// The parameter.
+        parameter: String,
+        /// Whose it is.
+        other: String,
+    },
+}
+
+static KNOWN: Mutex<Vec<&'static [&'static Extension]>> = Mutex::new(Vec::new());
+
+impl Extensions {
+    /// No extension.
+    pub const NONE: Extensions = Extensions(&[]);
+
+    /// These and one more, in the order in which they act.
+    #[must_use]
+    pub fn with(self, extension: &'static Extension) -> Extensions {
+        let mut all = self.0.to_vec();
+        all.push(extension);
+        all.sort_by_key(|e| e.rank);
+        Extensions::kept(all)
+    }
+
+    /// These without one.
+    #[must_use]
+    pub fn without(self, name: &str) -> Extensions {
+        Extensions::kept(self.0.iter().copied().filter(|e| e.name != name).collect())
+    }
+
+    /// The one list of these extensions.
+    fn kept(all: Vec<&'static Extension>) -> Extensions {
+        if all.is_empty() {
+            return Extensions::NONE;
+        }
+        let mut known = KNOWN.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        if let Some(list) = known.iter().find(|list| **list == all.as_slice()) {
+            return Extensions(list);
+        }
+        let list: &'static [&'static Extension] = Box::leak(all.into_boxed_slice());
+        known.push(list);
+        Extensions(list)
+    }
+
+    /// In the order in which they act.
+    #[must_use]
+    pub fn list(self) -> &'static [&'static Extension] {
+        self.0
+    }
+
+    /// True without any.
+    #[must_use]
+    pub fn is_empty(self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// The one with this name.
+    #[must_use]
+    pub fn get(self, name: &str) -> Option<&'static Extension> {
+        self.0.iter().copied().find(|e| e.name == name)
+    }
+
+    /// True if one of them reads this member of `World`.
+    #[must_use]
+    pub fn read(self, member: &str) -> bool {
+        self.0.iter().any(|e| e.reads(member))
+    }
+
+    /// The parameter by which perception is later, if any.
+    #[must_use]
+    pub fn delay(self) -> Option<Symbol> {
+        self.0.iter().find_map(|e| e.needs.delay.map(|k| e.parameters[k]))
+    }
+
+    /// The parameter by which the leader is looked up earlier, if any.
+    #[must_use]
+    pub fn look_back(self) -> Option<Symbol> {
+        self.0.iter().find_map(|e| e.needs.look_back.map(|k| e.parameters[k]))
+    }
+}

@@ -1,0 +1,158 @@
+//! Doc comments of extensions, in words and numbers.
+
+use crate::extension::{Cause, Initial, Signal};
+
+/// What a parameter's comment says.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct About {
+    pub(super) meaning: String,
+    pub(super) unit: String,
+    pub(super) lower: f64,
+    pub(super) upper: f64,
+    pub(super) neutral: f64,
+}
+
+/// Reads `MEANING [UNIT], LOWER to UPPER`, and, if it does nothing at some value, `, neutral VALUE`.
+pub(super) fn parameter(comment: &str) -> Result<About, String> {
+    let expected = || {
+        format!(
+            "expected a doc comment such as `/// share of the grade force [-], -0.3 to 1.3, neutral 0`, found {}",
+            if comment.is_empty() { "none".to_owned() } else { format!("`{comment}`") }
+        )
+    };
+    let (meaning, rest) = comment.split_once('[').ok_or_else(expected)?;
+    let (unit, rest) = rest.split_once(']').ok_or_else(expected)?;
+    let mut parts = rest.split(',').map(str::trim).filter(|part| !part.is_empty());
+    let number = |text: &str| text.trim().parse().ok().filter(|x: &f64| x.is_finite());
+    let (lower, upper) = parts.next().and_then(|range| range.split_once(" to ")).ok_or_else(expected)?;
+    let (lower, upper) = number(lower).zip(number(upper)).ok_or_else(expected)?;
+    let neutral = match parts.next() {
+        None => f64::NAN,
+        Some(part) => part.strip_prefix("neutral").and_then(number).ok_or_else(expected)?,
+    };
+    if parts.next().is_some() {
+        return Err(expected());
+    }
+    if lower >= upper {
+        return Err(format!("expected bounds in ascending order, found {lower} to {upper}"));
+    }
+    if !neutral.is_nan() && !(lower..=upper).contains(&neutral) {
+        return Err(format!("expected a neutral value within {lower} to {upper}, found {neutral}"));
+    }
+    Ok(About { meaning: meaning.trim().to_owned(), unit: unit.trim().to_owned(), lower, upper, neutral })
+}
+
+/// Reads `..., starts at VALUE` with a number or one of s, v_f, v_l, a_f.
+pub(super) fn initial(comment: &str) -> Result<Initial, String> {
+    let start = comment.rsplit_once("starts at ").map(|(_, value)| value.trim().trim_end_matches('.'));
+    match start {
+        Some("s") => Ok(Initial::Measured(Signal::S)),
+        Some("v_f") => Ok(Initial::Measured(Signal::Vf)),
+        Some("v_l") => Ok(Initial::Measured(Signal::Vl)),
+        Some("a_f") => Ok(Initial::Measured(Signal::Af)),
+        Some(number) => number.parse().ok().filter(|x: &f32| x.is_finite()).map(Initial::Value).ok_or_else(|| {
+            format!("expected `starts at` a number, or what is measured: s, v_f, v_l or a_f; found `{number}`")
+        }),
+        None => Err(format!(
+            "expected a doc comment that ends in `starts at 0`, or at another number, s, v_f, v_l or a_f; found {}",
+            if comment.is_empty() { "none".to_owned() } else { format!("`{comment}`") }
+        )),
+    }
+}
+
+/// The comment at the top of a file: lines that begin with `//!`.
+#[derive(Debug, Default)]
+pub(super) struct Head {
+    pub(super) meaning: String,
+    pub(super) cause: Option<Cause>,
+    pub(super) delay: Option<String>,
+    pub(super) look_back: Option<String>,
+}
+
+impl Head {
+    /// `KEY: TEXT` lines are about the cause; everything before the first of them is the meaning. A text without `looks like` is
+    /// a cause too if it is not marked `tool`.
+    pub(super) fn of(text: &str) -> Head {
+        let mut head = Head::default();
+        let mut cause = Cause::default();
+        let mut tool = false;
+        // The last key, for lines that go on.
+        let mut entries: Vec<(String, String)> = vec![(String::new(), String::new())];
+        for line in text.lines().filter_map(|line| line.strip_prefix("//!")) {
+            let keys = ["family", "looks like", "confounded with", "reference", "loop", "tool"];
+            match line.split_once(':').filter(|(key, _)| keys.contains(&key.trim())) {
+                Some((key, value)) => entries.push((key.trim().to_owned(), value.trim().to_owned())),
+                None => {
+                    let (_, value) = entries.last_mut().expect("there is the first");
+                    if !value.is_empty() {
+                        value.push(' ');
+                    }
+                    value.push_str(line.trim());
+                }
+            }
+        }
+        for (key, value) in entries {
+            match key.as_str() {
+                "" => head.meaning = value,
+                "family" => cause.family = Some(value),
+                "looks like" => cause.looks_like = value,
+                "confounded with" => {
+                    cause.confounded_with = value.split(',').map(|name| name.trim().to_owned()).collect();
+                }
+                "reference" => cause.reference = Some(value),
+                "tool" => tool = true,
+                _ => {
+                    if let Some(parameter) = value.strip_prefix("delay by ") {
+                        head.delay = Some(parameter.trim().to_owned());
+                    } else if let Some(parameter) = value.strip_prefix("look back by ") {
+                        head.look_back = Some(parameter.trim().to_owned());
+                    }
+                }
+            }
+        }
+        head.cause = (!tool).then_some(cause);
+        head
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parameters() {
+        let read = parameter("share of the grade force [-], -0.3 to 1.3, neutral 0").expect("as documented");
+        let expected = About {
+            meaning: "share of the grade force".to_owned(),
+            unit: "-".to_owned(),
+            lower: -0.3,
+            upper: 1.3,
+            neutral: 0.0,
+        };
+        assert_eq!(read, expected);
+        assert!(parameter("time [s], 0 to 10").expect("no neutral value").neutral.is_nan());
+        for bad in ["", "no unit, 0 to 1", "x [m]", "x [m], 0 - 1", "x [m], 1 to 0", "x [m], 0 to 1, neutral 2"] {
+            assert!(parameter(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn initial_values() {
+        assert_eq!(initial("filtered gap [m], starts at s"), Ok(Initial::Measured(Signal::S)));
+        assert_eq!(initial("starts at -0.5"), Ok(Initial::Value(-0.5)));
+        assert!(initial("starts at x").is_err());
+        assert!(initial("").is_err());
+    }
+
+    #[test]
+    fn heads() {
+        let head = Head::of(
+            "//! Pulls\n//! back.\n//! family: phase\n//! looks like: one\n//! two\n//! loop: delay by tp\nfn x() {}",
+        );
+        assert_eq!(head.meaning, "Pulls back.");
+        let cause = head.cause.expect("it is one");
+        assert_eq!((cause.family.as_deref(), cause.looks_like.as_str()), (Some("phase"), "one two"));
+        assert_eq!(head.delay.as_deref(), Some("tp"));
+        assert!(Head::of("//! Lead.\n//! tool: nuisance").cause.is_none());
+    }
+}

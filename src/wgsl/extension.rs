@@ -1,0 +1,389 @@
+//! Extensions read from WGSL: stages by the names of functions, parameters and state by the doc comments of two structs.
+
+use super::check::{Checked, ShaderError, check};
+use super::compose::Source;
+use super::doc;
+use crate::extension::{Argument, Extension, LoopNeeds, Stage, StageFunction};
+use crate::symbols::{ExtensionParameter, Symbol};
+use naga::{Expression, Function, Handle, Span, Statement, Type, TypeInner};
+use std::sync::{LazyLock, Mutex};
+
+macro_rules! built_in {
+    ($($name:ident),* $(,)?) => {
+        /// Name, path and text of the built-in extensions, in the order in which they act.
+        const BUILT_IN: &[(&str, &str, &str)] = &[$((
+            stringify!($name),
+            concat!("shaders/extension/", stringify!($name), ".wgsl"),
+            include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/shaders/extension/", stringify!($name), ".wgsl")),
+        )),*];
+    };
+}
+
+// The order of a step: what is known, the policy, what is seen, what is wanted, what is done.
+built_in! {
+    speed_dep_headway,
+    headway_mode_change,
+    perception_delay,
+    time_offset,
+    range_scale,
+    range_bias,
+    speed_scale,
+    sensor_lowpass,
+    lead,
+    dead_zone,
+    integral_action,
+    multi_anticipation,
+    leader_accel_ff,
+    periodic,
+    gain_mass,
+    set_speed_change,
+    accel_cap,
+    decel_cap,
+    power_cap,
+    quantised_accel,
+    jerk_limit,
+    actuation_lag,
+    asym_lag,
+    grade,
+    aero_drag,
+    const_decel,
+    probe_road,
+    probe_speed,
+    probe_thrust,
+    probe_gap,
+    probe_closing,
+    probe_history,
+}
+
+/// Everything built in: the causes that a diagnosis knows, and its tools.
+///
+/// # Panics
+/// If one of them is not valid, which a test would have noticed.
+pub fn library() -> &'static [&'static Extension] {
+    static LIBRARY: LazyLock<Vec<&'static Extension>> = LazyLock::new(|| {
+        let read = |(rank, (name, file, text)): (usize, &(&str, &str, &str))| {
+            keep(Reader::read(name, file, text).map(|e| Extension { rank, ..e })).expect("tests read all of them")
+        };
+        BUILT_IN.iter().enumerate().map(read).collect()
+    });
+    &LIBRARY
+}
+
+/// The built-in extension with this name.
+#[must_use]
+pub fn extension_named(name: &str) -> Option<&'static Extension> {
+    library().iter().copied().find(|extension| extension.name == name)
+}
+
+/// Reads an extension of one's own; `file` is what messages call it, its name without folder and `.wgsl` is the extension's.
+///
+/// # Errors
+/// [`ShaderError`] at the first thing that an extension may not have.
+pub fn read_extension(file: &str, text: &str) -> Result<&'static Extension, ShaderError> {
+    let name = std::path::Path::new(file).file_stem().and_then(std::ffi::OsStr::to_str).unwrap_or_default();
+    let plain =
+        |message: String| ShaderError { file: file.to_owned(), line: 1, column: 1, message, code: String::new() };
+    let is_name = name.starts_with(|c: char| c.is_ascii_lowercase())
+        && name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_')
+        && !name.ends_with('_')
+        && !name.contains("__");
+    if !is_name {
+        return Err(plain(format!(
+            "the file's name is the extension's: expected small letters, digits and single `_`, such as `my_cause.wgsl`, \
+             found `{name}`"
+        )));
+    }
+    if extension_named(name).is_some_and(|known| known.text != text) {
+        return Err(plain(format!("there is a built-in extension `{name}`; give the file another name")));
+    }
+    keep(Reader::read(name, file, text))
+}
+
+/// Extensions are read once: the same text gives the same one.
+fn keep(read: Result<Extension, ShaderError>) -> Result<&'static Extension, ShaderError> {
+    static KNOWN: Mutex<Vec<&'static Extension>> = Mutex::new(Vec::new());
+    let read = read?;
+    let mut known = KNOWN.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+    if let Some(one) = known.iter().find(|one| ***one == read) {
+        return Ok(one);
+    }
+    let kept: &'static Extension = Box::leak(Box::new(read));
+    known.push(kept);
+    Ok(kept)
+}
+
+struct Reader<'a> {
+    name: &'a str,
+    source: Source,
+    checked: Checked,
+    /// Names of the surrounding text, which the extension does not declare.
+    around: Vec<String>,
+}
+
+impl<'a> Reader<'a> {
+    fn read(name: &'a str, file: &str, text: &str) -> Result<Extension, ShaderError> {
+        let around = Source::around_an_extension();
+        let surrounding = check(&around).expect("the shaders are valid");
+        let mut source = around;
+        // Comments of the whole file may stand at the top of a text only.
+        source.push(file, &text.replace("//!", "// "));
+        let checked = check(&source)?;
+        let reader = Reader { name, source, checked, around: names(&surrounding) };
+        reader.refuse_what_cannot_run()?;
+        let parameters = reader.parameters()?;
+        let state = reader.state()?;
+        let stages = reader.stages(!state.is_empty())?;
+        let head = doc::Head::of(text);
+        let declares = names(&reader.checked).into_iter().filter(|name| !reader.around.contains(name)).collect();
+        let position = |wanted: &Option<String>| match wanted {
+            None => Ok(None),
+            Some(wanted) => match parameters.iter().position(|p| p.name() == wanted) {
+                Some(k) => Ok(Some(k)),
+                None => Err(reader.plain(format!("`loop:` names {wanted}, which is no parameter of this extension"))),
+            },
+        };
+        let needs = LoopNeeds { delay: position(&head.delay)?, look_back: position(&head.look_back)? };
+        if stages.is_empty() && needs.delay.is_none() {
+            let expected: Vec<String> = Stage::ALL.iter().map(|s| format!("{name}_{}", s.name())).collect();
+            return Err(
+                reader.plain(format!("expected at least one of the functions {}, found none", expected.join(", ")))
+            );
+        }
+        Ok(Extension {
+            name: name.to_owned(),
+            meaning: head.meaning,
+            text: text.to_owned(),
+            file: file.to_owned(),
+            declares,
+            parameters,
+            stages,
+            state,
+            reads: reader.reads(),
+            needs,
+            cause: head.cause,
+            rank: usize::MAX,
+        })
+    }
+
+    fn plain(&self, message: impl Into<String>) -> ShaderError {
+        let file = self.source.last_chunk().to_owned();
+        ShaderError { file, line: 1, column: 1, message: message.into(), code: String::new() }
+    }
+
+    fn refuse<T>(&self, span: Span, message: impl Into<String>) -> Result<T, ShaderError> {
+        Err(self.source.error_at(span, message))
+    }
+
+    /// Nothing in it may run for ever, or touch what is not its own.
+    fn refuse_what_cannot_run(&self) -> Result<(), ShaderError> {
+        let module = &self.checked.module;
+        let foreign = |name: Option<&str>| name.is_some_and(|name| !self.around.iter().any(|known| known == name));
+        for (handle, variable) in module.global_variables.iter() {
+            if foreign(variable.name.as_deref()) {
+                let span = module.global_variables.get_span(handle);
+                return self
+                    .refuse(span, "a variable of the module: an extension remembers in `State`, and reads no buffer");
+            }
+        }
+        if let Some((handle, _)) = module.overrides.iter().next() {
+            return self.refuse(module.overrides.get_span(handle), "an `override`: declare a parameter instead");
+        }
+        if let Some(entry) = module.entry_points.first() {
+            return Err(
+                self.plain(format!("`{}` is an entry point: the time loop has its own, write functions", entry.name))
+            );
+        }
+        for (_, function) in module.functions.iter().filter(|(_, f)| foreign(f.name.as_deref())) {
+            self.refuse_loops(&function.body)?;
+        }
+        Ok(())
+    }
+
+    fn refuse_loops(&self, block: &naga::Block) -> Result<(), ShaderError> {
+        for (statement, span) in block.span_iter() {
+            match statement {
+                Statement::Loop { .. } => {
+                    return self.refuse(*span, "a loop: write the steps out, or remember across time steps in `State`");
+                }
+                Statement::Switch { .. } => return self.refuse(*span, "`switch`: use `if` or `select`"),
+                Statement::Block(inner) => self.refuse_loops(inner)?,
+                Statement::If { accept, reject, .. } => {
+                    self.refuse_loops(accept)?;
+                    self.refuse_loops(reject)?;
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// Members of one of its structs: name, comment, where.
+    fn members(&self, wanted: &str) -> Result<Vec<(String, String, Span)>, ShaderError> {
+        let module = &self.checked.module;
+        let Some((handle, ty)) = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some(wanted)) else {
+            return Ok(Vec::new());
+        };
+        let TypeInner::Struct { members, .. } = &ty.inner else {
+            return self.refuse(module.types.get_span(handle), format!("`{wanted}`: expected a struct"));
+        };
+        let mut found = Vec::new();
+        for (k, member) in members.iter().enumerate() {
+            let name = member.name.clone().unwrap_or_default();
+            let span = self.source.member_span(wanted, &name).unwrap_or_else(|| module.types.get_span(handle));
+            if module.types[member.ty].inner != TypeInner::Scalar(naga::Scalar::F32) {
+                return self.refuse(span, format!("{wanted}.{name}: expected f32"));
+            }
+            let comments = module.doc_comments.as_ref().and_then(|docs| docs.struct_members.get(&(handle, k)));
+            let words = |line: &String| line.trim_start_matches('/').trim().to_owned();
+            let comment: Vec<String> = comments.into_iter().flatten().map(words).collect();
+            found.push((name, comment.join(" "), span));
+        }
+        Ok(found)
+    }
+
+    fn parameters(&self) -> Result<Vec<Symbol>, ShaderError> {
+        let read = |(name, comment, span): (String, String, Span)| {
+            if Symbol::from_name(&name).is_some() {
+                return self.refuse(span, format!("{name} is a parameter of the base models; give yours another name"));
+            }
+            let about =
+                doc::parameter(&comment).map_err(|message| self.source.error_at(span, format!("{name}: {message}")))?;
+            let row = ExtensionParameter {
+                extension: self.name.to_owned(),
+                name,
+                unit: about.unit,
+                meaning: about.meaning,
+                lower: about.lower,
+                upper: about.upper,
+                neutral: about.neutral,
+            };
+            Ok(Symbol::Extension(Box::leak(Box::new(row))))
+        };
+        self.members("Parameters")?.into_iter().map(read).collect()
+    }
+
+    fn state(&self) -> Result<Vec<(String, crate::extension::Initial)>, ShaderError> {
+        let read = |(name, comment, span): (String, String, Span)| match doc::initial(&comment) {
+            Ok(initial) => Ok((name, initial)),
+            Err(message) => self.refuse(span, format!("{name}: {message}")),
+        };
+        self.members("State")?.into_iter().map(read).collect()
+    }
+
+    fn type_called(&self, ty: Handle<Type>) -> Option<&str> {
+        self.checked.module.types[ty].name.as_deref()
+    }
+
+    fn argument(&self, function: &Function, k: usize, span: Span) -> Result<Argument, ShaderError> {
+        let argument = &function.arguments[k];
+        let ty = &self.checked.module.types[argument.ty];
+        Ok(match (ty.name.as_deref(), &ty.inner) {
+            (Some("Params"), _) => Argument::Params,
+            (Some("Parameters"), _) => Argument::Own,
+            (Some("State"), _) => Argument::State,
+            (Some("World"), _) => Argument::World,
+            (Some("Perceived"), _) => Argument::Perceived,
+            (_, inner) if *inner == TypeInner::Scalar(naga::Scalar::F32) => Argument::Acceleration,
+            _ => {
+                let name = argument.name.as_deref().unwrap_or("an argument");
+                return self.refuse(
+                    span,
+                    format!(
+                        "{name}: expected one of Params, Parameters, State, World, Perceived or f32, found another type"
+                    ),
+                );
+            }
+        })
+    }
+
+    fn stages(&self, has_state: bool) -> Result<Vec<StageFunction>, ShaderError> {
+        let module = &self.checked.module;
+        let mut stages = Vec::new();
+        for stage in Stage::ALL {
+            let wanted = format!("{}_{}", self.name, stage.name());
+            let Some((handle, function)) = module.functions.iter().find(|(_, f)| f.name.as_deref() == Some(&wanted))
+            else {
+                continue;
+            };
+            let span = module.functions.get_span(handle);
+            let arguments: Vec<Argument> =
+                (0..function.arguments.len()).map(|k| self.argument(function, k, span)).collect::<Result<_, _>>()?;
+            let value = match stage {
+                Stage::Policy => "Params",
+                Stage::Perception => "Perceived",
+                Stage::Command | Stage::Response => "f32",
+            };
+            if arguments.contains(&Argument::Acceleration) && matches!(stage, Stage::Policy | Stage::Perception) {
+                return self.refuse(
+                    span,
+                    format!("{wanted}: there is no acceleration yet at this stage; remove the f32 argument"),
+                );
+            }
+            let is_value = |ty: Handle<Type>| {
+                if value == "f32" {
+                    module.types[ty].inner == TypeInner::Scalar(naga::Scalar::F32)
+                } else {
+                    self.type_called(ty) == Some(value)
+                }
+            };
+            let expected = format!(
+                "{wanted}: expected to return {value}, or a struct of a {value} and a State, in this order, as it changes \
+                 {}",
+                match stage {
+                    Stage::Policy => "the parameters",
+                    Stage::Perception => "what is perceived",
+                    Stage::Command => "the commanded acceleration",
+                    Stage::Response => "the acceleration of the vehicle",
+                }
+            );
+            let Some(result) = &function.result else { return self.refuse(span, expected) };
+            let with_state = match &module.types[result.ty].inner {
+                _ if is_value(result.ty) => None,
+                TypeInner::Struct { members, .. }
+                    if members.len() == 2
+                        && is_value(members[0].ty)
+                        && self.type_called(members[1].ty) == Some("State") =>
+                {
+                    Some([0, 1].map(|k| members[k].name.clone().unwrap_or_default()))
+                }
+                _ => return self.refuse(span, expected),
+            };
+            stages.push(StageFunction { stage, arguments, with_state });
+        }
+        if has_state && stages.iter().all(|s| s.with_state.is_none()) {
+            return Err(self.plain("`State` is declared, but no stage returns a new one, so that it never changes"));
+        }
+        Ok(stages)
+    }
+
+    /// Members of `World` that its functions read.
+    fn reads(&self) -> Vec<String> {
+        let module = &self.checked.module;
+        let mut read = Vec::new();
+        for (handle, function) in module.functions.iter() {
+            let info = &self.checked.info[handle];
+            for (_, expression) in function.expressions.iter() {
+                let Expression::AccessIndex { base, index } = expression else { continue };
+                let Some(ty) = info[*base].ty.handle() else { continue };
+                if let (Some("World"), TypeInner::Struct { members, .. }) =
+                    (self.type_called(ty), &module.types[ty].inner)
+                    && let Some(name) = &members[*index as usize].name
+                    && !read.contains(name)
+                {
+                    read.push(name.clone());
+                }
+            }
+        }
+        read
+    }
+}
+
+/// Everything that a text declares.
+fn names(checked: &Checked) -> Vec<String> {
+    let module = &checked.module;
+    let types = module.types.iter().filter(|(_, t)| matches!(t.inner, TypeInner::Struct { .. }));
+    let functions = module.functions.iter().filter_map(|(_, f)| f.name.clone());
+    let constants = module.constants.iter().filter_map(|(_, c)| c.name.clone());
+    let variables = module.global_variables.iter().filter_map(|(_, v)| v.name.clone());
+    types.filter_map(|(_, t)| t.name.clone()).chain(functions).chain(constants).chain(variables).collect()
+}

@@ -1,0 +1,143 @@
+//! The generated part of an extended model: what the extensions remember, and the functions that call them stage by stage.
+
+use super::compose::{DECAY, Recipe};
+use crate::extension::{Argument, Extension, Stage, StageFunction};
+use std::fmt::Write;
+
+/// Type of the value that a stage changes.
+fn value_type(stage: Stage) -> &'static str {
+    match stage {
+        Stage::Policy => "Params",
+        Stage::Perception => "Perceived",
+        Stage::Command | Stage::Response => "f32",
+    }
+}
+
+/// Name of a struct that a stage hands on.
+fn handed_on(stage: Stage) -> &'static str {
+    match stage {
+        Stage::Policy => "PolicyStage",
+        Stage::Perception => "PerceptionStage",
+        Stage::Command => "CommandStage",
+        Stage::Response => "ResponseStage",
+    }
+}
+
+/// `Memory` and the functions `stage_...`, `missing_acceleration` and `forgetting` that step_extended.wgsl calls.
+pub(super) fn text(recipe: &Recipe) -> String {
+    let extensions = recipe.variant.extensions.list();
+    let mut text = String::from("struct Memory {\n");
+    if recipe.observed {
+        text += "    // Missing acceleration [m/s2].\n    d: f32,\n";
+    }
+    for extension in extensions.iter().filter(|e| !e.state.is_empty()) {
+        let name = &extension.name;
+        writeln!(text, "    {name}: {name}_State,").expect("a String takes all");
+    }
+    if !recipe.observed && extensions.iter().all(|e| e.state.is_empty()) {
+        text += "    // A struct needs a member.\n    nothing: f32,\n";
+    }
+    text += "}\n";
+    for stage in Stage::ALL {
+        text += &stage_text(stage, extensions);
+    }
+    let (missing, kept) = match recipe.observed {
+        true => ("memory.d", format!("    after.d = after.d * p.{DECAY};\n")),
+        false => ("0.0", String::new()),
+    };
+    text += "fn missing_acceleration(memory: Memory) -> f32 {\n";
+    text += &format!("    return {missing};\n}}\n");
+    text += "fn forgetting(p: Params, memory: Memory) -> Memory {\n";
+    text += &format!("    var after = memory;\n{kept}    return after;\n}}\n");
+    text
+}
+
+fn stage_text(stage: Stage, extensions: &[&Extension]) -> String {
+    let (kind, handed) = (value_type(stage), handed_on(stage));
+    let mut text = format!("struct {handed} {{\n    value: {kind},\n    memory: Memory,\n}}\n");
+    // At the first two stages the value has a place in the list of arguments already.
+    let (seen, last) = match stage {
+        Stage::Policy => ("x: Perceived", ""),
+        Stage::Perception => ("x: Perceived", ""),
+        Stage::Command | Stage::Response => ("x: Perceived", ", a: f32"),
+    };
+    let name = stage.name();
+    let given = match stage {
+        Stage::Policy => "q",
+        Stage::Perception => "x",
+        Stage::Command | Stage::Response => "a",
+    };
+    text += &format!("fn stage_{name}(p: Params, q: Params, w: World, {seen}{last}, memory: Memory) -> {handed} {{\n");
+    text += &format!("    var value = {given};\n    var after = memory;\n");
+    for extension in extensions {
+        for function in extension.stages.iter().filter(|f| f.stage == stage) {
+            text += &call(extension, function);
+        }
+    }
+    text + &format!("    return {handed}(value, after);\n}}\n")
+}
+
+/// The call of one stage function, on `value` and `after`.
+fn call(extension: &Extension, function: &StageFunction) -> String {
+    let name = &extension.name;
+    let argument = |argument: &Argument| match (argument, function.stage) {
+        (Argument::Params, Stage::Policy) | (Argument::Perceived, Stage::Perception) | (Argument::Acceleration, _) => {
+            "value".to_owned()
+        }
+        (Argument::Params, _) => "q".to_owned(),
+        (Argument::Perceived, _) => "x".to_owned(),
+        (Argument::World, _) => "w".to_owned(),
+        (Argument::State, _) => format!("after.{name}"),
+        (Argument::Own, _) => {
+            let own: Vec<String> = extension.parameters.iter().map(|p| format!("p.{}", p.name())).collect();
+            format!("{name}_Parameters({})", own.join(", "))
+        }
+    };
+    let arguments: Vec<String> = function.arguments.iter().map(argument).collect();
+    let stage = function.stage.name();
+    let called = format!("{name}_{stage}({})", arguments.join(", "));
+    let (value, state) = match &function.with_state {
+        None => (format!("{name}_{stage}_done"), String::new()),
+        Some([value, state]) => {
+            (format!("{name}_{stage}_done.{value}"), format!("    after.{name} = {name}_{stage}_done.{state};\n"))
+        }
+    };
+    // Opaque, or Mesa takes terms of one extension and of what comes after it in another order.
+    let seen = match function.stage {
+        Stage::Policy => value,
+        Stage::Perception => format!("Perceived(opaque({value}.s), opaque({value}.v_f), opaque({value}.v_l))"),
+        Stage::Command | Stage::Response => format!("opaque({value})"),
+    };
+    format!("    let {name}_{stage}_done = {called};\n    value = {seen};\n{state}")
+}
+
+/// The text of an extension among others: what it declares begins with its name.
+pub(super) fn in_company(extension: &Extension, text: &str) -> String {
+    let prefix = format!("{}_", extension.name);
+    let mine = |word: &str| extension.declares.iter().any(|name| name == word) && !word.starts_with(&prefix);
+    let mut renamed = String::with_capacity(text.len() + 64);
+    let mut word = String::new();
+    let mut before = ' ';
+    let flush = |word: &mut String, before: char, renamed: &mut String| {
+        if before != '.' && mine(word) {
+            renamed.push_str(&prefix);
+        }
+        renamed.push_str(word);
+        word.clear();
+    };
+    for c in text.chars() {
+        if c.is_alphanumeric() || c == '_' {
+            word.push(c);
+        } else {
+            if !word.is_empty() {
+                flush(&mut word, before, &mut renamed);
+            }
+            renamed.push(c);
+            before = c;
+        }
+    }
+    if !word.is_empty() {
+        flush(&mut word, before, &mut renamed);
+    }
+    renamed
+}

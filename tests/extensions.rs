@@ -1,0 +1,387 @@
+//! Extensions: every built-in one alone and some together, on every evaluator; what a user's own file may not have.
+
+mod common;
+
+use common::cars;
+use leadlag::catalog::Variant;
+use leadlag::convention::Convention;
+use leadlag::evaluator::{Case, Evaluator, Job, Observed, Observer, Population, Raw};
+use leadlag::extension::Extension;
+use leadlag::gpu::{AdapterChoice, Gpu};
+use leadlag::lanes::{InstructionSet, Lanes, LanesPrecision};
+use leadlag::score::GoodnessOfFit;
+use leadlag::symbols::{Bounds, Symbol};
+use leadlag::wgsl::{Precision, extension_named, library, read_extension};
+
+const BASES: [&str; 5] = ["idm", "gipps", "l-cth", "l-idm", "l-gipps+delay"];
+
+/// A drive with everything that an extension may read.
+fn case(variant: Variant) -> Case {
+    let mut trajectory = cars::drive(90.0);
+    let count = trajectory.len();
+    let ahead = |i: usize| trajectory.v_l[(i + 12).min(count - 1)];
+    trajectory.v_l2 = Some((0..count).map(ahead).collect());
+    trajectory.s_l2 = Some((0..count).map(|i| 20.0 + 0.01 * i as f64).collect());
+    trajectory.t.iter_mut().for_each(|t| *t += 100.0);
+    cars::case(&trajectory, variant, Convention::PAPER)
+}
+
+fn bounds(symbol: Symbol) -> [f64; 2] {
+    match symbol.bounds() {
+        Bounds::Fixed(lower, upper) => [lower, upper],
+        Bounds::PerVehicle => panic!("{} has no bounds of its own", symbol.name()),
+    }
+}
+
+/// Candidates of the variant without extensions near sensible values, and the extensions' parameters spread over a part of
+/// their bounds around the neutral value.
+fn spread(variant: Variant, count: usize) -> Population {
+    let base = Variant { extensions: Default::default(), ..variant };
+    let plain = cars::spread(base, Convention::PAPER, count, 5, 0.0);
+    let mut population = Population::new(&variant.parameters());
+    for i in 0..count {
+        let mut candidate = plain.values(i).to_vec();
+        for (k, symbol) in variant.parameters()[candidate.len()..].iter().enumerate() {
+            let [lower, upper] = bounds(*symbol);
+            // A number between 0 and 1 that differs from candidate to candidate and from parameter to parameter.
+            let share = ((i * 7 + k * 3) % 10) as f64 / 9.0;
+            let value = match (symbol.name(), symbol.neutral()) {
+                // When and for how long: within the drive.
+                ("t0" | "t1" | "dur", _) => 10.0 + 150.0 * share,
+                ("road_x", _) => 3000.0 * share,
+                (_, Some(neutral)) => {
+                    // Limits bind only where they are far from neutral.
+                    let (end, most) = match (i % 2, neutral == 0.0) {
+                        (0, true) => (upper, 0.3),
+                        (_, true) => (lower, 0.3),
+                        _ => (lower, 1.0),
+                    };
+                    neutral + most * share * (end - neutral)
+                }
+                (_, None) => lower.max(-2.0) + share * (upper.min(20.0) - lower.max(-2.0)),
+            };
+            candidate.push(value);
+        }
+        population.push(&candidate);
+    }
+    population
+}
+
+fn with(base: &str, extensions: &[&'static Extension]) -> Variant {
+    let base: Variant = base.parse().expect("a variant");
+    extensions.iter().fold(base, |variant, extension| variant.with(extension).expect("no conflict"))
+}
+
+fn lanes(case: &Case, precision: LanesPrecision) -> Lanes {
+    Lanes::new(vec![case.clone()], GoodnessOfFit::default(), precision).expect("a valid text")
+}
+
+fn observers(count: usize) -> Vec<Observer> {
+    let observer = |i: usize| {
+        let share = i as f64 / count as f64;
+        let gain = [0.2 * share, 0.02, -0.05, 0.1, -0.03 * share, 0.2];
+        Observer { gain, whitening: [0.7, -0.3, 1.6 + share], decay: 0.95 - 0.1 * share }
+    };
+    (0..count).map(observer).collect()
+}
+
+#[test]
+fn the_library_is_complete_and_documented() {
+    let names: Vec<&str> = library().iter().map(|extension| extension.name.as_str()).collect();
+    for kind in leadlag::plant::EffectKind::ALL {
+        let extension = extension_named(kind.name()).unwrap_or_else(|| panic!("{kind} is missing in {names:?}"));
+        let own: Vec<(&str, &str)> = extension.parameters.iter().map(|p| (p.name(), p.unit())).collect();
+        let planted: Vec<(&str, &str)> = kind.parameters().iter().map(|p| (p.name, p.unit)).collect();
+        assert_eq!(own, planted, "{kind}");
+        for (ours, theirs) in extension.parameters.iter().zip(kind.parameters()) {
+            assert_eq!(bounds(*ours), [theirs.lower, theirs.upper], "{kind} {}", theirs.name);
+        }
+        let cause = extension.cause.as_ref().unwrap_or_else(|| panic!("{kind} is a cause"));
+        assert!(!cause.looks_like.is_empty() && !extension.meaning.is_empty(), "{kind}");
+    }
+    let causes = library().iter().filter(|extension| extension.cause.is_some()).count();
+    assert_eq!(causes, leadlag::plant::EffectKind::ALL.len(), "every cause can be planted");
+}
+
+/// Largest difference of a score that a neutral extension may make, relative: one more rounding per step.
+const NEUTRAL: f64 = 1e-9;
+
+#[test]
+fn neutral_values_change_nothing_and_others_do() {
+    let mut acted = std::collections::BTreeMap::new();
+    for base in BASES {
+        let plain = case(base.parse().expect("a variant"));
+        for extension in library() {
+            let variant = with(base, &[extension]);
+            let case = case(variant);
+            let spread = spread(variant, 12);
+            let width = plain.variant.parameters().len();
+            let mut neutral = Population::new(&variant.parameters());
+            let mut bare = Population::new(&plain.variant.parameters());
+            for i in 0..spread.len() {
+                let mut values = spread.values(i).to_vec();
+                bare.push(&values[..width]);
+                for (value, symbol) in values[width..].iter_mut().zip(&variant.parameters()[width..]) {
+                    *value = symbol.neutral().unwrap_or(*value);
+                }
+                neutral.push(&values);
+            }
+            // Another delay bound is another window, so both start where the longer one says.
+            let mut bare_lanes =
+                lanes(&Case { tau_p_upper: case.longest_delay(), ..plain.clone() }, LanesPrecision::F64);
+            if case.longest_delay() > plain.longest_delay() && !plain.variant.delay {
+                continue;
+            }
+            let mut extended = lanes(&case, LanesPrecision::F64);
+            let raw = |lanes: &mut Lanes, population| lanes.raw(&[Job { case: 0, population }]).expect("short delays");
+            let (a, b, c) = (raw(&mut bare_lanes, &bare), raw(&mut extended, &neutral), raw(&mut extended, &spread));
+            for (i, (a, b)) in a.iter().zip(&b).enumerate() {
+                // Caps at their neutral value still act on what is beyond it.
+                let acts = ["accel_cap", "decel_cap", "power_cap", "jerk_limit"].contains(&extension.name.as_str());
+                if acts || a.status != 0 {
+                    continue;
+                }
+                assert_eq!(a.status, b.status, "{base} + {}, candidate {i}", extension.name);
+                let near = |x: f64, y: f64| (x - y).abs() <= NEUTRAL * x.abs().max(1e-9);
+                let close = (0..3).all(|k| near(a.error2[k], b.error2[k]));
+                assert!(close, "{base} + {}, candidate {i}: {:?} not {:?}", extension.name, b.error2, a.error2);
+            }
+            *acted.entry(&extension.name).or_insert(0) += usize::from(b != c);
+        }
+    }
+    // A limit may be beyond what a base model asks for on this drive; a delay is compared where the base has one.
+    let idle: Vec<_> = acted.iter().filter(|(_, bases)| **bases < 3 && **bases != 1).collect();
+    assert!(idle.is_empty(), "extensions that change nothing on most bases: {idle:?}");
+    assert_eq!(acted.len(), library().len(), "all were tried");
+}
+
+fn bits(raw: &[Raw]) -> Vec<String> {
+    // NaN is not equal to itself; its text is.
+    raw.iter().map(|raw| format!("{raw:?}")).collect()
+}
+
+fn block_bits(observed: &[Observed]) -> Vec<String> {
+    observed.iter().map(|observed| format!("{observed:?}")).collect()
+}
+
+fn gpu(case: &Case, precision: Precision) -> Option<Gpu> {
+    match Gpu::new(vec![case.clone()], GoodnessOfFit::default(), precision, &AdapterChoice::default()) {
+        Ok(gpu) => Some(gpu),
+        Err(_) if std::env::var_os("LEADLAG_NO_GPU").is_some() => {
+            eprintln!("SKIPPED lanes_and_gpu_give_the_same_bits: LEADLAG_NO_GPU says there is none");
+            None
+        }
+        Err(error) => panic!("{error}"),
+    }
+}
+
+#[test]
+fn lanes_and_gpu_give_the_same_bits() {
+    let all: Vec<&'static Extension> = library().to_vec();
+    let mut combinations: Vec<Variant> =
+        all.iter().enumerate().map(|(k, extension)| with(BASES[k % BASES.len()], &[extension])).collect();
+    let pick = |names: &[&str]| -> Vec<&'static Extension> {
+        names.iter().map(|name| extension_named(name).expect("built in")).collect()
+    };
+    combinations.push(with("l-cth", &pick(&["perception_delay", "time_offset", "grade", "lead"])));
+    combinations
+        .push(with("idm", &pick(&["sensor_lowpass", "integral_action", "actuation_lag", "multi_anticipation"])));
+    combinations.push(with("gipps+delay", &pick(&["dead_zone", "leader_accel_ff", "jerk_limit", "probe_road"])));
+    combinations.push(with("l-idm+linear+constant", &pick(&["asym_lag", "aero_drag", "periodic"])));
+    let (mut exact, mut differences) = (0, Vec::new());
+    for (k, variant) in combinations.into_iter().enumerate() {
+        let case = case(variant);
+        let population = spread(variant, 40);
+        let job = Job { case: 0, population: &population };
+        let compensated = k % 3 == 0;
+        let (on_gpu, on_lanes) = match compensated {
+            true => (Precision::Compensated, LanesPrecision::Compensated),
+            false => (Precision::Plain, LanesPrecision::Plain),
+        };
+        let on_precision = on_lanes;
+        let Some(mut gpu) = gpu(&case, on_gpu) else { return };
+        let mut lanes = lanes(&case, on_lanes);
+        let (a, b) = (gpu.raw(&[job]).expect("a device"), lanes.raw(&[job]).expect("short delays"));
+        assert!(b.iter().any(|raw| raw.status == 0), "{variant}: some candidate runs to the end");
+        let observers = observers(population.len());
+        let c = gpu.observed(&job, &observers, 100).expect("a device");
+        let d = lanes.observed(&job, &observers, 100).expect("short delays");
+        if gpu.adapter().is_some_and(|name| name.contains("llvmpipe")) {
+            exact += 1;
+            let mut compare = |what: &str, on_gpu: Vec<String>, on_lanes: Vec<String>| {
+                let differing: Vec<usize> = (0..on_gpu.len()).filter(|i| on_gpu[*i] != on_lanes[*i]).collect();
+                if let Some(&i) = differing.first() {
+                    differences.push(format!(
+                        "{variant} {what}, {on_precision:?}: {} of {}, the first candidate {i} {:?}\n  GPU   {}\n  lanes {}",
+                        differing.len(),
+                        on_gpu.len(),
+                        population.values(i),
+                        on_gpu[i],
+                        on_lanes[i]
+                    ));
+                }
+            };
+            compare("free", bits(&a), bits(&b));
+            compare("observed", block_bits(&c), block_bits(&d));
+        } else {
+            let alike = a.iter().zip(&b).filter(|(a, b)| a.status == b.status).count();
+            assert!(alike * 10 >= 9 * a.len(), "{variant}: {alike} of {} runs end alike", a.len());
+        }
+    }
+    eprintln!("{exact} models with extensions compared bit by bit");
+    assert!(differences.is_empty(), "{} differences:\n{}", differences.len(), differences.join("\n"));
+}
+
+#[test]
+fn every_instruction_set_gives_the_same_innovations() {
+    let variant = with(
+        "l-cth",
+        &[extension_named("time_offset").expect("built in"), extension_named("grade").expect("built in")],
+    );
+    let case = case(variant);
+    let population = spread(variant, 37);
+    let job = Job { case: 0, population: &population };
+    let observers = observers(population.len());
+    let text = |set| {
+        let mut lanes = lanes(&case, LanesPrecision::F64).with_instructions(set);
+        format!("{:?}", lanes.innovations(&job, &observers).expect("short delays"))
+    };
+    let first = text(InstructionSet::Baseline);
+    for set in InstructionSet::available() {
+        assert!(text(set) == first, "{set:?}");
+    }
+}
+
+#[test]
+fn innovations_agree_with_the_sums() {
+    let variant = with("idm", &[extension_named("actuation_lag").expect("built in")]);
+    let case = case(variant);
+    let population = spread(variant, 9);
+    let job = Job { case: 0, population: &population };
+    let observers = observers(population.len());
+    let mut lanes = lanes(&case, LanesPrecision::F64);
+    let sums = lanes.observed(&job, &observers, 1_000_000).expect("short delays");
+    let series = lanes.innovations(&job, &observers).expect("short delays");
+    for ((sums, series), observer) in sums.iter().zip(&series).zip(&observers) {
+        assert_eq!(sums.raw.failure(), series.failed);
+        if series.failed.is_some() {
+            continue;
+        }
+        let [a, b, c] = observer.whitening;
+        let z = |[r_s, r_v]: [f64; 2]| [a * r_s, b * r_s + c * r_v];
+        for k in 0..2 {
+            let total: f64 = series.residual.iter().map(|r| z(*r)[k].powi(2)).sum();
+            assert!((total - sums.blocks[0][k]).abs() <= 1e-9 * total, "{total} not {}", sums.blocks[0][k]);
+        }
+        // d follows from the residuals alone.
+        let mut d = 0.0;
+        for (t, [r_s, r_v]) in series.residual.iter().enumerate().skip(series.first) {
+            d = d * observer.decay - (observer.gain[4] * r_s + observer.gain[5] * r_v);
+            assert!((d - series.state[t][2]).abs() <= 1e-9, "sample {t}: {d} not {}", series.state[t][2]);
+        }
+    }
+}
+
+#[test]
+fn a_users_own_extension_runs() {
+    let text = "//! Sluggish when it is cold.
+struct Parameters {
+    /// share that is lost [-], 0 to 1, neutral 0
+    lost: f32,
+}
+struct State {
+    /// last command [m/s2], starts at a_f
+    last: f32,
+}
+struct Done {
+    a: f32,
+    state: State,
+}
+const HALF: f32 = 0.5;
+fn mean(a: f32, b: f32) -> f32 {
+    return HALF * (a + b);
+}
+fn cold_command(own: Parameters, state: State, a_cmd: f32) -> Done {
+    let a = (1.0 - own.lost) * mean(a_cmd, state.last);
+    return Done(a, State(a_cmd));
+}
+";
+    let cold = read_extension("somewhere/cold.wgsl", text).expect("valid");
+    assert!(std::ptr::eq(cold, read_extension("somewhere/cold.wgsl", text).expect("valid")), "read once");
+    let lag = extension_named("actuation_lag").expect("built in");
+    for base in BASES {
+        // Names of its own are also those of the built-in one.
+        let case = case(with(base, &[lag, cold]));
+        let population = spread(case.variant, 4);
+        let raw = lanes(&case, LanesPrecision::F64).raw(&[Job { case: 0, population: &population }]);
+        assert!(raw.expect("short delays").iter().any(|raw| raw.status == 0), "{base}");
+    }
+}
+
+#[test]
+fn what_an_extension_may_not_have_is_said() {
+    let cases: &[(&str, &str, &str)] = &[
+        (
+            "x.wgsl",
+            "fn x_command(a: f32) -> f32 {\n    return b;\n}\n",
+            "x.wgsl:2:12: no definition in scope for identifier: `b`",
+        ),
+        (
+            "x.wgsl",
+            "fn x_command(a: f32) -> f32 {\n    var b = a;\n    loop { break; }\n    return b;\n}\n",
+            "x.wgsl:3:5: a loop",
+        ),
+        (
+            "x.wgsl",
+            "fn x_command(a: f32) -> f32 {\n    var b = a;\n    for (var i = 0; i < 3; i++) { b = b + a; }\n    return b;\n}\n",
+            "x.wgsl:3:5: a loop",
+        ),
+        (
+            "x.wgsl",
+            "var<private> kept: f32;\nfn x_command(a: f32) -> f32 {\n    return a;\n}\n",
+            "x.wgsl:1:1: a variable of the module",
+        ),
+        (
+            "x.wgsl",
+            "@group(0) @binding(0) var<storage> data: array<f32>;\nfn x_command(a: f32) -> f32 {\n    return data[0];\n}\n",
+            "x.wgsl:1:23: a variable of the module",
+        ),
+        ("x.wgsl", "fn x_command(a: f32) -> f32 {\n    return x_command(a);\n}\n", "x.wgsl:"),
+        (
+            "x.wgsl",
+            "fn y_command(a: f32) -> f32 {\n    return a;\n}\n",
+            "x.wgsl:1:1: expected at least one of the functions x_policy, x_perception, x_command, x_response, found none",
+        ),
+        ("x.wgsl", "fn x_command(a: f32) -> bool {\n    return a > 0.0;\n}\n", "x.wgsl:1:"),
+        (
+            "x.wgsl",
+            "struct Parameters {\n    gain: f32,\n}\nfn x_command(own: Parameters, a: f32) -> f32 {\n    return a * own.gain;\n}\n",
+            "x.wgsl:2:5: gain: expected a doc comment such as",
+        ),
+        (
+            "x.wgsl",
+            "struct Parameters {\n    /// speed [m/s], 0 to 1\n    v_0: f32,\n}\nfn x_command(own: Parameters, a: f32) -> f32 {\n    return a * own.v_0;\n}\n",
+            "x.wgsl:3:5: v_0 is a parameter of the base models",
+        ),
+        (
+            "x.wgsl",
+            "struct State {\n    /// starts at 0\n    a: f32,\n}\nfn x_command(state: State, a: f32) -> f32 {\n    return a + state.a;\n}\n",
+            "x.wgsl:1:1: `State` is declared, but no stage returns a new one",
+        ),
+        (
+            "x.wgsl",
+            "fn x_command(p: Params, a: f32) -> f32 {\n    return a * p.tau_g;\n}\n",
+            "x.wgsl:2:18: Params has no field tau_g",
+        ),
+        (
+            "grade.wgsl",
+            "fn grade_command(a: f32) -> f32 {\n    return a;\n}\n",
+            "there is a built-in extension `grade`",
+        ),
+        ("My Cause.wgsl", "", "the file's name is the extension's"),
+    ];
+    for (file, text, expected) in cases {
+        let error = read_extension(file, text).expect_err(expected).to_string();
+        assert!(error.contains(expected), "expected {expected}\nfound {error}");
+    }
+}
