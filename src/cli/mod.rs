@@ -6,6 +6,7 @@ mod bench;
 mod calibrate;
 mod data;
 mod demo;
+mod diagnose;
 mod doctor;
 mod evaluate;
 mod evaluator;
@@ -45,6 +46,8 @@ enum Command {
     Evaluate(evaluate::Args),
     /// Calibrate and validate many variants on many trajectories: plan, run, status, merge
     Study(study::Args),
+    /// Show what the data and a simulation get wrong, name the cause, and measure what it is worth
+    Diagnose(Box<diagnose::Args>),
     /// List variants, parameters, vehicles, goodness-of-fit functions, conventions
     List(list::Args),
     /// Show which GPUs and drivers there are, and what to mind with them
@@ -61,6 +64,11 @@ enum Command {
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub struct Usage(pub String);
+
+/// A command that was done, and whose exit code says more.
+#[derive(Debug, thiserror::Error)]
+#[error("exit code {0}")]
+pub struct Exit(pub u8);
 
 /// True if the command line itself asked for something that cannot be, whatever the data.
 pub fn is_usage(error: &anyhow::Error) -> bool {
@@ -86,6 +94,7 @@ pub fn run(cli: Cli) -> anyhow::Result<()> {
         Command::Simulate(args) => simulate::run(&args),
         Command::Evaluate(args) => evaluate::run(&args),
         Command::Study(args) => study::run(&args),
+        Command::Diagnose(args) => diagnose::run(&args),
         Command::List(args) => list::run(&args),
         Command::Doctor(args) => doctor::run(&args),
         Command::Bench(args) => bench::run(&args),

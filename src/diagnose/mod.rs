@@ -9,6 +9,7 @@ pub mod budget;
 pub mod candidate;
 pub mod data;
 pub mod decide;
+pub mod describe;
 pub mod drive;
 pub mod family;
 pub mod fit;

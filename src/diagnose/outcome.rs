@@ -5,6 +5,7 @@ use super::data::{Finding, Soundness};
 use super::formula::Formula;
 use super::gain::Gain;
 use super::missing::Profiles;
+use super::verdict::{Adopted, Estimate, Fitted, Tried, Verdict};
 use serde::{Deserialize, Serialize};
 
 /// Version of the file; raised by every change that breaks a reader.
@@ -160,12 +161,77 @@ pub struct RungEntry {
     pub name: String,
     /// Round of adoption, from 1.
     pub round: usize,
-    /// Held-out gain in log-likelihood \[nats\].
-    pub evidence: f64,
+    /// Gain in log-likelihood on all training data \[nats\].
+    pub gain: f64,
+    /// Held-out gain \[nats\]; none if it did not come so far.
+    pub evidence: Option<f64>,
     /// What it had to exceed.
     pub threshold: f64,
     /// In words: adopted, below the threshold, as good as the adopted one, no gain on the hold-out, ...
     pub fate: String,
+}
+
+impl From<&Tried> for RungEntry {
+    fn from(tried: &Tried) -> RungEntry {
+        RungEntry {
+            name: tried.name.clone(),
+            round: tried.round,
+            gain: tried.gain,
+            evidence: tried.evidence.is_finite().then_some(tried.evidence),
+            threshold: tried.threshold,
+            fate: tried.reason.clone(),
+        }
+    }
+}
+
+impl From<&Estimate> for ParameterEntry {
+    fn from(estimate: &Estimate) -> ParameterEntry {
+        let interval = estimate.error.is_finite().then_some(estimate.interval);
+        ParameterEntry { name: estimate.name.clone(), value: estimate.value, unit: estimate.unit.clone(), interval }
+    }
+}
+
+impl CauseEntry {
+    /// An adopted cause; how thresholds are made depends on the effort.
+    #[must_use]
+    pub fn new(adopted: &Adopted, threshold_kind: &str) -> CauseEntry {
+        CauseEntry {
+            name: adopted.extension.name.clone(),
+            family: adopted.family.clone(),
+            parameters: adopted.parameters.iter().map(ParameterEntry::from).collect(),
+            evidence: adopted.evidence,
+            threshold: adopted.threshold,
+            threshold_kind: threshold_kind.to_owned(),
+        }
+    }
+}
+
+impl From<&Fitted> for ModelEntry {
+    fn from(fitted: &Fitted) -> ModelEntry {
+        ModelEntry {
+            variant: fitted.variant.name(),
+            extensions: fitted.variant.extensions.list().iter().map(|e| e.name.clone()).collect(),
+            parameters: fitted.estimates.iter().map(ParameterEntry::from).collect(),
+            sigma_d_mps2: fitted.noise.sigma_d,
+            tau_d_s: fitted.noise.tau_d,
+            noise_gap_m: fitted.noise.r_s,
+            noise_speed_mps: fitted.noise.r_v,
+            log_likelihood: fitted.log_likelihood,
+        }
+    }
+}
+
+impl From<Verdict> for VerdictName {
+    fn from(verdict: Verdict) -> VerdictName {
+        match verdict {
+            Verdict::Named => VerdictName::Named,
+            Verdict::Ambiguous => VerdictName::Ambiguous,
+            Verdict::Nothing => VerdictName::Nothing,
+            Verdict::NotTestable => VerdictName::NotTestable,
+            Verdict::Unexplained => VerdictName::Unexplained,
+            Verdict::BadBase => VerdictName::BadBase,
+        }
+    }
 }
 
 /// One data file.

@@ -72,8 +72,7 @@ impl Redundancy {
     pub fn findings(&self, link: &Link, blurred: bool) -> Vec<Finding> {
         let [scale, clock] = &self.estimate;
         let mut findings = scale.explain([SCALE_MIN, COMMON_SCALE_MIN], |who, value, error| {
-            // The regression tells by how much the measured way is to be reduced: c / (1 + c).
-            let value = value / (1.0 - value);
+            let value = factor(value);
             Finding {
                 kind: FindingKind::SpeedScale,
                 car: who,
@@ -108,15 +107,20 @@ impl Redundancy {
     pub fn residual_rate_rms(&self, link: &Link, usable: &Usable) -> f64 {
         let [scale, clock] = &self.estimate;
         let both = |pair: &Pair| [pair.value[1] + 0.5 * pair.value[0], pair.value[1] - 0.5 * pair.value[0]];
-        let ([c_l, c_f], [late_l, late_f]) = (both(scale), both(clock));
+        let ([c_l, c_f], [late_l, late_f]) = (both(scale).map(factor), both(clock));
         let (v_l, v_f) = (shifted(&link.v_l, late_l / link.dt), shifted(&link.v_f, late_f / link.dt));
         let corrected = Link {
-            v_l: v_l.iter().map(|v| v * (1.0 - c_l)).collect(),
-            v_f: v_f.iter().map(|v| v * (1.0 - c_f)).collect(),
+            v_l: v_l.iter().map(|v| v / (1.0 + c_l)).collect(),
+            v_f: v_f.iter().map(|v| v / (1.0 + c_f)).collect(),
             ..link.clone()
         };
         level::rate_rms(&corrected, usable).unwrap_or(0.0)
     }
+}
+
+/// The scale error c of a car whose share of the mean way is estimated as c / (1 + c / 2): the mean way is c / 2 too long itself.
+fn factor(share: f64) -> f64 {
+    share / (1.0 - 0.5 * share)
 }
 
 impl Pair {

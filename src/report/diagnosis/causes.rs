@@ -23,16 +23,18 @@ pub(super) fn ladder(text: &mut String, rungs: &[RungEntry]) -> Result {
     ));
     let rounds = rungs.iter().map(|rung| rung.round).max().unwrap_or(1);
     for round in 1..=rounds {
-        let mut own: Vec<&RungEntry> = rungs.iter().filter(|rung| rung.round == round).collect();
-        own.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+        let own = rungs.iter().filter(|rung| rung.round == round);
+        let mut tried: Vec<(f64, &RungEntry)> = own.clone().filter_map(|rung| Some((rung.evidence?, rung))).collect();
+        tried.sort_by(|a, b| b.0.total_cmp(&a.0));
         writeln!(text, "\nround {round}\n{:<22}{:>9}{:>10}", "cause", "evidence", "threshold")?;
-        for rung in own.iter().take(SHOWN) {
-            let (name, evidence, need) = (&rung.name, rung.evidence, rung.threshold);
-            writeln!(text, "{name:<22}{evidence:>9.0}{need:>10.0}  {}", bar(evidence, need).trim_end())?;
-            text.push_str(&wrapped(24, 24, &rung.fate));
+        for (evidence, rung) in tried.iter().take(SHOWN) {
+            let (name, need) = (&rung.name, rung.threshold);
+            writeln!(text, "{name:<22}{evidence:>9.0}{need:>10.0}  {}", bar(*evidence, need).trim_end())?;
+            text.push_str(&wrapped(4, 4, &rung.fate));
         }
-        if own.len() > SHOWN {
-            writeln!(text, "and {} more", own.len() - SHOWN)?;
+        let others: Vec<&str> = own.filter(|rung| rung.evidence.is_none()).map(|rung| rung.name.as_str()).collect();
+        if !others.is_empty() {
+            text.push_str(&wrapped(0, 2, &format!("screened, and less promising: {}", others.join(", "))));
         }
     }
     Ok(())

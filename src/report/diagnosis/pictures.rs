@@ -93,25 +93,25 @@ fn number(value: f64) -> String {
 #[must_use]
 pub fn ladder(title: &str, rungs: &[RungEntry]) -> String {
     const ROW: f64 = 20.0;
-    let mut sorted: Vec<&RungEntry> = rungs.iter().collect();
-    sorted.sort_by(|a, b| a.round.cmp(&b.round).then(b.evidence.total_cmp(&a.evidence)));
+    let mut sorted: Vec<(f64, &RungEntry)> = rungs.iter().filter_map(|rung| Some((rung.evidence?, rung))).collect();
+    sorted.sort_by(|a, b| a.1.round.cmp(&b.1.round).then(b.0.total_cmp(&a.0)));
     let height = 110.0 + ROW * sorted.len() as f64;
     let line =
         "evidence in nats on held-out stretches, on a scale of square roots; the line in each row is its threshold";
     let mut figure = Figure::new(960.0, height, title, &[line]);
     figure.legend([16.0, 70.0], &[("above its threshold", PALETTE[0]), ("below", PALETTE[5])]);
     let (left, right) = (220.0, 700.0);
-    let most = sorted.iter().map(|r| r.evidence.max(r.threshold)).fold(1.0, f64::max);
+    let most = sorted.iter().map(|(e, r)| e.max(r.threshold)).fold(1.0, f64::max);
     let x = |value: f64| left + (value.max(0.0) / most).sqrt() * (right - left);
-    for (i, rung) in sorted.iter().enumerate() {
+    for (i, (evidence, rung)) in sorted.iter().enumerate() {
         let y = 92.0 + ROW * i as f64;
-        let colour = if rung.evidence > rung.threshold { PALETTE[0] } else { PALETTE[5] };
+        let colour = if *evidence > rung.threshold { PALETTE[0] } else { PALETTE[5] };
         let name = format!("{}. {}", rung.round, rung.name);
         figure.text([left - 8.0, y + 10.0], 12.0, Anchor::End, INK, &name);
-        figure.bar([left, y], [x(rung.evidence), y + 13.0], colour, colour);
+        figure.bar([left, y], [x(*evidence), y + 13.0], colour, colour);
         figure.line([x(rung.threshold), y - 2.0], [x(rung.threshold), y + 15.0], 2.0, INK);
         let fate: String = rung.fate.chars().take(36).collect();
-        figure.text([right + 10.0, y + 10.0], 11.0, Anchor::Start, INK, &format!("{:.0}  {fate}", rung.evidence));
+        figure.text([right + 10.0, y + 10.0], 11.0, Anchor::Start, INK, &format!("{evidence:.0}  {fate}"));
     }
     figure.finish()
 }
