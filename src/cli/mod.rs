@@ -14,6 +14,7 @@ mod inspect;
 mod interrupt;
 mod list;
 pub mod output;
+mod report;
 mod simulate;
 mod study;
 mod synth;
@@ -48,6 +49,8 @@ enum Command {
     Study(study::Args),
     /// Show what the data and a simulation get wrong, name the cause, and measure what it is worth
     Diagnose(Box<diagnose::Args>),
+    /// Write a calibration or a diagnosis as one HTML file
+    Report(report::Args),
     /// List variants, parameters, vehicles, goodness-of-fit functions, conventions
     List(list::Args),
     /// Show which GPUs and drivers there are, and what to mind with them
@@ -95,6 +98,7 @@ pub fn run(cli: Cli) -> anyhow::Result<()> {
         Command::Evaluate(args) => evaluate::run(&args),
         Command::Study(args) => study::run(&args),
         Command::Diagnose(args) => diagnose::run(&args),
+        Command::Report(args) => report::run(&args),
         Command::List(args) => list::run(&args),
         Command::Doctor(args) => doctor::run(&args),
         Command::Bench(args) => bench::run(&args),

@@ -84,7 +84,7 @@ pub struct Errors<'a> {
 }
 
 /// One class of a division.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Share {
     /// The class.
     pub name: String,
@@ -95,7 +95,7 @@ pub struct Share {
 }
 
 /// The error of a free simulation, divided in every way. Every division sums to one.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Budget {
     /// Root mean square of s \[m\], v \[m/s\], a \[m/s²\].
     pub rms: [f64; 3],

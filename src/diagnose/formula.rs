@@ -19,7 +19,7 @@ const WORTH: f64 = 0.01;
 const LAGS: usize = 30;
 
 /// One term of a formula.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Term {
     /// Product of quantities, such as `v` or `v*sin_grade`; `1` for the constant.
     pub name: String,
@@ -30,7 +30,7 @@ pub struct Term {
 }
 
 /// A formula for d.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Formula {
     /// The constant first.
     pub terms: Vec<Term>,

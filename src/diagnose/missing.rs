@@ -25,7 +25,7 @@ pub struct Missing<'a> {
 }
 
 /// A class of a profile.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Class {
     /// Mean of the quantity in the class.
     pub at: f64,
@@ -38,12 +38,12 @@ pub struct Class {
 }
 
 /// d against one quantity.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Profile {
     /// The quantity.
-    pub name: &'static str,
+    pub name: String,
     /// Its unit.
-    pub unit: &'static str,
+    pub unit: String,
     /// Classes in rising order of the quantity.
     pub classes: Vec<Class>,
     /// Share of the variance of d that the class means explain.
@@ -53,7 +53,7 @@ pub struct Profile {
 }
 
 /// All profiles of d.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Profiles {
     /// Root mean square of d \[m/s²\].
     pub rms: f64,
@@ -101,12 +101,7 @@ fn quantiles(sorted: &[(Vec<f64>, &Missing)]) -> Vec<f64> {
     edges
 }
 
-fn profile(
-    name: &'static str,
-    unit: &'static str,
-    drives: &[(Vec<f64>, &Missing)],
-    edges: Option<Vec<f64>>,
-) -> Option<Profile> {
+fn profile(name: &str, unit: &str, drives: &[(Vec<f64>, &Missing)], edges: Option<Vec<f64>>) -> Option<Profile> {
     let class_of = |q: f64| match &edges {
         Some(edges) => edges.partition_point(|edge| *edge <= q),
         None => (q / PLACE_CLASS_M).floor().max(0.0) as usize,
@@ -154,8 +149,8 @@ fn profile(
     let centre = classes.iter().zip(weights()).map(|(c, w)| c.mean * w).sum::<f64>() / weights().sum::<f64>();
     let chi2 = classes.iter().zip(weights()).map(|(c, w)| (c.mean - centre).powi(2) * w).sum::<f64>();
     Some(Profile {
-        name,
-        unit,
+        name: name.to_owned(),
+        unit: unit.to_owned(),
         explained: if sum > 0.0 { (between * n / sum).min(1.0) } else { 0.0 },
         chi2: chi2 / (classes.len() as f64 - 1.0),
         classes,

@@ -162,7 +162,7 @@ pub struct RungEntry {
     /// Round of adoption, from 1.
     pub round: usize,
     /// Gain in log-likelihood on all training data \[nats\].
-    pub gain: f64,
+    pub gain: Option<f64>,
     /// Held-out gain \[nats\]; none if it did not come so far.
     pub evidence: Option<f64>,
     /// What it had to exceed.
@@ -176,7 +176,7 @@ impl From<&Tried> for RungEntry {
         RungEntry {
             name: tried.name.clone(),
             round: tried.round,
-            gain: tried.gain,
+            gain: tried.gain.is_finite().then_some(tried.gain),
             evidence: tried.evidence.is_finite().then_some(tried.evidence),
             threshold: tried.threshold,
             fate: tried.reason.clone(),
@@ -287,7 +287,7 @@ pub struct ModelEntry {
 }
 
 /// The whole result. The first eleven fields are those of `interfaces.md`.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
     /// [`SCHEMA_VERSION`].
     pub schema_version: u32,

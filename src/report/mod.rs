@@ -7,6 +7,7 @@ pub mod assemble;
 pub mod csv;
 pub mod diagnosis;
 pub mod figure;
+pub mod html;
 pub mod parquet;
 pub mod plot;
 pub mod result;

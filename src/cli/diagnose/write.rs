@@ -24,6 +24,7 @@ pub fn files(folder: &Path, diagnosis: &Diagnosis, train: &[Drive], holdout: &[D
         let runs = [Some(&diagnosis.base.runs[i]), extended.and_then(|e| e.runs.get(i))];
         let role = if i < train.len() { "training" } else { "held back" };
         save(&format!("simulation_{}.svg", i + 1), &simulation(drive, role, runs)?)?;
+        write_file(&folder.join(format!("simulation_{}.csv", i + 1)), &states(drive, runs)?)?;
     }
     if let Some(missing) = &outcome.missing {
         let title = "What the missing acceleration depends on";
@@ -68,6 +69,30 @@ fn table(base: &Series, extended: Option<&Series>) -> csv::Result<Vec<u8>> {
             optional(scene.sin_grade.as_ref()),
             optional(scene.place.as_ref()),
         ])?;
+    }
+    writer.into_inner().map_err(|e| csv::Error::from(e.into_error()))
+}
+
+/// Measured states beside those of both models' free simulations; a run that broke off leaves empty fields.
+fn states(drive: &Drive, runs: [Option<&Free>; 2]) -> csv::Result<Vec<u8>> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let signals = ["spacing_m", "speed_mps", "accel_mps2"];
+    let mut header = vec!["time_s".to_owned(), "lead_speed_mps".to_owned()];
+    header.extend(signals.map(str::to_owned));
+    for (name, run) in ["base", "extended"].iter().zip(&runs) {
+        header.extend(signals.iter().filter(|_| run.is_some()).map(|signal| format!("{name}_{signal}")));
+    }
+    writer.write_record(&header)?;
+    let trajectory = &drive.trajectory;
+    let text = |value: f64| if value.is_finite() { value.to_string() } else { String::new() };
+    for i in 0..trajectory.len() {
+        let a = if i > 0 { (trajectory.v_f[i] - trajectory.v_f[i - 1]) / trajectory.dt } else { f64::NAN };
+        let mut row = [trajectory.t[i], trajectory.v_l[i], trajectory.s[i], trajectory.v_f[i], a].map(text).to_vec();
+        for run in runs.iter().flatten() {
+            let at = |k: usize| i.checked_sub(run.first).and_then(|i| run.simulated[k].get(i)).copied();
+            row.extend((0..3).map(|k| at(k).map_or(String::new(), text)));
+        }
+        writer.write_record(&row)?;
     }
     writer.into_inner().map_err(|e| csv::Error::from(e.into_error()))
 }

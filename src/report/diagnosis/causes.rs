@@ -98,11 +98,14 @@ pub(super) fn verdict(text: &mut String, outcome: &Outcome) -> Result {
 }
 
 fn one(text: &mut String, cause: &CauseEntry) -> Result {
-    writeln!(
-        text,
-        "\n{} (family {}): evidence {:.0}, threshold {:.0} ({})",
-        cause.name, cause.family, cause.evidence, cause.threshold, cause.threshold_kind
-    )?;
+    let family = if cause.family == cause.name { String::new() } else { format!(" (family {})", cause.family) };
+    let (evidence, threshold, kind) = (cause.evidence, cause.threshold, &cause.threshold_kind);
+    text.push('\n');
+    text.push_str(&wrapped(
+        0,
+        2,
+        &format!("{}{family}: evidence {evidence:.0}, threshold {threshold:.0} ({kind})", cause.name),
+    ));
     parameters(text, &cause.parameters)?;
     if let Some((equation, meaning)) = equation(&cause.name) {
         text.push_str(&wrapped(2, 4, &format!("{equation}: {meaning}")));

@@ -58,8 +58,7 @@ fn panel(figure: &mut Figure, corner: [f64; 2], profile: &Profile, other: Option
     }
     figure.line([left, y(0.0)], [right, y(0.0)], 1.2, INK);
     figure.line([left, bottom], [right, bottom], 1.0, INK);
-    let name =
-        if profile.unit == "-" { profile.name.to_owned() } else { format!("{} [{}]", profile.name, profile.unit) };
+    let name = if profile.unit == "-" { profile.name.clone() } else { format!("{} [{}]", profile.name, profile.unit) };
     figure.text([0.5 * (left + right), bottom + 33.0], 12.0, Anchor::Middle, INK, &name);
     figure.upright([corner[0] + 14.0, 0.5 * (top + bottom)], 12.0, "d [m/s²]");
     for (own, colour) in both() {

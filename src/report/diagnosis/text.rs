@@ -128,11 +128,11 @@ fn model(text: &mut String, model: &ModelEntry) -> std::fmt::Result {
 }
 
 fn errors(text: &mut String, budget: &Budget) -> std::fmt::Result {
-    writeln!(text, "{:<28}{:>10}{:>10}{:>10}", "", "spacing", "speed", "accel.")?;
+    writeln!(text, "{:<28}{:>10} {:>10} {:>11}", "", "spacing", "speed", "accel.")?;
     let [s, v, a] = budget.rms;
-    writeln!(text, "{:<28}{s:>8.3} m{v:>6.3} m/s{a:>6.3} m/s²", "error, root mean square")?;
+    writeln!(text, "{:<28}{s:>8.3} m {v:>6.3} m/s {a:>6.3} m/s²", "error, root mean square")?;
     let [s, v, a] = budget.bias;
-    writeln!(text, "{:<28}{s:>+8.3} m{v:>+6.3} m/s{a:>+6.3} m/s²", "mean (simulated - measured)")?;
+    writeln!(text, "{:<28}{s:>+8.3} m {v:>+6.3} m/s {a:>+6.3} m/s²", "mean (simulated - measured)")?;
     writeln!(text, "\nshare of the squared error, beside the share of the time")?;
     writeln!(text, "{:<24}{:>8}{:>10}{:>10}{:>10}", "", "time", "spacing", "speed", "accel.")?;
     let rows = |text: &mut String, shares: &mut dyn Iterator<Item = &Share>| {
@@ -180,17 +180,20 @@ fn acceleration(text: &mut String, missing: &Profiles, model: Option<&ModelEntry
             small(missing.rms)
         ),
     ));
-    writeln!(text, "{:<32}{:>12}  {:<24}", "against", "explains", "strongest class")?;
+    writeln!(text, "{:<30}{:>9}  strongest class, d in m/s²", "against", "explains")?;
     for profile in &missing.profiles {
         let strongest = profile.classes.iter().max_by(|a, b| {
             let z = |c: &crate::diagnose::missing::Class| (c.mean / c.error.max(1e-12)).abs();
             z(a).total_cmp(&z(b))
         });
         let class = strongest.map_or(String::new(), |c| {
-            format!("{:+.3} ± {:.3} m/s² at {:.3} {}", c.mean, 1.96 * c.error, c.at, profile.unit)
+            format!("{:+.3} ± {:.3} at {}", c.mean, 1.96 * c.error, at(c.at, &profile.unit))
         });
-        let clear = if profile.chi2 > 4.0 { "" } else { " (not clear)" };
-        writeln!(text, "{:<32}{:>10.0} %  {class}{clear}", profile.name, 100.0 * profile.explained)?;
+        let clear = if profile.chi2 > 4.0 { "" } else { " ?" };
+        writeln!(text, "{:<30}{:>7.0} %  {class}{clear}", profile.name, 100.0 * profile.explained)?;
+    }
+    if missing.profiles.iter().any(|profile| profile.chi2 <= 4.0) {
+        writeln!(text, "?: no more than chance may do")?;
     }
     if let Some(r) = missing.repeats_by_place {
         text.push_str(&wrapped(
@@ -200,6 +203,19 @@ fn acceleration(text: &mut String, missing: &Profiles, model: Option<&ModelEntry
         ));
     }
     Ok(())
+}
+
+/// A value of a quantity with its unit.
+fn at(value: f64, unit: &str) -> String {
+    let digits = if value.abs() >= 100.0 {
+        0
+    } else if value.abs() >= 1.0 {
+        1
+    } else {
+        3
+    };
+    let unit = if unit == "-" { "" } else { unit };
+    format!("{value:.digits$} {unit}").trim_end().to_owned()
 }
 
 fn left(text: &mut String, outcome: &Outcome) -> std::fmt::Result {
