@@ -156,7 +156,7 @@ impl Search {
         let mut starts: Vec<Point> = tried.iter().take(3).map(|(_, candidate)| from(candidate)).collect();
         starts.push(Point { noise: free, ..self.current.fit.point.clone() });
         let model = setting.model(self.current.variant, &self.current.model.events)?;
-        let plan = Plan { select: 4, rough: 4, keep: 2, fine: spending.plan.fine, tolerance: 0.1 };
+        let plan = Plan { select: 4, kinds: 1, rough: 4, keep: 2, fine: spending.plan.fine, tolerance: 0.1 };
         let again = Candidate::fitted(setting, self.current.variant, &self.current.causes, model, &starts, plan)?;
         if let Some(again) = again
             && again.fit.log_likelihood > self.current.fit.log_likelihood + 0.5
@@ -359,7 +359,7 @@ impl Search {
         let free = Noise { sigma_d: NEARLY_FREE.0, tau_d: NEARLY_FREE.1, ..noise };
         let starts: Vec<Point> =
             [noise, strong, free].into_iter().map(|noise| Point { values: values.clone(), noise }).collect();
-        let plan = Plan { select: 3, rough: 5, keep: 2, fine: spending.base.fine, tolerance: 0.1 };
+        let plan = Plan { select: 3, kinds: 1, rough: 5, keep: 2, fine: spending.base.fine, tolerance: 0.1 };
         Candidate::fitted(setting, variant, &causes, model, &starts, plan)
     }
 

@@ -82,7 +82,7 @@ fn refined(setting: &Setting<'_>, rough: Candidate, spending: &Spending) -> Resu
     let noise = fit.point.noise;
     let free = Noise { sigma_d: NEARLY_FREE.0.min(noise.sigma_d), tau_d: NEARLY_FREE.1, ..noise };
     let starts = [fit.point.clone(), Point { noise: free, ..fit.point.clone() }];
-    let plan = Plan { select: 2, rough: 0, keep: 2, ..spending.base };
+    let plan = Plan { select: 2, kinds: 1, rough: 0, keep: 2, ..spending.base };
     let found = Candidate::fitted(setting, variant, &causes, model, &starts, plan)?;
     Ok(found.expect("a start that has run runs again"))
 }

@@ -1,7 +1,7 @@
 //! A fitted model in the race: what is shared by everything that fits, scores and compares.
 
 use super::drive::Drive;
-use super::fit::{Fit, Plan, Point, Predictor, fit};
+use super::fit::{Fit, Plan, Point, Predictor, Prior, fit, fit_with};
 use super::fold::{folds, whole};
 use super::likelihood::{Mask, blocks, inflation};
 use super::model::{Event, Model, is_time};
@@ -10,6 +10,7 @@ use super::space::Axis;
 use super::verdict::{DiagnoseError, Question};
 use crate::catalog::Variant;
 use crate::extension::Extension;
+use crate::symbols::Symbol;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Data, masks and the question; shared by all threads.
@@ -114,8 +115,12 @@ impl Held {
 
 /// Score of a block in which a run failed \[nats\]: finite, so that one failed block cannot decide.
 const FAILED_BLOCK: f64 = -1e4;
+/// Weight of all data in the fit of a fold, for the parameters of the base.
+const BORROWED: f64 = 0.1;
+/// Name of the nuisance lead.
+pub const LEAD: &str = "lead";
 /// Turns on a fold, from the optimum of all data.
-const FOLD_PLAN: Plan = Plan { select: 2, rough: 0, keep: 2, fine: 8, tolerance: 0.1 };
+const FOLD_PLAN: Plan = Plan { select: 2, kinds: 1, rough: 0, keep: 2, fine: 8, tolerance: 0.1 };
 
 impl Candidate {
     /// Fits a variant from some starts.
@@ -151,16 +156,32 @@ impl Candidate {
                 axes[k] = Axis::linear(value, value);
             }
         }
+        let prior = self.prior();
         let before = self.model.simulations;
         let mut held = [Vec::new(), Vec::new()];
         for (fold, held) in held.iter_mut().enumerate() {
             let start = [self.fit.point.clone()];
-            let fits = fit(&mut self.model, &axes, &setting.folds[1 - fold], &start, FOLD_PLAN)?;
+            let fits = fit_with(&mut self.model, &axes, &setting.folds[1 - fold], &start, FOLD_PLAN, prior.as_ref())?;
             let point = fits.first().map_or(&self.fit.point, |fit| &fit.point).clone();
             *held = scored(&mut self.model, &point, &setting.folds[fold])?;
         }
         setting.simulations.fetch_add(self.model.simulations - before, Ordering::Relaxed);
         Ok(Held { folds: held })
+    }
+
+    /// What a fold may borrow from all data: where it says next to nothing of a parameter of the base, that stays about where it
+    /// is, or the other fold shows nothing but that it ran away. Causes borrow nothing.
+    fn prior(&self) -> Option<Prior> {
+        let information = &self.fit.information;
+        if information.is_empty() {
+            return None;
+        }
+        let lead = |k: usize| matches!(self.model.symbols[k], Symbol::Extension(row) if row.extension == LEAD);
+        let borrows =
+            |k: usize| self.model.symbols.get(k).is_none_or(|s| !matches!(s, Symbol::Extension(_)) || lead(k));
+        let weight = |j: usize, k: usize| if borrows(j) && borrows(k) { BORROWED * information[(j, k)] } else { 0.0 };
+        let information = nalgebra::DMatrix::from_fn(information.nrows(), information.ncols(), weight);
+        Some(Prior { centre: self.fit.coordinates.clone(), information })
     }
 
     /// Log-likelihood per hold-out drive and block, with the parameters of the training data.

@@ -63,8 +63,10 @@ pub struct Fit {
 /// How long to search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plan {
-    /// Starts that are searched from at all: the likeliest ones.
+    /// Starts that are searched from at all: the likeliest ones of each kind.
     pub select: usize,
+    /// Kinds of starts, which come in turn; likelihoods under different observers do not compare.
+    pub kinds: usize,
     /// Turns of all starts.
     pub rough: usize,
     /// Starts that go on after them.
@@ -87,8 +89,21 @@ const PULL: f64 = 0.05;
 const DAMPINGS: [f64; 3] = [0.1, 1.0, 10.0];
 /// Damping beyond which a start is stuck.
 const STUCK: f64 = 1e7;
+/// A start goes on while it is behind by at most so many of its last gains, or, if among the best, by so many nats.
+const LATE: f64 = 12.0;
+/// See [`LATE`].
+const NEAR: f64 = 200.0;
 /// Runs whose innovations are held at once.
 const BATCH: usize = 120;
+
+/// What is known of the coordinates beforehand.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Prior {
+    /// Coordinates 0..1 of the parameters, then logarithms of the noise.
+    pub centre: Vec<f64>,
+    /// How well they are known, as information.
+    pub information: DMatrix<f64>,
+}
 
 #[derive(Debug, Clone)]
 struct Start {
@@ -96,6 +111,8 @@ struct Start {
     x: Vec<f64>,
     cost: f64,
     damping: f64,
+    /// Gain of the last turn \[nats\].
+    gain: f64,
     /// Turns in a row that gained less than the tolerance.
     idle: usize,
     gram: Option<Gram>,
@@ -104,6 +121,7 @@ struct Start {
 /// The axes of the model, followed by the noise.
 struct Frame<'a> {
     axes: &'a [Axis],
+    prior: Option<&'a Prior>,
 }
 
 impl Frame<'_> {
@@ -115,6 +133,21 @@ impl Frame<'_> {
         let model = self.axes.iter().zip(&point.values).map(|(axis, value)| axis.coordinate(*value));
         let noise = point.noise.logs().into_iter().zip(NOISE_BOUNDS).map(|(x, b)| x.clamp(b[0].ln(), b[1].ln()));
         model.chain(noise).collect()
+    }
+
+    fn off(&self, prior: &Prior, x: &[f64]) -> DVector<f64> {
+        DVector::from_fn(
+            x.len(),
+            |j, _| if self.bounds(j)[0] < self.bounds(j)[1] { x[j] - prior.centre[j] } else { 0.0 },
+        )
+    }
+
+    /// What the prior adds to a cost.
+    fn penalty(&self, x: &[f64]) -> f64 {
+        self.prior.map_or(0.0, |prior| {
+            let off = self.off(prior, x);
+            0.5 * off.dot(&(&prior.information * &off))
+        })
     }
 
     fn point(&self, x: &[f64]) -> Point {
@@ -150,20 +183,39 @@ pub fn fit<P: Predictor>(
     starts: &[Point],
     plan: Plan,
 ) -> Result<Vec<Fit>, P::Error> {
-    let frame = Frame { axes };
-    let begin = |point: &Point| Start { x: frame.of(point), cost: f64::INFINITY, damping: 1e-2, idle: 0, gram: None };
+    fit_with(predictor, axes, masks, starts, plan, None)
+}
+
+/// The same with what is known beforehand; likelihoods are then those of both together.
+///
+/// # Errors
+/// As [`Predictor::residuals`].
+pub fn fit_with<P: Predictor>(
+    predictor: &mut P,
+    axes: &[Axis],
+    masks: &[Mask],
+    starts: &[Point],
+    plan: Plan,
+    prior: Option<&Prior>,
+) -> Result<Vec<Fit>, P::Error> {
+    let frame = Frame { axes, prior };
+    let begin = |point: &Point| Start {
+        x: frame.of(point),
+        cost: f64::INFINITY,
+        damping: 1e-2,
+        gain: 0.0,
+        idle: 0,
+        gram: None,
+    };
     let mut starts: Vec<Start> = starts.iter().map(begin).collect();
     let points: Vec<Vec<f64>> = starts.iter().map(|start| start.x.clone()).collect();
     for (start, cost) in starts.iter_mut().zip(costs(predictor, &frame, masks, &points)?) {
         start.cost = cost;
     }
-    starts.retain(|start| start.cost.is_finite());
-    starts.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-    starts.truncate(plan.select.max(1));
+    starts = selected(starts, plan);
     for turn in 0..plan.rough + plan.fine {
-        if turn == plan.rough {
-            starts.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-            starts.truncate(plan.keep.max(1));
+        if turn >= plan.rough {
+            race(&mut starts, plan);
         }
         if !advance(predictor, &frame, masks, &mut starts, plan.tolerance)? {
             break;
@@ -171,6 +223,34 @@ pub fn fit<P: Predictor>(
     }
     starts.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     Ok(starts.iter().map(|start| finished(&frame, start)).collect())
+}
+
+/// Gives up the starts that are behind by more than their last gain promises to make good.
+fn race(starts: &mut Vec<Start>, plan: Plan) {
+    starts.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    let ahead = starts.first().map_or(0.0, |best| best.cost);
+    let mut rank = 0;
+    starts.retain(|start| {
+        rank += 1;
+        let behind = start.cost - ahead;
+        rank == 1 || behind <= LATE * start.gain || (rank <= plan.keep && behind < NEAR)
+    });
+    starts.truncate(plan.keep.max(1) * plan.kinds.max(1));
+}
+
+/// The likeliest starts of each kind whose first run does not fail.
+fn selected(starts: Vec<Start>, plan: Plan) -> Vec<Start> {
+    let kinds = plan.kinds.max(1);
+    let mut by_kind: Vec<Vec<Start>> = (0..kinds).map(|_| Vec::new()).collect();
+    for (i, start) in starts.into_iter().enumerate().filter(|(_, start)| start.cost.is_finite()) {
+        by_kind[i % kinds].push(start);
+    }
+    let best = |mut starts: Vec<Start>| {
+        starts.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        starts.truncate(plan.select.max(1));
+        starts
+    };
+    by_kind.into_iter().flat_map(best).collect()
 }
 
 /// The log-likelihood of points as they are.
@@ -183,7 +263,7 @@ pub fn log_likelihoods<P: Predictor>(
     masks: &[Mask],
     points: &[Point],
 ) -> Result<Vec<f64>, P::Error> {
-    let frame = Frame { axes };
+    let frame = Frame { axes, prior: None };
     let points: Vec<Vec<f64>> = points.iter().map(|point| frame.of(point)).collect();
     Ok(costs(predictor, &frame, masks, &points)?.into_iter().map(|cost| -cost).collect())
 }
@@ -267,6 +347,7 @@ fn advance<P: Predictor>(
         } else {
             start.damping *= 100.0;
         }
+        start.gain = gain.max(0.0);
         start.idle = if gain > tolerance { 0 } else { start.idle + 1 };
         start.gram = Some(gram);
     }
@@ -336,6 +417,9 @@ fn costs<P: Predictor>(
             sums.par_iter_mut().zip(&residuals).zip(&observers).for_each(of);
         }
     }
+    for (sum, x) in sums.iter_mut().zip(points) {
+        *sum += frame.penalty(x);
+    }
     Ok(sums)
 }
 
@@ -377,6 +461,13 @@ fn derivatives<P: Predictor>(
                 let columns: Vec<Column<'_>> = (0..m).map(column).collect();
                 gram.add(base, &observers[first], &columns, mask);
             });
+        }
+        for (gram, x) in mine.iter_mut().zip(at) {
+            if let Some(prior) = frame.prior {
+                gram.cost += frame.penalty(x);
+                gram.gradient += &prior.information * frame.off(prior, x);
+                gram.information += &prior.information;
+            }
         }
         grams.append(&mut mine);
     }

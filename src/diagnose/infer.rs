@@ -2,7 +2,7 @@
 
 use super::adopt::{ROUNDS, Rival, Search, family};
 use super::base::{Calibrated, calibrate_base, contradiction};
-use super::candidate::{Candidate, Setting};
+use super::candidate::{Candidate, LEAD, Setting};
 use super::family::others;
 use super::model::Model;
 use super::screen::Spending;
@@ -33,7 +33,7 @@ pub fn infer(
         ControlFlow::Continue(()) => Ok(()),
         ControlFlow::Break(()) => Err(DiagnoseError::Stopped),
     };
-    let setting = Setting::new(question, extension_named("lead"));
+    let setting = Setting::new(question, extension_named(LEAD));
     let spending = Spending::of(question.effort);
     tell(0.0, "calibrating the base model")?;
     let base = calibrate_base(&setting, question.base, &spending)?
@@ -64,7 +64,7 @@ pub fn infer(
         search.prune(&setting, &spending)?;
     }
     tell(0.8, "looking for what is left")?;
-    let left = leftovers(&setting, &mut search.current, &search.held, search.inflation)?;
+    let left = leftovers(&setting, &mut search.current, search.need, search.inflation)?;
     let others = if search.current.causes.is_empty() {
         Vec::new()
     } else {

@@ -13,7 +13,7 @@ const LAGS: usize = 100;
 pub type Mask = Vec<bool>;
 
 /// Huber's rho of a squared length: half of it up to the threshold, then linear in the length.
-fn rho(squared: f64) -> f64 {
+pub(super) fn rho(squared: f64) -> f64 {
     if squared <= HUBER * HUBER { 0.5 * squared } else { HUBER * squared.sqrt() - 0.5 * HUBER * HUBER }
 }
 

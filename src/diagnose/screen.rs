@@ -3,7 +3,7 @@
 use super::candidate::{Candidate, Setting};
 use super::fit::{Plan, Point, log_likelihoods};
 use super::model::{Event, Model};
-use super::start::{hints, with_cause};
+use super::start::{KINDS, hints, with_cause};
 use super::verdict::{DiagnoseError, Effort};
 use crate::evaluator::CaseError;
 use crate::extension::Extension;
@@ -32,16 +32,21 @@ impl Spending {
     /// What an effort buys.
     #[must_use]
     pub fn of(effort: Effort) -> Spending {
-        let plan = |select, rough, keep, fine| Plan { select, rough, keep, fine, tolerance: 0.1 };
+        let plan = |select, rough, keep, fine| Plan { select, kinds: 1, rough, keep, fine, tolerance: 0.1 };
+        let cause = |select, rough, keep, fine| Plan { kinds: KINDS, ..plan(select, rough, keep, fine) };
         match effort {
             Effort::Quick => {
                 Spending { plan: plan(4, 3, 1, 8), hints: 3, population: 96, base: plan(8, 6, 2, 20), short_list: 5 }
             }
-            Effort::Normal => {
-                Spending { plan: plan(6, 3, 2, 12), hints: 5, population: 256, base: plan(12, 8, 3, 30), short_list: 6 }
-            }
+            Effort::Normal => Spending {
+                plan: cause(3, 3, 2, 12),
+                hints: 5,
+                population: 256,
+                base: plan(12, 8, 3, 30),
+                short_list: 6,
+            },
             Effort::Thorough => Spending {
-                plan: plan(14, 4, 4, 25),
+                plan: cause(6, 4, 4, 25),
                 hints: 8,
                 population: 768,
                 base: plan(32, 8, 6, 40),
@@ -72,6 +77,8 @@ pub fn explain(
 ) -> Result<Option<Candidate>, DiagnoseError> {
     let Ok(variant) = current.variant.with(cause) else { return Ok(None) };
     let causes: Vec<&'static Extension> = current.causes.iter().copied().chain([cause]).collect();
+    let speeds = setting.question.train.iter().flat_map(|drive| &drive.trajectory.v_f);
+    let fastest = speeds.copied().fold(0.0, f64::max);
     let mut best: Option<Candidate> = None;
     for (scope, hints) in hints(cause, setting.question.train, missing, spending.hints) {
         let events: Vec<Event> = current.model.events.iter().copied().chain(scope).collect();
@@ -84,7 +91,7 @@ pub fn explain(
             continue;
         }
         let hints = scanned(setting, current, &mut model, cause, hints, spending.hints)?;
-        let starts = with_cause(current, &model, cause, &hints);
+        let starts = with_cause(current, &model, cause, &hints, fastest);
         setting.simulations.fetch_add(model.simulations, Ordering::Relaxed);
         let found = Candidate::fitted(setting, variant, &causes, model, &starts, spending.plan)?;
         let Some(found) = found else { continue };
@@ -176,7 +183,8 @@ fn jittered(
     setting.simulations.fetch_add(model.simulations - before, Ordering::Relaxed);
     let best = (0..points.len()).max_by(|&a, &b| likelihoods[a].total_cmp(&likelihoods[b])).expect("points");
     let starts = [fit.point.clone(), points[best].clone()];
-    let plan = Plan { select: 2, rough: 0, keep: 2, fine: spending.plan.fine, tolerance: spending.plan.tolerance };
+    let plan =
+        Plan { select: 2, kinds: 1, rough: 0, keep: 2, fine: spending.plan.fine, tolerance: spending.plan.tolerance };
     let again = Candidate::fitted(setting, variant, &causes, model, &starts, plan)?;
     Ok(again.expect("a start that has run runs again"))
 }

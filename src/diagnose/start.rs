@@ -66,14 +66,19 @@ fn probes(axis: &Axis, neutral: f64) -> Vec<f64> {
     found
 }
 
+/// Kinds of starts of [`with_cause`], which come in turn.
+pub const KINDS: usize = 3;
+
 /// Starts of a model that has one cause more than another: its parameters as they are, the cause at several sizes, under the
-/// present observer and under a nearly free simulation.
+/// present observer and under a nearly free simulation; and with textbook values of free driving, under a strong observer.
+/// `fastest` is the largest speed of the follower \[m/s\].
 #[must_use]
 pub fn with_cause(
     current: &Candidate,
     model: &Model,
     cause: &'static Extension,
     hints: &[Vec<(Symbol, f64)>],
+    fastest: f64,
 ) -> Vec<Point> {
     let values = model.adopt(&current.model, &current.fit.point.values);
     let noise = current.fit.point.noise;
@@ -101,12 +106,23 @@ pub fn with_cause(
             }
         }
     }
+    // A limit that the base lacks is often imitated by its free driving, and then does nothing from there.
+    let mut generic = values.clone();
+    for (name, value) in [("v_0", fastest + 4.0), ("k_0", 0.6), ("delta", 4.0), ("a_max", 1.8)] {
+        if let Some(k) = model.symbols.iter().position(|symbol| symbol.name() == name) {
+            generic[k] = value.clamp(model.axes[k].lower, model.axes[k].upper);
+        }
+    }
+    let strong = Noise { sigma_d: STRONG.0, tau_d: STRONG.1, ..noise };
     let mut starts = Vec::new();
     for size in sizes {
         let mut sized = values.clone();
         size.iter().for_each(|(k, value)| sized[*k] = model.axes[*k].value(model.axes[*k].coordinate(*value)));
         starts.push(Point { values: sized.clone(), noise });
         starts.push(Point { values: sized, noise: free });
+        let mut sized = generic.clone();
+        size.iter().for_each(|(k, value)| sized[*k] = model.axes[*k].value(model.axes[*k].coordinate(*value)));
+        starts.push(Point { values: sized, noise: strong });
     }
     starts
 }

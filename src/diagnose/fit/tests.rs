@@ -87,7 +87,7 @@ fn axes() -> Vec<Axis> {
     vec![Axis::log(0.01, 5.0), Axis::linear(0.1, 5.0), Axis::log(0.01, 5.0), Axis::linear(0.0, 15.0)]
 }
 
-const PLAN: Plan = Plan { select: 3, rough: 3, keep: 2, fine: 25, tolerance: 0.02 };
+const PLAN: Plan = Plan { select: 3, kinds: 1, rough: 3, keep: 2, fine: 25, tolerance: 0.02 };
 
 #[test]
 fn parameters_and_noise_are_found_together() {
