@@ -3,7 +3,7 @@
 // GRADE, MFC, REJECT, COMPENSATED, OBSERVER, EXTENDED, WORLD, LOOKS_BACK, RING_IN_STATES (bool), ACCUMULATION (src/score.rs; ALL:
 // everything the measures need, for `evaluate`), RING (a power of two), WORKGROUP, PARAMETERS, MOTION_WORDS and MEMORY_WORDS
 // (u32); the functions `load_params`, `params_are_finite`, `load_motion`, `save_motion`, `load_memory`, `save_memory`,
-// `initial_memory`, `corrected` (the missing acceleration) and `stepped`, which is `step` with or without extensions.
+// `initial_memory`, `corrected` (the missing acceleration), `set_zeros` and `stepped`, which is `step` with or without extensions.
 
 // Values of ACCUMULATION.
 const SQUARED = 0u;
@@ -55,6 +55,9 @@ struct Chunk {
     zero: u32,
     // With an observer: samples in a block of sums.
     block: u32,
+    // Zeros; see between.wgsl.
+    even_zero: u32,
+    odd_zero: u32,
 }
 
 // Three vec4 per sample: (v_l, dx_l, s, v_f) (a_f, x_road, v_denominator, s_start) (1/denominator of s, v, a; unused), and with
@@ -237,6 +240,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
         return;
     }
     opaque_zero = chunk.zero;
+    set_zeros(chunk.even_zero, chunk.odd_zero);
     let n = chunk.stride;
     let p = load_params(i);
     let back = candidate_word(PARAMETERS, i);

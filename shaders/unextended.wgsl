@@ -28,3 +28,6 @@ fn stepped(
     let done = step(p, x, now, m_0, phi_f, road, dx_l, dt);
     return Stepped(done.next, memory, done.a_free, done.a, done.feasible);
 }
+
+fn set_zeros(even: u32, odd: u32) {
+}

@@ -8,7 +8,7 @@ pub use search::merit;
 pub use space::{BoundsError, Overrides, SearchSpace, read_bounds};
 
 use crate::evaluator::{BufferSet, EvaluateError, Evaluator, Failure, Score};
-use crate::reference::Reference;
+use crate::rescore;
 use exact::Exact;
 use search::{Group, Search};
 use std::fmt;
@@ -281,13 +281,12 @@ pub fn calibrate(
     }
     let mut searches: Vec<Search> = groups.into_iter().flat_map(|group| group.searches).collect();
     searches.sort_by_key(|search| search.number);
-    let reference = Reference::new(evaluator.cases().to_vec(), *evaluator.gof());
     let mut replicates = Vec::new();
     for search in searches {
         match search.finish() {
             // Of an interrupted calibration, what was found until then.
             Err(CalibrateError::Interrupted) => {}
-            other => replicates.push(settled(&reference, space, other?)),
+            other => replicates.push(settled(evaluator, space, other?)?),
         }
     }
     if replicates.is_empty() { Err(CalibrateError::Interrupted) } else { Ok(replicates) }
@@ -311,8 +310,7 @@ pub fn calibrate_replicate(
         group.collect(evaluator, BufferSet::A, progress)?;
         group.submit(evaluator, &mut exact, BufferSet::A)?;
     }
-    let reference = Reference::new(evaluator.cases().to_vec(), *evaluator.gof());
-    Ok(settled(&reference, space, group.searches.swap_remove(0).finish()?))
+    settled(evaluator, space, group.searches.swap_remove(0).finish()?)
 }
 
 /// Candidates of a replicate that the reference is asked about, at most.
@@ -320,19 +318,28 @@ const ASKED: usize = 300;
 
 /// Gives a replicate its score by the f64 reference. Where the best candidate fails there, the next best that does not takes its place:
 /// an optimum often lies on the edge of what is feasible, and there the last bit of a sum decides.
-fn settled(reference: &Reference, space: &SearchSpace, mut replicate: Replicate) -> Replicate {
+fn settled(
+    evaluator: &dyn Evaluator,
+    space: &SearchSpace,
+    mut replicate: Replicate,
+) -> Result<Replicate, CalibrateError> {
     replicate.near.sort_by(|a, b| a.0.total_cmp(&b.0));
     let others = replicate.near.iter().map(|(_, candidate)| candidate);
-    let mut asked = std::iter::once(&replicate.candidate).chain(others).take(ASKED);
-    let found = asked.find_map(|candidate| match reference.score(&space.parameters(candidate)) {
-        Score::Value(score) if score.is_finite() => Some((candidate.clone(), score)),
-        _ => None,
-    });
+    let mut found = None;
+    for candidate in std::iter::once(&replicate.candidate).chain(others).take(ASKED) {
+        match rescore::score(evaluator.cases(), evaluator.gof(), &space.parameters(candidate))? {
+            Score::Value(score) if score.is_finite() => {
+                found = Some((candidate.clone(), score));
+                break;
+            }
+            _ => {}
+        }
+    }
     replicate.score = f64::INFINITY;
     if let Some((candidate, score)) = found {
         (replicate.candidate, replicate.score) = (candidate, score);
     }
-    replicate
+    Ok(replicate)
 }
 
 /// The replicate with the lowest score.

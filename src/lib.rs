@@ -68,6 +68,7 @@ pub mod optimize;
 pub mod plant;
 pub mod reference;
 pub mod report;
+pub mod rescore;
 pub mod score;
 pub mod select;
 pub mod simulate;

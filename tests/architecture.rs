@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// From the top down. Modules of one floor may import each other, but never in a circle.
-const FLOORS: [&[&str]; 11] = [
+const FLOORS: [&[&str]; 12] = [
     &["main"],
     &["cli"],
     &["report"],
@@ -14,6 +14,7 @@ const FLOORS: [&[&str]; 11] = [
     &["diagnose", "study"],
     &["identify"],
     &["calibrate", "validate", "evaluate", "simulate", "select"],
+    &["rescore"],
     &["gpu", "lanes", "reference"],
     &["wgsl", "evaluator"],
     &["catalog", "vehicle", "convention"],

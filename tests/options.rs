@@ -139,7 +139,7 @@ fn a_broken_vehicle_says_where_and_what() {
 fn broken_bounds_say_where_and_what() {
     let variant: Variant = "l-cth+nonlinear".parse().unwrap();
     let space = |content: &str, vehicle: Option<&Vehicle>| {
-        let overrides = read_bounds(&file("bounds.toml", content))?;
+        let overrides = read_bounds(&file("bounds.toml", content), &variant)?;
         SearchSpace::new(&variant, vehicle, Convention::PAPER, &overrides)
     };
     let bmw = Vehicle::called("bmw_x5").unwrap();

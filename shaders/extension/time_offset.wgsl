@@ -12,6 +12,6 @@ fn time_offset_perception(own: Parameters, w: World, x: Perceived) -> Perceived 
     // Simpson's rule for the way of the preceding vehicle in between.
     // Opaque, or Mesa takes the terms in another order.
     let sum = opaque(opaque(x.v_l + w.v_l_then) + 4.0 * w.v_l_half);
-    let way = own.to * 0.16666667 * sum;
+    let way = own.to / 6.0 * sum;
     return Perceived(x.s - way, x.v_f, w.v_l_then);
 }

@@ -166,11 +166,12 @@ fn checked(symbol: Symbol, [lower, upper]: [f64; 2]) -> Result<[f64; 2], BoundsE
     Err(BoundsError::Impossible { name: symbol.name(), expected: domain.expected(), lower, upper })
 }
 
-/// Reads a TOML file of bounds: `v_0 = [25, 40]`, or `tau_p = 0.3` to fix a parameter.
+/// Reads a TOML file of bounds: `v_0 = [25, 40]`, or `tau_p = 0.3` to fix a parameter; it may name parameters of the extensions
+/// of a variant, too.
 ///
 /// # Errors
 /// When the file cannot be read, is no TOML, or an entry is neither a pair of numbers nor a number.
-pub fn read_bounds(path: &Path) -> Result<Overrides, BoundsError> {
+pub fn read_bounds(path: &Path, variant: &Variant) -> Result<Overrides, BoundsError> {
     let shown = path.display().to_string();
     let read = |reason: String| BoundsError::Read { path: shown.clone(), reason };
     let text = std::fs::read_to_string(path).map_err(|e| read(e.to_string()))?;
@@ -184,7 +185,9 @@ pub fn read_bounds(path: &Path) -> Result<Overrides, BoundsError> {
             None => number(value).map(|x| [x, x]),
         };
         let entry = || BoundsError::Entry { path: shown.clone(), name: name.clone(), found: value.to_string() };
-        let symbol = Symbol::from_name(name)
+        let own = variant.parameters().into_iter().find(|symbol| symbol.name() == name);
+        let symbol = own
+            .or_else(|| Symbol::from_name(name))
             .ok_or_else(|| BoundsError::NoParameter { path: shown.clone(), name: name.clone() })?;
         overrides.insert(name.clone(), checked(symbol, pair.ok_or_else(entry)?)?);
     }

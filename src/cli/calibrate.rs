@@ -25,9 +25,10 @@ use std::time::Instant;
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
     args.evaluator.selection()?;
+    let model = args.extended()?;
     let mut loaded = Vec::new();
     for file in &args.files {
-        loaded.push(args.data.pick(&args.data.read(file)?, args.follower, &args.model)?);
+        loaded.push(args.data.pick(&args.data.read(file)?, args.follower, &model)?);
     }
     interrupt::watch();
     if args.joint || loaded.len() == 1 {
@@ -80,20 +81,20 @@ fn one(args: &Args, loaded: &[Loaded], folder: &Path) -> anyhow::Result<ResultFi
 
 /// The search space and the cases. Road loads of a joint calibration are bounded by one vehicle, so there must be one.
 fn prepare(args: &Args, loaded: &[Loaded]) -> anyhow::Result<(SearchSpace, Reference)> {
+    let model = args.extended()?;
     let vehicle = loaded[0].vehicle();
     if let Some(other) = loaded.iter().find(|l| l.vehicle().map(|v| &v.slug) != vehicle.map(|v| &v.slug))
-        && args.model.needs_vehicle()
+        && model.needs_vehicle()
     {
         let name = |v: Option<&leadlag::vehicle::Vehicle>| v.map_or("unknown".to_owned(), |v| v.slug.clone());
         let (one, two) = (name(vehicle), name(other.vehicle()));
-        let message =
-            format!("--joint: variant {} needs one vehicle, found {one} and {two}; give --vehicle", args.model);
+        let message = format!("--joint: variant {model} needs one vehicle, found {one} and {two}; give --vehicle");
         return Err(Usage(message).into());
     }
-    let space = SearchSpace::new(&args.model, vehicle, args.convention, &args.overrides()?)?;
+    let space = SearchSpace::new(&model, vehicle, args.convention, &args.overrides()?)?;
     let mut cases = Vec::new();
     for l in loaded {
-        cases.push(Case::new(&l.trajectory, args.model, l.vehicle(), args.convention, space.tau_p_upper())?);
+        cases.push(Case::new(&l.trajectory, model, l.vehicle(), args.convention, space.tau_p_upper())?);
     }
     Ok((space, Reference::new(cases, args.gof)))
 }

@@ -95,7 +95,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         return if args.exit_code && faulty { Err(Exit(7).into()) } else { Ok(()) };
     }
     let causes = causes(args)?;
-    let bounds = args.bounds.as_deref().map(read_bounds).transpose()?.unwrap_or_default();
+    let bounds = args.bounds.as_deref().map(|path| read_bounds(path, &variant)).transpose()?.unwrap_or_default();
     if let Some(out) = &args.out {
         // Before the work: a folder that cannot be written must not cost a diagnosis.
         output::make_folder(out)?;

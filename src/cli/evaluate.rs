@@ -8,6 +8,7 @@ use super::{evaluator, interrupt, output};
 use anyhow::Context;
 use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressStyle};
+use leadlag::catalog::Variant;
 use leadlag::convention::Convention;
 use leadlag::evaluate::{DataLayout, Library, Settings, TableError, evaluate_table};
 use leadlag::evaluator::Case;
@@ -67,7 +68,8 @@ enum LayoutArg {
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let selection = args.evaluator.selection()?;
-    let overrides = args.bounds.as_deref().map(read_bounds).transpose()?.unwrap_or_default();
+    let any = Variant::from_id(1)?;
+    let overrides = args.bounds.as_deref().map(|path| read_bounds(path, &any)).transpose()?.unwrap_or_default();
     let table = Case::bounds(Symbol::tau_p, None, args.convention).context("Table 3 bounds tau_p")?;
     let [_, tau_p_upper] = overrides.get(Symbol::tau_p.name()).copied().unwrap_or(table);
     let settings = Settings { convention: args.convention, tau_p_upper, rescore: args.rescore };

@@ -1,14 +1,16 @@
-//! `leadlag list`: variants, parameters, vehicles, goodness-of-fit functions, conventions.
+//! `leadlag list`: variants, parameters, causes, vehicles, goodness-of-fit functions, conventions.
 
 use super::{Usage, output};
 use clap::ValueEnum;
 use leadlag::catalog::Variant;
 use leadlag::convention::Convention;
 use leadlag::evaluator::Case;
+use leadlag::extension::Extension;
 use leadlag::report::text::wrapped;
 use leadlag::score::Measures;
-use leadlag::symbols::Symbol;
+use leadlag::symbols::{Bounds, Symbol};
 use leadlag::vehicle::Vehicle;
+use leadlag::wgsl::library;
 use serde_json::{Value, json};
 use std::fmt::Write;
 
@@ -37,6 +39,8 @@ enum Topic {
     Variants,
     /// Calibration parameters with units and the bounds of Table 3
     Parameters,
+    /// Built-in causes: what a car may do and no base model does
+    Causes,
     /// Built-in vehicles
     Vehicles,
     /// Goodness-of-fit functions
@@ -56,6 +60,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let entries = match args.topic {
         Topic::Variants => Variant::all().map(|v| variant(&v)).collect(),
         Topic::Parameters => parameters(args)?,
+        Topic::Causes => library().iter().filter_map(|e| cause(e)).collect(),
         Topic::Vehicles => Vehicle::built_in().iter().map(vehicle).collect(),
         Topic::Gof => gof(),
         Topic::Conventions => conventions(),
@@ -91,6 +96,29 @@ fn parameters(args: &Args) -> anyhow::Result<Vec<Entry>> {
         (value, format!("{name:<10} {unit:<5} {shown:>24}  {}", symbol.meaning()))
     };
     Ok(symbols.into_iter().map(entry).collect())
+}
+
+fn cause(extension: &Extension) -> Option<Entry> {
+    let cause = extension.cause.as_ref()?;
+    let parameters = extension.parameters.iter().map(|p| {
+        let Bounds::Fixed(lower, upper) = p.bounds() else { unreachable!("extensions have bounds of their own") };
+        let value = json!({
+            "name": p.name(), "unit": p.unit(), "bounds": [lower, upper], "neutral": p.neutral(), "meaning": p.meaning(),
+        });
+        (value, format!("{} [{}] {lower} to {upper}", p.name(), p.unit()))
+    });
+    let (values, texts): (Vec<Value>, Vec<String>) = parameters.unzip();
+    let value = json!({
+        "name": extension.name, "meaning": extension.meaning, "family": cause.family, "parameters": values,
+        "looks_like": cause.looks_like, "confounded_with": cause.confounded_with, "reference": cause.reference,
+    });
+    let mut text = format!("{}: {}\n", extension.name, texts.join(", "));
+    text += &wrapped(4, 4, &extension.meaning);
+    text += &wrapped(4, 4, &format!("looks like: {}", cause.looks_like));
+    if !cause.confounded_with.is_empty() {
+        text += &wrapped(4, 4, &format!("confused with: {}", cause.confounded_with.join(", ")));
+    }
+    Some((value, text.trim_end().to_owned()))
 }
 
 fn vehicle(v: &Vehicle) -> Entry {

@@ -4,12 +4,14 @@
 
 mod bench;
 mod calibrate;
+mod check;
 mod data;
 mod demo;
 mod diagnose;
 mod doctor;
 mod evaluate;
 mod evaluator;
+mod extension;
 mod inspect;
 mod interrupt;
 mod list;
@@ -51,7 +53,9 @@ enum Command {
     Diagnose(Box<diagnose::Args>),
     /// Write a calibration or a diagnosis as one HTML file
     Report(report::Args),
-    /// List variants, parameters, vehicles, goodness-of-fit functions, conventions
+    /// Check extensions of one's own: WGSL files
+    Check(check::Args),
+    /// List variants, parameters, causes, vehicles, goodness-of-fit functions, conventions
     List(list::Args),
     /// Show which GPUs and drivers there are, and what to mind with them
     Doctor(doctor::Args),
@@ -99,6 +103,7 @@ pub fn run(cli: Cli) -> anyhow::Result<()> {
         Command::Study(args) => study::run(&args),
         Command::Diagnose(args) => diagnose::run(&args),
         Command::Report(args) => report::run(&args),
+        Command::Check(args) => check::run(&args),
         Command::List(args) => list::run(&args),
         Command::Doctor(args) => doctor::run(&args),
         Command::Bench(args) => bench::run(&args),

@@ -4,10 +4,11 @@ use super::data::{DataArgs, Loaded};
 use super::{Usage, output};
 use anyhow::Context;
 use leadlag::evaluator::{Case, Outcome};
-use leadlag::reference::{Reference, Trace};
+use leadlag::reference::Trace;
 use leadlag::report::result::{ResultFile, Treatment};
 use leadlag::report::text::wrapped;
 use leadlag::report::{plot, simulation};
+use leadlag::rescore;
 use leadlag::score::{GoodnessOfFit, Measures, Signal};
 use leadlag::simulate::{Ahead, CalibratedVariant, follow};
 use leadlag::trajectory::Recording;
@@ -80,7 +81,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         }
         case.check(parameters)?;
         let mut trace = Trace::default();
-        let outcome = Reference::outcome(&case, parameters, &mut trace);
+        let outcome = rescore::outcome(&case, parameters, &mut trace)?;
         done.push(Simulated { loaded, case, trace, outcome });
     }
     write(args, &done)?;

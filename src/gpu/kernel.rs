@@ -156,7 +156,8 @@ impl Kernel {
             text.push_str(
                 "fn stepped(\n    p: Params, x: Perceived, now: Motion, memory: Memory, m_0: f32, phi_f: f32, road: Road, \
                  given: Given, dx_l: f32,\n    dt: f32,\n) -> Step {\n    \
-                 return step(p, x, now, memory, m_0, phi_f, road, given, dx_l, dt);\n}\n",
+                 return step(p, x, now, memory, m_0, phi_f, road, given, dx_l, dt);\n}\nfn \
+                 set_zeros(even: u32, odd: u32) {\n    even_zero = even;\n    odd_zero = odd;\n}\n",
             );
         }
         Ok(())

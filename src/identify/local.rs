@@ -7,7 +7,8 @@ use super::student;
 use crate::calibrate::SearchSpace;
 use crate::convention::Denominators;
 use crate::evaluator::Case;
-use crate::reference::{Reference, Trace};
+use crate::reference::Trace;
+use crate::rescore;
 use crate::score::{Accumulation, GoodnessOfFit, Measured, denominator, is_relative};
 use nalgebra::{DMatrix, DVector};
 
@@ -99,7 +100,7 @@ impl Local {
         let mut trace = Trace::default();
         let mut run = |values: &[f64]| {
             let parameters = space.parameters(values);
-            let whole = Reference::outcome(case, &parameters, &mut trace).result.is_ok();
+            let whole = rescore::outcome(case, &parameters, &mut trace).is_ok_and(|outcome| outcome.result.is_ok());
             let first = case.first_sample(case.delay(&parameters));
             whole.then(|| ([trace.s.clone(), trace.v.clone(), trace.a.clone()], first))
         };

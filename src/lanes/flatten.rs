@@ -57,7 +57,7 @@ pub fn flatten(source: &Source, checked: &Checked, name: &str, same: &[(&str, &s
 /// As [`flatten`].
 pub fn check_all(source: &Source, checked: &Checked) -> Result<(), LanesError> {
     for (_, function) in checked.module.functions.iter() {
-        if let Some(name) = function.name.as_deref().filter(|name| !["power", "opaque"].contains(name)) {
+        if let Some(name) = function.name.as_deref().filter(|name| !is_built_in(name)) {
             flatten(source, checked, name, &[])?;
         }
     }
@@ -159,7 +159,7 @@ impl<'a> Flattener<'a> {
             (Some("power"), [Value::Scalar(x), Value::Scalar(y)]) => {
                 return Ok(Some(Value::Scalar(self.ops.push(Op::Binary(Binary::Power, *x, *y)))));
             }
-            (Some("opaque"), [x]) => return Ok(Some(x.clone())),
+            (Some("opaque" | "opaque_even" | "opaque_odd"), [x]) => return Ok(Some(x.clone())),
             _ => {}
         }
         let values = vec![None; function.expressions.len()];
@@ -416,6 +416,11 @@ impl<'a> Flattener<'a> {
         };
         Ok(self.ops.push(op))
     }
+}
+
+/// Functions that `lanes` has its own of.
+fn is_built_in(name: &str) -> bool {
+    ["power", "opaque", "opaque_even", "opaque_odd"].contains(&name)
 }
 
 fn part_mut<'v>(value: &'v mut Value, path: &[usize]) -> &'v mut Value {

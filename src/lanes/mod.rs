@@ -30,6 +30,7 @@ mod tables;
 pub use error::LanesError;
 pub use evaluator::{Lanes, LanesPrecision};
 pub use function::Function;
+pub use model::check_model;
 pub use power::power;
 pub use power_f64::power as power_f64;
 pub use simd::InstructionSet;

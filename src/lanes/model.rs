@@ -223,6 +223,16 @@ impl Model {
     }
 }
 
+/// Composes and checks a model without running it.
+///
+/// # Errors
+/// [`LanesError`] at the first problem.
+pub fn check_model(recipe: &Recipe) -> Result<(), LanesError> {
+    let source = Source::model(recipe);
+    let checked = crate::wgsl::check(&source)?;
+    Model::compile(&source, &checked, recipe).map(|_| ())
+}
+
 /// What a part of the memory is at the start; the missing acceleration begins with 0.
 fn initial(recipe: &Recipe, path: &str) -> Initial {
     let of_extension = path.strip_prefix("memory.").and_then(|path| path.split_once('.')).and_then(|(name, member)| {

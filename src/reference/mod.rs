@@ -6,6 +6,7 @@ mod constraint;
 mod controller;
 mod dynamics;
 mod evaluate;
+mod extension;
 mod lookup;
 #[doc(hidden)]
 pub mod parts;
@@ -14,4 +15,5 @@ mod spacing;
 mod types;
 
 pub use evaluate::Reference;
+pub use extension::knows;
 pub use simulate::{Run, Trace, simulate};

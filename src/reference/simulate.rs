@@ -1,5 +1,6 @@
 //! The time loop: perception delay, the order of the parts, Eq. 1.
 
+use super::extension::{Extended, Now};
 use super::types::{Ego, Perceived, Road};
 use super::{constraint, controller, dynamics, lookup, spacing};
 use crate::catalog::{Constraint, Controller};
@@ -56,6 +57,7 @@ pub fn simulate(case: &Case, p: &Parameters, trace: &mut Trace) -> Run {
         return run;
     }
 
+    let mut extended = (!variant.extensions.is_empty()).then(|| Extended::new(case, p, first - 1));
     for i in 0..case.s.len() {
         if i >= first {
             let now = i - 1;
@@ -66,8 +68,14 @@ pub fn simulate(case: &Case, p: &Parameters, trace: &mut Trace) -> Run {
             let (a_dp, a_ap) = mfc.map_or((f64::NAN, f64::NAN), |m| lookup::mfc_bounds(m, v_f, case.convention.mfc));
             let road = Road { sin_grade, a_dp, a_ap };
 
+            let here = Now { sample: now, perceived: (now as f64 - delay_steps).max(0.0), sin_grade, v_f, a_f };
+            let changed = extended.as_mut().map(|e| e.policy(p, &x, here));
+            let p = changed.as_ref().unwrap_or(p);
+            let x = extended.as_mut().map_or(x, |e| e.perception(p, x, here));
             let command = commanded_acceleration(p, &x, desired_spacing(p, &x), v_f);
-            let a = vehicle_response(p, command.a_cmd, &ego, &road);
+            let a_cmd = extended.as_mut().map_or(command.a_cmd, |e| e.command(&x, command.a_cmd, here));
+            let a = vehicle_response(p, a_cmd, &ego, &road);
+            let a = extended.as_mut().map_or(a, |e| e.response(a, here));
             if !a.is_finite() {
                 // Before any clamp: a maximum with NaN would hide it.
                 run.failure = Some(Failure { kind: FailureKind::NotFinite, step: i });

@@ -1,12 +1,17 @@
 //! From a finished calibration to its result file; every score is computed again by the f64 reference.
 
+use super::result::ExtensionEntry;
 use super::result::{CorrelationEntry, DataEntry, IdentifiabilityEntry, KnowledgeEntry, ReplicateEntry, ResultFile};
 use super::result::{SCHEMA_VERSION, Treatment, VehicleEntry};
 use crate::calibrate::{Calibration, Replicate, SearchSpace, best, coefficient_of_variation};
+use crate::catalog::Variant;
 use crate::evaluator::Evaluator;
+use crate::extension::Extensions;
 use crate::identify::{CONFIDENCE, Identifiability, correlation};
 use crate::reference::{Reference, Trace};
+use crate::rescore;
 use crate::score::{GoodnessOfFit, Measures};
+use crate::symbols::Parameters;
 use crate::symbols::Symbol;
 use crate::trajectory::Trajectory;
 use crate::vehicle::Vehicle;
@@ -39,7 +44,7 @@ fn measures(reference: &Reference, space: &SearchSpace, candidate: &[f64]) -> Op
     let parameters = space.parameters(candidate);
     let mut trace = Trace::default();
     let outcomes = reference.cases().iter().map(|case| {
-        let outcome = Reference::outcome(case, &parameters, &mut trace);
+        let outcome = rescore::outcome(case, &parameters, &mut trace).ok()?;
         outcome.result.ok().filter(|_| !outcome.is_rejected(case.convention.bounds))
     });
     Measures::mean(&outcomes.collect::<Option<Vec<_>>>()?)
@@ -64,13 +69,13 @@ impl Calibrated<'_> {
             schema_version: SCHEMA_VERSION,
             program: concat!("leadlag ", env!("CARGO_PKG_VERSION")).to_owned(),
             model_id: variant.id(),
-            variant: variant.name(),
+            variant: Variant { extensions: Extensions::NONE, ..*variant }.name(),
             convention: self.reference.cases()[0].convention.to_string(),
-            extensions: Vec::new(),
+            extensions: variant.extensions.list().iter().map(|e| ExtensionEntry::of(e)).collect(),
             evaluator: self.evaluator.name().to_owned(),
             precision: self.evaluator.precision().to_owned(),
             adapter: self.evaluator.adapter(),
-            data: self.data(self.space.parameters(&winner.candidate).tau_p),
+            data: self.data(&self.space.parameters(&winner.candidate)),
             vehicle: self.vehicle.filter(|_| needs_vehicle).map(|(vehicle, from)| VehicleEntry {
                 slug: vehicle.slug.clone(),
                 m_0: vehicle.m_0,
@@ -125,7 +130,7 @@ impl Calibrated<'_> {
         }
     }
 
-    fn data(&self, tau_p: f64) -> Vec<DataEntry> {
+    fn data(&self, parameters: &Parameters) -> Vec<DataEntry> {
         let entry = |(trajectory, case): (&&Trajectory, &crate::evaluator::Case)| DataEntry {
             path: trajectory.source.path.clone(),
             sha256: trajectory.source.sha256.clone(),
@@ -133,7 +138,7 @@ impl Calibrated<'_> {
             name: trajectory.name.clone(),
             samples: trajectory.len(),
             window_s: [trajectory.t[0], trajectory.t[trajectory.len() - 1]],
-            first_scored: case.first_sample(tau_p),
+            first_scored: case.first_sample(case.delay(parameters)),
             preparation: trajectory.notes.iter().map(ToString::to_string).collect(),
             treatment: Treatment::of(trajectory),
             grade: trajectory.grade.as_ref().filter(|_| case.variant.needs_grade()).and_then(|g| g.source.clone()),

@@ -2,10 +2,12 @@
 
 use crate::catalog::{UnknownVariant, Variant};
 use crate::convention::ConventionError;
+use crate::extension::{Extension, ExtensionConflict};
 use crate::identify::Knowledge;
 use crate::simulate::CalibratedVariant;
 use crate::symbols::{Parameters, Symbol};
 use crate::trajectory::{Note, Source, Trajectory};
+use crate::wgsl::{ShaderError, extension_named, read_extension};
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
@@ -26,7 +28,7 @@ pub struct ResultFile {
     /// The convention, as `--convention` takes it.
     pub convention: String,
     /// Extensions of the model; this version has none.
-    pub extensions: Vec<String>,
+    pub extensions: Vec<ExtensionEntry>,
     /// `reference`.
     pub evaluator: String,
     /// `f64`.
@@ -64,6 +66,32 @@ pub struct ResultFile {
     pub replicates: Vec<ReplicateEntry>,
     /// Coefficient of variation of the scores over replicates; null with fewer than two.
     pub cv: Option<f64>,
+}
+
+/// What the model has beyond its variant.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ExtensionEntry {
+    /// Its name.
+    pub name: String,
+    /// The whole text of a user's own; none for a built-in one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub text: Option<String>,
+}
+
+impl ExtensionEntry {
+    /// The entry of an extension.
+    #[must_use]
+    pub fn of(extension: &Extension) -> ExtensionEntry {
+        let is_own = extension_named(&extension.name).is_none();
+        ExtensionEntry { name: extension.name.clone(), text: is_own.then(|| extension.text.clone()) }
+    }
+
+    fn read(&self) -> Result<&'static Extension, ContentError> {
+        match &self.text {
+            Some(text) => Ok(read_extension(&format!("{}.wgsl", self.name), text)?),
+            None => extension_named(&self.name).ok_or_else(|| ContentError::Extension(self.name.clone())),
+        }
+    }
 }
 
 /// One trajectory that was used.
@@ -268,7 +296,10 @@ impl ResultFile {
     /// # Errors
     /// [`ContentError`] when the content does not fit together.
     pub fn calibrated_variant(&self) -> Result<CalibratedVariant, ContentError> {
-        let variant: Variant = self.variant.parse()?;
+        let mut variant: Variant = self.variant.parse()?;
+        for extension in &self.extensions {
+            variant = variant.with(extension.read()?)?;
+        }
         let mut parameters = Parameters::NONE;
         for symbol in variant.parameters() {
             let name = symbol.name();
@@ -288,6 +319,15 @@ pub enum ContentError {
     /// Its convention does not exist.
     #[error(transparent)]
     Convention(#[from] ConventionError),
+    /// No built-in extension has this name.
+    #[error("extension {0}: there is no built-in one of this name, and the file has no text of it")]
+    Extension(String),
+    /// The text of an extension is not valid.
+    #[error(transparent)]
+    Shader(#[from] ShaderError),
+    /// Its extensions cannot be in one model.
+    #[error(transparent)]
+    Conflict(#[from] ExtensionConflict),
     /// A parameter of the variant is missing.
     #[error("parameter {0} is missing")]
     Parameter(&'static str),

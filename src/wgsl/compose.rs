@@ -139,7 +139,7 @@ impl Source {
             source.push(file, replace(file, text).as_deref().unwrap_or(text));
             return source;
         }
-        for (file, text) in [shader!("world.wgsl"), equilibrium(variant)] {
+        for (file, text) in [shader!("between.wgsl"), shader!("world.wgsl"), equilibrium(variant)] {
             source.push(file, replace(file, text).as_deref().unwrap_or(text));
         }
         for extension in variant.extensions.list() {

@@ -52,7 +52,7 @@ pub(super) fn text(recipe: &Recipe) -> String {
     text
 }
 
-fn stage_text(stage: Stage, extensions: &[&Extension]) -> String {
+fn stage_text(stage: Stage, extensions: &[&'static Extension]) -> String {
     let (kind, handed) = (value_type(stage), handed_on(stage));
     let mut text = format!("struct {handed} {{\n    value: {kind},\n    memory: Memory,\n}}\n");
     // At the first two stages the value has a place in the list of arguments already.
@@ -69,16 +69,15 @@ fn stage_text(stage: Stage, extensions: &[&Extension]) -> String {
     };
     text += &format!("fn stage_{name}(p: Params, q: Params, w: World, {seen}{last}, memory: Memory) -> {handed} {{\n");
     text += &format!("    var value = {given};\n    var after = memory;\n");
-    for extension in extensions {
-        for function in extension.stages.iter().filter(|f| f.stage == stage) {
-            text += &call(extension, function);
-        }
+    let of = |e: &&'static Extension| e.stages.iter().filter(|f| f.stage == stage).map(|f| (*e, f)).collect::<Vec<_>>();
+    for (k, (extension, function)) in extensions.iter().flat_map(of).enumerate() {
+        text += &call(extension, function, if k % 2 == 0 { "opaque_even" } else { "opaque_odd" });
     }
     text + &format!("    return {handed}(value, after);\n}}\n")
 }
 
-/// The call of one stage function, on `value` and `after`.
-fn call(extension: &Extension, function: &StageFunction) -> String {
+/// The call of one stage function, on `value` and `after`; what it gives goes on through `opaque`.
+fn call(extension: &Extension, function: &StageFunction, opaque: &str) -> String {
     let name = &extension.name;
     let argument = |argument: &Argument| match (argument, function.stage) {
         (Argument::Params, Stage::Policy) | (Argument::Perceived, Stage::Perception) | (Argument::Acceleration, _) => {
@@ -105,8 +104,8 @@ fn call(extension: &Extension, function: &StageFunction) -> String {
     // Opaque, or Mesa takes terms of one extension and of what comes after it in another order.
     let seen = match function.stage {
         Stage::Policy => value,
-        Stage::Perception => format!("Perceived(opaque({value}.s), opaque({value}.v_f), opaque({value}.v_l))"),
-        Stage::Command | Stage::Response => format!("opaque({value})"),
+        Stage::Perception => format!("Perceived({opaque}({value}.s), {opaque}({value}.v_f), {opaque}({value}.v_l))"),
+        Stage::Command | Stage::Response => format!("{opaque}({value})"),
     };
     format!("    let {name}_{stage}_done = {called};\n    value = {seen};\n{state}")
 }

@@ -3,6 +3,7 @@
 use super::super::Usage;
 use super::super::data::DataArgs;
 use super::super::evaluator::EvaluatorArgs;
+use super::super::extension::extend;
 use leadlag::calibrate::{Calibration, OptimizerKind, Overrides, Stop, read_bounds};
 use leadlag::catalog::Variant;
 use leadlag::convention::Convention;
@@ -21,6 +22,10 @@ pub struct Args {
     /// Variant by id (1 to 90) or name, such as gipps+delay+linear+mfc
     #[arg(long, value_name = "ID|NAME")]
     pub model: Variant,
+    /// What the model has beyond its variant: a built-in cause (`leadlag list causes`) or a file of one's own; may be
+    /// given several times
+    #[arg(long, value_name = "NAME|FILE.wgsl")]
+    pub extend: Vec<String>,
     /// Folder for result.json, timing.json, simulation.csv and plot.svg
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
@@ -100,16 +105,23 @@ fn seconds(text: &str) -> Result<Duration, String> {
 }
 
 impl Args {
+    /// The variant with its extensions.
+    pub fn extended(&self) -> anyhow::Result<Variant> {
+        extend(self.model, &self.extend)
+    }
+
     /// Bounds of the file, then fixed values.
     pub fn overrides(&self) -> anyhow::Result<Overrides> {
-        let mut overrides = self.bounds.as_deref().map(read_bounds).transpose()?.unwrap_or_default();
+        let model = self.extended()?;
+        let mut overrides =
+            self.bounds.as_deref().map(|path| read_bounds(path, &model)).transpose()?.unwrap_or_default();
         for (name, value) in &self.fix {
             overrides.insert(name.clone(), [*value, *value]);
         }
-        let parameters = self.model.parameters();
+        let parameters = model.parameters();
         if let Some((name, _)) = self.fix.iter().find(|(n, _)| !parameters.iter().any(|s| s.name() == n)) {
             let known: Vec<&str> = parameters.iter().map(|s| s.name()).collect();
-            let message = format!("--fix {name}: variant {} has the parameters {}", self.model, known.join(", "));
+            let message = format!("--fix {name}: variant {model} has the parameters {}", known.join(", "));
             return Err(Usage(message).into());
         }
         Ok(overrides)

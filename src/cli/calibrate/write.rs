@@ -6,6 +6,7 @@ use leadlag::evaluator::Evaluator;
 use leadlag::reference::{Reference, Trace};
 use leadlag::report::result::ResultFile;
 use leadlag::report::{plot, simulation};
+use leadlag::rescore;
 use std::path::Path;
 use std::time::Duration;
 
@@ -33,7 +34,7 @@ pub fn files(
     for (i, (case, one)) in reference.cases().iter().zip(loaded).enumerate() {
         let suffix = if loaded.len() == 1 { String::new() } else { format!("_{}", i + 1) };
         let mut trace = Trace::default();
-        let outcome = Reference::outcome(case, &parameters, &mut trace);
+        let outcome = rescore::outcome(case, &parameters, &mut trace)?;
         let t = &one.trajectory.t;
         let mut csv = Vec::new();
         simulation::write_csv(&mut csv, t, case, &trace)?;

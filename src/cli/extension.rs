@@ -1,0 +1,35 @@
+//! Extensions on the command line: names of built-in ones, or files.
+
+use super::Usage;
+use anyhow::Context;
+use leadlag::catalog::Variant;
+use leadlag::extension::Extension;
+use leadlag::wgsl::{extension_named, library, read_extension};
+use std::path::Path;
+
+/// A variant with extensions, each given by name or file.
+pub fn extend(variant: Variant, extensions: &[String]) -> anyhow::Result<Variant> {
+    extensions.iter().try_fold(variant, |variant, given| {
+        let extension = find(given)?;
+        variant.with(extension).map_err(|conflict| Usage(format!("--extend {given}: {conflict}")).into())
+    })
+}
+
+/// An extension by the name of a built-in one, or by its file.
+pub fn find(given: &str) -> anyhow::Result<&'static Extension> {
+    if !Path::new(given).extension().is_some_and(|e| e == "wgsl") {
+        let names = || library().iter().filter(|e| e.cause.is_some()).map(|e| e.name.as_str());
+        return extension_named(given).ok_or_else(|| {
+            let near = names().map(|name| (strsim::damerau_levenshtein(name, given), name)).min();
+            let hint = near.filter(|(distance, _)| *distance <= 3).map(|(_, name)| format!("; did you mean `{name}`?"));
+            let message = format!(
+                "no built-in extension is called `{given}`{}\n`leadlag list causes` shows them; a file of one's own ends \
+                 in .wgsl",
+                hint.unwrap_or_default()
+            );
+            Usage(message).into()
+        });
+    }
+    let text = std::fs::read_to_string(given).with_context(|| format!("{given}: cannot be read"))?;
+    Ok(read_extension(given, &text)?)
+}

@@ -1,0 +1,256 @@
+//! The built-in causes once more, by hand in f64: what shaders/extension/ is compared with.
+//!
+//! One function per stage; each names its causes in the order in which they act.
+
+use super::types::Perceived;
+use crate::catalog::{Controller, Spacing, Variant};
+use crate::evaluator::{Case, LEADER_SMOOTHING};
+use crate::extension::Extension;
+use crate::symbols::Parameters;
+
+/// Standard gravity, as in shaders/extension/grade.wgsl \[m/s²\].
+const GRAVITY: f64 = 9.81;
+/// Duration of a change of the headway \[s\].
+const RAMP: f64 = 4.0;
+/// Largest part of the command that is due to the integral \[m/s²\].
+const INTEGRAL_LIMIT: f64 = 0.6;
+/// Gain on the set speed while it is lowered \[1/s\].
+const SET_SPEED_GAIN: f64 = 0.5;
+
+const KNOWN: &[&str] = &[
+    "speed_dep_headway",
+    "headway_mode_change",
+    "perception_delay",
+    "time_offset",
+    "range_scale",
+    "range_bias",
+    "speed_scale",
+    "sensor_lowpass",
+    "lead",
+    "dead_zone",
+    "integral_action",
+    "multi_anticipation",
+    "leader_accel_ff",
+    "periodic",
+    "gain_mass",
+    "set_speed_change",
+    "accel_cap",
+    "decel_cap",
+    "power_cap",
+    "quantised_accel",
+    "jerk_limit",
+    "actuation_lag",
+    "asym_lag",
+    "grade",
+    "aero_drag",
+    "const_decel",
+];
+
+/// True if every extension of the variant is one of those transcribed here.
+pub fn knows(variant: &Variant) -> bool {
+    variant.extensions.list().iter().all(|e| KNOWN.contains(&e.name.as_str()))
+}
+
+/// What an extension may know at a step.
+#[derive(Debug, Clone, Copy)]
+pub struct Now {
+    /// Index of the sample from which the step starts.
+    pub sample: usize,
+    /// The same, earlier by the perception delay.
+    pub perceived: f64,
+    pub sin_grade: f64,
+    pub v_f: f64,
+    pub a_f: f64,
+}
+
+/// One extension of a run: its parameters by position, its memory.
+struct One {
+    extension: &'static Extension,
+    own: [f64; 3],
+    memory: [f64; 2],
+}
+
+/// The extensions of a run.
+pub struct Extended<'a> {
+    case: &'a Case,
+    all: Vec<One>,
+}
+
+impl<'a> Extended<'a> {
+    /// At the sample before the first simulated one.
+    ///
+    /// # Panics
+    /// With an extension that has no transcription: see [`knows`].
+    pub fn new(case: &'a Case, p: &Parameters, sample: usize) -> Extended<'a> {
+        assert!(knows(&case.variant), "the reference has no transcription of all of {}", case.variant);
+        let one = |extension: &&'static Extension| {
+            let mut own = [0.0; 3];
+            for (value, symbol) in own.iter_mut().zip(&extension.parameters) {
+                *value = p.get(*symbol);
+            }
+            let memory = match extension.name.as_str() {
+                "sensor_lowpass" => [case.s[sample], 0.0],
+                "jerk_limit" | "actuation_lag" | "asym_lag" => [case.a_f[sample], 0.0],
+                _ => [0.0; 2],
+            };
+            One { extension, own, memory }
+        };
+        Extended { case, all: case.variant.extensions.list().iter().map(one).collect() }
+    }
+
+    fn each(&mut self) -> impl Iterator<Item = (&'static str, [f64; 3], &mut [f64; 2])> {
+        self.all.iter_mut().map(|one| (one.extension.name.as_str(), one.own, &mut one.memory))
+    }
+
+    fn time(&self, now: Now) -> f64 {
+        self.case.t_0 + now.sample as f64 * self.case.dt
+    }
+
+    /// The parameters as the policy changes them.
+    pub fn policy(&mut self, p: &Parameters, x: &Perceived, now: Now) -> Parameters {
+        let t = self.time(now);
+        let mut q = *p;
+        for (name, own, _) in self.each() {
+            match name {
+                "speed_dep_headway" => q.d_0 += own[0] * x.v_f * x.v_f,
+                "headway_mode_change" => q.t_h *= 1.0 + own[0] * ((t - own[1]) / RAMP).clamp(0.0, 1.0),
+                _ => {}
+            }
+        }
+        q
+    }
+
+    /// What is perceived.
+    pub fn perception(&mut self, q: &Parameters, mut x: Perceived, now: Now) -> Perceived {
+        let case = self.case;
+        let dt = case.dt;
+        for (name, own, memory) in self.each() {
+            match name {
+                "time_offset" => {
+                    let then = at(&case.v_l, now.perceived - own[0] / dt);
+                    let half = at(&case.v_l, now.perceived - 0.5 * own[0] / dt);
+                    // Simpson's rule.
+                    x.s -= own[0] * (x.v_l + 4.0 * half + then) / 6.0;
+                    x.v_l = then;
+                }
+                "range_scale" => x.s *= 1.0 + own[0],
+                "range_bias" => x.s += own[0],
+                "speed_scale" => x.v_f *= 1.0 + own[0],
+                "sensor_lowpass" => {
+                    let share = share(own[0], dt);
+                    memory[0] += share * (x.s - memory[0]);
+                    memory[1] += share * (x.dv() - memory[1]);
+                    x = Perceived { s: memory[0], v_f: x.v_f, v_l: x.v_f + memory[1] };
+                }
+                "lead" => {
+                    let h = own[0];
+                    let a_l = leader_acceleration(case, now.perceived);
+                    x = Perceived { s: x.s + h * x.dv(), v_f: x.v_f + h * now.a_f, v_l: x.v_l + h * a_l };
+                }
+                "dead_zone" => x.s -= (x.s - equilibrium(&case.variant, q, x.v_f)).clamp(-own[0], own[0]),
+                "integral_action" => {
+                    let error = x.s - equilibrium(&case.variant, q, x.v_f);
+                    let part = own[0] * memory[0];
+                    if part.abs() < INTEGRAL_LIMIT || part * error * own[0] <= 0.0 {
+                        memory[0] += error * dt;
+                    }
+                    // The command of this step has the new integral.
+                    memory[1] = (own[0] * memory[0]).clamp(-INTEGRAL_LIMIT, INTEGRAL_LIMIT);
+                }
+                _ => {}
+            }
+        }
+        x
+    }
+
+    /// The commanded acceleration.
+    pub fn command(&mut self, x: &Perceived, mut a: f64, now: Now) -> f64 {
+        let case = self.case;
+        let (t, dt) = (self.time(now), case.dt);
+        for (name, own, memory) in self.each() {
+            match name {
+                "integral_action" => a += memory[1],
+                "multi_anticipation" => {
+                    let v_l2 = case.v_l2.as_ref().map_or(f64::NAN, |v| at(v, now.perceived));
+                    a += own[0] * (v_l2 - x.v_l);
+                }
+                "leader_accel_ff" => a += own[0] * leader_acceleration(case, now.perceived),
+                "periodic" => {
+                    let angle = std::f64::consts::TAU * own[2] * t;
+                    a += own[0] * angle.sin() + own[1] * angle.cos();
+                }
+                "gain_mass" => a *= 1.0 + own[0],
+                "set_speed_change" if (own[1]..own[1] + own[2]).contains(&t) => {
+                    a = a.min(SET_SPEED_GAIN * (own[0] - now.v_f));
+                }
+                "accel_cap" => a = a.min(own[0]),
+                "decel_cap" => a = a.max(-own[0]),
+                "power_cap" => a = a.min(own[0] / now.v_f.max(0.1)),
+                "quantised_accel" if own[0] > 1e-6 => a = (a / own[0] + 0.5).floor() * own[0],
+                "jerk_limit" => {
+                    memory[0] += (a - memory[0]).clamp(-own[0] * dt, own[0] * dt);
+                    a = memory[0];
+                }
+                "actuation_lag" => {
+                    memory[0] += share(own[0], dt) * (a - memory[0]);
+                    a = memory[0];
+                }
+                "asym_lag" => {
+                    memory[0] += share(if a >= 0.0 { own[0] } else { own[1] }, dt) * (a - memory[0]);
+                    a = memory[0];
+                }
+                _ => {}
+            }
+        }
+        a
+    }
+
+    /// The response of the vehicle.
+    pub fn response(&mut self, mut a: f64, now: Now) -> f64 {
+        for (name, own, _) in self.each() {
+            match name {
+                "grade" => a -= own[0] * GRAVITY * now.sin_grade,
+                "aero_drag" => a -= own[0] * now.v_f * now.v_f,
+                "const_decel" if now.v_f > 0.0 => a -= own[0],
+                _ => {}
+            }
+        }
+        a
+    }
+}
+
+/// Share of a change that a first-order lag passes on within a step.
+fn share(time_constant: f64, dt: f64) -> f64 {
+    (dt / (time_constant + 0.5 * dt)).min(1.0)
+}
+
+/// A signal at an index that need not be whole: linear between samples, held beyond the ends.
+fn at(signal: &[f64], index: f64) -> f64 {
+    let index = index.clamp(0.0, (signal.len() - 1) as f64);
+    let k = (index.floor() as usize).min(signal.len() - 2);
+    signal[k] + (signal[k + 1] - signal[k]) * (index - k as f64)
+}
+
+/// Acceleration of the preceding vehicle over [`LEADER_SMOOTHING`], linear between samples \[m/s²\].
+fn leader_acceleration(case: &Case, index: f64) -> f64 {
+    let last = (case.v_l.len() - 1) as f64;
+    let half = 0.5 * LEADER_SMOOTHING / case.dt;
+    let smooth = |i: f64| {
+        let (from, to) = ((i - half).max(0.0), (i + half).min(last));
+        (at(&case.v_l, to) - at(&case.v_l, from)) / ((to - from) * case.dt)
+    };
+    let (older, younger) = (index.floor(), index.ceil());
+    smooth(older) + (smooth(younger) - smooth(older)) * (index - older)
+}
+
+/// Spacing at which a car at constant speed v behind another at that speed does not change it \[m\].
+fn equilibrium(variant: &Variant, p: &Parameters, v: f64) -> f64 {
+    match (variant.base.controller, variant.base.spacing) {
+        (Controller::Idm, _) => (p.d_0 + p.t_h * v) / (1.0 - (v.max(0.0) / p.v_0).powf(p.delta)).max(0.01).sqrt(),
+        (Controller::Gipps, _) | (_, Spacing::GippsEquilibrium) => {
+            p.d_0 + (p.t_h + p.theta) * v + v * v * (1.0 / p.a_hat_min - 1.0 / p.a_min) / 2.0
+        }
+        (Controller::Linear, Spacing::IdmDesired) => p.d_0 + (p.t_h * v).max(0.0),
+        (Controller::Linear, _) => p.d_0 + p.t_h * v,
+    }
+}

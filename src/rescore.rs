@@ -1,0 +1,50 @@
+//! The number that is reported: in f64, by the reference, or by lanes where a user's extension has no second transcription.
+
+use crate::evaluator::{Case, EvaluateError, Evaluator, Job, Outcome, Population, Score};
+use crate::lanes::{Lanes, LanesPrecision};
+use crate::reference::{Reference, Trace, knows};
+use crate::score::GoodnessOfFit;
+use crate::symbols::Parameters;
+
+/// Simulates one candidate on one case and measures it; `trace` is overwritten.
+///
+/// # Errors
+/// Those of lanes, where they are what computes.
+pub fn outcome(case: &Case, parameters: &Parameters, trace: &mut Trace) -> Result<Outcome, EvaluateError> {
+    if knows(&case.variant) {
+        return Ok(Reference::outcome(case, parameters, trace));
+    }
+    let mut lanes = Lanes::new(vec![case.clone()], GoodnessOfFit::NRMSE_SVA, LanesPrecision::F64)?;
+    let symbols = case.variant.parameters();
+    let mut population = Population::new(&symbols);
+    population.push(&symbols.iter().map(|symbol| parameters.get(*symbol)).collect::<Vec<_>>());
+    let outcome = lanes.outcomes(&[Job { case: 0, population: &population }])?.remove(0);
+    let first = case.first_sample(case.delay(parameters));
+    // A run starts from the measured state.
+    let history: [&[f64]; 3] = [&case.s, &case.v_f, &case.a_f];
+    let states = lanes.trace(0, parameters, history, first, case.s.len())?;
+    let end = first + states.len();
+    let whole =
+        |k: usize| history[k][..first].iter().copied().chain(states.iter().map(move |state| state[k])).collect();
+    trace.s = whole(0);
+    trace.v = whole(1);
+    trace.a = whole(2);
+    trace.x = (0..end).map(|i| case.x_l[i] - trace.s[i] - case.len_l).collect();
+    Ok(outcome)
+}
+
+/// The score of one candidate over all cases.
+///
+/// # Errors
+/// As [`outcome`].
+///
+/// # Panics
+/// Without a case.
+pub fn score(cases: &[Case], gof: &GoodnessOfFit, parameters: &Parameters) -> Result<Score, EvaluateError> {
+    let mut trace = Trace::default();
+    let outcomes: Vec<(Outcome, usize)> = cases
+        .iter()
+        .map(|case| Ok((outcome(case, parameters, &mut trace)?, case.s.len())))
+        .collect::<Result<_, EvaluateError>>()?;
+    Ok(Score::of(outcomes, gof, cases[0].convention.bounds))
+}
