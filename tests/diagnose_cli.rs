@@ -134,6 +134,23 @@ fn a_diagnosis_has_the_fields_of_its_contract() {
     for name in ["simulation_1.svg", "simulation_2.svg", "missing_acceleration.svg"] {
         assert!(fs::read_to_string(Path::new(out).join(name)).expect(name).contains("</svg>"), "{name}");
     }
+    // The report needs nothing but itself, and carries the whole result.
+    let page = Path::new(out).join("report.html");
+    ok(&["report", out, "-o", page.to_str().expect("UTF-8")]);
+    let html = fs::read_to_string(page).expect("written");
+    for outside in ["src=\"http", "href=\"http", "url(http", "@import", "<link rel=\"stylesheet"] {
+        assert!(!html.contains(outside), "{outside}");
+    }
+    let embedded = |id: &str| {
+        let start = html.find(&format!("id=\"{id}\">")).expect("a script") + id.len() + 6;
+        let end = start + html[start..].find("</script>").expect("its end");
+        serde_json::from_str::<Value>(&html[start..end]).expect("JSON")
+    };
+    assert_eq!(embedded("result"), json);
+    let charts = embedded("charts");
+    assert_eq!(charts.as_array().map(Vec::len), Some(2));
+    assert_eq!(charts[0]["panels"].as_array().map(Vec::len), Some(4));
+    assert!(html.len() < 5_000_000 && html.contains("MIT License"), "{} bytes", html.len());
     // The same bytes for the same seed, whatever the number of threads.
     let again =
         leadlag(&["--threads", "1", "diagnose", "--data", &file, "--base", "idm", "--effort", "quick", "--json"]);

@@ -37,7 +37,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let page = if is_diagnosis {
         let outcome: Outcome = serde_json::from_str(&text)
             .with_context(|| format!("{}: expected a diagnosis of this version of leadlag", file.display()))?;
-        html::diagnosis(&outcome, diagnosis_charts(folder)?)
+        html::diagnosis(&outcome, diagnosis_charts(folder, &outcome)?)
     } else {
         let result = ResultFile::read(&file)?;
         let charts = calibration_charts(folder, result.data.len())?;
@@ -77,7 +77,7 @@ fn panels(table: &BTreeMap<String, Vec<f64>>, lines: &[(&str, &str, Role)]) -> V
     signals.iter().map(panel).collect()
 }
 
-fn diagnosis_charts(folder: &Path) -> anyhow::Result<Vec<Chart>> {
+fn diagnosis_charts(folder: &Path, outcome: &Outcome) -> anyhow::Result<Vec<Chart>> {
     let mut charts = Vec::new();
     for number in 1.. {
         let path = folder.join(format!("simulation_{number}.csv"));
@@ -102,7 +102,11 @@ fn diagnosis_charts(folder: &Path) -> anyhow::Result<Vec<Chart>> {
             panels.push(Panel { label: "missing a [m/s²]".to_owned(), lines });
         }
         let x = table.get("time_s").cloned().unwrap_or_default();
-        charts.push(Chart { title: format!("Drive {number}"), x_label: "time [s]".to_owned(), x, panels });
+        let title = outcome.drives.get(number - 1).map_or(format!("Drive {number}"), |drive| {
+            let role = if drive.role == "holdout" { "held back" } else { "trained on" };
+            format!("{} ({role})", drive.label)
+        });
+        charts.push(Chart { title, x_label: "time [s]".to_owned(), x, panels });
     }
     Ok(charts)
 }

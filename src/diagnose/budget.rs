@@ -123,7 +123,7 @@ pub fn budget(runs: &[Errors]) -> Option<Budget> {
     let over = |signal: usize, f: &dyn Fn(f64) -> f64| {
         runs.iter().flat_map(|run| run.values[signal]).map(|e| f(*e)).sum::<f64>() / count as f64
     };
-    let by = |class: &dyn Fn(&Errors, usize) -> Option<(usize, String)>| divide(runs, class);
+    let by = |class: &ClassOf| divide(runs, class);
     let classes = |value: f64, width: f64, unit: &str| {
         let k = (value.max(0.0) / width).floor();
         (k as usize, format!("{} to {} {unit}", k * width, (k + 1.0) * width))
@@ -153,8 +153,11 @@ pub fn budget(runs: &[Errors]) -> Option<Budget> {
     })
 }
 
+/// Number and name of the class of a sample.
+type ClassOf<'a> = dyn Fn(&Errors, usize) -> Option<(usize, String)> + 'a;
+
 /// Shares of the classes that occur, in the order of their numbers.
-fn divide(runs: &[Errors], class: &dyn Fn(&Errors, usize) -> Option<(usize, String)>) -> Vec<Share> {
+fn divide(runs: &[Errors], class: &ClassOf) -> Vec<Share> {
     let mut classes = std::collections::BTreeMap::new();
     let (mut all, mut count) = ([0.0; 3], 0.0);
     for run in runs {
@@ -163,8 +166,8 @@ fn divide(runs: &[Errors], class: &dyn Fn(&Errors, usize) -> Option<(usize, Stri
             let entry = classes.entry(number).or_insert_with(|| (name, 0.0, [0.0; 3]));
             entry.1 += 1.0;
             count += 1.0;
-            for signal in 0..3 {
-                let square = run.values[signal][k].powi(2);
+            for (signal, values) in run.values.iter().enumerate() {
+                let square = values[k].powi(2);
                 entry.2[signal] += square;
                 all[signal] += square;
             }
@@ -181,8 +184,7 @@ fn divide(runs: &[Errors], class: &dyn Fn(&Errors, usize) -> Option<(usize, Stri
 fn frequencies(runs: &[Errors]) -> Vec<Share> {
     let mut sums = [[0.0; 3]; BANDS.len() + 1];
     for run in runs {
-        for signal in 0..3 {
-            let values = run.values[signal];
+        for (signal, values) in run.values.iter().enumerate() {
             let power = fourier::power(values);
             let cells = 2 * (power.len().max(2) - 1);
             for (k, p) in power.iter().enumerate() {

@@ -8,7 +8,7 @@ use super::gain::{GainError, GainSettings, gain};
 use super::infer;
 use super::missing::{Missing, Profiles, profiles};
 use super::observer::{Noise, design};
-use super::outcome::{CauseEntry, LeftOverEntry, NotTestableEntry, Outcome, RungEntry, SCHEMA_VERSION};
+use super::outcome::{CauseEntry, DriveEntry, LeftOverEntry, NotTestableEntry, Outcome, RungEntry, SCHEMA_VERSION};
 use super::scene::Scene;
 use super::verdict::{Effort, Fitted, Inference, Progress, Question, Verdict};
 use crate::calibrate::CalibrateError;
@@ -136,6 +136,7 @@ pub fn describe(
         seed: question.seed,
         effort: effort_name(question.effort).to_owned(),
         data: Vec::new(),
+        drives: drives(question),
         held_back: String::new(),
         base: Some((&inference.base).into()),
         extended: (!adopted.is_empty()).then(|| (&inference.extended).into()),
@@ -146,6 +147,12 @@ pub fn describe(
         ladder: inference.ladder.iter().map(RungEntry::from).collect(),
     };
     Ok(Diagnosis { outcome, inference, base, extended })
+}
+
+fn drives(question: &Question<'_>) -> Vec<DriveEntry> {
+    let entry =
+        |role: &'static str| move |drive: &Drive| DriveEntry { label: drive.label().to_owned(), role: role.to_owned() };
+    question.train.iter().map(entry("train")).chain(question.holdout.iter().map(entry("holdout"))).collect()
 }
 
 /// As on the command line.

@@ -212,10 +212,9 @@ fn squares(drives: &[Drive], runs: &[Free]) -> Vec<Block> {
         for start in (0..count).step_by(width) {
             let mut block = [[0.0; 3]; 2];
             for i in start..(start + width).min(count) {
-                for k in 0..3 {
-                    let error = run.errors[k][i];
-                    block[0][k] += error * error;
-                    block[1][k] += (run.simulated[k][i] - error).powi(2);
+                for (k, (errors, simulated)) in run.errors.iter().zip(&run.simulated).enumerate() {
+                    block[0][k] += errors[i].powi(2);
+                    block[1][k] += (simulated[i] - errors[i]).powi(2);
                 }
             }
             blocks.push(block);

@@ -63,6 +63,9 @@ pub struct Profiles {
     pub repeats_by_place: Option<f64>,
 }
 
+/// A quantity sample by sample, where it is known.
+type Quantity = fn(&Missing) -> Option<Vec<f64>>;
+
 /// Sorts d; `None` if there is none.
 #[must_use]
 pub fn profiles(drives: &[Missing]) -> Option<Profiles> {
@@ -72,7 +75,7 @@ pub fn profiles(drives: &[Missing]) -> Option<Profiles> {
         return None;
     }
     let rms = (values().map(|d| d * d).sum::<f64>() / count as f64).sqrt();
-    let quantities: [(&str, &str, fn(&Missing) -> Option<Vec<f64>>); 5] = [
+    let quantities: [(&str, &str, Quantity); 5] = [
         ("speed", "m/s", |m| Some(m.scene.v.clone())),
         ("acceleration of the car ahead", "m/s²", |m| Some(m.scene.a_l.clone())),
         ("sine of the grade", "-", |m| m.scene.sin_grade.clone()),
@@ -113,11 +116,11 @@ fn profile(name: &str, unit: &str, drives: &[(Vec<f64>, &Missing)], edges: Optio
         let block = ((BLOCK_S / missing.scene.dt).round() as usize).max(1);
         for start in (0..missing.d.len()).step_by(block) {
             let mut sums: std::collections::BTreeMap<usize, [f64; 3]> = std::collections::BTreeMap::new();
-            for i in start..(start + block).min(missing.d.len()) {
-                if q[i].is_finite() && missing.d[i].is_finite() {
-                    let sum = sums.entry(class_of(q[i])).or_default();
-                    *sum = [sum[0] + 1.0, sum[1] + missing.d[i], sum[2] + q[i]];
-                    *seconds.entry(class_of(q[i])).or_insert(0.0) += missing.scene.dt;
+            for (q, d) in q.iter().zip(missing.d).skip(start).take(block) {
+                if q.is_finite() && d.is_finite() {
+                    let sum = sums.entry(class_of(*q)).or_default();
+                    *sum = [sum[0] + 1.0, sum[1] + d, sum[2] + q];
+                    *seconds.entry(class_of(*q)).or_insert(0.0) += missing.scene.dt;
                 }
             }
             for (class, sum) in sums {

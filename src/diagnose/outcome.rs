@@ -265,6 +265,15 @@ impl DataEntry {
     }
 }
 
+/// A drive: a file, or a piece of one.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct DriveEntry {
+    /// File, follower, piece.
+    pub label: String,
+    /// `train` or `holdout`.
+    pub role: String,
+}
+
 /// A model as fitted.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ModelEntry {
@@ -315,6 +324,8 @@ pub struct Outcome {
     pub effort: String,
     /// The data.
     pub data: Vec<DataEntry>,
+    /// The drives in the order of the numbered files: training, then held back.
+    pub drives: Vec<DriveEntry>,
     /// What was held back, in words.
     pub held_back: String,
     /// The base model.

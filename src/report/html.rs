@@ -78,8 +78,10 @@ impl Page {
         html.push_str("</tr></thead><tbody>");
         for row in rows {
             html.push_str("<tr>");
-            for cell in row {
-                let number = cell.starts_with(|c: char| c.is_ascii_digit() || "+-−.".contains(c)) && cell.len() < 28;
+            for (column, cell) in row.iter().enumerate() {
+                let number = column > 0
+                    && cell.starts_with(|c: char| c.is_ascii_digit() || "+-−.".contains(c))
+                    && cell.len() < 28;
                 let class = if number { " class=\"number\"" } else { "" };
                 let _ = write!(html, "<td{class}>{}</td>", escape(cell));
             }

@@ -87,5 +87,5 @@ pub(super) const Z_95: f64 = 1.959_964;
 
 /// The interval of an estimate with a standard error.
 pub(super) fn interval(value: f64, error: f64) -> Option<[f64; 2]> {
-    error.is_finite().then(|| [value - Z_95 * error, value + Z_95 * error])
+    error.is_finite().then_some([value - Z_95 * error, value + Z_95 * error])
 }

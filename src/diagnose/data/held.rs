@@ -2,7 +2,7 @@
 
 use super::finding::{Finding, FindingKind};
 use super::link::{Link, Signal};
-use super::noise::{quantum, robust_scale};
+use super::noise::{self, quantum, robust_scale};
 use std::ops::Range;
 
 /// Shortest run that counts \[samples\].
@@ -27,10 +27,10 @@ pub(super) fn dropouts(signal: &Signal, link: &Link, factor: f64) -> Vec<Range<u
     let bend = robust_scale(&bends);
     // Chance of two equal neighbours, and of three on a line: with noise of this size and values rounded to q, or as often as
     // single repeats occur, which a coarse sensor makes and a drop-out does not.
-    let noise = (bend / 6f64.sqrt()).max(1e-12);
+    let sigma = (bend / 6f64.sqrt()).max(1e-12);
     let single =
         runs(0..steps.len(), |i| steps[i] == 0.0).filter(|run| run.len() == 1 && !both_stand(link, run)).count();
-    let repeat = (q / (2.0 * std::f64::consts::PI.sqrt() * noise)).max(3.0 * single as f64 / y.len() as f64).min(1.0);
+    let repeat = (q / (2.0 * std::f64::consts::PI.sqrt() * sigma)).max(3.0 * single as f64 / y.len() as f64).min(1.0);
     // Neighbouring bends share samples, so that they are small together: twice the chance of one.
     let line = (10.0 * q / (bend.max(1e-12) * std::f64::consts::TAU.sqrt())).min(1.0);
     let longest = |chance: f64| {
@@ -46,7 +46,7 @@ pub(super) fn dropouts(signal: &Signal, link: &Link, factor: f64) -> Vec<Range<u
             run.len() + 1 >= longest(repeat) && (!at_zero || fallen)
         } else {
             // With a coarse sensor only the step at the end tells.
-            run.len() as f64 * link.dt >= HELD_S && steepest(&steps, &run) > STEP.max(20.0 * noise)
+            run.len() as f64 * link.dt >= HELD_S && steepest(&steps, &run) > STEP.max(20.0 * sigma)
         };
         if kept {
             // The first of equal values was measured, unless all are a fall to zero.
@@ -55,7 +55,8 @@ pub(super) fn dropouts(signal: &Signal, link: &Link, factor: f64) -> Vec<Range<u
         }
     }
     // A straight line: bends of zero between steps that are not.
-    if line < 0.3 && factor <= 1.0 {
+    // A signal without noise is straight by itself here and there.
+    if line < 0.3 && factor <= 1.0 && noise::noisy(signal, link) {
         let tolerance = 2.5 * q;
         for run in runs(0..bends.len(), |i| bends[i].abs() <= tolerance && steps[i] != 0.0) {
             if run.len() >= longest(line) && !both_stand(link, &run) {

@@ -48,18 +48,18 @@ pub(super) fn find(link: &Link, broken: &[Range<usize>]) -> Vec<Jump> {
     let usual = robust_scale(&d);
     let mut jumps: Vec<Jump> = Vec::new();
     let together = link.samples(WITHIN_S);
-    for i in 0..d.len() {
-        if d[i].abs() > JUMP_M.max(UNUSUAL * usual) {
+    for (i, d) in d.iter_mut().enumerate() {
+        if d.abs() > JUMP_M.max(UNUSUAL * usual) {
             match jumps.last_mut() {
                 // Jumps close together are one event: a spike, or a target that is lost and found.
                 Some(last) if i - last.range.end < together => {
-                    last.size += d[i];
+                    last.size += *d;
                     last.range.end = i + 1;
-                    last.peak = if d[i].abs() > last.peak.abs() { d[i] } else { last.peak };
+                    last.peak = if d.abs() > last.peak.abs() { *d } else { last.peak };
                 }
-                _ => jumps.push(Jump { range: i..i + 1, size: d[i], peak: d[i], error: usual }),
+                _ => jumps.push(Jump { range: i..i + 1, size: *d, peak: *d, error: usual }),
             }
-            d[i] = 0.0;
+            *d = 0.0;
         }
     }
     let width = link.samples(WITHIN_S).min(d.len().max(1));

@@ -87,7 +87,7 @@ fn level(d: &[f64], block: usize) -> Option<(f64, f64)> {
 }
 
 /// True if there is as much noise as a sensor has.
-fn noisy(signal: &Signal, link: &Link) -> bool {
+pub(super) fn noisy(signal: &Signal, link: &Link) -> bool {
     level(&third(signal, link), link.samples(BLOCK_S)).is_some_and(|(sigma, _)| sigma > signal.noise_floor)
 }
 
