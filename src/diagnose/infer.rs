@@ -18,6 +18,9 @@ const OTHER_FAMILY: f64 = 10.0;
 /// Share of the causes' evidence above which what is left speaks against their names.
 const LEFT_SHARE: f64 = 0.5;
 
+/// Replicates of the base whose likelihoods are further apart than this \[nats\] have not found it.
+const APART: f64 = 100.0;
+
 /// Names what a base model lacks on some drives.
 ///
 /// # Errors
@@ -39,7 +42,7 @@ pub fn infer(
     let base = calibrate_base(&setting, question.base, &spending)?
         .ok_or_else(|| DiagnoseError::NoBase { variant: question.base.name() })?;
     let Calibrated { candidate, replicates } = base;
-    let agrees = replicates.len() > 1 && replicates[0] - replicates[1] < 5.0;
+    let agrees = replicates.len() > 1 && replicates[0] - replicates[1] < APART;
     let noise_at_start = candidate.fit.point.noise;
     let mut search = Search::begin(&setting, candidate)?;
     let mut base = None;
@@ -73,8 +76,8 @@ pub fn infer(
     };
     let base = base.expect("at least one round");
     let extended = snapshot(&mut search.current, &setting, search.inflation)?;
-    let contradicted =
-        contradiction(&setting, &search.current).or_else(|| (!agrees).then(|| disagreement(&replicates)));
+    let lost = !agrees && search.current.causes.is_empty();
+    let contradicted = contradiction(&setting, &search.current).or_else(|| lost.then(|| disagreement(&replicates)));
     let answer =
         Answer { search: &search, left: &left, others: &others, contradicted, sigma_at_start: noise_at_start.sigma_d };
     let (verdict, reason, mut left_over) = answer.verdict();

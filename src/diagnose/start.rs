@@ -54,11 +54,11 @@ pub fn population(model: &Model, noise: &Noise, seed: u64, replicate: u64, count
 /// Coordinates of an axis worth trying for a parameter that does nothing at `neutral`.
 fn probes(axis: &Axis, neutral: f64) -> Vec<f64> {
     let at = axis.coordinate(neutral);
-    let shares: &[f64] = if axis.log { &[0.25, 0.45, 0.65] } else { &[0.04, 0.15, 0.4] };
+    let shares: &[f64] = if axis.log { &[0.25, 0.45, 0.65] } else { &[0.002, 0.04, 0.15, 0.4] };
     let mut found = Vec::new();
     for share in shares {
         for target in [0.0, 1.0] {
-            if (target - at).abs() > 0.02 {
+            if (target - at).abs() > 0.001 {
                 found.push(axis.value(at + share * (target - at)));
             }
         }
