@@ -8,6 +8,8 @@
 mod common;
 #[path = "shader_mutants/exact.rs"]
 mod exact;
+#[path = "shader_mutants/extended.rs"]
+mod extended;
 mod gpu_common;
 #[path = "shader_mutants/judge.rs"]
 mod judge;
@@ -18,6 +20,7 @@ mod shots;
 #[path = "shader_mutants/text.rs"]
 mod text;
 
+use rayon::prelude::*;
 use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -74,6 +77,9 @@ const SURVIVORS: &[Survivor] = &[
 /// Files that are judged on the GPU: the time loop, which only a GPU runs, and two functions that `lanes` has in Rust.
 const ON_GPU: [&str; 3] = ["shaders/kernel.wgsl", "shaders/power.wgsl", "shaders/opaque.wgsl"];
 
+/// Files that declare and compute nothing: nothing in them can be changed.
+const DECLARATIONS: [&str; 3] = ["shaders/world.wgsl", "shaders/unextended.wgsl", "shaders/between.wgsl"];
+
 /// Path and text of every shader.
 fn shaders() -> Vec<(String, String)> {
     fn walk(folder: &Path, found: &mut Vec<(String, String)>) {
@@ -116,10 +122,26 @@ fn every_change_of_a_part_is_noticed() {
     }
     let mut all = Vec::new();
     for (file, text) in shaders() {
-        if ON_GPU.contains(&file.as_str()) {
+        if ON_GPU.contains(&file.as_str()) || DECLARATIONS.contains(&file.as_str()) {
             continue;
         }
         let found = mutants(&file, &text);
+        if extended::judges_file(&file) {
+            let judges = extended::judges(&file);
+            for judge in &judges {
+                judge.verdict(&|_, _| None).expect("the texts as they are compute what the reference computes");
+            }
+            let judged: Vec<_> = found
+                .into_par_iter()
+                .map(|mutant| {
+                    let replace = |name: &str, _: &str| (name == file).then(|| mutant.text.clone());
+                    let verdict = judges.iter().try_for_each(|judge| judge.verdict(&replace));
+                    (mutant, verdict)
+                })
+                .collect();
+            all.extend(judged);
+            continue;
+        }
         let own: Vec<_> = judges.iter().filter(|judge| judge.contains(&file)).collect();
         assert!(!own.is_empty(), "{file}: no recipe in tests/shader_mutants/judge.rs contains it");
         for mutant in found {

@@ -10,7 +10,7 @@ use leadlag::gpu::{AdapterChoice, Gpu, Limits};
 use leadlag::symbols::Symbol;
 use leadlag::trajectory::integrate;
 use leadlag::vehicle::{Mfc, Vehicle};
-use leadlag::wgsl::Precision;
+use leadlag::wgsl::{Precision, extension_named};
 use std::sync::Arc;
 
 /// Samples of a submission, so that every longer run is interrupted, and never at the end of a block or of the ring.
@@ -37,7 +37,7 @@ enum What {
 
 /// Variant, precision, what is asked for, goodness of fit, longest delay \[s\], clipping or rejecting: until everything in the kernel
 /// decides somewhere. Kernels that a driver compiles quickly come first, for the first scene that notices a mutant is the last.
-const SCENES: [(&str, Precision, What, &str, f64, BoundRule); 8] = [
+const SCENES: [(&str, Precision, What, &str, f64, BoundRule); 10] = [
     ("idm+linear+constant", Precision::Plain, What::Scores, "nrmse-sva", 0.8, BoundRule::Reject),
     ("l-cth", Precision::Plain, What::Scores, "rmspe-sva", 0.8, BoundRule::Clip),
     ("l-cth", Precision::Plain, What::Scores, "rmse-sn-vn", 0.8, BoundRule::Clip),
@@ -46,6 +46,23 @@ const SCENES: [(&str, Precision, What, &str, f64, BoundRule); 8] = [
     ("l-idm+delay+constant", Precision::Plain, What::Scores, "nrmse-sva", 7.0, BoundRule::Clip),
     ("l-gipps+nonlinear+mfc", Precision::Plain, What::Scores, "nrmse-sva", 0.8, BoundRule::Clip),
     ("idm", Precision::Compensated, What::Scores, "u-sva", 0.8, BoundRule::Clip),
+    // With extensions behind the plus signs.
+    (
+        "l-cth++time_offset+integral_action+headway_mode_change",
+        Precision::Plain,
+        What::Raw,
+        "nrmse-sva",
+        0.8,
+        BoundRule::Clip,
+    ),
+    (
+        "idm+delay++time_offset+multi_anticipation+leader_accel_ff+probe_road+actuation_lag",
+        Precision::Plain,
+        What::Observed,
+        "nrmse-sva",
+        0.8,
+        BoundRule::Clip,
+    ),
     ("gipps+delay+nonlinear+mfc", Precision::Compensated, What::Raw, "nrmse-sva", 0.8, BoundRule::Clip),
 ];
 
@@ -153,7 +170,11 @@ fn population_of(variant: Variant, convention: Convention, seed: u64) -> Populat
 impl Scene {
     fn new(row: (&str, Precision, What, &str, f64, BoundRule)) -> Scene {
         let (variant, precision, what, gof, tau_p_upper, bounds) = row;
-        let variant = variant.parse().expect("a variant");
+        let (base, extensions) = variant.split_once("++").unwrap_or((variant, ""));
+        let base: Variant = base.parse().expect("a variant");
+        let names = extensions.split('+').filter(|name| !name.is_empty());
+        let variant = names
+            .fold(base, |variant, name| variant.with(extension_named(name).expect("built in")).expect("no conflict"));
         // The authors' look-up jumps at the nodes of an MFC curve, and their denominators have a floor.
         let Convention { mfc, denominators, .. } = Convention::AUTHORS;
         let convention = Convention { bounds, mfc, denominators, ..Convention::PAPER };
