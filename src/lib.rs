@@ -57,6 +57,7 @@ pub mod bench;
 pub mod calibrate;
 pub mod catalog;
 pub mod convention;
+pub mod diagnose;
 pub mod evaluate;
 pub mod evaluator;
 pub mod extension;

@@ -7,6 +7,7 @@
 
 mod contender;
 mod data;
+mod diagnosis;
 mod export;
 mod generation;
 mod goals;
@@ -20,6 +21,8 @@ mod text;
 
 pub use contender::Contender;
 pub use data::{Drive, candidates};
+pub use diagnosis::{DiagnosisJournal, DiagnosisOutcome, DiagnosisReport, DiagnosisTask, Judgement, Planted};
+pub use diagnosis::{diagnose_task, diagnosis_tasks, judge, planted, run_diagnoses};
 pub use export::export;
 pub use generation::Generation;
 pub use goals::Goal;

@@ -1,5 +1,6 @@
 //! `leadlag bench`: how fast candidates are simulated.
 
+mod diagnosis;
 mod optimizers;
 
 use super::output;
@@ -38,11 +39,15 @@ pub struct Args {
 enum Command {
     /// Measure how well an optimiser finds: targets for many seeds, spread of replicates
     Optimizers(optimizers::Args),
+    /// Measure how well a diagnosis names planted effects, and how often it is wrong without any
+    Diagnosis(diagnosis::Args),
 }
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
-    if let Some(Command::Optimizers(args)) = &args.command {
-        return optimizers::run(args);
+    match &args.command {
+        Some(Command::Optimizers(args)) => return optimizers::run(args),
+        Some(Command::Diagnosis(args)) => return diagnosis::run(args),
+        None => {}
     }
     let drive = match &args.data {
         Some(path) => {

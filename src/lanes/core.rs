@@ -302,19 +302,25 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         let (candidates, settings, samples) = (run.candidates, run.settings, run.stream.samples());
         run_block(self.set, &self.small.program, &mut workspace, &mut Run { record: Some(&mut record), ..run });
         let width = candidates.len();
-        let lane = |lane: usize| {
-            let failed = workspace.raw(lane, settings).failure();
-            let end = failed.map_or(samples, |f| f.step).min(record.len() / width);
-            let row = |t: usize| if t < end { record[t * width + lane] } else { [f64::NAN; 6] };
-            Innovations {
-                failed,
-                first: candidates[lane].first,
-                residual: (0..samples).map(|t| [row(t)[0], row(t)[1]]).collect(),
-                state: (0..samples).map(|t| [row(t)[2], row(t)[3], row(t)[4]]).collect(),
-                acceleration: (0..samples).map(|t| row(t)[5]).collect(),
-            }
+        let begun = |lane: usize| Innovations {
+            failed: workspace.raw(lane, settings).failure(),
+            first: candidates[lane].first,
+            residual: Vec::with_capacity(samples),
+            state: Vec::with_capacity(samples),
+            acceleration: Vec::with_capacity(samples),
         };
-        let all = (0..width).map(lane).collect();
+        let mut all: Vec<Innovations> = (0..width).map(begun).collect();
+        let recorded = record.len() / width;
+        let ends: Vec<usize> = all.iter().map(|run| run.failed.map_or(samples, |f| f.step).min(recorded)).collect();
+        // Sample by sample, as it was recorded: lane by lane every read would miss the caches.
+        for t in 0..samples {
+            for (lane, (run, end)) in all.iter_mut().zip(&ends).enumerate() {
+                let row = if t < *end { record[t * width + lane] } else { [f64::NAN; 6] };
+                run.residual.push([row[0], row[1]]);
+                run.state.push([row[2], row[3], row[4]]);
+                run.acceleration.push(row[5]);
+            }
+        }
         self.small.put(workspace);
         all
     }

@@ -9,7 +9,7 @@ pub mod import;
 pub mod inspect;
 mod note;
 pub mod prepare;
-mod savitzky_golay;
+pub(crate) mod savitzky_golay;
 
 pub use error::{ImportError, PrepareError};
 pub use grade::Grade;

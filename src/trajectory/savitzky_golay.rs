@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 /// A filter of an odd number of points and a polynomial order.
-pub(super) struct SavitzkyGolay {
+pub(crate) struct SavitzkyGolay {
     /// Row i gives the fitted value at point i of the window: the middle row is the filter, the others serve the ends.
     rows: DMatrix<f64>,
 }

@@ -1,0 +1,170 @@
+//! One case: diagnosed, and judged by its truth.
+
+use super::PROGRAM;
+use super::plan::DiagnosisTask;
+use super::plant::planted;
+use crate::catalog::Variant;
+use crate::diagnose::{Effort, Inference, Question, Verdict, infer};
+use crate::extension::Extension;
+use crate::wgsl::{extension_named, library};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+
+/// What a case came to.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct DiagnosisOutcome {
+    /// The program.
+    pub program: String,
+    /// The case.
+    pub task: DiagnosisTask,
+    /// Planted parameters, as `cause.parameter`.
+    pub truth: BTreeMap<String, f64>,
+    /// The verdict; `failed` if the case could not be made or diagnosed.
+    pub verdict: String,
+    /// Why.
+    pub reason: String,
+    /// Adopted causes; names only where the verdict names them.
+    pub adopted: Vec<String>,
+    /// Causes that could be in their place.
+    pub confounded_with: Vec<String>,
+    /// Causes said to be untestable.
+    pub not_testable: Vec<String>,
+    /// Estimates as `cause.parameter`: value and standard error.
+    pub estimates: BTreeMap<String, [f64; 2]>,
+    /// Simulated candidates, over one drive each.
+    pub simulations: u64,
+    /// CPU time \[s\].
+    pub cpu_s: f64,
+}
+
+/// How a case is counted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Judgement {
+    /// The truth, first and alone or first of a set; for a drive without an effect: silence.
+    Right,
+    /// The truth is in the named set.
+    InSet,
+    /// Nothing is named, and something is missing.
+    Silent,
+    /// Something else is named.
+    Wrong,
+    /// The case could not be made.
+    Failed,
+}
+
+fn family(name: &str) -> String {
+    let cause = extension_named(name).and_then(|extension| extension.cause.as_ref());
+    cause.and_then(|cause| cause.family.clone()).unwrap_or_else(|| name.to_owned())
+}
+
+/// Judges an outcome: wrong as soon as a name is given that is not planted. The phase family counts as one name in gusts, and
+/// drag and a headway that depends on speed, which are the same in steady state, always.
+#[must_use]
+pub fn judge(outcome: &DiagnosisOutcome) -> Judgement {
+    let named = ["named", "ambiguous"].contains(&outcome.verdict.as_str());
+    if outcome.verdict == "failed" {
+        return Judgement::Failed;
+    }
+    let task = &outcome.task;
+    let same = |name: &String, truth: &String| {
+        let class = family(truth);
+        let classed = class == "drag_or_headway" || (task.gusts_mps2 > 0.0 && class == "phase");
+        name == truth || (classed && family(name) == class)
+    };
+    match task.kind.as_str() {
+        "none" | "coloured" | "absorbed" | "outside" | "family" if !named => Judgement::Right,
+        "absorbed" if outcome.adopted.iter().all(|name| task.causes.contains(name)) => Judgement::Right,
+        "none" | "coloured" | "absorbed" | "outside" | "family" => Judgement::Wrong,
+        _ if !named => Judgement::Silent,
+        _ => {
+            let hit = |name: &String| task.causes.iter().any(|truth| same(name, truth));
+            let found = task.causes.iter().filter(|truth| outcome.adopted.iter().any(|name| same(name, truth))).count();
+            let missed = outcome.adopted.iter().filter(|name| !hit(name)).count();
+            let in_set = task
+                .causes
+                .iter()
+                .all(|truth| outcome.adopted.iter().chain(&outcome.confounded_with).any(|name| same(name, truth)));
+            if missed == 0 && found == task.causes.len() {
+                Judgement::Right
+            } else if in_set && outcome.adopted.len() <= task.causes.len() || missed == 0 {
+                Judgement::InSet
+            } else {
+                Judgement::Wrong
+            }
+        }
+    }
+}
+
+/// Makes the drives of a case and diagnoses them.
+#[must_use]
+pub fn diagnose_task(task: &DiagnosisTask) -> DiagnosisOutcome {
+    let mut outcome = DiagnosisOutcome {
+        program: PROGRAM.to_owned(),
+        task: task.clone(),
+        truth: BTreeMap::new(),
+        verdict: "failed".to_owned(),
+        reason: String::new(),
+        adopted: Vec::new(),
+        confounded_with: Vec::new(),
+        not_testable: Vec::new(),
+        estimates: BTreeMap::new(),
+        simulations: 0,
+        cpu_s: 0.0,
+    };
+    let drives = match planted(task) {
+        Ok(drives) => drives,
+        Err(error) => {
+            outcome.reason = error.to_string();
+            return outcome;
+        }
+    };
+    for effect in &drives.effects {
+        for (parameter, value) in effect.kind().parameters().iter().zip(effect.values()) {
+            outcome.truth.insert(format!("{}.{}", effect.kind(), parameter.name), *value);
+        }
+    }
+    // Another family: the law of the neighbour in the list is blamed.
+    let base = match (task.kind.as_str(), task.base.as_str()) {
+        ("family", "idm") => "l-cth",
+        ("family", "l-cth") => "gipps",
+        ("family", _) => "idm",
+        (_, base) => base,
+    };
+    let variant: Variant = base.parse().expect("tasks name bases that there are");
+    let effort = match task.effort.as_str() {
+        "quick" => Effort::Quick,
+        "thorough" => Effort::Thorough,
+        _ => Effort::Normal,
+    };
+    let causes: Vec<&'static Extension> = library().iter().copied().filter(|e| e.cause.is_some()).collect();
+    let bounds = crate::calibrate::Overrides::new();
+    let (train, holdout) = (&drives.train[..], &drives.holdout[..]);
+    let question =
+        Question { train, holdout, base: variant, effort, seed: task.seed, causes: &causes, bounds: &bounds };
+    let clock = cpu_time::ProcessTime::now();
+    match infer(&question, &mut |_| ControlFlow::Continue(())) {
+        Ok(inference) => fill(&mut outcome, &inference),
+        Err(error) => outcome.reason = error.to_string(),
+    }
+    outcome.cpu_s = clock.elapsed().as_secs_f64();
+    outcome
+}
+
+fn fill(outcome: &mut DiagnosisOutcome, inference: &Inference) {
+    outcome.verdict = inference.verdict.name().to_owned();
+    outcome.reason.clone_from(&inference.reason);
+    outcome.simulations = inference.simulations;
+    outcome.not_testable = inference.not_testable.iter().map(|cause| cause.name.clone()).collect();
+    if matches!(inference.verdict, Verdict::Named | Verdict::Ambiguous) {
+        let name = |cause: &crate::diagnose::Adopted| cause.extension.name.clone();
+        outcome.adopted = inference.adopted.iter().map(name).collect();
+        outcome.confounded_with = inference.confounded_with.iter().map(name).collect();
+        for cause in &inference.adopted {
+            for p in cause.parameters.iter().filter(|p| p.error.is_finite()) {
+                outcome.estimates.insert(format!("{}.{}", cause.extension.name, p.name), [p.value, p.error]);
+            }
+        }
+    }
+}

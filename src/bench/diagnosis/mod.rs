@@ -1,0 +1,87 @@
+//! How well a diagnosis names what is missing: effects planted in synthetic drives, and drives without any.
+//!
+//! Everything is drawn from a seed: base, parameters, leader, noise, effect. Every finished case is one line of a journal, so that
+//! a run that was stopped goes on where it was.
+
+mod judge;
+mod plan;
+mod plant;
+mod report;
+
+pub use judge::{DiagnosisOutcome, Judgement, diagnose_task, judge};
+pub use plan::{DiagnosisTask, diagnosis_tasks};
+pub use plant::{Planted, planted};
+pub use report::DiagnosisReport;
+
+use super::BenchError;
+use std::collections::BTreeMap;
+use std::fs::{File, OpenOptions};
+use std::io::{Read, Write};
+use std::ops::ControlFlow;
+use std::path::Path;
+
+/// The program as the journal names it: results of another version are not taken again.
+const PROGRAM: &str = concat!("leadlag ", env!("CARGO_PKG_VERSION"));
+
+/// Finished cases, in memory and in a file.
+#[derive(Debug)]
+pub struct DiagnosisJournal {
+    path: String,
+    file: File,
+    outcomes: BTreeMap<DiagnosisTask, DiagnosisOutcome>,
+}
+
+impl DiagnosisJournal {
+    /// Opens a journal, or begins one. A line that is not whole, as a killed run leaves it, is dropped.
+    ///
+    /// # Errors
+    /// [`BenchError::Write`] when the file cannot be read and written.
+    pub fn open(path: &Path) -> Result<DiagnosisJournal, BenchError> {
+        let path = path.display().to_string();
+        let error = |source| BenchError::Write { path: path.clone(), source };
+        let mut file = OpenOptions::new().read(true).append(true).create(true).open(&path).map_err(error)?;
+        let mut text = String::new();
+        file.read_to_string(&mut text).map_err(error)?;
+        if !text.is_empty() && !text.ends_with('\n') {
+            file.write_all(b"\n").map_err(error)?;
+        }
+        let read = text.lines().filter_map(|line| serde_json::from_str::<DiagnosisOutcome>(line).ok());
+        let outcomes = read.filter(|outcome| outcome.program == PROGRAM).map(|o| (o.task.clone(), o)).collect();
+        Ok(DiagnosisJournal { path, file, outcomes })
+    }
+
+    /// What a case came to.
+    #[must_use]
+    pub fn get(&self, task: &DiagnosisTask) -> Option<&DiagnosisOutcome> {
+        self.outcomes.get(task)
+    }
+
+    fn keep(&mut self, outcome: DiagnosisOutcome) -> Result<(), BenchError> {
+        let mut line = serde_json::to_string(&outcome).expect("names and finite numbers are valid JSON");
+        line.push('\n');
+        let error = |source| BenchError::Write { path: self.path.clone(), source };
+        self.file.write_all(line.as_bytes()).map_err(error)?;
+        self.outcomes.insert(outcome.task.clone(), outcome);
+        Ok(())
+    }
+}
+
+/// Runs the cases that the journal does not have; `progress` gets the number done and the case that comes next, and may stop.
+///
+/// # Errors
+/// [`BenchError::Write`] when the journal cannot be written. A case that cannot be made or diagnosed is an outcome.
+pub fn run_diagnoses(
+    tasks: &[DiagnosisTask],
+    journal: &mut DiagnosisJournal,
+    progress: &mut dyn FnMut(usize, &DiagnosisTask) -> ControlFlow<()>,
+) -> Result<(), BenchError> {
+    for (done, task) in tasks.iter().enumerate() {
+        if progress(done, task).is_break() {
+            return Ok(());
+        }
+        if journal.get(task).is_none() {
+            journal.keep(diagnose_task(task))?;
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,102 @@
+//! Which cases are run.
+
+use crate::optimize::stream;
+use crate::plant::EffectKind;
+use rand::RngExt;
+use serde::{Deserialize, Serialize};
+
+/// A case: what is planted, and everything that decides the drives.
+#[derive(Debug, Clone, PartialEq, PartialOrd, Serialize, Deserialize)]
+pub struct DiagnosisTask {
+    /// `one`, `pair`, `none`, `coloured`, `absorbed`, `outside` or `family`.
+    pub kind: String,
+    /// The base that is planted: `idm`, `l-cth` or `gipps`.
+    pub base: String,
+    /// The effects that are planted.
+    pub causes: Vec<String>,
+    /// How much each changes the follower's speed \[m/s\], root mean square.
+    pub rms_mps: f64,
+    /// Gusts: their standard deviation \[m/s²\]; 0 without.
+    pub gusts_mps2: f64,
+    /// Length of each of the three drives \[s\].
+    pub duration_s: f64,
+    /// Decides parameters, leaders, noise.
+    pub seed: u64,
+    /// `quick`, `normal` or `thorough`.
+    pub effort: String,
+}
+
+impl Eq for DiagnosisTask {}
+
+impl Ord for DiagnosisTask {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        // Durations and sizes are finite.
+        self.partial_cmp(other).unwrap_or(std::cmp::Ordering::Equal)
+    }
+}
+
+/// Bases that the plant has.
+const BASES: [&str; 3] = ["idm", "l-cth", "gipps"];
+/// Effects that a calibration absorbs.
+const ABSORBED: [EffectKind; 4] =
+    [EffectKind::GainMass, EffectKind::RangeScale, EffectKind::RangeBias, EffectKind::SpeedScale];
+/// Medium and weak effects \[m/s\], and gusts \[m/s²\].
+const MEDIUM: f64 = 0.10;
+const WEAK: f64 = 0.03;
+const GUSTS: f64 = 0.05;
+
+/// The cases of a seed, shuffled so that the first so many of them are a fair sample: per base every effect at medium and weak
+/// size, half of them in gusts; forty drives without any effect, a third of them with coloured noise; absorbed effects, pairs, an
+/// effect outside the library, a base of another family.
+#[must_use]
+pub fn diagnosis_tasks(seed: u64, duration_s: f64, effort: &str) -> Vec<DiagnosisTask> {
+    let mut tasks = Vec::new();
+    let mut rng = stream(seed, 0, 0, 0);
+    let mut number = 0;
+    let mut add = |kind: &str, base: &str, causes: &[EffectKind], rms_mps: f64, gusty: bool| {
+        number += 1;
+        tasks.push(DiagnosisTask {
+            kind: kind.to_owned(),
+            base: base.to_owned(),
+            causes: causes.iter().map(|cause| cause.name().to_owned()).collect(),
+            rms_mps,
+            gusts_mps2: if gusty { GUSTS } else { 0.0 },
+            duration_s,
+            seed: seed * 1000 + number,
+            effort: effort.to_owned(),
+        });
+    };
+    let identifiable: Vec<EffectKind> =
+        EffectKind::ALL.iter().copied().filter(|kind| !ABSORBED.contains(kind)).collect();
+    for (b, base) in BASES.iter().enumerate() {
+        for (k, kind) in identifiable.iter().enumerate() {
+            add("one", base, &[*kind], MEDIUM, (b + k) % 2 == 0);
+            add("one", base, &[*kind], WEAK, (b + k) % 2 == 1);
+        }
+        for i in 0..40 {
+            let kind = if i % 3 == 2 { "coloured" } else { "none" };
+            add(kind, base, &[], 0.0, i % 2 == 1);
+        }
+        for kind in ABSORBED {
+            add("absorbed", base, &[kind], MEDIUM, false);
+        }
+        for i in 0..8 {
+            let first = identifiable[rng.random_range(0..identifiable.len())];
+            let second = identifiable[rng.random_range(0..identifiable.len())];
+            // Two of the phase family, or the same twice, are one effect.
+            let phase = |kind: EffectKind| kind <= EffectKind::TimeOffset;
+            if first != second && !(phase(first) && phase(second)) {
+                add("pair", base, &[first, second], MEDIUM, i % 2 == 1);
+            }
+        }
+        for i in 0..3 {
+            add("outside", base, &[], MEDIUM, i == 2);
+            add("family", base, &[], 0.0, i == 2);
+        }
+    }
+    // Fisher and Yates.
+    for i in (1..tasks.len()).rev() {
+        tasks.swap(i, rng.random_range(0..=i));
+    }
+    tasks
+}

@@ -1,0 +1,58 @@
+//! `leadlag bench diagnosis`: how well a diagnosis names what is missing.
+
+use super::super::{interrupt, output};
+use indicatif::{ProgressBar, ProgressStyle};
+use leadlag::bench::{DiagnosisJournal, DiagnosisReport, diagnosis_tasks, run_diagnoses};
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Thirty cases of 5 minutes with little searching, instead of all of 10 minutes
+    #[arg(long)]
+    quick: bool,
+    /// Only the first so many cases; they are shuffled
+    #[arg(long, value_name = "N")]
+    cases: Option<usize>,
+    /// Decides everything that is planted
+    #[arg(long, value_name = "SEED", default_value_t = 1)]
+    seed: u64,
+    /// Length of a drive \[s\] [default: 600, with --quick 300]
+    #[arg(long, value_name = "SECONDS")]
+    duration: Option<f64>,
+    /// Only cases of this kind
+    #[arg(long, value_name = "KIND", value_parser = ["one", "pair", "none", "coloured", "absorbed", "outside", "family"])]
+    only: Option<String>,
+    /// How hard to search [default: normal, with --quick quick]
+    #[arg(long, value_name = "EFFORT", value_parser = ["quick", "normal", "thorough"])]
+    effort: Option<String>,
+    /// Finished cases are kept in this file; the same command goes on where it was stopped
+    #[arg(long, value_name = "FILE", default_value = "diagnosis.jsonl")]
+    journal: PathBuf,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(args: &Args) -> anyhow::Result<()> {
+    interrupt::watch();
+    let (duration, effort, count) = if args.quick { (300.0, "quick", 30) } else { (600.0, "normal", usize::MAX) };
+    let effort = args.effort.as_deref().unwrap_or(effort);
+    let mut tasks = diagnosis_tasks(args.seed, args.duration.unwrap_or(duration), effort);
+    tasks.retain(|task| args.only.as_ref().is_none_or(|only| task.kind == *only));
+    tasks.truncate(args.cases.unwrap_or(count));
+    let mut journal = DiagnosisJournal::open(&args.journal)?;
+    let bar = ProgressBar::new(tasks.len() as u64)
+        .with_style(ProgressStyle::with_template("{bar:20} {pos}/{len} cases, {eta} left  {msg}")?);
+    run_diagnoses(&tasks, &mut journal, &mut |done, task| {
+        bar.set_position(done as u64);
+        bar.set_message(format!("{} {} {}", task.kind, task.base, task.causes.join(" + ")));
+        if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    })?;
+    bar.finish_and_clear();
+    if interrupt::asked() {
+        eprintln!("interrupted; the same command goes on from {}", args.journal.display());
+    }
+    let report = DiagnosisReport::new(&tasks, &journal);
+    if args.json { output::print_json(&report) } else { output::print(&report.table()) }
+}

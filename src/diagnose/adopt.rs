@@ -1,0 +1,396 @@
+//! Rounds: screen, cross-fit, decide, adopt, put right what was adopted before; and prune at the end.
+
+use super::candidate::{Candidate, Held, Setting};
+use super::decide::{ABSORBED, Evidence, gate, margin, need, proxy};
+use super::fit::{Plan, Point};
+use super::observer::Noise;
+use super::screen::{Spending, explain, identifiability, screen};
+use super::start::NEARLY_FREE;
+use super::verdict::{DiagnoseError, NotTestable, Tried};
+use crate::catalog::Variant;
+use crate::extension::Extension;
+use rayon::prelude::*;
+
+/// Rounds at most.
+pub const ROUNDS: usize = 5;
+/// The family of which one member at most is adopted: all of them shift the phase.
+pub const PHASE: &str = "phase";
+
+/// A cause that could be in the place of an adopted one, fitted there.
+#[derive(Debug)]
+pub struct Rival {
+    /// The cause whose place it is.
+    pub of: &'static Extension,
+    /// The rival.
+    pub cause: &'static Extension,
+    /// The model with the rival.
+    pub candidate: Candidate,
+    /// Its evidence \[nats\].
+    pub evidence: f64,
+    /// What was needed.
+    pub need: f64,
+}
+
+/// Where the search stands.
+#[derive(Debug)]
+pub struct Search {
+    /// The model as far as it is extended.
+    pub current: Candidate,
+    /// Its held-out likelihood.
+    pub held: Held,
+    /// Evidence and threshold of each adopted cause, in the order of the model's causes.
+    pub evidence: Vec<(f64, f64)>,
+    /// Causes that could be in the place of an adopted one.
+    pub rivals: Vec<Rival>,
+    /// Everything tried.
+    pub ladder: Vec<Tried>,
+    /// Causes stopped by sign, bound or hold-out with their evidence \[nats\] and the threshold, of the last round.
+    pub stopped: Vec<(&'static Extension, f64, f64, String)>,
+    /// Causes that the data cannot show.
+    pub not_testable: Vec<NotTestable>,
+    /// Thresholds of the last round \[nats\].
+    pub need: f64,
+    /// Differences of evidence below this decide nothing between two causes \[nats\].
+    pub margin: f64,
+    /// Inflation of the last round.
+    pub inflation: f64,
+}
+
+/// The family of a cause; its own name where there is none.
+#[must_use]
+pub fn family(cause: &Extension) -> &str {
+    cause.cause.as_ref().and_then(|c| c.family.as_deref()).unwrap_or(&cause.name)
+}
+
+/// The missing acceleration of a candidate on every drive \[m/s²\], as a rather strong observer sees it.
+///
+/// # Errors
+/// As [`super::model::Model::innovations`].
+pub fn missing(candidate: &mut Candidate) -> Result<Vec<Vec<f64>>, DiagnoseError> {
+    let noise = candidate.fit.point.noise;
+    let seen = Noise { sigma_d: noise.sigma_d.max(0.05), tau_d: 1.0, ..noise };
+    let values = candidate.fit.point.values.clone();
+    let runs = candidate.model.innovations(&values, &seen)?;
+    let finite = |x: f64| if x.is_finite() { x } else { 0.0 };
+    Ok(runs.into_iter().map(|run| run.state.iter().map(|state| finite(state[2])).collect()).collect())
+}
+
+impl Search {
+    /// The search before any round.
+    ///
+    /// # Errors
+    /// As [`Candidate::cross_fit`].
+    pub fn begin(setting: &Setting<'_>, mut base: Candidate) -> Result<Search, DiagnoseError> {
+        let held = base.cross_fit(setting)?;
+        let inflation = base.inflation(setting)?;
+        Ok(Search {
+            current: base,
+            held,
+            evidence: Vec::new(),
+            rivals: Vec::new(),
+            ladder: Vec::new(),
+            stopped: Vec::new(),
+            not_testable: Vec::new(),
+            need: 0.0,
+            margin: 0.0,
+            inflation,
+        })
+    }
+
+    /// One round; true if a cause was adopted.
+    ///
+    /// # Errors
+    /// As [`screen`].
+    pub fn round(&mut self, setting: &Setting<'_>, number: usize, spending: &Spending) -> Result<bool, DiagnoseError> {
+        let missing = missing(&mut self.current)?;
+        let phase = self.current.causes.iter().any(|cause| family(cause) == PHASE);
+        let causes: Vec<&'static Extension> = setting
+            .question
+            .causes
+            .iter()
+            .copied()
+            .filter(|cause| !self.current.causes.contains(cause) && !(phase && family(cause) == PHASE))
+            .collect();
+        let mut tried = screen(setting, &self.current, &causes, &missing, spending)?;
+        tried.sort_by(|a, b| b.1.fit.log_likelihood.total_cmp(&a.1.fit.log_likelihood));
+        self.improve(setting, &tried, spending)?;
+        let present = self.current.fit.log_likelihood;
+        let gain = |candidate: &Candidate| candidate.fit.log_likelihood - present;
+        let listed = |i: usize, cause: &Extension| i < spending.short_list || family(cause) == PHASE;
+        // The best model's innovations say how correlated they are when what can be explained is.
+        self.inflation = match tried.first_mut() {
+            Some((_, best)) => best.inflation(setting)?,
+            None => self.current.inflation(setting)?,
+        };
+        self.need = need(setting.question.causes.len(), self.inflation, &self.current.fit.point.noise);
+        self.margin =
+            margin(self.inflation, tried.first().map_or(&self.current, |(_, best)| best).fit.point.noise, self.need);
+        let hopeful: Vec<bool> =
+            tried.iter().enumerate().map(|(i, (cause, c))| listed(i, cause) && gain(c) > 0.5 * self.need).collect();
+        let held: Result<Vec<Option<Held>>, DiagnoseError> = tried
+            .par_iter_mut()
+            .zip(&hopeful)
+            .map(|((_, candidate), hopeful)| if *hopeful { candidate.cross_fit(setting).map(Some) } else { Ok(None) })
+            .collect();
+        let held = held?;
+        let adopted = self.choose(setting, number, &tried, &held)?;
+        self.note_untestable(&tried);
+        let Some(adopted) = adopted else { return Ok(false) };
+        self.take(adopted, tried, held);
+        Ok(true)
+    }
+
+    /// Refits the present model from where the causes took it: a gain must not be due to a better fit of the rest.
+    fn improve(
+        &mut self,
+        setting: &Setting<'_>,
+        tried: &[(&'static Extension, Candidate)],
+        spending: &Spending,
+    ) -> Result<(), DiagnoseError> {
+        let from = |candidate: &Candidate| Point {
+            values: self.current.model.adopt(&candidate.model, &candidate.fit.point.values),
+            noise: candidate.fit.point.noise,
+        };
+        let free = self.current.fit.point.noise;
+        let free = Noise { sigma_d: NEARLY_FREE.0.min(free.sigma_d), tau_d: NEARLY_FREE.1, ..free };
+        let mut starts: Vec<Point> = tried.iter().take(3).map(|(_, candidate)| from(candidate)).collect();
+        starts.push(Point { noise: free, ..self.current.fit.point.clone() });
+        let model = setting.model(self.current.variant, &self.current.model.events)?;
+        let plan = Plan { select: 4, kinds: 1, rough: 4, keep: 2, fine: spending.plan.fine, tolerance: 0.1 };
+        let again = Candidate::fitted(setting, self.current.variant, &self.current.causes, model, &starts, plan)?;
+        if let Some(again) = again
+            && again.fit.log_likelihood > self.current.fit.log_likelihood + 0.5
+        {
+            self.current = again;
+            self.held = self.current.cross_fit(setting)?;
+        }
+        Ok(())
+    }
+
+    /// Position of the cause to adopt, and notes on all others.
+    fn choose(
+        &mut self,
+        setting: &Setting<'_>,
+        round: usize,
+        tried: &[(&'static Extension, Candidate)],
+        held: &[Option<Held>],
+    ) -> Result<Option<usize>, DiagnoseError> {
+        let mut rows: Vec<(usize, Evidence, f64)> = Vec::new();
+        self.stopped.clear();
+        let first = self.ladder.len();
+        for (i, (cause, candidate)) in tried.iter().enumerate() {
+            let index = identifiability(candidate, cause).0;
+            let gain = candidate.fit.log_likelihood - self.current.fit.log_likelihood;
+            let mut row = Tried {
+                round,
+                name: cause.name.clone(),
+                gain,
+                evidence: f64::NAN,
+                folds: [f64::NAN; 2],
+                trimmed: f64::NAN,
+                threshold: self.need,
+                index,
+                adopted: false,
+                reason: "gains too little on all training data".to_owned(),
+            };
+            if let Some(held) = &held[i] {
+                let evidence = Evidence::of(setting, candidate, cause, held, &self.current, &self.held);
+                (row.evidence, row.folds, row.trimmed) = (evidence.counts(), evidence.folds, evidence.trimmed);
+                row.reason = evidence.objection(self.need).unwrap_or_default();
+                rows.push((i, evidence, index));
+            }
+            self.ladder.push(row);
+        }
+        rows.retain(|(_, evidence, _)| evidence.objection(self.need).is_none());
+        rows.sort_by(|a, b| b.1.counts().total_cmp(&a.1.counts()));
+        let mut sound: Vec<(usize, f64)> = Vec::new();
+        for (i, evidence, index) in &rows {
+            let (cause, candidate) = &tried[*i];
+            // Behind one that stands, only what is as likely matters.
+            if sound.first().is_some_and(|(_, best)| best - evidence.counts() > self.margin) {
+                self.ladder[first + i].reason = "less likely than the one adopted".to_owned();
+                continue;
+            }
+            let absorbed = family(cause) == "absorbed" && *index < ABSORBED;
+            let objection = match proxy(candidate, cause) {
+                Some(objection) => Some(objection),
+                None if absorbed => Some("a calibration absorbs it".to_owned()),
+                None => gate(setting, candidate, cause, &self.current)?,
+            };
+            match objection {
+                Some(objection) => {
+                    self.ladder[first + i].reason.clone_from(&objection);
+                    self.stopped.push((cause, evidence.counts(), self.need, objection));
+                }
+                None => sound.push((*i, evidence.counts())),
+            }
+        }
+        let Some(&(_, best)) = sound.first() else { return Ok(None) };
+        sound.retain(|(_, counts)| best - counts <= self.margin);
+        let simple = |i: usize| tried[i].0.parameters.len();
+        let fewest = sound.iter().map(|(i, _)| simple(*i)).min().unwrap_or(0);
+        let chosen = sound.iter().find(|(i, _)| simple(*i) == fewest).copied();
+        if let Some((chosen, counts)) = chosen {
+            // More parameters that gain nothing over fewer contain the simpler cause and are no rival.
+            sound.retain(|(i, c)| *i == chosen || simple(*i) == fewest || *c > counts + 0.5 * self.margin);
+        }
+        let chosen = chosen.map(|(i, _)| i);
+        if let Some(chosen) = chosen {
+            self.ladder[first + chosen].adopted = true;
+            self.ladder[first + chosen].reason = "adopted".to_owned();
+            for (i, _) in sound.iter().filter(|(i, _)| *i != chosen) {
+                self.ladder[first + i].reason = format!("as likely as {} within the threshold", tried[chosen].0.name);
+            }
+        }
+        Ok(chosen)
+    }
+
+    fn note_untestable(&mut self, tried: &[(&'static Extension, Candidate)]) {
+        if !self.not_testable.is_empty() || !self.current.causes.is_empty() {
+            return;
+        }
+        for (cause, candidate) in tried {
+            let (index, absorbed_by) = identifiability(candidate, cause);
+            let gain = candidate.fit.log_likelihood - self.current.fit.log_likelihood;
+            if index < ABSORBED && gain < self.need {
+                self.not_testable.push(NotTestable { name: cause.name.clone(), index, absorbed_by });
+            }
+        }
+    }
+
+    fn take(&mut self, chosen: usize, tried: Vec<(&'static Extension, Candidate)>, held: Vec<Option<Held>>) {
+        let row =
+            |name: &str| self.ladder.iter().rev().find(|row| row.name == name).map_or(f64::NAN, |row| row.evidence);
+        let of = tried[chosen].0;
+        let evidence = row(&of.name);
+        self.evidence.push((evidence, self.need));
+        let mut rivals = Vec::new();
+        for (i, ((cause, candidate), held)) in tried.into_iter().zip(held).enumerate() {
+            if i == chosen {
+                self.current = candidate;
+                self.held = held.expect("an adopted cause was cross-fitted");
+            } else if self.ladder.iter().rev().any(|row| row.name == cause.name && row.reason.starts_with("as likely"))
+            {
+                let evidence = row(&cause.name);
+                rivals.push(Rival { of, cause, candidate, evidence, need: self.need });
+            }
+        }
+        self.rivals.append(&mut rivals);
+    }
+
+    /// Puts each adopted cause that has relatives right: the likeliest of them takes its place, and those as likely are its rivals.
+    ///
+    /// # Errors
+    /// As [`explain`].
+    pub fn swap(&mut self, setting: &Setting<'_>, spending: &Spending) -> Result<(), DiagnoseError> {
+        for place in 0..self.current.causes.len() {
+            let cause = self.current.causes[place];
+            let relatives: Vec<&'static Extension> = setting
+                .question
+                .causes
+                .iter()
+                .copied()
+                .filter(|other| {
+                    *other != cause && family(other) == family(cause) && !self.current.causes.contains(other)
+                })
+                .collect();
+            if relatives.is_empty() || family(cause) == cause.name {
+                continue;
+            }
+            let Some(mut reduced) = self.without(setting, cause, spending)? else { continue };
+            let missing = missing(&mut reduced)?;
+            let again: Vec<&'static Extension> = relatives.into_iter().chain([cause]).collect();
+            let found: Result<Vec<_>, DiagnoseError> = again
+                .par_iter()
+                .map(|cause| Ok(explain(setting, &reduced, cause, &missing, spending)?.map(|found| (*cause, found))))
+                .collect();
+            let mut found: Vec<(&'static Extension, Candidate)> = found?.into_iter().flatten().collect();
+            found.retain(|(cause, candidate)| proxy(candidate, cause).is_none());
+            let best = found.iter().map(|(_, c)| c.fit.log_likelihood).fold(self.current.fit.log_likelihood, f64::max);
+            let near = |candidate: &Candidate| best - candidate.fit.log_likelihood <= self.margin;
+            self.rivals.retain(|rival| rival.of != cause);
+            // What stays unless another is likelier by more than its further parameters could be worth.
+            let penalty = |cause: &Extension| 2.0 * cause.parameters.len() as f64;
+            let mine = self.current.fit.log_likelihood - penalty(cause);
+            found.sort_by(|a, b| {
+                (b.1.fit.log_likelihood - penalty(b.0)).total_cmp(&(a.1.fit.log_likelihood - penalty(a.0)))
+            });
+            let mut keeps = cause;
+            let (evidence, threshold) = self.evidence[place];
+            let gain = |candidate: &Candidate| candidate.fit.log_likelihood - reduced.fit.log_likelihood;
+            let mut rivals = Vec::new();
+            for (i, (other, mut candidate)) in found.into_iter().enumerate() {
+                let value = candidate.fit.log_likelihood - penalty(other);
+                if i == 0 && (other == cause || value > mine + 2.0) && value > mine {
+                    keeps = other;
+                    // The order of adoption is kept.
+                    candidate.causes =
+                        self.current.causes.iter().map(|c| if *c == cause { other } else { *c }).collect();
+                    self.evidence[place] = (evidence.min(gain(&candidate)).max(threshold), threshold);
+                    self.held = candidate.cross_fit(setting)?;
+                    self.current = candidate;
+                } else if other != cause && near(&candidate) {
+                    let evidence = gain(&candidate);
+                    rivals.push(Rival { of: other, cause: other, candidate, evidence, need: self.need });
+                }
+            }
+            rivals.retain(|rival| rival.cause != keeps);
+            rivals.iter_mut().for_each(|rival| rival.of = keeps);
+            self.rivals.append(&mut rivals);
+        }
+        Ok(())
+    }
+
+    /// The model without one of its causes, refitted.
+    fn without(
+        &self,
+        setting: &Setting<'_>,
+        cause: &'static Extension,
+        spending: &Spending,
+    ) -> Result<Option<Candidate>, DiagnoseError> {
+        let current = &self.current;
+        let variant = Variant { extensions: current.variant.extensions.without(&cause.name), ..current.variant };
+        let causes: Vec<&'static Extension> = current.causes.iter().copied().filter(|c| *c != cause).collect();
+        let events: Vec<_> = current.model.events.iter().copied().filter(|event| event.extension != cause).collect();
+        let model = setting.model(variant, &events)?;
+        let values = model.adopt(&current.model, &current.fit.point.values);
+        let noise = current.fit.point.noise;
+        let strong = Noise { sigma_d: noise.sigma_d.max(0.1), tau_d: 2.0, ..noise };
+        let free = Noise { sigma_d: NEARLY_FREE.0, tau_d: NEARLY_FREE.1, ..noise };
+        let starts: Vec<Point> =
+            [noise, strong, free].into_iter().map(|noise| Point { values: values.clone(), noise }).collect();
+        let plan = Plan { select: 3, kinds: 1, rough: 5, keep: 2, fine: spending.base.fine, tolerance: 0.1 };
+        Candidate::fitted(setting, variant, &causes, model, &starts, plan)
+    }
+
+    /// Drops every cause whose removal costs less than the threshold.
+    ///
+    /// # Errors
+    /// As [`Candidate::fitted`].
+    pub fn prune(&mut self, setting: &Setting<'_>, spending: &Spending) -> Result<(), DiagnoseError> {
+        let mut place = 0;
+        while self.current.causes.len() > 1 && place < self.current.causes.len() {
+            let cause = self.current.causes[place];
+            let Some(mut reduced) = self.without(setting, cause, spending)? else {
+                place += 1;
+                continue;
+            };
+            let held = reduced.cross_fit(setting)?;
+            let evidence = Evidence::of(setting, &self.current, cause, &self.held, &reduced, &held);
+            if evidence.counts() < self.need {
+                self.current = reduced;
+                self.held = held;
+                self.evidence.remove(place);
+                self.rivals.retain(|rival| rival.of != cause);
+                for row in self.ladder.iter_mut().filter(|row| row.adopted && row.name == cause.name) {
+                    row.adopted = false;
+                    row.reason = format!("dropped again: costs {:.1} nats only in the end", evidence.counts());
+                }
+            } else {
+                self.evidence[place].0 = evidence.counts();
+                place += 1;
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,129 @@
+//! The base model, calibrated with its noise: global first, because a bad base calibration names ghosts.
+
+use super::candidate::{Candidate, Setting};
+use super::fit::{Plan, Point};
+use super::observer::Noise;
+use super::screen::Spending;
+use super::start::{NEARLY_FREE, first_noise, population};
+use super::verdict::DiagnoseError;
+use crate::catalog::Variant;
+
+/// Replicates at most, until two agree.
+const REPLICATES: u64 = 4;
+/// Replicates agree if their likelihoods are this close \[nats\].
+const AGREE: f64 = 5.0;
+
+/// A calibrated base.
+#[derive(Debug)]
+pub struct Calibrated {
+    /// The likeliest fit.
+    pub candidate: Candidate,
+    /// Likelihoods of the replicates, the best first.
+    pub replicates: Vec<f64>,
+}
+
+impl Calibrated {
+    /// True if another replicate came as far as the best one.
+    #[must_use]
+    pub fn agrees(&self) -> bool {
+        self.replicates.len() > 1 && self.replicates[0] - self.replicates[1] < AGREE
+    }
+}
+
+/// Fits a variant without causes of its own, from random populations under a strong observer, and then under its own noise, from
+/// there and from a nearly free simulation. `None` if every candidate fails.
+///
+/// # Errors
+/// As [`Candidate::fitted`].
+pub fn calibrate_base(
+    setting: &Setting<'_>,
+    variant: Variant,
+    spending: &Spending,
+) -> Result<Option<Calibrated>, DiagnoseError> {
+    let mut best: Option<Candidate> = None;
+    let mut replicates = Vec::new();
+    for replicate in 0..REPLICATES {
+        let Some(found) = calibrate_once(setting, variant, spending, replicate)? else { continue };
+        replicates.push(found.fit.log_likelihood);
+        if best.as_ref().is_none_or(|best| found.fit.log_likelihood > best.fit.log_likelihood) {
+            best = Some(found);
+        }
+        replicates.sort_by(|a, b| b.total_cmp(a));
+        if replicates.len() > 1 && replicates[0] - replicates[1] < AGREE {
+            break;
+        }
+    }
+    Ok(best.map(|candidate| Calibrated { candidate, replicates }))
+}
+
+/// One replicate of [`calibrate_base`].
+///
+/// # Errors
+/// As [`Candidate::fitted`].
+pub fn calibrate_once(
+    setting: &Setting<'_>,
+    variant: Variant,
+    spending: &Spending,
+    replicate: u64,
+) -> Result<Option<Candidate>, DiagnoseError> {
+    let noise = first_noise(setting.question.train);
+    let model = match setting.model(variant, &[]) {
+        // Another base may need what this follower does not have.
+        Err(DiagnoseError::Case(_)) if variant.base != setting.question.base.base => return Ok(None),
+        model => model?,
+    };
+    let starts = population(&model, &noise, setting.question.seed, replicate, spending.population);
+    let rough = Candidate::fitted(setting, variant, &[], model, &starts, spending.base)?;
+    rough.map(|rough| refined(setting, rough, spending)).transpose()
+}
+
+fn refined(setting: &Setting<'_>, rough: Candidate, spending: &Spending) -> Result<Candidate, DiagnoseError> {
+    let Candidate { variant, causes, model, fit } = rough;
+    let noise = fit.point.noise;
+    let free = Noise { sigma_d: NEARLY_FREE.0.min(noise.sigma_d), tau_d: NEARLY_FREE.1, ..noise };
+    let starts = [fit.point.clone(), Point { noise: free, ..fit.point.clone() }];
+    let plan = Plan { select: 2, kinds: 1, rough: 0, keep: 2, ..spending.base };
+    let found = Candidate::fitted(setting, variant, &causes, model, &starts, plan)?;
+    Ok(found.expect("a start that has run runs again"))
+}
+
+/// Why a calibrated base cannot be trusted: parameters that the data contradict. `None` if nothing speaks against it.
+#[must_use]
+pub fn contradiction(setting: &Setting<'_>, candidate: &Candidate) -> Option<String> {
+    /// Share of the samples that may be faster than the desired speed: overshoot and noise.
+    const FASTER: f64 = 0.01;
+    /// Gain that a parameter on its bound promises behind it \[nats\] before it counts.
+    const PROMISE: f64 = 25.0;
+    let mut speeds: Vec<f64> = setting.question.train.iter().flat_map(|d| d.trajectory.v_f.iter().copied()).collect();
+    speeds.sort_by(f64::total_cmp);
+    let seen = speeds[((1.0 - FASTER) * (speeds.len() - 1) as f64) as usize];
+    if let Some(v_0) = candidate.value("v_0")
+        && v_0 < seen - 0.5
+    {
+        return Some(format!(
+            "the calibrated desired speed v_0 = {v_0:.2} m/s lies below speeds that the follower drives ({seen:.2} m/s); widen the \
+             bounds of v_0, or take another base model"
+        ));
+    }
+    for (k, axis) in candidate.model.axes.iter().enumerate() {
+        let symbol = candidate.model.symbols[k];
+        if symbol.neutral().is_some()
+            || !axis.at_bound(candidate.fit.point.values[k])
+            || candidate.fit.gradient.is_empty()
+        {
+            continue;
+        }
+        let outwards = if candidate.fit.coordinates[k] < 0.5 { 1.0 } else { -1.0 };
+        let promise = candidate.fit.gradient[k] * outwards * 0.1;
+        if promise > PROMISE {
+            return Some(format!(
+                "{} sits on its bound {} {}, and the data ask for more ({promise:.0} nats within a tenth of its range); widen its \
+                 bounds, or take another base model",
+                symbol.name(),
+                candidate.fit.point.values[k],
+                symbol.unit()
+            ));
+        }
+    }
+    None
+}

@@ -1,0 +1,231 @@
+//! A fitted model in the race: what is shared by everything that fits, scores and compares.
+
+use super::drive::Drive;
+use super::fit::{Fit, Plan, Point, Predictor, Prior, fit, fit_with};
+use super::fold::{folds, whole};
+use super::likelihood::{Mask, blocks, inflation};
+use super::model::{Event, Model, is_time};
+use super::observer::design;
+use super::space::Axis;
+use super::verdict::{DiagnoseError, Question};
+use crate::catalog::Variant;
+use crate::extension::Extension;
+use crate::symbols::Symbol;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Data, masks and the question; shared by all threads.
+#[derive(Debug)]
+pub struct Setting<'a> {
+    /// The question.
+    pub question: &'a Question<'a>,
+    /// All training samples but the first of each drive.
+    pub whole: Vec<Mask>,
+    /// The two folds.
+    pub folds: [Vec<Mask>; 2],
+    /// The same as `whole` for the hold-out.
+    pub holdout: Vec<Mask>,
+    /// The nuisance lead that every model has.
+    pub lead: Option<&'static Extension>,
+    /// Candidates simulated so far.
+    pub simulations: AtomicU64,
+}
+
+impl<'a> Setting<'a> {
+    /// The setting of a question.
+    #[must_use]
+    pub fn new(question: &'a Question<'a>, lead: Option<&'static Extension>) -> Setting<'a> {
+        let sizes = |drives: &[Drive]| -> (Vec<usize>, Vec<f64>) {
+            (drives.iter().map(Drive::samples).collect(), drives.iter().map(Drive::dt).collect())
+        };
+        let (samples, dt) = sizes(question.train);
+        let (held, held_dt) = sizes(question.holdout);
+        Setting {
+            question,
+            whole: whole(&samples, &dt),
+            folds: folds(&samples, &dt),
+            holdout: whole(&held, &held_dt),
+            lead,
+            simulations: AtomicU64::new(0),
+        }
+    }
+
+    /// A model of the training drives, with the nuisance lead.
+    ///
+    /// # Errors
+    /// As [`Model::new`].
+    pub fn model(&self, variant: Variant, events: &[Event]) -> Result<Model, DiagnoseError> {
+        Model::new(self.with_lead(variant)?, self.question.train, self.question.bounds, events)
+    }
+
+    /// The same over the hold-out drives; events of one training drive do not happen there.
+    ///
+    /// # Errors
+    /// As [`Model::new`].
+    pub fn held_out(&self, variant: Variant, events: &[Event]) -> Result<Model, DiagnoseError> {
+        let nowhere: Vec<Event> = events.iter().map(|event| Event { drive: usize::MAX, ..*event }).collect();
+        Model::new(self.with_lead(variant)?, self.question.holdout, self.question.bounds, &nowhere)
+    }
+
+    fn with_lead(&self, variant: Variant) -> Result<Variant, DiagnoseError> {
+        Ok(match self.lead {
+            Some(lead) if variant.extensions.get(&lead.name).is_none() => variant.with(lead)?,
+            _ => variant,
+        })
+    }
+}
+
+/// A base with some causes, fitted to all training data.
+#[derive(Debug)]
+pub struct Candidate {
+    /// The base with the causes, without the nuisance lead.
+    pub variant: Variant,
+    /// The causes, in the order of adoption.
+    pub causes: Vec<&'static Extension>,
+    /// The model over the training drives.
+    pub model: Model,
+    /// The fit to all training data.
+    pub fit: Fit,
+}
+
+/// Log-likelihood of a candidate where it was not fitted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Held {
+    /// Per fold, drive and block of 30 s.
+    pub folds: [Vec<Vec<f64>>; 2],
+}
+
+impl Held {
+    /// Gain over another candidate, per fold, and all blocks.
+    #[must_use]
+    pub fn gain(&self, other: &Held) -> ([f64; 2], Vec<f64>) {
+        let mut folds = [0.0; 2];
+        let mut blocks = Vec::new();
+        for (k, sum) in folds.iter_mut().enumerate() {
+            let pairs = self.folds[k].iter().flatten().zip(other.folds[k].iter().flatten());
+            // Where both runs fail nothing is gained; where one does, the other wins by the score of a failed block.
+            let gains = pairs.map(|(mine, theirs)| if mine == theirs { 0.0 } else { mine - theirs });
+            for gain in gains {
+                *sum += gain;
+                blocks.push(gain);
+            }
+        }
+        (folds, blocks)
+    }
+}
+
+/// Score of a block in which a run failed \[nats\]: finite, so that one failed block cannot decide.
+const FAILED_BLOCK: f64 = -1e4;
+/// Weight of all data in the fit of a fold, for the parameters of the base.
+const BORROWED: f64 = 0.1;
+/// Name of the nuisance lead.
+pub const LEAD: &str = "lead";
+/// Turns on a fold, from the optimum of all data.
+const FOLD_PLAN: Plan = Plan { select: 2, kinds: 1, rough: 0, keep: 2, fine: 8, tolerance: 0.1 };
+
+impl Candidate {
+    /// Fits a variant from some starts.
+    ///
+    /// # Errors
+    /// As [`fit`]; `None` if every start fails.
+    pub fn fitted(
+        setting: &Setting<'_>,
+        variant: Variant,
+        causes: &[&'static Extension],
+        mut model: Model,
+        starts: &[Point],
+        plan: Plan,
+    ) -> Result<Option<Candidate>, DiagnoseError> {
+        let axes = model.axes.clone();
+        let before = model.simulations;
+        let fits = fit(&mut model, &axes, &setting.whole, starts, plan)?;
+        setting.simulations.fetch_add(model.simulations - before, Ordering::Relaxed);
+        let best = fits.into_iter().next();
+        Ok(best.map(|fit| Candidate { variant, causes: causes.to_vec(), model, fit }))
+    }
+
+    /// The log-likelihood of each fold, fitted on the other one. Times of events stay where all data put them: an event happens
+    /// once, so its time cannot be held out.
+    ///
+    /// # Errors
+    /// As [`fit`].
+    pub fn cross_fit(&mut self, setting: &Setting<'_>) -> Result<Held, DiagnoseError> {
+        let mut axes = self.model.axes.clone();
+        for (k, symbol) in self.model.symbols.iter().enumerate() {
+            if is_time(*symbol) {
+                let value = self.fit.point.values[k];
+                axes[k] = Axis::linear(value, value);
+            }
+        }
+        let prior = self.prior();
+        let before = self.model.simulations;
+        let mut held = [Vec::new(), Vec::new()];
+        for (fold, held) in held.iter_mut().enumerate() {
+            let start = [self.fit.point.clone()];
+            let fits = fit_with(&mut self.model, &axes, &setting.folds[1 - fold], &start, FOLD_PLAN, prior.as_ref())?;
+            let point = fits.first().map_or(&self.fit.point, |fit| &fit.point).clone();
+            *held = scored(&mut self.model, &point, &setting.folds[fold])?;
+        }
+        setting.simulations.fetch_add(self.model.simulations - before, Ordering::Relaxed);
+        Ok(Held { folds: held })
+    }
+
+    /// What a fold may borrow from all data: where it says next to nothing of a parameter of the base, that stays about where it
+    /// is, or the other fold shows nothing but that it ran away. Causes borrow nothing.
+    fn prior(&self) -> Option<Prior> {
+        let information = &self.fit.information;
+        if information.is_empty() {
+            return None;
+        }
+        let lead = |k: usize| matches!(self.model.symbols[k], Symbol::Extension(row) if row.extension == LEAD);
+        let borrows =
+            |k: usize| self.model.symbols.get(k).is_none_or(|s| !matches!(s, Symbol::Extension(_)) || lead(k));
+        let weight = |j: usize, k: usize| if borrows(j) && borrows(k) { BORROWED * information[(j, k)] } else { 0.0 };
+        let information = nalgebra::DMatrix::from_fn(information.nrows(), information.ncols(), weight);
+        Some(Prior { centre: self.fit.coordinates.clone(), information })
+    }
+
+    /// Log-likelihood per hold-out drive and block, with the parameters of the training data.
+    ///
+    /// # Errors
+    /// As [`Model::new`].
+    pub fn transfer(&self, setting: &Setting<'_>) -> Result<Vec<Vec<f64>>, DiagnoseError> {
+        let mut model = setting.held_out(self.variant, &self.model.events)?;
+        let scores = scored(&mut model, &self.fit.point, &setting.holdout)?;
+        setting.simulations.fetch_add(model.simulations, Ordering::Relaxed);
+        Ok(scores)
+    }
+
+    /// Inflation of thresholds by the correlation of the innovations.
+    ///
+    /// # Errors
+    /// As [`Predictor::residuals`].
+    pub fn inflation(&mut self, setting: &Setting<'_>) -> Result<f64, DiagnoseError> {
+        let (mut residuals, mut designs) = (Vec::new(), Vec::new());
+        for (drive, (samples, dt)) in self.model.drives().into_iter().enumerate() {
+            let designed = design(&self.fit.point.noise, dt);
+            let run = self.model.residuals(drive, std::slice::from_ref(&self.fit.point.values), &[designed])?.remove(0);
+            residuals.push(run.unwrap_or_else(|| vec![[0.0; 2]; samples]));
+            designs.push(designed);
+        }
+        Ok(inflation(&residuals, &designs, &setting.whole))
+    }
+
+    /// Value of a parameter of the fit.
+    #[must_use]
+    pub fn value(&self, name: &str) -> Option<f64> {
+        let k = self.model.symbols.iter().position(|symbol| symbol.name() == name)?;
+        Some(self.fit.point.values[k])
+    }
+}
+
+/// Robust log-likelihood per drive and block of 30 s at a point.
+fn scored(model: &mut Model, point: &Point, masks: &[Mask]) -> Result<Vec<Vec<f64>>, DiagnoseError> {
+    let mut all = Vec::new();
+    for (drive, ((samples, dt), mask)) in model.drives().into_iter().zip(masks).enumerate() {
+        let designed = design(&point.noise, dt);
+        let run = model.residuals(drive, std::slice::from_ref(&point.values), &[designed])?.remove(0);
+        let failed = || blocks(&vec![[0.0; 2]; samples], &designed, mask, dt).iter().map(|_| FAILED_BLOCK).collect();
+        all.push(run.map_or_else(failed, |run| blocks(&run, &designed, mask, dt)));
+    }
+    Ok(all)
+}

@@ -1,0 +1,249 @@
+//! One measured run, ready for diagnosis.
+
+use crate::catalog::Variant;
+use crate::convention::Convention;
+use crate::evaluator::{Case, CaseError};
+use crate::trajectory::{Grade, Trajectory, integrate, savitzky_golay};
+use crate::vehicle::Vehicle;
+use std::ops::Range;
+use std::sync::Arc;
+
+/// Window of the leader's smoothing \[samples\], and its order. A filter or lag in the model predicts better from a noisy leader
+/// although the car has none; smoothing removes that reason.
+const SMOOTHING: (usize, usize) = (15, 2);
+/// A gap that jumps by more than this against its own speeds \[m\] starts a new drive: another car cut in, or the radar lost it.
+const JUMP_M: f64 = 2.0;
+/// Pieces shorter than this \[s\] are left out: they say nothing about a law with time constants of seconds.
+const SHORTEST_S: f64 = 30.0;
+/// Positions closer than this count as one point of the road \[m\]: the car stands.
+const STANDING_M: f64 = 1e-3;
+/// Longest perception delay of a base model \[s\]: Table 3 of the paper.
+const TAU_P_UPPER: f64 = 0.8;
+
+/// A measured run without jumps: the follower as measured, the leader smoothed.
+#[derive(Debug, Clone)]
+pub struct Drive {
+    /// What the evaluators see. `v_l` (and `v_l2`, `s_l2`) are smoothed, `x_l` is their integral, `x_f` is what the measured
+    /// spacing leaves; `v_f` and `s` are as measured, `t` is the time of the file.
+    pub trajectory: Trajectory,
+    /// The leader's speed as measured \[m/s\].
+    pub v_l_measured: Vec<f64>,
+    /// Measured position of the follower along the road \[m\], where a grade is looked up; a closed track is not wrapped.
+    pub x_road: Vec<f64>,
+    /// The follower, where known.
+    pub vehicle: Option<Arc<Vehicle>>,
+}
+
+/// A gap that does not follow from its speeds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Jump {
+    /// Label of the trajectory.
+    pub label: String,
+    /// Time of the file at the first sample behind the jump \[s\].
+    pub t: f64,
+    /// By how much the gap jumps \[m\].
+    pub size: f64,
+}
+
+/// A trajectory that cannot be diagnosed.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum DriveError {
+    /// Nothing is left between jumps of the gap.
+    #[error(
+        "{label}: no piece of {SHORTEST_S} s without a jump of the gap of more than {JUMP_M} m ({jumps} jumps, the longest piece \
+         has {longest:.1} s); give a longer recording, or cut it to where the gap can be trusted"
+    )]
+    TooShort {
+        /// The trajectory.
+        label: String,
+        /// Number of jumps.
+        jumps: usize,
+        /// The longest piece \[s\].
+        longest: f64,
+    },
+}
+
+impl Drive {
+    /// Cuts a trajectory at jumps of the gap and smooths the leader of every piece.
+    ///
+    /// # Errors
+    /// [`DriveError::TooShort`].
+    pub fn of(trajectory: &Trajectory, vehicle: Option<&Vehicle>) -> Result<(Vec<Drive>, Vec<Jump>), DriveError> {
+        let jumps = jumps(trajectory);
+        let mut cuts: Vec<usize> = jumps.iter().map(|(i, _)| *i).collect();
+        cuts.push(trajectory.len());
+        let (mut pieces, mut from, mut longest) = (Vec::new(), 0, 0.0_f64);
+        for to in cuts {
+            let span = (to - from) as f64 * trajectory.dt;
+            longest = longest.max(span);
+            if span >= SHORTEST_S {
+                pieces.push(from..to);
+            }
+            from = to;
+        }
+        let label = || trajectory.label.clone();
+        if pieces.is_empty() {
+            return Err(DriveError::TooShort { label: label(), jumps: jumps.len(), longest });
+        }
+        let vehicle = vehicle.cloned().map(Arc::new);
+        let several = pieces.len() > 1;
+        let drive = |(k, range): (usize, &Range<usize>)| {
+            let name = if several { format!("{} piece {}", trajectory.label, k + 1) } else { label() };
+            piece(trajectory, range, name, vehicle.clone())
+        };
+        let drives = pieces.iter().enumerate().map(drive).collect();
+        let jumps = jumps.iter().map(|&(i, size)| Jump { label: label(), t: trajectory.t[i], size }).collect();
+        Ok((drives, jumps))
+    }
+
+    /// The drive as the runs of a variant see it, under the convention `paper`.
+    ///
+    /// # Errors
+    /// As [`Case::new`].
+    pub fn case(&self, variant: Variant) -> Result<Case, CaseError> {
+        Case::new(&self.trajectory, variant, self.vehicle.as_deref(), Convention::PAPER, TAU_P_UPPER)
+    }
+
+    /// Its name.
+    #[must_use]
+    pub fn label(&self) -> &str {
+        &self.trajectory.label
+    }
+
+    /// Path of the file that it comes from.
+    #[must_use]
+    pub fn file(&self) -> &str {
+        &self.trajectory.source.path
+    }
+
+    /// Number of samples.
+    #[must_use]
+    pub fn samples(&self) -> usize {
+        self.trajectory.len()
+    }
+
+    /// Time step \[s\].
+    #[must_use]
+    pub fn dt(&self) -> f64 {
+        self.trajectory.dt
+    }
+
+    /// Sine of the grade under the follower where it was measured to be, if the road is known.
+    #[must_use]
+    pub fn sin_grade(&self) -> Option<Vec<f64>> {
+        let grade = self.trajectory.grade.as_ref()?;
+        Some(self.trajectory.x_f.iter().map(|x| grade.at(*x)).collect())
+    }
+}
+
+/// Samples before which the gap jumps, with the size of the jump \[m\].
+fn jumps(trajectory: &Trajectory) -> Vec<(usize, f64)> {
+    let Trajectory { s, v_l, v_f, dt, .. } = trajectory;
+    let dv = |i: usize| v_l[i] - v_f[i];
+    let jump = |i: usize| s[i] - s[i - 1] - 0.5 * (dv(i - 1) + dv(i)) * dt;
+    (1..s.len()).map(|i| (i, jump(i))).filter(|(_, size)| size.abs() > JUMP_M).collect()
+}
+
+fn piece(whole: &Trajectory, range: &Range<usize>, label: String, vehicle: Option<Arc<Vehicle>>) -> Drive {
+    let cut = |values: &[f64]| values[range.clone()].to_vec();
+    let filter = savitzky_golay::SavitzkyGolay::new(SMOOTHING.0, SMOOTHING.1);
+    let speed = |v: &[f64]| -> Vec<f64> { filter.smooth(v).into_iter().map(|v| v.max(0.0)).collect() };
+    let (v_l_measured, s, x_road) = (cut(&whole.v_l), cut(&whole.s), cut(&whole.x_f));
+    let v_l = speed(&v_l_measured);
+    // The simulated follower keeps its distance to the leader, so only the leader's way from sample to sample matters, and that
+    // is the integral of its speed; the gap as a second measure of it would carry the follower's own noise into its leader.
+    let x_l = integrate(whole.x_l[range.start], &v_l, whole.dt);
+    let x_f: Vec<f64> = x_l.iter().zip(&s).map(|(x_l, s)| x_l - s - whole.len_l).collect();
+    let grade = whole.grade.as_ref().map(|grade| along(grade, &x_f, &x_road));
+    let trajectory = Trajectory {
+        label,
+        t: cut(&whole.t),
+        x_l,
+        v_l,
+        x_f,
+        v_f: cut(&whole.v_f),
+        s,
+        v_l2: whole.v_l2.as_ref().map(|v| speed(&cut(v))),
+        s_l2: whole.s_l2.as_ref().map(|s| filter.smooth(&cut(s))),
+        grade,
+        notes: whole.notes.clone(),
+        source: whole.source.clone(),
+        name: whole.name.clone(),
+        ..*whole
+    };
+    Drive { trajectory, v_l_measured, x_road, vehicle }
+}
+
+/// The grade along this drive, over the positions that follow from the leader's integrated speed: these drift by metres from the
+/// measured ones, which stay the ones that say where on the road the car is.
+fn along(grade: &Grade, x_f: &[f64], x_road: &[f64]) -> Grade {
+    let (mut x, mut sin): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
+    for (&at, &measured) in x_f.iter().zip(x_road) {
+        if x.last().is_none_or(|last| at - last >= STANDING_M) {
+            x.push(at);
+            sin.push(grade.at(measured));
+        }
+    }
+    // Tables need cells of similar width; a simulated follower may also run some way ahead of the measured one.
+    thinned(&x, &sin, grade)
+}
+
+/// Nodes about a metre apart: what the evaluators tabulate in equal cells without needing millions of them.
+fn thinned(x: &[f64], sin: &[f64], grade: &Grade) -> Grade {
+    const NODE_M: f64 = 1.0;
+    let dense = Grade { x: x.to_vec(), sin: sin.to_vec(), period: None, source: None };
+    let (first, last) = (x[0], x[x.len() - 1]);
+    let cells = ((last - first) / NODE_M).ceil().max(1.0) as usize;
+    let width = ((last - first) / cells as f64).max(STANDING_M);
+    let x: Vec<f64> = (0..=cells).map(|i| first + i as f64 * width).collect();
+    let sin = x.iter().map(|x| dense.at(*x)).collect();
+    Grade { x, sin, period: None, source: grade.source.clone() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plant;
+    use crate::trajectory::{Preparation, import, prepare};
+
+    fn trajectory() -> Trajectory {
+        let noise = plant::Noise { speed_mps: 0.02, gap_m: 0.02 };
+        let drive = plant::run(&plant::Scenario { duration_s: 200.0, noise, ..plant::Scenario::default() });
+        let mut file = Vec::new();
+        plant::write_pair(&drive.expect("drives"), 1, &mut file).expect("memory");
+        let recording = import::read_bytes(&file, "made_up.csv", None).expect("a pair file");
+        prepare(&recording, 1, &Preparation::default()).expect("complete").remove(0)
+    }
+
+    #[test]
+    fn the_leader_is_smoothed_and_the_follower_is_not() {
+        let measured = trajectory();
+        let (drives, jumps) = Drive::of(&measured, None).expect("long enough");
+        assert!((drives.len(), jumps.len()) == (1, 0));
+        let drive = &drives[0].trajectory;
+        assert_eq!((&drive.v_f, &drive.s), (&measured.v_f, &measured.s));
+        let rough = |v: &[f64]| v.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).powi(2)).sum::<f64>();
+        assert!(rough(&drive.v_l) < 0.02 * rough(&measured.v_l), "{} {}", rough(&drive.v_l), rough(&measured.v_l));
+        for i in 0..drive.len() {
+            assert!((drive.x_l[i] - drive.x_f[i] - drive.len_l - drive.s[i]).abs() < 1e-9, "sample {i}");
+        }
+        let (own, road) = (drives[0].sin_grade().expect("in the file"), measured.grade.as_ref().expect("in the file"));
+        for (own, x) in own.iter().zip(&measured.x_f) {
+            assert!((own - road.at(*x)).abs() < 1e-3, "{own} at {x}");
+        }
+    }
+
+    #[test]
+    fn jumps_of_the_gap_cut() {
+        let mut measured = trajectory();
+        for (i, s) in measured.s.iter_mut().enumerate() {
+            *s += if i >= 700 { 5.0 } else { 0.0 };
+        }
+        let (drives, jumps) = Drive::of(&measured, None).expect("long enough");
+        assert_eq!(drives.iter().map(Drive::samples).collect::<Vec<_>>(), [700, 1301]);
+        assert!(jumps.len() == 1 && (jumps[0].t - 70.0).abs() < 1e-9 && (jumps[0].size - 5.0).abs() < 0.3, "{jumps:?}");
+        assert!(drives[1].label().ends_with("piece 2"));
+        measured.s.iter_mut().enumerate().for_each(|(i, s)| *s += if (i / 200) % 2 == 0 { 9.0 } else { 0.0 });
+        assert!(matches!(Drive::of(&measured, None), Err(DriveError::TooShort { jumps: 10.., .. })));
+    }
+}

@@ -1,0 +1,478 @@
+//! Maximum likelihood of a model and its noise together, from many starts at once.
+//!
+//! Every turn simulates the finite differences of all starts in one batch, and then a few steps of each, damped more or less
+//! (Levenberg and Marquardt with Fisher's information); the worse starts are given up after some turns. Noise and parameters
+//! move together: taken in turn they stop far from the optimum.
+
+use super::gram::{Column, Gram, cost};
+use super::likelihood::Mask;
+use super::observer::{Designed, Noise, design};
+use super::space::Axis;
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+/// The innovations of one candidate on one drive; `None` if its run failed.
+pub type Residuals = Option<Vec<[f64; 2]>>;
+
+/// Anything whose innovations can be had for parameters and an observer.
+pub trait Predictor {
+    /// What can go wrong.
+    type Error: Send;
+    /// Samples and time step \[s\] of every drive.
+    fn drives(&self) -> Vec<(usize, f64)>;
+    /// Simulated minus measured spacing and speed before each correction, one candidate after the other.
+    ///
+    /// # Errors
+    /// When nothing can be simulated; a candidate that fails is no error.
+    fn residuals(
+        &mut self,
+        drive: usize,
+        candidates: &[Vec<f64>],
+        observers: &[Designed],
+    ) -> Result<Vec<Residuals>, Self::Error>;
+}
+
+/// A model with its noise.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Point {
+    /// Parameters of the model.
+    pub values: Vec<f64>,
+    /// What is random.
+    pub noise: Noise,
+}
+
+/// A point with its likelihood.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fit {
+    /// Where.
+    pub point: Point,
+    /// Gaussian log-likelihood over the samples fitted on, without the constant.
+    pub log_likelihood: f64,
+    /// Standard errors of the parameters from Fisher's information; infinite where the data say nothing, 0 where fixed.
+    pub errors: Vec<f64>,
+    /// True if the last turns gained nothing.
+    pub converged: bool,
+    /// Coordinates 0..1 of the parameters, then logarithms of the noise.
+    pub coordinates: Vec<f64>,
+    /// Fisher's information and the gradient of the cost in these coordinates, of the last turn; empty without a turn.
+    pub information: DMatrix<f64>,
+    /// See `information`.
+    pub gradient: DVector<f64>,
+}
+
+/// How long to search.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plan {
+    /// Starts that are searched from at all: the likeliest ones of each kind.
+    pub select: usize,
+    /// Kinds of starts, which come in turn; likelihoods under different observers do not compare.
+    pub kinds: usize,
+    /// Turns of all starts.
+    pub rough: usize,
+    /// Starts that go on after them.
+    pub keep: usize,
+    /// Turns of these at most.
+    pub fine: usize,
+    /// Gain of a turn at which a start stands \[nats\].
+    pub tolerance: f64,
+}
+
+/// Bounds of the noise: missing acceleration \[m/s²\], its time constant \[s\], noise of spacing \[m\], speed and leader \[m/s\].
+pub const NOISE_BOUNDS: [[f64; 2]; Noise::COUNT] = [[3e-5, 3.0], [0.15, 120.0], [1e-5, 2.0], [1e-5, 2.0], [1e-6, 0.3]];
+/// Step of a finite difference in the logarithm of a noise level.
+const LOG_STEP: f64 = 1e-4;
+/// Longest step in such a logarithm, and in a coordinate of the model.
+const LONGEST: [f64; 2] = [1.5, 0.4];
+/// Weak pull towards the present noise, as information: keeps levels that the data do not show where they are.
+const PULL: f64 = 0.05;
+/// Damping tried in a turn, as factors of the present one.
+const DAMPINGS: [f64; 3] = [0.1, 1.0, 10.0];
+/// Damping beyond which a start is stuck.
+const STUCK: f64 = 1e7;
+/// A start goes on while it is behind by at most so many of its last gains, or, if among the best, by so many nats.
+const LATE: f64 = 12.0;
+/// See [`LATE`].
+const NEAR: f64 = 200.0;
+/// Runs whose innovations are held at once.
+const BATCH: usize = 120;
+
+/// What is known of the coordinates beforehand.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Prior {
+    /// Coordinates 0..1 of the parameters, then logarithms of the noise.
+    pub centre: Vec<f64>,
+    /// How well they are known, as information.
+    pub information: DMatrix<f64>,
+}
+
+#[derive(Debug, Clone)]
+struct Start {
+    /// Coordinates 0..1 of the model, then logarithms of the noise.
+    x: Vec<f64>,
+    cost: f64,
+    damping: f64,
+    /// Gain of the last turn \[nats\].
+    gain: f64,
+    /// Turns in a row that gained less than the tolerance.
+    idle: usize,
+    gram: Option<Gram>,
+}
+
+/// The axes of the model, followed by the noise.
+struct Frame<'a> {
+    axes: &'a [Axis],
+    prior: Option<&'a Prior>,
+}
+
+impl Frame<'_> {
+    fn coordinates(&self) -> usize {
+        self.axes.len() + Noise::COUNT
+    }
+
+    fn of(&self, point: &Point) -> Vec<f64> {
+        let model = self.axes.iter().zip(&point.values).map(|(axis, value)| axis.coordinate(*value));
+        let noise = point.noise.logs().into_iter().zip(NOISE_BOUNDS).map(|(x, b)| x.clamp(b[0].ln(), b[1].ln()));
+        model.chain(noise).collect()
+    }
+
+    fn off(&self, prior: &Prior, x: &[f64]) -> DVector<f64> {
+        DVector::from_fn(
+            x.len(),
+            |j, _| if self.bounds(j)[0] < self.bounds(j)[1] { x[j] - prior.centre[j] } else { 0.0 },
+        )
+    }
+
+    /// What the prior adds to a cost.
+    fn penalty(&self, x: &[f64]) -> f64 {
+        self.prior.map_or(0.0, |prior| {
+            let off = self.off(prior, x);
+            0.5 * off.dot(&(&prior.information * &off))
+        })
+    }
+
+    fn point(&self, x: &[f64]) -> Point {
+        let (model, noise) = x.split_at(self.axes.len());
+        let values = self.axes.iter().zip(model).map(|(axis, u)| axis.value(*u)).collect();
+        let logs = std::array::from_fn(|i| noise[i]);
+        Point { values, noise: Noise::from_logs(logs) }
+    }
+
+    fn bounds(&self, j: usize) -> [f64; 2] {
+        match j.checked_sub(self.axes.len()) {
+            None if self.axes[j].is_fixed() => [0.0, 0.0],
+            None => [0.0, 1.0],
+            Some(k) => NOISE_BOUNDS[k].map(f64::ln),
+        }
+    }
+
+    /// The step of a finite difference, inwards at the upper bound.
+    fn step(&self, j: usize, x: f64) -> f64 {
+        let size = self.axes.get(j).map_or(LOG_STEP, |axis| axis.step);
+        if x + size > self.bounds(j)[1] { -size } else { size }
+    }
+}
+
+/// Fits from all starts; the best comes first. Starts whose first run fails are left out unless all do.
+///
+/// # Errors
+/// As [`Predictor::residuals`].
+pub fn fit<P: Predictor>(
+    predictor: &mut P,
+    axes: &[Axis],
+    masks: &[Mask],
+    starts: &[Point],
+    plan: Plan,
+) -> Result<Vec<Fit>, P::Error> {
+    fit_with(predictor, axes, masks, starts, plan, None)
+}
+
+/// The same with what is known beforehand; likelihoods are then those of both together.
+///
+/// # Errors
+/// As [`Predictor::residuals`].
+pub fn fit_with<P: Predictor>(
+    predictor: &mut P,
+    axes: &[Axis],
+    masks: &[Mask],
+    starts: &[Point],
+    plan: Plan,
+    prior: Option<&Prior>,
+) -> Result<Vec<Fit>, P::Error> {
+    let frame = Frame { axes, prior };
+    let begin = |point: &Point| Start {
+        x: frame.of(point),
+        cost: f64::INFINITY,
+        damping: 1e-2,
+        gain: 0.0,
+        idle: 0,
+        gram: None,
+    };
+    let mut starts: Vec<Start> = starts.iter().map(begin).collect();
+    let points: Vec<Vec<f64>> = starts.iter().map(|start| start.x.clone()).collect();
+    for (start, cost) in starts.iter_mut().zip(costs(predictor, &frame, masks, &points)?) {
+        start.cost = cost;
+    }
+    starts = selected(starts, plan);
+    for turn in 0..plan.rough + plan.fine {
+        if turn >= plan.rough {
+            race(&mut starts, plan);
+        }
+        if !advance(predictor, &frame, masks, &mut starts, plan.tolerance)? {
+            break;
+        }
+    }
+    starts.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    Ok(starts.iter().map(|start| finished(&frame, start)).collect())
+}
+
+/// Gives up the starts that are behind by more than their last gain promises to make good.
+fn race(starts: &mut Vec<Start>, plan: Plan) {
+    starts.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    let ahead = starts.first().map_or(0.0, |best| best.cost);
+    let mut rank = 0;
+    starts.retain(|start| {
+        rank += 1;
+        let behind = start.cost - ahead;
+        rank == 1 || behind <= LATE * start.gain || (rank <= plan.keep && behind < NEAR)
+    });
+    starts.truncate(plan.keep.max(1) * plan.kinds.max(1));
+}
+
+/// The likeliest starts of each kind whose first run does not fail.
+fn selected(starts: Vec<Start>, plan: Plan) -> Vec<Start> {
+    let kinds = plan.kinds.max(1);
+    let mut by_kind: Vec<Vec<Start>> = (0..kinds).map(|_| Vec::new()).collect();
+    for (i, start) in starts.into_iter().enumerate().filter(|(_, start)| start.cost.is_finite()) {
+        by_kind[i % kinds].push(start);
+    }
+    let best = |mut starts: Vec<Start>| {
+        starts.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        starts.truncate(plan.select.max(1));
+        starts
+    };
+    by_kind.into_iter().flat_map(best).collect()
+}
+
+/// The log-likelihood of points as they are.
+///
+/// # Errors
+/// As [`Predictor::residuals`].
+pub fn log_likelihoods<P: Predictor>(
+    predictor: &mut P,
+    axes: &[Axis],
+    masks: &[Mask],
+    points: &[Point],
+) -> Result<Vec<f64>, P::Error> {
+    let frame = Frame { axes, prior: None };
+    let points: Vec<Vec<f64>> = points.iter().map(|point| frame.of(point)).collect();
+    Ok(costs(predictor, &frame, masks, &points)?.into_iter().map(|cost| -cost).collect())
+}
+
+fn finished(frame: &Frame<'_>, start: &Start) -> Fit {
+    let point = frame.point(&start.x);
+    let mut errors = vec![f64::INFINITY; frame.axes.len()];
+    let inverse = start.gram.as_ref().and_then(|gram| inverse(frame, &gram.information));
+    for (j, axis) in frame.axes.iter().enumerate() {
+        let variance = inverse.as_ref().map_or(f64::INFINITY, |inverse| inverse[(j, j)]);
+        let per_coordinate = (axis.value(start.x[j] + 1e-6) - axis.value(start.x[j] - 1e-6)) / 2e-6;
+        errors[j] = if axis.is_fixed() { 0.0 } else { variance.sqrt() * per_coordinate.abs() };
+    }
+    let (information, gradient) = match &start.gram {
+        Some(gram) => (gram.information.clone(), gram.gradient.clone()),
+        None => (DMatrix::zeros(0, 0), DVector::zeros(0)),
+    };
+    let coordinates = start.x.clone();
+    Fit {
+        point,
+        log_likelihood: -start.cost,
+        errors,
+        converged: start.idle >= IDLE,
+        coordinates,
+        information,
+        gradient,
+    }
+}
+
+/// Covariance in coordinates; those that the data say nothing of, or that are fixed, have an infinite variance.
+fn inverse(frame: &Frame<'_>, information: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let m = frame.coordinates();
+    let free: Vec<usize> =
+        (0..m).filter(|&j| information[(j, j)] > 1e-9 && frame.bounds(j)[0] < frame.bounds(j)[1]).collect();
+    let scale: Vec<f64> = free.iter().map(|&j| information[(j, j)].sqrt()).collect();
+    let scaled = DMatrix::from_fn(free.len(), free.len(), |a, b| {
+        information[(free[a], free[b])] / (scale[a] * scale[b]) + if a == b { 1e-10 } else { 0.0 }
+    });
+    let small = scaled.cholesky()?.inverse();
+    let mut whole = DMatrix::from_diagonal_element(m, m, f64::INFINITY);
+    for (a, &j) in free.iter().enumerate() {
+        whole[(j, j)] = small[(a, a)] / (scale[a] * scale[a]);
+    }
+    Some(whole)
+}
+
+/// Turns without gain after which a start stands.
+const IDLE: usize = 2;
+
+/// One turn of all starts that still move; false if none does.
+fn advance<P: Predictor>(
+    predictor: &mut P,
+    frame: &Frame<'_>,
+    masks: &[Mask],
+    starts: &mut [Start],
+    tolerance: f64,
+) -> Result<bool, P::Error> {
+    let moving: Vec<usize> =
+        (0..starts.len()).filter(|&k| starts[k].idle < IDLE && starts[k].damping < STUCK).collect();
+    if moving.is_empty() {
+        return Ok(false);
+    }
+    let at: Vec<&[f64]> = moving.iter().map(|&k| starts[k].x.as_slice()).collect();
+    let grams = derivatives(predictor, frame, masks, &at)?;
+    let mut trials: Vec<Vec<f64>> = Vec::new();
+    for (&k, gram) in moving.iter().zip(&grams) {
+        for factor in DAMPINGS {
+            trials.push(step(frame, &starts[k].x, gram, starts[k].damping * factor));
+        }
+    }
+    let costs = costs(predictor, frame, masks, &trials)?;
+    for (i, (&k, gram)) in moving.iter().zip(grams).enumerate() {
+        let start = &mut starts[k];
+        let mine = i * DAMPINGS.len()..(i + 1) * DAMPINGS.len();
+        let best = mine.min_by(|&a, &b| costs[a].total_cmp(&costs[b])).expect("there are dampings");
+        let gain = start.cost - costs[best];
+        if gain > 0.0 {
+            start.damping = (start.damping * DAMPINGS[best % DAMPINGS.len()]).max(1e-9);
+            start.x.clone_from(&trials[best]);
+            start.cost = costs[best];
+        } else {
+            start.damping *= 100.0;
+        }
+        start.gain = gain.max(0.0);
+        start.idle = if gain > tolerance { 0 } else { start.idle + 1 };
+        start.gram = Some(gram);
+    }
+    Ok(true)
+}
+
+/// A damped step, kept within the bounds: what would leave them stays on them, and the others step again without it.
+fn step(frame: &Frame<'_>, x: &[f64], gram: &Gram, damping: f64) -> Vec<f64> {
+    let m = frame.coordinates();
+    let model = frame.axes.len();
+    let outward = |j: usize| {
+        let ([lower, upper], g) = (frame.bounds(j), gram.gradient[j]);
+        lower >= upper || (x[j] <= lower && g > 0.0) || (x[j] >= upper && g < 0.0)
+    };
+    let mut next = x.to_vec();
+    let mut fixed: Vec<Option<f64>> = (0..m).map(|j| outward(j).then_some(0.0)).collect();
+    for _ in 0..4 {
+        let free: Vec<usize> = (0..m).filter(|&j| fixed[j].is_none()).collect();
+        let matrix = DMatrix::from_fn(free.len(), free.len(), |a, b| {
+            let (j, k) = (free[a], free[b]);
+            let pull = if j >= model { PULL } else { 1e-6 };
+            gram.information[(j, k)] + if a == b { damping * gram.information[(j, j)] + pull } else { 0.0 }
+        });
+        let right = DVector::from_fn(free.len(), |a, _| {
+            let j = free[a];
+            let held: f64 = (0..m).filter_map(|k| fixed[k].map(|d| gram.information[(j, k)] * d)).sum();
+            -gram.gradient[j] - held
+        });
+        let Some(solution) = matrix.cholesky().map(|c| c.solve(&right)) else { return x.to_vec() };
+        let longest = |a: usize| if free[a] >= model { LONGEST[0] } else { LONGEST[1] };
+        let ratio = (0..free.len()).map(|a| solution[a].abs() / longest(a)).fold(1.0, f64::max);
+        let mut left = false;
+        for (a, &j) in free.iter().enumerate() {
+            let [lower, upper] = frame.bounds(j);
+            let wanted = x[j] + solution[a] / ratio;
+            next[j] = wanted.clamp(lower, upper);
+            if next[j] != wanted {
+                fixed[j] = Some(next[j] - x[j]);
+                left = true;
+            }
+        }
+        if !left || ratio > 1.0 {
+            break;
+        }
+    }
+    next
+}
+
+/// Costs of points; infinite where a run fails.
+fn costs<P: Predictor>(
+    predictor: &mut P,
+    frame: &Frame<'_>,
+    masks: &[Mask],
+    points: &[Vec<f64>],
+) -> Result<Vec<f64>, P::Error> {
+    let mut sums = vec![0.0; points.len()];
+    for (batch, sums) in points.chunks(BATCH).zip(sums.chunks_mut(BATCH)) {
+        let points: Vec<Point> = batch.iter().map(|x| frame.point(x)).collect();
+        let candidates: Vec<Vec<f64>> = points.iter().map(|point| point.values.clone()).collect();
+        for (drive, ((_, dt), mask)) in predictor.drives().into_iter().zip(masks).enumerate() {
+            let observers: Vec<Designed> = points.iter().map(|point| design(&point.noise, dt)).collect();
+            let residuals = predictor.residuals(drive, &candidates, &observers)?;
+            let of = |((sum, residuals), designed): ((&mut f64, &Residuals), &Designed)| {
+                let cost = residuals.as_ref().map_or(f64::INFINITY, |r| cost(r, designed, mask));
+                *sum += if cost.is_finite() { cost } else { f64::INFINITY };
+            };
+            sums.par_iter_mut().zip(&residuals).zip(&observers).for_each(of);
+        }
+    }
+    for (sum, x) in sums.iter_mut().zip(points) {
+        *sum += frame.penalty(x);
+    }
+    Ok(sums)
+}
+
+/// Derivatives at several points.
+fn derivatives<P: Predictor>(
+    predictor: &mut P,
+    frame: &Frame<'_>,
+    masks: &[Mask],
+    at: &[&[f64]],
+) -> Result<Vec<Gram>, P::Error> {
+    let m = frame.coordinates();
+    let mut grams = Vec::with_capacity(at.len());
+    for at in at.chunks((BATCH / (m + 1)).max(1)) {
+        let mut candidates: Vec<Point> = Vec::new();
+        let mut steps: Vec<Vec<f64>> = Vec::new();
+        for x in at {
+            candidates.push(frame.point(x));
+            let mine: Vec<f64> = (0..m).map(|j| frame.step(j, x[j])).collect();
+            for (j, step) in mine.iter().enumerate() {
+                let mut moved = x.to_vec();
+                moved[j] += step;
+                candidates.push(frame.point(&moved));
+            }
+            steps.push(mine);
+        }
+        let values: Vec<Vec<f64>> = candidates.iter().map(|point| point.values.clone()).collect();
+        let mut mine: Vec<Gram> = at.iter().map(|_| Gram::zero(m)).collect();
+        for (drive, ((_, dt), mask)) in predictor.drives().into_iter().zip(masks).enumerate() {
+            let observers: Vec<Designed> = candidates.iter().map(|point| design(&point.noise, dt)).collect();
+            let residuals = predictor.residuals(drive, &values, &observers)?;
+            mine.par_iter_mut().enumerate().for_each(|(k, gram)| {
+                let first = k * (m + 1);
+                let Some(base) = &residuals[first] else { return };
+                let column = |j: usize| Column {
+                    residuals: residuals[first + 1 + j].as_deref(),
+                    designed: &observers[first + 1 + j],
+                    step: steps[k][j],
+                };
+                let columns: Vec<Column<'_>> = (0..m).map(column).collect();
+                gram.add(base, &observers[first], &columns, mask);
+            });
+        }
+        for (gram, x) in mine.iter_mut().zip(at) {
+            if let Some(prior) = frame.prior {
+                gram.cost += frame.penalty(x);
+                gram.gradient += &prior.information * frame.off(prior, x);
+                gram.information += &prior.information;
+            }
+        }
+        grams.append(&mut mine);
+    }
+    Ok(grams)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,121 @@
+//! Fits of a linear law whose truth is known, simulated here.
+
+use super::*;
+use crate::diagnose::fold::whole;
+use crate::optimize::stream;
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use std::convert::Infallible;
+
+const DT: f64 = 0.1;
+
+/// a = k (s - d - t v) + c (v_l - v), parameters k, t, c, d.
+struct Toy {
+    v_l: Vec<f64>,
+    s: Vec<f64>,
+    v: Vec<f64>,
+    runs: usize,
+}
+
+fn normal(rng: &mut ChaCha8Rng) -> f64 {
+    (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0
+}
+
+const TRUTH: [f64; 4] = [0.2, 1.4, 0.7, 3.0];
+const LEVELS: Noise = Noise { sigma_d: 0.08, tau_d: 2.0, r_s: 0.03, r_v: 0.015, r_l: 1e-3 };
+
+impl Toy {
+    fn driven(noise: &Noise, samples: usize) -> Toy {
+        let rng = &mut stream(3, 0, 0, 0);
+        let v_l: Vec<f64> =
+            (0..samples).map(|i| 15.0 + 4.0 * (i as f64 * 0.013).sin() + 2.0 * (i as f64 * 0.041).sin()).collect();
+        let (mut s, mut v, mut d) = (24.0, 15.0, 0.0);
+        let decay = (-DT / noise.tau_d).exp();
+        let mut toy = Toy { v_l, s: Vec::new(), v: Vec::new(), runs: 0 };
+        let [k, t, c, d_0] = TRUTH;
+        for i in 0..samples {
+            toy.s.push(s + noise.r_s * normal(rng));
+            toy.v.push(v + noise.r_v * normal(rng));
+            if i + 1 < samples {
+                let a = k * (s - d_0 - t * v) + c * (toy.v_l[i] - v) + d;
+                let new = v + a * DT;
+                s += 0.5 * (toy.v_l[i] + toy.v_l[i + 1] - v - new) * DT;
+                v = new;
+                d = decay * d + noise.sigma_d * (1.0 - decay * decay).sqrt() * normal(rng);
+            }
+        }
+        toy
+    }
+}
+
+impl Predictor for Toy {
+    type Error = Infallible;
+
+    fn drives(&self) -> Vec<(usize, f64)> {
+        vec![(self.v.len(), DT)]
+    }
+
+    fn residuals(
+        &mut self,
+        _: usize,
+        candidates: &[Vec<f64>],
+        observers: &[Designed],
+    ) -> Result<Vec<Residuals>, Infallible> {
+        self.runs += candidates.len();
+        let one = |(p, o): (&Vec<f64>, &Designed)| {
+            let (mut s, mut v, mut d) = (self.s[0], self.v[0], 0.0);
+            let mut residuals = vec![[0.0; 2]];
+            for i in 1..self.v.len() {
+                let a = p[0] * (s - p[3] - p[1] * v) + p[2] * (self.v_l[i - 1] - v) + d;
+                let new = v + a * DT;
+                s += 0.5 * (self.v_l[i - 1] + self.v_l[i] - v - new) * DT;
+                v = new;
+                d *= o.decay;
+                let r = [s - self.s[i], v - self.v[i]];
+                s -= o.gain[0] * r[0] + o.gain[1] * r[1];
+                v -= o.gain[2] * r[0] + o.gain[3] * r[1];
+                d -= o.gain[4] * r[0] + o.gain[5] * r[1];
+                residuals.push(r);
+            }
+            s.is_finite().then_some(residuals)
+        };
+        Ok(candidates.iter().zip(observers).map(one).collect())
+    }
+}
+
+fn axes() -> Vec<Axis> {
+    vec![Axis::log(0.01, 5.0), Axis::linear(0.1, 5.0), Axis::log(0.01, 5.0), Axis::linear(0.0, 15.0)]
+}
+
+const PLAN: Plan = Plan { select: 3, kinds: 1, rough: 3, keep: 2, fine: 25, tolerance: 0.02 };
+
+#[test]
+fn parameters_and_noise_are_found_together() {
+    let mut toy = Toy::driven(&LEVELS, 8000);
+    let masks = whole(&[8000], &[DT]);
+    let noise = Noise { sigma_d: 0.3, tau_d: 8.0, r_s: 0.1, r_v: 0.1, r_l: 1e-3 };
+    let start = |values: [f64; 4]| Point { values: values.to_vec(), noise };
+    let starts = [start([1.0, 3.0, 0.1, 8.0]), start([0.03, 0.5, 2.0, 1.0]), start([0.5, 2.0, 0.3, 5.0])];
+    let found = fit(&mut toy, &axes(), &masks, &starts, PLAN).unwrap_or_default();
+    let best = &found[0];
+    for ((value, error), truth) in best.point.values.iter().zip(&best.errors).zip(TRUTH) {
+        assert!((value - truth).abs() < 4.0 * error && *error < 0.5 * truth, "{value} +- {error}, {truth}");
+    }
+    for (k, (found, truth)) in best.point.noise.logs().into_iter().zip(LEVELS.logs()).enumerate().take(4) {
+        assert!((found - truth).abs() < 0.25, "noise {k}: {} instead of {}", found.exp(), truth.exp());
+    }
+    assert!(best.converged && toy.runs < 3000, "{} runs", toy.runs);
+    // The truth is not likelier than the estimate, and the estimate not much likelier than the truth.
+    let truth = Point { values: TRUTH.to_vec(), noise: LEVELS };
+    let at_truth = log_likelihoods(&mut toy, &axes(), &masks, &[truth]).unwrap_or_default()[0];
+    assert!((0.0..20.0).contains(&(best.log_likelihood - at_truth)), "{} {at_truth}", best.log_likelihood);
+}
+
+#[test]
+fn without_gusts_their_level_goes_to_nothing() {
+    let mut toy = Toy::driven(&Noise { sigma_d: 0.0, ..LEVELS }, 6000);
+    let start = Point { values: vec![0.5, 2.0, 0.3, 5.0], noise: Noise { sigma_d: 0.1, tau_d: 2.0, ..LEVELS } };
+    let best = fit(&mut toy, &axes(), &whole(&[6000], &[DT]), &[start], PLAN).unwrap_or_default().remove(0);
+    assert!(best.point.noise.sigma_d < 0.004, "{:?}", best.point);
+    assert!((best.point.values[1] - TRUTH[1]).abs() < 0.01, "{:?}", best.point);
+}

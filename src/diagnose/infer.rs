@@ -1,0 +1,290 @@
+//! From a question to an answer: base, rounds, repair, what is left, verdict.
+
+use super::adopt::{ROUNDS, Rival, Search, family};
+use super::base::{Calibrated, calibrate_base, contradiction};
+use super::candidate::{Candidate, LEAD, Setting};
+use super::family::others;
+use super::model::Model;
+use super::screen::Spending;
+use super::specification::{Leftovers, leftovers};
+use super::verdict::{Adopted, DiagnoseError, Estimate, Fitted, Inference, LeftOver, Progress, Question, Verdict};
+use crate::extension::Extension;
+use crate::wgsl::extension_named;
+use std::ops::ControlFlow;
+use std::sync::atomic::Ordering;
+
+/// By how much another base without causes has to be likelier than this one with them \[nats\].
+const OTHER_FAMILY: f64 = 10.0;
+/// Share of the causes' evidence above which what is left speaks against their names.
+const LEFT_SHARE: f64 = 0.5;
+
+/// Replicates of the base whose likelihoods are further apart than this \[nats\] have not found it.
+const APART: f64 = 100.0;
+
+/// Names what a base model lacks on some drives.
+///
+/// # Errors
+/// [`DiagnoseError`]: no data, a model that cannot be run on them, or [`DiagnoseError::Stopped`] when `progress` breaks.
+pub fn infer(
+    question: &Question<'_>,
+    progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<Inference, DiagnoseError> {
+    if question.train.is_empty() {
+        return Err(DiagnoseError::NoData);
+    }
+    let mut tell = |done: f64, stage: &str| match progress(Progress { done, stage: stage.to_owned() }) {
+        ControlFlow::Continue(()) => Ok(()),
+        ControlFlow::Break(()) => Err(DiagnoseError::Stopped),
+    };
+    let setting = Setting::new(question, extension_named(LEAD));
+    let spending = Spending::of(question.effort);
+    tell(0.0, "calibrating the base model")?;
+    let base = calibrate_base(&setting, question.base, &spending)?
+        .ok_or_else(|| DiagnoseError::NoBase { variant: question.base.name() })?;
+    let Calibrated { candidate, replicates } = base;
+    let agrees = replicates.len() > 1 && replicates[0] - replicates[1] < APART;
+    let noise_at_start = candidate.fit.point.noise;
+    let mut search = Search::begin(&setting, candidate)?;
+    let mut base = None;
+    for round in 1..=ROUNDS {
+        tell(0.1 + 0.12 * (round - 1) as f64, &format!("round {round}: trying every cause"))?;
+        let before = snapshot(&mut search.current, &setting, search.inflation)?;
+        let adopted = search.round(&setting, round, &spending)?;
+        // The base is the best fit without causes, as the first round leaves it.
+        if base.is_none() {
+            base = Some(before);
+        }
+        if !adopted {
+            break;
+        }
+        if search.current.causes.len() > 1 {
+            tell(0.16 + 0.12 * (round - 1) as f64, "putting right what was adopted before")?;
+            search.swap(&setting, &spending)?;
+        }
+    }
+    if search.current.causes.len() > 1 {
+        tell(0.75, "dropping what is not needed any more")?;
+        search.prune(&setting, &spending)?;
+    }
+    tell(0.8, "looking for what is left")?;
+    let left = leftovers(&setting, &mut search.current, search.need, search.inflation)?;
+    let others = if search.current.causes.is_empty() {
+        Vec::new()
+    } else {
+        tell(0.9, "comparing with other base models")?;
+        others(&setting, &spending)?
+    };
+    let base = base.expect("at least one round");
+    let extended = snapshot(&mut search.current, &setting, search.inflation)?;
+    let lost = !agrees && search.current.causes.is_empty();
+    let contradicted = contradiction(&setting, &search.current).or_else(|| lost.then(|| disagreement(&replicates)));
+    let answer =
+        Answer { search: &search, left: &left, others: &others, contradicted, sigma_at_start: noise_at_start.sigma_d };
+    let (verdict, reason, mut left_over) = answer.verdict();
+    left_over.extend(left.list.iter().cloned());
+    let named = matches!(verdict, Verdict::Named | Verdict::Ambiguous);
+    let adopted: Vec<Adopted> = search
+        .current
+        .causes
+        .iter()
+        .zip(&search.evidence)
+        .map(|(cause, (evidence, need))| adopted(&setting, &search.current, cause, *evidence, *need, search.inflation))
+        .collect();
+    let rival = |r: &Rival| adopted_rival(&setting, r, search.inflation);
+    let confounded_with = if named { search.rivals.iter().map(rival).collect() } else { Vec::new() };
+    tell(1.0, "done")?;
+    Ok(Inference {
+        base,
+        extended,
+        verdict,
+        reason,
+        adopted,
+        confounded_with,
+        not_testable: search.not_testable.clone(),
+        left_over,
+        ladder: search.ladder.clone(),
+        simulations: setting.simulations.load(Ordering::Relaxed),
+    })
+}
+
+fn disagreement(replicates: &[f64]) -> String {
+    let spread = replicates.first().zip(replicates.last()).map_or(0.0, |(a, b)| a - b);
+    format!(
+        "{} calibrations of the base from different starts do not agree: their log-likelihoods spread over {spread:.0} nats; give \
+         longer data or tighter bounds",
+        replicates.len()
+    )
+}
+
+fn adopted_rival(setting: &Setting<'_>, rival: &Rival, inflation: f64) -> Adopted {
+    adopted(setting, &rival.candidate, rival.cause, rival.evidence, rival.need, inflation)
+}
+
+fn adopted(
+    setting: &Setting<'_>,
+    candidate: &Candidate,
+    cause: &'static Extension,
+    evidence: f64,
+    threshold: f64,
+    inflation: f64,
+) -> Adopted {
+    let event = candidate.model.events.iter().find(|event| event.extension == cause);
+    Adopted {
+        extension: cause,
+        family: family(cause).to_owned(),
+        parameters: candidate.model.positions(cause).into_iter().map(|k| estimate(candidate, k, inflation)).collect(),
+        evidence,
+        threshold,
+        drive: event.and_then(|event| setting.question.train.get(event.drive)).map(|drive| drive.label().to_owned()),
+    }
+}
+
+fn estimate(candidate: &Candidate, k: usize, inflation: f64) -> Estimate {
+    let (symbol, axis, value) = (candidate.model.symbols[k], candidate.model.axes[k], candidate.fit.point.values[k]);
+    let error = candidate.fit.errors[k] * inflation.sqrt();
+    Estimate {
+        name: symbol.name().to_owned(),
+        unit: symbol.unit().to_owned(),
+        value,
+        error,
+        interval: [(value - 2.0 * error).max(axis.lower), (value + 2.0 * error).min(axis.upper)],
+    }
+}
+
+/// The fit as others see it.
+fn snapshot(candidate: &mut Candidate, setting: &Setting<'_>, inflation: f64) -> Result<Fitted, DiagnoseError> {
+    let point = candidate.fit.point.clone();
+    let mut innovations = candidate.model.innovations(&point.values, &point.noise)?;
+    if !setting.question.holdout.is_empty() {
+        let mut model: Model = setting.held_out(candidate.variant, &candidate.model.events)?;
+        innovations.append(&mut model.innovations(&point.values, &point.noise)?);
+    }
+    Ok(Fitted {
+        variant: candidate.variant,
+        parameters: candidate.model.parameters(&point.values),
+        estimates: (0..candidate.model.symbols.len()).map(|k| estimate(candidate, k, inflation)).collect(),
+        noise: point.noise,
+        log_likelihood: candidate.fit.log_likelihood,
+        inflation,
+        innovations,
+    })
+}
+
+/// Everything a verdict follows from.
+struct Answer<'a> {
+    search: &'a Search,
+    left: &'a Leftovers,
+    others: &'a [Candidate],
+    contradicted: Option<String>,
+    sigma_at_start: f64,
+}
+
+impl Answer<'_> {
+    /// The first line that applies; further left-overs with it.
+    fn verdict(&self) -> (Verdict, String, Vec<LeftOver>) {
+        let search = self.search;
+        let causes = &search.current.causes;
+        let names = || causes.iter().map(|cause| cause.name.clone()).collect::<Vec<_>>().join(", then ");
+        let plain = |verdict, reason| (verdict, reason, Vec::new());
+        if let Some(reason) = &self.contradicted {
+            return plain(Verdict::BadBase, reason.clone());
+        }
+        let total: f64 = search.evidence.iter().map(|(evidence, _)| evidence).sum();
+        if causes.is_empty() {
+            return self.without_causes();
+        }
+        if let Some(other) = self.others.first()
+            && other.fit.log_likelihood > search.current.fit.log_likelihood + OTHER_FAMILY
+        {
+            let ahead = other.fit.log_likelihood - search.current.fit.log_likelihood;
+            let left = LeftOver {
+                kind: "family".to_owned(),
+                place: other.variant.base.name.to_owned(),
+                size: ahead,
+                evidence: ahead,
+            };
+            let reason = format!(
+                "{} without any cause is likelier by {ahead:.0} nats than the base with {}: the car follows another law, and the \
+                 causes only imitate it",
+                other.variant.base.paper,
+                names()
+            );
+            return (Verdict::Unexplained, reason, vec![left]);
+        }
+        if let Some(term) = self.left.strongest()
+            && term.evidence > LEFT_SHARE * total
+        {
+            let reason = format!(
+                "something that repeats with {} is left ({:.0} nats, against {total:.0} for {}), so these causes are proxies for it",
+                term.place,
+                term.evidence,
+                names()
+            );
+            return plain(Verdict::Unexplained, reason);
+        }
+        let sigma = search.current.fit.point.noise.sigma_d;
+        if self.left.bursts() && sigma > 0.5 * self.sigma_at_start {
+            let reason = format!(
+                "single instants that no model follows are left, and the missing acceleration is as large as before ({sigma:.3} m/s²): \
+                 {} may be proxies",
+                names()
+            );
+            return plain(Verdict::Unexplained, reason);
+        }
+        if let ([cause], [_, ..]) = (causes.as_slice(), search.rivals.as_slice()) {
+            let mut rivals: Vec<String> = search.rivals.iter().map(|rival| rival.cause.name.clone()).collect();
+            rivals.dedup();
+            let reason = format!("{} or {}: these data cannot tell them apart", cause.name, rivals.join(" or "));
+            return plain(Verdict::Ambiguous, reason);
+        }
+        let needed = search.evidence.iter().map(|(_, need)| *need).fold(0.0, f64::max);
+        let reason = format!("{}: {total:.0} nats held out, {needed:.0} needed of each", names());
+        plain(Verdict::Named, reason)
+    }
+
+    fn without_causes(&self) -> (Verdict, String, Vec<LeftOver>) {
+        let search = self.search;
+        if let Some(term) = self.left.strongest() {
+            let reason = format!(
+                "no cause of the library passes, but something that repeats with {} is left ({:.0} nats)",
+                term.place, term.evidence
+            );
+            return (Verdict::Unexplained, reason, Vec::new());
+        }
+        if self.left.bursts() {
+            let reason =
+                "no cause of the library passes, but single instants that no model follows are left".to_owned();
+            return (Verdict::Unexplained, reason, Vec::new());
+        }
+        let strong = search.stopped.iter().find(|(_, evidence, need, _)| evidence > &(2.0 * need));
+        if let Some((cause, evidence, need, objection)) = strong {
+            let left =
+                LeftOver { kind: "proxy".to_owned(), place: cause.name.clone(), size: *evidence, evidence: *evidence };
+            let reason = format!(
+                "{} gains {evidence:.0} nats ({need:.0} needed), but it is not the cause: {objection}",
+                cause.name
+            );
+            return (Verdict::Unexplained, reason, vec![left]);
+        }
+        let best = search
+            .ladder
+            .iter()
+            .filter(|row| row.evidence.is_finite())
+            .max_by(|a, b| a.evidence.total_cmp(&b.evidence));
+        if let Some(row) = best
+            && let Some(absorbed) = search.not_testable.iter().find(|absorbed| absorbed.name == row.name)
+            && row.evidence > 0.5 * row.threshold
+        {
+            let reason = format!(
+                "{} might be missing, but a calibration absorbs it in {}",
+                absorbed.name,
+                absorbed.absorbed_by.join(", ")
+            );
+            return (Verdict::NotTestable, reason, Vec::new());
+        }
+        let closest = best.map_or(String::new(), |row| {
+            format!("; the closest was {} with {:.1} nats ({:.1} needed)", row.name, row.evidence, row.threshold)
+        });
+        (Verdict::Nothing, format!("no cause passes{closest}"), Vec::new())
+    }
+}

@@ -1,0 +1,213 @@
+//! A variant over drives, as the fits see it.
+
+use super::drive::Drive;
+use super::fit::{Predictor, Residuals};
+use super::observer::{Designed, Noise, design};
+use super::space::Axis;
+use super::verdict::DiagnoseError;
+use crate::calibrate::Overrides;
+use crate::catalog::Variant;
+use crate::convention::Convention;
+use crate::evaluator::{Case, Innovations, Job, Observer, Population};
+use crate::extension::Extension;
+use crate::lanes::{Lanes, LanesPrecision};
+use crate::score::GoodnessOfFit;
+use crate::symbols::{Bounds, Parameters, Symbol};
+use crate::vehicle::Vehicle;
+
+/// Bounds of the base models in a diagnosis: wide, because a parameter that ends on a bound lets the wrong cause speak for it.
+/// `true`: searched in equal ratios.
+const WIDE: &[(Symbol, f64, f64, bool)] = &[
+    (Symbol::delta, 0.5, 20.0, true),
+    (Symbol::k_s, 0.002, 5.0, true),
+    (Symbol::k_v, 0.005, 5.0, true),
+    (Symbol::k_0, 0.005, 5.0, true),
+    (Symbol::theta, 0.0, 3.0, false),
+    (Symbol::v_0, 5.0, 60.0, false),
+    (Symbol::d_0, 0.0, 15.0, false),
+    (Symbol::t_h, 0.1, 5.0, false),
+    (Symbol::a_max, 0.1, 10.0, true),
+    (Symbol::a_min, -15.0, -0.1, true),
+    (Symbol::a_hat_min, -15.0, -0.1, true),
+    (Symbol::tau_p, 0.0, 0.8, false),
+    (Symbol::tau_a, 0.0, 2.5, false),
+];
+
+/// Extensions' parameters that are searched in equal ratios: limits.
+const RATIOS: [&str; 5] = ["acap", "bcap", "P", "J", "vlim"];
+/// Parameters on which innovations depend in jumps, with the step of a finite difference in their unit.
+const JUMPS: [(&str, f64); 4] = [("qz", 0.01), ("t1", 0.3), ("dur", 0.3), ("t0", 0.5)];
+
+/// Where an event happens: in every drive at that time of its file, or in one drive only.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Event {
+    /// The cause.
+    pub extension: &'static Extension,
+    /// The one drive, by its position.
+    pub drive: usize,
+}
+
+/// A variant with its axes over drives.
+#[derive(Debug)]
+pub struct Model {
+    /// The variant.
+    pub variant: Variant,
+    /// Its parameters.
+    pub symbols: Vec<Symbol>,
+    /// Their bounds.
+    pub axes: Vec<Axis>,
+    /// Candidates simulated, over one drive each.
+    pub simulations: u64,
+    /// Events of one drive only.
+    pub events: Vec<Event>,
+    lanes: Lanes,
+    drives: Vec<(usize, f64)>,
+}
+
+impl Model {
+    /// Lays the drives out for a variant.
+    ///
+    /// # Errors
+    /// [`DiagnoseError::Case`], [`DiagnoseError::Evaluate`], [`DiagnoseError::Bounds`].
+    pub fn new(
+        variant: Variant,
+        drives: &[Drive],
+        overrides: &Overrides,
+        events: &[Event],
+    ) -> Result<Model, DiagnoseError> {
+        let cases: Vec<Case> = drives.iter().map(|drive| drive.case(variant)).collect::<Result<_, _>>()?;
+        let symbols = variant.parameters();
+        let vehicle = drives.first().and_then(|drive| drive.vehicle.as_deref());
+        let axis = |symbol: &Symbol| axis(*symbol, vehicle, drives, overrides);
+        let axes = symbols.iter().map(axis).collect::<Result<_, _>>()?;
+        let lanes = Lanes::new(cases, GoodnessOfFit::NRMSE_SVA, LanesPrecision::F64)?;
+        let drives = drives.iter().map(|drive| (drive.samples(), drive.dt())).collect();
+        Ok(Model { variant, symbols, axes, simulations: 0, events: events.to_vec(), lanes, drives })
+    }
+
+    /// Position of a parameter.
+    #[must_use]
+    pub fn position(&self, symbol: Symbol) -> Option<usize> {
+        self.symbols.iter().position(|s| *s == symbol)
+    }
+
+    /// Positions of the parameters of an extension.
+    #[must_use]
+    pub fn positions(&self, extension: &Extension) -> Vec<usize> {
+        extension.parameters.iter().filter_map(|symbol| self.position(*symbol)).collect()
+    }
+
+    /// Values by name.
+    #[must_use]
+    pub fn parameters(&self, values: &[f64]) -> Parameters {
+        let mut parameters = Parameters::NONE;
+        self.symbols.iter().zip(values).for_each(|(symbol, value)| parameters.set(*symbol, *value));
+        parameters
+    }
+
+    /// The values of another model's parameters where both have them, and those that do nothing elsewhere.
+    #[must_use]
+    pub fn adopt(&self, other: &Model, values: &[f64]) -> Vec<f64> {
+        let value = |(symbol, axis): (&Symbol, &Axis)| match other.position(*symbol) {
+            Some(k) => values[k].clamp(axis.lower, axis.upper),
+            None => symbol.neutral().unwrap_or(0.5 * (axis.lower + axis.upper)).clamp(axis.lower, axis.upper),
+        };
+        self.symbols.iter().zip(&self.axes).map(value).collect()
+    }
+
+    /// Everything an observed run tells, of one candidate on all drives.
+    ///
+    /// # Errors
+    /// [`DiagnoseError::Evaluate`].
+    pub fn innovations(&mut self, values: &[f64], noise: &Noise) -> Result<Vec<Innovations>, DiagnoseError> {
+        let mut all = Vec::new();
+        for drive in 0..self.drives.len() {
+            let designed = design(noise, self.drives[drive].1);
+            all.append(&mut self.run(drive, &[values.to_vec()], &[designed])?);
+        }
+        Ok(all)
+    }
+
+    fn run(
+        &mut self,
+        drive: usize,
+        candidates: &[Vec<f64>],
+        observers: &[Designed],
+    ) -> Result<Vec<Innovations>, DiagnoseError> {
+        let mut population = Population::new(&self.symbols);
+        let absent: Vec<(usize, f64)> = self
+            .events
+            .iter()
+            .filter(|event| event.drive != drive)
+            .flat_map(|event| self.positions(event.extension))
+            .filter_map(|k| self.symbols[k].neutral().map(|neutral| (k, neutral)))
+            .collect();
+        for candidate in candidates {
+            let mut values = candidate.clone();
+            absent.iter().for_each(|(k, neutral)| values[*k] = *neutral);
+            population.push(&values);
+        }
+        let observers: Vec<Observer> = observers
+            .iter()
+            .map(|designed| Observer { gain: designed.gain, whitening: designed.whitening, decay: designed.decay })
+            .collect();
+        self.simulations += candidates.len() as u64;
+        Ok(self.lanes.innovations(&Job { case: drive, population: &population }, &observers)?)
+    }
+}
+
+impl Predictor for Model {
+    type Error = DiagnoseError;
+
+    fn drives(&self) -> Vec<(usize, f64)> {
+        self.drives.clone()
+    }
+
+    fn residuals(
+        &mut self,
+        drive: usize,
+        candidates: &[Vec<f64>],
+        observers: &[Designed],
+    ) -> Result<Vec<Residuals>, DiagnoseError> {
+        let runs = self.run(drive, candidates, observers)?;
+        Ok(runs.into_iter().map(|run| run.failed.is_none().then_some(run.residual)).collect())
+    }
+}
+
+fn axis(
+    symbol: Symbol,
+    vehicle: Option<&Vehicle>,
+    drives: &[Drive],
+    overrides: &Overrides,
+) -> Result<Axis, DiagnoseError> {
+    if let Some([lower, upper]) = overrides.get(symbol.name()) {
+        return Ok(Axis::linear(*lower, *upper));
+    }
+    if let Some((_, lower, upper, ratios)) = WIDE.iter().find(|row| row.0 == symbol) {
+        return Ok(if *ratios { Axis::log(*lower, *upper) } else { Axis::linear(*lower, *upper) });
+    }
+    let fixed = match (symbol.bounds(), symbol) {
+        (Bounds::Fixed(lower, upper), _) => Some([lower, upper]),
+        _ => Case::bounds(symbol, vehicle, Convention::PAPER),
+    };
+    let [mut lower, mut upper] = fixed.ok_or(crate::calibrate::BoundsError::Vehicle(symbol.name()))?;
+    let name = symbol.name();
+    if is_time(symbol) {
+        // Times of the files at hand; a length of time as long as the longest of them.
+        let first = drives.iter().map(|d| d.trajectory.t[0]).fold(f64::INFINITY, f64::min);
+        let last = drives.iter().map(|d| d.trajectory.t[d.samples() - 1]).fold(f64::NEG_INFINITY, f64::max);
+        (lower, upper) = if name == "dur" { (4.0, last - first) } else { (first.max(lower), last.min(upper)) };
+    }
+    let mut axis = if RATIOS.contains(&name) { Axis::log(lower, upper) } else { Axis::linear(lower, upper) };
+    if let Some((_, step)) = JUMPS.iter().find(|jump| jump.0 == name) {
+        axis.step = step / (axis.upper - axis.lower);
+    }
+    Ok(axis)
+}
+
+/// True for the parameters of events: when, and for how long.
+#[must_use]
+pub fn is_time(symbol: Symbol) -> bool {
+    // Bounds of a day or so: nobody knows beforehand how long a file is.
+    matches!(symbol, Symbol::Extension(row) if row.unit == "s" && !row.neutral.is_finite() && row.upper >= 1e4)
+}

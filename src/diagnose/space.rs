@@ -1,0 +1,87 @@
+//! Parameters as a search sees them: coordinates from 0 to 1 between bounds.
+
+/// One parameter: its bounds and how it is scaled.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Axis {
+    /// Lower bound.
+    pub lower: f64,
+    /// Upper bound, not below the lower one; equal bounds fix the parameter.
+    pub upper: f64,
+    /// Equal ratios instead of equal differences; needs bounds of one sign.
+    pub log: bool,
+    /// Step of a finite difference as a share of the range.
+    pub step: f64,
+}
+
+/// Step of parameters on which the innovations depend smoothly: f64 innovations are good to some 1e-12.
+const SMOOTH: f64 = 1e-5;
+
+impl Axis {
+    /// Equal differences.
+    #[must_use]
+    pub fn linear(lower: f64, upper: f64) -> Axis {
+        Axis { lower, upper, log: false, step: SMOOTH }
+    }
+
+    /// Equal ratios.
+    #[must_use]
+    pub fn log(lower: f64, upper: f64) -> Axis {
+        Axis { lower, upper, log: true, step: SMOOTH }
+    }
+
+    /// The value at a coordinate.
+    #[must_use]
+    pub fn value(&self, u: f64) -> f64 {
+        let u = u.clamp(0.0, 1.0);
+        let value = if self.log {
+            self.lower * (self.upper / self.lower).powf(u)
+        } else {
+            self.lower + u * (self.upper - self.lower)
+        };
+        value.clamp(self.lower, self.upper)
+    }
+
+    /// The coordinate of a value; 0 for a fixed parameter.
+    #[must_use]
+    pub fn coordinate(&self, value: f64) -> f64 {
+        if self.is_fixed() {
+            return 0.0;
+        }
+        let value = value.clamp(self.lower, self.upper);
+        if self.log {
+            (value / self.lower).ln() / (self.upper / self.lower).ln()
+        } else {
+            (value - self.lower) / (self.upper - self.lower)
+        }
+    }
+
+    /// True if there is nothing to search.
+    #[must_use]
+    pub fn is_fixed(&self) -> bool {
+        self.lower >= self.upper
+    }
+
+    /// True if a value lies within a permille of the range of a bound.
+    #[must_use]
+    pub fn at_bound(&self, value: f64) -> bool {
+        let u = self.coordinate(value);
+        !self.is_fixed() && !(1e-3..=1.0 - 1e-3).contains(&u)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn coordinates_are_read_back() {
+        for axis in [Axis::linear(-2.0, 6.0), Axis::log(0.01, 5.0), Axis::log(-5.0, -0.1)] {
+            for u in [0.0, 0.3, 1.0] {
+                assert!((axis.coordinate(axis.value(u)) - u).abs() < 1e-12, "{axis:?}");
+            }
+            assert!(axis.at_bound(axis.lower) && axis.at_bound(axis.upper) && !axis.at_bound(axis.value(0.5)));
+        }
+        assert_eq!(Axis::linear(2.0, 2.0).coordinate(2.0), 0.0);
+        assert_eq!(Axis::linear(2.0, 2.0).value(0.7), 2.0);
+    }
+}

@@ -1,0 +1,272 @@
+//! Where the fits start.
+
+use super::candidate::Candidate;
+use super::drive::Drive;
+use super::fit::Point;
+use super::model::{Event, Model, is_time};
+use super::observer::Noise;
+use super::space::Axis;
+use crate::extension::Extension;
+use crate::optimize::stream;
+use crate::symbols::Symbol;
+use rand::RngExt;
+
+/// Noise of a nearly free simulation: sees what a strong observer corrects away.
+pub const NEARLY_FREE: (f64, f64) = (0.008, 1.0);
+/// Noise of a strong observer: sees even a car whose parameters are far off.
+const STRONG: (f64, f64) = (0.15, 2.0);
+
+/// Standard deviation of white noise on a smooth signal: from third differences, whose variance is 20 times its own. The median
+/// of them, so that events do not count.
+fn rough(y: &[f64]) -> f64 {
+    let mut size: Vec<f64> = y.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs()).collect();
+    size.sort_by(f64::total_cmp);
+    // The median of |x| is 0.6745 standard deviations.
+    let median = size.get(size.len() / 2).copied().unwrap_or(0.0);
+    median / 0.6745 / 20.0_f64.sqrt()
+}
+
+/// Noise levels of drives before anything is fitted, and a strong observer.
+#[must_use]
+pub fn first_noise(drives: &[Drive]) -> Noise {
+    let mean = |of: &dyn Fn(&Drive) -> f64| drives.iter().map(of).sum::<f64>() / drives.len().max(1) as f64;
+    Noise {
+        sigma_d: STRONG.0,
+        tau_d: STRONG.1,
+        r_s: mean(&|drive| rough(&drive.trajectory.s)).max(1e-4),
+        r_v: mean(&|drive| rough(&drive.trajectory.v_f)).max(1e-4),
+        r_l: mean(&|drive| rough(&drive.v_l_measured)).max(1e-5),
+    }
+}
+
+/// Random candidates within the bounds; the draws depend on the seed only.
+#[must_use]
+pub fn population(model: &Model, noise: &Noise, seed: u64, replicate: u64, count: usize) -> Vec<Point> {
+    let point = |i: usize| {
+        let mut rng = stream(seed, replicate, 0, i as u64);
+        // Off the bounds, where derivatives are one-sided.
+        let values = model.axes.iter().map(|axis| axis.value(0.02 + 0.96 * rng.random::<f64>())).collect();
+        Point { values, noise: *noise }
+    };
+    (0..count).map(point).collect()
+}
+
+/// Coordinates of an axis worth trying for a parameter that does nothing at `neutral`.
+fn probes(axis: &Axis, neutral: f64) -> Vec<f64> {
+    let at = axis.coordinate(neutral);
+    let shares: &[f64] = if axis.log { &[0.25, 0.45, 0.65] } else { &[0.002, 0.04, 0.15, 0.4] };
+    let mut found = Vec::new();
+    for share in shares {
+        for target in [0.0, 1.0] {
+            if (target - at).abs() > 0.001 {
+                found.push(axis.value(at + share * (target - at)));
+            }
+        }
+    }
+    found
+}
+
+/// Kinds of starts of [`with_cause`], which come in turn.
+pub const KINDS: usize = 3;
+
+/// Starts of a model that has one cause more than another: its parameters as they are, the cause at several sizes, under the
+/// present observer and under a nearly free simulation; and with textbook values of free driving, under a strong observer.
+/// `fastest` is the largest speed of the follower \[m/s\].
+#[must_use]
+pub fn with_cause(
+    current: &Candidate,
+    model: &Model,
+    cause: &'static Extension,
+    hints: &[Vec<(Symbol, f64)>],
+    fastest: f64,
+) -> Vec<Point> {
+    let values = model.adopt(&current.model, &current.fit.point.values);
+    let noise = current.fit.point.noise;
+    let free = Noise { sigma_d: NEARLY_FREE.0.min(noise.sigma_d), tau_d: NEARLY_FREE.1, ..noise };
+    let mut sizes: Vec<Vec<(usize, f64)>> = Vec::new();
+    for hint in hints {
+        sizes.push(hint.iter().filter_map(|(symbol, value)| Some((model.position(*symbol)?, *value))).collect());
+    }
+    if hints.is_empty() {
+        let positions = model.positions(cause);
+        let sized: Vec<(usize, f64)> =
+            positions.iter().filter_map(|&k| model.symbols[k].neutral().map(|neutral| (k, neutral))).collect();
+        let of = |(k, neutral): &(usize, f64)| -> Vec<(usize, f64)> {
+            probes(&model.axes[*k], *neutral).into_iter().map(|value| (*k, value)).collect()
+        };
+        match sized.as_slice() {
+            [] => {}
+            [one] => sizes.extend(of(one).into_iter().map(|size| vec![size])),
+            several => {
+                // All together at every size, and each alone.
+                let each: Vec<Vec<(usize, f64)>> = several.iter().map(of).collect();
+                let most = each.iter().map(Vec::len).min().unwrap_or(0);
+                sizes.extend((0..most).map(|i| each.iter().map(|sizes| sizes[i]).collect::<Vec<_>>()));
+                sizes.extend(each.iter().filter_map(|sizes| sizes.get(sizes.len() / 2).map(|size| vec![*size])));
+            }
+        }
+    }
+    // A limit that the base lacks is often imitated by its free driving, and then does nothing from there.
+    let mut generic = values.clone();
+    for (name, value) in [("v_0", fastest + 4.0), ("k_0", 0.6), ("delta", 4.0), ("a_max", 1.8)] {
+        if let Some(k) = model.symbols.iter().position(|symbol| symbol.name() == name) {
+            generic[k] = value.clamp(model.axes[k].lower, model.axes[k].upper);
+        }
+    }
+    let strong = Noise { sigma_d: STRONG.0, tau_d: STRONG.1, ..noise };
+    let mut starts = Vec::new();
+    for size in sizes {
+        let mut sized = values.clone();
+        size.iter().for_each(|(k, value)| sized[*k] = model.axes[*k].value(model.axes[*k].coordinate(*value)));
+        starts.push(Point { values: sized.clone(), noise });
+        starts.push(Point { values: sized, noise: free });
+        let mut sized = generic.clone();
+        size.iter().for_each(|(k, value)| sized[*k] = model.axes[*k].value(model.axes[*k].coordinate(*value)));
+        starts.push(Point { values: sized, noise: strong });
+    }
+    starts
+}
+
+/// Hints for causes with a time, a place in the spectrum or a stretch of their own, with the drives in which they may act.
+#[must_use]
+pub fn hints(
+    cause: &'static Extension,
+    drives: &[Drive],
+    missing: &[Vec<f64>],
+    most: usize,
+) -> Vec<(Option<Event>, Vec<Vec<(Symbol, f64)>>)> {
+    let times: Vec<Symbol> = cause.parameters.iter().copied().filter(|symbol| is_time(*symbol)).collect();
+    let frequency = cause.parameters.iter().find(|symbol| symbol.unit() == "Hz");
+    match (times.as_slice(), frequency) {
+        ([], None) => vec![(None, Vec::new())],
+        ([], Some(frequency)) => {
+            let sized = |f: f64| {
+                let amplitudes = cause.parameters.iter().filter(|symbol| symbol.neutral().is_some());
+                amplitudes.map(|symbol| (*symbol, 0.02)).chain([(*frequency, f)]).collect::<Vec<_>>()
+            };
+            vec![(None, peaks(drives, missing, most).into_iter().map(sized).collect())]
+        }
+        ([begin, ..], _) => events(cause, *begin, times.get(1).copied(), drives, most),
+    }
+}
+
+/// An event in all drives at the same time of the file, or in any one of them.
+fn events(
+    cause: &'static Extension,
+    begin: Symbol,
+    length: Option<Symbol>,
+    drives: &[Drive],
+    most: usize,
+) -> Vec<(Option<Event>, Vec<Vec<(Symbol, f64)>>)> {
+    let size = cause.parameters.iter().copied().find(|symbol| symbol.neutral().is_some());
+    let mut scopes: Vec<Option<Event>> =
+        (0..drives.len()).map(|drive| Some(Event { extension: cause, drive })).collect();
+    // Times that run on through the files need no such choice: only one drive has the time.
+    if overlap(drives) || drives.len() == 1 {
+        scopes.insert(0, None);
+    }
+    let of = |scope: &Option<Event>| {
+        let inside = |k: usize| scope.as_ref().is_none_or(|event| event.drive == k);
+        let mut hints = Vec::new();
+        for (k, drive) in drives.iter().enumerate().filter(|(k, _)| inside(*k)) {
+            match (length, size) {
+                (Some(length), Some(size)) => {
+                    let stretches = steady_behind_faster(drive, most);
+                    hints.extend(stretches.into_iter().map(|(t, dur, v)| vec![(size, v), (begin, t), (length, dur)]));
+                }
+                // Shared times are those of the first drive.
+                (None, Some(size)) if k == 0 || scope.is_some() => {
+                    let (first, last) = (drive.trajectory.t[0], drive.trajectory.t[drive.samples() - 1]);
+                    let count = ((last - first) / 8.0).floor().max(2.0) as usize;
+                    let t = |i: usize| first + (last - first) * (i as f64 + 0.5) / count as f64;
+                    hints.extend((0..count).map(|i| vec![(size, 0.0), (begin, t(i))]));
+                }
+                _ => {}
+            }
+        }
+        (*scope, hints)
+    };
+    scopes.iter().map(of).collect()
+}
+
+fn overlap(drives: &[Drive]) -> bool {
+    let span = |d: &Drive| (d.trajectory.t[0], d.trajectory.t[d.samples() - 1]);
+    let mut spans: Vec<(f64, f64)> = drives.iter().map(span).collect();
+    spans.sort_by(|a, b| a.0.total_cmp(&b.0));
+    spans.windows(2).any(|w| w[1].0 < w[0].1)
+}
+
+/// Stretches in which the follower is steady for long behind a faster leader, with begin, length and speed: only a lower set
+/// speed does that.
+fn steady_behind_faster(drive: &Drive, most: usize) -> Vec<(f64, f64, f64)> {
+    const WITHIN: f64 = 0.25;
+    const FASTER: f64 = 0.3;
+    const LEAST_S: f64 = 8.0;
+    let data = &drive.trajectory;
+    let least = (LEAST_S / data.dt) as usize;
+    let mut found: Vec<(f64, f64, f64)> = Vec::new();
+    let mut from = 0;
+    while from + least < data.len() {
+        let (mut low, mut high, mut sum, mut ahead, mut to) = (f64::INFINITY, 0.0_f64, 0.0, 0.0, from);
+        while to < data.len() {
+            let v = data.v_f[to];
+            if high.max(v) - low.min(v) > 2.0 * WITHIN {
+                break;
+            }
+            (low, high, sum, ahead, to) = (low.min(v), high.max(v), sum + v, ahead + data.v_l[to] - v, to + 1);
+        }
+        let count = (to - from) as f64;
+        if to - from >= least && ahead / count > FASTER && sum / count > 1.0 {
+            found.push((data.t[from], count * data.dt, sum / count));
+            from = to;
+        } else {
+            from += least / 4;
+        }
+    }
+    found.sort_by(|a, b| b.1.total_cmp(&a.1));
+    found.truncate(most);
+    // The stretch shows the new speed reached; it was set a little before.
+    found.into_iter().map(|(t, dur, v)| ((t - 3.0).max(data.t[0]), dur + 3.0, v)).collect()
+}
+
+/// Frequencies \[Hz\] at which the missing acceleration has most power for its neighbourhood.
+fn peaks(drives: &[Drive], missing: &[Vec<f64>], most: usize) -> Vec<f64> {
+    const LOWEST: f64 = 0.005;
+    const HIGHEST: f64 = 1.5;
+    let longest = drives.iter().map(|d| d.samples() as f64 * d.dt()).fold(1.0, f64::max);
+    let step = 0.5 / longest;
+    let count = ((HIGHEST - LOWEST) / step) as usize;
+    let power = |i: usize| -> f64 {
+        let f = LOWEST + i as f64 * step;
+        let sum = |(drive, d): (&Drive, &Vec<f64>)| {
+            // Rotation instead of a sine and cosine per sample.
+            let (turn_s, turn_c) = (std::f64::consts::TAU * f * drive.dt()).sin_cos();
+            let (mut s, mut c, mut sine, mut cosine) = (0.0, 1.0, 0.0, 0.0);
+            for d in d {
+                sine += s * d;
+                cosine += c * d;
+                (s, c) = (s * turn_c + c * turn_s, c * turn_c - s * turn_s);
+            }
+            sine * sine + cosine * cosine
+        };
+        drives.iter().zip(missing).map(sum).sum()
+    };
+    use rayon::prelude::*;
+    let spectrum: Vec<f64> = (0..count).into_par_iter().map(power).collect();
+    let contrast = |i: usize| {
+        let around = &spectrum[i.saturating_sub(40)..(i + 40).min(count)];
+        spectrum[i] / (around.iter().sum::<f64>() / around.len() as f64).max(f64::MIN_POSITIVE)
+    };
+    let mut order: Vec<(f64, usize)> = (0..count).map(|i| (contrast(i), i)).collect();
+    order.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mut taken: Vec<usize> = Vec::new();
+    for (_, i) in order {
+        if taken.iter().all(|t| t.abs_diff(i) > 4) {
+            taken.push(i);
+        }
+        if taken.len() == most {
+            break;
+        }
+    }
+    taken.into_iter().map(|i| LOWEST + i as f64 * step).collect()
+}

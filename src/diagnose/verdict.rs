@@ -1,0 +1,238 @@
+//! What a diagnosis is asked, and what it answers.
+
+use super::drive::Drive;
+use super::observer::Noise;
+use crate::calibrate::Overrides;
+use crate::catalog::Variant;
+use crate::evaluator::Innovations;
+use crate::extension::Extension;
+use crate::symbols::Parameters;
+
+/// How much computing a diagnosis may spend.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Effort {
+    /// Some seconds.
+    Quick,
+    /// About a minute.
+    #[default]
+    Normal,
+    /// As long as it takes.
+    Thorough,
+}
+
+/// What is asked.
+#[derive(Debug, Clone, Copy)]
+pub struct Question<'a> {
+    /// Drives that models are fitted to.
+    pub train: &'a [Drive],
+    /// Drives on which a cause has to hold too; may be none.
+    pub holdout: &'a [Drive],
+    /// The model that is blamed.
+    pub base: Variant,
+    /// How hard to search.
+    pub effort: Effort,
+    /// Decides all random starts.
+    pub seed: u64,
+    /// Causes in the race: those of the library and the user's own.
+    pub causes: &'a [&'static Extension],
+    /// Bounds of parameters by name, instead of those of the diagnosis.
+    pub bounds: &'a Overrides,
+}
+
+/// How far a diagnosis is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Progress {
+    /// Share of the work that is done, 0 to 1; a guess, as nobody knows how many causes will be found.
+    pub done: f64,
+    /// What is being done, in words.
+    pub stage: String,
+}
+
+/// The answer in one word.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Verdict {
+    /// The causes are named.
+    Named,
+    /// One of several, which these data cannot tell apart.
+    Ambiguous,
+    /// Nothing is found that the base model lacks.
+    Nothing,
+    /// What might be missing is absorbed by the calibration.
+    NotTestable,
+    /// Something is missing, and no cause explains it.
+    Unexplained,
+    /// The base model is not calibrated: no cause can be judged.
+    BadBase,
+}
+
+impl Verdict {
+    /// As written in results.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Verdict::Named => "named",
+            Verdict::Ambiguous => "ambiguous",
+            Verdict::Nothing => "nothing",
+            Verdict::NotTestable => "not_testable",
+            Verdict::Unexplained => "unexplained",
+            Verdict::BadBase => "bad_base",
+        }
+    }
+}
+
+/// A parameter with its uncertainty.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Estimate {
+    /// Its name.
+    pub name: String,
+    /// SI unit.
+    pub unit: String,
+    /// Most likely value.
+    pub value: f64,
+    /// Standard error; infinite where the data say nothing.
+    pub error: f64,
+    /// Two standard errors to either side, within the bounds.
+    pub interval: [f64; 2],
+}
+
+/// A cause that is part of the extended model, or one that could be in its place.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Adopted {
+    /// The cause.
+    pub extension: &'static Extension,
+    /// Its class of causes that data may not tell apart; its own name where there is none.
+    pub family: String,
+    /// Its parameters.
+    pub parameters: Vec<Estimate>,
+    /// Gain of log-likelihood \[nats\]: held out, but at most that on all training data.
+    pub evidence: f64,
+    /// What the evidence had to exceed \[nats\].
+    pub threshold: f64,
+    /// The drive in which it happens, for an event of one drive only.
+    pub drive: Option<String>,
+}
+
+/// A cause that these data cannot show.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NotTestable {
+    /// The cause.
+    pub name: String,
+    /// Share of its effect that a calibration cannot absorb.
+    pub index: f64,
+    /// The parameters that absorb it.
+    pub absorbed_by: Vec<String>,
+}
+
+/// Structure that the extended model leaves.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LeftOver {
+    /// `road`, `speed`, `thrust`, `gap`, `closing`, `history`, `bursts`, `family` or `proxy`.
+    pub kind: String,
+    /// Where it sits, in words: a place, a speed, a time.
+    pub place: String,
+    /// Size \[m/s²\], or \[nats\] for `family` and `proxy`, or samples for `bursts`.
+    pub size: f64,
+    /// Evidence \[nats\].
+    pub evidence: f64,
+}
+
+/// A cause that was tried in a round.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tried {
+    /// Round, from 1.
+    pub round: usize,
+    /// The cause.
+    pub name: String,
+    /// Gain on all training data \[nats\].
+    pub gain: f64,
+    /// Gain held out, sum of both folds \[nats\]; NaN if it was not among those cross-fitted.
+    pub evidence: f64,
+    /// The same in each fold.
+    pub folds: [f64; 2],
+    /// Without the two best blocks of 30 s.
+    pub trimmed: f64,
+    /// What it had to exceed \[nats\].
+    pub threshold: f64,
+    /// Share of its effect that a calibration cannot absorb.
+    pub index: f64,
+    /// True if it was adopted.
+    pub adopted: bool,
+    /// Why it was adopted or not.
+    pub reason: String,
+}
+
+/// A fitted model.
+#[derive(Debug, Clone)]
+pub struct Fitted {
+    /// The model; without the nuisance lead, so that it can be calibrated and simulated by others.
+    pub variant: Variant,
+    /// Its parameters.
+    pub parameters: Parameters,
+    /// The same with their uncertainty, and the nuisance lead.
+    pub estimates: Vec<Estimate>,
+    /// What is random.
+    pub noise: Noise,
+    /// Log-likelihood of the training data.
+    pub log_likelihood: f64,
+    /// Inflation of thresholds: how much less the innovations tell than independent ones.
+    pub inflation: f64,
+    /// Observed runs over the training drives, then over the hold-out drives.
+    pub innovations: Vec<Innovations>,
+}
+
+/// The answer.
+#[derive(Debug, Clone)]
+pub struct Inference {
+    /// The base model, calibrated.
+    pub base: Fitted,
+    /// With the adopted causes; the base where there are none.
+    pub extended: Fitted,
+    /// The answer in one word.
+    pub verdict: Verdict,
+    /// And in plain words.
+    pub reason: String,
+    /// Causes in the order in which they were found.
+    pub adopted: Vec<Adopted>,
+    /// Causes that could be in the place of an adopted one.
+    pub confounded_with: Vec<Adopted>,
+    /// Causes that these data cannot show.
+    pub not_testable: Vec<NotTestable>,
+    /// What the extended model leaves.
+    pub left_over: Vec<LeftOver>,
+    /// Everything tried.
+    pub ladder: Vec<Tried>,
+    /// Simulated candidates, over one drive each.
+    pub simulations: u64,
+}
+
+/// A diagnosis that cannot be made.
+#[derive(Debug, thiserror::Error)]
+pub enum DiagnoseError {
+    /// No data.
+    #[error("no drive to train on; give at least one file of some minutes")]
+    NoData,
+    /// A drive that the model cannot be run on.
+    #[error(transparent)]
+    Case(#[from] crate::evaluator::CaseError),
+    /// A model that cannot be run.
+    #[error(transparent)]
+    Evaluate(#[from] crate::evaluator::EvaluateError),
+    /// Two extensions that exclude each other.
+    #[error(transparent)]
+    Conflict(#[from] crate::extension::ExtensionConflict),
+    /// Bounds that cannot be.
+    #[error(transparent)]
+    Bounds(#[from] crate::calibrate::BoundsError),
+    /// No parameters were found with which the base model survives the data.
+    #[error(
+        "{variant}: every candidate fails on these drives, even corrected by the measurement at every sample; check that spacing \
+         is bumper to bumper and positive, and that the bounds allow a car that keeps its distance"
+    )]
+    NoBase {
+        /// The base.
+        variant: String,
+    },
+    /// It was stopped.
+    #[error("stopped")]
+    Stopped,
+}

@@ -1,0 +1,123 @@
+//! Effects hidden in synthetic drives are named, drives without an effect name none.
+//!
+//! The truth is made by the plant, which shares no code with what diagnoses it. Seeds are fixed and were not used for tuning;
+//! `leadlag bench diagnosis` is the same with as many cases as one likes.
+
+use leadlag::bench::{DiagnosisOutcome, DiagnosisTask, Judgement, diagnose_task, judge};
+
+/// Share by which an estimate may be off, and standard errors; the larger of the two counts.
+const WITHIN: f64 = 0.10;
+const ERRORS: f64 = 3.0;
+
+fn task(kind: &str, base: &str, causes: &[&str], gusts_mps2: f64, seed: u64) -> DiagnosisTask {
+    DiagnosisTask {
+        kind: kind.to_owned(),
+        base: base.to_owned(),
+        causes: causes.iter().map(|&cause| cause.to_owned()).collect(),
+        rms_mps: 0.10,
+        gusts_mps2,
+        duration_s: 240.0,
+        seed,
+        effort: "quick".to_owned(),
+    }
+}
+
+fn told(outcome: &DiagnosisOutcome) -> String {
+    format!(
+        "{} on {}, seed {}: {} ({}), adopted {:?}, or {:?}; planted {:?}, estimated {:?}",
+        outcome.task.kind,
+        outcome.task.base,
+        outcome.task.seed,
+        outcome.verdict,
+        outcome.reason,
+        outcome.adopted,
+        outcome.confounded_with,
+        outcome.truth,
+        outcome.estimates
+    )
+}
+
+/// The cause is named, and its size is right.
+fn named(base: &str, cause: &str, seed: u64) {
+    let outcome = diagnose_task(&task("one", base, &[cause], 0.0, seed));
+    assert_eq!(judge(&outcome), Judgement::Right, "{}", told(&outcome));
+    assert_eq!(outcome.adopted[0], cause, "{}", told(&outcome));
+    // The first parameter says how strong it is.
+    let sizes = outcome.truth.iter().filter(|(name, _)| !name.ends_with(".t1") && !name.ends_with(".dur"));
+    for (name, truth) in sizes {
+        let [value, error] = outcome.estimates[name];
+        let off = (value - truth).abs();
+        assert!(off < (WITHIN * truth.abs()).max(ERRORS * error), "{name}: {}", told(&outcome));
+    }
+}
+
+fn silent(kind: &str, base: &str, causes: &[&str], gusts: f64, seed: u64) {
+    let outcome = diagnose_task(&task(kind, base, causes, gusts, seed));
+    assert_eq!(judge(&outcome), Judgement::Right, "{}", told(&outcome));
+    assert!(outcome.adopted.is_empty(), "{}", told(&outcome));
+}
+
+#[test]
+fn a_grade_that_is_not_made_up_for() {
+    named("gipps", "grade", 9101);
+}
+
+#[test]
+fn a_dead_zone() {
+    named("idm", "dead_zone", 9102);
+}
+
+#[test]
+fn a_largest_acceleration() {
+    named("l-cth", "accel_cap", 9103);
+}
+
+#[test]
+fn a_change_of_the_headway() {
+    named("idm", "headway_mode_change", 9104);
+}
+
+#[test]
+fn a_limit_of_the_jerk() {
+    named("gipps", "jerk_limit", 9105);
+}
+
+#[test]
+fn a_lag_or_one_of_its_family() {
+    let outcome = diagnose_task(&task("one", "l-cth", &["actuation_lag"], 0.0, 9106));
+    assert!(matches!(judge(&outcome), Judgement::Right | Judgement::InSet), "{}", told(&outcome));
+}
+
+#[test]
+fn nothing_in_white_noise() {
+    silent("none", "idm", &[], 0.0, 9111);
+    silent("none", "gipps", &[], 0.0, 9112);
+}
+
+#[test]
+fn nothing_in_gusts() {
+    silent("none", "l-cth", &[], 0.05, 9113);
+}
+
+#[test]
+fn nothing_in_coloured_noise() {
+    silent("coloured", "idm", &[], 0.0, 9114);
+}
+
+#[test]
+fn what_a_calibration_absorbs_is_not_named() {
+    silent("absorbed", "l-cth", &["range_scale"], 0.0, 9115);
+}
+
+#[test]
+fn two_at_once() {
+    let outcome = diagnose_task(&task("pair", "l-cth", &["grade", "multi_anticipation"], 0.0, 9116));
+    assert_eq!(judge(&outcome), Judgement::Right, "{}", told(&outcome));
+}
+
+#[test]
+fn what_no_cause_explains() {
+    let outcome = diagnose_task(&task("outside", "idm", &[], 0.0, 9117));
+    assert_eq!(outcome.verdict, "unexplained", "{}", told(&outcome));
+    assert!(outcome.reason.contains("road"), "{}", told(&outcome));
+}
