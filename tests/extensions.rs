@@ -4,14 +4,12 @@ mod common;
 
 use common::extended::{BASES, WHOLE_RUN, WHOLE_RUN_PERIODIC, bounds, case, spread, with};
 use leadlag::catalog::Variant;
-use leadlag::convention::Convention;
 use leadlag::evaluator::{Case, Evaluator, Job, Observed, Observer, Population, Raw};
 use leadlag::extension::Extension;
 use leadlag::gpu::{AdapterChoice, Gpu};
 use leadlag::lanes::{InstructionSet, Lanes, LanesPrecision};
 use leadlag::reference::{Reference, knows};
 use leadlag::score::{GoodnessOfFit, Measures};
-use leadlag::symbols::{Bounds, Symbol};
 use leadlag::wgsl::{Precision, extension_named, library, read_extension};
 
 fn lanes(case: &Case, precision: LanesPrecision) -> Lanes {
