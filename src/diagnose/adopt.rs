@@ -109,7 +109,7 @@ impl Search {
             .causes
             .iter()
             .copied()
-            .filter(|cause| !self.current.causes.contains(cause) && !(phase && family(cause) == PHASE))
+            .filter(|cause| !(self.current.causes.contains(cause) || phase && family(cause) == PHASE))
             .collect();
         let mut tried = screen(setting, &self.current, &causes, &missing, spending)?;
         tried.sort_by(|a, b| b.1.fit.log_likelihood.total_cmp(&a.1.fit.log_likelihood));

@@ -38,6 +38,7 @@ pub fn infer(
     };
     let setting = Setting::new(question, extension_named(LEAD));
     let spending = Spending::of(question.effort);
+    let further = spending.further();
     tell(0.0, "calibrating the base model")?;
     let base = calibrate_base(&setting, question.base, &spending)?
         .ok_or_else(|| DiagnoseError::NoBase { variant: question.base.name() })?;
@@ -49,7 +50,7 @@ pub fn infer(
     for round in 1..=ROUNDS {
         tell(0.1 + 0.12 * (round - 1) as f64, &format!("round {round}: trying every cause"))?;
         let before = snapshot(&mut search.current, &setting, search.inflation)?;
-        let adopted = search.round(&setting, round, &spending)?;
+        let adopted = search.round(&setting, round, if round == 1 { &spending } else { &further })?;
         // The base is the best fit without causes, as the first round leaves it.
         if base.is_none() {
             base = Some(before);
@@ -72,7 +73,7 @@ pub fn infer(
         Vec::new()
     } else {
         tell(0.9, "comparing with other base models")?;
-        others(&setting, &spending)?
+        others(&setting, &spending.compared())?
     };
     let base = base.expect("at least one round");
     let extended = snapshot(&mut search.current, &setting, search.inflation)?;

@@ -28,7 +28,30 @@ pub struct Spending {
     pub short_list: usize,
 }
 
+/// Of a base's population and turns, the share that another base gets which is only compared with.
+const COMPARED: usize = 2;
+
 impl Spending {
+    /// For base models that are only compared with.
+    #[must_use]
+    pub fn compared(&self) -> Spending {
+        let base = Plan {
+            select: (self.base.select / COMPARED).max(1),
+            rough: self.base.rough / COMPARED + 1,
+            keep: 1,
+            fine: self.base.fine / COMPARED,
+            ..self.base
+        };
+        Spending { population: self.population / COMPARED, base, ..*self }
+    }
+
+    /// For further rounds, in which most of what there was is found.
+    #[must_use]
+    pub fn further(&self) -> Spending {
+        let plan = Plan { select: (self.plan.select - 1).max(1), keep: 1, ..self.plan };
+        Spending { plan, ..*self }
+    }
+
     /// What an effort buys.
     #[must_use]
     pub fn of(effort: Effort) -> Spending {

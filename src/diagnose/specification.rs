@@ -375,7 +375,7 @@ fn regress(
     let mut best: Option<Found> = None;
     for sd in PRIOR_TENTS {
         let (mut sums, mut all, mut heights) = ([0.0; 2], Vec::new(), Vec::new());
-        for judged in 0..2 {
+        for (judged, sum) in sums.iter_mut().enumerate() {
             let fitted = 1 - judged;
             let with = score(judged, &solve(fitted, width, sd)?);
             let without = score(judged, &solve(fitted, count, sd)?);
@@ -384,7 +384,7 @@ fn regress(
             // A bad fit of the base must not make every term win.
             let other = if total(&without) > total(&plain) { without } else { plain };
             let gains: Vec<f64> = with.iter().zip(&other).map(|(a, b)| a - b).collect();
-            sums[judged] = total(&gains);
+            *sum = total(&gains);
             all.extend(gains);
             heights.push(solve(fitted, width, sd)?);
         }

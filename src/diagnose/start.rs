@@ -66,6 +66,9 @@ fn probes(axis: &Axis, neutral: f64) -> Vec<f64> {
     found
 }
 
+/// Values of a cause's parameters that are worth a start.
+pub type Hint = Vec<(Symbol, f64)>;
+
 /// Kinds of starts of [`with_cause`], which come in turn.
 pub const KINDS: usize = 3;
 
@@ -77,7 +80,7 @@ pub fn with_cause(
     current: &Candidate,
     model: &Model,
     cause: &'static Extension,
-    hints: &[Vec<(Symbol, f64)>],
+    hints: &[Hint],
     fastest: f64,
 ) -> Vec<Point> {
     let values = model.adopt(&current.model, &current.fit.point.values);
@@ -134,7 +137,7 @@ pub fn hints(
     drives: &[Drive],
     missing: &[Vec<f64>],
     most: usize,
-) -> Vec<(Option<Event>, Vec<Vec<(Symbol, f64)>>)> {
+) -> Vec<(Option<Event>, Vec<Hint>)> {
     let times: Vec<Symbol> = cause.parameters.iter().copied().filter(|symbol| is_time(*symbol)).collect();
     let frequency = cause.parameters.iter().find(|symbol| symbol.unit() == "Hz");
     match (times.as_slice(), frequency) {
@@ -157,7 +160,7 @@ fn events(
     length: Option<Symbol>,
     drives: &[Drive],
     most: usize,
-) -> Vec<(Option<Event>, Vec<Vec<(Symbol, f64)>>)> {
+) -> Vec<(Option<Event>, Vec<Hint>)> {
     let size = cause.parameters.iter().copied().find(|symbol| symbol.neutral().is_some());
     let mut scopes: Vec<Option<Event>> =
         (0..drives.len()).map(|drive| Some(Event { extension: cause, drive })).collect();

@@ -6,7 +6,7 @@ use rand::RngExt;
 use serde::{Deserialize, Serialize};
 
 /// A case: what is planted, and everything that decides the drives.
-#[derive(Debug, Clone, PartialEq, PartialOrd, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct DiagnosisTask {
     /// `one`, `pair`, `none`, `coloured`, `absorbed`, `outside` or `family`.
     pub kind: String,
@@ -28,10 +28,19 @@ pub struct DiagnosisTask {
 
 impl Eq for DiagnosisTask {}
 
+impl PartialOrd for DiagnosisTask {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
 impl Ord for DiagnosisTask {
     fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        // Durations and sizes are finite.
-        self.partial_cmp(other).unwrap_or(std::cmp::Ordering::Equal)
+        let words = |task: &Self| (task.kind.clone(), task.base.clone(), task.causes.clone(), task.effort.clone());
+        let sizes = |task: &Self| [task.rms_mps, task.gusts_mps2, task.duration_s];
+        let numbers = sizes(self).into_iter().zip(sizes(other)).map(|(a, b)| a.total_cmp(&b));
+        let numbers = numbers.fold(std::cmp::Ordering::Equal, std::cmp::Ordering::then);
+        self.seed.cmp(&other.seed).then_with(|| words(self).cmp(&words(other))).then(numbers)
     }
 }
 

@@ -102,10 +102,10 @@ fn drawn(task: &DiagnosisTask, draw: u64) -> Result<Planted, BenchError> {
         car = plant::at_amplitude(&scenario(0, &car), 2, task.rms_mps)?.followers.swap_remove(1);
     }
     let mut drives = Vec::new();
-    for k in 0..DRIVES as usize {
+    for (k, seed) in seeds.iter().enumerate() {
         let mut drive = plant::run(&scenario(k, &car))?;
         if task.kind == "coloured" {
-            colour(&mut drive, seeds[k]);
+            colour(&mut drive, *seed);
         }
         drives.push(measured(&drive, k, task.kind == "outside")?);
     }
