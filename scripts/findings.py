@@ -9,6 +9,10 @@ PAPER = {"040719_platoon5": "P1", "040719_platoon6": "P2", "040719_platoon7": "P
          "050719_platoon1": "P6", "050719_platoon2": "P7"}
 
 
+# The followers of P3, P4 and P5.
+CARS = {1: "Tesla 3", 2: "BMW X5", 3: "Audi A6", 4: "Mercedes A"}
+
+
 def short(value: float) -> str:
     return f"{value:.3g}"
 
@@ -34,7 +38,7 @@ print("\n### Diagnoses\n\n| held out | car | base | verdict | adopted (evidence 
       "difference, 95 % | missing acceleration, rms [m/s²] | repeats by place |\n|---|---|---|---|---|---|---|---|---|")
 for path in sorted(work.glob("hold*/diagnosis.json")):
     report = json.loads(path.read_text())
-    held, base, _ = path.parent.name.split("_")
+    held, base, follower, *noise = path.parent.name.split("_")
     causes = "; ".join(
         f"{c['name']} " + ", ".join(f"{p['name']} = {short(p['value'])} {p['unit']}" for p in c["parameters"])
         + f" ({c['evidence']:.0f} / {c['threshold']:.0f})" for c in report["causes"]) or "–"
@@ -45,6 +49,6 @@ for path in sorted(work.glob("hold*/diagnosis.json")):
         difference = f"{gain['base'] - gain['extended']:+.3f} [{gain['interval'][0]:+.3f}, {gain['interval'][1]:+.3f}]"
     missing = report["missing"]
     repeats = missing.get("repeats_by_place") if missing else None
-    print(f"| platoon{held[4:]} | {report['data'][0]['name']} | {base} | {report['verdict']} | {causes} | {scores} | {difference} | "
+    print(f"| platoon{held[4:]} | {CARS[int(follower[-1])]}{', ' + noise[0] if noise else ''} | {base} | {report['verdict']} | {causes} | {scores} | {difference} | "
           f"{short(missing['rms']) if missing else '–'} | {short(repeats) if repeats is not None else '–'} |")
     print(f"<!-- {report['reason']} -->")

@@ -66,7 +66,9 @@ pub fn describe(
     let base = described(question, &inference.base, lap)?;
     let extended = if adopted.is_empty() { None } else { Some(described(question, &inference.extended, lap)?) };
     let settings = GainSettings::of(question.effort, question.seed);
-    let measured = if adopted.is_empty() || question.holdout.is_empty() {
+    // A gain belongs to a name: what is adopted without one is a proxy.
+    let named = matches!(inference.verdict, Verdict::Named | Verdict::Ambiguous);
+    let measured = if adopted.is_empty() || !named || question.holdout.is_empty() {
         None
     } else {
         let whole = 2.0 * settings.max_evaluations as f64;
@@ -116,7 +118,6 @@ pub fn describe(
     }
     // The thresholds are analytic, and doubled under gusts; tables and bootstraps would say so here.
     let kind = "analytic";
-    let named = matches!(inference.verdict, Verdict::Named | Verdict::Ambiguous);
     let entries = |causes: &[super::Adopted]| causes.iter().map(|cause| CauseEntry::new(cause, kind)).collect();
     let outcome = Outcome {
         schema_version: SCHEMA_VERSION,

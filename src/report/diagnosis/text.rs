@@ -51,7 +51,7 @@ fn write_all(text: &mut String, outcome: &Outcome) -> std::fmt::Result {
             writeln!(text, "runs that crash or break off, of {}: base {base}, extended {extended}", gain.drives)?;
         }
         (None, VerdictName::Named) => text.push_str("not measured\n"),
-        (None, _) => text.push_str("nothing was adopted, so there is nothing to gain\n"),
+        (None, _) => text.push_str("nothing is named, so there is nothing to gain\n"),
     }
     heading(text, "6. What is left");
     left(text, outcome)?;

@@ -51,7 +51,7 @@ fn summary(page: &mut Page, outcome: &Outcome) {
     }
     match &outcome.gain {
         Some(gain) => facts.push(("gain on data not used", gain.sentence.clone())),
-        None => facts.push(("gain on data not used", "nothing was adopted".to_owned())),
+        None => facts.push(("gain on data not used", "none, as nothing is named".to_owned())),
     }
     facts.push((
         "faults of the data",
@@ -191,7 +191,7 @@ fn entries(page: &mut Page, caption: &str, causes: &[CauseEntry]) {
 fn gain(page: &mut Page, outcome: &Outcome) {
     page.section("gain", "Gain on data not used");
     let Some(gain) = &outcome.gain else {
-        page.paragraph("Nothing was adopted, so there is nothing to gain.");
+        page.paragraph("Nothing is named, so there is nothing to gain.");
         return;
     };
     page.paragraph(&gain.sentence);
