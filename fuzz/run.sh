@@ -6,7 +6,7 @@ set -eu
 cd "$(dirname "$0")"
 seconds=${1:-600}
 [ $# -gt 0 ] && shift
-[ $# -gt 0 ] || set -- detect openacc astazero_rebuilt astazero_processed ultra_av pair grade labels
+[ $# -gt 0 ] || set -- detect openacc astazero_rebuilt astazero_processed ultra_av pair grade labels extension
 data=../tests/data
 for target in "$@"; do
     seeds=corpus/$target
@@ -17,11 +17,13 @@ for target in "$@"; do
         astazero_rebuilt) cp $data/rebuilt.csv "$seeds" ;;
         astazero_processed) cp $data/processed/made_up.csv "$seeds" ;;
         grade) cp $data/grade_open.csv $data/processed/Slope.csv "$seeds" ;;
+        extension) cp ../shaders/extension/*.wgsl "$seeds" ;;
         labels) cp $data/processed/Labels.csv "$seeds" ;;
         *) cp "$data/$target.csv" "$seeds" ;;
     esac
     # The first 14 lines alone are easier to mutate than 60 rows.
     for file in "$seeds"/*.csv; do
+        [ -e "$file" ] || continue
         head -n 14 "$file" > "$seeds/short_$(basename "$file" .csv | sed 's/^short_//').csv"
     done
     RUSTC_BOOTSTRAP=1 cargo fuzz run --fuzz-dir . "$target" -- -max_total_time="$seconds" -max_len=8192 \

@@ -5,7 +5,7 @@
 //! declares its modules and picks its functions from the same rows. Adding a part is adding its row and its file.
 
 use crate::extension::{Extension, ExtensionConflict, Extensions};
-use crate::symbols::Symbol;
+use crate::symbols::{EXTENSION_PARAMETERS, Symbol};
 use std::fmt;
 use std::str::FromStr;
 
@@ -247,7 +247,12 @@ impl Variant {
                 return Err(ExtensionConflict::Parameter { name, parameter: parameter.name().to_owned(), other });
             }
         }
-        Ok(Variant { extensions: self.extensions.with(extension), ..self })
+        let extensions = self.extensions.with(extension);
+        let found = extensions.list().iter().map(|e| e.parameters.len()).sum();
+        if found > EXTENSION_PARAMETERS {
+            return Err(ExtensionConflict::Many { name, limit: EXTENSION_PARAMETERS, found });
+        }
+        Ok(Variant { extensions, ..self })
     }
 
     /// True if what is perceived may lie back.

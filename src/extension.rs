@@ -174,6 +174,16 @@ pub enum ExtensionConflict {
         /// Its name.
         name: String,
     },
+    /// Too many parameters together.
+    #[error("extension {name}: the extensions of a model may have {limit} parameters together, found {found}")]
+    Many {
+        /// The extension.
+        name: String,
+        /// Most parameters.
+        limit: usize,
+        /// Parameters there would be.
+        found: usize,
+    },
     /// A parameter of the same name.
     #[error("extension {name}: its parameter {parameter} is one of {other} already; give it another name")]
     Parameter {

@@ -10,6 +10,9 @@ fn main() -> ExitCode {
     match cli::run(cli::Cli::parse()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) if cli::output::is_broken_pipe(&error) => ExitCode::SUCCESS,
+        Err(error) if error.is::<cli::Exit>() => {
+            ExitCode::from(error.downcast_ref().map_or(1, |cli::Exit(code)| *code))
+        }
         Err(error) => {
             eprintln!("error: {error}");
             // A cause that is already quoted is not said twice.

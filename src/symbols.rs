@@ -6,8 +6,25 @@
 /// Most parameters that the extensions of one model may have together.
 pub const EXTENSION_PARAMETERS: usize = 24;
 
-/// Values of the parameters of extensions, in the order in which they were set.
-type ExtensionValues = [Option<(&'static ExtensionParameter, f64)>; EXTENSION_PARAMETERS];
+/// Values of the parameters of extensions.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ExtensionValues([Option<(&'static ExtensionParameter, f64)>; EXTENSION_PARAMETERS]);
+
+impl ExtensionValues {
+    /// None set.
+    const NONE: ExtensionValues = ExtensionValues([None; EXTENSION_PARAMETERS]);
+
+    fn get(&self, row: &ExtensionParameter) -> f64 {
+        let mut set = self.0.iter().map_while(|value| *value);
+        set.find(|(known, _)| *known == row).map_or(f64::NAN, |(_, value)| value)
+    }
+
+    fn set(&mut self, row: &'static ExtensionParameter, value: f64) {
+        let free = |slot: &&mut Option<(&ExtensionParameter, f64)>| slot.is_none_or(|(known, _)| known == row);
+        let slot = self.0.iter_mut().find(free);
+        *slot.expect("a model with more parameters of extensions is refused") = Some((row, value));
+    }
+}
 
 /// A parameter of an extension: a row of the symbol table that a WGSL file brings along.
 #[derive(Debug, Clone)]
@@ -158,22 +175,20 @@ macro_rules! symbol_table {
         #[derive(Debug, Clone, Copy, PartialEq)]
         pub struct Parameters {
             $(#[doc = concat!($meaning, " \\[", $unit, "\\]")] pub $ident: f64,)*
-            extensions: ExtensionValues,
+            /// Values of the parameters of extensions; see [`Parameters::get`].
+            pub extensions: ExtensionValues,
         }
 
         impl Parameters {
             /// No parameter set.
-            pub const NONE: Parameters = Parameters { $($ident: f64::NAN,)* extensions: [None; EXTENSION_PARAMETERS] };
+            pub const NONE: Parameters = Parameters { $($ident: f64::NAN,)* extensions: ExtensionValues::NONE };
 
             /// The value of one symbol.
             #[must_use]
             pub fn get(&self, symbol: Symbol) -> f64 {
                 match symbol {
                     $(Symbol::$ident => self.$ident,)*
-                    Symbol::Extension(row) => {
-                        let mut set = self.extensions.iter().map_while(|value| *value);
-                        set.find(|(known, _)| *known == row).map_or(f64::NAN, |(_, value)| value)
-                    }
+                    Symbol::Extension(row) => self.extensions.get(row),
                 }
             }
 
@@ -184,11 +199,7 @@ macro_rules! symbol_table {
             pub fn set(&mut self, symbol: Symbol, value: f64) {
                 match symbol {
                     $(Symbol::$ident => self.$ident = value,)*
-                    Symbol::Extension(row) => {
-                        let free = |slot: &&mut Option<(&ExtensionParameter, f64)>| slot.is_none_or(|(known, _)| known == row);
-                        *self.extensions.iter_mut().find(free).expect("a model with so many parameters is refused") =
-                            Some((row, value));
-                    }
+                    Symbol::Extension(row) => self.extensions.set(row, value),
                 }
             }
         }

@@ -92,6 +92,7 @@ fn truth(variant: &Variant) -> Parameters {
             Symbol::f_0 => 210.0,
             Symbol::f_1 => -2.0,
             Symbol::f_2 => 0.6,
+            Symbol::Extension(_) => panic!("a variant of the paper"),
         };
         parameters.set(symbol, value);
     }

@@ -8,6 +8,8 @@
 mod common;
 #[path = "shader_mutants/exact.rs"]
 mod exact;
+#[path = "shader_mutants/extended.rs"]
+mod extended;
 mod gpu_common;
 #[path = "shader_mutants/judge.rs"]
 mod judge;
@@ -18,6 +20,7 @@ mod shots;
 #[path = "shader_mutants/text.rs"]
 mod text;
 
+use rayon::prelude::*;
 use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -69,10 +72,153 @@ const SURVIVORS: &[Survivor] = &[
         change: "< -> <=",
         reason: "equivalent: a radicand of exactly zero is shifted by nothing",
     },
+    Survivor {
+        file: "shaders/equilibrium/idm.wgsl",
+        line: "return (p.d_0 + p.t_h * v) / sqrt(max(1.0 - power(share, p.delta), 0.01));",
+        change: "0.01 -> 0.01 * 1.01",
+        reason: "a guard near the desired speed, where there is no equilibrium",
+    },
+    Survivor {
+        file: "shaders/equilibrium/linear.wgsl",
+        line: "return desired_spacing(p, Perceived(0.0, v, v));",
+        change: "0.0 -> 0.01",
+        reason: "never read: no spacing policy depends on the spacing",
+    },
+    Survivor {
+        file: "shaders/extension/asym_lag.wgsl",
+        line: "let lag = select(own.tb, own.ta, a_cmd >= 0.0);",
+        change: ">= -> >",
+        reason: "equivalent but for a command of exactly zero",
+    },
+    Survivor {
+        file: "shaders/extension/integral_action.wgsl",
+        line: "let waits = abs(part) >= LIMIT && part * error * own.ki > 0.0;",
+        change: ">= -> >",
+        reason: "equivalent but for a part of exactly the limit",
+    },
+    Survivor {
+        file: "shaders/extension/integral_action.wgsl",
+        line: "let waits = abs(part) >= LIMIT && part * error * own.ki > 0.0;",
+        change: "* -> /",
+        reason: "equivalent: only the sign counts",
+    },
+    Survivor {
+        file: "shaders/extension/integral_action.wgsl",
+        line: "let waits = abs(part) >= LIMIT && part * error * own.ki > 0.0;",
+        change: "* -> / (2)",
+        reason: "equivalent: only the sign counts",
+    },
+    Survivor {
+        file: "shaders/extension/integral_action.wgsl",
+        line: "let waits = abs(part) >= LIMIT && part * error * own.ki > 0.0;",
+        change: "> -> >=",
+        reason: "equivalent: at zero nothing is added either way",
+    },
+    Survivor {
+        file: "shaders/extension/periodic.wgsl",
+        line: "let folded = select(select(v, 0.5 - v, v > 0.25), -0.5 - v, v < -0.25);",
+        change: "> -> >=",
+        reason: "equivalent: both sides are equal there",
+    },
+    Survivor {
+        file: "shaders/extension/periodic.wgsl",
+        line: "let folded = select(select(v, 0.5 - v, v > 0.25), -0.5 - v, v < -0.25);",
+        change: "0.25 -> 0.25 * 1.01",
+        reason: "equivalent: around a quarter turn the series holds on both sides",
+    },
+    Survivor {
+        file: "shaders/extension/periodic.wgsl",
+        line: "let folded = select(select(v, 0.5 - v, v > 0.25), -0.5 - v, v < -0.25);",
+        change: "< -> <=",
+        reason: "equivalent: both sides are equal there",
+    },
+    Survivor {
+        file: "shaders/extension/periodic.wgsl",
+        line: "let folded = select(select(v, 0.5 - v, v > 0.25), -0.5 - v, v < -0.25);",
+        change: "0.25 -> 0.25 * 1.01 (2)",
+        reason: "equivalent: around a quarter turn the series holds on both sides",
+    },
+    Survivor {
+        file: "shaders/extension/power_cap.wgsl",
+        line: "return min(a_cmd, own.P / max(w.v_f, 0.1));",
+        change: "0.1 -> 0.1 * 1.01",
+        reason: "a guard for a standing car: ten times the power per mass is far above any command",
+    },
+    Survivor {
+        file: "shaders/extension/probe_history.wgsl",
+        line: "return Changed(a + own.history_a * both, State(state.slow + min(w.dt / (1.0 + 0.5 * w.dt), 1.0) * change));",
+        change: "1.0 -> 1.0 * 1.01 (2)",
+        reason: "the share reaches 1 only for steps above 2 s",
+    },
+    Survivor {
+        file: "shaders/extension/probe_road.wgsl",
+        line: "let lap = max(own.road_lap, 1.0);",
+        change: "1.0 -> 1.0 * 1.01",
+        reason: "a guard for a lap of zero; no lap is a metre long",
+    },
+    Survivor {
+        file: "shaders/extension/probe_road.wgsl",
+        line: "let off = abs(select(far, round, own.road_lap > 0.0));",
+        change: "0.0 -> 0.01",
+        reason: "no lap is a centimetre long",
+    },
+    Survivor {
+        file: "shaders/extension/probe_thrust.wgsl",
+        line: "return a + select(0.0, tent, a > 0.15);",
+        change: "> -> >=",
+        reason: "equivalent but for a command of exactly the limit",
+    },
+    Survivor {
+        file: "shaders/extension/quantised_accel.wgsl",
+        line: "let step = max(own.qz, 0.000001);",
+        change: "0.000001 -> 0.000001 * 1.01",
+        reason: "a guard for a step of zero",
+    },
+    Survivor {
+        file: "shaders/extension/quantised_accel.wgsl",
+        line: "return select(a_cmd, rounded, own.qz > 0.000001);",
+        change: "> -> >=",
+        reason: "a guard for a step of zero",
+    },
+    Survivor {
+        file: "shaders/extension/quantised_accel.wgsl",
+        line: "return select(a_cmd, rounded, own.qz > 0.000001);",
+        change: "0.000001 -> 0.000001 * 1.01",
+        reason: "a guard for a step of zero",
+    },
+    Survivor {
+        file: "shaders/extension/set_speed_change.wgsl",
+        line: "return select(a_cmd, held, since >= 0.0 && since < own.dur);",
+        change: ">= -> >",
+        reason: "equivalent but for a sample at the very moment",
+    },
+    Survivor {
+        file: "shaders/extension/set_speed_change.wgsl",
+        line: "return select(a_cmd, held, since >= 0.0 && since < own.dur);",
+        change: "0.0 -> 0.01",
+        reason: "no sample lies within a hundredth of a second of the moment",
+    },
+    Survivor {
+        file: "shaders/extension/set_speed_change.wgsl",
+        line: "return select(a_cmd, held, since >= 0.0 && since < own.dur);",
+        change: "< -> <=",
+        reason: "equivalent but for a sample at the very moment",
+    },
+    Survivor {
+        file: "shaders/extension/periodic.wgsl",
+        line: "var s = 42.05869394489765 * z - 76.70585975306136;",
+        change: "42.05869394489765 -> 42.05869394489765 * 1.01",
+        reason: "1 % of a term that is 1e-5 at most",
+    },
 ];
 
-/// Files that are judged on the GPU: the time loop, which only a GPU runs, and two functions that `lanes` has in Rust.
-const ON_GPU: [&str; 3] = ["shaders/kernel.wgsl", "shaders/power.wgsl", "shaders/opaque.wgsl"];
+/// Files that are judged on the GPU: the time loop, which only a GPU runs, two functions that `lanes` has in Rust, and
+/// the step under an observer.
+const ON_GPU: [&str; 4] =
+    ["shaders/kernel.wgsl", "shaders/power.wgsl", "shaders/opaque.wgsl", "shaders/step_extended.wgsl"];
+
+/// Files that declare and compute nothing: nothing in them can be changed.
+const DECLARATIONS: [&str; 3] = ["shaders/world.wgsl", "shaders/unextended.wgsl", "shaders/between.wgsl"];
 
 /// Path and text of every shader.
 fn shaders() -> Vec<(String, String)> {
@@ -116,10 +262,26 @@ fn every_change_of_a_part_is_noticed() {
     }
     let mut all = Vec::new();
     for (file, text) in shaders() {
-        if ON_GPU.contains(&file.as_str()) {
+        if ON_GPU.contains(&file.as_str()) || DECLARATIONS.contains(&file.as_str()) {
             continue;
         }
         let found = mutants(&file, &text);
+        if extended::judges_file(&file) {
+            let judges = extended::judges(&file);
+            for judge in &judges {
+                judge.verdict(&|_, _| None).expect("the texts as they are compute what the reference computes");
+            }
+            let judged: Vec<_> = found
+                .into_par_iter()
+                .map(|mutant| {
+                    let replace = |name: &str, _: &str| (name == file).then(|| mutant.text.clone());
+                    let verdict = judges.iter().try_for_each(|judge| judge.verdict(&replace));
+                    (mutant, verdict)
+                })
+                .collect();
+            all.extend(judged);
+            continue;
+        }
         let own: Vec<_> = judges.iter().filter(|judge| judge.contains(&file)).collect();
         assert!(!own.is_empty(), "{file}: no recipe in tests/shader_mutants/judge.rs contains it");
         for mutant in found {
@@ -221,6 +383,12 @@ const SURVIVORS_ON_GPU: &[Survivor] = &[
         file: "shaders/kernel.wgsl",
         line: "const AT_BLOCK: u32 = AT_FLOORED + select(0u, TRIPLE_WORDS, HAS_ALL);",
         change: "0u -> 1u",
+        reason: "the layout only has to agree with itself, and buffers have a word to spare",
+    },
+    Survivor {
+        file: "shaders/kernel.wgsl",
+        line: "const AT_RING: u32 = AT_BLOCK + select(0u, 2u, OBSERVER);",
+        change: "2u -> 3u",
         reason: "the layout only has to agree with itself, and buffers have a word to spare",
     },
     Survivor {

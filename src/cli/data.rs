@@ -159,7 +159,7 @@ pub fn read_grade(text: &str) -> anyhow::Result<Grade> {
 }
 
 /// The follower of a file that has only one.
-fn only_follower(recording: &Recording) -> anyhow::Result<usize> {
+pub fn only_follower(recording: &Recording) -> anyhow::Result<usize> {
     let mut cars = recording.platoons[0].cars.iter().filter(|c| c.number > 1);
     let followers: Vec<String> = cars.by_ref().map(|c| format!("{} = {}", c.number - 1, c.name)).collect();
     if followers.len() == 1 {

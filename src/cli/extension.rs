@@ -17,7 +17,7 @@ pub fn extend(variant: Variant, extensions: &[String]) -> anyhow::Result<Variant
 
 /// An extension by the name of a built-in one, or by its file.
 pub fn find(given: &str) -> anyhow::Result<&'static Extension> {
-    if !Path::new(given).extension().is_some_and(|e| e == "wgsl") {
+    if Path::new(given).extension().is_none_or(|e| e != "wgsl") {
         let names = || library().iter().filter(|e| e.cause.is_some()).map(|e| e.name.as_str());
         return extension_named(given).ok_or_else(|| {
             let near = names().map(|name| (strsim::damerau_levenshtein(name, given), name)).min();

@@ -7,6 +7,7 @@ mod calibrate;
 mod check;
 mod data;
 mod demo;
+mod diagnose;
 mod doctor;
 mod evaluate;
 mod evaluator;
@@ -15,6 +16,7 @@ mod inspect;
 mod interrupt;
 mod list;
 pub mod output;
+mod report;
 mod simulate;
 mod study;
 mod synth;
@@ -47,6 +49,10 @@ enum Command {
     Evaluate(evaluate::Args),
     /// Calibrate and validate many variants on many trajectories: plan, run, status, merge
     Study(study::Args),
+    /// Show what the data and a simulation get wrong, name the cause, and measure what it is worth
+    Diagnose(Box<diagnose::Args>),
+    /// Write a calibration or a diagnosis as one HTML file
+    Report(report::Args),
     /// Check extensions of one's own: WGSL files
     Check(check::Args),
     /// List variants, parameters, causes, vehicles, goodness-of-fit functions, conventions
@@ -65,6 +71,11 @@ enum Command {
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub struct Usage(pub String);
+
+/// A command that was done, and whose exit code says more.
+#[derive(Debug, thiserror::Error)]
+#[error("exit code {0}")]
+pub struct Exit(pub u8);
 
 /// True if the command line itself asked for something that cannot be, whatever the data.
 pub fn is_usage(error: &anyhow::Error) -> bool {
@@ -90,6 +101,8 @@ pub fn run(cli: Cli) -> anyhow::Result<()> {
         Command::Simulate(args) => simulate::run(&args),
         Command::Evaluate(args) => evaluate::run(&args),
         Command::Study(args) => study::run(&args),
+        Command::Diagnose(args) => diagnose::run(&args),
+        Command::Report(args) => report::run(&args),
         Command::Check(args) => check::run(&args),
         Command::List(args) => list::run(&args),
         Command::Doctor(args) => doctor::run(&args),

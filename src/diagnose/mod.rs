@@ -5,17 +5,28 @@
 
 pub mod adopt;
 pub mod base;
+pub mod budget;
 pub mod candidate;
+pub mod data;
 pub mod decide;
+pub mod describe;
 pub mod drive;
 pub mod family;
 pub mod fit;
 pub mod fold;
+pub mod formula;
+mod fourier;
+pub mod free;
+pub mod gain;
 pub mod gram;
+pub mod hold_back;
 mod infer;
 pub mod likelihood;
+pub mod missing;
 pub mod model;
 pub mod observer;
+pub mod outcome;
+pub mod scene;
 pub mod screen;
 pub mod space;
 pub mod specification;

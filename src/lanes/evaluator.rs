@@ -51,9 +51,9 @@ impl Engine {
         cases: &[Case],
         courses: &[Course],
         gof: &GoodnessOfFit,
-        precision: LanesPrecision,
-        set: InstructionSet,
+        (precision, set): (LanesPrecision, InstructionSet),
         observed: bool,
+        replace: &dyn Fn(&str, &str) -> Option<String>,
     ) -> Result<Engine, EvaluateError> {
         let text = match precision {
             LanesPrecision::Plain | LanesPrecision::F64 => Precision::Plain,
@@ -61,7 +61,7 @@ impl Engine {
         };
         let (variant, radicand) = (cases[0].variant, cases[0].convention.radicand);
         let recipe = Recipe { variant, precision: text, radicand, observed };
-        let source = Source::model(&recipe);
+        let source = Source::model_with(&recipe, replace);
         let checked = check(&source).map_err(LanesError::from)?;
         let model = Model::compile(&source, &checked, &recipe)?;
         Ok(match precision {
@@ -107,13 +107,30 @@ impl Lanes {
     /// # Panics
     /// Without cases, or if they were prepared for different variants or conventions of the start.
     pub fn new(cases: Vec<Case>, gof: GoodnessOfFit, precision: LanesPrecision) -> Result<Lanes, EvaluateError> {
+        Lanes::with_texts(cases, gof, precision, &|_, _| None)
+    }
+
+    /// As [`Lanes::new`], but `replace` may put another text in the place of a file, given its path and its text; mutation tests.
+    ///
+    /// # Errors
+    /// As [`Lanes::new`].
+    ///
+    /// # Panics
+    /// As [`Lanes::new`].
+    #[doc(hidden)]
+    pub fn with_texts(
+        cases: Vec<Case>,
+        gof: GoodnessOfFit,
+        precision: LanesPrecision,
+        replace: &dyn Fn(&str, &str) -> Option<String>,
+    ) -> Result<Lanes, EvaluateError> {
         let first = cases.first().expect("at least one case");
         let (variant, radicand) = (first.variant, first.convention.radicand);
         assert!(cases.iter().all(|c| c.variant == variant), "cases of one variant");
         assert!(cases.iter().all(|c| c.convention.radicand == radicand), "cases that start alike");
         let courses: Vec<Course> = cases.iter().map(Course::new).collect::<Result<_, _>>()?;
         let set = InstructionSet::best();
-        let engine = Engine::new(&cases, &courses, &gof, precision, set, false)?;
+        let engine = Engine::new(&cases, &courses, &gof, (precision, set), false, replace)?;
         Ok(Lanes { cases, courses, gof, precision, set, engine, observing: None, finished: [Vec::new(), Vec::new()] })
     }
 
@@ -193,7 +210,8 @@ impl Lanes {
     fn observe(&mut self) -> Result<(), EvaluateError> {
         if self.observing.is_none() {
             let (precision, set) = (self.precision, self.set);
-            self.observing = Some(Engine::new(&self.cases, &self.courses, &self.gof, precision, set, true)?);
+            let how = (precision, set);
+            self.observing = Some(Engine::new(&self.cases, &self.courses, &self.gof, how, true, &|_, _| None)?);
         }
         Ok(())
     }

@@ -5,7 +5,9 @@
 
 pub mod assemble;
 pub mod csv;
+pub mod diagnosis;
 pub mod figure;
+pub mod html;
 pub mod parquet;
 pub mod plot;
 pub mod result;

@@ -62,7 +62,7 @@ built_in! {
 pub fn library() -> &'static [&'static Extension] {
     static LIBRARY: LazyLock<Vec<&'static Extension>> = LazyLock::new(|| {
         let read = |(rank, (name, file, text)): (usize, &(&str, &str, &str))| {
-            keep(Reader::read(name, file, text).map(|e| Extension { rank, ..e })).expect("tests read all of them")
+            kept(name, file, text, rank).expect("tests read all of them")
         };
         BUILT_IN.iter().enumerate().map(read).collect()
     });
@@ -96,20 +96,19 @@ pub fn read_extension(file: &str, text: &str) -> Result<&'static Extension, Shad
     if extension_named(name).is_some_and(|known| known.text != text) {
         return Err(plain(format!("there is a built-in extension `{name}`; give the file another name")));
     }
-    keep(Reader::read(name, file, text))
+    kept(name, file, text, usize::MAX)
 }
 
-/// Extensions are read once: the same text gives the same one.
-fn keep(read: Result<Extension, ShaderError>) -> Result<&'static Extension, ShaderError> {
+/// Extensions are read once: the same name and text give the same one.
+fn kept(name: &str, file: &str, text: &str, rank: usize) -> Result<&'static Extension, ShaderError> {
     static KNOWN: Mutex<Vec<&'static Extension>> = Mutex::new(Vec::new());
-    let read = read?;
     let mut known = KNOWN.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-    if let Some(one) = known.iter().find(|one| ***one == read) {
+    if let Some(one) = known.iter().find(|one| one.name == name && one.text == text) {
         return Ok(one);
     }
-    let kept: &'static Extension = Box::leak(Box::new(read));
-    known.push(kept);
-    Ok(kept)
+    let extension: &'static Extension = Box::leak(Box::new(Extension { rank, ..Reader::read(name, file, text)? }));
+    known.push(extension);
+    Ok(extension)
 }
 
 struct Reader<'a> {
@@ -137,7 +136,7 @@ impl<'a> Reader<'a> {
         let declares = names(&reader.checked).into_iter().filter(|name| !reader.around.contains(name)).collect();
         let position = |wanted: &Option<String>| match wanted {
             None => Ok(None),
-            Some(wanted) => match parameters.iter().position(|p| p.name() == wanted) {
+            Some(wanted) => match parameters.iter().position(|p| p.name == *wanted) {
                 Some(k) => Ok(Some(k)),
                 None => Err(reader.plain(format!("`loop:` names {wanted}, which is no parameter of this extension"))),
             },
@@ -155,7 +154,8 @@ impl<'a> Reader<'a> {
             text: text.to_owned(),
             file: file.to_owned(),
             declares,
-            parameters,
+            // Kept for the life of the program, as the extension itself is.
+            parameters: parameters.into_iter().map(|row| Symbol::Extension(Box::leak(Box::new(row)))).collect(),
             stages,
             state,
             reads: reader.reads(),
@@ -241,7 +241,7 @@ impl<'a> Reader<'a> {
         Ok(found)
     }
 
-    fn parameters(&self) -> Result<Vec<Symbol>, ShaderError> {
+    fn parameters(&self) -> Result<Vec<ExtensionParameter>, ShaderError> {
         let read = |(name, comment, span): (String, String, Span)| {
             if Symbol::from_name(&name).is_some() {
                 return self.refuse(span, format!("{name} is a parameter of the base models; give yours another name"));
@@ -257,7 +257,7 @@ impl<'a> Reader<'a> {
                 upper: about.upper,
                 neutral: about.neutral,
             };
-            Ok(Symbol::Extension(Box::leak(Box::new(row))))
+            Ok(row)
         };
         self.members("Parameters")?.into_iter().map(read).collect()
     }

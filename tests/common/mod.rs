@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "every test file uses some of them")]
 
 pub mod cars;
+pub mod extended;
 pub mod followers;
 pub mod tolerance;
 

@@ -81,7 +81,14 @@ pub fn space(variant: Variant, convention: Convention) -> SearchSpace {
 
 /// A case of `samples` samples.
 pub fn case(variant: Variant, convention: Convention, samples: usize, phase: f64) -> Case {
-    Case::new(&trajectory(samples, phase), variant, Some(&vehicle()), convention, 0.8).expect("a complete case")
+    let mut trajectory = trajectory(samples, phase);
+    if !variant.extensions.is_empty() {
+        // A car ahead of the preceding one, for the extensions that look at it.
+        trajectory.v_l2 = Some(trajectory.v_l.iter().rev().copied().collect());
+        trajectory.s_l2 = Some(trajectory.s.iter().map(|s| s + 5.0).collect());
+        trajectory.t.iter_mut().for_each(|t| *t += 7.0);
+    }
+    Case::new(&trajectory, variant, Some(&vehicle()), convention, 0.8).expect("a complete case")
 }
 
 /// Candidates all over the search space.

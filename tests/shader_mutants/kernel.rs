@@ -10,7 +10,7 @@ use leadlag::gpu::{AdapterChoice, Gpu, Limits};
 use leadlag::symbols::Symbol;
 use leadlag::trajectory::integrate;
 use leadlag::vehicle::{Mfc, Vehicle};
-use leadlag::wgsl::Precision;
+use leadlag::wgsl::{Precision, read_extension};
 use std::sync::Arc;
 
 /// Samples of a submission, so that every longer run is interrupted, and never at the end of a block or of the ring.
@@ -35,9 +35,39 @@ enum What {
     Observed,
 }
 
-/// Variant, precision, what is asked for, goodness of fit, longest delay \[s\], clipping or rejecting: until everything in the kernel
+/// An extension that reads and remembers everything.
+const EVERYTHING: &str = "//! loop: look back by to
+struct Parameters {
+    /// how long ago [s], -1 to 1, neutral 0
+    to: f32,
+}
+struct State {
+    /// starts at s
+    s: f32,
+    /// starts at v_f
+    v_f: f32,
+    /// starts at v_l
+    v_l: f32,
+    /// starts at a_f
+    a_f: f32,
+    /// starts at 0.25
+    count: f32,
+}
+struct Done {
+    a: f32,
+    state: State,
+}
+fn everything_command(state: State, w: World, x: Perceived, a_cmd: f32) -> Done {
+    let known = 0.01 * w.t + 0.0001 * w.x_f + 0.1 * w.a_l + 0.02 * w.v_l2 + 0.003 * w.s_l2 + 0.02 * w.v_l_then;
+    let more = 0.03 * w.v_l_half + 0.001 * state.s + 0.002 * state.v_f + 0.003 * state.v_l + 0.05 * state.a_f;
+    let next = State(0.9 * state.s + 0.1 * x.s, 0.8 * state.v_f, state.v_l + 0.1, 0.5 * w.a_f, 0.9 * state.count);
+    return Done(a_cmd + 0.1 * sin(known + more + state.count), next);
+}
+";
+
+/// Variant (with two plus signs behind it: with the extension above), precision, what is asked for, goodness of fit, longest delay \[s\], clipping or rejecting: until everything in the kernel
 /// decides somewhere. Kernels that a driver compiles quickly come first, for the first scene that notices a mutant is the last.
-const SCENES: [(&str, Precision, What, &str, f64, BoundRule); 8] = [
+const SCENES: [(&str, Precision, What, &str, f64, BoundRule); 10] = [
     ("idm+linear+constant", Precision::Plain, What::Scores, "nrmse-sva", 0.8, BoundRule::Reject),
     ("l-cth", Precision::Plain, What::Scores, "rmspe-sva", 0.8, BoundRule::Clip),
     ("l-cth", Precision::Plain, What::Scores, "rmse-sn-vn", 0.8, BoundRule::Clip),
@@ -45,6 +75,8 @@ const SCENES: [(&str, Precision, What, &str, f64, BoundRule); 8] = [
     // A ring that does not fit into an invocation.
     ("l-idm+delay+constant", Precision::Plain, What::Scores, "nrmse-sva", 7.0, BoundRule::Clip),
     ("l-gipps+nonlinear+mfc", Precision::Plain, What::Scores, "nrmse-sva", 0.8, BoundRule::Clip),
+    ("l-cth++", Precision::Plain, What::Observed, "nrmse-sva", 0.8, BoundRule::Clip),
+    ("idm+delay++", Precision::Plain, What::Raw, "nrmse-sva", 0.8, BoundRule::Clip),
     ("idm", Precision::Compensated, What::Scores, "u-sva", 0.8, BoundRule::Clip),
     ("gipps+delay+nonlinear+mfc", Precision::Compensated, What::Raw, "nrmse-sva", 0.8, BoundRule::Clip),
 ];
@@ -153,7 +185,12 @@ fn population_of(variant: Variant, convention: Convention, seed: u64) -> Populat
 impl Scene {
     fn new(row: (&str, Precision, What, &str, f64, BoundRule)) -> Scene {
         let (variant, precision, what, gof, tau_p_upper, bounds) = row;
-        let variant = variant.parse().expect("a variant");
+        let base: Variant = variant.trim_end_matches("++").parse().expect("a variant");
+        let variant = if variant.ends_with("++") {
+            base.with(read_extension("everything.wgsl", EVERYTHING).expect("valid")).expect("no conflict")
+        } else {
+            base
+        };
         // The authors' look-up jumps at the nodes of an MFC curve, and their denominators have a floor.
         let Convention { mfc, denominators, .. } = Convention::AUTHORS;
         let convention = Convention { bounds, mfc, denominators, ..Convention::PAPER };

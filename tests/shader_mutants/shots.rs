@@ -109,6 +109,9 @@ fn shot(variant: Variant, convention: Convention, number: u64, trace: &mut Trace
         s: two(s, s),
         vehicle: Some(Arc::new(vehicle)),
         grade: Some(Arc::new(Grade { x: vec![0.0], sin: vec![sin_grade], period: None, source: None })),
+        t_0: 0.0,
+        v_l2: None,
+        s_l2: None,
         tau_p_upper: 0.0,
     };
     let run = simulate(&case, &p, trace);

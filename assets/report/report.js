@@ -1,0 +1,93 @@
+"use strict";
+(() => {
+  const read = (id) => JSON.parse(document.getElementById(id).textContent);
+  const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim();
+  const HEIGHT = 190;
+
+  // One plot per panel; those of one chart share cursor and zoom.
+  function draw(place, chart, number) {
+    place.textContent = "";
+    const axis = () => ({ stroke: colour("ink"), grid: { stroke: colour("line"), width: 1 }, ticks: { stroke: colour("line") } });
+    const plots = [];
+    let zooming = false;
+    const zoomAll = (from, min, max) => {
+      if (zooming) return;
+      zooming = true;
+      plots.filter((plot) => plot !== from).forEach((plot) => plot.setScale("x", { min, max }));
+      zooming = false;
+    };
+    chart.panels.forEach((panel, k) => {
+      const last = k + 1 === chart.panels.length;
+      const options = {
+        width: Math.max(place.clientWidth, 200),
+        height: HEIGHT + (last ? 30 : 0),
+        scales: { x: { time: false } },
+        cursor: { sync: { key: "chart" + number }, drag: { x: true, y: false } },
+        axes: [
+          { ...axis(), label: last ? chart.x_label : undefined, labelSize: 20 },
+          { ...axis(), label: panel.label, labelSize: 20, size: 56 },
+        ],
+        series: [{ label: chart.x_label }].concat(panel.lines.map((line) => ({
+          label: line.name, stroke: colour(line.role), width: line.role === "context" ? 1 : 1.5, points: { show: false },
+        }))),
+        hooks: { setScale: [(plot, key) => { if (key === "x") zoomAll(plot, plot.scales.x.min, plot.scales.x.max); }] },
+      };
+      plots.push(new uPlot(options, [chart.x].concat(panel.lines.map((line) => line.values)), place));
+    });
+    const [first, end] = [chart.x[0], chart.x[chart.x.length - 1]];
+    // Keys: left and right move, plus and minus zoom, 0 shows all.
+    place.onkeydown = (event) => {
+      const { min, max } = plots[0].scales.x;
+      const [middle, half] = [(min + max) / 2, (max - min) / 2];
+      const show = (m, h) => plots[0].setScale("x", { min: Math.max(first, m - h), max: Math.min(end, m + h) });
+      const keys = {
+        ArrowLeft: () => show(Math.max(first + half, middle - half / 2), half),
+        ArrowRight: () => show(Math.min(end - half, middle + half / 2), half),
+        "+": () => show(middle, half / 2), "-": () => show(middle, half * 2), 0: () => show((first + end) / 2, (end - first) / 2),
+      };
+      if (keys[event.key]) { event.preventDefault(); keys[event.key](); }
+    };
+    return plots;
+  }
+
+  const charts = read("charts");
+  const places = [...document.querySelectorAll(".chart")];
+  let drawn = [];
+  const all = () => {
+    drawn.flat().forEach((plot) => plot.destroy());
+    drawn = places.map((place) => draw(place, charts[Number(place.dataset.chart)], place.dataset.chart));
+  };
+  all();
+  let waiting = 0;
+  window.addEventListener("resize", () => {
+    clearTimeout(waiting);
+    waiting = setTimeout(() => drawn.forEach((plots, i) => plots.forEach((plot) =>
+      plot.setSize({ width: Math.max(places[i].clientWidth, 200), height: plot.height }))), 100);
+  });
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", all);
+
+  // A click on a heading sorts its table.
+  const key = (cell) => {
+    const number = parseFloat(cell.textContent.replace("−", "-"));
+    return Number.isNaN(number) ? cell.textContent : number;
+  };
+  const order = (a, b) => (typeof a === "number" && typeof b === "number" ? a - b : String(a).localeCompare(String(b)));
+  document.querySelectorAll("th button").forEach((button) => button.addEventListener("click", () => {
+    const head = button.parentElement;
+    const rising = head.getAttribute("aria-sort") !== "ascending";
+    [...head.parentElement.children].forEach((other) => other.removeAttribute("aria-sort"));
+    head.setAttribute("aria-sort", rising ? "ascending" : "descending");
+    const [column, body] = [head.cellIndex, head.closest("table").tBodies[0]];
+    const rows = [...body.rows].sort((a, b) => order(key(a.cells[column]), key(b.cells[column])) * (rising ? 1 : -1));
+    body.append(...rows);
+  }));
+
+  document.getElementById("save").addEventListener("click", () => {
+    const text = document.getElementById("result").textContent;
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(new Blob([text], { type: "application/json" }));
+    link.download = "result.json";
+    link.click();
+    URL.revokeObjectURL(link.href);
+  });
+})();

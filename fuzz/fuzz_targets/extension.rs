@@ -1,0 +1,43 @@
+//! Extensions: whatever the file says, it is refused with its place, or it runs.
+#![no_main]
+
+use leadlag::catalog::Variant;
+use leadlag::convention::Convention;
+use leadlag::evaluator::{Case, Job, Population};
+use leadlag::lanes::{Lanes, LanesPrecision};
+use leadlag::plant;
+use leadlag::score::GoodnessOfFit;
+use leadlag::symbols::{Bounds, Symbol};
+use leadlag::trajectory::{Preparation, Trajectory, import, prepare};
+use leadlag::wgsl::read_extension;
+use std::sync::LazyLock;
+
+static DRIVE: LazyLock<Trajectory> = LazyLock::new(|| {
+    let platoon = plant::run(&plant::Scenario { duration_s: 20.0, ..Default::default() }).expect("it can be driven");
+    let mut file = Vec::new();
+    plant::write_pair(&platoon, 1, &mut file).expect("memory");
+    let recording = import::read_bytes(&file, "pair.csv", None).expect("just written");
+    prepare(&recording, 1, &Preparation::default()).expect("a good drive").remove(0)
+});
+
+fn middle(symbol: Symbol) -> f64 {
+    match symbol.bounds() {
+        Bounds::Fixed(lower, upper) => 0.5 * (lower + upper),
+        Bounds::PerVehicle => 1.0,
+    }
+}
+
+libfuzzer_sys::fuzz_target!(|text: &str| {
+    let Ok(extension) = read_extension("fuzzed.wgsl", text) else { return };
+    for base in ["idm", "gipps", "l-cth"] {
+        let base: Variant = base.parse().expect("a base");
+        let Ok(variant) = base.with(extension) else { continue };
+        let Ok(case) = Case::new(&DRIVE, variant, None, Convention::PAPER, 0.8) else { continue };
+        // Parts of the base that it reads may not be there, which is an error and no panic.
+        let Ok(mut lanes) = Lanes::new(vec![case], GoodnessOfFit::NRMSE_SVA, LanesPrecision::F64) else { continue };
+        let symbols = variant.parameters();
+        let mut population = Population::new(&symbols);
+        population.push(&symbols.iter().map(|symbol| middle(*symbol)).collect::<Vec<_>>());
+        let _ = lanes.raw(&[Job { case: 0, population: &population }]);
+    }
+});

@@ -1,0 +1,153 @@
+//! `leadlag diagnose`: what the data and the simulation get wrong, which cause explains it, and what it is worth.
+
+mod bar;
+mod load;
+mod write;
+
+use super::data::DataArgs;
+use super::{Exit, Usage, interrupt, output};
+use clap::ValueEnum;
+use leadlag::calibrate::read_bounds;
+use leadlag::catalog::Variant;
+use leadlag::diagnose::describe::describe;
+use leadlag::diagnose::{Effort, Question};
+use leadlag::extension::Extension;
+use leadlag::report::diagnosis::text;
+use leadlag::wgsl::{library, read_extension};
+use std::path::PathBuf;
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  leadlag diagnose --data A.csv,B.csv --holdout C.csv --base l-cth --out diagnosis
+  leadlag diagnose --data platoon.csv --follower 2 --data-only
+  leadlag diagnose --data A.csv --base idm --causes mine.wgsl --effort quick --json
+
+Exit codes with --exit-code: 0 named, 3 nothing, 4 ambiguous, 5 unexplained, 6 not testable, 7 bad base or bad data.")]
+pub struct Args {
+    /// Measured files to train on, separated by commas
+    #[arg(long, required = true, value_name = "FILE,...", value_delimiter = ',')]
+    pub data: Vec<PathBuf>,
+    /// Measured files that are held back for the gain [default: the last third of every file]
+    #[arg(long, value_name = "FILE,...", value_delimiter = ',')]
+    pub holdout: Vec<PathBuf>,
+    /// The follower: 1 is right behind the platoon leader [default: the only one]
+    #[arg(long, value_name = "N")]
+    pub follower: Option<usize>,
+    /// The model that is blamed: idm, gipps, l-cth, l-idm, l-gipps, or any variant by id or name
+    #[arg(long, value_name = "NAME|ID", required_unless_present = "data_only")]
+    pub base: Option<Variant>,
+    /// Check the data, and stop there
+    #[arg(long)]
+    pub data_only: bool,
+    /// Correct what is wrong with the data, where it can be, before going on
+    #[arg(long)]
+    pub correct: bool,
+    /// How hard to search
+    #[arg(long, value_enum, default_value_t = EffortArg::Normal)]
+    pub effort: EffortArg,
+    /// The one seed of all random numbers
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// A cause of your own, as a WGSL part; may be given several times
+    #[arg(long, value_name = "FILE.wgsl")]
+    pub causes: Vec<PathBuf>,
+    /// TOML file of bounds that replace those of the diagnosis: v_0 = [25, 40]
+    #[arg(long, value_name = "FILE.toml")]
+    pub bounds: Option<PathBuf>,
+    /// Folder for diagnosis.json, the missing acceleration, the extended model and the pictures
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Print diagnosis.json instead of text
+    #[arg(long)]
+    pub json: bool,
+    /// Let the exit code tell the verdict
+    #[arg(long)]
+    pub exit_code: bool,
+    #[command(flatten)]
+    pub prepare: DataArgs,
+}
+
+/// How hard to search.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum EffortArg {
+    /// Some seconds
+    Quick,
+    /// About a minute
+    Normal,
+    /// As long as it takes
+    Thorough,
+}
+
+pub fn run(args: &Args) -> anyhow::Result<()> {
+    // The check of the data needs no variant; the one it is prepared for then only says what it has to have.
+    let variant = args.base.unwrap_or(Variant::from_id(1)?);
+    let loaded = load::load(args, variant)?;
+    if args.data_only {
+        let faulty = loaded.findings.iter().any(|f| f.name == "inconsistent" && f.unit == "m/s");
+        if args.json {
+            let version = leadlag::diagnose::outcome::SCHEMA_VERSION;
+            let (findings, data) = (&loaded.findings, &loaded.data);
+            let report = serde_json::json!({"schema_version": version, "data_findings": findings, "data": data});
+            output::print_json(&report)?;
+        } else {
+            output::print(&text::data(&loaded.data, &loaded.findings))?;
+        }
+        return if args.exit_code && faulty { Err(Exit(7).into()) } else { Ok(()) };
+    }
+    let causes = causes(args)?;
+    let bounds = args.bounds.as_deref().map(|path| read_bounds(path, &variant)).transpose()?.unwrap_or_default();
+    if let Some(out) = &args.out {
+        // Before the work: a folder that cannot be written must not cost a diagnosis.
+        output::make_folder(out)?;
+    }
+    let question = Question {
+        train: &loaded.train,
+        holdout: &loaded.holdout,
+        base: variant,
+        effort: match args.effort {
+            EffortArg::Quick => Effort::Quick,
+            EffortArg::Normal => Effort::Normal,
+            EffortArg::Thorough => Effort::Thorough,
+        },
+        seed: args.seed,
+        causes: &causes,
+        bounds: &bounds,
+    };
+    interrupt::watch();
+    let mut bar = bar::Bar::new();
+    let found = describe(&question, loaded.lap, &mut |p| bar.update(&p));
+    bar.finish();
+    let mut diagnosis = found?;
+    diagnosis.outcome.data = loaded.data;
+    diagnosis.outcome.data_findings = loaded.findings;
+    diagnosis.outcome.held_back = loaded.held_back;
+    if let Some(out) = &args.out {
+        write::files(out, &diagnosis, &loaded.train, &loaded.holdout)?;
+    }
+    let outcome = &diagnosis.outcome;
+    if args.json {
+        output::print(&outcome.to_json())?;
+    } else {
+        output::print(&text::diagnosis(outcome))?;
+    }
+    if let Some(out) = &args.out {
+        eprintln!("files in {}", out.display());
+    }
+    let code = if outcome.has_bad_data() { 7 } else { outcome.verdict.exit_code() };
+    if args.exit_code && code != 0 { Err(Exit(code).into()) } else { Ok(()) }
+}
+
+/// The causes of the library, and the user's own.
+fn causes(args: &Args) -> anyhow::Result<Vec<&'static Extension>> {
+    let mut causes: Vec<&'static Extension> = library().iter().copied().filter(|e| e.cause.is_some()).collect();
+    for path in &args.causes {
+        let text = std::fs::read_to_string(path)
+            .map_err(|e| anyhow::Error::new(e).context(format!("{}: cannot read the cause", path.display())))?;
+        let own = read_extension(&path.display().to_string(), &text)?;
+        if causes.iter().any(|known| known.name == own.name) {
+            return Err(Usage(format!("--causes {}: there is a cause {} already", path.display(), own.name)).into());
+        }
+        causes.push(own);
+    }
+    Ok(causes)
+}

@@ -1,0 +1,38 @@
+//! The bar of a running diagnosis: on a terminal only, and only after a second.
+
+use super::super::interrupt;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use leadlag::diagnose::Progress;
+use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
+
+/// Steps of the bar.
+const STEPS: u64 = 1000;
+
+pub struct Bar {
+    bar: ProgressBar,
+    started: Instant,
+}
+
+impl Bar {
+    pub fn new() -> Bar {
+        let style = ProgressStyle::with_template("{bar:30} {percent:>3} % {elapsed}  {msg}");
+        let bar = ProgressBar::with_draw_target(Some(STEPS), ProgressDrawTarget::hidden())
+            .with_style(style.expect("the template is valid"));
+        Bar { bar, started: Instant::now() }
+    }
+
+    /// Shows how far the work is; breaks once Ctrl-C was pressed.
+    pub fn update(&mut self, progress: &Progress) -> ControlFlow<()> {
+        if self.bar.is_hidden() && self.started.elapsed() > Duration::from_secs(1) {
+            self.bar.set_draw_target(ProgressDrawTarget::stderr());
+        }
+        self.bar.set_position((progress.done * STEPS as f64) as u64);
+        self.bar.set_message(progress.stage.clone());
+        if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+
+    pub fn finish(&self) {
+        self.bar.finish_and_clear();
+    }
+}

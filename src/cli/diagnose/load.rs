@@ -1,0 +1,97 @@
+//! From files to drives: checked, corrected if asked for, prepared, cut.
+
+use super::super::data::{Loaded as Picked, only_follower};
+use super::Args;
+use leadlag::catalog::Variant;
+use leadlag::diagnose::Drive;
+use leadlag::diagnose::data::{check, correct};
+use leadlag::diagnose::hold_back::hold_back;
+use leadlag::diagnose::outcome::{DataEntry, FindingEntry};
+use leadlag::trajectory::Trajectory;
+use std::path::Path;
+
+/// What is diagnosed.
+pub struct Loaded {
+    pub train: Vec<Drive>,
+    pub holdout: Vec<Drive>,
+    pub data: Vec<DataEntry>,
+    pub findings: Vec<FindingEntry>,
+    pub held_back: String,
+    /// Length of a closed track \[m\].
+    pub lap: Option<f64>,
+}
+
+pub fn load(args: &Args, variant: Variant) -> anyhow::Result<Loaded> {
+    let mut loaded = Loaded {
+        train: Vec::new(),
+        holdout: Vec::new(),
+        data: Vec::new(),
+        findings: Vec::new(),
+        held_back: "Held back: the files marked so; they take no part in any fit.".to_owned(),
+        lap: None,
+    };
+    for file in &args.data {
+        let picked = one(args, variant, file, "train", &mut loaded)?;
+        loaded.lap = loaded.lap.or(picked.trajectory.grade.as_ref().and_then(|grade| grade.period));
+        if args.data_only {
+            continue;
+        }
+        if args.holdout.is_empty() {
+            let [beginning, end] = hold_back(&picked.trajectory);
+            loaded.train.extend(drives(&beginning, &picked)?);
+            loaded.holdout.extend(drives(&end, &picked)?);
+        } else {
+            loaded.train.extend(drives(&picked.trajectory, &picked)?);
+        }
+    }
+    for file in &args.holdout {
+        let picked = one(args, variant, file, "holdout", &mut loaded)?;
+        if !args.data_only {
+            loaded.holdout.extend(drives(&picked.trajectory, &picked)?);
+        }
+    }
+    if args.holdout.is_empty() {
+        loaded.held_back =
+            "No file was held back by --holdout, so the last third of every file is: it takes no part in any fit."
+                .to_owned();
+    }
+    Ok(loaded)
+}
+
+fn drives(trajectory: &Trajectory, picked: &Picked) -> anyhow::Result<Vec<Drive>> {
+    let (drives, _) = Drive::of(trajectory, picked.vehicle())?;
+    Ok(drives)
+}
+
+/// One file: its findings go to `loaded`, its trajectory comes back.
+fn one(args: &Args, variant: Variant, file: &Path, role: &str, loaded: &mut Loaded) -> anyhow::Result<Picked> {
+    let mut recording = args.prepare.read(file)?;
+    let follower = args.follower.map_or_else(|| only_follower(&recording), Ok)?;
+    let wanted = args.prepare.trajectory.as_deref();
+    let platoon = recording.platoons.iter().position(|p| wanted.is_none() || p.id.as_deref() == wanted).unwrap_or(0);
+    let soundness = check(&recording, platoon, follower)?;
+    let corrections: Vec<Option<String>> = if args.correct {
+        correct(&mut recording, platoon, follower, &soundness.findings).into_iter().map(Some).collect()
+    } else {
+        vec![None; soundness.findings.len()]
+    };
+    let picked = args.prepare.pick(&recording, Some(follower), &variant)?;
+    let path = file.display().to_string();
+    let findings = soundness.findings.iter().zip(corrections);
+    loaded.findings.extend(findings.map(|(finding, done)| FindingEntry::new(&path, finding, done)));
+    let trajectory = &picked.trajectory;
+    let mut entry = DataEntry {
+        path,
+        sha256: trajectory.source.sha256.clone(),
+        follower,
+        name: trajectory.name.clone(),
+        role: role.to_owned(),
+        window_s: [trajectory.t[0], trajectory.t[trajectory.len() - 1]],
+        samples: trajectory.len(),
+        gap_rate_rms_mps: None,
+        unseen: Vec::new(),
+    };
+    entry.take(&soundness);
+    loaded.data.push(entry);
+    Ok(picked)
+}

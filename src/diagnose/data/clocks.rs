@@ -1,0 +1,302 @@
+//! Speed scales and clocks of a link, by gap = ∫(v_l - v_f) dt.
+//!
+//! With measured speeds (1 + c) too large and late by τ, gap - ∫(v_l - v_f) dt = -c_l ∫v_l + c_f ∫v_f + τ_l v_l - τ_f v_f + constant.
+//! Differences of the two cars are told by the way and the speed, sharply; what both have in common only by the changes
+//! of the gap, less sharply: so a contradiction is often plain where the guilty car is not.
+
+use super::finding::{Finding, FindingKind, Who, Z_95, interval};
+use super::level::{self, Usable};
+use super::link::Link;
+use nalgebra::{Matrix2, Vector2};
+
+/// A finding needs this many standard errors: one false alarm of either kind in some 100 000 links.
+const SIGNIFICANT: f64 = 4.5;
+/// Scales below this (one metre in ten kilometres) and clocks within a fifth of a usual time step do not matter.
+const SCALE_MIN: f64 = 1e-4;
+const CLOCK_MIN_S: f64 = 0.02;
+/// What both cars have in common is told by the changes of the gap, where its own imperfections count: a wider limit.
+const COMMON_SCALE_MIN: f64 = 0.01;
+/// A car is named if another explanation is worse by so much in chi-squared (three standard errors).
+const TOLD: f64 = 9.0;
+/// Drive needed for an estimate \[s\].
+const DRIVE_S: f64 = 60.0;
+/// Widest clock error that is searched \[s\], and the step of the search.
+const CLOCK_MAX_S: f64 = 3.0;
+const CLOCK_STEP_S: f64 = 0.2;
+
+/// Estimates of scales (0) and clocks (1): of the leader minus the follower, and of both in common.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Redundancy {
+    estimate: [Pair; 2],
+}
+
+/// Difference and mean of the two cars, with covariance.
+#[derive(Debug, Clone, PartialEq)]
+struct Pair {
+    value: Vector2<f64>,
+    covariance: Matrix2<f64>,
+}
+
+/// Explanations that need one number: (difference, mean) per unit of it.
+const EXPLANATIONS: [(Who, [f64; 2]); 3] =
+    [(Who::Leader, [1.0, 0.5]), (Who::Follower, [-1.0, 0.5]), (Who::Both, [0.0, 1.0])];
+
+impl Redundancy {
+    pub fn estimate(link: &Link, usable: &Usable) -> Option<Redundancy> {
+        if (usable.samples() as f64) * link.dt < DRIVE_S {
+            return None;
+        }
+        let mut late = coarse(link, usable);
+        let mut estimate = None;
+        // Gauss-Newton: the columns of the clocks are first-order.
+        for _ in 0..4 {
+            let columns = columns(link, usable, late);
+            let fit = level::fit(&columns, usable, link.dt)?;
+            let pair = |i: usize, at: Vector2<f64>| Pair {
+                value: at + Vector2::new(fit.beta[i], fit.beta[i + 1]),
+                covariance: fit.covariance.fixed_view::<2, 2>(i, i).clone_owned(),
+            };
+            let clock = pair(2, Vector2::new(late[0] - late[1], 0.5 * (late[0] + late[1])));
+            let next = [clock.value[1] + 0.5 * clock.value[0], clock.value[1] - 0.5 * clock.value[0]];
+            let moved = (next[0] - late[0]).abs().max((next[1] - late[1]).abs());
+            late = next.map(|l| l.clamp(-2.0 * CLOCK_MAX_S, 2.0 * CLOCK_MAX_S));
+            estimate = Some(Redundancy { estimate: [pair(0, Vector2::zeros()), clock] });
+            if moved < 1e-3 {
+                break;
+            }
+        }
+        estimate
+    }
+
+    /// What the estimates amount to; `blurred` if a signal is smoothed or resampled, which moves its events a little.
+    pub fn findings(&self, link: &Link, blurred: bool) -> Vec<Finding> {
+        let [scale, clock] = &self.estimate;
+        let mut findings = scale.explain([SCALE_MIN, COMMON_SCALE_MIN], |who, value, error| {
+            let value = factor(value);
+            Finding {
+                kind: FindingKind::SpeedScale,
+                car: who,
+                signal: "speed",
+                value,
+                unit: "-",
+                interval: interval(value, error),
+                when: Vec::new(),
+                sentence: scale_sentence(who, value, error),
+            }
+        });
+        let least = if blurred { CLOCK_MIN_S.max(link.dt) } else { CLOCK_MIN_S };
+        findings.extend(clock.explain([least, least], |who, value, error| {
+            // Both speeds late by the same time is one late gap, the other way round.
+            let (car, signal, value) =
+                if who == Who::Both { (Who::Follower, "gap", -value) } else { (who, "speed", value) };
+            Finding {
+                kind: FindingKind::ClockOffset,
+                car,
+                signal,
+                value,
+                unit: "s",
+                interval: interval(value, error),
+                when: Vec::new(),
+                sentence: clock_sentence(car, signal, value, error),
+            }
+        }));
+        findings
+    }
+
+    /// Of the gap rate minus the speed difference, corrected by the estimates: root mean square over a second \[m/s\].
+    pub fn residual_rate_rms(&self, link: &Link, usable: &Usable) -> f64 {
+        let [scale, clock] = &self.estimate;
+        let both = |pair: &Pair| [pair.value[1] + 0.5 * pair.value[0], pair.value[1] - 0.5 * pair.value[0]];
+        let ([c_l, c_f], [late_l, late_f]) = (both(scale).map(factor), both(clock));
+        let (v_l, v_f) = (shifted(&link.v_l, late_l / link.dt), shifted(&link.v_f, late_f / link.dt));
+        let corrected = Link {
+            v_l: v_l.iter().map(|v| v / (1.0 + c_l)).collect(),
+            v_f: v_f.iter().map(|v| v / (1.0 + c_f)).collect(),
+            ..link.clone()
+        };
+        level::rate_rms(&corrected, usable).unwrap_or(0.0)
+    }
+}
+
+/// The scale error c of a car whose share of the mean way is estimated as c / (1 + c / 2): the mean way is c / 2 too long itself.
+fn factor(share: f64) -> f64 {
+    share / (1.0 - 0.5 * share)
+}
+
+impl Pair {
+    /// The explanations that the estimate asks for: none, one car or both.
+    fn explain(&self, least: [f64; 2], finding: impl Fn(Who, f64, f64) -> Finding) -> Vec<Finding> {
+        let Some(inverse) = self.covariance.try_inverse() else { return Vec::new() };
+        let beyond = |i: usize| {
+            let error = self.covariance[(i, i)].sqrt();
+            self.value[i].abs() > least[i].max(SIGNIFICANT * error)
+        };
+        let (differ, common) = (beyond(0), beyond(1));
+        if !differ && !common {
+            return Vec::new();
+        }
+        let of = |direction: [f64; 2]| {
+            let a = Vector2::from(direction);
+            let precision = (a.transpose() * inverse * a)[0];
+            let size = (a.transpose() * inverse * self.value)[0] / precision;
+            let left = self.value - a * size;
+            (size, precision.recip().sqrt(), (left.transpose() * inverse * left)[0])
+        };
+        let mut tried: Vec<(Who, (f64, f64, f64))> =
+            EXPLANATIONS.iter().filter(|(who, _)| differ || *who == Who::Both).map(|(who, d)| (*who, of(*d))).collect();
+        tried.sort_by(|a, b| a.1.2.total_cmp(&b.1.2));
+        let (who, (size, error, misfit)) = tried[0];
+        let told = tried.get(1).is_none_or(|second| second.1.2 - misfit > TOLD);
+        if told && (misfit < TOLD || !common) {
+            return vec![finding(who, size, error)];
+        }
+        if !told || !common {
+            return vec![finding(Who::Either, self.value[0], self.covariance[(0, 0)].sqrt())];
+        }
+        // Neither car alone: each its own.
+        [(Who::Leader, 0.5), (Who::Follower, -0.5)]
+            .into_iter()
+            .filter_map(|(who, half)| {
+                let a = Vector2::new(half, 1.0);
+                let (size, error) = (a.dot(&self.value), (a.transpose() * self.covariance * a)[0].sqrt());
+                (size.abs() > least[0].max(SIGNIFICANT * error)).then(|| finding(who, size, error))
+            })
+            .collect()
+    }
+}
+
+fn scale_sentence(who: Who, value: f64, error: f64) -> String {
+    let (percent, error) = (100.0 * value, 100.0 * Z_95 * error);
+    match who {
+        Who::Either => format!(
+            "the car ahead reads {percent:+.3} ± {error:.3} % faster than the follower for the same way; which of the two \
+             speeds is off cannot be told from this pair"
+        ),
+        Who::Both => format!(
+            "both speeds read {percent:+.2} ± {error:.2} % against the changes of the gap (or the gap too little)"
+        ),
+        _ => {
+            format!("the {}'s speed reads {percent:+.3} ± {error:.3} % against the gap and the other speed", who.name())
+        }
+    }
+}
+
+fn clock_sentence(car: Who, signal: &str, value: f64, error: f64) -> String {
+    let (late, size) = (if value > 0.0 { "late" } else { "early" }, value.abs());
+    let error = Z_95 * error;
+    match (car, signal) {
+        (Who::Either, _) => format!(
+            "the speed of the car ahead is {size:.3} ± {error:.3} s {late} against that of the follower; which clock is off cannot be told"
+        ),
+        (_, "gap") => format!("the gap is {size:.3} ± {error:.3} s {late} against both speeds"),
+        _ => {
+            format!("the {}'s speed is {size:.3} ± {error:.3} s {late} against the gap and the other speed", car.name())
+        }
+    }
+}
+
+/// A signal read `samples` later, by cubic interpolation; NaN at the ends and near missing values.
+pub(super) fn shifted(y: &[f64], samples: f64) -> Vec<f64> {
+    if samples == 0.0 {
+        return y.to_vec();
+    }
+    let whole = samples.floor();
+    let u = samples - whole;
+    // Lagrange through the samples -1, 0, 1, 2.
+    let weights = [
+        -u * (u - 1.0) * (u - 2.0) / 6.0,
+        (u + 1.0) * (u - 1.0) * (u - 2.0) / 2.0,
+        -(u + 1.0) * u * (u - 2.0) / 2.0,
+        (u + 1.0) * u * (u - 1.0) / 6.0,
+    ];
+    (0..y.len() as isize)
+        .map(|i| {
+            let at = i + whole as isize;
+            let value = |k: isize| usize::try_from(at + k).ok().and_then(|k| y.get(k)).copied().unwrap_or(f64::NAN);
+            if u == 0.0 { value(0) } else { (-1..=2).zip(weights).map(|(k, w)| w * value(k)).sum() }
+        })
+        .collect()
+}
+
+/// The target, then the columns of (difference, mean) of scales and of clocks, for speeds read `late` seconds later.
+fn columns(link: &Link, usable: &Usable, late: [f64; 2]) -> Vec<Vec<f64>> {
+    let read = |v: &[f64], late: f64| {
+        // Beyond the ends the measured values have to do; a stretch loses little.
+        let moved = shifted(v, late / link.dt);
+        moved.iter().zip(v).map(|(m, v)| if m.is_finite() { *m } else { *v }).collect::<Vec<f64>>()
+    };
+    let (v_l, v_f) = (read(&link.v_l, late[0]), read(&link.v_f, late[1]));
+    let mut columns = vec![vec![0.0; link.len()]; 5];
+    let (smooth_l, smooth_f) = (averaged(&v_l, 4), averaged(&v_f, 4));
+    // The common scale goes with the changes of the gap: the way difference has, integrated, the very noise of the target in it.
+    let gap = averaged(&link.gap, 10);
+    for stretch in &usable.stretches {
+        let (mut way_l, mut way_f) = (0.0, 0.0);
+        for i in stretch.clone() {
+            if i > stretch.start {
+                way_l += (v_l[i - 1] + v_l[i]) / 2.0 * link.dt;
+                way_f += (v_f[i - 1] + v_f[i]) / 2.0 * link.dt;
+            }
+            columns[0][i] = link.gap[i] - (way_l - way_f);
+            columns[1][i] = -0.5 * (way_l + way_f);
+            columns[2][i] = -(gap[i] - gap[stretch.start]);
+            columns[3][i] = 0.5 * (smooth_l[i] + smooth_f[i]);
+            columns[4][i] = smooth_l[i] - smooth_f[i];
+        }
+    }
+    columns
+}
+
+/// A symmetric average over `half` samples to either side: the noise of a signal must not look like its changes.
+fn averaged(v: &[f64], half: usize) -> Vec<f64> {
+    (0..v.len())
+        .map(|i| {
+            let near = &v[i.saturating_sub(half)..(i + half + 1).min(v.len())];
+            let mean = near.iter().sum::<f64>() / near.len() as f64;
+            if mean.is_finite() { mean } else { v[i] }
+        })
+        .collect()
+}
+
+/// Clock errors of both speeds on a coarse grid: where two-second changes of gap and way agree best \[s\].
+fn coarse(link: &Link, usable: &Usable) -> [f64; 2] {
+    let way = |v: &[f64]| {
+        let mut x = vec![0.0; v.len()];
+        for i in 1..v.len() {
+            let step = (v[i - 1] + v[i]) / 2.0 * link.dt;
+            x[i] = x[i - 1] + if step.is_finite() { step } else { 0.0 };
+        }
+        x
+    };
+    let (x_l, x_f) = (way(&link.v_l), way(&link.v_f));
+    let width = link.samples(2.0);
+    let step = link.samples(CLOCK_STEP_S) as isize;
+    let reach = (CLOCK_MAX_S / (step as f64 * link.dt)).round() as isize;
+    let margin = (reach * step) as usize;
+    let places: Vec<usize> = usable
+        .stretches
+        .iter()
+        .flat_map(|r| (r.start + margin..r.end.saturating_sub(width + margin)).step_by(link.samples(0.3)))
+        .collect();
+    let change = |x: &[f64], i: usize, by: isize| {
+        let at = i.saturating_add_signed(by);
+        x[at + width] - x[at]
+    };
+    let misfit = |l: isize, f: isize| -> f64 {
+        let d = |i: &usize| change(&link.gap, *i, 0) - change(&x_l, *i, l) + change(&x_f, *i, f);
+        places.iter().map(d).map(|d| d * d).sum()
+    };
+    let shifts = || (-reach..=reach).map(|k| k * step);
+    let mut best = (misfit(0, 0), [0, 0]);
+    // Nothing is moved for less than half of the misfit.
+    let worth = 0.5 * best.0;
+    for l in shifts() {
+        for f in shifts() {
+            let found = misfit(l, f);
+            if found < worth && found < best.0 {
+                best = (found, [l, f]);
+            }
+        }
+    }
+    best.1.map(|k| k as f64 * link.dt)
+}

@@ -1,0 +1,131 @@
+//! Drop-outs: values that are missing, held while the car moves on, or filled in by a straight line.
+
+use super::finding::{Finding, FindingKind};
+use super::link::{Link, Signal};
+use super::noise::{self, quantum, robust_scale};
+use std::ops::Range;
+
+/// Shortest run that counts \[samples\].
+const SHORTEST: usize = 4;
+/// A run that chance makes this seldom in a whole file is no chance.
+const CHANCE: f64 = 1e-4;
+/// Equal neighbours more often than this come from a coarse sensor.
+const COARSE: f64 = 0.005;
+/// A coarse sensor's values are held if they stay for so long \[s\] and end in such a step \[m/s, m\].
+const HELD_S: f64 = 0.5;
+const STEP: f64 = 0.3;
+
+/// Ranges of samples of a signal that were not measured. `factor` is how many samples a value is held anyway.
+pub(super) fn dropouts(signal: &Signal, link: &Link, factor: f64) -> Vec<Range<usize>> {
+    let y = signal.values;
+    let q = quantum(y);
+    let first = y.iter().position(|v| v.is_finite()).unwrap_or(y.len());
+    let last = y.iter().rposition(|v| v.is_finite()).map_or(0, |i| i + 1);
+    let mut found: Vec<Range<usize>> = runs(first..last.max(first), |i| y[i].is_nan()).collect();
+    let steps: Vec<f64> = y.windows(2).map(|w| w[1] - w[0]).collect();
+    let bends: Vec<f64> = y.windows(3).map(|w| w[2] - 2.0 * w[1] + w[0]).collect();
+    let bend = robust_scale(&bends);
+    // Chance of two equal neighbours, and of three on a line: with noise of this size and values rounded to q, or as often as
+    // single repeats occur, which a coarse sensor makes and a drop-out does not.
+    let sigma = (bend / 6f64.sqrt()).max(1e-12);
+    let single =
+        runs(0..steps.len(), |i| steps[i] == 0.0).filter(|run| run.len() == 1 && !both_stand(link, run)).count();
+    let repeat = (q / (2.0 * std::f64::consts::PI.sqrt() * sigma)).max(3.0 * single as f64 / y.len() as f64).min(1.0);
+    // Neighbouring bends share samples, so that they are small together: twice the chance of one.
+    let line = (10.0 * q / (bend.max(1e-12) * std::f64::consts::TAU.sqrt())).min(1.0);
+    let longest = |chance: f64| {
+        let by_chance = (CHANCE / y.len() as f64).ln() / chance.max(1e-9).ln();
+        let held = (1.5 * factor).ceil() as usize;
+        (by_chance.ceil() as usize).saturating_add(1).max(SHORTEST).max(held + usize::from(factor > 1.0) * SHORTEST)
+    };
+    // A held value: steps of zero.
+    for run in runs(0..steps.len(), |i| steps[i] == 0.0).filter(|run| !both_stand(link, run)) {
+        let at_zero = y[run.start].abs() < super::link::DRIVING;
+        let fallen = steepest(&steps, &run) > impossible(signal, link);
+        let kept = if repeat < COARSE {
+            run.len() + 1 >= longest(repeat) && (!at_zero || fallen)
+        } else {
+            // With a coarse sensor only the step at the end tells.
+            run.len() as f64 * link.dt >= HELD_S && steepest(&steps, &run) > STEP.max(20.0 * sigma)
+        };
+        if kept {
+            // The first of equal values was measured, unless all are a fall to zero.
+            let measured = usize::from(!at_zero);
+            found.push(run.start + measured..run.end + 1);
+        }
+    }
+    // A straight line: bends of zero between steps that are not.
+    // A signal without noise is straight by itself here and there.
+    if line < 0.3 && factor <= 1.0 && noise::noisy(signal, link) {
+        let tolerance = 2.5 * q;
+        for run in runs(0..bends.len(), |i| bends[i].abs() <= tolerance && steps[i] != 0.0) {
+            if run.len() >= longest(line) && !both_stand(link, &run) {
+                found.push(run.start + 1..run.end + 1);
+            }
+        }
+    }
+    merge(found)
+}
+
+/// At rest nothing moves, so nothing is held.
+fn both_stand(link: &Link, run: &Range<usize>) -> bool {
+    let slow = |v: &[f64]| v[run.clone()].iter().filter(|v| **v < super::link::DRIVING).count() * 2 > run.len();
+    slow(&link.v_l) && slow(&link.v_f)
+}
+
+/// The larger one of the steps into and out of a run of equal values.
+fn steepest(steps: &[f64], run: &Range<usize>) -> f64 {
+    let step = |i: Option<usize>| i.and_then(|i| steps.get(i)).map_or(0.0, |step| step.abs());
+    step(run.start.checked_sub(1)).max(step(Some(run.end)))
+}
+
+/// A step between two samples that no car makes: 12 m/s² in a speed, 1 m in a gap.
+fn impossible(signal: &Signal, link: &Link) -> f64 {
+    if signal.name == "gap" { 1.0 } else { 12.0 * link.dt }
+}
+
+/// Maximal ranges within `over` in which `holds` is true.
+pub(super) fn runs(over: Range<usize>, holds: impl Fn(usize) -> bool) -> impl Iterator<Item = Range<usize>> {
+    let mut next = over.start;
+    std::iter::from_fn(move || {
+        let start = (next..over.end).find(|&i| holds(i))?;
+        let end = (start..over.end).find(|&i| !holds(i)).unwrap_or(over.end);
+        next = end;
+        Some(start..end)
+    })
+}
+
+fn merge(mut ranges: Vec<Range<usize>>) -> Vec<Range<usize>> {
+    ranges.sort_by_key(|range| range.start);
+    let mut merged: Vec<Range<usize>> = Vec::new();
+    for range in ranges {
+        match merged.last_mut() {
+            Some(last) if range.start <= last.end + 1 => last.end = last.end.max(range.end),
+            _ => merged.push(range),
+        }
+    }
+    merged
+}
+
+/// One finding for all drop-outs of a signal.
+pub(super) fn finding(signal: &Signal, link: &Link, ranges: &[Range<usize>]) -> Option<Finding> {
+    let samples: usize = ranges.iter().map(Range::len).sum();
+    let longest = ranges.iter().max_by_key(|range| range.len())?;
+    let seconds = samples as f64 * link.dt;
+    Some(Finding {
+        kind: FindingKind::Dropout,
+        car: signal.who,
+        signal: signal.name,
+        value: seconds,
+        unit: "s",
+        interval: None,
+        when: ranges.iter().map(|r| [link.time(r.start), link.time(r.end - 1)]).collect(),
+        sentence: format!(
+            "{}: {seconds:.1} s in {} pieces were not measured but are missing, held or filled in; the longest is {:.1} s from {:.1} s on",
+            signal.title(),
+            ranges.len(),
+            longest.len() as f64 * link.dt,
+            link.time(longest.start)
+        ),
+    })
+}

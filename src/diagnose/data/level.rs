@@ -1,0 +1,183 @@
+//! Regression on a wandering level: y = X β + w + e, with w the integral of the speeds' noise (a random walk) and e the gap's.
+//!
+//! The Kalman filter of the level whitens y and every column of X alike; the ratio of the two noises is estimated by maximum
+//! likelihood, and the errors of β are those of Newey and West, because real noise is not quite that.
+
+use super::jumps::{self, Jump};
+use super::link::Link;
+use nalgebra::{DMatrix, DVector};
+use std::ops::Range;
+
+/// Shorter stretches are not used \[s\].
+const STRETCH_S: f64 = 5.0;
+/// Lags of the autocorrelation that the errors allow for \[s\].
+const LAG_S: f64 = 8.0;
+
+/// Stretches of the drive in which both cars move and nothing is missing, held or jumping.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Usable {
+    pub stretches: Vec<Range<usize>>,
+}
+
+impl Usable {
+    pub fn new(link: &Link, broken: &[Range<usize>], jumps: &[Jump]) -> Usable {
+        let mut good: Vec<bool> = (0..link.len()).map(|i| link.driving(i) && link.gap[i].is_finite()).collect();
+        for range in broken {
+            good[range.start.saturating_sub(1)..(range.end + 1).min(link.len())].fill(false);
+        }
+        // The sample after a jump starts a new stretch.
+        let mut starts = vec![false; link.len() + 1];
+        for jump in jumps {
+            if jump.range.len() == 1 {
+                starts[jump.range.end] = true;
+            } else {
+                good[jump.range.start..jump.range.end.min(link.len())].fill(false);
+            }
+        }
+        let shortest = link.samples(STRETCH_S);
+        let mut stretches = Vec::new();
+        let mut start = 0;
+        for i in 0..=link.len() {
+            let ends = i == link.len() || !good[i];
+            if ends || starts[i] {
+                if i >= start + shortest {
+                    stretches.push(start..i);
+                }
+                start = if ends { i + 1 } else { i };
+            }
+        }
+        Usable { stretches }
+    }
+
+    pub fn samples(&self) -> usize {
+        self.stretches.iter().map(Range::len).sum()
+    }
+}
+
+/// Gap rate minus speed difference, averaged over a second: root mean square \[m/s\].
+pub(super) fn rate_rms(link: &Link, usable: &Usable) -> Option<f64> {
+    let d = jumps::innovations(link, &[]);
+    let width = link.samples(1.0);
+    let rates = usable.stretches.iter().flat_map(|r| d[r.start..r.end - 1].windows(width));
+    let (sum, n) = rates
+        .map(|w| w.iter().sum::<f64>() / (width as f64 * link.dt))
+        .fold((0.0, 0.0), |(s, n), r| (s + r * r, n + 1.0));
+    (n > 0.0).then(|| (sum / n).sqrt())
+}
+
+/// A fitted regression.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Fit {
+    pub beta: DVector<f64>,
+    /// Covariance of `beta`, allowing for autocorrelation.
+    pub covariance: DMatrix<f64>,
+}
+
+/// Fits `columns[0] = Σ β_j columns[j + 1]`; each stretch has a level of its own. `None` if the columns depend on each other.
+pub(super) fn fit(columns: &[Vec<f64>], usable: &Usable, dt: f64) -> Option<Fit> {
+    // ln of the ratio of variances: walk per sample over gap noise.
+    let likelihood = |ratio: f64| regress(columns, usable, ratio.exp(), 0).map_or(f64::NEG_INFINITY, |r| r.likelihood);
+    let ratio = golden(likelihood, -16.0, 10.0);
+    let lags = (LAG_S / dt).round() as usize;
+    let found = regress(columns, usable, ratio.exp(), lags)?;
+    Some(found.fit)
+}
+
+struct Regressed {
+    fit: Fit,
+    likelihood: f64,
+}
+
+/// Largest value of a unimodal function.
+fn golden(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
+    let share = 0.5 * (5f64.sqrt() - 1.0);
+    let (mut a, mut b) = (high - share * (high - low), low + share * (high - low));
+    let (mut f_a, mut f_b) = (f(a), f(b));
+    // 26 / 1.618^14 = 0.03: the estimates hardly depend on the ratio.
+    for _ in 0..14 {
+        if f_a > f_b {
+            (high, b, f_b) = (b, a, f_a);
+            a = high - share * (high - low);
+            f_a = f(a);
+        } else {
+            (low, a, f_a) = (a, b, f_b);
+            b = low + share * (high - low);
+            f_b = f(b);
+        }
+    }
+    0.5 * (low + high)
+}
+
+fn regress(columns: &[Vec<f64>], usable: &Usable, ratio: f64, lags: usize) -> Option<Regressed> {
+    let count = columns.len();
+    let rows = usable.samples() - usable.stretches.len();
+    let parameters = count - 1;
+    if rows < 10 * count {
+        return None;
+    }
+    let mut white = DMatrix::zeros(rows, count);
+    let (mut row, mut log_s) = (0, 0.0);
+    let mut level = vec![0.0; count];
+    for stretch in &usable.stretches {
+        // The level starts as the first sample, known as well as the gap is.
+        (0..count).for_each(|c| level[c] = columns[c][stretch.start]);
+        let mut variance = 1.0;
+        for i in stretch.clone().skip(1) {
+            let predicted = variance + ratio;
+            let s = predicted + 1.0;
+            let gain = predicted / s;
+            let root = s.sqrt();
+            for c in 0..count {
+                let innovation = columns[c][i] - level[c];
+                white[(row, c)] = innovation / root;
+                level[c] += gain * innovation;
+            }
+            variance = predicted * (1.0 - gain);
+            log_s += s.ln();
+            row += 1;
+        }
+    }
+    let y = white.column(0).clone_owned();
+    let x = white.columns(1, parameters).clone_owned();
+    // Columns of very different units: scaled for the solution.
+    let scale: Vec<f64> = x.column_iter().map(|c| c.norm().max(1e-300)).collect();
+    let mut normal = x.tr_mul(&x);
+    for i in 0..parameters {
+        for j in 0..parameters {
+            normal[(i, j)] /= scale[i] * scale[j];
+        }
+    }
+    let mut right = x.tr_mul(&y);
+    (0..parameters).for_each(|i| right[i] /= scale[i]);
+    let eigen = normal.clone().symmetric_eigen();
+    if eigen.eigenvalues.min() < 1e-10 {
+        return None;
+    }
+    let inverse = normal.try_inverse()?;
+    let solution = &inverse * right;
+    let beta = DVector::from_fn(parameters, |i, _| solution[i] / scale[i]);
+    let residual = &y - &x * &beta;
+    let n = rows as f64;
+    let sigma2 = (residual.norm_squared() / n).max(1e-300);
+    let likelihood = -0.5 * (n * sigma2.ln() + log_s);
+    if lags == 0 {
+        let covariance = DMatrix::zeros(parameters, parameters);
+        return Some(Regressed { fit: Fit { beta, covariance }, likelihood });
+    }
+    let scores = DMatrix::from_fn(rows, parameters, |i, j| x[(i, j)] / scale[j] * residual[i]);
+    let mut middle = scores.tr_mul(&scores);
+    for lag in 1..=lags.min(rows / 4) {
+        let weight = 1.0 - lag as f64 / (lags as f64 + 1.0);
+        let early = scores.rows(0, rows - lag);
+        let late = scores.rows(lag, rows - lag);
+        let cross = early.tr_mul(&late);
+        middle += (&cross + cross.transpose()) * weight;
+    }
+    let mut covariance = &inverse * middle * &inverse;
+    for i in 0..parameters {
+        for j in 0..parameters {
+            covariance[(i, j)] /= scale[i] * scale[j];
+        }
+    }
+    Some(Regressed { fit: Fit { beta, covariance }, likelihood })
+}

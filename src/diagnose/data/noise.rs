@@ -1,0 +1,207 @@
+//! The noise of a signal: none at all, not white, or that of a lower sampling rate.
+//!
+//! Third differences of a smoothly driven car are nearly all noise: of white noise of deviation σ they have the variance 20 σ²
+//! (1, -3, 3, -1) and the autocorrelation -0.75, 0.3, -0.05.
+
+use super::finding::{Finding, FindingKind, interval};
+use super::link::{Link, Signal};
+use super::spectrum;
+
+/// Variance of third differences of white noise of variance 1.
+const THIRD_DIFFERENCE: f64 = 20.0;
+/// Autocorrelation of third differences of white noise.
+const WHITE: [f64; 3] = [-0.75, 0.3, -0.05];
+/// Lags that are looked at: moving averages of up to so many samples show at their own length.
+const LAGS: usize = 25;
+/// Departure from [`WHITE`] that no sensor of the shared data comes near: their Doppler speeds are off by up to 0.36.
+const COLOURED: f64 = 0.42;
+/// Larger third differences are events and not noise \[robust standard deviations\].
+const CLIP: f64 = 6.0;
+/// Fewer third differences tell nothing.
+const ENOUGH: usize = 200;
+/// Blocks for the standard error of a noise level \[s\].
+const BLOCK_S: f64 = 20.0;
+/// Runs of a resampled signal that have the usual length or one sample more or less \[share\].
+const REGULAR: f64 = 0.85;
+/// Rounded values repeat by chance; below this many runs nothing is regular.
+const RUNS: usize = 50;
+
+/// A signal of a lower rate.
+pub(super) struct Resampled {
+    /// File rate over true rate.
+    pub factor: f64,
+    pub finding: Finding,
+}
+
+/// Smallest step between two values: the resolution of the file or the sensor.
+pub(super) fn quantum(values: &[f64]) -> f64 {
+    let steps = values.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|d| *d > 1e-9);
+    steps.fold(f64::INFINITY, f64::min).min(1.0)
+}
+
+/// Third differences while the car drives, events taken out (NaN).
+fn third(signal: &Signal, link: &Link) -> Vec<f64> {
+    let y = signal.values;
+    let mut d: Vec<f64> = (0..y.len().saturating_sub(3))
+        .map(|i| {
+            let drives = (i..i + 4).all(|k| link.driving(k));
+            if drives { y[i + 3] - 3.0 * y[i + 2] + 3.0 * y[i + 1] - y[i] } else { f64::NAN }
+        })
+        .collect();
+    let scale = robust_scale(&d);
+    d.iter_mut().filter(|d| d.abs() > CLIP * scale).for_each(|d| *d = f64::NAN);
+    d
+}
+
+/// Median absolute value, scaled to a standard deviation.
+pub(super) fn robust_scale(values: &[f64]) -> f64 {
+    let mut sizes: Vec<f64> = values.iter().filter(|d| d.is_finite()).map(|d| d.abs()).collect();
+    if sizes.is_empty() {
+        return f64::NAN;
+    }
+    let middle = sizes.len() / 2;
+    let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
+    1.4826 * *median
+}
+
+/// Standard deviation of the noise by third differences, with its standard error.
+fn level(d: &[f64], block: usize) -> Option<(f64, f64)> {
+    let blocks: Vec<(f64, f64)> = d
+        .chunks(block)
+        .map(|chunk| {
+            let finite = chunk.iter().filter(|d| d.is_finite());
+            finite.fold((0.0, 0.0), |(sum, n), d| (sum + d * d, n + 1.0))
+        })
+        .filter(|(_, n)| *n > 0.0)
+        .collect();
+    let n: f64 = blocks.iter().map(|(_, n)| n).sum();
+    if n < ENOUGH as f64 || blocks.len() < 3 {
+        return None;
+    }
+    let variance = blocks.iter().map(|(sum, _)| sum).sum::<f64>() / n;
+    // Ratio estimator over blocks.
+    let spread: f64 = blocks.iter().map(|(sum, m)| (sum - variance * m).powi(2)).sum();
+    let error = spread.sqrt() / n;
+    let sigma = (variance / THIRD_DIFFERENCE).sqrt();
+    Some((sigma, if variance > 0.0 { sigma * error / (2.0 * variance) } else { 0.0 }))
+}
+
+/// True if there is as much noise as a sensor has.
+pub(super) fn noisy(signal: &Signal, link: &Link) -> bool {
+    level(&third(signal, link), link.samples(BLOCK_S)).is_some_and(|(sigma, _)| sigma > signal.noise_floor)
+}
+
+/// Autocorrelation at lags 1 to [`LAGS`].
+fn autocorrelation(d: &[f64]) -> Vec<f64> {
+    let mean = |lag: usize| {
+        let pairs = d.iter().zip(&d[lag.min(d.len())..]).map(|(a, b)| a * b).filter(|p| p.is_finite());
+        let (sum, n) = pairs.fold((0.0, 0.0), |(sum, n), p| (sum + p, n + 1.0));
+        sum / n
+    };
+    let variance = mean(0);
+    (1..=LAGS).map(|lag| mean(lag) / variance).collect()
+}
+
+/// A signal that is smoother than a sensor's.
+pub(super) fn smoothed(signal: &Signal, link: &Link) -> Option<Finding> {
+    let d = third(signal, link);
+    let (sigma, error) = level(&d, link.samples(BLOCK_S))?;
+    let off = autocorrelation(&d)
+        .iter()
+        .enumerate()
+        .map(|(i, r)| (r - WHITE.get(i).copied().unwrap_or(0.0)).abs())
+        .fold(0.0, f64::max);
+    let coloured = off > COLOURED && quantum(signal.values) < sigma;
+    if sigma > signal.noise_floor && !coloured {
+        return None;
+    }
+    let why = if sigma <= signal.noise_floor {
+        format!("third differences leave {sigma:.1e} {} for noise, less than any sensor has", signal.unit)
+    } else {
+        format!(
+            "its noise of {sigma:.1e} {} is not white (autocorrelation off by {off:.2}), as after a filter",
+            signal.unit
+        )
+    };
+    Some(Finding {
+        kind: FindingKind::Smoothed,
+        car: signal.who,
+        signal: signal.name,
+        value: sigma,
+        unit: signal.unit,
+        interval: interval(sigma, error),
+        when: Vec::new(),
+        sentence: format!("{}: smoothed; {why}. Fast reactions are cut off, and lags look longer", signal.title()),
+    })
+}
+
+/// A signal whose own rate is lower than the file's: held, joined by straight lines, or without high frequencies.
+pub(super) fn resampled(signal: &Signal, link: &Link) -> Option<Resampled> {
+    let y = signal.values;
+    let q = quantum(y);
+    let tolerance = 2.5 * q.min(1e-4);
+    let drives = |i: usize, before: usize| (i - before..=i).all(|k| link.driving(k) && y[k].is_finite());
+    // Held: the value changes at some samples only.
+    let changes = (1..y.len()).map(|i| drives(i, 1).then(|| y[i] != y[i - 1]));
+    let (factor, how) = match regular(changes) {
+        Some(factor) => (factor, "held between its own samples"),
+        None => {
+            // Straight lines: the slope changes at some samples only.
+            let bends =
+                (2..y.len()).map(|i| drives(i, 2).then(|| (y[i] - 2.0 * y[i - 1] + y[i - 2]).abs() > tolerance));
+            match regular(bends) {
+                Some(factor) => (factor, "joined by straight lines between its own samples"),
+                // Without noise there is no end of it to be seen.
+                None if !noisy(signal, link) => return None,
+                None => (spectrum::cut_off(signal, link)?, "interpolated: its noise ends at half its own rate"),
+            }
+        }
+    };
+    let rate = 1.0 / (link.dt * factor);
+    Some(Resampled {
+        factor,
+        finding: Finding {
+            kind: FindingKind::Resampled,
+            car: signal.who,
+            signal: signal.name,
+            value: rate,
+            unit: "Hz",
+            interval: None,
+            when: Vec::new(),
+            sentence: format!(
+                "{}: sampled at {rate:.3} Hz, not at the file's {:.3} Hz, and {how}",
+                signal.title(),
+                1.0 / link.dt
+            ),
+        },
+    })
+}
+
+/// Mean distance of the events in samples, if they come at regular distances of more than one; neighbouring events count as one.
+fn regular(events: impl Iterator<Item = Option<bool>>) -> Option<f64> {
+    let (mut distances, mut since, mut quiet) = (Vec::new(), None::<usize>, true);
+    for event in events {
+        match event {
+            None => (since, quiet) = (None, true),
+            Some(true) if quiet => {
+                distances.extend(since.map(|d| d + 1));
+                (since, quiet) = (Some(0), false);
+            }
+            Some(true) => since = since.map(|d| d + 1),
+            Some(false) => (since, quiet) = (since.map(|d| d + 1), true),
+        }
+    }
+    let n = distances.len();
+    if n < RUNS {
+        return None;
+    }
+    let mut sorted = distances.clone();
+    sorted.sort_unstable();
+    let median = sorted[n / 2];
+    let usual: Vec<usize> = distances.iter().copied().filter(|d| d.abs_diff(median) <= 1).collect();
+    let regular = usual.len() as f64 >= REGULAR * n as f64;
+    // Events of chance come at distances of 2 most often, but as often again at larger ones; and they must fill the drive.
+    let mean = usual.iter().sum::<usize>() as f64 / usual.len() as f64;
+    let near = usual.iter().filter(|d| (**d as f64 - mean).abs() < 1.0).count() as f64;
+    (regular && near >= REGULAR * n as f64).then_some(mean)
+}

@@ -1,0 +1,62 @@
+//! A constant error of the gap: only positions of both cars can show it.
+
+use super::finding::{Finding, FindingKind, Who, Z_95, interval};
+use super::link::Link;
+
+/// Smaller offsets do not matter \[m\].
+const LEAST_M: f64 = 0.05;
+/// Standard errors that a finding needs.
+const SIGNIFICANT: f64 = 4.5;
+/// Blocks for the standard error \[s\].
+const BLOCK_S: f64 = 30.0;
+
+/// What can be said about the offset of the gap.
+pub(super) enum Seen {
+    Finding(Box<Finding>),
+    Sound,
+    /// Why it cannot be seen.
+    No(&'static str),
+}
+
+pub(super) fn gap_offset(link: &Link) -> Seen {
+    let (Some(x_l), Some(x_f)) = (&link.x_l, &link.x_f) else {
+        return Seen::No("a constant error of the gap: it needs positions of both cars; a model absorbs it in d_0");
+    };
+    let Some(len_l) = link.len_l else {
+        return Seen::No(
+            "a constant error of the gap: it needs the length of the car ahead; a model absorbs it in d_0",
+        );
+    };
+    let off = |i: usize| link.gap[i] - (x_l[i] - x_f[i] - len_l);
+    let starts = (0..link.len()).step_by(link.samples(BLOCK_S));
+    let medians: Vec<f64> = starts
+        .filter_map(|start| {
+            let mut block: Vec<f64> =
+                (start..(start + link.samples(BLOCK_S)).min(link.len())).map(off).filter(|d| d.is_finite()).collect();
+            block.sort_by(f64::total_cmp);
+            block.get(block.len() / 2).copied()
+        })
+        .collect();
+    let n = medians.len() as f64;
+    if n < 3.0 {
+        return Seen::No("a constant error of the gap: too few positions were measured");
+    }
+    let mean = medians.iter().sum::<f64>() / n;
+    let error = (medians.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / (n - 1.0) / n).sqrt();
+    if mean.abs() <= LEAST_M.max(SIGNIFICANT * error) {
+        return Seen::Sound;
+    }
+    Seen::Finding(Box::new(Finding {
+        kind: FindingKind::GapOffset,
+        car: Who::Follower,
+        signal: "gap",
+        value: mean,
+        unit: "m",
+        interval: interval(mean, error),
+        when: Vec::new(),
+        sentence: format!(
+            "the gap is {mean:+.2} ± {:.2} m off the distance of the two positions less the length of the car ahead",
+            Z_95 * error
+        ),
+    }))
+}

@@ -1,0 +1,208 @@
+//! The whole of a diagnosis: the cause, and beside it what the error looks like and what the cause is worth.
+
+use super::budget::{Errors, budget};
+use super::drive::Drive;
+use super::formula::formula;
+use super::free::{Free, free};
+use super::gain::{GainError, GainSettings, gain};
+use super::infer;
+use super::missing::{Missing, Profiles, profiles};
+use super::observer::{Noise, design};
+use super::outcome::{CauseEntry, DriveEntry, LeftOverEntry, NotTestableEntry, Outcome, RungEntry, SCHEMA_VERSION};
+use super::scene::Scene;
+use super::verdict::{Effort, Fitted, Inference, Progress, Question, Verdict};
+use crate::calibrate::CalibrateError;
+use std::ops::ControlFlow;
+
+/// Share of the work after which the cause is known.
+const INFERRED: f64 = 0.75;
+
+/// The missing acceleration of a drive under a model, with what surrounds it.
+#[derive(Debug, Clone)]
+pub struct Series {
+    /// What surrounds the samples.
+    pub scene: Scene,
+    /// d \[m/s²\]; NaN before the first simulated sample, and where there is none.
+    pub d: Vec<f64>,
+    /// Standard deviation of d \[m/s²\].
+    pub error: f64,
+    /// Gap minus d_0 + t_h v \[m\], where the model has both.
+    pub gap_error: Option<Vec<f64>>,
+}
+
+/// A model's part in a diagnosis.
+#[derive(Debug, Clone)]
+pub struct Described {
+    /// Missing accelerations on the training drives, then on the hold-out drives.
+    pub series: Vec<Series>,
+    /// Free simulations of the same drives, with the parameters of the fit.
+    pub runs: Vec<Free>,
+}
+
+/// Everything that a diagnosis made.
+#[derive(Debug, Clone)]
+pub struct Diagnosis {
+    /// The result, but for what the caller knows about files.
+    pub outcome: Outcome,
+    /// The cause, with both models.
+    pub inference: Inference,
+    /// The base model.
+    pub base: Described,
+    /// The extended one, if a cause was adopted.
+    pub extended: Option<Described>,
+}
+
+/// Diagnoses. `lap` is the length of a closed track \[m\].
+///
+/// # Errors
+/// [`GainError`], which holds all that an inference may fail with.
+pub fn describe(
+    question: &Question<'_>,
+    lap: Option<f64>,
+    progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<Diagnosis, GainError> {
+    let inference = infer(question, &mut |p| progress(Progress { done: INFERRED * p.done, stage: p.stage }))?;
+    let adopted = &inference.adopted;
+    let base = described(question, &inference.base, lap)?;
+    let extended = if adopted.is_empty() { None } else { Some(described(question, &inference.extended, lap)?) };
+    let settings = GainSettings::of(question.effort, question.seed);
+    // A gain belongs to a name: what is adopted without one is a proxy.
+    let named = matches!(inference.verdict, Verdict::Named | Verdict::Ambiguous);
+    let measured = if adopted.is_empty() || !named || question.holdout.is_empty() {
+        None
+    } else {
+        let whole = 2.0 * settings.max_evaluations as f64;
+        let (mut before, mut last) = (0, 0);
+        let mut tell = |p: crate::calibrate::Progress| {
+            // The second calibration counts on from the first.
+            before += if p.evaluations < last { last } else { 0 };
+            last = p.evaluations;
+            let done = INFERRED + (1.0 - INFERRED) * (before + last) as f64 / whole;
+            progress(Progress { done: done.min(1.0), stage: "measuring the gain".to_owned() })
+        };
+        let models = [&inference.base, &inference.extended];
+        match gain(question.train, question.holdout, models, adopted, &settings, &mut tell) {
+            Err(GainError::Calibrate(CalibrateError::Interrupted)) => {
+                return Err(super::DiagnoseError::Stopped.into());
+            }
+            found => Some(found?),
+        }
+    };
+    let trained = question.train.len();
+    let errors: Vec<Errors> = base.runs[..trained]
+        .iter()
+        .zip(&base.series)
+        .filter(|(run, _)| run.complete)
+        .map(|(run, series)| Errors {
+            scene: &series.scene,
+            first: run.first,
+            values: [&run.errors[0], &run.errors[1], &run.errors[2]],
+        })
+        .collect();
+    let missing = sorted(&base.series[..trained]);
+    let missing_left = extended.as_ref().and_then(|e| sorted(&e.series[..trained]));
+    let left = extended.as_ref().unwrap_or(&base);
+    let formula = formula(&missing_of(&left.series[..trained]));
+    let mut left_over: Vec<LeftOverEntry> = inference
+        .left_over
+        .iter()
+        .map(|l| LeftOverEntry { kind: l.kind.clone(), r#where: l.place.clone(), size: l.size, formula: None })
+        .collect();
+    if let Some(profiles) = missing_left.as_ref().or(missing.as_ref()) {
+        left_over.push(LeftOverEntry {
+            kind: "missing_acceleration".to_owned(),
+            r#where: "everywhere, root mean square in m/s2".to_owned(),
+            size: profiles.rms,
+            formula: formula.as_ref().map(|f| f.equation()),
+        });
+    }
+    // The thresholds are analytic, and doubled under gusts; tables and bootstraps would say so here.
+    let kind = "analytic";
+    let entries = |causes: &[super::Adopted]| causes.iter().map(|cause| CauseEntry::new(cause, kind)).collect();
+    let outcome = Outcome {
+        schema_version: SCHEMA_VERSION,
+        verdict: inference.verdict.into(),
+        reason: inference.reason.clone(),
+        causes: if named { entries(&inference.adopted) } else { Vec::new() },
+        confounded_with: if named { entries(&inference.confounded_with) } else { Vec::new() },
+        not_testable: inference
+            .not_testable
+            .iter()
+            .map(|n| NotTestableEntry { name: n.name.clone(), absorbed_by: n.absorbed_by.clone() })
+            .collect(),
+        data_findings: Vec::new(),
+        gain: measured,
+        left_over,
+        simulations: inference.simulations,
+        seed: question.seed,
+        effort: effort_name(question.effort).to_owned(),
+        data: Vec::new(),
+        drives: drives(question),
+        held_back: String::new(),
+        base: Some((&inference.base).into()),
+        extended: (!adopted.is_empty()).then(|| (&inference.extended).into()),
+        budget: budget(&errors),
+        missing,
+        missing_left,
+        formula,
+        ladder: inference.ladder.iter().map(RungEntry::from).collect(),
+    };
+    Ok(Diagnosis { outcome, inference, base, extended })
+}
+
+fn drives(question: &Question<'_>) -> Vec<DriveEntry> {
+    let entry =
+        |role: &'static str| move |drive: &Drive| DriveEntry { label: drive.label().to_owned(), role: role.to_owned() };
+    question.train.iter().map(entry("train")).chain(question.holdout.iter().map(entry("holdout"))).collect()
+}
+
+/// As on the command line.
+#[must_use]
+pub fn effort_name(effort: Effort) -> &'static str {
+    match effort {
+        Effort::Quick => "quick",
+        Effort::Normal => "normal",
+        Effort::Thorough => "thorough",
+    }
+}
+
+fn described(question: &Question<'_>, model: &Fitted, lap: Option<f64>) -> Result<Described, GainError> {
+    let drives: Vec<&Drive> = question.train.iter().chain(question.holdout).collect();
+    let one = |(drive, innovations): (&&Drive, &crate::evaluator::Innovations)| {
+        let scene = Scene::of(drive, lap);
+        let mut d: Vec<f64> = innovations.state.iter().map(|state| state[2]).collect();
+        d[..innovations.first.min(scene.len())].fill(f64::NAN);
+        let (d_0, t_h) = (model.parameters.d_0, model.parameters.t_h);
+        let wanted = (d_0 + t_h).is_finite();
+        let gap_error = wanted.then(|| scene.s.iter().zip(&scene.v).map(|(s, v)| s - d_0 - t_h * v).collect());
+        Series { error: deviation(&model.noise, scene.dt), scene, d, gap_error }
+    };
+    let series = drives.iter().zip(&model.innovations).map(one).collect();
+    let cases = drives.iter().map(|drive| drive.case(model.variant)).collect::<Result<Vec<_>, _>>()?;
+    Ok(Described { series, runs: free(&cases, &model.parameters)? })
+}
+
+/// Standard deviation of d after a correction \[m/s²\]: its row of the steady state P = P⁻ - K S Kᵀ with P⁻ = φ² P + (1 - φ²) σ².
+fn deviation(noise: &Noise, dt: f64) -> f64 {
+    let designed = design(noise, dt);
+    let [w_1, w_2, w_3] = designed.whitening;
+    // S = (Wᵀ W)⁻¹ with W lower triangular, so K S Kᵀ = |K W⁻¹|².
+    let (k_s, k_v) = (designed.gain[4], designed.gain[5]);
+    let second = k_v / w_3;
+    let first = (k_s - second * w_2) / w_1;
+    let forgotten = 1.0 - designed.decay * designed.decay;
+    let variance = noise.sigma_d.powi(2) - (first * first + second * second) / forgotten.max(1e-12);
+    variance.clamp(0.0, noise.sigma_d.powi(2)).sqrt()
+}
+
+fn missing_of(series: &[Series]) -> Vec<Missing<'_>> {
+    let one = |s| {
+        let Series { scene, d, gap_error, .. }: &Series = s;
+        Missing { scene, d, gap_error: gap_error.as_deref() }
+    };
+    series.iter().map(one).collect()
+}
+
+fn sorted(series: &[Series]) -> Option<Profiles> {
+    profiles(&missing_of(series))
+}

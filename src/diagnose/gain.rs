@@ -1,0 +1,262 @@
+//! What an extension gains for the user: free-simulation NRMSE(s,v,a) on data that took no part, base and extended alike
+//! recalibrated on the same training data.
+
+use super::drive::Drive;
+use super::free::{Free, free};
+use super::model::{Model, is_time};
+use super::verdict::{Adopted, DiagnoseError, Effort, Fitted};
+use crate::calibrate::{CalibrateError, Calibration, Overrides, Progress, SearchSpace, Stop, best, calibrate};
+use crate::catalog::Variant;
+use crate::evaluator::{Case, CaseError, EvaluateError};
+use crate::lanes::{Lanes, LanesPrecision};
+use crate::optimize::stream;
+use crate::score::GoodnessOfFit;
+use crate::symbols::{Parameters, Symbol};
+use rand::RngExt;
+use std::ops::ControlFlow;
+
+/// Blocks of the bootstrap \[s\]: longer than what an error at one moment does to the next ones.
+const BLOCK_S: f64 = 30.0;
+/// Draws of the bootstrap.
+const DRAWS: usize = 2000;
+/// Stream of the bootstrap's random numbers: none that an optimiser draws from.
+const STREAM: u64 = 0x6761_696e;
+
+/// The gain on the hold-out.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Gain {
+    /// NRMSE(s,v,a) of the base model; none if it crashes on a hold-out drive.
+    pub base: Option<f64>,
+    /// Of the extended model.
+    pub extended: Option<f64>,
+    /// 95 % interval of base minus extended.
+    pub interval: Option<[f64; 2]>,
+    /// NRMSE of s, v, a by themselves: base, then extended.
+    pub signals: Option<[[f64; 3]; 2]>,
+    /// Runs of base and extended, on training and hold-out drives, that crash or break off; of so many drives.
+    pub broken_off: [usize; 2],
+    /// Drives that were simulated.
+    pub drives: usize,
+    /// Parameters of both models as recalibrated, by name.
+    pub parameters: [std::collections::BTreeMap<String, f64>; 2],
+    /// In one sentence.
+    pub sentence: String,
+}
+
+/// A gain that cannot be measured.
+#[derive(Debug, thiserror::Error)]
+pub enum GainError {
+    /// A case of the variant.
+    #[error(transparent)]
+    Case(#[from] CaseError),
+    /// Its bounds, or its drives.
+    #[error(transparent)]
+    Model(#[from] DiagnoseError),
+    /// Its calibration.
+    #[error(transparent)]
+    Calibrate(#[from] CalibrateError),
+    /// Its simulation.
+    #[error(transparent)]
+    Evaluate(#[from] EvaluateError),
+}
+
+/// How a gain is measured.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GainSettings {
+    /// The one seed.
+    pub seed: u64,
+    /// Simulations per calibration, at most.
+    pub max_evaluations: u64,
+}
+
+impl GainSettings {
+    /// As much as an effort allows.
+    #[must_use]
+    pub fn of(effort: Effort, seed: u64) -> GainSettings {
+        let max_evaluations = match effort {
+            Effort::Quick => 4_000,
+            Effort::Normal => 20_000,
+            Effort::Thorough => 100_000,
+        };
+        GainSettings { seed, max_evaluations }
+    }
+}
+
+/// Time of the file at which a drive begins in which no event happens \[s\].
+const BEFORE_EVERYTHING: f64 = -1e9;
+
+/// The drives as cases. Events that belong to one drive only do not happen in the others.
+fn cases(drives: &[Drive], variant: Variant, adopted: &[Adopted]) -> Result<Vec<Case>, CaseError> {
+    let own: Vec<&str> = adopted.iter().filter_map(|cause| cause.drive.as_deref()).collect();
+    let case = |drive: &Drive| {
+        let mut case = drive.case(variant)?;
+        if !own.is_empty() && !own.contains(&drive.label()) {
+            case.t_0 = BEFORE_EVERYTHING;
+        }
+        Ok(case)
+    };
+    drives.iter().map(case).collect()
+}
+
+/// Calibrates a model on drives, within the bounds of the diagnosis; when its events happen stays as it is.
+fn recalibrated(
+    train: &[Drive],
+    model: &Fitted,
+    adopted: &[Adopted],
+    settings: &GainSettings,
+    progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<Parameters, GainError> {
+    let variant = model.variant;
+    let axes = Model::new(variant, train, &Overrides::new(), &[])?;
+    let bounds = axes.symbols.iter().zip(&axes.axes).map(|(symbol, axis)| {
+        let now = model.parameters.get(*symbol);
+        if is_time(*symbol) { [now, now] } else { [axis.lower, axis.upper] }
+    });
+    let space = SearchSpace { bounds: bounds.collect(), symbols: axes.symbols.clone() };
+    let cases = cases(train, variant, adopted)?;
+    let mut evaluator = Lanes::new(cases, GoodnessOfFit::NRMSE_SVA, LanesPrecision::Plain)?;
+    let stop = Stop { max_evaluations: settings.max_evaluations, ..Stop::default() };
+    let calibration = Calibration { seed: settings.seed, stop, ..Calibration::default() };
+    let replicates = calibrate(&mut evaluator, &space, &calibration, progress)?;
+    let winner = best(&replicates).ok_or(CalibrateError::Interrupted)?;
+    Ok(space.parameters(&winner.candidate))
+}
+
+/// Measures the gain of an extended model over the base.
+///
+/// # Errors
+/// [`GainError`].
+pub fn gain(
+    train: &[Drive],
+    holdout: &[Drive],
+    [base, extended]: [&Fitted; 2],
+    adopted: &[Adopted],
+    settings: &GainSettings,
+    progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<Gain, GainError> {
+    let models = [
+        (base.variant, recalibrated(train, base, &[], settings, progress)?),
+        (extended.variant, recalibrated(train, extended, adopted, settings, progress)?),
+    ];
+    let mut runs: Vec<Vec<Free>> = Vec::new();
+    let mut broken_off = [0; 2];
+    for (k, (variant, parameters)) in models.iter().enumerate() {
+        let on_holdout = free(&cases(holdout, *variant, adopted)?, parameters)?;
+        let on_train = free(&cases(train, *variant, adopted)?, parameters)?;
+        broken_off[k] = on_holdout.iter().chain(&on_train).filter(|run| !run.complete).count();
+        runs.push(on_holdout);
+    }
+    let parameters = models.map(|(variant, parameters)| {
+        let named = |symbol: Symbol| (symbol.name().to_owned(), parameters.get(symbol));
+        variant.parameters().into_iter().map(named).collect()
+    });
+    let complete = |runs: &[Free]| !runs.is_empty() && runs.iter().all(|run| run.complete);
+    let squares = [&runs[0], &runs[1]].map(|runs| complete(runs).then(|| squares(holdout, runs)));
+    let mut found = Gain {
+        base: squares[0].as_deref().map(nrmse_sva),
+        extended: squares[1].as_deref().map(nrmse_sva),
+        interval: None,
+        signals: None,
+        broken_off,
+        drives: train.len() + holdout.len(),
+        parameters,
+        sentence: String::new(),
+    };
+    if let [Some(base), Some(extended)] = &squares {
+        found.interval = Some(interval(base, extended, settings.seed));
+        found.signals = Some([nrmse(&all(base)), nrmse(&all(extended))]);
+    }
+    found.sentence = found.words();
+    Ok(found)
+}
+
+impl Gain {
+    /// Base minus extended.
+    #[must_use]
+    pub fn difference(&self) -> Option<f64> {
+        Some(self.base? - self.extended?)
+    }
+
+    /// True if the interval lies above zero.
+    #[must_use]
+    pub fn is_gain(&self) -> bool {
+        self.interval.is_some_and(|[low, _]| low > 0.0)
+    }
+
+    fn words(&self) -> String {
+        let (Some(base), Some(extended), Some([low, high])) = (self.base, self.extended, self.interval) else {
+            let which = if self.base.is_none() { "base" } else { "extended" };
+            return format!("the {which} model does not get to the end of the drive that was held back");
+        };
+        let what = match (low > 0.0, high < 0.0) {
+            (true, _) => "a gain",
+            (_, true) => "a loss",
+            _ => "no gain: the interval contains zero",
+        };
+        format!(
+            "NRMSE(s,v,a) {base:.4} with the base model, {extended:.4} with the extended one, on data used for nothing else; \
+             difference {:+.4} [{low:+.4}, {high:+.4}]: {what}",
+            base - extended
+        )
+    }
+}
+
+/// Sums of a block of samples: squared errors and squared measured values of s, v, a.
+type Block = [[f64; 3]; 2];
+
+fn squares(drives: &[Drive], runs: &[Free]) -> Vec<Block> {
+    let mut blocks = Vec::new();
+    for (drive, run) in drives.iter().zip(runs) {
+        let width = ((BLOCK_S / drive.dt()).round() as usize).max(1);
+        let count = run.errors[0].len();
+        for start in (0..count).step_by(width) {
+            let mut block = [[0.0; 3]; 2];
+            for i in start..(start + width).min(count) {
+                for (k, (errors, simulated)) in run.errors.iter().zip(&run.simulated).enumerate() {
+                    block[0][k] += errors[i].powi(2);
+                    block[1][k] += (simulated[i] - errors[i]).powi(2);
+                }
+            }
+            blocks.push(block);
+        }
+    }
+    blocks
+}
+
+fn all(blocks: &[Block]) -> Block {
+    let mut sum = [[0.0; 3]; 2];
+    for block in blocks {
+        (0..2).for_each(|i| (0..3).for_each(|k| sum[i][k] += block[i][k]));
+    }
+    sum
+}
+
+fn nrmse(sum: &Block) -> [f64; 3] {
+    [0, 1, 2].map(|k| (sum[0][k] / sum[1][k].max(1e-300)).sqrt())
+}
+
+fn nrmse_sva(blocks: &[Block]) -> f64 {
+    nrmse(&all(blocks)).iter().sum()
+}
+
+/// 95 % interval of the difference, both models drawn with the same blocks.
+fn interval(base: &[Block], extended: &[Block], seed: u64) -> [f64; 2] {
+    let mut random = stream(seed, STREAM, 0, 0);
+    let mut differences: Vec<f64> = (0..DRAWS)
+        .map(|_| {
+            let (mut a, mut b) = ([[0.0; 3]; 2], [[0.0; 3]; 2]);
+            for _ in 0..base.len() {
+                let pick = random.random_range(0..base.len());
+                for i in 0..2 {
+                    for k in 0..3 {
+                        a[i][k] += base[pick][i][k];
+                        b[i][k] += extended[pick][i][k];
+                    }
+                }
+            }
+            nrmse(&a).iter().sum::<f64>() - nrmse(&b).iter().sum::<f64>()
+        })
+        .collect();
+    differences.sort_by(f64::total_cmp);
+    [differences[DRAWS / 40], differences[DRAWS - 1 - DRAWS / 40]]
+}

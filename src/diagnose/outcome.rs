@@ -1,0 +1,359 @@
+//! The result of a diagnosis as a file: the JSON of `--json` and of `diagnosis.json`.
+
+use super::budget::Budget;
+use super::data::{Finding, Soundness};
+use super::formula::Formula;
+use super::gain::Gain;
+use super::missing::Profiles;
+use super::verdict::{Adopted, Estimate, Fitted, Tried, Verdict};
+use serde::{Deserialize, Serialize};
+
+/// Version of the file; raised by every change that breaks a reader.
+pub const SCHEMA_VERSION: u32 = 1;
+
+/// What a diagnosis ends with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum VerdictName {
+    /// One or more causes are named.
+    Named,
+    /// One of several causes; these data cannot tell which.
+    Ambiguous,
+    /// Nothing found.
+    Nothing,
+    /// What could be wrong is absorbed by the calibration.
+    NotTestable,
+    /// Something is wrong that no cause of the library explains.
+    Unexplained,
+    /// The base model does not fit, so that nothing can be said.
+    BadBase,
+}
+
+impl VerdictName {
+    /// Exit code under `--exit-code`.
+    #[must_use]
+    pub fn exit_code(self) -> u8 {
+        match self {
+            VerdictName::Named => 0,
+            VerdictName::Nothing => 3,
+            VerdictName::Ambiguous => 4,
+            VerdictName::Unexplained => 5,
+            VerdictName::NotTestable => 6,
+            VerdictName::BadBase => 7,
+        }
+    }
+
+    /// As written in the file.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            VerdictName::Named => "named",
+            VerdictName::Ambiguous => "ambiguous",
+            VerdictName::Nothing => "nothing",
+            VerdictName::NotTestable => "not_testable",
+            VerdictName::Unexplained => "unexplained",
+            VerdictName::BadBase => "bad_base",
+        }
+    }
+}
+
+/// A parameter with its uncertainty.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ParameterEntry {
+    /// Its name.
+    pub name: String,
+    /// Its estimate.
+    pub value: f64,
+    /// SI unit, `-` if dimensionless.
+    pub unit: String,
+    /// 95 % interval.
+    pub interval: Option<[f64; 2]>,
+}
+
+/// A cause that was adopted, or that explains the data as well.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CauseEntry {
+    /// Its name in the library.
+    pub name: String,
+    /// Its equivalence class.
+    pub family: String,
+    /// Its parameters.
+    pub parameters: Vec<ParameterEntry>,
+    /// Held-out gain in log-likelihood \[nats\].
+    pub evidence: f64,
+    /// What it had to exceed.
+    pub threshold: f64,
+    /// `table`, `analytic` or `bootstrap`.
+    pub threshold_kind: String,
+}
+
+/// A cause that these data cannot test.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct NotTestableEntry {
+    /// Its name in the library.
+    pub name: String,
+    /// The parameters of the base model that take its place.
+    pub absorbed_by: Vec<String>,
+}
+
+/// A fault of the data.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FindingEntry {
+    /// Kind of fault.
+    pub name: String,
+    /// `leader`, `follower`, `both`, or `leader or follower` where it cannot be told.
+    pub car: String,
+    /// `speed` or `gap`.
+    pub signal: String,
+    /// Its size.
+    pub value: f64,
+    /// Its unit.
+    pub unit: String,
+    /// 95 % interval.
+    pub interval: Option<[f64; 2]>,
+    /// The file.
+    pub file: String,
+    /// Stretches of the file's time \[s\]; empty: all of it.
+    #[serde(rename = "when_s")]
+    pub when: Vec<[f64; 2]>,
+    /// In words.
+    pub sentence: String,
+    /// What was done about it, if it was asked for.
+    pub correction: Option<String>,
+}
+
+impl FindingEntry {
+    /// A finding of a file, with what was done about it.
+    #[must_use]
+    pub fn new(file: &str, finding: &Finding, correction: Option<String>) -> FindingEntry {
+        FindingEntry {
+            name: finding.kind.name().to_owned(),
+            car: finding.car.name().to_owned(),
+            signal: finding.signal.to_owned(),
+            value: finding.value,
+            unit: finding.unit.to_owned(),
+            interval: finding.interval,
+            file: file.to_owned(),
+            when: finding.when.clone(),
+            sentence: finding.sentence.clone(),
+            correction,
+        }
+    }
+}
+
+/// What is left unexplained.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LeftOverEntry {
+    /// What it is locked to: `road`, `speed`, `bursts`, `missing_acceleration`, ...
+    pub kind: String,
+    /// Where it sits.
+    pub r#where: String,
+    /// Its size, as the kind says.
+    pub size: f64,
+    /// The best short formula, where there is one; a description and not a cause.
+    pub formula: Option<String>,
+}
+
+/// A cause that was tried.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RungEntry {
+    /// Its name.
+    pub name: String,
+    /// Round of adoption, from 1.
+    pub round: usize,
+    /// Gain in log-likelihood on all training data \[nats\].
+    pub gain: Option<f64>,
+    /// Held-out gain \[nats\]; none if it did not come so far.
+    pub evidence: Option<f64>,
+    /// What it had to exceed.
+    pub threshold: f64,
+    /// In words: adopted, below the threshold, as good as the adopted one, no gain on the hold-out, ...
+    pub fate: String,
+}
+
+impl From<&Tried> for RungEntry {
+    fn from(tried: &Tried) -> RungEntry {
+        RungEntry {
+            name: tried.name.clone(),
+            round: tried.round,
+            gain: tried.gain.is_finite().then_some(tried.gain),
+            evidence: tried.evidence.is_finite().then_some(tried.evidence),
+            threshold: tried.threshold,
+            fate: tried.reason.clone(),
+        }
+    }
+}
+
+impl From<&Estimate> for ParameterEntry {
+    fn from(estimate: &Estimate) -> ParameterEntry {
+        let interval = estimate.error.is_finite().then_some(estimate.interval);
+        ParameterEntry { name: estimate.name.clone(), value: estimate.value, unit: estimate.unit.clone(), interval }
+    }
+}
+
+impl CauseEntry {
+    /// An adopted cause; how thresholds are made depends on the effort.
+    #[must_use]
+    pub fn new(adopted: &Adopted, threshold_kind: &str) -> CauseEntry {
+        CauseEntry {
+            name: adopted.extension.name.clone(),
+            family: adopted.family.clone(),
+            parameters: adopted.parameters.iter().map(ParameterEntry::from).collect(),
+            evidence: adopted.evidence,
+            threshold: adopted.threshold,
+            threshold_kind: threshold_kind.to_owned(),
+        }
+    }
+}
+
+impl From<&Fitted> for ModelEntry {
+    fn from(fitted: &Fitted) -> ModelEntry {
+        ModelEntry {
+            variant: fitted.variant.name(),
+            extensions: fitted.variant.extensions.list().iter().map(|e| e.name.clone()).collect(),
+            parameters: fitted.estimates.iter().map(ParameterEntry::from).collect(),
+            sigma_d_mps2: fitted.noise.sigma_d,
+            tau_d_s: fitted.noise.tau_d,
+            noise_gap_m: fitted.noise.r_s,
+            noise_speed_mps: fitted.noise.r_v,
+            log_likelihood: fitted.log_likelihood,
+        }
+    }
+}
+
+impl From<Verdict> for VerdictName {
+    fn from(verdict: Verdict) -> VerdictName {
+        match verdict {
+            Verdict::Named => VerdictName::Named,
+            Verdict::Ambiguous => VerdictName::Ambiguous,
+            Verdict::Nothing => VerdictName::Nothing,
+            Verdict::NotTestable => VerdictName::NotTestable,
+            Verdict::Unexplained => VerdictName::Unexplained,
+            Verdict::BadBase => VerdictName::BadBase,
+        }
+    }
+}
+
+/// One data file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct DataEntry {
+    /// Path as given.
+    pub path: String,
+    /// SHA-256 of its bytes.
+    pub sha256: String,
+    /// The follower's number in it.
+    pub follower: usize,
+    /// The follower's name.
+    pub name: String,
+    /// `train` or `holdout`.
+    pub role: String,
+    /// Window that is used \[s\], in the file's own time.
+    pub window_s: [f64; 2],
+    /// Samples.
+    pub samples: usize,
+    /// Gap rate minus speed difference over a second, rms \[m/s\].
+    pub gap_rate_rms_mps: Option<f64>,
+    /// What cannot be seen in these data.
+    pub unseen: Vec<String>,
+}
+
+impl DataEntry {
+    /// Takes over what the check of the data says.
+    pub fn take(&mut self, soundness: &Soundness) {
+        self.gap_rate_rms_mps = soundness.rate_rms_mps;
+        self.unseen.clone_from(&soundness.unseen);
+    }
+}
+
+/// A drive: a file, or a piece of one.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct DriveEntry {
+    /// File, follower, piece.
+    pub label: String,
+    /// `train` or `holdout`.
+    pub role: String,
+}
+
+/// A model as fitted.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ModelEntry {
+    /// Name of the variant.
+    pub variant: String,
+    /// Its extensions.
+    pub extensions: Vec<String>,
+    /// Its parameters.
+    pub parameters: Vec<ParameterEntry>,
+    /// Missing acceleration, standard deviation \[m/s²\] ...
+    pub sigma_d_mps2: f64,
+    /// ... and time constant \[s\].
+    pub tau_d_s: f64,
+    /// Noise of the gap \[m\] ...
+    pub noise_gap_m: f64,
+    /// ... and of the speed \[m/s\].
+    pub noise_speed_mps: f64,
+    /// Log-likelihood on the training data \[nats\].
+    pub log_likelihood: f64,
+}
+
+/// The whole result. The first eleven fields are those of `interfaces.md`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Outcome {
+    /// [`SCHEMA_VERSION`].
+    pub schema_version: u32,
+    /// How it ends.
+    pub verdict: VerdictName,
+    /// Why.
+    pub reason: String,
+    /// Adopted causes in order; for `ambiguous` the best one first.
+    pub causes: Vec<CauseEntry>,
+    /// Causes that explain the data as well.
+    pub confounded_with: Vec<CauseEntry>,
+    /// Causes that cannot be tested.
+    pub not_testable: Vec<NotTestableEntry>,
+    /// Faults of the data.
+    pub data_findings: Vec<FindingEntry>,
+    /// Gain on the hold-out; `null` where nothing was adopted.
+    pub gain: Option<Gain>,
+    /// What is left.
+    pub left_over: Vec<LeftOverEntry>,
+    /// Simulated candidates.
+    pub simulations: u64,
+    /// The one seed.
+    pub seed: u64,
+    /// `quick`, `normal` or `thorough`.
+    pub effort: String,
+    /// The data.
+    pub data: Vec<DataEntry>,
+    /// The drives in the order of the numbered files: training, then held back.
+    pub drives: Vec<DriveEntry>,
+    /// What was held back, in words.
+    pub held_back: String,
+    /// The base model.
+    pub base: Option<ModelEntry>,
+    /// The extended model.
+    pub extended: Option<ModelEntry>,
+    /// Error of the base model's free simulation on the training data.
+    pub budget: Option<Budget>,
+    /// The base model's missing acceleration, sorted.
+    pub missing: Option<Profiles>,
+    /// The extended model's, where there is one.
+    pub missing_left: Option<Profiles>,
+    /// The best short formula for the missing acceleration that is left.
+    pub formula: Option<Formula>,
+    /// All that was tried.
+    pub ladder: Vec<RungEntry>,
+}
+
+impl Outcome {
+    /// As text; the same result gives the same bytes.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        serde_json::to_string_pretty(self).expect("numbers and text can be written") + "\n"
+    }
+
+    /// True if the data contradict themselves so much that no verdict can be had from them.
+    #[must_use]
+    pub fn has_bad_data(&self) -> bool {
+        self.data_findings.iter().any(|f| f.name == "inconsistent" && f.unit == "m/s")
+    }
+}

@@ -1,0 +1,5 @@
+//! A diagnosis for people: text of 80 columns, and pictures.
+
+pub mod causes;
+pub mod pictures;
+pub mod text;

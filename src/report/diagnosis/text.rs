@@ -1,0 +1,244 @@
+//! A diagnosis as text for a terminal of 80 columns, for readers who know car-following models but not this method.
+
+use super::causes;
+use crate::diagnose::budget::{Budget, Share};
+use crate::diagnose::missing::Profiles;
+use crate::diagnose::outcome::{DataEntry, FindingEntry, ModelEntry, Outcome, VerdictName};
+use crate::report::text::wrapped;
+use std::fmt::Write;
+
+/// Rows of a table of places, speeds or times: the worst ones.
+const ROWS: usize = 5;
+
+/// Everything that a diagnosis has to say, in the order of its steps.
+#[must_use]
+pub fn diagnosis(outcome: &Outcome) -> String {
+    let mut text = String::new();
+    // Writing to a String cannot fail.
+    let _ = write_all(&mut text, outcome);
+    text
+}
+
+fn write_all(text: &mut String, outcome: &Outcome) -> std::fmt::Result {
+    text.push_str(&data(&outcome.data, &outcome.data_findings));
+    text.push_str(&wrapped(0, 2, &outcome.held_back));
+    if let Some(base) = &outcome.base {
+        heading(text, "2. The base model");
+        model(text, base)?;
+    }
+    if let Some(budget) = &outcome.budget {
+        heading(text, "3. Where its simulation goes wrong (training data)");
+        errors(text, budget)?;
+    }
+    if let Some(missing) = &outcome.missing {
+        text.push('\n');
+        acceleration(text, missing, outcome.base.as_ref())?;
+    }
+    heading(text, "4. Which cause");
+    causes::ladder(text, &outcome.ladder)?;
+    causes::verdict(text, outcome)?;
+    heading(text, "5. Gain on data that took no part");
+    match (&outcome.gain, outcome.verdict) {
+        (Some(gain), _) => {
+            text.push_str(&wrapped(0, 2, &gain.sentence));
+            if let Some([base, extended]) = gain.signals {
+                writeln!(text, "\n{:<12}{:>10}{:>10}{:>10}", "NRMSE", "spacing", "speed", "accel.")?;
+                for (name, [s, v, a]) in [("base", base), ("extended", extended)] {
+                    writeln!(text, "{name:<12}{s:>10.4}{v:>10.4}{a:>10.4}")?;
+                }
+            }
+            let [base, extended] = gain.broken_off;
+            writeln!(text, "runs that crash or break off, of {}: base {base}, extended {extended}", gain.drives)?;
+        }
+        (None, VerdictName::Named) => text.push_str("not measured\n"),
+        (None, _) => text.push_str("nothing is named, so there is nothing to gain\n"),
+    }
+    heading(text, "6. What is left");
+    left(text, outcome)?;
+    writeln!(text, "\n{} simulations, seed {}, effort {}", outcome.simulations, outcome.seed, outcome.effort)
+}
+
+fn heading(text: &mut String, title: &str) {
+    text.push_str(&format!("\n{title}\n{}\n", "-".repeat(title.chars().count())));
+}
+
+/// What the data say about themselves.
+#[must_use]
+pub fn data(data: &[DataEntry], findings: &[FindingEntry]) -> String {
+    let title = "1. Are the data sound?";
+    let mut text = format!("{title}\n{}\n", "-".repeat(title.len()));
+    for entry in data {
+        let [from, to] = entry.window_s;
+        let who = if entry.name.is_empty() { String::new() } else { format!(", {}", entry.name) };
+        text.push_str(&wrapped(
+            0,
+            2,
+            &format!("{} [{}] follower {}{who}, {from:.1} to {to:.1} s", entry.path, entry.role, entry.follower),
+        ));
+        if let Some(rms) = entry.gap_rate_rms_mps {
+            text.push_str(&wrapped(
+                2,
+                4,
+                &format!(
+                    "gap and speeds agree within {} m/s (rms of gap rate minus speed difference over 1 s)",
+                    small(rms)
+                ),
+            ));
+        }
+        let mut own = findings.iter().filter(|finding| finding.file == entry.path).peekable();
+        if own.peek().is_none() {
+            text.push_str("  nothing contradicts itself\n");
+        }
+        for finding in own {
+            text.push_str(&wrapped(2, 4, &format!("{}: {}", finding.name.to_uppercase(), finding.sentence)));
+            if let Some(correction) = &finding.correction {
+                text.push_str(&wrapped(4, 6, &format!("corrected as asked: {correction}")));
+            }
+        }
+        for unseen in &entry.unseen {
+            text.push_str(&wrapped(2, 4, &format!("cannot be seen: {unseen}")));
+        }
+    }
+    if findings.iter().any(|finding| finding.correction.is_none()) {
+        text.push_str("nothing was corrected that is not said to be; --correct does it\n");
+    }
+    text
+}
+
+fn small(value: f64) -> String {
+    if value.abs() < 1e-3 { format!("{value:.1e}") } else { format!("{value:.3}") }
+}
+
+fn model(text: &mut String, model: &ModelEntry) -> std::fmt::Result {
+    writeln!(text, "{}", model.variant)?;
+    causes::parameters(text, &model.parameters)?;
+    text.push_str(&wrapped(
+        0,
+        2,
+        &format!(
+            "What the model does not know of acts on this car like a random acceleration of {} m/s² that lasts for {:.1} s. \
+             Noise of the sensors, as estimated: gap {} m, speed {} m/s.",
+            small(model.sigma_d_mps2),
+            model.tau_d_s,
+            small(model.noise_gap_m),
+            small(model.noise_speed_mps)
+        ),
+    ));
+    Ok(())
+}
+
+fn errors(text: &mut String, budget: &Budget) -> std::fmt::Result {
+    writeln!(text, "{:<28}{:>10} {:>10} {:>11}", "", "spacing", "speed", "accel.")?;
+    let [s, v, a] = budget.rms;
+    writeln!(text, "{:<28}{s:>8.3} m {v:>6.3} m/s {a:>6.3} m/s²", "error, root mean square")?;
+    let [s, v, a] = budget.bias;
+    writeln!(text, "{:<28}{s:>+8.3} m {v:>+6.3} m/s {a:>+6.3} m/s²", "mean (simulated - measured)")?;
+    writeln!(text, "\nshare of the squared error, beside the share of the time")?;
+    writeln!(text, "{:<24}{:>8}{:>10}{:>10}{:>10}", "", "time", "spacing", "speed", "accel.")?;
+    let rows = |text: &mut String, shares: &mut dyn Iterator<Item = &Share>| {
+        for share in shares {
+            let time = share.time.map_or("-".to_owned(), |time| format!("{:.0} %", 100.0 * time));
+            let [s, v, a] = share.error.map(|e| format!("{:.0} %", 100.0 * e));
+            let name: String = share.name.chars().take(24).collect();
+            writeln!(text, "{name:<24}{time:>8}{s:>10}{v:>10}{a:>10}")?;
+        }
+        Ok(())
+    };
+    rows(text, &mut budget.regime.iter())?;
+    text.push('\n');
+    rows(text, &mut budget.frequency.iter())?;
+    text.push('\n');
+    rows(text, &mut budget.speed.iter())?;
+    if !budget.place.is_empty() {
+        writeln!(text, "\nplaces with the most error in speed")?;
+        rows(text, &mut worst(&budget.place).into_iter())?;
+    }
+    if let Some(regime) = budget.worst_regime(1) {
+        let (time, error) = (100.0 * regime.time.unwrap_or(0.0), 100.0 * regime.error[1]);
+        writeln!(text, "\n{}: {time:.0} % of the time and {error:.0} % of the speed error", regime.name)?;
+    }
+    Ok(())
+}
+
+/// The classes with the largest share of the speed's error.
+fn worst(shares: &[Share]) -> Vec<&Share> {
+    let mut all: Vec<&Share> = shares.iter().collect();
+    all.sort_by(|a, b| b.error[1].total_cmp(&a.error[1]));
+    all.truncate(ROWS);
+    all
+}
+
+/// The missing acceleration in words.
+fn acceleration(text: &mut String, missing: &Profiles, model: Option<&ModelEntry>) -> std::fmt::Result {
+    let sigma = model.map_or(String::new(), |m| format!(" (its model's own estimate: {} m/s²)", small(m.sigma_d_mps2)));
+    text.push_str(&wrapped(
+        0,
+        2,
+        &format!(
+            "The missing acceleration is what has to be added to the model's acceleration, moment by moment, so that it keeps \
+             to the measured car: {} m/s² root mean square{sigma}. Does it depend on something?",
+            small(missing.rms)
+        ),
+    ));
+    writeln!(text, "{:<30}{:>9}  strongest class, d in m/s²", "against", "explains")?;
+    for profile in &missing.profiles {
+        let strongest = profile.classes.iter().max_by(|a, b| {
+            let z = |c: &crate::diagnose::missing::Class| (c.mean / c.error.max(1e-12)).abs();
+            z(a).total_cmp(&z(b))
+        });
+        let class = strongest.map_or(String::new(), |c| {
+            format!("{:+.3} ± {:.3} at {}", c.mean, 1.96 * c.error, at(c.at, &profile.unit))
+        });
+        let clear = if profile.chi2 > 4.0 { "" } else { " ?" };
+        writeln!(text, "{:<30}{:>7.0} %  {class}{clear}", profile.name, 100.0 * profile.explained)?;
+    }
+    if missing.profiles.iter().any(|profile| profile.chi2 <= 4.0) {
+        writeln!(text, "?: no more than chance may do")?;
+    }
+    if let Some(r) = missing.repeats_by_place {
+        text.push_str(&wrapped(
+            0,
+            2,
+            &format!("It repeats at the same places of the road in other runs with correlation {r:.2}."),
+        ));
+    }
+    Ok(())
+}
+
+/// A value of a quantity with its unit.
+fn at(value: f64, unit: &str) -> String {
+    let digits = if value.abs() >= 100.0 {
+        0
+    } else if value.abs() >= 1.0 {
+        1
+    } else {
+        3
+    };
+    let unit = if unit == "-" { "" } else { unit };
+    format!("{value:.digits$} {unit}").trim_end().to_owned()
+}
+
+fn left(text: &mut String, outcome: &Outcome) -> std::fmt::Result {
+    for left in &outcome.left_over {
+        let formula = left.formula.as_ref().map_or(String::new(), |f| format!("; {f}"));
+        text.push_str(&wrapped(0, 2, &format!("{}: {} ({}){formula}", left.kind, left.r#where, small(left.size))));
+    }
+    if let Some(missing) = outcome.missing_left.as_ref().or(outcome.missing.as_ref()) {
+        writeln!(text, "missing acceleration: {} m/s² root mean square", small(missing.rms))?;
+    }
+    match &outcome.formula {
+        Some(formula) => text.push_str(&wrapped(
+            0,
+            2,
+            &format!(
+                "Shortest formula for it: {} [SI]; explains {:.0} % of it where it was fitted, {:.0} % where it was not. A \
+                 description, not a cause.",
+                formula.equation(),
+                100.0 * formula.explained,
+                100.0 * formula.explained_held_out
+            ),
+        )),
+        None => text.push_str("No short formula in s, v, dv, a_l and grade describes it.\n"),
+    }
+    Ok(())
+}

@@ -1,0 +1,150 @@
+//! A result as one HTML file that needs nothing else: no network, no folder beside it.
+//!
+//! Charts are drawn by uPlot (`assets/uplot`, MIT), which is embedded whole; everything that is not a time series is plain HTML or
+//! SVG, so that a printer or a reader without scripts loses the zoom only.
+
+mod calibration;
+mod chart;
+mod diagnosis;
+
+pub use calibration::calibration;
+pub use chart::{Chart, Line, Panel, Role};
+pub use diagnosis::diagnosis;
+
+use std::fmt::Write;
+
+const UPLOT_JS: &str = include_str!("../../assets/uplot/uPlot.iife.min.js");
+const UPLOT_CSS: &str = include_str!("../../assets/uplot/uPlot.min.css");
+const UPLOT_LICENCE: &str = include_str!("../../assets/uplot/LICENSE");
+const REPORT_JS: &str = include_str!("../../assets/report/report.js");
+const REPORT_CSS: &str = include_str!("../../assets/report/report.css");
+
+/// A page under construction.
+#[derive(Debug, Default)]
+pub(super) struct Page {
+    body: String,
+    charts: Vec<Chart>,
+    sections: Vec<(String, String)>,
+}
+
+impl Page {
+    /// Adds HTML as it is.
+    pub fn raw(&mut self, html: &str) {
+        self.body.push_str(html);
+        self.body.push('\n');
+    }
+
+    /// Begins a section, ending the one before.
+    pub fn section(&mut self, id: &str, title: &str) {
+        if !self.sections.is_empty() {
+            self.raw("</section>");
+        }
+        self.sections.push((id.to_owned(), title.to_owned()));
+        self.raw(&format!("<section id=\"{id}\"><h2>{}</h2>", escape(title)));
+    }
+
+    /// Adds a paragraph of text.
+    pub fn paragraph(&mut self, text: &str) {
+        self.raw(&format!("<p>{}</p>", escape(text)));
+    }
+
+    /// Adds a time chart.
+    pub fn chart(&mut self, chart: Chart) {
+        let (number, title) = (self.charts.len(), escape(&chart.title));
+        self.raw(&format!(
+            "<figure><figcaption>{title}</figcaption><div class=\"chart\" data-chart=\"{number}\" tabindex=\"0\" role=\"img\" \
+             aria-label=\"{title}\"></div></figure>"
+        ));
+        self.charts.push(chart);
+    }
+
+    /// Adds a picture that is ready.
+    pub fn picture(&mut self, title: &str, svg: &str) {
+        let title = escape(title);
+        // One scale for every screen: the picture brings its own size and shrinks with the page.
+        self.raw(&format!(
+            "<figure><div class=\"svg\" role=\"img\" aria-label=\"{title}\" tabindex=\"0\">{svg}</div></figure>"
+        ));
+    }
+
+    /// Adds a table; numbers are right-aligned, a click on a heading sorts.
+    pub fn table(&mut self, caption: &str, head: &[&str], rows: &[Vec<String>]) {
+        let mut html =
+            format!("<div class=\"table\" tabindex=\"0\"><table><caption>{}</caption><thead><tr>", escape(caption));
+        for name in head {
+            // Writing to a String cannot fail.
+            let _ = write!(html, "<th scope=\"col\"><button type=\"button\">{}</button></th>", escape(name));
+        }
+        html.push_str("</tr></thead><tbody>");
+        for row in rows {
+            html.push_str("<tr>");
+            for (column, cell) in row.iter().enumerate() {
+                let number = column > 0
+                    && cell.starts_with(|c: char| c.is_ascii_digit() || "+-−.".contains(c))
+                    && cell.len() < 28;
+                let class = if number { " class=\"number\"" } else { "" };
+                let _ = write!(html, "<td{class}>{}</td>", escape(cell));
+            }
+            html.push_str("</tr>");
+        }
+        html.push_str("</tbody></table></div>");
+        self.raw(&html);
+    }
+
+    /// The whole file. `twin` is the machine-readable result.
+    pub fn finish(mut self, title: &str, lead: &str, twin: &str) -> String {
+        if !self.sections.is_empty() {
+            self.raw("</section>");
+        }
+        let links: String = self
+            .sections
+            .iter()
+            .map(|(id, title)| format!("<a href=\"#{id}\">{}</a>", escape(title)))
+            .collect::<Vec<_>>()
+            .join(" ");
+        let charts = serde_json::to_string(&self.charts).expect("numbers and text can be written");
+        let version = env!("CARGO_PKG_VERSION");
+        format!(
+            "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n\
+             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+             <meta name=\"color-scheme\" content=\"light dark\"><meta name=\"generator\" content=\"leadlag {version}\">\n\
+             <link rel=\"icon\" href=\"data:,\"><title>{title}</title>\n<style>{UPLOT_CSS}\n{REPORT_CSS}</style></head>\n\
+             <body><header><h1>{title}</h1>{lead}<nav aria-label=\"sections\">{links}</nav></header>\n<main>\n{body}</main>\n\
+             <footer><p>Made by leadlag {version}. Charts: uPlot. The whole result is in this file: \
+             <button type=\"button\" id=\"save\">save it as JSON</button></p>\
+             <details><summary>Licence of uPlot</summary><pre>{licence}</pre></details></footer>\n\
+             <script type=\"application/json\" id=\"result\">{twin}</script>\n\
+             <script type=\"application/json\" id=\"charts\">{charts}</script>\n\
+             <script>{UPLOT_JS}</script>\n<script>{REPORT_JS}</script></body></html>\n",
+            title = escape(title),
+            body = self.body,
+            licence = escape(UPLOT_LICENCE),
+            twin = unscripted(twin),
+            charts = unscripted(&charts),
+        )
+    }
+}
+
+/// Text in HTML.
+pub(super) fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+/// JSON that cannot end its script element.
+fn unscripted(json: &str) -> String {
+    json.replace('<', "\\u003c")
+}
+
+/// Four significant digits.
+pub(super) fn short(value: f64) -> String {
+    if !value.is_finite() {
+        return "–".to_owned();
+    }
+    let rounded: f64 = format!("{value:.3e}").parse().unwrap_or(value);
+    (rounded + 0.0).to_string()
+}
+
+/// An interval.
+pub(super) fn between(interval: Option<[f64; 2]>) -> String {
+    interval.map_or("–".to_owned(), |[low, high]| format!("{} to {}", short(low), short(high)))
+}

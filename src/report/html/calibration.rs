@@ -1,0 +1,94 @@
+//! The report of a calibration: what was fitted to what, how well, with which parameters.
+
+use super::{Chart, Line, Page, Panel, Role, between, escape, short};
+use crate::report::result::ResultFile;
+use crate::symbols::Symbol;
+
+/// One HTML file. `charts` are the simulations, trajectory by trajectory; `twin` is the text of result.json.
+#[must_use]
+pub fn calibration(result: &ResultFile, charts: Vec<Chart>, twin: &str) -> String {
+    let mut page = Page::default();
+    page.section("fit", "What was fitted to what");
+    let rows: Vec<Vec<String>> = result
+        .data
+        .iter()
+        .map(|d| {
+            vec![
+                d.path.clone(),
+                format!("{} {}", d.follower, d.name),
+                format!("{:.1} to {:.1}", d.window_s[0], d.window_s[1]),
+                d.samples.to_string(),
+                d.preparation.join("; "),
+                d.sha256.chars().take(16).collect(),
+            ]
+        })
+        .collect();
+    page.table("Data", &["file", "follower", "window [s]", "samples", "prepared", "sha256"], &rows);
+    let device = result.adapter.clone().unwrap_or_else(|| "CPU".to_owned());
+    page.paragraph(&format!(
+        "Convention {}; evaluator {} ({}) on {device}; optimizer {}, seed {}, {} evaluations.",
+        result.convention, result.evaluator, result.precision, result.optimizer, result.seed, result.evaluations
+    ));
+    page.section("simulation", "Observed against simulated");
+    page.paragraph("Drag to zoom, double-click to see all again; all panels move together.");
+    charts.into_iter().for_each(|chart| page.chart(chart.thinned()));
+    let score = |name: &str| result.score.get(name).copied().flatten().map_or("–".to_owned(), short);
+    let rows: Vec<Vec<String>> = [
+        ("NRMSE", ["nrmse_s", "nrmse_v", "nrmse_a", "nrmse_sva"]),
+        ("Theil's U", ["u_s", "u_v", "u_a", "u_sva"]),
+        ("RMSE (SI)", ["rmse_s", "rmse_v", "rmse_a", ""]),
+    ]
+    .map(|(name, keys)| std::iter::once(name.to_owned()).chain(keys.map(score)).collect())
+    .to_vec();
+    page.table("How well", &["measure", "spacing", "speed", "acceleration", "sum"], &rows);
+    page.section("parameters", "Parameters");
+    let rows: Vec<Vec<String>> = result
+        .parameters
+        .iter()
+        .map(|(name, value)| {
+            let interval = between(result.intervals.get(name).copied());
+            let warning = if result.at_bound.contains(name) { "at its bound" } else { "" };
+            let meaning = Symbol::from_name(name).map_or("", Symbol::meaning);
+            vec![
+                name.clone(),
+                short(*value),
+                result.units.get(name).cloned().unwrap_or_default(),
+                between(result.bounds.get(name).copied()),
+                interval,
+                meaning.to_owned(),
+                warning.to_owned(),
+            ]
+        })
+        .collect();
+    let head = ["parameter", "value", "unit", "bounds", "95 % interval", "meaning", "warning"];
+    page.table("Calibrated parameters", &head, &rows);
+    page.section("replicates", "Replicates and convergence");
+    let rows: Vec<Vec<String>> = result
+        .replicates
+        .iter()
+        .map(|r| {
+            let score = r.score.map_or("–".to_owned(), |score| format!("{score:.6}"));
+            vec![r.replicate.to_string(), score, r.evaluations.to_string(), r.stop.to_string()]
+        })
+        .collect();
+    page.table("Replicates", &["replicate", "score", "evaluations", "ended"], &rows);
+    for replicate in result.replicates.iter().filter(|r| r.convergence.len() > 1) {
+        let (x, y): (Vec<f64>, Vec<f64>) =
+            replicate.convergence.iter().map(|(evaluations, score)| (*evaluations as f64, *score)).unzip();
+        let line = Line::new("best so far", Role::Simulated, &y);
+        page.chart(Chart {
+            title: format!("Replicate {}: best score over evaluations", replicate.replicate),
+            x_label: "evaluations".to_owned(),
+            x,
+            panels: vec![Panel { label: result.gof.clone(), lines: vec![line] }],
+        });
+    }
+    let lead = format!(
+        "<p class=\"verdict\"><strong>{} = {}</strong> variant {} {}</p>",
+        escape(&result.gof),
+        score("nrmse_sva"),
+        result.model_id,
+        escape(&result.variant)
+    );
+    page.finish(&format!("Calibration of {}", result.variant), &lead, twin)
+}

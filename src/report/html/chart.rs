@@ -1,0 +1,115 @@
+//! Time charts as data for the script of a report: thinned to what the eye can see, extremes kept.
+
+use serde::Serialize;
+
+/// Stretches of which each keeps the extremes of every line.
+const STRETCHES: usize = 1200;
+
+/// Panels over one time axis, zoomed together.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Chart {
+    /// What it shows.
+    pub title: String,
+    /// Name of the horizontal axis.
+    pub x_label: String,
+    /// Horizontal values, increasing.
+    pub x: Vec<f64>,
+    /// From the top down.
+    pub panels: Vec<Panel>,
+}
+
+/// One panel.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Panel {
+    /// Name of the vertical axis with its unit.
+    pub label: String,
+    /// Its lines.
+    pub lines: Vec<Line>,
+}
+
+/// One line.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Line {
+    /// Name in the legend.
+    pub name: String,
+    /// Decides its colour.
+    pub role: Role,
+    /// One value per horizontal one; `null` leaves a gap.
+    pub values: Vec<Option<f64>>,
+}
+
+/// What a line is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Role {
+    /// Measured.
+    Observed,
+    /// The model, or the base model.
+    Simulated,
+    /// The extended model.
+    Alternative,
+    /// What helps reading.
+    Context,
+}
+
+impl Line {
+    /// A line whose values that are not finite are gaps.
+    #[must_use]
+    pub fn new(name: &str, role: Role, values: &[f64]) -> Line {
+        let values = values.iter().map(|v| v.is_finite().then_some(*v)).collect();
+        Line { name: name.to_owned(), role, values }
+    }
+}
+
+impl Chart {
+    /// The same chart with few enough points: of each stretch, the samples at which a line is highest or lowest; five digits.
+    #[must_use]
+    pub fn thinned(mut self) -> Chart {
+        let count = self.x.len();
+        let width = count.div_ceil(STRETCHES).max(1);
+        let mut kept = Vec::new();
+        for start in (0..count).step_by(width) {
+            let end = (start + width).min(count);
+            let mut own = vec![start];
+            for line in self.panels.iter().flat_map(|panel| &panel.lines) {
+                let with_value = || (start..end).filter_map(|i| Some((i, line.values.get(i).copied().flatten()?)));
+                own.extend(with_value().min_by(|a, b| a.1.total_cmp(&b.1)).map(|(i, _)| i));
+                own.extend(with_value().max_by(|a, b| a.1.total_cmp(&b.1)).map(|(i, _)| i));
+            }
+            own.sort_unstable();
+            own.dedup();
+            kept.extend(own);
+        }
+        kept.extend(count.checked_sub(1).filter(|last| kept.last() != Some(last)));
+        self.x = kept.iter().map(|i| self.x[*i]).collect();
+        for line in self.panels.iter_mut().flat_map(|panel| &mut panel.lines) {
+            let value = |i: &usize| line.values.get(*i).copied().flatten().map(five);
+            line.values = kept.iter().map(value).collect();
+        }
+        self
+    }
+}
+
+/// Five significant digits: more than a screen has pixels.
+fn five(value: f64) -> f64 {
+    format!("{value:.4e}").parse().unwrap_or(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn extremes_survive_and_the_rest_is_thinned() {
+        let x: Vec<f64> = (0..24_000).map(|i| f64::from(i) * 0.1).collect();
+        let mut values: Vec<f64> = x.iter().map(|x| (x * 0.1).sin()).collect();
+        values[12_345] = 7.0;
+        values[12_346] = f64::NAN;
+        let line = Line::new("s", Role::Observed, &values);
+        let panel = Panel { label: String::new(), lines: vec![line] };
+        let chart = Chart { title: String::new(), x_label: String::new(), x, panels: vec![panel] }.thinned();
+        assert!(chart.x.len() <= 3 * STRETCHES + 1 && chart.x.is_sorted());
+        assert!(chart.panels[0].lines[0].values.contains(&Some(7.0)));
+        assert_eq!(chart.x.last(), Some(&2399.9));
+    }
+}

@@ -1,0 +1,224 @@
+//! The report of a diagnosis: the chain of evidence in words and pictures.
+
+use super::{Chart, Page, between, escape, short};
+use crate::diagnose::budget::Share;
+use crate::diagnose::outcome::{CauseEntry, Outcome, ParameterEntry, VerdictName};
+use crate::report::diagnosis::{causes::equation, pictures};
+
+/// One HTML file. `charts` are the simulations, drive by drive.
+#[must_use]
+pub fn diagnosis(outcome: &Outcome, charts: Vec<Chart>) -> String {
+    let mut page = Page::default();
+    summary(&mut page, outcome);
+    data(&mut page, outcome);
+    page.section("simulation", "What the simulation gets wrong");
+    page.paragraph(
+        "Measured car, base model and extended model, each simulated freely behind the measured car ahead. Drag to zoom, double-click \
+         to see all again; all panels of a drive move together.",
+    );
+    charts.into_iter().for_each(|chart| page.chart(chart.thinned()));
+    errors(&mut page, outcome);
+    causes(&mut page, outcome);
+    gain(&mut page, outcome);
+    left(&mut page, outcome);
+    let base = outcome.base.as_ref().map_or("", |base| base.variant.as_str());
+    let lead = format!(
+        "<p class=\"verdict {}\"><strong>{}</strong> {}</p>",
+        outcome.verdict.name(),
+        escape(title(outcome.verdict)),
+        escape(&outcome.reason)
+    );
+    page.finish(&format!("Diagnosis of {base}"), &lead, &outcome.to_json())
+}
+
+fn title(verdict: VerdictName) -> &'static str {
+    match verdict {
+        VerdictName::Named => "Named.",
+        VerdictName::Ambiguous => "One of several.",
+        VerdictName::Nothing => "Nothing found.",
+        VerdictName::NotTestable => "Not testable.",
+        VerdictName::Unexplained => "Unexplained.",
+        VerdictName::BadBase => "No verdict: the base model does not fit.",
+    }
+}
+
+fn summary(page: &mut Page, outcome: &Outcome) {
+    page.section("summary", "In short");
+    let mut facts = Vec::new();
+    for cause in &outcome.causes {
+        let parameters: Vec<String> = cause.parameters.iter().map(value).collect();
+        facts.push(("cause", format!("{}: {}", cause.name, parameters.join(", "))));
+    }
+    match &outcome.gain {
+        Some(gain) => facts.push(("gain on data not used", gain.sentence.clone())),
+        None => facts.push(("gain on data not used", "none, as nothing is named".to_owned())),
+    }
+    facts.push((
+        "faults of the data",
+        match outcome.data_findings.len() {
+            0 => "none found".to_owned(),
+            n => format!("{n}, see below"),
+        },
+    ));
+    let list: String = facts.iter().map(|(k, v)| format!("<dt>{k}</dt><dd>{}</dd>", escape(v))).collect();
+    page.raw(&format!("<dl>{list}</dl>"));
+}
+
+fn value(p: &ParameterEntry) -> String {
+    let unit = if p.unit == "-" { String::new() } else { format!(" {}", p.unit) };
+    format!("{} = {}{unit} [{}]", p.name, short(p.value), between(p.interval))
+}
+
+fn data(page: &mut Page, outcome: &Outcome) {
+    page.section("data", "The data");
+    let row = |d: &crate::diagnose::outcome::DataEntry| {
+        vec![
+            d.path.clone(),
+            d.role.clone(),
+            format!("{} {}", d.follower, d.name),
+            format!("{:.1} to {:.1}", d.window_s[0], d.window_s[1]),
+            d.samples.to_string(),
+            d.gap_rate_rms_mps.map_or("–".to_owned(), short),
+            d.sha256.chars().take(16).collect(),
+        ]
+    };
+    let rows: Vec<Vec<String>> = outcome.data.iter().map(row).collect();
+    let head = ["file", "role", "follower", "window [s]", "samples", "gap against speeds, rms [m/s]", "sha256"];
+    page.table("Files", &head, &rows);
+    page.paragraph(&outcome.held_back);
+    if outcome.data_findings.is_empty() {
+        page.paragraph("Gap and speeds were compared with each other; nothing contradicts itself.");
+    } else {
+        let row = |f: &crate::diagnose::outcome::FindingEntry| {
+            let done = f.correction.clone().unwrap_or_else(|| "not corrected".to_owned());
+            vec![f.name.clone(), f.sentence.clone(), format!("{} {}", short(f.value), f.unit), done, f.file.clone()]
+        };
+        let rows: Vec<Vec<String>> = outcome.data_findings.iter().map(row).collect();
+        page.table("What the data say about themselves", &["fault", "in words", "size", "done", "file"], &rows);
+    }
+}
+
+fn errors(page: &mut Page, outcome: &Outcome) {
+    page.section("errors", "Where and when it errs");
+    if let Some(budget) = &outcome.budget {
+        let [s, v, a] = budget.rms.map(short);
+        page.paragraph(&format!(
+            "Root mean square error of the base model's free simulation on the training data: spacing {s} m, speed {v} m/s, \
+             acceleration {a} m/s²."
+        ));
+        let percent = |x: f64| format!("{:.0} %", 100.0 * x);
+        let row = |share: &Share| {
+            let [s, v, a] = share.error.map(percent);
+            vec![share.name.clone(), share.time.map_or("–".to_owned(), percent), s, v, a]
+        };
+        let head = ["", "time", "spacing", "speed", "acceleration"];
+        let divisions = [
+            ("By what the car is doing: share of the squared error", &budget.regime),
+            ("By frequency", &budget.frequency),
+            ("By speed", &budget.speed),
+            ("By place", &budget.place),
+        ];
+        for (caption, division) in divisions.iter().filter(|(_, division)| !division.is_empty()) {
+            page.table(caption, &head, &division.iter().map(row).collect::<Vec<_>>());
+        }
+    }
+    if let Some(missing) = &outcome.missing {
+        page.paragraph(
+            "The missing acceleration is what has to be added to the model's acceleration, moment by moment, so that it keeps to the \
+             measured car. Where it depends on something, that is a hint.",
+        );
+        let svg = pictures::missing("Missing acceleration", missing, outcome.missing_left.as_ref());
+        page.picture("Missing acceleration against what it may depend on", &svg);
+    }
+}
+
+fn causes(page: &mut Page, outcome: &Outcome) {
+    page.section("causes", "Which cause");
+    if outcome.ladder.iter().any(|rung| rung.evidence.is_some()) {
+        page.picture("Ladder of causes", &pictures::ladder("Causes that were tried", &outcome.ladder));
+        let row = |rung: &crate::diagnose::outcome::RungEntry| {
+            let number = |x: Option<f64>| x.map_or("–".to_owned(), |x| format!("{x:.1}"));
+            let need = format!("{:.1}", rung.threshold);
+            vec![
+                rung.round.to_string(),
+                rung.name.clone(),
+                number(rung.gain),
+                number(rung.evidence),
+                need,
+                rung.fate.clone(),
+            ]
+        };
+        let head =
+            ["round", "cause", "gain where fitted [nats]", "gain held out [nats]", "needed", "what became of it"];
+        page.table("All that was tried", &head, &outcome.ladder.iter().map(row).collect::<Vec<_>>());
+    }
+    entries(page, "Adopted", &outcome.causes);
+    entries(page, "Explains the data as well", &outcome.confounded_with);
+    if !outcome.not_testable.is_empty() {
+        let row = |n: &crate::diagnose::outcome::NotTestableEntry| vec![n.name.clone(), n.absorbed_by.join(", ")];
+        let rows: Vec<Vec<String>> = outcome.not_testable.iter().map(row).collect();
+        page.table("Cannot be tested with these data", &["cause", "absorbed by"], &rows);
+    }
+    let mut models = Vec::new();
+    for (name, model) in [("base", &outcome.base), ("extended", &outcome.extended)] {
+        for p in model.iter().flat_map(|model| &model.parameters) {
+            models.push(vec![name.to_owned(), p.name.clone(), short(p.value), p.unit.clone(), between(p.interval)]);
+        }
+    }
+    page.table("Parameters of both models", &["model", "parameter", "value", "unit", "95 % interval"], &models);
+}
+
+fn entries(page: &mut Page, caption: &str, causes: &[CauseEntry]) {
+    let row = |cause: &CauseEntry| {
+        let (formula, meaning) = equation(&cause.name).unwrap_or(("", ""));
+        let parameters: Vec<String> = cause.parameters.iter().map(value).collect();
+        let evidence = format!("{:.0} of {:.0} nats ({})", cause.evidence, cause.threshold, cause.threshold_kind);
+        vec![
+            cause.name.clone(),
+            meaning.to_owned(),
+            formula.to_owned(),
+            parameters.join("; "),
+            evidence,
+            cause.family.clone(),
+        ]
+    };
+    if !causes.is_empty() {
+        let rows: Vec<Vec<String>> = causes.iter().map(row).collect();
+        page.table(caption, &["cause", "meaning", "term", "parameters", "evidence of need", "family"], &rows);
+    }
+}
+
+fn gain(page: &mut Page, outcome: &Outcome) {
+    page.section("gain", "Gain on data not used");
+    let Some(gain) = &outcome.gain else {
+        page.paragraph("Nothing is named, so there is nothing to gain.");
+        return;
+    };
+    page.paragraph(&gain.sentence);
+    if let Some(signals) = gain.signals {
+        let [base, extended] = gain.broken_off;
+        let rows: Vec<Vec<String>> = [("base", signals[0], base), ("extended", signals[1], extended)]
+            .map(|(name, nrmse, broken)| {
+                let mut row = vec![name.to_owned()];
+                row.extend(nrmse.map(short));
+                row.push(format!("{broken} of {}", gain.drives));
+                row
+            })
+            .to_vec();
+        page.table(
+            "NRMSE of the free simulation",
+            &["model", "spacing", "speed", "acceleration", "runs broken off"],
+            &rows,
+        );
+    }
+}
+
+fn left(page: &mut Page, outcome: &Outcome) {
+    page.section("left", "What is left");
+    let row = |l: &crate::diagnose::outcome::LeftOverEntry| {
+        vec![l.kind.clone(), l.r#where.clone(), short(l.size), l.formula.clone().unwrap_or_default()]
+    };
+    let rows: Vec<Vec<String>> = outcome.left_over.iter().map(row).collect();
+    page.table("Left over", &["kind", "where", "size", "formula (a description, not a cause)"], &rows);
+    page.paragraph(&format!("{} simulations, seed {}, effort {}.", outcome.simulations, outcome.seed, outcome.effort));
+}

@@ -1,0 +1,158 @@
+//! `leadlag diagnose` as a program: its JSON, its text, its files, its exit codes.
+
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+fn leadlag(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_leadlag")).args(arguments).output().expect("the program starts")
+}
+
+fn ok(arguments: &[&str]) -> String {
+    let output = leadlag(arguments);
+    assert!(output.status.success(), "{arguments:?}\n{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).expect("UTF-8")
+}
+
+fn fails(arguments: &[&str]) -> (i32, String) {
+    let output = leadlag(arguments);
+    (output.status.code().expect("no signal"), String::from_utf8_lossy(&output.stderr).into_owned())
+}
+
+fn scratch(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("diagnose_cli").join(name);
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).expect("a folder");
+    folder
+}
+
+/// The first follower of a synthetic drive as a pair file.
+fn pair(folder: &Path, seed: u64, seconds: u64, more: &[&str]) -> String {
+    let drive = folder.join(format!("drive{seed}"));
+    let (seed, seconds, out) = (seed.to_string(), seconds.to_string(), drive.to_str().expect("UTF-8").to_owned());
+    let mut arguments = vec!["synth", "--out", &out, "--seed", &seed, "--duration", &seconds, "--pairs"];
+    arguments.extend(more);
+    ok(&arguments);
+    drive.join("pair_follower1.csv").to_str().expect("UTF-8").to_owned()
+}
+
+/// The same file with the leader's speeds multiplied.
+fn scaled(path: &str, factor: f64) -> String {
+    let text = fs::read_to_string(path).expect("written");
+    let changed = text.lines().enumerate().map(|(i, line)| {
+        let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
+        if i > 0 {
+            fields[1] = (fields[1].parse::<f64>().expect("a speed") * factor).to_string();
+        }
+        fields.join(",") + "\n"
+    });
+    let to = path.replace(".csv", "_scaled.csv");
+    fs::write(&to, changed.collect::<String>()).expect("writable");
+    to
+}
+
+#[test]
+fn the_data_alone_can_be_checked() {
+    let folder = scratch("data_only");
+    let clean = pair(&folder, 1, 300, &[]);
+    let text = ok(&["diagnose", "--data", &clean, "--data-only"]);
+    assert!(text.contains("nothing contradicts itself"), "{text}");
+    assert!(text.lines().all(|line| line.chars().count() <= 80 || line.contains(&clean[..40])), "{text}");
+    let faulty = scaled(&clean, 1.03);
+    let both = format!("{clean},{faulty}");
+    let json: Value = serde_json::from_str(&ok(&["diagnose", "--data", &both, "--data-only", "--json"])).expect("JSON");
+    let findings = json["data_findings"].as_array().expect("a list");
+    assert_eq!(findings.len(), 1, "{findings:?}");
+    assert_eq!((findings[0]["name"].as_str(), findings[0]["car"].as_str()), (Some("speed_scale"), Some("leader")));
+    let value = findings[0]["value"].as_f64().expect("a number");
+    assert!((value - 0.03).abs() < 0.002, "{value}");
+    assert_eq!(findings[0]["file"].as_str(), Some(faulty.as_str()));
+    let corrected = ok(&["diagnose", "--data", &faulty, "--data-only", "--correct"]);
+    assert!(corrected.contains("corrected as asked"), "{corrected}");
+}
+
+#[test]
+fn wrong_usage_is_said() {
+    let folder = scratch("usage");
+    let file = pair(&folder, 2, 120, &[]);
+    let (code, message) = fails(&["diagnose", "--data", &file]);
+    assert!(code == 2 && message.contains("--base"), "{message}");
+    let (code, message) = fails(&["diagnose", "--data", &file, "--base", "l-cht"]);
+    assert!(code == 2 && message.contains("l-cth"), "{message}");
+    let (code, message) = fails(&["diagnose", "--data", "none.csv", "--base", "idm"]);
+    assert!(code == 1 && message.contains("none.csv"), "{message}");
+    let (code, message) = fails(&["diagnose", "--data", &file, "--follower", "3", "--data-only"]);
+    assert!(code != 0 && message.contains("follower 3"), "{message}");
+    let own = folder.join("mine.wgsl");
+    fs::write(&own, "fn nothing() {}\n").expect("writable");
+    let own = own.to_str().expect("UTF-8");
+    let (code, message) = fails(&["diagnose", "--data", &file, "--base", "idm", "--causes", own]);
+    assert!(code != 0 && message.contains("mine.wgsl"), "{message}");
+}
+
+#[test]
+fn a_diagnosis_has_the_fields_of_its_contract() {
+    let folder = scratch("whole");
+    let file =
+        pair(&folder, 3, 300, &["--effect", "actuation_lag:ta=0.8", "--gap-noise", "0.02", "--speed-noise", "0.02"]);
+    let out = folder.join("out");
+    let out = out.to_str().expect("UTF-8");
+    let arguments =
+        ["diagnose", "--data", &file, "--base", "idm", "--effort", "quick", "--json", "--exit-code", "--out", out];
+    let output = leadlag(&arguments);
+    let text = String::from_utf8(output.stdout).expect("UTF-8");
+    let json: Value = serde_json::from_str(&text).expect("JSON");
+    let keys: Vec<&str> = json.as_object().expect("an object").keys().map(String::as_str).collect();
+    let contract = [
+        "schema_version",
+        "verdict",
+        "reason",
+        "causes",
+        "confounded_with",
+        "not_testable",
+        "data_findings",
+        "gain",
+        "left_over",
+        "simulations",
+    ];
+    assert_eq!(&keys[..contract.len()], contract);
+    let verdict = json["verdict"].as_str().expect("a word");
+    let codes =
+        [("named", 0), ("nothing", 3), ("ambiguous", 4), ("unexplained", 5), ("not_testable", 6), ("bad_base", 7)];
+    let code = codes.iter().find(|(name, _)| *name == verdict).expect("a verdict of the contract").1;
+    assert_eq!(output.status.code(), Some(code));
+    for cause in json["causes"].as_array().expect("a list") {
+        for key in ["name", "family", "parameters", "evidence", "threshold", "threshold_kind"] {
+            assert!(!cause[key].is_null(), "{key} of {cause}");
+        }
+    }
+    assert!(json["held_back"].as_str().is_some_and(|text| text.contains("last third")));
+    assert_eq!(fs::read_to_string(Path::new(out).join("diagnosis.json")).expect("written"), text);
+    let table = fs::read_to_string(Path::new(out).join("missing_acceleration_1.csv")).expect("written");
+    assert!(table.starts_with("time_s,missing_accel_mps2,missing_accel_sd_mps2") && table.lines().count() > 1900);
+    for name in ["simulation_1.svg", "simulation_2.svg", "missing_acceleration.svg"] {
+        assert!(fs::read_to_string(Path::new(out).join(name)).expect(name).contains("</svg>"), "{name}");
+    }
+    // The report needs nothing but itself, and carries the whole result.
+    let page = Path::new(out).join("report.html");
+    ok(&["report", out, "-o", page.to_str().expect("UTF-8")]);
+    let html = fs::read_to_string(page).expect("written");
+    for outside in ["src=\"http", "href=\"http", "url(http", "@import", "<link rel=\"stylesheet"] {
+        assert!(!html.contains(outside), "{outside}");
+    }
+    let embedded = |id: &str| {
+        let start = html.find(&format!("id=\"{id}\">")).expect("a script") + id.len() + 6;
+        let end = start + html[start..].find("</script>").expect("its end");
+        serde_json::from_str::<Value>(&html[start..end]).expect("JSON")
+    };
+    assert_eq!(embedded("result"), json);
+    let charts = embedded("charts");
+    assert_eq!(charts.as_array().map(Vec::len), Some(2));
+    assert_eq!(charts[0]["panels"].as_array().map(Vec::len), Some(4));
+    assert!(html.len() < 5_000_000 && html.contains("MIT License"), "{} bytes", html.len());
+    // The same bytes for the same seed, whatever the number of threads.
+    let again =
+        leadlag(&["--threads", "1", "diagnose", "--data", &file, "--base", "idm", "--effort", "quick", "--json"]);
+    assert_eq!(String::from_utf8(again.stdout).expect("UTF-8"), text);
+}
