@@ -291,6 +291,24 @@ impl ResultFile {
         }
     }
 
+    /// The variant with its extensions, as people call it.
+    #[must_use]
+    pub fn model(&self) -> String {
+        let extensions = self.extensions.iter().map(|extension| format!("+{}", extension.name));
+        std::iter::once(self.variant.clone()).chain(extensions).collect()
+    }
+
+    /// What a parameter means, in words; empty where nobody says.
+    #[must_use]
+    pub fn meaning(&self, parameter: &str) -> &'static str {
+        let own = || {
+            let extensions = self.extensions.iter().filter_map(|extension| extension.read().ok());
+            let mut symbols = extensions.flat_map(|extension| extension.parameters.iter().copied());
+            symbols.find(|symbol| symbol.name() == parameter)
+        };
+        Symbol::from_name(parameter).or_else(own).map_or("", Symbol::meaning)
+    }
+
     /// The variant with its parameters, ready to be simulated again.
     ///
     /// # Errors

@@ -1,7 +1,6 @@
 //! A calibration as text for a terminal of 80 columns.
 
 use super::result::{CorrelationEntry, IdentifiabilityEntry, ReplicateEntry, ResultFile};
-use crate::symbols::Symbol;
 use std::fmt::Write;
 
 /// What was fitted to what, how well, with which parameters.
@@ -14,7 +13,7 @@ pub fn calibration(result: &ResultFile) -> String {
 }
 
 fn write_calibration(text: &mut String, result: &ResultFile) -> std::fmt::Result {
-    writeln!(text, "variant      {} {}", result.model_id, result.variant)?;
+    writeln!(text, "variant      {} {}", result.model_id, result.model())?;
     for data in &result.data {
         let [from, to] = data.window_s;
         writeln!(text, "data         {}", data.path)?;
@@ -64,7 +63,7 @@ fn write_calibration(text: &mut String, result: &ResultFile) -> std::fmt::Result
         let [lower, upper] = result.bounds.get(name).copied().unwrap_or([f64::NAN; 2]);
         let bounds = if lower == upper { "fixed".to_owned() } else { format!("{} .. {}", short(lower), short(upper)) };
         let unit = result.units.get(name).map_or("", String::as_str);
-        let meaning = Symbol::from_name(name).map_or("", Symbol::meaning);
+        let meaning = result.meaning(name);
         let mark = if result.at_bound.contains(name) { "AT BOUND" } else { meaning };
         writeln!(text, "{name:<10}{value:>11.5}  {unit:<5}{bounds:>17}  {mark}")?;
     }
@@ -104,14 +103,14 @@ fn write_identifiability(
         text.push_str(&wrapped(0, 2, &format!("\nno {confidence}s: {note}")));
         return Ok(());
     }
-    writeln!(text, "\n{:<10}{confidence:>24}{:>11}  goes with", "parameter", "eff. samples")?;
+    writeln!(text, "\n{:<10}{confidence:>24}{:>14}  goes with", "parameter", "eff. samples")?;
     for (name, knowledge) in &identifiability.parameters {
         let [lower, upper] = result.intervals.get(name).copied().unwrap_or([f64::NAN; 2]);
         let end = |x: f64, open: bool| if open { format!("({})", short(x)) } else { short(x) };
         let [open_lower, open_upper] = knowledge.open;
         let interval = format!("{} .. {}", end(lower, open_lower), end(upper, open_upper));
         let partner = identifiability.correlation.as_ref().and_then(|c| partner(c, name)).unwrap_or_default();
-        writeln!(text, "{name:<10}{interval:>24}{:>12.0}  {partner}", knowledge.effective_samples)?;
+        writeln!(text, "{name:<10}{interval:>24}{:>14.0}  {partner}", knowledge.effective_samples)?;
     }
     if identifiability.parameters.values().any(|k| k.open != [false; 2]) {
         writeln!(text, "in parentheses: the bound of the search; the data do not end the interval there")?;

@@ -39,7 +39,7 @@ pub fn files(
         let mut csv = Vec::new();
         simulation::write_csv(&mut csv, t, case, &trace)?;
         write_file(&folder.join(format!("simulation{suffix}.csv")), &csv)?;
-        let title = format!("{}, {}: variant {} {}", case.label, one.trajectory.name, result.model_id, result.variant);
+        let title = format!("{}, {}: variant {} {}", case.label, one.trajectory.name, result.model_id, result.model());
         let svg = plot::draw(&title, t, case, &trace, &outcome)?;
         write_file(&folder.join(format!("plot{suffix}.svg")), svg.as_bytes())?;
     }

@@ -2,7 +2,6 @@
 
 use super::{Chart, Line, Page, Panel, Role, between, escape, short};
 use crate::report::result::ResultFile;
-use crate::symbols::Symbol;
 
 /// One HTML file. `charts` are the simulations, trajectory by trajectory; `twin` is the text of result.json.
 #[must_use]
@@ -48,7 +47,7 @@ pub fn calibration(result: &ResultFile, charts: Vec<Chart>, twin: &str) -> Strin
         .map(|(name, value)| {
             let interval = between(result.intervals.get(name).copied());
             let warning = if result.at_bound.contains(name) { "at its bound" } else { "" };
-            let meaning = Symbol::from_name(name).map_or("", Symbol::meaning);
+            let meaning = result.meaning(name);
             vec![
                 name.clone(),
                 short(*value),
@@ -88,7 +87,7 @@ pub fn calibration(result: &ResultFile, charts: Vec<Chart>, twin: &str) -> Strin
         escape(&result.gof),
         score("nrmse_sva"),
         result.model_id,
-        escape(&result.variant)
+        escape(&result.model())
     );
-    page.finish(&format!("Calibration of {}", result.variant), &lead, twin)
+    page.finish(&format!("Calibration of {}", result.model()), &lead, twin)
 }
