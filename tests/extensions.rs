@@ -349,6 +349,11 @@ fn what_an_extension_may_not_have_is_said() {
             "x.wgsl:2:18: Params has no field tau_g",
         ),
         (
+            "x.wgsl",
+            "fn x_command(w: World, a: f32) -> f32 {\n    return a * w.slope;\n}\n",
+            "x.wgsl:2:18: World has no field slope; it has t, dt, x_f, sin_grade, s, v_f, a_f, a_l, v_l2, s_l2",
+        ),
+        (
             "grade.wgsl",
             "fn grade_command(a: f32) -> f32 {\n    return a;\n}\n",
             "there is a built-in extension `grade`",

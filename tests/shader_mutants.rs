@@ -79,7 +79,7 @@ const SURVIVORS: &[Survivor] = &[
         reason: "a guard near the desired speed, where there is no equilibrium",
     },
     Survivor {
-        file: "shaders/equilibrium/linear.wgsl",
+        file: "shaders/equilibrium/policy.wgsl",
         line: "return desired_spacing(p, Perceived(0.0, v, v));",
         change: "0.0 -> 0.01",
         reason: "never read: no spacing policy depends on the spacing",

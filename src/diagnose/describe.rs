@@ -8,10 +8,14 @@ use super::gain::{GainError, GainSettings, gain};
 use super::infer;
 use super::missing::{Missing, Profiles, profiles};
 use super::observer::{Noise, design};
-use super::outcome::{CauseEntry, DriveEntry, LeftOverEntry, NotTestableEntry, Outcome, RungEntry, SCHEMA_VERSION};
+use super::outcome::{
+    CauseEntry, DriveEntry, LeftOverEntry, NotTestableEntry, NotTriedEntry, Outcome, RungEntry, SCHEMA_VERSION,
+};
 use super::scene::Scene;
 use super::verdict::{Effort, Fitted, Inference, Progress, Question, Verdict};
 use crate::calibrate::CalibrateError;
+use crate::evaluator::CaseError;
+use crate::extension::Extension;
 use std::ops::ControlFlow;
 
 /// Share of the work after which the cause is known.
@@ -134,6 +138,7 @@ pub fn describe(
         gain: measured,
         left_over,
         simulations: inference.simulations,
+        not_tried: not_tried(question),
         seed: question.seed,
         effort: effort_name(question.effort).to_owned(),
         data: Vec::new(),
@@ -205,4 +210,18 @@ fn missing_of(series: &[Series]) -> Vec<Missing<'_>> {
 
 fn sorted(series: &[Series]) -> Option<Profiles> {
     profiles(&missing_of(series))
+}
+
+/// Causes that some training drive has not what they need for.
+fn not_tried(question: &Question<'_>) -> Vec<NotTriedEntry> {
+    let lacking = |cause: &&'static Extension| {
+        let variant = question.base.with(cause).ok()?;
+        let missing = |drive: &Drive| match drive.case(variant) {
+            Err(CaseError::Missing { what, remedy, .. }) => Some((what.to_owned(), remedy.to_owned())),
+            _ => None,
+        };
+        let (needs, remedy) = question.train.iter().find_map(missing)?;
+        Some(NotTriedEntry { name: cause.name.clone(), needs, remedy })
+    };
+    question.causes.iter().filter_map(lacking).collect()
 }

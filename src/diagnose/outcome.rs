@@ -96,6 +96,17 @@ pub struct NotTestableEntry {
     pub absorbed_by: Vec<String>,
 }
 
+/// A cause that was not tried, for the data lack what it needs.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct NotTriedEntry {
+    /// Its name.
+    pub name: String,
+    /// What it needs.
+    pub needs: String,
+    /// What to do.
+    pub remedy: String,
+}
+
 /// A fault of the data.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FindingEntry {
@@ -318,6 +329,9 @@ pub struct Outcome {
     pub left_over: Vec<LeftOverEntry>,
     /// Simulated candidates.
     pub simulations: u64,
+    /// Causes that were not tried, for the data lack what they need.
+    #[serde(default)]
+    pub not_tried: Vec<NotTriedEntry>,
     /// The one seed.
     pub seed: u64,
     /// `quick`, `normal` or `thorough`.

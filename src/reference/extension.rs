@@ -2,8 +2,9 @@
 //!
 //! One function per stage; each names its causes in the order in which they act.
 
+use super::spacing;
 use super::types::Perceived;
-use crate::catalog::{Controller, Spacing, Variant};
+use crate::catalog::{Controller, Variant};
 use crate::evaluator::{Case, LEADER_SMOOTHING};
 use crate::extension::Extension;
 use crate::symbols::Parameters;
@@ -245,12 +246,10 @@ fn leader_acceleration(case: &Case, index: f64) -> f64 {
 
 /// Spacing at which a car at constant speed v behind another at that speed does not change it \[m\].
 fn equilibrium(variant: &Variant, p: &Parameters, v: f64) -> f64 {
-    match (variant.base.controller, variant.base.spacing) {
-        (Controller::Idm, _) => (p.d_0 + p.t_h * v) / (1.0 - (v.max(0.0) / p.v_0).powf(p.delta)).max(0.01).sqrt(),
-        (Controller::Gipps, _) | (_, Spacing::GippsEquilibrium) => {
-            p.d_0 + (p.t_h + p.theta) * v + v * v * (1.0 / p.a_hat_min - 1.0 / p.a_min) / 2.0
-        }
-        (Controller::Linear, Spacing::IdmDesired) => p.d_0 + (p.t_h * v).max(0.0),
-        (Controller::Linear, _) => p.d_0 + p.t_h * v,
+    match variant.base.controller {
+        Controller::Idm => (p.d_0 + p.t_h * v) / (1.0 - (v.max(0.0) / p.v_0).powf(p.delta)).max(0.01).sqrt(),
+        Controller::Gipps => p.d_0 + (p.t_h + p.theta) * v + v * v * (1.0 / p.a_hat_min - 1.0 / p.a_min) / 2.0,
+        // What the spacing policy asks for.
+        _ => spacing::pick(variant.base.spacing)(p, &Perceived { s: 0.0, v_f: v, v_l: v }),
     }
 }

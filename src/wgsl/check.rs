@@ -81,15 +81,23 @@ fn at(source: &Source, place: Option<(usize, usize)>, message: String) -> Shader
     ShaderError { file: file.to_owned(), line, column, message, code }
 }
 
-/// What to say where a part reads a parameter that its variant does not have: which ones it has.
+/// What to say where a part reads something that is not there: what is.
 fn no_such_parameter(text: &str, place: Option<(usize, usize)>, message: &str) -> Option<String> {
     let field = message.strip_prefix("invalid field accessor `")?.split('`').next()?;
     let (line, column) = place?;
-    // Parts call their parameters `p`.
     let before = text.lines().nth(line - 1)?.get(..column - 1)?;
     let object = before.strip_suffix('.')?.rsplit(|c: char| !c.is_alphanumeric() && c != '_').next()?;
-    let fields = text.split_once("struct Params {")?.1.split_once('}')?.0;
+    // What parts and extensions call their arguments.
+    let (kind, whose) = match object {
+        "p" | "q" => ("Params", "this variant has"),
+        "own" => ("Parameters", "it has"),
+        "state" => ("State", "it has"),
+        "w" => ("World", "it has"),
+        "x" => ("Perceived", "it has"),
+        _ => return None,
+    };
+    let fields = text.split_once(&format!("struct {kind} {{"))?.1.split_once('}')?.0;
     let known: Vec<&str> =
         fields.lines().filter_map(|l| l.trim().strip_suffix(": f32,").filter(|name| !name.contains(' '))).collect();
-    ["p", "q"].contains(&object).then(|| format!("Params has no field {field}; this variant has {}", known.join(", ")))
+    Some(format!("{kind} has no field {field}; {whose} {}", known.join(", ")))
 }

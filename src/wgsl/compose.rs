@@ -162,7 +162,7 @@ impl Source {
             shader!("opaque.wgsl"),
             shader!("spacing/cth.wgsl"),
             shader!("world.wgsl"),
-            shader!("equilibrium/linear.wgsl"),
+            shader!("equilibrium/policy.wgsl"),
         ] {
             source.push(file, text);
         }
@@ -227,7 +227,8 @@ fn equilibrium(variant: &Variant) -> (&'static str, &'static str) {
     match variant.base.controller {
         Controller::Idm => shader!("equilibrium/idm.wgsl"),
         Controller::Gipps => shader!("equilibrium/gipps.wgsl"),
-        Controller::Linear => shader!("equilibrium/linear.wgsl"),
+        // Controllers that keep the spacing which their policy asks for.
+        _ => shader!("equilibrium/policy.wgsl"),
     }
 }
 

@@ -94,6 +94,12 @@ pub(super) fn verdict(text: &mut String, outcome: &Outcome) -> Result {
             text.push_str(&wrapped(2, 4, &format!("{} (in {})", entry.name, entry.absorbed_by.join(", "))));
         }
     }
+    if !outcome.not_tried.is_empty() {
+        text.push_str("\nNot tried, for the data lack what it needs:\n");
+        for entry in &outcome.not_tried {
+            text.push_str(&wrapped(2, 4, &format!("{}: needs {}; {}", entry.name, entry.needs, entry.remedy)));
+        }
+    }
     Ok(())
 }
 
