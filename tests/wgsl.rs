@@ -39,7 +39,7 @@ const BROKEN: &[(&str, &str, &str, &str)] = &[
         "shaders/controller/idm.wgsl",
         "s_des / x.s",
         "s_des / x.gap",
-        "shaders/controller/idm.wgsl:4:31: invalid field accessor `gap`\n  let closeness = s_des / x.gap;",
+        "shaders/controller/idm.wgsl:4:31: Perceived has no field gap; it has s, v_f, v_l\n  let closeness = s_des / x.gap;",
     ),
     (
         "shaders/controller/idm.wgsl",
