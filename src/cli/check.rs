@@ -6,6 +6,7 @@ use leadlag::catalog::{BASES, Variant};
 use leadlag::convention::Radicand;
 use leadlag::extension::Extension;
 use leadlag::lanes::check_model;
+use leadlag::report::text::wrapped;
 use leadlag::symbols::{Bounds, Symbol};
 use leadlag::wgsl::{Precision, Recipe};
 use serde_json::json;
@@ -86,13 +87,13 @@ fn described(extension: &Extension, bases: &[&str]) -> Result<String, std::fmt::
     let mut text = String::new();
     writeln!(text, "{}: valid", extension.name)?;
     if !extension.meaning.is_empty() {
-        writeln!(text, "  {}", extension.meaning)?;
+        text += &wrapped(2, 2, &extension.meaning);
     }
     for symbol in &extension.parameters {
         let [lower, upper] = bounds(*symbol).unwrap_or_default();
         let neutral = symbol.neutral().map_or(String::new(), |x| format!(", does nothing at {x}"));
         let (name, unit) = (symbol.name(), symbol.unit());
-        writeln!(text, "  {name} [{unit}]  {lower} to {upper}{neutral}: {}", symbol.meaning())?;
+        text += &wrapped(2, 4, &format!("{name} [{unit}] {lower} to {upper}{neutral}: {}", symbol.meaning()));
     }
     let stages: Vec<&str> = extension.stages.iter().map(|s| s.stage.name()).collect();
     writeln!(text, "  acts at: {}", if stages.is_empty() { "the time loop".to_owned() } else { stages.join(", ") })?;
