@@ -131,7 +131,7 @@ fn a_report_of_an_unfinished_study_says_so_and_a_finished_one_is_the_same_again(
     assert!(said.contains("1 of 60 tasks are missing"), "{said}");
     let partial = reported(&study, &["--partial"]);
     let summary = String::from_utf8(partial["report.md"].clone()).unwrap();
-    assert!(summary.contains("**1 tasks are missing: these numbers are preliminary.**"), "{summary}");
+    assert!(summary.contains("**1 task is missing: these numbers are preliminary.**"), "{summary}");
     ok(&["study", "run", text(&study)]);
     same(&reported(&study, &[]), &whole, "after the missing one");
 }
