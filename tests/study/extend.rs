@@ -51,11 +51,7 @@ fn the_text_of_an_extension_is_part_of_a_task() {
 
 #[test]
 fn an_extended_study_keeps_the_text_and_tells_its_parameters() {
-    let file = plan(
-        "extend_run",
-        "extend = [\"soft.wgsl\", \"dead_zone\"]\nbounds = { lost = 0.25, w_none = 0 }",
-        OWN,
-    );
+    let file = plan("extend_run", "extend = [\"soft.wgsl\", \"dead_zone\"]\nbounds = { lost = 0.25, w_none = 0 }", OWN);
     let wrong = fs::read_to_string(&file).unwrap();
     let study = file.with_file_name("study");
     let (code, said) = fails(&["study", "plan", text(&file), "--out", text(&study)]);

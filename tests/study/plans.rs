@@ -169,7 +169,11 @@ fn the_plans_that_come_with_the_program_can_be_read() {
         found.push((plan.name.clone(), plan.per_trajectory(), plan.data.platoons.len()));
     }
     found.sort();
-    assert_eq!(found.iter().map(|(name, ..)| name.as_str()).collect::<Vec<_>>(), ["paper", "processed", "small"]);
-    assert_eq!((found[0].1, found[0].2), (900, 7), "the paper: 90 variants, 10 replicates, 7 platoons");
-    assert_eq!((found[1].1, found[1].2), (270, 3), "90 variants, 3 replicates, 3 platoons");
+    assert_eq!(
+        found.iter().map(|(name, ..)| name.as_str()).collect::<Vec<_>>(),
+        ["figure7", "paper", "processed", "small"]
+    );
+    assert_eq!((found[0].1, found[0].2), (180, 3), "30 variants, 6 goodness-of-fit functions, 3 platoons");
+    assert_eq!((found[1].1, found[1].2), (900, 7), "the paper: 90 variants, 10 replicates, 7 platoons");
+    assert_eq!((found[2].1, found[2].2), (270, 3), "90 variants, 3 replicates, 3 platoons");
 }

@@ -67,7 +67,9 @@ pub fn variations(material: &Material) -> String {
             let digits =
                 [10.0, 1.0, 0.1].into_iter().take_while(|limit| end < *limit).count() + usize::from(end < 20.0);
             let above = if k == 2 && most > end { "≥ " } else { "" };
-            figure.text([x, 348.0], 11.5, Anchor::Middle, INK, &format!("{above}{:.digits$}", end * k as f64 / 2.0));
+            // The last one ends where the bars do: beside it another panel, or the edge.
+            let anchor = if k == 2 { Anchor::End } else { Anchor::Middle };
+            figure.text([x, 348.0], 11.5, anchor, INK, &format!("{above}{:.digits$}", end * k as f64 / 2.0));
         }
         figure.text([left, 84.0], 14.0, Anchor::Start, colour(base), base.paper);
         let rate = mean(&values).filter(|mean| *mean > 0.0).map_or("-".to_owned(), |mean| short(100.0 / mean));
