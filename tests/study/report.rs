@@ -122,6 +122,11 @@ fn numbers_follow_from_the_tables_and_stand_beside_the_papers() {
 #[test]
 fn a_report_of_an_unfinished_study_says_so_and_a_finished_one_is_the_same_again() {
     let study = finished("report_partial");
+    let status = ok(&["study", "status", text(&study)]);
+    assert!(status.contains("60 tasks computed by 1 run in "), "{status}");
+    // Paths may be long.
+    let long = status.lines().filter(|line| !line.contains(text(&study))).find(|line| line.chars().count() > 80);
+    assert_eq!(long, None, "a terminal has 80 columns");
     let whole = reported(&study, &[]);
     same(&reported(&study, &[]), &whole, "a second report");
     let parts = study.join("parts");
