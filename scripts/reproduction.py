@@ -1,7 +1,7 @@
 """The numbers of docs/REPRODUCTION.md from what scripts/reproduction made.
 
     reproduction.py WORK complete     number of replicates, and ids of the variants, that every trajectory has
-    reproduction.py WORK numbers      the tables, in Markdown
+    reproduction.py WORK numbers VEHICLES.csv      the tables, in Markdown
 """
 
 import csv
@@ -110,6 +110,28 @@ bounded = [row for row in calibrations if row["constraint"] != "none" and row["r
 touching = [row for row in bounded if int(row["n_cut_acc"]) + int(row["n_cut_dec"]) > 0]
 print(f"\nFirst replicates with a constraint that touch a bound: {len(touching)} of {len(bounded)}; of the constant ones "
       f"{sum(row['constraint'] == 'constant' for row in touching)} of {sum(row['constraint'] == 'constant' for row in bounded)}.")
+
+vehicles = {row["slug"]: row for row in csv.DictReader(open(sys.argv[3], encoding="utf-8"))}
+heavy = [row for row in read("complete/merged/calibrations.csv") if row["dynamics"] == "nonlinear" and row["is_best"] == "true"]
+
+
+def bound(row, parameter, side):
+    vehicle = vehicles[row["vehicle"]]
+    name, column = {"f_0": (f"f_0_{side}_N", "f_0_N"), "f_2": (f"f_2_{side}_si_N_s2_per_m2", "f_2_kg_per_m"),
+                    "m_load": (f"load_{side}_kg", "m_load_kg")}[parameter]
+    return parameter in row["at_bound"].split() and abs(float(row[column]) / float(vehicle[name]) - 1) < 0.01
+
+
+print(f"\nOf {len(heavy)} winners with nonlinear dynamics the road load ends " + ", ".join(
+    f"{parameter} at its {'lower' if side == 'lb' else 'upper'} bound {sum(bound(row, parameter, side) for row in heavy)}"
+    for parameter, side in [("f_0", "lb"), ("f_0", "ub"), ("f_2", "lb"), ("f_2", "ub"), ("m_load", "lb"), ("m_load", "ub")]) + ".")
+best = [row for row in read("complete/merged/calibrations.csv") if row["constraint"] == "none" and row["is_best"] == "true"]
+counts = {}
+for parameter in ["v_0", "d_0", "theta", "delta", "a_min", "tau_p", "tau_a"]:
+    column = parameter + {"delta": "", "v_0": "_mps", "d_0": "_m", "a_min": "_mps2"}.get(parameter, "_s")
+    have = [row for row in best if row[column]]
+    counts[parameter] = f"{parameter} {sum(parameter in row['at_bound'].split() for row in have)} of {len(have)}"
+print("Winners without a constraint at a bound of Table 3: " + ", ".join(counts.values()) + ".")
 
 text = (work / "complete/report/report.md").read_text(encoding="utf-8")
 print("\n" + text[text.index("## Where it agrees"):text.index("## Table 4")].strip())
