@@ -89,6 +89,8 @@ print(f"\nWinners with a constraint on P3 that touch a bound: {sum(map(touches, 
 def medians(rows):
     """Eq. 19 over the variants without a constraint that are there for all followers, then the median over followers, by id."""
     models = sorted({model for model, _ in rows if (model - 1) % 3 == 0 and all((model, f) in rows for f in range(1, 5))})
+    if not models:
+        return {}
     lowest = {f: min(number(rows[model, f], "score") for model in models) for f in range(1, 5)}
     return {model: statistics.median(number(rows[model, f], "score") / lowest[f] - 1 for f in range(1, 5)) for model in models}
 

@@ -71,8 +71,8 @@ print("| base | values | median CV | 95 % | worst | above 1 % |\n|---|---|---|--
 for base in [*BASES, "all"]:
     values = sorted(cv for key, cv in spread.items() if base in (key[2], "all"))
     if values:
-        print(f"| {base} | {len(values)} | {100 * statistics.median(values):.5f} % | {100 * values[int(0.95 * (len(values) - 1))]:.4f} % | "
-              f"{100 * values[-1]:.2f} % | {sum(cv > 0.01 for cv in values)} |")
+        print(f"| {base} | {len(values)} | {100 * statistics.median(values):.1g} % | {100 * values[int(0.95 * (len(values) - 1))]:.1g} % | "
+              f"{100 * values[-1]:.3g} % | {sum(cv > 0.01 for cv in values)} |")
 print("\nAbove 0.1 %: " + (", ".join(f"{key[0]} `{key[1]}` on {key[3]}-{key[4]} {100 * cv:.2f} %"
                                   for key, cv in sorted(spread.items(), key=lambda item: -item[1]) if cv > 0.001) or "none") + ".")
 
@@ -105,6 +105,15 @@ for b, base in enumerate(BASES):
         runs, paper_runs = total("validation_runs"), total("paper_validation_runs")
         print(f"| {base} | {len(rows)} | {ours:.0f} of {runs:.0f} ({100 * ours / runs:.1f} %) | {theirs:.0f} of {paper_runs:.0f} "
               f"({100 * theirs / paper_runs:.1f} %) | {total('other_early_ends'):.0f} |")
+
+print("\nBy the platoon of the calibration and that of the run:\n")
+runs = read("complete/merged/validations.csv")
+ways = sorted({(row["platoon"], row["validation_platoon"]) for row in runs})
+print("| base | " + " | ".join(f"{own} on {other}" for own, other in ways) + " |\n|---|" + "---|" * len(ways))
+for base in BASES:
+    hit = lambda way: [row["collision"] == "true" for row in runs if row["base"] == base and (row["platoon"], row["validation_platoon"]) == way]
+    if any(row["base"] == base for row in runs):
+        print(f"| {base} | " + " | ".join(f"{sum(hit(way))} of {len(hit(way))}" for way in ways) + " |")
 
 bounded = [row for row in calibrations if row["constraint"] != "none" and row["replicate"] == "0" and row["success"] == "true"]
 touching = [row for row in bounded if int(row["n_cut_acc"]) + int(row["n_cut_dec"]) > 0]

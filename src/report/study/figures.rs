@@ -40,6 +40,10 @@ pub fn variations(material: &Material) -> String {
         own.class(base.name).into_iter().flat_map(|v| own.variations(v)).map(|cv| 100.0 * cv).collect()
     };
     let all: Vec<f64> = bases.iter().flat_map(|base| of(base)).collect();
+    if all.is_empty() {
+        figure.text([WIDTH / 2.0, 220.0], 14.0, Anchor::Middle, INK, "no variant has two replicates on a trajectory");
+        return figure.finish();
+    }
     // Bars of equal width up to the largest value; a few stragglers must not flatten the rest.
     let most = all.iter().copied().fold(0.0, f64::max);
     let last = quantile(&all, 0.98).map_or(1.0, |q| if most > 2.0 * q { q } else { most }).max(1e-6);
