@@ -16,7 +16,7 @@ BASES = ["idm", "gipps", "l-cth", "l-idm", "l-gipps"]
 PARTS = ["none", "linear", "nonlinear", "delay", "delay+linear", "delay+nonlinear"]
 TRAJECTORIES, VARIANTS, REPLICATES = 12, 90, 3
 # The paper: 28 trajectories of seven platoons (samples), 10 replicates; seconds of a core for one calibration of the authors' program,
-# measured on a machine of this kind and extrapolated over its stopping rule (models 1 and 54).
+# measured on another, faster machine and extrapolated over its stopping rule (models 1 and 54).
 PLATOONS = [12470, 11757, 9227, 9436, 9055, 19840, 22635]
 PAPER_CALIBRATIONS = 25_200
 AUTHORS_S = (31 * 60, 48 * 60)
@@ -106,6 +106,14 @@ for b, base in enumerate(BASES):
         print(f"| {base} | {len(rows)} | {ours:.0f} of {runs:.0f} ({100 * ours / runs:.1f} %) | {theirs:.0f} of {paper_runs:.0f} "
               f"({100 * theirs / paper_runs:.1f} %) | {total('other_early_ends'):.0f} |")
 
+first = {(int(row["model_id"]), row["platoon"], row["follower_position"]): float(row["score"])
+         for row in calibrations if row["replicate"] == "0" and row["success"] == "true"}
+for offset, name in [(1, "constant"), (2, "MFC")]:
+    away = sorted(abs(score / first[model - offset, *drive] - 1) for (model, *drive), score in first.items()
+                  if (model - 1) % 3 == offset and (model - offset, *drive) in first)
+    print(f"\nScores with the {name} constraint against those without: {len(away)} pairs, {sum(x == 0 for x in away)} equal to the last bit, "
+          f"{sum(x > 0.001 for x in away)} more than 0.1 % apart, the largest difference {100 * away[-1]:.2g} %.")
+
 print("\nBy the platoon of the calibration and that of the run:\n")
 runs = read("complete/merged/validations.csv")
 ways = sorted({(row["platoon"], row["validation_platoon"]) for row in runs})
@@ -131,9 +139,10 @@ def bound(row, parameter, side):
     return parameter in row["at_bound"].split() and abs(float(row[column]) / float(vehicle[name]) - 1) < 0.01
 
 
-print(f"\nOf {len(heavy)} winners with nonlinear dynamics the road load ends " + ", ".join(
-    f"{parameter} at its {'lower' if side == 'lb' else 'upper'} bound {sum(bound(row, parameter, side) for row in heavy)}"
-    for parameter, side in [("f_0", "lb"), ("f_0", "ub"), ("f_2", "lb"), ("f_2", "ub"), ("m_load", "lb"), ("m_load", "ub")]) + ".")
+print(f"\nWinners with nonlinear dynamics at a bound, of {len(heavy)}:\n\n| | f_0 | f_2 | m_load |\n|---|---|---|---|")
+for side, name in [("lb", "lower"), ("ub", "upper")]:
+    print(f"| {name} | " + " | ".join(str(sum(bound(row, parameter, side) for row in heavy)) for parameter in ["f_0", "f_2", "m_load"]) + " |")
+print()
 best = [row for row in read("complete/merged/calibrations.csv") if row["constraint"] == "none" and row["is_best"] == "true"]
 counts = {}
 for parameter in ["v_0", "d_0", "theta", "delta", "a_min", "tau_p", "tau_a"]:
