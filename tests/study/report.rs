@@ -122,6 +122,11 @@ fn numbers_follow_from_the_tables_and_stand_beside_the_papers() {
 #[test]
 fn a_report_of_an_unfinished_study_says_so_and_a_finished_one_is_the_same_again() {
     let study = finished("report_partial");
+    let status = ok(&["study", "status", text(&study)]);
+    assert!(status.contains("60 tasks computed by 1 run in "), "{status}");
+    // Paths may be long.
+    let long = status.lines().filter(|line| !line.contains(text(&study))).find(|line| line.chars().count() > 80);
+    assert_eq!(long, None, "a terminal has 80 columns");
     let whole = reported(&study, &[]);
     same(&reported(&study, &[]), &whole, "a second report");
     let parts = study.join("parts");
@@ -131,7 +136,7 @@ fn a_report_of_an_unfinished_study_says_so_and_a_finished_one_is_the_same_again(
     assert!(said.contains("1 of 60 tasks are missing"), "{said}");
     let partial = reported(&study, &["--partial"]);
     let summary = String::from_utf8(partial["report.md"].clone()).unwrap();
-    assert!(summary.contains("**1 tasks are missing: these numbers are preliminary.**"), "{summary}");
+    assert!(summary.contains("**1 task is missing: these numbers are preliminary.**"), "{summary}");
     ok(&["study", "run", text(&study)]);
     same(&reported(&study, &[]), &whole, "after the missing one");
 }

@@ -40,6 +40,10 @@ pub fn variations(material: &Material) -> String {
         own.class(base.name).into_iter().flat_map(|v| own.variations(v)).map(|cv| 100.0 * cv).collect()
     };
     let all: Vec<f64> = bases.iter().flat_map(|base| of(base)).collect();
+    if all.is_empty() {
+        figure.text([WIDTH / 2.0, 220.0], 14.0, Anchor::Middle, INK, "no variant has two replicates on a trajectory");
+        return figure.finish();
+    }
     // Bars of equal width up to the largest value; a few stragglers must not flatten the rest.
     let most = all.iter().copied().fold(0.0, f64::max);
     let last = quantile(&all, 0.98).map_or(1.0, |q| if most > 2.0 * q { q } else { most }).max(1e-6);
@@ -67,7 +71,9 @@ pub fn variations(material: &Material) -> String {
             let digits =
                 [10.0, 1.0, 0.1].into_iter().take_while(|limit| end < *limit).count() + usize::from(end < 20.0);
             let above = if k == 2 && most > end { "≥ " } else { "" };
-            figure.text([x, 348.0], 11.5, Anchor::Middle, INK, &format!("{above}{:.digits$}", end * k as f64 / 2.0));
+            // The last one ends where the bars do: beside it another panel, or the edge.
+            let anchor = if k == 2 { Anchor::End } else { Anchor::Middle };
+            figure.text([x, 348.0], 11.5, anchor, INK, &format!("{above}{:.digits$}", end * k as f64 / 2.0));
         }
         figure.text([left, 84.0], 14.0, Anchor::Start, colour(base), base.paper);
         let rate = mean(&values).filter(|mean| *mean > 0.0).map_or("-".to_owned(), |mean| short(100.0 / mean));
