@@ -10,6 +10,7 @@ pub mod figure;
 pub mod html;
 pub mod parquet;
 pub mod plot;
+pub mod residuals;
 pub mod result;
 pub mod simulation;
 pub mod study;
