@@ -32,8 +32,16 @@ PIXELS = """() => [...document.querySelectorAll('.chart canvas')].map((canvas) =
     }
     return { ink, colours: colours.size, width: canvas.width };
 })"""
-# What the canvases of the chart under test show.
-IMAGES = "(chart) => [...chart.querySelectorAll('canvas')].map((canvas) => canvas.toDataURL())"
+# What the canvases of the chart under test show, as one number each.
+IMAGES = """(chart) => [...chart.querySelectorAll('canvas')].map((canvas) => {
+    const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+    const words = new Uint32Array(data.buffer);
+    let sum = 7;
+    for (let i = 0; i < words.length; i += 1) sum = (Math.imul(sum, 31) + words[i]) | 0;
+    return sum;
+})"""
+# What Chromium says about this test's reading of pixels, not about the page.
+OWN_WARNING = "willReadFrequently"
 VALUES = "(chart) => [...chart.querySelectorAll('.u-legend .u-value')].map((cell) => cell.textContent)"
 OVERFLOW = """() => [...document.querySelectorAll('body *')].filter((element) => {
     const { right, width } = element.getBoundingClientRect();
@@ -50,11 +58,15 @@ class Report:
         self.context = browser.new_context(viewport={"width": width, "height": 900}, color_scheme=scheme, reduced_motion="reduce")
         self.page: Page = self.context.new_page()
         address = path.resolve().as_uri()
-        self.page.on("console", lambda m: m.type in ("error", "warning") and self.found(f"console {m.type}: {m.text}"))
+        self.page.on("console", lambda m: self.said(m.type, m.text))
         self.page.on("pageerror", lambda e: self.found(f"error of a script: {e}"))
         outside = lambda url: url != address and not url.startswith(("data:", "blob:"))
         self.page.on("request", lambda r: outside(r.url.split("#")[0]) and self.found(f"asks for {r.url}"))
         self.page.goto(address)
+
+    def said(self, kind: str, text: str) -> None:
+        if kind in ("error", "warning") and OWN_WARNING not in text:
+            self.found(f"console {kind}: {text}")
 
     def found(self, text: str) -> None:
         self.findings.append(f"{self.name}: {text}")
@@ -79,15 +91,16 @@ class Report:
         chart = self.page.query_selector(".chart")
         if chart is None:
             return
-        chart.scroll_into_view_if_needed()
+        over = chart.query_selector(".u-over")
+        over.evaluate("area => area.scrollIntoView({ block: 'center' })")
         before = chart.evaluate(IMAGES)
-        box = chart.query_selector(".u-over").bounding_box()
+        box = over.bounding_box()
         y = box["y"] + box["height"] / 2
         at = lambda share: box["x"] + share * box["width"]
         self.page.mouse.move(at(0.3), y)
         self.page.wait_for_timeout(60)
         values = chart.evaluate(VALUES)
-        self.expect(all(v not in ("", "--") for v in values), f"hovering shows no values: {values}")
+        self.expect(all(v not in ("", "--", "–") for v in values), f"hovering shows no values: {values}")
         self.page.mouse.down()
         self.page.mouse.move(at(0.6), y, steps=4)
         self.page.mouse.up()
@@ -113,20 +126,22 @@ class Report:
             if len(rows) < 2 or not buttons:
                 continue
             column = len(buttons) - 1
-            script = "(t, c) => [...t.tBodies[0].rows].map((row) => row.cells[c].textContent)"
-            counts = []
+            script = f"(t) => [...t.tBodies[0].rows].map((row) => row.cells[{column}].textContent)"
+            orders = []
             for order in ("ascending", "descending"):
                 buttons[column].click()
                 head = buttons[column].evaluate("b => b.parentElement.getAttribute('aria-sort')")
                 self.expect(head == order, f"table {number}: aria-sort is {head}, expected {order}")
-                counts.append(table.evaluate(script.replace("(t, c)", "(t)").replace("[c]", f"[{column}]")))
-            self.expect(sorted(counts[0]) == sorted(counts[1]), f"table {number}: sorting loses cells")
-            if len(set(counts[0])) > 1:
-                self.expect(counts[0] != counts[1], f"table {number}: the two orders are the same")
+                orders.append(table.evaluate(script))
+            self.expect(sorted(orders[0]) == sorted(orders[1]), f"table {number}: sorting loses cells")
+            if len(set(orders[0])) > 1:
+                self.expect(orders[0] != orders[1], f"table {number}: the two orders are the same")
+            if all(is_number(cell) for cell in orders[0]):
+                values = [float(cell) for cell in orders[0]]
+                self.expect(values == sorted(values), f"table {number}: numbers are not sorted as numbers: {values}")
 
     def walks(self) -> None:
-        """The Tab key reaches every chart and every button, and ends."""
-        self.page.evaluate("document.activeElement.blur()")
+        """The Tab key reaches every chart, button and link of a page that was just loaded, and ends."""
         wanted = self.page.evaluate("document.querySelectorAll('.chart, button, summary, a[href]').length")
         script = """() => { const e = document.activeElement;
             if (!e || e === document.body) return null;
@@ -140,6 +155,18 @@ class Report:
                 break
             reached += step
         self.expect(reached == wanted, f"Tab reaches {reached} of {wanted} charts, buttons and links")
+
+    def tells(self) -> None:
+        """Parts of pictures say what they are when pointed at."""
+        part = self.page.query_selector(".svg g[aria-label]")
+        if part is None:
+            return
+        part.scroll_into_view_if_needed()
+        part.hover(force=True)
+        tip = self.page.query_selector("#tip")
+        self.expect(tip.is_visible() and tip.text_content() == part.get_attribute("aria-label"), "pointing at a picture tells nothing")
+        self.page.mouse.move(1, 1)
+        self.expect(not tip.is_visible(), "what a picture tells does not go away")
 
     def twin(self, expected: Path | None) -> None:
         carried = json.loads(self.page.text_content("#result"))
@@ -165,6 +192,14 @@ class Report:
         self.drawn()
 
 
+def is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
 def check(browser, axe: Axe, path: Path, twin: Path | None, screenshots: Path | None) -> list[str]:
     findings = []
     size = path.stat().st_size
@@ -180,12 +215,14 @@ def check(browser, axe: Axe, path: Path, twin: Path | None, screenshots: Path | 
                 report.page.screenshot(path=screenshots / f"{path.stem}_{width}_{scheme}.png", full_page=True)
                 if first:
                     report.page.pdf(path=screenshots / f"{path.stem}.pdf", format="A4")
+            if first:
+                report.walks()
             report.accessible(axe)
             if scheme == SCHEMES[0]:
                 report.zooms()
             if first:
                 report.sorts()
-                report.walks()
+                report.tells()
                 report.twin(twin)
                 report.prints()
             report.context.close()

@@ -16,6 +16,7 @@ mod inspect;
 mod interrupt;
 mod list;
 pub mod output;
+mod plot;
 mod report;
 mod simulate;
 mod study;

@@ -15,4 +15,5 @@ pub mod result;
 pub mod simulation;
 pub mod study;
 pub mod svg;
+pub mod terminal;
 pub mod text;

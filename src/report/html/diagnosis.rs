@@ -80,7 +80,7 @@ fn data(page: &mut Page, outcome: &Outcome) {
         ]
     };
     let rows: Vec<Vec<String>> = outcome.data.iter().map(row).collect();
-    let head = ["file", "role", "follower", "window [s]", "samples", "gap against speeds, rms [m/s]", "sha256"];
+    let head = ["file", "role", "follower", "window [s]", "samples", "gap against speeds [m/s]", "sha256"];
     page.table("Files", &head, &rows);
     page.paragraph(&outcome.held_back);
     if outcome.data_findings.is_empty() {
