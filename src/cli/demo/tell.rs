@@ -31,7 +31,15 @@ pub fn line(text: &str) -> anyhow::Result<()> {
 }
 
 pub fn command(words: &[&str], log: &Path) -> String {
-    format!("$ leadlag {} > {}\n", words.join(" "), log.display())
+    let log = log.display().to_string();
+    let typed: Vec<String> = words.iter().map(|word| quoted(word)).collect();
+    format!("$ leadlag {} > {}\n", typed.join(" "), quoted(&log))
+}
+
+/// A word as a shell takes it.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "/._-+=:,".contains(c);
+    if word.chars().all(plain) { word.to_owned() } else { format!("'{}'", word.replace('\'', "'\\''")) }
 }
 
 pub fn calibrated(result: &ResultFile) -> String {
@@ -180,6 +188,12 @@ mod tests {
             "base": null, "extended": null, "budget": null, "missing": null, "missing_left": null, "formula": null, "ladder": []
         }))
         .expect("an outcome")
+    }
+
+    #[test]
+    fn commands_can_be_typed() {
+        let line = command(&["inspect", "my drive.csv"], Path::new("out/it's.txt"));
+        assert_eq!(line, "$ leadlag inspect 'my drive.csv' > 'out/it'\\''s.txt'\n");
     }
 
     #[test]

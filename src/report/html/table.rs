@@ -39,7 +39,8 @@ impl Page {
         for (number, row) in rows.iter().enumerate() {
             html.push_str("<tr>");
             for (column, cell) in row.iter().enumerate() {
-                let cell = escape(cell);
+                // Paths may be broken behind each folder, so that they never make a table wider than a page.
+                let cell = escape(cell).replace('/', "/<wbr>");
                 let _ = match share(number, column).filter(|share| share.is_finite()) {
                     Some(share) => {
                         let percent = 100.0 * share.clamp(0.0, 1.0);
