@@ -16,6 +16,7 @@ mod inspect;
 mod interrupt;
 mod list;
 pub mod output;
+mod plot;
 mod report;
 mod simulate;
 mod study;
@@ -51,7 +52,7 @@ enum Command {
     Study(study::Args),
     /// Show what the data and a simulation get wrong, name the cause, and measure what it is worth
     Diagnose(Box<diagnose::Args>),
-    /// Write a calibration or a diagnosis as one HTML file
+    /// Write a calibration, a study or a diagnosis as one HTML file
     Report(report::Args),
     /// Check extensions of one's own: WGSL files
     Check(check::Args),
@@ -63,7 +64,7 @@ enum Command {
     Bench(bench::Args),
     /// Write a synthetic five-car platoon whose truth is known
     Synth(synth::Args),
-    /// Make a synthetic platoon, inspect it, calibrate a variant on it: no data needed
+    /// Hide something in a synthetic platoon, and find it from its files alone: no data needed
     Demo(demo::Args),
 }
 

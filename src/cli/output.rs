@@ -1,11 +1,28 @@
 //! Writing to stdout and to files.
 
 use anyhow::Context;
+use std::cell::RefCell;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
+thread_local! {
+    /// Takes the results of a command that runs within another one.
+    static CAPTURED: RefCell<Option<String>> = const { RefCell::new(None) };
+}
+
+/// Runs a command; what it would print comes back instead.
+pub fn captured(run: impl FnOnce() -> anyhow::Result<()>) -> anyhow::Result<String> {
+    CAPTURED.set(Some(String::new()));
+    let done = run();
+    let text = CAPTURED.take().unwrap_or_default();
+    done.map(|()| text)
+}
+
 /// Prints a result to stdout.
 pub fn print(text: &str) -> anyhow::Result<()> {
+    if CAPTURED.with_borrow_mut(|captured| captured.as_mut().map(|all| all.push_str(text)).is_some()) {
+        return Ok(());
+    }
     let mut stdout = std::io::stdout().lock();
     stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()).context("stdout: cannot write the result")
 }
