@@ -55,7 +55,7 @@ enum Command {
     Report(report::Args),
     /// Check extensions of one's own: WGSL files
     Check(check::Args),
-    /// List variants, parameters, causes, vehicles, goodness-of-fit functions, conventions
+    /// List variants, parameters, causes, vehicles, goodness-of-fit functions, conventions, column maps
     List(list::Args),
     /// Show which GPUs and drivers there are, and what to mind with them
     Doctor(doctor::Args),

@@ -52,6 +52,10 @@ pub enum Note {
     Reconciled { anchor: String, rms_m: f64, largest_m: f64, drift_m_per_km: f64 },
     /// The grade under the follower was taken along its path; samples at rest count once.
     GradeFromColumn { points: usize },
+    /// Pairs of a long table that are too short to be used.
+    ShortPairs { pairs: usize, needed_s: f64 },
+    /// Gaps that are not above 0, which became missing values.
+    NoGap { samples: usize },
 }
 
 impl fmt::Display for Note {
@@ -109,6 +113,12 @@ impl fmt::Display for Note {
                 "spacing from {anchor}; measured gap minus integrated speeds: rms {rms_m:.3} m, largest \
                  {largest_m:.3} m, drift {drift_m_per_km:.3} m/km"
             ),
+            Note::ShortPairs { pairs, needed_s } => {
+                write!(f, "{pairs} more pairs of the file are shorter than {needed_s} s")
+            }
+            Note::NoGap { samples } => {
+                write!(f, "gap: {samples} samples are not above 0 and count as missing")
+            }
             Note::GradeFromColumn { points } => {
                 write!(f, "grade along the measured path from column sin_grade: {points} points")
             }

@@ -16,9 +16,9 @@ pub struct Args {
     /// Measured files; several are calibrated one by one, unless --joint
     #[arg(required = true, value_name = "FILE")]
     pub files: Vec<PathBuf>,
-    /// The follower: 1 is right behind the platoon leader [default: the only one]
-    #[arg(long, value_name = "N")]
-    pub follower: Option<usize>,
+    /// The follower: 1 is right behind the platoon leader; with --columns the id of a vehicle [default: the only one]
+    #[arg(long, value_name = "N|ID")]
+    pub follower: Option<String>,
     /// Variant by id (1 to 90) or name, such as gipps+delay+linear+mfc
     #[arg(long, value_name = "ID|NAME")]
     pub model: Variant,

@@ -21,10 +21,12 @@ pub enum Layout {
     UltraAv,
     /// One pair per file, our own: `time_s, lead_speed_mps, speed_mps, spacing_m` and optional columns.
     Pair,
+    /// Any table, read by a column map; it has no name on the command line.
+    Columns,
 }
 
 impl Layout {
-    /// All layouts.
+    /// All layouts that a header can be recognised by.
     pub const ALL: [Layout; 5] =
         [Layout::OpenAcc, Layout::AstazeroRebuilt, Layout::AstazeroProcessed, Layout::UltraAv, Layout::Pair];
 
@@ -37,6 +39,7 @@ impl Layout {
             Layout::AstazeroProcessed => "astazero-processed",
             Layout::UltraAv => "ultra-av",
             Layout::Pair => "pair",
+            Layout::Columns => "columns",
         }
     }
 
@@ -47,6 +50,7 @@ impl Layout {
             Layout::OpenAcc | Layout::AstazeroRebuilt | Layout::AstazeroProcessed => "Time",
             Layout::UltraAv => "Time_Index",
             Layout::Pair => "time_s",
+            Layout::Columns => "time",
         }
     }
 }
