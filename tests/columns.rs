@@ -266,7 +266,7 @@ fn units_that_look_wrong_are_refused_with_what_they_look_like() {
             "positions in feet called metres",
             ngsim(),
             ngsim_map.replace("\"Local_Y\", unit = \"ft\"", "\"Local_Y\", unit = \"m\""),
-            "table.csv:1: columns Local_Y (m) and v_Vel (ft/s) contradict each other: the first changes 3.281 times as \
+            "table.csv:1: columns Local_Y (m) and v_Vel (ft/s) contradict each other: the first changes 3.282 times as \
              much as the second says; 3.2808 is feet per metre: check both units, and the unit of time or frame_rate_hz, \
              in the column map; check_units = false there takes them as they are",
         ),

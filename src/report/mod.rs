@@ -13,5 +13,6 @@ pub mod plot;
 pub mod result;
 pub mod simulation;
 pub mod study;
+pub mod sumo;
 pub mod svg;
 pub mod text;

@@ -7,6 +7,7 @@ use super::super::extension::extend;
 use leadlag::calibrate::{Calibration, OptimizerKind, Overrides, Stop, read_bounds};
 use leadlag::catalog::Variant;
 use leadlag::convention::Convention;
+use leadlag::near::did_you_mean;
 use leadlag::score::GoodnessOfFit;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -121,7 +122,8 @@ impl Args {
         let parameters = model.parameters();
         if let Some((name, _)) = self.fix.iter().find(|(n, _)| !parameters.iter().any(|s| s.name() == n)) {
             let known: Vec<&str> = parameters.iter().map(|s| s.name()).collect();
-            let message = format!("--fix {name}: variant {model} has the parameters {}", known.join(", "));
+            let near = did_you_mean(name, known.iter().copied());
+            let message = format!("--fix {name}: variant {model} has the parameters {}{near}", known.join(", "));
             return Err(Usage(message).into());
         }
         Ok(overrides)

@@ -1,6 +1,7 @@
 //! The file layouts that are known, and how a file is recognised.
 
 use super::header::{nearest, split};
+use crate::near::did_you_mean;
 use std::fmt;
 use std::str::FromStr;
 
@@ -63,7 +64,7 @@ impl fmt::Display for Layout {
 
 /// A name that is not the name of a layout.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("no layout {name}; expected openacc, astazero-rebuilt, astazero-processed, ultra-av or pair")]
+#[error("no layout {name}; expected openacc, astazero-rebuilt, astazero-processed, ultra-av or pair{}", did_you_mean(name, Layout::ALL.map(Layout::name)))]
 pub struct UnknownLayout {
     /// The name.
     pub name: String,
