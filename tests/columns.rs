@@ -83,9 +83,10 @@ fn feet_and_milliseconds_become_si() {
     let start = 1_118_846_980.2;
     assert_is_drive(&trajectory, start, 1e-4);
     let notes: Vec<String> = recording.platoons[0].notes.iter().map(Note::to_string).collect();
-    assert_eq!(notes[0], "gap derived from headway minus the length of the vehicle ahead");
+    assert_eq!(notes[0], "read by the column map ngsim, pair 8-7");
+    assert_eq!(notes[1], "gap derived from headway minus the length of the vehicle ahead");
     assert!(notes.contains(&"1 more pairs of the file are shorter than 2 s".to_owned()), "{notes:?}");
-    assert!(notes[1].starts_with("columns not read: Frame_ID, Total_Frames, Local_X,"), "{notes:?}");
+    assert!(notes[2].starts_with("columns not read: Frame_ID, Total_Frames, Local_X,"), "{notes:?}");
     // The other spelling of the older release.
     let older = ngsim().replacen("v_length", "v_Length", 1).replacen("Space_Headway", "Space_Hdwy", 1);
     assert_eq!(only(&read(&older, "ngsim")).s, trajectory.s);
@@ -136,6 +137,28 @@ fn a_change_of_lane_or_of_the_vehicle_ahead_ends_a_pair() {
         recording.platoons.iter().map(|platoon| (platoon.id.as_deref(), platoon.t.len())).collect();
     assert_eq!(pairs, [(Some("2-1"), 200), (Some("2-1.2"), 200)]);
     assert!(inspect(&recording).to_string().contains("trajectory 2-1.2"));
+}
+
+#[test]
+fn a_table_of_many_pairs_is_shown_by_its_longest() {
+    let mut text = "timestep_time;vehicle_id;vehicle_leaderGap;vehicle_leaderID;vehicle_speed\n".to_owned();
+    for step in 0..400 {
+        let t = f64::from(step) / 10.0;
+        for car in 0..25 {
+            // Car k follows car k - 1, for 3 + k seconds.
+            let ahead = if car > 0 && t <= 3.0 + f64::from(car) { format!("c{}", car - 1) } else { String::new() };
+            writeln!(text, "{t};c{car};20;{ahead};10").unwrap();
+        }
+    }
+    let recording = read(&text, "sumo-fcd");
+    assert_eq!(recording.platoons.len(), 24);
+    let shown = inspect(&recording).to_string();
+    assert!(shown.contains("24 pairs of a follower and the vehicle ahead, the longest first:"), "{shown}");
+    let row = |name: &str| shown.lines().position(|line| line.starts_with(name)).unwrap_or_else(|| panic!("{shown}"));
+    assert!(row("vehicle c24 ") < row("vehicle c23 ") && row("vehicle c23 ") < row("vehicle c6 "));
+    assert!(shown.contains("... and 4 shorter ones") && !shown.contains("vehicle c4 "), "{shown}");
+    assert_eq!(shown.matches("rows incomplete").count(), 1, "only the longest in full");
+    assert!(shown.lines().all(|line| line.chars().count() <= 80), "{shown}");
 }
 
 #[test]

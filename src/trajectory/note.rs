@@ -52,6 +52,8 @@ pub enum Note {
     Reconciled { anchor: String, rms_m: f64, largest_m: f64, drift_m_per_km: f64 },
     /// The grade under the follower was taken along its path; samples at rest count once.
     GradeFromColumn { points: usize },
+    /// The table was read by this column map; which of its pairs this is.
+    Mapped { map: String, pair: Option<String> },
     /// Pairs of a long table that are too short to be used.
     ShortPairs { pairs: usize, needed_s: f64 },
     /// Gaps that are not above 0, which became missing values.
@@ -113,6 +115,8 @@ impl fmt::Display for Note {
                 "spacing from {anchor}; measured gap minus integrated speeds: rms {rms_m:.3} m, largest \
                  {largest_m:.3} m, drift {drift_m_per_km:.3} m/km"
             ),
+            Note::Mapped { map, pair: None } => write!(f, "read by the column map {map}"),
+            Note::Mapped { map, pair: Some(pair) } => write!(f, "read by the column map {map}, pair {pair}"),
             Note::ShortPairs { pairs, needed_s } => {
                 write!(f, "{pairs} more pairs of the file are shorter than {needed_s} s")
             }

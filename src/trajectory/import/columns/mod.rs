@@ -18,7 +18,7 @@ pub use map::ColumnMap;
 use super::header::nearest;
 use super::lines::Lines;
 use super::problems::{Problems, Stop};
-use crate::trajectory::{ImportError, Layout, Platoon, Recording, Source};
+use crate::trajectory::{ImportError, Layout, Note, Platoon, Recording, Source};
 use std::io::Read;
 use std::path::Path;
 
@@ -71,7 +71,10 @@ pub fn read_mapped_from(input: impl Read, name: &str, map: &ColumnMap) -> Result
     let mut problems = Problems::default();
     let mut lines = Lines::new(input);
     let result = platoons(&mut lines, map, &mut problems);
-    let platoons = problems.finish(name, result)?;
+    let mut platoons = problems.finish(name, result)?;
+    for platoon in &mut platoons {
+        platoon.notes.insert(0, Note::Mapped { map: map.name.clone(), pair: platoon.id.clone() });
+    }
     Ok(Recording {
         source: Source { path: name.to_owned(), sha256: lines.sha256() },
         layout: Layout::Columns,
