@@ -32,17 +32,23 @@ const LISTED_MAX: usize = 20;
 
 fn write_pairs(f: &mut fmt::Formatter<'_>, platoons: &[PlatoonInspection]) -> fmt::Result {
     writeln!(f, "\n{} pairs of a follower and the vehicle ahead, the longest first:\n", platoons.len())?;
-    writeln!(f, "{:24} {:18} {:>12} {:>8} {:>6} {:>6}", "follower", "behind", "from [s]", "time [s]", "km", "gap [m]")?;
+    writeln!(
+        f,
+        "{:20} {:18} {:>12} {:>8} {:>6} {:>11}",
+        "follower", "behind", "from [s]", "time [s]", "km", "gap [m]"
+    )?;
     for platoon in platoons.iter().take(LISTED_MAX) {
         let [lead, ego] = [0, 1].map(|car| platoon.cars.get(car));
-        let name = |car: Option<&CarInspection>| car.map_or(String::new(), |car| car.name.clone());
+        let name = |car: Option<&CarInspection>, width| {
+            car.map_or(String::new(), |car| car.name.chars().take(width).collect())
+        };
         let gap = ego.and_then(|car| car.gap.as_ref()).and_then(|gap| gap.min.zip(gap.max));
         let gap = gap.map_or_else(|| "-".to_owned(), |(low, high)| format!("{low:.1}-{high:.1}"));
         writeln!(
             f,
-            "{:24} {:18} {:>12.1} {:>8.1} {:>6.2} {gap:>6}",
-            name(ego),
-            name(lead),
+            "{:20} {:18} {:>12.1} {:>8.1} {:>6.2} {gap:>11}",
+            name(ego, 20),
+            name(lead, 18),
             platoon.t_first_s,
             platoon.duration_s,
             ego.map_or(0.0, |car| car.driven_m / 1000.0),
