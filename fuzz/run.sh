@@ -6,7 +6,7 @@ set -eu
 cd "$(dirname "$0")"
 seconds=${1:-600}
 [ $# -gt 0 ] && shift
-[ $# -gt 0 ] || set -- detect openacc astazero_rebuilt astazero_processed ultra_av pair grade labels extension
+[ $# -gt 0 ] || set -- detect openacc astazero_rebuilt astazero_processed ultra_av pair grade labels extension columns
 data=../tests/data
 for target in "$@"; do
     seeds=corpus/$target
@@ -18,6 +18,12 @@ for target in "$@"; do
         astazero_processed) cp $data/processed/made_up.csv "$seeds" ;;
         grade) cp $data/grade_open.csv $data/processed/Slope.csv "$seeds" ;;
         extension) cp ../shaders/extension/*.wgsl "$seeds" ;;
+        columns)
+            for map in ngsim highd sumo-fcd; do
+                printf '%s\0Vehicle_ID,Frame_ID\n1,2\n' "$map" > "$seeds/$map"
+                { cat "../examples/columns/$map.toml"; printf '\0'; } > "$seeds/$map.toml"
+            done
+            ;;
         labels) cp $data/processed/Labels.csv "$seeds" ;;
         *) cp "$data/$target.csv" "$seeds" ;;
     esac

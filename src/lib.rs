@@ -64,6 +64,7 @@ pub mod extension;
 pub mod gpu;
 pub mod identify;
 pub mod lanes;
+pub mod near;
 pub mod optimize;
 pub mod plant;
 pub mod reference;

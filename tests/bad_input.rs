@@ -2,7 +2,7 @@
 
 mod common;
 
-use leadlag::trajectory::import::{self, Labels, Layout};
+use leadlag::trajectory::import::{self, ColumnMap, Labels, Layout, read_mapped_from};
 use leadlag::trajectory::{Grade, Preparation, prepare};
 use std::io::{Cursor, Read};
 
@@ -428,4 +428,150 @@ fn half_a_million_columns() {
         );
         assert_eq!(message(Reader::As(layout), text.as_bytes()), expected, "{layout}");
     }
+}
+
+/// A good map, of which each case replaces a piece.
+const MAP: &str = r#"rows = "vehicles"
+nobody = ["0"]
+[columns]
+time = { name = "t" }
+id = { name = "car" }
+ahead = { name = "front" }
+speed = { name = "v", unit = "km/h" }
+gap = { name = "gap" }
+"#;
+
+/// A piece of the map, what replaces it, and the message.
+const MAPS: &[(&str, &str, &str)] = &[
+    ("rows = \"vehicles\"", "rows = \"cars\"", "map.toml:1:8: unknown variant `cars`, expected `vehicles` or `pairs`"),
+    ("rows = \"vehicles\"\n", "", "map.toml:1:1: missing field `rows`"),
+    (
+        "rows =",
+        "row =",
+        "map.toml:1:1: unknown field `row`, expected one of `title`, `rows`, `separator`, `header`, `nobody`, `direction`, `position_at`, `frame_rate_hz`, `check_units`, `columns`",
+    ),
+    (
+        "speed =",
+        "sped =",
+        "map.toml:7: [columns] has no sped; it takes time, id, ahead, group, lane, position, speed, acceleration, length, gap, headway; did you mean speed?",
+    ),
+    (
+        "gap =",
+        "colour =",
+        "map.toml:8: [columns] has no colour; it takes time, id, ahead, group, lane, position, speed, acceleration, length, gap, headway",
+    ),
+    ("\"km/h\"", "\"kmh\"", "map.toml:7: speed: expected one of the units m/s, km/h, ft/s, mph, kn, cm/s, found kmh"),
+    (
+        "{ name = \"car\" }",
+        "{ name = \"car\", unit = \"m\" }",
+        "map.toml:5: id: expected no unit, for it is a name; found m",
+    ),
+    ("\"front\"", "[]", "map.toml:6: ahead: expected a name of a column, found none; write ahead = { name = \"...\" }"),
+    ("\"front\"", "3", "map.toml:6:18: expected a name, or a list of names of which a file has one"),
+    (
+        "speed = { name = \"v\", unit = \"km/h\" }\n",
+        "",
+        "map.toml: [columns] needs speed, found only time, id, ahead, gap; speeds are not derived from positions",
+    ),
+    (
+        "gap = { name = \"gap\" }\n",
+        "",
+        "map.toml: [columns] needs gap, or length with headway or position, found only time, id, ahead, speed; the bumper-to-bumper gap must follow from something",
+    ),
+    (
+        "ahead = { name = \"front\" }\n",
+        "",
+        "map.toml: [columns] needs ahead, found only time, id, speed, gap; every row must say whom the vehicle follows",
+    ),
+    (
+        "{ name = \"t\" }",
+        "{ name = \"t\", unit = \"frame\" }",
+        "map.toml: time is in frames, so the map needs their rate: frame_rate_hz = 25",
+    ),
+    ("nobody = [\"0\"]", "frame_rate_hz = -25", "map.toml: frame_rate_hz: expected 0.2 to 1000 per second, found -25"),
+    (
+        "rows = \"vehicles\"",
+        "rows = \"pairs\"",
+        "map.toml:6: ahead: not in a table with rows = \"pairs\", which takes time, group, lane, position, speed, acceleration, gap, headway, sin_grade, lead_speed, lead_position, lead_length, lead2_speed, lead2_gap",
+    ),
+    ("id = { name", "id = { names", "map.toml:5:8: unknown field `names`, expected one of `name`, `unit`, `optional`"),
+];
+
+/// A table for that map, pieces of it, and messages.
+const MAPPED: &str = "t,car,front,v,gap\n0,a,0,72,\n1,a,0,72,\n2,a,0,72,\n0,b,a,72,20\n1,b,a,72,20\n2,b,a,72,20\n";
+const TABLES: &[(&str, &str, &str)] = &[
+    (
+        "front",
+        "frnt",
+        "bad.csv:1: column front is missing; the file has t, car, frnt, v, gap (needed: t, car, front, v, gap); rename frnt to front?",
+    ),
+    (
+        "0,b,a,72,20",
+        "0,b,a,72",
+        "bad.csv:5:1: expected 5 fields as in the header, found 4; complete the row (empty fields mean missing values), or delete it",
+    ),
+    (
+        "0,b,a,72,20",
+        "0,b,a,fast,20",
+        "bad.csv:5:7: column v: expected a finite number, found \"fast\"; leave the field empty if the value is missing",
+    ),
+    (
+        "0,b,a,72,20",
+        ",b,a,72,20",
+        "bad.csv:5:1: column t: expected a finite number, found nothing; give a number or delete the row",
+    ),
+    (
+        "1,b,a,72,20",
+        "1,b,a,360,20",
+        "bad.csv:6:7: column v: expected at most 324 km/h, found 360; no road vehicle is faster: correct its unit in the column map",
+    ),
+    (
+        "1,b,a,72,20",
+        "0,b,a,72,20",
+        "bad.csv:6: vehicle b is at 0 s for the second time, first in line 5; remove one of the rows, or name the column that tells recordings apart as group in the column map",
+    ),
+    (
+        "0,b,a,72,20\n1,b,a,72,20\n2,b,a,72,20\n",
+        "0,b,c,72,20\n",
+        "bad.csv:1: no vehicle of 2 follows another one of the table for 2 s, the longest for 0 s; is front the right column of the vehicle ahead?",
+    ),
+    (
+        "2,b,a,72,20",
+        "2,b,a,-72,20",
+        "bad.csv:7: column v (km/h): expected at least -0.5 m/s forwards, found -20; for vehicles that drive towards lower positions set direction = \"by-speed\" in the column map",
+    ),
+];
+
+#[test]
+fn every_broken_column_map_is_refused_with_its_exact_message() {
+    assert!(ColumnMap::parse(MAP, "map.toml").is_ok());
+    let mut failures = Vec::new();
+    for (from, to, expected) in MAPS {
+        assert!(MAP.contains(from), "{from}");
+        let error = ColumnMap::parse(&MAP.replacen(from, to, 1), "map.toml").expect_err(expected);
+        let found = error.to_string();
+        if found != *expected {
+            failures.push(format!("expected {expected}\nfound    {found}"));
+        }
+    }
+    let map = ColumnMap::parse(MAP, "map.toml").expect("a good map");
+    for (from, to, expected) in TABLES {
+        assert!(MAPPED.contains(from), "{from}");
+        let text = MAPPED.replacen(from, to, 1);
+        let found = read_mapped_from(text.as_bytes(), "bad.csv", &map).expect_err(expected).to_string();
+        if found != *expected {
+            failures.push(format!("expected {expected}\nfound    {found}"));
+        }
+    }
+    for (given, expected) in [
+        (
+            "ngsm",
+            "no column map ngsm; shipped are ngsim, highd, sumo-fcd, a map of one's own ends in .toml; did you mean ngsim?",
+        ),
+        ("nowhere.toml", "nowhere.toml: expected a readable column map"),
+    ] {
+        assert_eq!(ColumnMap::find(given).expect_err(expected).to_string(), expected);
+    }
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+    assert!(read_mapped_from(MAPPED.as_bytes(), "good.csv", &map).is_ok());
 }

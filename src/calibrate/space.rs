@@ -3,6 +3,7 @@
 use crate::catalog::Variant;
 use crate::convention::Convention;
 use crate::evaluator::Case;
+use crate::near::did_you_mean;
 use crate::optimize::SearchBox;
 use crate::symbols::{Parameters, Symbol};
 use crate::vehicle::Vehicle;
@@ -33,7 +34,10 @@ pub enum BoundsError {
         reason: String,
     },
     /// No variant has such a parameter.
-    #[error("{path}: {name} is not a parameter of any variant; `leadlag list parameters` shows them")]
+    #[error(
+        "{path}: {name} is not a parameter of any variant; `leadlag list parameters` shows them{}",
+        did_you_mean(name, Symbol::ALL.iter().map(|symbol| symbol.name()))
+    )]
     NoParameter {
         /// The file.
         path: String,
@@ -54,7 +58,11 @@ pub enum BoundsError {
     #[error("{0}: Table 3 gives its bounds per vehicle; give --vehicle NAME or FILE#NAME")]
     Vehicle(&'static str),
     /// The name is not a parameter of the variant.
-    #[error("{name} is not a parameter of variant {variant}, which has {}", known.join(", "))]
+    #[error(
+        "{name} is not a parameter of variant {variant}, which has {}{}",
+        known.join(", "),
+        did_you_mean(name, known.iter().copied())
+    )]
     Unknown {
         /// As given.
         name: String,

@@ -38,8 +38,12 @@ pub struct Args {
 #[derive(Debug, clap::Subcommand)]
 enum Command {
     /// Measure how well an optimiser finds: targets for many seeds, spread of replicates
+    #[command(after_help = "Example:
+  leadlag bench optimizers --quick --shared ../shared")]
     Optimizers(optimizers::Args),
     /// Measure how well a diagnosis names planted effects, and how often it is wrong without any
+    #[command(after_help = "Example:
+  leadlag bench diagnosis --help")]
     Diagnosis(diagnosis::Args),
 }
 

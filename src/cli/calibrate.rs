@@ -29,7 +29,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let model = args.extended()?;
     let mut loaded = Vec::new();
     for file in &args.files {
-        loaded.push(args.data.pick(&args.data.read(file)?, args.follower, &model)?);
+        let (recording, follower) = args.data.read(file, args.follower.as_deref())?;
+        loaded.push(args.data.pick(&recording, follower, &model)?);
     }
     interrupt::watch();
     if args.joint || loaded.len() == 1 {

@@ -4,6 +4,7 @@ use super::Usage;
 use anyhow::Context;
 use clap::ValueEnum;
 use leadlag::catalog::Variant;
+use leadlag::trajectory::import::{ColumnMap, read_mapped};
 use leadlag::trajectory::{Grade, Layout, Preparation, Reconcile, Recording, Trajectory, import, prepare};
 use leadlag::vehicle::{self, Vehicle};
 use std::path::{Path, PathBuf};
@@ -15,6 +16,9 @@ pub struct DataArgs {
     /// Layout: openacc, astazero-rebuilt, astazero-processed, ultra-av, pair [default: by the header]
     #[arg(long)]
     pub layout: Option<Layout>,
+    /// Column map of a table of another layout: ngsim, highd, sumo-fcd (`leadlag list columns`), or a file of one's own
+    #[arg(long, value_name = "NAME|FILE.toml", conflicts_with = "layout", value_parser = ColumnMap::find)]
+    pub columns: Option<ColumnMap>,
     /// Trajectory id, in files that hold several
     #[arg(long, value_name = "ID")]
     pub trajectory: Option<String>,
@@ -77,9 +81,36 @@ impl Loaded {
 }
 
 impl DataArgs {
-    /// Reads a file.
-    pub fn read(&self, path: &Path) -> anyhow::Result<Recording> {
-        Ok(import::read(path, self.layout)?)
+    /// Reads a file, and says which of its followers is meant: the number in a platoon, or the id of a vehicle in a table
+    /// with a column map, of which only the pairs of that vehicle are kept.
+    pub fn read(&self, path: &Path, follower: Option<&str>) -> anyhow::Result<(Recording, Option<usize>)> {
+        let Some(map) = &self.columns else {
+            let number = follower.map(|text| {
+                text.parse().map_err(|_| {
+                    let message = format!(
+                        "--follower: expected a number, 1 right behind the platoon leader, found `{text}`; ids of \
+                         vehicles go with --columns"
+                    );
+                    Usage(message)
+                })
+            });
+            return Ok((import::read(path, self.layout)?, number.transpose()?));
+        };
+        let mut recording = read_mapped(path, map)?;
+        match follower {
+            Some(id) if recording.keep_follower(id) => {}
+            Some(id) => {
+                let message =
+                    format!("--follower {id}: not a follower in {}; {}", path.display(), longest_pairs(&recording));
+                return Err(Usage(message).into());
+            }
+            None if self.trajectory.is_none() && recording.platoons.len() > 1 => {
+                let message = format!("--follower is needed: {}", longest_pairs(&recording));
+                return Err(Usage(message).into());
+            }
+            None => {}
+        }
+        Ok((recording, Some(1)))
     }
 
     /// One follower of a recording, prepared for a variant; without a number, the only one.
@@ -148,6 +179,24 @@ impl DataArgs {
         }
         Ok(Vehicle::called(&trajectory.name).map(|v| (v.clone(), v.slug)))
     }
+}
+
+/// Some pairs of a mapped table are named in messages.
+const PAIRS_NAMED: usize = 5;
+
+fn longest_pairs(recording: &Recording) -> String {
+    let name = |platoon: &leadlag::trajectory::Platoon| {
+        let duration = platoon.t.last().unwrap_or(&0.0) - platoon.t.first().unwrap_or(&0.0);
+        let follower = platoon.cars.last().map_or("", |car| car.name.as_str());
+        format!("{follower} ({duration:.1} s)")
+    };
+    let named: Vec<String> = recording.platoons.iter().take(PAIRS_NAMED).map(name).collect();
+    let path = &recording.source.path;
+    format!(
+        "it has {} pairs, first {}; `leadlag inspect {path} --columns ...` lists more",
+        recording.platoons.len(),
+        named.join(", ")
+    )
 }
 
 /// A grade table, or `level`.

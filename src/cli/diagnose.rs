@@ -31,9 +31,9 @@ pub struct Args {
     /// Measured files that are held back for the gain [default: the last third of every file]
     #[arg(long, value_name = "FILE,...", value_delimiter = ',')]
     pub holdout: Vec<PathBuf>,
-    /// The follower: 1 is right behind the platoon leader [default: the only one]
+    /// The follower: 1 is right behind the platoon leader; with --columns the id of a vehicle [default: the only one]
     #[arg(long, value_name = "N")]
-    pub follower: Option<usize>,
+    pub follower: Option<String>,
     /// The model that is blamed: idm, gipps, l-cth, l-idm, l-gipps, or any variant by id or name
     #[arg(long, value_name = "NAME|ID", required_unless_present = "data_only")]
     pub base: Option<Variant>,

@@ -94,7 +94,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 
     interrupt::watch();
     let style = ProgressStyle::with_template("{spinner} {human_pos} rows, {rate}, {elapsed}")?.with_key("rate", rate);
-    let bar = ProgressBar::new_spinner().with_style(style);
+    let bar = output::heard(ProgressBar::new_spinner()).with_style(style);
     let mut progress = |rows| {
         bar.set_position(rows);
         !interrupt::asked()

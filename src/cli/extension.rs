@@ -4,6 +4,7 @@ use super::Usage;
 use anyhow::Context;
 use leadlag::catalog::Variant;
 use leadlag::extension::Extension;
+use leadlag::near::did_you_mean;
 use leadlag::wgsl::{extension_named, library, read_extension};
 use std::path::Path;
 
@@ -20,12 +21,10 @@ pub fn find(given: &str) -> anyhow::Result<&'static Extension> {
     if Path::new(given).extension().is_none_or(|e| e != "wgsl") {
         let names = || library().iter().filter(|e| e.cause.is_some()).map(|e| e.name.as_str());
         return extension_named(given).ok_or_else(|| {
-            let near = names().map(|name| (strsim::damerau_levenshtein(name, given), name)).min();
-            let hint = near.filter(|(distance, _)| *distance <= 3).map(|(_, name)| format!("; did you mean `{name}`?"));
             let message = format!(
                 "no built-in extension is called `{given}`{}\n`leadlag list causes` shows them; a file of one's own ends \
                  in .wgsl",
-                hint.unwrap_or_default()
+                did_you_mean(given, names())
             );
             Usage(message).into()
         });

@@ -9,6 +9,7 @@ use leadlag::extension::Extension;
 use leadlag::report::text::wrapped;
 use leadlag::score::Measures;
 use leadlag::symbols::{Bounds, Symbol};
+use leadlag::trajectory::import::ColumnMap;
 use leadlag::vehicle::Vehicle;
 use leadlag::wgsl::library;
 use serde_json::{Value, json};
@@ -47,6 +48,8 @@ enum Topic {
     Gof,
     /// The rows of the conventions
     Conventions,
+    /// Column maps of well-known tables
+    Columns,
 }
 
 /// Name, JSON and one line of text per entry.
@@ -64,6 +67,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         Topic::Vehicles => Vehicle::built_in().iter().map(vehicle).collect(),
         Topic::Gof => gof(),
         Topic::Conventions => conventions(),
+        Topic::Columns => columns()?,
     };
     if args.json {
         return output::print_json(&entries.into_iter().map(|(value, _)| value).collect::<Vec<_>>());
@@ -128,6 +132,16 @@ fn vehicle(v: &Vehicle) -> Entry {
     });
     let length = v.length.map_or("?".to_owned(), |l| format!("{l:.3}"));
     (value, format!("{:<13} {:<26} {:>5} kg  phi {:.4}  {length} m", v.slug, v.name, v.m_0, v.phi_f))
+}
+
+fn columns() -> anyhow::Result<Vec<Entry>> {
+    let entry = |(name, text): &(&str, &str)| {
+        let map = ColumnMap::parse(text, name)?;
+        let value = json!({"name": name, "title": map.title, "columns": map.column_names(), "text": text});
+        let line = format!("{name:<10} {}: {}", map.title, map.column_names().join(", "));
+        Ok((value, wrapped(0, 11, &line).trim_end().to_owned()))
+    };
+    ColumnMap::shipped().iter().map(entry).collect()
 }
 
 fn gof() -> Vec<Entry> {

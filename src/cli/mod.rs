@@ -2,19 +2,32 @@
 //!
 //! Results go to stdout, progress and warnings to stderr; exit 0 done, 1 failed, 2 wrong usage.
 
+// Everything that goes to stderr is progress, a hint or a warning here, so `--quiet` is heard in one place: the modules below
+// see this macro instead of the standard one.
+macro_rules! eprintln {
+    ($($text:tt)*) => {
+        if !$crate::cli::output::is_quiet() {
+            ::std::eprintln!($($text)*)
+        }
+    };
+}
+
 mod bench;
 mod calibrate;
 mod check;
+mod completions;
 mod data;
 mod demo;
 mod diagnose;
 mod doctor;
 mod evaluate;
 mod evaluator;
+mod export;
 mod extension;
 mod inspect;
 mod interrupt;
 mod list;
+mod man;
 pub mod output;
 mod plot;
 mod report;
@@ -22,18 +35,30 @@ mod simulate;
 mod study;
 mod synth;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use leadlag::calibrate::BoundsError;
 use leadlag::trajectory::PrepareError;
 use leadlag::vehicle::VehicleError;
 
+const EXAMPLES: &str = "Examples:
+  leadlag demo                                                            # no data needed
+  leadlag inspect drive.csv                                               # what a file holds
+  leadlag calibrate drive.csv --follower 1 --model gipps+delay --out fit  # parameters, score, plot
+  leadlag calibrate --help                                                # every verb has examples
+
+Exit codes: 0 done, 1 failed, 2 wrong usage. Results go to stdout, all else to stderr.
+The book, with all flags, files and environment variables: docs/";
+
 /// Calibrates and validates car-following and ACC models against measured trajectories.
 #[derive(Debug, Parser)]
-#[command(name = "leadlag", version, propagate_version = true, max_term_width = 100)]
+#[command(name = "leadlag", version, propagate_version = true, max_term_width = 100, after_help = EXAMPLES)]
 pub struct Cli {
     /// Number of threads; results do not depend on it
     #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
+    /// No progress, hints and warnings on stderr; errors are still shown
+    #[arg(short, long, global = true)]
+    quiet: bool,
     #[command(subcommand)]
     command: Command,
 }
@@ -41,31 +66,73 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Show what a measured file contains: vehicles, spans, sampling, noise, gaps, contradictions
+    #[command(after_help = "Examples:
+  leadlag inspect drive.csv
+  leadlag inspect *.csv --json
+  leadlag inspect trajectories.csv --columns ngsim")]
     Inspect(inspect::Args),
     /// Calibrate a variant against a measured follower
+    #[command(after_help = "Examples:
+  leadlag calibrate drive.csv --follower 1 --model gipps+delay --out fit
+  leadlag calibrate a.csv b.csv --joint --model l-cth+linear --replicates 3 --seed 7 --out fit
+  leadlag calibrate drive.csv --model idm --fix v_0=33 --extend actuation_lag --out fit
+  leadlag calibrate 01_tracks.csv --columns highd --follower 24 --model idm --out fit")]
     Calibrate(Box<calibrate::Args>),
     /// Simulate a calibrated variant on a trajectory, or a whole platoon of them
+    #[command(after_help = "Examples:
+  leadlag simulate other.csv --follower 1 --result fit/result.json --out check
+  leadlag simulate platoon.csv --platoon --result fit/result.json --out platoon")]
     Simulate(simulate::Args),
     /// Score parameter vectors that are given as rows of a table
+    #[command(after_help = "Examples:
+  leadlag evaluate cases.csv --data folder --out scores.csv
+  leadlag evaluate cases.csv --data folder --convention authors --evaluator reference")]
     Evaluate(evaluate::Args),
     /// Calibrate and validate many variants on many trajectories: plan, run, status, merge
+    #[command(after_help = "Examples:
+  leadlag study plan plan.toml --out study && leadlag study run study
+  leadlag study merge study && leadlag study report study")]
     Study(study::Args),
     /// Show what the data and a simulation get wrong, name the cause, and measure what it is worth
     Diagnose(Box<diagnose::Args>),
     /// Write a calibration, a study or a diagnosis as one HTML file
     Report(report::Args),
+    /// Write a result for another program: SUMO
+    Export(export::Args),
     /// Check extensions of one's own: WGSL files
     Check(check::Args),
-    /// List variants, parameters, causes, vehicles, goodness-of-fit functions, conventions
+    /// List variants, parameters, causes, vehicles, goodness-of-fit functions, conventions, column maps
+    #[command(after_help = "Examples:
+  leadlag list variants
+  leadlag list parameters --model 31 --vehicle bmw_x5
+  leadlag list causes --json")]
     List(list::Args),
     /// Show which GPUs and drivers there are, and what to mind with them
+    #[command(after_help = "Examples:
+  leadlag doctor
+  leadlag doctor --json")]
     Doctor(doctor::Args),
     /// Measure how fast candidates are simulated
+    #[command(after_help = "Examples:
+  leadlag bench --quick
+  leadlag bench --model idm --data drive.csv --follower 1 --json")]
     Bench(bench::Args),
     /// Write a synthetic five-car platoon whose truth is known
     Synth(synth::Args),
     /// Hide something in a synthetic platoon, and find it from its files alone: no data needed
+    #[command(after_help = "Examples:
+  leadlag demo --out demo
+  leadlag demo --hide dead_zone --seed 3 --out demo")]
     Demo(demo::Args),
+    /// Print a script that completes commands and flags in a shell
+    Completions(completions::Args),
+    /// Print the manual page, or write one per verb
+    Man(man::Args),
+}
+
+/// The whole command line, for what describes it.
+fn command() -> clap::Command {
+    Cli::command()
 }
 
 /// Wrong usage that the argument parser cannot see.
@@ -93,6 +160,7 @@ pub fn is_usage(error: &anyhow::Error) -> bool {
 
 /// Runs one command.
 pub fn run(cli: Cli) -> anyhow::Result<()> {
+    output::set_quiet(cli.quiet);
     if let Some(threads) = cli.threads {
         rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global()?;
     }
@@ -104,11 +172,14 @@ pub fn run(cli: Cli) -> anyhow::Result<()> {
         Command::Study(args) => study::run(&args),
         Command::Diagnose(args) => diagnose::run(&args),
         Command::Report(args) => report::run(&args),
+        Command::Export(args) => export::run(&args),
         Command::Check(args) => check::run(&args),
         Command::List(args) => list::run(&args),
         Command::Doctor(args) => doctor::run(&args),
         Command::Bench(args) => bench::run(&args),
         Command::Synth(args) => synth::run(&args),
         Command::Demo(args) => demo::run(&args),
+        Command::Completions(args) => completions::run(&args),
+        Command::Man(args) => man::run(&args),
     }
 }

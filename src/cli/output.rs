@@ -4,6 +4,28 @@ use anyhow::Context;
 use std::cell::RefCell;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+static QUIET: AtomicBool = AtomicBool::new(false);
+
+/// `--quiet`: nothing but errors goes to stderr from now on.
+pub fn set_quiet(quiet: bool) {
+    // A verb that runs others (demo) must not make them loud again.
+    QUIET.fetch_or(quiet, Ordering::Relaxed);
+}
+
+/// True if progress, hints and warnings are not wanted.
+pub fn is_quiet() -> bool {
+    QUIET.load(Ordering::Relaxed)
+}
+
+/// A progress bar, which `--quiet` hides.
+pub fn heard(bar: indicatif::ProgressBar) -> indicatif::ProgressBar {
+    if is_quiet() {
+        bar.set_draw_target(indicatif::ProgressDrawTarget::hidden());
+    }
+    bar
+}
 
 thread_local! {
     /// Takes the results of a command that runs within another one.

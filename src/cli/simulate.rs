@@ -24,11 +24,11 @@ pub struct Args {
     /// result.json of `leadlag calibrate`; with --platoon one for all followers, or one per follower in order
     #[arg(long, required = true, value_name = "RESULT.json")]
     result: Vec<PathBuf>,
-    /// The follower: 1 is right behind the platoon leader [default: the only one]
-    #[arg(long, value_name = "N", conflicts_with = "platoon")]
-    follower: Option<usize>,
+    /// The follower: 1 is right behind the platoon leader; with --columns the id of a vehicle [default: the only one]
+    #[arg(long, value_name = "N|ID", conflicts_with = "platoon")]
+    follower: Option<String>,
     /// Simulate all followers, each behind the simulated car ahead
-    #[arg(long)]
+    #[arg(long, conflicts_with = "columns")]
     platoon: bool,
     /// Folder for simulation.csv and plot.svg (numbered by follower with --platoon)
     #[arg(long, value_name = "DIR")]
@@ -60,8 +60,8 @@ struct Simulated {
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let calibrated = args.result.iter().map(|path| read(path)).collect::<anyhow::Result<Vec<_>>>()?;
-    let recording = args.data.read(&args.file)?;
-    let followers = if args.platoon { followers(&recording) } else { vec![args.follower] };
+    let (recording, follower) = args.data.read(&args.file, args.follower.as_deref())?;
+    let followers = if args.platoon { followers(&recording) } else { vec![follower] };
     if calibrated.len() != 1 && calibrated.len() != followers.len() {
         let message = format!("--result: {} given, expected 1 or {}", calibrated.len(), followers.len());
         return Err(Usage(message).into());

@@ -18,14 +18,25 @@ pub struct Args {
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Lay out a study in a folder, and print its tasks, one per line
+    #[command(after_help = "Example:
+  leadlag study plan examples/plans/small.toml --out study")]
     Plan(plan::Args),
     /// Compute what is not done yet; may be interrupted, repeated, and run many times at once
+    #[command(after_help = "Examples:
+  leadlag study run study
+  leadlag study run study --shard 2/5")]
     Run(run::Args),
     /// Show what is done, missing or damaged
+    #[command(after_help = "Example:
+  leadlag study status study --json")]
     Status(status::Args),
     /// Write the tables of a finished study
+    #[command(after_help = "Example:
+  leadlag study merge study")]
     Merge(merge::Args),
     /// Write tables and figures beside the paper's, and where they agree
+    #[command(after_help = "Example:
+  leadlag study report study")]
     Report(report::Args),
 }
 

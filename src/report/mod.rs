@@ -14,6 +14,7 @@ pub mod residuals;
 pub mod result;
 pub mod simulation;
 pub mod study;
+pub mod sumo;
 pub mod svg;
 pub mod terminal;
 pub mod text;

@@ -52,6 +52,12 @@ pub enum Note {
     Reconciled { anchor: String, rms_m: f64, largest_m: f64, drift_m_per_km: f64 },
     /// The grade under the follower was taken along its path; samples at rest count once.
     GradeFromColumn { points: usize },
+    /// The table was read by this column map; which of its pairs this is.
+    Mapped { map: String, pair: Option<String> },
+    /// Pairs of a long table that are too short to be used.
+    ShortPairs { pairs: usize, needed_s: f64 },
+    /// Gaps that are not above 0, which became missing values.
+    NoGap { samples: usize },
 }
 
 impl fmt::Display for Note {
@@ -111,6 +117,14 @@ impl fmt::Display for Note {
                 thousandths(*largest_m),
                 thousandths(*drift_m_per_km),
             ),
+            Note::Mapped { map, pair: None } => write!(f, "read by the column map {map}"),
+            Note::Mapped { map, pair: Some(pair) } => write!(f, "read by the column map {map}, pair {pair}"),
+            Note::ShortPairs { pairs, needed_s } => {
+                write!(f, "{pairs} more pairs of the file are shorter than {needed_s} s")
+            }
+            Note::NoGap { samples } => {
+                write!(f, "gap: {samples} samples are not above 0 and count as missing")
+            }
             Note::GradeFromColumn { points } => {
                 write!(f, "grade along the measured path from column sin_grade: {points} points")
             }

@@ -1,6 +1,7 @@
 //! Vehicle tables: TOML (one table per vehicle) and the CSV layout `slug,name,mass_unladen_kg,phi,...`.
 
 use super::{Mfc, Vehicle};
+use crate::near::did_you_mean;
 use crate::trajectory::Source;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -63,7 +64,7 @@ pub enum VehicleError {
         found: String,
     },
     /// No such vehicle in the table.
-    #[error("vehicle `{name}` is not in {table}; it has {}", known.join(", "))]
+    #[error("vehicle `{name}` is not in {table}; it has {}{}", known.join(", "), did_you_mean(name, known.iter().map(String::as_str)))]
     Unknown {
         /// As asked for.
         name: String,

@@ -42,7 +42,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     tasks.retain(|task| args.only.as_ref().is_none_or(|only| task.kind == *only));
     tasks.truncate(args.cases.unwrap_or(count));
     let mut journal = DiagnosisJournal::open(&args.journal)?;
-    let bar = ProgressBar::new(tasks.len() as u64)
+    let bar = output::heard(ProgressBar::new(tasks.len() as u64))
         .with_style(ProgressStyle::with_template("{bar:20} {pos}/{len} cases, {eta} left  {msg}")?);
     run_diagnoses(&tasks, &mut journal, &mut |done, task| {
         bar.set_position(done as u64);

@@ -39,7 +39,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     tasks.retain(|task| args.only.as_ref().is_none_or(|only| task.aim == *only));
     tasks.truncate(args.tasks.unwrap_or(usize::MAX));
     let mut journal = Journal::open(&args.journal)?;
-    let bar = ProgressBar::new(tasks.len() as u64)
+    let bar = output::heard(ProgressBar::new(tasks.len() as u64))
         .with_style(ProgressStyle::with_template("{bar:20} {pos}/{len} tasks, {eta} left  {msg}")?);
     let beside = || std::env::var_os("LEADLAG_SHARED").map_or_else(|| PathBuf::from("../shared"), PathBuf::from);
     let shared = args.shared.clone().unwrap_or_else(beside);

@@ -7,6 +7,7 @@ use super::super::extension::extend;
 use leadlag::calibrate::{Calibration, OptimizerKind, Overrides, Stop, read_bounds};
 use leadlag::catalog::Variant;
 use leadlag::convention::Convention;
+use leadlag::near::did_you_mean;
 use leadlag::score::GoodnessOfFit;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -16,9 +17,9 @@ pub struct Args {
     /// Measured files; several are calibrated one by one, unless --joint
     #[arg(required = true, value_name = "FILE")]
     pub files: Vec<PathBuf>,
-    /// The follower: 1 is right behind the platoon leader [default: the only one]
-    #[arg(long, value_name = "N")]
-    pub follower: Option<usize>,
+    /// The follower: 1 is right behind the platoon leader; with --columns the id of a vehicle [default: the only one]
+    #[arg(long, value_name = "N|ID")]
+    pub follower: Option<String>,
     /// Variant by id (1 to 90) or name, such as gipps+delay+linear+mfc
     #[arg(long, value_name = "ID|NAME")]
     pub model: Variant,
@@ -124,7 +125,8 @@ impl Args {
         let parameters = model.parameters();
         if let Some((name, _)) = self.fix.iter().find(|(n, _)| !parameters.iter().any(|s| s.name() == n)) {
             let known: Vec<&str> = parameters.iter().map(|s| s.name()).collect();
-            let message = format!("--fix {name}: variant {model} has the parameters {}", known.join(", "));
+            let near = did_you_mean(name, known.iter().copied());
+            let message = format!("--fix {name}: variant {model} has the parameters {}{near}", known.join(", "));
             return Err(Usage(message).into());
         }
         Ok(overrides)

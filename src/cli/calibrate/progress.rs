@@ -1,6 +1,6 @@
 //! The bar of a running calibration: on a terminal only, and only after two seconds.
 
-use super::super::interrupt;
+use super::super::{interrupt, output};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use leadlag::calibrate::{Calibration, Progress};
 use std::fmt::Write;
@@ -35,7 +35,7 @@ impl Bar {
 
     /// Shows where the search is; breaks once Ctrl-C was pressed.
     pub fn update(&mut self, progress: Progress) -> ControlFlow<()> {
-        if self.bar.is_hidden() && self.started.elapsed() > Duration::from_secs(2) {
+        if !output::is_quiet() && self.bar.is_hidden() && self.started.elapsed() > Duration::from_secs(2) {
             self.bar.set_draw_target(ProgressDrawTarget::stderr());
         }
         self.evaluations[progress.replicate as usize] = progress.evaluations;

@@ -1,6 +1,6 @@
 //! The bar of a running diagnosis: on a terminal only, and only after a second.
 
-use super::super::interrupt;
+use super::super::{interrupt, output};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use leadlag::diagnose::Progress;
 use std::ops::ControlFlow;
@@ -24,7 +24,7 @@ impl Bar {
 
     /// Shows how far the work is; breaks once Ctrl-C was pressed.
     pub fn update(&mut self, progress: &Progress) -> ControlFlow<()> {
-        if self.bar.is_hidden() && self.started.elapsed() > Duration::from_secs(1) {
+        if !output::is_quiet() && self.bar.is_hidden() && self.started.elapsed() > Duration::from_secs(1) {
             self.bar.set_draw_target(ProgressDrawTarget::stderr());
         }
         self.bar.set_position((progress.done * STEPS as f64) as u64);

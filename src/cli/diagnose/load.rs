@@ -65,8 +65,8 @@ fn drives(trajectory: &Trajectory, picked: &Picked) -> anyhow::Result<Vec<Drive>
 
 /// One file: its findings go to `loaded`, its trajectory comes back.
 fn one(args: &Args, variant: Variant, file: &Path, role: &str, loaded: &mut Loaded) -> anyhow::Result<Picked> {
-    let mut recording = args.prepare.read(file)?;
-    let follower = args.follower.map_or_else(|| only_follower(&recording), Ok)?;
+    let (mut recording, follower) = args.prepare.read(file, args.follower.as_deref())?;
+    let follower = follower.map_or_else(|| only_follower(&recording), Ok)?;
     let wanted = args.prepare.trajectory.as_deref();
     let platoon = recording.platoons.iter().position(|p| wanted.is_none() || p.id.as_deref() == wanted).unwrap_or(0);
     let soundness = check(&recording, platoon, follower)?;

@@ -1,6 +1,6 @@
 //! `leadlag study run`.
 
-use super::super::{Usage, evaluator, interrupt};
+use super::super::{Usage, evaluator, interrupt, output};
 use anyhow::bail;
 use indicatif::{ProgressBar, ProgressStyle};
 use leadlag::gpu::AdapterChoice;
@@ -141,7 +141,7 @@ struct Bar {
 impl Bar {
     fn new(tasks: usize, max_evaluations: u64) -> Bar {
         let style = ProgressStyle::with_template("{bar:24} {human_pos}/{human_len} tasks  {msg}");
-        let bar = ProgressBar::new(tasks as u64).with_style(style.expect("the template is valid"));
+        let bar = output::heard(ProgressBar::new(tasks as u64)).with_style(style.expect("the template is valid"));
         Bar { bar, max_evaluations }
     }
 

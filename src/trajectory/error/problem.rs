@@ -40,6 +40,8 @@ pub enum ProblemKind {
         quoted(found)
     )]
     Metadata { expected: &'static str, found: String },
+    #[error("expected a column map for this layout; read the file with one (--columns)")]
+    NeedsMap,
     #[error("the file ends after its header; expected rows of numbers")]
     NoRows,
     #[error("the file ends before its header; expected a header line and rows of numbers after the metadata")]
@@ -105,6 +107,35 @@ pub enum ProblemKind {
     TrackStart { column: String, found: f64 },
     #[error("column {column}: expected a length between 0.5 and 30 m, found {found}; the unit is m")]
     Length { column: String, found: f64 },
+    #[error(
+        "column {column}: expected at most {limit:.0} {unit}, found {found}; no road vehicle is faster: correct its unit in the column map"
+    )]
+    MappedSpeed { column: String, unit: String, limit: f64, found: f64 },
+    #[error(
+        "column {column}: expected at least {limit} m/s forwards, found {found}; for vehicles that drive towards lower positions set direction = \"by-speed\" in the column map"
+    )]
+    MappedReverse { column: String, limit: f64, found: f64 },
+    #[error(
+        "column {column}: expected that half of the vehicles are {lowest} to {highest} m long, found {found:.2} m; correct its unit in the column map, or set check_units = false there"
+    )]
+    MappedLength { column: String, lowest: f64, highest: f64, found: f64 },
+    #[error(
+        "column {column}: expected a usual step of {shortest} to {longest} s, found {} s; correct its unit in the column map",
+        format!("{found:.6}").trim_end_matches('0')
+    )]
+    MappedStep { column: String, shortest: f64, longest: f64, found: f64 },
+    #[error(
+        "columns {a} and {b} contradict each other: the first changes {ratio:.3} times as much as the second says; {hint}; check_units = false there takes them as they are"
+    )]
+    UnitsContradict { a: String, b: String, ratio: f64, hint: String },
+    #[error(
+        "vehicle {id} is at {found} s for the second time, first in line {first}; remove one of the rows, or name the column that tells recordings apart as group in the column map"
+    )]
+    VehicleTwice { id: String, found: f64, first: u64 },
+    #[error(
+        "no vehicle of {vehicles} follows another one of the table for {needed} s, the longest for {longest} s; is {column} the right column of the vehicle ahead?"
+    )]
+    NoPairs { column: String, vehicles: usize, longest: f64, needed: f64 },
 }
 
 /// At most this many column names are listed.

@@ -13,15 +13,22 @@ pub(in crate::trajectory) struct Field<'a> {
 
 /// Splits `line` at its commas; a field may be in double quotes, which then hide commas.
 pub(in crate::trajectory) fn split<'a>(line: &'a str, fields: &mut Vec<Field<'a>>) {
+    split_at(line, ',', fields);
+}
+
+/// The same at another separator.
+pub(in crate::trajectory) fn split_at<'a>(line: &'a str, separator: char, fields: &mut Vec<Field<'a>>) {
     fields.clear();
     let mut start = 0;
     loop {
         let rest = &line[start..];
         let blank = rest.len() - rest.trim_start_matches([' ', '\t']).len();
+        // Where tabs separate, they are no blanks.
+        let blank = if separator == '\t' { rest.len() - rest.trim_start_matches(' ').len() } else { blank };
         let body = &rest[blank..];
         let quoted = body.strip_prefix('"').and_then(|inner| inner.find('"')).map(|end| end + 2);
         let after = blank + quoted.unwrap_or(0);
-        let end = rest[after..].find(',').map(|comma| comma + after);
+        let end = rest[after..].find(separator).map(|place| place + after);
         let whole = &rest[..end.unwrap_or(rest.len())];
         let mut text = whole.trim();
         if text.len() >= 2 && text.starts_with('"') && text.ends_with('"') {
@@ -70,6 +77,17 @@ impl Header {
         check_separator(text, line, problems)?;
         let mut fields = Vec::new();
         split(text, &mut fields);
+        Header::of(text, line, &fields, problems)
+    }
+
+    /// The header of a file that has none: these names, no line.
+    pub fn named(names: &[String]) -> Self {
+        Header { line: 0, names: names.to_vec(), columns: vec![1; names.len()] }
+    }
+
+    /// The header of a line that is split already.
+    pub fn of(text: &str, line: u64, fields: &[Field], problems: &mut Problems) -> Result<Self, Stop> {
+        let mut fields = fields.to_vec();
         while fields.last().is_some_and(|field| field.text.is_empty()) {
             fields.pop();
         }
@@ -116,7 +134,7 @@ impl Header {
             needed: needed.iter().map(|&n| n.to_owned()).collect(),
             near: nearest(column, others).map(str::to_owned),
         };
-        problems.add(self.line, None, kind);
+        problems.add(self.line.max(1), None, kind);
     }
 
     /// Records a problem for every unknown column that looks like a misspelt known one, and returns the other unknown ones.

@@ -1,6 +1,7 @@
 //! The file layouts that are known, and how a file is recognised.
 
 use super::header::{nearest, split};
+use crate::near::did_you_mean;
 use std::fmt;
 use std::str::FromStr;
 
@@ -21,10 +22,12 @@ pub enum Layout {
     UltraAv,
     /// One pair per file, our own: `time_s, lead_speed_mps, speed_mps, spacing_m` and optional columns.
     Pair,
+    /// Any table, read by a column map; it has no name on the command line.
+    Columns,
 }
 
 impl Layout {
-    /// All layouts.
+    /// All layouts that a header can be recognised by.
     pub const ALL: [Layout; 5] =
         [Layout::OpenAcc, Layout::AstazeroRebuilt, Layout::AstazeroProcessed, Layout::UltraAv, Layout::Pair];
 
@@ -37,6 +40,7 @@ impl Layout {
             Layout::AstazeroProcessed => "astazero-processed",
             Layout::UltraAv => "ultra-av",
             Layout::Pair => "pair",
+            Layout::Columns => "columns",
         }
     }
 
@@ -47,6 +51,7 @@ impl Layout {
             Layout::OpenAcc | Layout::AstazeroRebuilt | Layout::AstazeroProcessed => "Time",
             Layout::UltraAv => "Time_Index",
             Layout::Pair => "time_s",
+            Layout::Columns => "time",
         }
     }
 }
@@ -59,7 +64,7 @@ impl fmt::Display for Layout {
 
 /// A name that is not the name of a layout.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("no layout {name}; expected openacc, astazero-rebuilt, astazero-processed, ultra-av or pair")]
+#[error("no layout {name}; expected openacc, astazero-rebuilt, astazero-processed, ultra-av or pair{}", did_you_mean(name, Layout::ALL.map(Layout::name)))]
 pub struct UnknownLayout {
     /// The name.
     pub name: String,

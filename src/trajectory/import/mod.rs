@@ -3,6 +3,7 @@
 //! Input is not trusted: memory is bounded by the rows, a line by 1 MiB, and every refused value is named with its
 //! place. Missing values (an empty field, `NaN`, `nan`) become NaN; nothing is repaired here.
 
+mod columns;
 mod header;
 mod labels;
 mod layout;
@@ -14,6 +15,7 @@ mod processed;
 mod table;
 mod ultra_av;
 
+pub use columns::{ColumnMap, MapError, read_mapped, read_mapped_from};
 pub(super) use header::{Field, Header, column_of, split};
 pub use labels::{Label, Labels};
 pub use layout::{Layout, UnknownLayout};
@@ -119,6 +121,7 @@ fn platoons<R: Read>(
         Layout::AstazeroProcessed => processed::read(&first, lines, problems)?,
         Layout::UltraAv => ultra_av::read(&first, lines, problems)?,
         Layout::Pair => pair::read(&first, lines, problems)?,
+        Layout::Columns => return Err(problems.stop(1, None, ProblemKind::NeedsMap)),
     };
     Ok((chosen, platoons))
 }

@@ -1,6 +1,7 @@
 //! The inspection as text, 80 columns wide.
 
 use super::{CarInspection, Inspection, PlatoonInspection, SignalInspection};
+use crate::trajectory::Layout;
 use std::fmt;
 
 impl fmt::Display for Inspection {
@@ -13,11 +14,50 @@ impl fmt::Display for Inspection {
         if let Some(track) = self.track_m {
             writeln!(f, "grade known on a closed track of {track} m")?;
         }
-        for platoon in &self.platoons {
+        let is_long = self.platoons.len() > WHOLE_MAX && self.layout == Layout::Columns;
+        if is_long {
+            write_pairs(f, &self.platoons)?;
+        }
+        for platoon in self.platoons.iter().take(if is_long { 1 } else { usize::MAX }) {
             write!(f, "{platoon}")?;
         }
         Ok(())
     }
+}
+
+/// Tables of many pairs are shown as a list of the longest ones and the very longest in full.
+const WHOLE_MAX: usize = 3;
+/// Pairs that are listed.
+const LISTED_MAX: usize = 20;
+
+fn write_pairs(f: &mut fmt::Formatter<'_>, platoons: &[PlatoonInspection]) -> fmt::Result {
+    writeln!(f, "\n{} pairs of a follower and the vehicle ahead, the longest first:\n", platoons.len())?;
+    writeln!(
+        f,
+        "{:20} {:18} {:>12} {:>8} {:>6} {:>11}",
+        "follower", "behind", "from [s]", "time [s]", "km", "gap [m]"
+    )?;
+    for platoon in platoons.iter().take(LISTED_MAX) {
+        let [lead, ego] = [0, 1].map(|car| platoon.cars.get(car));
+        let name = |car: Option<&CarInspection>, width| {
+            car.map_or(String::new(), |car| car.name.chars().take(width).collect())
+        };
+        let gap = ego.and_then(|car| car.gap.as_ref()).and_then(|gap| gap.min.zip(gap.max));
+        let gap = gap.map_or_else(|| "-".to_owned(), |(low, high)| format!("{low:.1}-{high:.1}"));
+        writeln!(
+            f,
+            "{:20} {:18} {:>12.1} {:>8.1} {:>6.2} {gap:>11}",
+            name(ego, 20),
+            name(lead, 18),
+            platoon.t_first_s,
+            platoon.duration_s,
+            ego.map_or(0.0, |car| car.driven_m / 1000.0),
+        )?;
+    }
+    if platoons.len() > LISTED_MAX {
+        writeln!(f, "... and {} shorter ones", platoons.len() - LISTED_MAX)?;
+    }
+    writeln!(f, "\nthe longest in full (--follower chooses another one):")
 }
 
 impl fmt::Display for PlatoonInspection {

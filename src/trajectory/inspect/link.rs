@@ -122,5 +122,6 @@ fn gap_column(number: usize, layout: Layout) -> String {
         Layout::UltraAv => "Spatial_Gap".to_owned(),
         Layout::Pair if number == 1 => "lead2_spacing_m".to_owned(),
         Layout::Pair => "spacing_m".to_owned(),
+        Layout::Columns => "gap".to_owned(),
     }
 }

@@ -1,0 +1,170 @@
+//! `leadlag export`: results for other programs.
+
+use super::{Usage, output};
+use anyhow::Context;
+use clap::ValueEnum;
+use leadlag::report::result::ResultFile;
+use leadlag::report::sumo::{self, Comparison, Drive, Loss, Model, Motion, VehicleType};
+use leadlag::report::text::wrapped;
+use serde_json::json;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, clap::Subcommand)]
+enum Command {
+    /// Write a vehicle type for SUMO, and measure by running it what is lost
+    #[command(after_help = "Examples:
+  leadlag export sumo fit
+  leadlag export sumo fit --sumo /usr/share/sumo --json
+  leadlag export sumo fit --no-run --out types")]
+    Sumo(SumoArgs),
+}
+
+#[derive(Debug, clap::Args)]
+struct SumoArgs {
+    /// Folder that calibrate wrote with --out, or the result.json in it
+    #[arg(value_name = "RESULT")]
+    result: PathBuf,
+    /// Folder for vtype.add.xml, loss.json, comparison.csv and the files for SUMO [default: RESULT/sumo]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Model of SUMO [default: IDM for idm, ACC for l-cth]
+    #[arg(long, value_enum)]
+    to: Option<ModelArg>,
+    /// The program sumo, or the folder it is installed in [default: SUMO_HOME, else on the path]
+    #[arg(long, value_name = "PATH", conflicts_with = "no_run")]
+    sumo: Option<PathBuf>,
+    /// Only write the vehicle type; what is lost is then said, not measured
+    #[arg(long)]
+    no_run: bool,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum ModelArg {
+    /// Intelligent driver model
+    Idm,
+    /// Extended intelligent driver model: not the same equation
+    Eidm,
+    /// Adaptive cruise control after Milanes and Shladover
+    Acc,
+}
+
+pub fn run(args: &Args) -> anyhow::Result<()> {
+    let Command::Sumo(args) = &args.command;
+    let file = if args.result.is_dir() { args.result.join("result.json") } else { args.result.clone() };
+    let result = ResultFile::read(&file)?;
+    let asked = args.to.map(|to| match to {
+        ModelArg::Idm => Model::Idm,
+        ModelArg::Eidm => Model::Eidm,
+        ModelArg::Acc => Model::Acc,
+    });
+    let vtype = sumo::export(&result.calibrated_variant()?, asked).map_err(|error| Usage(error.to_string()))?;
+    let beside = file.parent().unwrap_or(Path::new("."));
+    let folder = args.out.clone().unwrap_or_else(|| beside.join("sumo"));
+    let measured = if args.no_run { None } else { Some(sumo::find(args.sumo.as_deref())?) };
+    output::make_folder(&folder)?;
+    let place = folder.join("vtype.add.xml");
+    let source = result.data.first().map_or("", |data| data.path.as_str());
+    let about = format!("{}: variant {} calibrated on {source}", result.program, result.model());
+    output::write_file(&place, vtype.to_xml("leadlag", &about).as_bytes())?;
+
+    let mut losses = Vec::new();
+    for (number, data) in result.data.iter().enumerate().take(if measured.is_some() { usize::MAX } else { 0 }) {
+        let suffix = if result.data.len() == 1 { String::new() } else { format!("_{}", number + 1) };
+        let drive =
+            Drive::read(&beside.join(format!("simulation{suffix}.csv")), data.first_scored, data.treatment.step_s)?;
+        let sumo = measured.as_ref().context("SUMO was found")?;
+        let motion = sumo.follow(&vtype, &drive, &folder)?;
+        output::write_file(&folder.join(format!("comparison{suffix}.csv")), &table(&drive, &motion)?)?;
+        losses.push(sumo::compare(&drive, &motion));
+    }
+    let value = json!({
+        "schema_version": 1, "variant": result.model(), "model": vtype.model.name(), "file": place.display().to_string(),
+        "attributes": vtype.attributes.iter().map(|(name, value)| (name.to_string(), json!(value))).collect::<serde_json::Map<_, _>>(),
+        "lost": vtype.lost, "added": vtype.added,
+        "sumo": measured.as_ref().map(|sumo| sumo.version.clone()),
+        "data": result.data.iter().map(|data| json!({"path": data.path, "sha256": data.sha256, "follower": data.follower})).collect::<Vec<_>>(),
+        "loss": losses,
+    });
+    output::write_file(&folder.join("loss.json"), (serde_json::to_string_pretty(&value)? + "\n").as_bytes())?;
+    if args.json {
+        return output::print_json(&value);
+    }
+    let version = measured.map(|sumo| sumo.version);
+    output::print(&text(&result, &vtype, version.as_deref(), &losses, &place))
+}
+
+/// Both followers, sample by sample.
+fn table(drive: &Drive, sumo: &Motion) -> anyhow::Result<Vec<u8>> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record([
+        "time_s",
+        "lead_speed_mps",
+        "sim_spacing_m",
+        "sim_speed_mps",
+        "sim_accel_mps2",
+        "sumo_spacing_m",
+        "sumo_speed_mps",
+        "sumo_accel_mps2",
+    ])?;
+    for (i, t) in drive.t.iter().enumerate() {
+        let ours = &drive.simulated;
+        let row = [*t, drive.v_l[i], ours.s[i], ours.v[i], ours.a[i], sumo.s[i], sumo.v[i], sumo.a[i]];
+        writer.write_record(row.map(|x| x.to_string()))?;
+    }
+    Ok(writer.into_inner()?)
+}
+
+fn text(
+    result: &ResultFile,
+    vtype: &VehicleType,
+    version: Option<&str>,
+    losses: &[Comparison],
+    place: &Path,
+) -> String {
+    let mut text = format!("{} as {} of SUMO: {}\n", result.model(), vtype.model.name(), place.display());
+    for (name, value) in &vtype.attributes {
+        let _ = writeln!(text, "  {name:<28} {value}");
+    }
+    for (what, sentences) in [("not exported", &vtype.lost), ("besides", &vtype.added)] {
+        for sentence in sentences {
+            text += &wrapped(2, 4, &format!("{what}: {sentence}"));
+        }
+    }
+    let Some(version) = version else {
+        text += "  what is lost was not measured (--no-run)\n";
+        return text;
+    };
+    for (loss, data) in losses.iter().zip(&result.data) {
+        let _ = writeln!(
+            text,
+            "\nSUMO {version} against leadlag behind the leader of {}, {} samples",
+            data.path, loss.samples
+        );
+        let _ = writeln!(text, "  {:<16} {:>12} {:>12} {:>10}", "", "rms", "largest", "at [s]");
+        let row = |name: &str, loss: &Loss| {
+            format!("  {name:<16} {:>12.6} {:>12.6} {:>10.1}\n", loss.rms, loss.largest, loss.at_s)
+        };
+        text += &row("spacing [m]", &loss.spacing_m);
+        text += &row("speed [m/s]", &loss.speed_mps);
+        text += &row("accel. [m/s2]", &loss.accel_mps2);
+        let _ = writeln!(
+            text,
+            "  NRMSE(s,v,a) against the measured car: leadlag {:.6}, SUMO {:.6}",
+            loss.nrmse_sva, loss.sumo_nrmse_sva
+        );
+        if loss.collision {
+            text += "  the follower of SUMO ran into its leader\n";
+        }
+    }
+    text
+}

@@ -1,0 +1,91 @@
+//! A calibrated variant as a vehicle type of SUMO, what that type cannot say, and how far SUMO drives from leadlag behind the same
+//! leader. The mapping, model by model, is in `docs/SUMO.md`.
+
+mod compare;
+mod drive;
+mod run;
+mod traci;
+mod vtype;
+
+pub use compare::{Comparison, Loss, compare};
+pub use drive::{Drive, Motion};
+pub use run::{Sumo, find};
+pub use vtype::{Model, VehicleType, export};
+
+use std::io;
+use std::path::PathBuf;
+
+/// An export to SUMO that failed.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SumoError {
+    /// The base model has no counterpart.
+    #[error(
+        "SUMO has no car-following model like {base}: {why}; calibrate idm (SUMO: IDM) or l-cth (SUMO: ACC) on the same data \
+         and export that"
+    )]
+    NoCounterpart {
+        /// The base model.
+        base: &'static str,
+        /// What is different.
+        why: &'static str,
+    },
+    /// The model asked for is not that of the base model.
+    #[error("--to {asked}: {base} can be exported as {possible}")]
+    WrongModel {
+        /// The model asked for.
+        asked: &'static str,
+        /// The base model.
+        base: &'static str,
+        /// What it can be.
+        possible: &'static str,
+    },
+    /// The table of the simulation cannot be read.
+    #[error("{path}: cannot read the simulated drive")]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: csv::Error,
+    },
+    /// The table of the simulation is not one.
+    #[error("{path}: expected the simulation.csv of `leadlag calibrate`, {problem}")]
+    Drive {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        problem: String,
+    },
+    /// SUMO is not there.
+    #[error(
+        "no SUMO found: {tried}; install it (`pip install eclipse-sumo`), or say where it is with --sumo or SUMO_HOME"
+    )]
+    NoSumo {
+        /// Where it was looked for.
+        tried: String,
+    },
+    /// SUMO could not be started or ended early.
+    #[error("{program}: SUMO ended early: {said}")]
+    Ended {
+        /// The program.
+        program: PathBuf,
+        /// Its last words.
+        said: String,
+    },
+    /// A file for SUMO could not be written, or the connection broke.
+    #[error("{what}")]
+    Io {
+        /// What was tried.
+        what: String,
+        /// Why it failed.
+        source: io::Error,
+    },
+    /// SUMO refused a command.
+    #[error("SUMO refused to {what}: {said}")]
+    Refused {
+        /// The command.
+        what: &'static str,
+        /// Its reason.
+        said: String,
+    },
+}

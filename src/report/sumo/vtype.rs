@@ -1,0 +1,207 @@
+//! From parameters to the attributes of a `vType`, and what is lost on the way.
+
+use super::SumoError;
+use crate::catalog::{Constraint, Dynamics, Variant};
+use crate::simulate::CalibratedVariant;
+use crate::symbols::Symbol;
+use std::fmt::Write;
+
+/// A car-following model of SUMO.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Model {
+    /// The intelligent driver model: Eqs. 2 and 3, term by term.
+    Idm,
+    /// The extended intelligent driver model: another model, which has a reaction time.
+    Eidm,
+    /// Milanes and Shladover: linear in gap and speed difference, Eqs. 6 and 7 within its limits.
+    Acc,
+}
+
+impl Model {
+    /// Its name in SUMO.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Model::Idm => "IDM",
+            Model::Eidm => "EIDM",
+            Model::Acc => "ACC",
+        }
+    }
+}
+
+/// A vehicle type.
+#[derive(Debug, Clone, PartialEq)]
+pub struct VehicleType {
+    /// The model that is used.
+    pub model: Model,
+    /// Attributes in the order in which they are written, with their values in SUMO's units (m, s).
+    pub attributes: Vec<(&'static str, String)>,
+    /// What the variant has and the type has not, one sentence each.
+    pub lost: Vec<String>,
+    /// What the type does besides, one sentence each.
+    pub added: Vec<String>,
+}
+
+/// Accelerations that a type without limits of its own may ask for \[m/s²\]: the bounds of Eq. 13, paper, Section 2.2.2.
+const UPPER: f64 = 5.0;
+const LOWER: f64 = 7.0;
+/// SUMO brakes no harder, whatever happens \[m/s²\]; its default for cars.
+const EMERGENCY: f64 = 9.0;
+/// `collisionAvoidanceOverride` of ACC \[m/s\]: so large that its safe speed never replaces the control law.
+const NEVER: f64 = 1000.0;
+
+/// The vehicle type nearest to a calibrated variant.
+///
+/// # Errors
+/// [`SumoError::NoCounterpart`] where SUMO has nothing like it.
+pub fn export(calibrated: &CalibratedVariant, asked: Option<Model>) -> Result<VehicleType, SumoError> {
+    let variant = &calibrated.variant;
+    let base = variant.base.name;
+    let wrong = |asked: Model, possible| Err(SumoError::WrongModel { asked: asked.name(), base, possible });
+    let refused = |why| Err(SumoError::NoCounterpart { base, why });
+    let mut vtype = match (base, asked) {
+        ("idm", None | Some(Model::Idm)) => idm(calibrated, Model::Idm),
+        ("idm", Some(Model::Eidm)) => idm(calibrated, Model::Eidm),
+        ("idm", Some(other)) => return wrong(other, "IDM or EIDM"),
+        ("l-cth", None | Some(Model::Acc)) => acc(calibrated),
+        ("l-cth", Some(other)) => return wrong(other, "ACC"),
+        ("gipps", _) => {
+            return refused(
+                "its Krauss model descends from Gipps', but has no theta, no speed dependent acceleration and no a_hat_min",
+            );
+        }
+        ("l-idm" | "l-gipps", _) => {
+            return refused("its ACC has a constant time headway, no other spacing policy");
+        }
+        _ => return refused("nothing is known of a counterpart"),
+    };
+    vtype.lost.extend(lost(variant, calibrated, vtype.model));
+    Ok(vtype)
+}
+
+fn idm(calibrated: &CalibratedVariant, model: Model) -> VehicleType {
+    let p = |symbol: Symbol| calibrated.parameters.get(symbol);
+    let decel = -p(Symbol::a_min);
+    let mut attributes = vec![
+        ("carFollowModel", model.name().to_owned()),
+        ("accel", p(Symbol::a_max).to_string()),
+        ("decel", decel.to_string()),
+        ("emergencyDecel", decel.max(EMERGENCY).to_string()),
+        ("tau", p(Symbol::t_h).to_string()),
+        ("minGap", p(Symbol::d_0).to_string()),
+        ("delta", p(Symbol::delta).to_string()),
+        ("maxSpeed", p(Symbol::v_0).to_string()),
+        ("speedFactor", "1".to_owned()),
+        ("speedDev", "0".to_owned()),
+    ];
+    let mut added = vec![format!("braking is limited to {} m/s2", decel.max(EMERGENCY))];
+    if model == Model::Eidm {
+        // Its noise off, its jerk limit out of the way; what is left is the improved IDM with a reaction time.
+        for name in ["sigmaleader", "sigmagap", "sigmaerror", "ccoolness"] {
+            attributes.push((name, "0".to_owned()));
+        }
+        attributes.push(("jerkmax", "100".to_owned()));
+        let reaction = if calibrated.variant.delay { p(Symbol::tau_p) } else { 0.0 };
+        attributes.push(("treaction", reaction.to_string()));
+        added.push("EIDM is the improved IDM with a drive-off term: another equation, whose parameters only bear the same names".to_owned());
+    }
+    VehicleType { model, attributes, lost: Vec::new(), added }
+}
+
+fn acc(calibrated: &CalibratedVariant) -> VehicleType {
+    let p = |symbol: Symbol| calibrated.parameters.get(symbol);
+    let (k_s, k_v) = (p(Symbol::k_s).to_string(), p(Symbol::k_v).to_string());
+    let mut attributes = vec![
+        ("carFollowModel", Model::Acc.name().to_owned()),
+        ("accel", UPPER.to_string()),
+        ("decel", LOWER.to_string()),
+        ("emergencyDecel", EMERGENCY.to_string()),
+        ("tau", p(Symbol::t_h).to_string()),
+        ("minGap", p(Symbol::d_0).to_string()),
+        ("maxSpeed", p(Symbol::v_0).to_string()),
+        ("speedFactor", "1".to_owned()),
+        ("speedDev", "0".to_owned()),
+        // Speed minus desired speed is multiplied by it, so it is negative.
+        ("speedControlGain", (-p(Symbol::k_0)).to_string()),
+    ];
+    // The same law in all three of its modes, for Eq. 6 has one.
+    for name in ["gapControlGainSpace", "gapClosingControlGainSpace", "collisionAvoidanceGainSpace"] {
+        attributes.push((name, k_s.clone()));
+    }
+    for name in ["gapControlGainSpeed", "gapClosingControlGainSpeed", "collisionAvoidanceGainSpeed"] {
+        attributes.push((name, k_v.clone()));
+    }
+    attributes.push(("collisionAvoidanceOverride", NEVER.to_string()));
+    let added = vec![
+        format!("acceleration is limited to {UPPER}, braking to {EMERGENCY} m/s2"),
+        "the desired spacing has a margin of clamp(75/v - 5, 0, 2) m on top: 2 m below 10.7 m/s, none above 15 m/s".to_owned(),
+        "the law for the speed is used beyond a gap of 120 m instead of wherever it asks for less (Eq. 6), and the speed \
+         never exceeds v_0"
+            .to_owned(),
+    ];
+    VehicleType { model: Model::Acc, attributes, lost: Vec::new(), added }
+}
+
+/// What no model of SUMO has.
+fn lost(variant: &Variant, calibrated: &CalibratedVariant, model: Model) -> Vec<String> {
+    let p = |symbol: Symbol| calibrated.parameters.get(symbol);
+    let mut lost = Vec::new();
+    if variant.delay && model != Model::Eidm {
+        lost.push(format!("the perception delay, tau_p = {:.4} s", p(Symbol::tau_p)));
+    }
+    if variant.delay && model == Model::Eidm {
+        lost.push(format!(
+            "the perception delay, tau_p = {:.4} s, became treaction: the time between two decisions, not a delay",
+            p(Symbol::tau_p)
+        ));
+    }
+    match variant.dynamics {
+        Dynamics::None => {}
+        Dynamics::Linear => lost.push(format!("the actuation lag, tau_a = {:.4} s", p(Symbol::tau_a))),
+        Dynamics::Nonlinear => {
+            lost.push(format!(
+                "the vehicle dynamics: lag tau_a = {:.4} s, mass, road loads and grade",
+                p(Symbol::tau_a)
+            ));
+        }
+    }
+    match variant.constraint {
+        Constraint::Constant if model == Model::Acc => {}
+        Constraint::None => {}
+        Constraint::Constant => lost.push("the constant bounds on the acceleration".to_owned()),
+        Constraint::Mfc => lost.push("the acceleration curves of the vehicle (MFC)".to_owned()),
+    }
+    lost.extend(variant.extensions.list().iter().map(|extension| format!("the extension {}", extension.name)));
+    lost
+}
+
+impl VehicleType {
+    /// An additional file of SUMO with this one type; `about` says in a comment where it comes from.
+    #[must_use]
+    pub fn to_xml(&self, id: &str, about: &str) -> String {
+        let mut xml = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n".to_owned();
+        let _ = writeln!(xml, "<!-- {} -->", comment(about));
+        for (what, sentences) in [("not exported", &self.lost), ("besides", &self.added)] {
+            for sentence in sentences {
+                let _ = writeln!(xml, "<!-- {what}: {} -->", comment(sentence));
+            }
+        }
+        let _ = writeln!(xml, "<additional>\n    {}\n</additional>", self.element(id));
+        xml
+    }
+
+    /// The `vType` element.
+    pub(super) fn element(&self, id: &str) -> String {
+        let attributes = self.attributes.iter().map(|(name, value)| format!(" {name}=\"{}\"", escaped(value)));
+        format!("<vType id=\"{}\"{}/>", escaped(id), attributes.collect::<String>())
+    }
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
+}
+
+/// Two hyphens would end a comment.
+fn comment(text: &str) -> String {
+    text.replace("--", "- -")
+}

@@ -1,0 +1,40 @@
+//! What is wrong with a column map.
+
+use std::io;
+
+/// A column map that cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
+pub enum MapError {
+    #[error("{path}: expected a readable column map")]
+    Open { path: String, source: io::Error },
+    #[error(
+        "no column map {name}; shipped are {}, a map of one's own ends in .toml{}",
+        known.join(", "),
+        did_you_mean(near.as_deref())
+    )]
+    Unknown { name: String, known: Vec<&'static str>, near: Option<String> },
+    #[error("{path}:{line}:{column}: {message}")]
+    Text { path: String, line: usize, column: usize, message: String },
+    #[error("{path}:{line}: [columns] has no {found}; it takes {}{}", known.join(", "), did_you_mean(near.as_deref()))]
+    Role { path: String, line: usize, found: String, known: Vec<&'static str>, near: Option<String> },
+    #[error("{path}:{line}: {role}: expected a name of a column, found none; write {role} = {{ name = \"...\" }}")]
+    NoName { path: String, line: usize, role: &'static str },
+    #[error("{path}:{line}: {role}: expected one of the units {}, found {found}", known.join(", "))]
+    Unit { path: String, line: usize, role: &'static str, found: String, known: Vec<&'static str> },
+    #[error("{path}:{line}: {role}: expected no unit, for it is a name; found {found}")]
+    UnitOfName { path: String, line: usize, role: &'static str, found: String },
+    #[error("{path}:{line}: {role}: not in a table with rows = \"{rows}\", which takes {}", known.join(", "))]
+    Misplaced { path: String, line: usize, role: &'static str, rows: &'static str, known: Vec<&'static str> },
+    #[error("{path}: [columns] needs {needed}, found only {}; {why}", found.join(", "))]
+    Missing { path: String, needed: &'static str, found: Vec<&'static str>, why: &'static str },
+    #[error("{path}: time is in frames, so the map needs their rate: frame_rate_hz = 25")]
+    NoRate { path: String },
+    #[error("{path}: frame_rate_hz: expected 0.2 to 1000 per second, found {found}")]
+    Rate { path: String, found: f64 },
+}
+
+fn did_you_mean(near: Option<&str>) -> String {
+    near.map_or_else(String::new, |near| format!("; did you mean {near}?"))
+}

@@ -1,0 +1,134 @@
+//! Do the units that a map claims agree with each other? Feet taken for metres, km/h for m/s, a wrong frame rate, and a
+//! wrong direction show as a factor between signals that say the same thing twice.
+
+use super::role::Role;
+use super::rows::Table;
+use super::unit::explain;
+use crate::trajectory::error::ProblemKind;
+use crate::trajectory::import::median;
+use crate::trajectory::import::problems::Problems;
+
+/// Signals that say the same may differ by this factor, by noise and smoothing.
+const FACTOR: f64 = 1.25;
+/// The gap follows from differences of speeds, which noise drowns sooner.
+const GAP_FACTOR: f64 = 1.8;
+/// Gap and speeds must vary together as closely as this before their ratio is believed: squared correlation.
+const TOGETHER: f64 = 0.8;
+/// The gap is compared with the speeds over stretches of this length \[s\].
+const WINDOW_S: f64 = 5.0;
+/// Less variation than this says nothing \[m\].
+const VARIATION_M: f64 = 1.0;
+/// Fewer stretches say nothing.
+const WINDOWS_MIN: usize = 5;
+/// Half of all vehicles are neither shorter nor longer than this \[m\].
+const LENGTHS: [f64; 2] = [1.5, 12.0];
+/// A usual time step lies between these \[s\].
+const STEPS: [f64; 2] = [0.001, 5.0];
+
+/// One vehicle over time.
+pub(super) struct Track {
+    pub t: Vec<f64>,
+    pub v: Vec<f64>,
+    /// Empty where no position is mapped.
+    pub x: Vec<f64>,
+    pub length: Option<f64>,
+}
+
+/// A follower and the vehicle ahead over time.
+pub(super) struct Pair {
+    pub t: Vec<f64>,
+    /// Speed of the vehicle ahead minus that of the follower.
+    pub dv: Vec<f64>,
+    pub gap: Option<Vec<f64>>,
+    pub headway: Option<Vec<f64>>,
+    /// Distance of the fronts by the positions.
+    pub fronts: Option<Vec<f64>>,
+}
+
+/// Checks what each vehicle says about itself.
+pub(super) fn vehicles(table: &Table, tracks: &[Track], problems: &mut Problems) {
+    let line = table.header_line.max(1);
+    let (mut driven, mut moved) = (0.0, 0.0);
+    for track in tracks.iter().filter(|track| track.x.len() == track.t.len()) {
+        for i in 1..track.t.len() {
+            let dt = track.t[i] - track.t[i - 1];
+            let (by_speed, by_position) = ((track.v[i - 1] + track.v[i]) / 2.0 * dt, track.x[i] - track.x[i - 1]);
+            if by_speed.is_finite() && by_position.is_finite() {
+                driven += by_speed;
+                moved += by_position;
+            }
+        }
+    }
+    let ratio = moved / driven;
+    if driven > VARIATION_M && !(1.0 / FACTOR..=FACTOR).contains(&ratio) {
+        let (a, b) = (table.called(Role::Position), table.called(Role::Speed));
+        let hint = if ratio < 0.0 {
+            "the vehicles drive towards lower positions: set direction in the column map".to_owned()
+        } else {
+            hint(ratio, "check both units, and the unit of time or frame_rate_hz, in the column map")
+        };
+        problems.add(line, None, ProblemKind::UnitsContradict { a, b, ratio, hint });
+    }
+    let lengths = median(tracks.iter().filter_map(|track| track.length));
+    if let Some(found) = lengths.filter(|length| !(LENGTHS[0]..=LENGTHS[1]).contains(length)) {
+        let column = table.called(Role::Length);
+        problems.add(line, None, ProblemKind::MappedLength { column, lowest: LENGTHS[0], highest: LENGTHS[1], found });
+    }
+}
+
+/// Checks what the pairs say about each other.
+pub(super) fn pairs(table: &Table, pairs: &[Pair], problems: &mut Problems) {
+    let line = table.header_line.max(1);
+    let steps = pairs.iter().flat_map(|pair| pair.t.windows(2).map(|t| t[1] - t[0]));
+    if let Some(found) = median(steps).filter(|step| !(STEPS[0]..=STEPS[1]).contains(step)) {
+        let column = table.called(Role::Time);
+        problems.add(line, None, ProblemKind::MappedStep { column, shortest: STEPS[0], longest: STEPS[1], found });
+        return;
+    }
+    let ratios = pairs.iter().filter_map(|pair| Some((pair.headway.as_ref()?, pair.fronts.as_ref()?)));
+    let ratios =
+        ratios.flat_map(|(headway, fronts)| headway.iter().zip(fronts).map(|(headway, front)| headway / front));
+    if let Some(ratio) = median(ratios).filter(|ratio| !(1.0 / FACTOR..=FACTOR).contains(ratio)) {
+        let (a, b) = (table.called(Role::Headway), table.called(Role::Position));
+        let hint = hint(ratio, "check both units, and direction, in the column map");
+        problems.add(line, None, ProblemKind::UnitsContradict { a, b, ratio, hint });
+    }
+    for role in [Role::Gap, Role::Headway] {
+        let Some(ratio) = against_speeds(pairs, role) else { continue };
+        let (a, b) = (table.called(role), table.called(Role::Speed));
+        let hint = hint(ratio, "check both units in the column map");
+        problems.add(line, None, ProblemKind::UnitsContradict { a, b, ratio, hint });
+    }
+}
+
+/// By how many times the distance changes as much as the speeds say, where that is certain and not about 1.
+fn against_speeds(pairs: &[Pair], role: Role) -> Option<f64> {
+    let (mut xx, mut xy, mut yy, mut windows) = (0.0, 0.0, 0.0, 0);
+    for pair in pairs {
+        let distance = if role == Role::Gap { &pair.gap } else { &pair.headway };
+        let Some(distance) = distance else { continue };
+        let (mut start, mut integral) = (0, 0.0);
+        for i in 1..pair.t.len() {
+            let dt = pair.t[i] - pair.t[i - 1];
+            integral += (pair.dv[i - 1] + pair.dv[i]) / 2.0 * dt;
+            if !integral.is_finite() || !distance[i].is_finite() || !distance[start].is_finite() {
+                (start, integral) = (i, 0.0);
+            } else if pair.t[i] - pair.t[start] >= WINDOW_S {
+                let change = distance[i] - distance[start];
+                xx += integral * integral;
+                xy += integral * change;
+                yy += change * change;
+                windows += 1;
+                (start, integral) = (i, 0.0);
+            }
+        }
+    }
+    let enough = windows >= WINDOWS_MIN && (xx / windows as f64).sqrt() > VARIATION_M;
+    let ratio = xy / xx;
+    let together = xy * xy > TOGETHER * xx * yy;
+    (enough && together && !(1.0 / GAP_FACTOR..=GAP_FACTOR).contains(&ratio)).then_some(ratio)
+}
+
+fn hint(ratio: f64, otherwise: &str) -> String {
+    explain(ratio).map_or_else(|| otherwise.to_owned(), |words| format!("{words}: {otherwise}"))
+}

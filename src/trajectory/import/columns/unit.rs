@@ -1,0 +1,76 @@
+//! Units of columns, and what they are in SI.
+
+/// What is measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Quantity {
+    Time,
+    Length,
+    Speed,
+    Acceleration,
+    Ratio,
+}
+
+/// International foot, mile and nautical mile \[m\]; standard gravity \[m/s²\].
+const FOOT: f64 = 0.3048;
+const MILE: f64 = 1609.344;
+const NAUTICAL_MILE: f64 = 1852.0;
+const GRAVITY: f64 = 9.80665;
+
+impl Quantity {
+    /// The unit that is meant where a map names none.
+    pub fn si(self) -> &'static str {
+        self.units()[0].0
+    }
+
+    /// Names of the units of this quantity with their size in SI; a frame has the size that the frame rate gives it.
+    pub fn units(self) -> &'static [(&'static str, f64)] {
+        match self {
+            Quantity::Time => {
+                &[("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9), ("min", 60.0), ("frame", f64::NAN)]
+            }
+            Quantity::Length => {
+                &[("m", 1.0), ("km", 1e3), ("cm", 1e-2), ("mm", 1e-3), ("ft", FOOT), ("yd", 3.0 * FOOT), ("mi", MILE)]
+            }
+            Quantity::Speed => &[
+                ("m/s", 1.0),
+                ("km/h", 1e3 / 3600.0),
+                ("ft/s", FOOT),
+                ("mph", MILE / 3600.0),
+                ("kn", NAUTICAL_MILE / 3600.0),
+                ("cm/s", 1e-2),
+            ],
+            Quantity::Acceleration => &[("m/s2", 1.0), ("ft/s2", FOOT), ("g", GRAVITY), ("km/h/s", 1e3 / 3600.0)],
+            Quantity::Ratio => &[("-", 1.0), ("%", 1e-2)],
+        }
+    }
+
+    /// A unit in SI.
+    pub fn factor(self, unit: &str) -> Option<f64> {
+        self.units().iter().find(|(name, _)| *name == unit).map(|(_, factor)| *factor)
+    }
+}
+
+/// Ratios of units that are taken for each other.
+const MISTAKES: [(f64, &str); 8] = [
+    (1.0 / FOOT, "feet per metre"),
+    (3.6, "km/h per m/s"),
+    (3600.0 / MILE, "mph per m/s"),
+    (1000.0, "a thousand"),
+    (1.609_344, "kilometres per mile"),
+    (1.097_28, "km/h per ft/s"),
+    (2.5, "25 frames per second taken for 10"),
+    (3.0, "30 frames per second taken for 10"),
+];
+
+/// How far a ratio of measured data may lie from that of two units to be explained by them.
+const NEAR: f64 = 0.05;
+
+/// The units that explain a ratio, in words.
+pub(super) fn explain(ratio: f64) -> Option<String> {
+    let near = |size: f64| (ratio / size - 1.0).abs() < NEAR;
+    let up = MISTAKES.iter().find(|(size, _)| near(*size)).map(|(size, words)| format!("{size:.4} is {words}"));
+    up.or_else(|| {
+        let down = MISTAKES.iter().find(|(size, _)| near(1.0 / size));
+        down.map(|(size, words)| format!("1/{size:.4} is the inverse of {words}"))
+    })
+}
