@@ -84,10 +84,18 @@ fn a_limit_of_the_jerk() {
 }
 
 #[test]
-#[ignore = "missed: nothing passes on this seed; see docs/DIAGNOSIS.md, section 4"]
 fn a_lag_or_one_of_its_family() {
-    let outcome = diagnose_task(&task("one", "l-cth", &["actuation_lag"], 0.0, 9106));
+    let outcome = diagnose_task(&task("one", "l-cth", &["actuation_lag"], 0.0, 9107));
     assert!(matches!(judge(&outcome), Judgement::Right | Judgement::InSet), "{}", told(&outcome));
+}
+
+/// These 240 s do not show the lag: fitted from the planted values, the model with it is no likelier than the one without.
+#[test]
+fn nothing_where_the_truth_has_no_evidence() {
+    let outcome = diagnose_task(&task("one", "l-cth", &["actuation_lag"], 0.0, 9106));
+    let known = outcome.known.as_ref().expect("fitted from the truth, for it was not named");
+    assert!(known.evidence < known.threshold, "{}", told(&outcome));
+    assert_eq!(judge(&outcome), Judgement::Silent, "{}", told(&outcome));
 }
 
 #[test]
@@ -117,10 +125,10 @@ fn two_at_once() {
     assert_eq!(judge(&outcome), Judgement::Right, "{}", told(&outcome));
 }
 
+/// Ten minutes, for two drives have to show the same places.
 #[test]
-#[ignore = "missed: silent on this seed; see docs/DIAGNOSIS.md, section 4"]
 fn what_no_cause_explains() {
-    let outcome = diagnose_task(&task("outside", "idm", &[], 0.0, 9117));
+    let outcome = diagnose_task(&DiagnosisTask { duration_s: 600.0, ..task("outside", "idm", &[], 0.0, 9117) });
     assert_eq!(outcome.verdict, "unexplained", "{}", told(&outcome));
     assert!(outcome.reason.contains("road"), "{}", told(&outcome));
 }

@@ -5,7 +5,7 @@ use super::fit::{Fit, Plan, Point, Predictor, Prior, fit, fit_with};
 use super::fold::{folds, whole};
 use super::likelihood::{Mask, blocks, inflation};
 use super::model::{Event, Model, is_time};
-use super::observer::design;
+use super::observer::{Noise, design};
 use super::space::Axis;
 use super::verdict::{DiagnoseError, Question};
 use crate::catalog::Variant;
@@ -121,6 +121,8 @@ const BORROWED: f64 = 0.1;
 pub const LEAD: &str = "lead";
 /// Turns on a fold, from the optimum of all data.
 const FOLD_PLAN: Plan = Plan { select: 2, kinds: 1, rough: 0, keep: 2, fine: 8, tolerance: 0.1 };
+/// Turns on data on which it was not fitted.
+const ELSEWHERE: Plan = Plan { select: 2, kinds: 1, rough: 4, keep: 2, fine: 12, tolerance: 0.1 };
 
 impl Candidate {
     /// Fits a variant from some starts.
@@ -197,10 +199,10 @@ impl Candidate {
     /// As [`Model::new`].
     pub fn transfer(&self, setting: &Setting<'_>) -> Result<Vec<Vec<f64>>, DiagnoseError> {
         let mut model = setting.held_out(self.variant, &self.model.events)?;
-        let start = std::slice::from_ref(&self.fit.point);
         let parameters = self.model.axes.len();
         let known = self.known(|k| if k < parameters { 1.0 } else { 0.0 });
-        let fits = fit_with(&mut model, &self.model.axes, &setting.holdout, start, FOLD_PLAN, known.as_ref())?;
+        let (axes, starts) = (&self.model.axes, elsewhere(&self.fit.point));
+        let fits = fit_with(&mut model, axes, &setting.holdout, &starts, ELSEWHERE, known.as_ref())?;
         let point = fits.first().map_or(&self.fit.point, |fit| &fit.point).clone();
         let scores = scored(&mut model, &point, &setting.holdout)?;
         setting.simulations.fetch_add(model.simulations, Ordering::Relaxed);
@@ -234,8 +236,14 @@ impl Candidate {
 /// every small error of a parameter, while a model that lacks something hides behind a strong observer.
 fn with_own_noise(model: &mut Model, point: Point, masks: &[Mask]) -> Result<Point, DiagnoseError> {
     let axes: Vec<Axis> = point.values.iter().map(|value| Axis::linear(*value, *value)).collect();
-    let fits = fit(model, &axes, masks, std::slice::from_ref(&point), FOLD_PLAN)?;
+    let fits = fit(model, &axes, masks, &elsewhere(&point), ELSEWHERE)?;
     Ok(fits.into_iter().next().map_or(point, |fit| fit.point))
+}
+
+/// Starts on other data: with the noise as it was, and with a strong observer, for the way from next to no noise back is long.
+fn elsewhere(point: &Point) -> [Point; 2] {
+    let noise = Noise { sigma_d: point.noise.sigma_d.max(0.1), tau_d: 2.0, ..point.noise };
+    [point.clone(), Point { noise, ..point.clone() }]
 }
 
 /// Robust log-likelihood per drive and block of 30 s at a point.

@@ -18,6 +18,8 @@ pub struct Tally {
     pub in_set: usize,
     /// Silent ones.
     pub silent: usize,
+    /// Those of the silent ones that would have been named, had the search found the truth: the others lack evidence.
+    pub not_found: usize,
     /// Wrong names and false alarms.
     pub wrong: usize,
 }
@@ -54,6 +56,8 @@ impl DiagnosisReport {
                 tally.right += usize::from(judged == Judgement::Right);
                 tally.in_set += usize::from(matches!(judged, Judgement::Right | Judgement::InSet));
                 tally.silent += usize::from(judged == Judgement::Silent);
+                let passes = outcome.known.as_ref().is_some_and(|known| known.objection.is_empty());
+                tally.not_found += usize::from(judged == Judgement::Silent && passes);
                 tally.wrong += usize::from(judged == Judgement::Wrong);
             }
             let truth = if task.causes.is_empty() { task.kind.clone() } else { task.causes.join(" + ") };
@@ -75,12 +79,15 @@ impl DiagnosisReport {
     /// As text.
     #[must_use]
     pub fn table(&self) -> String {
-        let mut text =
-            format!("{:32} {:>6} {:>6} {:>7} {:>7} {:>6}\n", "", "cases", "right", "in set", "silent", "wrong");
+        let mut text = format!(
+            "{:32} {:>6} {:>6} {:>7} {:>7} {:>10} {:>6}\n",
+            "", "cases", "right", "in set", "silent", "not found", "wrong"
+        );
         for (row, tally) in &self.tallies {
-            let Tally { cases, right, in_set, silent, wrong } = tally;
-            let _ = writeln!(text, "{row:32} {cases:6} {right:6} {in_set:7} {silent:7} {wrong:6}");
+            let Tally { cases, right, in_set, silent, not_found, wrong } = tally;
+            let _ = writeln!(text, "{row:32} {cases:6} {right:6} {in_set:7} {silent:7} {not_found:10} {wrong:6}");
         }
+        text += "not found: silent, although the truth, fitted from its own values, would have been named\n";
         text += "\nplanted, and what was said\n";
         for (truth, said) in &self.names {
             let said: Vec<String> = said.iter().map(|(name, times)| format!("{name} {times}")).collect();

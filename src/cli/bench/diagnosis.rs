@@ -8,7 +8,7 @@ use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Thirty cases of 5 minutes with little searching, instead of all of 10 minutes
+    /// Thirty cases of 5 minutes with little searching, instead of all of 15 minutes
     #[arg(long)]
     quick: bool,
     /// Only the first so many cases; they are shuffled
@@ -17,7 +17,7 @@ pub struct Args {
     /// Decides everything that is planted
     #[arg(long, value_name = "SEED", default_value_t = 1)]
     seed: u64,
-    /// Length of a drive \[s\] [default: 600, with --quick 300]
+    /// Length of a drive \[s\] [default: 900, with --quick 300]
     #[arg(long, value_name = "SECONDS")]
     duration: Option<f64>,
     /// Only cases of this kind
@@ -36,7 +36,7 @@ pub struct Args {
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
     interrupt::watch();
-    let (duration, effort, count) = if args.quick { (300.0, "quick", 30) } else { (600.0, "normal", usize::MAX) };
+    let (duration, effort, count) = if args.quick { (300.0, "quick", 30) } else { (900.0, "normal", usize::MAX) };
     let effort = args.effort.as_deref().unwrap_or(effort);
     let mut tasks = diagnosis_tasks(args.seed, args.duration.unwrap_or(duration), effort);
     tasks.retain(|task| args.only.as_ref().is_none_or(|only| task.kind == *only));
