@@ -10,7 +10,7 @@ mod table;
 pub use case::{Case, CaseError, InvalidParameter};
 pub use course::{Course, CourseError, LEADER_SMOOTHING, Pace, WorldSignals};
 pub use fallback::Fallback;
-pub use observer::{Innovations, Observed, Observer};
+pub use observer::{Innovations, Observed, Observer, Residuals};
 pub use raw::{Raw, status};
 pub use table::{Cell, Line, Table};
 

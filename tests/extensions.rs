@@ -231,12 +231,18 @@ fn every_instruction_set_gives_the_same_innovations() {
 fn innovations_agree_with_the_sums() {
     let variant = with("idm", &[extension_named("actuation_lag").expect("built in")]);
     let case = case(variant);
-    let population = spread(variant, 9);
+    // More than one block of lanes, the last of which is not full.
+    let population = spread(variant, 37);
     let job = Job { case: 0, population: &population };
     let observers = observers(population.len());
     let mut lanes = lanes(&case, LanesPrecision::F64);
     let sums = lanes.observed(&job, &observers, 1_000_000).expect("short delays");
     let series = lanes.innovations(&job, &observers).expect("short delays");
+    let residuals = lanes.residuals(&job, &observers).expect("short delays");
+    for (i, series) in series.iter().enumerate() {
+        assert_eq!(residuals.failed[i], series.failed);
+        assert_eq!(residuals.of(i), series.failed.is_none().then(|| series.residual.clone()), "candidate {i}");
+    }
     for ((sums, series), observer) in sums.iter().zip(&series).zip(&observers) {
         assert_eq!(sums.raw.failure(), series.failed);
         if series.failed.is_some() {

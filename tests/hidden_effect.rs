@@ -24,7 +24,7 @@ fn task(kind: &str, base: &str, causes: &[&str], gusts_mps2: f64, seed: u64) -> 
 
 fn told(outcome: &DiagnosisOutcome) -> String {
     format!(
-        "{} on {}, seed {}: {} ({}), adopted {:?}, or {:?}; planted {:?}, estimated {:?}",
+        "{} on {}, seed {}: {} ({}), adopted {:?}, or {:?}; planted {:?}, estimated {:?}; fitted from the truth: {:?}",
         outcome.task.kind,
         outcome.task.base,
         outcome.task.seed,
@@ -33,7 +33,8 @@ fn told(outcome: &DiagnosisOutcome) -> String {
         outcome.adopted,
         outcome.confounded_with,
         outcome.truth,
-        outcome.estimates
+        outcome.estimates,
+        outcome.known
     )
 }
 

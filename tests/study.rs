@@ -6,6 +6,8 @@
 mod common;
 #[path = "study/disk.rs"]
 mod disk;
+#[path = "study/extend.rs"]
+mod extend;
 #[path = "study/kill.rs"]
 mod kill;
 #[path = "study/parts.rs"]

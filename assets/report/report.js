@@ -2,7 +2,8 @@
 (() => {
   const read = (id) => JSON.parse(document.getElementById(id).textContent);
   const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim();
-  const HEIGHT = 190;
+  // Height of what is drawn; the last panel has numbers and a name below it, too.
+  const HEIGHT = 150, NUMBERS = 32, NAME = 20;
 
   // One plot per panel; those of one chart share cursor and zoom.
   function draw(place, chart, number) {
@@ -20,15 +21,16 @@
       const last = k + 1 === chart.panels.length;
       const options = {
         width: Math.max(place.clientWidth, 200),
-        height: HEIGHT + (last ? 30 : 0),
+        height: HEIGHT + (last ? NUMBERS + NAME : 10),
         scales: { x: { time: false } },
         cursor: { sync: { key: "chart" + number }, drag: { x: true, y: false } },
         axes: [
-          { ...axis(), label: last ? chart.x_label : undefined, labelSize: 20 },
+          last ? { ...axis(), label: chart.x_label, labelSize: NAME, size: NUMBERS } : { ...axis(), values: () => [], size: 10 },
           { ...axis(), label: panel.label, labelSize: 20, size: 56 },
         ],
-        series: [{ label: chart.x_label }].concat(panel.lines.map((line) => ({
+        series: [{ label: chart.x_label, value: (_, x) => (x === null ? "–" : String(+x.toPrecision(6))) }].concat(panel.lines.map((line) => ({
           label: line.name, stroke: colour(line.role), width: line.role === "context" ? 1 : 1.5, points: { show: false },
+          value: (_, y) => (y === null || y === undefined ? "–" : String(+y.toPrecision(4))),
         }))),
         hooks: { setScale: [(plot, key) => { if (key === "x") zoomAll(plot, plot.scales.x.min, plot.scales.x.max); }] },
       };
@@ -65,6 +67,8 @@
       plot.setSize({ width: Math.max(places[i].clientWidth, 200), height: plot.height }))), 100);
   });
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", all);
+  // Paper is narrower and white: what is printed is drawn again for it.
+  matchMedia("print").addEventListener("change", all);
 
   // A click on a heading sorts its table.
   const key = (cell) => {
@@ -81,6 +85,28 @@
     const rows = [...body.rows].sort((a, b) => order(key(a.cells[column]), key(b.cells[column])) * (rising ? 1 : -1));
     body.append(...rows);
   }));
+
+  // What a part of a picture says about itself: at once, and on touch screens, too; without scripts the browser shows it after a while.
+  const tip = document.createElement("div");
+  tip.id = "tip";
+  tip.hidden = true;
+  document.body.append(tip);
+  document.querySelectorAll(".svg g > title").forEach((title) => {
+    const part = title.parentElement;
+    part.setAttribute("aria-label", title.textContent);
+    part.setAttribute("role", "img");
+    title.remove();
+    const show = (event) => {
+      tip.textContent = part.getAttribute("aria-label");
+      tip.hidden = false;
+      const { offsetWidth: width, offsetHeight: height } = tip;
+      tip.style.left = Math.max(4, Math.min(event.clientX + 12, innerWidth - width - 8)) + "px";
+      tip.style.top = (event.clientY > height + 24 ? event.clientY - height - 12 : event.clientY + 16) + "px";
+    };
+    part.addEventListener("pointermove", show);
+    part.addEventListener("pointerdown", show);
+    part.addEventListener("pointerleave", () => { tip.hidden = true; });
+  });
 
   document.getElementById("save").addEventListener("click", () => {
     const text = document.getElementById("result").textContent;

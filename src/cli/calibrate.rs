@@ -15,10 +15,11 @@ use leadlag::evaluator::{Case, Evaluator};
 use leadlag::identify::identify;
 use leadlag::lanes::LanesPrecision;
 use leadlag::optimize::GaSettings;
-use leadlag::reference::Reference;
+use leadlag::reference::{Reference, Trace};
 use leadlag::report::assemble::Calibrated;
 use leadlag::report::result::ResultFile;
 use leadlag::report::text;
+use leadlag::rescore;
 use leadlag::select::Work;
 use std::path::Path;
 use std::time::Instant;
@@ -76,8 +77,24 @@ fn one(args: &Args, loaded: &[Loaded], folder: &Path) -> anyhow::Result<ResultFi
         output::print(&result.to_json())?;
     }
     written?;
+    if args.plot {
+        plot(&result, &reference, loaded)?;
+    }
     eprintln!("{:.1} s; files in {}", started.elapsed().as_secs_f64(), folder.display());
     Ok(result)
+}
+
+/// Text charts of the calibrated follower of each trajectory.
+fn plot(result: &ResultFile, reference: &Reference, loaded: &[Loaded]) -> anyhow::Result<()> {
+    let parameters = result.calibrated_variant()?.parameters;
+    for (case, one) in reference.cases().iter().zip(loaded) {
+        let mut trace = Trace::default();
+        rescore::outcome(case, &parameters, &mut trace)?;
+        let measured = [case.s.to_vec(), case.v_f.to_vec()];
+        let lines = [("measured", measured), ("simulated", [trace.s, trace.v])];
+        super::plot::print(&one.trajectory.label, &one.trajectory.t, &lines)?;
+    }
+    Ok(())
 }
 
 /// The search space and the cases. Road loads of a joint calibration are bounded by one vehicle, so there must be one.

@@ -1,81 +1,166 @@
-//! `leadlag demo`: the main job on data that the program makes itself, by the very commands that a user would type.
+//! `leadlag demo`: the whole way on data that the program makes itself, by the very commands that a user would type.
+//!
+//! The plant writes the files; from then on only these are read, until the last lines say what had been hidden in them.
+
+mod drive;
+mod tell;
 
 use super::{Cli, output};
 use anyhow::Context;
 use clap::Parser;
-use leadlag::plant::{Controller, Truth};
+use drive::Hidden;
+use leadlag::diagnose::hold_back::TRAINED_ON;
+use leadlag::diagnose::outcome::{Outcome, VerdictName};
 use leadlag::report::result::ResultFile;
-use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+
+/// Simulations that a calibration of the demo may cost: about half of what the optimiser would take, and enough for six parameters.
+const EVALUATIONS: &str = "12000";
+/// The model that is blamed. The car is one of its kind, plus what is hidden.
+const BASE: &str = "idm";
+/// The file has no positions: the platoon leader starts at the beginning of the road table, also where a window of time is cut out.
+const ROAD: [&str; 2] = ["--lead-start", "0"];
 
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  leadlag demo
+  leadlag demo --hide headway_mode_change --seed 7
+  leadlag demo --hide none
+  leadlag synth --list-effects      (what can be hidden)")]
 pub struct Args {
     /// Folder for everything that the demo makes
     #[arg(long, value_name = "DIR", default_value = "leadlag-demo")]
     out: PathBuf,
+    /// What the car has and its base model lacks: an effect of `leadlag synth --list-effects`, or none
+    #[arg(long, value_name = "CAUSE[:P=V,...]|none", default_value = "grade")]
+    hide: Hidden,
     /// The one seed of all random numbers
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// Length of the drive in s; a short one shows less
+    #[arg(long, value_name = "S", default_value_t = 600.0, value_parser = duration)]
+    duration: f64,
 }
 
-/// The first follower of the synthetic platoon is an IDM with a delay and a lag: this variant can be it exactly.
-const VARIANT: &str = "idm+delay+linear";
+fn duration(text: &str) -> Result<f64, String> {
+    let good = text.parse().ok().filter(|s: &f64| (120.0..=7200.0).contains(s));
+    good.ok_or_else(|| format!("expected 120 to 7200 s, found `{text}`"))
+}
+
+/// What the demo works with.
+struct Demo {
+    folder: PathBuf,
+    seed: String,
+    follower: String,
+    /// Last second that is trained on; the rest is held back.
+    cut: String,
+}
+
+/// What came of it.
+struct Found {
+    outcome: Outcome,
+    /// NRMSE(s,v,a) of calibrated models on what was held back: base, then extended.
+    held_back: [Option<f64>; 2],
+}
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
-    let folder = args.out.display().to_string();
-    let (seed, platoon) = (args.seed.to_string(), format!("{folder}/platoon.csv"));
-    let result = format!("{folder}/follower1");
-    let commands: [(&str, Vec<&str>); 3] = [
-        ("A synthetic platoon of five cars, with sensor noise:", vec!["synth", "--out", &folder, "--seed", &seed]),
-        ("What the file contains:", vec!["inspect", &platoon]),
-        (
-            "Calibrate a variant against the first follower:",
-            vec![
-                "calibrate",
-                &platoon,
-                "--follower",
-                "1",
-                "--model",
-                VARIANT,
-                "--seed",
-                &seed,
-                "--max-evaluations",
-                "30000",
-                "--out",
-                &result,
-            ],
-        ),
-    ];
-    for (what, words) in commands {
-        output::print(&format!("\n== {what}\n$ leadlag {}\n", words.join(" ")))?;
-        let cli = Cli::try_parse_from(std::iter::once("leadlag").chain(words)).context("a command of the demo")?;
-        super::run(cli)?;
-    }
-    output::print(&comparison(args)?)
+    output::make_folder(&args.out)?;
+    let follower = args.hide.follower();
+    drive::write(args, follower)?;
+    output::print(&tell::beginning(args, follower))?;
+    // As `diagnose` cuts: the last third of the drive takes no part in any fit.
+    let demo = Demo {
+        folder: args.out.clone(),
+        seed: args.seed.to_string(),
+        follower: follower.to_string(),
+        cut: (TRAINED_ON * args.duration).round().to_string(),
+    };
+    let found = demo.analyse()?;
+    let page = demo.report()?;
+    output::print(&tell::ending(&found, args.hide.effect(args.duration).as_ref(), &page))
 }
 
-/// The calibrated parameters beside those that the platoon was made with.
-fn comparison(args: &Args) -> anyhow::Result<String> {
-    let truth_path = args.out.join("truth.json");
-    let truth: Truth = serde_json::from_str(&std::fs::read_to_string(&truth_path)?)?;
-    let found = ResultFile::read(&args.out.join("follower1").join("result.json"))?;
-    let car = truth.scenario.followers.first().context("the synthetic platoon has followers")?;
-    let mut text = "\n== What was found, beside what the car was made of:\n".to_owned();
-    let mut known = vec![("tau_p", car.tau_p), ("tau_a", car.tau_a)];
-    if let Controller::Idm { delta, v_0, d_0, t_h, a_max, a_min } = car.controller {
-        let idm = [("delta", delta), ("v_0", v_0), ("d_0", d_0), ("t_h", t_h), ("a_max", a_max), ("a_min", a_min)];
-        known.splice(0..0, idm);
+impl Demo {
+    fn path(&self, name: &str) -> String {
+        self.folder.join(name).display().to_string()
     }
-    writeln!(text, "{:<10}{:>10}{:>10}  unit", "parameter", "found", "truth")?;
-    for (name, value) in known {
-        let (x, unit) = (found.parameters.get(name), found.units.get(name));
-        let (x, unit) = (x.copied().unwrap_or(f64::NAN), unit.map_or("", String::as_str));
-        writeln!(text, "{name:<10}{x:>10.4}{value:>10.4}  {unit}")?;
+
+    /// Runs `leadlag WORDS`, tells so, and gives back what it prints, which is kept in LOG.
+    fn command(&self, words: &[&str], log: &str) -> anyhow::Result<String> {
+        let log = self.folder.join(log);
+        output::print(&tell::command(words, &log))?;
+        let cli = Cli::try_parse_from(std::iter::once("leadlag").chain(words.iter().copied()))
+            .context("a command of the demo")?;
+        let text = output::captured(|| super::run(cli))?;
+        output::write_file(&log, text.as_bytes())?;
+        Ok(text)
     }
-    let folder = args.out.join("follower1");
-    writeln!(text, "\nLook at {}. With your own data:", folder.join("plot.svg").display())?;
-    writeln!(text, "$ leadlag inspect FILE.csv")?;
-    writeln!(text, "$ leadlag calibrate FILE.csv --follower 1 --model gipps+delay --out result")?;
-    writeln!(text, "$ leadlag simulate OTHER.csv --follower 1 --result result/result.json --out check")?;
-    Ok(text)
+
+    /// Sees the files of the drive and nothing else.
+    fn analyse(&self) -> anyhow::Result<Found> {
+        let platoon = self.path("platoon.csv");
+        self.command(&["inspect", &platoon], "inspect.txt")?;
+
+        tell::step("1. Calibrate the base model on the first two thirds of the drive")?;
+        let base = self.calibrate("base", &[])?;
+        tell::line(&tell::calibrated(&base))?;
+
+        tell::step("2. What does it get wrong, and why?")?;
+        let (slope, folder) = (self.path("Slope.csv"), self.path("diagnosis"));
+        let words = ["diagnose", "--data", &platoon, "--follower", &self.follower, "--grade", &slope];
+        let more = ["--base", BASE, "--effort", "quick", "--seed", &self.seed, "--out", &folder];
+        self.command(&[&words[..], &ROAD, &more].concat(), "diagnosis.txt")?;
+        let outcome = read(&self.folder.join("diagnosis").join("diagnosis.json"))?;
+        tell::line(&tell::verdict(&outcome))?;
+
+        let mut held_back = [None; 2];
+        let named = outcome.verdict == VerdictName::Named;
+        let causes: Vec<String> =
+            outcome.causes.iter().filter(|_| named).map(|c| self.path(&format!("diagnosis/{}.wgsl", c.name))).collect();
+        if !causes.is_empty() {
+            tell::step("3. Extend the model by what was named, and calibrate it on the same two thirds")?;
+            let extended = self.calibrate("extended", &causes)?;
+            tell::line(&tell::calibrated(&extended))?;
+            tell::step("4. Both on the last third, which took no part")?;
+            for (score, model) in held_back.iter_mut().zip(["base", "extended"]) {
+                *score = self.simulate(model)?;
+                tell::line(&tell::held_back(model, *score))?;
+            }
+        }
+        Ok(Found { outcome, held_back })
+    }
+
+    fn calibrate(&self, name: &str, causes: &[String]) -> anyhow::Result<ResultFile> {
+        let (platoon, slope, out) = (self.path("platoon.csv"), self.path("Slope.csv"), self.path(name));
+        let mut words = vec!["calibrate", &platoon, "--follower", &self.follower, "--model", BASE, "--grade", &slope];
+        words.extend(ROAD);
+        causes.iter().for_each(|cause| words.extend(["--extend", cause]));
+        words.extend(["--to", &self.cut, "--seed", &self.seed, "--max-evaluations", EVALUATIONS, "--out", &out]);
+        self.command(&words, &format!("{name}.txt"))?;
+        Ok(ResultFile::read(&self.folder.join(name).join("result.json"))?)
+    }
+
+    /// NRMSE(s,v,a) on what was held back; none if the run breaks off.
+    fn simulate(&self, name: &str) -> anyhow::Result<Option<f64>> {
+        let (platoon, slope) = (self.path("platoon.csv"), self.path("Slope.csv"));
+        let (result, out) = (self.path(&format!("{name}/result.json")), self.path(&format!("{name}_held_back")));
+        let words = ["simulate", &platoon, "--follower", &self.follower, "--grade", &slope, "--from", &self.cut];
+        let more = ["--result", &result, "--out", &out, "--json"];
+        let text = self.command(&[&words[..], &ROAD, &more].concat(), &format!("{name}_held_back.json"))?;
+        let json: serde_json::Value = serde_json::from_str(&text)?;
+        Ok(json["runs"][0]["score"]["nrmse_sva"].as_f64())
+    }
+
+    /// The report; gives back its path.
+    fn report(&self) -> anyhow::Result<String> {
+        tell::step("5. All of it as one HTML file")?;
+        let (diagnosis, page) = (self.path("diagnosis"), self.path("report.html"));
+        self.command(&["report", &diagnosis, "-o", &page], "report.txt")?;
+        Ok(page)
+    }
+}
+
+fn read(path: &Path) -> anyhow::Result<Outcome> {
+    let text = std::fs::read_to_string(path).with_context(|| format!("{}: cannot read", path.display()))?;
+    Ok(serde_json::from_str(&text)?)
 }

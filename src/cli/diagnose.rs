@@ -9,8 +9,9 @@ use super::{Exit, Usage, interrupt, output};
 use clap::ValueEnum;
 use leadlag::calibrate::read_bounds;
 use leadlag::catalog::Variant;
-use leadlag::diagnose::describe::describe;
-use leadlag::diagnose::{Effort, Question};
+use leadlag::diagnose::describe::{Diagnosis, describe};
+use leadlag::diagnose::free::Free;
+use leadlag::diagnose::{Drive, Effort, Question};
 use leadlag::extension::Extension;
 use leadlag::report::diagnosis::text;
 use leadlag::wgsl::{library, read_extension};
@@ -60,6 +61,9 @@ pub struct Args {
     /// Print diagnosis.json instead of text
     #[arg(long)]
     pub json: bool,
+    /// Draw spacing and speed of base and extended model as text
+    #[arg(long, conflicts_with_all = ["json", "data_only"])]
+    pub plot: bool,
     /// Let the exit code tell the verdict
     #[arg(long)]
     pub exit_code: bool,
@@ -130,11 +134,30 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     } else {
         output::print(&text::diagnosis(outcome))?;
     }
+    if args.plot {
+        plot(&diagnosis, &loaded.train, &loaded.holdout)?;
+    }
     if let Some(out) = &args.out {
         eprintln!("files in {}", out.display());
     }
     let code = if outcome.has_bad_data() { 7 } else { outcome.verdict.exit_code() };
     if args.exit_code && code != 0 { Err(Exit(code).into()) } else { Ok(()) }
+}
+
+/// Text charts of the free simulations, drive by drive.
+fn plot(diagnosis: &Diagnosis, train: &[Drive], holdout: &[Drive]) -> anyhow::Result<()> {
+    for (i, drive) in train.iter().chain(holdout).enumerate() {
+        let trajectory = &drive.trajectory;
+        let mut lines = vec![("measured", [trajectory.s.clone(), trajectory.v_f.clone()])];
+        let extended = diagnosis.extended.as_ref().and_then(|e| e.runs.get(i));
+        for (name, run) in [("base", diagnosis.base.runs.get(i)), ("extended", extended)] {
+            let signal = |run: &Free, k: usize| [vec![f64::NAN; run.first], run.simulated[k].clone()].concat();
+            lines.extend(run.map(|run| (name, [signal(run, 0), signal(run, 1)])));
+        }
+        let role = if i < train.len() { "trained on" } else { "held back" };
+        super::plot::print(&format!("{} ({role})", drive.label()), &trajectory.t, &lines)?;
+    }
+    Ok(())
 }
 
 /// The causes of the library, and the user's own.

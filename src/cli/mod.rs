@@ -29,6 +29,7 @@ mod interrupt;
 mod list;
 mod man;
 pub mod output;
+mod plot;
 mod report;
 mod simulate;
 mod study;
@@ -94,7 +95,7 @@ enum Command {
     Study(study::Args),
     /// Show what the data and a simulation get wrong, name the cause, and measure what it is worth
     Diagnose(Box<diagnose::Args>),
-    /// Write a calibration or a diagnosis as one HTML file
+    /// Write a calibration, a study or a diagnosis as one HTML file
     Report(report::Args),
     /// Write a result for another program: SUMO
     Export(export::Args),
@@ -118,9 +119,10 @@ enum Command {
     Bench(bench::Args),
     /// Write a synthetic five-car platoon whose truth is known
     Synth(synth::Args),
-    /// Make a synthetic platoon, inspect it, calibrate a variant on it: no data needed
-    #[command(after_help = "Example:
-  leadlag demo --out demo --seed 3")]
+    /// Hide something in a synthetic platoon, and find it from its files alone: no data needed
+    #[command(after_help = "Examples:
+  leadlag demo --out demo
+  leadlag demo --hide dead_zone --seed 3 --out demo")]
     Demo(demo::Args),
     /// Print a script that completes commands and flags in a shell
     Completions(completions::Args),

@@ -1,6 +1,7 @@
 //! Writing to stdout and to files.
 
 use anyhow::Context;
+use std::cell::RefCell;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -26,8 +27,24 @@ pub fn heard(bar: indicatif::ProgressBar) -> indicatif::ProgressBar {
     bar
 }
 
+thread_local! {
+    /// Takes the results of a command that runs within another one.
+    static CAPTURED: RefCell<Option<String>> = const { RefCell::new(None) };
+}
+
+/// Runs a command; what it would print comes back instead.
+pub fn captured(run: impl FnOnce() -> anyhow::Result<()>) -> anyhow::Result<String> {
+    CAPTURED.set(Some(String::new()));
+    let done = run();
+    let text = CAPTURED.take().unwrap_or_default();
+    done.map(|()| text)
+}
+
 /// Prints a result to stdout.
 pub fn print(text: &str) -> anyhow::Result<()> {
+    if CAPTURED.with_borrow_mut(|captured| captured.as_mut().map(|all| all.push_str(text)).is_some()) {
+        return Ok(());
+    }
     let mut stdout = std::io::stdout().lock();
     stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()).context("stdout: cannot write the result")
 }
@@ -54,6 +71,15 @@ pub fn write_file(path: &Path, content: &[u8]) -> anyhow::Result<()> {
         let _ = std::fs::remove_file(&temporary);
     }
     written.with_context(|| format!("{}: cannot write the file", path.display()))
+}
+
+/// A number with the word for what it counts: `1 run`, `2 runs`, `2 trajectories`.
+pub fn counted(number: u64, word: &str) -> String {
+    match (number, word.strip_suffix('y')) {
+        (1, _) => format!("1 {word}"),
+        (_, Some(stem)) => format!("{number} {stem}ies"),
+        (_, None) => format!("{number} {word}s"),
+    }
 }
 
 /// Makes a folder with its parents.

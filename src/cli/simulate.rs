@@ -36,6 +36,9 @@ pub struct Args {
     /// Print JSON
     #[arg(long)]
     json: bool,
+    /// Draw spacing and speed as text
+    #[arg(long, conflicts_with = "json")]
+    plot: bool,
     #[command(flatten)]
     data: DataArgs,
 }
@@ -85,7 +88,16 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         done.push(Simulated { loaded, case, trace, outcome });
     }
     write(args, &done)?;
-    if args.json { output::print_json(&json(&done)) } else { output::print(&text(&done)) }
+    if args.json {
+        return output::print_json(&json(&done));
+    }
+    output::print(&text(&done))?;
+    for Simulated { loaded, case, trace, .. } in done.iter().filter(|_| args.plot) {
+        let measured = [case.s.to_vec(), case.v_f.to_vec()];
+        let lines = [("measured", measured), ("simulated", [trace.s.clone(), trace.v.clone()])];
+        super::plot::print(&case.label, &loaded.trajectory.t, &lines)?;
+    }
+    Ok(())
 }
 
 fn read(path: &Path) -> anyhow::Result<Calibrated> {

@@ -4,7 +4,7 @@ mod merge;
 mod plan;
 mod report;
 mod run;
-mod status;
+pub mod status;
 
 use clap::Subcommand;
 use leadlag::study::StudyError;

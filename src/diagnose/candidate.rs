@@ -163,6 +163,7 @@ impl Candidate {
             let start = [self.fit.point.clone()];
             let fits = fit_with(&mut self.model, &axes, &setting.folds[1 - fold], &start, FOLD_PLAN, prior.as_ref())?;
             let point = fits.first().map_or(&self.fit.point, |fit| &fit.point).clone();
+            let point = with_own_noise(&mut self.model, point, &setting.folds[fold])?;
             *held = scored(&mut self.model, &point, &setting.folds[fold])?;
         }
         setting.simulations.fetch_add(self.model.simulations - before, Ordering::Relaxed);
@@ -172,29 +173,34 @@ impl Candidate {
     /// What a fold may borrow from all data: where it says next to nothing of a parameter of the base, that stays about where it
     /// is, or the other fold shows nothing but that it ran away. Causes borrow nothing.
     fn prior(&self) -> Option<Prior> {
+        let lead = |symbol: Symbol| matches!(symbol, Symbol::Extension(row) if row.extension == LEAD);
+        let borrows =
+            |k: usize| self.model.symbols.get(k).is_none_or(|s| !matches!(s, Symbol::Extension(_)) || lead(*s));
+        self.known(|k| if borrows(k) { BORROWED } else { 0.0 })
+    }
+
+    /// What all training data say of the coordinates, with these weights.
+    fn known(&self, weight: impl Fn(usize) -> f64) -> Option<Prior> {
         let information = &self.fit.information;
         if information.is_empty() {
             return None;
         }
-        let lead = |k: usize| matches!(self.model.symbols[k], Symbol::Extension(row) if row.extension == LEAD);
-        let borrows =
-            |k: usize| self.model.symbols.get(k).is_none_or(|s| !matches!(s, Symbol::Extension(_)) || lead(k));
-        let weight = |j: usize, k: usize| if borrows(j) && borrows(k) { BORROWED * information[(j, k)] } else { 0.0 };
-        let information = nalgebra::DMatrix::from_fn(information.nrows(), information.ncols(), weight);
+        let weighted = |j: usize, k: usize| weight(j).min(weight(k)) * information[(j, k)];
+        let information = nalgebra::DMatrix::from_fn(information.nrows(), information.ncols(), weighted);
         Some(Prior { centre: self.fit.coordinates.clone(), information })
     }
 
-    /// Log-likelihood per hold-out drive and block, with the parameters of the training data and noise of its own.
+    /// Log-likelihood per hold-out drive and block, with the parameters of the training data, as far as these determine them, and
+    /// noise of its own. What training leaves open must not decide on another drive, neither for a cause nor against it.
     ///
     /// # Errors
     /// As [`Model::new`].
     pub fn transfer(&self, setting: &Setting<'_>) -> Result<Vec<Vec<f64>>, DiagnoseError> {
         let mut model = setting.held_out(self.variant, &self.model.events)?;
-        // The noise is its own there: a complete model is close to a free simulation, which another drive punishes for every
-        // small error of a parameter, while a model that lacks something hides behind a strong observer.
-        let axes: Vec<Axis> = self.fit.point.values.iter().map(|value| Axis::linear(*value, *value)).collect();
-        let start = [self.fit.point.clone()];
-        let fits = fit(&mut model, &axes, &setting.holdout, &start, FOLD_PLAN)?;
+        let start = std::slice::from_ref(&self.fit.point);
+        let parameters = self.model.axes.len();
+        let known = self.known(|k| if k < parameters { 1.0 } else { 0.0 });
+        let fits = fit_with(&mut model, &self.model.axes, &setting.holdout, start, FOLD_PLAN, known.as_ref())?;
         let point = fits.first().map_or(&self.fit.point, |fit| &fit.point).clone();
         let scores = scored(&mut model, &point, &setting.holdout)?;
         setting.simulations.fetch_add(model.simulations, Ordering::Relaxed);
@@ -209,7 +215,7 @@ impl Candidate {
         let (mut residuals, mut designs) = (Vec::new(), Vec::new());
         for (drive, (samples, dt)) in self.model.drives().into_iter().enumerate() {
             let designed = design(&self.fit.point.noise, dt);
-            let run = self.model.residuals(drive, std::slice::from_ref(&self.fit.point.values), &[designed])?.remove(0);
+            let run = self.model.residuals(drive, std::slice::from_ref(&self.fit.point.values), &[designed])?.of(0);
             residuals.push(run.unwrap_or_else(|| vec![[0.0; 2]; samples]));
             designs.push(designed);
         }
@@ -224,12 +230,20 @@ impl Candidate {
     }
 }
 
+/// The same parameters with the noise of other data: a complete model is close to a free simulation, which other data punish for
+/// every small error of a parameter, while a model that lacks something hides behind a strong observer.
+fn with_own_noise(model: &mut Model, point: Point, masks: &[Mask]) -> Result<Point, DiagnoseError> {
+    let axes: Vec<Axis> = point.values.iter().map(|value| Axis::linear(*value, *value)).collect();
+    let fits = fit(model, &axes, masks, std::slice::from_ref(&point), FOLD_PLAN)?;
+    Ok(fits.into_iter().next().map_or(point, |fit| fit.point))
+}
+
 /// Robust log-likelihood per drive and block of 30 s at a point.
 fn scored(model: &mut Model, point: &Point, masks: &[Mask]) -> Result<Vec<Vec<f64>>, DiagnoseError> {
     let mut all = Vec::new();
     for (drive, ((samples, dt), mask)) in model.drives().into_iter().zip(masks).enumerate() {
         let designed = design(&point.noise, dt);
-        let run = model.residuals(drive, std::slice::from_ref(&point.values), &[designed])?.remove(0);
+        let run = model.residuals(drive, std::slice::from_ref(&point.values), &[designed])?.of(0);
         let failed = || blocks(&vec![[0.0; 2]; samples], &designed, mask, dt).iter().map(|_| FAILED_BLOCK).collect();
         all.push(run.map_or_else(failed, |run| blocks(&run, &designed, mask, dt)));
     }

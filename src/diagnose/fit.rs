@@ -4,15 +4,13 @@
 //! (Levenberg and Marquardt with Fisher's information); the worse starts are given up after some turns. Noise and parameters
 //! move together: taken in turn they stop far from the optimum.
 
-use super::gram::{Column, Gram, cost};
+use super::gram::{Gram, costs_of};
 use super::likelihood::Mask;
 use super::observer::{Designed, Noise, design};
 use super::space::Axis;
+use crate::evaluator::Residuals;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
-
-/// The innovations of one candidate on one drive; `None` if its run failed.
-pub type Residuals = Option<Vec<[f64; 2]>>;
 
 /// Anything whose innovations can be had for parameters and an observer.
 pub trait Predictor {
@@ -29,7 +27,7 @@ pub trait Predictor {
         drive: usize,
         candidates: &[Vec<f64>],
         observers: &[Designed],
-    ) -> Result<Vec<Residuals>, Self::Error>;
+    ) -> Result<Residuals, Self::Error>;
 }
 
 /// A model with its noise.
@@ -79,14 +77,17 @@ pub struct Plan {
 
 /// Bounds of the noise: missing acceleration \[m/s²\], its time constant \[s\], noise of spacing \[m\], speed and leader \[m/s\].
 pub const NOISE_BOUNDS: [[f64; 2]; Noise::COUNT] = [[3e-5, 3.0], [0.15, 120.0], [1e-5, 2.0], [1e-5, 2.0], [1e-6, 0.3]];
+/// The least a model leaves random \[(m/s)/s^0.5\], as growth of a speed error: no scheme of steps of a tenth of a second is closer
+/// to a car than this. With less, a nearly complete model becomes a free simulation, to which the scheme's own error is a cause.
+const SCHEME: f64 = 0.003;
 /// Step of a finite difference in the logarithm of a noise level.
 const LOG_STEP: f64 = 1e-4;
 /// Longest step in such a logarithm, and in a coordinate of the model.
 const LONGEST: [f64; 2] = [1.5, 0.4];
 /// Weak pull towards the present noise, as information: keeps levels that the data do not show where they are.
 const PULL: f64 = 0.05;
-/// Damping tried in a turn, as factors of the present one.
-const DAMPINGS: [f64; 3] = [0.1, 1.0, 10.0];
+/// Damping tried in a turn, as factors of the present one; as many as lanes of the evaluator are free anyway.
+const DAMPINGS: [f64; 5] = [0.01, 0.1, 1.0, 10.0, 100.0];
 /// Damping beyond which a start is stuck.
 const STUCK: f64 = 1e7;
 /// A start goes on while it is behind by at most so many of its last gains, or, if among the best, by so many nats.
@@ -153,8 +154,9 @@ impl Frame<'_> {
     fn point(&self, x: &[f64]) -> Point {
         let (model, noise) = x.split_at(self.axes.len());
         let values = self.axes.iter().zip(model).map(|(axis, u)| axis.value(*u)).collect();
-        let logs = std::array::from_fn(|i| noise[i]);
-        Point { values, noise: Noise::from_logs(logs) }
+        let noise = Noise::from_logs(std::array::from_fn(|i| noise[i]));
+        let least = SCHEME / (2.0 * noise.tau_d).sqrt();
+        Point { values, noise: Noise { sigma_d: noise.sigma_d.max(least), ..noise } }
     }
 
     fn bounds(&self, j: usize) -> [f64; 2] {
@@ -410,11 +412,9 @@ fn costs<P: Predictor>(
         for (drive, ((_, dt), mask)) in predictor.drives().into_iter().zip(masks).enumerate() {
             let observers: Vec<Designed> = points.iter().map(|point| design(&point.noise, dt)).collect();
             let residuals = predictor.residuals(drive, &candidates, &observers)?;
-            let of = |((sum, residuals), designed): ((&mut f64, &Residuals), &Designed)| {
-                let cost = residuals.as_ref().map_or(f64::INFINITY, |r| cost(r, designed, mask));
+            for (sum, cost) in sums.iter_mut().zip(costs_of(&residuals, &observers, mask)) {
                 *sum += if cost.is_finite() { cost } else { f64::INFINITY };
-            };
-            sums.par_iter_mut().zip(&residuals).zip(&observers).for_each(of);
+            }
         }
     }
     for (sum, x) in sums.iter_mut().zip(points) {
@@ -452,14 +452,9 @@ fn derivatives<P: Predictor>(
             let residuals = predictor.residuals(drive, &values, &observers)?;
             mine.par_iter_mut().enumerate().for_each(|(k, gram)| {
                 let first = k * (m + 1);
-                let Some(base) = &residuals[first] else { return };
-                let column = |j: usize| Column {
-                    residuals: residuals[first + 1 + j].as_deref(),
-                    designed: &observers[first + 1 + j],
-                    step: steps[k][j],
-                };
-                let columns: Vec<Column<'_>> = (0..m).map(column).collect();
-                gram.add(base, &observers[first], &columns, mask);
+                if residuals.failed[first].is_none() {
+                    gram.add(&residuals, first, &observers[first..first + m + 1], &steps[k], mask);
+                }
             });
         }
         for (gram, x) in mine.iter_mut().zip(at) {

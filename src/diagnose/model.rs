@@ -1,14 +1,14 @@
 //! A variant over drives, as the fits see it.
 
 use super::drive::Drive;
-use super::fit::{Predictor, Residuals};
+use super::fit::Predictor;
 use super::observer::{Designed, Noise, design};
 use super::space::Axis;
 use super::verdict::DiagnoseError;
 use crate::calibrate::Overrides;
 use crate::catalog::Variant;
 use crate::convention::Convention;
-use crate::evaluator::{Case, Innovations, Job, Observer, Population};
+use crate::evaluator::{Case, Innovations, Job, Observer, Population, Residuals};
 use crate::extension::Extension;
 use crate::lanes::{Lanes, LanesPrecision};
 use crate::score::GoodnessOfFit;
@@ -123,17 +123,19 @@ impl Model {
         let mut all = Vec::new();
         for drive in 0..self.drives.len() {
             let designed = design(noise, self.drives[drive].1);
-            all.append(&mut self.run(drive, &[values.to_vec()], &[designed])?);
+            let (population, observers) = self.population(drive, &[values.to_vec()], &[designed]);
+            all.append(&mut self.lanes.innovations(&Job { case: drive, population: &population }, &observers)?);
         }
         Ok(all)
     }
 
-    fn run(
+    /// Candidates as the evaluator takes them, on a drive on which events of the others do not happen.
+    fn population(
         &mut self,
         drive: usize,
         candidates: &[Vec<f64>],
         observers: &[Designed],
-    ) -> Result<Vec<Innovations>, DiagnoseError> {
+    ) -> (Population, Vec<Observer>) {
         let mut population = Population::new(&self.symbols);
         let absent: Vec<(usize, f64)> = self
             .events
@@ -147,12 +149,13 @@ impl Model {
             absent.iter().for_each(|(k, neutral)| values[*k] = *neutral);
             population.push(&values);
         }
-        let observers: Vec<Observer> = observers
-            .iter()
-            .map(|designed| Observer { gain: designed.gain, whitening: designed.whitening, decay: designed.decay })
-            .collect();
+        let observer = |designed: &Designed| Observer {
+            gain: designed.gain,
+            whitening: designed.whitening,
+            decay: designed.decay,
+        };
         self.simulations += candidates.len() as u64;
-        Ok(self.lanes.innovations(&Job { case: drive, population: &population }, &observers)?)
+        (population, observers.iter().map(observer).collect())
     }
 }
 
@@ -168,9 +171,9 @@ impl Predictor for Model {
         drive: usize,
         candidates: &[Vec<f64>],
         observers: &[Designed],
-    ) -> Result<Vec<Residuals>, DiagnoseError> {
-        let runs = self.run(drive, candidates, observers)?;
-        Ok(runs.into_iter().map(|run| run.failed.is_none().then_some(run.residual)).collect())
+    ) -> Result<Residuals, DiagnoseError> {
+        let (population, observers) = self.population(drive, candidates, observers);
+        Ok(self.lanes.residuals(&Job { case: drive, population: &population }, &observers)?)
     }
 }
 
@@ -210,4 +213,10 @@ fn axis(
 pub fn is_time(symbol: Symbol) -> bool {
     // Bounds of a day or so: nobody knows beforehand how long a file is.
     matches!(symbol, Symbol::Extension(row) if row.unit == "s" && !row.neutral.is_finite() && row.upper >= 1e4)
+}
+
+/// True for parameters on which innovations depend in jumps.
+#[must_use]
+pub fn is_stepped(symbol: Symbol) -> bool {
+    JUMPS.iter().any(|jump| jump.0 == symbol.name())
 }

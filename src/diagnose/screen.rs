@@ -2,13 +2,13 @@
 
 use super::candidate::{Candidate, Setting};
 use super::fit::{Plan, Point, log_likelihoods};
-use super::model::{Event, Model};
+use super::model::{Event, is_stepped};
+use super::scan::scanned;
 use super::start::{KINDS, hints, with_cause};
 use super::verdict::{DiagnoseError, Effort};
 use crate::evaluator::CaseError;
 use crate::extension::Extension;
 use crate::optimize::stream;
-use crate::symbols::Symbol;
 use rand::RngExt;
 use rayon::prelude::*;
 use std::sync::atomic::Ordering;
@@ -80,11 +80,11 @@ impl Spending {
 }
 
 /// Candidates of a local population around the best fit, for parameters on which innovations depend in jumps.
-const JITTERED: usize = 48;
+const JITTERED: usize = 80;
 /// Sizes of that population in coordinates.
-const JITTER: [f64; 3] = [0.05, 0.012, 0.003];
-/// Relative changes of a size at which an event's time is scanned.
-const SCAN: f64 = 0.1;
+const JITTER: [f64; 5] = [0.05, 0.012, 0.003, 8e-4, 2e-4];
+/// Such populations in turn, as long as each gains this much \[nats\].
+const JITTERS: (usize, f64) = (4, 2.0);
 
 /// The model with one cause more, fitted; the best of several drives in which an event may happen. `None` if the cause cannot be
 /// in this model or not run on these data.
@@ -114,8 +114,14 @@ pub fn explain(
             continue;
         }
         let hints = scanned(setting, current, &mut model, cause, hints, spending.hints)?;
-        let starts = with_cause(current, &model, cause, &hints, fastest);
+        let mut starts = with_cause(current, &model, cause, &hints, fastest);
         setting.simulations.fetch_add(model.simulations, Ordering::Relaxed);
+        if let Some(best) = &best {
+            // What happens in one drive may happen in all of them.
+            let values = model.adopt(&best.model, &best.fit.point.values);
+            let noises = [best.fit.point.noise, current.fit.point.noise];
+            starts.extend(noises.map(|noise| Point { values: values.clone(), noise }));
+        }
         let found = Candidate::fitted(setting, variant, &causes, model, &starts, spending.plan)?;
         let Some(found) = found else { continue };
         let found = jittered(setting, found, cause, spending)?;
@@ -126,90 +132,48 @@ pub fn explain(
     Ok(best)
 }
 
-/// Hints whose size is that of nothing are times to be scanned: the likelihood at a little more and a little less tells, by the
-/// parabola through the three, at which times the size would gain most.
-fn scanned(
-    setting: &Setting<'_>,
-    current: &Candidate,
-    model: &mut Model,
-    cause: &'static Extension,
-    hints: Vec<Vec<(Symbol, f64)>>,
-    most: usize,
-) -> Result<Vec<Vec<(Symbol, f64)>>, DiagnoseError> {
-    let idle = |hint: &Vec<(Symbol, f64)>| hint.iter().any(|(symbol, value)| symbol.neutral() == Some(*value));
-    let Some(size) = cause.parameters.iter().copied().find(|symbol| symbol.neutral().is_some()) else {
-        return Ok(hints);
-    };
-    if hints.is_empty() || !hints.iter().all(idle) {
-        return Ok(hints);
-    }
-    let neutral = size.neutral().unwrap_or(0.0);
-    let values = model.adopt(&current.model, &current.fit.point.values);
-    let mut points = vec![Point { values: values.clone(), noise: current.fit.point.noise }];
-    for hint in &hints {
-        for change in [-SCAN, SCAN] {
-            let mut moved = values.clone();
-            for (symbol, value) in hint {
-                let k = model.position(*symbol).expect("a parameter of this cause");
-                moved[k] = if *symbol == size { neutral + change } else { *value };
-            }
-            points.push(Point { values: moved, noise: current.fit.point.noise });
-        }
-    }
-    let axes = model.axes.clone();
-    let found = log_likelihoods(model, &axes, &setting.whole, &points)?;
-    let gain = |i: usize| -> (f64, f64) {
-        let (less, more) = (found[1 + 2 * i] - found[0], found[2 + 2 * i] - found[0]);
-        let (slope, bend) = (0.5 * (more - less), -(more + less));
-        // Curvature below 0 or none: the larger of the two trials.
-        let step = if bend > 1e-9 { (slope / bend).clamp(-3.0, 3.0) } else { slope.signum() };
-        (slope * step - 0.5 * bend.max(0.0) * step * step, step * SCAN)
-    };
-    let mut order: Vec<((f64, f64), usize)> = (0..hints.len()).map(|i| (gain(i), i)).collect();
-    order.retain(|((gain, _), _)| gain.is_finite());
-    order.sort_by(|a, b| b.0.0.total_cmp(&a.0.0));
-    let chosen = order.into_iter().take(most).map(|((_, step), i)| {
-        hints[i]
-            .iter()
-            .map(|(symbol, value)| (*symbol, if *symbol == size { neutral + step } else { *value }))
-            .collect()
-    });
-    Ok(chosen.collect())
-}
-
 /// Another look around the best fit where derivatives do not show the way.
 fn jittered(
     setting: &Setting<'_>,
-    found: Candidate,
+    mut found: Candidate,
     cause: &'static Extension,
     spending: &Spending,
 ) -> Result<Candidate, DiagnoseError> {
-    let Candidate { variant, causes, mut model, fit } = found;
-    let jumps = |k: &usize| model.axes[*k].step > 1e-4;
-    let positions: Vec<usize> = model.positions(cause).into_iter().filter(jumps).collect();
+    let positions: Vec<usize> = found
+        .model
+        .positions(cause)
+        .into_iter()
+        .filter(|&k| is_stepped(found.model.symbols[k]) && !found.model.axes[k].is_fixed())
+        .collect();
     if positions.is_empty() {
-        return Ok(Candidate { variant, causes, model, fit });
+        return Ok(found);
     }
-    let mut points = vec![fit.point.clone()];
-    for i in 0..JITTERED {
-        let mut rng = stream(setting.question.seed, u64::MAX, causes.len() as u64, i as u64);
-        let mut moved = fit.point.clone();
-        for &k in &positions {
-            let u = model.axes[k].coordinate(moved.values[k]);
-            moved.values[k] = model.axes[k].value(u + JITTER[i % JITTER.len()] * (2.0 * rng.random::<f64>() - 1.0));
+    for turn in 0..JITTERS.0 {
+        let Candidate { variant, causes, mut model, fit } = found;
+        let mut points = vec![fit.point.clone()];
+        for i in 0..JITTERED {
+            let mut rng = stream(setting.question.seed, u64::MAX - turn as u64, causes.len() as u64, i as u64);
+            let mut moved = fit.point.clone();
+            for &k in &positions {
+                let u = model.axes[k].coordinate(moved.values[k]);
+                moved.values[k] = model.axes[k].value(u + JITTER[i % JITTER.len()] * (2.0 * rng.random::<f64>() - 1.0));
+            }
+            points.push(moved);
         }
-        points.push(moved);
+        let axes = model.axes.clone();
+        let before = model.simulations;
+        let likelihoods = log_likelihoods(&mut model, &axes, &setting.whole, &points)?;
+        setting.simulations.fetch_add(model.simulations - before, Ordering::Relaxed);
+        let best = (0..points.len()).max_by(|&a, &b| likelihoods[a].total_cmp(&likelihoods[b])).expect("points");
+        let starts = [fit.point.clone(), points[best].clone()];
+        let plan = Plan { select: 2, kinds: 1, rough: 0, keep: 2, ..spending.plan };
+        let again = Candidate::fitted(setting, variant, &causes, model, &starts, plan)?;
+        found = again.expect("a start that has run runs again");
+        if found.fit.log_likelihood < fit.log_likelihood + JITTERS.1 {
+            break;
+        }
     }
-    let axes = model.axes.clone();
-    let before = model.simulations;
-    let likelihoods = log_likelihoods(&mut model, &axes, &setting.whole, &points)?;
-    setting.simulations.fetch_add(model.simulations - before, Ordering::Relaxed);
-    let best = (0..points.len()).max_by(|&a, &b| likelihoods[a].total_cmp(&likelihoods[b])).expect("points");
-    let starts = [fit.point.clone(), points[best].clone()];
-    let plan =
-        Plan { select: 2, kinds: 1, rough: 0, keep: 2, fine: spending.plan.fine, tolerance: spending.plan.tolerance };
-    let again = Candidate::fitted(setting, variant, &causes, model, &starts, plan)?;
-    Ok(again.expect("a start that has run runs again"))
+    Ok(found)
 }
 
 /// All causes tried on top of a model, those that run; in the order given.

@@ -3,7 +3,7 @@
 use super::candidate::Candidate;
 use super::drive::Drive;
 use super::fit::Point;
-use super::model::{Event, Model, is_time};
+use super::model::{Event, Model, is_stepped, is_time};
 use super::observer::Noise;
 use super::space::Axis;
 use crate::extension::Extension;
@@ -141,7 +141,7 @@ pub fn hints(
     let times: Vec<Symbol> = cause.parameters.iter().copied().filter(|symbol| is_time(*symbol)).collect();
     let frequency = cause.parameters.iter().find(|symbol| symbol.unit() == "Hz");
     match (times.as_slice(), frequency) {
-        ([], None) => vec![(None, Vec::new())],
+        ([], None) => vec![(None, steps(cause))],
         ([], Some(frequency)) => {
             let sized = |f: f64| {
                 let amplitudes = cause.parameters.iter().filter(|symbol| symbol.neutral().is_some());
@@ -149,8 +149,20 @@ pub fn hints(
             };
             vec![(None, peaks(drives, missing, most).into_iter().map(sized).collect())]
         }
-        ([begin, ..], _) => events(cause, *begin, times.get(1).copied(), drives, most),
+        ([begin, ..], _) => events(cause, *begin, times.get(1).copied(), drives),
     }
+}
+
+/// Sizes on which innovations depend in jumps, so that no derivative shows the way: a dense row of them, in equal ratios.
+fn steps(cause: &'static Extension) -> Vec<Hint> {
+    const COUNT: usize = 240;
+    const SMALLEST: f64 = 0.02;
+    let [size] = cause.parameters.as_slice() else { return Vec::new() };
+    let crate::symbols::Bounds::Fixed(_, upper) = size.bounds() else { return Vec::new() };
+    if !is_stepped(*size) {
+        return Vec::new();
+    }
+    (0..COUNT).map(|i| vec![(*size, upper * SMALLEST.powf(i as f64 / (COUNT - 1) as f64))]).collect()
 }
 
 /// An event in all drives at the same time of the file, or in any one of them.
@@ -159,14 +171,13 @@ fn events(
     begin: Symbol,
     length: Option<Symbol>,
     drives: &[Drive],
-    most: usize,
 ) -> Vec<(Option<Event>, Vec<Hint>)> {
     let size = cause.parameters.iter().copied().find(|symbol| symbol.neutral().is_some());
     let mut scopes: Vec<Option<Event>> =
         (0..drives.len()).map(|drive| Some(Event { extension: cause, drive })).collect();
     // Times that run on through the files need no such choice: only one drive has the time.
     if overlap(drives) || drives.len() == 1 {
-        scopes.insert(0, None);
+        scopes.push(None);
     }
     let of = |scope: &Option<Event>| {
         let inside = |k: usize| scope.as_ref().is_none_or(|event| event.drive == k);
@@ -174,8 +185,8 @@ fn events(
         for (k, drive) in drives.iter().enumerate().filter(|(k, _)| inside(*k)) {
             match (length, size) {
                 (Some(length), Some(size)) => {
-                    let stretches = steady_behind_faster(drive, most);
-                    hints.extend(stretches.into_iter().map(|(t, dur, v)| vec![(size, v), (begin, t), (length, dur)]));
+                    let stretches = behind_faster(drive).into_iter();
+                    hints.extend(stretches.map(|(t, dur, v)| vec![(size, v), (begin, t), (length, dur)]));
                 }
                 // Shared times are those of the first drive.
                 (None, Some(size)) if k == 0 || scope.is_some() => {
@@ -199,37 +210,32 @@ fn overlap(drives: &[Drive]) -> bool {
     spans.windows(2).any(|w| w[1].0 < w[0].1)
 }
 
-/// Stretches in which the follower is steady for long behind a faster leader, with begin, length and speed: only a lower set
-/// speed does that.
-fn steady_behind_faster(drive: &Drive, most: usize) -> Vec<(f64, f64, f64)> {
-    const WITHIN: f64 = 0.25;
-    const FASTER: f64 = 0.3;
-    const LEAST_S: f64 = 8.0;
+/// Stretches of several lengths in which the car ahead is the faster one on the whole, with begin, length and a speed that the
+/// follower hardly exceeds there: what a lower set speed would do.
+fn behind_faster(drive: &Drive) -> Vec<(f64, f64, f64)> {
+    /// Lengths \[s\].
+    const LENGTHS: [f64; 3] = [12.0, 30.0, 75.0];
+    /// Share of a length from stretch to stretch.
+    const STRIDE: f64 = 0.3;
+    /// Shares of the samples below the speed.
+    const BELOW: [f64; 2] = [0.5, 0.95];
     let data = &drive.trajectory;
-    let least = (LEAST_S / data.dt) as usize;
-    let mut found: Vec<(f64, f64, f64)> = Vec::new();
-    let mut from = 0;
-    while from + least < data.len() {
-        let (mut low, mut high, mut sum, mut ahead, mut to) = (f64::INFINITY, 0.0_f64, 0.0, 0.0, from);
-        while to < data.len() {
-            let v = data.v_f[to];
-            if high.max(v) - low.min(v) > 2.0 * WITHIN {
-                break;
+    let mut found = Vec::new();
+    for length in LENGTHS {
+        let samples = (length / data.dt).round() as usize;
+        let stride = ((STRIDE * length / data.dt).round() as usize).max(1);
+        for from in (0..data.len().saturating_sub(samples)).step_by(stride) {
+            let range = from..from + samples;
+            let faster = range.clone().map(|t| data.v_l[t] - data.v_f[t]).sum::<f64>();
+            let mut speeds = data.v_f[range].to_vec();
+            speeds.sort_by(f64::total_cmp);
+            if faster > 0.0 && speeds[samples / 2] > 1.0 {
+                let at = |share: f64| speeds[((samples - 1) as f64 * share) as usize];
+                found.extend(BELOW.map(|share| (data.t[from], length, at(share))));
             }
-            (low, high, sum, ahead, to) = (low.min(v), high.max(v), sum + v, ahead + data.v_l[to] - v, to + 1);
-        }
-        let count = (to - from) as f64;
-        if to - from >= least && ahead / count > FASTER && sum / count > 1.0 {
-            found.push((data.t[from], count * data.dt, sum / count));
-            from = to;
-        } else {
-            from += least / 4;
         }
     }
-    found.sort_by(|a, b| b.1.total_cmp(&a.1));
-    found.truncate(most);
-    // The stretch shows the new speed reached; it was set a little before.
-    found.into_iter().map(|(t, dur, v)| ((t - 3.0).max(data.t[0]), dur + 3.0, v)).collect()
+    found
 }
 
 /// Frequencies \[Hz\] at which the missing acceleration has most power for its neighbourhood.

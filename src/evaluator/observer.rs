@@ -44,3 +44,45 @@ pub struct Innovations {
     /// Acceleration of the model without d \[m/s²\].
     pub acceleration: Vec<f64>,
 }
+
+/// Residuals of observed runs before their corrections. The candidates of a block lie side by side, sample by sample, as they were
+/// computed: whoever adds them up goes through memory once.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Residuals {
+    /// Candidates in a block; the last block may have fewer, and numbers without meaning beyond them.
+    pub lanes: usize,
+    /// Samples of each run.
+    pub samples: usize,
+    /// Candidate i is in block i / `lanes`, whose number (2 t + signal) `lanes` + i % `lanes` is its residual of s \[m\] (signal 0) or
+    /// v \[m/s\] (signal 1) at sample t.
+    pub blocks: Vec<Vec<f64>>,
+    /// Where a run ended early; what stands there from then on means nothing.
+    pub failed: Vec<Option<Failure>>,
+}
+
+impl Residuals {
+    /// Of runs that are there one by one; all are as long as the longest.
+    #[must_use]
+    pub fn new(runs: &[Vec<[f64; 2]>], failed: Vec<Option<Failure>>) -> Residuals {
+        let (lanes, samples) = (runs.len().max(1), runs.iter().map(Vec::len).max().unwrap_or(0));
+        let mut block = vec![f64::NAN; 2 * samples * lanes];
+        for (i, run) in runs.iter().enumerate() {
+            for (t, r) in run.iter().enumerate() {
+                block[2 * t * lanes + i] = r[0];
+                block[(2 * t + 1) * lanes + i] = r[1];
+            }
+        }
+        Residuals { lanes, samples, blocks: vec![block], failed }
+    }
+
+    /// Residuals of s and v of one candidate, sample by sample; `None` if its run failed.
+    #[must_use]
+    pub fn of(&self, candidate: usize) -> Option<Vec<[f64; 2]>> {
+        if self.failed[candidate].is_some() {
+            return None;
+        }
+        let (lanes, lane) = (self.lanes, candidate % self.lanes);
+        let rows = self.blocks[candidate / lanes].chunks_exact(2 * lanes);
+        Some(rows.map(|row| [row[lane], row[lanes + lane]]).collect())
+    }
+}

@@ -8,7 +8,7 @@ use super::simd::{InstructionSet, run_block};
 use super::stream::Stream;
 use super::sums::Settings;
 use crate::evaluator::{
-    Case, EvaluateError, Failure, Innovations, Job, Observed, Observer, Pace, Population, Raw, Score,
+    Case, EvaluateError, Failure, Innovations, Job, Observed, Observer, Pace, Population, Raw, Residuals, Score,
 };
 use crate::symbols::{Parameters, Symbol};
 use rayon::prelude::*;
@@ -213,6 +213,7 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
             trace: None,
             observers: &[],
             record: None,
+            residuals: None,
         }
     }
 
@@ -325,6 +326,40 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         all
     }
 
+    /// Runs with observers, one per candidate: only the residuals, for those who fit.
+    pub fn residuals(
+        &mut self,
+        cases: &[Case],
+        job: &Job<'_>,
+        settings: &Settings,
+        observers: &[Observer],
+    ) -> Result<Residuals, EvaluateError> {
+        let only = self.only.replace(B);
+        let planned = self.plan(cases, &[*job]);
+        self.only = only;
+        planned?;
+        // In the order of the population, so that nobody has to look for a candidate.
+        self.order.sort_unstable_by_key(|candidate| candidate.index);
+        let columns = self.columns(job.population);
+        let samples = self.streams[job.case].samples();
+        let residuals = |part: &Part| {
+            let mut block = Vec::with_capacity(2 * samples * B);
+            let mut run = self.prepare(job, settings, &columns, &self.order[part.from..part.to]);
+            run.observers = observers;
+            run.residuals = Some(&mut block);
+            let mut workspace = self.small.take(self.longest());
+            run_block(self.set, &self.small.program, &mut workspace, &mut run);
+            let failed: Vec<Option<Failure>> =
+                (0..part.to - part.from).map(|lane| workspace.raw(lane, settings).failure()).collect();
+            self.small.put(workspace);
+            // Shorter if all of its runs failed.
+            block.resize(2 * samples * B, f64::NAN);
+            (block, failed)
+        };
+        let (blocks, failed): (Vec<_>, Vec<_>) = self.parts.par_iter().map(residuals).unzip();
+        Ok(Residuals { lanes: B, samples, blocks, failed: failed.concat() })
+    }
+
     /// From the order of the blocks to that of the population.
     fn in_order<R: Clone>(&self, sorted: impl Iterator<Item = R>, empty: R) -> Vec<R> {
         let mut results = vec![empty; self.order.len()];
@@ -361,6 +396,7 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
             trace: Some(&mut states),
             observers: &[],
             record: None,
+            residuals: None,
         };
         let mut workspace = self.small.take(self.longest());
         run_block(self.set, &self.small.program, &mut workspace, &mut run);

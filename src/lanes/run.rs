@@ -64,6 +64,8 @@ pub struct Run<'a, T> {
     pub observers: &'a [Observer],
     /// Receives every lane's residuals of s and v, corrected s, v and d, and acceleration, sample by sample.
     pub record: Option<&'a mut Vec<[f64; 6]>>,
+    /// Receives the residuals of s of all lanes, then those of v, sample by sample.
+    pub residuals: Option<&'a mut Vec<f64>>,
 }
 
 /// Memory of a block, used again and again.
@@ -247,6 +249,11 @@ pub fn run<T: Real, const L: usize>(program: &Program<T, L>, w: &mut Workspace<T
                 let [r_s, r_v] = [0, 1].map(|k| w.sums.residual[k].0[lane]);
                 let [s, v, d] = [0, 1, 2].map(|k| w.sums.corrected[k].0[lane]);
                 record.push([r_s, r_v, s, v, d, a[lane]].map(T::to_f64));
+            }
+        }
+        if let Some(residuals) = what.residuals.as_deref_mut() {
+            for row in &w.sums.residual {
+                residuals.extend(row.0.iter().map(|r| r.to_f64()));
             }
         }
         t += 1;

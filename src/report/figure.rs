@@ -107,6 +107,14 @@ impl Figure {
         ));
     }
 
+    /// What is drawn within belongs together; whoever points at it is told this text.
+    pub fn told(&mut self, text: &str, draw: impl FnOnce(&mut Figure)) {
+        let text = escape(text);
+        self.push(format_args!("<g><title>{text}</title>"));
+        draw(self);
+        self.push(format_args!("</g>"));
+    }
+
     /// A legend on one line: coloured squares with names.
     pub fn legend(&mut self, [mut x, y]: [f64; 2], entries: &[(&str, &str)]) {
         for (name, colour) in entries {

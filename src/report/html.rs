@@ -3,15 +3,15 @@
 //! Charts are drawn by uPlot (`assets/uplot`, MIT), which is embedded whole; everything that is not a time series is plain HTML or
 //! SVG, so that a printer or a reader without scripts loses the zoom only.
 
+mod budget;
 mod calibration;
 mod chart;
 mod diagnosis;
+mod table;
 
 pub use calibration::calibration;
 pub use chart::{Chart, Line, Panel, Role};
 pub use diagnosis::diagnosis;
-
-use std::fmt::Write;
 
 const UPLOT_JS: &str = include_str!("../../assets/uplot/uPlot.iife.min.js");
 const UPLOT_CSS: &str = include_str!("../../assets/uplot/uPlot.min.css");
@@ -21,7 +21,7 @@ const REPORT_CSS: &str = include_str!("../../assets/report/report.css");
 
 /// A page under construction.
 #[derive(Debug, Default)]
-pub(super) struct Page {
+pub(in crate::report) struct Page {
     body: String,
     charts: Vec<Chart>,
     sections: Vec<(String, String)>,
@@ -58,37 +58,21 @@ impl Page {
         self.charts.push(chart);
     }
 
-    /// Adds a picture that is ready.
-    pub fn picture(&mut self, title: &str, svg: &str) {
-        let title = escape(title);
-        // One scale for every screen: the picture brings its own size and shrinks with the page.
-        self.raw(&format!(
-            "<figure><div class=\"svg\" role=\"img\" aria-label=\"{title}\" tabindex=\"0\">{svg}</div></figure>"
+    /// Says once how charts are used.
+    pub fn usage(&mut self, before: &str) {
+        self.paragraph(&format!(
+            "{before}Drag to zoom, double-click to see all again; with the keyboard: arrows move, + and − zoom, 0 shows all. The panels of a \
+             chart move together."
         ));
     }
 
-    /// Adds a table; numbers are right-aligned, a click on a heading sorts.
-    pub fn table(&mut self, caption: &str, head: &[&str], rows: &[Vec<String>]) {
-        let mut html =
-            format!("<div class=\"table\" tabindex=\"0\"><table><caption>{}</caption><thead><tr>", escape(caption));
-        for name in head {
-            // Writing to a String cannot fail.
-            let _ = write!(html, "<th scope=\"col\"><button type=\"button\">{}</button></th>", escape(name));
-        }
-        html.push_str("</tr></thead><tbody>");
-        for row in rows {
-            html.push_str("<tr>");
-            for (column, cell) in row.iter().enumerate() {
-                let number = column > 0
-                    && cell.starts_with(|c: char| c.is_ascii_digit() || "+-−.".contains(c))
-                    && cell.len() < 28;
-                let class = if number { " class=\"number\"" } else { "" };
-                let _ = write!(html, "<td{class}>{}</td>", escape(cell));
-            }
-            html.push_str("</tr>");
-        }
-        html.push_str("</tbody></table></div>");
-        self.raw(&html);
+    /// Adds a picture that is ready.
+    pub fn picture(&mut self, title: &str, svg: &str) {
+        let title = escape(title);
+        // The picture brings its own size and shrinks with the page, but not below what can be read: then it scrolls.
+        self.raw(&format!(
+            "<figure><div class=\"svg\" role=\"group\" aria-label=\"{title}\" tabindex=\"0\">{svg}</div></figure>"
+        ));
     }
 
     /// The whole file. `twin` is the machine-readable result.
@@ -126,7 +110,7 @@ impl Page {
 }
 
 /// Text in HTML.
-pub(super) fn escape(text: &str) -> String {
+pub(in crate::report) fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
@@ -136,7 +120,7 @@ fn unscripted(json: &str) -> String {
 }
 
 /// Four significant digits.
-pub(super) fn short(value: f64) -> String {
+pub(in crate::report) fn short(value: f64) -> String {
     if !value.is_finite() {
         return "–".to_owned();
     }

@@ -1,10 +1,14 @@
 //! A study beside the paper: Tables 4 and 5 and Figures 4 to 7 as tables and pictures, and a text that says where they agree.
 
 mod figures;
+mod matrix;
+mod page;
 mod summary;
 mod tables;
 
+use crate::study::PastRuns;
 use crate::study::folder::StudyFile;
+use crate::study::inventory::Inventory;
 use crate::study::outcome::claims::{Claim, claims};
 use crate::study::outcome::{Outcomes, Table4Row, Table5Row, compare};
 use crate::study::paper::{Printed, printed};
@@ -26,6 +30,24 @@ struct Material<'a> {
     missing: usize,
 }
 
+impl<'a> Material<'a> {
+    fn new(study: &'a StudyFile, all: &'a [Outcomes], missing: usize) -> Material<'a> {
+        let own = all.iter().find(|outcomes| outcomes.gof == "nrmse-sva").unwrap_or(&all[0]);
+        let (four, five) = compare(own);
+        let claims = claims(own, &four, all);
+        Material { study, own, all, four, five, claims, paper: printed(), missing }
+    }
+}
+
+/// The same as one HTML page with its numbers in it; `past` is what the runs on the study's folder have written down.
+///
+/// # Panics
+/// Without outcomes.
+#[must_use]
+pub fn page(study: &StudyFile, all: &[Outcomes], inventory: &Inventory, past: &PastRuns) -> String {
+    page::write(&Material::new(study, all, inventory.missing.len()), inventory, past)
+}
+
 /// The files of a report, by name. `all` are the outcomes of every goodness of fit, the first one being what Tables 4 and 5 are about;
 /// `missing` is the number of tasks that are not there.
 ///
@@ -33,10 +55,7 @@ struct Material<'a> {
 /// Without outcomes.
 #[must_use]
 pub fn files(study: &StudyFile, all: &[Outcomes], missing: usize) -> Vec<(&'static str, String)> {
-    let own = all.iter().find(|outcomes| outcomes.gof == "nrmse-sva").unwrap_or(&all[0]);
-    let (four, five) = compare(own);
-    let claims = claims(own, &four, all);
-    let material = Material { study, own, all, four, five, claims, paper: printed(), missing };
+    let material = Material::new(study, all, missing);
     let csv = |table| String::from_utf8(super::csv::write(&table)).expect("names and numbers are UTF-8");
     vec![
         ("report.md", summary::write(&material)),

@@ -45,7 +45,7 @@ impl Round<'_> {
         let mut validations = Vec::new();
         match found {
             Ok(Replicate { stop: StopReason::Interrupted, .. }) | Err(CalibrateError::Interrupted) => return Ok(None),
-            Ok(replicate) => validations = self.found(&mut row, index, &space, &replicate),
+            Ok(replicate) => validations = self.found(&mut row, index, &space, &replicate)?,
             Err(CalibrateError::Infeasible { evaluations, tally, .. }) => {
                 row.evaluations = evaluations;
                 row.reason = Some(format!("none of {evaluations} candidates is feasible: {tally}"));
@@ -94,11 +94,11 @@ impl Round<'_> {
         index: usize,
         space: &SearchSpace,
         replicate: &Replicate,
-    ) -> Vec<ValidationRow> {
+    ) -> Result<Vec<ValidationRow>, StudyError> {
         let parameters = space.parameters(&replicate.candidate);
         let on = self.study.validated_on(index);
         let cases: Vec<Case> = std::iter::once(&index).chain(&on).map(|&i| self.cases[i].clone()).collect();
-        let mut outcomes = validate(&cases, &parameters).into_iter();
+        let mut outcomes = validate(&cases, &parameters)?.into_iter();
         let own = outcomes.next().expect("one outcome per case");
         row.evaluations = replicate.evaluations;
         row.stop = Some(replicate.stop.to_string());
@@ -121,7 +121,7 @@ impl Round<'_> {
                 run: self.run_row(other, &outcome, parameters.tau_p),
             }
         };
-        on.iter().zip(outcomes).map(validation).collect()
+        Ok(on.iter().zip(outcomes).map(validation).collect())
     }
 
     fn run_row(&self, drive: usize, outcome: &Outcome, tau_p: f64) -> RunRow {

@@ -12,8 +12,10 @@
 //! ```
 
 use super::drive::DriveEntry;
+use super::plan::StoredExtension;
 use super::task::{Study, Task};
 use super::{PROGRAM, Plan, SCHEMA_VERSION, StudyError};
+use crate::symbols::Symbol;
 use serde::{Deserialize, Serialize};
 use std::fs::{self, File};
 use std::io::Write;
@@ -43,6 +45,9 @@ pub struct StudyFile {
     pub gofs: Vec<String>,
     /// The variants.
     pub variants: Vec<String>,
+    /// What every variant has beyond those of Table 1.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub extensions: Vec<StoredExtension>,
     /// Calibrations per trajectory, variant and goodness of fit.
     pub replicates: u64,
     /// The one seed.
@@ -53,6 +58,15 @@ pub struct StudyFile {
     pub max_evaluations: u64,
     /// The trajectories.
     pub drives: Vec<DriveEntry>,
+}
+
+impl StudyFile {
+    /// Parameters of the extensions; of those that this program can read.
+    #[must_use]
+    pub fn extension_parameters(&self) -> Vec<Symbol> {
+        let read = self.extensions.iter().filter_map(|stored| stored.read().ok().flatten());
+        read.flat_map(|extension| &extension.parameters).copied().collect()
+    }
 }
 
 impl Folder {
@@ -76,6 +90,7 @@ impl Folder {
             convention: settings.convention.to_string(),
             gofs: settings.gofs.iter().map(ToString::to_string).collect(),
             variants: settings.variants.iter().map(ToString::to_string).collect(),
+            extensions: settings.extend.iter().map(StoredExtension::of).collect(),
             replicates: settings.replicates,
             seed: settings.seed,
             optimizer: settings.optimizer.runs().to_owned(),
@@ -138,7 +153,7 @@ impl Folder {
     /// [`StudyError::Changed`], and all that reading data may fail with.
     pub fn study(&self, data: Option<&Path>) -> Result<(Study, Vec<Task>), StudyError> {
         let file = self.study_file()?;
-        let mut plan = Plan::read(&self.path.join("plan.toml"))?;
+        let mut plan = Plan::read_with(&self.path.join("plan.toml"), &file.extensions)?;
         plan.name = file.name;
         plan.data.folder = data.map_or(file.data_folder, Path::to_owned);
         let study = Study::open(plan)?;

@@ -1,8 +1,10 @@
 //! From parts to tables: a pure function. The order is that of the plan, whatever the order of the work was.
 
+use super::folder::StudyFile;
 use super::inventory::Inventory;
 use super::part::{CalibrationRow, Part, RunRow, ValidationRow};
 use super::table::Table;
+use super::task::without_extensions;
 use super::{SCHEMA_VERSION, Task};
 use crate::catalog::Variant;
 use crate::score::Measures;
@@ -33,25 +35,23 @@ pub fn measure_columns() -> Vec<String> {
 /// Name of a parameter as a column: with its unit, where it has one.
 #[must_use]
 pub fn parameter_column(symbol: Symbol) -> String {
-    let unit = match symbol.unit() {
-        "-" => return symbol.name().to_owned(),
-        "m/s" => "mps",
-        "m/s²" => "mps2",
-        "1/s" => "per_s",
-        "1/s²" => "per_s2",
-        "kg/s" => "kg_per_s",
-        "kg/m" => "kg_per_m",
-        plain => plain,
+    let unit = symbol.unit().replace('²', "2");
+    let unit = match unit.as_str() {
+        "-" | "" => return symbol.name().to_owned(),
+        "m/s" => "mps".to_owned(),
+        "m/s2" => "mps2".to_owned(),
+        // 1/s becomes per_s, kg/m becomes kg_per_m; extensions may have units of any kind.
+        other => other.replace('/', "_per_").trim_start_matches("1_").replace(|c: char| !c.is_alphanumeric(), "_"),
     };
     format!("{}_{unit}", symbol.name())
 }
 
 /// The tables of the parts that are there.
 #[must_use]
-pub fn merge(tasks: &[Task], inventory: &Inventory) -> Merged {
+pub fn merge(study: &StudyFile, tasks: &[Task], inventory: &Inventory) -> Merged {
     let parts: Vec<&Part> = inventory.parts.iter().flatten().collect();
     let winners = winners(tasks, inventory);
-    let calibrations = calibrations(&parts, &winners);
+    let calibrations = calibrations(&parts, &winners, &study.extension_parameters());
     let won = parts.iter().filter(|part| winners.contains(&part.id.as_str()));
     let rows: Vec<(&Part, &ValidationRow)> =
         won.flat_map(|part| part.validations.iter().map(move |row| (*part, row))).collect();
@@ -74,7 +74,7 @@ fn winners<'a>(tasks: &[Task], inventory: &'a Inventory) -> std::collections::Ha
     best.into_values().map(|(_, id)| id).collect()
 }
 
-fn calibrations(parts: &[&Part], winners: &std::collections::HashSet<&str>) -> Table {
+fn calibrations(parts: &[&Part], winners: &std::collections::HashSet<&str>, further: &[Symbol]) -> Table {
     let rows: Vec<&CalibrationRow> = parts.iter().map(|part| &part.calibration).collect();
     let mut table = Table::default();
     table.integer("schema_version", rows.iter().map(|_| Some(i64::from(SCHEMA_VERSION))));
@@ -103,7 +103,7 @@ fn calibrations(parts: &[&Part], winners: &std::collections::HashSet<&str>) -> T
     table.text("stop", rows.iter().map(|r| r.stop.as_deref()));
     let runs: Vec<Option<&RunRow>> = rows.iter().map(|r| r.run.as_ref()).collect();
     run_columns(&mut table, &runs);
-    for &symbol in Symbol::ALL {
+    for &symbol in Symbol::ALL.iter().chain(further) {
         table.number(&parameter_column(symbol), rows.iter().map(|r| r.parameters.get(symbol.name()).copied()));
     }
     let at_bound: Vec<String> = rows.iter().map(|r| r.at_bound.join(" ")).collect();
@@ -135,7 +135,7 @@ fn validations(rows: &[(&Part, &ValidationRow)]) -> Table {
 
 /// The variant, and the parts it is made of.
 fn variant_columns(table: &mut Table, rows: &[(u32, &str)]) {
-    let variants: Vec<Option<Variant>> = rows.iter().map(|(_, name)| name.parse().ok()).collect();
+    let variants: Vec<Option<Variant>> = rows.iter().map(|(_, name)| without_extensions(name)).collect();
     let each = || variants.iter().map(Option::as_ref);
     table.integer("model_id", rows.iter().map(|(id, _)| Some(i64::from(*id))));
     table.text("variant", rows.iter().map(|(_, name)| Some(*name)));

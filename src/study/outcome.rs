@@ -8,7 +8,7 @@ pub use compare::{Table4Row, Table5Row, compare};
 
 use super::inventory::Inventory;
 use super::part::{Part, RunRow};
-use super::task::Task;
+use super::task::{Task, without_extensions};
 use crate::catalog::Variant;
 use crate::score::Measures;
 use statistics::coefficient_of_variation;
@@ -62,7 +62,7 @@ pub struct Outcomes {
     pub gof: String,
     /// The trajectories, in the order of the plan.
     pub drives: Vec<DriveName>,
-    /// The variants, in the order of the plan.
+    /// The variants of Table 1, in the order of the plan; extensions, which all variants of a study share, are left out.
     pub variants: Vec<Variant>,
     /// One row per variant, one cell per trajectory.
     pub cells: Vec<Vec<Cell>>,
@@ -76,7 +76,7 @@ impl Outcomes {
         let mut found: Vec<(usize, usize, &Part)> = Vec::new();
         for (task, part) in tasks.iter().zip(&inventory.parts) {
             let Some(part) = part.as_ref().filter(|_| task.gof == gof) else { continue };
-            let Ok(variant) = task.variant.parse::<Variant>() else { continue };
+            let Some(variant) = without_extensions(&task.variant) else { continue };
             let vehicle = part.calibration.vehicle.clone();
             let drive = DriveName { platoon: task.platoon.clone(), follower: task.follower, vehicle };
             found.push((place(&mut variants, variant), place(&mut drives, drive), part));

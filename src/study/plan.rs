@@ -1,13 +1,16 @@
 //! The plan: data x variants x goodness-of-fit functions x replicates x validation, as a TOML file (`docs/STUDY.md`).
 
 mod error;
+mod extend;
 mod text;
 
 pub use error::PlanError;
+pub use extend::StoredExtension;
 
 use crate::calibrate::{OptimizerKind, Overrides, Stop};
 use crate::catalog::Variant;
 use crate::convention::Convention;
+use crate::extension::Extension;
 use crate::lanes::LanesPrecision;
 use crate::score::GoodnessOfFit;
 use crate::select::Kind;
@@ -69,8 +72,10 @@ pub struct PlatoonPlan {
 /// What is calibrated, and how.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CalibrationPlan {
-    /// The variants, in the order of the plan.
+    /// The variants, in the order of the plan, with their extensions.
     pub variants: Vec<Variant>,
+    /// What every variant has beyond those of Table 1.
+    pub extend: Vec<Extend>,
     /// What is minimised, one study each.
     pub gofs: Vec<GoodnessOfFit>,
     /// The convention.
@@ -91,6 +96,15 @@ pub struct CalibrationPlan {
     pub precision: Option<LanesPrecision>,
 }
 
+/// An extension of every variant of a plan.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Extend {
+    /// The name of a built-in one, or the file, as the plan gives it.
+    pub given: String,
+    /// The extension.
+    pub extension: &'static Extension,
+}
+
 /// What the calibrated variants are tried on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -108,12 +122,17 @@ impl Plan {
     /// # Errors
     /// [`PlanError`] with the place and, where a word is misspelt, the nearest one.
     pub fn read(path: &Path) -> Result<Plan, PlanError> {
+        Plan::read_with(path, &[])
+    }
+
+    /// [`Plan::read`] for a plan whose extensions are known, wherever their files are.
+    pub(super) fn read_with(path: &Path, stored: &[StoredExtension]) -> Result<Plan, PlanError> {
         let shown = path.display().to_string();
         let content =
             std::fs::read_to_string(path).map_err(|source| PlanError::Read { path: shown.clone(), source })?;
         let folder = path.parent().unwrap_or(Path::new(""));
         let stem = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
-        Plan::parse(&content, &shown, folder, &stem)
+        text::read(&content, &shown, folder, &stem, stored)
     }
 
     /// Parses a plan. `path` is for messages; `folder` is where relative names start, `name` what the study is called unless it says.
@@ -121,7 +140,7 @@ impl Plan {
     /// # Errors
     /// As [`Plan::read`].
     pub fn parse(content: &str, path: &str, folder: &Path, name: &str) -> Result<Plan, PlanError> {
-        text::read(content, path, folder, name)
+        text::read(content, path, folder, name, &[])
     }
 
     /// Number of calibrations of one trajectory.

@@ -216,7 +216,8 @@ fn round(
         return Ok(group.iter().copied().filter(settled).collect());
     }
     let task = &shared.tasks[group[0]];
-    let variant: Variant = task.variant.parse().expect("the name of a variant of the plan");
+    let named = |variant: &&Variant| variant.name() == task.variant;
+    let variant = *study.plan.calibration.variants.iter().find(named).expect("a task is of a variant of the plan");
     let gof: GoodnessOfFit = task.gof.parse().expect("the name of a goodness of fit of the plan");
     tell(Event::Variant(&task.variant));
     let cases = (0..study.drives.len()).map(|i| study.case(i, &variant)).collect::<Result<Vec<_>, _>>()?;

@@ -41,6 +41,9 @@ struct Content<'a> {
     sha256: &'a str,
     data: &'a str,
     variant: String,
+    /// Name and checksum of the text; left out without extensions, so that ids are what they were before there were any.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    extensions: Vec<(&'a str, String)>,
     gof: String,
     convention: String,
     optimizer: &'a str,
@@ -173,6 +176,7 @@ impl Study {
             let other = &self.drives[i].entry;
             (other.platoon.as_str(), other.follower, other.fingerprint.as_str())
         });
+        let extensions = variant.extensions.list().iter();
         let content = Content {
             schema_version: SCHEMA_VERSION,
             program: PROGRAM,
@@ -182,6 +186,7 @@ impl Study {
             sha256: &drive.sha256,
             data: &drive.fingerprint,
             variant: variant.name(),
+            extensions: extensions.map(|e| (e.name.as_str(), sha256(e.text.as_bytes()))).collect(),
             gof: gof.to_string(),
             convention: settings.convention.to_string(),
             optimizer: settings.optimizer.runs(),
@@ -213,6 +218,13 @@ impl Study {
             replicate,
         }
     }
+}
+
+/// The variant of Table 1 that a name means; extensions come last in a name and are left out.
+#[must_use]
+pub fn without_extensions(name: &str) -> Option<Variant> {
+    let parsed = name.parse().ok();
+    parsed.or_else(|| without_extensions(name.rsplit_once('+')?.0))
 }
 
 /// Indices of the tasks of shard `number` (from 1) of `count`. Whole variants go to one shard, so that one process batches them, as

@@ -112,8 +112,10 @@ impl fmt::Display for Note {
             }
             Note::Reconciled { anchor, rms_m, largest_m, drift_m_per_km } => write!(
                 f,
-                "spacing from {anchor}; measured gap minus integrated speeds: rms {rms_m:.3} m, largest \
-                 {largest_m:.3} m, drift {drift_m_per_km:.3} m/km"
+                "spacing from {anchor}; measured gap minus integrated speeds: rms {} m, largest {} m, drift {} m/km",
+                thousandths(*rms_m),
+                thousandths(*largest_m),
+                thousandths(*drift_m_per_km),
             ),
             Note::Mapped { map, pair: None } => write!(f, "read by the column map {map}"),
             Note::Mapped { map, pair: Some(pair) } => write!(f, "read by the column map {map}, pair {pair}"),
@@ -128,4 +130,10 @@ impl fmt::Display for Note {
             }
         }
     }
+}
+
+/// Three decimals, without the sign of a zero.
+fn thousandths(x: f64) -> String {
+    let text = format!("{x:.3}");
+    if text == "-0.000" { "0.000".to_owned() } else { text }
 }

@@ -1,6 +1,6 @@
 //! Plans: what they make, and what is said about those that cannot be.
 
-use super::common::{data, fails, ok, plan_text, scratch, text};
+use super::common::{data, fails, leadlag, ok, plan_text, scratch, stderr, text};
 use std::collections::BTreeSet;
 use std::fs;
 
@@ -46,6 +46,25 @@ fn an_id_changes_with_all_that_decides_a_result_and_with_nothing_else() {
 }
 
 #[test]
+fn a_plan_says_what_it_uses_within_80_columns() {
+    let folder = scratch("columns");
+    let file = folder.join("plan.toml");
+    fs::write(&file, plan_text(1, 300)).unwrap();
+    let output = leadlag(&["study", "plan", text(&file), "--out", text(&folder.join("study"))]);
+    let said = stderr(&output);
+    let flat = said.split_whitespace().collect::<Vec<_>>().join(" ");
+    for expected in [
+        "S2 uses two/platoon.csv sha256 ",
+        " follower 2, ",
+        "12 tasks = 4 trajectories x 3 variants x 1 goodness-of-fit function x 1 replicate; 12 validation runs",
+    ] {
+        assert!(flat.contains(expected), "expected {expected}\nfound {said}");
+    }
+    let long = said.lines().filter(|line| !line.contains(text(&folder))).find(|line| line.chars().count() > 80);
+    assert_eq!(long, None);
+}
+
+#[test]
 fn variants_are_given_by_id_name_range_or_all() {
     let count = |variants: &str| {
         let plan = plan_text(1, 300).replace("[\"idm\", \"l-cth+linear\", 28]", variants);
@@ -66,7 +85,7 @@ fn bad_plans_say_where_what_and_what_to_do() {
         (
             "replicates = 2",
             "replicate = 2",
-            ":19:1: unknown key `replicate`, expected one of `variants`, `gof`, `convention`, `replicates`",
+            ":19:1: unknown key `replicate`, expected one of `variants`, `extend`, `gof`, `convention`",
         ),
         ("replicates = 2", "replicate = 2", "; did you mean `replicates`?"),
         ("[calibration]", "[calibraton]", "unknown key `calibraton`"),
@@ -169,7 +188,11 @@ fn the_plans_that_come_with_the_program_can_be_read() {
         found.push((plan.name.clone(), plan.per_trajectory(), plan.data.platoons.len()));
     }
     found.sort();
-    assert_eq!(found.iter().map(|(name, ..)| name.as_str()).collect::<Vec<_>>(), ["paper", "processed", "small"]);
-    assert_eq!((found[0].1, found[0].2), (900, 7), "the paper: 90 variants, 10 replicates, 7 platoons");
-    assert_eq!((found[1].1, found[1].2), (270, 3), "90 variants, 3 replicates, 3 platoons");
+    assert_eq!(
+        found.iter().map(|(name, ..)| name.as_str()).collect::<Vec<_>>(),
+        ["figure7", "paper", "processed", "small"]
+    );
+    assert_eq!((found[0].1, found[0].2), (180, 3), "30 variants, 6 goodness-of-fit functions, 3 platoons");
+    assert_eq!((found[1].1, found[1].2), (900, 7), "the paper: 90 variants, 10 replicates, 7 platoons");
+    assert_eq!((found[2].1, found[2].2), (270, 3), "90 variants, 3 replicates, 3 platoons");
 }

@@ -117,11 +117,49 @@ fn numbers_follow_from_the_tables_and_stand_beside_the_papers() {
     let summary = String::from_utf8(report["report.md"].clone()).unwrap();
     assert!(summary.contains("linear dynamics lower the median error of every base model"), "{summary}");
     assert!(summary.contains("| cannot tell | Gipps-based variants have the lowest errors"), "{summary}");
+
+    // The page carries the same numbers, and those of each run on another trajectory.
+    let page = study.join("study.html");
+    ok(&["report", text(&study), "-o", text(&page)]);
+    let html = fs::read_to_string(&page).unwrap();
+    assert!(html.contains("<h1>Study ") && html.contains("<title>1 idm: median "), "figures tell their numbers");
+    let twin = html.split("id=\"result\">").nth(1).and_then(|rest| rest.split("</script>").next()).unwrap();
+    let twin: serde_json::Value = serde_json::from_str(twin).unwrap();
+    for (row, own) in four.iter().zip(twin["table4"].as_array().unwrap()) {
+        assert_eq!(
+            (own["variant"].as_str().unwrap(), own["median"].as_f64().unwrap()),
+            (row["variant"].as_str(), number(row, "median"))
+        );
+    }
+    let matrix = twin["validation_matrix"].as_array().unwrap();
+    assert!(!matrix.is_empty());
+    for cross in matrix {
+        let word = |key: &str| cross[key].as_str().unwrap().to_owned();
+        let (from, on) = (word("calibrated_on"), word("simulated_on"));
+        let follower = cross["calibrated_follower"].to_string();
+        let is_from =
+            |row: &&HashMap<String, String>| (&row["platoon"], &row["follower_position"]) == (&from, &follower);
+        let column = "nrmse_sva";
+        let values: Vec<f64> = if from == on && follower == cross["simulated_follower"].to_string() {
+            best.iter().filter(is_from).map(|row| number(row, column)).collect()
+        } else {
+            let on_it = validations.iter().filter(is_from).filter(|row| row["validation_platoon"] == on);
+            let own: Vec<_> = on_it.collect();
+            assert_eq!(own.len() as u64, cross["runs"].as_u64().unwrap(), "{cross}");
+            own.iter().filter_map(|row| row[column].parse().ok()).collect()
+        };
+        assert!((cross["median_nrmse_sva"].as_f64().unwrap() - median(values)).abs() < 1e-12, "{cross}");
+    }
 }
 
 #[test]
 fn a_report_of_an_unfinished_study_says_so_and_a_finished_one_is_the_same_again() {
     let study = finished("report_partial");
+    let status = ok(&["study", "status", text(&study)]);
+    assert!(status.contains("60 tasks computed by 1 run in "), "{status}");
+    // Paths may be long.
+    let long = status.lines().filter(|line| !line.contains(text(&study))).find(|line| line.chars().count() > 80);
+    assert_eq!(long, None, "a terminal has 80 columns");
     let whole = reported(&study, &[]);
     same(&reported(&study, &[]), &whole, "a second report");
     let parts = study.join("parts");
@@ -131,7 +169,7 @@ fn a_report_of_an_unfinished_study_says_so_and_a_finished_one_is_the_same_again(
     assert!(said.contains("1 of 60 tasks are missing"), "{said}");
     let partial = reported(&study, &["--partial"]);
     let summary = String::from_utf8(partial["report.md"].clone()).unwrap();
-    assert!(summary.contains("**1 tasks are missing: these numbers are preliminary.**"), "{summary}");
+    assert!(summary.contains("**1 task is missing: these numbers are preliminary.**"), "{summary}");
     ok(&["study", "run", text(&study)]);
     same(&reported(&study, &[]), &whole, "after the missing one");
 }

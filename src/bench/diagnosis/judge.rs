@@ -4,8 +4,10 @@ use super::PROGRAM;
 use super::plan::DiagnosisTask;
 use super::plant::planted;
 use crate::catalog::Variant;
+use crate::diagnose::known::{Known, known};
 use crate::diagnose::{Effort, Inference, Question, Verdict, infer};
 use crate::extension::Extension;
+use crate::plant::Controller;
 use crate::wgsl::{extension_named, library};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -36,6 +38,15 @@ pub struct DiagnosisOutcome {
     pub simulations: u64,
     /// CPU time \[s\].
     pub cpu_s: f64,
+    /// What was tried: cause, gain on all training data, held out, threshold \[nats\], and why it was adopted or not.
+    #[serde(default)]
+    pub tried: Vec<(usize, String, [Option<f64>; 3], String)>,
+    /// Inflation, missing acceleration \[m/s²\] and its time constant \[s\] of the base.
+    #[serde(default)]
+    pub base: [f64; 3],
+    /// Of a case that was not named right: the evidence for the truth, had the search found it.
+    #[serde(default)]
+    pub known: Option<Known>,
 }
 
 /// How a case is counted.
@@ -112,6 +123,9 @@ pub fn diagnose_task(task: &DiagnosisTask) -> DiagnosisOutcome {
         estimates: BTreeMap::new(),
         simulations: 0,
         cpu_s: 0.0,
+        tried: Vec::new(),
+        base: [0.0; 3],
+        known: None,
     };
     let drives = match planted(task) {
         Ok(drives) => drives,
@@ -149,13 +163,55 @@ pub fn diagnose_task(task: &DiagnosisTask) -> DiagnosisOutcome {
         Err(error) => outcome.reason = error.to_string(),
     }
     outcome.cpu_s = clock.elapsed().as_secs_f64();
+    if ["one", "pair"].contains(&task.kind.as_str()) && judge(&outcome) != Judgement::Right {
+        let mut values = law(&drives.controller);
+        let mut planted = Vec::new();
+        for effect in &drives.effects {
+            planted.extend(extension_named(effect.kind().name()));
+            let names = effect.kind().parameters().iter().map(|parameter| parameter.name.to_owned());
+            values.extend(names.zip(effect.values().iter().copied()));
+        }
+        outcome.known = known(&question, &planted, &values).ok().flatten();
+    }
     outcome
+}
+
+/// The planted parameters of the law, by their names in the catalogue.
+fn law(controller: &Controller) -> Vec<(String, f64)> {
+    let named = match *controller {
+        Controller::Idm { v_0, t_h, d_0, a_max, a_min, delta } => {
+            vec![("v_0", v_0), ("t_h", t_h), ("d_0", d_0), ("a_max", a_max), ("a_min", a_min), ("delta", delta)]
+        }
+        Controller::Gipps { v_0, t_h, d_0, a_max, a_min, a_hat_min, theta } => vec![
+            ("v_0", v_0),
+            ("t_h", t_h),
+            ("d_0", d_0),
+            ("a_max", a_max),
+            ("a_min", a_min),
+            ("a_hat_min", a_hat_min),
+            ("theta", theta),
+        ],
+        Controller::Linear { v_0, t_h, d_0, k_s, k_v, k_0 } => {
+            vec![("v_0", v_0), ("t_h", t_h), ("d_0", d_0), ("k_s", k_s), ("k_v", k_v), ("k_0", k_0)]
+        }
+    };
+    named.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
 }
 
 fn fill(outcome: &mut DiagnosisOutcome, inference: &Inference) {
     outcome.verdict = inference.verdict.name().to_owned();
     outcome.reason.clone_from(&inference.reason);
     outcome.simulations = inference.simulations;
+    let finite = |x: f64| x.is_finite().then_some(x);
+    let tried = inference.ladder.iter();
+    outcome.tried = tried
+        .map(|row| {
+            let nats = [row.gain, row.evidence, row.threshold].map(finite);
+            (row.round, row.name.clone(), nats, row.reason.clone())
+        })
+        .collect();
+    let base = &inference.base;
+    outcome.base = [base.inflation, base.noise.sigma_d, base.noise.tau_d];
     outcome.not_testable = inference.not_testable.iter().map(|cause| cause.name.clone()).collect();
     if matches!(inference.verdict, Verdict::Named | Verdict::Ambiguous) {
         let name = |cause: &crate::diagnose::Adopted| cause.extension.name.clone();

@@ -48,6 +48,9 @@ pub struct Args {
     /// Print result.json instead of text
     #[arg(long)]
     pub json: bool,
+    /// Draw spacing and speed as text
+    #[arg(long, conflicts_with = "json")]
+    pub plot: bool,
     #[command(flatten)]
     pub search: SearchArgs,
     #[command(flatten)]

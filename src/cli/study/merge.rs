@@ -48,7 +48,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             tasks.len()
         );
     }
-    let merged = merge::merge(&tasks, &inventory);
+    let merged = merge::merge(&folder.study_file()?, &tasks, &inventory);
     let out = args.out.clone().unwrap_or_else(|| folder.merged());
     output::make_folder(&out)?;
     let mut text = String::new();

@@ -1,10 +1,11 @@
 //! `leadlag study plan`.
 
-use super::super::output;
+use super::super::output::{self, counted};
 use leadlag::study::folder::Folder;
 use leadlag::study::{Plan, Study, StudyError};
 use std::fmt::Write;
 use std::path::PathBuf;
+use textwrap::fill;
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
@@ -19,6 +20,32 @@ pub struct Args {
     data: Option<PathBuf>,
 }
 
+/// Columns of a line.
+const WIDTH: usize = 80;
+
+fn lines_within(indent: usize) -> textwrap::Options<'static> {
+    let indent = &"        "[..indent];
+    textwrap::Options::new(WIDTH).initial_indent(indent).subsequent_indent(indent).break_words(false)
+}
+
+/// Which files are used, for whom, and what was done to the data before.
+fn used(study: &Study) -> String {
+    let mut text = String::new();
+    let mut platoon = "";
+    for entry in study.drives.iter().map(|drive| &drive.entry) {
+        if platoon != entry.platoon {
+            platoon = &entry.platoon;
+            text += &format!("{platoon} uses {}\n  sha256 {}\n", entry.file, entry.sha256);
+        }
+        text += &format!("  follower {}, {}\n", entry.follower, entry.vehicle);
+        entry.notes.iter().for_each(|note| text += &format!("{}\n", fill(note, lines_within(4))));
+    }
+    for extend in &study.plan.calibration.extend {
+        text += &format!("every variant is extended by {}\n", extend.extension.name);
+    }
+    text
+}
+
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let mut plan = Plan::read(&args.plan).map_err(StudyError::from)?;
     if let Some(folder) = &args.data {
@@ -27,11 +54,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let content = std::fs::read_to_string(&args.plan)?;
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from(&plan.name));
     let study = Study::open(plan)?;
-    for drive in &study.drives {
-        let entry = &drive.entry;
-        eprintln!("used {} sha256 {} ({}, {})", entry.file, entry.sha256, entry.label(), entry.vehicle);
-        entry.notes.iter().for_each(|note| eprintln!("  {note}"));
-    }
+    eprint!("{}", used(&study));
     let tasks = study.tasks();
     let before = Folder::open(&out).and_then(|folder| folder.tasks()).unwrap_or_default();
     Folder::create(&out, &content, &study)?;
@@ -43,22 +66,20 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     output::print(&lines)?;
     let validated = (0..study.drives.len()).map(|i| study.validated_on(i).len()).sum::<usize>();
     let cells = study.plan.calibration.variants.len() * study.plan.calibration.gofs.len();
-    eprintln!(
-        "{}: {} tasks = {} trajectories x {} variants x {} goodness-of-fit functions x {} replicates; {} validation runs of the winners",
-        out.display(),
-        tasks.len(),
-        study.drives.len(),
-        study.plan.calibration.variants.len(),
-        study.plan.calibration.gofs.len(),
-        study.plan.calibration.replicates,
-        validated * cells,
+    let product = format!(
+        "{} = {} x {} x {} x {}; {} of the winners",
+        counted(tasks.len() as u64, "task"),
+        counted(study.drives.len() as u64, "trajectory"),
+        counted(study.plan.calibration.variants.len() as u64, "variant"),
+        counted(study.plan.calibration.gofs.len() as u64, "goodness-of-fit function"),
+        counted(study.plan.calibration.replicates, "replicate"),
+        counted((validated * cells) as u64, "validation run"),
     );
+    eprintln!("{}:\n{}", out.display(), fill(&product, lines_within(2)));
     let gone = before.iter().filter(|task| !tasks.contains(task)).count();
     if gone > 0 {
-        eprintln!(
-            "{gone} of the {} tasks planned here before are not in this plan; their parts stay, unused",
-            before.len()
-        );
+        let before = before.len();
+        eprintln!("{gone} of the {before} tasks planned here before are not in this plan;\ntheir parts stay, unused");
     }
     eprintln!("go on with: leadlag study run {}", out.display());
     Ok(())

@@ -106,7 +106,7 @@ fn report(summary: &Summary, progress: &Progress, elapsed: Duration) {
         String::new()
     };
     eprintln!(
-        "{tasks} tasks: {before} were done, {computed} computed ({failed} without a feasible candidate), {by_others} by other runs; \
+        "{tasks} tasks: {before} were done, {computed} computed ({failed} without a feasible candidate), {by_others} by other runs;\n\
          {seconds:.1} s{rates}"
     );
 }

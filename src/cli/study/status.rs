@@ -49,21 +49,19 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         writeln!(text, "{} of them found no feasible candidate", inventory.failed())?;
     }
     if claimed > 0 {
-        writeln!(text, "{claimed} are under way")?;
+        writeln!(text, "{claimed} {} under way", if claimed == 1 { "is" } else { "are" })?;
     }
     text += &complaints(&inventory);
     if runs.tasks > 0 {
         let rate = runs.tasks as f64 / runs.wall_s;
+        let (tasks, by) = (output::counted(runs.tasks, "task"), output::counted(runs.runs as u64, "run"));
         writeln!(
             text,
-            "{} tasks computed by {} runs in {:.0} s of wall time and {:.0} s of CPU time: {:.2} tasks/s, {:.1} million candidate-steps/s",
-            runs.tasks,
-            runs.runs,
-            runs.wall_s,
-            runs.cpu_s,
-            rate,
-            runs.candidate_steps as f64 / runs.wall_s / 1e6,
+            "{tasks} computed by {by} in {:.0} s of wall time, {:.0} s of CPU time:",
+            runs.wall_s, runs.cpu_s
         )?;
+        let steps = runs.candidate_steps as f64 / runs.wall_s / 1e6;
+        writeln!(text, "  {rate:.2} tasks/s, {steps:.1} million candidate-steps/s")?;
     }
     let verb = if inventory.missing.is_empty() { "merge" } else { "run" };
     writeln!(text, "go on with: leadlag study {verb} {}", args.folder.display())?;

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::diagnose::fold::whole;
+use crate::evaluator::{Failure, FailureKind};
 use crate::optimize::stream;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -60,7 +61,7 @@ impl Predictor for Toy {
         _: usize,
         candidates: &[Vec<f64>],
         observers: &[Designed],
-    ) -> Result<Vec<Residuals>, Infallible> {
+    ) -> Result<Residuals, Infallible> {
         self.runs += candidates.len();
         let one = |(p, o): (&Vec<f64>, &Designed)| {
             let (mut s, mut v, mut d) = (self.s[0], self.v[0], 0.0);
@@ -77,9 +78,15 @@ impl Predictor for Toy {
                 d -= o.gain[4] * r[0] + o.gain[5] * r[1];
                 residuals.push(r);
             }
-            s.is_finite().then_some(residuals)
+            residuals
         };
-        Ok(candidates.iter().zip(observers).map(one).collect())
+        let runs: Vec<Vec<[f64; 2]>> = candidates.iter().zip(observers).map(one).collect();
+        let failed = |run: &Vec<[f64; 2]>| {
+            let step = run.iter().position(|r| !r[0].is_finite())?;
+            Some(Failure { kind: FailureKind::NotFinite, step })
+        };
+        let failed = runs.iter().map(failed).collect();
+        Ok(Residuals::new(&runs, failed))
     }
 }
 

@@ -1,11 +1,14 @@
 //! The report of a calibration: what was fitted to what, how well, with which parameters.
 
+use super::budget::budget;
 use super::{Chart, Line, Page, Panel, Role, between, escape, short};
+use crate::diagnose::budget::Budget;
 use crate::report::result::ResultFile;
 
-/// One HTML file. `charts` are the simulations, trajectory by trajectory; `twin` is the text of result.json.
+/// One HTML file. `charts` are the simulations, trajectory by trajectory, `errors` the budget of all of them; `twin` is the text of
+/// result.json.
 #[must_use]
-pub fn calibration(result: &ResultFile, charts: Vec<Chart>, twin: &str) -> String {
+pub fn calibration(result: &ResultFile, charts: Vec<Chart>, errors: Option<&Budget>, twin: &str) -> String {
     let mut page = Page::default();
     page.section("fit", "What was fitted to what");
     let rows: Vec<Vec<String>> = result
@@ -25,11 +28,17 @@ pub fn calibration(result: &ResultFile, charts: Vec<Chart>, twin: &str) -> Strin
     page.table("Data", &["file", "follower", "window [s]", "samples", "prepared", "sha256"], &rows);
     let device = result.adapter.clone().unwrap_or_else(|| "CPU".to_owned());
     page.paragraph(&format!(
-        "Convention {}; evaluator {} ({}) on {device}; optimizer {}, seed {}, {} evaluations.",
-        result.convention, result.evaluator, result.precision, result.optimizer, result.seed, result.evaluations
+        "Convention {}; evaluator {} ({}) on {device}; optimizer {}, seed {}, {} evaluations; {}.",
+        result.convention,
+        result.evaluator,
+        result.precision,
+        result.optimizer,
+        result.seed,
+        result.evaluations,
+        result.program
     ));
     page.section("simulation", "Observed against simulated");
-    page.paragraph("Drag to zoom, double-click to see all again; all panels move together.");
+    page.usage("");
     charts.into_iter().for_each(|chart| page.chart(chart.thinned()));
     let score = |name: &str| result.score.get(name).copied().flatten().map_or("–".to_owned(), short);
     let rows: Vec<Vec<String>> = [
@@ -40,6 +49,10 @@ pub fn calibration(result: &ResultFile, charts: Vec<Chart>, twin: &str) -> Strin
     .map(|(name, keys)| std::iter::once(name.to_owned()).chain(keys.map(score)).collect())
     .to_vec();
     page.table("How well", &["measure", "spacing", "speed", "acceleration", "sum"], &rows);
+    if let Some(errors) = errors {
+        page.section("errors", "Where and when it errs");
+        budget(&mut page, errors, "Error of the simulation");
+    }
     page.section("parameters", "Parameters");
     let rows: Vec<Vec<String>> = result
         .parameters
@@ -71,6 +84,7 @@ pub fn calibration(result: &ResultFile, charts: Vec<Chart>, twin: &str) -> Strin
         })
         .collect();
     page.table("Replicates", &["replicate", "score", "evaluations", "ended"], &rows);
+    spread(&mut page, result);
     for replicate in result.replicates.iter().filter(|r| r.convergence.len() > 1) {
         let (x, y): (Vec<f64>, Vec<f64>) =
             replicate.convergence.iter().map(|(evaluations, score)| (*evaluations as f64, *score)).unzip();
@@ -90,4 +104,23 @@ pub fn calibration(result: &ResultFile, charts: Vec<Chart>, twin: &str) -> Strin
         escape(&result.model())
     );
     page.finish(&format!("Calibration of {}", result.model()), &lead, twin)
+}
+
+/// How far the replicates' best candidates lie apart.
+fn spread(page: &mut Page, result: &ResultFile) {
+    if let Some(cv) = result.cv {
+        page.paragraph(&format!("Coefficient of variation of the score over the replicates: {} %.", short(100.0 * cv)));
+    }
+    let ranges = result.identifiability.iter().flat_map(|known| &known.replicate_range);
+    let row = |(name, range): (&String, &[f64; 2])| {
+        let bounds = result.bounds.get(name).copied();
+        let share = bounds.map(|[low, high]| (range[1] - range[0]) / (high - low)).filter(|share| share.is_finite());
+        let share = share.map_or("–".to_owned(), |share| format!("{:.1} %", 100.0 * share));
+        vec![name.clone(), between(Some(*range)), result.units.get(name).cloned().unwrap_or_default(), share]
+    };
+    let head = ["parameter", "over the replicates", "unit", "share of the range searched"];
+    page.table("Spread of the replicates' best candidates", &head, &ranges.map(row).collect::<Vec<_>>());
+    if let Some(note) = result.identifiability.as_ref().and_then(|known| known.note.as_ref()) {
+        page.paragraph(note);
+    }
 }

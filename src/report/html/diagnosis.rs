@@ -1,7 +1,7 @@
 //! The report of a diagnosis: the chain of evidence in words and pictures.
 
+use super::budget::budget;
 use super::{Chart, Page, between, escape, short};
-use crate::diagnose::budget::Share;
 use crate::diagnose::outcome::{CauseEntry, Outcome, ParameterEntry, VerdictName};
 use crate::report::diagnosis::{causes::equation, pictures};
 
@@ -12,10 +12,7 @@ pub fn diagnosis(outcome: &Outcome, charts: Vec<Chart>) -> String {
     summary(&mut page, outcome);
     data(&mut page, outcome);
     page.section("simulation", "What the simulation gets wrong");
-    page.paragraph(
-        "Measured car, base model and extended model, each simulated freely behind the measured car ahead. Drag to zoom, double-click \
-         to see all again; all panels of a drive move together.",
-    );
+    page.usage("Measured car, base model and extended model, each simulated freely behind the measured car ahead. ");
     charts.into_iter().for_each(|chart| page.chart(chart.thinned()));
     errors(&mut page, outcome);
     causes(&mut page, outcome);
@@ -83,7 +80,7 @@ fn data(page: &mut Page, outcome: &Outcome) {
         ]
     };
     let rows: Vec<Vec<String>> = outcome.data.iter().map(row).collect();
-    let head = ["file", "role", "follower", "window [s]", "samples", "gap against speeds, rms [m/s]", "sha256"];
+    let head = ["file", "role", "follower", "window [s]", "samples", "gap against speeds [m/s]", "sha256"];
     page.table("Files", &head, &rows);
     page.paragraph(&outcome.held_back);
     if outcome.data_findings.is_empty() {
@@ -100,27 +97,8 @@ fn data(page: &mut Page, outcome: &Outcome) {
 
 fn errors(page: &mut Page, outcome: &Outcome) {
     page.section("errors", "Where and when it errs");
-    if let Some(budget) = &outcome.budget {
-        let [s, v, a] = budget.rms.map(short);
-        page.paragraph(&format!(
-            "Root mean square error of the base model's free simulation on the training data: spacing {s} m, speed {v} m/s, \
-             acceleration {a} m/s²."
-        ));
-        let percent = |x: f64| format!("{:.0} %", 100.0 * x);
-        let row = |share: &Share| {
-            let [s, v, a] = share.error.map(percent);
-            vec![share.name.clone(), share.time.map_or("–".to_owned(), percent), s, v, a]
-        };
-        let head = ["", "time", "spacing", "speed", "acceleration"];
-        let divisions = [
-            ("By what the car is doing: share of the squared error", &budget.regime),
-            ("By frequency", &budget.frequency),
-            ("By speed", &budget.speed),
-            ("By place", &budget.place),
-        ];
-        for (caption, division) in divisions.iter().filter(|(_, division)| !division.is_empty()) {
-            page.table(caption, &head, &division.iter().map(row).collect::<Vec<_>>());
-        }
+    if let Some(shares) = &outcome.budget {
+        budget(page, shares, "Error of the base model's free simulation on the training data");
     }
     if let Some(missing) = &outcome.missing {
         page.paragraph(
@@ -159,6 +137,9 @@ fn causes(page: &mut Page, outcome: &Outcome) {
         let rows: Vec<Vec<String>> = outcome.not_testable.iter().map(row).collect();
         page.table("Cannot be tested with these data", &["cause", "absorbed by"], &rows);
     }
+    let row = |n: &crate::diagnose::outcome::NotTriedEntry| vec![n.name.clone(), n.needs.clone(), n.remedy.clone()];
+    let rows: Vec<Vec<String>> = outcome.not_tried.iter().map(row).collect();
+    page.table("Not tried, for the data lack what it needs", &["cause", "needs", "what to do"], &rows);
     let mut models = Vec::new();
     for (name, model) in [("base", &outcome.base), ("extended", &outcome.extended)] {
         for p in model.iter().flat_map(|model| &model.parameters) {

@@ -40,6 +40,10 @@ pub fn variations(material: &Material) -> String {
         own.class(base.name).into_iter().flat_map(|v| own.variations(v)).map(|cv| 100.0 * cv).collect()
     };
     let all: Vec<f64> = bases.iter().flat_map(|base| of(base)).collect();
+    if all.is_empty() {
+        figure.text([WIDTH / 2.0, 220.0], 14.0, Anchor::Middle, INK, "no variant has two replicates on a trajectory");
+        return figure.finish();
+    }
     // Bars of equal width up to the largest value; a few stragglers must not flatten the rest.
     let most = all.iter().copied().fold(0.0, f64::max);
     let last = quantile(&all, 0.98).map_or(1.0, |q| if most > 2.0 * q { q } else { most }).max(1e-6);
@@ -60,14 +64,21 @@ pub fn variations(material: &Material) -> String {
         plot.axis(&mut figure, if i == 0 { "share of all [%]" } else { "" });
         for (k, count) in counts.iter().enumerate().filter(|(_, count)| **count > 0) {
             let (x, to_x) = (plot.along(k, BARS, 0.06), plot.along(k, BARS, 0.94));
-            figure.bar([x, plot.height(share(*count))], [to_x, plot.y[1]], colour(base), "none");
+            let [from, to] = [k, k + 1].map(|edge| short(end * edge as f64 / BARS as f64));
+            let beyond = if k + 1 == BARS && most > end { " and above" } else { "" };
+            let text = format!("{}: {count} of {} with CV {from} to {to} %{beyond}", base.paper, values.len());
+            figure.told(&text, |figure| {
+                figure.bar([x, plot.height(share(*count))], [to_x, plot.y[1]], colour(base), "none");
+            });
         }
         for k in 0..=2 {
             let x = plot.along(k, 2, 0.0);
             let digits =
                 [10.0, 1.0, 0.1].into_iter().take_while(|limit| end < *limit).count() + usize::from(end < 20.0);
             let above = if k == 2 && most > end { "≥ " } else { "" };
-            figure.text([x, 348.0], 11.5, Anchor::Middle, INK, &format!("{above}{:.digits$}", end * k as f64 / 2.0));
+            // The last one ends where the bars do: beside it another panel, or the edge.
+            let anchor = if k == 2 { Anchor::End } else { Anchor::Middle };
+            figure.text([x, 348.0], 11.5, anchor, INK, &format!("{above}{:.digits$}", end * k as f64 / 2.0));
         }
         figure.text([left, 84.0], 14.0, Anchor::Start, colour(base), base.paper);
         let rate = mean(&values).filter(|mean| *mean > 0.0).map_or("-".to_owned(), |mean| short(100.0 / mean));
@@ -123,18 +134,20 @@ pub fn trajectories(material: &Material) -> String {
         for (place, &drive) in drives.iter().enumerate() {
             let base = |base: &&'static Base| {
                 let index = own.variants.iter().position(|v| v.name() == base.name)?;
-                Some((own.cells[index][drive].score?, colour(base)))
+                Some((own.cells[index][drive].score?, colour(base), base.paper))
             };
             let range = own.range(drive);
-            let mut bars: Vec<Option<(f64, &str)>> = vec![range.map(|range| (range[0], "white"))];
+            let mut bars: Vec<Option<(f64, &str, &str)>> = vec![range.map(|range| (range[0], "white", "lowest"))];
             bars.extend(bases(own).iter().map(base));
-            bars.push(range.map(|range| (range[1], "#f0c800")));
+            bars.push(range.map(|range| (range[1], "#f0c800", "highest")));
             let count = bars.len();
-            for (i, (score, fill)) in bars.into_iter().enumerate().filter_map(|(i, bar)| Some((i, bar?))) {
-                let x = |share: f64| plot.along(place, drives.len(), 0.08 + 0.84 * (i as f64 + share) / count as f64);
-                figure.bar([x(0.05), plot.height(score)], [x(0.95), plot.y[1]], fill, INK);
-            }
             let name = &own.drives[drive].vehicle;
+            for (i, (score, fill, what)) in bars.into_iter().enumerate().filter_map(|(i, bar)| Some((i, bar?))) {
+                let x = |share: f64| plot.along(place, drives.len(), 0.08 + 0.84 * (i as f64 + share) / count as f64);
+                figure.told(&format!("{platoon} {name}, {what}: {score:.4}"), |figure| {
+                    figure.bar([x(0.05), plot.height(score)], [x(0.95), plot.y[1]], fill, INK);
+                });
+            }
             figure.text([plot.along(place, drives.len(), 0.5), plot.y[1] + 17.0], 12.0, Anchor::Middle, INK, name);
         }
     }
@@ -193,11 +206,25 @@ pub fn boxes(material: &Material) -> String {
     for (v, b) in boxes.iter().enumerate() {
         let Some(b) = b else { continue };
         let (x, fill, y) = (x[v], colour(&own.variants[v].base), |value: f64| plot.height(value));
-        figure.line([x, y(b.whiskers[0])], [x, y(b.quartiles[0])], 1.0, INK);
-        figure.line([x, y(b.quartiles[2])], [x, y(b.whiskers[1])], 1.0, INK);
-        figure.bar([x - half, y(b.quartiles[2])], [x + half, y(b.quartiles[0])], fill, INK);
-        figure.line([x - half, y(b.quartiles[1])], [x + half, y(b.quartiles[1])], 2.0, "white");
-        figure.bar([x - 1.5, y(b.mean) - 1.5], [x + 1.5, y(b.mean) + 1.5], "white", INK);
+        let paper =
+            material.paper.get(&own.variants[v].id()).map_or("–".to_owned(), |paper| format!("{:.3}", paper.median));
+        let text = format!(
+            "{} {}: median {:.3} (paper {paper}), quartiles {:.3} and {:.3}, mean {:.3}, {} outliers",
+            own.variants[v].id(),
+            own.variants[v],
+            b.quartiles[1],
+            b.quartiles[0],
+            b.quartiles[2],
+            b.mean,
+            b.outliers.len()
+        );
+        figure.told(&text, |figure| {
+            figure.line([x, y(b.whiskers[0])], [x, y(b.quartiles[0])], 1.0, INK);
+            figure.line([x, y(b.quartiles[2])], [x, y(b.whiskers[1])], 1.0, INK);
+            figure.bar([x - half, y(b.quartiles[2])], [x + half, y(b.quartiles[0])], fill, INK);
+            figure.line([x - half, y(b.quartiles[1])], [x + half, y(b.quartiles[1])], 2.0, "white");
+            figure.bar([x - 1.5, y(b.mean) - 1.5], [x + 1.5, y(b.mean) + 1.5], "white", INK);
+        });
         for outlier in b.outliers.iter().filter(|o| **o <= plot.top) {
             figure.dot([x, y(*outlier)], 1.8, INK);
         }
@@ -247,11 +274,15 @@ pub fn collisions(material: &Material) -> String {
             let class = outcomes.class(base.name);
             let places = class.iter().filter_map(|&v| {
                 let at = own.variants.iter().position(|variant| *variant == outcomes.variants[v])?;
-                Some([x[at], plot.height(share(outcomes, v)?)])
+                Some((v, [x[at], plot.height(share(outcomes, v)?)]))
             });
-            let points: Vec<[f64; 2]> = places.collect();
+            let (variants, points): (Vec<usize>, Vec<[f64; 2]>) = places.unzip();
             figure.polyline(&points, 1.4, colour);
-            points.iter().for_each(|point| figure.dot(*point, 2.6, colour));
+            for (v, point) in variants.into_iter().zip(points) {
+                let ((collisions, _, runs), variant) = (outcomes.collisions(v), &outcomes.variants[v]);
+                let text = format!("{} {variant}, {}: {collisions} of {runs} runs collide", variant.id(), outcomes.gof);
+                figure.told(&text, |figure| figure.dot(point, 2.6, colour));
+            }
         }
     }
     if material.all.iter().all(|o| (0..o.variants.len()).all(|v| share(o, v).is_none())) {

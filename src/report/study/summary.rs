@@ -31,13 +31,18 @@ fn lines(material: &Material, text: &mut String) -> std::fmt::Result {
         study.convention,
         study.program,
     )?;
+    if !study.extensions.is_empty() {
+        let names: Vec<&str> = study.extensions.iter().map(|extension| extension.name.as_str()).collect();
+        writeln!(text, "\nEvery variant is extended by {}, which the paper does not have.", names.join(", "))?;
+    }
     writeln!(text, "\n| trajectory | vehicle | file | preparation |\n|---|---|---|---|")?;
     for drive in &study.drives {
         let notes = drive.notes.join("; ").replace('|', "/");
         writeln!(text, "| {} | {} | `{}` | {notes} |", drive.label(), drive.vehicle, drive.file)?;
     }
     if material.missing > 0 {
-        writeln!(text, "\n**{} tasks are missing: these numbers are preliminary.**", material.missing)?;
+        let (missing, are) = (material.missing, if material.missing == 1 { "task is" } else { "tasks are" });
+        writeln!(text, "\n**{missing} {are} missing: these numbers are preliminary.**")?;
     }
     writeln!(text, "\n## Where it agrees, and where not\n")?;
     writeln!(text, "| | the paper says | this study |\n|---|---|---|")?;

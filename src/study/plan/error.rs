@@ -1,5 +1,7 @@
 //! Plans that cannot be carried out.
 
+use crate::wgsl::ShaderError;
+
 /// A plan that cannot be carried out.
 #[derive(Debug, thiserror::Error)]
 pub enum PlanError {
@@ -24,6 +26,24 @@ pub enum PlanError {
         reason: String,
         /// A known key that looks like the unknown one.
         nearest: Option<String>,
+    },
+    /// The file of an extension cannot be read.
+    #[error("{path}: calibration.extend: {file}: cannot be read; its name starts from the folder of the plan")]
+    ExtensionFile {
+        /// The plan.
+        path: String,
+        /// The file of the extension.
+        file: String,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The text of an extension is not valid.
+    #[error("{path}: calibration.extend")]
+    Extension {
+        /// The plan.
+        path: String,
+        /// What is wrong, and where.
+        source: Box<ShaderError>,
     },
     /// A version of the layout that this program does not know.
     #[error("{path}: schema_version: expected {expected}, found {found}")]

@@ -1,7 +1,8 @@
 //! The TOML of a plan, and its checks.
 
 use super::error::nearest;
-use super::{CalibrationPlan, DataPlan, PLAN_VERSION, Plan, PlanError, PlatoonPlan, Validation};
+use super::{CalibrationPlan, DataPlan, Extend, PLAN_VERSION, Plan, PlanError, PlatoonPlan};
+use super::{StoredExtension, Validation};
 use crate::calibrate::{OptimizerKind, Overrides, Stop};
 use crate::catalog::Variant;
 use crate::lanes::LanesPrecision;
@@ -58,6 +59,8 @@ struct PlatoonText {
 #[serde(deny_unknown_fields)]
 struct CalibrationText {
     variants: Vec<VariantText>,
+    #[serde(default)]
+    extend: Vec<String>,
     gof: Option<Vec<String>>,
     convention: Option<String>,
     replicates: Option<u64>,
@@ -84,13 +87,19 @@ struct ValidationText {
     on: Option<String>,
 }
 
-pub(super) fn read(content: &str, path: &str, folder: &Path, name: &str) -> Result<Plan, PlanError> {
+pub(super) fn read(
+    content: &str,
+    path: &str,
+    folder: &Path,
+    name: &str,
+    stored: &[StoredExtension],
+) -> Result<Plan, PlanError> {
     let plan: PlanText = toml::from_str(content).map_err(|error| at(content, path, &error))?;
     if plan.schema_version != PLAN_VERSION {
         let (path, found) = (path.to_owned(), plan.schema_version);
         return Err(PlanError::Version { path, expected: PLAN_VERSION, found });
     }
-    let of = Reader { path };
+    let of = Reader { path, folder, stored };
     Ok(Plan {
         name: plan.name.unwrap_or_else(|| name.to_owned()),
         data: DataPlan {
@@ -123,12 +132,18 @@ fn at(content: &str, path: &str, error: &toml::de::Error) -> PlanError {
     PlanError::Toml { path: path.to_owned(), line, column, reason, nearest }
 }
 
-struct Reader<'a> {
-    path: &'a str,
+/// Reads the values of one plan.
+pub(super) struct Reader<'a> {
+    /// The plan, for messages.
+    pub path: &'a str,
+    /// Where names of files start.
+    pub folder: &'a Path,
+    /// Extensions whose texts are known already.
+    pub stored: &'a [StoredExtension],
 }
 
 impl Reader<'_> {
-    fn value(&self, key: impl Into<String>, reason: impl Display, nearest: Option<String>) -> PlanError {
+    pub(super) fn value(&self, key: impl Into<String>, reason: impl Display, nearest: Option<String>) -> PlanError {
         PlanError::Value { path: self.path.to_owned(), key: key.into(), reason: reason.to_string(), nearest }
     }
 
@@ -188,8 +203,9 @@ impl Reader<'_> {
         let convention = entry.convention.as_deref().unwrap_or("paper");
         let optimizer = entry.optimizer.as_deref().unwrap_or("auto");
         let (evaluator, precision) = self.evaluator(entry.evaluator.as_deref(), entry.precision.as_deref())?;
+        let extend = self.extensions(entry.extend)?;
         Ok(CalibrationPlan {
-            variants: self.variants(&entry.variants)?,
+            variants: self.extended(self.variants(&entry.variants)?, &extend)?,
             gofs,
             convention: self.parse("calibration.convention", convention, &["paper", "authors"])?,
             replicates: self.at_least_1("calibration.replicates", entry.replicates.unwrap_or(1))?,
@@ -207,7 +223,8 @@ impl Reader<'_> {
                 max_stall: self.at_least_1("calibration.max_stall", entry.max_stall.unwrap_or(default.max_stall))?,
                 ..default
             },
-            bounds: self.bounds(&entry.bounds)?,
+            bounds: self.bounds(&entry.bounds, &extend)?,
+            extend,
             evaluator,
             precision,
         })
@@ -285,13 +302,15 @@ impl Reader<'_> {
         Ok((kind, precision))
     }
 
-    fn bounds(&self, table: &toml::Table) -> Result<Overrides, PlanError> {
+    fn bounds(&self, table: &toml::Table, extend: &[Extend]) -> Result<Overrides, PlanError> {
         let number = |value: &toml::Value| value.as_float().or(value.as_integer().map(|i| i as f64));
         let mut bounds = Overrides::new();
         for (name, value) in table {
             let key = format!("calibration.bounds.{name}");
-            let symbol = Symbol::from_name(name).ok_or_else(|| {
-                let known = Symbol::ALL.iter().map(|s| s.name());
+            let own = || extend.iter().flat_map(|e| &e.extension.parameters).copied();
+            let of_extension = || own().find(|symbol| symbol.name() == name);
+            let symbol = Symbol::from_name(name).or_else(of_extension).ok_or_else(|| {
+                let known = Symbol::ALL.iter().copied().chain(own()).map(Symbol::name);
                 self.value(&key, "not a parameter of any variant", nearest(name, known))
             })?;
             let pair = match value.as_array().map(Vec::as_slice) {

@@ -1,0 +1,90 @@
+//! The drive of the demo: five cars on a hilly road, something hidden in one of them, files as a test track would hand them over.
+
+use super::super::output;
+use super::Args;
+use leadlag::plant::{
+    Base, Effect, EffectError, EffectKind, Profile, Scenario, drawn, run, write_openacc, write_slope,
+};
+use std::str::FromStr;
+
+/// What is hidden, as on the command line.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Hidden {
+    effect: Option<Effect>,
+    /// Names of the parameters that were given; the others are the demo's to choose.
+    given: Vec<String>,
+}
+
+impl FromStr for Hidden {
+    type Err = EffectError;
+
+    fn from_str(text: &str) -> Result<Hidden, EffectError> {
+        if text == "none" {
+            return Ok(Hidden { effect: None, given: Vec::new() });
+        }
+        let values = text.split_once(':').map_or("", |(_, values)| values);
+        let names = values.split(',').map(|value| value.split('=').next().unwrap_or_default().trim().to_owned());
+        Ok(Hidden { effect: Some(text.parse()?), given: names.collect() })
+    }
+}
+
+impl Hidden {
+    /// The effect; one that begins at a certain time does so within the part of the drive that is trained on.
+    pub fn effect(&self, duration: f64) -> Option<Effect> {
+        let times: &[(&str, f64)] = match self.effect.as_ref()?.kind() {
+            EffectKind::HeadwayModeChange => &[("t0", 0.4)],
+            EffectKind::SetSpeedChange => &[("t1", 0.35), ("dur", 0.15)],
+            _ => &[],
+        };
+        let mut effect = self.effect.clone()?;
+        for (name, share) in times.iter().filter(|(name, _)| !self.given.iter().any(|given| given == name)) {
+            effect = effect.with(name, (share * duration).round()).expect("within a drive is within the bounds");
+        }
+        Some(effect)
+    }
+
+    /// The car that has it: the one behind the platoon leader, unless the effect needs two cars ahead.
+    pub fn follower(&self) -> usize {
+        let kind = self.effect.as_ref().map(Effect::kind);
+        if kind == Some(EffectKind::MultiAnticipation) { 2 } else { 1 }
+    }
+}
+
+/// platoon.csv (OpenACC layout), Slope.csv (the road) and, for the curious, truth.json.
+pub fn write(args: &Args, follower: usize) -> anyhow::Result<()> {
+    let mut scenario =
+        Scenario { seed: args.seed, duration_s: args.duration, profile: Profile::Cruise, ..Scenario::default() };
+    let car = &mut scenario.followers[follower - 1];
+    *car = drawn(Base::Idm, args.seed, follower);
+    car.effects.extend(args.hide.effect(args.duration));
+    let drive = run(&scenario)?;
+    let save = |name: &str, content: Vec<u8>| output::write_file(&args.out.join(name), &content);
+    let mut platoon = Vec::new();
+    write_openacc(&drive, &mut platoon)?;
+    save("platoon.csv", platoon)?;
+    let mut slope = Vec::new();
+    write_slope(&drive, &mut slope)?;
+    save("Slope.csv", slope)?;
+    save("truth.json", (serde_json::to_string_pretty(&drive.truth)? + "\n").into_bytes())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_begins_at_a_time_begins_within_the_drive_unless_told_otherwise() {
+        let values = |text: &str| {
+            let hidden: Hidden = text.parse().expect("good");
+            hidden.effect(300.0).map(|effect| effect.values().to_vec())
+        };
+        assert_eq!(values("none"), None);
+        assert_eq!(values("headway_mode_change"), Some(vec![0.2, 120.0]));
+        assert_eq!(values("headway_mode_change:t0=90,r=0.3"), Some(vec![0.3, 90.0]));
+        assert_eq!(values("set_speed_change"), Some(vec![16.0, 105.0, 45.0]));
+        assert_eq!(values("grade: gg=0.5"), Some(vec![0.5]));
+        assert!("gradient".parse::<Hidden>().expect_err("unknown").to_string().contains("there are"));
+        let follower = |text: &str| text.parse::<Hidden>().expect("good").follower();
+        assert_eq!((follower("multi_anticipation"), follower("none"), follower("grade")), (2, 1, 1));
+    }
+}

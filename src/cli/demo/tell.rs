@@ -1,0 +1,222 @@
+//! What the demo says: few lines per step, and at the end what was found beside what had been hidden.
+
+use super::super::output;
+use super::{Args, BASE, Found};
+use leadlag::diagnose::outcome::{CauseEntry, Outcome, VerdictName};
+use leadlag::plant::Effect;
+use leadlag::report::diagnosis::causes::equation;
+use leadlag::report::result::ResultFile;
+use leadlag::report::text::wrapped;
+use std::path::Path;
+
+pub fn beginning(args: &Args, follower: usize) -> String {
+    let folder = args.out.display();
+    let text = format!(
+        "A drive of five cars, {} s at 10 Hz on a hilly road, as sensors would have measured it: {folder}/platoon.csv (OpenACC layout), \
+         {folder}/Slope.csv. Follower {follower} drives by the model {BASE}, and may have something that {BASE} does not know. What follows \
+         sees these two files only; what had been hidden is said at the end.",
+        args.duration
+    );
+    format!("{}\n", wrapped(0, 0, &text))
+}
+
+/// Prints the heading of a step.
+pub fn step(title: &str) -> anyhow::Result<()> {
+    output::print(&format!("\n== {title}\n"))
+}
+
+/// Prints what a command came to.
+pub fn line(text: &str) -> anyhow::Result<()> {
+    output::print(&wrapped(2, 4, text))
+}
+
+pub fn command(words: &[&str], log: &Path) -> String {
+    let log = log.display().to_string();
+    let typed: Vec<String> = words.iter().map(|word| quoted(word)).collect();
+    format!("$ leadlag {} > {}\n", typed.join(" "), quoted(&log))
+}
+
+/// A word as a shell takes it.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "/._-+=:,".contains(c);
+    if word.chars().all(plain) { word.to_owned() } else { format!("'{}'", word.replace('\'', "'\\''")) }
+}
+
+pub fn calibrated(result: &ResultFile) -> String {
+    let score = result.score.get("nrmse_sva").copied().flatten();
+    let score = score.map_or("undefined".to_owned(), |score| format!("{score:.4}"));
+    let simulations = result.evaluations;
+    format!("{}: NRMSE(s,v,a) {score} after {simulations} simulations", result.model())
+}
+
+pub fn held_back(model: &str, score: Option<f64>) -> String {
+    match score {
+        Some(score) => format!("{model}: NRMSE(s,v,a) {score:.4}"),
+        None => format!("{model}: the simulation breaks off"),
+    }
+}
+
+/// Parameters of a cause with units and intervals.
+fn parameters(cause: &CauseEntry) -> String {
+    let one = |p: &leadlag::diagnose::outcome::ParameterEntry| {
+        let unit = if p.unit == "-" { String::new() } else { format!(" {}", p.unit) };
+        let interval = p.interval.map_or(String::new(), |[low, high]| format!(" [{low:.4}, {high:.4}]"));
+        format!("{} = {:.4}{unit}{interval}", p.name, p.value)
+    };
+    cause.parameters.iter().map(one).collect::<Vec<_>>().join(", ")
+}
+
+pub fn verdict(outcome: &Outcome) -> String {
+    let names = |causes: &[CauseEntry]| causes.iter().map(|c| c.name.clone()).collect::<Vec<_>>().join(", ");
+    let causes = &outcome.causes;
+    match outcome.verdict {
+        VerdictName::Named => {
+            let one = |c: &CauseEntry| {
+                let meaning = equation(&c.name).map_or(String::new(), |(_, meaning)| format!(" ({meaning})"));
+                let (evidence, threshold) = (c.evidence, c.threshold);
+                format!("{}{meaning}: {}; evidence {evidence:.0}, {threshold:.0} needed", c.name, parameters(c))
+            };
+            format!("named {}", causes.iter().map(one).collect::<Vec<_>>().join("; and "))
+        }
+        VerdictName::Ambiguous => {
+            format!("one of several: {}, {}", names(causes), names(&outcome.confounded_with))
+        }
+        VerdictName::Nothing => "nothing is wrong with the model that these data could show".to_owned(),
+        _ => outcome.reason.clone(),
+    }
+}
+
+/// The last lines.
+pub fn ending(found: &Found, hidden: Option<&Effect>, page: &str) -> String {
+    let mut text = "\n== What was found, and what had been hidden\n".to_owned();
+    let mut say = |who: &str, what: &str| text += &wrapped(0, 8, &format!("{who:<8}{what}"));
+    say("found", &verdict(&found.outcome));
+    say("hidden", &hidden.map_or("nothing".to_owned(), in_words));
+    say("so", &judgement(&found.outcome, hidden));
+    if let [Some(base), Some(extended)] = found.held_back {
+        let percent = 100.0 * (1.0 - extended / base);
+        let more = if percent >= 0.0 { "less" } else { "more" };
+        let size = percent.abs();
+        say(
+            "gain",
+            &format!(
+                "on the third that was held back NRMSE(s,v,a) is {base:.4} with {BASE} and {extended:.4} with the extension, {size:.0} % {more}"
+            ),
+        );
+    }
+    text += &format!("\n== Look at\n{page}\n\n== The same with your own data\n");
+    text += "$ leadlag inspect FILE.csv\n";
+    text += &format!("$ leadlag diagnose --data FILE.csv --follower 1 --base {BASE} --out diagnosis\n");
+    text += "$ leadlag report diagnosis -o report.html\n";
+    text
+}
+
+fn in_words(effect: &Effect) -> String {
+    let kind = effect.kind();
+    let values: Vec<String> = kind
+        .parameters()
+        .iter()
+        .zip(effect.values())
+        .map(|(p, value)| {
+            format!("{} = {value} {}", p.name, if p.unit == "-" { "" } else { p.unit }).trim_end().to_owned()
+        })
+        .collect();
+    format!("{kind}, {} ({})", values.join(", "), kind.meaning())
+}
+
+/// Whether the verdict is right, in words; a demo that only tells its successes would not be worth much.
+fn judgement(outcome: &Outcome, hidden: Option<&Effect>) -> String {
+    let named = || outcome.causes.iter().chain(&outcome.confounded_with);
+    let several = outcome.causes.len() > 1;
+    let Some(hidden) = hidden else {
+        return match outcome.verdict {
+            VerdictName::Nothing => "right: nothing was hidden, and nothing is named".to_owned(),
+            VerdictName::Named | VerdictName::Ambiguous => {
+                "wrong: nothing was hidden, so this is a false alarm".to_owned()
+            }
+            _ => "not named, as nothing was hidden; but it should have ended with `nothing`".to_owned(),
+        };
+    };
+    let name = hidden.kind().name();
+    let own = outcome.causes.iter().find(|cause| cause.name == name);
+    match (outcome.verdict, own) {
+        (VerdictName::Named, Some(cause)) => {
+            let inside = cause.parameters.iter().all(|p| {
+                let index = hidden.kind().parameters().iter().position(|own| own.name == p.name);
+                let truth = index.map(|index| hidden.values()[index]);
+                truth.zip(p.interval).is_none_or(|(truth, [low, high])| (low..=high).contains(&truth))
+            });
+            let size = if inside { "within" } else { "but outside" };
+            let also = if several { "; beside it something is named that was not hidden" } else { "" };
+            format!("right, {size} the 95 % intervals{also}")
+        }
+        (VerdictName::Named, None) => {
+            let family = outcome.causes.iter().map(|c| c.family.as_str()).find(|f| !f.is_empty()).unwrap_or("-");
+            format!(
+                "another name than what was hidden (family {family}): on this drive the two may look alike; another --seed gives another drive"
+            )
+        }
+        (VerdictName::Ambiguous, _) if named().any(|cause| cause.name == name) => {
+            "what was hidden is among the names; this drive cannot tell them apart".to_owned()
+        }
+        (VerdictName::Ambiguous, _) => "wrong: what was hidden is not among the names".to_owned(),
+        (VerdictName::NotTestable, _) | (VerdictName::Nothing, _) if untestable(outcome, name) => {
+            "not found: the calibration absorbs it, which the diagnosis says".to_owned()
+        }
+        _ => "missed: what was hidden is too weak for this drive, or too much like what the calibration can adapt to"
+            .to_owned(),
+    }
+}
+
+fn untestable(outcome: &Outcome, name: &str) -> bool {
+    outcome.not_testable.iter().any(|entry| entry.name == name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn outcome(verdict: &str, names: &[&str]) -> Outcome {
+        let cause = |name: &&str| {
+            serde_json::json!({"name": name, "family": name, "evidence": 50.0, "threshold": 20.0, "threshold_kind": "table",
+                "parameters": [{"name": "gg", "value": 0.4, "unit": "-", "interval": [0.38, 0.42]}]})
+        };
+        serde_json::from_value(serde_json::json!({
+            "schema_version": 1, "verdict": verdict, "reason": "", "causes": names.iter().map(cause).collect::<Vec<_>>(),
+            "confounded_with": [], "not_testable": [{"name": "range_bias", "absorbed_by": ["d_0"]}], "data_findings": [],
+            "gain": null, "left_over": [], "simulations": 0, "seed": 1, "effort": "quick", "data": [], "drives": [], "held_back": "",
+            "base": null, "extended": null, "budget": null, "missing": null, "missing_left": null, "formula": null, "ladder": []
+        }))
+        .expect("an outcome")
+    }
+
+    #[test]
+    fn commands_can_be_typed() {
+        let line = command(&["inspect", "my drive.csv"], Path::new("out/it's.txt"));
+        assert_eq!(line, "$ leadlag inspect 'my drive.csv' > 'out/it'\\''s.txt'\n");
+    }
+
+    #[test]
+    fn says_whether_the_verdict_is_right() {
+        let judge = |verdict: &str, names: &[&str], hidden: &str| {
+            let effect = (hidden != "none").then(|| hidden.parse::<Effect>().expect("good"));
+            judgement(&outcome(verdict, names), effect.as_ref())
+        };
+        let cases: [(&str, &[&str], &str, &str); 10] = [
+            ("nothing", &[], "none", "right: "),
+            ("named", &["grade"], "none", "wrong: nothing was hidden"),
+            ("unexplained", &[], "none", "not named"),
+            ("named", &["grade"], "grade:gg=0.4", "right, within"),
+            ("named", &["grade"], "grade:gg=0.6", "right, but outside"),
+            ("named", &["const_decel"], "grade", "another name"),
+            ("ambiguous", &["grade", "aero_drag"], "aero_drag", "what was hidden is among"),
+            ("ambiguous", &["grade"], "aero_drag", "wrong: "),
+            ("nothing", &[], "range_bias", "not found: the calibration absorbs it"),
+            ("nothing", &[], "grade", "missed"),
+        ];
+        for (verdict, names, hidden, words) in cases {
+            let said = judge(verdict, names, hidden);
+            assert!(said.starts_with(words), "{verdict} {names:?} {hidden}: {said}");
+        }
+    }
+}

@@ -1,0 +1,112 @@
+//! The time charts of a report, from the tables that calibrate and diagnose leave behind.
+
+use anyhow::Context;
+use leadlag::diagnose::outcome::Outcome;
+use leadlag::report::html::{Chart, Line, Panel, Role};
+use leadlag::report::residuals::Simulated;
+use leadlag::report::result::ResultFile;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Names of the panels, and of the columns that they show.
+const SIGNALS: [(&str, &str); 3] =
+    [("spacing s [m]", "spacing_m"), ("speed v [m/s]", "speed_mps"), ("acceleration a [m/s²]", "accel_mps2")];
+
+/// The columns of a table by name; empty fields are NaN.
+fn columns(path: &Path) -> anyhow::Result<BTreeMap<String, Vec<f64>>> {
+    let place = || format!("{}: cannot read the series", path.display());
+    let mut reader = csv::Reader::from_path(path).with_context(place)?;
+    let names: Vec<String> = reader.headers().with_context(place)?.iter().map(str::to_owned).collect();
+    let mut columns: BTreeMap<String, Vec<f64>> = names.iter().map(|name| (name.clone(), Vec::new())).collect();
+    for row in reader.records() {
+        for (name, field) in names.iter().zip(row.with_context(place)?.iter()) {
+            columns.entry(name.clone()).or_default().push(field.parse().unwrap_or(f64::NAN));
+        }
+    }
+    Ok(columns)
+}
+
+/// The panels s, v, a of columns with these prefixes.
+fn panels(table: &BTreeMap<String, Vec<f64>>, lines: &[(&str, &str, Role)]) -> Vec<Panel> {
+    let panel = |(label, column): &(&str, &str)| {
+        let ahead = table.get("lead_speed_mps").filter(|_| *column == "speed_mps");
+        let mut own: Vec<Line> = ahead.map(|v| Line::new("car ahead", Role::Context, v)).into_iter().collect();
+        for (prefix, name, role) in lines {
+            own.extend(table.get(&format!("{prefix}{column}")).map(|values| Line::new(name, *role, values)));
+        }
+        Panel { label: (*label).to_owned(), lines: own }
+    };
+    SIGNALS.iter().map(panel).collect()
+}
+
+/// Charts of the drives.
+pub fn of_diagnosis(folder: &Path, outcome: &Outcome) -> anyhow::Result<Vec<Chart>> {
+    let mut charts = Vec::new();
+    for number in 1.. {
+        let path = folder.join(format!("simulation_{number}.csv"));
+        if !path.exists() {
+            break;
+        }
+        let table = columns(&path)?;
+        let lines = [
+            ("", "measured", Role::Observed),
+            ("base_", "base", Role::Simulated),
+            ("extended_", "extended", Role::Alternative),
+        ];
+        let mut panels = panels(&table, &lines);
+        let missing = folder.join(format!("missing_acceleration_{number}.csv"));
+        if missing.exists() {
+            let table = columns(&missing)?;
+            let of = |column: &str, name, role| table.get(column).map(|d| Line::new(name, role, d));
+            let base = of("missing_accel_mps2", "base", Role::Simulated);
+            let extended = of("extended_missing_accel_mps2", "extended", Role::Alternative);
+            let lines =
+                base.into_iter().chain(extended).filter(|line| line.values.iter().any(Option::is_some)).collect();
+            panels.push(Panel { label: "missing a [m/s²]".to_owned(), lines });
+        }
+        let x = table.get("time_s").cloned().unwrap_or_default();
+        let title = outcome.drives.get(number - 1).map_or(format!("Drive {number}"), |drive| {
+            let role = if drive.role == "holdout" { "held back" } else { "trained on" };
+            format!("{} ({role})", drive.label)
+        });
+        charts.push(Chart { title, x_label: "time [s]".to_owned(), x, panels });
+    }
+    Ok(charts)
+}
+
+/// Charts and residuals of each trajectory.
+pub fn of_calibration(folder: &Path, result: &ResultFile) -> anyhow::Result<(Vec<Chart>, Vec<Simulated>)> {
+    let count = result.data.len();
+    let (mut charts, mut all) = (Vec::new(), Vec::new());
+    for (number, entry) in (1..).zip(&result.data) {
+        let suffix = if count == 1 { String::new() } else { format!("_{number}") };
+        let path = folder.join(format!("simulation{suffix}.csv"));
+        if !path.exists() {
+            eprintln!("warning: {} is not there, so its charts are missing", path.display());
+            continue;
+        }
+        let table = columns(&path)?;
+        let lines = [("", "observed", Role::Observed), ("sim_", "simulated", Role::Simulated)];
+        let mut panels = panels(&table, &lines);
+        let column = |name: &str| table.get(name).cloned().unwrap_or_default();
+        let signals = |prefix: &str| SIGNALS.map(|(_, name)| column(&format!("{prefix}{name}")));
+        let one = Simulated {
+            label: format!("{} {}", entry.follower, entry.name),
+            t: column("time_s"),
+            v_l: column("lead_speed_mps"),
+            measured: signals(""),
+            simulated: signals("sim_"),
+            first: entry.first_scored,
+        };
+        for (k, label) in ["residual of s [m]", "residual of v [m/s]"].into_iter().enumerate() {
+            let pairs = one.simulated[k].iter().zip(&one.measured[k]);
+            let residual: Vec<f64> = pairs.map(|(simulated, measured)| simulated - measured).collect();
+            let line = Line::new("simulated - observed", Role::Simulated, &residual);
+            panels.push(Panel { label: label.to_owned(), lines: vec![line] });
+        }
+        let title = format!("{}, follower {} {}", entry.path, entry.follower, entry.name);
+        charts.push(Chart { title, x_label: "time [s]".to_owned(), x: one.t.clone(), panels });
+        all.push(one);
+    }
+    Ok((charts, all))
+}

@@ -1,0 +1,28 @@
+//! A study as one HTML file.
+
+use super::super::study::status::complaints;
+use anyhow::bail;
+use leadlag::report::study;
+use leadlag::study::folder::Folder;
+use leadlag::study::outcome::Outcomes;
+use leadlag::study::{inventory, past_runs};
+use std::path::Path;
+
+pub fn page(path: &Path) -> anyhow::Result<String> {
+    let folder = Folder::open(path)?;
+    let (tasks, file) = (folder.tasks()?, folder.study_file()?);
+    let inventory = inventory::look(&folder, &tasks, &[])?;
+    eprint!("{}", complaints(&inventory));
+    if !inventory.conflicting.is_empty() {
+        bail!("{} parts contradict another one; nothing is reported", inventory.conflicting.len());
+    }
+    if inventory.done() == 0 {
+        bail!("no task is done yet; `leadlag study run {}` computes them", path.display());
+    }
+    if !inventory.missing.is_empty() {
+        let (missing, all) = (inventory.missing.len(), tasks.len());
+        eprintln!("warning: {missing} of {all} tasks are missing; the report says so");
+    }
+    let all: Vec<Outcomes> = file.gofs.iter().map(|gof| Outcomes::gather(&tasks, &inventory, gof)).collect();
+    Ok(study::page(&file, &all, &inventory, &past_runs(&folder)))
+}

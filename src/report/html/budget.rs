@@ -1,0 +1,36 @@
+//! The error budget: which signal, while doing what, at which frequency, how fast, where.
+
+use super::{Page, short};
+use crate::diagnose::budget::{Budget, Share};
+
+/// Adds the whole budget; `whose` says whose error it is.
+pub(super) fn budget(page: &mut Page, budget: &Budget, whose: &str) {
+    let ([s, v, a], [bias_s, bias_v, bias_a]) = (budget.rms.map(short), budget.bias.map(short));
+    page.paragraph(&format!(
+        "{whose}, root mean square: spacing {s} m, speed {v} m/s, acceleration {a} m/s²; mean (simulated minus measured): {bias_s} m, \
+         {bias_v} m/s, {bias_a} m/s². Below: the share that each class has of the squared error, beside its share of the time; a class is \
+         conspicuous where its error takes more than its time."
+    ));
+    let divisions = [
+        ("Error by what the car is doing", "while", &budget.regime),
+        ("Error by frequency", "frequency", &budget.frequency),
+        ("Error by speed", "speed", &budget.speed),
+        ("Error by place on the road", "place", &budget.place),
+    ];
+    page.raw("<div class=\"beside\">");
+    for (caption, class, shares) in divisions {
+        let percent = |x: f64| format!("{:.0} %", 100.0 * x);
+        let row = |share: &Share| {
+            let [s, v, a] = share.error.map(percent);
+            vec![share.name.clone(), share.time.map_or("–".to_owned(), percent), s, v, a]
+        };
+        let of = |row: usize, column: usize| match column {
+            1 => shares[row].time,
+            2..=4 => Some(shares[row].error[column - 2]),
+            _ => None,
+        };
+        let head = [class, "time", "spacing", "speed", "acceleration"];
+        page.table_with(caption, &head, &shares.iter().map(row).collect::<Vec<_>>(), &of);
+    }
+    page.raw("</div>");
+}

@@ -1,0 +1,104 @@
+//! Tables of a page: sortable, numbers to the right, shares with a bar behind them.
+
+use super::{Page, escape};
+use std::fmt::Write;
+
+/// Rows from which on a table scrolls by itself.
+const LONG: usize = 14;
+
+impl Page {
+    /// Adds a table; columns of numbers are right-aligned, a click on a heading sorts. Nothing is added without rows.
+    pub fn table(&mut self, caption: &str, head: &[&str], rows: &[Vec<String>]) {
+        self.table_with(caption, head, rows, &|_, _| None);
+    }
+
+    /// Adds a table whose cells may be shares, from 0 to 1: `share(row, column)`.
+    pub fn table_with(
+        &mut self,
+        caption: &str,
+        head: &[&str],
+        rows: &[Vec<String>],
+        share: &dyn Fn(usize, usize) -> Option<f64>,
+    ) {
+        if rows.is_empty() {
+            return;
+        }
+        let numeric: Vec<bool> = (0..head.len()).map(|column| is_numeric(rows, column)).collect();
+        let class = |column: usize| if numeric[column] { " class=\"number\"" } else { "" };
+        let long = if rows.len() > LONG { " long" } else { "" };
+        let mut html = format!(
+            "<div class=\"table{long}\" tabindex=\"0\"><table><caption>{}</caption><thead><tr>",
+            escape(caption)
+        );
+        for (column, name) in head.iter().enumerate() {
+            let (class, name) = (class(column), escape(name));
+            // Writing to a String cannot fail.
+            let _ = write!(html, "<th scope=\"col\"{class}><button type=\"button\">{name}</button></th>");
+        }
+        html.push_str("</tr></thead><tbody>");
+        for (number, row) in rows.iter().enumerate() {
+            html.push_str("<tr>");
+            for (column, cell) in row.iter().enumerate() {
+                // Paths may be broken behind each folder, so that they never make a table wider than a page.
+                let cell = escape(cell).replace('/', "/<wbr>");
+                let _ = match share(number, column).filter(|share| share.is_finite()) {
+                    Some(share) => {
+                        let percent = 100.0 * share.clamp(0.0, 1.0);
+                        write!(html, "<td class=\"number share\" style=\"--share:{percent:.1}%\">{cell}</td>")
+                    }
+                    None => write!(html, "<td{}>{cell}</td>", class(column)),
+                };
+            }
+            html.push_str("</tr>");
+        }
+        html.push_str("</tbody></table></div>");
+        self.raw(&html);
+    }
+}
+
+/// True if every cell of a column that says anything is a number or made of numbers; the first column has names.
+fn is_numeric(rows: &[Vec<String>], column: usize) -> bool {
+    let mut cells = rows.iter().filter_map(|row| row.get(column)).filter(|cell| !is_empty(cell)).peekable();
+    column > 0 && cells.peek().is_some() && cells.all(|cell| is_number(cell))
+}
+
+/// What stands where there is nothing to say.
+fn is_empty(cell: &str) -> bool {
+    matches!(cell, "" | "-" | "–")
+}
+
+/// `1.5`, `1 to 2`, `3 of 4`, `12 %`.
+fn is_number(cell: &str) -> bool {
+    let cell = cell.replace('−', "-");
+    let mut words = cell.split_whitespace();
+    words.all(|word| word.parse::<f64>().is_ok() || matches!(word, "to" | "of" | "%" | "≥"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn column(cells: &[&str]) -> bool {
+        let rows: Vec<Vec<String>> = cells.iter().map(|cell| vec![String::new(), (*cell).to_owned()]).collect();
+        is_numeric(&rows, 1)
+    }
+
+    #[test]
+    fn columns_of_numbers_are_told_from_others() {
+        assert!(column(&["1.5", "-", "+3e-7", "−2"]) && column(&["0 of 2", "12 %", "1.5 to 2"]));
+        assert!(!column(&["-", "–", ""]) && !column(&["529f2d02c6324f5f"]) && !column(&["1 Synthetic(B)"]));
+        assert!(!column(&["1.5", "m/s"]));
+    }
+
+    #[test]
+    fn shares_have_bars_and_no_rows_no_table() {
+        let mut page = Page::default();
+        page.table("c", &["a"], &[]);
+        assert_eq!(page.body, "");
+        page.table_with("c", &["a", "b"], &[vec!["x <".to_owned(), "40 %".to_owned()]], &|_, c| {
+            (c == 1).then_some(0.4)
+        });
+        assert!(page.body.contains("<td class=\"number share\" style=\"--share:40.0%\">40 %</td>"), "{}", page.body);
+        assert!(page.body.contains("<td>x &lt;</td>"));
+    }
+}

@@ -1,0 +1,174 @@
+//! What a simulation errs by, sorted: from the columns of a simulation file to an error budget and to residuals over speed.
+
+use super::html::{Chart, Line, Panel, Role};
+use crate::diagnose::budget::{Budget, Errors, budget};
+use crate::diagnose::scene::Scene;
+
+/// Width of the classes of speed \[m/s\].
+const CLASS: f64 = 1.0;
+/// Accelerations that tell what a car is doing are slopes over so many seconds to either side, as in a diagnosis \[s\].
+const SLOPE_S: f64 = 0.5;
+/// Fewer samples say nothing about a class.
+const FEWEST: usize = 30;
+
+/// A measured follower with its simulation.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Simulated {
+    /// Name of the trajectory.
+    pub label: String,
+    /// Time \[s\].
+    pub t: Vec<f64>,
+    /// Speed of the car ahead \[m/s\].
+    pub v_l: Vec<f64>,
+    /// Measured spacing \[m\], speed \[m/s\], acceleration \[m/s²\].
+    pub measured: [Vec<f64>; 3],
+    /// The same, simulated; NaN where it is not.
+    pub simulated: [Vec<f64>; 3],
+    /// First compared sample.
+    pub first: usize,
+}
+
+impl Simulated {
+    /// Simulated minus measured, from the first compared sample to where the simulation ends.
+    fn errors(&self) -> [Vec<f64>; 3] {
+        let error = |k: usize| -> Vec<f64> {
+            let pairs = self.simulated[k].iter().zip(&self.measured[k]).skip(self.first);
+            pairs.map(|(simulated, measured)| simulated - measured).take_while(|error| error.is_finite()).collect()
+        };
+        let mut all = [0, 1, 2].map(error);
+        let shortest = all.iter().map(Vec::len).min().unwrap_or(0);
+        all.iter_mut().for_each(|errors| errors.truncate(shortest));
+        all
+    }
+
+    fn scene(&self) -> Scene {
+        let dt = self.t.get(1).map_or(1.0, |t| t - self.t[0]);
+        let [s, v, _] = &self.measured;
+        Scene {
+            label: self.label.clone(),
+            t: self.t.clone(),
+            dt,
+            v: v.clone(),
+            s: s.clone(),
+            dv: self.v_l.iter().zip(v).map(|(v_l, v)| v_l - v).collect(),
+            a: slopes(v, dt),
+            a_l: slopes(&self.v_l, dt),
+            sin_grade: None,
+            place: None,
+        }
+    }
+}
+
+/// Slope of a signal around every sample.
+fn slopes(y: &[f64], dt: f64) -> Vec<f64> {
+    let half = ((SLOPE_S / dt).round() as usize).max(1);
+    let around = |i: usize| (i.saturating_sub(half), (i + half).min(y.len() - 1));
+    let slope =
+        |(from, to): (usize, usize)| if to > from { (y[to] - y[from]) / ((to - from) as f64 * dt) } else { 0.0 };
+    (0..y.len()).map(|i| slope(around(i))).collect()
+}
+
+/// The error budget of several trajectories together; none without a compared sample.
+#[must_use]
+pub fn error_budget(all: &[Simulated]) -> Option<Budget> {
+    let parts: Vec<(Scene, [Vec<f64>; 3])> = all.iter().map(|one| (one.scene(), one.errors())).collect();
+    let runs: Vec<Errors> = parts
+        .iter()
+        .zip(all)
+        .map(|((scene, errors), one)| Errors {
+            scene,
+            first: one.first,
+            values: [&errors[0], &errors[1], &errors[2]].map(Vec::as_slice),
+        })
+        .collect();
+    budget(&runs)
+}
+
+/// Mean residual, and where two thirds of the residuals lie, in classes of measured speed; none where no class has samples enough.
+#[must_use]
+pub fn over_speed(all: &[Simulated]) -> Option<Chart> {
+    let mut classes: std::collections::BTreeMap<usize, Vec<[f64; 3]>> = std::collections::BTreeMap::new();
+    for one in all {
+        let errors = one.errors();
+        for (i, v) in one.measured[1].iter().skip(one.first).enumerate().take(errors[0].len()) {
+            let class = (v.max(0.0) / CLASS).floor() as usize;
+            classes.entry(class).or_default().push([0, 1, 2].map(|k| errors[k][i]));
+        }
+    }
+    classes.retain(|_, errors| errors.len() >= FEWEST);
+    if classes.is_empty() {
+        return None;
+    }
+    let x: Vec<f64> = classes.keys().map(|class| (*class as f64 + 0.5) * CLASS).collect();
+    let panel = |(k, label): (usize, &str)| {
+        let statistics = classes.values().map(|errors| {
+            let n = errors.len() as f64;
+            let mean = errors.iter().map(|e| e[k]).sum::<f64>() / n;
+            let deviation = (errors.iter().map(|e| (e[k] - mean).powi(2)).sum::<f64>() / n).sqrt();
+            (mean, deviation)
+        });
+        let (mean, deviation): (Vec<f64>, Vec<f64>) = statistics.unzip();
+        let side = |sign: f64| -> Vec<f64> { mean.iter().zip(&deviation).map(|(m, d)| m + sign * d).collect() };
+        let lines = vec![
+            Line::new("mean", Role::Simulated, &mean),
+            Line::new("mean + deviation", Role::Context, &side(1.0)),
+            Line::new("mean − deviation", Role::Context, &side(-1.0)),
+        ];
+        Panel { label: label.to_owned(), lines }
+    };
+    let labels = ["residual of s [m]", "residual of v [m/s]"];
+    Some(Chart {
+        title: "Residuals over speed: mean and standard deviation in classes of 1 m/s".to_owned(),
+        x_label: "measured speed [m/s]".to_owned(),
+        x,
+        panels: labels.into_iter().enumerate().map(panel).collect(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The simulation is 1 m too far behind below 10 m/s, and right above; it breaks off at sample 180.
+    fn made_up() -> Simulated {
+        let count = 200;
+        let v: Vec<f64> = (0..count).map(|i| 0.1 * i as f64).collect();
+        let simulated = |i: usize| if i >= 180 { f64::NAN } else { 20.0 + if v[i] < 10.0 { 1.0 } else { 0.0 } };
+        Simulated {
+            label: "made up".to_owned(),
+            t: (0..count).map(|i| 0.1 * i as f64).collect(),
+            v_l: v.clone(),
+            measured: [vec![20.0; count], v.clone(), vec![1.0; count]],
+            simulated: [(0..count).map(simulated).collect(), v.clone(), vec![1.0; count]],
+            first: 20,
+        }
+    }
+
+    #[test]
+    fn the_budget_says_where_the_error_is() {
+        let found = error_budget(&[made_up()]).expect("compared samples");
+        // Samples 20 to 99 of 20 to 179 are 1 m off.
+        assert!((found.rms[0] - 0.5_f64.sqrt()).abs() < 1e-12 && found.rms[1] == 0.0, "{:?}", found.rms);
+        let shares: Vec<(&str, f64)> = found.speed.iter().map(|share| (share.name.as_str(), share.error[0])).collect();
+        assert_eq!(
+            shares.iter().map(|(name, _)| *name).collect::<Vec<_>>(),
+            ["0 to 5 m/s", "5 to 10 m/s", "10 to 15 m/s", "15 to 20 m/s"]
+        );
+        assert!(
+            (shares[0].1 - 0.375).abs() < 1e-12 && (shares[1].1 - 0.625).abs() < 1e-12 && shares[2].1 == 0.0,
+            "{shares:?}"
+        );
+        assert!(found.place.is_empty());
+    }
+
+    #[test]
+    fn residuals_over_speed_are_means_of_classes() {
+        let mut long = made_up();
+        assert!(over_speed(&[long.clone()]).is_none(), "ten samples per class are too few");
+        long.measured[1].iter_mut().for_each(|v| *v = (*v / 4.0).floor() * 4.0 + 0.2);
+        let chart = over_speed(&[long]).expect("40 samples per class");
+        assert_eq!(chart.x, [4.5, 8.5, 12.5]);
+        let mean: Vec<f64> = chart.panels[0].lines[0].values.iter().map(|v| v.expect("a number")).collect();
+        assert_eq!((mean[0], mean[1], mean[2]), (1.0, 0.5, 0.0));
+    }
+}

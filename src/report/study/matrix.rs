@@ -1,0 +1,65 @@
+//! The validation matrix: what is calibrated on one trajectory of a vehicle and simulated on another.
+
+use crate::score::Measures;
+use crate::study::inventory::Inventory;
+use crate::study::outcome::statistics::median;
+use crate::study::part::{Part, RunRow};
+use std::collections::BTreeMap;
+
+/// A trajectory: platoon and follower.
+pub type Place = (String, usize);
+
+/// All winners of one trajectory, simulated on one.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Cross {
+    /// NRMSE(s,v,a) of the runs that came to the end.
+    pub scores: Vec<f64>,
+    /// Runs in which the spacing was not above 0.
+    pub collisions: usize,
+    /// All runs.
+    pub runs: usize,
+}
+
+impl Cross {
+    fn add(&mut self, run: &RunRow) {
+        let index = Measures::NAMES.iter().position(|name| *name == "nrmse_sva");
+        self.scores.extend(index.and_then(|i| run.measures.get(i).copied().flatten()));
+        self.collisions += usize::from(run.fail_reason.as_deref() == Some("spacing"));
+        self.runs += 1;
+    }
+
+    /// Median over the variants.
+    pub fn median(&self) -> Option<f64> {
+        median(&self.scores)
+    }
+}
+
+/// Per vehicle, in the order of their names: the trajectories, and what was simulated from which (first) on which (second).
+pub type Matrix = BTreeMap<String, BTreeMap<Place, BTreeMap<Place, Cross>>>;
+
+/// The matrix of one goodness of fit over all variants; of the replicates, the best one counts.
+pub fn matrix(inventory: &Inventory, gof: &str) -> Matrix {
+    let mut winners: BTreeMap<(&str, &str, usize), (f64, &Part)> = BTreeMap::new();
+    for part in inventory.parts.iter().flatten().filter(|part| part.calibration.gof == gof) {
+        let row = &part.calibration;
+        let Some(score) = row.score else { continue };
+        let key = (row.variant.as_str(), row.platoon.as_str(), row.follower);
+        // Of equal replicates the first, as in the tables.
+        if winners.get(&key).is_none_or(|(best, _)| score < *best) {
+            winners.insert(key, (score, part));
+        }
+    }
+    let mut matrix = Matrix::new();
+    for (_, part) in winners.values() {
+        let row = &part.calibration;
+        let from = (row.platoon.clone(), row.follower);
+        let own = matrix.entry(row.vehicle.clone()).or_default().entry(from.clone()).or_default();
+        if let Some(run) = &row.run {
+            own.entry(from).or_default().add(run);
+        }
+        for validation in &part.validations {
+            own.entry((validation.platoon.clone(), validation.follower)).or_default().add(&validation.run);
+        }
+    }
+    matrix
+}

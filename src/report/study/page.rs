@@ -1,0 +1,327 @@
+//! The report of a study as one HTML page: its figures, rankings, validation matrix, collisions and cost.
+
+use super::super::html::{Page, escape, short};
+use super::matrix::{Cross, Matrix, matrix};
+use super::{Material, figures, tables};
+use crate::study::PastRuns;
+use crate::study::inventory::Inventory;
+use crate::study::outcome::statistics::{mean, median};
+use crate::study::outcome::{Outcomes, Tried};
+use crate::study::paper::VALIDATIONS;
+use crate::study::table::{Table, Values};
+use serde_json::{Map, Value, json};
+
+pub fn write(material: &Material, inventory: &Inventory, past: &PastRuns) -> String {
+    let study = material.study;
+    let mut page = Page::default();
+    summary(&mut page, material);
+    claims(&mut page, material);
+    page.section("variants", "The variants");
+    overall(&mut page, material);
+    page.picture("Normalised calibration errors of the variants", &figures::boxes(material));
+    page.section("vehicles", "Ranking per vehicle");
+    page.picture("Calibration errors by platoon and vehicle", &figures::trajectories(material));
+    rankings(&mut page, material.own);
+    page.section("validation", "Validation");
+    let matrix = matrix(inventory, &material.own.gof);
+    validation(&mut page, &matrix);
+    page.picture("Collisions in validation", &figures::collisions(material));
+    page.section("replicates", "Replicates");
+    page.picture("Coefficient of variation over replicates", &figures::variations(material));
+    page.section("cost", "Compute used");
+    cost(&mut page, material, inventory, past);
+    page.section("data", "The data");
+    data(&mut page, material);
+    let missing = match material.missing {
+        0 => String::new(),
+        n => format!("; {n} tasks are missing, so these numbers are preliminary"),
+    };
+    let own = material.own;
+    let lead = format!(
+        "<p class=\"verdict\"><strong>{} variants on {} trajectories</strong> {} replicates each, {}{}</p>",
+        own.variants.len(),
+        own.drives.len(),
+        study.replicates,
+        escape(&own.gof),
+        escape(&missing)
+    );
+    page.finish(&format!("Study {}", study.name), &lead, &twin(material, &matrix, past))
+}
+
+fn summary(page: &mut Page, material: &Material) {
+    let (study, own) = (material.study, material.own);
+    page.section("summary", "In short");
+    let best = (0..own.variants.len())
+        .filter_map(|v| Some((material.four[v].median?, v)))
+        .min_by(|a, b| a.0.total_cmp(&b.0))
+        .map_or("–".to_owned(), |(median, v)| {
+            format!(
+                "{} (median normalised error {}: so much above the best of each trajectory)",
+                own.variants[v],
+                short(median)
+            )
+        });
+    let of = |agrees: Option<bool>| material.claims.iter().filter(|claim| claim.agrees == agrees).count();
+    let claims =
+        format!("{} agree, {} differ, {} cannot be told from this study", of(Some(true)), of(Some(false)), of(None));
+    let settings = format!(
+        "at most {} simulations per calibration by {}, seed {}, convention {}, {}",
+        study.max_evaluations, study.optimizer, study.seed, study.convention, study.program
+    );
+    let facts = [("best on the whole", best), ("beside the paper", claims), ("settings", settings)];
+    let list: String = facts.iter().map(|(k, v)| format!("<dt>{k}</dt><dd>{}</dd>", escape(v))).collect();
+    page.raw(&format!("<dl>{list}</dl>"));
+}
+
+fn claims(page: &mut Page, material: &Material) {
+    page.section("paper", "Where it agrees with the paper, and where not");
+    let row = |claim: &crate::study::outcome::claims::Claim| {
+        let mark = match claim.agrees {
+            Some(true) => "agrees",
+            Some(false) => "differs",
+            None => "cannot tell",
+        };
+        vec![mark.to_owned(), claim.paper.to_owned(), claim.found.clone()]
+    };
+    let rows: Vec<Vec<String>> = material.claims.iter().map(row).collect();
+    page.table("Statements of the paper", &["verdict", "the paper says", "this study"], &rows);
+}
+
+fn optional(value: Option<f64>) -> String {
+    value.map_or("–".to_owned(), short)
+}
+
+fn signed(value: Option<f64>) -> String {
+    value.map_or("–".to_owned(), |value| format!("{value:+.0}"))
+}
+
+/// Scores of all validation runs of a variant that came to the end.
+fn validated(own: &Outcomes, variant: usize, wanted: &dyn Fn(usize) -> bool) -> (Vec<f64>, usize, usize) {
+    let cells = own.cells[variant].iter().enumerate().filter(|(drive, _)| wanted(*drive));
+    let tried: Vec<&Tried> = cells.flat_map(|(_, cell)| &cell.tried).collect();
+    let scores = tried.iter().filter_map(|tried| match tried {
+        Tried::Errors(errors) => Some(errors.values[3]),
+        _ => None,
+    });
+    let collisions = tried.iter().filter(|tried| ***tried == Tried::Collision).count();
+    (scores.collect(), collisions, tried.len())
+}
+
+/// Tables 4 and 5 in one, beside the paper's numbers.
+fn overall(page: &mut Page, material: &Material) {
+    let own = material.own;
+    let rows: Vec<Vec<String>> = own
+        .variants
+        .iter()
+        .enumerate()
+        .map(|(v, variant)| {
+            let (four, paper) = (&material.four[v], material.paper.get(&variant.id()));
+            let (scores, collisions, runs) = validated(own, v, &|_| true);
+            vec![
+                variant.name(),
+                variant.id().to_string(),
+                optional(four.median),
+                optional(paper.map(|p| p.median)),
+                signed(four.change),
+                signed(paper.and_then(|p| p.change)),
+                optional(median(&scores)),
+                format!("{collisions} of {runs}"),
+                paper.map_or("–".to_owned(), |p| format!("{} of {VALIDATIONS}", p.collisions)),
+            ]
+        })
+        .collect();
+    let head = [
+        "variant",
+        "id",
+        "median normalised error",
+        "paper",
+        "change against its base [%]",
+        "paper",
+        "median NRMSE(s,v,a) in validation",
+        "collisions",
+        "paper",
+    ];
+    page.table("All variants beside the paper's Tables 4 and 5", &head, &rows);
+}
+
+fn rankings(page: &mut Page, own: &Outcomes) {
+    let mut vehicles: Vec<&str> = own.drives.iter().map(|drive| drive.vehicle.as_str()).collect();
+    vehicles.sort_unstable();
+    vehicles.dedup();
+    for vehicle in vehicles {
+        let is_own = |drive: usize| own.drives[drive].vehicle == vehicle;
+        let drives: Vec<usize> = (0..own.drives.len()).filter(|d| is_own(*d)).collect();
+        let score = |v: usize| -> Option<f64> {
+            let scores: Option<Vec<f64>> = drives.iter().map(|&d| own.cells[v][d].score).collect();
+            mean(&scores?)
+        };
+        let mut ranked: Vec<(usize, Option<f64>)> = (0..own.variants.len()).map(|v| (v, score(v))).collect();
+        ranked.sort_by(|a, b| a.1.unwrap_or(f64::INFINITY).total_cmp(&b.1.unwrap_or(f64::INFINITY)));
+        let rows: Vec<Vec<String>> = ranked
+            .iter()
+            .enumerate()
+            .map(|(rank, &(v, score))| {
+                let errors = |k: usize| {
+                    let values = drives.iter().filter_map(|&d| Some(own.cells[v][d].best?.values[k]));
+                    optional(mean(&values.collect::<Vec<_>>()))
+                };
+                let (scores, collisions, runs) = validated(own, v, &is_own);
+                vec![
+                    own.variants[v].name(),
+                    (rank + 1).to_string(),
+                    optional(score),
+                    errors(0),
+                    errors(1),
+                    errors(2),
+                    optional(median(&scores)),
+                    format!("{collisions} of {runs}"),
+                ]
+            })
+            .collect();
+        let score_name = format!("mean {}", own.gof);
+        let head = [
+            "variant",
+            "rank",
+            &score_name,
+            "RMSE(s) [m]",
+            "RMSE(v) [m/s]",
+            "RMSE(a) [m/s²]",
+            "median NRMSE(s,v,a) in validation",
+            "collisions",
+        ];
+        let count = drives.len();
+        let plural = if count == 1 { "trajectory" } else { "trajectories" };
+        page.table(&format!("{vehicle}, {count} {plural}"), &head, &rows);
+    }
+}
+
+fn validation(page: &mut Page, matrix: &Matrix) {
+    page.paragraph(
+        "Calibrated on the trajectory of the row, simulated on that of the column: median NRMSE(s,v,a) over the variants, and collisions. \
+         In the diagonal stands the calibration itself.",
+    );
+    let name = |place: &(String, usize)| format!("{} follower {}", place.0, place.1);
+    for (vehicle, rows) in matrix {
+        let mut places: Vec<&(String, usize)> = rows.keys().chain(rows.values().flat_map(|row| row.keys())).collect();
+        places.sort();
+        places.dedup();
+        let cell = |cross: Option<&Cross>| {
+            cross.map_or("–".to_owned(), |cross| {
+                let collisions = match cross.collisions {
+                    0 => String::new(),
+                    n => format!(", {n} of {} collide", cross.runs),
+                };
+                format!("{}{collisions}", optional(cross.median()))
+            })
+        };
+        let row = |(from, to): (&(String, usize), &std::collections::BTreeMap<(String, usize), Cross>)| {
+            std::iter::once(name(from)).chain(places.iter().map(|place| cell(to.get(*place)))).collect::<Vec<_>>()
+        };
+        let lines: Vec<Vec<String>> = rows.iter().map(row).collect();
+        let names: Vec<String> = places.iter().map(|place| name(place)).collect();
+        let head: Vec<&str> = std::iter::once("calibrated on").chain(names.iter().map(String::as_str)).collect();
+        page.table(vehicle, &head, &lines);
+    }
+}
+
+fn cost(page: &mut Page, material: &Material, inventory: &Inventory, past: &PastRuns) {
+    let done = inventory.done();
+    let evaluations: u64 = inventory.parts.iter().flatten().map(|part| part.calibration.evaluations).sum();
+    let mut evaluators: Vec<String> = inventory
+        .parts
+        .iter()
+        .flatten()
+        .map(|part| {
+            let row = &part.calibration;
+            let device = row.adapter.as_deref().unwrap_or("CPU");
+            format!("{} ({}) on {device}", row.evaluator, row.precision)
+        })
+        .collect();
+    evaluators.sort_unstable();
+    evaluators.dedup();
+    page.paragraph(&format!(
+        "{done} calibrations are there, {} are missing, {} found no feasible candidate; {evaluations} simulations; {}.",
+        material.missing,
+        inventory.failed(),
+        evaluators.join(", ")
+    ));
+    if past.runs > 0 {
+        let rate = past.candidate_steps as f64 / past.wall_s.max(1e-9) / 1e6;
+        page.paragraph(&format!(
+            "Written down by {} runs on this folder: {} tasks in {:.0} s of wall time (runs at the same time count each) and {:.0} s of CPU time, \
+             {} million candidate-steps per second of wall time.",
+            past.runs,
+            past.tasks,
+            past.wall_s,
+            past.cpu_s,
+            short(rate)
+        ));
+    }
+}
+
+fn data(page: &mut Page, material: &Material) {
+    let row = |drive: &crate::study::drive::DriveEntry| {
+        vec![
+            drive.label(),
+            drive.vehicle.clone(),
+            drive.file.clone(),
+            format!("{:.1} to {:.1}", drive.window_s[0], drive.window_s[1]),
+            drive.samples.to_string(),
+            drive.notes.join("; "),
+            drive.sha256.chars().take(16).collect(),
+        ]
+    };
+    let rows: Vec<Vec<String>> = material.study.drives.iter().map(row).collect();
+    let head = ["trajectory", "vehicle", "file", "window [s]", "samples", "prepared", "sha256"];
+    page.table("Trajectories", &head, &rows);
+}
+
+/// The numbers of the page for programs.
+fn twin(material: &Material, matrix: &Matrix, past: &PastRuns) -> String {
+    let claims: Vec<Value> = material
+        .claims
+        .iter()
+        .map(|claim| json!({"paper": claim.paper, "found": claim.found, "agrees": claim.agrees}))
+        .collect();
+    let crosses: Vec<Value> = matrix
+        .iter()
+        .flat_map(|(vehicle, rows)| rows.iter().map(move |(from, to)| (vehicle, from, to)))
+        .flat_map(|(vehicle, from, to)| {
+            to.iter().map(move |(place, cross)| {
+                json!({"vehicle": vehicle, "calibrated_on": from.0, "calibrated_follower": from.1, "simulated_on": place.0,
+                       "simulated_follower": place.1, "median_nrmse_sva": cross.median(), "collisions": cross.collisions, "runs": cross.runs})
+            })
+        })
+        .collect();
+    let json = json!({
+        "schema_version": crate::study::SCHEMA_VERSION,
+        "study": material.study,
+        "missing_tasks": material.missing,
+        "claims": claims,
+        "table4": rows(&tables::four(material)),
+        "table5": rows(&tables::five(material)),
+        "figure4": rows(&tables::variations(material)),
+        "figure5": rows(&tables::trajectories(material)),
+        "figure6": rows(&tables::boxes(material)),
+        "figure7": rows(&tables::collisions(material)),
+        "validation_matrix": crosses,
+        "compute": {"runs": past.runs, "tasks": past.tasks, "wall_s": past.wall_s, "cpu_s": past.cpu_s,
+                    "evaluations": past.evaluations, "candidate_steps": past.candidate_steps},
+    });
+    serde_json::to_string(&json).expect("numbers and text can be written")
+}
+
+/// One object per row of a table.
+fn rows(table: &Table) -> Value {
+    let value = |values: &Values, row: usize| match values {
+        Values::Integer(values) => json!(values[row]),
+        Values::Number(values) => json!(values[row].filter(|x| x.is_finite())),
+        Values::Flag(values) => json!(values[row]),
+        Values::Text(values) => json!(values[row]),
+    };
+    let row = |i: usize| {
+        let cells = table.columns.iter().map(|column| (column.name.clone(), value(&column.values, i)));
+        Value::Object(cells.collect::<Map<String, Value>>())
+    };
+    Value::Array((0..table.rows()).map(row).collect())
+}

@@ -1,0 +1,158 @@
+//! What people are shown: the demo, which sees files only and says honestly whether it found what had been hidden; pages and text charts.
+
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// Long enough for each of the causes below, and short enough for a test.
+const SECONDS: &str = "240";
+
+fn leadlag(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_leadlag")).args(arguments).output().expect("the program starts")
+}
+
+fn ok(arguments: &[&str]) -> String {
+    let output = leadlag(arguments);
+    assert!(output.status.success(), "{arguments:?}\n{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).expect("UTF-8")
+}
+
+fn scratch(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("report").join(name);
+    let _ = fs::remove_dir_all(&folder);
+    folder
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().expect("a UTF-8 path")
+}
+
+fn demo(hide: &str) -> (String, PathBuf) {
+    let name: String = hide.chars().take_while(|c| *c != ':').collect();
+    let folder = scratch(&name);
+    let said = ok(&["demo", "--hide", hide, "--seed", "1", "--duration", SECONDS, "--out", text(&folder)]);
+    (said, folder)
+}
+
+fn json(path: &Path) -> Value {
+    serde_json::from_str(&fs::read_to_string(path).expect("written")).expect("JSON")
+}
+
+/// The last lines agree with the files, and the report carries the diagnosis.
+fn check_ending(said: &str, folder: &Path) -> Value {
+    let ending = said.split("== What was found, and what had been hidden").nth(1).expect("an ending");
+    for words in
+        ["found ", "hidden ", "so ", "report.html", "$ leadlag inspect FILE.csv", "$ leadlag diagnose --data FILE.csv"]
+    {
+        assert!(ending.contains(words), "{words}: {said}");
+    }
+    let diagnosis = json(&folder.join("diagnosis").join("diagnosis.json"));
+    let page = fs::read_to_string(folder.join("report.html")).expect("written");
+    let reason = diagnosis["reason"].as_str().expect("a sentence");
+    assert!(page.contains(&reason.replace('<', "&lt;").replace('>', "&gt;")) && page.len() < 5_000_000, "{reason}");
+    // Each command that was shown is one that can be typed: it names the files of this folder, which are there.
+    for line in said.lines().filter(|line| line.starts_with("$ leadlag ") && line.contains(" > ")) {
+        let log = line.rsplit(" > ").next().expect("a file");
+        assert!(Path::new(log).exists(), "{line}");
+    }
+    diagnosis
+}
+
+fn found(hide: &str) {
+    let (said, folder) = demo(hide);
+    let diagnosis = check_ending(&said, &folder);
+    let name: String = hide.chars().take_while(|c| *c != ':').collect();
+    assert_eq!(diagnosis["verdict"], "named", "{said}");
+    assert_eq!(diagnosis["causes"][0]["name"], name.as_str(), "{said}");
+    assert!(said.contains("so      right, "), "{said}");
+    // What the analysis was given tells nothing of what is hidden; only truth.json does, which no command names.
+    let truth = fs::read_to_string(folder.join("truth.json")).expect("written");
+    assert!(truth.contains(&name) && !said.contains("truth.json"), "{said}");
+    for file in ["platoon.csv", "Slope.csv"] {
+        assert!(!fs::read_to_string(folder.join(file)).expect("written").contains(&name), "{file}");
+    }
+    // The extended model was calibrated on the same stretch, and both were tried on the rest.
+    let [base, extended] = ["base", "extended"].map(|model| {
+        let result = json(&folder.join(model).join("result.json"));
+        let run = json(&folder.join(format!("{model}_held_back.json")));
+        let (trained, held) = (&result["data"][0]["window_s"], run["runs"][0]["preparation"].to_string());
+        assert_eq!((trained[0].as_f64(), trained[1].as_f64()), (Some(0.0), Some(160.0)), "{trained}");
+        assert!(held.contains("160"), "{held}");
+        (result, run["runs"][0]["score"]["nrmse_sva"].as_f64().expect("a score"))
+    });
+    assert_eq!(extended.0["extensions"][0]["name"], name.as_str());
+    assert!(base.0["extensions"].as_array().is_some_and(Vec::is_empty));
+    assert!(extended.1 < base.1, "on what was held back: base {}, extended {}", base.1, extended.1);
+}
+
+#[test]
+fn a_slope_that_is_not_made_up_for_is_found() {
+    found("grade:gg=0.8");
+}
+
+#[test]
+fn another_gap_setting_is_found() {
+    found("headway_mode_change:r=0.3");
+}
+
+#[test]
+fn a_weak_engine_is_found() {
+    found("accel_cap");
+}
+
+#[test]
+fn nothing_is_found_where_nothing_is_hidden() {
+    let (said, folder) = demo("none");
+    let diagnosis = check_ending(&said, &folder);
+    assert_eq!(diagnosis["verdict"], "nothing", "{said}");
+    assert!(said.contains("so      right: nothing was hidden, and nothing is named"), "{said}");
+    assert!(!folder.join("extended").exists() && !said.contains("--extend"), "nothing to extend by");
+}
+
+#[test]
+fn a_calibration_is_shown_in_the_terminal_and_as_a_page() {
+    let drive = scratch("drive");
+    ok(&["synth", "--out", text(&drive), "--duration", "150"]);
+    let (folder, file) = (drive.join("fit"), drive.join("platoon.csv"));
+    let result = folder.join("result.json");
+    let calibrate = ["calibrate", text(&file), "--follower", "1", "--model", "l-cth", "--max-evaluations", "1000"];
+    ok(&[&calibrate[..], &["--out", text(&folder)]].concat());
+    let simulate = ["simulate", text(&file), "--follower", "1", "--result", text(&result)];
+    let plain = ok(&simulate);
+    let drawn = ok(&[&simulate[..], &["--plot"]].concat());
+    let charts = drawn.strip_prefix(&plain).expect("the charts come last");
+    for words in ["spacing s [m]  . measured  x simulated", "speed v [m/s]", "150 s"] {
+        assert!(charts.contains(words), "{words}: {charts}");
+    }
+    // Into a file: 80 columns, no colours.
+    assert!(charts.lines().all(|line| line.chars().count() <= 80) && !charts.contains('\x1b'), "{charts}");
+    let output = leadlag(&[&simulate[..], &["--plot", "--json"]].concat());
+    assert_eq!(output.status.code(), Some(2), "{}", String::from_utf8_lossy(&output.stderr));
+
+    let page = folder.join("page.html");
+    ok(&["report", text(&folder), "-o", text(&page)]);
+    let html = fs::read_to_string(&page).expect("written");
+    let carried = html.split("id=\"result\">").nth(1).and_then(|rest| rest.split("</script>").next()).expect("a twin");
+    let written = fs::read_to_string(&result).expect("written");
+    assert_eq!(carried.replace("\\u003c", "<"), written);
+    for words in
+        ["Error by what the car is doing", "Error by frequency", "Residuals over speed", "class=\"number share\""]
+    {
+        assert!(html.contains(words), "{words}");
+    }
+    // The budget's shares of the time are those of the file: how long the measured car stands.
+    let simulation = fs::read_to_string(folder.join("simulation.csv")).expect("written");
+    let first =
+        serde_json::from_str::<Value>(&written).expect("JSON")["data"][0]["first_scored"].as_u64().expect("a number");
+    let speeds: Vec<f64> = simulation
+        .lines()
+        .skip(1 + first as usize)
+        .map(|line| line.split(',').nth(3).and_then(|v| v.parse().ok()).expect("a speed"))
+        .collect();
+    let standing = speeds.iter().filter(|v| **v < 0.5).count() as f64 / speeds.len() as f64;
+    assert!(html.contains(&format!(
+        "<td>standstill</td><td class=\"number share\" style=\"--share:{:.1}%\">",
+        100.0 * standing
+    )));
+}

@@ -1,0 +1,106 @@
+//! Plans with extensions: part of what a task is, kept with the study, columns of their own.
+
+use super::common::{fails, ok, plan_text, scratch, text};
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::PathBuf;
+
+const OWN: &str = "//! The car brakes less than it is told to.
+struct Parameters {
+    /// share of the braking that is lost [-], 0 to 0.9, neutral 0
+    lost: f32,
+    /// a limit of braking [m/s2], 1 to 9
+    hardest: f32,
+}
+
+fn soft_command(own: Parameters, a_cmd: f32) -> f32 {
+    return max(select(a_cmd, (1.0 - own.lost) * a_cmd, a_cmd < 0.0), 0.0 - own.hardest);
+}
+";
+
+/// A plan of two variants with extensions, and the file `soft.wgsl` beside it.
+fn plan(name: &str, extend: &str, soft: &str) -> PathBuf {
+    let folder = scratch(name);
+    fs::write(folder.join("soft.wgsl"), soft).unwrap();
+    let text = plan_text(1, 300).replace("[\"idm\", \"l-cth+linear\", 28]", "[\"idm\", \"idm+linear\"]");
+    let file = folder.join("plan.toml");
+    fs::write(&file, text.replace("[calibration]", &format!("[calibration]\n{extend}"))).unwrap();
+    file
+}
+
+fn ids(name: &str, extend: &str, soft: &str) -> BTreeSet<String> {
+    let file = plan(name, extend, soft);
+    let lines = ok(&["study", "plan", text(&file), "--out", text(&file.with_file_name("study"))]);
+    lines.lines().map(|line| line.split('\t').next().unwrap().to_owned()).collect()
+}
+
+#[test]
+fn the_text_of_an_extension_is_part_of_a_task() {
+    let own = "extend = [\"soft.wgsl\"]";
+    let all = [
+        ids("extend_none", "", OWN),
+        ids("extend_own", own, OWN),
+        ids("extend_other", own, &OWN.replace("0.0 - own", "0.5 - own")),
+        ids("extend_built_in", "extend = [\"dead_zone\"]", OWN),
+        ids("extend_both", "extend = [\"soft.wgsl\", \"dead_zone\"]", OWN),
+    ];
+    let distinct: BTreeSet<&String> = all.iter().flatten().collect();
+    assert_eq!(distinct.len(), 8 * all.len(), "each plan has tasks of its own");
+    assert_eq!(all[0], ids("extend_empty", "extend = []", OWN), "no extension is as none");
+}
+
+#[test]
+fn an_extended_study_keeps_the_text_and_tells_its_parameters() {
+    let file = plan("extend_run", "extend = [\"soft.wgsl\", \"dead_zone\"]\nbounds = { lost = 0.25, w_none = 0 }", OWN);
+    let wrong = fs::read_to_string(&file).unwrap();
+    let study = file.with_file_name("study");
+    let (code, said) = fails(&["study", "plan", text(&file), "--out", text(&study)]);
+    assert_eq!(code, 2);
+    assert!(said.contains("calibration.bounds.w_none: not a parameter of any variant"), "{said}");
+    fs::write(&file, wrong.replace(", w_none = 0", "")).unwrap();
+    ok(&["study", "plan", text(&file), "--out", text(&study)]);
+    // Nothing but the folder of the study is needed any more.
+    fs::remove_file(file.with_file_name("soft.wgsl")).unwrap();
+    ok(&["study", "run", text(&study)]);
+    ok(&["study", "merge", text(&study)]);
+    let table = fs::read_to_string(study.join("merged/calibrations.csv")).unwrap();
+    let mut reader = csv::Reader::from_reader(table.as_bytes());
+    let columns: Vec<String> = reader.headers().unwrap().iter().map(str::to_owned).collect();
+    let at = |name: &str| columns.iter().position(|c| c == name).unwrap_or_else(|| panic!("no {name}: {columns:?}"));
+    let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
+    assert_eq!(rows.len(), 8);
+    for row in &rows {
+        assert!(row[at("variant")].ends_with("+dead_zone+soft"), "{}", &row[at("variant")]);
+        assert_eq!((&row[at("base")], &row[at("lost")], &row[at("success")]), ("idm", "0.25", "true"));
+        let hardest: f64 = row[at("hardest_mps2")].parse().unwrap();
+        assert!((1.0..=9.0).contains(&hardest));
+    }
+    assert_eq!(rows.iter().filter(|row| &row[at("dynamics")] == "linear").count(), 4);
+    ok(&["study", "report", text(&study)]);
+    let report = fs::read_to_string(study.join("report/report.md")).unwrap();
+    assert!(report.contains("extended by soft, dead_zone"), "{report}");
+    assert!(report.contains("| 4 | `idm+linear` |"), "{report}");
+}
+
+#[test]
+fn extensions_that_cannot_be_say_why() {
+    for (extend, message) in [
+        ("\"actuation_lug\"", "did you mean `actuation_lag`?"),
+        ("\"hard.wgsl\"", "hard.wgsl: cannot be read; its name starts from the folder of the plan"),
+        ("\"soft.wgsl\", \"soft.wgsl\"", "calibration.extend: extension soft: it is part of the model already"),
+    ] {
+        let file = plan("extend_bad", &format!("extend = [{extend}]"), OWN);
+        let (code, said) = fails(&["study", "plan", text(&file), "--out", text(&file.with_file_name("study"))]);
+        assert_eq!(code, 2, "{said}");
+        assert!(said.contains(message), "expected: {message}\nfound: {said}");
+    }
+    let file = plan("extend_broken", "extend = [\"soft.wgsl\"]", &OWN.replace("own.lost", "own.gone"));
+    let (code, said) = fails(&["study", "plan", text(&file), "--out", text(&file.with_file_name("study"))]);
+    assert_eq!(code, 2, "{said}");
+    assert!(said.contains("soft.wgsl:10"), "the place in the file: {said}");
+    let file = plan("extend_part", "extend = [\"linear.wgsl\"]", OWN);
+    fs::write(file.with_file_name("linear.wgsl"), OWN.replace("soft_", "linear_")).unwrap();
+    let (code, said) = fails(&["study", "plan", text(&file), "--out", text(&file.with_file_name("study"))]);
+    assert_eq!(code, 2, "{said}");
+    assert!(said.contains("linear is a part of the paper's variants"), "{said}");
+}
