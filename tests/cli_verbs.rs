@@ -257,7 +257,7 @@ fn a_report_of_a_calibration_is_one_page_without_network() {
         assert!(!html.contains(outside), "the page asks for {outside}");
     }
     let empty = scratch("empty");
-    assert!(wrong(&["report", text(&empty), "-o", text(&page)]).contains("expected result.json"));
+    assert!(wrong(&["report", text(&empty), "-o", text(&page)]).contains("expected a folder with result.json"));
 }
 
 #[test]
