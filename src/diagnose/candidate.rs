@@ -175,35 +175,25 @@ impl Candidate {
     /// What a fold may borrow from all data: where it says next to nothing of a parameter of the base, that stays about where it
     /// is, or the other fold shows nothing but that it ran away. Causes borrow nothing.
     fn prior(&self) -> Option<Prior> {
-        let lead = |symbol: Symbol| matches!(symbol, Symbol::Extension(row) if row.extension == LEAD);
-        let borrows =
-            |k: usize| self.model.symbols.get(k).is_none_or(|s| !matches!(s, Symbol::Extension(_)) || lead(*s));
-        self.known(|k| if borrows(k) { BORROWED } else { 0.0 })
-    }
-
-    /// What all training data say of the coordinates, with these weights.
-    fn known(&self, weight: impl Fn(usize) -> f64) -> Option<Prior> {
         let information = &self.fit.information;
         if information.is_empty() {
             return None;
         }
-        let weighted = |j: usize, k: usize| weight(j).min(weight(k)) * information[(j, k)];
-        let information = nalgebra::DMatrix::from_fn(information.nrows(), information.ncols(), weighted);
+        let lead = |k: usize| matches!(self.model.symbols[k], Symbol::Extension(row) if row.extension == LEAD);
+        let borrows =
+            |k: usize| self.model.symbols.get(k).is_none_or(|s| !matches!(s, Symbol::Extension(_)) || lead(k));
+        let weight = |j: usize, k: usize| if borrows(j) && borrows(k) { BORROWED * information[(j, k)] } else { 0.0 };
+        let information = nalgebra::DMatrix::from_fn(information.nrows(), information.ncols(), weight);
         Some(Prior { centre: self.fit.coordinates.clone(), information })
     }
 
-    /// Log-likelihood per hold-out drive and block, with the parameters of the training data, as far as these determine them, and
-    /// noise of its own. What training leaves open must not decide on another drive, neither for a cause nor against it.
+    /// Log-likelihood per hold-out drive and block, with the parameters of the training data and noise of its own.
     ///
     /// # Errors
     /// As [`Model::new`].
     pub fn transfer(&self, setting: &Setting<'_>) -> Result<Vec<Vec<f64>>, DiagnoseError> {
         let mut model = setting.held_out(self.variant, &self.model.events)?;
-        let parameters = self.model.axes.len();
-        let known = self.known(|k| if k < parameters { 1.0 } else { 0.0 });
-        let (axes, starts) = (&self.model.axes, elsewhere(&self.fit.point));
-        let fits = fit_with(&mut model, axes, &setting.holdout, &starts, ELSEWHERE, known.as_ref())?;
-        let point = fits.first().map_or(&self.fit.point, |fit| &fit.point).clone();
+        let point = with_own_noise(&mut model, self.fit.point.clone(), &setting.holdout)?;
         let scores = scored(&mut model, &point, &setting.holdout)?;
         setting.simulations.fetch_add(model.simulations, Ordering::Relaxed);
         Ok(scores)
