@@ -50,6 +50,16 @@ fn same_seed_same_bytes() {
 }
 
 #[test]
+fn drives_with_a_road_seed_in_common_go_over_the_same_hills() {
+    let grade = |seed: u64, road_seed: Option<u64>| {
+        drive(&Scenario { seed, road_seed, duration_s: 20.0, ..Scenario::default() }).grade
+    };
+    assert_eq!(grade(1, Some(7)), grade(2, Some(7)));
+    assert_ne!(grade(1, None), grade(2, None));
+    assert_eq!(grade(7, None), grade(2, Some(7)));
+}
+
+#[test]
 fn noise_leaves_the_drive_alone() {
     let noisy = drive(&Scenario::default());
     let quiet = drive(&without_noise(1));

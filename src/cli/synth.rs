@@ -23,6 +23,9 @@ pub struct Args {
     /// The one seed of all random numbers
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
+    /// Decides the road instead of --seed: drives that have it in common go over the same hills
+    #[arg(long, value_name = "SEED")]
+    pub road_seed: Option<u64>,
     /// Length of the drive in s [default: 600, or as long as the record of --leader]
     #[arg(long, value_name = "S")]
     pub duration: Option<f64>,
@@ -119,7 +122,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 
 /// What is asked for.
 fn scenario(args: &Args) -> anyhow::Result<Scenario> {
-    let mut scenario = Scenario { seed: args.seed, ..Scenario::default() };
+    let mut scenario = Scenario { seed: args.seed, road_seed: args.road_seed, ..Scenario::default() };
     scenario.profile = match args.leader.as_str() {
         "cruise" => Profile::Cruise,
         "stop-and-go" => Profile::StopAndGo,

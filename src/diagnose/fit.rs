@@ -79,7 +79,7 @@ pub struct Plan {
 pub const NOISE_BOUNDS: [[f64; 2]; Noise::COUNT] = [[3e-5, 3.0], [0.15, 120.0], [1e-5, 2.0], [1e-5, 2.0], [1e-6, 0.3]];
 /// The least a model leaves random \[(m/s)/s^0.5\], as growth of a speed error: no scheme of steps of a tenth of a second is closer
 /// to a car than this. With less, a nearly complete model becomes a free simulation, to which the scheme's own error is a cause.
-const SCHEME: f64 = 0.003;
+const SCHEME: f64 = 0.01;
 /// Step of a finite difference in the logarithm of a noise level.
 const LOG_STEP: f64 = 1e-4;
 /// Longest step in such a logarithm, and in a coordinate of the model.

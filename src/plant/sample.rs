@@ -36,7 +36,7 @@ pub struct Synthetic {
 pub fn run(scenario: &Scenario) -> Result<Synthetic, PlantError> {
     scenario.check()?;
     let seed = scenario.seed;
-    let hills = Hills::new(&scenario.road, &mut Stream::new(seed, Purpose::Road));
+    let hills = Hills::new(&scenario.road, &mut Stream::new(scenario.road_seed.unwrap_or(seed), Purpose::Road));
     let set_speed = SetSpeed::new(&scenario.profile, scenario.duration_s, &mut Stream::new(seed, Purpose::SetSpeed));
     let (h, per_sample) = scenario.step();
     let samples = (scenario.duration_s * f64::from(scenario.rate_hz)).floor() as usize;

@@ -34,6 +34,9 @@ pub struct Scenario {
     pub dt: f64,
     /// The road.
     pub road: Road,
+    /// Decides the road instead of `seed`: drives that have it in common go over the same hills.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub road_seed: Option<u64>,
     /// Noise of the sensors.
     pub noise: Noise,
     /// How the platoon leader drives.
@@ -54,6 +57,7 @@ impl Default for Scenario {
             dt: 0.01,
             // As AstaZero's rural road: 5.758 km, -2.9 to 3.0 %.
             road: Road::Hilly { period: 5700.0, max_sin: 0.029 },
+            road_seed: None,
             noise: Noise::default(),
             profile: Profile::Cruise,
             lead: default_cars::lead(),

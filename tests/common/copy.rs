@@ -52,6 +52,8 @@ pub fn package(name: &str, to: &Path, change: &mut Change<'_>) {
             _ => change(inside, bytes),
         });
     }
+    // Of the examples, what the library has built in.
+    copy("examples/columns", to, change);
     let original = fs::read_to_string(root.join("Cargo.toml")).expect("Cargo.toml is readable");
     write(&to.join("Cargo.toml"), manifest(&original, name).as_bytes());
 }

@@ -71,6 +71,8 @@ fn drawn(task: &DiagnosisTask, draw: u64) -> Result<Planted, BenchError> {
     });
     let scenario = |k: usize, car: &CarTruth| Scenario {
         seed: seeds[k],
+        // The same road every time, or nothing could be seen to repeat on it.
+        road_seed: Some(seeds[0]),
         duration_s: task.duration_s,
         noise: NOISE,
         profile: profiles[k].clone(),
