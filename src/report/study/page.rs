@@ -214,10 +214,11 @@ fn validation(page: &mut Page, matrix: &Matrix) {
                 format!("{}{collisions}", optional(cross.median()))
             })
         };
-        let row = |(from, to): (&(String, usize), &std::collections::BTreeMap<(String, usize), Cross>)| {
-            std::iter::once(name(from)).chain(places.iter().map(|place| cell(to.get(*place)))).collect::<Vec<_>>()
-        };
-        let lines: Vec<Vec<String>> = rows.iter().map(row).collect();
+        let mut lines: Vec<Vec<String>> = Vec::new();
+        for (from, to) in rows {
+            let cells = places.iter().map(|place| cell(to.get(*place)));
+            lines.push(std::iter::once(name(from)).chain(cells).collect());
+        }
         let names: Vec<String> = places.iter().map(|place| name(place)).collect();
         let head: Vec<&str> = std::iter::once("calibrated on").chain(names.iter().map(String::as_str)).collect();
         page.table(vehicle, &head, &lines);
