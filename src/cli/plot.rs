@@ -9,21 +9,21 @@ const COLUMNS: usize = 80;
 /// Marks and colours of the measured car, of the model, of its extension.
 const STYLES: [(char, Option<u8>); 3] = [('.', None), ('x', Some(33)), ('o', Some(36))];
 
+/// A name with spacing and speed.
+type Line = (&'static str, [Vec<f64>; 2]);
+
 /// Prints both signals; `lines` are names with spacing and speed, the measured car first.
-pub fn print(title: &str, t: &[f64], lines: &[(&'static str, [Vec<f64>; 2])]) -> anyhow::Result<()> {
+pub fn print(title: &str, t: &[f64], lines: &[Line]) -> anyhow::Result<()> {
     let terminal = std::io::stdout().is_terminal();
     let columns = terminal_size::terminal_size().filter(|_| terminal).map_or(COLUMNS, |(width, _)| width.0.into());
     // https://no-color.org: set and not empty.
     let colours = terminal && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
     let mut text = format!("\n{title}\n");
     for (k, label) in ["spacing s [m]", "speed v [m/s]"].into_iter().enumerate() {
-        let curve = |((name, values), (mark, colour)): (&(&'static str, [Vec<f64>; 2]), (char, Option<u8>))| Curve {
-            name,
-            mark,
-            colour,
-            values: values[k].clone(),
-        };
-        let curves: Vec<Curve> = lines.iter().zip(STYLES).map(curve).collect();
+        let mut curves: Vec<Curve> = Vec::new();
+        for ((name, values), (mark, colour)) in lines.iter().zip(STYLES) {
+            curves.push(Curve { name, mark, colour, values: values[k].clone() });
+        }
         text += &chart(label, t, &curves, columns, colours);
     }
     output::print(&text)

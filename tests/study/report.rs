@@ -140,7 +140,7 @@ fn numbers_follow_from_the_tables_and_stand_beside_the_papers() {
         let is_from =
             |row: &&HashMap<String, String>| (&row["platoon"], &row["follower_position"]) == (&from, &follower);
         let column = "nrmse_sva";
-        let values: Vec<f64> = if from == on && follower == cross["simulated_follower"].to_string() {
+        let values: Vec<f64> = if from == on && cross["calibrated_follower"] == cross["simulated_follower"] {
             best.iter().filter(is_from).map(|row| number(row, column)).collect()
         } else {
             let on_it = validations.iter().filter(is_from).filter(|row| row["validation_platoon"] == on);
