@@ -25,8 +25,9 @@ fn step(
     let perception = stage_perception(p, q, w, x, policy.memory);
     let seen = perception.value;
     let s_des = desired_spacing(q, seen);
-    let command = commanded_acceleration(q, seen, s_des, now.v_f);
-    let wanted = stage_command(p, q, w, seen, command.a_cmd, perception.memory);
+    let own = stage_speed(p, q, w, seen, now.v_f, perception.memory);
+    let command = commanded_acceleration(q, seen, s_des, own.value);
+    let wanted = stage_command(p, q, w, seen, command.a_cmd, own.memory);
     let ego = Ego(now.v_f, now.a_f, m_0, phi_f, dt);
     let response = stage_response(p, q, w, seen, vehicle_response(q, wanted.value, ego, road), wanted.memory);
     let a_free = response.value;

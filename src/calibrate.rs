@@ -5,7 +5,7 @@ mod search;
 mod space;
 
 pub use search::merit;
-pub use space::{BoundsError, Overrides, SearchSpace, read_bounds};
+pub use space::{BoundsError, Overrides, SearchSpace, bound_times, read_bounds};
 
 use crate::evaluator::{BufferSet, EvaluateError, Evaluator, Failure, Score};
 use crate::rescore;

@@ -14,6 +14,8 @@ pub enum Stage {
     Policy,
     /// Changes what is perceived.
     Perception,
+    /// Changes the present own speed that a controller starts from (Gipps'; no other reads it).
+    Speed,
     /// Changes the commanded acceleration.
     Command,
     /// Changes the response of the vehicle, before its acceleration is constrained.
@@ -22,7 +24,7 @@ pub enum Stage {
 
 impl Stage {
     /// In the order of a step.
-    pub const ALL: [Stage; 4] = [Stage::Policy, Stage::Perception, Stage::Command, Stage::Response];
+    pub const ALL: [Stage; 5] = [Stage::Policy, Stage::Perception, Stage::Speed, Stage::Command, Stage::Response];
 
     /// What a function of this stage is called after the extension's name and `_`.
     #[must_use]
@@ -30,6 +32,7 @@ impl Stage {
         match self {
             Stage::Policy => "policy",
             Stage::Perception => "perception",
+            Stage::Speed => "speed",
             Stage::Command => "command",
             Stage::Response => "response",
         }
@@ -49,8 +52,8 @@ pub enum Argument {
     World,
     /// `Perceived`: what is perceived.
     Perceived,
-    /// `f32`: the acceleration that it changes.
-    Acceleration,
+    /// `f32`: the speed or acceleration that it changes.
+    Value,
 }
 
 /// A function of a stage.

@@ -238,6 +238,13 @@ impl Symbol {
         }
     }
 
+    /// True for the parameters of events of an extension: when they happen, and for how long.
+    #[must_use]
+    pub fn is_time(self) -> bool {
+        // Bounds of a day or so: nobody knows beforehand how long a file is.
+        matches!(self, Symbol::Extension(row) if row.unit == "s" && !row.neutral.is_finite() && row.upper >= 1e4)
+    }
+
     fn key(self) -> (usize, &'static str, &'static str) {
         match self {
             Symbol::Extension(row) => (self.place(), &row.extension, &row.name),

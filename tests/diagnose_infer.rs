@@ -30,7 +30,10 @@ fn ask(
     let causes: Vec<&'static Extension> =
         ["dead_zone", "actuation_lag"].into_iter().map(|name| extension_named(name).expect("in the library")).collect();
     let base = "l-cth".parse().expect("a base");
-    infer(&Question { train, holdout, base, effort: Effort::Quick, seed: 5, causes: &causes, bounds }, progress)
+    infer(
+        &Question { train, holdout, base, effort: Effort::Quick, seed: 5, causes: &causes, bounds, kept: None },
+        progress,
+    )
 }
 
 #[test]
@@ -78,4 +81,57 @@ fn bounds_that_the_data_contradict_are_a_bad_base() {
     let found = ask(&data.train, &[], &bounds, &mut |_| ControlFlow::Continue(())).expect("a diagnosis");
     assert_eq!(found.verdict.name(), "bad_base", "{}", found.reason);
     assert!(found.reason.contains("v_0"), "{}", found.reason);
+}
+
+/// Stopped in the middle, with a line that a killed run left half-written, it goes on and comes to the same thresholds.
+#[test]
+fn a_bootstrap_goes_on_where_it_was_stopped() {
+    let data = drives("l-cth", "dead_zone");
+    let folder = tempfile::tempdir().expect("a folder");
+    let causes = [extension_named("dead_zone").expect("in the library")];
+    let run = |file: &str, stop_at: Option<&str>| {
+        let kept = folder.path().join(file);
+        let question = Question {
+            train: &data.train[..1],
+            holdout: &[],
+            base: "l-cth".parse().expect("a base"),
+            effort: Effort::Thorough,
+            seed: 5,
+            causes: &causes,
+            bounds: &Overrides::new(),
+            kept: Some(&kept),
+        };
+        let mut stages = Vec::new();
+        let found = infer(&question, &mut |progress| {
+            let stop = stop_at.is_some_and(|at| progress.stage.starts_with(at));
+            stages.push(progress.stage);
+            if stop { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        (found, stages)
+    };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().expect("threads");
+    pool.install(|| {
+        let (stopped, _) = run("a.jsonl", Some("bootstrap: 10 of 40"));
+        assert!(matches!(stopped, Err(DiagnoseError::Stopped)));
+        let a = folder.path().join("a.jsonl");
+        let text = std::fs::read_to_string(&a).expect("it was kept");
+        assert_eq!(text.lines().filter(|line| !line.is_empty()).count(), 10);
+        std::fs::write(&a, text + "{\"key\":\"torn").expect("a line that is not whole");
+        let (whole, stages) = run("a.jsonl", None);
+        let first = stages.iter().find(|stage| stage.starts_with("bootstrap")).expect("it is said");
+        assert!(first.starts_with("bootstrap: 10 of 40"), "{first}");
+        assert!(stages.iter().any(|stage| stage.ends_with("min left")), "{stages:?}");
+        let (again, _) = run("b.jsonl", None);
+        let (whole, again) = (whole.expect("a diagnosis"), again.expect("a diagnosis"));
+        let threshold = whole.bootstrapped.expect("thorough has one");
+        assert!(threshold > 1.0 && threshold < 100.0, "{threshold}");
+        assert_eq!(Some(threshold.to_bits()), again.bootstrapped.map(f64::to_bits));
+        assert_eq!(whole.adopted, again.adopted);
+        assert_eq!(
+            whole.adopted.first().map(|cause| cause.extension.name.as_str()),
+            Some("dead_zone"),
+            "{}",
+            whole.reason
+        );
+    });
 }

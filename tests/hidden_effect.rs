@@ -60,7 +60,6 @@ fn silent(kind: &str, base: &str, causes: &[&str], gusts: f64, seed: u64) {
 
 /// On IDM, tests/report.rs finds one by the demo.
 #[test]
-#[ignore = "unexplained: the grade has ten times the evidence it needs, but the hold-out reaches speeds that training leaves open"]
 fn a_grade_that_is_not_made_up_for() {
     named("gipps", "grade", 9101);
 }

@@ -84,6 +84,16 @@ fn a_type_has_the_parameters_and_says_what_it_has_not() {
     let xml = fs::read_to_string(folder.join("sumo/vtype.add.xml")).unwrap();
     assert!(xml.contains("<vType id=\"leadlag\" carFollowModel=\"IDM\" accel="), "{xml}");
     assert!(xml.contains("<!-- not exported: the perception delay, tau_p = 0.3000 s -->"), "{xml}");
+    let page = report(&folder);
+    assert!(page.contains("<p>Not exported: the perception delay, tau_p = 0.3000 s.</p>"));
+    assert!(page.contains("It was not run (--no-run)."));
+}
+
+/// The page of a calibration, which knows of its export.
+fn report(folder: &Path) -> String {
+    let page = folder.join("report.html");
+    ok(&["report", text(folder), "-o", text(&page)]);
+    fs::read_to_string(page).expect("it was written")
 }
 
 #[test]
@@ -177,4 +187,6 @@ fn what_is_lost_is_measured_and_written() {
     let rms = written["loss"][0]["speed_mps"]["rms"].as_f64().unwrap();
     assert!((0.01..2.0).contains(&rms), "half a second of delay is worth {rms} m/s");
     assert!(folder.join("sumo/demand.rou.xml").exists() && folder.join("sumo/road.net.xml").exists());
+    let page = report(&folder);
+    assert!(page.contains("SUMO against leadlag") && page.contains("leadlag and SUMO behind the leader of"));
 }

@@ -8,3 +8,7 @@ struct Parameters {
 fn lead_perception(own: Parameters, w: World, x: Perceived) -> Perceived {
     return Perceived(x.s + own.h * (x.v_l - x.v_f), x.v_f + own.h * w.a_f, x.v_l + own.h * w.a_l);
 }
+
+fn lead_speed(own: Parameters, w: World, v_f: f32) -> f32 {
+    return v_f + own.h * w.a_f;
+}

@@ -5,7 +5,7 @@ use crate::convention::Convention;
 use crate::evaluator::Case;
 use crate::near::did_you_mean;
 use crate::optimize::SearchBox;
-use crate::symbols::{Parameters, Symbol};
+use crate::symbols::{Bounds, Parameters, Symbol};
 use crate::vehicle::Vehicle;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -21,6 +21,17 @@ pub struct SearchSpace {
 
 /// Bounds by parameter name; equal bounds fix a parameter.
 pub type Overrides = BTreeMap<String, [f64; 2]>;
+
+/// Bounds an event of an extension by the window of the data \[s\], if the user does not say otherwise: when it happens, and for how
+/// long. The bounds of the extension itself cover a day, for nobody knew these data.
+pub fn bound_times(variant: &Variant, window: [f64; 2], overrides: &mut Overrides) {
+    let [first, last] = window;
+    for symbol in variant.parameters().into_iter().filter(|symbol| symbol.is_time()) {
+        let Bounds::Fixed(lower, upper) = symbol.bounds() else { continue };
+        let [from, to] = if symbol.name() == "dur" { [0.0, last - first] } else { [first, last] };
+        overrides.entry(symbol.name().to_owned()).or_insert([from.max(lower), to.min(upper)]);
+    }
+}
 
 /// Bounds that cannot be.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

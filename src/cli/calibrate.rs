@@ -10,9 +10,7 @@ pub use leadlag::calibrate::read_bounds;
 use super::data::Loaded;
 use super::evaluator::warn;
 use super::{Usage, interrupt, output};
-use leadlag::calibrate::{Calibration, Overrides, SearchSpace, best, calibrate};
-use leadlag::catalog::Variant;
-use leadlag::diagnose::model::is_time;
+use leadlag::calibrate::{Calibration, SearchSpace, best, bound_times, calibrate};
 use leadlag::evaluator::{Case, Evaluator};
 use leadlag::identify::identify;
 use leadlag::lanes::LanesPrecision;
@@ -23,7 +21,6 @@ use leadlag::report::result::ResultFile;
 use leadlag::report::text;
 use leadlag::rescore;
 use leadlag::select::Work;
-use leadlag::symbols::Bounds;
 use std::path::Path;
 use std::time::Instant;
 
@@ -100,19 +97,6 @@ fn plot(result: &ResultFile, reference: &Reference, loaded: &[Loaded]) -> anyhow
     Ok(())
 }
 
-/// When an event of an extension happens, and for how long: within the data, if the user does not say otherwise. The bounds of the
-/// extension itself cover a day, for nobody knew these data.
-fn bound_times(model: &Variant, loaded: &[Loaded], overrides: &mut Overrides) {
-    let ends = |of: fn(&[f64]) -> Option<&f64>| loaded.iter().filter_map(move |l| of(&l.trajectory.t)).copied();
-    let first = ends(<[f64]>::first).fold(f64::INFINITY, f64::min);
-    let last = ends(<[f64]>::last).fold(f64::NEG_INFINITY, f64::max);
-    for symbol in model.parameters().into_iter().filter(|symbol| is_time(*symbol)) {
-        let Bounds::Fixed(lower, upper) = symbol.bounds() else { continue };
-        let [from, to] = if symbol.name() == "dur" { [0.0, last - first] } else { [first, last] };
-        overrides.entry(symbol.name().to_owned()).or_insert([from.max(lower), to.min(upper)]);
-    }
-}
-
 /// The search space and the cases. Road loads of a joint calibration are bounded by one vehicle, so there must be one.
 fn prepare(args: &Args, loaded: &[Loaded]) -> anyhow::Result<(SearchSpace, Reference)> {
     let model = args.extended()?;
@@ -126,7 +110,10 @@ fn prepare(args: &Args, loaded: &[Loaded]) -> anyhow::Result<(SearchSpace, Refer
         return Err(Usage(message).into());
     }
     let mut overrides = args.overrides()?;
-    bound_times(&model, loaded, &mut overrides);
+    let ends = |of: fn(&[f64]) -> Option<&f64>| loaded.iter().filter_map(move |l| of(&l.trajectory.t)).copied();
+    let window =
+        [ends(<[f64]>::first).fold(f64::INFINITY, f64::min), ends(<[f64]>::last).fold(f64::NEG_INFINITY, f64::max)];
+    bound_times(&model, window, &mut overrides);
     let space = SearchSpace::new(&model, vehicle, args.convention, &overrides)?;
     let mut cases = Vec::new();
     for l in loaded {

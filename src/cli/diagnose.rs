@@ -78,7 +78,7 @@ pub enum EffortArg {
     Quick,
     /// About a minute
     Normal,
-    /// As long as it takes
+    /// As long as it takes, with thresholds by a parametric bootstrap that goes on after a stop (--out)
     Thorough,
 }
 
@@ -104,6 +104,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         // Before the work: a folder that cannot be written must not cost a diagnosis.
         output::make_folder(out)?;
     }
+    let kept = args.out.as_ref().map(|out| out.join("bootstrap.jsonl"));
     let question = Question {
         train: &loaded.train,
         holdout: &loaded.holdout,
@@ -116,6 +117,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         seed: args.seed,
         causes: &causes,
         bounds: &bounds,
+        kept: kept.as_deref(),
     };
     interrupt::watch();
     let mut bar = bar::Bar::new();

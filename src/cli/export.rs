@@ -4,9 +4,8 @@ use super::{Usage, output};
 use anyhow::Context;
 use clap::ValueEnum;
 use leadlag::report::result::ResultFile;
-use leadlag::report::sumo::{self, Comparison, Drive, Loss, Model, Motion, VehicleType};
+use leadlag::report::sumo::{self, Drive, Export, Loss, Model, Motion, VehicleType};
 use leadlag::report::text::wrapped;
-use serde_json::json;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -87,20 +86,13 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         output::write_file(&folder.join(format!("comparison{suffix}.csv")), &table(&drive, &motion)?)?;
         losses.push(sumo::compare(&drive, &motion));
     }
-    let value = json!({
-        "schema_version": 1, "variant": result.model(), "model": vtype.model.name(), "file": place.display().to_string(),
-        "attributes": vtype.attributes.iter().map(|(name, value)| (name.to_string(), json!(value))).collect::<serde_json::Map<_, _>>(),
-        "lost": vtype.lost, "added": vtype.added,
-        "sumo": measured.as_ref().map(|sumo| sumo.version.clone()),
-        "data": result.data.iter().map(|data| json!({"path": data.path, "sha256": data.sha256, "follower": data.follower})).collect::<Vec<_>>(),
-        "loss": losses,
-    });
-    output::write_file(&folder.join("loss.json"), (serde_json::to_string_pretty(&value)? + "\n").as_bytes())?;
+    let export = Export::new(&result, &vtype, &place, measured.as_ref(), losses);
+    let written = serde_json::to_string_pretty(&export)? + "\n";
+    output::write_file(&folder.join("loss.json"), written.as_bytes())?;
     if args.json {
-        return output::print_json(&value);
+        return output::print_json(&export);
     }
-    let version = measured.map(|sumo| sumo.version);
-    output::print(&text(&result, &vtype, version.as_deref(), &losses, &place))
+    output::print(&text(&result, &vtype, &export, &place))
 }
 
 /// Both followers, sample by sample.
@@ -124,13 +116,7 @@ fn table(drive: &Drive, sumo: &Motion) -> anyhow::Result<Vec<u8>> {
     Ok(writer.into_inner()?)
 }
 
-fn text(
-    result: &ResultFile,
-    vtype: &VehicleType,
-    version: Option<&str>,
-    losses: &[Comparison],
-    place: &Path,
-) -> String {
+fn text(result: &ResultFile, vtype: &VehicleType, export: &Export, place: &Path) -> String {
     let mut text = format!("{} as {} of SUMO: {}\n", result.model(), vtype.model.name(), place.display());
     for (name, value) in &vtype.attributes {
         let _ = writeln!(text, "  {name:<28} {value}");
@@ -140,11 +126,11 @@ fn text(
             text += &wrapped(2, 4, &format!("{what}: {sentence}"));
         }
     }
-    let Some(version) = version else {
+    let Some(version) = &export.sumo else {
         text += "  what is lost was not measured (--no-run)\n";
         return text;
     };
-    for (loss, data) in losses.iter().zip(&result.data) {
+    for (loss, data) in export.loss.iter().zip(&result.data) {
         let _ = writeln!(
             text,
             "\nSUMO {version} against leadlag behind the leader of {}, {} samples",

@@ -9,6 +9,7 @@ use leadlag::diagnose::outcome::Outcome;
 use leadlag::report::html;
 use leadlag::report::residuals::{error_budget, over_speed};
 use leadlag::report::result::ResultFile;
+use leadlag::report::sumo::Export;
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
@@ -62,5 +63,8 @@ fn one(file: &Path, folder: &Path) -> anyhow::Result<String> {
     let result = ResultFile::read(file)?;
     let (mut charts, simulated) = charts::of_calibration(folder, &result)?;
     charts.extend(over_speed(&simulated));
-    Ok(html::calibration(&result, charts, error_budget(&simulated).as_ref(), &text))
+    let exported = Export::read(&folder.join("sumo/loss.json"))?;
+    let exported =
+        exported.map(|export| charts::of_sumo(folder, &export).map(|charts| (export, charts))).transpose()?;
+    Ok(html::calibration(&result, charts, error_budget(&simulated).as_ref(), exported, &text))
 }

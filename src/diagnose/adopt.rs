@@ -1,7 +1,7 @@
 //! Rounds: screen, cross-fit, decide, adopt, put right what was adopted before; and prune at the end.
 
 use super::candidate::{Candidate, Held, Setting};
-use super::decide::{ABSORBED, Evidence, gate, margin, need, proxy};
+use super::decide::{ABSORBED, Evidence, gate, is_scheme, margin, need, proxy};
 use super::fit::{Plan, Point};
 use super::observer::Noise;
 use super::screen::{Spending, explain, identifiability, screen};
@@ -122,7 +122,7 @@ impl Search {
             Some((_, best)) => best.inflation(setting)?,
             None => self.current.inflation(setting)?,
         };
-        self.need = need(setting.question.causes.len(), self.inflation, &self.current.fit.point.noise);
+        self.need = need(setting, self.inflation, &self.current.fit.point.noise, self.current.causes.len());
         self.margin =
             margin(self.inflation, tried.first().map_or(&self.current, |(_, best)| best).fit.point.noise, self.need);
         let hopeful: Vec<bool> =
@@ -220,7 +220,10 @@ impl Search {
             match objection {
                 Some(objection) => {
                     self.ladder[first + i].reason.clone_from(&objection);
-                    self.stopped.push((cause, evidence.counts(), self.need, objection));
+                    let first = candidate.model.positions(cause).first().copied();
+                    if !first.is_some_and(|k| is_scheme(cause, candidate.fit.point.values[k])) {
+                        self.stopped.push((cause, evidence.counts(), self.need, objection));
+                    }
                 }
                 None => sound.push((*i, evidence.counts())),
             }
@@ -377,7 +380,7 @@ impl Search {
             };
             let held = reduced.cross_fit(setting)?;
             let evidence = Evidence::of(setting, &self.current, cause, &self.held, &reduced, &held);
-            if evidence.counts() < self.need {
+            if evidence.counts() < self.evidence[place].1 {
                 self.current = reduced;
                 self.held = held;
                 self.evidence.remove(place);

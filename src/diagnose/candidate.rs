@@ -4,7 +4,7 @@ use super::drive::Drive;
 use super::fit::{Fit, Plan, Point, Predictor, Prior, fit, fit_with};
 use super::fold::{folds, whole};
 use super::likelihood::{Mask, blocks, inflation};
-use super::model::{Event, Model, is_time};
+use super::model::{Event, Model};
 use super::observer::{Noise, design};
 use super::space::Axis;
 use super::verdict::{DiagnoseError, Question};
@@ -26,6 +26,8 @@ pub struct Setting<'a> {
     pub holdout: Vec<Mask>,
     /// The nuisance lead that every model has.
     pub lead: Option<&'static Extension>,
+    /// Threshold of evidence per inflation \[nats\], by a bootstrap; `None`: the analytic one.
+    pub least: Option<f64>,
     /// Candidates simulated so far.
     pub simulations: AtomicU64,
 }
@@ -45,6 +47,7 @@ impl<'a> Setting<'a> {
             folds: folds(&samples, &dt),
             holdout: whole(&held, &held_dt),
             lead,
+            least: None,
             simulations: AtomicU64::new(0),
         }
     }
@@ -153,7 +156,7 @@ impl Candidate {
     pub fn cross_fit(&mut self, setting: &Setting<'_>) -> Result<Held, DiagnoseError> {
         let mut axes = self.model.axes.clone();
         for (k, symbol) in self.model.symbols.iter().enumerate() {
-            if is_time(*symbol) {
+            if symbol.is_time() {
                 let value = self.fit.point.values[k];
                 axes[k] = Axis::linear(value, value);
             }
@@ -187,16 +190,55 @@ impl Candidate {
         Some(Prior { centre: self.fit.coordinates.clone(), information })
     }
 
-    /// Log-likelihood per hold-out drive and block, with the parameters of the training data and noise of its own.
+    /// Log-likelihood per hold-out drive and block, with the causes as the training data have them, and a base and a noise of its
+    /// own. What training leaves open of a base, a set speed that no training drive reaches, is then no argument against a cause;
+    /// and a base that makes up for the cause by itself is one.
     ///
     /// # Errors
     /// As [`Model::new`].
     pub fn transfer(&self, setting: &Setting<'_>) -> Result<Vec<Vec<f64>>, DiagnoseError> {
-        let mut model = setting.held_out(self.variant, &self.model.events)?;
-        let point = with_own_noise(&mut model, self.fit.point.clone(), &setting.holdout)?;
+        let (mut model, point) = self.moved(setting)?;
         let scores = scored(&mut model, &point, &setting.holdout)?;
         setting.simulations.fetch_add(model.simulations, Ordering::Relaxed);
         Ok(scores)
+    }
+
+    /// What a cause changes on the hold-out \[nats\]: the gain to be expected there if the cause is real. A cap that the hold-out
+    /// never reaches has none, whatever the truth.
+    ///
+    /// # Errors
+    /// As [`Model::new`].
+    pub fn shown(&self, setting: &Setting<'_>, cause: &Extension) -> Result<f64, DiagnoseError> {
+        let (mut model, point) = self.moved(setting)?;
+        let mut without = point.values.clone();
+        for k in model.positions(cause) {
+            let Axis { lower, upper, .. } = model.axes[k];
+            without[k] = model.symbols[k].neutral().unwrap_or(without[k]).clamp(lower, upper);
+        }
+        let mut sum = 0.0;
+        for (drive, ((_, dt), mask)) in model.drives().into_iter().zip(&setting.holdout).enumerate() {
+            let designed = design(&point.noise, dt);
+            let runs = model.residuals(drive, &[point.values.clone(), without.clone()], &[designed, designed])?;
+            let (Some(with), Some(without)) = (runs.of(0), runs.of(1)) else { return Ok(f64::INFINITY) };
+            for ((a, b), _) in with.iter().zip(&without).zip(mask).filter(|(_, counts)| **counts) {
+                sum += 0.5 * designed.white([a[0] - b[0], a[1] - b[1]]).iter().map(|z| z * z).sum::<f64>();
+            }
+        }
+        setting.simulations.fetch_add(model.simulations, Ordering::Relaxed);
+        Ok(sum)
+    }
+
+    /// The model over the hold-out with a base and a noise of its own.
+    fn moved(&self, setting: &Setting<'_>) -> Result<(Model, Point), DiagnoseError> {
+        let mut model = setting.held_out(self.variant, &self.model.events)?;
+        let point = &self.fit.point;
+        let mut axes = model.axes.clone();
+        for k in self.causes.iter().flat_map(|cause| model.positions(cause)) {
+            axes[k] = Axis::linear(point.values[k], point.values[k]);
+        }
+        let fits = fit(&mut model, &axes, &setting.holdout, &elsewhere(point), ELSEWHERE)?;
+        let point = fits.into_iter().next().map_or_else(|| point.clone(), |fit| fit.point);
+        Ok((model, point))
     }
 
     /// Inflation of thresholds by the correlation of the innovations.

@@ -1,7 +1,7 @@
 //! When a cause counts as found.
 
 use super::candidate::{Candidate, Held, Setting};
-use super::model::is_time;
+use super::fit::least_random;
 use super::observer::Noise;
 use super::verdict::DiagnoseError;
 use crate::extension::Extension;
@@ -15,6 +15,13 @@ const ALPHA: f64 = 0.01;
 const GUSTS: (f64, f64) = (0.1, 3.0);
 /// By this factor.
 const GUSTS_FACTOR: f64 = 2.5;
+/// A missing acceleration at most so many times the least that a model may have is the scheme's own. Thresholds are raised there,
+/// too: the error of a scheme is not random, so it repeats in the other fold, and what imitates it gains there.
+const SCHEME_ONLY: f64 = 1.05;
+/// By this factor.
+const SCHEME_FACTOR: f64 = 2.5;
+/// And for every cause after the first: what is left by the first one, which is never exactly what the car does, repeats as well.
+const FURTHER_FACTOR: f64 = 2.0;
 /// Gain that a cause local by nature needs instead of both folds and many blocks \[nats\].
 const LOCAL: f64 = 60.0;
 /// Missing acceleration that a complete model leaves without gusts, at most \[m/s²\].
@@ -25,6 +32,8 @@ const CLOSE: f64 = 6.0;
 const RESOLUTION_S: f64 = 5.0;
 /// Share of bootstraps in which a cause has to gain on the hold-out.
 const TRANSFERS: f64 = 0.9;
+/// A hold-out on which a cause changes less than this \[nats\] cannot object to it: were it real, it would gain there by chance only.
+const SHOWN: f64 = 8.0;
 /// Causes whose negative size is a proxy for something else: nothing pushes a car.
 const ONE_SIDED: [&str; 3] = ["aero_drag", "const_decel", "leader_accel_ff"];
 /// A car that reacts in finer steps than the model looks ahead of it by this much \[s\], beyond what the nuisance lead takes.
@@ -32,12 +41,17 @@ const SCHEME_S: f64 = 0.06;
 /// Identifiability below which a cause is absorbed by the calibration.
 pub const ABSORBED: f64 = 0.02;
 
-/// What a cause has to gain \[nats\]: 2 ln(K / alpha) for K causes, inflated by the correlation of the innovations.
+/// What a cause has to gain \[nats\]: 2 ln(K / alpha) for K causes, or what a bootstrap found, inflated by the correlation of the innovations; more where these
+/// are known not to be all that is random: `adopted` causes are there already, gusts, or nothing but the scheme's own error.
 #[must_use]
-pub fn need(causes: usize, inflation: f64, noise: &Noise) -> f64 {
-    let analytic = 2.0 * (causes.max(1) as f64 / ALPHA).ln() * inflation;
-    let gusty = noise.sigma_d > GUSTS.0 && noise.tau_d < GUSTS.1;
-    if gusty { GUSTS_FACTOR * analytic } else { analytic }
+pub fn need(setting: &Setting<'_>, inflation: f64, noise: &Noise, adopted: usize) -> f64 {
+    let causes = setting.question.causes.len().max(1) as f64;
+    let analytic = setting.least.unwrap_or_else(|| 2.0 * (causes / ALPHA).ln()) * inflation;
+    // Surrogates have the same gusts.
+    let gusts = noise.sigma_d > GUSTS.0 && noise.tau_d < GUSTS.1 && setting.least.is_none();
+    let scheme = noise.sigma_d < SCHEME_ONLY * least_random(noise.tau_d);
+    let factors = [(gusts, GUSTS_FACTOR), (scheme, SCHEME_FACTOR), (adopted > 0, FURTHER_FACTOR)];
+    analytic * factors.iter().filter(|(holds, _)| *holds).map(|(_, factor)| *factor).fold(1.0, f64::max)
 }
 
 /// Difference of evidence below which two causes are not told apart \[nats\]: odds of several hundred, inflated. Where gusts remain
@@ -74,7 +88,7 @@ impl Evidence {
         current_held: &Held,
     ) -> Evidence {
         let (folds, mut blocks) = held.gain(current_held);
-        let times = cause.parameters.iter().filter(|symbol| is_time(**symbol)).count();
+        let times = cause.parameters.iter().filter(|symbol| symbol.is_time()).count();
         let span: f64 = setting.question.train.iter().map(|d| d.samples() as f64 * d.dt()).sum();
         let charge = times as f64 * (span / RESOLUTION_S).max(1.0).ln();
         blocks.sort_by(|a, b| b.total_cmp(a));
@@ -117,7 +131,7 @@ pub fn proxy(candidate: &Candidate, cause: &Extension) -> Option<String> {
         if ONE_SIDED.contains(&cause.name.as_str()) && value < 0.0 {
             return Some(format!("{} = {value:.3} {} has the wrong sign", symbol.name(), symbol.unit()));
         }
-        if cause.name == "time_offset" && (-SCHEME_S..0.0).contains(&value) {
+        if is_scheme(cause, value) {
             return Some(format!(
                 "{} = {value:.3} s is no more than the finer step of a real car explains",
                 symbol.name()
@@ -129,6 +143,12 @@ pub fn proxy(candidate: &Candidate, cause: &Extension) -> Option<String> {
         }
     }
     None
+}
+
+/// True for a time offset that stands for the finer step of a real car, which is nothing that a model lacks.
+#[must_use]
+pub fn is_scheme(cause: &Extension, value: f64) -> bool {
+    cause.name == "time_offset" && (-SCHEME_S..0.0).contains(&value)
 }
 
 /// Share of block bootstraps of the hold-out in which a candidate beats another; 1 without a hold-out.
@@ -150,7 +170,7 @@ pub fn transfers(setting: &Setting<'_>, candidate: &Candidate, current: &Candida
     Ok((0..DRAWS).filter(better).count() as f64 / DRAWS as f64)
 }
 
-/// The objection of the hold-out, if any; events need not recur there.
+/// The objection of the hold-out, if any; events need not recur there, nor must it reach what a cause changes.
 ///
 /// # Errors
 /// As [`transfers`].
@@ -160,10 +180,12 @@ pub fn gate(
     cause: &Extension,
     current: &Candidate,
 ) -> Result<Option<String>, DiagnoseError> {
-    if cause.parameters.iter().any(|symbol| is_time(*symbol)) {
+    if cause.parameters.iter().any(|symbol| symbol.is_time()) {
         return Ok(None);
     }
     let share = transfers(setting, candidate, current)?;
-    Ok((share < TRANSFERS)
-        .then(|| format!("it gains on the hold-out in {:.0} % of the bootstraps only", 100.0 * share)))
+    if share >= TRANSFERS || candidate.shown(setting, cause)? < SHOWN {
+        return Ok(None);
+    }
+    Ok(Some(format!("it gains on the hold-out in {:.0} % of the bootstraps only", 100.0 * share)))
 }

@@ -120,8 +120,7 @@ pub fn describe(
             formula: formula.as_ref().map(|f| f.equation()),
         });
     }
-    // The thresholds are analytic, and doubled under gusts; tables and bootstraps would say so here.
-    let kind = "analytic";
+    let kind = if inference.bootstrapped.is_some() { "bootstrap" } else { "analytic" };
     let entries = |causes: &[super::Adopted]| causes.iter().map(|cause| CauseEntry::new(cause, kind)).collect();
     let outcome = Outcome {
         schema_version: SCHEMA_VERSION,

@@ -80,6 +80,11 @@ pub const NOISE_BOUNDS: [[f64; 2]; Noise::COUNT] = [[3e-5, 3.0], [0.15, 120.0], 
 /// The least a model leaves random \[(m/s)/s^0.5\], as growth of a speed error: no scheme of steps of a tenth of a second is closer
 /// to a car than this. With less, a nearly complete model becomes a free simulation, to which the scheme's own error is a cause.
 const SCHEME: f64 = 0.01;
+/// The smallest missing acceleration \[m/s²\] that a model has, with a time constant \[s\].
+#[must_use]
+pub fn least_random(tau_d: f64) -> f64 {
+    SCHEME / (2.0 * tau_d).sqrt()
+}
 /// Step of a finite difference in the logarithm of a noise level.
 const LOG_STEP: f64 = 1e-4;
 /// Longest step in such a logarithm, and in a coordinate of the model.
@@ -155,8 +160,7 @@ impl Frame<'_> {
         let (model, noise) = x.split_at(self.axes.len());
         let values = self.axes.iter().zip(model).map(|(axis, u)| axis.value(*u)).collect();
         let noise = Noise::from_logs(std::array::from_fn(|i| noise[i]));
-        let least = SCHEME / (2.0 * noise.tau_d).sqrt();
-        Point { values, noise: Noise { sigma_d: noise.sigma_d.max(least), ..noise } }
+        Point { values, noise: Noise { sigma_d: noise.sigma_d.max(least_random(noise.tau_d)), ..noise } }
     }
 
     fn bounds(&self, j: usize) -> [f64; 2] {

@@ -3,7 +3,7 @@
 
 use super::drive::Drive;
 use super::free::{Free, free};
-use super::model::{Model, is_time};
+use super::model::Model;
 use super::verdict::{Adopted, DiagnoseError, Effort, Fitted};
 use crate::calibrate::{CalibrateError, Calibration, Overrides, Progress, SearchSpace, Stop, best, calibrate};
 use crate::catalog::Variant;
@@ -110,7 +110,7 @@ fn recalibrated(
     let axes = Model::new(variant, train, &Overrides::new(), &[])?;
     let bounds = axes.symbols.iter().zip(&axes.axes).map(|(symbol, axis)| {
         let now = model.parameters.get(*symbol);
-        if is_time(*symbol) { [now, now] } else { [axis.lower, axis.upper] }
+        if symbol.is_time() { [now, now] } else { [axis.lower, axis.upper] }
     });
     let space = SearchSpace { bounds: bounds.collect(), symbols: axes.symbols.clone() };
     let cases = cases(train, variant, adopted)?;

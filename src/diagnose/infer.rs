@@ -2,22 +2,28 @@
 
 use super::adopt::{ROUNDS, Rival, Search, family};
 use super::base::{Calibrated, calibrate_base, contradiction};
+use super::bootstrap::{SURROGATES, threshold};
 use super::candidate::{Candidate, LEAD, Setting};
 use super::family::others;
 use super::model::Model;
 use super::screen::Spending;
 use super::specification::{Leftovers, leftovers};
-use super::verdict::{Adopted, DiagnoseError, Estimate, Fitted, Inference, LeftOver, Progress, Question, Verdict};
+use super::verdict::{
+    Adopted, DiagnoseError, Effort, Estimate, Fitted, Inference, LeftOver, Progress, Question, Verdict,
+};
 use crate::extension::Extension;
 use crate::wgsl::extension_named;
 use std::ops::ControlFlow;
 use std::sync::atomic::Ordering;
+use std::time::Instant;
 
 /// By how much another base without causes has to be likelier than this one with them \[nats\].
 const OTHER_FAMILY: f64 = 10.0;
 /// Share of the causes' evidence above which what is left speaks against their names.
 const LEFT_SHARE: f64 = 0.5;
 
+/// Share of a thorough diagnosis that its bootstrap takes, as the bar shows it.
+const BOOTSTRAP: f64 = 0.7;
 /// Replicates of the base whose likelihoods are further apart than this \[nats\] have not found it.
 const APART: f64 = 100.0;
 
@@ -32,19 +38,35 @@ pub fn infer(
     if question.train.is_empty() {
         return Err(DiagnoseError::NoData);
     }
-    let mut tell = |done: f64, stage: &str| match progress(Progress { done, stage: stage.to_owned() }) {
+    let bootstrapped = question.effort == Effort::Thorough;
+    let mut show = |done: f64, stage: &str| match progress(Progress { done, stage: stage.to_owned() }) {
         ControlFlow::Continue(()) => Ok(()),
         ControlFlow::Break(()) => Err(DiagnoseError::Stopped),
     };
-    let setting = Setting::new(question, extension_named(LEAD));
+    let mut setting = Setting::new(question, extension_named(LEAD));
     let spending = Spending::of(question.effort);
     let further = spending.further();
-    tell(0.0, "calibrating the base model")?;
+    show(0.0, "calibrating the base model")?;
     let base = calibrate_base(&setting, question.base, &spending)?
         .ok_or_else(|| DiagnoseError::NoBase { variant: question.base.name() })?;
     let Calibrated { candidate, replicates } = base;
     let agrees = replicates.len() > 1 && replicates[0] - replicates[1] < APART;
     let noise_at_start = candidate.fit.point.noise;
+    if bootstrapped {
+        let begun = Instant::now();
+        let mut first = None;
+        let told = &mut |done: usize| {
+            // Those of an earlier run took no time in this one.
+            let before = *first.get_or_insert(done);
+            let left = begun.elapsed().as_secs_f64() * (SURROGATES - done) as f64 / (done - before).max(1) as f64;
+            let left = if done > before { format!(", {:.0} min left", (left / 60.0).ceil()) } else { String::new() };
+            let stage = format!("bootstrap: {done} of {SURROGATES} drives without a cause{left}");
+            show(BOOTSTRAP * (0.05 + 0.95 * done as f64 / SURROGATES as f64), &stage)
+        };
+        setting.least = Some(threshold(question, &candidate, told)?);
+    }
+    let from = if bootstrapped { BOOTSTRAP } else { 0.0 };
+    let mut tell = |done: f64, stage: &str| show(from + (1.0 - from) * done, stage);
     let mut search = Search::begin(&setting, candidate)?;
     let mut base = None;
     for round in 1..=ROUNDS {
@@ -105,6 +127,7 @@ pub fn infer(
         left_over,
         ladder: search.ladder.clone(),
         simulations: setting.simulations.load(Ordering::Relaxed),
+        bootstrapped: setting.least,
     })
 }
 

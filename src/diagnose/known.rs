@@ -64,7 +64,7 @@ pub fn known(
     let plan = Plan { select: 3, kinds: 1, rough: 4, keep: 2, fine: 40, tolerance: 0.1 };
     let Some(mut truth) = Candidate::fitted(&setting, variant, causes, model, &starts, plan)? else { return Ok(None) };
     let inflation = truth.inflation(&setting)?;
-    let threshold = need(question.causes.len(), inflation, &base.fit.point.noise);
+    let threshold = need(&setting, inflation, &base.fit.point.noise, 0);
     let (held, base_held) = (truth.cross_fit(&setting)?, base.cross_fit(&setting)?);
     let cause = causes.first().copied().unwrap_or_else(|| extension_named(LEAD).expect("a tool of the library"));
     let evidence = Evidence::of(&setting, &truth, cause, &held, &base, &base_held);

@@ -5,6 +5,7 @@
 
 pub mod adopt;
 pub mod base;
+mod bootstrap;
 pub mod budget;
 pub mod candidate;
 pub mod data;

@@ -195,7 +195,7 @@ fn axis(
     };
     let [mut lower, mut upper] = fixed.ok_or(crate::calibrate::BoundsError::Vehicle(symbol.name()))?;
     let name = symbol.name();
-    if is_time(symbol) {
+    if symbol.is_time() {
         // Times of the files at hand; a length of time as long as the longest of them.
         let first = drives.iter().map(|d| d.trajectory.t[0]).fold(f64::INFINITY, f64::min);
         let last = drives.iter().map(|d| d.trajectory.t[d.samples() - 1]).fold(f64::NEG_INFINITY, f64::max);
@@ -206,13 +206,6 @@ fn axis(
         axis.step = step / (axis.upper - axis.lower);
     }
     Ok(axis)
-}
-
-/// True for the parameters of events: when, and for how long.
-#[must_use]
-pub fn is_time(symbol: Symbol) -> bool {
-    // Bounds of a day or so: nobody knows beforehand how long a file is.
-    matches!(symbol, Symbol::Extension(row) if row.unit == "s" && !row.neutral.is_finite() && row.upper >= 1e4)
 }
 
 /// True for parameters on which innovations depend in jumps.

@@ -2,7 +2,7 @@
 
 use super::candidate::{Candidate, Setting};
 use super::fit::{Point, log_likelihoods};
-use super::model::{Model, is_time};
+use super::model::Model;
 use super::start::Hint;
 use super::verdict::DiagnoseError;
 use crate::extension::Extension;
@@ -106,7 +106,7 @@ fn likeliest(
 
 fn same(a: &Hint, b: &Hint) -> bool {
     let close = |((symbol, a), (_, b)): (&(Symbol, f64), &(Symbol, f64))| {
-        let within = if is_time(*symbol) { SAME.0 } else { SAME.1 * b.abs() };
+        let within = if symbol.is_time() { SAME.0 } else { SAME.1 * b.abs() };
         (a - b).abs() < within
     };
     a.iter().zip(b).all(close)

@@ -3,7 +3,7 @@
 use super::candidate::Candidate;
 use super::drive::Drive;
 use super::fit::Point;
-use super::model::{Event, Model, is_stepped, is_time};
+use super::model::{Event, Model, is_stepped};
 use super::observer::Noise;
 use super::space::Axis;
 use crate::extension::Extension;
@@ -18,7 +18,8 @@ const STRONG: (f64, f64) = (0.15, 2.0);
 
 /// Standard deviation of white noise on a smooth signal: from third differences, whose variance is 20 times its own. The median
 /// of them, so that events do not count.
-fn rough(y: &[f64]) -> f64 {
+#[must_use]
+pub fn rough(y: &[f64]) -> f64 {
     let mut size: Vec<f64> = y.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs()).collect();
     size.sort_by(f64::total_cmp);
     // The median of |x| is 0.6745 standard deviations.
@@ -138,7 +139,7 @@ pub fn hints(
     missing: &[Vec<f64>],
     most: usize,
 ) -> Vec<(Option<Event>, Vec<Hint>)> {
-    let times: Vec<Symbol> = cause.parameters.iter().copied().filter(|symbol| is_time(*symbol)).collect();
+    let times: Vec<Symbol> = cause.parameters.iter().copied().filter(|symbol| symbol.is_time()).collect();
     let frequency = cause.parameters.iter().find(|symbol| symbol.unit() == "Hz");
     match (times.as_slice(), frequency) {
         ([], None) => vec![(None, steps(cause))],

@@ -7,6 +7,7 @@ use crate::catalog::Variant;
 use crate::evaluator::Innovations;
 use crate::extension::Extension;
 use crate::symbols::Parameters;
+use std::path::Path;
 
 /// How much computing a diagnosis may spend.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -37,6 +38,8 @@ pub struct Question<'a> {
     pub causes: &'a [&'static Extension],
     /// Bounds of parameters by name, instead of those of the diagnosis.
     pub bounds: &'a Overrides,
+    /// File in which the bootstrap of [`Effort::Thorough`] keeps what it has finished, to go on from; may be none.
+    pub kept: Option<&'a Path>,
 }
 
 /// How far a diagnosis is.
@@ -201,8 +204,10 @@ pub struct Inference {
     pub left_over: Vec<LeftOver>,
     /// Everything tried.
     pub ladder: Vec<Tried>,
-    /// Simulated candidates, over one drive each.
+    /// Simulated candidates, over one drive each; those of a bootstrap are not among them.
     pub simulations: u64,
+    /// Threshold of evidence per inflation \[nats\] by a bootstrap, where there was one.
+    pub bootstrapped: Option<f64>,
 }
 
 /// A diagnosis that cannot be made.
@@ -231,6 +236,14 @@ pub enum DiagnoseError {
     NoBase {
         /// The base.
         variant: String,
+    },
+    /// What a bootstrap has finished cannot be kept.
+    #[error("{path}: cannot keep what the bootstrap has finished")]
+    Keep {
+        /// The file.
+        path: String,
+        /// Why.
+        source: std::io::Error,
     },
     /// It was stopped.
     #[error("stopped")]

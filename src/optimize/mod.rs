@@ -10,7 +10,7 @@ pub use auto::{Auto, AutoSettings};
 pub use cmaes::{Cmaes, CmaesSettings, Descent, DescentSettings, Start};
 pub use ga::{Ga, GaSettings};
 pub use lshade::{Lshade, LshadeSettings};
-pub use stream::{Origin, stream};
+pub use stream::{Origin, normal, stream};
 
 use std::cmp::Ordering;
 

@@ -47,7 +47,8 @@ impl Origin {
 }
 
 /// A normally distributed number of mean 0 and variance 1 (Box and Muller, 1958; the second one is not used).
-pub(super) fn normal(rng: &mut ChaCha8Rng) -> f64 {
+#[must_use]
+pub fn normal(rng: &mut ChaCha8Rng) -> f64 {
     // 1 - u: in (0, 1], so that the logarithm is finite.
     let radius = (-2.0 * (1.0 - rng.random::<f64>()).ln()).sqrt();
     radius * (std::f64::consts::TAU * rng.random::<f64>()).cos()

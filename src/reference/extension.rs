@@ -164,6 +164,16 @@ impl<'a> Extended<'a> {
         x
     }
 
+    /// The present own speed, as the controller starts from it.
+    pub fn speed(&mut self, mut v_f: f64, now: Now) -> f64 {
+        for (name, own, _) in self.each() {
+            if name == "lead" {
+                v_f += own[0] * now.a_f;
+            }
+        }
+        v_f
+    }
+
     /// The commanded acceleration.
     pub fn command(&mut self, x: &Perceived, mut a: f64, now: Now) -> f64 {
         let case = self.case;

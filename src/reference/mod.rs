@@ -16,4 +16,4 @@ mod types;
 
 pub use evaluate::Reference;
 pub use extension::knows;
-pub use simulate::{Run, Trace, simulate};
+pub use simulate::{Run, Trace, disturbed, simulate};

@@ -38,6 +38,12 @@ pub struct Run {
 
 /// Simulates one candidate. `trace` is overwritten and keeps its memory; it ends at the failing sample, if any.
 pub fn simulate(case: &Case, p: &Parameters, trace: &mut Trace) -> Run {
+    disturbed(case, p, &[], trace)
+}
+
+/// The same with an acceleration \[m/s²\] on top of what the model does in the step to each sample, which is no part of its own
+/// acceleration; nothing where the list has ended.
+pub fn disturbed(case: &Case, p: &Parameters, disturbance: &[f64], trace: &mut Trace) -> Run {
     let variant = &case.variant;
     let desired_spacing = spacing::pick(variant.base.spacing);
     let commanded_acceleration = controller::pick(variant.base.controller);
@@ -72,7 +78,8 @@ pub fn simulate(case: &Case, p: &Parameters, trace: &mut Trace) -> Run {
             let changed = extended.as_mut().map(|e| e.policy(p, &x, here));
             let p = changed.as_ref().unwrap_or(p);
             let x = extended.as_mut().map_or(x, |e| e.perception(p, x, here));
-            let command = commanded_acceleration(p, &x, desired_spacing(p, &x), v_f);
+            let own = extended.as_mut().map_or(v_f, |e| e.speed(v_f, here));
+            let command = commanded_acceleration(p, &x, desired_spacing(p, &x), own);
             let a_cmd = extended.as_mut().map_or(command.a_cmd, |e| e.command(&x, command.a_cmd, here));
             let a = vehicle_response(p, a_cmd, &ego, &road);
             let a = extended.as_mut().map_or(a, |e| e.response(a, here));
@@ -86,9 +93,10 @@ pub fn simulate(case: &Case, p: &Parameters, trace: &mut Trace) -> Run {
             run.n_cut_dec += u32::from(bounded > a);
 
             // Eq. 1; a car does not roll backwards, and the acceleration is the one it then had.
-            let v_next = (v_f + bounded * case.dt).max(0.0);
+            let more = disturbance.get(i).copied().unwrap_or(0.0);
+            let v_next = (v_f + (bounded + more) * case.dt).max(0.0);
             trace.v.push(v_next);
-            trace.a.push((v_next - v_f) / case.dt);
+            trace.a.push((v_next - v_f) / case.dt - more);
             trace.x.push(trace.x[now] + (v_f + v_next) / 2.0 * case.dt);
             if !command.feasible {
                 run.failure = Some(Failure { kind: FailureKind::Radicand, step: i });

@@ -7,6 +7,7 @@ mod budget;
 mod calibration;
 mod chart;
 mod diagnosis;
+mod sumo;
 mod table;
 
 pub use calibration::calibration;

@@ -3,7 +3,7 @@
 use super::drive::{self, Drive, DriveEntry};
 use super::plan::{Plan, Validation, overrides_for};
 use super::{PROGRAM, SCHEMA_VERSION, StudyError, sha256};
-use crate::calibrate::{Overrides, SearchSpace};
+use crate::calibrate::{Overrides, SearchSpace, bound_times};
 use crate::catalog::{Constraint, Variant};
 use crate::evaluator::Case;
 use crate::lanes::LanesPrecision;
@@ -124,7 +124,8 @@ impl Study {
     /// What is searched when a variant is calibrated on drive `index`.
     pub(super) fn space(&self, index: usize, variant: &Variant) -> Result<SearchSpace, StudyError> {
         let (settings, drive) = (&self.plan.calibration, &self.drives[index]);
-        let bounds = overrides_for(variant, &settings.bounds);
+        let mut bounds = overrides_for(variant, &settings.bounds);
+        bound_times(variant, drive.entry.window_s, &mut bounds);
         SearchSpace::new(variant, drive.vehicle.as_ref(), settings.convention, &bounds)
             .map_err(|source| StudyError::Bounds { variant: variant.name(), source })
     }

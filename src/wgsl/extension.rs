@@ -283,7 +283,7 @@ impl<'a> Reader<'a> {
             (Some("State"), _) => Argument::State,
             (Some("World"), _) => Argument::World,
             (Some("Perceived"), _) => Argument::Perceived,
-            (_, inner) if *inner == TypeInner::Scalar(naga::Scalar::F32) => Argument::Acceleration,
+            (_, inner) if *inner == TypeInner::Scalar(naga::Scalar::F32) => Argument::Value,
             _ => {
                 let name = argument.name.as_deref().unwrap_or("an argument");
                 return self.refuse(
@@ -311,9 +311,9 @@ impl<'a> Reader<'a> {
             let value = match stage {
                 Stage::Policy => "Params",
                 Stage::Perception => "Perceived",
-                Stage::Command | Stage::Response => "f32",
+                Stage::Speed | Stage::Command | Stage::Response => "f32",
             };
-            if arguments.contains(&Argument::Acceleration) && matches!(stage, Stage::Policy | Stage::Perception) {
+            if arguments.contains(&Argument::Value) && matches!(stage, Stage::Policy | Stage::Perception) {
                 return self.refuse(
                     span,
                     format!("{wanted}: there is no acceleration yet at this stage; remove the f32 argument"),
@@ -332,6 +332,7 @@ impl<'a> Reader<'a> {
                 match stage {
                     Stage::Policy => "the parameters",
                     Stage::Perception => "what is perceived",
+                    Stage::Speed => "the present speed",
                     Stage::Command => "the commanded acceleration",
                     Stage::Response => "the acceleration of the vehicle",
                 }

@@ -9,7 +9,7 @@ fn value_type(stage: Stage) -> &'static str {
     match stage {
         Stage::Policy => "Params",
         Stage::Perception => "Perceived",
-        Stage::Command | Stage::Response => "f32",
+        Stage::Speed | Stage::Command | Stage::Response => "f32",
     }
 }
 
@@ -18,6 +18,7 @@ fn handed_on(stage: Stage) -> &'static str {
     match stage {
         Stage::Policy => "PolicyStage",
         Stage::Perception => "PerceptionStage",
+        Stage::Speed => "SpeedStage",
         Stage::Command => "CommandStage",
         Stage::Response => "ResponseStage",
     }
@@ -59,13 +60,13 @@ fn stage_text(stage: Stage, extensions: &[&'static Extension]) -> String {
     let (seen, last) = match stage {
         Stage::Policy => ("x: Perceived", ""),
         Stage::Perception => ("x: Perceived", ""),
-        Stage::Command | Stage::Response => ("x: Perceived", ", a: f32"),
+        Stage::Speed | Stage::Command | Stage::Response => ("x: Perceived", ", given: f32"),
     };
     let name = stage.name();
     let given = match stage {
         Stage::Policy => "q",
         Stage::Perception => "x",
-        Stage::Command | Stage::Response => "a",
+        Stage::Speed | Stage::Command | Stage::Response => "given",
     };
     text += &format!("fn stage_{name}(p: Params, q: Params, w: World, {seen}{last}, memory: Memory) -> {handed} {{\n");
     text += &format!("    var value = {given};\n    var after = memory;\n");
@@ -80,7 +81,7 @@ fn stage_text(stage: Stage, extensions: &[&'static Extension]) -> String {
 fn call(extension: &Extension, function: &StageFunction, opaque: &str) -> String {
     let name = &extension.name;
     let argument = |argument: &Argument| match (argument, function.stage) {
-        (Argument::Params, Stage::Policy) | (Argument::Perceived, Stage::Perception) | (Argument::Acceleration, _) => {
+        (Argument::Params, Stage::Policy) | (Argument::Perceived, Stage::Perception) | (Argument::Value, _) => {
             "value".to_owned()
         }
         (Argument::Params, _) => "q".to_owned(),
@@ -105,7 +106,7 @@ fn call(extension: &Extension, function: &StageFunction, opaque: &str) -> String
     let seen = match function.stage {
         Stage::Policy => value,
         Stage::Perception => format!("Perceived({opaque}({value}.s), {opaque}({value}.v_f), {opaque}({value}.v_l))"),
-        Stage::Command | Stage::Response => format!("{opaque}({value})"),
+        Stage::Speed | Stage::Command | Stage::Response => format!("{opaque}({value})"),
     };
     format!("    let {name}_{stage}_done = {called};\n    value = {seen};\n{state}")
 }

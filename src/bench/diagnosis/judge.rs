@@ -155,8 +155,16 @@ pub fn diagnose_task(task: &DiagnosisTask) -> DiagnosisOutcome {
     let causes: Vec<&'static Extension> = library().iter().copied().filter(|e| e.cause.is_some()).collect();
     let bounds = crate::calibrate::Overrides::new();
     let (train, holdout) = (&drives.train[..], &drives.holdout[..]);
-    let question =
-        Question { train, holdout, base: variant, effort, seed: task.seed, causes: &causes, bounds: &bounds };
+    let question = Question {
+        train,
+        holdout,
+        base: variant,
+        effort,
+        seed: task.seed,
+        causes: &causes,
+        bounds: &bounds,
+        kept: None,
+    };
     let clock = cpu_time::ProcessTime::now();
     match infer(&question, &mut |_| ControlFlow::Continue(())) {
         Ok(inference) => fill(&mut outcome, &inference),

@@ -5,6 +5,7 @@ use leadlag::diagnose::outcome::Outcome;
 use leadlag::report::html::{Chart, Line, Panel, Role};
 use leadlag::report::residuals::Simulated;
 use leadlag::report::result::ResultFile;
+use leadlag::report::sumo::Export;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -70,6 +71,23 @@ pub fn of_diagnosis(folder: &Path, outcome: &Outcome) -> anyhow::Result<Vec<Char
             format!("{} ({role})", drive.label)
         });
         charts.push(Chart { title, x_label: "time [s]".to_owned(), x, panels });
+    }
+    Ok(charts)
+}
+
+/// SUMO beside leadlag on each drive.
+pub fn of_sumo(folder: &Path, export: &Export) -> anyhow::Result<Vec<Chart>> {
+    let mut charts = Vec::new();
+    for (number, drive) in (1..).zip(&export.data) {
+        let suffix = if export.data.len() == 1 { String::new() } else { format!("_{number}") };
+        let path = folder.join(format!("sumo/comparison{suffix}.csv"));
+        if path.exists() {
+            let table = columns(&path)?;
+            let panels = panels(&table, &[("sim_", "leadlag", Role::Simulated), ("sumo_", "SUMO", Role::Alternative)]);
+            let x = table.get("time_s").cloned().unwrap_or_default();
+            let title = format!("leadlag and SUMO behind the leader of {}", drive.path);
+            charts.push(Chart { title, x_label: "time [s]".to_owned(), x, panels });
+        }
     }
     Ok(charts)
 }

@@ -1,14 +1,22 @@
 //! The report of a calibration: what was fitted to what, how well, with which parameters.
 
 use super::budget::budget;
+use super::sumo::sumo;
 use super::{Chart, Line, Page, Panel, Role, between, escape, short};
 use crate::diagnose::budget::Budget;
 use crate::report::result::ResultFile;
+use crate::report::sumo::Export;
 
-/// One HTML file. `charts` are the simulations, trajectory by trajectory, `errors` the budget of all of them; `twin` is the text of
-/// result.json.
+/// One HTML file. `charts` are the simulations, trajectory by trajectory, `errors` the budget of all of them, `exported` what SUMO
+/// makes of it, with charts; `twin` is the text of result.json.
 #[must_use]
-pub fn calibration(result: &ResultFile, charts: Vec<Chart>, errors: Option<&Budget>, twin: &str) -> String {
+pub fn calibration(
+    result: &ResultFile,
+    charts: Vec<Chart>,
+    errors: Option<&Budget>,
+    exported: Option<(Export, Vec<Chart>)>,
+    twin: &str,
+) -> String {
     let mut page = Page::default();
     page.section("fit", "What was fitted to what");
     let rows: Vec<Vec<String>> = result
@@ -95,6 +103,9 @@ pub fn calibration(result: &ResultFile, charts: Vec<Chart>, errors: Option<&Budg
             x,
             panels: vec![Panel { label: result.gof.clone(), lines: vec![line] }],
         });
+    }
+    if let Some((export, charts)) = exported {
+        sumo(&mut page, &export, charts);
     }
     let lead = format!(
         "<p class=\"verdict\"><strong>{} = {}</strong> variant {} {}</p>",

@@ -5,6 +5,8 @@ use std::fmt::Write;
 
 /// Rows from which on a table scrolls by itself.
 const LONG: usize = 14;
+/// Characters from which on a column is not squeezed on a narrow screen: rows would become as high as the screen.
+const SENTENCE: usize = 40;
 
 impl Page {
     /// Adds a table; columns of numbers are right-aligned, a click on a heading sorts. Nothing is added without rows.
@@ -24,7 +26,13 @@ impl Page {
             return;
         }
         let numeric: Vec<bool> = (0..head.len()).map(|column| is_numeric(rows, column)).collect();
-        let class = |column: usize| if numeric[column] { " class=\"number\"" } else { "" };
+        let class = |column: usize| match numeric[column] {
+            true => " class=\"number\"",
+            false if rows.iter().any(|row| row.get(column).is_some_and(|cell| cell.chars().count() > SENTENCE)) => {
+                " class=\"words\""
+            }
+            false => "",
+        };
         let long = if rows.len() > LONG { " long" } else { "" };
         let mut html = format!(
             "<div class=\"table{long}\" tabindex=\"0\"><table><caption>{}</caption><thead><tr>",

@@ -224,13 +224,13 @@ pub fn boxes(material: &Material) -> String {
             figure.bar([x - half, y(b.quartiles[2])], [x + half, y(b.quartiles[0])], fill, INK);
             figure.line([x - half, y(b.quartiles[1])], [x + half, y(b.quartiles[1])], 2.0, "white");
             figure.bar([x - 1.5, y(b.mean) - 1.5], [x + 1.5, y(b.mean) + 1.5], "white", INK);
+            for outlier in b.outliers.iter().filter(|o| **o <= plot.top) {
+                figure.dot([x, y(*outlier)], 1.8, INK);
+            }
+            if let Some(printed) = material.paper.get(&own.variants[v].id()) {
+                figure.diamond([x, y(printed.median)], 3.2);
+            }
         });
-        for outlier in b.outliers.iter().filter(|o| **o <= plot.top) {
-            figure.dot([x, y(*outlier)], 1.8, INK);
-        }
-        if let Some(printed) = material.paper.get(&own.variants[v].id()) {
-            figure.diamond([x, y(printed.median)], 3.2);
-        }
     }
     ids(&mut figure, own, &plot, &x, unit);
     let beyond = outliers().filter(|o| **o > plot.top).count();

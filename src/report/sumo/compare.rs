@@ -2,10 +2,10 @@
 
 use super::drive::{Drive, Motion};
 use crate::score::SignalMeasures;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// How far one signal of SUMO is from that of leadlag.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Loss {
     /// Root mean square, in the unit of the signal.
     pub rms: f64,
@@ -16,7 +16,7 @@ pub struct Loss {
 }
 
 /// What the export costs.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Comparison {
     /// Samples compared.
     pub samples: usize,

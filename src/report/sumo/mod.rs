@@ -3,12 +3,14 @@
 
 mod compare;
 mod drive;
+mod file;
 mod run;
 mod traci;
 mod vtype;
 
 pub use compare::{Comparison, Loss, compare};
 pub use drive::{Drive, Motion};
+pub use file::{Export, ExportedDrive};
 pub use run::{Sumo, find};
 pub use vtype::{Model, VehicleType, export};
 

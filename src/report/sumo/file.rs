@@ -1,0 +1,91 @@
+//! What an export left behind: `loss.json`.
+
+use super::{Comparison, Sumo, SumoError, VehicleType};
+use crate::report::result::{DataEntry, ResultFile};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+/// Version of the file.
+const SCHEMA_VERSION: u64 = 1;
+
+/// An export to SUMO, as `loss.json` has it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Export {
+    /// Version of the file.
+    pub schema_version: u64,
+    /// The variant.
+    pub variant: String,
+    /// SUMO's model.
+    pub model: String,
+    /// The file with the vehicle type.
+    pub file: String,
+    /// Its attributes, in SUMO's units (m, s).
+    pub attributes: BTreeMap<String, String>,
+    /// What the variant has and the type has not, one sentence each.
+    pub lost: Vec<String>,
+    /// What the type does besides, one sentence each.
+    pub added: Vec<String>,
+    /// Version of SUMO; none where it was not run.
+    pub sumo: Option<String>,
+    /// The drives.
+    pub data: Vec<ExportedDrive>,
+    /// What is lost on each of them; empty where SUMO was not run.
+    pub loss: Vec<Comparison>,
+}
+
+/// A drive that SUMO was run on.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ExportedDrive {
+    /// The data file.
+    pub path: String,
+    /// Its SHA-256.
+    pub sha256: String,
+    /// 1 = right behind the platoon leader.
+    pub follower: usize,
+}
+
+impl Export {
+    /// An export of a result, with what it costs per drive.
+    #[must_use]
+    pub fn new(
+        result: &ResultFile,
+        vtype: &VehicleType,
+        file: &Path,
+        sumo: Option<&Sumo>,
+        loss: Vec<Comparison>,
+    ) -> Export {
+        let drive = |data: &DataEntry| ExportedDrive {
+            path: data.path.clone(),
+            sha256: data.sha256.clone(),
+            follower: data.follower,
+        };
+        Export {
+            schema_version: SCHEMA_VERSION,
+            variant: result.model(),
+            model: vtype.model.name().to_owned(),
+            file: file.display().to_string(),
+            attributes: vtype.attributes.iter().map(|(name, value)| ((*name).to_owned(), value.clone())).collect(),
+            lost: vtype.lost.clone(),
+            added: vtype.added.clone(),
+            sumo: sumo.map(|sumo| sumo.version.clone()),
+            data: result.data.iter().map(drive).collect(),
+            loss,
+        }
+    }
+
+    /// Reads `loss.json`; none where there is no such file.
+    ///
+    /// # Errors
+    /// [`SumoError::Io`] where it is there and cannot be read or is of another version.
+    pub fn read(path: &Path) -> Result<Option<Export>, SumoError> {
+        let what = || format!("{}: expected what `leadlag export sumo` of this version wrote", path.display());
+        let text = match fs::read_to_string(path) {
+            Ok(text) => text,
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+            Err(source) => return Err(SumoError::Io { what: what(), source }),
+        };
+        serde_json::from_str(&text).map(Some).map_err(|error| SumoError::Io { what: what(), source: error.into() })
+    }
+}
