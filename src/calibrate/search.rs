@@ -14,6 +14,8 @@ use std::time::Instant;
 pub(super) struct Search<'a> {
     pub(super) number: u64,
     space: &'a SearchSpace,
+    /// True if the optimiser sees logarithms of parameters that span decades.
+    ratios: bool,
     free: Vec<usize>,
     stop: Stop,
     started: Instant,
@@ -37,6 +39,7 @@ impl<'a> Search<'a> {
         Search {
             number,
             space,
+            ratios: ratios(settings.optimizer),
             free,
             stop: settings.stop,
             started: Instant::now(),
@@ -62,7 +65,7 @@ impl<'a> Search<'a> {
             self.ended = Some(StopReason::Evaluations);
             return;
         }
-        points.iter().for_each(|point| self.population.push(&self.space.complete(&self.free, point)));
+        points.iter().for_each(|point| self.population.push(&self.space.complete(&self.free, point, self.ratios)));
     }
 
     /// Takes the scores of the generation.
@@ -76,7 +79,7 @@ impl<'a> Search<'a> {
             && let Merit::Feasible(score) = member.merit
         {
             // Its best also changes, and may be worse by a rounding, when it is first told exactly.
-            self.best = Some((self.space.complete(&self.free, &member.point), score));
+            self.best = Some((self.space.complete(&self.free, &member.point, self.ratios), score));
             if self.convergence.last().is_none_or(|(_, best)| score < *best) {
                 self.convergence.push((self.evaluations, score));
                 self.stall = 0;
@@ -146,8 +149,13 @@ impl<'a> Search<'a> {
 }
 
 /// The optimiser of a replicate.
+/// The paper's algorithm is kept as the paper has it.
+fn ratios(optimizer: OptimizerKind) -> bool {
+    optimizer != OptimizerKind::Ga
+}
+
 fn optimizer(space: &SearchSpace, settings: &Calibration, number: u64) -> Box<dyn Optimizer> {
-    let (search_box, evaluations) = (space.search_box(), settings.stop.max_evaluations);
+    let (search_box, evaluations) = (space.search_box(ratios(settings.optimizer)), settings.stop.max_evaluations);
     let (dimensions, origin) = (search_box.dimensions(), Origin::new(settings.seed, number));
     // With every parameter fixed there is one candidate, to be scored once.
     if dimensions == 0 {

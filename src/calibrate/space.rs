@@ -137,19 +137,38 @@ impl SearchSpace {
         (0..self.bounds.len()).filter(|&i| self.bounds[i][0] < self.bounds[i][1]).collect()
     }
 
-    pub(super) fn search_box(&self) -> SearchBox {
+    /// What is searched, in the parameters themselves or, with `ratios`, in the logarithms of those that span decades.
+    pub(super) fn search_box(&self, ratios: bool) -> SearchBox {
         let free = self.free();
+        let bound = |i: usize, k: usize| {
+            let bound = self.bounds[i][k];
+            if ratios && self.spans_decades(i) { bound.ln() } else { bound }
+        };
         SearchBox {
-            lower: free.iter().map(|&i| self.bounds[i][0]).collect(),
-            upper: free.iter().map(|&i| self.bounds[i][1]).collect(),
+            lower: free.iter().map(|&i| bound(i, 0)).collect(),
+            upper: free.iter().map(|&i| bound(i, 1)).collect(),
         }
     }
 
-    /// A point of the search box with the fixed parameters filled in.
-    pub(super) fn complete(&self, free: &[usize], point: &[f64]) -> Vec<f64> {
+    /// True for a positive parameter whose bounds are more than two decades apart: equal differences would hardly ever try the
+    /// lower ones. Of Table 3 these are the gains of the linear controllers.
+    fn spans_decades(&self, i: usize) -> bool {
+        let [lower, upper] = self.bounds[i];
+        lower > 0.0 && upper > 100.0 * lower
+    }
+
+    /// A point of the search box as a candidate, with the fixed parameters filled in.
+    pub(super) fn complete(&self, free: &[usize], point: &[f64], ratios: bool) -> Vec<f64> {
         let mut candidate: Vec<f64> = self.bounds.iter().map(|b| b[0]).collect();
         for (&i, &x) in free.iter().zip(point) {
-            candidate[i] = x;
+            let [lower, upper] = self.bounds[i];
+            // The exponential of a logarithm may be off a bound by a rounding.
+            candidate[i] = match ratios && self.spans_decades(i) {
+                false => x,
+                true if x <= lower.ln() => lower,
+                true if x >= upper.ln() => upper,
+                true => x.exp().clamp(lower, upper),
+            };
         }
         candidate
     }

@@ -68,7 +68,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let follower = args.hide.follower();
     drive::write(args, follower)?;
     output::print(&tell::beginning(args, follower))?;
-    // As `diagnose` cuts: the last third of the drive takes no part in any fit.
+    // As `diagnose` cuts: no model is calibrated on the last third of the drive.
     let demo = Demo {
         folder: args.out.clone(),
         seed: args.seed.to_string(),
@@ -121,7 +121,7 @@ impl Demo {
             tell::step("3. Extend the model by what was named, and calibrate it on the same two thirds")?;
             let extended = self.calibrate("extended", &causes)?;
             tell::line(&tell::calibrated(&extended))?;
-            tell::step("4. Both on the last third, which took no part")?;
+            tell::step("4. Both on the last third, on which they were not calibrated")?;
             for (score, model) in held_back.iter_mut().zip(["base", "extended"]) {
                 *score = self.simulate(model)?;
                 tell::line(&tell::held_back(model, *score))?;

@@ -50,13 +50,13 @@ pub struct Args {
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
     /// A cause of your own, as a WGSL part; may be given several times
-    #[arg(long, value_name = "FILE.wgsl")]
+    #[arg(long, value_name = "FILE.wgsl", conflicts_with = "data_only")]
     pub causes: Vec<PathBuf>,
     /// TOML file of bounds that replace those of the diagnosis: v_0 = [25, 40]
-    #[arg(long, value_name = "FILE.toml")]
+    #[arg(long, value_name = "FILE.toml", conflicts_with = "data_only")]
     pub bounds: Option<PathBuf>,
     /// Folder for diagnosis.json, the missing acceleration, the extended model and the pictures
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", conflicts_with = "data_only")]
     pub out: Option<PathBuf>,
     /// Print diagnosis.json instead of text
     #[arg(long)]
@@ -119,7 +119,10 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         bounds: &bounds,
         kept: kept.as_deref(),
     };
-    interrupt::watch();
+    interrupt::watch_saying(match (&question.kept, question.effort) {
+        (Some(_), Effort::Thorough) => "nothing is kept but what the bootstrap has finished",
+        _ => "a diagnosis keeps nothing",
+    });
     let mut bar = bar::Bar::new();
     let found = describe(&question, loaded.lap, &mut |p| bar.update(&p));
     bar.finish();

@@ -6,6 +6,7 @@ use clap::ValueEnum;
 use leadlag::report::result::ResultFile;
 use leadlag::report::sumo::{self, Drive, Export, Loss, Model, Motion, VehicleType};
 use leadlag::report::text::wrapped;
+use leadlag::trajectory::Source;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -82,11 +83,11 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         let drive =
             Drive::read(&beside.join(format!("simulation{suffix}.csv")), data.first_scored, data.treatment.step_s)?;
         let sumo = measured.as_ref().context("SUMO was found")?;
-        let motion = sumo.follow(&vtype, &drive, &folder)?;
+        let motion = sumo.follow(&vtype, &drive, &folder, &suffix)?;
         output::write_file(&folder.join(format!("comparison{suffix}.csv")), &table(&drive, &motion)?)?;
         losses.push(sumo::compare(&drive, &motion));
     }
-    let export = Export::new(&result, &vtype, &place, measured.as_ref(), losses);
+    let export = Export::new((&result, Source::of(&file)?.sha256), &vtype, &place, measured.as_ref(), losses);
     let written = serde_json::to_string_pretty(&export)? + "\n";
     output::write_file(&folder.join("loss.json"), written.as_bytes())?;
     if args.json {

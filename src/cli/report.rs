@@ -10,6 +10,7 @@ use leadlag::report::html;
 use leadlag::report::residuals::{error_budget, over_speed};
 use leadlag::report::result::ResultFile;
 use leadlag::report::sumo::Export;
+use leadlag::trajectory::Source;
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
@@ -63,7 +64,12 @@ fn one(file: &Path, folder: &Path) -> anyhow::Result<String> {
     let result = ResultFile::read(file)?;
     let (mut charts, simulated) = charts::of_calibration(folder, &result)?;
     charts.extend(over_speed(&simulated));
-    let exported = Export::read(&folder.join("sumo/loss.json"))?;
+    let mut exported = Export::read(&folder.join("sumo/loss.json"))?;
+    if exported.as_ref().is_some_and(|export| Source::of(file).is_ok_and(|now| now.sha256 != export.result_sha256)) {
+        let (folder, file) = (folder.join("sumo"), file.display());
+        eprintln!("warning: {} is of another result than {file}, so it is left out; export it again", folder.display());
+        exported = None;
+    }
     let exported =
         exported.map(|export| charts::of_sumo(folder, &export).map(|charts| (export, charts))).transpose()?;
     Ok(html::calibration(&result, charts, error_budget(&simulated).as_ref(), exported, &text))

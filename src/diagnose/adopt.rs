@@ -54,7 +54,12 @@ pub struct Search {
     pub margin: f64,
     /// Inflation of the last round.
     pub inflation: f64,
+    /// Causes that are judged in the present round.
+    short_list: usize,
 }
+
+/// A cause, and the present model with it.
+pub type Fitted = (&'static Extension, Candidate);
 
 /// The family of a cause; its own name where there is none.
 #[must_use]
@@ -94,6 +99,7 @@ impl Search {
             need: 0.0,
             margin: 0.0,
             inflation,
+            short_list: 0,
         })
     }
 
@@ -102,6 +108,16 @@ impl Search {
     /// # Errors
     /// As [`screen`].
     pub fn round(&mut self, setting: &Setting<'_>, number: usize, spending: &Spending) -> Result<bool, DiagnoseError> {
+        let tried = self.fit_all(setting, spending)?;
+        self.decide(setting, number, tried)
+    }
+
+    /// The first half of a round: every further cause fitted, the likeliest first, and the present model once more from where they
+    /// took it.
+    ///
+    /// # Errors
+    /// As [`screen`].
+    pub fn fit_all(&mut self, setting: &Setting<'_>, spending: &Spending) -> Result<Vec<Fitted>, DiagnoseError> {
         let missing = missing(&mut self.current)?;
         let phase = self.current.causes.iter().any(|cause| family(cause) == PHASE);
         let causes: Vec<&'static Extension> = setting
@@ -114,14 +130,29 @@ impl Search {
         let mut tried = screen(setting, &self.current, &causes, &missing, spending)?;
         tried.sort_by(|a, b| b.1.fit.log_likelihood.total_cmp(&a.1.fit.log_likelihood));
         self.improve(setting, &tried, spending)?;
-        let present = self.current.fit.log_likelihood;
-        let gain = |candidate: &Candidate| candidate.fit.log_likelihood - present;
-        let listed = |i: usize, cause: &Extension| i < spending.short_list || family(cause) == PHASE;
+        self.short_list = spending.short_list;
         // The best model's innovations say how correlated they are when what can be explained is.
         self.inflation = match tried.first_mut() {
             Some((_, best)) => best.inflation(setting)?,
             None => self.current.inflation(setting)?,
         };
+        Ok(tried)
+    }
+
+    /// The second half: the likeliest are judged, and one of them may be adopted.
+    ///
+    /// # Errors
+    /// As [`Candidate::cross_fit`].
+    pub fn decide(
+        &mut self,
+        setting: &Setting<'_>,
+        number: usize,
+        mut tried: Vec<Fitted>,
+    ) -> Result<bool, DiagnoseError> {
+        let present = self.current.fit.log_likelihood;
+        let gain = |candidate: &Candidate| candidate.fit.log_likelihood - present;
+        let short_list = self.short_list;
+        let listed = |i: usize, cause: &Extension| i < short_list || family(cause) == PHASE;
         self.need = need(setting, self.inflation, &self.current.fit.point.noise, self.current.causes.len());
         self.margin =
             margin(self.inflation, tried.first().map_or(&self.current, |(_, best)| best).fit.point.noise, self.need);
@@ -141,12 +172,7 @@ impl Search {
     }
 
     /// Refits the present model from where the causes took it: a gain must not be due to a better fit of the rest.
-    fn improve(
-        &mut self,
-        setting: &Setting<'_>,
-        tried: &[(&'static Extension, Candidate)],
-        spending: &Spending,
-    ) -> Result<(), DiagnoseError> {
+    fn improve(&mut self, setting: &Setting<'_>, tried: &[Fitted], spending: &Spending) -> Result<(), DiagnoseError> {
         let from = |candidate: &Candidate| Point {
             values: self.current.model.adopt(&candidate.model, &candidate.fit.point.values),
             noise: candidate.fit.point.noise,
@@ -172,7 +198,7 @@ impl Search {
         &mut self,
         setting: &Setting<'_>,
         round: usize,
-        tried: &[(&'static Extension, Candidate)],
+        tried: &[Fitted],
         held: &[Option<Held>],
     ) -> Result<Option<usize>, DiagnoseError> {
         let mut rows: Vec<(usize, Evidence, f64)> = Vec::new();
@@ -248,7 +274,7 @@ impl Search {
         Ok(chosen)
     }
 
-    fn note_untestable(&mut self, tried: &[(&'static Extension, Candidate)]) {
+    fn note_untestable(&mut self, tried: &[Fitted]) {
         if !self.not_testable.is_empty() || !self.current.causes.is_empty() {
             return;
         }
@@ -261,7 +287,7 @@ impl Search {
         }
     }
 
-    fn take(&mut self, chosen: usize, tried: Vec<(&'static Extension, Candidate)>, held: Vec<Option<Held>>) {
+    fn take(&mut self, chosen: usize, tried: Vec<Fitted>, held: Vec<Option<Held>>) {
         let row =
             |name: &str| self.ladder.iter().rev().find(|row| row.name == name).map_or(f64::NAN, |row| row.evidence);
         let of = tried[chosen].0;
@@ -307,7 +333,7 @@ impl Search {
                 .par_iter()
                 .map(|cause| Ok(explain(setting, &reduced, cause, &missing, spending)?.map(|found| (*cause, found))))
                 .collect();
-            let mut found: Vec<(&'static Extension, Candidate)> = found?.into_iter().flatten().collect();
+            let mut found: Vec<Fitted> = found?.into_iter().flatten().collect();
             found.retain(|(cause, candidate)| proxy(candidate, cause).is_none());
             let best = found.iter().map(|(_, c)| c.fit.log_likelihood).fold(self.current.fit.log_likelihood, f64::max);
             let near = |candidate: &Candidate| best - candidate.fit.log_likelihood <= self.margin;
@@ -318,23 +344,36 @@ impl Search {
             found.sort_by(|a, b| {
                 (b.1.fit.log_likelihood - penalty(b.0)).total_cmp(&(a.1.fit.log_likelihood - penalty(a.0)))
             });
-            let mut keeps = cause;
-            let (evidence, threshold) = self.evidence[place];
-            let gain = |candidate: &Candidate| candidate.fit.log_likelihood - reduced.fit.log_likelihood;
+            let (mut keeps, mut settled) = (cause, false);
+            let threshold = self.evidence[place].1;
+            let reduced_held = reduced.cross_fit(setting)?;
             let mut rivals = Vec::new();
-            for (i, (other, mut candidate)) in found.into_iter().enumerate() {
+            for (other, mut candidate) in found {
                 let value = candidate.fit.log_likelihood - penalty(other);
-                if i == 0 && (other == cause || value > mine + 2.0) && value > mine {
-                    keeps = other;
+                let better = !settled && (other == cause || value > mine + 2.0) && value > mine;
+                if !(better || other != cause && near(&candidate)) {
+                    continue;
+                }
+                // As when it is adopted: judged where it was not fitted, and on the hold-out.
+                let held = candidate.cross_fit(setting)?;
+                let evidence = Evidence::of(setting, &candidate, other, &held, &reduced, &reduced_held);
+                let sound = evidence.objection(threshold).is_none();
+                if better && sound && (other == cause || gate(setting, &candidate, other, &reduced)?.is_none()) {
+                    (keeps, settled) = (other, true);
                     // The order of adoption is kept.
                     candidate.causes =
                         self.current.causes.iter().map(|c| if *c == cause { other } else { *c }).collect();
-                    self.evidence[place] = (evidence.min(gain(&candidate)).max(threshold), threshold);
-                    self.held = candidate.cross_fit(setting)?;
+                    self.evidence[place] = (evidence.counts(), threshold);
+                    self.held = held;
                     self.current = candidate;
-                } else if other != cause && near(&candidate) {
-                    let evidence = gain(&candidate);
-                    rivals.push(Rival { of: other, cause: other, candidate, evidence, need: self.need });
+                } else if other != cause && sound && near(&candidate) {
+                    rivals.push(Rival {
+                        of: other,
+                        cause: other,
+                        candidate,
+                        evidence: evidence.counts(),
+                        need: threshold,
+                    });
                 }
             }
             rivals.retain(|rival| rival.cause != keeps);

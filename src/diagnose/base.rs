@@ -22,14 +22,6 @@ pub struct Calibrated {
     pub replicates: Vec<f64>,
 }
 
-impl Calibrated {
-    /// True if another replicate came as far as the best one.
-    #[must_use]
-    pub fn agrees(&self) -> bool {
-        self.replicates.len() > 1 && self.replicates[0] - self.replicates[1] < AGREE
-    }
-}
-
 /// Fits a variant without causes of its own, from random populations under a strong observer, and then under its own noise, from
 /// there and from a nearly free simulation. `None` if every candidate fails.
 ///

@@ -25,6 +25,8 @@ use std::path::Path;
 
 /// Surrogates.
 pub const SURROGATES: usize = 40;
+/// With fewer there is no threshold.
+const FEWEST: usize = 20;
 /// Probability of a false name in data without a cause, for which the threshold is made.
 const ALPHA: f64 = 0.01;
 /// Share of the surrogates that are the tail, from which the threshold is extrapolated.
@@ -40,11 +42,11 @@ struct Kept {
     /// Everything that decides the result.
     key: String,
     number: u64,
-    /// Largest evidence of a cause, per inflation \[nats\].
-    largest: f64,
+    /// Largest evidence of a cause, per inflation \[nats\]; none where the base does not come to the end.
+    largest: Option<f64>,
 }
 
-/// The evidence per inflation \[nats\] that one of a hundred drives without a cause exceeds. `progress` is told how many
+/// The evidence per inflation \[nats\] that one of a hundred drives without a cause exceeds; none if too few of them can be driven. `progress` is told how many
 /// surrogates are done, and may stop. Finished surrogates are kept in the question's file, if it names one, and not computed again.
 ///
 /// # Errors
@@ -53,7 +55,7 @@ pub fn threshold(
     question: &Question<'_>,
     base: &Candidate,
     progress: &mut dyn FnMut(usize) -> Result<(), DiagnoseError>,
-) -> Result<f64, DiagnoseError> {
+) -> Result<Option<f64>, DiagnoseError> {
     let key = key(question, base);
     let mut found = question.kept.map_or_else(Vec::new, |path| read(path, &key));
     let open = |number: &u64| !found.iter().any(|kept: &Kept| kept.number == *number);
@@ -72,7 +74,8 @@ pub fn threshold(
             found.push(kept);
         }
     }
-    Ok(quantile(found.iter().map(|kept| kept.largest).collect()))
+    let largest: Vec<f64> = found.iter().filter_map(|kept| kept.largest).collect();
+    Ok((largest.len() >= FEWEST).then(|| quantile(largest)))
 }
 
 /// What one of a hundred exceeds, by an exponential tail through the largest quarter.
@@ -85,21 +88,19 @@ fn quantile(mut largest: Vec<f64>) -> f64 {
 }
 
 /// The largest evidence of a cause, per inflation, that the selection finds in a surrogate.
-fn largest(question: &Question<'_>, base: &Candidate, number: u64) -> Result<f64, DiagnoseError> {
+fn largest(question: &Question<'_>, base: &Candidate, number: u64) -> Result<Option<f64>, DiagnoseError> {
     let mut drawn = None;
     for draw in 0..DRAWS {
         let mut rng = stream(question.seed, u64::MAX - 2, draw, number);
-        let mut again = |drives: &[Drive]| -> Option<Vec<Drive>> {
-            drives.iter().map(|drive| surrogate(drive, base, &mut rng)).collect()
-        };
-        if let (Some(train), Some(holdout)) = (again(question.train), again(question.holdout)) {
-            drawn = Some((train, holdout));
+        drawn = question.train.iter().map(|drive| surrogate(drive, base, &mut rng)).collect::<Option<Vec<Drive>>>();
+        if drawn.is_some() {
             break;
         }
     }
     // A base that cannot drive there says nothing of thresholds.
-    let Some((train, holdout)) = drawn else { return Ok(0.0) };
-    let question = Question { train: &train, holdout: &holdout, effort: Effort::Quick, kept: None, ..*question };
+    let Some(train) = drawn else { return Ok(None) };
+    // Without a hold-out: only the evidence is asked for, before the hold-out is.
+    let question = Question { train: &train, holdout: &[], effort: Effort::Quick, kept: None, ..*question };
     let setting = Setting { least: Some(LOW), ..Setting::new(&question, base_lead(base)) };
     let spending = Spending::of(Effort::Quick);
     let noise = base.fit.point.noise;
@@ -107,13 +108,13 @@ fn largest(question: &Question<'_>, base: &Candidate, number: u64) -> Result<f64
     let starts = [noise, free].map(|noise| Point { noise, ..base.fit.point.clone() });
     let model = setting.model(base.variant, &[])?;
     let plan = Plan { select: 2, kinds: 1, rough: 4, keep: 2, ..spending.base };
-    let Some(fitted) = Candidate::fitted(&setting, base.variant, &[], model, &starts, plan)? else { return Ok(0.0) };
+    let Some(fitted) = Candidate::fitted(&setting, base.variant, &[], model, &starts, plan)? else { return Ok(None) };
     let mut search = Search::begin(&setting, fitted)?;
     search.round(&setting, 1, &spending)?;
     let inflation = search.inflation;
     // As the decision would have it but for the threshold: both folds gain, and not in two blocks only.
     let sound = search.ladder.iter().filter(|row| row.folds.iter().all(|fold| *fold > 0.0) && row.trimmed > 0.0);
-    Ok(sound.map(|row| row.evidence / inflation).filter(|x| x.is_finite()).fold(0.0, f64::max))
+    Ok(Some(sound.map(|row| row.evidence / inflation).filter(|x| x.is_finite()).fold(0.0, f64::max)))
 }
 
 fn base_lead(base: &Candidate) -> Option<&'static crate::extension::Extension> {
@@ -155,16 +156,22 @@ fn key(question: &Question<'_>, base: &Candidate) -> String {
     hash.update(env!("CARGO_PKG_VERSION"));
     hash.update(question.seed.to_le_bytes());
     hash.update(base.variant.to_string());
-    question.causes.iter().for_each(|cause| hash.update(&cause.name));
+    for cause in question.causes {
+        hash.update(format!("{}\n{}\n", cause.name, cause.text));
+    }
+    hash.update(format!("{:?}", question.bounds));
     let noise = base.fit.point.noise.logs();
     for x in base.fit.point.values.iter().chain(&noise) {
         hash.update(x.to_bits().to_le_bytes());
     }
-    for drive in question.train.iter().chain(question.holdout) {
-        let Trajectory { s, v_f, .. } = &drive.trajectory;
-        for x in s.iter().chain(v_f).chain(&drive.v_l_measured) {
+    for drive in question.train {
+        let Trajectory { s, v_f, v_l2, s_l2, dt, .. } = &drive.trajectory;
+        let (grade, further) = (drive.sin_grade(), [v_l2, s_l2].into_iter().flatten().flatten());
+        for x in s.iter().chain(v_f).chain(&drive.v_l_measured).chain(further).chain(grade.iter().flatten()).chain([dt])
+        {
             hash.update(x.to_bits().to_le_bytes());
         }
+        hash.update(format!("{:?}", drive.vehicle.as_ref().map(|vehicle| &vehicle.slug)));
     }
     hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }

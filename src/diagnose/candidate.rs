@@ -190,46 +190,13 @@ impl Candidate {
         Some(Prior { centre: self.fit.coordinates.clone(), information })
     }
 
-    /// Log-likelihood per hold-out drive and block, with the causes as the training data have them, and a base and a noise of its
-    /// own. What training leaves open of a base, a set speed that no training drive reaches, is then no argument against a cause;
-    /// and a base that makes up for the cause by itself is one.
+    /// The model over the hold-out, with the causes as the training data have them, and a base and a noise of its own. What training
+    /// leaves open of a base, a set speed that no training drive reaches, is then no argument against a cause; and a base that makes
+    /// up for the cause by itself is one.
     ///
     /// # Errors
     /// As [`Model::new`].
-    pub fn transfer(&self, setting: &Setting<'_>) -> Result<Vec<Vec<f64>>, DiagnoseError> {
-        let (mut model, point) = self.moved(setting)?;
-        let scores = scored(&mut model, &point, &setting.holdout)?;
-        setting.simulations.fetch_add(model.simulations, Ordering::Relaxed);
-        Ok(scores)
-    }
-
-    /// What a cause changes on the hold-out \[nats\]: the gain to be expected there if the cause is real. A cap that the hold-out
-    /// never reaches has none, whatever the truth.
-    ///
-    /// # Errors
-    /// As [`Model::new`].
-    pub fn shown(&self, setting: &Setting<'_>, cause: &Extension) -> Result<f64, DiagnoseError> {
-        let (mut model, point) = self.moved(setting)?;
-        let mut without = point.values.clone();
-        for k in model.positions(cause) {
-            let Axis { lower, upper, .. } = model.axes[k];
-            without[k] = model.symbols[k].neutral().unwrap_or(without[k]).clamp(lower, upper);
-        }
-        let mut sum = 0.0;
-        for (drive, ((_, dt), mask)) in model.drives().into_iter().zip(&setting.holdout).enumerate() {
-            let designed = design(&point.noise, dt);
-            let runs = model.residuals(drive, &[point.values.clone(), without.clone()], &[designed, designed])?;
-            let (Some(with), Some(without)) = (runs.of(0), runs.of(1)) else { return Ok(f64::INFINITY) };
-            for ((a, b), _) in with.iter().zip(&without).zip(mask).filter(|(_, counts)| **counts) {
-                sum += 0.5 * designed.white([a[0] - b[0], a[1] - b[1]]).iter().map(|z| z * z).sum::<f64>();
-            }
-        }
-        setting.simulations.fetch_add(model.simulations, Ordering::Relaxed);
-        Ok(sum)
-    }
-
-    /// The model over the hold-out with a base and a noise of its own.
-    fn moved(&self, setting: &Setting<'_>) -> Result<(Model, Point), DiagnoseError> {
+    pub fn transfer(&self, setting: &Setting<'_>) -> Result<Transferred, DiagnoseError> {
         let mut model = setting.held_out(self.variant, &self.model.events)?;
         let point = &self.fit.point;
         let mut axes = model.axes.clone();
@@ -238,7 +205,8 @@ impl Candidate {
         }
         let fits = fit(&mut model, &axes, &setting.holdout, &elsewhere(point), ELSEWHERE)?;
         let point = fits.into_iter().next().map_or_else(|| point.clone(), |fit| fit.point);
-        Ok((model, point))
+        setting.simulations.fetch_add(model.simulations, Ordering::Relaxed);
+        Ok(Transferred { model, point })
     }
 
     /// Inflation of thresholds by the correlation of the innovations.
@@ -261,6 +229,47 @@ impl Candidate {
     pub fn value(&self, name: &str) -> Option<f64> {
         let k = self.model.symbols.iter().position(|symbol| symbol.name() == name)?;
         Some(self.fit.point.values[k])
+    }
+}
+
+/// A candidate on the hold-out.
+#[derive(Debug)]
+pub struct Transferred {
+    model: Model,
+    point: Point,
+}
+
+impl Transferred {
+    /// Log-likelihood per drive and block.
+    ///
+    /// # Errors
+    /// As [`Predictor::residuals`].
+    pub fn scores(&mut self, setting: &Setting<'_>) -> Result<Vec<Vec<f64>>, DiagnoseError> {
+        scored(&mut self.model, &self.point, &setting.holdout)
+    }
+
+    /// What a cause changes there \[nats\]: the gain to be expected if it is real. A cap that the hold-out never reaches has none,
+    /// whatever the truth.
+    ///
+    /// # Errors
+    /// As [`Predictor::residuals`].
+    pub fn changed_by(&mut self, setting: &Setting<'_>, cause: &Extension) -> Result<f64, DiagnoseError> {
+        let Transferred { model, point } = self;
+        let mut without = point.values.clone();
+        for k in model.positions(cause) {
+            let Axis { lower, upper, .. } = model.axes[k];
+            without[k] = model.symbols[k].neutral().unwrap_or(without[k]).clamp(lower, upper);
+        }
+        let mut sum = 0.0;
+        for (drive, ((_, dt), mask)) in model.drives().into_iter().zip(&setting.holdout).enumerate() {
+            let designed = design(&point.noise, dt);
+            let runs = model.residuals(drive, &[point.values.clone(), without.clone()], &[designed, designed])?;
+            let (Some(with), Some(without)) = (runs.of(0), runs.of(1)) else { return Ok(f64::INFINITY) };
+            for ((a, b), _) in with.iter().zip(&without).zip(mask).filter(|(_, counts)| **counts) {
+                sum += 0.5 * designed.white([a[0] - b[0], a[1] - b[1]]).iter().map(|z| z * z).sum::<f64>();
+            }
+        }
+        Ok(sum)
     }
 }
 

@@ -12,8 +12,9 @@ use super::outcome::{
     CauseEntry, DriveEntry, LeftOverEntry, NotTestableEntry, NotTriedEntry, Outcome, RungEntry, SCHEMA_VERSION,
 };
 use super::scene::Scene;
-use super::verdict::{Effort, Fitted, Inference, Progress, Question, Verdict};
+use super::verdict::{Adopted, Effort, Fitted, Inference, Progress, Question, Verdict};
 use crate::calibrate::CalibrateError;
+use crate::convention::Convention;
 use crate::evaluator::CaseError;
 use crate::extension::Extension;
 use std::ops::ControlFlow;
@@ -67,8 +68,9 @@ pub fn describe(
 ) -> Result<Diagnosis, GainError> {
     let inference = infer(question, &mut |p| progress(Progress { done: INFERRED * p.done, stage: p.stage }))?;
     let adopted = &inference.adopted;
-    let base = described(question, &inference.base, lap)?;
-    let extended = if adopted.is_empty() { None } else { Some(described(question, &inference.extended, lap)?) };
+    let base = described(question, &inference.base, &[], lap)?;
+    let extended =
+        if adopted.is_empty() { None } else { Some(described(question, &inference.extended, adopted, lap)?) };
     let settings = GainSettings::of(question.effort, question.seed);
     // A gain belongs to a name: what is adopted without one is a proxy.
     let named = matches!(inference.verdict, Verdict::Named | Verdict::Ambiguous);
@@ -85,7 +87,7 @@ pub fn describe(
             progress(Progress { done: done.min(1.0), stage: "measuring the gain".to_owned() })
         };
         let models = [&inference.base, &inference.extended];
-        match gain(question.train, question.holdout, models, adopted, &settings, &mut tell) {
+        match gain(question, models, adopted, &settings, &mut tell) {
             Err(GainError::Calibrate(CalibrateError::Interrupted)) => {
                 return Err(super::DiagnoseError::Stopped.into());
             }
@@ -121,7 +123,7 @@ pub fn describe(
         });
     }
     let kind = if inference.bootstrapped.is_some() { "bootstrap" } else { "analytic" };
-    let entries = |causes: &[super::Adopted]| causes.iter().map(|cause| CauseEntry::new(cause, kind)).collect();
+    let entries = |causes: &[Adopted]| causes.iter().map(|cause| CauseEntry::new(cause, kind)).collect();
     let outcome = Outcome {
         schema_version: SCHEMA_VERSION,
         verdict: inference.verdict.into(),
@@ -138,6 +140,11 @@ pub fn describe(
         left_over,
         simulations: inference.simulations,
         not_tried: not_tried(question),
+        program: concat!("leadlag ", env!("CARGO_PKG_VERSION")).to_owned(),
+        evaluator: "lanes".to_owned(),
+        precision: "f64".to_owned(),
+        adapter: None,
+        convention: Convention::PAPER.to_string(),
         seed: question.seed,
         effort: effort_name(question.effort).to_owned(),
         data: Vec::new(),
@@ -170,7 +177,12 @@ pub fn effort_name(effort: Effort) -> &'static str {
     }
 }
 
-fn described(question: &Question<'_>, model: &Fitted, lap: Option<f64>) -> Result<Described, GainError> {
+fn described(
+    question: &Question<'_>,
+    model: &Fitted,
+    adopted: &[Adopted],
+    lap: Option<f64>,
+) -> Result<Described, GainError> {
     let drives: Vec<&Drive> = question.train.iter().chain(question.holdout).collect();
     let one = |(drive, innovations): (&&Drive, &crate::evaluator::Innovations)| {
         let scene = Scene::of(drive, lap);
@@ -182,8 +194,7 @@ fn described(question: &Question<'_>, model: &Fitted, lap: Option<f64>) -> Resul
         Series { error: deviation(&model.noise, scene.dt), scene, d, gap_error }
     };
     let series = drives.iter().zip(&model.innovations).map(one).collect();
-    let cases = drives.iter().map(|drive| drive.case(model.variant)).collect::<Result<Vec<_>, _>>()?;
-    Ok(Described { series, runs: free(&cases, &model.parameters)? })
+    Ok(Described { series, runs: free(drives, model.variant, &model.parameters, adopted)? })
 }
 
 /// Standard deviation of d after a correction \[m/s²\]: its row of the steady state P = P⁻ - K S Kᵀ with P⁻ = φ² P + (1 - φ²) σ².

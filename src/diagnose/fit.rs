@@ -75,8 +75,9 @@ pub struct Plan {
     pub tolerance: f64,
 }
 
-/// Bounds of the noise: missing acceleration \[m/s²\], its time constant \[s\], noise of spacing \[m\], speed and leader \[m/s\].
-pub const NOISE_BOUNDS: [[f64; 2]; Noise::COUNT] = [[3e-5, 3.0], [0.15, 120.0], [1e-5, 2.0], [1e-5, 2.0], [1e-6, 0.3]];
+/// Bounds of the noise: missing acceleration as growth of a speed error \[(m/s)/s^0.5\], its time constant \[s\], noise of spacing
+/// \[m\], speed and leader \[m/s\]. In these coordinates the bounds are a box.
+const NOISE_BOUNDS: [[f64; 2]; Noise::COUNT] = [[SCHEME, 5.0], [0.15, 120.0], [1e-5, 2.0], [1e-5, 2.0], [1e-6, 0.3]];
 /// The least a model leaves random \[(m/s)/s^0.5\], as growth of a speed error: no scheme of steps of a tenth of a second is closer
 /// to a car than this. With less, a nearly complete model becomes a free simulation, to which the scheme's own error is a cause.
 const SCHEME: f64 = 0.01;
@@ -124,7 +125,12 @@ struct Start {
     gram: Option<Gram>,
 }
 
-/// The axes of the model, followed by the noise.
+/// Bounds of a coordinate of the noise.
+fn noise_bounds(k: usize) -> [f64; 2] {
+    NOISE_BOUNDS[k].map(f64::ln)
+}
+
+/// The axes of the model, followed by the logarithms of the noise, of which the first is sigma_d sqrt(2 tau_d).
 struct Frame<'a> {
     axes: &'a [Axis],
     prior: Option<&'a Prior>,
@@ -137,8 +143,9 @@ impl Frame<'_> {
 
     fn of(&self, point: &Point) -> Vec<f64> {
         let model = self.axes.iter().zip(&point.values).map(|(axis, value)| axis.coordinate(*value));
-        let noise = point.noise.logs().into_iter().zip(NOISE_BOUNDS).map(|(x, b)| x.clamp(b[0].ln(), b[1].ln()));
-        model.chain(noise).collect()
+        let mut noise = point.noise.logs();
+        noise[0] += 0.5 * (2.0 * point.noise.tau_d).ln();
+        model.chain((0..Noise::COUNT).map(|k| noise[k].clamp(noise_bounds(k)[0], noise_bounds(k)[1]))).collect()
     }
 
     fn off(&self, prior: &Prior, x: &[f64]) -> DVector<f64> {
@@ -159,15 +166,16 @@ impl Frame<'_> {
     fn point(&self, x: &[f64]) -> Point {
         let (model, noise) = x.split_at(self.axes.len());
         let values = self.axes.iter().zip(model).map(|(axis, u)| axis.value(*u)).collect();
-        let noise = Noise::from_logs(std::array::from_fn(|i| noise[i]));
-        Point { values, noise: Noise { sigma_d: noise.sigma_d.max(least_random(noise.tau_d)), ..noise } }
+        let mut noise = Noise::from_logs(std::array::from_fn(|i| noise[i]));
+        noise.sigma_d /= (2.0 * noise.tau_d).sqrt();
+        Point { values, noise }
     }
 
     fn bounds(&self, j: usize) -> [f64; 2] {
         match j.checked_sub(self.axes.len()) {
             None if self.axes[j].is_fixed() => [0.0, 0.0],
             None => [0.0, 1.0],
-            Some(k) => NOISE_BOUNDS[k].map(f64::ln),
+            Some(k) => noise_bounds(k),
         }
     }
 

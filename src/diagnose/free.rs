@@ -1,9 +1,24 @@
 //! Free simulations of a drive, by the lanes in f64: the text itself, extensions included.
 
-use crate::evaluator::{Case, EvaluateError, Evaluator};
+use super::drive::Drive;
+use super::gain::GainError;
+use super::verdict::Adopted;
+use crate::catalog::Variant;
+use crate::evaluator::{Case, Evaluator};
 use crate::lanes::{Lanes, LanesPrecision};
 use crate::score::GoodnessOfFit;
 use crate::symbols::Parameters;
+
+/// The parameters in a drive: those of the events of other drives do nothing.
+fn happening(parameters: &Parameters, adopted: &[Adopted], label: &str) -> Parameters {
+    let mut here = *parameters;
+    for cause in adopted.iter().filter(|cause| cause.drive.as_deref().is_some_and(|drive| drive != label)) {
+        for symbol in &cause.extension.parameters {
+            here.set(*symbol, symbol.neutral().unwrap_or(parameters.get(*symbol)));
+        }
+    }
+    here
+}
 
 /// A free simulation; the vectors begin at sample `first`.
 #[derive(Debug, Clone, PartialEq)]
@@ -18,13 +33,21 @@ pub struct Free {
     pub complete: bool,
 }
 
-/// Simulates one candidate on every case.
+/// Simulates a model on every drive. Events that belong to one drive do not happen in the others.
 ///
 /// # Errors
-/// When the text cannot run.
-pub fn free(cases: &[Case], parameters: &Parameters) -> Result<Vec<Free>, EvaluateError> {
-    let lanes = Lanes::new(cases.to_vec(), GoodnessOfFit::NRMSE_SVA, LanesPrecision::F64)?;
+/// When a drive has not what the variant needs, or the text cannot run.
+pub fn free<'a>(
+    drives: impl IntoIterator<Item = &'a Drive>,
+    variant: Variant,
+    parameters: &Parameters,
+    adopted: &[Adopted],
+) -> Result<Vec<Free>, GainError> {
+    let drives: Vec<&Drive> = drives.into_iter().collect();
+    let cases = drives.iter().map(|drive| drive.case(variant)).collect::<Result<Vec<_>, _>>()?;
+    let lanes = Lanes::new(cases, GoodnessOfFit::NRMSE_SVA, LanesPrecision::F64)?;
     let one = |(i, case): (usize, &Case)| {
+        let parameters = &happening(parameters, adopted, drives[i].label());
         let first = case.first_sample(parameters.tau_p);
         let history = [&case.s[..first], &case.v_f[..first], &case.a_f[..first]];
         let states = lanes.trace(i, parameters, history, first, case.s.len())?;

@@ -1,12 +1,11 @@
-//! What an extension gains for the user: free-simulation NRMSE(s,v,a) on data that took no part, base and extended alike
-//! recalibrated on the same training data.
+//! What an extension gains for the user: free-simulation NRMSE(s,v,a) on data that neither model is calibrated on, base and extended
+//! alike recalibrated on the same training data.
 
 use super::drive::Drive;
 use super::free::{Free, free};
 use super::model::Model;
-use super::verdict::{Adopted, DiagnoseError, Effort, Fitted};
+use super::verdict::{Adopted, DiagnoseError, Effort, Fitted, Question};
 use crate::calibrate::{CalibrateError, Calibration, Overrides, Progress, SearchSpace, Stop, best, calibrate};
-use crate::catalog::Variant;
 use crate::evaluator::{Case, CaseError, EvaluateError};
 use crate::lanes::{Lanes, LanesPrecision};
 use crate::optimize::stream;
@@ -82,16 +81,17 @@ impl GainSettings {
     }
 }
 
-/// Time of the file at which a drive begins in which no event happens \[s\].
-const BEFORE_EVERYTHING: f64 = -1e9;
-
-/// The drives as cases. Events that belong to one drive only do not happen in the others.
-fn cases(drives: &[Drive], variant: Variant, adopted: &[Adopted]) -> Result<Vec<Case>, CaseError> {
-    let own: Vec<&str> = adopted.iter().filter_map(|cause| cause.drive.as_deref()).collect();
+/// The drives as cases. One without an event of its own, where another has one, ends before any event begins: all candidates of a
+/// calibration share their parameters.
+fn cases(drives: &[Drive], model: &Fitted, adopted: &[Adopted]) -> Result<Vec<Case>, CaseError> {
+    let own: Vec<&Adopted> = adopted.iter().filter(|cause| cause.drive.is_some()).collect();
+    let times = own.iter().flat_map(|cause| &cause.extension.parameters).filter(|symbol| symbol.is_time());
+    let first = times.map(|symbol| model.parameters.get(*symbol)).fold(0.0, f64::min);
     let case = |drive: &Drive| {
-        let mut case = drive.case(variant)?;
-        if !own.is_empty() && !own.contains(&drive.label()) {
-            case.t_0 = BEFORE_EVERYTHING;
+        let mut case = drive.case(model.variant)?;
+        if !own.is_empty() && own.iter().all(|cause| cause.drive.as_deref() != Some(drive.label())) {
+            // Not earlier than needed, for single precision has to tell the steps apart.
+            case.t_0 = first - (drive.samples() + 10) as f64 * drive.dt();
         }
         Ok(case)
     };
@@ -103,17 +103,17 @@ fn recalibrated(
     train: &[Drive],
     model: &Fitted,
     adopted: &[Adopted],
+    overrides: &Overrides,
     settings: &GainSettings,
     progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Parameters, GainError> {
-    let variant = model.variant;
-    let axes = Model::new(variant, train, &Overrides::new(), &[])?;
+    let axes = Model::new(model.variant, train, overrides, &[])?;
     let bounds = axes.symbols.iter().zip(&axes.axes).map(|(symbol, axis)| {
         let now = model.parameters.get(*symbol);
         if symbol.is_time() { [now, now] } else { [axis.lower, axis.upper] }
     });
     let space = SearchSpace { bounds: bounds.collect(), symbols: axes.symbols.clone() };
-    let cases = cases(train, variant, adopted)?;
+    let cases = cases(train, model, adopted)?;
     let mut evaluator = Lanes::new(cases, GoodnessOfFit::NRMSE_SVA, LanesPrecision::Plain)?;
     let stop = Stop { max_evaluations: settings.max_evaluations, ..Stop::default() };
     let calibration = Calibration { seed: settings.seed, stop, ..Calibration::default() };
@@ -122,27 +122,27 @@ fn recalibrated(
     Ok(space.parameters(&winner.candidate))
 }
 
-/// Measures the gain of an extended model over the base.
+/// Measures the gain of an extended model over the base, on the drives and within the bounds of a question.
 ///
 /// # Errors
 /// [`GainError`].
 pub fn gain(
-    train: &[Drive],
-    holdout: &[Drive],
+    question: &Question<'_>,
     [base, extended]: [&Fitted; 2],
     adopted: &[Adopted],
     settings: &GainSettings,
     progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Gain, GainError> {
+    let (train, holdout) = (question.train, question.holdout);
     let models = [
-        (base.variant, recalibrated(train, base, &[], settings, progress)?),
-        (extended.variant, recalibrated(train, extended, adopted, settings, progress)?),
+        (base.variant, recalibrated(train, base, &[], question.bounds, settings, progress)?),
+        (extended.variant, recalibrated(train, extended, adopted, question.bounds, settings, progress)?),
     ];
     let mut runs: Vec<Vec<Free>> = Vec::new();
     let mut broken_off = [0; 2];
     for (k, (variant, parameters)) in models.iter().enumerate() {
-        let on_holdout = free(&cases(holdout, *variant, adopted)?, parameters)?;
-        let on_train = free(&cases(train, *variant, adopted)?, parameters)?;
+        let on_holdout = free(holdout, *variant, parameters, adopted)?;
+        let on_train = free(train, *variant, parameters, adopted)?;
         broken_off[k] = on_holdout.iter().chain(&on_train).filter(|run| !run.complete).count();
         runs.push(on_holdout);
     }
@@ -171,18 +171,6 @@ pub fn gain(
 }
 
 impl Gain {
-    /// Base minus extended.
-    #[must_use]
-    pub fn difference(&self) -> Option<f64> {
-        Some(self.base? - self.extended?)
-    }
-
-    /// True if the interval lies above zero.
-    #[must_use]
-    pub fn is_gain(&self) -> bool {
-        self.interval.is_some_and(|[low, _]| low > 0.0)
-    }
-
     fn words(&self) -> String {
         let (Some(base), Some(extended), Some([low, high])) = (self.base, self.extended, self.interval) else {
             let which = if self.base.is_none() { "base" } else { "extended" };
@@ -194,7 +182,7 @@ impl Gain {
             _ => "no gain: the interval contains zero",
         };
         format!(
-            "NRMSE(s,v,a) {base:.4} with the base model, {extended:.4} with the extended one, on data used for nothing else; \
+            "NRMSE(s,v,a) {base:.4} with the base model, {extended:.4} with the extended one, on data that neither was calibrated on; \
              difference {:+.4} [{low:+.4}, {high:+.4}]: {what}",
             base - extended
         )

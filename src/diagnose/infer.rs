@@ -63,7 +63,7 @@ pub fn infer(
             let stage = format!("bootstrap: {done} of {SURROGATES} drives without a cause{left}");
             show(BOOTSTRAP * (0.05 + 0.95 * done as f64 / SURROGATES as f64), &stage)
         };
-        setting.least = Some(threshold(question, &candidate, told)?);
+        setting.least = threshold(question, &candidate, told)?;
     }
     let from = if bootstrapped { BOOTSTRAP } else { 0.0 };
     let mut tell = |done: f64, stage: &str| show(from + (1.0 - from) * done, stage);
@@ -71,13 +71,12 @@ pub fn infer(
     let mut base = None;
     for round in 1..=ROUNDS {
         tell(0.1 + 0.12 * (round - 1) as f64, &format!("round {round}: trying every cause"))?;
-        let before = snapshot(&mut search.current, &setting, search.inflation)?;
-        let adopted = search.round(&setting, round, if round == 1 { &spending } else { &further })?;
-        // The base is the best fit without causes, as the first round leaves it.
+        let tried = search.fit_all(&setting, if round == 1 { &spending } else { &further })?;
+        // The base is the best fit without causes: what its causes were compared with.
         if base.is_none() {
-            base = Some(before);
+            base = Some(snapshot(&mut search.current, &setting, search.inflation)?);
         }
-        if !adopted {
+        if !search.decide(&setting, round, tried)? {
             break;
         }
         if search.current.causes.len() > 1 {
@@ -132,6 +131,10 @@ pub fn infer(
 }
 
 fn disagreement(replicates: &[f64]) -> String {
+    if replicates.len() < 2 {
+        return "only one calibration of the base came to an end, so nothing confirms it; give longer data or tighter bounds"
+            .to_owned();
+    }
     let spread = replicates.first().zip(replicates.last()).map_or(0.0, |(a, b)| a - b);
     format!(
         "{} calibrations of the base from different starts do not agree: their log-likelihoods spread over {spread:.0} nats; give \
@@ -262,7 +265,8 @@ impl Answer<'_> {
             return plain(Verdict::Ambiguous, reason);
         }
         let needed = search.evidence.iter().map(|(_, need)| *need).fold(0.0, f64::max);
-        let reason = format!("{}: {total:.0} nats held out, {needed:.0} needed of each", names());
+        let each = if causes.len() > 1 { " of each" } else { "" };
+        let reason = format!("{}: {total:.0} nats held out, {needed:.0} needed{each}", names());
         plain(Verdict::Named, reason)
     }
 

@@ -2,7 +2,7 @@
 
 use super::base::calibrate_base;
 use super::candidate::{Candidate, LEAD, Setting};
-use super::decide::{Evidence, need, proxy, transfers};
+use super::decide::{Evidence, gate, need, proxy, transfers};
 use super::fit::{Plan, Point};
 use super::screen::Spending;
 use super::start::{NEARLY_FREE, first_noise};
@@ -68,8 +68,11 @@ pub fn known(
     let (held, base_held) = (truth.cross_fit(&setting)?, base.cross_fit(&setting)?);
     let cause = causes.first().copied().unwrap_or_else(|| extension_named(LEAD).expect("a tool of the library"));
     let evidence = Evidence::of(&setting, &truth, cause, &held, &base, &base_held);
-    let share = transfers(&setting, &truth, &base)?;
-    let objection = evidence.objection(threshold).or_else(|| proxy(&truth, cause)).unwrap_or_default();
+    let (share, _) = transfers(&setting, &truth, cause, &base)?;
+    let objection = match evidence.objection(threshold).or_else(|| proxy(&truth, cause)) {
+        Some(objection) => objection,
+        None => gate(&setting, &truth, cause, &base)?.unwrap_or_default(),
+    };
     Ok(Some(Known {
         log_likelihoods: [base.fit.log_likelihood, truth.fit.log_likelihood],
         evidence: evidence.counts(),

@@ -332,6 +332,21 @@ pub struct Outcome {
     /// Causes that were not tried, for the data lack what they need.
     #[serde(default)]
     pub not_tried: Vec<NotTriedEntry>,
+    /// The program and its version.
+    #[serde(default)]
+    pub program: String,
+    /// What simulated: always `lanes`, in `f64`, on no device.
+    #[serde(default)]
+    pub evaluator: String,
+    /// See `evaluator`.
+    #[serde(default)]
+    pub precision: String,
+    /// See `evaluator`.
+    #[serde(default)]
+    pub adapter: Option<String>,
+    /// The convention.
+    #[serde(default)]
+    pub convention: String,
     /// The one seed.
     pub seed: u64,
     /// `quick`, `normal` or `thorough`.

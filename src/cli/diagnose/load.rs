@@ -1,5 +1,6 @@
 //! From files to drives: checked, corrected if asked for, prepared, cut.
 
+use super::super::Usage;
 use super::super::data::{Loaded as Picked, only_follower};
 use super::Args;
 use leadlag::catalog::Variant;
@@ -27,7 +28,8 @@ pub fn load(args: &Args, variant: Variant) -> anyhow::Result<Loaded> {
         holdout: Vec::new(),
         data: Vec::new(),
         findings: Vec::new(),
-        held_back: "Held back: the files marked so; they take no part in any fit.".to_owned(),
+        held_back: "Held back: the files marked so. No model is calibrated on them; they decide whether a cause carries over, and the gain \
+                    is measured on them.".to_owned(),
         lap: None,
     };
     for file in &args.data {
@@ -46,13 +48,25 @@ pub fn load(args: &Args, variant: Variant) -> anyhow::Result<Loaded> {
     }
     for file in &args.holdout {
         let picked = one(args, variant, file, "holdout", &mut loaded)?;
+        let (last, before) = loaded.data.split_last().expect("it was just read");
+        let same = |entry: &&DataEntry| {
+            entry.sha256 == last.sha256 && entry.follower == last.follower && entry.role == "train"
+        };
+        if let Some(trained) = before.iter().find(same) {
+            let (held, trained) = (file.display(), &trained.path);
+            return Err(Usage(format!(
+                "--holdout {held}: it is trained on, as {trained}; take it out of one of the two"
+            ))
+            .into());
+        }
         if !args.data_only {
             loaded.holdout.extend(drives(&picked.trajectory, &picked)?);
         }
     }
     if args.holdout.is_empty() {
         loaded.held_back =
-            "No file was held back by --holdout, so the last third of every file is: it takes no part in any fit."
+            "No file was held back by --holdout, so the last third of every file is. No model is calibrated on it; it decides \
+             whether a cause carries over, and the gain is measured on it."
                 .to_owned();
     }
     Ok(loaded)

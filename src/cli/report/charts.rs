@@ -43,7 +43,7 @@ fn panels(table: &BTreeMap<String, Vec<f64>>, lines: &[(&str, &str, Role)]) -> V
 /// Charts of the drives.
 pub fn of_diagnosis(folder: &Path, outcome: &Outcome) -> anyhow::Result<Vec<Chart>> {
     let mut charts = Vec::new();
-    for number in 1.. {
+    for (number, drive) in (1..).zip(&outcome.drives) {
         let path = folder.join(format!("simulation_{number}.csv"));
         if !path.exists() {
             break;
@@ -66,10 +66,8 @@ pub fn of_diagnosis(folder: &Path, outcome: &Outcome) -> anyhow::Result<Vec<Char
             panels.push(Panel { label: "missing a [m/s²]".to_owned(), lines });
         }
         let x = table.get("time_s").cloned().unwrap_or_default();
-        let title = outcome.drives.get(number - 1).map_or(format!("Drive {number}"), |drive| {
-            let role = if drive.role == "holdout" { "held back" } else { "trained on" };
-            format!("{} ({role})", drive.label)
-        });
+        let role = if drive.role == "holdout" { "held back" } else { "trained on" };
+        let title = format!("{} ({role})", drive.label);
         charts.push(Chart { title, x_label: "time [s]".to_owned(), x, panels });
     }
     Ok(charts)
@@ -78,7 +76,8 @@ pub fn of_diagnosis(folder: &Path, outcome: &Outcome) -> anyhow::Result<Vec<Char
 /// SUMO beside leadlag on each drive.
 pub fn of_sumo(folder: &Path, export: &Export) -> anyhow::Result<Vec<Chart>> {
     let mut charts = Vec::new();
-    for (number, drive) in (1..).zip(&export.data) {
+    // Without losses SUMO was not run, and what lies there is of another time.
+    for (number, (drive, _)) in (1..).zip(export.data.iter().zip(&export.loss)) {
         let suffix = if export.data.len() == 1 { String::new() } else { format!("_{number}") };
         let path = folder.join(format!("sumo/comparison{suffix}.csv"));
         if path.exists() {

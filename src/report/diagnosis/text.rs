@@ -37,7 +37,7 @@ fn write_all(text: &mut String, outcome: &Outcome) -> std::fmt::Result {
     heading(text, "4. Which cause");
     causes::ladder(text, &outcome.ladder)?;
     causes::verdict(text, outcome)?;
-    heading(text, "5. Gain on data that took no part");
+    heading(text, "5. Gain on the data held back");
     match (&outcome.gain, outcome.verdict) {
         (Some(gain), _) => {
             text.push_str(&wrapped(0, 2, &gain.sentence));
@@ -55,7 +55,14 @@ fn write_all(text: &mut String, outcome: &Outcome) -> std::fmt::Result {
     }
     heading(text, "6. What is left");
     left(text, outcome)?;
-    writeln!(text, "\n{} simulations, seed {}, effort {}", outcome.simulations, outcome.seed, outcome.effort)
+    let Outcome { simulations, seed, effort, program, evaluator, precision, convention, .. } = outcome;
+    text.push('\n');
+    text.push_str(&wrapped(
+        0,
+        2,
+        &format!("{simulations} simulations by {evaluator} ({precision}), convention {convention}, seed {seed}, effort {effort}, {program}"),
+    ));
+    Ok(())
 }
 
 fn heading(text: &mut String, title: &str) {

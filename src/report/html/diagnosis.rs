@@ -47,8 +47,8 @@ fn summary(page: &mut Page, outcome: &Outcome) {
         facts.push(("cause", format!("{}: {}", cause.name, parameters.join(", "))));
     }
     match &outcome.gain {
-        Some(gain) => facts.push(("gain on data not used", gain.sentence.clone())),
-        None => facts.push(("gain on data not used", "none, as nothing is named".to_owned())),
+        Some(gain) => facts.push(("gain on the data held back", gain.sentence.clone())),
+        None => facts.push(("gain on the data held back", "none, as nothing is named".to_owned())),
     }
     facts.push((
         "faults of the data",
@@ -170,7 +170,7 @@ fn entries(page: &mut Page, caption: &str, causes: &[CauseEntry]) {
 }
 
 fn gain(page: &mut Page, outcome: &Outcome) {
-    page.section("gain", "Gain on data not used");
+    page.section("gain", "Gain on the data held back");
     let Some(gain) = &outcome.gain else {
         page.paragraph("Nothing is named, so there is nothing to gain.");
         return;

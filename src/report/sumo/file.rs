@@ -15,6 +15,8 @@ const SCHEMA_VERSION: u64 = 1;
 pub struct Export {
     /// Version of the file.
     pub schema_version: u64,
+    /// SHA-256 of the result.json that was exported.
+    pub result_sha256: String,
     /// The variant.
     pub variant: String,
     /// SUMO's model.
@@ -50,7 +52,7 @@ impl Export {
     /// An export of a result, with what it costs per drive.
     #[must_use]
     pub fn new(
-        result: &ResultFile,
+        (result, result_sha256): (&ResultFile, String),
         vtype: &VehicleType,
         file: &Path,
         sumo: Option<&Sumo>,
@@ -63,6 +65,7 @@ impl Export {
         };
         Export {
             schema_version: SCHEMA_VERSION,
+            result_sha256,
             variant: result.model(),
             model: vtype.model.name().to_owned(),
             file: file.display().to_string(),
@@ -86,6 +89,12 @@ impl Export {
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
             Err(source) => return Err(SumoError::Io { what: what(), source }),
         };
-        serde_json::from_str(&text).map(Some).map_err(|error| SumoError::Io { what: what(), source: error.into() })
+        let export: Export =
+            serde_json::from_str(&text).map_err(|error| SumoError::Io { what: what(), source: error.into() })?;
+        if export.schema_version != SCHEMA_VERSION {
+            let found = format!("schema_version {SCHEMA_VERSION} expected, {} found", export.schema_version);
+            return Err(SumoError::Io { what: what(), source: std::io::Error::other(found) });
+        }
+        Ok(Some(export))
     }
 }

@@ -55,11 +55,11 @@ pub fn find(told: Option<&Path>) -> Result<Sumo, SumoError> {
 
 impl Sumo {
     /// The follower of the exported type behind the leader of the drive, from the same first state; the files for SUMO are written
-    /// to `folder`, where `sumo` can be run on them again.
+    /// to `folder`, with a suffix to their names, where `sumo` can be run on them again.
     ///
     /// # Errors
     /// When files cannot be written, or SUMO ends early.
-    pub fn follow(&self, vtype: &VehicleType, drive: &Drive, folder: &Path) -> Result<Motion, SumoError> {
+    pub fn follow(&self, vtype: &VehicleType, drive: &Drive, folder: &Path, suffix: &str) -> Result<Motion, SumoError> {
         let write = |name: &str, text: String| {
             let path = folder.join(name);
             fs::write(&path, text).map_err(|source| SumoError::Io {
@@ -68,9 +68,9 @@ impl Sumo {
             })?;
             Ok(path)
         };
-        let road = write("road.net.xml", road(drive))?;
-        let demand = write("demand.rou.xml", demand(vtype, drive))?;
-        let log = folder.join("sumo.log");
+        let road = write(&format!("road{suffix}.net.xml"), road(drive))?;
+        let demand = write(&format!("demand{suffix}.rou.xml"), demand(vtype, drive))?;
+        let log = folder.join(format!("sumo{suffix}.log"));
         let io = |what: &str| {
             let what = what.to_owned();
             move |source| SumoError::Io { what, source }

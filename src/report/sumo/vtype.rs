@@ -203,5 +203,6 @@ fn escaped(text: &str) -> String {
 
 /// Two hyphens would end a comment.
 fn comment(text: &str) -> String {
-    text.replace("--", "- -")
+    // Twice, for three of them are two once more.
+    text.replace("--", "- -").replace("--", "- -")
 }
