@@ -9,9 +9,11 @@
 //! ```text
 //!  file --import--> Recording --prepare--> Trajectory --Case::new--> Case     (variant, vehicle, convention)
 //!                                                                      |
-//!  optimize --candidates--> Evaluator (reference) --scores--> optimize |  calibrate
+//!  optimize --candidates--> Evaluator --scores--> optimize             |      calibrate; Evaluator: reference, lanes or gpu
 //!                                                                      |
 //!  report <-- result.json, simulation.csv, plot.svg <-- identify <-----'
+//!
+//!  Trajectory --> diagnose: what a base model lacks, and what that is worth --> report
 //! ```
 //!
 //! # Example

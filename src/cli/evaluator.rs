@@ -12,7 +12,7 @@ pub struct EvaluatorArgs {
     /// Which evaluator simulates the candidates
     #[arg(long, value_enum, default_value_t)]
     pub evaluator: Choice,
-    /// Precision of lanes and gpu [default: plain]
+    /// Precision of lanes and gpu [default: plain; f64 for evaluate without --evaluator]
     #[arg(long, value_enum)]
     pub precision: Option<PrecisionArg>,
     /// The adapter of the gpu evaluator, as `leadlag doctor` lists them [default: the best one]

@@ -88,7 +88,7 @@ enum Command {
   leadlag evaluate cases.csv --data folder --out scores.csv
   leadlag evaluate cases.csv --data folder --convention authors --evaluator reference")]
     Evaluate(evaluate::Args),
-    /// Calibrate and validate many variants on many trajectories: plan, run, status, merge
+    /// Calibrate and validate many variants on many trajectories: plan, run, status, merge, report
     #[command(after_help = "Examples:
   leadlag study plan plan.toml --out study && leadlag study run study
   leadlag study merge study && leadlag study report study")]

@@ -27,11 +27,11 @@ pub struct ResultFile {
     pub variant: String,
     /// The convention, as `--convention` takes it.
     pub convention: String,
-    /// Extensions of the model; this version has none.
+    /// What the model has beyond its variant.
     pub extensions: Vec<ExtensionEntry>,
-    /// `reference`.
+    /// What simulated the candidates.
     pub evaluator: String,
-    /// `f64`.
+    /// Its precision.
     pub precision: String,
     /// The device, where there is one.
     pub adapter: Option<String>,
