@@ -331,7 +331,7 @@ fn what_an_extension_may_not_have_is_said() {
         (
             "x.wgsl",
             "fn y_command(a: f32) -> f32 {\n    return a;\n}\n",
-            "x.wgsl:1:1: expected at least one of the functions x_policy, x_perception, x_command, x_response, found none",
+            "x.wgsl:1:1: expected at least one of the functions x_policy, x_perception, x_speed, x_command, x_response, found none",
         ),
         ("x.wgsl", "fn x_command(a: f32) -> bool {\n    return a > 0.0;\n}\n", "x.wgsl:1:"),
         (

@@ -1,7 +1,7 @@
 //! Rounds: screen, cross-fit, decide, adopt, put right what was adopted before; and prune at the end.
 
 use super::candidate::{Candidate, Held, Setting};
-use super::decide::{ABSORBED, Evidence, gate, is_scheme, margin, need, proxy};
+use super::decide::{ABSORBED, Evidence, gate, is_scheme, margin, margin_of_relatives, need, proxy};
 use super::fit::{Plan, Point};
 use super::observer::Noise;
 use super::screen::{Spending, explain, identifiability, screen};
@@ -230,10 +230,14 @@ impl Search {
         rows.retain(|(_, evidence, _)| evidence.objection(self.need).is_none());
         rows.sort_by(|a, b| b.1.counts().total_cmp(&a.1.counts()));
         let mut sound: Vec<(usize, f64)> = Vec::new();
+        let within = |(first, best): (usize, f64), i: usize| match family(tried[first].0) == family(tried[i].0) {
+            true => margin_of_relatives(self.margin, best),
+            false => self.margin,
+        };
         for (i, evidence, index) in &rows {
             let (cause, candidate) = &tried[*i];
             // Behind one that stands, only what is as likely matters.
-            if sound.first().is_some_and(|(_, best)| best - evidence.counts() > self.margin) {
+            if sound.first().is_some_and(|best| best.1 - evidence.counts() > within(*best, *i)) {
                 self.ladder[first + i].reason = "less likely than the one adopted".to_owned();
                 continue;
             }
@@ -254,8 +258,8 @@ impl Search {
                 None => sound.push((*i, evidence.counts())),
             }
         }
-        let Some(&(_, best)) = sound.first() else { return Ok(None) };
-        sound.retain(|(_, counts)| best - counts <= self.margin);
+        let Some(&best) = sound.first() else { return Ok(None) };
+        sound.retain(|(i, counts)| best.1 - counts <= within(best, *i));
         let simple = |i: usize| tried[i].0.parameters.len();
         let fewest = sound.iter().map(|(i, _)| simple(*i)).min().unwrap_or(0);
         let chosen = sound.iter().find(|(i, _)| simple(*i) == fewest).copied();
@@ -336,7 +340,8 @@ impl Search {
             let mut found: Vec<Fitted> = found?.into_iter().flatten().collect();
             found.retain(|(cause, candidate)| proxy(candidate, cause).is_none());
             let best = found.iter().map(|(_, c)| c.fit.log_likelihood).fold(self.current.fit.log_likelihood, f64::max);
-            let near = |candidate: &Candidate| best - candidate.fit.log_likelihood <= self.margin;
+            let margin = margin_of_relatives(self.margin, best - reduced.fit.log_likelihood);
+            let near = |candidate: &Candidate| best - candidate.fit.log_likelihood <= margin;
             self.rivals.retain(|rival| rival.of != cause);
             // What stays unless another is likelier by more than its further parameters could be worth.
             let penalty = |cause: &Extension| 2.0 * cause.parameters.len() as f64;

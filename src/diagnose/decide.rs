@@ -21,7 +21,7 @@ const SCHEME_ONLY: f64 = 1.05;
 /// By this factor.
 const SCHEME_FACTOR: f64 = 2.5;
 /// And for every cause after the first: what is left by the first one, which is never exactly what the car does, repeats as well.
-const FURTHER_FACTOR: f64 = 2.0;
+const FURTHER_FACTOR: f64 = 3.0;
 /// Gain that a cause local by nature needs instead of both folds and many blocks \[nats\].
 const LOCAL: f64 = 60.0;
 /// Missing acceleration that a complete model leaves without gusts, at most \[m/s²\].
@@ -59,6 +59,16 @@ pub fn need(setting: &Setting<'_>, inflation: f64, noise: &Noise, adopted: usize
 #[must_use]
 pub fn margin(inflation: f64, noise: Noise, need: f64) -> f64 {
     if noise.sigma_d > CALM { need } else { CLOSE * inflation }
+}
+
+/// Share of the evidence within which relatives are not told apart: steps of a tenth of a second change each of them a little, in
+/// proportion to what it does.
+const ALIKE: f64 = 0.03;
+
+/// The same between members of one family, of which the best has so much evidence \[nats\].
+#[must_use]
+pub fn margin_of_relatives(margin: f64, evidence: f64) -> f64 {
+    margin.max(ALIKE * evidence)
 }
 
 /// How well a cause explains what a model lacks.

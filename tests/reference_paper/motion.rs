@@ -2,6 +2,7 @@
 
 use crate::bench::{NONE, case, close, run, trajectory};
 use leadlag::convention::Convention;
+use leadlag::reference::{Trace, disturbed};
 use leadlag::symbols::Parameters;
 
 const LINEAR: Parameters = Parameters { k_s: 0.1, k_v: 0.5, k_0: 0.2, v_0: 30.0, d_0: 2.0, t_h: 1.5, ..NONE };
@@ -46,4 +47,22 @@ fn a_car_does_not_roll_backwards() {
         close("v_f", "m/s", step, trace.v[step], v);
         close("x_f", "m", step, trace.x[step], x);
     }
+}
+
+#[test]
+fn an_acceleration_from_outside_is_no_part_of_the_models_own() {
+    // As in eq_1_two_steps, with 0.3 and then -0.2 m/s² from outside (a list that ends adds nothing more).
+    let data = trajectory(&[[30.0, 20.0, 22.0], [33.0, 20.0, 21.0], [36.0, 20.0, 20.0], [36.0, 20.0, 20.0]]);
+    let mut trace = Trace::default();
+    let run = disturbed(&case("l-cth", &data, Convention::PAPER), &LINEAR, &[9.0, 0.3, -0.2], &mut trace);
+    assert_eq!(run.failure, None);
+    // sample 1: own a = 0.8, v = 20 + (0.8 + 0.3)*0.1, x = 100 + (20 + 20.11)/2*0.1, s = 140 - 102.0055 - 5
+    close("a_f", "m/s²", 1, trace.a[1], 0.8);
+    close("v_f", "m/s", 1, trace.v[1], 20.11);
+    close("s", "m", 1, trace.s[1], 32.9945);
+    // sample 2: s_des = 2 + 1.5*20.11 = 32.165, dv = 0.89: a = 0.445 + 0.1*0.8295 = 0.52795, v = 20.11 + (0.52795 - 0.2)*0.1
+    close("a_f", "m/s²", 2, trace.a[2], 0.52795);
+    close("v_f", "m/s", 2, trace.v[2], 20.142795);
+    // sample 3: x = 102.0055 + 2.01263975 = 104.01813975, s = 145 - x - 5 = 35.98186025, s_des = 32.2141925, dv = -0.142795
+    close("a_f", "m/s²", 3, trace.a[3], -0.0713975 + 0.376766775);
 }
