@@ -4,10 +4,9 @@ use super::candidate::{Candidate, Held, Setting};
 use super::decide::{ABSORBED, Evidence, gate, is_scheme, margin, margin_of_relatives, need, proxy};
 use super::fit::{Plan, Point};
 use super::observer::Noise;
-use super::screen::{Spending, explain, identifiability, screen};
+use super::screen::{Spending, identifiability, screen};
 use super::start::NEARLY_FREE;
 use super::verdict::{DiagnoseError, NotTestable, Tried};
-use crate::catalog::Variant;
 use crate::extension::Extension;
 use rayon::prelude::*;
 
@@ -309,135 +308,5 @@ impl Search {
             }
         }
         self.rivals.append(&mut rivals);
-    }
-
-    /// Puts each adopted cause that has relatives right: the likeliest of them takes its place, and those as likely are its rivals.
-    ///
-    /// # Errors
-    /// As [`explain`].
-    pub fn swap(&mut self, setting: &Setting<'_>, spending: &Spending) -> Result<(), DiagnoseError> {
-        for place in 0..self.current.causes.len() {
-            let cause = self.current.causes[place];
-            let relatives: Vec<&'static Extension> = setting
-                .question
-                .causes
-                .iter()
-                .copied()
-                .filter(|other| {
-                    *other != cause && family(other) == family(cause) && !self.current.causes.contains(other)
-                })
-                .collect();
-            if relatives.is_empty() || family(cause) == cause.name {
-                continue;
-            }
-            let Some(mut reduced) = self.without(setting, cause, spending)? else { continue };
-            let missing = missing(&mut reduced)?;
-            let again: Vec<&'static Extension> = relatives.into_iter().chain([cause]).collect();
-            let found: Result<Vec<_>, DiagnoseError> = again
-                .par_iter()
-                .map(|cause| Ok(explain(setting, &reduced, cause, &missing, spending)?.map(|found| (*cause, found))))
-                .collect();
-            let mut found: Vec<Fitted> = found?.into_iter().flatten().collect();
-            found.retain(|(cause, candidate)| proxy(candidate, cause).is_none());
-            let best = found.iter().map(|(_, c)| c.fit.log_likelihood).fold(self.current.fit.log_likelihood, f64::max);
-            let margin = margin_of_relatives(self.margin, best - reduced.fit.log_likelihood);
-            let near = |candidate: &Candidate| best - candidate.fit.log_likelihood <= margin;
-            self.rivals.retain(|rival| rival.of != cause);
-            // What stays unless another is likelier by more than its further parameters could be worth.
-            let penalty = |cause: &Extension| 2.0 * cause.parameters.len() as f64;
-            let mine = self.current.fit.log_likelihood - penalty(cause);
-            found.sort_by(|a, b| {
-                (b.1.fit.log_likelihood - penalty(b.0)).total_cmp(&(a.1.fit.log_likelihood - penalty(a.0)))
-            });
-            let (mut keeps, mut settled) = (cause, false);
-            let threshold = self.evidence[place].1;
-            let reduced_held = reduced.cross_fit(setting)?;
-            let mut rivals = Vec::new();
-            for (other, mut candidate) in found {
-                let value = candidate.fit.log_likelihood - penalty(other);
-                let better = !settled && (other == cause || value > mine + 2.0) && value > mine;
-                if !(better || other != cause && near(&candidate)) {
-                    continue;
-                }
-                // As when it is adopted: judged where it was not fitted, and on the hold-out.
-                let held = candidate.cross_fit(setting)?;
-                let evidence = Evidence::of(setting, &candidate, other, &held, &reduced, &reduced_held);
-                let sound = evidence.objection(threshold).is_none();
-                if better && sound && (other == cause || gate(setting, &candidate, other, &reduced)?.is_none()) {
-                    (keeps, settled) = (other, true);
-                    // The order of adoption is kept.
-                    candidate.causes =
-                        self.current.causes.iter().map(|c| if *c == cause { other } else { *c }).collect();
-                    self.evidence[place] = (evidence.counts(), threshold);
-                    self.held = held;
-                    self.current = candidate;
-                } else if other != cause && sound && near(&candidate) {
-                    rivals.push(Rival {
-                        of: other,
-                        cause: other,
-                        candidate,
-                        evidence: evidence.counts(),
-                        need: threshold,
-                    });
-                }
-            }
-            rivals.retain(|rival| rival.cause != keeps);
-            rivals.iter_mut().for_each(|rival| rival.of = keeps);
-            self.rivals.append(&mut rivals);
-        }
-        Ok(())
-    }
-
-    /// The model without one of its causes, refitted.
-    fn without(
-        &self,
-        setting: &Setting<'_>,
-        cause: &'static Extension,
-        spending: &Spending,
-    ) -> Result<Option<Candidate>, DiagnoseError> {
-        let current = &self.current;
-        let variant = Variant { extensions: current.variant.extensions.without(&cause.name), ..current.variant };
-        let causes: Vec<&'static Extension> = current.causes.iter().copied().filter(|c| *c != cause).collect();
-        let events: Vec<_> = current.model.events.iter().copied().filter(|event| event.extension != cause).collect();
-        let model = setting.model(variant, &events)?;
-        let values = model.adopt(&current.model, &current.fit.point.values);
-        let noise = current.fit.point.noise;
-        let strong = Noise { sigma_d: noise.sigma_d.max(0.1), tau_d: 2.0, ..noise };
-        let free = Noise { sigma_d: NEARLY_FREE.0, tau_d: NEARLY_FREE.1, ..noise };
-        let starts: Vec<Point> =
-            [noise, strong, free].into_iter().map(|noise| Point { values: values.clone(), noise }).collect();
-        let plan = Plan { select: 3, kinds: 1, rough: 5, keep: 2, fine: spending.base.fine, tolerance: 0.1 };
-        Candidate::fitted(setting, variant, &causes, model, &starts, plan)
-    }
-
-    /// Drops every cause whose removal costs less than the threshold.
-    ///
-    /// # Errors
-    /// As [`Candidate::fitted`].
-    pub fn prune(&mut self, setting: &Setting<'_>, spending: &Spending) -> Result<(), DiagnoseError> {
-        let mut place = 0;
-        while self.current.causes.len() > 1 && place < self.current.causes.len() {
-            let cause = self.current.causes[place];
-            let Some(mut reduced) = self.without(setting, cause, spending)? else {
-                place += 1;
-                continue;
-            };
-            let held = reduced.cross_fit(setting)?;
-            let evidence = Evidence::of(setting, &self.current, cause, &self.held, &reduced, &held);
-            if evidence.counts() < self.evidence[place].1 {
-                self.current = reduced;
-                self.held = held;
-                self.evidence.remove(place);
-                self.rivals.retain(|rival| rival.of != cause);
-                for row in self.ladder.iter_mut().filter(|row| row.adopted && row.name == cause.name) {
-                    row.adopted = false;
-                    row.reason = format!("dropped again: costs {:.1} nats only in the end", evidence.counts());
-                }
-            } else {
-                self.evidence[place].0 = evidence.counts();
-                place += 1;
-            }
-        }
-        Ok(())
     }
 }

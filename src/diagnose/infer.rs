@@ -113,7 +113,9 @@ pub fn infer(
         .map(|(cause, (evidence, need))| adopted(&setting, &search.current, cause, *evidence, *need, search.inflation))
         .collect();
     let rival = |r: &Rival| adopted_rival(&setting, r, search.inflation);
-    let confounded_with = if named { search.rivals.iter().map(rival).collect() } else { Vec::new() };
+    // One that was found as well, in a later round, is no rival any more.
+    let rivals = search.rivals.iter().filter(|rival| named && !search.current.causes.contains(&rival.cause));
+    let confounded_with = rivals.map(rival).collect();
     tell(1.0, "done")?;
     Ok(Inference {
         base,

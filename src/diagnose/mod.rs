@@ -28,6 +28,7 @@ pub mod missing;
 pub mod model;
 pub mod observer;
 pub mod outcome;
+mod repair;
 pub mod scan;
 pub mod scene;
 pub mod screen;
