@@ -75,7 +75,8 @@ pub fn threshold(
         }
     }
     let largest: Vec<f64> = found.iter().filter_map(|kept| kept.largest).collect();
-    Ok((largest.len() >= FEWEST).then(|| quantile(largest)))
+    // What gains less than the low threshold is not judged, so nothing is known below it.
+    Ok((largest.len() >= FEWEST).then(|| quantile(largest).max(LOW)))
 }
 
 /// What one of a hundred exceeds, by an exponential tail through the largest quarter.

@@ -173,8 +173,12 @@ pub fn gain(
 impl Gain {
     fn words(&self) -> String {
         let (Some(base), Some(extended), Some([low, high])) = (self.base, self.extended, self.interval) else {
-            let which = if self.base.is_none() { "base" } else { "extended" };
-            return format!("the {which} model does not get to the end of the drive that was held back");
+            let which = match (self.base, self.extended) {
+                (None, None) => "neither model gets",
+                (None, _) => "the base model does not get",
+                _ => "the extended model does not get",
+            };
+            return format!("{which} to the end of what was held back, so their errors cannot be compared");
         };
         let what = match (low > 0.0, high < 0.0) {
             (true, _) => "a gain",
