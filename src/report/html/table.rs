@@ -6,7 +6,7 @@ use std::fmt::Write;
 /// Rows from which on a table scrolls by itself.
 const LONG: usize = 14;
 /// Characters from which on a column is not squeezed on a narrow screen: rows would become as high as the screen.
-const SENTENCE: usize = 40;
+const SENTENCE: usize = 20;
 
 impl Page {
     /// Adds a table; columns of numbers are right-aligned, a click on a heading sorts. Nothing is added without rows.
