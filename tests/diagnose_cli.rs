@@ -84,6 +84,10 @@ fn wrong_usage_is_said() {
     assert!(code == 1 && message.contains("none.csv"), "{message}");
     let (code, message) = fails(&["diagnose", "--data", &file, "--follower", "3", "--data-only"]);
     assert!(code != 0 && message.contains("follower 3"), "{message}");
+    let (code, message) = fails(&["diagnose", "--data", &file, "--holdout", &file, "--base", "idm"]);
+    assert!(code == 2 && message.contains("it is trained on"), "{message}");
+    let (code, message) = fails(&["diagnose", "--data", &file, "--data-only", "--out", "nowhere"]);
+    assert!(code == 2 && message.contains("--data-only"), "{message}");
     let own = folder.join("mine.wgsl");
     fs::write(&own, "fn nothing() {}\n").expect("writable");
     let own = own.to_str().expect("UTF-8");

@@ -87,6 +87,11 @@ fn a_type_has_the_parameters_and_says_what_it_has_not() {
     let page = report(&folder);
     assert!(page.contains("<p>Not exported: the perception delay, tau_p = 0.3000 s.</p>"));
     assert!(page.contains("It was not run (--no-run)."));
+    // Calibrated again into the same folder: what was exported is of another result.
+    let result = folder.join("result.json");
+    let changed = fs::read_to_string(&result).expect("it was written") + "\n";
+    fs::write(&result, changed).expect("writable");
+    assert!(!report(&folder).contains("In SUMO"));
 }
 
 /// The page of a calibration, which knows of its export.

@@ -231,3 +231,28 @@ pub fn read_bounds(path: &Path, variant: &Variant) -> Result<Overrides, BoundsEr
     }
     Ok(overrides)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gains_of_linear_laws_are_searched_in_ratios_and_keep_their_bounds() {
+        let variant: Variant = "l-cth".parse().expect("a base");
+        let space = SearchSpace::new(&variant, None, Convention::PAPER, &Overrides::new()).expect("Table 3");
+        let (free, found) = (space.free(), space.search_box(true));
+        let names: Vec<&str> = free.iter().map(|&i| space.symbols[i].name()).collect();
+        let logarithmic = |k: &usize| found.lower[*k] == space.bounds[free[*k]][0].ln();
+        let in_ratios: Vec<&str> = (0..free.len()).filter(logarithmic).map(|k| names[k]).collect();
+        assert_eq!(in_ratios, ["k_s", "k_v", "k_0"]);
+        // The bounds come back to the bit, the middle of 0.01 and 5 in ratios is sqrt(0.05).
+        assert_eq!(space.complete(&free, &found.lower, true), space.bounds.iter().map(|b| b[0]).collect::<Vec<_>>());
+        assert_eq!(space.complete(&free, &found.upper, true), space.bounds.iter().map(|b| b[1]).collect::<Vec<_>>());
+        let middle: Vec<f64> = found.lower.iter().zip(&found.upper).map(|(low, high)| 0.5 * (low + high)).collect();
+        let k_s = space.complete(&free, &middle, true)[free[0]];
+        assert!((k_s - 0.05_f64.sqrt()).abs() < 1e-12, "{k_s}");
+        // The paper's algorithm sees the parameters themselves.
+        assert_eq!(space.search_box(false).upper[0], 5.0);
+        assert_eq!(space.complete(&free, &space.search_box(false).lower, false)[free[0]], 0.01);
+    }
+}

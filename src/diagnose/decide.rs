@@ -204,3 +204,44 @@ pub fn gate(
     Ok((share < TRANSFERS && changed >= SHOWN)
         .then(|| format!("it gains on the hold-out in {:.0} % of the bootstraps only", 100.0 * share)))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::verdict::{Effort, Question};
+    use super::*;
+    use crate::calibrate::Overrides;
+
+    const CALM: Noise = Noise { sigma_d: 0.05, tau_d: 2.0, r_s: 0.02, r_v: 0.02, r_l: 1e-3 };
+
+    /// One cause: 2 ln 100 = 9.2103 nats, times the inflation.
+    #[test]
+    fn thresholds_rise_where_more_is_random_than_assumed() {
+        let causes = [crate::wgsl::extension_named("grade").expect("in the library")];
+        let bounds = Overrides::new();
+        let base = "idm".parse().expect("a base");
+        let question = Question {
+            train: &[],
+            holdout: &[],
+            base,
+            effort: Effort::Quick,
+            seed: 1,
+            causes: &causes,
+            bounds: &bounds,
+            kept: None,
+        };
+        let setting = Setting::new(&question, None);
+        let near = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-3, "{found}, {expected}");
+        near(need(&setting, 2.0, &CALM, 0), 18.4207);
+        let gusts = Noise { sigma_d: 0.2, ..CALM };
+        near(need(&setting, 1.0, &gusts, 0), 2.5 * 9.2103);
+        // At the floor: 0.01 / sqrt(2 * 2) = 0.005.
+        near(need(&setting, 1.0, &Noise { sigma_d: 0.005, ..CALM }, 0), 2.5 * 9.2103);
+        near(need(&setting, 1.0, &CALM, 1), 3.0 * 9.2103);
+        // The largest factor counts, not the product.
+        near(need(&setting, 1.0, &gusts, 1), 3.0 * 9.2103);
+        // Surrogates have the gusts already.
+        let bootstrapped = Setting { least: Some(7.0), ..setting };
+        near(need(&bootstrapped, 1.0, &gusts, 0), 7.0);
+        assert_eq!((margin_of_relatives(10.0, 100.0), margin_of_relatives(10.0, 1000.0)), (10.0, 30.0));
+    }
+}
