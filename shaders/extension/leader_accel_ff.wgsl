@@ -1,4 +1,5 @@
 //! Adds ka times the acceleration of the preceding vehicle, smoothed over 1.1 s.
+//! family: anticipation
 //! looks like: residuals in proportion to the acceleration of the preceding vehicle
 //! confounded with: time_offset, multi_anticipation
 struct Parameters {

@@ -1,4 +1,5 @@
 //! Also reacts to the speed of the car before the preceding one: + k2 (v_l2 - v_l).
+//! family: anticipation
 //! looks like: residuals in proportion to the speed difference of the two cars ahead
 //! confounded with: leader_accel_ff
 //! reference: Lenz, Wagner, Sollacher 1999, Eur. Phys. J. B 7, 331-335

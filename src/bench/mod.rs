@@ -21,8 +21,8 @@ mod text;
 
 pub use contender::Contender;
 pub use data::{Drive, candidates};
-pub use diagnosis::{DiagnosisJournal, DiagnosisOutcome, DiagnosisReport, DiagnosisTask, Judgement, Planted};
-pub use diagnosis::{diagnose_task, diagnosis_tasks, judge, planted, run_diagnoses};
+pub use diagnosis::{Bar, DiagnosisJournal, DiagnosisOutcome, DiagnosisReport, DiagnosisTask, Judgement, Planted};
+pub use diagnosis::{SIZES, diagnose_task, diagnosis_tasks, judge, planted, run_diagnoses};
 pub use export::export;
 pub use generation::Generation;
 pub use goals::Goal;

@@ -9,8 +9,9 @@ use super::{Cli, output};
 use anyhow::Context;
 use clap::Parser;
 use drive::Hidden;
+use leadlag::diagnose::Verdict;
 use leadlag::diagnose::hold_back::TRAINED_ON;
-use leadlag::diagnose::outcome::{Outcome, VerdictName};
+use leadlag::diagnose::outcome::Outcome;
 use leadlag::report::result::ResultFile;
 use std::path::{Path, PathBuf};
 
@@ -114,7 +115,7 @@ impl Demo {
         tell::line(&tell::verdict(&outcome))?;
 
         let mut held_back = [None; 2];
-        let named = outcome.verdict == VerdictName::Named;
+        let named = outcome.verdict == Verdict::Named;
         let causes: Vec<String> =
             outcome.causes.iter().filter(|_| named).map(|c| self.path(&format!("diagnosis/{}.wgsl", c.name))).collect();
         if !causes.is_empty() {

@@ -181,7 +181,8 @@ impl Search {
         let mut starts: Vec<Point> = tried.iter().take(3).map(|(_, candidate)| from(candidate)).collect();
         starts.push(Point { noise: free, ..self.current.fit.point.clone() });
         let model = setting.model(self.current.variant, &self.current.model.events)?;
-        let plan = Plan { select: 4, kinds: 1, rough: 4, keep: 2, fine: spending.plan.fine, tolerance: 0.1 };
+        let plan =
+            Plan { select: 4, kinds: 1, rough: 4, keep: 2, fine: spending.plan.fine, tolerance: 0.1, least: [0.0; 2] };
         let again = Candidate::fitted(setting, self.current.variant, &self.current.causes, model, &starts, plan)?;
         if let Some(again) = again
             && again.fit.log_likelihood > self.current.fit.log_likelihood + 0.5
@@ -214,7 +215,6 @@ impl Search {
                 folds: [f64::NAN; 2],
                 trimmed: f64::NAN,
                 threshold: self.need,
-                index,
                 adopted: false,
                 reason: "gains too little on all training data".to_owned(),
             };
@@ -285,7 +285,7 @@ impl Search {
             let (index, absorbed_by) = identifiability(candidate, cause);
             let gain = candidate.fit.log_likelihood - self.current.fit.log_likelihood;
             if index < ABSORBED && gain < self.need {
-                self.not_testable.push(NotTestable { name: cause.name.clone(), index, absorbed_by });
+                self.not_testable.push(NotTestable { name: cause.name.clone(), absorbed_by });
             }
         }
     }

@@ -4,7 +4,7 @@ use super::candidate::{Candidate, Setting};
 use super::fit::{Plan, Point};
 use super::observer::Noise;
 use super::screen::Spending;
-use super::start::{NEARLY_FREE, first_noise, population};
+use super::start::{NEARLY_FREE, first_noise, population, softened};
 use super::verdict::DiagnoseError;
 use crate::catalog::Variant;
 
@@ -65,15 +65,21 @@ pub fn calibrate_once(
         model => model?,
     };
     let starts = population(&model, &noise, setting.question.seed, replicate, spending.population);
-    let rough = Candidate::fitted(setting, variant, &[], model, &starts, spending.base)?;
+    // Precise sensors make a rugged likelihood: rough as if they were ordinary, refined as they are.
+    let least = softened(&noise, false).map_or([0.0; 2], |soft| [soft.r_s, soft.r_v]);
+    let rough = Candidate::fitted(setting, variant, &[], model, &starts, Plan { least, ..spending.base })?;
     rough.map(|rough| refined(setting, rough, spending)).transpose()
 }
 
 fn refined(setting: &Setting<'_>, rough: Candidate, spending: &Spending) -> Result<Candidate, DiagnoseError> {
     let Candidate { variant, causes, model, fit } = rough;
-    let noise = fit.point.noise;
+    let measured = first_noise(setting.question.train);
+    let noise = match softened(&measured, false) {
+        Some(_) => Noise { r_s: measured.r_s, r_v: measured.r_v, ..fit.point.noise },
+        None => fit.point.noise,
+    };
     let free = Noise { sigma_d: NEARLY_FREE.0.min(noise.sigma_d), tau_d: NEARLY_FREE.1, ..noise };
-    let starts = [fit.point.clone(), Point { noise: free, ..fit.point.clone() }];
+    let starts = [noise, free].map(|noise| Point { noise, ..fit.point.clone() });
     let plan = Plan { select: 2, kinds: 1, rough: 0, keep: 2, ..spending.base };
     let found = Candidate::fitted(setting, variant, &causes, model, &starts, plan)?;
     Ok(found.expect("a start that has run runs again"))

@@ -123,9 +123,9 @@ const BORROWED: f64 = 0.1;
 /// Name of the nuisance lead.
 pub const LEAD: &str = "lead";
 /// Turns on a fold, from the optimum of all data.
-const FOLD_PLAN: Plan = Plan { select: 2, kinds: 1, rough: 0, keep: 2, fine: 8, tolerance: 0.1 };
+const FOLD_PLAN: Plan = Plan { select: 2, kinds: 1, rough: 0, keep: 2, fine: 8, tolerance: 0.1, least: [0.0; 2] };
 /// Turns on data on which it was not fitted.
-const ELSEWHERE: Plan = Plan { select: 2, kinds: 1, rough: 4, keep: 2, fine: 12, tolerance: 0.1 };
+const ELSEWHERE: Plan = Plan { select: 2, kinds: 1, rough: 4, keep: 2, fine: 12, tolerance: 0.1, least: [0.0; 2] };
 
 impl Candidate {
     /// Fits a variant from some starts.

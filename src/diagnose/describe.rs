@@ -126,7 +126,7 @@ pub fn describe(
     let entries = |causes: &[Adopted]| causes.iter().map(|cause| CauseEntry::new(cause, kind)).collect();
     let outcome = Outcome {
         schema_version: SCHEMA_VERSION,
-        verdict: inference.verdict.into(),
+        verdict: inference.verdict,
         reason: inference.reason.clone(),
         causes: if named { entries(&inference.adopted) } else { Vec::new() },
         confounded_with: if named { entries(&inference.confounded_with) } else { Vec::new() },

@@ -5,8 +5,10 @@
 //! move together: taken in turn they stop far from the optimum.
 
 mod frame;
+mod profile;
 
 pub use frame::{Prior, least_random};
+pub use profile::profiled;
 
 use super::gram::{Gram, costs_of};
 use super::likelihood::Mask;
@@ -78,6 +80,9 @@ pub struct Plan {
     pub fine: usize,
     /// Gain of a turn at which a start stands \[nats\].
     pub tolerance: f64,
+    /// The least noise of spacing and speed \[m, m/s\] to search with; more than the sensors have makes a rugged likelihood
+    /// smooth. 0: as the data say.
+    pub least: [f64; 2],
 }
 
 /// Longest step in the logarithm of a noise level, and in a coordinate of the model.
@@ -134,7 +139,7 @@ pub fn fit_with<P: Predictor>(
     plan: Plan,
     prior: Option<&Prior>,
 ) -> Result<Vec<Fit>, P::Error> {
-    let frame = Frame { axes, prior };
+    let frame = Frame { axes, prior, least: plan.least };
     let begin = |point: &Point| Start {
         x: frame.of(point),
         cost: f64::INFINITY,
@@ -199,7 +204,7 @@ pub fn log_likelihoods<P: Predictor>(
     masks: &[Mask],
     points: &[Point],
 ) -> Result<Vec<f64>, P::Error> {
-    let frame = Frame { axes, prior: None };
+    let frame = Frame { axes, prior: None, least: [0.0; 2] };
     let points: Vec<Vec<f64>> = points.iter().map(|point| frame.of(point)).collect();
     Ok(costs(predictor, &frame, masks, &points)?.into_iter().map(|cost| -cost).collect())
 }

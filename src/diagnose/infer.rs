@@ -22,6 +22,9 @@ const OTHER_FAMILY: f64 = 10.0;
 /// Share of the causes' evidence above which what is left speaks against their names.
 const LEFT_SHARE: f64 = 0.5;
 
+/// A missing acceleration larger than this \[m/s²\] that lasts longer than this \[s\] is no gust: something is missing.
+const SLOW: (f64, f64) = (0.08, 10.0);
+
 /// Share of a thorough diagnosis that its bootstrap takes, as the bar shows it.
 const BOOTSTRAP: f64 = 0.7;
 /// Replicates of the base whose likelihoods are further apart than this \[nats\] have not found it.
@@ -295,6 +298,15 @@ impl Answer<'_> {
                 cause.name
             );
             return (Verdict::Unexplained, reason, vec![left]);
+        }
+        let noise = search.current.fit.point.noise;
+        if noise.sigma_d > SLOW.0 && noise.tau_d > SLOW.1 {
+            let reason = format!(
+                "no cause of the library passes, but the follower is accelerated by {:.2} m/s² (root mean square) for {:.0} s at a \
+                 time in a way that the model does not have: too much and too slow for gusts",
+                noise.sigma_d, noise.tau_d
+            );
+            return (Verdict::Unexplained, reason, Vec::new());
         }
         let best = search
             .ladder

@@ -61,7 +61,7 @@ pub fn known(
     let strong = first_noise(question.train);
     let free = super::observer::Noise { sigma_d: NEARLY_FREE.0, tau_d: NEARLY_FREE.1, ..strong };
     let starts = [strong, free, base.fit.point.noise].map(|noise| Point { values: start.clone(), noise });
-    let plan = Plan { select: 3, kinds: 1, rough: 4, keep: 2, fine: 40, tolerance: 0.1 };
+    let plan = Plan { select: 3, kinds: 1, rough: 4, keep: 2, fine: 40, tolerance: 0.1, least: [0.0; 2] };
     let Some(mut truth) = Candidate::fitted(&setting, variant, causes, model, &starts, plan)? else { return Ok(None) };
     let inflation = truth.inflation(&setting)?;
     let threshold = need(&setting, inflation, &base.fit.point.noise, 0);

@@ -37,6 +37,7 @@ pub mod specification;
 pub mod start;
 pub mod verdict;
 
+pub use adopt::family;
 pub use drive::{Drive, DriveError, Jump};
 pub use infer::infer;
 pub use observer::Noise;

@@ -11,52 +11,6 @@ use serde::{Deserialize, Serialize};
 /// Version of the file; raised by every change that breaks a reader.
 pub const SCHEMA_VERSION: u32 = 1;
 
-/// What a diagnosis ends with.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum VerdictName {
-    /// One or more causes are named.
-    Named,
-    /// One of several causes; these data cannot tell which.
-    Ambiguous,
-    /// Nothing found.
-    Nothing,
-    /// What could be wrong is absorbed by the calibration.
-    NotTestable,
-    /// Something is wrong that no cause of the library explains.
-    Unexplained,
-    /// The base model does not fit, so that nothing can be said.
-    BadBase,
-}
-
-impl VerdictName {
-    /// Exit code under `--exit-code`.
-    #[must_use]
-    pub fn exit_code(self) -> u8 {
-        match self {
-            VerdictName::Named => 0,
-            VerdictName::Nothing => 3,
-            VerdictName::Ambiguous => 4,
-            VerdictName::Unexplained => 5,
-            VerdictName::NotTestable => 6,
-            VerdictName::BadBase => 7,
-        }
-    }
-
-    /// As written in the file.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            VerdictName::Named => "named",
-            VerdictName::Ambiguous => "ambiguous",
-            VerdictName::Nothing => "nothing",
-            VerdictName::NotTestable => "not_testable",
-            VerdictName::Unexplained => "unexplained",
-            VerdictName::BadBase => "bad_base",
-        }
-    }
-}
-
 /// A parameter with its uncertainty.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ParameterEntry {
@@ -232,19 +186,6 @@ impl From<&Fitted> for ModelEntry {
     }
 }
 
-impl From<Verdict> for VerdictName {
-    fn from(verdict: Verdict) -> VerdictName {
-        match verdict {
-            Verdict::Named => VerdictName::Named,
-            Verdict::Ambiguous => VerdictName::Ambiguous,
-            Verdict::Nothing => VerdictName::Nothing,
-            Verdict::NotTestable => VerdictName::NotTestable,
-            Verdict::Unexplained => VerdictName::Unexplained,
-            Verdict::BadBase => VerdictName::BadBase,
-        }
-    }
-}
-
 /// One data file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct DataEntry {
@@ -312,7 +253,7 @@ pub struct Outcome {
     /// [`SCHEMA_VERSION`].
     pub schema_version: u32,
     /// How it ends.
-    pub verdict: VerdictName,
+    pub verdict: Verdict,
     /// Why.
     pub reason: String,
     /// Adopted causes in order; for `ambiguous` the best one first.

@@ -108,7 +108,8 @@ impl Search {
         let free = Noise { sigma_d: NEARLY_FREE.0, tau_d: NEARLY_FREE.1, ..noise };
         let starts: Vec<Point> =
             [noise, strong, free].into_iter().map(|noise| Point { values: values.clone(), noise }).collect();
-        let plan = Plan { select: 3, kinds: 1, rough: 5, keep: 2, fine: spending.base.fine, tolerance: 0.1 };
+        let plan =
+            Plan { select: 3, kinds: 1, rough: 5, keep: 2, fine: spending.base.fine, tolerance: 0.1, least: [0.0; 2] };
         Candidate::fitted(setting, variant, &causes, model, &starts, plan)
     }
 

@@ -1,20 +1,27 @@
 //! Which of many hints are worth a fit: each is simulated once on top of a model, and the likeliest are kept.
 
 use super::candidate::{Candidate, Setting};
-use super::fit::{Point, log_likelihoods};
+use super::fit::{Point, log_likelihoods, profiled};
 use super::model::Model;
-use super::start::Hint;
+use super::observer::Noise;
+use super::space::Axis;
+use super::start::{Hint, NEARLY_FREE, STRONG, softened, with_free_driving};
 use super::verdict::DiagnoseError;
-use crate::extension::Extension;
 use crate::symbols::Symbol;
 
-/// Relative changes of a size at which an event's time is scanned.
+/// Change of a size with which an event's time is scanned.
 const SCAN: f64 = 0.1;
 /// Two hints are the same if all their times are closer than this \[s\] and all their sizes closer than this share.
 const SAME: (f64, f64) = (6.0, 0.03);
 
-/// The likeliest of many hints. Hints whose size is that of nothing are times to be scanned: the likelihood at a little more and
-/// a little less tells, by the parabola through the three, at which times the size would gain most.
+/// True for hints whose size is that of nothing: times to be scanned.
+#[must_use]
+pub fn are_idle(hints: &[Hint]) -> bool {
+    let idle = |hint: &Hint| hint.iter().any(|(symbol, value)| symbol.neutral() == Some(*value));
+    !hints.is_empty() && hints.iter().all(idle)
+}
+
+/// The likeliest of many hints.
 ///
 /// # Errors
 /// As [`log_likelihoods`].
@@ -22,52 +29,70 @@ pub fn scanned(
     setting: &Setting<'_>,
     current: &Candidate,
     model: &mut Model,
-    cause: &'static Extension,
     hints: Vec<Hint>,
     most: usize,
 ) -> Result<Vec<Hint>, DiagnoseError> {
-    let idle = |hint: &Hint| hint.iter().any(|(symbol, value)| symbol.neutral() == Some(*value));
-    let Some(size) = cause.parameters.iter().copied().find(|symbol| symbol.neutral().is_some()) else {
-        return Ok(hints);
-    };
-    if hints.len() <= most {
-        return Ok(hints);
-    }
-    if !hints.iter().all(idle) {
-        return likeliest(current, model, setting, hints, most);
-    }
-    let neutral = size.neutral().unwrap_or(0.0);
+    if hints.len() <= most { Ok(hints) } else { likeliest(current, model, setting, hints, most) }
+}
+
+/// Starts at the times at which a size would gain most with everything else moving with it, under the present observer and under a
+/// nearly free one: the first hides much of a large effect in its missing acceleration, the second sees a small one badly. Each
+/// under these observers, and with textbook values of free driving under a strong one: where one search stops, another goes on.
+/// `fastest` is the largest speed of the follower \[m/s\]. With the starts, the largest gain promised under either observer \[nats\].
+///
+/// # Errors
+/// As [`profiled`].
+pub fn timed(
+    setting: &Setting<'_>,
+    current: &Candidate,
+    model: &mut Model,
+    hints: &[Hint],
+    most: usize,
+    fastest: f64,
+) -> Result<(Vec<Point>, [f64; 2]), DiagnoseError> {
     let values = model.adopt(&current.model, &current.fit.point.values);
-    let mut points = vec![Point { values: values.clone(), noise: current.fit.point.noise }];
-    for hint in &hints {
-        for change in [-SCAN, SCAN] {
-            let mut moved = values.clone();
-            for (symbol, value) in hint {
-                let k = model.position(*symbol).expect("a parameter of this cause");
-                moved[k] = if *symbol == size { neutral + change } else { *value };
+    let bounds = model.axes.clone();
+    let own: Vec<usize> = hints[0].iter().filter_map(|(symbol, _)| model.position(*symbol)).collect();
+    // The values of a hint, and of those the one that says how large.
+    let at = |hint: &Hint, size: f64| {
+        let mut values = values.clone();
+        for ((symbol, value), &k) in hint.iter().zip(&own) {
+            let sized = symbol.neutral().filter(|neutral| neutral == value).map(|neutral| neutral + size);
+            values[k] = sized.unwrap_or(*value).clamp(bounds[k].lower, bounds[k].upper);
+        }
+        values
+    };
+    let changed: Vec<Vec<f64>> = hints.iter().map(|hint| at(hint, SCAN)).collect();
+    let fixed = |k: usize| if own.contains(&k) { Axis::linear(values[k], values[k]) } else { bounds[k] };
+    let axes: Vec<Axis> = (0..values.len()).map(fixed).collect();
+    let present = noise(current);
+    let free = softened(&present, true).unwrap_or(present);
+    let free = Noise { sigma_d: NEARLY_FREE.0.min(free.sigma_d), tau_d: NEARLY_FREE.1, ..free };
+    let strong = Noise { sigma_d: STRONG.0, tau_d: STRONG.1, ..present };
+    let (mut starts, mut gains) = (Vec::new(), [0.0; 2]);
+    for (noise, gain) in [present, free].into_iter().zip(&mut gains) {
+        let from = Point { values: values.clone(), noise };
+        let steps = profiled(model, &axes, &setting.whole, &from, &changed)?;
+        let mut order: Vec<usize> = (0..hints.len()).filter(|&i| steps[i].gain > 0.0).collect();
+        order.sort_by(|&a, &b| steps[b].gain.total_cmp(&steps[a].gain).then(a.cmp(&b)));
+        *gain = order.first().map_or(0.0, |&i| steps[i].gain);
+        // Neighbours are the same event.
+        let mut kept: Vec<usize> = Vec::new();
+        for i in order {
+            if kept.len() < most && kept.iter().all(|k| k.abs_diff(i) > 1) {
+                kept.push(i);
             }
-            points.push(Point { values: moved, noise: current.fit.point.noise });
+        }
+        for i in kept {
+            let sized = at(&hints[i], SCAN * steps[i].share);
+            let values = (0..sized.len()).map(|k| if own.contains(&k) { sized[k] } else { steps[i].values[k] });
+            let values: Vec<f64> = values.collect();
+            starts.extend([present, free].map(|noise| Point { values: values.clone(), noise }));
+            let values = with_free_driving(model, &sized, fastest);
+            starts.push(Point { values, noise: strong });
         }
     }
-    let axes = model.axes.clone();
-    let found = log_likelihoods(model, &axes, &setting.whole, &points)?;
-    let gain = |i: usize| -> (f64, f64) {
-        let (less, more) = (found[1 + 2 * i] - found[0], found[2 + 2 * i] - found[0]);
-        let (slope, bend) = (0.5 * (more - less), -(more + less));
-        // Curvature below 0 or none: the larger of the two trials.
-        let step = if bend > 1e-9 { (slope / bend).clamp(-3.0, 3.0) } else { slope.signum() };
-        (slope * step - 0.5 * bend.max(0.0) * step * step, step * SCAN)
-    };
-    let mut order: Vec<((f64, f64), usize)> = (0..hints.len()).map(|i| (gain(i), i)).collect();
-    order.retain(|((gain, _), _)| gain.is_finite());
-    order.sort_by(|a, b| b.0.0.total_cmp(&a.0.0));
-    let chosen = order.into_iter().take(most).map(|((_, step), i)| {
-        hints[i]
-            .iter()
-            .map(|(symbol, value)| (*symbol, if *symbol == size { neutral + step } else { *value }))
-            .collect()
-    });
-    Ok(chosen.collect())
+    Ok((starts, gains))
 }
 
 /// The likeliest hints as they are, no two of them about the same.
@@ -85,7 +110,7 @@ fn likeliest(
             let k = model.position(*symbol).expect("a parameter of this cause");
             moved[k] = value.clamp(model.axes[k].lower, model.axes[k].upper);
         }
-        Point { values: moved, noise: current.fit.point.noise }
+        Point { values: moved, noise: noise(current) }
     };
     let points: Vec<Point> = hints.iter().map(point).collect();
     let axes = model.axes.clone();
@@ -102,6 +127,12 @@ fn likeliest(
         }
     }
     Ok(kept.into_iter().cloned().collect())
+}
+
+/// The noise that hints are compared with.
+fn noise(current: &Candidate) -> Noise {
+    let noise = current.fit.point.noise;
+    softened(&noise, false).unwrap_or(noise)
 }
 
 fn same(a: &Hint, b: &Hint) -> bool {

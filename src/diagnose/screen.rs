@@ -2,10 +2,12 @@
 
 use super::candidate::{Candidate, Setting};
 use super::fit::{Plan, Point, log_likelihoods};
-use super::model::{Event, is_stepped};
-use super::scan::scanned;
-use super::start::{KINDS, hints, with_cause};
+use super::model::{Event, Model, is_stepped};
+use super::observer::Noise;
+use super::scan::{are_idle, scanned, timed};
+use super::start::{KINDS, NEARLY_FREE, hints, softened, with_cause};
 use super::verdict::{DiagnoseError, Effort};
+use crate::catalog::Variant;
 use crate::evaluator::CaseError;
 use crate::extension::Extension;
 use crate::optimize::stream;
@@ -55,7 +57,8 @@ impl Spending {
     /// What an effort buys.
     #[must_use]
     pub fn of(effort: Effort) -> Spending {
-        let plan = |select, rough, keep, fine| Plan { select, kinds: 1, rough, keep, fine, tolerance: 0.1 };
+        let plan =
+            |select, rough, keep, fine| Plan { select, kinds: 1, rough, keep, fine, tolerance: 0.1, least: [0.0; 2] };
         let cause = |select, rough, keep, fine| Plan { kinds: KINDS, ..plan(select, rough, keep, fine) };
         match effort {
             Effort::Quick => {
@@ -100,36 +103,96 @@ pub fn explain(
 ) -> Result<Option<Candidate>, DiagnoseError> {
     let Ok(variant) = current.variant.with(cause) else { return Ok(None) };
     let causes: Vec<&'static Extension> = current.causes.iter().copied().chain([cause]).collect();
-    let speeds = setting.question.train.iter().flat_map(|drive| &drive.trajectory.v_f);
-    let fastest = speeds.copied().fold(0.0, f64::max);
     let mut best: Option<Candidate> = None;
-    for (scope, hints) in hints(cause, setting.question.train, missing, spending.hints) {
-        let events: Vec<Event> = current.model.events.iter().copied().chain(scope).collect();
-        let mut model = match setting.model(variant, &events) {
-            Err(DiagnoseError::Case(CaseError::Missing { .. } | CaseError::TooShort { .. })) => return Ok(None),
-            model => model?,
-        };
-        let needs_hints = cause.parameters.iter().any(|symbol| symbol.neutral().is_none());
-        if needs_hints && hints.is_empty() {
-            continue;
-        }
-        let hints = scanned(setting, current, &mut model, cause, hints, spending.hints)?;
-        let mut starts = with_cause(current, &model, cause, &hints, fastest);
-        setting.simulations.fetch_add(model.simulations, Ordering::Relaxed);
+    let Some(scopes) = scopes(setting, current, variant, cause, missing, spending)? else { return Ok(None) };
+    for mut scope in scopes {
         if let Some(best) = &best {
             // What happens in one drive may happen in all of them.
-            let values = model.adopt(&best.model, &best.fit.point.values);
+            let values = scope.model.adopt(&best.model, &best.fit.point.values);
             let noises = [best.fit.point.noise, current.fit.point.noise];
-            starts.extend(noises.map(|noise| Point { values: values.clone(), noise }));
+            scope.starts.extend(noises.map(|noise| Point { values: values.clone(), noise }));
         }
-        let found = Candidate::fitted(setting, variant, &causes, model, &starts, spending.plan)?;
-        let Some(found) = found else { continue };
+        let Some(found) = searched(setting, current, variant, &causes, scope, spending)? else { continue };
         let found = jittered(setting, found, cause, spending)?;
         if best.as_ref().is_none_or(|best| found.fit.log_likelihood > best.fit.log_likelihood) {
             best = Some(found);
         }
     }
     Ok(best)
+}
+
+/// Where a cause may act, and where its fit starts.
+struct Scope {
+    model: Model,
+    starts: Vec<Point>,
+    /// True for an event whose times were scanned.
+    event: bool,
+}
+
+/// The drives in which a cause may act: all of them, or, for an event, any one; of those whose times were scanned only the ones
+/// that promise most. `None` if the cause cannot be run on these data.
+fn scopes(
+    setting: &Setting<'_>,
+    current: &Candidate,
+    variant: Variant,
+    cause: &'static Extension,
+    missing: &[Vec<f64>],
+    spending: &Spending,
+) -> Result<Option<Vec<Scope>>, DiagnoseError> {
+    let speeds = setting.question.train.iter().flat_map(|drive| &drive.trajectory.v_f);
+    let fastest = speeds.copied().fold(0.0, f64::max);
+    let needs_hints = cause.parameters.iter().any(|symbol| symbol.neutral().is_none());
+    let mut scopes: Vec<(Scope, [f64; 2])> = Vec::new();
+    for (scope, hints) in hints(cause, setting.question.train, missing, spending.hints) {
+        let events: Vec<Event> = current.model.events.iter().copied().chain(scope).collect();
+        let mut model = match setting.model(variant, &events) {
+            Err(DiagnoseError::Case(CaseError::Missing { .. } | CaseError::TooShort { .. })) => return Ok(None),
+            model => model?,
+        };
+        if needs_hints && hints.is_empty() {
+            continue;
+        }
+        let event = are_idle(&hints);
+        let (starts, gains) = if event {
+            timed(setting, current, &mut model, &hints, spending.hints, fastest)?
+        } else {
+            let hints = scanned(setting, current, &mut model, hints, spending.hints)?;
+            (with_cause(current, &model, cause, &hints, fastest), [0.0; 2])
+        };
+        setting.simulations.fetch_add(model.simulations, Ordering::Relaxed);
+        scopes.push((Scope { model, starts, event }, gains));
+    }
+    let most = |k: usize| scopes.iter().map(|(_, gains)| gains[k]).fold(0.0, f64::max);
+    let most = [most(0), most(1)];
+    let promising = scopes.into_iter().filter(|(scope, gains)| !scope.event || (0..2).any(|k| gains[k] >= most[k]));
+    Ok(Some(promising.map(|(scope, _)| scope).collect()))
+}
+
+/// The best fit from the starts of a scope, and from where they lead on a smoother likelihood, if there is one (see [`softened`]).
+fn searched(
+    setting: &Setting<'_>,
+    current: &Candidate,
+    variant: Variant,
+    causes: &[&'static Extension],
+    scope: Scope,
+    spending: &Spending,
+) -> Result<Option<Candidate>, DiagnoseError> {
+    let Scope { model, mut starts, event } = scope;
+    // Starts of an event under several observers do not compare: all are followed.
+    let all = Plan { select: starts.len(), kinds: 1, keep: spending.plan.keep.max(KINDS), ..spending.plan };
+    let mut plan = if event { all } else { spending.plan };
+    let fitted = |model, starts: &[Point], plan| Candidate::fitted(setting, variant, causes, model, starts, plan);
+    let noise = current.fit.point.noise;
+    let Some(soft) = softened(&noise, event) else { return fitted(model, &starts, plan) };
+    let smoother = Plan { least: [soft.r_s, soft.r_v], ..plan };
+    let Some(Candidate { model, fit, .. }) = fitted(model, &starts, smoother)? else { return Ok(None) };
+    let found = Noise { r_s: noise.r_s, r_v: noise.r_v, ..fit.point.noise };
+    let free = Noise { sigma_d: NEARLY_FREE.0.min(noise.sigma_d), tau_d: NEARLY_FREE.1, ..noise };
+    starts.extend([noise, free, found].map(|noise| Point { values: fit.point.values.clone(), noise }));
+    // One of these may begin below the others and end above them.
+    plan.select += KINDS.div_ceil(plan.kinds);
+    plan.keep = plan.keep.max(KINDS);
+    fitted(model, &starts, plan)
 }
 
 /// Another look around the best fit where derivatives do not show the way.

@@ -14,7 +14,27 @@ use rand::RngExt;
 /// Noise of a nearly free simulation: sees what a strong observer corrects away.
 pub const NEARLY_FREE: (f64, f64) = (0.008, 1.0);
 /// Noise of a strong observer: sees even a car whose parameters are far off.
-const STRONG: (f64, f64) = (0.15, 2.0);
+pub const STRONG: (f64, f64) = (0.15, 2.0);
+
+/// Noise of ordinary sensors of spacing and speed \[m, m/s\].
+const ORDINARY: [f64; 2] = [0.02, 0.02];
+/// Share of the ordinary noise below which a sensor is precise.
+const PRECISE: f64 = 0.5;
+/// By how much the noise of ordinary sensors is exaggerated for an event.
+const FOR_AN_EVENT: f64 = 10.0;
+
+/// The noise to search with where the likelihood is so rugged that a search stops beside the cause: where sensors are precise, as
+/// if they were ordinary; for an event, whose time has to be found, as if they were poor. `None` where it is smooth enough.
+#[must_use]
+pub fn softened(noise: &Noise, event: bool) -> Option<Noise> {
+    let precise = noise.r_s < PRECISE * ORDINARY[0] || noise.r_v < PRECISE * ORDINARY[1];
+    let least = match (event, precise) {
+        (true, _) => ORDINARY.map(|r| FOR_AN_EVENT * r),
+        (false, true) => ORDINARY,
+        (false, false) => return None,
+    };
+    Some(Noise { r_s: noise.r_s.max(least[0]), r_v: noise.r_v.max(least[1]), ..*noise })
+}
 
 /// Standard deviation of white noise on a smooth signal: from third differences, whose variance is 20 times its own. The median
 /// of them, so that events do not count.
@@ -110,13 +130,7 @@ pub fn with_cause(
             }
         }
     }
-    // A limit that the base lacks is often imitated by its free driving, and then does nothing from there.
-    let mut generic = values.clone();
-    for (name, value) in [("v_0", fastest + 4.0), ("k_0", 0.6), ("delta", 4.0), ("a_max", 1.8)] {
-        if let Some(k) = model.symbols.iter().position(|symbol| symbol.name() == name) {
-            generic[k] = value.clamp(model.axes[k].lower, model.axes[k].upper);
-        }
-    }
+    let generic = with_free_driving(model, &values, fastest);
     let strong = Noise { sigma_d: STRONG.0, tau_d: STRONG.1, ..noise };
     let mut starts = Vec::new();
     for size in sizes {
@@ -129,6 +143,19 @@ pub fn with_cause(
         starts.push(Point { values: sized, noise: strong });
     }
     starts
+}
+
+/// Textbook values of free driving instead of a model's own: what the base lacks is often imitated by them, and then does nothing
+/// from there. `fastest` is the largest speed of the follower \[m/s\].
+#[must_use]
+pub fn with_free_driving(model: &Model, values: &[f64], fastest: f64) -> Vec<f64> {
+    let mut generic = values.to_vec();
+    for (name, value) in [("v_0", fastest + 4.0), ("k_0", 0.6), ("delta", 4.0), ("a_max", 1.8)] {
+        if let Some(k) = model.symbols.iter().position(|symbol| symbol.name() == name) {
+            generic[k] = value.clamp(model.axes[k].lower, model.axes[k].upper);
+        }
+    }
+    generic
 }
 
 /// Hints for causes with a time, a place in the spectrum or a stretch of their own, with the drives in which they may act.
@@ -279,4 +306,20 @@ fn peaks(drives: &[Drive], missing: &[Vec<f64>], most: usize) -> Vec<f64> {
         }
     }
     taken.into_iter().map(|i| LOWEST + i as f64 * step).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_precise_sensors_and_events_are_searched_with_more_noise() {
+        let noise = |r_s: f64, r_v: f64| Noise { sigma_d: 0.1, tau_d: 2.0, r_s, r_v, r_l: 1e-3 };
+        let levels = |noise: &Noise| (noise.r_s, noise.r_v);
+        assert_eq!(softened(&noise(0.02, 0.015), false), None);
+        assert_eq!(softened(&noise(0.0005, 0.03), false).as_ref().map(levels), Some((0.02, 0.03)));
+        assert_eq!(softened(&noise(0.05, 0.003), false).as_ref().map(levels), Some((0.05, 0.02)));
+        assert_eq!(softened(&noise(0.02, 0.02), true).as_ref().map(levels), Some((0.2, 0.2)));
+        assert_eq!(softened(&noise(0.0005, 0.003), true).map(|soft| soft.sigma_d), Some(0.1));
+    }
 }

@@ -7,6 +7,7 @@ use crate::catalog::Variant;
 use crate::evaluator::Innovations;
 use crate::extension::Extension;
 use crate::symbols::Parameters;
+use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// How much computing a diagnosis may spend.
@@ -52,7 +53,8 @@ pub struct Progress {
 }
 
 /// The answer in one word.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Verdict {
     /// The causes are named.
     Named,
@@ -69,6 +71,19 @@ pub enum Verdict {
 }
 
 impl Verdict {
+    /// Exit code under `--exit-code`.
+    #[must_use]
+    pub fn exit_code(self) -> u8 {
+        match self {
+            Verdict::Named => 0,
+            Verdict::Nothing => 3,
+            Verdict::Ambiguous => 4,
+            Verdict::Unexplained => 5,
+            Verdict::NotTestable => 6,
+            Verdict::BadBase => 7,
+        }
+    }
+
     /// As written in results.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -120,8 +135,6 @@ pub struct Adopted {
 pub struct NotTestable {
     /// The cause.
     pub name: String,
-    /// Share of its effect that a calibration cannot absorb.
-    pub index: f64,
     /// The parameters that absorb it.
     pub absorbed_by: Vec<String>,
 }
@@ -156,8 +169,6 @@ pub struct Tried {
     pub trimmed: f64,
     /// What it had to exceed \[nats\].
     pub threshold: f64,
-    /// Share of its effect that a calibration cannot absorb.
-    pub index: f64,
     /// True if it was adopted.
     pub adopted: bool,
     /// Why it was adopted or not.

@@ -10,6 +10,8 @@ use super::scenario::Scenario;
 const PRECISION: f64 = 0.01;
 /// Halvings of the range of a parameter.
 const HALVINGS: usize = 40;
+/// Strength that is taken for the largest: an effect that is too weak even then is not followed further.
+const NEARLY_ALL: f64 = 0.999;
 
 /// The scenario with each effect of a follower (1 drives behind the platoon leader) made as strong as it takes to change that
 /// follower's speed by `rms` \[m/s\] (root mean square over the drive), each for itself, everything else at its truth.
@@ -66,7 +68,14 @@ fn scale(
         if (size / rms - 1.0).abs() < PRECISION {
             return Ok(scaled);
         }
-        if size < rms { weak = strength } else { strong = strength }
+        if size < rms {
+            weak = strength
+        } else {
+            strong = strength
+        }
+        if weak > NEARLY_ALL {
+            break;
+        }
     }
     Err(PlantError::Weak { effect: effect.kind(), car: follower + 1, wanted: rms, largest })
 }

@@ -5,7 +5,7 @@ use super::plan::DiagnosisTask;
 use super::plant::planted;
 use crate::catalog::Variant;
 use crate::diagnose::known::{Known, known};
-use crate::diagnose::{Effort, Inference, Question, Verdict, infer};
+use crate::diagnose::{Effort, Inference, Question, Verdict, family, infer};
 use crate::extension::Extension;
 use crate::plant::Controller;
 use crate::wgsl::{extension_named, library};
@@ -49,6 +49,16 @@ pub struct DiagnosisOutcome {
     pub known: Option<Known>,
 }
 
+impl DiagnosisOutcome {
+    /// True if the data show what was planted: it was named right, or the truth, fitted from its own values, gains more than the
+    /// threshold on the training data.
+    #[must_use]
+    pub fn is_shown(&self) -> bool {
+        let gains = |known: &Known| known.log_likelihoods[1] - known.log_likelihoods[0] > known.threshold;
+        self.known.as_ref().is_none_or(gains)
+    }
+}
+
 /// How a case is counted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -65,9 +75,8 @@ pub enum Judgement {
     Failed,
 }
 
-fn family(name: &str) -> String {
-    let cause = extension_named(name).and_then(|extension| extension.cause.as_ref());
-    cause.and_then(|cause| cause.family.clone()).unwrap_or_else(|| name.to_owned())
+fn family_of(name: &str) -> &str {
+    extension_named(name).map_or(name, family)
 }
 
 /// Judges an outcome: wrong as soon as a name is given that is not planted. The phase family counts as one name in gusts, and
@@ -80,9 +89,9 @@ pub fn judge(outcome: &DiagnosisOutcome) -> Judgement {
     }
     let task = &outcome.task;
     let same = |name: &String, truth: &String| {
-        let class = family(truth);
+        let class = family_of(truth);
         let classed = class == "drag_or_headway" || (task.gusts_mps2 > 0.0 && class == "phase");
-        name == truth || (classed && family(name) == class)
+        name == truth || (classed && family_of(name) == class)
     };
     match task.kind.as_str() {
         "none" | "coloured" | "absorbed" | "outside" | "family" if !named => Judgement::Right,

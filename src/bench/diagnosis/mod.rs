@@ -9,9 +9,9 @@ mod plant;
 mod report;
 
 pub use judge::{DiagnosisOutcome, Judgement, diagnose_task, judge};
-pub use plan::{DiagnosisTask, diagnosis_tasks};
+pub use plan::{DiagnosisTask, SIZES, diagnosis_tasks};
 pub use plant::{Planted, planted};
-pub use report::DiagnosisReport;
+pub use report::{Bar, DiagnosisReport};
 
 use super::BenchError;
 use std::collections::BTreeMap;

@@ -45,20 +45,22 @@ impl Ord for DiagnosisTask {
 }
 
 /// Bases that the plant has.
-const BASES: [&str; 3] = ["idm", "l-cth", "gipps"];
+pub(super) const BASES: [&str; 3] = ["idm", "l-cth", "gipps"];
 /// Effects that a calibration absorbs.
 const ABSORBED: [EffectKind; 4] =
     [EffectKind::GainMass, EffectKind::RangeScale, EffectKind::RangeBias, EffectKind::SpeedScale];
-/// Medium and weak effects \[m/s\], and gusts \[m/s²\].
-const MEDIUM: f64 = 0.10;
-const WEAK: f64 = 0.03;
+/// A medium effect \[m/s\].
+pub(super) const MEDIUM: f64 = 0.10;
+/// The sizes at which each effect is planted \[m/s\] unless others are asked for: medium and weak.
+pub const SIZES: [f64; 2] = [MEDIUM, 0.03];
+/// Gusts \[m/s²\].
 const GUSTS: f64 = 0.05;
 
-/// The cases of a seed, shuffled so that the first so many of them are a fair sample: per base every effect at medium and weak
-/// size, half of them in gusts; forty drives without any effect, a third of them with coloured noise; absorbed effects, pairs, an
+/// The cases of a seed, shuffled so that the first so many of them are a fair sample: per base every effect at
+/// all sizes \[m/s\], half of them in gusts; forty drives without any effect, a third of them with coloured noise; absorbed effects, pairs, an
 /// effect outside the library, a base of another family.
 #[must_use]
-pub fn diagnosis_tasks(seed: u64, duration_s: f64, effort: &str) -> Vec<DiagnosisTask> {
+pub fn diagnosis_tasks(seed: u64, duration_s: f64, effort: &str, sizes: &[f64]) -> Vec<DiagnosisTask> {
     let mut tasks = Vec::new();
     let mut rng = stream(seed, 0, 0, 0);
     let mut number = 0;
@@ -79,8 +81,9 @@ pub fn diagnosis_tasks(seed: u64, duration_s: f64, effort: &str) -> Vec<Diagnosi
         EffectKind::ALL.iter().copied().filter(|kind| !ABSORBED.contains(kind)).collect();
     for (b, base) in BASES.iter().enumerate() {
         for (k, kind) in identifiable.iter().enumerate() {
-            add("one", base, &[*kind], MEDIUM, (b + k) % 2 == 0);
-            add("one", base, &[*kind], WEAK, (b + k) % 2 == 1);
+            for (i, size) in sizes.iter().enumerate() {
+                add("one", base, &[*kind], *size, (b + k + i) % 2 == 0);
+            }
         }
         for i in 0..40 {
             let kind = if i % 3 == 2 { "coloured" } else { "none" };

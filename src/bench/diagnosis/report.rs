@@ -2,10 +2,13 @@
 
 use super::DiagnosisJournal;
 use super::judge::{DiagnosisOutcome, Judgement, judge};
-use super::plan::DiagnosisTask;
+use super::plan::{BASES, DiagnosisTask, MEDIUM};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write;
+
+/// The rows that count all bases.
+const ALL_BASES: &str = "all bases";
 
 /// Counts of one row of the table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
@@ -24,6 +27,44 @@ pub struct Tally {
     pub wrong: usize,
 }
 
+/// A target of the benchmark, and what was reached.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Bar {
+    /// What is counted.
+    pub what: String,
+    /// Cases that count.
+    pub cases: usize,
+    /// How many of them are so.
+    pub count: usize,
+    /// The share wanted: at least, or with `most` at most.
+    pub target: f64,
+    /// True if `target` is the most.
+    pub most: bool,
+    /// 95 % interval of the share (Wilson, J. Am. Stat. Assoc. 22, 1927, 209-212).
+    pub interval: [f64; 2],
+}
+
+impl Bar {
+    /// True if the share reaches the target; `None` without a case.
+    #[must_use]
+    pub fn met(&self) -> Option<bool> {
+        let share = self.count as f64 / self.cases as f64;
+        (self.cases > 0).then_some(if self.most { share <= self.target } else { share >= self.target })
+    }
+}
+
+fn interval(cases: usize, count: usize) -> [f64; 2] {
+    /// 95 % of a normal distribution.
+    const Z: f64 = 1.959964;
+    if cases == 0 {
+        return [0.0, 1.0];
+    }
+    let (n, p) = (cases as f64, count as f64 / cases as f64);
+    let middle = p + Z * Z / (2.0 * n);
+    let half = Z * (p * (1.0 - p) / n + Z * Z / (4.0 * n * n)).sqrt();
+    [middle - half, middle + half].map(|x| (x / (1.0 + Z * Z / n)).clamp(0.0, 1.0))
+}
+
 /// Everything that was found.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DiagnosisReport {
@@ -31,6 +72,8 @@ pub struct DiagnosisReport {
     pub schema_version: u32,
     /// Counts by kind, base and size.
     pub tallies: BTreeMap<String, Tally>,
+    /// Targets.
+    pub bars: Vec<Bar>,
     /// Named first, by planted cause: how often.
     pub names: BTreeMap<String, BTreeMap<String, usize>>,
     /// Medians over the cases: CPU time \[s\], simulated candidates.
@@ -50,7 +93,7 @@ impl DiagnosisReport {
             let task = &outcome.task;
             let size = if task.kind == "one" { format!(" {:.2} m/s", task.rms_mps) } else { String::new() };
             let judged = judge(outcome);
-            for base in [task.base.as_str(), "all bases"] {
+            for base in [task.base.as_str(), ALL_BASES] {
                 let tally = tallies.entry(format!("{}{size}, {base}", task.kind)).or_default();
                 tally.cases += usize::from(judged != Judgement::Failed);
                 tally.right += usize::from(judged == Judgement::Right);
@@ -73,7 +116,8 @@ impl DiagnosisReport {
             all.get(all.len() / 2).copied().unwrap_or(0.0)
         };
         let cost = [median(&|o| o.cpu_s), median(&|o| o.simulations as f64)];
-        DiagnosisReport { schema_version: 1, tallies, names, cost, outcomes }
+        let bars = bars(&outcomes);
+        DiagnosisReport { schema_version: 1, tallies, bars, names, cost, outcomes }
     }
 
     /// As text.
@@ -88,6 +132,25 @@ impl DiagnosisReport {
             let _ = writeln!(text, "{row:32} {cases:6} {right:6} {in_set:7} {silent:7} {not_found:10} {wrong:6}");
         }
         text += "not found: silent, although the truth, fitted from its own values, would have been named\n";
+        text += "\n";
+        for bar in &self.bars {
+            let met = match bar.met() {
+                None => "no case",
+                Some(true) => "met",
+                Some(false) => "missed",
+            };
+            let [low, high] = bar.interval.map(|share| 100.0 * share);
+            let _ = writeln!(
+                text,
+                "{:50} {:>3} of {:>3}  {:5.1} % [{low:.0}, {high:.0}]  target {} {} %: {met}",
+                bar.what,
+                bar.count,
+                bar.cases,
+                100.0 * bar.count as f64 / bar.cases.max(1) as f64,
+                if bar.most { "at most" } else { "at least" },
+                100.0 * bar.target,
+            );
+        }
         text += "\nplanted, and what was said\n";
         for (truth, said) in &self.names {
             let said: Vec<String> = said.iter().map(|(name, times)| format!("{name} {times}")).collect();
@@ -102,5 +165,115 @@ impl DiagnosisReport {
             self.cost[1]
         );
         text
+    }
+}
+
+/// What the benchmark has to reach. An effect counts as shown by the data if the truth, fitted from its own values, gains more than
+/// the threshold: in gusts some effects of medium size do not.
+fn bars(outcomes: &[DiagnosisOutcome]) -> Vec<Bar> {
+    let bar = |what: String, of: &dyn Fn(&DiagnosisOutcome) -> bool, is: &[Judgement], target: f64, most: bool| {
+        let made = outcomes.iter().filter(|o| of(o)).map(judge).filter(|judged| *judged != Judgement::Failed);
+        let judged: Vec<Judgement> = made.collect();
+        let count = judged.iter().filter(|judged| is.contains(judged)).count();
+        Bar { what, cases: judged.len(), count, target, most, interval: interval(judged.len(), count) }
+    };
+    let one = |o: &DiagnosisOutcome| o.task.kind == "one";
+    let medium = |o: &DiagnosisOutcome| one(o) && o.task.rms_mps == MEDIUM;
+    let silent = |o: &DiagnosisOutcome| ["none", "coloured"].contains(&o.task.kind.as_str());
+    let (right, in_set) = ([Judgement::Right], [Judgement::Right, Judgement::InSet]);
+    let mut bars = Vec::new();
+    for base in BASES {
+        let of = |o: &DiagnosisOutcome| medium(o) && o.task.base == base;
+        let shown = |o: &DiagnosisOutcome| of(o) && o.is_shown();
+        bars.push(bar(format!("{base}: right name first, medium, shown by the data"), &shown, &right, 0.85, false));
+        bars.push(bar(format!("{base}: right name first, medium, all"), &of, &right, 0.85, false));
+    }
+    let shown = |o: &DiagnosisOutcome| medium(o) && o.is_shown();
+    bars.push(bar("true cause in the named set, medium, shown".to_owned(), &shown, &in_set, 0.92, false));
+    bars.push(bar("true cause in the named set, medium, all".to_owned(), &medium, &in_set, 0.92, false));
+    bars.push(bar("wrong name, one effect of any size".to_owned(), &one, &[Judgement::Wrong], 0.05, true));
+    bars.push(bar("false alarm, no effect".to_owned(), &silent, &[Judgement::Wrong], 0.025, true));
+    let pair = |o: &DiagnosisOutcome| o.task.kind == "pair";
+    bars.push(bar("both of two effects found".to_owned(), &pair, &right, 0.70, false));
+    let absorbed = |o: &DiagnosisOutcome| o.task.kind == "absorbed";
+    bars.push(bar("absorbed effect named as something else".to_owned(), &absorbed, &[Judgement::Wrong], 0.0, true));
+    bars
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::known::Known;
+
+    /// An outcome; with what the truth gains of 16 nats needed where it was not named.
+    fn outcome(kind: &str, causes: &[&str], adopted: &[&str], gain: Option<f64>) -> DiagnosisOutcome {
+        let names = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect::<Vec<_>>();
+        let task = DiagnosisTask {
+            kind: kind.to_owned(),
+            base: "idm".to_owned(),
+            causes: names(causes),
+            rms_mps: MEDIUM,
+            gusts_mps2: 0.0,
+            duration_s: 900.0,
+            seed: 1,
+            effort: "quick".to_owned(),
+        };
+        let known = gain.map(|gain| Known {
+            log_likelihoods: [100.0, 100.0 + gain],
+            evidence: gain,
+            threshold: 16.0,
+            folds: [0.5 * gain; 2],
+            trimmed: gain,
+            transfers: 1.0,
+            noise: [0.05, 2.0],
+            objection: String::new(),
+            estimates: Vec::new(),
+        });
+        DiagnosisOutcome {
+            program: String::new(),
+            task,
+            truth: BTreeMap::new(),
+            verdict: if adopted.is_empty() { "nothing" } else { "named" }.to_owned(),
+            reason: String::new(),
+            adopted: names(adopted),
+            confounded_with: Vec::new(),
+            not_testable: Vec::new(),
+            estimates: BTreeMap::new(),
+            simulations: 0,
+            cpu_s: 0.0,
+            tried: Vec::new(),
+            base: [0.0; 3],
+            known,
+        }
+    }
+
+    #[test]
+    fn targets_are_counted_over_the_cases_that_they_are_about() {
+        let outcomes = [
+            outcome("one", &["grade"], &["grade"], None),
+            outcome("one", &["grade"], &["grade"], None),
+            outcome("one", &["dead_zone"], &[], Some(9.0)),
+            outcome("one", &["power_cap"], &["accel_cap"], Some(90.0)),
+            outcome("none", &[], &[], None),
+            outcome("coloured", &[], &["periodic"], None),
+            outcome("pair", &["grade", "jerk_limit"], &["jerk_limit", "grade"], None),
+            outcome("absorbed", &["range_scale"], &[], None),
+        ];
+        let bars = bars(&outcomes);
+        let of = |what: &str| {
+            let bar = bars.iter().find(|bar| bar.what.starts_with(what)).expect("a target");
+            (bar.count, bar.cases, bar.met())
+        };
+        assert_eq!(of("idm: right name first, medium, shown"), (2, 3, Some(false)));
+        assert_eq!(of("idm: right name first, medium, all"), (2, 4, Some(false)));
+        assert_eq!(of("gipps: right name first, medium, all"), (0, 0, None));
+        assert_eq!(of("wrong name"), (1, 4, Some(false)));
+        assert_eq!(of("false alarm"), (1, 2, Some(false)));
+        assert_eq!(of("both of two"), (1, 1, Some(true)));
+        assert_eq!(of("absorbed"), (0, 1, Some(true)));
+        // Wilson's interval of 3 of 4: (0.75 + 0.48036 -+ 0.65328...) / 1.96073.
+        let [low, high] = interval(4, 3);
+        assert!((low - 0.3006).abs() < 1e-4 && (high - 0.9544).abs() < 1e-4, "{low} {high}");
+        assert_eq!(interval(0, 0), [0.0, 1.0]);
     }
 }

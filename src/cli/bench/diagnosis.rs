@@ -2,7 +2,7 @@
 
 use super::super::{interrupt, output};
 use indicatif::{ProgressBar, ProgressStyle};
-use leadlag::bench::{DiagnosisJournal, DiagnosisReport, diagnosis_tasks, run_diagnoses};
+use leadlag::bench::{DiagnosisJournal, DiagnosisReport, SIZES, diagnosis_tasks, run_diagnoses};
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
@@ -20,6 +20,9 @@ pub struct Args {
     /// Length of a drive \[s\] [default: 900, with --quick 300]
     #[arg(long, value_name = "SECONDS")]
     duration: Option<f64>,
+    /// Sizes at which each effect is planted, as the change of the follower's speed; more of them give power curves
+    #[arg(long, value_name = "M/S,...", value_delimiter = ',', value_parser = size, default_values_t = SIZES)]
+    sizes: Vec<f64>,
     /// Only cases of this kind
     #[arg(long, value_name = "KIND", value_parser = ["one", "pair", "none", "coloured", "absorbed", "outside", "family"])]
     only: Option<String>,
@@ -38,7 +41,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     interrupt::watch();
     let (duration, effort, count) = if args.quick { (300.0, "quick", 30) } else { (900.0, "normal", usize::MAX) };
     let effort = args.effort.as_deref().unwrap_or(effort);
-    let mut tasks = diagnosis_tasks(args.seed, args.duration.unwrap_or(duration), effort);
+    let mut tasks = diagnosis_tasks(args.seed, args.duration.unwrap_or(duration), effort, &args.sizes);
     tasks.retain(|task| args.only.as_ref().is_none_or(|only| task.kind == *only));
     tasks.truncate(args.cases.unwrap_or(count));
     let mut journal = DiagnosisJournal::open(&args.journal)?;
@@ -55,4 +58,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
     let report = DiagnosisReport::new(&tasks, &journal);
     if args.json { output::print_json(&report) } else { output::print(&report.table()) }
+}
+
+fn size(text: &str) -> Result<f64, String> {
+    let positive = text.parse().ok().filter(|size: &f64| size.is_finite() && *size > 0.0);
+    positive.ok_or_else(|| "expected a root mean square change of speed above 0 m/s, like 0.1".to_owned())
 }

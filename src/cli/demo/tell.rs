@@ -2,7 +2,8 @@
 
 use super::super::output;
 use super::{Args, BASE, Found};
-use leadlag::diagnose::outcome::{CauseEntry, Outcome, VerdictName};
+use leadlag::diagnose::Verdict;
+use leadlag::diagnose::outcome::{CauseEntry, Outcome};
 use leadlag::plant::Effect;
 use leadlag::report::diagnosis::causes::equation;
 use leadlag::report::result::ResultFile;
@@ -70,7 +71,7 @@ pub fn verdict(outcome: &Outcome) -> String {
     let names = |causes: &[CauseEntry]| causes.iter().map(|c| c.name.clone()).collect::<Vec<_>>().join(", ");
     let causes = &outcome.causes;
     match outcome.verdict {
-        VerdictName::Named => {
+        Verdict::Named => {
             let one = |c: &CauseEntry| {
                 let meaning = equation(&c.name).map_or(String::new(), |(_, meaning)| format!(" ({meaning})"));
                 let (evidence, threshold) = (c.evidence, c.threshold);
@@ -78,10 +79,10 @@ pub fn verdict(outcome: &Outcome) -> String {
             };
             format!("named {}", causes.iter().map(one).collect::<Vec<_>>().join("; and "))
         }
-        VerdictName::Ambiguous => {
+        Verdict::Ambiguous => {
             format!("one of several: {}, {}", names(causes), names(&outcome.confounded_with))
         }
-        VerdictName::Nothing => "nothing is wrong with the model that these data could show".to_owned(),
+        Verdict::Nothing => "nothing is wrong with the model that these data could show".to_owned(),
         _ => outcome.reason.clone(),
     }
 }
@@ -130,17 +131,15 @@ fn judgement(outcome: &Outcome, hidden: Option<&Effect>) -> String {
     let several = outcome.causes.len() > 1;
     let Some(hidden) = hidden else {
         return match outcome.verdict {
-            VerdictName::Nothing => "right: nothing was hidden, and nothing is named".to_owned(),
-            VerdictName::Named | VerdictName::Ambiguous => {
-                "wrong: nothing was hidden, so this is a false alarm".to_owned()
-            }
+            Verdict::Nothing => "right: nothing was hidden, and nothing is named".to_owned(),
+            Verdict::Named | Verdict::Ambiguous => "wrong: nothing was hidden, so this is a false alarm".to_owned(),
             _ => "not named, as nothing was hidden; but it should have ended with `nothing`".to_owned(),
         };
     };
     let name = hidden.kind().name();
     let own = outcome.causes.iter().find(|cause| cause.name == name);
     match (outcome.verdict, own) {
-        (VerdictName::Named, Some(cause)) => {
+        (Verdict::Named, Some(cause)) => {
             let inside = cause.parameters.iter().all(|p| {
                 let index = hidden.kind().parameters().iter().position(|own| own.name == p.name);
                 let truth = index.map(|index| hidden.values()[index]);
@@ -150,17 +149,17 @@ fn judgement(outcome: &Outcome, hidden: Option<&Effect>) -> String {
             let also = if several { "; beside it something is named that was not hidden" } else { "" };
             format!("right, {size} the 95 % intervals{also}")
         }
-        (VerdictName::Named, None) => {
+        (Verdict::Named, None) => {
             let family = outcome.causes.iter().map(|c| c.family.as_str()).find(|f| !f.is_empty()).unwrap_or("-");
             format!(
                 "another name than what was hidden (family {family}): on this drive the two may look alike; another --seed gives another drive"
             )
         }
-        (VerdictName::Ambiguous, _) if named().any(|cause| cause.name == name) => {
+        (Verdict::Ambiguous, _) if named().any(|cause| cause.name == name) => {
             "what was hidden is among the names; this drive cannot tell them apart".to_owned()
         }
-        (VerdictName::Ambiguous, _) => "wrong: what was hidden is not among the names".to_owned(),
-        (VerdictName::NotTestable, _) | (VerdictName::Nothing, _) if untestable(outcome, name) => {
+        (Verdict::Ambiguous, _) => "wrong: what was hidden is not among the names".to_owned(),
+        (Verdict::NotTestable, _) | (Verdict::Nothing, _) if untestable(outcome, name) => {
             "not found: the calibration absorbs it, which the diagnosis says".to_owned()
         }
         _ => "missed: what was hidden is too weak for this drive, or too much like what the calibration can adapt to"

@@ -27,15 +27,12 @@ pub struct Prior {
     pub information: DMatrix<f64>,
 }
 
-/// Bounds of a coordinate of the noise.
-fn noise_bounds(k: usize) -> [f64; 2] {
-    NOISE_BOUNDS[k].map(f64::ln)
-}
-
 /// The axes of the model, followed by the logarithms of the noise, of which the first is sigma_d sqrt(2 tau_d).
 pub(super) struct Frame<'a> {
     pub axes: &'a [Axis],
     pub prior: Option<&'a Prior>,
+    /// The least noise of spacing and speed \[m, m/s\]; 0: that of [`NOISE_BOUNDS`].
+    pub least: [f64; 2],
 }
 
 impl Frame<'_> {
@@ -47,7 +44,15 @@ impl Frame<'_> {
         let model = self.axes.iter().zip(&point.values).map(|(axis, value)| axis.coordinate(*value));
         let mut noise = point.noise.logs();
         noise[0] += 0.5 * (2.0 * point.noise.tau_d).ln();
-        model.chain((0..Noise::COUNT).map(|k| noise[k].clamp(noise_bounds(k)[0], noise_bounds(k)[1]))).collect()
+        let within = |k: usize| noise[k].clamp(self.noise_bounds(k)[0], self.noise_bounds(k)[1]);
+        model.chain((0..Noise::COUNT).map(within)).collect()
+    }
+
+    /// Bounds of a coordinate of the noise.
+    fn noise_bounds(&self, k: usize) -> [f64; 2] {
+        let [lower, upper] = NOISE_BOUNDS[k];
+        let least = if k == 2 || k == 3 { self.least[k - 2] } else { 0.0 };
+        [lower.max(least).ln(), upper.ln()]
     }
 
     pub fn off(&self, prior: &Prior, x: &[f64]) -> DVector<f64> {
@@ -77,7 +82,7 @@ impl Frame<'_> {
         match j.checked_sub(self.axes.len()) {
             None if self.axes[j].is_fixed() => [0.0, 0.0],
             None => [0.0, 1.0],
-            Some(k) => noise_bounds(k),
+            Some(k) => self.noise_bounds(k),
         }
     }
 

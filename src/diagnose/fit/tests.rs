@@ -94,7 +94,7 @@ fn axes() -> Vec<Axis> {
     vec![Axis::log(0.01, 5.0), Axis::linear(0.1, 5.0), Axis::log(0.01, 5.0), Axis::linear(0.0, 15.0)]
 }
 
-const PLAN: Plan = Plan { select: 3, kinds: 1, rough: 3, keep: 2, fine: 25, tolerance: 0.02 };
+const PLAN: Plan = Plan { select: 3, kinds: 1, rough: 3, keep: 2, fine: 25, tolerance: 0.02, least: [0.0; 2] };
 
 #[test]
 fn parameters_and_noise_are_found_together() {
@@ -127,4 +127,34 @@ fn without_gusts_their_level_goes_to_nothing() {
     let best = fit(&mut toy, &axes(), &whole(&[6000], &[DT]), &[start], PLAN).unwrap_or_default().remove(0);
     assert!(best.point.noise.sigma_d < 0.004, "{:?}", best.point);
     assert!((best.point.values[1] - TRUTH[1]).abs() < 0.01, "{:?}", best.point);
+}
+
+/// Along a change of one parameter the others move with it: one step comes near the truth, and the parameters alone, with the noise
+/// as it was, keep a good part of what it promises; a change that does nothing is not made.
+#[test]
+fn a_step_along_a_change_takes_everything_else_with_it() {
+    let mut toy = Toy::driven(&LEVELS, 6000);
+    let mut axes = axes();
+    // The gain for the speed difference is held too small, which the one for the gap makes up for.
+    axes[2] = Axis::linear(0.6, 0.6);
+    let start = Point { values: vec![0.2, 1.4, 0.6, 3.0], noise: LEVELS };
+    let masks = whole(&[6000], &[DT]);
+    let best = fit(&mut toy, &axes, &masks, &[start], PLAN).unwrap_or_default().remove(0).point;
+    assert!((best.values[0] / TRUTH[0]).ln() > 0.1, "{best:?}");
+    let with = |by: f64| {
+        let mut changed = best.values.clone();
+        changed[2] += by;
+        changed
+    };
+    let steps = profiled(&mut toy, &axes, &masks, &best, &[with(0.05), with(0.0)]).unwrap_or_default();
+    let k_v = 0.6 + 0.05 * steps[0].share;
+    let off = |k_s: f64| (k_s / TRUTH[0]).ln().abs();
+    assert!((k_v - TRUTH[2]).abs() < 0.05 && off(steps[0].values[0]) < 0.5 * off(best.values[0]), "{steps:?} {best:?}");
+    assert!(steps[0].gain > 3.0 && steps[1].gain == 0.0, "{steps:?}");
+    let mut there = steps[0].values.clone();
+    there[2] = k_v;
+    let points = [best.clone(), Point { values: there, ..best }];
+    axes[2] = Axis::log(0.01, 5.0);
+    let found = log_likelihoods(&mut toy, &axes, &masks, &points).unwrap_or_default();
+    assert!(found[1] - found[0] > 0.3 * steps[0].gain, "{found:?} {steps:?}");
 }

@@ -1,6 +1,7 @@
 //! The causes that were tried, and the verdict.
 
-use crate::diagnose::outcome::{CauseEntry, Outcome, ParameterEntry, RungEntry, VerdictName};
+use crate::diagnose::Verdict;
+use crate::diagnose::outcome::{CauseEntry, Outcome, ParameterEntry, RungEntry};
 use crate::report::text::wrapped;
 use std::fmt::{Result, Write};
 
@@ -70,12 +71,12 @@ pub(super) fn parameters(text: &mut String, parameters: &[ParameterEntry]) -> Re
 
 pub(super) fn verdict(text: &mut String, outcome: &Outcome) -> Result {
     let title = match outcome.verdict {
-        VerdictName::Named => "NAMED",
-        VerdictName::Ambiguous => "ONE OF SEVERAL; these data cannot tell which",
-        VerdictName::Nothing => "NOTHING FOUND",
-        VerdictName::NotTestable => "NOT TESTABLE with these data",
-        VerdictName::Unexplained => "UNEXPLAINED: something is wrong that no cause of the library explains",
-        VerdictName::BadBase => "NO VERDICT: the base model does not fit",
+        Verdict::Named => "NAMED",
+        Verdict::Ambiguous => "ONE OF SEVERAL; these data cannot tell which",
+        Verdict::Nothing => "NOTHING FOUND",
+        Verdict::NotTestable => "NOT TESTABLE with these data",
+        Verdict::Unexplained => "UNEXPLAINED: something is wrong that no cause of the library explains",
+        Verdict::BadBase => "NO VERDICT: the base model does not fit",
     };
     writeln!(text, "\n{title}")?;
     text.push_str(&wrapped(0, 2, &outcome.reason));
@@ -144,6 +145,7 @@ pub fn equation(name: &str) -> Option<(&'static str, &'static str)> {
         "dead_zone" => ("ds = ds shrunk by w", "small errors of the gap are not corrected"),
         "integral_action" => ("a_cmd = a_cmd + ki int(ds) dt", "lasting errors of the gap are corrected"),
         "range_scale" => ("s = (1 + cs) s", "the gap is measured too large or too small"),
+        "range_bias" => ("s = s + b", "the gap is measured too large or too small by a constant"),
         "speed_scale" => ("v = (1 + cv) v", "the own speed is measured too high or too low"),
         "quantised_accel" => ("a_cmd in steps of qz", "the command comes in steps"),
         "periodic" => ("a = a + As sin + Ac cos (2 pi f t)", "something swings by itself"),

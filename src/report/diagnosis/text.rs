@@ -1,9 +1,10 @@
 //! A diagnosis as text for a terminal of 80 columns, for readers who know car-following models but not this method.
 
 use super::causes;
+use crate::diagnose::Verdict;
 use crate::diagnose::budget::{Budget, Share};
 use crate::diagnose::missing::Profiles;
-use crate::diagnose::outcome::{DataEntry, FindingEntry, ModelEntry, Outcome, VerdictName};
+use crate::diagnose::outcome::{DataEntry, FindingEntry, ModelEntry, Outcome};
 use crate::report::text::wrapped;
 use std::fmt::Write;
 
@@ -50,7 +51,7 @@ fn write_all(text: &mut String, outcome: &Outcome) -> std::fmt::Result {
             let [base, extended] = gain.broken_off;
             writeln!(text, "runs that crash or break off, of {}: base {base}, extended {extended}", gain.drives)?;
         }
-        (None, VerdictName::Named) => text.push_str("not measured\n"),
+        (None, Verdict::Named) => text.push_str("not measured\n"),
         (None, _) => text.push_str("nothing is named, so there is nothing to gain\n"),
     }
     heading(text, "6. What is left");

@@ -2,7 +2,8 @@
 
 use super::budget::budget;
 use super::{Chart, Page, between, escape, short};
-use crate::diagnose::outcome::{CauseEntry, Outcome, ParameterEntry, VerdictName};
+use crate::diagnose::Verdict;
+use crate::diagnose::outcome::{CauseEntry, Outcome, ParameterEntry};
 use crate::report::diagnosis::{causes::equation, pictures};
 
 /// One HTML file. `charts` are the simulations, drive by drive.
@@ -28,14 +29,14 @@ pub fn diagnosis(outcome: &Outcome, charts: Vec<Chart>) -> String {
     page.finish(&format!("Diagnosis of {base}"), &lead, &outcome.to_json())
 }
 
-fn title(verdict: VerdictName) -> &'static str {
+fn title(verdict: Verdict) -> &'static str {
     match verdict {
-        VerdictName::Named => "Named.",
-        VerdictName::Ambiguous => "One of several.",
-        VerdictName::Nothing => "Nothing found.",
-        VerdictName::NotTestable => "Not testable.",
-        VerdictName::Unexplained => "Unexplained.",
-        VerdictName::BadBase => "No verdict: the base model does not fit.",
+        Verdict::Named => "Named.",
+        Verdict::Ambiguous => "One of several.",
+        Verdict::Nothing => "Nothing found.",
+        Verdict::NotTestable => "Not testable.",
+        Verdict::Unexplained => "Unexplained.",
+        Verdict::BadBase => "No verdict: the base model does not fit.",
     }
 }
 
