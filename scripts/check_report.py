@@ -142,6 +142,21 @@ class Report:
                 values = [float(cell) for cell in orders[0]]
                 self.expect(values == sorted(values), f"table {number}: numbers are not sorted as numbers: {values}")
 
+    def filters(self) -> None:
+        """Every long table: the rows with the first word of its last row, those without it, and all again."""
+        for number, table in enumerate(self.page.query_selector_all(".table.long table")):
+            field = table.query_selector("input[type=search]")
+            if field is None:
+                self.found(f"long table {number} has no filter")
+                continue
+            texts = table.evaluate("(t) => [...t.tBodies[0].rows].map((row) => row.textContent.toLowerCase())")
+            word = texts[-1].split()[0][:6]
+            expected = sum(word in text for text in texts)
+            for typed, rows in ((word, expected), (f"-{word}", len(texts) - expected), ("", len(texts))):
+                field.fill(typed)
+                shown = table.evaluate("(t) => [...t.tBodies[0].rows].filter((row) => row.offsetHeight > 0).length")
+                self.expect(shown == rows, f"long table {number}: `{typed}` shows {shown} rows, expected {rows}")
+
     def walks(self) -> None:
         """The Tab key reaches every chart, button and link of a page that was just loaded, and ends."""
         wanted = self.page.evaluate("document.querySelectorAll('.chart, button, summary, a[href]').length")
@@ -229,6 +244,7 @@ def check(browser, axe: Axe, path: Path, twin: Path | None, screenshots: Path | 
                 report.zooms()
             if first:
                 report.sorts()
+                report.filters()
                 report.tells()
                 report.twin(twin)
                 report.prints()

@@ -480,6 +480,23 @@ fn leader_length_and_start_can_be_given() {
     assert_eq!(trajectory.len_l, 4.5);
 }
 
+/// A hill that nobody has placed lies at the same metre of the drive, whichever window is looked at.
+#[test]
+fn an_assumed_start_counts_from_the_first_row_of_the_file() {
+    let recording = pair_file(&steady(tenths(0..100)));
+    let window = |from| {
+        let trajectory =
+            only(&recording, 1, &Preparation { grade: Some(Grade::level()), from, ..Preparation::default() });
+        let said = trajectory.notes.iter().any(|note| matches!(note, Note::StartAssumed { .. }));
+        assert!(said, "{:?}", trajectory.notes);
+        trajectory
+    };
+    let (all, late) = (window(None), window(Some(2.0)));
+    assert_near("whole", all.x_l[0], 0.0, 1e-12);
+    assert_near("window", late.x_l[0], 20.0, 1e-9);
+    assert_near("follower", late.x_f[0], all.x_f[20], 1e-9);
+}
+
 #[test]
 fn small_negative_speeds_become_zero_and_are_counted() {
     let text = steady(tenths(0..50)).replace("0.3,10,9.5", "0.3,10,-0.02");

@@ -86,6 +86,23 @@
     body.append(...rows);
   }));
 
+  // Long tables show only the rows that have all the words asked for, and none with a minus before it.
+  document.querySelectorAll(".table.long").forEach((box) => {
+    const table = box.querySelector("table");
+    const rows = [...table.tBodies[0].rows];
+    const label = document.createElement("label");
+    label.innerHTML = '<span>rows with</span> <input type="search" placeholder="words, -without"> <output></output>';
+    table.caption.append(label);
+    const texts = rows.map((row) => row.textContent.toLowerCase());
+    const fits = (text) => (word) => (word.length > 1 && word[0] === "-" ? !text.includes(word.slice(1)) : text.includes(word));
+    label.querySelector("input").addEventListener("input", (event) => {
+      const words = event.target.value.toLowerCase().split(/\s+/);
+      rows.forEach((row, i) => { row.hidden = !words.every(fits(texts[i])); });
+      const shown = rows.filter((row) => !row.hidden).length;
+      label.querySelector("output").textContent = shown < rows.length ? shown + " of " + rows.length : "";
+    });
+  });
+
   // What a part of a picture says about itself: at once, and on touch screens, too; without scripts the browser shows it after a while.
   const tip = document.createElement("div");
   tip.id = "tip";

@@ -1,10 +1,14 @@
 //! The trajectories of a plan: read and prepared, with vehicle and fingerprint.
 
 use super::plan::{DataPlan, PlatoonPlan};
+use crate::trajectory::import::{ColumnMap, MapError, read_mapped};
 use crate::trajectory::{Grade, ImportError, Platoon, Preparation, PrepareError, Recording, Trajectory};
 use crate::trajectory::{import, prepare};
 use crate::vehicle::{Vehicle, VehicleError, read_table};
 use serde::{Deserialize, Serialize};
+
+/// So many trajectories are named where one has to be chosen.
+const NAMED: usize = 5;
 
 /// One follower of one platoon, ready to be calibrated on.
 #[derive(Debug, Clone)]
@@ -63,6 +67,14 @@ pub enum DriveError {
         /// Why.
         source: Box<ImportError>,
     },
+    /// The column map is broken, or there is none of this name.
+    #[error("platoon {platoon}: columns")]
+    Map {
+        /// The platoon.
+        platoon: String,
+        /// Why.
+        source: Box<MapError>,
+    },
     /// The follower cannot be prepared.
     #[error("platoon {platoon}")]
     Prepare {
@@ -71,17 +83,21 @@ pub enum DriveError {
         /// Why.
         source: Box<PrepareError>,
     },
-    /// The file splits into segments, which a study cannot name.
+    /// Several trajectories, of which a study needs one.
     #[error(
-        "platoon {platoon} follower {follower}: long gaps split it into {segments} segments; cut one out with from_s and to_s"
+        "platoon {platoon} follower {follower}: {count} trajectories ({}); choose one with trajectory = \"ID\", or cut one \
+         out with from_s and to_s where long gaps split the file",
+        labels.join(", ")
     )]
-    Segments {
+    Several {
         /// The platoon.
         platoon: String,
         /// The follower.
         follower: usize,
         /// How many.
-        segments: usize,
+        count: usize,
+        /// The first of them.
+        labels: Vec<String>,
     },
     /// The vehicle is not known, or its table is broken.
     #[error(transparent)]
@@ -103,10 +119,7 @@ pub fn read(data: &DataPlan) -> Result<Vec<Drive>, DriveError> {
     };
     let mut drives = Vec::new();
     for plan in &data.platoons {
-        let recording = import::read(&data.folder.join(&plan.file), plan.layout).map_err(|source| {
-            let missing = !data.folder.join(&plan.file).exists();
-            DriveError::Import { platoon: plan.name.clone(), missing, source: Box::new(source) }
-        })?;
+        let recording = recording(data, plan)?;
         let cars = recording.platoons[0].cars.iter();
         let all: Vec<usize> = cars.filter_map(|car| car.number.checked_sub(1)).filter(|f| *f > 0).collect();
         for &follower in plan.followers.as_ref().unwrap_or(&all) {
@@ -114,6 +127,20 @@ pub fn read(data: &DataPlan) -> Result<Vec<Drive>, DriveError> {
         }
     }
     Ok(drives)
+}
+
+fn recording(data: &DataPlan, plan: &PlatoonPlan) -> Result<Recording, DriveError> {
+    let (path, platoon) = (data.folder.join(&plan.file), || plan.name.clone());
+    let unread = |source| DriveError::Import { platoon: platoon(), missing: !path.exists(), source: Box::new(source) };
+    let Some(given) = &plan.columns else {
+        return import::read(&path, plan.layout).map_err(unread);
+    };
+    let own = data.folder.join(given);
+    let map = if own.exists() { ColumnMap::find(&own.display().to_string()) } else { ColumnMap::find(given) };
+    let mut map = map.map_err(|source| DriveError::Map { platoon: platoon(), source: Box::new(source) })?;
+    // As the plan names it: where the folder lies is no part of a study.
+    map.name.clone_from(given);
+    read_mapped(&path, &map).map_err(unread)
 }
 
 fn one(
@@ -145,6 +172,7 @@ fn one(
         from: plan.from,
         to: plan.to,
         smooth: plan.smooth,
+        trajectory_id: plan.trajectory.clone(),
         grade,
         // Only where positions count, which then refer to the front of the car ahead.
         lead_length: start.and_then(|_| length(follower)),
@@ -154,7 +182,8 @@ fn one(
     let mut segments = prepare(recording, follower, &preparation)
         .map_err(|source| DriveError::Prepare { platoon: platoon(), source: Box::new(source) })?;
     if segments.len() != 1 {
-        return Err(DriveError::Segments { platoon: platoon(), follower, segments: segments.len() });
+        let labels = segments.iter().take(NAMED).map(|segment| segment.label.clone()).collect();
+        return Err(DriveError::Several { platoon: platoon(), follower, count: segments.len(), labels });
     }
     let trajectory = segments.swap_remove(0);
     let vehicle = match &plan.vehicle {

@@ -53,6 +53,10 @@ pub struct PlatoonPlan {
     pub file: PathBuf,
     /// Its layout; `None`: by its header.
     pub layout: Option<Layout>,
+    /// Column map of a table of another layout: a shipped one, or a `.toml` in the data folder.
+    pub columns: Option<String>,
+    /// Id of the one trajectory that is meant in a file that holds several; `None`: the only one.
+    pub trajectory: Option<String>,
     /// The followers, 1 = right behind the platoon leader; `None`: all.
     pub followers: Option<Vec<usize>>,
     /// Smooth as the paper's authors did.

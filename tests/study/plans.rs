@@ -140,6 +140,56 @@ fn bad_plans_say_where_what_and_what_to_do() {
     }
 }
 
+/// Three cars in a row, told apart by ids, in a table that only a column map can read.
+#[test]
+fn a_table_with_a_column_map_gives_the_pair_that_the_plan_names() {
+    let folder = scratch("columns");
+    let mut table = "t,car,front,x,v,l\n".to_owned();
+    for (car, front) in [(1, 0), (2, 1), (3, 2)] {
+        for frame in 0..600 {
+            let t = f64::from(frame) / 10.0;
+            let x = 500.0 - 30.0 * f64::from(car) + 15.0 * t;
+            table += &format!("{t:.1},{car},{front},{x:.3},15,4.5\n");
+        }
+    }
+    fs::write(folder.join("cars.csv"), table).unwrap();
+    let map = "rows = \"vehicles\"\nnobody = [\"0\"]\n[columns]\ntime = { name = \"t\", unit = \"s\" }\nid = { name = \"car\" }\n\
+               ahead = { name = \"front\" }\nposition = { name = \"x\", unit = \"m\" }\nspeed = { name = \"v\", unit = \"m/s\" }\n\
+               length = { name = \"l\", unit = \"m\" }\n";
+    fs::write(folder.join("own.toml"), map).unwrap();
+    let (file, out) = (folder.join("plan.toml"), folder.join("study"));
+    let plan = |more: &str| {
+        let content = format!(
+            "schema_version = 1\n[data]\n[[platoon]]\nname = \"T\"\nfile = \"cars.csv\"\n{more}\n[calibration]\nvariants = [\"idm\"]\n\
+             max_evaluations = 200\n"
+        );
+        fs::write(&file, content).unwrap();
+        ["study", "plan", text(&file), "--out", text(&out)].map(str::to_owned)
+    };
+    let refused = |more: &str| {
+        let arguments = plan(more);
+        fails(&arguments.each_ref().map(String::as_str)).1
+    };
+    let own = "columns = \"own.toml\"";
+    let said = refused(own);
+    assert!(said.contains("platoon T follower 1: 2 trajectories") && said.contains("trajectory 3-2"), "{said}");
+    assert!(refused(&format!("{own}\ntrajectory = \"9-8\"")).contains("9-8"));
+    assert!(refused(&format!("{own}\nlayout = \"openacc\"")).contains("platoon T: layout: not together with columns"));
+    let said = refused("columns = \"ngsm\"");
+    assert!(said.contains("platoon T: columns") && said.contains("did you mean ngsim?"), "{said}");
+
+    let arguments = plan(&format!("{own}\ntrajectory = \"3-2\""));
+    ok(&arguments.each_ref().map(String::as_str));
+    ok(&["study", "run", text(&out)]);
+    let study: serde_json::Value = serde_json::from_slice(&fs::read(out.join("study.json")).unwrap()).unwrap();
+    assert_eq!(
+        (study["drives"][0]["samples"].as_u64(), study["drives"].as_array().map(Vec::len)),
+        (Some(600), Some(1))
+    );
+    let notes = study["drives"][0]["notes"].to_string();
+    assert!(notes.contains("own.toml") && !notes.contains(text(&folder)), "the folder is no part of a study: {notes}");
+}
+
 #[test]
 fn data_that_are_not_there_say_how_to_name_others() {
     let file = scratch("no_data").join("plan.toml");

@@ -45,6 +45,8 @@ struct PlatoonText {
     name: String,
     file: PathBuf,
     layout: Option<String>,
+    columns: Option<String>,
+    trajectory: Option<String>,
     followers: Option<Vec<usize>>,
     #[serde(default)]
     smooth: bool,
@@ -178,9 +180,18 @@ impl Reader<'_> {
                     return Err(self.value(key("followers"), format!("{reason}, found {followers:?}"), None));
                 }
             }
+            if entry.columns.is_some() && entry.layout.is_some() {
+                return Err(self.value(
+                    key("layout"),
+                    "not together with columns, which describe a layout of their own",
+                    None,
+                ));
+            }
             let layout = entry.layout.as_deref().map(|text| self.parse(&key("layout"), text, &layouts)).transpose()?;
             platoons.push(PlatoonPlan {
                 layout,
+                columns: entry.columns,
+                trajectory: entry.trajectory,
                 name: entry.name,
                 file: entry.file,
                 followers: entry.followers,

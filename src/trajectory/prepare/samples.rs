@@ -68,8 +68,14 @@ impl Samples {
         let mut add = |signal, values: Option<Vec<f64>>| {
             channels.extend(values.map(|values| (signal, values)));
         };
+        let road = context.preparation.grade.is_some() || context.recording.grade.is_some();
+        let unplaced = lead.x.is_none() && ego.x.is_none();
         if let Some(start) = context.preparation.lead_start_m {
             add(Signal::LeadPosition, Some(driven(start, &platoon.t, &lead.v)));
+        } else if road && unplaced {
+            // Counted from the first row, so that every window of a drive lies on the same road.
+            notes.push(Note::StartAssumed { position_m: 0.0 });
+            add(Signal::LeadPosition, Some(driven(0.0, &platoon.t, &lead.v)));
         } else {
             add(Signal::LeadPosition, lead.x.clone());
             add(Signal::Position, ego.x.clone());
