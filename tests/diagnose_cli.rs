@@ -109,6 +109,8 @@ fn large_effects_are_found_with_precise_sensors() {
         assert!(effect.starts_with(cause["name"].as_str().expect("a name")), "{cause}");
         let parameters = cause["parameters"].as_array().expect("a list");
         let own = parameters.iter().find(|p| p["name"] == parameter).expect("its parameter");
+        // What began in the first two thirds goes on in the last one, where the gain is measured.
+        assert!(json["gain"]["interval"][0].as_f64().is_some_and(|low| low > 0.0), "{}", json["gain"]);
         own["value"].as_f64().expect("a number")
     };
     let r = value("l-cth", 23, 300, "headway_mode_change:r=0.3,t0=120", "r");

@@ -192,18 +192,26 @@ impl Candidate {
 
     /// The model over the hold-out, with the causes as the training data have them, and a base and a noise of its own. What training
     /// leaves open of a base, a set speed that no training drive reaches, is then no argument against a cause; and a base that makes
-    /// up for the cause by itself is one.
+    /// up for the cause by itself is one. The search also starts from where it led another one: who loses because it was not found
+    /// has not lost.
     ///
     /// # Errors
     /// As [`Model::new`].
-    pub fn transfer(&self, setting: &Setting<'_>) -> Result<Transferred, DiagnoseError> {
+    pub fn transfer(&self, setting: &Setting<'_>, other: Option<&Transferred>) -> Result<Transferred, DiagnoseError> {
         let mut model = setting.held_out(self.variant, &self.model.events)?;
         let point = &self.fit.point;
         let mut axes = model.axes.clone();
+        let mut starts = elsewhere(point).to_vec();
+        if let Some(Transferred { model: theirs, point }) = other {
+            let values = model.adopt(theirs, &point.values);
+            starts.extend(elsewhere(&Point { values, noise: point.noise }));
+        }
         for k in self.causes.iter().flat_map(|cause| model.positions(cause)) {
             axes[k] = Axis::linear(point.values[k], point.values[k]);
+            starts.iter_mut().for_each(|start| start.values[k] = point.values[k]);
         }
-        let fits = fit(&mut model, &axes, &setting.holdout, &elsewhere(point), ELSEWHERE)?;
+        let plan = Plan { select: starts.len(), keep: starts.len(), ..ELSEWHERE };
+        let fits = fit(&mut model, &axes, &setting.holdout, &starts, plan)?;
         let point = fits.into_iter().next().map_or_else(|| point.clone(), |fit| fit.point);
         setting.simulations.fetch_add(model.simulations, Ordering::Relaxed);
         Ok(Transferred { model, point })

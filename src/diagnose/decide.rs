@@ -31,7 +31,9 @@ const CLOSE: f64 = 6.0;
 /// Resolution of a searched time \[s\], for the charge of having searched it.
 const RESOLUTION_S: f64 = 5.0;
 /// Share of bootstraps in which a cause has to gain on the hold-out.
-const TRANSFERS: f64 = 0.9;
+pub const TRANSFERS: f64 = 0.9;
+/// Begins the objection of a hold-out.
+pub const NO_TRANSFER: &str = "it gains on the hold-out in";
 /// A hold-out on which a cause changes less than this \[nats\] cannot object to it: were it real, it would gain there by chance only.
 const SHOWN: f64 = 8.0;
 /// Causes whose negative size is a proxy for something else: nothing pushes a car.
@@ -176,7 +178,9 @@ pub fn transfers(
     if setting.question.holdout.is_empty() {
         return Ok((1.0, 0.0));
     }
-    let (mut mine, mut theirs) = (candidate.transfer(setting)?, current.transfer(setting)?);
+    let alone = current.transfer(setting, None)?;
+    let mut mine = candidate.transfer(setting, Some(&alone))?;
+    let mut theirs = current.transfer(setting, Some(&mine))?;
     let scores = mine.scores(setting)?.into_iter().flatten().zip(theirs.scores(setting)?.into_iter().flatten());
     let gains: Vec<f64> = scores.map(|(a, b)| a - b).collect();
     let better = |draw: &u64| {
@@ -202,7 +206,7 @@ pub fn gate(
     }
     let (share, changed) = transfers(setting, candidate, cause, current)?;
     Ok((share < TRANSFERS && changed >= SHOWN)
-        .then(|| format!("it gains on the hold-out in {:.0} % of the bootstraps only", 100.0 * share)))
+        .then(|| format!("{NO_TRANSFER} {:.0} % of the bootstraps only", 100.0 * share)))
 }
 
 #[cfg(test)]

@@ -116,6 +116,12 @@ impl Drive {
         &self.trajectory.source.path
     }
 
+    /// The recording that this is a piece of: what happened in one piece of it lies in the past of the next.
+    #[must_use]
+    pub fn recording(&self) -> String {
+        format!("{} follower {}", self.file(), self.trajectory.follower)
+    }
+
     /// Number of samples.
     #[must_use]
     pub fn samples(&self) -> usize {

@@ -9,10 +9,10 @@ use crate::lanes::{Lanes, LanesPrecision};
 use crate::score::GoodnessOfFit;
 use crate::symbols::Parameters;
 
-/// The parameters in a drive: those of the events of other drives do nothing.
-fn happening(parameters: &Parameters, adopted: &[Adopted], label: &str) -> Parameters {
-    let mut here = *parameters;
-    for cause in adopted.iter().filter(|cause| cause.drive.as_deref().is_some_and(|drive| drive != label)) {
+/// The parameters in a drive: those of the events of other recordings do nothing.
+fn happening(parameters: &Parameters, adopted: &[Adopted], drive: &Drive) -> Parameters {
+    let (mut here, recording) = (*parameters, drive.recording());
+    for cause in adopted.iter().filter(|cause| cause.recording.as_ref().is_some_and(|own| *own != recording)) {
         for symbol in &cause.extension.parameters {
             here.set(*symbol, symbol.neutral().unwrap_or(parameters.get(*symbol)));
         }
@@ -33,7 +33,7 @@ pub struct Free {
     pub complete: bool,
 }
 
-/// Simulates a model on every drive. Events that belong to one drive do not happen in the others.
+/// Simulates a model on every drive. Events that belong to one recording do not happen in the others.
 ///
 /// # Errors
 /// When a drive has not what the variant needs, or the text cannot run.
@@ -47,7 +47,7 @@ pub fn free<'a>(
     let cases = drives.iter().map(|drive| drive.case(variant)).collect::<Result<Vec<_>, _>>()?;
     let lanes = Lanes::new(cases, GoodnessOfFit::NRMSE_SVA, LanesPrecision::F64)?;
     let one = |(i, case): (usize, &Case)| {
-        let parameters = &happening(parameters, adopted, drives[i].label());
+        let parameters = &happening(parameters, adopted, drives[i]);
         let first = case.first_sample(parameters.tau_p);
         let history = [&case.s[..first], &case.v_f[..first], &case.a_f[..first]];
         let states = lanes.trace(i, parameters, history, first, case.s.len())?;

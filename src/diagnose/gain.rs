@@ -81,15 +81,15 @@ impl GainSettings {
     }
 }
 
-/// The drives as cases. One without an event of its own, where another has one, ends before any event begins: all candidates of a
+/// The drives as cases. One of a recording without the event that another has ends before any event begins: all candidates of a
 /// calibration share their parameters.
 fn cases(drives: &[Drive], model: &Fitted, adopted: &[Adopted]) -> Result<Vec<Case>, CaseError> {
-    let own: Vec<&Adopted> = adopted.iter().filter(|cause| cause.drive.is_some()).collect();
+    let own: Vec<&Adopted> = adopted.iter().filter(|cause| cause.recording.is_some()).collect();
     let times = own.iter().flat_map(|cause| &cause.extension.parameters).filter(|symbol| symbol.is_time());
     let first = times.map(|symbol| model.parameters.get(*symbol)).fold(0.0, f64::min);
     let case = |drive: &Drive| {
         let mut case = drive.case(model.variant)?;
-        if !own.is_empty() && own.iter().all(|cause| cause.drive.as_deref() != Some(drive.label())) {
+        if !own.is_empty() && own.iter().all(|cause| cause.recording.as_ref() != Some(&drive.recording())) {
             // Not earlier than needed, for single precision has to tell the steps apart.
             case.t_0 = first - (drive.samples() + 10) as f64 * drive.dt();
         }

@@ -6,7 +6,7 @@
 use super::observer::{Designed, Noise};
 use crate::evaluator::Residuals;
 use nalgebra::{DMatrix, DVector};
-use pulp::Arch;
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 /// Half the sum of squares and log-determinants, with gradient and information.
@@ -29,7 +29,7 @@ pub fn costs_of(runs: &Residuals, observers: &[Designed], mask: &[bool]) -> Vec<
     let of = |(block, observers): (&Vec<f64>, &[Designed])| {
         let whitening: [Vec<f64>; 3] =
             std::array::from_fn(|k| padded(observers.iter().map(|designed| designed.whitening[k]), lanes));
-        let squares = Arch::new().dispatch(|| squares(block, &whitening, mask));
+        let squares = Arch::new().dispatch(Squares { block, whitening: &whitening, mask });
         let samples = mask.iter().filter(|counts| **counts).count() as f64;
         let cost = |(squares, designed): (f64, &Designed)| 0.5 * (squares + samples * designed.log_det);
         squares.into_iter().zip(observers).map(cost).collect::<Vec<f64>>()
@@ -46,23 +46,45 @@ fn padded(numbers: impl Iterator<Item = f64>, count: usize) -> Vec<f64> {
 }
 
 /// Sums of whitened squares of the lanes of a block.
-#[inline(always)]
-fn squares(block: &[f64], whitening: &[Vec<f64>; 3], mask: &[bool]) -> Vec<f64> {
-    let lanes = whitening[0].len();
-    let mut sums = vec![0.0; lanes];
-    let [w_11, w_21, w_22] = whitening.each_ref().map(|w| &w[..lanes]);
-    for (rows, _) in block.chunks_exact(2 * lanes).zip(mask).filter(|(_, counts)| **counts) {
-        let (r_s, r_v) = rows.split_at(lanes);
-        for i in 0..lanes {
-            let z = [w_11[i] * r_s[i], w_21[i] * r_s[i] + w_22[i] * r_v[i]];
-            sums[i] += z[0] * z[0] + z[1] * z[1];
-        }
-    }
-    sums
+struct Squares<'a> {
+    block: &'a [f64],
+    whitening: &'a [Vec<f64>; 3],
+    mask: &'a [bool],
 }
 
-/// Numbers that are added up at once.
-const STRIDE: usize = 8;
+// Written with vectors, for loops over numbers become vectors of the oldest processor, or none. No multiplication is fused with an
+// addition, so that every processor gives the same bits.
+impl WithSimd for Squares<'_> {
+    type Output = Vec<f64>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Vec<f64> {
+        let lanes = self.whitening[0].len();
+        let mut sums = vec![0.0; lanes];
+        let [w_11, w_21, w_22] = self.whitening.each_ref().map(|w| vectors::<S>(w));
+        for (rows, _) in self.block.chunks_exact(2 * lanes).zip(self.mask).filter(|(_, counts)| **counts) {
+            let (r_s, r_v) = rows.split_at(lanes);
+            let (r_s, r_v) = (vectors::<S>(r_s), vectors::<S>(r_v));
+            for (i, sum) in S::as_mut_simd_f64s(&mut sums).0.iter_mut().enumerate() {
+                let z_1 = simd.mul_f64s(w_11[i], r_s[i]);
+                let z_2 = simd.add_f64s(simd.mul_f64s(w_21[i], r_s[i]), simd.mul_f64s(w_22[i], r_v[i]));
+                *sum = simd.add_f64s(*sum, simd.add_f64s(simd.mul_f64s(z_1, z_1), simd.mul_f64s(z_2, z_2)));
+            }
+        }
+        sums
+    }
+}
+
+/// A row as vectors.
+///
+/// # Panics
+/// If numbers are left over: rows are multiples of [`Residuals::STRIDE`], the widest vector.
+#[inline(always)]
+fn vectors<S: Simd>(row: &[f64]) -> &[S::f64s] {
+    let (vectors, rest) = S::as_simd_f64s(row);
+    assert!(rest.is_empty(), "rows of whole vectors");
+    vectors
+}
 
 /// The columns of a Gram matrix: the runs that follow a run, each with one coordinate a step further.
 struct Columns<'a> {
@@ -81,7 +103,7 @@ struct Columns<'a> {
 impl Columns<'_> {
     fn new<'a>(runs: &'a Residuals, first: usize, observers: &[Designed], steps: &[f64]) -> Columns<'a> {
         let m = steps.len();
-        let width = (m + 1).next_multiple_of(STRIDE);
+        let width = (m + 1).next_multiple_of(Residuals::STRIDE);
         let runs_on = |j: &usize| runs.failed[first + 1 + j].is_none();
         let scale = |k: usize| {
             let of = |j: usize| if runs_on(&j) { observers[1 + j].whitening[k] / steps[j] } else { 0.0 };
@@ -98,48 +120,60 @@ impl Columns<'_> {
         let failed = (0..m).filter(|j| !runs_on(j)).collect();
         Columns { runs, first, scale: [scale(0), scale(1), scale(2)], failed, places, width }
     }
+}
 
-    /// Lower triangle of the products of all columns, the last of which are the innovations; and those of the innovations
-    /// signal by signal.
+/// Lower triangle of the products of all columns, the last of which are the innovations; and those of the innovations signal by signal.
+struct Products<'a> {
+    columns: &'a Columns<'a>,
+    designed: &'a Designed,
+    mask: &'a [bool],
+}
+
+impl WithSimd for Products<'_> {
+    type Output = (Vec<f64>, [[f64; 2]; 2]);
+
     #[inline(always)]
-    fn products(&self, designed: &Designed, mask: &[bool]) -> (Vec<f64>, [[f64; 2]; 2]) {
-        let Columns { runs, first, width, .. } = *self;
-        let (lanes, m) = (runs.lanes, self.places.iter().map(|place| place[3]).sum::<usize>());
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        let Columns { runs, first, width, .. } = *self.columns;
+        let (lanes, m) = (runs.lanes, self.columns.places.iter().map(|place| place[3]).sum::<usize>());
         let mut products = vec![0.0; width * width];
         let mut outer = [[0.0; 2]; 2];
         let (mut r_s, mut r_v) = (vec![0.0; width], vec![0.0; width]);
         let (mut z_1, mut z_2) = (vec![0.0; width], vec![0.0; width]);
-        let [w_11, w_21, w_22] = self.scale.each_ref().map(|w| &w[..width]);
-        for (t, _) in mask.iter().enumerate().take(runs.samples).filter(|(_, counts)| **counts) {
-            for &[block, lane, column, count] in &self.places {
+        let [w_11, w_21, w_22] = self.columns.scale.each_ref().map(|w| vectors::<S>(w));
+        for (t, _) in self.mask.iter().enumerate().take(runs.samples).filter(|(_, counts)| **counts) {
+            for &[block, lane, column, count] in &self.columns.places {
                 let at = 2 * t * lanes + lane;
                 r_s[column..column + count].copy_from_slice(&runs.blocks[block][at..at + count]);
                 r_v[column..column + count].copy_from_slice(&runs.blocks[block][at + lanes..at + lanes + count]);
             }
-            for &column in &self.failed {
+            for &column in &self.columns.failed {
                 (r_s[column], r_v[column]) = (0.0, 0.0);
             }
             let at = 2 * t * lanes + first % lanes;
             let r = [runs.blocks[first / lanes][at], runs.blocks[first / lanes][at + lanes]];
-            let (s, v) = (&mut r_s[..width], &mut r_v[..width]);
-            let (z_1, z_2) = (&mut z_1[..width], &mut z_2[..width]);
-            for j in 0..width {
-                let (d_s, d_v) = (s[j] - r[0], v[j] - r[1]);
-                z_1[j] = w_11[j] * d_s;
-                z_2[j] = w_21[j] * d_s + w_22[j] * d_v;
+            let (now_s, now_v) = (simd.splat_f64s(r[0]), simd.splat_f64s(r[1]));
+            let (moved_s, moved_v) = (vectors::<S>(&r_s), vectors::<S>(&r_v));
+            let whitened = S::as_mut_simd_f64s(&mut z_1).0.iter_mut().zip(S::as_mut_simd_f64s(&mut z_2).0);
+            for (j, (z_1, z_2)) in whitened.enumerate() {
+                let (d_s, d_v) = (simd.sub_f64s(moved_s[j], now_s), simd.sub_f64s(moved_v[j], now_v));
+                *z_1 = simd.mul_f64s(w_11[j], d_s);
+                *z_2 = simd.add_f64s(simd.mul_f64s(w_21[j], d_s), simd.mul_f64s(w_22[j], d_v));
             }
-            let z = designed.white(r);
+            let z = self.designed.white(r);
             (z_1[m], z_2[m]) = (z[0], z[1]);
             for (i, z_i) in z.iter().enumerate() {
                 outer[i][0] += z_i * z[0];
                 outer[i][1] += z_i * z[1];
             }
-            for j in 0..=m {
-                let (a, b) = (z_1[j], z_2[j]);
-                let upto = (j + 1).next_multiple_of(STRIDE);
-                let (line, z_1, z_2) = (&mut products[j * width..j * width + upto], &z_1[..upto], &z_2[..upto]);
-                for k in 0..upto {
-                    line[k] += a * z_1[k] + b * z_2[k];
+            for (j, line) in products.chunks_exact_mut(width).take(m + 1).enumerate() {
+                let (a, b) = (simd.splat_f64s(z_1[j]), simd.splat_f64s(z_2[j]));
+                // Up to the diagonal, and to the end of its vector.
+                let upto = (j + 1).next_multiple_of(Residuals::STRIDE);
+                let (z_1, z_2) = (vectors::<S>(&z_1[..upto]), vectors::<S>(&z_2[..upto]));
+                for (k, sum) in S::as_mut_simd_f64s(&mut line[..upto]).0.iter_mut().enumerate() {
+                    let product = simd.add_f64s(simd.mul_f64s(a, z_1[k]), simd.mul_f64s(b, z_2[k]));
+                    *sum = simd.add_f64s(*sum, product);
                 }
             }
         }
@@ -161,7 +195,7 @@ impl Gram {
         let (m, designed) = (steps.len(), &observers[0]);
         let first_noise = m - Noise::COUNT;
         let columns = Columns::new(runs, first, observers, steps);
-        let (products, outer) = Arch::new().dispatch(|| columns.products(designed, mask));
+        let (products, outer) = Arch::new().dispatch(Products { columns: &columns, designed, mask });
         let width = columns.width;
         let samples = mask.iter().take(runs.samples).filter(|counts| **counts).count();
         let n = samples as f64;

@@ -1,6 +1,6 @@
 //! From a question to an answer: base, rounds, repair, what is left, verdict.
 
-use super::adopt::{ROUNDS, Rival, Search, family};
+use super::adopt::{MADE_UP_FOR, ROUNDS, Rival, Search, family};
 use super::base::{Calibrated, calibrate_base, contradiction};
 use super::bootstrap::{SURROGATES, threshold};
 use super::candidate::{Candidate, LEAD, Setting};
@@ -91,6 +91,7 @@ pub fn infer(
         tell(0.75, "dropping what is not needed any more")?;
         search.prune(&setting, &spending)?;
     }
+    search.end_trial(&setting)?;
     tell(0.8, "looking for what is left")?;
     let left = leftovers(&setting, &mut search.current, search.need, search.inflation)?;
     let others = if search.current.causes.is_empty() {
@@ -167,7 +168,7 @@ fn adopted(
         parameters: candidate.model.positions(cause).into_iter().map(|k| estimate(candidate, k, inflation)).collect(),
         evidence,
         threshold,
-        drive: event.and_then(|event| setting.question.train.get(event.drive)).map(|drive| drive.label().to_owned()),
+        recording: event.and_then(|event| setting.question.train.get(event.drive)).map(super::drive::Drive::recording),
     }
 }
 
@@ -290,6 +291,15 @@ impl Answer<'_> {
             return (Verdict::Unexplained, reason, Vec::new());
         }
         let strong = search.stopped.iter().find(|(_, evidence, need, _)| evidence > &(2.0 * need));
+        if let Some((cause, evidence, need, objection)) = strong
+            && objection.starts_with(MADE_UP_FOR)
+        {
+            let reason = format!(
+                "{} gains {evidence:.0} nats ({need:.0} needed), but {objection}: these data do not tell whether it is missing",
+                cause.name
+            );
+            return (Verdict::NotTestable, reason, Vec::new());
+        }
         if let Some((cause, evidence, need, objection)) = strong {
             let left =
                 LeftOver { kind: "proxy".to_owned(), place: cause.name.clone(), size: *evidence, evidence: *evidence };

@@ -38,7 +38,7 @@ const RATIOS: [&str; 5] = ["acap", "bcap", "P", "J", "vlim"];
 /// Parameters on which innovations depend in jumps, with the step of a finite difference in their unit.
 const JUMPS: [(&str, f64); 4] = [("qz", 0.01), ("t1", 0.3), ("dur", 0.3), ("t0", 0.5)];
 
-/// Where an event happens: in every drive at that time of its file, or in one drive only.
+/// Where an event happens: in every drive at that time of its file, or in the recording of one drive only.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Event {
     /// The cause.
@@ -62,6 +62,7 @@ pub struct Model {
     pub events: Vec<Event>,
     lanes: Lanes,
     drives: Vec<(usize, f64)>,
+    recordings: Vec<String>,
 }
 
 impl Model {
@@ -81,8 +82,9 @@ impl Model {
         let axis = |symbol: &Symbol| axis(*symbol, vehicle, drives, overrides);
         let axes = symbols.iter().map(axis).collect::<Result<_, _>>()?;
         let lanes = Lanes::new(cases, GoodnessOfFit::NRMSE_SVA, LanesPrecision::F64)?;
+        let recordings = drives.iter().map(Drive::recording).collect();
         let drives = drives.iter().map(|drive| (drive.samples(), drive.dt())).collect();
-        Ok(Model { variant, symbols, axes, simulations: 0, events: events.to_vec(), lanes, drives })
+        Ok(Model { variant, symbols, axes, simulations: 0, events: events.to_vec(), lanes, drives, recordings })
     }
 
     /// Position of a parameter.
@@ -129,7 +131,7 @@ impl Model {
         Ok(all)
     }
 
-    /// Candidates as the evaluator takes them, on a drive on which events of the others do not happen.
+    /// Candidates as the evaluator takes them, on a drive on which events of other recordings do not happen.
     fn population(
         &mut self,
         drive: usize,
@@ -140,7 +142,7 @@ impl Model {
         let absent: Vec<(usize, f64)> = self
             .events
             .iter()
-            .filter(|event| event.drive != drive)
+            .filter(|event| self.recordings.get(event.drive) != Some(&self.recordings[drive]))
             .flat_map(|event| self.positions(event.extension))
             .filter_map(|k| self.symbols[k].neutral().map(|neutral| (k, neutral)))
             .collect();

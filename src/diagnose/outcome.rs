@@ -39,6 +39,9 @@ pub struct CauseEntry {
     pub threshold: f64,
     /// `table`, `analytic` or `bootstrap`.
     pub threshold_kind: String,
+    /// File and follower, for an event that happens in one recording only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub recording: Option<String>,
 }
 
 /// A cause that these data cannot test.
@@ -167,6 +170,7 @@ impl CauseEntry {
             evidence: adopted.evidence,
             threshold: adopted.threshold,
             threshold_kind: threshold_kind.to_owned(),
+            recording: adopted.recording.clone(),
         }
     }
 }

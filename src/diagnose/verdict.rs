@@ -126,8 +126,8 @@ pub struct Adopted {
     pub evidence: f64,
     /// What the evidence had to exceed \[nats\].
     pub threshold: f64,
-    /// The drive in which it happens, for an event of one drive only.
-    pub drive: Option<String>,
+    /// The recording in which it happens ([`Drive::recording`]), for an event of one recording only.
+    pub recording: Option<String>,
 }
 
 /// A cause that these data cannot show.

@@ -61,10 +61,14 @@ pub struct Residuals {
 }
 
 impl Residuals {
+    /// Blocks have a multiple of this many candidates, the numbers of the widest vector, so that whoever adds them up has no rest.
+    pub const STRIDE: usize = 8;
+
     /// Of runs that are there one by one; all are as long as the longest.
     #[must_use]
     pub fn new(runs: &[Vec<[f64; 2]>], failed: Vec<Option<Failure>>) -> Residuals {
-        let (lanes, samples) = (runs.len().max(1), runs.iter().map(Vec::len).max().unwrap_or(0));
+        let (lanes, samples) =
+            (runs.len().max(1).next_multiple_of(Self::STRIDE), runs.iter().map(Vec::len).max().unwrap_or(0));
         let mut block = vec![f64::NAN; 2 * samples * lanes];
         for (i, run) in runs.iter().enumerate() {
             for (t, r) in run.iter().enumerate() {

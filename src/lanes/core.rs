@@ -334,30 +334,31 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         settings: &Settings,
         observers: &[Observer],
     ) -> Result<Residuals, EvaluateError> {
-        let only = self.only.replace(B);
-        let planned = self.plan(cases, &[*job]);
-        self.only = only;
-        planned?;
+        let lanes = self.plan(cases, &[*job])?;
         // In the order of the population, so that nobody has to look for a candidate.
         self.order.sort_unstable_by_key(|candidate| candidate.index);
         let columns = self.columns(job.population);
         let samples = self.streams[job.case].samples();
         let residuals = |part: &Part| {
-            let mut block = Vec::with_capacity(2 * samples * B);
             let mut run = self.prepare(job, settings, &columns, &self.order[part.from..part.to]);
             run.observers = observers;
-            run.residuals = Some(&mut block);
-            let mut workspace = self.small.take(self.longest());
-            run_block(self.set, &self.small.program, &mut workspace, &mut run);
-            let failed: Vec<Option<Failure>> =
-                (0..part.to - part.from).map(|lane| workspace.raw(lane, settings).failure()).collect();
-            self.small.put(workspace);
-            // Shorter if all of its runs failed.
-            block.resize(2 * samples * B, f64::NAN);
-            (block, failed)
+            if lanes == A { self.leave(&self.large, run) } else { self.leave(&self.small, run) }
         };
         let (blocks, failed): (Vec<_>, Vec<_>) = self.parts.par_iter().map(residuals).unzip();
-        Ok(Residuals { lanes: B, samples, blocks, failed: failed.concat() })
+        Ok(Residuals { lanes, samples, blocks, failed: failed.concat() })
+    }
+
+    /// The residuals of a block, and which of its runs failed.
+    fn leave<const L: usize>(&self, blocks: &Blocks<T, L>, run: Run<'_, T>) -> (Vec<f64>, Vec<Option<Failure>>) {
+        let (count, settings, length) = (run.candidates.len(), run.settings, 2 * run.stream.samples() * L);
+        let mut block = Vec::with_capacity(length);
+        let mut workspace = blocks.take(self.longest());
+        run_block(self.set, &blocks.program, &mut workspace, &mut Run { residuals: Some(&mut block), ..run });
+        let failed = (0..count).map(|lane| workspace.raw(lane, settings).failure()).collect();
+        blocks.put(workspace);
+        // Shorter if all of its runs failed.
+        block.resize(length, f64::NAN);
+        (block, failed)
     }
 
     /// From the order of the blocks to that of the population.

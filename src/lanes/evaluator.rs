@@ -200,8 +200,7 @@ impl Lanes {
         assert_eq!(job.population.len(), observers.len(), "one observer per candidate");
         self.observe()?;
         let one_block = self.cases[job.case].s.len();
-        let adding = Adding::One(self.gof.accumulation());
-        let settings = settings(adding, self.compensated(), false, Some(one_block));
+        let settings = settings(Adding::Nothing, self.compensated(), false, Some(one_block));
         with_engine!(self.observing.as_mut().expect("just made"), core => {
             core.innovations(&self.cases, job, &settings, observers)
         })
@@ -218,8 +217,7 @@ impl Lanes {
         assert_eq!(job.population.len(), observers.len(), "one observer per candidate");
         self.observe()?;
         let one_block = self.cases[job.case].s.len();
-        let adding = Adding::One(self.gof.accumulation());
-        let settings = settings(adding, self.compensated(), false, Some(one_block));
+        let settings = settings(Adding::Nothing, self.compensated(), false, Some(one_block));
         with_engine!(self.observing.as_mut().expect("just made"), core => {
             core.residuals(&self.cases, job, &settings, observers)
         })

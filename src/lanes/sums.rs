@@ -11,6 +11,8 @@ use crate::score::Accumulation;
 /// What is added up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Adding {
+    /// Nothing: whoever asks for the run sample by sample adds up what it needs.
+    Nothing,
     /// For one goodness of fit.
     One(Accumulation),
     /// For all measures.
@@ -150,6 +152,9 @@ impl<T: Real, const L: usize> Sums<T, L> {
     /// Adds sample t with the state in `rows`, in the lanes that went on.
     #[inline(always)]
     pub fn add(&mut self, settings: &Settings, stream: &Stream<T>, rows: [&[T; L]; 3], went: Went<'_, T, L>, t: usize) {
+        if settings.adding == Adding::Nothing {
+            return;
+        }
         let compensated = settings.compensated;
         for k in 0..3 {
             let row = rows[k];

@@ -3,7 +3,7 @@
 use super::effect::Effect;
 use super::error::PlantError;
 use super::noise::Noise;
-use super::sample::run;
+use super::sample::Ahead;
 use super::scenario::Scenario;
 
 /// How near the wanted size has to be.
@@ -17,7 +17,7 @@ const NEARLY_ALL: f64 = 0.999;
 /// follower's speed by `rms` \[m/s\] (root mean square over the drive), each for itself, everything else at its truth.
 ///
 /// # Errors
-/// [`PlantError::Weak`] if an effect cannot change this drive so much; otherwise as [`run`].
+/// [`PlantError::Weak`] if an effect cannot change this drive so much; otherwise as [`super::run`].
 ///
 /// # Panics
 /// If there is no such follower.
@@ -27,32 +27,25 @@ pub fn at_amplitude(scenario: &Scenario, follower: usize, rms: f64) -> Result<Sc
     let car = &mut quiet.followers[follower - 1];
     car.gusts = None;
     let effects = std::mem::take(&mut car.effects);
-    let plain = speed(&quiet, follower)?;
+    let ahead = Ahead::of(&quiet, follower)?;
+    let plain = ahead.speed_behind(&quiet)?;
     let scaled: Result<Vec<Effect>, PlantError> =
-        effects.iter().map(|effect| scale(&mut quiet, follower, effect, rms, &plain)).collect();
+        effects.iter().map(|effect| scale(&mut quiet, &ahead, effect, rms, &plain)).collect();
     let mut found = scenario.clone();
     found.followers[follower - 1].effects = scaled?;
     Ok(found)
 }
 
-fn speed(scenario: &Scenario, follower: usize) -> Result<Vec<f64>, PlantError> {
-    Ok(run(scenario)?.v.swap_remove(follower))
-}
-
-fn scale(
-    quiet: &mut Scenario,
-    follower: usize,
-    effect: &Effect,
-    rms: f64,
-    plain: &[f64],
-) -> Result<Effect, PlantError> {
+/// One effect of the last follower.
+fn scale(quiet: &mut Scenario, ahead: &Ahead, effect: &Effect, rms: f64, plain: &[f64]) -> Result<Effect, PlantError> {
+    let follower = quiet.followers.len();
     let (mut weak, mut strong) = (0.0, 1.0);
     let mut largest = 0.0_f64;
     for _ in 0..HALVINGS {
         let strength = 0.5 * (weak + strong);
         let scaled = effect.at_strength(strength);
         quiet.followers[follower - 1].effects = vec![scaled.clone()];
-        let size = match speed(quiet, follower) {
+        let size = match ahead.speed_behind(quiet) {
             Ok(v) => {
                 let squares: f64 = v.iter().zip(plain).map(|(a, b)| (a - b) * (a - b)).sum();
                 (squares / v.len() as f64).sqrt()

@@ -34,16 +34,31 @@ pub(super) fn platoon(
         _ => drive(&mut Cruising { lead: &scenario.lead, hills, set_speed }, [0.0; 3], h, steps_of(0))?,
     };
     let mut cars = vec![lead];
-    let mut length = scenario.lead.length;
-    for (i, car) in followers.iter().enumerate() {
-        let stream = Stream::new(scenario.seed, Purpose::GustsOfCar(i + 1));
-        let mut follower = Follower::new(car, i + 2, &cars, length, hills, stream, h)?;
-        let start = follower.start();
-        let history = drive(&mut follower, start, h, steps_of(i + 1))?;
+    for i in 1..=followers.len() {
+        let history = follow(scenario, i, &cars, hills, h, steps_of(i))?;
         cars.push(history);
-        length = car.length;
     }
     Ok(cars)
+}
+
+/// The motion of one follower (1 drives behind the platoon leader) behind the cars ahead of it.
+pub(super) fn follow(
+    scenario: &Scenario,
+    follower: usize,
+    ahead: &[History],
+    hills: &Hills,
+    h: f64,
+    steps: usize,
+) -> Result<History, PlantError> {
+    let length = match follower {
+        1 => scenario.lead.length,
+        _ => scenario.followers[follower - 2].length,
+    };
+    let stream = Stream::new(scenario.seed, Purpose::GustsOfCar(follower));
+    let car = &scenario.followers[follower - 1];
+    let mut car = Follower::new(car, follower + 1, ahead, length, hills, stream, h)?;
+    let start = car.start();
+    drive(&mut car, start, h, steps)
 }
 
 /// The platoon leader on cruise control: position, speed, tractive acceleration.

@@ -40,7 +40,7 @@ const POINTS: usize = 1141;
 #[derive(Debug)]
 pub(super) struct Hills {
     period: f64,
-    /// Amplitude and phase of wave 1, 2, ...
+    /// Amplitudes of sine and cosine of wave 1, 2, ...
     waves: Vec<(f64, f64)>,
 }
 
@@ -54,25 +54,30 @@ impl Hills {
             .map(|wave| {
                 // Long hills are steeper than short ones, as the height of terrain is.
                 let amplitude = stream.between(0.3, 1.0) / (wave as f64).sqrt();
-                (amplitude, stream.between(0.0, std::f64::consts::TAU))
+                let (sine, cosine) = stream.between(0.0, std::f64::consts::TAU).sin_cos();
+                (amplitude * cosine, amplitude * sine)
             })
             .collect();
         let mut hills = Hills { period, waves };
         let steepest = hills.profile().sin.iter().fold(0.0, |m: f64, s| m.max(s.abs()));
-        for (amplitude, _) in &mut hills.waves {
-            *amplitude *= max_sin / steepest;
+        for (sine, cosine) in &mut hills.waves {
+            *sine *= max_sin / steepest;
+            *cosine *= max_sin / steepest;
         }
         hills
     }
 
     /// Sine of the grade at a position along the road.
     pub(super) fn sin_grade(&self, x: f64) -> f64 {
-        let angle = std::f64::consts::TAU * (x / self.period).rem_euclid(1.0);
-        self.waves
-            .iter()
-            .zip(1..)
-            .map(|((amplitude, phase), wave)| amplitude * (f64::from(wave) * angle + phase).sin())
-            .sum()
+        let (sin_1, cos_1) = (std::f64::consts::TAU * (x / self.period).rem_euclid(1.0)).sin_cos();
+        // Every wave from the one before, by the sum of two angles: sines are what a drive would spend its time on.
+        let (mut sin, mut cos) = (0.0, 1.0);
+        let mut sum = 0.0;
+        for (sine, cosine) in &self.waves {
+            (sin, cos) = (sin * cos_1 + cos * sin_1, cos * cos_1 - sin * sin_1);
+            sum += sine * sin + cosine * cos;
+        }
+        sum
     }
 
     pub(super) fn profile(&self) -> GradeProfile {

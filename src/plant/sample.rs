@@ -1,6 +1,6 @@
 //! Driving a scenario and measuring it.
 
-use super::drive::platoon;
+use super::drive::{follow, platoon};
 use super::error::PlantError;
 use super::history::History;
 use super::noise::{Purpose, Stream};
@@ -36,10 +36,9 @@ pub struct Synthetic {
 pub fn run(scenario: &Scenario) -> Result<Synthetic, PlantError> {
     scenario.check()?;
     let seed = scenario.seed;
-    let hills = Hills::new(&scenario.road, &mut Stream::new(scenario.road_seed.unwrap_or(seed), Purpose::Road));
-    let set_speed = SetSpeed::new(&scenario.profile, scenario.duration_s, &mut Stream::new(seed, Purpose::SetSpeed));
+    let (hills, set_speed) = given(scenario);
     let (h, per_sample) = scenario.step();
-    let samples = (scenario.duration_s * f64::from(scenario.rate_hz)).floor() as usize;
+    let samples = samples(scenario);
     let histories = platoon(scenario, &hills, &set_speed, h, samples * per_sample)?;
     let steps: Vec<usize> = (0..=samples).map(|i| i * per_sample).collect();
 
@@ -75,6 +74,47 @@ pub fn run(scenario: &Scenario) -> Result<Synthetic, PlantError> {
         grade: hills.profile(),
         truth: Truth { scenario: scenario.clone(), set_speed: set_speed.into_segments() },
     })
+}
+
+/// What a follower sees, driven once, for whoever tries many cars behind it.
+pub(super) struct Ahead {
+    hills: Hills,
+    cars: Vec<History>,
+    follower: usize,
+}
+
+impl Ahead {
+    /// The cars ahead of a follower (1 drives behind the platoon leader).
+    pub(super) fn of(scenario: &Scenario, follower: usize) -> Result<Ahead, PlantError> {
+        scenario.check()?;
+        let (hills, set_speed) = given(scenario);
+        let (h, per_sample) = scenario.step();
+        let mut cars = platoon(scenario, &hills, &set_speed, h, samples(scenario) * per_sample)?;
+        cars.truncate(follower);
+        Ok(Ahead { hills, cars, follower })
+    }
+
+    /// True speed of the follower, sample by sample, by what a scenario says of it \[m/s\].
+    pub(super) fn speed_behind(&self, scenario: &Scenario) -> Result<Vec<f64>, PlantError> {
+        scenario.check()?;
+        let (h, per_sample) = scenario.step();
+        let samples = samples(scenario);
+        let own = follow(scenario, self.follower, &self.cars, &self.hills, h, samples * per_sample)?;
+        Ok((0..=samples).map(|i| own.get(i * per_sample).v).collect())
+    }
+}
+
+/// The road, and what the platoon leader sets.
+fn given(scenario: &Scenario) -> (Hills, SetSpeed) {
+    let seed = scenario.seed;
+    let hills = Hills::new(&scenario.road, &mut Stream::new(scenario.road_seed.unwrap_or(seed), Purpose::Road));
+    let set_speed = SetSpeed::new(&scenario.profile, scenario.duration_s, &mut Stream::new(seed, Purpose::SetSpeed));
+    (hills, set_speed)
+}
+
+/// Samples behind the first.
+fn samples(scenario: &Scenario) -> usize {
+    (scenario.duration_s * f64::from(scenario.rate_hz)).floor() as usize
 }
 
 fn signal(histories: &[History], steps: &[usize], value: impl Fn(&History, usize) -> f64) -> Vec<Vec<f64>> {

@@ -96,6 +96,8 @@ pub fn judge(outcome: &DiagnosisOutcome) -> Judgement {
     match task.kind.as_str() {
         "none" | "coloured" | "absorbed" | "outside" | "family" if !named => Judgement::Right,
         "absorbed" if outcome.adopted.iter().all(|name| task.causes.contains(name)) => Judgement::Right,
+        // Said to be one of several that cannot be told apart, the planted one among them.
+        "absorbed" if outcome.confounded_with.iter().any(|name| task.causes.contains(name)) => Judgement::InSet,
         "none" | "coloured" | "absorbed" | "outside" | "family" => Judgement::Wrong,
         _ if !named => Judgement::Silent,
         _ => {

@@ -117,6 +117,9 @@ fn one(text: &mut String, cause: &CauseEntry) -> Result {
     if let Some((equation, meaning)) = equation(&cause.name) {
         text.push_str(&wrapped(2, 4, &format!("{equation}: {meaning}")));
     }
+    if let Some(recording) = &cause.recording {
+        text.push_str(&wrapped(2, 4, &format!("in {recording}")));
+    }
     Ok(())
 }
 

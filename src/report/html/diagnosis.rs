@@ -159,7 +159,7 @@ fn entries(page: &mut Page, caption: &str, causes: &[CauseEntry]) {
             cause.name.clone(),
             meaning.to_owned(),
             formula.to_owned(),
-            parameters.join("; "),
+            parameters.join("; ") + &cause.recording.as_ref().map_or(String::new(), |file| format!("; in {file}")),
             evidence,
             cause.family.clone(),
         ]
