@@ -35,6 +35,7 @@ pub use text::table;
 
 use crate::calibrate::{BoundsError, CalibrateError, UnknownOptimizer};
 use crate::catalog::UnknownVariant;
+use crate::convention::ConventionError;
 use crate::evaluator::{CaseError, EvaluateError};
 use crate::plant::PlantError;
 use crate::trajectory::{ImportError, PrepareError};
@@ -64,6 +65,9 @@ pub enum BenchError {
     /// No such optimiser.
     #[error(transparent)]
     Optimizer(#[from] UnknownOptimizer),
+    /// No such convention.
+    #[error(transparent)]
+    Convention(#[from] ConventionError),
     /// No such variant.
     #[error(transparent)]
     Variant(#[from] UnknownVariant),

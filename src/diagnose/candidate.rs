@@ -148,18 +148,18 @@ impl Candidate {
         Ok(best.map(|fit| Candidate { variant, causes: causes.to_vec(), model, fit }))
     }
 
-    /// The log-likelihood of each fold, fitted on the other one. Times of events stay where all data put them: an event happens
-    /// once, so its time cannot be held out.
+    /// The log-likelihood of each fold, fitted on the other one. Times of events stay where all data put them, and so does all of what
+    /// acts in one stretch only: it happens once, so it cannot be held out.
     ///
     /// # Errors
     /// As [`fit`].
     pub fn cross_fit(&mut self, setting: &Setting<'_>) -> Result<Held, DiagnoseError> {
         let mut axes = self.model.axes.clone();
-        for (k, symbol) in self.model.symbols.iter().enumerate() {
-            if symbol.is_time() {
-                let value = self.fit.point.values[k];
-                axes[k] = Axis::linear(value, value);
-            }
+        let local = self.causes.iter().filter(|cause| is_local(cause)).flat_map(|cause| self.model.positions(cause));
+        let times = (0..axes.len()).filter(|&k| self.model.symbols[k].is_time());
+        for k in times.chain(local) {
+            let value = self.fit.point.values[k];
+            axes[k] = Axis::linear(value, value);
         }
         let prior = self.prior();
         let before = self.model.simulations;
@@ -238,6 +238,12 @@ impl Candidate {
         let k = self.model.symbols.iter().position(|symbol| symbol.name() == name)?;
         Some(self.fit.point.values[k])
     }
+}
+
+/// True for a cause that acts in one stretch only: it has a begin and a length.
+#[must_use]
+pub fn is_local(cause: &Extension) -> bool {
+    cause.parameters.iter().filter(|symbol| symbol.is_time()).count() > 1
 }
 
 /// A candidate on the hold-out.

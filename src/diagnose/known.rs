@@ -8,6 +8,7 @@ use super::screen::Spending;
 use super::start::{NEARLY_FREE, first_noise};
 use super::verdict::{DiagnoseError, Question};
 use crate::extension::Extension;
+use crate::symbols::Symbol;
 use crate::wgsl::extension_named;
 use serde::{Deserialize, Serialize};
 
@@ -30,6 +31,9 @@ pub struct Known {
     pub noise: [f64; 2],
     /// Why the causes would not have been named; empty if they would.
     pub objection: String,
+    /// Of several causes, what each gains beside the others on all training data \[nats\]; empty for one cause.
+    #[serde(default)]
+    pub parts: Vec<f64>,
     /// Estimates by name.
     pub estimates: Vec<(String, f64)>,
 }
@@ -47,22 +51,14 @@ pub fn known(
     let spending = Spending::of(question.effort);
     let Some(base) = calibrate_base(&setting, question.base, &spending)? else { return Ok(None) };
     let mut base = base.candidate;
-    let mut variant = question.base;
-    for cause in causes {
-        variant = variant.with(cause)?;
+    let Some(mut truth) = fitted_from(&setting, &base, causes, values)? else { return Ok(None) };
+    let mut parts = Vec::new();
+    for part in causes.iter().filter(|_| causes.len() > 1) {
+        let others: Vec<&'static Extension> = causes.iter().copied().filter(|cause| cause != part).collect();
+        let without = fitted_from(&setting, &base, &others, values)?;
+        let least = without.map_or(base.fit.log_likelihood, |without| without.fit.log_likelihood);
+        parts.push(truth.fit.log_likelihood - least.max(base.fit.log_likelihood));
     }
-    let model = setting.model(variant, &[])?;
-    let mut start = model.adopt(&base.model, &base.fit.point.values);
-    for (name, value) in values {
-        if let Some(k) = model.symbols.iter().position(|symbol| symbol.name() == name) {
-            start[k] = value.clamp(model.axes[k].lower, model.axes[k].upper);
-        }
-    }
-    let strong = first_noise(question.train);
-    let free = super::observer::Noise { sigma_d: NEARLY_FREE.0, tau_d: NEARLY_FREE.1, ..strong };
-    let starts = [strong, free, base.fit.point.noise].map(|noise| Point { values: start.clone(), noise });
-    let plan = Plan { select: 3, kinds: 1, rough: 4, keep: 2, fine: 40, tolerance: 0.1, least: [0.0; 2] };
-    let Some(mut truth) = Candidate::fitted(&setting, variant, causes, model, &starts, plan)? else { return Ok(None) };
     let inflation = truth.inflation(&setting)?;
     let threshold = need(&setting, inflation, &base.fit.point.noise, 0);
     let (held, base_held) = (truth.cross_fit(&setting)?, base.cross_fit(&setting)?);
@@ -82,6 +78,7 @@ pub fn known(
         transfers: share,
         noise: [truth.fit.point.noise.sigma_d, truth.fit.point.noise.tau_d],
         objection,
+        parts,
         estimates: truth
             .model
             .symbols
@@ -90,4 +87,36 @@ pub fn known(
             .map(|(symbol, value)| (symbol.name().to_owned(), *value))
             .collect(),
     }))
+}
+
+/// The base with causes, fitted from known values.
+fn fitted_from(
+    setting: &Setting<'_>,
+    base: &Candidate,
+    causes: &[&'static Extension],
+    values: &[(String, f64)],
+) -> Result<Option<Candidate>, DiagnoseError> {
+    let mut variant = setting.question.base;
+    for cause in causes {
+        variant = variant.with(cause)?;
+    }
+    let model = setting.model(variant, &[])?;
+    let calibrated = model.adopt(&base.model, &base.fit.point.values);
+    // Everything as it was planted, and the causes on top of the base as it was calibrated.
+    let (mut planted, mut added) = (calibrated.clone(), calibrated);
+    for (name, value) in values {
+        if let Some(k) = model.symbols.iter().position(|symbol| symbol.name() == name) {
+            planted[k] = value.clamp(model.axes[k].lower, model.axes[k].upper);
+            if matches!(model.symbols[k], Symbol::Extension(_)) {
+                added[k] = planted[k];
+            }
+        }
+    }
+    let strong = first_noise(setting.question.train);
+    let free = super::observer::Noise { sigma_d: NEARLY_FREE.0, tau_d: NEARLY_FREE.1, ..strong };
+    let from =
+        |values: &Vec<f64>| [strong, free, base.fit.point.noise].map(|noise| Point { values: values.clone(), noise });
+    let starts = [from(&planted), from(&added)].concat();
+    let plan = Plan { select: starts.len(), kinds: 1, rough: 4, keep: 2, fine: 40, tolerance: 0.1, least: [0.0; 2] };
+    Candidate::fitted(setting, variant, causes, model, &starts, plan)
 }

@@ -12,6 +12,7 @@ pub mod data;
 pub mod decide;
 pub mod describe;
 pub mod drive;
+mod equilibrium;
 pub mod family;
 pub mod fit;
 pub mod fold;

@@ -45,8 +45,10 @@ impl Search {
             let margin = margin_of_relatives(self.margin, best - reduced.fit.log_likelihood);
             let near = |candidate: &Candidate| best - candidate.fit.log_likelihood <= margin;
             self.rivals.retain(|rival| rival.of != cause);
-            // What stays unless another is likelier by more than its further parameters could be worth.
-            let penalty = |cause: &Extension| 2.0 * cause.parameters.len() as f64;
+            // What stays unless another is likelier by more than its further parameters could be worth, or has fewer and is as
+            // likely, as when it was chosen.
+            let per_parameter = (0.5 * self.margin).max(2.0);
+            let penalty = |cause: &Extension| per_parameter * cause.parameters.len() as f64;
             let mine = self.current.fit.log_likelihood - penalty(cause);
             found.sort_by(|a, b| {
                 (b.1.fit.log_likelihood - penalty(b.0)).total_cmp(&(a.1.fit.log_likelihood - penalty(a.0)))

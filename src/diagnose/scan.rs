@@ -95,7 +95,8 @@ pub fn timed(
     Ok((starts, gains))
 }
 
-/// The likeliest hints as they are, no two of them about the same.
+/// The likeliest hints as they are under the present observer and under a nearly free one, so many of each, no two of them about the
+/// same: the present one may hide in its missing acceleration what a hint is about.
 fn likeliest(
     current: &Candidate,
     model: &mut Model,
@@ -104,29 +105,33 @@ fn likeliest(
     most: usize,
 ) -> Result<Vec<Hint>, DiagnoseError> {
     let values = model.adopt(&current.model, &current.fit.point.values);
-    let point = |hint: &Hint| {
-        let mut moved = values.clone();
-        for (symbol, value) in hint {
-            let k = model.position(*symbol).expect("a parameter of this cause");
-            moved[k] = value.clamp(model.axes[k].lower, model.axes[k].upper);
-        }
-        Point { values: moved, noise: noise(current) }
-    };
-    let points: Vec<Point> = hints.iter().map(point).collect();
+    let present = noise(current);
+    let free = Noise { sigma_d: NEARLY_FREE.0.min(present.sigma_d), tau_d: NEARLY_FREE.1, ..present };
     let axes = model.axes.clone();
-    let found = log_likelihoods(model, &axes, &setting.whole, &points)?;
-    let mut order: Vec<usize> = (0..hints.len()).filter(|&i| found[i].is_finite()).collect();
-    order.sort_by(|&a, &b| found[b].total_cmp(&found[a]).then(a.cmp(&b)));
-    let mut kept: Vec<&Hint> = Vec::new();
-    for i in order {
-        if kept.iter().all(|hint| !same(hint, &hints[i])) {
-            kept.push(&hints[i]);
-        }
-        if kept.len() == most {
-            break;
+    let mut kept: Vec<Hint> = Vec::new();
+    for (turn, noise) in [present, free].into_iter().enumerate() {
+        let point = |hint: &Hint| {
+            let mut moved = values.clone();
+            for (symbol, value) in hint {
+                let k = model.position(*symbol).expect("a parameter of this cause");
+                moved[k] = value.clamp(axes[k].lower, axes[k].upper);
+            }
+            Point { values: moved, noise }
+        };
+        let points: Vec<Point> = hints.iter().map(point).collect();
+        let found = log_likelihoods(model, &axes, &setting.whole, &points)?;
+        let mut order: Vec<usize> = (0..hints.len()).filter(|&i| found[i].is_finite()).collect();
+        order.sort_by(|&a, &b| found[b].total_cmp(&found[a]).then(a.cmp(&b)));
+        for i in order {
+            if kept.len() == most * (turn + 1) {
+                break;
+            }
+            if kept.iter().all(|hint| !same(hint, &hints[i])) {
+                kept.push(hints[i].clone());
+            }
         }
     }
-    Ok(kept.into_iter().cloned().collect())
+    Ok(kept)
 }
 
 /// The noise that hints are compared with.

@@ -1,11 +1,12 @@
 //! Every cause tried on top of a model: fitted with its own noise from many starts.
 
 use super::candidate::{Candidate, Setting};
+use super::equilibrium::at_equilibrium;
 use super::fit::{Plan, Point, log_likelihoods};
 use super::model::{Event, Model, is_stepped};
 use super::observer::Noise;
 use super::scan::{are_idle, scanned, timed};
-use super::start::{KINDS, NEARLY_FREE, hints, softened, with_cause};
+use super::start::{KEEPS_THE_SPACING, KINDS, NEARLY_FREE, hints, softened, with_cause};
 use super::verdict::{DiagnoseError, Effort};
 use crate::catalog::Variant;
 use crate::evaluator::CaseError;
@@ -156,8 +157,13 @@ fn scopes(
         let (starts, gains) = if event {
             timed(setting, current, &mut model, &hints, spending.hints, fastest)?
         } else {
-            let hints = scanned(setting, current, &mut model, hints, spending.hints)?;
-            (with_cause(current, &model, cause, &hints, fastest), [0.0; 2])
+            let keeps = cause.name == KEEPS_THE_SPACING;
+            let hints = if keeps { hints } else { scanned(setting, current, &mut model, hints, spending.hints)? };
+            let settled = keeps.then(|| {
+                let values = model.adopt(&current.model, &current.fit.point.values);
+                at_equilibrium(&model, &values, setting.question.train)
+            });
+            (with_cause(current, &model, cause, &hints, settled.as_ref(), fastest), [0.0; 2])
         };
         setting.simulations.fetch_add(model.simulations, Ordering::Relaxed);
         scopes.push((Scope { model, starts, event }, gains));
@@ -181,6 +187,10 @@ fn searched(
     // Starts of an event under several observers do not compare: all are followed.
     let all = Plan { select: starts.len(), kinds: 1, keep: spending.plan.keep.max(KINDS), ..spending.plan };
     let mut plan = if event { all } else { spending.plan };
+    if causes.last().is_some_and(|cause| cause.name == KEEPS_THE_SPACING) {
+        // Settled values begin far below the others.
+        plan = Plan { kinds: 2 * KINDS, select: plan.select.min(3), ..plan };
+    }
     let fitted = |model, starts: &[Point], plan| Candidate::fitted(setting, variant, causes, model, starts, plan);
     let noise = current.fit.point.noise;
     let Some(soft) = softened(&noise, event) else { return fitted(model, &starts, plan) };
@@ -223,6 +233,7 @@ fn jittered(
             }
             points.push(moved);
         }
+        points.extend(stretched(&model, &fit.point, cause));
         let axes = model.axes.clone();
         let before = model.simulations;
         let likelihoods = log_likelihoods(&mut model, &axes, &setting.whole, &points)?;
@@ -237,6 +248,25 @@ fn jittered(
         }
     }
     Ok(found)
+}
+
+/// A stretch made longer and shorter, with its size as it is and changed: both together, for each alone is worse.
+fn stretched(model: &Model, at: &Point, cause: &'static Extension) -> Vec<Point> {
+    const LENGTHS: [f64; 6] = [0.35, 0.5, 0.7, 1.4, 2.0, 2.8];
+    const SIZES: [f64; 7] = [0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3];
+    let [_, length] = cause.parameters.iter().copied().filter(|s| s.is_time()).collect::<Vec<_>>()[..] else {
+        return Vec::new();
+    };
+    let size = cause.parameters.iter().copied().find(|s| !s.is_time()).and_then(|size| model.position(size));
+    let (Some(length), Some(size)) = (model.position(length), size) else { return Vec::new() };
+    let changed = |(longer, larger): (f64, f64)| {
+        let mut moved = at.clone();
+        for (k, factor) in [(length, longer), (size, larger)] {
+            moved.values[k] = (factor * moved.values[k]).clamp(model.axes[k].lower, model.axes[k].upper);
+        }
+        moved
+    };
+    LENGTHS.iter().flat_map(|longer| SIZES.map(|larger| changed((*longer, larger)))).collect()
 }
 
 /// All causes tried on top of a model, those that run; in the order given.

@@ -87,10 +87,13 @@ fn probes(axis: &Axis, neutral: f64) -> Vec<f64> {
     found
 }
 
+/// A cause that brings the mean spacing to the equilibrium of the model.
+pub const KEEPS_THE_SPACING: &str = "integral_action";
+
 /// Values of a cause's parameters that are worth a start.
 pub type Hint = Vec<(Symbol, f64)>;
 
-/// Kinds of starts of [`with_cause`], which come in turn.
+/// Kinds of starts of [`with_cause`], which come in turn; twice as many with settled values.
 pub const KINDS: usize = 3;
 
 /// Starts of a model that has one cause more than another: its parameters as they are, the cause at several sizes, under the
@@ -102,6 +105,7 @@ pub fn with_cause(
     model: &Model,
     cause: &'static Extension,
     hints: &[Hint],
+    settled: Option<&Vec<f64>>,
     fastest: f64,
 ) -> Vec<Point> {
     let values = model.adopt(&current.model, &current.fit.point.values);
@@ -130,17 +134,19 @@ pub fn with_cause(
             }
         }
     }
-    let generic = with_free_driving(model, &values, fastest);
     let strong = Noise { sigma_d: STRONG.0, tau_d: STRONG.1, ..noise };
     let mut starts = Vec::new();
-    for size in sizes {
-        let mut sized = values.clone();
-        size.iter().for_each(|(k, value)| sized[*k] = model.axes[*k].value(model.axes[*k].coordinate(*value)));
-        starts.push(Point { values: sized.clone(), noise });
-        starts.push(Point { values: sized, noise: free });
-        let mut sized = generic.clone();
-        size.iter().for_each(|(k, value)| sized[*k] = model.axes[*k].value(model.axes[*k].coordinate(*value)));
-        starts.push(Point { values: sized, noise: strong });
+    for size in &sizes {
+        for values in std::iter::once(&values).chain(settled) {
+            let generic = with_free_driving(model, values, fastest);
+            for (values, noise) in [(values, noise), (values, free), (&generic, strong)] {
+                let mut values = values.clone();
+                for &(k, value) in size {
+                    values[k] = model.axes[k].value(model.axes[k].coordinate(value));
+                }
+                starts.push(Point { values, noise });
+            }
+        }
     }
     starts
 }
@@ -169,6 +175,7 @@ pub fn hints(
     let times: Vec<Symbol> = cause.parameters.iter().copied().filter(|symbol| symbol.is_time()).collect();
     let frequency = cause.parameters.iter().find(|symbol| symbol.unit() == "Hz");
     match (times.as_slice(), frequency) {
+        ([], None) if cause.name == KEEPS_THE_SPACING => vec![(None, gains(cause))],
         ([], None) => vec![(None, steps(cause))],
         ([], Some(frequency)) => {
             let sized = |f: f64| {
@@ -179,6 +186,13 @@ pub fn hints(
         }
         ([begin, ..], _) => events(cause, *begin, times.get(1).copied(), drives),
     }
+}
+
+/// Gains of an integral, from slow to fast: with one that is off by half, its swings have another period than those measured.
+fn gains(cause: &'static Extension) -> Vec<Hint> {
+    const GAINS: [f64; 9] = [-0.002, 5e-4, 0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.035];
+    let [gain] = cause.parameters.as_slice() else { return Vec::new() };
+    GAINS.iter().map(|size| vec![(*gain, *size)]).collect()
 }
 
 /// Sizes on which innovations depend in jumps, so that no derivative shows the way: a dense row of them, in equal ratios.
@@ -242,7 +256,7 @@ fn overlap(drives: &[Drive]) -> bool {
 /// follower hardly exceeds there: what a lower set speed would do.
 fn behind_faster(drive: &Drive) -> Vec<(f64, f64, f64)> {
     /// Lengths \[s\].
-    const LENGTHS: [f64; 3] = [12.0, 30.0, 75.0];
+    const LENGTHS: [f64; 5] = [12.0, 20.0, 33.0, 55.0, 90.0];
     /// Share of a length from stretch to stretch.
     const STRIDE: f64 = 0.3;
     /// Shares of the samples below the speed.

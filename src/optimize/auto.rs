@@ -49,7 +49,8 @@ impl AutoSettings {
             search,
             polish,
             finish: polish / 3,
-            population: 20 * dimensions,
+            // A larger population loses fewer narrow basins, if it has the generations to settle in one.
+            population: ((search / 50) as usize).clamp(20 * dimensions, 60 * dimensions.max(1)),
             // 32: what evaluators simulate in the time of one candidate.
             descent_population: (2 * DescentSettings::population_for(dimensions))
                 .max(32)

@@ -254,8 +254,9 @@ fn leader_acceleration(case: &Case, index: f64) -> f64 {
     smooth(older) + (smooth(younger) - smooth(older)) * (index - older)
 }
 
-/// Spacing at which a car at constant speed v behind another at that speed does not change it \[m\].
-fn equilibrium(variant: &Variant, p: &Parameters, v: f64) -> f64 {
+/// Spacing at which a car at constant speed v \[m/s\] behind another at that speed does not change it \[m\].
+#[must_use]
+pub fn equilibrium(variant: &Variant, p: &Parameters, v: f64) -> f64 {
     match variant.base.controller {
         Controller::Idm => (p.d_0 + p.t_h * v) / (1.0 - (v.max(0.0) / p.v_0).powf(p.delta)).max(0.01).sqrt(),
         Controller::Gipps => p.d_0 + (p.t_h + p.theta) * v + v * v * (1.0 / p.a_hat_min - 1.0 / p.a_min) / 2.0,

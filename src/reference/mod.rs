@@ -15,5 +15,5 @@ mod spacing;
 mod types;
 
 pub use evaluate::Reference;
-pub use extension::knows;
+pub use extension::{equilibrium, knows};
 pub use simulate::{Run, Trace, disturbed, simulate};

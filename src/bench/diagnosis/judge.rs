@@ -51,10 +51,13 @@ pub struct DiagnosisOutcome {
 
 impl DiagnosisOutcome {
     /// True if the data show what was planted: it was named right, or the truth, fitted from its own values, gains more than the
-    /// threshold on the training data.
+    /// threshold on the training data; of several causes each beside the others.
     #[must_use]
     pub fn is_shown(&self) -> bool {
-        let gains = |known: &Known| known.log_likelihoods[1] - known.log_likelihoods[0] > known.threshold;
+        let gains = |known: &Known| {
+            let whole = known.log_likelihoods[1] - known.log_likelihoods[0];
+            known.parts.iter().chain([&whole]).all(|gain| *gain > known.threshold)
+        };
         self.known.as_ref().is_none_or(gains)
     }
 }

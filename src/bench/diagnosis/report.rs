@@ -133,7 +133,7 @@ impl DiagnosisReport {
         }
         text += "not found: silent, though the truth, fitted from its values, would be named\n";
         text += "\nshare with its 95 % interval, and target; shown: the truth, fitted from its\n";
-        text += "values, gains more than the threshold\n";
+        text += "values, gains more than the threshold, each of two effects beside the other\n";
         for bar in &self.bars {
             let met = match bar.met() {
                 None => "no case",
@@ -189,7 +189,9 @@ fn bars(outcomes: &[DiagnosisOutcome]) -> Vec<Bar> {
     bars.push(bar("wrong name, one effect of any size".to_owned(), &one, &[Judgement::Wrong], 0.05, true));
     bars.push(bar("false alarm, no effect".to_owned(), &silent, &[Judgement::Wrong], 0.025, true));
     let pair = |o: &DiagnosisOutcome| o.task.kind == "pair";
-    bars.push(bar("both of two effects found".to_owned(), &pair, &right, 0.70, false));
+    let shown = |o: &DiagnosisOutcome| pair(o) && o.is_shown();
+    bars.push(bar("both of two effects found, shown".to_owned(), &shown, &right, 0.70, false));
+    bars.push(bar("both of two effects found, all".to_owned(), &pair, &right, 0.70, false));
     let absorbed = |o: &DiagnosisOutcome| o.task.kind == "absorbed";
     bars.push(bar("absorbed effect named as another".to_owned(), &absorbed, &[Judgement::Wrong], 0.0, true));
     bars
@@ -222,6 +224,7 @@ mod tests {
             transfers: 1.0,
             noise: [0.05, 2.0],
             objection: String::new(),
+            parts: if causes.len() > 1 { vec![gain, 10.0] } else { Vec::new() },
             estimates: Vec::new(),
         });
         DiagnosisOutcome {
@@ -252,6 +255,8 @@ mod tests {
             outcome("none", &[], &[], None),
             outcome("coloured", &[], &["periodic"], None),
             outcome("pair", &["grade", "jerk_limit"], &["jerk_limit", "grade"], None),
+            // The second effect gains 10 of 16 nats needed.
+            outcome("pair", &["grade", "jerk_limit"], &["grade"], Some(90.0)),
             outcome("absorbed", &["range_scale"], &[], None),
         ];
         let bars = bars(&outcomes);
@@ -264,7 +269,8 @@ mod tests {
         assert_eq!(of("gipps: right name first, medium, all"), (0, 0, None));
         assert_eq!(of("wrong name"), (1, 4, Some(false)));
         assert_eq!(of("false alarm"), (1, 2, Some(false)));
-        assert_eq!(of("both of two"), (1, 1, Some(true)));
+        assert_eq!(of("both of two effects found, shown"), (1, 1, Some(true)));
+        assert_eq!(of("both of two effects found, all"), (1, 2, Some(false)));
         assert_eq!(of("absorbed"), (0, 1, Some(true)));
         // Wilson's interval of 3 of 4: (0.75 + 0.48036 -+ 0.65328...) / 1.96073.
         let [low, high] = interval(4, 3);

@@ -26,6 +26,9 @@ pub struct Args {
     /// Only cases of this kind
     #[arg(long, value_name = "KIND", value_parser = ["one", "pair", "none", "coloured", "absorbed", "outside", "family"])]
     only: Option<String>,
+    /// Only this case, by the seed of its own that the journal has; may be given several times
+    #[arg(long, value_name = "SEED")]
+    case: Vec<u64>,
     /// How hard to search [default: normal, with --quick quick]
     #[arg(long, value_name = "EFFORT", value_parser = ["quick", "normal", "thorough"])]
     effort: Option<String>,
@@ -43,6 +46,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let effort = args.effort.as_deref().unwrap_or(effort);
     let mut tasks = diagnosis_tasks(args.seed, args.duration.unwrap_or(duration), effort, &args.sizes);
     tasks.retain(|task| args.only.as_ref().is_none_or(|only| task.kind == *only));
+    tasks.retain(|task| args.case.is_empty() || args.case.contains(&task.seed));
     tasks.truncate(args.cases.unwrap_or(count));
     let mut journal = DiagnosisJournal::open(&args.journal)?;
     let bar = output::heard(ProgressBar::new(tasks.len() as u64))

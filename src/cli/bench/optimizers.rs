@@ -22,7 +22,7 @@ pub struct Args {
     #[arg(long, value_name = "FILE", default_value = "optimizers.jsonl")]
     journal: PathBuf,
     /// Only these tasks
-    #[arg(long, value_name = "AIM", value_parser = ["seeds", "spread"])]
+    #[arg(long, value_name = "AIM", value_parser = ["seeds", "hard", "spread"])]
     only: Option<String>,
     /// At most the first so many tasks
     #[arg(long, value_name = "N")]

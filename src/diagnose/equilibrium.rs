@@ -1,0 +1,76 @@
+//! The spacing at which a model neither accelerates nor brakes, fitted to what was measured.
+
+use super::drive::Drive;
+use super::model::Model;
+use crate::reference::equilibrium;
+use crate::symbols::Symbol;
+use nalgebra::{DMatrix, DVector};
+
+/// Samples looked at, at most.
+const SAMPLES: usize = 600;
+/// Least speed of a sample \[m/s\].
+const MOVING_MPS: f64 = 2.0;
+/// Turns of Gauss and Newton.
+const TURNS: usize = 12;
+/// Share of the information that is added to it: parameters that do the same share a change.
+const RIDGE: f64 = 1e-3;
+/// Longest step of a coordinate in a turn.
+const LONGEST: f64 = 0.3;
+
+/// Values of a model whose equilibrium spacing is as near to the measured spacing as its parameters allow (least squares), the
+/// rest as it was. Something that brings the mean spacing to the equilibrium shows it: a model without that has its equilibrium elsewhere,
+/// and from there the something only makes things worse.
+#[must_use]
+pub fn at_equilibrium(model: &Model, values: &[f64], drives: &[Drive]) -> Vec<f64> {
+    let samples = steady(drives);
+    let moved: Vec<usize> = (0..values.len())
+        .filter(|&k| !matches!(model.symbols[k], Symbol::Extension(_)) && !model.axes[k].is_fixed())
+        .collect();
+    let residuals = |values: &[f64]| {
+        let parameters = model.parameters(values);
+        let residual = |(v, s): &(f64, f64)| equilibrium(&model.variant, &parameters, *v) - s;
+        DVector::from_iterator(samples.len(), samples.iter().map(residual))
+    };
+    let mut best = values.to_vec();
+    let mut at = residuals(&best);
+    for _ in 0..TURNS {
+        let column = |&k: &usize| {
+            // Into the range, where a derivative would be one-sided.
+            let u = model.axes[k].coordinate(best[k]);
+            let step = if u < 0.5 { 1e-5 } else { -1e-5 };
+            let mut next = best.clone();
+            next[k] = model.axes[k].value(u + step);
+            (residuals(&next) - &at) / step
+        };
+        let jacobian = DMatrix::from_columns(&moved.iter().map(column).collect::<Vec<_>>());
+        let mut information = jacobian.transpose() * &jacobian;
+        let largest = information.diagonal().max();
+        (0..moved.len()).for_each(|j| information[(j, j)] += RIDGE * information[(j, j)] + 1e-9 * largest);
+        let Some(cholesky) = information.cholesky() else { break };
+        let step = cholesky.solve(&(-jacobian.transpose() * &at));
+        let ratio = (step.amax() / LONGEST).max(1.0);
+        let mut next = best.clone();
+        for (j, &k) in moved.iter().enumerate() {
+            next[k] = model.axes[k].value(model.axes[k].coordinate(best[k]) + step[j] / ratio);
+        }
+        let there = residuals(&next);
+        if there.norm_squared() >= (1.0 - 1e-6) * at.norm_squared() {
+            break;
+        }
+        (best, at) = (next, there);
+    }
+    best
+}
+
+/// Speed \[m/s\] and spacing \[m\] of samples in which the speeds of both cars differ less than in half of all.
+fn steady(drives: &[Drive]) -> Vec<(f64, f64)> {
+    let moving = drives.iter().flat_map(|drive| {
+        let data = &drive.trajectory;
+        (0..data.len()).map(|t| (data.v_f[t], data.s[t], (data.v_l[t] - data.v_f[t]).abs()))
+    });
+    let mut samples: Vec<(f64, f64, f64)> = moving.filter(|(v, s, _)| *v > MOVING_MPS && s.is_finite()).collect();
+    samples.sort_by(|a, b| a.2.total_cmp(&b.2));
+    samples.truncate(samples.len().div_ceil(2));
+    let stride = samples.len().div_ceil(SAMPLES).max(1);
+    samples.into_iter().step_by(stride).map(|(v, s, _)| (v, s)).collect()
+}
