@@ -2,11 +2,12 @@
 
 use super::candidate::{Candidate, Setting};
 use super::equilibrium::at_equilibrium;
-use super::fit::{Plan, Point, log_likelihoods};
+use super::fit::{Fit, Plan, Point, fit, log_likelihoods};
 use super::model::{Event, Model, is_stepped};
 use super::observer::Noise;
 use super::scan::{are_idle, scanned, timed};
-use super::start::{KEEPS_THE_SPACING, KINDS, NEARLY_FREE, hints, softened, with_cause};
+use super::space::Axis;
+use super::start::{KEEPS_THE_SPACING, KINDS, NEARLY_FREE, STRONG, hints, softened, with_cause};
 use super::verdict::{DiagnoseError, Effort};
 use crate::catalog::Variant;
 use crate::evaluator::CaseError;
@@ -113,7 +114,9 @@ pub fn explain(
             let noises = [best.fit.point.noise, current.fit.point.noise];
             scope.starts.extend(noises.map(|noise| Point { values: values.clone(), noise }));
         }
+        let limits = at_limits(setting, current, &mut scope.model, cause)?;
         let Some(found) = searched(setting, current, variant, &causes, scope, spending)? else { continue };
+        let found = from_limits(setting, found, &limits, spending)?;
         let found = jittered(setting, found, cause, spending)?;
         if best.as_ref().is_none_or(|best| found.fit.log_likelihood > best.fit.log_likelihood) {
             best = Some(found);
@@ -172,6 +175,69 @@ fn scopes(
     let most = [most(0), most(1)];
     let promising = scopes.into_iter().filter(|(scope, gains)| !scope.event || (0..2).any(|k| gains[k] >= most[k]));
     Ok(Some(promising.map(|(scope, _)| scope).collect()))
+}
+
+/// Of the limits that were held, so many are followed when they are set free.
+const FOLLOWED: usize = 2;
+/// Turns with a limit held.
+const LIMITED: Plan = Plan { select: 1, kinds: 1, rough: 4, keep: 1, fine: 0, tolerance: 0.1, least: [0.0; 2] };
+
+/// For a cause that does nothing where its only parameter is largest, starts of two kinds. Where the limit is reached once or twice, the
+/// base is right but for that: the likeliest of a dense row of limits. Where it is reached often, a base imitates it; from there,
+/// one that is reached makes things worse until the rest has moved, and one that is not shows no way: fits with it held at several sizes.
+fn at_limits(
+    setting: &Setting<'_>,
+    current: &Candidate,
+    model: &mut Model,
+    cause: &'static Extension,
+) -> Result<Vec<Point>, DiagnoseError> {
+    const ROW: usize = 80;
+    const SIZES: [f64; 7] = [0.15, 0.22, 0.29, 0.36, 0.43, 0.52, 0.63];
+    let [limit] = model.positions(cause)[..] else { return Ok(Vec::new()) };
+    let axis = model.axes[limit];
+    if !(axis.log && model.symbols[limit].neutral() == Some(axis.upper)) {
+        return Ok(Vec::new());
+    }
+    let values = model.adopt(&current.model, &current.fit.point.values);
+    let row = |i: usize| {
+        let mut values = values.clone();
+        values[limit] = axis.value((i as f64 + 0.5) / ROW as f64);
+        Point { values, noise: current.fit.point.noise }
+    };
+    let row: Vec<Point> = (0..ROW).map(row).collect();
+    let bounds = model.axes.clone();
+    let likelihoods = log_likelihoods(model, &bounds, &setting.whole, &row)?;
+    let likeliest = (0..ROW).max_by(|&a, &b| likelihoods[a].total_cmp(&likelihoods[b])).expect("a row");
+    // A strong observer: it sees the way even where a nearly free simulation is far off.
+    let noise = Noise { sigma_d: STRONG.0, tau_d: STRONG.1, ..current.fit.point.noise };
+    let mut found: Vec<Fit> = Vec::new();
+    for size in SIZES {
+        let mut axes = model.axes.clone();
+        let mut values = values.clone();
+        values[limit] = axis.value(1.0 - size);
+        axes[limit] = Axis::linear(values[limit], values[limit]);
+        found.extend(fit(model, &axes, &setting.whole, &[Point { values, noise }], LIMITED)?);
+    }
+    found.sort_by(|a, b| b.log_likelihood.total_cmp(&a.log_likelihood));
+    Ok(found.into_iter().take(FOLLOWED).map(|fit| fit.point).chain([row[likeliest].clone()]).collect())
+}
+
+/// The likelier of a fit and one from limits that were held: likelihoods under a strong observer do not compare with others, so they
+/// do not take part in the same race.
+fn from_limits(
+    setting: &Setting<'_>,
+    found: Candidate,
+    limits: &[Point],
+    spending: &Spending,
+) -> Result<Candidate, DiagnoseError> {
+    if limits.is_empty() {
+        return Ok(found);
+    }
+    let model = setting.model(found.variant, &found.model.events)?;
+    let plan = Plan { select: limits.len(), kinds: 1, keep: limits.len(), ..spending.plan };
+    let other = Candidate::fitted(setting, found.variant, &found.causes, model, limits, plan)?;
+    let better = other.filter(|other| other.fit.log_likelihood > found.fit.log_likelihood);
+    Ok(better.unwrap_or(found))
 }
 
 /// The best fit from the starts of a scope, and from where they lead on a smoother likelihood, if there is one (see [`softened`]).
@@ -253,6 +319,7 @@ fn jittered(
 /// A stretch made longer and shorter, with its size as it is and changed: both together, for each alone is worse.
 fn stretched(model: &Model, at: &Point, cause: &'static Extension) -> Vec<Point> {
     const LENGTHS: [f64; 6] = [0.35, 0.5, 0.7, 1.4, 2.0, 2.8];
+    const ROW: usize = 80;
     const SIZES: [f64; 7] = [0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3];
     let [_, length] = cause.parameters.iter().copied().filter(|s| s.is_time()).collect::<Vec<_>>()[..] else {
         return Vec::new();
