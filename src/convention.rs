@@ -1,5 +1,6 @@
 //! Where the paper and its authors' program differ: one switch per difference, two presets.
 
+use crate::near::did_you_mean;
 use std::fmt;
 use std::str::FromStr;
 
@@ -127,13 +128,16 @@ pub struct Row {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ConventionError {
     /// The preset does not exist.
-    #[error("convention `{found}`: expected `paper` or `authors`, then any number of ROW=VALUE, separated by commas")]
+    #[error(
+        "convention `{found}`: expected `paper` or `authors`, then any number of ROW=VALUE, separated by commas{}",
+        did_you_mean(found, ["paper", "authors"])
+    )]
     Preset {
         /// What was given.
         found: String,
     },
     /// The row does not exist.
-    #[error("convention row `{found}`: expected one of {}", row_names())]
+    #[error("convention row `{found}`: expected one of {}{}", row_names(), near_row(found))]
     Row {
         /// What was given.
         found: String,
@@ -150,6 +154,11 @@ pub enum ConventionError {
         /// Its value in the authors' preset.
         authors: &'static str,
     },
+}
+
+/// A row that somebody may have meant.
+fn near_row(found: &str) -> String {
+    did_you_mean(found, Convention::ROWS.iter().map(|row| row.name))
 }
 
 fn row_names() -> String {

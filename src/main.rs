@@ -3,6 +3,7 @@
 mod cli;
 
 use clap::Parser;
+use std::io::Write;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -14,11 +15,13 @@ fn main() -> ExitCode {
             ExitCode::from(error.downcast_ref().map_or(1, |cli::Exit(code)| *code))
         }
         Err(error) => {
-            eprintln!("error: {error}");
+            // Nobody listening changes nothing about the status.
+            let say = |line: String| drop(writeln!(std::io::stderr(), "{line}"));
+            say(format!("error: {error}"));
             // A cause that is already quoted is not said twice.
             let said = error.to_string();
             let causes = error.chain().skip(1).map(ToString::to_string);
-            causes.filter(|c| !said.contains(c.as_str())).for_each(|c| eprintln!("  because: {c}"));
+            causes.filter(|c| !said.contains(c.as_str())).for_each(|c| say(format!("  because: {c}")));
             ExitCode::from(if cli::is_usage(&error) { 2 } else { 1 })
         }
     }

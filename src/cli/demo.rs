@@ -87,20 +87,22 @@ impl Demo {
     }
 
     /// Runs `leadlag WORDS`, tells so, and gives back what it prints, which is kept in LOG.
-    fn command(&self, words: &[&str], log: &str) -> anyhow::Result<String> {
-        let log = self.folder.join(log);
-        output::print(&tell::command(words, &log))?;
+    fn command(&self, words: &[&str], log: Option<&str>) -> anyhow::Result<String> {
+        let log = log.map(|log| self.folder.join(log));
+        output::print(&tell::command(words, log.as_deref()))?;
         let cli = Cli::try_parse_from(std::iter::once("leadlag").chain(words.iter().copied()))
             .context("a command of the demo")?;
         let text = output::captured(|| super::run(cli))?;
-        output::write_file(&log, text.as_bytes())?;
+        if let Some(log) = log {
+            output::write_file(&log, text.as_bytes())?;
+        }
         Ok(text)
     }
 
     /// Sees the files of the drive and nothing else.
     fn analyse(&self) -> anyhow::Result<Found> {
         let platoon = self.path("platoon.csv");
-        self.command(&["inspect", &platoon], "inspect.txt")?;
+        self.command(&["inspect", &platoon], Some("inspect.txt"))?;
 
         tell::step("1. Calibrate the base model on the first two thirds of the drive")?;
         let base = self.calibrate("base", &[])?;
@@ -110,7 +112,7 @@ impl Demo {
         let (slope, folder) = (self.path("Slope.csv"), self.path("diagnosis"));
         let words = ["diagnose", "--data", &platoon, "--follower", &self.follower, "--grade", &slope];
         let more = ["--base", BASE, "--effort", "quick", "--seed", &self.seed, "--out", &folder];
-        self.command(&[&words[..], &ROAD, &more].concat(), "diagnosis.txt")?;
+        self.command(&[&words[..], &ROAD, &more].concat(), Some("diagnosis.txt"))?;
         let outcome = read(&self.folder.join("diagnosis").join("diagnosis.json"))?;
         tell::line(&tell::verdict(&outcome))?;
 
@@ -137,7 +139,7 @@ impl Demo {
         words.extend(ROAD);
         causes.iter().for_each(|cause| words.extend(["--extend", cause]));
         words.extend(["--to", &self.cut, "--seed", &self.seed, "--max-evaluations", EVALUATIONS, "--out", &out]);
-        self.command(&words, &format!("{name}.txt"))?;
+        self.command(&words, Some(&format!("{name}.txt")))?;
         Ok(ResultFile::read(&self.folder.join(name).join("result.json"))?)
     }
 
@@ -147,7 +149,7 @@ impl Demo {
         let (result, out) = (self.path(&format!("{name}/result.json")), self.path(&format!("{name}_held_back")));
         let words = ["simulate", &platoon, "--follower", &self.follower, "--grade", &slope, "--from", &self.cut];
         let more = ["--result", &result, "--out", &out, "--json"];
-        let text = self.command(&[&words[..], &ROAD, &more].concat(), &format!("{name}_held_back.json"))?;
+        let text = self.command(&[&words[..], &ROAD, &more].concat(), Some(&format!("{name}_held_back.json")))?;
         let json: serde_json::Value = serde_json::from_str(&text)?;
         Ok(json["runs"][0]["score"]["nrmse_sva"].as_f64())
     }
@@ -156,7 +158,7 @@ impl Demo {
     fn report(&self) -> anyhow::Result<String> {
         tell::step("5. All of it as one HTML file")?;
         let (diagnosis, page) = (self.path("diagnosis"), self.path("report.html"));
-        self.command(&["report", &diagnosis, "-o", &page], "report.txt")?;
+        self.command(&["report", &diagnosis, "-o", &page], None)?;
         Ok(page)
     }
 }

@@ -7,7 +7,8 @@
 macro_rules! eprintln {
     ($($text:tt)*) => {
         if !$crate::cli::output::is_quiet() {
-            ::std::eprintln!($($text)*)
+            // Nobody listening is no reason to stop.
+            let _ = ::std::io::Write::write_fmt(&mut ::std::io::stderr(), format_args!("{}\n", format_args!($($text)*)));
         }
     };
 }

@@ -7,6 +7,7 @@ use super::likelihood::{Mask, blocks, inflation};
 use super::model::{Event, Model};
 use super::observer::{Noise, design};
 use super::space::Axis;
+use super::start::{STRONG, with_free_driving};
 use super::verdict::{DiagnoseError, Question};
 use crate::catalog::Variant;
 use crate::extension::Extension;
@@ -192,8 +193,8 @@ impl Candidate {
 
     /// The model over the hold-out, with the causes as the training data have them, and a base and a noise of its own. What training
     /// leaves open of a base, a set speed that no training drive reaches, is then no argument against a cause; and a base that makes
-    /// up for the cause by itself is one. The search also starts from where it led another one: who loses because it was not found
-    /// has not lost.
+    /// up for the cause by itself is one. The search also starts from textbook values of free driving, and from where it led another
+    /// one: who loses because it was not found has not lost.
     ///
     /// # Errors
     /// As [`Model::new`].
@@ -202,6 +203,10 @@ impl Candidate {
         let point = &self.fit.point;
         let mut axes = model.axes.clone();
         let mut starts = elsewhere(point).to_vec();
+        let speeds = setting.question.holdout.iter().flat_map(|drive| &drive.trajectory.v_f);
+        let fastest = speeds.copied().fold(0.0, f64::max);
+        let noise = Noise { sigma_d: STRONG.0, tau_d: STRONG.1, ..point.noise };
+        starts.push(Point { values: with_free_driving(&model, &point.values, fastest), noise });
         if let Some(Transferred { model: theirs, point }) = other {
             let values = model.adopt(theirs, &point.values);
             starts.extend(elsewhere(&Point { values, noise: point.noise }));

@@ -26,6 +26,9 @@ pub fn at_equilibrium(model: &Model, values: &[f64], drives: &[Drive]) -> Vec<f6
     let moved: Vec<usize> = (0..values.len())
         .filter(|&k| !matches!(model.symbols[k], Symbol::Extension(_)) && !model.axes[k].is_fixed())
         .collect();
+    if samples.is_empty() || moved.is_empty() {
+        return values.to_vec();
+    }
     let residuals = |values: &[f64]| {
         let parameters = model.parameters(values);
         let residual = |(v, s): &(f64, f64)| equilibrium(&model.variant, &parameters, *v) - s;
@@ -54,10 +57,12 @@ pub fn at_equilibrium(model: &Model, values: &[f64], drives: &[Drive]) -> Vec<f6
             next[k] = model.axes[k].value(model.axes[k].coordinate(best[k]) + step[j] / ratio);
         }
         let there = residuals(&next);
-        if there.norm_squared() >= (1.0 - 1e-6) * at.norm_squared() {
+        // Not by what is no number, either.
+        if there.norm_squared() < (1.0 - 1e-6) * at.norm_squared() {
+            (best, at) = (next, there);
+        } else {
             break;
         }
-        (best, at) = (next, there);
     }
     best
 }
@@ -73,4 +78,42 @@ fn steady(drives: &[Drive]) -> Vec<(f64, f64)> {
     samples.truncate(samples.len().div_ceil(2));
     let stride = samples.len().div_ceil(SAMPLES).max(1);
     samples.into_iter().step_by(stride).map(|(v, s, _)| (v, s)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calibrate::Overrides;
+    use crate::trajectory::{Preparation, import, prepare};
+    use std::fmt::Write;
+
+    /// A follower that always keeps 3 m + 1.5 s v.
+    fn drive() -> Drive {
+        let mut file = "time_s,lead_speed_mps,speed_mps,spacing_m\n".to_owned();
+        for i in 0..1200 {
+            let t = 0.1 * f64::from(i);
+            let (v, rate) = (15.0 + 8.0 * (0.1 * t).sin(), 0.8 * (0.1 * t).cos());
+            writeln!(file, "{t:.1},{},{v},{}", v + 1.5 * rate, 3.0 + 1.5 * v).expect("memory");
+        }
+        let recording = import::read_bytes(file.as_bytes(), "made_up.csv", None).expect("a pair file");
+        let trajectory = prepare(&recording, 1, &Preparation::default()).expect("complete").remove(0);
+        Drive::of(&trajectory, None).expect("no jump").0.remove(0)
+    }
+
+    #[test]
+    fn the_equilibrium_of_each_base_comes_to_what_was_measured() {
+        let drives = [drive()];
+        for base in ["l-cth", "gipps", "idm"] {
+            let variant = base.parse().expect("a base");
+            let model = Model::new(variant, &drives, &Overrides::new(), &[]).expect("a model");
+            let values: Vec<f64> = model.axes.iter().map(|axis| axis.value(0.4)).collect();
+            let off = |values: &[f64]| {
+                let parameters = model.parameters(values);
+                let gaps = [8.0, 15.0, 22.0].map(|v| equilibrium(&variant, &parameters, v) - (3.0 + 1.5 * v));
+                gaps.iter().fold(0.0_f64, |most, gap| most.max(gap.abs()))
+            };
+            let found = at_equilibrium(&model, &values, &drives);
+            assert!(off(&values) > 3.0 && off(&found) < 0.5, "{base}: {} and {}", off(&values), off(&found));
+        }
+    }
 }

@@ -98,7 +98,7 @@ pub fn infer(
         Vec::new()
     } else {
         tell(0.9, "comparing with other base models")?;
-        others(&setting, &spending.compared())?
+        others(&setting, &spending)?
     };
     let base = base.expect("at least one round");
     let extended = snapshot(&mut search.current, &setting, search.inflation)?;

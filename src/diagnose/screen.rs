@@ -32,23 +32,7 @@ pub struct Spending {
     pub short_list: usize,
 }
 
-/// Of a base's population and turns, the share that another base gets which is only compared with.
-const COMPARED: usize = 2;
-
 impl Spending {
-    /// For base models that are only compared with.
-    #[must_use]
-    pub fn compared(&self) -> Spending {
-        let base = Plan {
-            select: (self.base.select / COMPARED).max(1),
-            rough: self.base.rough / COMPARED + 1,
-            keep: 1,
-            fine: self.base.fine / COMPARED,
-            ..self.base
-        };
-        Spending { population: self.population / COMPARED, base, ..*self }
-    }
-
     /// For further rounds, in which most of what there was is found.
     #[must_use]
     pub fn further(&self) -> Spending {
@@ -319,7 +303,6 @@ fn jittered(
 /// A stretch made longer and shorter, with its size as it is and changed: both together, for each alone is worse.
 fn stretched(model: &Model, at: &Point, cause: &'static Extension) -> Vec<Point> {
     const LENGTHS: [f64; 6] = [0.35, 0.5, 0.7, 1.4, 2.0, 2.8];
-    const ROW: usize = 80;
     const SIZES: [f64; 7] = [0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3];
     let [_, length] = cause.parameters.iter().copied().filter(|s| s.is_time()).collect::<Vec<_>>()[..] else {
         return Vec::new();

@@ -17,7 +17,7 @@ pub struct Args {
     /// Decides everything that is planted
     #[arg(long, value_name = "SEED", default_value_t = 1)]
     seed: u64,
-    /// Length of a drive \[s\] [default: 900, with --quick 300]
+    /// Length of a drive in seconds [default: 900, with --quick 300]
     #[arg(long, value_name = "SECONDS")]
     duration: Option<f64>,
     /// Sizes at which each effect is planted, as the change of the follower's speed; more of them give power curves

@@ -31,10 +31,10 @@ pub fn line(text: &str) -> anyhow::Result<()> {
     output::print(&wrapped(2, 4, text))
 }
 
-pub fn command(words: &[&str], log: &Path) -> String {
-    let log = log.display().to_string();
+pub fn command(words: &[&str], log: Option<&Path>) -> String {
     let typed: Vec<String> = words.iter().map(|word| quoted(word)).collect();
-    format!("$ leadlag {} > {}\n", typed.join(" "), quoted(&log))
+    let log = log.map_or(String::new(), |log| format!(" > {}", quoted(&log.display().to_string())));
+    format!("$ leadlag {}{log}\n", typed.join(" "))
 }
 
 /// A word as a shell takes it.
@@ -101,13 +101,14 @@ pub fn ending(found: &Found, hidden: Option<&Effect>, page: &str) -> String {
         say(
             "gain",
             &format!(
-                "on the third that was held back NRMSE(s,v,a) is {base:.4} with {BASE} and {extended:.4} with the extension, {size:.0} % {more}"
+                "on the third that was held back NRMSE(s,v,a) is {base:.4} with {BASE} and {extended:.4} with the extension, {size:.0} % {more} (the report compares calibrations of its own, with wider bounds)"
             ),
         );
     }
     text += &format!("\n== Look at\n{page}\n\n== The same with your own data\n");
     text += "$ leadlag inspect FILE.csv\n";
     text += &format!("$ leadlag diagnose --data FILE.csv --follower 1 --base {BASE} --out diagnosis\n");
+    text += "      with --grade SLOPE.csv --lead-start 0 where the slope of the road is known\n";
     text += "$ leadlag report diagnosis -o report.html\n";
     text
 }
@@ -191,7 +192,7 @@ mod tests {
 
     #[test]
     fn commands_can_be_typed() {
-        let line = command(&["inspect", "my drive.csv"], Path::new("out/it's.txt"));
+        let line = command(&["inspect", "my drive.csv"], Some(Path::new("out/it's.txt")));
         assert_eq!(line, "$ leadlag inspect 'my drive.csv' > 'out/it'\\''s.txt'\n");
     }
 

@@ -249,9 +249,9 @@ fn cost(page: &mut Page, material: &Material, inventory: &Inventory, past: &Past
     if past.runs > 0 {
         let rate = past.candidate_steps as f64 / past.wall_s.max(1e-9) / 1e6;
         page.paragraph(&format!(
-            "Written down by {} runs on this folder: {} tasks in {:.0} s of wall time (runs at the same time count each) and {:.0} s of CPU time, \
+            "Written down by {} on this folder: {} tasks in {:.0} s of wall time (runs at the same time count each) and {:.0} s of CPU time, \
              {} million candidate-steps per second of wall time.",
-            past.runs,
+            if past.runs == 1 { "one run".to_owned() } else { format!("{} runs", past.runs) },
             past.tasks,
             past.wall_s,
             past.cpu_s,

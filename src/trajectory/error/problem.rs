@@ -31,7 +31,7 @@ pub enum ProblemKind {
     #[error("the fields are separated by {found}; expected commas, and a point in decimal numbers: convert the file")]
     Separator { found: &'static str },
     #[error(
-        "no known layout has the columns {}; expected those of openacc or astazero-rebuilt (metadata lines, then Time, Speed1, IVS1, ...), astazero-processed (Time, X1, SpeedDoppler1, Spacing2, ...), ultra-av (Trajectory_ID, Time_Index, ...) or pair (time_s, speed_mps, spacing_m, lead_speed_mps): rename the columns",
+        "no known layout has the columns {}; expected those of openacc or astazero-rebuilt (metadata lines, then Time, Speed1, IVS1, ...), astazero-processed (Time, X1, SpeedDoppler1, Spacing2, ...), ultra-av (Trajectory_ID, Time_Index, ...) or pair (time_s, speed_mps, spacing_m, lead_speed_mps): rename the columns, or read the table with --columns (`leadlag list columns`: ngsim, highd, sumo-fcd, or a file of your own)",
         some(found)
     )]
     UnknownHeader { found: Vec<String> },
