@@ -57,7 +57,8 @@ class Report:
     def __init__(self, browser, path: Path, width: int, scheme: str):
         self.name = f"{path.name} at {width} px, {scheme}"
         self.findings: list[str] = []
-        self.context = browser.new_context(viewport={"width": width, "height": 900}, color_scheme=scheme, reduced_motion="reduce")
+        self.context = browser.new_context(viewport={"width": width, "height": 900}, color_scheme=scheme, reduced_motion="reduce",
+                                           has_touch=width == WIDTHS[-1])
         self.page: Page = self.context.new_page()
         address = path.resolve().as_uri()
         self.page.on("console", lambda m: self.said(m.type, m.text))
@@ -88,11 +89,17 @@ class Report:
         wide, window = self.page.evaluate("[document.documentElement.scrollWidth, innerWidth]")
         self.expect(wide <= window, f"is {wide} px wide; too far right: {self.page.evaluate(OVERFLOW)}")
 
-    def zooms(self) -> None:
-        """Drag, double-click, keys: all panels of the first chart follow."""
-        chart = self.page.query_selector(".chart")
-        if chart is None:
-            return
+    def zooms(self, every: bool) -> None:
+        """Every chart, or the first one."""
+        charts = self.page.query_selector_all(".chart")
+        for number, chart in enumerate(charts if every else charts[:1]):
+            name = self.name
+            self.name = f"{name}, chart {number}"
+            self.zooms_in(chart)
+            self.name = name
+
+    def zooms_in(self, chart) -> None:
+        """Drag, double-click, keys: all panels of a chart follow."""
         over = chart.query_selector(".u-over")
         over.evaluate("area => area.scrollIntoView({ block: 'center' })")
         before = chart.evaluate(IMAGES)
@@ -119,6 +126,28 @@ class Report:
             images = chart.evaluate(IMAGES)
             moved = all(a != b for a, b in zip(before, images)) if changed else images != before
             self.expect(moved == changed, f"key {keys}: panels {'did not follow' if changed else 'did not come back'}")
+
+    def pinches(self) -> None:
+        """Two fingers that part zoom every panel of the first chart."""
+        chart = self.page.query_selector(".chart")
+        if chart is None:
+            return
+        over = chart.query_selector(".u-over")
+        over.evaluate("area => area.scrollIntoView({ block: 'center' })")
+        before = chart.evaluate(IMAGES)
+        box = over.bounding_box()
+        y = box["y"] + box["height"] / 2
+        session = self.context.new_cdp_session(self.page)
+        fingers = lambda left, right: [{"x": box["x"] + share * box["width"], "y": y} for share in (left, right)]
+        for kind, points in (("touchStart", fingers(0.4, 0.6)), ("touchMove", fingers(0.3, 0.7)), ("touchMove", fingers(0.2, 0.8)), ("touchEnd", [])):
+            session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+        self.page.wait_for_timeout(60)
+        near = chart.evaluate(IMAGES)
+        self.expect(all(a != b for a, b in zip(before, near)), "two fingers do not zoom every panel")
+        chart.focus()
+        self.page.keyboard.press("0")
+        self.page.wait_for_timeout(60)
+        self.expect(chart.evaluate(IMAGES) == before, "after two fingers, key 0 does not show all again")
 
     def sorts(self) -> None:
         """Every table, by its last column of numbers: rising, then falling."""
@@ -241,7 +270,9 @@ def check(browser, axe: Axe, path: Path, twin: Path | None, screenshots: Path | 
             elif width == WIDTHS[0]:
                 report.accessible(axe, {"runOnly": {"type": "rule", "values": COLOURS}})
             if scheme == SCHEMES[0]:
-                report.zooms()
+                report.zooms(every=first)
+                if width == WIDTHS[-1]:
+                    report.pinches()
             if first:
                 report.sorts()
                 report.filters()

@@ -1,5 +1,6 @@
 //! Goodness of fit: how far a simulated follower is from the measured one (paper, Section 4.1; Punzo et al., 2021).
 
+use crate::near::did_you_mean;
 use std::fmt;
 use std::str::FromStr;
 
@@ -320,18 +321,23 @@ impl Default for GoodnessOfFit {
 #[error(
     "goodness of fit `{found}`: expected KIND-SIGNALS[:WEIGHTS] with KIND one of rmse, nrmse, rmspe, u, SIGNALS some of \
      s, v, a in this order, and one weight above 0 per signal, such as nrmse-sva or nrmse-sva:1,1,0.5; \
-     or rmse-sn-vn, rmse-sn-vn-an"
+     or rmse-sn-vn, rmse-sn-vn-an{near}"
 )]
 pub struct UnknownGoodnessOfFit {
     found: String,
+    near: String,
 }
 
 impl FromStr for GoodnessOfFit {
     type Err = UnknownGoodnessOfFit;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let error = || UnknownGoodnessOfFit { found: text.to_owned() };
         let normal = text.trim().to_ascii_lowercase().replace('_', "-");
+        let error = || {
+            let known: Vec<String> = Measures::NAMES.iter().map(|name| name.replace('_', "-")).collect();
+            let near = did_you_mean(&normal, known.iter().map(String::as_str).filter(|name| *name != normal));
+            UnknownGoodnessOfFit { found: text.to_owned(), near }
+        };
         let (name, weights) = match normal.split_once(':') {
             Some((name, weights)) => (name, Some(weights)),
             None => (normal.as_str(), None),

@@ -123,6 +123,8 @@ fn a_name_that_is_nearly_right_is_suggested() {
         ("layout", with(&["--model", "idm", "--layout", "opnacc"]), "did you mean `openacc`?"),
         ("column map", with(&["--model", "idm", "--columns", "higd"]), "did you mean highd?"),
         ("evaluator", with(&["--model", "idm", "--evaluator", "lane"]), "'lanes'"),
+        ("goodness of fit", with(&["--model", "idm", "--gof", "nrsme-sva"]), "did you mean `nrmse-sva`?"),
+        ("cause", wrong(&["diagnose", "--data", file, "--base", "idm", "--causes", "grad"]), "did you mean `grade`?"),
         ("shell", wrong(&["completions", "bsh"]), "'bash'"),
     ] {
         assert!(message.contains(expected), "{what}: expected {expected:?} in:\n{message}");
@@ -258,6 +260,41 @@ fn a_report_of_a_calibration_is_one_page_without_network() {
     }
     let empty = scratch("empty");
     assert!(wrong(&["report", text(&empty), "-o", text(&page)]).contains("expected a folder with result.json"));
+}
+
+#[test]
+fn what_is_likely_a_mistake_is_warned_of() {
+    let folder = scratch("mistakes");
+    let out = folder.join("fit");
+    let calibrate = |file: &str, extra: &[&str]| {
+        let search =
+            ["calibrate", file, "--model", "idm", "--max-evaluations", "100", "--no-intervals", "--out", text(&out)];
+        let output = leadlag(&[&search, extra].concat());
+        assert!(output.status.success(), "{}", stderr(&output));
+        stderr(&output)
+    };
+    let file = text(pair());
+    assert!(!calibrate(file, &[]).contains("warning"));
+    assert!(calibrate(file, &["--vehicle", "bmw_x5"]).contains("--vehicle changes nothing: variant idm has neither"));
+    assert!(calibrate(file, &["--grade", "level"]).contains("--grade changes nothing: variant idm has neither"));
+    // Another unit than the name of the column promises.
+    let feet = folder.join("feet.csv");
+    let mut reader = csv::Reader::from_path(pair()).expect("a table");
+    let header = reader.headers().expect("a header").clone();
+    let gap = header.iter().position(|name| name == "spacing_m").expect("a gap");
+    let mut writer = csv::Writer::from_path(&feet).expect("writable");
+    writer.write_record(&header).expect("writable");
+    for record in reader.records().map(|record| record.expect("a row")) {
+        let fields = record.iter().enumerate().map(|(i, field)| match i == gap {
+            true => (field.parse::<f64>().expect("a gap") / 0.3048).to_string(),
+            false => field.to_owned(),
+        });
+        writer.write_record(fields).expect("writable");
+    }
+    writer.flush().expect("writable");
+    for message in [calibrate(text(&feet), &[]), ok(&["inspect", text(&feet)])] {
+        assert!(message.contains("times as much as the speeds say (3.2808 is feet per metre)"), "{message}");
+    }
 }
 
 #[test]

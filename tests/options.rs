@@ -66,6 +66,8 @@ fn a_goodness_of_fit_prints_as_it_is_read() {
         let message = text.parse::<GoodnessOfFit>().unwrap_err().to_string();
         assert!(message.starts_with(&format!("goodness of fit `{text}`: expected KIND-SIGNALS")), "{message}");
     }
+    let message = "nrsme-sv".parse::<GoodnessOfFit>().unwrap_err().to_string();
+    assert!(message.ends_with("did you mean `nrmse-sv`?"), "{message}");
 }
 
 #[test]

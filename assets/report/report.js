@@ -37,11 +37,12 @@
       plots.push(new uPlot(options, [chart.x].concat(panel.lines.map((line) => line.values)), place));
     });
     const [first, end] = [chart.x[0], chart.x[chart.x.length - 1]];
+    const show = (middle, half) => plots[0].setScale("x", { min: Math.max(first, middle - half), max: Math.min(end, middle + half) });
+    touch(place, plots[0], show);
     // Keys: left and right move, plus and minus zoom, 0 shows all.
     place.onkeydown = (event) => {
       const { min, max } = plots[0].scales.x;
       const [middle, half] = [(min + max) / 2, (max - min) / 2];
-      const show = (m, h) => plots[0].setScale("x", { min: Math.max(first, m - h), max: Math.min(end, m + h) });
       const keys = {
         ArrowLeft: () => show(Math.max(first + half, middle - half / 2), half),
         ArrowRight: () => show(Math.min(end - half, middle + half / 2), half),
@@ -50,6 +51,33 @@
       if (keys[event.key]) { event.preventDefault(); keys[event.key](); }
     };
     return plots;
+  }
+
+  // Two fingers: what is under each of them stays there.
+  function touch(place, plot, show) {
+    const fingers = new Map();
+    let held = null;
+    const at = (x) => plot.posToVal(x - plot.over.getBoundingClientRect().left, "x");
+    const span = () => [...fingers.values()].sort((a, b) => a - b);
+    place.onpointerdown = (event) => {
+      if (event.pointerType !== "touch") return;
+      fingers.set(event.pointerId, event.clientX);
+      held = fingers.size === 2 ? span().map(at) : null;
+    };
+    place.onpointermove = (event) => {
+      if (!fingers.has(event.pointerId)) return;
+      fingers.set(event.pointerId, event.clientX);
+      const [left, right] = span();
+      if (!held || right - left < 20) return;
+      const { left: edge, width } = plot.over.getBoundingClientRect();
+      const size = (held[1] - held[0]) / (right - left);
+      const min = held[0] - (left - edge) * size;
+      show(min + (width * size) / 2, (width * size) / 2);
+    };
+    place.onpointerup = place.onpointercancel = (event) => {
+      fingers.delete(event.pointerId);
+      held = null;
+    };
   }
 
   const charts = read("charts");

@@ -42,8 +42,9 @@ enum Command {
   leadlag bench optimizers --quick --shared ../shared")]
     Optimizers(optimizers::Args),
     /// Measure how well a diagnosis names planted effects, and how often it is wrong without any
-    #[command(after_help = "Example:
-  leadlag bench diagnosis --help")]
+    #[command(after_help = "Examples:
+  leadlag bench diagnosis --quick --cases 1 --journal one.jsonl
+  leadlag bench diagnosis --seed 7 --effort quick --only none --journal none.jsonl")]
     Diagnosis(diagnosis::Args),
 }
 

@@ -7,10 +7,11 @@ mod write;
 pub use flags::Args;
 pub use leadlag::calibrate::read_bounds;
 
-use super::data::Loaded;
+use super::data::{DataArgs, Loaded};
 use super::evaluator::warn;
 use super::{Usage, interrupt, output};
 use leadlag::calibrate::{Calibration, SearchSpace, best, bound_times, calibrate};
+use leadlag::catalog::Variant;
 use leadlag::evaluator::{Case, Evaluator};
 use leadlag::identify::identify;
 use leadlag::lanes::LanesPrecision;
@@ -109,6 +110,7 @@ fn prepare(args: &Args, loaded: &[Loaded]) -> anyhow::Result<(SearchSpace, Refer
         let message = format!("--joint: variant {model} needs one vehicle, found {one} and {two}; give --vehicle");
         return Err(Usage(message).into());
     }
+    unused(&args.data, &model);
     let mut overrides = args.overrides()?;
     let ends = |of: fn(&[f64]) -> Option<&f64>| loaded.iter().filter_map(move |l| of(&l.trajectory.t)).copied();
     let window =
@@ -120,6 +122,20 @@ fn prepare(args: &Args, loaded: &[Loaded]) -> anyhow::Result<(SearchSpace, Refer
         cases.push(Case::new(&l.trajectory, model, l.vehicle(), args.convention, space.tau_p_upper())?);
     }
     Ok((space, Reference::new(cases, args.gof)))
+}
+
+/// What was given and changes nothing is said, for whoever gives it expects that it does.
+fn unused(data: &DataArgs, model: &Variant) {
+    if data.vehicle.is_some() && !model.needs_vehicle() {
+        eprintln!(
+            "warning: --vehicle changes nothing: variant {model} has neither nonlinear dynamics nor the constraint mfc"
+        );
+    }
+    if data.grade.is_some() && !model.needs_grade() {
+        eprintln!(
+            "warning: --grade changes nothing: variant {model} has neither nonlinear dynamics nor an extension that reads it"
+        );
+    }
 }
 
 /// The evaluator that simulates the candidates; the reference scores what it finds again.

@@ -5,7 +5,7 @@ use anyhow::Context;
 use clap::ValueEnum;
 use leadlag::catalog::Variant;
 use leadlag::trajectory::import::{ColumnMap, read_mapped};
-use leadlag::trajectory::{Grade, Layout, Preparation, Reconcile, Recording, Trajectory, import, prepare};
+use leadlag::trajectory::{Grade, Layout, Note, Preparation, Reconcile, Recording, Trajectory, import, prepare};
 use leadlag::vehicle::{self, Vehicle};
 use std::path::{Path, PathBuf};
 
@@ -160,7 +160,11 @@ impl DataArgs {
                  --segment or --trajectory choose another"
             );
         }
-        Ok(segments.swap_remove(index))
+        let chosen = segments.swap_remove(index);
+        if let Some(note) = chosen.notes.iter().find(|note| matches!(note, Note::UnitsContradict { .. })) {
+            eprintln!("warning: {}: {note}", chosen.source.path);
+        }
+        Ok(chosen)
     }
 
     /// The vehicle: as told, else by its name in a table beside the data, else by its name in the built-in table.

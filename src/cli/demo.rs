@@ -5,6 +5,7 @@
 mod drive;
 mod tell;
 
+use super::extension::extend;
 use super::{Cli, output};
 use anyhow::Context;
 use clap::Parser;
@@ -125,18 +126,25 @@ impl Demo {
             let extended = self.calibrate("extended", &causes)?;
             tell::line(&tell::calibrated(&extended))?;
             tell::step("4. Both on the last third, on which they were not calibrated")?;
-            for (score, model) in held_back.iter_mut().zip(["base", "extended"]) {
-                *score = self.simulate(model)?;
+            for (score, (model, causes)) in held_back.iter_mut().zip([("base", &[][..]), ("extended", &causes)]) {
+                *score = self.simulate(model, causes)?;
                 tell::line(&tell::held_back(model, *score))?;
             }
         }
         Ok(Found { outcome, held_back })
     }
 
+    /// What tells a model its place on the road, for one that asks for it.
+    fn road<'a>(&self, slope: &'a str, causes: &[String]) -> anyhow::Result<Vec<&'a str>> {
+        let model = extend(BASE.parse()?, causes)?;
+        let wanted = model.needs_position();
+        Ok(if wanted { [&["--grade", slope][..], &ROAD].concat() } else { Vec::new() })
+    }
+
     fn calibrate(&self, name: &str, causes: &[String]) -> anyhow::Result<ResultFile> {
         let (platoon, slope, out) = (self.path("platoon.csv"), self.path("Slope.csv"), self.path(name));
-        let mut words = vec!["calibrate", &platoon, "--follower", &self.follower, "--model", BASE, "--grade", &slope];
-        words.extend(ROAD);
+        let mut words = vec!["calibrate", &platoon, "--follower", &self.follower, "--model", BASE];
+        words.extend(self.road(&slope, causes)?);
         causes.iter().for_each(|cause| words.extend(["--extend", cause]));
         words.extend(["--to", &self.cut, "--seed", &self.seed, "--max-evaluations", EVALUATIONS, "--out", &out]);
         self.command(&words, Some(&format!("{name}.txt")))?;
@@ -144,12 +152,15 @@ impl Demo {
     }
 
     /// NRMSE(s,v,a) on what was held back; none if the run breaks off.
-    fn simulate(&self, name: &str) -> anyhow::Result<Option<f64>> {
+    fn simulate(&self, name: &str, causes: &[String]) -> anyhow::Result<Option<f64>> {
         let (platoon, slope) = (self.path("platoon.csv"), self.path("Slope.csv"));
         let (result, out) = (self.path(&format!("{name}/result.json")), self.path(&format!("{name}_held_back")));
-        let words = ["simulate", &platoon, "--follower", &self.follower, "--grade", &slope, "--from", &self.cut];
+        let words = ["simulate", &platoon, "--follower", &self.follower, "--from", &self.cut];
         let more = ["--result", &result, "--out", &out, "--json"];
-        let text = self.command(&[&words[..], &ROAD, &more].concat(), Some(&format!("{name}_held_back.json")))?;
+        let text = self.command(
+            &[&words[..], &self.road(&slope, causes)?, &more].concat(),
+            Some(&format!("{name}_held_back.json")),
+        )?;
         let json: serde_json::Value = serde_json::from_str(&text)?;
         Ok(json["runs"][0]["score"]["nrmse_sva"].as_f64())
     }

@@ -13,6 +13,7 @@ use leadlag::diagnose::describe::{Diagnosis, describe};
 use leadlag::diagnose::free::Free;
 use leadlag::diagnose::{Drive, Effort, Question};
 use leadlag::extension::Extension;
+use leadlag::near::did_you_mean;
 use leadlag::report::diagnosis::text;
 use leadlag::wgsl::{library, read_extension};
 use std::path::PathBuf;
@@ -83,6 +84,7 @@ pub enum EffortArg {
 }
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
+    let causes = causes(args)?;
     // The check of the data needs no variant; the one it is prepared for then only says what it has to have.
     let variant = args.base.unwrap_or(Variant::from_id(1)?);
     let loaded = load::load(args, variant)?;
@@ -98,7 +100,6 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         }
         return if args.exit_code && faulty { Err(Exit(7).into()) } else { Ok(()) };
     }
-    let causes = causes(args)?;
     let bounds = args.bounds.as_deref().map(|path| read_bounds(path, &variant)).transpose()?.unwrap_or_default();
     if let Some(out) = &args.out {
         // Before the work: a folder that cannot be written must not cost a diagnosis.
@@ -169,6 +170,20 @@ fn plot(diagnosis: &Diagnosis, train: &[Drive], holdout: &[Drive]) -> anyhow::Re
 fn causes(args: &Args) -> anyhow::Result<Vec<&'static Extension>> {
     let mut causes: Vec<&'static Extension> = library().iter().copied().filter(|e| e.cause.is_some()).collect();
     for path in &args.causes {
+        let given = path.to_string_lossy();
+        if !path.exists() && path.extension().is_none() {
+            let names = causes.iter().map(|cause| cause.name.as_str());
+            let message = match causes.iter().find(|cause| cause.name == given) {
+                Some(_) => format!(
+                    "--causes {given}: is built in and among those that are tried; --causes is for files of one's own"
+                ),
+                None => format!(
+                    "--causes {given}: expected a file that ends in .wgsl, and there is no such file{}; what is built in is tried anyway (`leadlag list causes`)",
+                    did_you_mean(&given, names)
+                ),
+            };
+            return Err(Usage(message).into());
+        }
         let text = std::fs::read_to_string(path)
             .map_err(|e| anyhow::Error::new(e).context(format!("{}: cannot read the cause", path.display())))?;
         let own = read_extension(&path.display().to_string(), &text)?;

@@ -99,6 +99,8 @@ enum Command {
     /// Write a calibration, a study or a diagnosis as one HTML file
     Report(report::Args),
     /// Write a result for another program: SUMO
+    #[command(after_help = "Example:
+  leadlag export sumo fit --no-run --out types")]
     Export(export::Args),
     /// Check extensions of one's own: WGSL files
     Check(check::Args),

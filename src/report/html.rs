@@ -62,8 +62,8 @@ impl Page {
     /// Says once how charts are used.
     pub fn usage(&mut self, before: &str) {
         self.paragraph(&format!(
-            "{before}Drag to zoom, double-click to see all again; with the keyboard: arrows move, + and − zoom, 0 shows all. The panels of a \
-             chart move together."
+            "{before}Drag to zoom, double-click to see all again; on a touch screen, two fingers zoom and a double tap shows all; with the keyboard: \
+             arrows move, + and − zoom, 0 shows all. The panels of a chart move together."
         ));
     }
 

@@ -116,7 +116,7 @@ pub fn over_speed(all: &[Simulated]) -> Option<Chart> {
         ];
         Panel { label: label.to_owned(), lines }
     };
-    let labels = ["residual of s [m]", "residual of v [m/s]"];
+    let labels = ["residual of s [m]", "residual of v [m/s]", "residual of a [m/s²]"];
     Some(Chart {
         title: "Residuals over speed: mean and standard deviation in classes of 1 m/s".to_owned(),
         x_label: "measured speed [m/s]".to_owned(),

@@ -265,6 +265,12 @@ pub enum ResultFileError {
 }
 
 impl ResultFile {
+    /// The lowest score of its replicates in f64: that of the calibrated parameters.
+    #[must_use]
+    pub fn best_score(&self) -> Option<f64> {
+        self.replicates.iter().filter_map(|replicate| replicate.score).min_by(f64::total_cmp)
+    }
+
     /// The text of `result.json`.
     #[must_use]
     pub fn to_json(&self) -> String {

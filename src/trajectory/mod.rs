@@ -4,6 +4,7 @@
 //! whatever was derived, filled, cut or reconciled on the way is kept as [`Note`]s.
 
 pub mod error;
+mod factor;
 mod grade;
 pub mod import;
 pub mod inspect;

@@ -50,6 +50,8 @@ pub enum Note {
     StartAssumed { position_m: f64 },
     /// Spacing and speeds were made consistent; the residual is the measured gap minus the integrated speed difference.
     Reconciled { anchor: String, rms_m: f64, largest_m: f64, drift_m_per_km: f64 },
+    /// The gap changes by a factor more than the speeds say: the unit of one of them is not that of its column's name.
+    UnitsContradict { ratio: f64, hint: Option<String> },
     /// The grade under the follower was taken along its path; samples at rest count once.
     GradeFromColumn { points: usize },
     /// The table was read by this column map; which of its pairs this is.
@@ -117,6 +119,13 @@ impl fmt::Display for Note {
                 thousandths(*largest_m),
                 thousandths(*drift_m_per_km),
             ),
+            Note::UnitsContradict { ratio, hint } => {
+                let hint = hint.as_ref().map_or(String::new(), |hint| format!(" ({hint})"));
+                write!(
+                    f,
+                    "the gap changes {ratio:.3} times as much as the speeds say{hint}: are times in s, speeds in m/s, and gaps in m? Other units are read with --columns"
+                )
+            }
             Note::Mapped { map, pair: None } => write!(f, "read by the column map {map}"),
             Note::Mapped { map, pair: Some(pair) } => write!(f, "read by the column map {map}, pair {pair}"),
             Note::ShortPairs { pairs, needed_s } => {

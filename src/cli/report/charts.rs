@@ -115,7 +115,8 @@ pub fn of_calibration(folder: &Path, result: &ResultFile) -> anyhow::Result<(Vec
             simulated: signals("sim_"),
             first: entry.first_scored,
         };
-        for (k, label) in ["residual of s [m]", "residual of v [m/s]"].into_iter().enumerate() {
+        for (k, label) in ["residual of s [m]", "residual of v [m/s]", "residual of a [m/s²]"].into_iter().enumerate()
+        {
             let pairs = one.simulated[k].iter().zip(&one.measured[k]);
             let residual: Vec<f64> = pairs.map(|(simulated, measured)| simulated - measured).collect();
             let line = Line::new("simulated - observed", Role::Simulated, &residual);

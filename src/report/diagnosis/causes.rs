@@ -3,6 +3,8 @@
 use crate::diagnose::Verdict;
 use crate::diagnose::outcome::{CauseEntry, Outcome, ParameterEntry, RungEntry};
 use crate::report::text::wrapped;
+use crate::symbols::Symbol;
+use crate::wgsl::library;
 use std::fmt::{Result, Write};
 
 /// Columns of the longest bar.
@@ -27,7 +29,11 @@ pub(super) fn ladder(text: &mut String, rungs: &[RungEntry]) -> Result {
         let own = rungs.iter().filter(|rung| rung.round == round);
         let mut tried: Vec<(f64, &RungEntry)> = own.clone().filter_map(|rung| Some((rung.evidence?, rung))).collect();
         tried.sort_by(|a, b| b.0.total_cmp(&a.0));
-        writeln!(text, "\nround {round}\n{:<22}{:>9}{:>10}", "cause", "evidence", "threshold")?;
+        writeln!(text, "\nround {round}")?;
+        match tried.is_empty() {
+            true => text.push_str("no cause was promising enough to be compared on held-out stretches\n"),
+            false => writeln!(text, "{:<22}{:>9}{:>10}", "cause", "evidence", "threshold")?,
+        }
         for (evidence, rung) in tried.iter().take(SHOWN) {
             let (name, need) = (&rung.name, rung.threshold);
             writeln!(text, "{name:<22}{evidence:>9.0}{need:>10.0}  {}", bar(*evidence, need).trim_end())?;
@@ -67,6 +73,13 @@ pub(super) fn parameters(text: &mut String, parameters: &[ParameterEntry]) -> Re
         writeln!(text, "  {:<10}{:>12.4}  {:<6}{interval}", p.name, p.value, p.unit)?;
     }
     Ok(())
+}
+
+/// What a parameter of a model or of a built-in cause means; nothing of a user's own one.
+pub(in crate::report) fn meaning(parameter: &str) -> &'static str {
+    let mut built_in = library().iter().flat_map(|extension| extension.parameters.iter().copied());
+    let own = || built_in.find(|symbol| symbol.name() == parameter);
+    Symbol::from_name(parameter).or_else(own).map_or("", Symbol::meaning)
 }
 
 pub(super) fn verdict(text: &mut String, outcome: &Outcome) -> Result {

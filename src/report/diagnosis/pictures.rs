@@ -109,8 +109,10 @@ pub fn ladder(title: &str, rungs: &[RungEntry]) -> String {
         figure.text([left - 8.0, y + 10.0], 12.0, Anchor::End, INK, &name);
         figure.bar([left, y], [x(*evidence), y + 13.0], colour, colour);
         figure.line([x(rung.threshold), y - 2.0], [x(rung.threshold), y + 15.0], 2.0, INK);
+        // Many fates begin with the evidence themselves.
         let fate: String = rung.fate.chars().take(36).collect();
-        figure.text([right + 10.0, y + 10.0], 11.0, Anchor::Start, INK, &format!("{evidence:.0}  {fate}"));
+        let words = if fate.contains("nats") { fate } else { format!("{evidence:.0} nats, {fate}") };
+        figure.text([right + 10.0, y + 10.0], 11.0, Anchor::Start, INK, &words);
     }
     figure.finish()
 }

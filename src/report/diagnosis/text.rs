@@ -11,6 +11,9 @@ use std::fmt::Write;
 /// Rows of a table of places, speeds or times: the worst ones.
 const ROWS: usize = 5;
 
+/// The nuisance parameter of every base model of a diagnosis.
+const LEAD: &str = "lead_h";
+
 /// Everything that a diagnosis has to say, in the order of its steps.
 #[must_use]
 pub fn diagnosis(outcome: &Outcome) -> String {
@@ -120,6 +123,16 @@ fn small(value: f64) -> String {
 fn model(text: &mut String, model: &ModelEntry) -> std::fmt::Result {
     writeln!(text, "{}", model.variant)?;
     causes::parameters(text, &model.parameters)?;
+    if model.parameters.iter().any(|p| p.name == LEAD) {
+        text.push_str(&wrapped(
+            0,
+            2,
+            &format!(
+                "{LEAD} is no property of the car: it makes up for the measured car not being controlled in steps as long as those of \
+                 the simulation."
+            ),
+        ));
+    }
     text.push_str(&wrapped(
         0,
         2,

@@ -110,7 +110,7 @@ pub fn calibration(
     let lead = format!(
         "<p class=\"verdict\"><strong>{} = {}</strong> variant {} {}</p>",
         escape(&result.gof),
-        score("nrmse_sva"),
+        result.best_score().map_or("–".to_owned(), short),
         result.model_id,
         escape(&result.model())
     );

@@ -4,7 +4,8 @@ use super::budget::budget;
 use super::{Chart, Page, between, escape, short};
 use crate::diagnose::Verdict;
 use crate::diagnose::outcome::{CauseEntry, Outcome, ParameterEntry};
-use crate::report::diagnosis::{causes::equation, pictures};
+use crate::report::diagnosis::causes::{equation, meaning};
+use crate::report::diagnosis::pictures;
 
 /// One HTML file. `charts` are the simulations, drive by drive.
 #[must_use]
@@ -114,9 +115,15 @@ fn errors(page: &mut Page, outcome: &Outcome) {
 fn causes(page: &mut Page, outcome: &Outcome) {
     page.section("causes", "Which cause");
     if outcome.ladder.iter().any(|rung| rung.evidence.is_some()) {
+        page.paragraph(
+            "Each cause was put into the base model, and both were fitted again. Gain held out: by how much the model with the cause predicts \
+             stretches better that it was not fitted to (in log-likelihood, in nats). A cause counts if that is more than needed, which is more \
+             for a further cause than for the first.",
+        );
         page.picture("Ladder of causes", &pictures::ladder("Causes that were tried", &outcome.ladder));
         let row = |rung: &crate::diagnose::outcome::RungEntry| {
-            let number = |x: Option<f64>| x.map_or("–".to_owned(), |x| format!("{x:.1}"));
+            let number =
+                |x: Option<f64>| x.map_or("–".to_owned(), |x| format!("{:.1}", (10.0 * x).round() / 10.0 + 0.0));
             let need = format!("{:.1}", rung.threshold);
             vec![
                 rung.round.to_string(),
@@ -144,24 +151,36 @@ fn causes(page: &mut Page, outcome: &Outcome) {
     let mut models = Vec::new();
     for (name, model) in [("base", &outcome.base), ("extended", &outcome.extended)] {
         for p in model.iter().flat_map(|model| &model.parameters) {
-            models.push(vec![name.to_owned(), p.name.clone(), short(p.value), p.unit.clone(), between(p.interval)]);
+            let (value, interval) = (short(p.value), between(p.interval));
+            models.push(vec![
+                name.to_owned(),
+                p.name.clone(),
+                value,
+                p.unit.clone(),
+                interval,
+                meaning(&p.name).to_owned(),
+            ]);
         }
     }
-    page.table("Parameters of both models", &["model", "parameter", "value", "unit", "95 % interval"], &models);
+    page.table(
+        "Parameters of both models",
+        &["model", "parameter", "value", "unit", "95 % interval", "meaning"],
+        &models,
+    );
 }
 
 fn entries(page: &mut Page, caption: &str, causes: &[CauseEntry]) {
     let row = |cause: &CauseEntry| {
         let (formula, meaning) = equation(&cause.name).unwrap_or(("", ""));
         let parameters: Vec<String> = cause.parameters.iter().map(value).collect();
-        let evidence = format!("{:.0} of {:.0} nats ({})", cause.evidence, cause.threshold, cause.threshold_kind);
+        let evidence = format!("{:.0} nats, {:.0} needed ({})", cause.evidence, cause.threshold, cause.threshold_kind);
         vec![
             cause.name.clone(),
             meaning.to_owned(),
             formula.to_owned(),
             parameters.join("; ") + &cause.recording.as_ref().map_or(String::new(), |file| format!("; in {file}")),
             evidence,
-            cause.family.clone(),
+            if cause.family == cause.name { String::new() } else { cause.family.clone() },
         ]
     };
     if !causes.is_empty() {

@@ -3,7 +3,7 @@
 use super::Axis;
 use super::signal::rms;
 use crate::trajectory::prepare::slope;
-use crate::trajectory::{Car, Layout};
+use crate::trajectory::{Car, Layout, factor};
 use serde::Serialize;
 use std::ops::Range;
 
@@ -31,13 +31,18 @@ pub struct LinkInspection {
     pub drift_rms_m: Option<f64>,
     pub drift_m_per_km: Option<f64>,
     pub longest_complete_s: f64,
+    /// By how many times the gap changes as much as the speeds say, where that is certain and not about 1.
+    pub gap_factor: Option<f64>,
 }
 
 impl LinkInspection {
     pub(super) fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
         let signal = &self.signal;
-        if let Some(rms) = self.gap_rate_rms_mps.filter(|&rms| rms > CONTRADICTION_MPS) {
+        if let Some(ratio) = self.gap_factor {
+            let hint = factor::explain(ratio).map_or(String::new(), |hint| format!(" ({hint})"));
+            warnings.push(format!("{signal}: changes {ratio:.3} times as much as the speeds say{hint}: check units"));
+        } else if let Some(rms) = self.gap_rate_rms_mps.filter(|&rms| rms > CONTRADICTION_MPS) {
             warnings.push(format!("{signal}: contradicts the speeds (rms {rms:.1} m/s): broken?"));
         } else if self.speeds_late_s.abs() > 0.0 {
             warnings.push(format!(
@@ -79,6 +84,7 @@ pub(super) fn inspect(lead: &Car, ego: &Car, axis: &Axis, layout: Layout) -> Opt
         gap_rate_rms_aligned_mps: best.1,
         drift_rms_m: drift.map(|drift| drift.0),
         drift_m_per_km: drift.map(|drift| drift.1),
+        gap_factor: factor::of_gap([(axis.t, dv.as_slice(), gap.as_slice())]),
         longest_complete_s: complete.len().saturating_sub(1) as f64 * axis.step,
     })
 }

@@ -2,7 +2,7 @@
 
 use super::samples::{Samples, Signal, lead_length};
 use super::{Context, Reconcile};
-use crate::trajectory::{Grade, Layout, Note, PrepareError, Trajectory, integrate};
+use crate::trajectory::{Grade, Layout, Note, PrepareError, Trajectory, factor, integrate};
 
 /// Positions closer than this count as one point of a grade profile \[m\]: the car stands.
 const GRADE_SPACING_M: f64 = 1e-3;
@@ -20,6 +20,9 @@ pub(super) fn trajectory(
         0.0
     });
     let dt_raw = samples.t[1] - samples.t[0];
+    if context.recording.layout != Layout::Columns {
+        notes.extend(units(&samples));
+    }
     let (x_l, x_f, s) = positions(&samples, len_l, dt, dt_raw, &mut notes, context);
     if let Some(i) = s.iter().position(|&s_i| s_i.is_nan() || s_i <= 0.0) {
         return Err(PrepareError::Spacing {
@@ -55,6 +58,14 @@ pub(super) fn trajectory(
         notes,
         t: samples.t,
     })
+}
+
+/// Whether gap and speeds are in the units that their columns promise. A column map is judged when it is read.
+fn units(samples: &Samples) -> Option<Note> {
+    let (v_l, v_f) = (samples.required(Signal::LeadSpeed), samples.required(Signal::Speed));
+    let dv: Vec<f64> = v_l.iter().zip(v_f).map(|(v_l, v_f)| v_l - v_f).collect();
+    let ratio = factor::of_gap([(samples.t.as_slice(), dv.as_slice(), samples.required(Signal::Spacing))])?;
+    Some(Note::UnitsContradict { ratio, hint: factor::explain(ratio) })
 }
 
 /// Positions of both cars and their spacing \[m\].

@@ -3,23 +3,15 @@
 
 use super::role::Role;
 use super::rows::Table;
-use super::unit::explain;
 use crate::trajectory::error::ProblemKind;
+use crate::trajectory::factor;
 use crate::trajectory::import::median;
 use crate::trajectory::import::problems::Problems;
 
 /// Signals that say the same may differ by this factor, by noise and smoothing.
 const FACTOR: f64 = 1.25;
-/// The gap follows from differences of speeds, which noise drowns sooner.
-const GAP_FACTOR: f64 = 1.8;
-/// Gap and speeds must vary together as closely as this before their ratio is believed: squared correlation.
-const TOGETHER: f64 = 0.8;
-/// The gap is compared with the speeds over stretches of this length \[s\].
-const WINDOW_S: f64 = 5.0;
 /// Less variation than this says nothing \[m\].
 const VARIATION_M: f64 = 1.0;
-/// Fewer stretches say nothing.
-const WINDOWS_MIN: usize = 5;
 /// Half of all vehicles are neither shorter nor longer than this \[m\].
 const LENGTHS: [f64; 2] = [1.5, 12.0];
 /// A usual time step lies between these \[s\].
@@ -103,32 +95,13 @@ pub(super) fn pairs(table: &Table, pairs: &[Pair], problems: &mut Problems) {
 
 /// By how many times the distance changes as much as the speeds say, where that is certain and not about 1.
 fn against_speeds(pairs: &[Pair], role: Role) -> Option<f64> {
-    let (mut xx, mut xy, mut yy, mut windows) = (0.0, 0.0, 0.0, 0);
-    for pair in pairs {
+    let drives = pairs.iter().filter_map(|pair| {
         let distance = if role == Role::Gap { &pair.gap } else { &pair.headway };
-        let Some(distance) = distance else { continue };
-        let (mut start, mut integral) = (0, 0.0);
-        for i in 1..pair.t.len() {
-            let dt = pair.t[i] - pair.t[i - 1];
-            integral += (pair.dv[i - 1] + pair.dv[i]) / 2.0 * dt;
-            if !integral.is_finite() || !distance[i].is_finite() || !distance[start].is_finite() {
-                (start, integral) = (i, 0.0);
-            } else if pair.t[i] - pair.t[start] >= WINDOW_S {
-                let change = distance[i] - distance[start];
-                xx += integral * integral;
-                xy += integral * change;
-                yy += change * change;
-                windows += 1;
-                (start, integral) = (i, 0.0);
-            }
-        }
-    }
-    let enough = windows >= WINDOWS_MIN && (xx / windows as f64).sqrt() > VARIATION_M;
-    let ratio = xy / xx;
-    let together = xy * xy > TOGETHER * xx * yy;
-    (enough && together && !(1.0 / GAP_FACTOR..=GAP_FACTOR).contains(&ratio)).then_some(ratio)
+        Some((pair.t.as_slice(), pair.dv.as_slice(), distance.as_deref()?))
+    });
+    factor::of_gap(drives)
 }
 
 fn hint(ratio: f64, otherwise: &str) -> String {
-    explain(ratio).map_or_else(|| otherwise.to_owned(), |words| format!("{words}: {otherwise}"))
+    factor::explain(ratio).map_or_else(|| otherwise.to_owned(), |words| format!("{words}: {otherwise}"))
 }

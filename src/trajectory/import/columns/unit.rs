@@ -49,28 +49,3 @@ impl Quantity {
         self.units().iter().find(|(name, _)| *name == unit).map(|(_, factor)| *factor)
     }
 }
-
-/// Ratios of units that are taken for each other.
-const MISTAKES: [(f64, &str); 8] = [
-    (1.0 / FOOT, "feet per metre"),
-    (3.6, "km/h per m/s"),
-    (3600.0 / MILE, "mph per m/s"),
-    (1000.0, "a thousand"),
-    (1.609_344, "kilometres per mile"),
-    (1.097_28, "km/h per ft/s"),
-    (2.5, "25 frames per second taken for 10"),
-    (3.0, "30 frames per second taken for 10"),
-];
-
-/// How far a ratio of measured data may lie from that of two units to be explained by them.
-const NEAR: f64 = 0.05;
-
-/// The units that explain a ratio, in words.
-pub(super) fn explain(ratio: f64) -> Option<String> {
-    let near = |size: f64| (ratio / size - 1.0).abs() < NEAR;
-    let up = MISTAKES.iter().find(|(size, _)| near(*size)).map(|(size, words)| format!("{size:.4} is {words}"));
-    up.or_else(|| {
-        let down = MISTAKES.iter().find(|(size, _)| near(1.0 / size));
-        down.map(|(size, words)| format!("1/{size:.4} is the inverse of {words}"))
-    })
-}

@@ -1,0 +1,97 @@
+//! Signals that say the same thing twice and differ by a factor: units taken for each other.
+
+/// The gap follows from differences of speeds, which noise drowns; less than this factor is no unit.
+const FACTOR: f64 = 1.8;
+/// Gap and speeds must vary together as closely as this before their ratio is believed: squared correlation.
+const TOGETHER: f64 = 0.8;
+/// The gap is compared with the speeds over stretches of this length \[s\].
+const WINDOW_S: f64 = 5.0;
+/// Less variation than this says nothing \[m\].
+const VARIATION_M: f64 = 1.0;
+/// Fewer stretches say nothing.
+const WINDOWS_MIN: usize = 5;
+
+/// By how many times a gap changes as much as the speeds say, where that is certain and not about 1. A drive is its times,
+/// the speed of the vehicle ahead minus that of the follower, and the distance; missing values are NaN.
+pub(super) fn of_gap<'a>(drives: impl IntoIterator<Item = (&'a [f64], &'a [f64], &'a [f64])>) -> Option<f64> {
+    let (mut xx, mut xy, mut yy, mut windows) = (0.0, 0.0, 0.0, 0);
+    for (t, dv, distance) in drives {
+        let (mut start, mut integral) = (0, 0.0);
+        for i in 1..t.len() {
+            integral += (dv[i - 1] + dv[i]) / 2.0 * (t[i] - t[i - 1]);
+            if !integral.is_finite() || !distance[i].is_finite() || !distance[start].is_finite() {
+                (start, integral) = (i, 0.0);
+            } else if t[i] - t[start] >= WINDOW_S {
+                let change = distance[i] - distance[start];
+                xx += integral * integral;
+                xy += integral * change;
+                yy += change * change;
+                windows += 1;
+                (start, integral) = (i, 0.0);
+            }
+        }
+    }
+    let enough = windows >= WINDOWS_MIN && (xx / windows as f64).sqrt() > VARIATION_M;
+    let ratio = xy / xx;
+    let together = xy * xy > TOGETHER * xx * yy;
+    (enough && together && !(1.0 / FACTOR..=FACTOR).contains(&ratio)).then_some(ratio)
+}
+
+/// Ratios of units that are taken for each other.
+const MISTAKES: [(f64, &str); 8] = [
+    (1.0 / 0.3048, "feet per metre"),
+    (3.6, "km/h per m/s"),
+    (3600.0 / 1609.344, "mph per m/s"),
+    (1000.0, "a thousand"),
+    (1.609_344, "kilometres per mile"),
+    (1.097_28, "km/h per ft/s"),
+    (2.5, "25 frames per second taken for 10"),
+    (3.0, "30 frames per second taken for 10"),
+];
+
+/// How far a ratio of measured data may lie from that of two units to be explained by them.
+const NEAR: f64 = 0.05;
+
+/// The units that explain a ratio, in words.
+pub(super) fn explain(ratio: f64) -> Option<String> {
+    let near = |size: f64| (ratio / size - 1.0).abs() < NEAR;
+    let up = MISTAKES.iter().find(|(size, _)| near(*size)).map(|(size, words)| format!("{size:.4} is {words}"));
+    up.or_else(|| {
+        let down = MISTAKES.iter().find(|(size, _)| near(1.0 / size));
+        down.map(|(size, words)| format!("1/{size:.4} is the inverse of {words}"))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A gap that breathes by 10 m, and what two speeds say of it.
+    fn drive() -> (Vec<f64>, Vec<f64>, Vec<f64>) {
+        let t: Vec<f64> = (0..1200).map(|i| f64::from(i) * 0.1).collect();
+        let dv = t.iter().map(|t| 2.0 * (0.2 * t).cos()).collect();
+        let gap = t.iter().map(|t| 30.0 + 10.0 * (0.2 * t).sin()).collect();
+        (t, dv, gap)
+    }
+
+    #[test]
+    fn names_the_units() {
+        let (t, dv, gap) = drive();
+        assert_eq!(of_gap([(&t[..], &dv[..], &gap[..])]), None);
+        let feet: Vec<f64> = gap.iter().map(|gap| gap / 0.3048).collect();
+        let ratio = of_gap([(&t[..], &dv[..], &feet[..])]).expect("feet differ");
+        assert_eq!(explain(ratio).as_deref(), Some("3.2808 is feet per metre"));
+        let kmh: Vec<f64> = dv.iter().map(|dv| dv * 3.6).collect();
+        let ratio = of_gap([(&t[..], &kmh[..], &gap[..])]).expect("km/h differ");
+        assert_eq!(explain(ratio).as_deref(), Some("1/3.6000 is the inverse of km/h per m/s"));
+    }
+
+    #[test]
+    fn says_nothing_of_what_does_not_vary_together() {
+        let (t, dv, gap) = drive();
+        let late: Vec<f64> = gap.iter().rev().map(|gap| gap * 3.6).collect();
+        assert_eq!(of_gap([(&t[..], &dv[..], &late[..])]), None);
+        let still = vec![30.0; t.len()];
+        assert_eq!(of_gap([(&t[..], &vec![0.0; t.len()][..], &still[..])]), None);
+    }
+}
