@@ -2,10 +2,12 @@
 
 use super::candidate::{Candidate, Held, Setting};
 use super::decide::{
-    ABSORBED, Evidence, NO_TRANSFER, TRANSFERS, gate, is_scheme, margin, margin_of_relatives, need, proxy, transfers,
+    ABSORBED, Evidence, TRANSFERS, gate, is_scheme, margin, margin_of_relatives, need, proxy, transfers,
 };
+use super::fate::{Fate, Objection};
 use super::fit::{Plan, Point};
 use super::observer::Noise;
+use super::polish::{is_rugged, polished};
 use super::screen::{Spending, identifiability, screen};
 use super::start::NEARLY_FREE;
 use super::verdict::{DiagnoseError, NotTestable, Tried};
@@ -14,10 +16,12 @@ use rayon::prelude::*;
 
 /// Rounds at most.
 pub const ROUNDS: usize = 5;
-/// Begins the objection to a cause whose effect other parameters have as well.
-pub const MADE_UP_FOR: &str = "a calibration absorbs it in";
 /// The family of which one member at most is adopted: all of them shift the phase.
 pub const PHASE: &str = "phase";
+
+/// Screenings of a round at most: where one cause has shown that the present model itself fits better by so much \[nats\], and by this
+/// share of what the best cause gains, the others were tried on top of the wrong one.
+const SCREENINGS: (usize, f64, f64) = (3, 25.0, 0.25);
 
 /// A cause that could be in the place of an adopted one, fitted there.
 #[derive(Debug)]
@@ -48,7 +52,7 @@ pub struct Search {
     /// Everything tried.
     pub ladder: Vec<Tried>,
     /// Causes stopped by sign, bound or hold-out with their evidence \[nats\] and the threshold, of the last round.
-    pub stopped: Vec<(&'static Extension, f64, f64, String)>,
+    pub stopped: Vec<(&'static Extension, f64, f64, Objection)>,
     /// Causes that the data cannot show.
     pub not_testable: Vec<NotTestable>,
     /// Thresholds of the last round \[nats\].
@@ -74,7 +78,7 @@ struct Trial {
     /// Where the search stood before it.
     before: Candidate,
     held: Held,
-    stopped: Vec<(&'static Extension, f64, f64, String)>,
+    stopped: Vec<(&'static Extension, f64, f64, Objection)>,
     /// The first row of its round.
     ladder: usize,
 }
@@ -140,7 +144,6 @@ impl Search {
     /// # Errors
     /// As [`screen`].
     pub fn fit_all(&mut self, setting: &Setting<'_>, spending: &Spending) -> Result<Vec<Fitted>, DiagnoseError> {
-        let missing = missing(&mut self.current)?;
         let phase = self.current.causes.iter().any(|cause| family(cause) == PHASE);
         let causes: Vec<&'static Extension> = setting
             .question
@@ -149,9 +152,19 @@ impl Search {
             .copied()
             .filter(|cause| !(self.current.causes.contains(cause) || phase && family(cause) == PHASE))
             .collect();
-        let mut tried = screen(setting, &self.current, &causes, &missing, spending)?;
-        tried.sort_by(|a, b| b.1.fit.log_likelihood.total_cmp(&a.1.fit.log_likelihood));
-        self.improve(setting, &tried, spending)?;
+        let mut tried = Vec::new();
+        for _ in 0..SCREENINGS.0 {
+            let missing = missing(&mut self.current)?;
+            tried = screen(setting, &self.current, &causes, &missing, spending)?;
+            tried.sort_by(|a, b| b.1.fit.log_likelihood.total_cmp(&a.1.fit.log_likelihood));
+            let before = self.current.fit.log_likelihood;
+            self.improve(setting, &tried, spending)?;
+            let present = self.current.fit.log_likelihood;
+            let best = tried.first().map_or(0.0, |(_, best)| best.fit.log_likelihood - present);
+            if present - before < SCREENINGS.1.max(SCREENINGS.2 * best) {
+                break;
+            }
+        }
         self.short_list = spending.short_list;
         // The best model's innovations say how correlated they are when what can be explained is.
         self.inflation = match tried.first_mut() {
@@ -195,8 +208,9 @@ impl Search {
         if on_trial.is_some() {
             let cause = *self.current.causes.last().expect("just adopted");
             for row in self.ladder.iter_mut().skip(ladder).filter(|row| row.name == cause.name) {
-                row.adopted = true;
-                row.reason = format!("adopted on trial: by itself {}", row.reason);
+                if let Fate::Stopped(objection) = &row.fate {
+                    row.fate = Fate::OnTrial(objection.clone());
+                }
             }
             let stopped = std::mem::take(&mut self.stopped);
             self.trial = Some(Trial { cause, before: before.0, held: before.1, stopped, ladder });
@@ -208,7 +222,7 @@ impl Search {
     fn worth_a_trial(&self, tried: &[Fitted]) -> Option<usize> {
         let likeliest = self.stopped.iter().max_by(|a, b| a.1.total_cmp(&b.1)).filter(|_| self.trial.is_none())?;
         let (cause, evidence, need, objection) = likeliest;
-        let worth = *evidence > TAKEN_ALONG * need && objection.starts_with(NO_TRANSFER);
+        let worth = *evidence > TAKEN_ALONG * need && matches!(objection, Objection::NoTransfer { .. });
         worth.then(|| tried.iter().position(|(other, _)| other == cause)).flatten()
     }
 
@@ -223,11 +237,10 @@ impl Search {
         if more && transfers(setting, &self.current, trial.cause, &trial.before)?.0 >= TRANSFERS {
             return Ok(());
         }
-        for row in self.ladder.iter_mut().skip(trial.ladder).filter(|row| row.adopted) {
-            row.adopted = false;
-            row.reason = match trial.stopped.iter().find(|(cause, ..)| cause.name == row.name) {
-                Some((.., objection)) => objection.clone(),
-                None => format!("only next to {}, which does not carry over", trial.cause.name),
+        for row in self.ladder.iter_mut().skip(trial.ladder).filter(|row| row.fate.is_adopted()) {
+            row.fate = match trial.stopped.iter().find(|(cause, ..)| cause.name == row.name) {
+                Some((.., objection)) => Fate::Stopped(objection.clone()),
+                None => Fate::OnlyNextTo { other: trial.cause.name.clone() },
             };
         }
         self.rivals.retain(|rival| trial.before.causes.contains(&rival.of));
@@ -250,6 +263,11 @@ impl Search {
         let plan =
             Plan { select: 4, kinds: 1, rough: 4, keep: 2, fine: spending.plan.fine, tolerance: 0.1, least: [0.0; 2] };
         let again = Candidate::fitted(setting, self.current.variant, &self.current.causes, model, &starts, plan)?;
+        let rugged = self.current.causes.iter().any(|cause| is_rugged(cause));
+        let again = match again {
+            Some(again) if rugged => Some(polished(setting, again, spending.plan)?),
+            again => again,
+        };
         if let Some(again) = again
             && again.fit.log_likelihood > self.current.fit.log_likelihood + 0.5
         {
@@ -281,18 +299,19 @@ impl Search {
                 folds: [f64::NAN; 2],
                 trimmed: f64::NAN,
                 threshold: self.need,
-                adopted: false,
-                reason: "gains too little on all training data".to_owned(),
+                fate: Fate::Screened,
             };
             if let Some(held) = &held[i] {
                 let evidence = Evidence::of(setting, candidate, cause, held, &self.current, &self.held);
                 (row.evidence, row.folds, row.trimmed) = (evidence.counts(), evidence.folds, evidence.trimmed);
-                row.reason = evidence.objection(self.need).unwrap_or_default();
-                rows.push((i, evidence, index));
+                // Of those without an objection the fate is decided below.
+                match evidence.objection(self.need) {
+                    Some(objection) => row.fate = Fate::Stopped(objection),
+                    None => rows.push((i, evidence, index)),
+                }
             }
             self.ladder.push(row);
         }
-        rows.retain(|(_, evidence, _)| evidence.objection(self.need).is_none());
         rows.sort_by(|a, b| b.1.counts().total_cmp(&a.1.counts()));
         let mut sound: Vec<(usize, f64)> = Vec::new();
         let mut made_up_for: Vec<(usize, f64)> = Vec::new();
@@ -304,12 +323,12 @@ impl Search {
             let (cause, candidate) = &tried[*i];
             // Behind one that stands, only what is as likely matters.
             if sound.first().is_some_and(|best| best.1 - evidence.counts() > within(*best, *i)) {
-                self.ladder[first + i].reason = "less likely than the one adopted".to_owned();
+                self.ladder[first + i].fate = Fate::LessLikely;
                 continue;
             }
             // What cannot be told from another calibration is no name; what is less likely than that is none either.
             if let Some(best) = made_up_for.first().filter(|best| best.1 - evidence.counts() > within(**best, *i)) {
-                self.ladder[first + i].reason = format!("less likely than {}, which is absorbed", tried[best.0].0.name);
+                self.ladder[first + i].fate = Fate::LessLikelyThanAbsorbed { other: tried[best.0].0.name.clone() };
                 continue;
             }
             let absorbed = family(cause) == "absorbed" && *index < ABSORBED;
@@ -317,13 +336,13 @@ impl Search {
                 Some(objection) => Some(objection),
                 None if absorbed => {
                     made_up_for.push((*i, evidence.counts()));
-                    Some(format!("{MADE_UP_FOR} {}", identifiability(candidate, cause).1.join(", ")))
+                    Some(Objection::Absorbed { by: identifiability(candidate, cause).1 })
                 }
                 None => gate(setting, candidate, cause, &self.current)?,
             };
             match objection {
                 Some(objection) => {
-                    self.ladder[first + i].reason.clone_from(&objection);
+                    self.ladder[first + i].fate = Fate::Stopped(objection.clone());
                     let first = candidate.model.positions(cause).first().copied();
                     if !first.is_some_and(|k| is_scheme(cause, candidate.fit.point.values[k])) {
                         self.stopped.push((cause, evidence.counts(), self.need, objection));
@@ -343,12 +362,11 @@ impl Search {
         }
         let chosen = chosen.map(|(i, _)| i);
         if let Some(chosen) = chosen {
-            self.ladder[first + chosen].adopted = true;
-            self.ladder[first + chosen].reason = "adopted".to_owned();
+            self.ladder[first + chosen].fate = Fate::Adopted;
             // What is as likely although a calibration has most of its effect is no name by itself, but leaves doubt in one.
             sound.extend(made_up_for.iter().filter(|(i, counts)| best.1 - counts <= within(best, *i)));
             for (i, _) in sound.iter().filter(|(i, _)| *i != chosen) {
-                self.ladder[first + i].reason = format!("as likely as {} within the threshold", tried[chosen].0.name);
+                self.ladder[first + i].fate = Fate::AsLikely { adopted: tried[chosen].0.name.clone() };
             }
         }
         Ok(chosen)
@@ -380,7 +398,7 @@ impl Search {
                 let held = held.expect("an adopted cause was cross-fitted");
                 before =
                     Some((std::mem::replace(&mut self.current, candidate), std::mem::replace(&mut self.held, held)));
-            } else if self.ladder.iter().rev().any(|row| row.name == cause.name && row.reason.starts_with("as likely"))
+            } else if self.ladder.iter().any(|row| row.name == cause.name && matches!(row.fate, Fate::AsLikely { .. }))
             {
                 let evidence = row(&cause.name);
                 rivals.push(Rival { of, cause, candidate, evidence, need: self.need });

@@ -4,7 +4,7 @@ use super::candidate::{Candidate, Setting};
 use super::fit::{Plan, Point};
 use super::observer::Noise;
 use super::screen::Spending;
-use super::start::{NEARLY_FREE, first_noise, population, softened};
+use super::start::{NEARLY_FREE, STRONG, first_noise, population, softened, with_free_driving};
 use super::verdict::DiagnoseError;
 use crate::catalog::Variant;
 
@@ -79,8 +79,14 @@ fn refined(setting: &Setting<'_>, rough: Candidate, spending: &Spending) -> Resu
         None => fit.point.noise,
     };
     let free = Noise { sigma_d: NEARLY_FREE.0.min(noise.sigma_d), tau_d: NEARLY_FREE.1, ..noise };
-    let starts = [noise, free].map(|noise| Point { noise, ..fit.point.clone() });
-    let plan = Plan { select: 2, kinds: 1, rough: 0, keep: 2, ..spending.base };
+    // A slow and large missing acceleration makes up for whatever the rough fit has wrong; textbook values have no such way out.
+    let speeds = setting.question.train.iter().flat_map(|drive| &drive.trajectory.v_f);
+    let fastest = speeds.copied().fold(0.0, f64::max);
+    let generic = with_free_driving(&model, &fit.point.values, fastest);
+    let strong = Noise { sigma_d: STRONG.0, tau_d: STRONG.1, ..noise };
+    let mut starts = [noise, free].map(|noise| Point { noise, ..fit.point.clone() }).to_vec();
+    starts.extend([strong, free].map(|noise| Point { values: generic.clone(), noise }));
+    let plan = Plan { select: starts.len(), kinds: 1, rough: 6, keep: 2, ..spending.base };
     let found = Candidate::fitted(setting, variant, &causes, model, &starts, plan)?;
     Ok(found.expect("a start that has run runs again"))
 }

@@ -1,12 +1,13 @@
 //! From a question to an answer: base, rounds, repair, what is left, verdict.
 
-use super::adopt::{MADE_UP_FOR, ROUNDS, Rival, Search, family};
+use super::adopt::{ROUNDS, Rival, Search, family};
 use super::base::{Calibrated, calibrate_base, contradiction};
 use super::bootstrap::{SURROGATES, threshold};
 use super::candidate::{Candidate, LEAD, Setting};
 use super::family::others;
+use super::fate::Objection;
 use super::model::Model;
-use super::screen::Spending;
+use super::screen::{Spending, is_lost};
 use super::specification::{Leftovers, leftovers};
 use super::verdict::{
     Adopted, DiagnoseError, Effort, Estimate, Fitted, Inference, LeftOver, Progress, Question, Verdict,
@@ -21,9 +22,6 @@ use std::time::Instant;
 const OTHER_FAMILY: f64 = 10.0;
 /// Share of the causes' evidence above which what is left speaks against their names.
 const LEFT_SHARE: f64 = 0.5;
-
-/// A missing acceleration larger than this \[m/s²\] that lasts longer than this \[s\] is no gust: something is missing.
-const SLOW: (f64, f64) = (0.08, 10.0);
 
 /// Share of a thorough diagnosis that its bootstrap takes, as the bar shows it.
 const BOOTSTRAP: f64 = 0.7;
@@ -292,7 +290,7 @@ impl Answer<'_> {
         }
         let strong = search.stopped.iter().find(|(_, evidence, need, _)| evidence > &(2.0 * need));
         if let Some((cause, evidence, need, objection)) = strong
-            && objection.starts_with(MADE_UP_FOR)
+            && matches!(objection, Objection::Absorbed { .. })
         {
             let reason = format!(
                 "{} gains {evidence:.0} nats ({need:.0} needed), but {objection}: these data do not tell whether it is missing",
@@ -310,7 +308,7 @@ impl Answer<'_> {
             return (Verdict::Unexplained, reason, vec![left]);
         }
         let noise = search.current.fit.point.noise;
-        if noise.sigma_d > SLOW.0 && noise.tau_d > SLOW.1 {
+        if is_lost(&noise) {
             let reason = format!(
                 "no cause of the library passes, but the follower is accelerated by {:.2} m/s² (root mean square) for {:.0} s at a \
                  time in a way that the model does not have: too much and too slow for gusts",

@@ -66,8 +66,8 @@ pub fn known(
     let evidence = Evidence::of(&setting, &truth, cause, &held, &base, &base_held);
     let (share, _) = transfers(&setting, &truth, cause, &base)?;
     let objection = match evidence.objection(threshold).or_else(|| proxy(&truth, cause)) {
-        Some(objection) => objection,
-        None => gate(&setting, &truth, cause, &base)?.unwrap_or_default(),
+        Some(objection) => Some(objection),
+        None => gate(&setting, &truth, cause, &base)?,
     };
     Ok(Some(Known {
         log_likelihoods: [base.fit.log_likelihood, truth.fit.log_likelihood],
@@ -77,7 +77,7 @@ pub fn known(
         trimmed: evidence.trimmed,
         transfers: share,
         noise: [truth.fit.point.noise.sigma_d, truth.fit.point.noise.tau_d],
-        objection,
+        objection: objection.map_or_else(String::new, |objection| objection.to_string()),
         parts,
         estimates: truth
             .model

@@ -38,6 +38,9 @@ const RATIOS: [&str; 5] = ["acap", "bcap", "P", "J", "vlim"];
 /// Parameters on which innovations depend in jumps, with the step of a finite difference in their unit.
 const JUMPS: [(&str, f64); 4] = [("qz", 0.01), ("t1", 0.3), ("dur", 0.3), ("t0", 0.5)];
 
+/// No car is seen before it is there; what looks so is told by a little of it \[s\].
+const FORESIGHT: f64 = -0.1;
+
 /// Where an event happens: in every drive at that time of its file, or in the recording of one drive only.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Event {
@@ -202,6 +205,9 @@ fn axis(
         let first = drives.iter().map(|d| d.trajectory.t[0]).fold(f64::INFINITY, f64::min);
         let last = drives.iter().map(|d| d.trajectory.t[d.samples() - 1]).fold(f64::NEG_INFINITY, f64::max);
         (lower, upper) = if name == "dur" { (4.0, last - first) } else { (first.max(lower), last.min(upper)) };
+    }
+    if name == "to" {
+        lower = lower.max(FORESIGHT);
     }
     let mut axis = if RATIOS.contains(&name) { Axis::log(lower, upper) } else { Axis::linear(lower, upper) };
     if let Some((_, step)) = JUMPS.iter().find(|jump| jump.0 == name) {

@@ -147,7 +147,7 @@ impl From<&Tried> for RungEntry {
             gain: tried.gain.is_finite().then_some(tried.gain),
             evidence: tried.evidence.is_finite().then_some(tried.evidence),
             threshold: tried.threshold,
-            fate: tried.reason.clone(),
+            fate: tried.fate.to_string(),
         }
     }
 }

@@ -3,8 +3,10 @@
 use super::adopt::{Fitted, Rival, Search, family, missing};
 use super::candidate::{Candidate, Setting};
 use super::decide::{Evidence, gate, margin_of_relatives, proxy};
+use super::fate::Fate;
 use super::fit::{Plan, Point};
 use super::observer::Noise;
+use super::polish::is_rugged;
 use super::screen::{Spending, explain};
 use super::start::NEARLY_FREE;
 use super::verdict::DiagnoseError;
@@ -13,7 +15,7 @@ use crate::extension::Extension;
 use rayon::prelude::*;
 
 impl Search {
-    /// Puts each adopted cause that has relatives right: the likeliest of them takes its place, and those as likely are its rivals.
+    /// Puts each adopted cause that has relatives, or a size that goes in jumps, right: the likeliest of them takes its place, and those as likely are its rivals.
     ///
     /// # Errors
     /// As [`explain`].
@@ -29,7 +31,8 @@ impl Search {
                     *other != cause && family(other) == family(cause) && !self.current.causes.contains(other)
                 })
                 .collect();
-            if relatives.is_empty() || family(cause) == cause.name {
+            // A size on which innovations depend in jumps is found next to what else is missing, and cannot follow when more is found.
+            if !is_rugged(cause) && (relatives.is_empty() || family(cause) == cause.name) {
                 continue;
             }
             let Some(mut reduced) = self.without(setting, cause, spending)? else { continue };
@@ -134,9 +137,8 @@ impl Search {
                 self.held = held;
                 self.evidence.remove(place);
                 self.rivals.retain(|rival| rival.of != cause);
-                for row in self.ladder.iter_mut().filter(|row| row.adopted && row.name == cause.name) {
-                    row.adopted = false;
-                    row.reason = format!("dropped again: costs {:.1} nats only in the end", evidence.counts());
+                for row in self.ladder.iter_mut().filter(|row| row.fate.is_adopted() && row.name == cause.name) {
+                    row.fate = Fate::Dropped { cost: evidence.counts() };
                 }
             } else {
                 self.evidence[place].0 = evidence.counts();

@@ -21,18 +21,25 @@ const ORDINARY: [f64; 2] = [0.02, 0.02];
 /// Share of the ordinary noise below which a sensor is precise.
 const PRECISE: f64 = 0.5;
 /// By how much the noise of ordinary sensors is exaggerated for an event.
-const FOR_AN_EVENT: f64 = 10.0;
+pub const FOR_AN_EVENT: f64 = 10.0;
+/// And for a size on which innovations depend in jumps.
+pub const FOR_STEPS: f64 = 4.0;
 
 /// The noise to search with where the likelihood is so rugged that a search stops beside the cause: where sensors are precise, as
 /// if they were ordinary; for an event, whose time has to be found, as if they were poor. `None` where it is smooth enough.
 #[must_use]
 pub fn softened(noise: &Noise, event: bool) -> Option<Noise> {
+    softened_by(noise, if event { FOR_AN_EVENT } else { 1.0 })
+}
+
+/// The same with the noise of ordinary sensors times a factor.
+#[must_use]
+pub fn softened_by(noise: &Noise, factor: f64) -> Option<Noise> {
     let precise = noise.r_s < PRECISE * ORDINARY[0] || noise.r_v < PRECISE * ORDINARY[1];
-    let least = match (event, precise) {
-        (true, _) => ORDINARY.map(|r| FOR_AN_EVENT * r),
-        (false, true) => ORDINARY,
-        (false, false) => return None,
-    };
+    if factor <= 1.0 && !precise {
+        return None;
+    }
+    let least = ORDINARY.map(|r| factor * r);
     Some(Noise { r_s: noise.r_s.max(least[0]), r_v: noise.r_v.max(least[1]), ..*noise })
 }
 
@@ -151,12 +158,14 @@ pub fn with_cause(
     starts
 }
 
-/// Textbook values of free driving instead of a model's own: what the base lacks is often imitated by them, and then does nothing
-/// from there. `fastest` is the largest speed of the follower \[m/s\].
+/// Textbook values of free driving and of gains instead of a model's own: what the base lacks is often imitated by them, and then does
+/// nothing from there. `fastest` is the largest speed of the follower \[m/s\].
 #[must_use]
 pub fn with_free_driving(model: &Model, values: &[f64], fastest: f64) -> Vec<f64> {
     let mut generic = values.to_vec();
-    for (name, value) in [("v_0", fastest + 4.0), ("k_0", 0.6), ("delta", 4.0), ("a_max", 1.8)] {
+    for (name, value) in
+        [("v_0", fastest + 4.0), ("k_0", 0.6), ("delta", 4.0), ("a_max", 1.8), ("k_s", 0.25), ("k_v", 0.6)]
+    {
         if let Some(k) = model.symbols.iter().position(|symbol| symbol.name() == name) {
             generic[k] = value.clamp(model.axes[k].lower, model.axes[k].upper);
         }

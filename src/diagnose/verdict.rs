@@ -1,6 +1,7 @@
 //! What a diagnosis is asked, and what it answers.
 
 use super::drive::Drive;
+use super::fate::Fate;
 use super::observer::Noise;
 use crate::calibrate::Overrides;
 use crate::catalog::Variant;
@@ -169,10 +170,8 @@ pub struct Tried {
     pub trimmed: f64,
     /// What it had to exceed \[nats\].
     pub threshold: f64,
-    /// True if it was adopted.
-    pub adopted: bool,
-    /// Why it was adopted or not.
-    pub reason: String,
+    /// What became of it, and why.
+    pub fate: Fate,
 }
 
 /// A fitted model.

@@ -229,7 +229,7 @@ fn fill(outcome: &mut DiagnosisOutcome, inference: &Inference) {
     outcome.tried = tried
         .map(|row| {
             let nats = [row.gain, row.evidence, row.threshold].map(finite);
-            (row.round, row.name.clone(), nats, row.reason.clone())
+            (row.round, row.name.clone(), nats, row.fate.to_string())
         })
         .collect();
     let base = &inference.base;

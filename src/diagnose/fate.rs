@@ -1,0 +1,139 @@
+//! What became of a cause that was tried, and what spoke against it.
+
+use std::fmt;
+
+/// Why a cause that gains is no name. `Display` says it after "it is not the cause: ".
+#[derive(Debug, Clone, PartialEq)]
+pub enum Objection {
+    /// Its evidence does not exceed what it needs \[nats\].
+    Weak {
+        /// Its evidence.
+        evidence: f64,
+        /// What it had to exceed.
+        need: f64,
+    },
+    /// The same for a cause that acts in one stretch.
+    WeakEvent {
+        /// Its evidence.
+        evidence: f64,
+        /// What it had to exceed.
+        need: f64,
+    },
+    /// Fitted on one half of the data it does not help on the other one.
+    OneFold,
+    /// What it gains it gains in two blocks \[nats\].
+    FewBlocks {
+        /// What it gains without them.
+        without: f64,
+    },
+    /// Its size has a sign that only something else can have.
+    WrongSign(Size),
+    /// It stands for the finer step of a real car.
+    Scheme(Size),
+    /// Its size lies on a bound.
+    OnBound(Size),
+    /// A calibration has most of its effect in these parameters.
+    Absorbed {
+        /// Their names.
+        by: Vec<String>,
+    },
+    /// It gains on the hold-out in too small a share of the bootstraps.
+    NoTransfer {
+        /// That share.
+        share: f64,
+    },
+}
+
+/// A parameter of a cause with its value.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Size {
+    /// Its name.
+    pub name: String,
+    /// Its value.
+    pub value: f64,
+    /// Its unit.
+    pub unit: String,
+}
+
+impl fmt::Display for Size {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} = {:.3} {}", self.name, self.value, self.unit)
+    }
+}
+
+impl fmt::Display for Objection {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Objection::Weak { evidence, need } => write!(f, "{evidence:.1} nats, {need:.1} needed"),
+            Objection::WeakEvent { evidence, need } => write!(f, "{evidence:.1} nats, {need:.0} needed of an event"),
+            Objection::OneFold => f.write_str("one fold speaks against it"),
+            Objection::FewBlocks { without } => write!(f, "without the two best blocks only {without:.1} nats"),
+            Objection::WrongSign(size) => write!(f, "{size} has the wrong sign"),
+            Objection::Scheme(size) => write!(f, "{size} is no more than the finer step of a real car explains"),
+            Objection::OnBound(size) => write!(f, "{size} lies on its bound"),
+            Objection::Absorbed { by } => write!(f, "a calibration absorbs it in {}", by.join(", ")),
+            Objection::NoTransfer { share } => {
+                write!(f, "it gains on the hold-out in {:.0} % of the bootstraps only", 100.0 * share)
+            }
+        }
+    }
+}
+
+/// What became of a cause in a round. `Display` is what a diagnosis prints.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Fate {
+    /// It was not among those cross-fitted.
+    Screened,
+    /// Something spoke against it.
+    Stopped(Objection),
+    /// The adopted one is likelier.
+    LessLikely,
+    /// One that a calibration absorbs is likelier.
+    LessLikelyThanAbsorbed {
+        /// Its name.
+        other: String,
+    },
+    /// It is a rival of the adopted one.
+    AsLikely {
+        /// The name of that.
+        adopted: String,
+    },
+    /// It became part of the model.
+    Adopted,
+    /// It did, for the time being, although this spoke against it.
+    OnTrial(Objection),
+    /// It was adopted next to a cause whose trial failed.
+    OnlyNextTo {
+        /// The name of that.
+        other: String,
+    },
+    /// It was adopted, and what was adopted later made it needless.
+    Dropped {
+        /// What its removal cost in the end \[nats\].
+        cost: f64,
+    },
+}
+
+impl Fate {
+    /// True while it is part of the model.
+    #[must_use]
+    pub fn is_adopted(&self) -> bool {
+        matches!(self, Fate::Adopted | Fate::OnTrial(_))
+    }
+}
+
+impl fmt::Display for Fate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Fate::Screened => f.write_str("gains too little on all training data"),
+            Fate::Stopped(objection) => objection.fmt(f),
+            Fate::LessLikely => f.write_str("less likely than the one adopted"),
+            Fate::LessLikelyThanAbsorbed { other } => write!(f, "less likely than {other}, which is absorbed"),
+            Fate::AsLikely { adopted } => write!(f, "as likely as {adopted} within the threshold"),
+            Fate::Adopted => f.write_str("adopted"),
+            Fate::OnTrial(objection) => write!(f, "adopted on trial: by itself {objection}"),
+            Fate::OnlyNextTo { other } => write!(f, "only next to {other}, which does not carry over"),
+            Fate::Dropped { cost } => write!(f, "dropped again: costs {cost:.1} nats only in the end"),
+        }
+    }
+}

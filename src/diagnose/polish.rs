@@ -1,0 +1,67 @@
+//! A search without derivatives, for a size on which innovations depend in jumps: everything has to fit together before such a size
+//! is seen to be right, and no derivative of a rugged likelihood leads there.
+
+use super::candidate::{Candidate, Setting};
+use super::fit::{Plan, Point, log_likelihoods};
+use super::model::is_stepped;
+use super::verdict::DiagnoseError;
+use crate::extension::Extension;
+use crate::optimize::{Descent, DescentSettings, Merit, Optimizer, Origin, SearchBox, Start};
+use std::sync::atomic::Ordering;
+
+/// First steps of the descents in turn, shares of the ranges of the parameters; the noise is fitted again after each.
+const STEPS: [f64; 5] = [0.06, 0.015, 0.015, 0.015, 0.015];
+/// The third and those after it follow one that gained this much \[nats\].
+const WORTH: f64 = 2.0;
+/// Evaluations and population of a descent.
+const DESCENT: (u64, usize) = (3000, 50);
+/// Replicate of the random numbers, which nothing else draws from.
+const REPLICATE: u64 = u64::MAX - 100;
+
+/// True for a cause with a size on which innovations depend in jumps.
+#[must_use]
+pub fn is_rugged(cause: &Extension) -> bool {
+    cause.parameters.iter().any(|symbol| is_stepped(*symbol) && !symbol.is_time())
+}
+
+/// The fit moved to the best that CMA-ES finds around it, and refined there.
+///
+/// # Errors
+/// As [`Candidate::fitted`].
+pub fn polished(setting: &Setting<'_>, mut found: Candidate, plan: Plan) -> Result<Candidate, DiagnoseError> {
+    for (turn, step) in STEPS.into_iter().enumerate() {
+        let Candidate { variant, causes, mut model, fit } = found;
+        let (axes, at) = (model.axes.clone(), fit.point.clone());
+        let free: Vec<usize> = (0..axes.len()).filter(|&k| !axes[k].is_fixed()).collect();
+        let point = |coordinates: &[f64]| {
+            let mut values = at.values.clone();
+            free.iter().zip(coordinates).for_each(|(&k, u)| values[k] = axes[k].value(*u));
+            Point { values, noise: at.noise }
+        };
+        let space = SearchBox { lower: vec![0.0; free.len()], upper: vec![1.0; free.len()] };
+        let middle = free.iter().map(|&k| axes[k].coordinate(at.values[k])).collect();
+        let settings = DescentSettings { population: DESCENT.1, evaluations: DESCENT.0, tolerance: 1e-7 };
+        let origin = Origin { generation: 1000 * turn as u64, ..Origin::new(setting.question.seed, REPLICATE) };
+        let mut descent = Descent::new(space, Start::Round { middle, step }, settings, origin);
+        let before = model.simulations;
+        while descent.ended().is_none() {
+            let points: Vec<Point> = descent.ask().iter().map(|coordinates| point(coordinates)).collect();
+            let merit = |likelihood: f64| match likelihood.is_finite() {
+                true => Merit::Feasible(-likelihood),
+                false => Merit::Infeasible { survived: 0 },
+            };
+            let likelihoods = log_likelihoods(&mut model, &axes, &setting.whole, &points)?;
+            descent.tell(&likelihoods.into_iter().map(merit).collect::<Vec<_>>());
+        }
+        setting.simulations.fetch_add(model.simulations - before, Ordering::Relaxed);
+        let mut starts = vec![at.clone()];
+        starts.extend(descent.best().map(|best| point(&best.point)));
+        let plan = Plan { select: starts.len(), kinds: 1, rough: 0, keep: starts.len(), ..plan };
+        let again = Candidate::fitted(setting, variant, &causes, model, &starts, plan)?;
+        found = again.expect("a start that has run runs again");
+        if turn > 0 && found.fit.log_likelihood < fit.log_likelihood + WORTH {
+            break;
+        }
+    }
+    Ok(found)
+}
