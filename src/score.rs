@@ -335,7 +335,7 @@ impl FromStr for GoodnessOfFit {
         let normal = text.trim().to_ascii_lowercase().replace('_', "-");
         let error = || {
             let known: Vec<String> = Measures::NAMES.iter().map(|name| name.replace('_', "-")).collect();
-            let near = did_you_mean(&normal, known.iter().map(String::as_str).filter(|name| *name != normal));
+            let near = did_you_mean(&normal, known.iter().map(String::as_str));
             UnknownGoodnessOfFit { found: text.to_owned(), near }
         };
         let (name, weights) = match normal.split_once(':') {

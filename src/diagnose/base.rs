@@ -4,7 +4,7 @@ use super::candidate::{Candidate, Setting};
 use super::fit::{Plan, Point};
 use super::observer::Noise;
 use super::screen::Spending;
-use super::start::{NEARLY_FREE, STRONG, first_noise, population, softened, with_free_driving};
+use super::start::{NEARLY_FREE, STRONG, fastest, first_noise, population, softened, with_free_driving};
 use super::verdict::DiagnoseError;
 use crate::catalog::Variant;
 
@@ -80,8 +80,7 @@ fn refined(setting: &Setting<'_>, rough: Candidate, spending: &Spending) -> Resu
     };
     let free = Noise { sigma_d: NEARLY_FREE.0.min(noise.sigma_d), tau_d: NEARLY_FREE.1, ..noise };
     // A slow and large missing acceleration makes up for whatever the rough fit has wrong; textbook values have no such way out.
-    let speeds = setting.question.train.iter().flat_map(|drive| &drive.trajectory.v_f);
-    let fastest = speeds.copied().fold(0.0, f64::max);
+    let fastest = fastest(setting.question.train);
     let generic = with_free_driving(&model, &fit.point.values, fastest);
     let strong = Noise { sigma_d: STRONG.0, tau_d: STRONG.1, ..noise };
     let mut starts = [noise, free].map(|noise| Point { noise, ..fit.point.clone() }).to_vec();

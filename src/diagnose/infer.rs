@@ -6,8 +6,9 @@ use super::bootstrap::{SURROGATES, threshold};
 use super::candidate::{Candidate, LEAD, Setting};
 use super::family::others;
 use super::fate::Objection;
+use super::held_sizes::is_lost;
 use super::model::Model;
-use super::screen::{Spending, is_lost};
+use super::screen::Spending;
 use super::specification::{Leftovers, leftovers};
 use super::verdict::{
     Adopted, DiagnoseError, Effort, Estimate, Fitted, Inference, LeftOver, Progress, Question, Verdict,

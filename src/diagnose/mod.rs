@@ -22,6 +22,7 @@ mod fourier;
 pub mod free;
 pub mod gain;
 pub mod gram;
+mod held_sizes;
 pub mod hold_back;
 mod infer;
 pub mod known;

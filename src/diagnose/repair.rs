@@ -15,7 +15,8 @@ use crate::extension::Extension;
 use rayon::prelude::*;
 
 impl Search {
-    /// Puts each adopted cause that has relatives, or a size that goes in jumps, right: the likeliest of them takes its place, and those as likely are its rivals.
+    /// Puts each adopted cause that has relatives, or a size that goes in jumps, right: the likeliest of them takes its place, and those
+    /// as likely are its rivals.
     ///
     /// # Errors
     /// As [`explain`].

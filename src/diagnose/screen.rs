@@ -2,15 +2,14 @@
 
 use super::candidate::{Candidate, Setting};
 use super::equilibrium::at_equilibrium;
-use super::fit::{Fit, Plan, Point, fit, log_likelihoods};
+use super::fit::{Plan, Point, log_likelihoods};
+use super::held_sizes::{from_held, set_free};
 use super::model::{Event, Model, is_stepped};
 use super::observer::Noise;
 use super::polish::{is_rugged, polished};
 use super::scan::{are_idle, scanned, timed};
-use super::space::Axis;
 use super::start::{
-    FOR_AN_EVENT, FOR_STEPS, KEEPS_THE_SPACING, KINDS, NEARLY_FREE, STRONG, hints, softened_by, with_cause,
-    with_free_driving,
+    FOR_AN_EVENT, FOR_STEPS, KEEPS_THE_SPACING, KINDS, NEARLY_FREE, fastest, hints, softened_by, with_cause,
 };
 use super::verdict::{DiagnoseError, Effort};
 use crate::catalog::Variant;
@@ -134,8 +133,7 @@ fn scopes(
     missing: &[Vec<f64>],
     spending: &Spending,
 ) -> Result<Option<Vec<Scope>>, DiagnoseError> {
-    let speeds = setting.question.train.iter().flat_map(|drive| &drive.trajectory.v_f);
-    let fastest = speeds.copied().fold(0.0, f64::max);
+    let fastest = fastest(setting.question.train);
     let needs_hints = cause.parameters.iter().any(|symbol| symbol.neutral().is_none());
     let mut scopes: Vec<(Scope, [f64; 2])> = Vec::new();
     for (scope, hints) in hints(cause, setting.question.train, missing, spending.hints) {
@@ -166,130 +164,6 @@ fn scopes(
     let most = [most(0), most(1)];
     let promising = scopes.into_iter().filter(|(scope, gains)| !scope.event || (0..2).any(|k| gains[k] >= most[k]));
     Ok(Some(promising.map(|(scope, _)| scope).collect()))
-}
-
-/// Of the sizes that were held, so many are followed when they are set free.
-const FOLLOWED: usize = 2;
-/// Turns with a size held.
-const HOLDING: Plan = Plan { select: 1, kinds: 1, rough: 4, keep: 1, fine: 0, tolerance: 0.1, least: [0.0; 2] };
-
-/// Starts for a cause whose size was held while the rest moved: what a base lacks it makes up for with parameters that are far off, and
-/// from there a size that is set free goes back to nothing. A strong observer sees the way even where a nearly free simulation is far
-/// off. Without sizes of its own to hold, none.
-fn from_held(
-    setting: &Setting<'_>,
-    current: &Candidate,
-    model: &mut Model,
-    cause: &'static Extension,
-) -> Result<Vec<Point>, DiagnoseError> {
-    let values = model.adopt(&current.model, &current.fit.point.values);
-    let limit = limit(model, cause);
-    let (sizes, values, mut points) = match limit {
-        Some(limit) => {
-            let likeliest = reached(setting, current, model, limit)?;
-            (limits(model, limit), values, vec![likeliest])
-        }
-        // Where the present model is about right, what is missing shows a way by itself.
-        None if !is_lost(&current.fit.point.noise) => return Ok(Vec::new()),
-        None => {
-            let speeds = setting.question.train.iter().flat_map(|drive| &drive.trajectory.v_f);
-            let fastest = speeds.copied().fold(0.0, f64::max);
-            (sizes(model, cause), with_free_driving(model, &values, fastest), Vec::new())
-        }
-    };
-    let noise = Noise { sigma_d: STRONG.0, tau_d: STRONG.1, ..current.fit.point.noise };
-    let mut found: Vec<Fit> = Vec::new();
-    for size in sizes {
-        let (mut axes, mut values) = (model.axes.clone(), values.clone());
-        for (k, value) in size {
-            values[k] = value;
-            axes[k] = Axis::linear(value, value);
-        }
-        found.extend(fit(model, &axes, &setting.whole, &[Point { values, noise }], HOLDING)?);
-    }
-    found.sort_by(|a, b| b.log_likelihood.total_cmp(&a.log_likelihood));
-    points.extend(found.into_iter().take(FOLLOWED).map(|fit| fit.point));
-    Ok(points)
-}
-
-/// A missing acceleration larger than this \[m/s²\] that lasts longer than this \[s\] is no gust: it makes up for a model that is far off.
-pub const SLOW: (f64, f64) = (0.08, 10.0);
-
-/// True where something is missing that the model makes up for by its missing acceleration.
-#[must_use]
-pub fn is_lost(noise: &Noise) -> bool {
-    noise.sigma_d > SLOW.0 && noise.tau_d > SLOW.1
-}
-
-/// The parameter of a cause that does nothing where it is largest.
-fn limit(model: &Model, cause: &'static Extension) -> Option<usize> {
-    let [limit] = model.positions(cause)[..] else { return None };
-    let axis = model.axes[limit];
-    (axis.log && model.symbols[limit].neutral() == Some(axis.upper)).then_some(limit)
-}
-
-/// Limits to be held: where one is reached often, a base imitates it; from there, one that is reached makes things worse until the
-/// rest has moved, and one that is not shows no way.
-fn limits(model: &Model, limit: usize) -> Vec<Vec<(usize, f64)>> {
-    const SIZES: [f64; 7] = [0.15, 0.22, 0.29, 0.36, 0.43, 0.52, 0.63];
-    SIZES.iter().map(|size| vec![(limit, model.axes[limit].value(1.0 - size))]).collect()
-}
-
-/// Where a limit is reached once or twice, the base is right but for that: the likeliest of a dense row of them.
-fn reached(
-    setting: &Setting<'_>,
-    current: &Candidate,
-    model: &mut Model,
-    limit: usize,
-) -> Result<Point, DiagnoseError> {
-    const ROW: usize = 80;
-    let (values, axis) = (model.adopt(&current.model, &current.fit.point.values), model.axes[limit]);
-    let row = |i: usize| {
-        let mut values = values.clone();
-        values[limit] = axis.value((i as f64 + 0.5) / ROW as f64);
-        Point { values, noise: current.fit.point.noise }
-    };
-    let row: Vec<Point> = (0..ROW).map(row).collect();
-    let bounds = model.axes.clone();
-    let likelihoods = log_likelihoods(model, &bounds, &setting.whole, &row)?;
-    let likeliest = (0..ROW).max_by(|&a, &b| likelihoods[a].total_cmp(&likelihoods[b])).expect("a row");
-    Ok(row[likeliest].clone())
-}
-
-/// Sizes to be held of a cause that has nothing but sizes: all of them together, at shares of the way from nothing to the ends.
-fn sizes(model: &Model, cause: &'static Extension) -> Vec<Vec<(usize, f64)>> {
-    const SHARES: [f64; 3] = [0.06, 0.15, 0.3];
-    let positions = model.positions(cause);
-    let neutral = |k: usize| model.symbols[k].neutral().filter(|_| !is_stepped(model.symbols[k]));
-    let Some(neutral) = positions.iter().map(|&k| neutral(k)).collect::<Option<Vec<f64>>>() else { return Vec::new() };
-    let held = |end: f64, share: f64| -> Vec<(usize, f64)> {
-        let size = |(&k, &neutral): (&usize, &f64)| {
-            let (axis, from) = (model.axes[k], model.axes[k].coordinate(neutral));
-            (k, axis.value(from + share * (end - from)))
-        };
-        positions.iter().zip(&neutral).map(size).collect()
-    };
-    let idle = |size: &[(usize, f64)]| size.iter().zip(&neutral).all(|((_, value), neutral)| value == neutral);
-    let all = [1.0, 0.0].iter().flat_map(|end| SHARES.map(|share| held(*end, share)));
-    all.filter(|size| !idle(size)).collect()
-}
-
-/// The likelier of a fit and one from sizes that were held: likelihoods under a strong observer do not compare with others, so they
-/// do not take part in the same race.
-fn set_free(
-    setting: &Setting<'_>,
-    found: Candidate,
-    held: &[Point],
-    spending: &Spending,
-) -> Result<Candidate, DiagnoseError> {
-    if held.is_empty() {
-        return Ok(found);
-    }
-    let model = setting.model(found.variant, &found.model.events)?;
-    let plan = Plan { select: held.len(), kinds: 1, keep: held.len(), ..spending.plan };
-    let other = Candidate::fitted(setting, found.variant, &found.causes, model, held, plan)?;
-    let better = other.filter(|other| other.fit.log_likelihood > found.fit.log_likelihood);
-    Ok(better.unwrap_or(found))
 }
 
 /// The best fit from the starts of a scope, and from where they lead on a smoother likelihood, if there is one (see [`softened`]).

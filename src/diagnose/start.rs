@@ -158,6 +158,12 @@ pub fn with_cause(
     starts
 }
 
+/// The largest speed of the follower \[m/s\].
+#[must_use]
+pub fn fastest(drives: &[Drive]) -> f64 {
+    drives.iter().flat_map(|drive| &drive.trajectory.v_f).copied().fold(0.0, f64::max)
+}
+
 /// Textbook values of free driving and of gains instead of a model's own: what the base lacks is often imitated by them, and then does
 /// nothing from there. `fastest` is the largest speed of the follower \[m/s\].
 #[must_use]
