@@ -258,6 +258,17 @@ fn a_report_of_a_calibration_is_one_page_without_network() {
     for outside in ["src=\"http", "href=\"http", "@import", "url(http"] {
         assert!(!html.contains(outside), "the page asks for {outside}");
     }
+    // The heading is the score that was minimised, under its name.
+    let fit = scratch("heading");
+    let search = ["--model", "idm", "--gof", "rmse-s", "--max-evaluations", "300", "--no-intervals", "--json"];
+    let json = ok(&[&["calibrate", text(pair()), "--out", text(&fit)], &search[..]].concat());
+    let result: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+    ok(&["report", text(&fit), "-o", text(&page)]);
+    let html = fs::read_to_string(&page).expect("written");
+    let (_, heading) = html.split_once("<strong>rmse-s = ").expect("the goodness of fit in the heading");
+    let shown: f64 = heading.split_once('<').expect("an end").0.parse().expect("a number");
+    let minimised = result["score"]["rmse_s"].as_f64().expect("a score");
+    assert!((shown / minimised - 1.0).abs() < 1e-3, "{shown} is not {minimised}");
     let empty = scratch("empty");
     assert!(wrong(&["report", text(&empty), "-o", text(&page)]).contains("expected a folder with result.json"));
 }
