@@ -111,6 +111,8 @@ fn a_grade_recorded_by_a_creeping_car_fits_a_table() {
 struct Failing {
     inner: Reference,
     generations: u32,
+    /// The adapter goes with it.
+    gone: bool,
 }
 
 impl Evaluator for Failing {
@@ -130,6 +132,12 @@ impl Evaluator for Failing {
         self.inner.submit(set, jobs)
     }
     fn collect(&mut self, set: BufferSet, scores: &mut [Score]) -> Result<(), EvaluateError> {
+        if scores.is_empty() {
+            return Err(EvaluateError::Room { candidates: 5, scores: 0 });
+        }
+        if self.generations == 0 && self.gone {
+            return Err(EvaluateError::Adapter { wanted: None, present: Vec::new() });
+        }
         if self.generations == 0 {
             let (adapter, message) = ("a card".to_owned(), "device lost".to_owned());
             return Err(EvaluateError::Device { doing: "reading scores", adapter, message });
@@ -167,18 +175,27 @@ fn what_was_under_way_when_a_device_failed_is_not_lost() {
         assert_eq!(evaluator.name(), if warned > 0 { "reference" } else { "gpu" });
         all
     };
-    let expected = scored(&mut Failing { inner: reference.clone(), generations: 4 }, 0);
+    let expected = scored(&mut Failing { inner: reference.clone(), generations: 4, gone: false }, 0);
     for generations in 0..4 {
-        let failing = Box::new(Failing { inner: reference.clone(), generations });
+        let failing = Box::new(Failing { inner: reference.clone(), generations, gone: false });
         let replace = Box::new(|error: &EvaluateError, cases| {
             assert_eq!(error.to_string(), "reading scores on a card: device lost");
             Ok(Box::new(Reference::new(cases, GoodnessOfFit::NRMSE_SVA)) as Box<dyn Evaluator>)
         });
         assert_eq!(scored(&mut Fallback::new(failing, replace), 1), expected, "lost after {generations} generations");
     }
-    // Wrong use is no reason to go elsewhere.
-    let failing = Box::new(Failing { inner: reference, generations: 9 });
-    let mut fallback = Fallback::new(failing, Box::new(|_, _| panic!("no device has failed")));
+    // Wrong use is no reason to go elsewhere, and does not use up the second evaluator.
+    let failing = Box::new(Failing { inner: reference, generations: 0, gone: true });
+    let replace = |error: &EvaluateError, cases| {
+        assert!(matches!(error, EvaluateError::Adapter { .. }), "{error}");
+        Ok(Box::new(Reference::new(cases, GoodnessOfFit::NRMSE_SVA)) as Box<dyn Evaluator>)
+    };
+    let mut fallback = Fallback::new(failing, Box::new(replace));
     fallback.submit(BufferSet::A, &[Job { case: 0, population: &one }]).expect("it starts");
     assert!(matches!(fallback.collect(BufferSet::A, &mut []), Err(EvaluateError::Room { candidates: 5, scores: 0 })));
+    assert_eq!(fallback.name(), "gpu");
+    // A device that takes its adapter with it is replaced as well.
+    let mut scores = [Score::Rejected; 5];
+    fallback.collect(BufferSet::A, &mut scores).expect("the second evaluator steps in");
+    assert_eq!((fallback.name(), &scores[..]), ("reference", &expected[..5]));
 }

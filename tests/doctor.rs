@@ -1,5 +1,6 @@
 //! `leadlag doctor`: what it prints with and without an adapter.
 
+use leadlag::gpu::{Probe, ProbeStatus, modes};
 use serde_json::Value;
 use std::process::{Command, Output};
 
@@ -54,11 +55,33 @@ fn json_has_adapters_and_probes() {
         assert!(["ok", "trap", "skipped"].contains(&status), "{probe}");
         assert!(probe["detail"].as_str().is_some_and(|detail| detail.len() > 20), "{probe}");
     }
+    let safe: Vec<&str> = adapter["safe_modes"].as_array().expect("a list").iter().filter_map(Value::as_str).collect();
+    assert!(safe.starts_with(&["plain", "compensated"]), "{safe:?}");
+    assert!(safe.contains(&"same_bits") || adapter["type"] != "software", "{safe:?}");
     // What results rely on; a software adapter also gives the CPU's bits.
-    for name in ["nan_by_bits", "hidden_error_terms", "own_power"] {
+    for name in ["nan_by_bits", "hidden_error_terms", "own_power", "own_exponential", "own_logarithm"] {
         let probe = probes.iter().find(|p| p["name"] == name).unwrap_or_else(|| panic!("no probe {name}"));
-        assert!(probe["status"] == "ok" || name == "own_power" && adapter["type"] != "software", "{probe}");
+        assert!(probe["status"] == "ok" || name.starts_with("own") && adapter["type"] != "software", "{probe}");
     }
+}
+
+#[test]
+fn what_a_probe_finds_decides_what_is_safe() {
+    let probes = |found: [ProbeStatus; 4]| -> Vec<Probe> {
+        let names = ["nan_by_bits", "own_power", "hidden_error_terms", "unfused_products"];
+        let probe = |(name, status)| Probe { name, status, detail: String::new() };
+        let others = ["own_exponential", "own_logarithm"].map(|name| (name, ProbeStatus::Ok));
+        names.into_iter().zip(found).chain(others).map(probe).collect()
+    };
+    let safe = |found: [ProbeStatus; 4]| modes(&probes(found)).map(|mode| mode.safe);
+    use ProbeStatus::{Fail, Ok, Trap};
+    assert_eq!(safe([Ok, Ok, Ok, Ok]), [true, true, true]);
+    assert_eq!(safe([Ok, Ok, Ok, Trap]), [true, true, false], "products are fused: other bits");
+    assert_eq!(safe([Ok, Trap, Ok, Ok]), [true, true, false], "other powers: other bits");
+    assert_eq!(safe([Ok, Ok, Fail, Ok]), [true, false, true], "no error terms");
+    assert_eq!(safe([Ok, Fail, Ok, Ok]), [false; 3], "wrong powers");
+    assert_eq!(safe([Fail, Ok, Ok, Ok]), [false; 3], "NaN unnoticed");
+    assert_eq!(modes(&[]).map(|mode| mode.safe), [false; 3], "nothing was probed");
 }
 
 #[test]

@@ -130,6 +130,16 @@ fn lanes_in_f64_equal_the_reference() {
     assert!(compared > 1000, "{compared} runs came to their end");
 }
 
+/// A user's own limit of the command, with a round corner.
+const SMOOTH: &str = "struct Parameters {
+    /// limit [m/s2], 0.5 to 4, neutral 4
+    top: f32,
+}
+fn smooth_command(own: Parameters, a_cmd: f32) -> f32 {
+    return opaque(own.top - opaque(0.2 * logarithm(1.0 + exponential((own.top - a_cmd) * 5.0))));
+}
+";
+
 fn bits(raw: &[Raw]) -> Vec<String> {
     // NaN is not equal to itself; its text is.
     raw.iter().map(|raw| format!("{raw:?}")).collect()
@@ -163,6 +173,8 @@ fn lanes_and_gpu_give_the_same_bits() {
         .push(with("idm", &pick(&["sensor_lowpass", "integral_action", "actuation_lag", "multi_anticipation"])));
     combinations.push(with("gipps+delay", &pick(&["dead_zone", "leader_accel_ff", "jerk_limit", "probe_road"])));
     combinations.push(with("l-idm+linear+constant", &pick(&["asym_lag", "aero_drag", "periodic"])));
+    let smooth = read_extension("smooth.wgsl", SMOOTH).expect("a valid extension");
+    combinations.push("idm".parse::<Variant>().expect("a variant").with(smooth).expect("no conflict"));
     let (mut exact, mut differences) = (0, Vec::new());
     for (k, variant) in combinations.into_iter().enumerate() {
         let case = case(variant);

@@ -7,9 +7,14 @@ use gpu_common::{case, gpu, job, population, scores, skipped, space, variant};
 use leadlag::calibrate::{Calibration, OptimizerKind, Stop, calibrate};
 use leadlag::catalog::Variant;
 use leadlag::convention::Convention;
-use leadlag::evaluator::{BufferSet, Case, EvaluateError, Evaluator, Job, Outcome, Population, Raw, Score};
+use leadlag::evaluator::{
+    BufferSet, Case, Course, EvaluateError, Evaluator, Fallback, Job, Outcome, Population, Raw, Score,
+};
 use leadlag::gpu::{AdapterChoice, Gpu, Limits};
+use leadlag::lanes::{Lanes, LanesPrecision};
+use leadlag::reference::Reference;
 use leadlag::score::GoodnessOfFit;
+use leadlag::symbols::Symbol;
 use leadlag::wgsl::Precision;
 use std::ops::ControlFlow;
 
@@ -112,10 +117,57 @@ fn two_buffer_sets_do_not_disturb_each_other() {
     gpu.collect(BufferSet::A, &mut []).unwrap();
 }
 
-/// Destroys the device under some of the submissions.
+#[test]
+fn rings_of_every_length_remember_alike() {
+    if skipped("rings_of_every_length_remember_alike") {
+        return;
+    }
+    for (dt, upper, ring) in [(0.1, 0.8, 10), (0.1, 1.5, 17), (0.02, 0.8, 42), (0.1, 7.0, 72)] {
+        for name in ["idm+delay", "gipps+delay+linear+constant"] {
+            let variant = variant(name);
+            let mut case = case(variant, PAPER, 400, 0.4);
+            (case.dt, case.tau_p_upper) = (dt, upper);
+            assert_eq!(Course::new(&case).expect("a short course").ring, ring, "ceil({upper} s / {dt} s) + 2");
+            // Quiet candidates, so that one sample too early or too late shows, and rounding does not.
+            let space = space(variant, PAPER);
+            let mut population = Population::new(&space.symbols);
+            for k in 0..=40 {
+                let value = |(symbol, [lower, upper_bound]): (&Symbol, &[f64; 2])| match symbol {
+                    Symbol::tau_p => upper * f64::from(k) / 40.0,
+                    _ => 0.7 * lower + 0.3 * upper_bound,
+                };
+                population.push(&space.symbols.iter().zip(&space.bounds).map(value).collect::<Vec<_>>());
+            }
+            let jobs = [job(0, &population)];
+            let what = format!("{name}, {dt} s, delays up to {upper} s");
+            let mut lanes = Lanes::new(vec![case.clone()], GoodnessOfFit::NRMSE_SVA, LanesPrecision::Plain).unwrap();
+            let expected = lanes.raw(&jobs).unwrap();
+            assert!(expected.iter().filter(|raw| raw.status == 0).count() > 10, "{what}: many run to the end");
+            for chunk in [None, Some(7)] {
+                let mut gpu = gpu(vec![case.clone()], Precision::Plain, Limits { chunk, ..Limits::NONE });
+                if gpu.adapter().is_some_and(|adapter| adapter.contains("llvmpipe")) {
+                    assert!(bits(&gpu.raw(&jobs).unwrap()) == bits(&expected), "{what}, chunks of {chunk:?}");
+                }
+            }
+            let exact = scores(&mut Reference::new(vec![case.clone()], GoodnessOfFit::NRMSE_SVA), &population);
+            let mut in_f64 = Lanes::new(vec![case], GoodnessOfFit::NRMSE_SVA, LanesPrecision::F64).unwrap();
+            for (k, pair) in exact.iter().zip(scores(&mut in_f64, &population)).enumerate() {
+                match pair {
+                    (Score::Value(a), Score::Value(b)) => {
+                        assert!(((a - b) / a).abs() < common::tolerance::WHOLE_RUN, "{what}, candidate {k}: {a}, {b}");
+                    }
+                    (a, b) => assert_eq!(*a, b, "{what}, candidate {k}"),
+                }
+            }
+        }
+    }
+}
+
+/// Destroys the device under some of the submissions; from the seventh on, the one that replaces it as well, if it is to stay away.
 struct Saboteur {
     gpu: Gpu,
     submissions: u32,
+    for_good: bool,
 }
 
 impl Evaluator for Saboteur {
@@ -141,6 +193,7 @@ impl Evaluator for Saboteur {
     fn collect(&mut self, set: BufferSet, scores: &mut [Score]) -> Result<(), EvaluateError> {
         if self.submissions == 7 {
             self.gpu.destroy_device();
+            self.gpu.doom(if self.for_good { 1000 } else { 0 });
         }
         self.gpu.collect(set, scores)
     }
@@ -163,9 +216,40 @@ fn a_calibration_survives_a_lost_device() {
     };
     let undisturbed = run(&mut gpu(cases(variant), Precision::Plain, Limits::NONE));
     let gpu = gpu(cases(variant), Precision::Plain, Limits { chunk: Some(300), ..Limits::NONE });
-    let mut saboteur = Saboteur { gpu, submissions: 0 };
+    let mut saboteur = Saboteur { gpu, submissions: 0, for_good: false };
     assert_eq!(run(&mut saboteur), undisturbed);
     assert!(saboteur.submissions > 10);
+}
+
+#[test]
+fn lanes_go_on_where_a_device_is_lost_for_good() {
+    if skipped("lanes_go_on_where_a_device_is_lost_for_good") {
+        return;
+    }
+    let variant = variant("l-cth+delay");
+    let space = space(variant, PAPER);
+    let stop = Stop { max_evaluations: 1500, ..Stop::default() };
+    let settings = Calibration { optimizer: OptimizerKind::Ga, seed: 5, stop, ..Calibration::default() };
+    let run = |evaluator: &mut dyn Evaluator| {
+        calibrate(evaluator, &space, &settings, &mut |_| ControlFlow::Continue(())).unwrap_or_else(|e| panic!("{e}"))
+    };
+    let mut undisturbed = gpu(cases(variant), Precision::Plain, Limits::NONE);
+    let is_exact = undisturbed.adapter().is_some_and(|adapter| adapter.contains("llvmpipe"));
+    let expected = run(&mut undisturbed);
+    let gpu = gpu(cases(variant), Precision::Plain, Limits { chunk: Some(300), ..Limits::NONE });
+    let replace = |error: &EvaluateError, cases| {
+        assert!(matches!(error, EvaluateError::Device { .. }), "{error}");
+        let lanes = Lanes::new(cases, GoodnessOfFit::NRMSE_SVA, LanesPrecision::Plain)?;
+        Ok(Box::new(lanes) as Box<dyn Evaluator>)
+    };
+    let saboteur = Saboteur { gpu, submissions: 0, for_good: true };
+    let mut fallback = Fallback::new(Box::new(saboteur), Box::new(replace));
+    let found = run(&mut fallback);
+    assert_eq!(fallback.name(), "lanes");
+    // Lavapipe and lanes have the same bits, so that nothing shows where one took over from the other.
+    if is_exact {
+        assert_eq!(found, expected);
+    }
 }
 
 #[test]

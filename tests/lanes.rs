@@ -295,6 +295,8 @@ fn refusals_say_what_and_where() {
         ("return sign(x);", "`sign`"),
         ("return fma(x, x, x);", "`fma`"),
         ("return pow(x, 2.0);", "`pow`"),
+        ("return exp(x);", "`exp`"),
+        ("return log(x);", "`log`"),
         ("return x % 2.0;", "the operator `%`"),
         ("let a = array<f32, 2>(x, x); return a[1];", "an array"),
         ("return state;", "a variable of the module"),

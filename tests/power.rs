@@ -1,6 +1,6 @@
-//! The power function that replaces `pow`: close to the true value, and exact where it has to be.
+//! The functions that replace `pow`, `exp` and `log`: close to the true values, and exact where they have to be.
 
-use leadlag::lanes::{power, power_f64};
+use leadlag::lanes::{exponential, exponential_f64, logarithm, logarithm_f64, power, power_f64};
 
 /// Relative error of `power` against f64.
 fn error(x: f32, y: f32) -> Option<f64> {
@@ -96,4 +96,50 @@ fn in_f64_exact_values() {
     assert_eq!(power_f64(1e-40, 10.0), 0.0, "too small for f64");
     assert_eq!(power_f64(1e40, 10.0), f64::INFINITY, "too large for f64");
     assert!(power_f64(0.5, f64::NAN).is_nan());
+}
+
+/// The largest error over so many points between two places, and where it is.
+fn worst(points: u32, [from, to]: [f64; 2], error: impl Fn(f64) -> f64) -> (f64, f64) {
+    let at = |i| from + (to - from) * f64::from(i) / f64::from(points);
+    (0..=points).map(|i| (error(at(i)), at(i))).fold((0.0, 0.0), |a, b| if b.0 > a.0 { b } else { a })
+}
+
+#[test]
+fn exponentials_are_close() {
+    let in_f32 = |x: f64| (f64::from(exponential(x as f32)) / f64::from(x as f32).exp() - 1.0).abs();
+    let (e, x) = worst(2_000_000, [-87.0, 88.0], in_f32);
+    assert!(e < 3e-7, "exponential({x}) is off by {e:e}");
+    let (e, x) = worst(1_000_000, [-708.0, 709.0], |x| (exponential_f64(x) / x.exp() - 1.0).abs());
+    assert!(e < 1e-15, "exponential_f64({x}) is off by {e:e}");
+}
+
+#[test]
+fn logarithms_are_close() {
+    let relative = |found: f64, exact: f64| if exact == 0.0 { found.abs() } else { (found / exact - 1.0).abs() };
+    let in_f32 = |x: f64| relative(f64::from(logarithm(x as f32)), f64::from(x as f32).ln());
+    let in_f64 = |x: f64| relative(logarithm_f64(x), x.ln());
+    // Evenly in the logarithm, and densely where the logarithm changes its sign.
+    let (e, x) = worst(2_000_000, [-87.3, 88.7], |y| in_f32(y.exp()));
+    assert!(e < 4e-7, "logarithm(e^{x}) is off by {e:e}");
+    let (e, x) = worst(2_000_000, [0.7, 1.5], in_f32);
+    assert!(e < 4e-7, "logarithm({x}) is off by {e:e}");
+    let (e, x) = worst(1_000_000, [-708.0, 709.0], |y| in_f64(y.exp()));
+    assert!(e < 1e-15, "logarithm_f64(e^{x}) is off by {e:e}");
+    let (e, x) = worst(1_000_000, [0.7, 1.5], in_f64);
+    assert!(e < 1e-15, "logarithm_f64({x}) is off by {e:e}");
+}
+
+#[test]
+fn exponentials_and_logarithms_at_the_ends() {
+    assert_eq!([exponential(0.0), exponential(-200.0), exponential(200.0)], [1.0, 0.0, f32::INFINITY]);
+    assert_eq!([exponential(f32::NEG_INFINITY), exponential(f32::INFINITY)], [0.0, f32::INFINITY]);
+    assert_eq!([exponential_f64(0.0), exponential_f64(-1e4), exponential_f64(1e4)], [1.0, 0.0, f64::INFINITY]);
+    assert!(exponential(f32::NAN).is_nan() && exponential_f64(f64::NAN).is_nan());
+    assert!(logarithm(f32::NAN).is_nan() && logarithm_f64(f64::NAN).is_nan());
+    assert_eq!([logarithm(1.0), logarithm(f32::INFINITY)], [0.0, f32::INFINITY]);
+    assert_eq!([logarithm_f64(1.0), logarithm_f64(f64::INFINITY)], [0.0, f64::INFINITY]);
+    for x in [0.0, -0.0, -1.0, f32::MIN_POSITIVE / 2.0] {
+        assert_eq!(logarithm(x), logarithm(f32::MIN_POSITIVE), "logarithm({x})");
+        assert!((logarithm(x) + 87.336_54).abs() < 1e-4);
+    }
 }

@@ -212,10 +212,15 @@ const SURVIVORS: &[Survivor] = &[
     },
 ];
 
-/// Files that are judged on the GPU: the time loop, which only a GPU runs, two functions that `lanes` has in Rust, and
+/// Files that are judged on the GPU: the time loop, which only a GPU runs, functions that `lanes` has in Rust, and
 /// the step under an observer.
-const ON_GPU: [&str; 4] =
-    ["shaders/kernel.wgsl", "shaders/power.wgsl", "shaders/opaque.wgsl", "shaders/step_extended.wgsl"];
+const ON_GPU: [&str; 5] = [
+    "shaders/kernel.wgsl",
+    "shaders/power.wgsl",
+    "shaders/exponential.wgsl",
+    "shaders/opaque.wgsl",
+    "shaders/step_extended.wgsl",
+];
 
 /// Files that declare and compute nothing: nothing in them can be changed.
 const DECLARATIONS: [&str; 3] = ["shaders/world.wgsl", "shaders/unextended.wgsl", "shaders/between.wgsl"];

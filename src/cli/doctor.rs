@@ -1,7 +1,7 @@
 //! `leadlag doctor`: GPUs, drivers, and what they do with arithmetic.
 
 use super::output;
-use leadlag::gpu::{Adapter, AdapterChoice, Probe, ProbeStatus, probes};
+use leadlag::gpu::{Adapter, AdapterChoice, Probe, ProbeStatus, Twins, modes, probes};
 use leadlag::lanes;
 use leadlag::report::text::wrapped;
 use serde_json::{Map, Value, json};
@@ -17,13 +17,7 @@ pub struct Args {
     json: bool,
 }
 
-/// What the kernels always do, whatever a driver promises.
-const SAFE_MODES: [(&str, &str); 4] = [
-    ("bounds_checks", "no access outside of a buffer, every loop bounded"),
-    ("nan_by_bits", "results that are not numbers are found by their bits"),
-    ("hidden_error_terms", "error terms of sums are hidden from the compiler"),
-    ("own_power", "a power function of our own, the same on every device"),
-];
+const TWINS: Twins = Twins { power: lanes::power, exponential: lanes::exponential, logarithm: lanes::logarithm };
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let adapters = Adapter::all();
@@ -34,7 +28,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         Err(_) if adapters.is_empty() => None,
         Err(e) => return Err(e.into()),
     };
-    let found = chosen.as_ref().map_or_else(Vec::new, |adapter| probes(adapter, lanes::power));
+    let found = chosen.as_ref().map_or_else(Vec::new, |adapter| probes(adapter, &TWINS));
     if args.json {
         return output::print_json(&report(&adapters, &found, chosen.as_ref()));
     }
@@ -42,8 +36,10 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 }
 
 fn report(adapters: &[Adapter], found: &[Probe], chosen: Option<&Adapter>) -> Value {
-    let safe_modes: Vec<&str> = SAFE_MODES.iter().map(|(name, _)| *name).collect();
+    let safe: Vec<&str> = modes(found).iter().filter(|mode| mode.safe).map(|mode| mode.name).collect();
     let adapter = |a: &Adapter| {
+        // Only what was examined is known.
+        let safe_modes = chosen.filter(|chosen| chosen.index == a.index).map(|_| &safe);
         let limits: Map<String, Value> = a.limits().into_iter().map(|(name, x)| (name.to_owned(), x.into())).collect();
         json!({
             "index": a.index, "name": a.info.name, "type": a.kind(), "backend": a.info.backend.to_string(),
@@ -87,8 +83,19 @@ fn text(adapters: &[Adapter], found: &[Probe], chosen: Option<&Adapter>) -> Resu
             write!(line, "; PCI {}", adapter.pci())?;
         }
         text += &wrapped(5, 5, &line);
-        let mebibytes = adapter.limits()[0].1 >> 20;
-        text += &wrapped(5, 5, &format!("largest buffer in one piece: {mebibytes} MiB"));
+        let [(_, piece), (_, buffer), (_, groups), (_, invocations), (_, buffers)] = adapter.limits();
+        let (piece, buffer) = (piece >> 20, buffer >> 20);
+        let limits = format!(
+            "limits: buffers of {buffer} MiB, {piece} MiB of it in one piece, {buffers} at a time; {groups} workgroups a \
+             dimension, of {invocations} invocations"
+        );
+        text += &wrapped(5, 13, &limits);
+        let features = adapter.features().join(", ");
+        text += &wrapped(
+            5,
+            15,
+            &format!("features: {}", if features.is_empty() { "none of those looked for" } else { &features }),
+        );
     }
     if !chosen.is_hardware() {
         text += "\n";
@@ -104,10 +111,18 @@ fn text(adapters: &[Adapter], found: &[Probe], chosen: Option<&Adapter>) -> Resu
         text += &wrapped(2, 30, &format!("{status:<8}{name:<20}{detail}"));
     }
     text += "\nok: as it should be; trap: not so, but taken care of; fail: do not trust it.\n";
-    text += "\nAlways on\n\n";
-    for (name, meaning) in SAFE_MODES {
-        text += &wrapped(2, 30, &format!("{name:<28}{meaning}"));
+    text += "\nWhat is safe on this adapter\n\n";
+    for mode in modes(found) {
+        let answer = if mode.safe { "yes" } else { "NO" };
+        text += &wrapped(2, 24, &format!("{answer:<8}{:<14}{}", mode.name, mode.promise));
     }
+    text += "\n";
+    text += &wrapped(
+        0,
+        0,
+        "Always on: no access outside of a buffer, a bound on every loop, NaN found by its bits, error terms hidden from the \
+         compiler, a power function of our own.",
+    );
     if found.iter().any(|p| p.status == ProbeStatus::Fail) {
         text += "\nThis adapter is not fit for use: update its driver, or choose another with --gpu.\n";
     }

@@ -44,9 +44,11 @@ impl Fallback {
 
     /// Puts the second evaluator in place and gives it all that was under way.
     fn recover(&mut self, error: EvaluateError) -> Result<(), EvaluateError> {
-        // Wrong use fails on every evaluator.
-        let of_the_device = matches!(error, EvaluateError::Device { .. });
-        let Some(mut replace) = self.replace.take().filter(|_| of_the_device) else { return Err(error) };
+        // Wrong use fails on every evaluator; a device that is gone may take its adapter with it.
+        if !matches!(error, EvaluateError::Device { .. } | EvaluateError::Adapter { .. }) {
+            return Err(error);
+        }
+        let Some(mut replace) = self.replace.take() else { return Err(error) };
         self.current = replace(&error, self.current.cases().to_vec())?;
         for set in [BufferSet::A, BufferSet::B] {
             if self.under_way[set as usize] {

@@ -2,7 +2,8 @@
 
 use super::device::{Adapter, Device, Fault, Limits};
 use super::kernel::{Kernel, Replaced, WORKGROUP};
-use super::plan::{Part, Plan};
+use super::plan::Plan;
+use super::rate::Rate;
 use super::slot::Slot;
 use super::tables::Tables;
 use crate::evaluator::Course;
@@ -12,12 +13,6 @@ use std::time::{Duration, Instant};
 
 /// Submissions of one buffer set in flight at most: one runs, one waits, so that the device is never idle.
 const IN_FLIGHT: usize = 2;
-/// Time that a submission should take [s]: short enough for a driver's watchdog (2 s on Windows) and for an interrupt.
-const TARGET: f64 = 0.08;
-/// Shorter times [s] tell more of the overhead than of the speed.
-const MEASURABLE: f64 = 0.01;
-/// Samples per submission at least.
-const SHORTEST_CHUNK: u32 = 16;
 
 /// What one buffer set is to do.
 #[derive(Debug)]
@@ -63,8 +58,7 @@ pub(super) struct Context {
     /// Buffers of each part, for each buffer set.
     slots: [Vec<Slot>; 3],
     flights: [Flight; 3],
-    /// Candidate-steps per second, estimated.
-    rate: f64,
+    rate: Rate,
     /// Time spent on building and warming up pipelines.
     pub(super) warm_up: Duration,
     /// Texts in the place of shader files.
@@ -97,8 +91,7 @@ impl Context {
             pipelines: HashMap::new(),
             slots: Default::default(),
             flights: Default::default(),
-            // A slow start, which one measured chunk corrects.
-            rate: 50e6,
+            rate: Rate::UNKNOWN,
             warm_up: Duration::ZERO,
             replaced: Replaced::new(),
             transfer: Duration::ZERO,
@@ -176,8 +169,8 @@ impl Context {
         let flight = &mut self.flights[set];
         let Some(part) = work.plan.parts.get(flight.part) else { return false };
         let slot = &self.slots[set][flight.part];
-        let (from, to) =
-            (flight.sample, (flight.sample + self.device.limits.chunk_of(part, self.rate)).min(part.samples));
+        let chunk = self.device.limits.chunk.unwrap_or_else(|| self.rate.samples(part.count)).max(1);
+        let (from, to) = (flight.sample, (flight.sample + chunk).min(part.samples));
         slot.write_chunk(&self.device, [from, to, part.count, part.count], work.block);
         let mut encoder = self.device.raw.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         if from == 0 {
@@ -223,23 +216,10 @@ impl Context {
         let done = Instant::now();
         let began = flight.last_done.map_or(chunk.at, |last| last.max(chunk.at));
         let took = (done - began).as_secs_f64();
-        let measured = chunk.candidate_steps / took.max(1e-6);
         // Where there was nothing to wait for, the chunk was done some time ago.
         let waited = (done - asked).as_secs_f64() > 0.5 * took;
-        if measured > self.rate {
-            self.rate = measured;
-        } else if waited && took > MEASURABLE {
-            self.rate = 0.5 * (self.rate + measured);
-        }
+        self.rate.learn(chunk.candidate_steps, took, waited);
         flight.last_done = Some(done);
         Ok(())
-    }
-}
-
-impl Limits {
-    /// Samples of the next submission.
-    fn chunk_of(&self, part: &Part, rate: f64) -> u32 {
-        let by_speed = rate * TARGET / f64::from(part.count);
-        self.chunk.unwrap_or(by_speed.min(1e9) as u32).max(if self.chunk.is_some() { 1 } else { SHORTEST_CHUNK })
     }
 }

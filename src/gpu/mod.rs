@@ -8,12 +8,13 @@ mod device;
 mod kernel;
 mod plan;
 mod probe;
+mod rate;
 mod slot;
 mod tables;
 
 pub use device::{Adapter, AdapterChoice, Limits};
 pub use kernel::kernel_text;
-pub use probe::{Probe, ProbeStatus, probes};
+pub use probe::{Mode, Probe, ProbeStatus, Twins, modes, probes};
 
 use crate::convention::BoundRule;
 use crate::evaluator::{

@@ -13,8 +13,8 @@ pub enum Unary {
     Abs,
     Sqrt,
     Floor,
-    Exp,
-    Log,
+    Exponential,
+    Logarithm,
     Sin,
     Cos,
 }

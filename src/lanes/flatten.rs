@@ -159,6 +159,12 @@ impl<'a> Flattener<'a> {
             (Some("power"), [Value::Scalar(x), Value::Scalar(y)]) => {
                 return Ok(Some(Value::Scalar(self.ops.push(Op::Binary(Binary::Power, *x, *y)))));
             }
+            (Some("exponential"), [Value::Scalar(x)]) => {
+                return Ok(Some(Value::Scalar(self.ops.push(Op::Unary(Unary::Exponential, *x)))));
+            }
+            (Some("logarithm"), [Value::Scalar(x)]) => {
+                return Ok(Some(Value::Scalar(self.ops.push(Op::Unary(Unary::Logarithm, *x)))));
+            }
             (Some("opaque" | "opaque_even" | "opaque_odd"), [x]) => return Ok(Some(x.clone())),
             _ => {}
         }
@@ -405,22 +411,26 @@ impl<'a> Flattener<'a> {
             (MathFunction::Abs, None, None) => Op::Unary(Unary::Abs, a),
             (MathFunction::Sqrt, None, None) => Op::Unary(Unary::Sqrt, a),
             (MathFunction::Floor, None, None) => Op::Unary(Unary::Floor, a),
-            (MathFunction::Exp, None, None) => Op::Unary(Unary::Exp, a),
-            (MathFunction::Log, None, None) => Op::Unary(Unary::Log, a),
             (MathFunction::Sin, None, None) => Op::Unary(Unary::Sin, a),
             (MathFunction::Cos, None, None) => Op::Unary(Unary::Cos, a),
-            (MathFunction::Pow, ..) => {
-                return self.refuse(span, "`pow` (it differs between devices; write `power`, which does not)");
-            }
+            (MathFunction::Pow, ..) => return self.differs(span, "pow", "power"),
+            (MathFunction::Exp, ..) => return self.differs(span, "exp", "exponential"),
+            (MathFunction::Log, ..) => return self.differs(span, "log", "logarithm"),
             _ => return self.refuse(span, format!("`{}`", format!("{fun:?}").to_lowercase())),
         };
         Ok(self.ops.push(op))
     }
+
+    fn differs(&self, span: Span, builtin: &str, own: &str) -> Result<Id, LanesError> {
+        self.refuse(span, format!("`{builtin}` (it differs between devices; write `{own}`, which does not)"))
+    }
 }
 
-/// Functions that `lanes` has its own of.
+/// Functions that `lanes` has its own of, and what these are made of.
 fn is_built_in(name: &str) -> bool {
-    ["power", "opaque", "opaque_even", "opaque_odd"].contains(&name)
+    let own = ["power", "exponential", "logarithm", "opaque", "opaque_even", "opaque_odd"];
+    let pieces = ["exponent_of", "log2_of_mantissa", "power_of_two"];
+    own.contains(&name) || pieces.contains(&name)
 }
 
 fn part_mut<'v>(value: &'v mut Value, path: &[usize]) -> &'v mut Value {

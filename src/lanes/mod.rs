@@ -12,6 +12,7 @@
 mod core;
 mod error;
 mod evaluator;
+mod exponential;
 mod flat;
 mod flatten;
 mod function;
@@ -29,6 +30,7 @@ mod tables;
 
 pub use error::LanesError;
 pub use evaluator::{Lanes, LanesPrecision};
+pub use exponential::{exponential, exponential_f64, logarithm, logarithm_f64};
 pub use function::Function;
 pub use model::check_model;
 pub use power::power;

@@ -7,7 +7,7 @@ use std::f64::consts::{LN_2, LOG2_E};
 use std::hint::black_box;
 
 /// log2(m) = t sum of LOG\[k\] t^2k with t = (m - 1) / (m + 1): the series of the inverse hyperbolic tangent.
-const LOG: [f64; 11] = {
+pub(super) const LOG: [f64; 11] = {
     let mut c = [0.0; 11];
     let mut k = 0;
     while k < 11 {
@@ -18,7 +18,7 @@ const LOG: [f64; 11] = {
 };
 
 /// 2^f = sum of EXP\[k\] f^k: Taylor's series.
-const EXP: [f64; 14] = {
+pub(super) const EXP: [f64; 14] = {
     let mut c = [1.0; 14];
     let mut k = 1;
     while k < 14 {
@@ -28,10 +28,10 @@ const EXP: [f64; 14] = {
     c
 };
 
-const SQRT_HALF: u64 = 0x3fe6_a09e_667f_3bcd;
-const MANTISSA: u64 = 0x000f_ffff_ffff_ffff;
+pub(super) const SQRT_HALF: u64 = 0x3fe6_a09e_667f_3bcd;
+pub(super) const MANTISSA: u64 = 0x000f_ffff_ffff_ffff;
 /// From here on neighbouring values differ by 1, so that a small whole number may be written into the last bits.
-const ONE_APART: f64 = 4_503_599_627_370_496.0;
+pub(super) const ONE_APART: f64 = 4_503_599_627_370_496.0;
 
 #[repr(C, align(64))]
 struct Aligned<const L: usize>([f64; L]);

@@ -1,5 +1,6 @@
 //! The two kinds of numbers a block program runs in.
 
+use super::exponential::{exponential, exponential_f64, logarithm, logarithm_f64};
 use super::power::power_block;
 use super::power_f64;
 use std::fmt::Debug;
@@ -30,8 +31,10 @@ pub trait Real:
     fn abs(self) -> Self;
     fn sqrt(self) -> Self;
     fn floor(self) -> Self;
-    fn exp(self) -> Self;
-    fn ln(self) -> Self;
+    /// e to this power.
+    fn exponential(self) -> Self;
+    /// Natural logarithm.
+    fn logarithm(self) -> Self;
     fn sin(self) -> Self;
     fn cos(self) -> Self;
     /// The whole part of a value from 0 to 4,000,000, by its bits: a cast, which minds all values, is not vectorised.
@@ -66,7 +69,7 @@ pub trait Real:
 
 // `$one_apart`: from here on neighbouring values differ by 1.
 macro_rules! real {
-    ($type:ident, $one_apart:literal, $literal:expr, $power:expr) => {
+    ($type:ident, $one_apart:literal, $literal:expr, $power:expr, $exponential:expr, $logarithm:expr) => {
         impl Real for $type {
             const ZERO: $type = 0.0;
             const ONE: $type = 1.0;
@@ -94,12 +97,12 @@ macro_rules! real {
                 $type::floor(self)
             }
             #[inline(always)]
-            fn exp(self) -> $type {
-                $type::exp(self)
+            fn exponential(self) -> $type {
+                $exponential(self)
             }
             #[inline(always)]
-            fn ln(self) -> $type {
-                $type::ln(self)
+            fn logarithm(self) -> $type {
+                $logarithm(self)
             }
             #[inline(always)]
             fn sin(self) -> $type {
@@ -121,10 +124,12 @@ macro_rules! real {
     };
 }
 
-real!(f32, 8_388_608.0, |x: f32| x, power_block);
+real!(f32, 8_388_608.0, |x: f32| x, power_block, exponential, logarithm);
 real!(
     f64,
     4_503_599_627_370_496.0,
     |x: f32| x.to_string().parse().expect("what a number prints is a number"),
-    power_f64::power_block
+    power_f64::power_block,
+    exponential_f64,
+    logarithm_f64
 );

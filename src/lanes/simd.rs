@@ -206,8 +206,8 @@ mod operation {
         Abs: |x| x.abs();
         Sqrt: |x| x.sqrt();
         Floor: |x| x.floor();
-        Exp: |x| x.exp();
-        Log: |x| x.ln();
+        Exponential: |x| x.exponential();
+        Logarithm: |x| x.logarithm();
         Sin: |x| x.sin();
         Cos: |x| x.cos();
     }
@@ -359,8 +359,8 @@ macro_rules! instruction_set {
                     Code::Unary(Unary::Abs) => one::<T, operation::Abs, L>,
                     Code::Unary(Unary::Sqrt) => one::<T, operation::Sqrt, L>,
                     Code::Unary(Unary::Floor) => one::<T, operation::Floor, L>,
-                    Code::Unary(Unary::Exp) => one::<T, operation::Exp, L>,
-                    Code::Unary(Unary::Log) => one::<T, operation::Log, L>,
+                    Code::Unary(Unary::Exponential) => one::<T, operation::Exponential, L>,
+                    Code::Unary(Unary::Logarithm) => one::<T, operation::Logarithm, L>,
                     Code::Unary(Unary::Sin) => one::<T, operation::Sin, L>,
                     Code::Unary(Unary::Cos) => one::<T, operation::Cos, L>,
                     Code::Binary(Binary::Add) => two::<T, operation::Add, L>,

@@ -139,7 +139,9 @@ impl Source {
             source.push(file, replace(file, text).as_deref().unwrap_or(text));
             return source;
         }
-        for (file, text) in [shader!("between.wgsl"), shader!("world.wgsl"), equilibrium(variant)] {
+        for (file, text) in
+            [shader!("exponential.wgsl"), shader!("between.wgsl"), shader!("world.wgsl"), equilibrium(variant)]
+        {
             source.push(file, replace(file, text).as_deref().unwrap_or(text));
         }
         for extension in variant.extensions.list() {
@@ -159,6 +161,7 @@ impl Source {
         for (file, text) in [
             shader!("types.wgsl"),
             shader!("power.wgsl"),
+            shader!("exponential.wgsl"),
             shader!("opaque.wgsl"),
             shader!("spacing/cth.wgsl"),
             shader!("world.wgsl"),
