@@ -1,10 +1,9 @@
-//! Scores of the f32 evaluators against f64: all ninety variants on the twelve measured followers, random candidates within
-//! Table 3, the paper's convention.
+//! Scores of the f32 evaluators against the reference: all ninety variants on the twelve measured followers, random candidates
+//! within Table 3, the paper's convention.
 //!
-//! By default each variant runs on three followers in turn with 64 candidates each, on the GPU on one of the three; lanes, which
-//! give the GPU's bits (`gpu_lanes.rs`), stand in on the other two. With `LEADLAG_FULL` set: all twelve followers, 256
-//! candidates, all on the GPU. The f64 value is that of lanes in f64; the reference itself runs on 8 candidates of each pair of
-//! variant and follower. Whatever exceeds a limit is listed in `target/tmp/scores/*.csv` and judged window by window.
+//! By default each variant runs on three followers in turn with 64 candidates each, on the GPU and in f64 lanes; with
+//! `LEADLAG_FULL` set on all twelve followers with 256 candidates each. Every run of the reference is restarted in f32 at one
+//! window of 50 samples, and whatever exceeds a limit, listed in `target/tmp/scores/*.csv`, at every window.
 
 mod common;
 mod gpu_common;
@@ -18,26 +17,26 @@ mod report;
 #[path = "scores/window.rs"]
 mod window;
 
+use common::cars::Random;
 use common::followers::{self, Follower};
 use common::tolerance::{
-    CONDITIONED, DISTANCE_TO_BOUNDARY, LARGEST_EXCEPTION, SAME_STATUS, SCORE_COMPENSATED, SCORE_PLAIN, WHOLE_RUN,
+    CONDITIONED, CONDITIONED_IN_F64, DISTANCE_TO_BOUNDARY, LARGEST_EXCEPTION, SAME_IN_F64, SAME_STATUS,
+    SCORE_COMPENSATED, SCORE_PLAIN, UNSTABLE_SHARE, WHOLE_RUN,
 };
-use gpu_common::{scores, skipped};
+use gpu_common::{job, skipped};
 use leadlag::catalog::Variant;
 use leadlag::convention::Convention;
-use leadlag::evaluator::{Case, Population, Score};
+use leadlag::evaluator::{BufferSet, Case, Evaluator, Population, Score};
 use leadlag::gpu::{AdapterChoice, Gpu};
 use leadlag::lanes::{Lanes, LanesPrecision};
-use leadlag::reference::Reference;
+use leadlag::reference::{Reference, Trace};
 use leadlag::score::GoodnessOfFit;
 use leadlag::wgsl::Precision;
 use rayon::prelude::*;
 use report::Report;
+use window::Largest;
 
 const PAPER: Convention = Convention::PAPER;
-
-/// Candidates of each variant and follower that the reference runs too.
-const BY_REFERENCE: usize = 8;
 
 /// The precisions of f32, with the limit for 99 % of the well-conditioned candidates.
 const PRECISIONS: [(Precision, LanesPrecision, f64); 2] = [
@@ -60,11 +59,10 @@ struct Judged {
     candidate: usize,
     /// Condition number; infinite where a small change of the parameters changes how the run ends.
     condition: f64,
+    /// By the reference.
     exact: Score,
-    /// Plain and compensated.
+    /// Plain and compensated, by the GPU if there is one, else by lanes, which give the same bits (`gpu_lanes.rs`).
     found: [Score; 2],
-    /// By the GPU, not by lanes.
-    on_gpu: bool,
 }
 
 impl Judged {
@@ -96,102 +94,144 @@ fn ending(score: &Score) -> &'static str {
     }
 }
 
-/// A variant on a follower: every candidate in f64, plain and compensated; and how far the reference is from f64 lanes at most,
-/// among well-conditioned candidates, with the number of pairs compared.
-fn judge(
-    followers: &[Follower],
-    variant: Variant,
-    number: usize,
-    count: usize,
-    on_gpu: bool,
-) -> (Vec<Judged>, f64, usize) {
-    let follower = &followers[number];
-    let case = follower.case(variant, PAPER);
-    let population = population(follower, variant, number, count);
-    let (exact, conditions) = condition::scores_and_conditions(&case, &population);
+/// A variant on some followers.
+struct OfVariant {
+    judged: Vec<Judged>,
+    /// One window of every candidate, plain and compensated.
+    windows: [Largest; 2],
+    /// Differences of lanes in f64 from the reference where K is at most [`CONDITIONED_IN_F64`], with the candidate in words.
+    in_f64: Vec<(f64, String)>,
+}
+
+/// Scores of the candidates of each case, by one evaluator for all of them.
+fn scores_of_cases(evaluator: &mut dyn Evaluator, populations: &[Population]) -> Vec<Vec<Score>> {
+    let jobs: Vec<_> = populations.iter().enumerate().map(|(case, population)| job(case, population)).collect();
+    let mut scores = vec![Score::Rejected; populations.iter().map(Population::len).sum()];
+    evaluator.submit(BufferSet::A, &jobs).unwrap_or_else(|e| panic!("{e}"));
+    evaluator.collect(BufferSet::A, &mut scores).unwrap_or_else(|e| panic!("{e}"));
+    let mut rest = scores.as_slice();
+    let take = |population: &Population| rest.split_off(..population.len()).expect("one score per candidate").to_vec();
+    populations.iter().map(take).collect()
+}
+
+/// Runs a variant in every precision.
+fn judge(followers: &[Follower], variant: Variant, numbers: &[usize], count: usize, on_gpu: bool) -> OfVariant {
+    let cases: Vec<Case> = numbers.iter().map(|number| followers[*number].case(variant, PAPER)).collect();
+    let populations: Vec<Population> =
+        numbers.iter().map(|number| population(&followers[*number], variant, *number, count)).collect();
     let found = PRECISIONS.map(|(on_device, in_lanes, _)| {
-        let by_lanes = scores(&mut lanes(&case, in_lanes), &population);
-        if !on_gpu {
-            return by_lanes;
-        }
-        let gof = GoodnessOfFit::NRMSE_SVA;
-        let mut gpu =
-            Gpu::new(vec![case.clone()], gof, on_device, &AdapterChoice::Best).unwrap_or_else(|e| panic!("{e}"));
-        scores(&mut gpu, &population)
-    });
-    let mut head = Population::new(population.symbols());
-    (0..BY_REFERENCE.min(count)).for_each(|i| head.push(population.values(i)));
-    let by_reference = scores(&mut Reference::new(vec![case], GoodnessOfFit::NRMSE_SVA), &head);
-    let (mut farthest, mut compared) = (0.0_f64, 0);
-    for (i, reference) in by_reference.iter().enumerate().filter(|(i, _)| conditions[*i] <= CONDITIONED) {
-        let difference = match (reference, &exact[i]) {
-            (Score::Value(a), Score::Value(b)) => ((a - b) / a).abs(),
-            (a, b) if a == b => 0.0,
-            _ => f64::INFINITY,
+        let (cases, gof) = (cases.clone(), GoodnessOfFit::NRMSE_SVA);
+        let mut evaluator: Box<dyn Evaluator> = if on_gpu {
+            Box::new(Gpu::new(cases, gof, on_device, &AdapterChoice::Best).unwrap_or_else(|e| panic!("{e}")))
+        } else {
+            Box::new(Lanes::new(cases, gof, in_lanes).unwrap_or_else(|e| panic!("{e}")))
         };
-        let label = &follower.trajectory.label;
-        let what = format!("{variant}, {label}, candidate {i} {:?}", population.values(i));
-        assert!(difference <= WHOLE_RUN, "{what}: reference {reference:?}, lanes in f64 {:?}", exact[i]);
-        (farthest, compared) = (farthest.max(difference), compared + 1);
-    }
-    let judged = (0..count).map(|i| Judged {
-        variant,
-        follower: number,
-        candidate: i,
-        condition: conditions[i],
-        exact: exact[i],
-        found: [found[0][i], found[1][i]],
-        on_gpu,
+        scores_of_cases(evaluator.as_mut(), &populations)
     });
-    (judged.collect(), farthest, compared)
+    let mut all = OfVariant { judged: Vec::new(), windows: Default::default(), in_f64: Vec::new() };
+    for (k, (case, population)) in cases.iter().zip(&populations).enumerate() {
+        let (in_f64, conditions) = condition::scores_and_conditions(case, population);
+        let in_f32 = PRECISIONS.map(|(_, precision, _)| lanes(case, precision));
+        let windows_in_f64 = lanes(case, LanesPrecision::F64);
+        let mut random = Random(u64::from(variant.id()) * 1000 + numbers[k] as u64);
+        let mut trace = Trace::default();
+        for i in 0..count {
+            let parameters = population.parameters(i);
+            let outcome = Reference::outcome(case, &parameters, &mut trace);
+            let exact = outcome.score(&GoodnessOfFit::NRMSE_SVA, PAPER.bounds);
+            let label = &followers[numbers[k]].trajectory.label;
+            let what = || format!("{variant}, {label}, candidate {i} {:?}", population.values(i));
+            if conditions[i] <= CONDITIONED_IN_F64 {
+                let difference = match (exact, in_f64[i]) {
+                    (Score::Value(a), Score::Value(b)) => ((a - b) / a).abs(),
+                    (a, b) if a == b => 0.0,
+                    _ => f64::INFINITY,
+                };
+                all.in_f64.push((difference, format!("{}, K = {:.1}", what(), conditions[i])));
+            }
+            let place = random.next();
+            for (precision, in_f32) in in_f32.iter().enumerate() {
+                let run = window::Run::new(case, parameters, (&outcome, &trace), [in_f32, &windows_in_f64]);
+                let found = run.one_window(place);
+                if let Some(problem) = found.problem() {
+                    panic!("{}, {}: {problem}", what(), PRECISIONS[precision].1.name());
+                }
+                all.windows[precision] = std::mem::take(&mut all.windows[precision]).and(found);
+            }
+            let (number, condition) = (numbers[k], conditions[i]);
+            let found = [found[0][k][i], found[1][k][i]];
+            all.judged.push(Judged { variant, follower: number, candidate: i, condition, exact, found });
+        }
+    }
+    all
 }
 
 #[test]
-fn scores_are_those_of_f64() {
-    let name = "scores_are_those_of_f64";
+fn scores_are_those_of_the_reference() {
+    let name = "scores_are_those_of_the_reference";
     let Some(shared) = common::shared(name) else { return };
     let no_gpu = skipped(name);
     let followers = followers::all(&shared);
-    let (count, per_variant) = if is_full() { (256, followers.len()) } else { (64, 3) };
-    let mut tasks = Vec::new();
-    for variant in Variant::all() {
-        for turn in 0..per_variant {
-            // Steps of 4 visit one follower number of each platoon; the first moves on with the variant.
-            let number = if is_full() { turn } else { (variant.id() as usize + 4 * turn) % followers.len() };
-            tasks.push((variant, number, !no_gpu && (is_full() || turn == 0)));
+    let count = if is_full() { 256 } else { 64 };
+    let of_variant = |id: u32| {
+        let variant = Variant::from_id(id).expect("a variant of the paper");
+        // Steps of 4 visit one follower number of each platoon; the first moves on with the variant.
+        let some = (0..3).map(|turn| (id as usize + 4 * turn) % followers.len()).collect();
+        let numbers: Vec<usize> = if is_full() { (0..followers.len()).collect() } else { some };
+        judge(&followers, variant, &numbers, count, !no_gpu)
+    };
+    let results: Vec<OfVariant> = (1..=90).into_par_iter().map(of_variant).collect();
+    let mut report = Report::new(&followers, count);
+    let mut problems = Vec::new();
+    let (mut judged, mut windows) = (Vec::new(), [Largest::default(), Largest::default()]);
+    let mut in_f64 = Vec::new();
+    for of in results {
+        in_f64.extend(of.in_f64);
+        judged.extend(of.judged);
+        for (sum, more) in windows.iter_mut().zip(of.windows) {
+            *sum = std::mem::take(sum).and(more);
         }
     }
-    let mut report = Report::new(&followers, count);
-    let results: Vec<_> = tasks
-        .into_par_iter()
-        .map(|(variant, number, on_gpu)| judge(&followers, variant, number, count, on_gpu))
-        .collect();
-    let farthest = results.iter().map(|(_, farthest, _)| *farthest).fold(0.0, f64::max);
-    let compared: usize = results.iter().map(|(_, _, compared)| compared).sum();
-    let judged: Vec<Judged> = results.into_iter().flat_map(|(judged, ..)| judged).collect();
-    let on_gpu = judged.iter().filter(|j| j.on_gpu).count();
-    report.say(format!(
-        "{} candidates of 90 variants, {on_gpu} of them on the GPU; the reference on {compared} well-conditioned ones: at most \
-         {farthest:.1e} from lanes in f64",
-        judged.len()
-    ));
+    let on = if no_gpu { "in lanes, for there is no GPU on purpose" } else { "on the GPU" };
+    report.say(format!("{} candidates of 90 variants, f32 {on}", judged.len()));
+    double_precision(in_f64, &mut report, &mut problems);
     let complete = judged.iter().filter(|j| matches!(j.exact, Score::Value(_))).count();
     let well = judged.iter().filter(|j| matches!(j.exact, Score::Value(_)) && j.condition <= CONDITIONED).count();
     let hopeless = judged.iter().filter(|j| matches!(j.exact, Score::Value(_)) && j.condition.is_infinite()).count();
     report.say(format!(
         "{complete} run to the end, {well} of them with K <= {CONDITIONED}; {hopeless} have no K, as a change by 3e-7 makes them fail"
     ));
-
-    let mut problems = Vec::new();
+    for (precision, found) in windows.iter().enumerate() {
+        say_windows(precision, judged.len(), "one each", found, &mut report, &mut problems);
+    }
     let medians = [0, 1].map(|precision| errors(&judged, precision, &mut report, &mut problems));
     if medians[1] >= 0.5 * medians[0] {
         problems.push(format!("compensated is not better: median errors {medians:?}"));
     }
     statuses(&judged, &followers, &mut report, &mut problems);
-    ill_conditioned(&judged, &followers, &mut report, &mut problems);
     report.by_variant(&judged);
     report.finish();
     assert!(problems.is_empty(), "{} problems:\n{}", problems.len(), problems[..problems.len().min(30)].join("\n"));
+}
+
+/// Lanes in f64 against the reference, whole runs.
+fn double_precision(mut found: Vec<(f64, String)>, report: &mut Report, problems: &mut Vec<String>) {
+    found.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let exceptions = found.iter().take_while(|(difference, _)| *difference > WHOLE_RUN).count();
+    let share = 1.0 - exceptions as f64 / found.len() as f64;
+    report.say(format!(
+        "lanes in f64 on {} candidates with K <= {CONDITIONED_IN_F64}: {:.3} % within {WHOLE_RUN:e} of the reference, {exceptions} \
+         exceptions, median {:.1e}",
+        found.len(),
+        100.0 * share,
+        found[found.len() / 2].0
+    ));
+    for (difference, what) in &found[..exceptions] {
+        report.say(format!("  {difference:.1e}: {what}"));
+    }
+    if share < SAME_IN_F64 {
+        problems.push(format!("lanes in f64: {:.3} % within {WHOLE_RUN:e}", 100.0 * share));
+    }
 }
 
 /// Errors of the well-conditioned candidates in one precision; returns their median.
@@ -233,36 +273,48 @@ fn three(values: [f64; 3]) -> String {
     values.map(|value| format!("{value:.1e}")).join(" ")
 }
 
-/// Judges candidates window by window, and lists them.
+/// Judges candidates at every window, and lists them.
 fn windows(list: &[&Judged], precision: usize, kind: &str, report: &mut Report, problems: &mut Vec<String>) {
     let judge = |j: &&Judged| {
         let population = j.population(report.followers, report.count);
         let case = report.followers[j.follower].case(j.variant, PAPER);
         let [in_f32, in_f64] = [PRECISIONS[precision].1, LanesPrecision::F64].map(|precision| lanes(&case, precision));
-        window::largest(&case, &population.parameters(j.candidate), &in_f32, &in_f64)
+        let (parameters, mut trace) = (population.parameters(j.candidate), Trace::default());
+        let outcome = Reference::outcome(&case, &parameters, &mut trace);
+        window::Run::new(&case, parameters, (&outcome, &trace), [&in_f32, &in_f64]).every_window()
     };
-    let found: Vec<window::Largest> = list.par_iter().map(judge).collect();
-    let (mut first_step, mut largest, mut count, mut unstable) = ([0.0_f64; 3], [0.0_f64; 3], 0, 0);
-    for (j, found) in list.iter().zip(&found) {
-        report.exception(j, precision, kind, found);
-        for k in 0..3 {
-            first_step[k] = first_step[k].max(found.first_step[k]);
-            largest[k] = largest[k].max(found.difference[k]);
-        }
-        count += found.windows;
-        unstable += found.unstable;
+    let found: Vec<Largest> = list.par_iter().map(judge).collect();
+    let mut all = Largest::default();
+    for (j, found) in list.iter().zip(found) {
+        report.exception(j, precision, kind, &found);
         if let Some(problem) = found.problem() {
             problems.push(format!("{} {}: {problem}", PRECISIONS[precision].1.name(), report.name(j)));
         }
+        all = all.and(found);
     }
+    say_windows(precision, list.len(), kind, &all, report, problems);
+}
+
+fn say_windows(
+    precision: usize,
+    candidates: usize,
+    kind: &str,
+    found: &Largest,
+    report: &mut Report,
+    problems: &mut Vec<String>,
+) {
+    let name = PRECISIONS[precision].1.name();
     report.say(format!(
-        "{}: {} candidates judged in windows ({kind}): largest difference in the first step {}, in windows \
-         {} (m, m/s, m/s2); {unstable} of {count} windows are unstable",
-        PRECISIONS[precision].1.name(),
-        list.len(),
-        three(first_step),
-        three(largest),
+        "{name}: {candidates} candidates judged in windows ({kind}): largest difference in the first step {}, in windows {} (m, m/s, \
+         m/s2); {} of {} windows are unstable",
+        three(found.first_step),
+        three(found.difference),
+        found.unstable,
+        found.windows
     ));
+    if found.unstable as f64 > UNSTABLE_SHARE * found.windows as f64 {
+        problems.push(format!("{name} ({kind}): {} of {} windows are unstable", found.unstable, found.windows));
+    }
 }
 
 /// Candidates that end differently, with the distance to the boundary.
@@ -305,21 +357,5 @@ fn statuses(judged: &[Judged], followers: &[Follower], report: &mut Report, prob
         if same < SAME_STATUS {
             problems.push(format!("{}: status equal on {:.3} % only", in_lanes.name(), 100.0 * same));
         }
-    }
-}
-
-/// One ill-conditioned candidate of every pair of variant and follower (of a sixth of them by default): whole runs mean nothing,
-/// windows do.
-fn ill_conditioned(judged: &[Judged], followers: &[Follower], report: &mut Report, problems: &mut Vec<String>) {
-    let mut sample: Vec<&Judged> = Vec::new();
-    for j in judged.iter().filter(|j| j.condition > CONDITIONED && matches!(j.exact, Score::Value(_))) {
-        let last = sample.last().map(|last| (last.variant, last.follower));
-        if last != Some((j.variant, j.follower)) && (is_full() || j.follower % 2 == 0 && j.variant.id() % 3 == 0) {
-            sample.push(j);
-        }
-    }
-    assert!(followers.len() == 12 && !sample.is_empty(), "some candidate is ill-conditioned");
-    for precision in [0, 1] {
-        windows(&sample, precision, "ill-conditioned", report, problems);
     }
 }

@@ -2,8 +2,9 @@
 
 use crate::common::tolerance::{FIRST_STEP, UNSTABLE, WINDOW};
 use leadlag::evaluator::Case;
+use leadlag::evaluator::Outcome;
 use leadlag::lanes::Lanes;
-use leadlag::reference::{Reference, Trace};
+use leadlag::reference::Trace;
 use leadlag::symbols::{Parameters, Symbol};
 
 /// Samples between restarts.
@@ -12,7 +13,7 @@ const LENGTH: usize = 50;
 /// Spacing, speed and acceleration.
 pub const SIGNALS: [(&str, &str); 3] = [("s", "m"), ("v", "m/s"), ("a", "m/s2")];
 
-/// The largest differences of a run, over all windows.
+/// The largest differences of a run, over the windows that were judged.
 #[derive(Default)]
 pub struct Largest {
     /// In the first step of a window: spacing \[m\], speed \[m/s\], acceleration \[m/s²\].
@@ -36,6 +37,18 @@ impl Largest {
         let text = || format!("{what}, step {t}: {name} = {found} {unit}, reference {reference} {unit}");
         self.problem.get_or_insert_with(text);
     }
+
+    /// Both together.
+    pub fn and(mut self, other: Largest) -> Largest {
+        for k in 0..3 {
+            self.first_step[k] = self.first_step[k].max(other.first_step[k]);
+            self.difference[k] = self.difference[k].max(other.difference[k]);
+        }
+        self.windows += other.windows;
+        self.unstable += other.unstable;
+        self.problem = self.problem.or(other.problem);
+        self
+    }
 }
 
 /// A tolerance grows with the spacing, whose last bit does.
@@ -53,37 +66,65 @@ fn rounded(parameters: &Parameters) -> Parameters {
     rounded
 }
 
-/// Restarts `lanes` every 50 samples from the states of the reference. The first step is judged always; the whole window unless
-/// it is unstable: f64, started from the same states rounded to f32 or moved by one last bit of it, leaves the reference too.
-pub fn largest(case: &Case, parameters: &Parameters, lanes: &Lanes, exact: &Lanes) -> Largest {
-    let mut trace = Trace::default();
-    let outcome = Reference::outcome(case, parameters, &mut trace);
-    // At the sample of a failure, the states are those of a crash or nothing at all.
-    let end = outcome.result.err().map_or(trace.s.len(), |failure| failure.step);
-    let signals = [&trace.s, &trace.v, &trace.a];
-    // Starts that f32 hardly tells apart; each excites another mode of an unstable controller.
-    type Move = fn(f32) -> f32;
-    let starts: [[Move; 3]; 3] =
-        [[|s| s, |v| v, |a| a], [f32::next_up, f32::next_up, f32::next_up], [f32::next_down, f32::next_up, |a| a]];
-    let in_f32 = starts.map(|moves| {
-        [0, 1, 2].map(|k| signals[k].iter().map(|value| f64::from(moves[k](*value as f32))).collect::<Vec<f64>>())
-    });
-    let parameters_in_f32 = rounded(parameters);
-    let mut largest = Largest::default();
-    let first = case.first_sample(parameters.tau_p);
-    for from in (first..end).step_by(LENGTH) {
-        let to = (from + LENGTH).min(end);
-        let states = |lanes: &Lanes, parameters: &Parameters, past: [&[f64]; 3]| {
-            let past = past.map(|signal| &signal[..from]);
-            lanes.trace(0, parameters, past, from, to).expect("a delay within bounds")
-        };
-        let found = states(lanes, parameters, signals.map(|signal| signal.as_slice()));
-        largest.windows += 1;
+/// Moves spacing, speed and acceleration by nothing or by one last bit.
+type Move = [fn(f32) -> f32; 3];
+
+/// Starts that f32 hardly tells apart, per signal; each excites another mode of an unstable controller.
+const STARTS: [Move; 3] =
+    [[|s| s, |v| v, |a| a], [f32::next_up, f32::next_up, f32::next_up], [f32::next_down, f32::next_up, |a| a]];
+
+/// The states of one candidate at the samples from `from` to `to` - 1, from a given past.
+fn states(lanes: &Lanes, parameters: &Parameters, past: [&[f64]; 3], from: usize, to: usize) -> Vec<[f64; 3]> {
+    lanes.trace(0, parameters, past.map(|signal| &signal[..from]), from, to).expect("a delay within bounds")
+}
+
+/// A run of the reference, from whose states f32 is restarted.
+pub struct Run<'a> {
+    pub parameters: Parameters,
+    pub trace: &'a Trace,
+    pub in_f32: &'a Lanes,
+    pub in_f64: &'a Lanes,
+    /// The first simulated sample, and one past the last one whose state means something.
+    first: usize,
+    end: usize,
+}
+
+impl<'a> Run<'a> {
+    pub fn new(
+        case: &Case,
+        parameters: Parameters,
+        (outcome, trace): (&Outcome, &'a Trace),
+        [in_f32, in_f64]: [&'a Lanes; 2],
+    ) -> Run<'a> {
+        // At the sample of a failure, the states are those of a crash or nothing at all.
+        let end = outcome.result.as_ref().err().map_or(trace.s.len(), |failure| failure.step);
+        Run { first: case.first_sample(parameters.tau_p), parameters, trace, in_f32, in_f64, end }
+    }
+
+    /// Every window of the run.
+    pub fn every_window(&self) -> Largest {
+        (self.first..self.end).step_by(LENGTH).map(|from| self.window(from)).fold(Largest::default(), Largest::and)
+    }
+
+    /// One window, at a place from 0 (first) to 1 (last); none of a run that fails at once.
+    pub fn one_window(&self, place: f64) -> Largest {
+        let last = self.end.saturating_sub(LENGTH).max(self.first);
+        let from = self.first + ((last - self.first) as f64 * place) as usize;
+        if from < self.end { self.window(from) } else { Largest::default() }
+    }
+
+    /// Restarts f32 from the state of the reference. The first step is judged always; the whole window unless it is unstable: f64,
+    /// started from the same states rounded to f32 or moved by one last bit of it, leaves the reference too.
+    fn window(&self, from: usize) -> Largest {
+        let mut largest = Largest { windows: 1, ..Largest::default() };
+        let to = (from + LENGTH).min(self.end);
+        let signals = [&self.trace.s, &self.trace.v, &self.trace.a].map(Vec::as_slice);
+        let found = states(self.in_f32, &self.parameters, signals, from, to);
         for k in 0..3 {
-            let (reference, state) = (signals[k][from], found[0][k]);
+            let (reference, state) = (signals[k][from], found.first().map_or(f64::NAN, |state| state[k]));
             let difference = (state - reference).abs();
-            largest.first_step[k] = largest.first_step[k].max(difference);
-            if difference > allowed(&FIRST_STEP, k, reference) {
+            largest.first_step[k] = difference;
+            if difference.is_nan() || difference > allowed(&FIRST_STEP, k, reference) {
                 largest.note("first step of a window", k, from, reference, state);
             }
         }
@@ -99,23 +140,25 @@ pub fn largest(case: &Case, parameters: &Parameters, lanes: &Lanes, exact: &Lane
             }
         }
         let Some((k, t, reference, state)) = beyond else {
-            for (largest, difference) in largest.difference.iter_mut().zip(differences) {
-                *largest = largest.max(difference);
-            }
-            continue;
+            largest.difference = differences;
+            return largest;
         };
+        let parameters = rounded(&self.parameters);
         let far = |(t, state): (usize, &[f64; 3])| {
             (0..3).any(|k| (state[k] - signals[k][t]).abs() * UNSTABLE >= allowed(&WINDOW, k, signals[k][t]))
         };
-        let leaves = |start: &[Vec<f64>; 3]| {
-            let found = states(exact, &parameters_in_f32, [0, 1, 2].map(|k| start[k].as_slice()));
+        let leaves = |moves: &Move| {
+            let start = [0, 1, 2].map(|k| {
+                signals[k][..from].iter().map(|value| f64::from(moves[k](*value as f32))).collect::<Vec<f64>>()
+            });
+            let found = states(self.in_f64, &parameters, start.each_ref().map(Vec::as_slice), from, to);
             found.len() < to - from || (from..to).zip(&found).any(far)
         };
-        if in_f32.iter().any(leaves) {
-            largest.unstable += 1;
+        if STARTS.iter().any(leaves) {
+            largest.unstable = 1;
         } else {
             largest.note("window", k, t, reference, state);
         }
+        largest
     }
-    largest
 }
