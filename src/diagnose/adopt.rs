@@ -1,9 +1,7 @@
 //! Rounds: screen, cross-fit, decide, adopt, put right what was adopted before; and prune at the end.
 
 use super::candidate::{Candidate, Held, Setting};
-use super::decide::{
-    ABSORBED, Evidence, TRANSFERS, gate, is_scheme, margin, margin_of_relatives, need, proxy, transfers,
-};
+use super::decide::{ABSORBED, Evidence, TRANSFERS, gate, margin, margin_of_relatives, need, proxy, transfers};
 use super::fate::{Fate, Objection};
 use super::fit::{Plan, Point};
 use super::observer::Noise;
@@ -343,8 +341,8 @@ impl Search {
             match objection {
                 Some(objection) => {
                     self.ladder[first + i].fate = Fate::Stopped(objection.clone());
-                    let first = candidate.model.positions(cause).first().copied();
-                    if !first.is_some_and(|k| is_scheme(cause, candidate.fit.point.values[k])) {
+                    // These are explained by what every measured car has, and leave nothing to wonder about.
+                    if !matches!(objection, Objection::Scheme(_) | Objection::Blurred { .. }) {
                         self.stopped.push((cause, evidence.counts(), self.need, objection));
                     }
                 }

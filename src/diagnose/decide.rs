@@ -42,6 +42,10 @@ const SHOWN: f64 = 8.0;
 const ONE_SIDED: [&str; 5] = ["aero_drag", "const_decel", "leader_accel_ff", "multi_anticipation", "time_offset"];
 /// A car that reacts in finer steps than the model looks ahead of it by this much \[s\], beyond what the nuisance lead takes.
 const SCHEME_S: f64 = 0.06;
+/// A dead zone of the spacing narrower than so many times the noise of the measured one is no name: a law that is fed a noisy spacing
+/// answers small errors as weakly as one with such a zone, which Gipps' law, without a gain of its own to take that up, shows in gusts
+/// (five of five dead zones that were not planted had 1.6 to 2.3 times the noise, planted ones ten and more).
+const BLURRED: f64 = 3.0;
 /// Identifiability below which a cause is absorbed by the calibration.
 pub const ABSORBED: f64 = 0.02;
 
@@ -148,6 +152,10 @@ pub fn proxy(candidate: &Candidate, cause: &Extension) -> Option<Objection> {
         if is_scheme(cause, value) {
             return Some(Objection::Scheme(size()));
         }
+        let noise = candidate.fit.point.noise.r_s;
+        if cause.name == "dead_zone" && value < BLURRED * noise {
+            return Some(Objection::Blurred { size: size(), noise });
+        }
         if ONE_SIDED.contains(&cause.name.as_str()) && value < 0.0 {
             return Some(Objection::WrongSign(size()));
         }
@@ -161,7 +169,7 @@ pub fn proxy(candidate: &Candidate, cause: &Extension) -> Option<Objection> {
 
 /// True for a time offset that stands for the finer step of a real car, which is nothing that a model lacks.
 #[must_use]
-pub fn is_scheme(cause: &Extension, value: f64) -> bool {
+fn is_scheme(cause: &Extension, value: f64) -> bool {
     cause.name == "time_offset" && (-SCHEME_S..0.0).contains(&value)
 }
 

@@ -117,7 +117,7 @@ pub fn describe(
     if let Some(profiles) = missing_left.as_ref().or(missing.as_ref()) {
         left_over.push(LeftOverEntry {
             kind: "missing_acceleration".to_owned(),
-            r#where: "everywhere, root mean square in m/s2".to_owned(),
+            r#where: format!("root mean square in m/s2; most of it {}", worst_minutes(&left.series[..trained])),
             size: profiles.rms,
             formula: formula.as_ref().map(|f| f.equation()),
         });
@@ -165,6 +165,25 @@ fn drives(question: &Question<'_>) -> Vec<DriveEntry> {
     let entry =
         |role: &'static str| move |drive: &Drive| DriveEntry { label: drive.label().to_owned(), role: role.to_owned() };
     question.train.iter().map(entry("train")).chain(question.holdout.iter().map(entry("holdout"))).collect()
+}
+
+/// Where the missing acceleration is largest: drives and times, with their shares of its square.
+fn worst_minutes(series: &[Series]) -> String {
+    const MINUTE: f64 = 60.0;
+    let mut minutes: Vec<(f64, String)> = Vec::new();
+    for one in series {
+        let scene = &one.scene;
+        let samples = ((MINUTE / scene.dt).round() as usize).max(1);
+        for (k, d) in one.d.chunks(samples).enumerate() {
+            let square = d.iter().filter(|d| d.is_finite()).map(|d| d * d).sum();
+            let from = scene.t[k * samples];
+            minutes.push((square, format!("{} {from:.0} to {:.0} s", scene.label, from + d.len() as f64 * scene.dt)));
+        }
+    }
+    let all: f64 = minutes.iter().map(|(square, _)| square).sum();
+    minutes.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let share = |(square, at): &(f64, String)| format!("{at} ({:.0} %)", 100.0 * square / all.max(1e-300));
+    minutes.iter().take(3).map(share).collect::<Vec<_>>().join(", ")
 }
 
 /// As on the command line.

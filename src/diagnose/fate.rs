@@ -30,6 +30,13 @@ pub enum Objection {
     WrongSign(Size),
     /// It stands for the finer step of a real car.
     Scheme(Size),
+    /// The noise of the sensor \[m\] does the same.
+    Blurred {
+        /// Its size.
+        size: Size,
+        /// Standard deviation of the noise.
+        noise: f64,
+    },
     /// Its size lies on a bound.
     OnBound(Size),
     /// A calibration has most of its effect in these parameters.
@@ -70,6 +77,12 @@ impl fmt::Display for Objection {
             Objection::FewBlocks { without } => write!(f, "without the two best blocks only {without:.1} nats"),
             Objection::WrongSign(size) => write!(f, "{size} has the wrong sign"),
             Objection::Scheme(size) => write!(f, "{size} is no more than the finer step of a real car explains"),
+            Objection::Blurred { size, noise } => {
+                write!(
+                    f,
+                    "{size} is hardly wider than the noise of the measured gap, {noise:.3} m, which does the same"
+                )
+            }
             Objection::OnBound(size) => write!(f, "{size} lies on its bound"),
             Objection::Absorbed { by } => write!(f, "a calibration absorbs it in {}", by.join(", ")),
             Objection::NoTransfer { share } => {

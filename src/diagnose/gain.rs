@@ -32,10 +32,10 @@ pub struct Gain {
     pub interval: Option<[f64; 2]>,
     /// NRMSE of s, v, a by themselves: base, then extended.
     pub signals: Option<[[f64; 3]; 2]>,
-    /// Runs of base and extended, on training and hold-out drives, that crash or break off; of so many drives.
-    pub broken_off: [usize; 2],
-    /// Drives that were simulated.
-    pub drives: usize,
+    /// Runs on the hold-out that crash or break off: base, extended, and of how many.
+    pub broken_off: [usize; 3],
+    /// The same on the training drives.
+    pub broken_off_in_training: [usize; 3],
     /// Parameters of both models as recalibrated, by name.
     pub parameters: [std::collections::BTreeMap<String, f64>; 2],
     /// In one sentence.
@@ -139,11 +139,12 @@ pub fn gain(
         (extended.variant, recalibrated(train, extended, adopted, question.bounds, settings, progress)?),
     ];
     let mut runs: Vec<Vec<Free>> = Vec::new();
-    let mut broken_off = [0; 2];
+    let (mut broken_off, mut in_training) = ([0, 0, holdout.len()], [0, 0, train.len()]);
+    let broken = |runs: &[Free]| runs.iter().filter(|run| !run.complete).count();
     for (k, (variant, parameters)) in models.iter().enumerate() {
         let on_holdout = free(holdout, *variant, parameters, adopted)?;
-        let on_train = free(train, *variant, parameters, adopted)?;
-        broken_off[k] = on_holdout.iter().chain(&on_train).filter(|run| !run.complete).count();
+        in_training[k] = broken(&free(train, *variant, parameters, adopted)?);
+        broken_off[k] = broken(&on_holdout);
         runs.push(on_holdout);
     }
     let parameters = models.map(|(variant, parameters)| {
@@ -158,7 +159,7 @@ pub fn gain(
         interval: None,
         signals: None,
         broken_off,
-        drives: train.len() + holdout.len(),
+        broken_off_in_training: in_training,
         parameters,
         sentence: String::new(),
     };
@@ -186,8 +187,8 @@ impl Gain {
             _ => "no gain: the interval contains zero",
         };
         format!(
-            "NRMSE(s,v,a) {base:.4} with the base model, {extended:.4} with the extended one, on data that neither was calibrated on; \
-             difference {:+.4} [{low:+.4}, {high:+.4}]: {what}",
+            "NRMSE(s,v,a) {base:.4} with the base model, {extended:.4} with the extended one, on data that neither was calibrated on \
+             (but which had a say in whether the cause carries over); difference {:+.4} [{low:+.4}, {high:+.4}]: {what}",
             base - extended
         )
     }

@@ -37,7 +37,7 @@ pub fn from_held(
             (limits(model, limit), values, vec![likeliest])
         }
         // Where the present model is about right, what is missing shows a way by itself.
-        None if !is_lost(&current.fit.point.noise) => return Ok(Vec::new()),
+        None if !is_astray(&current.fit.point.noise) => return Ok(Vec::new()),
         None => {
             let textbook = with_free_driving(model, &values, fastest(setting.question.train));
             (sizes(model, cause), textbook, Vec::new())
@@ -66,6 +66,14 @@ const SLOW: (f64, f64) = (0.08, 10.0);
 #[must_use]
 pub fn is_lost(noise: &Noise) -> bool {
     noise.sigma_d > SLOW.0 && noise.tau_d > SLOW.1
+}
+
+/// Six times the gusts of 0.05 m/s² over 2 s, as the growth of the square of the speed's error \[m²/s³\] (half of it).
+const ASTRAY: f64 = 0.03;
+
+/// True where so much is missing that the model may be far off: large or long, and so less than [`is_lost`] asks.
+fn is_astray(noise: &Noise) -> bool {
+    noise.sigma_d.powi(2) * noise.tau_d > ASTRAY
 }
 
 /// The parameter of a cause that does nothing where it is largest.

@@ -4,6 +4,7 @@ use super::adopt::{ROUNDS, Rival, Search, family};
 use super::base::{Calibrated, calibrate_base, contradiction};
 use super::bootstrap::{SURROGATES, threshold};
 use super::candidate::{Candidate, LEAD, Setting};
+use super::experiment::experiment;
 use super::family::others;
 use super::fate::Objection;
 use super::held_sizes::is_lost;
@@ -93,12 +94,8 @@ pub fn infer(
     search.end_trial(&setting)?;
     tell(0.8, "looking for what is left")?;
     let left = leftovers(&setting, &mut search.current, search.need, search.inflation)?;
-    let others = if search.current.causes.is_empty() {
-        Vec::new()
-    } else {
-        tell(0.9, "comparing with other base models")?;
-        others(&setting, &spending)?
-    };
+    tell(0.9, "comparing with other base models")?;
+    let others = others(&setting, &spending)?;
     let base = base.expect("at least one round");
     let extended = snapshot(&mut search.current, &setting, search.inflation)?;
     let lost = !agrees && search.current.causes.is_empty();
@@ -225,20 +222,11 @@ impl Answer<'_> {
         if causes.is_empty() {
             return self.without_causes();
         }
-        if let Some(other) = self.others.first()
-            && other.fit.log_likelihood > search.current.fit.log_likelihood + OTHER_FAMILY
-        {
-            let ahead = other.fit.log_likelihood - search.current.fit.log_likelihood;
-            let left = LeftOver {
-                kind: "family".to_owned(),
-                place: other.variant.base.name.to_owned(),
-                size: ahead,
-                evidence: ahead,
-            };
+        if let Some((law, left)) = self.other_law(OTHER_FAMILY) {
             let reason = format!(
-                "{} without any cause is likelier by {ahead:.0} nats than the base with {}: the car follows another law, and the \
-                 causes only imitate it",
-                other.variant.base.paper,
+                "{law} without any cause is likelier by {:.0} nats than the base with {}: the car follows another law, and the causes \
+                 only imitate it",
+                left.evidence,
                 names()
             );
             return (Verdict::Unexplained, reason, vec![left]);
@@ -266,7 +254,12 @@ impl Answer<'_> {
         if let ([cause], [_, ..]) = (causes.as_slice(), search.rivals.as_slice()) {
             let mut rivals: Vec<String> = search.rivals.iter().map(|rival| rival.cause.name.clone()).collect();
             rivals.dedup();
-            let reason = format!("{} or {}: these data cannot tell them apart", cause.name, rivals.join(" or "));
+            let reason = format!(
+                "{} or {}: these data cannot tell them apart. What would: {}",
+                cause.name,
+                rivals.join(" or "),
+                experiment(cause, search.rivals[0].cause)
+            );
             return plain(Verdict::Ambiguous, reason);
         }
         let needed = search.evidence.iter().map(|(_, need)| *need).fold(0.0, f64::max);
@@ -275,8 +268,28 @@ impl Answer<'_> {
         plain(Verdict::Named, reason)
     }
 
+    /// Another base without causes that is likelier than the present model by more than so many nats: its name in the paper, and by
+    /// how much.
+    fn other_law(&self, margin: f64) -> Option<(&'static str, LeftOver)> {
+        let other = self.others.first()?;
+        let ahead = other.fit.log_likelihood - self.search.current.fit.log_likelihood;
+        let (kind, place) = ("family".to_owned(), other.variant.base.name.to_owned());
+        (ahead > margin).then_some((other.variant.base.paper, LeftOver { kind, place, size: ahead, evidence: ahead }))
+    }
+
     fn without_causes(&self) -> (Verdict, String, Vec<LeftOver>) {
         let search = self.search;
+        let term = self.left.strongest().map_or(0.0, |term| term.evidence);
+        // Of two laws that are alike on these data one is ahead by chance: what a cause needs, a law needs too.
+        if let Some((law, left)) = self.other_law(search.need.max(OTHER_FAMILY))
+            && left.evidence > term
+        {
+            let reason = format!(
+                "no cause of the library passes, but {law} is likelier by {:.0} nats: the car follows another law than the base",
+                left.evidence
+            );
+            return (Verdict::Unexplained, reason, vec![left]);
+        }
         if let Some(term) = self.left.strongest() {
             let reason = format!(
                 "no cause of the library passes, but something that repeats with {} is left ({:.0} nats)",

@@ -13,6 +13,7 @@ pub mod decide;
 pub mod describe;
 pub mod drive;
 mod equilibrium;
+mod experiment;
 pub mod family;
 pub mod fate;
 pub mod fit;

@@ -66,7 +66,8 @@ impl DiagnosisOutcome {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Judgement {
-    /// The truth, first and alone or first of a set; for a drive without an effect: silence.
+    /// The truth, first and alone or first of a set; for a drive without an effect, or with an absorbed one: silence; for an effect outside
+    /// the library or another law: `unexplained` (or, for a law that cannot be the car's at all, `bad_base`).
     Right,
     /// The truth is in the named set.
     InSet,
@@ -97,7 +98,11 @@ pub fn judge(outcome: &DiagnosisOutcome) -> Judgement {
         name == truth || (classed && family_of(name) == class)
     };
     match task.kind.as_str() {
-        "none" | "coloured" | "absorbed" | "outside" | "family" if !named => Judgement::Right,
+        "none" | "coloured" | "absorbed" if !named => Judgement::Right,
+        "outside" | "family" if !named => match (outcome.verdict.as_str(), task.kind.as_str()) {
+            ("unexplained", _) | ("bad_base", "family") => Judgement::Right,
+            _ => Judgement::Silent,
+        },
         "absorbed" if outcome.adopted.iter().all(|name| task.causes.contains(name)) => Judgement::Right,
         // Said to be one of several that cannot be told apart, the planted one among them.
         "absorbed" if outcome.confounded_with.iter().any(|name| task.causes.contains(name)) => Judgement::InSet,

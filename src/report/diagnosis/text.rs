@@ -11,6 +11,9 @@ use std::fmt::Write;
 /// Rows of a table of places, speeds or times: the worst ones.
 const ROWS: usize = 5;
 
+/// Columns of a class's name.
+const NAME: usize = 36;
+
 /// The nuisance parameter of every base model of a diagnosis.
 const LEAD: &str = "lead_h";
 
@@ -41,7 +44,9 @@ fn write_all(text: &mut String, outcome: &Outcome) -> std::fmt::Result {
     heading(text, "4. Which cause");
     causes::ladder(text, &outcome.ladder)?;
     causes::verdict(text, outcome)?;
-    heading(text, "5. Gain on the data held back");
+    heading(text, "5. The extended model");
+    extended(text, outcome)?;
+    heading(text, "6. Gain on the data held back");
     match (&outcome.gain, outcome.verdict) {
         (Some(gain), _) => {
             text.push_str(&wrapped(0, 2, &gain.sentence));
@@ -51,13 +56,16 @@ fn write_all(text: &mut String, outcome: &Outcome) -> std::fmt::Result {
                     writeln!(text, "{name:<12}{s:>10.4}{v:>10.4}{a:>10.4}")?;
                 }
             }
-            let [base, extended] = gain.broken_off;
-            writeln!(text, "runs that crash or break off, of {}: base {base}, extended {extended}", gain.drives)?;
+            for (where_, [base, extended, all]) in
+                [("held back", gain.broken_off), ("training", gain.broken_off_in_training)]
+            {
+                writeln!(text, "runs that crash or break off, {where_}: base {base}, extended {extended}, of {all}")?;
+            }
         }
         (None, Verdict::Named) => text.push_str("not measured\n"),
         (None, _) => text.push_str("nothing is named, so there is nothing to gain\n"),
     }
-    heading(text, "6. What is left");
+    heading(text, "7. What is left");
     left(text, outcome)?;
     let Outcome { simulations, seed, effort, program, evaluator, precision, convention, .. } = outcome;
     text.push('\n');
@@ -148,6 +156,32 @@ fn model(text: &mut String, model: &ModelEntry) -> std::fmt::Result {
     Ok(())
 }
 
+/// What the named causes make of the base model, and how to go on with it.
+fn extended(text: &mut String, outcome: &Outcome) -> std::fmt::Result {
+    let Some(extended) = outcome.extended.as_ref().filter(|_| !outcome.causes.is_empty()) else {
+        text.push_str("nothing is named, so the model stays as it is\n");
+        return Ok(());
+    };
+    writeln!(text, "{}", extended.variant)?;
+    causes::parameters(text, &extended.parameters)?;
+    let (Some(base), Some(data)) = (&outcome.base, outcome.data.first()) else { return Ok(()) };
+    let names = outcome.causes.iter().map(|cause| format!(" --extend {}", cause.name)).collect::<String>();
+    let own = if outcome.causes.iter().any(|cause| crate::wgsl::extension_named(&cause.name).is_none()) {
+        " (of a cause of your own: its file)"
+    } else {
+        ""
+    };
+    text.push_str(&wrapped(
+        0,
+        2,
+        &format!(
+            "To calibrate it: leadlag calibrate {} --follower {} --model {}{names}{own}",
+            data.path, data.follower, base.variant
+        ),
+    ));
+    Ok(())
+}
+
 fn errors(text: &mut String, budget: &Budget) -> std::fmt::Result {
     writeln!(text, "{:<28}{:>10} {:>10} {:>11}", "", "spacing", "speed", "accel.")?;
     let [s, v, a] = budget.rms;
@@ -155,13 +189,15 @@ fn errors(text: &mut String, budget: &Budget) -> std::fmt::Result {
     let [s, v, a] = budget.bias;
     writeln!(text, "{:<28}{s:>+8.3} m {v:>+6.3} m/s {a:>+6.3} m/s²", "mean (simulated - measured)")?;
     writeln!(text, "\nshare of the squared error, beside the share of the time")?;
-    writeln!(text, "{:<24}{:>8}{:>10}{:>10}{:>10}", "", "time", "spacing", "speed", "accel.")?;
+    writeln!(text, "{:<NAME$}{:>8}{:>10}{:>10}{:>10}", "", "time", "spacing", "speed", "accel.")?;
     let rows = |text: &mut String, shares: &mut dyn Iterator<Item = &Share>| {
         for share in shares {
             let time = share.time.map_or("-".to_owned(), |time| format!("{:.0} %", 100.0 * time));
             let [s, v, a] = share.error.map(|e| format!("{:.0} %", 100.0 * e));
-            let name: String = share.name.chars().take(24).collect();
-            writeln!(text, "{name:<24}{time:>8}{s:>10}{v:>10}{a:>10}")?;
+            // Of a long name its end, where the time is.
+            let cut = share.name.chars().count().saturating_sub(NAME);
+            let name: String = share.name.chars().skip(cut).collect();
+            writeln!(text, "{name:<NAME$}{time:>8}{s:>10}{v:>10}{a:>10}")?;
         }
         Ok(())
     };
@@ -173,6 +209,10 @@ fn errors(text: &mut String, budget: &Budget) -> std::fmt::Result {
     if !budget.place.is_empty() {
         writeln!(text, "\nplaces with the most error in speed")?;
         rows(text, &mut worst(&budget.place).into_iter())?;
+    }
+    if !budget.time.is_empty() {
+        writeln!(text, "\ntimes with the most error in speed")?;
+        rows(text, &mut worst(&budget.time).into_iter())?;
     }
     if let Some(regime) = budget.worst_regime(1) {
         let (time, error) = (100.0 * regime.time.unwrap_or(0.0), 100.0 * regime.error[1]);
@@ -242,10 +282,8 @@ fn at(value: f64, unit: &str) -> String {
 fn left(text: &mut String, outcome: &Outcome) -> std::fmt::Result {
     for left in &outcome.left_over {
         let formula = left.formula.as_ref().map_or(String::new(), |f| format!("; {f}"));
-        text.push_str(&wrapped(0, 2, &format!("{}: {} ({}){formula}", left.kind, left.r#where, small(left.size))));
-    }
-    if let Some(missing) = outcome.missing_left.as_ref().or(outcome.missing.as_ref()) {
-        writeln!(text, "missing acceleration: {} m/s² root mean square", small(missing.rms))?;
+        let kind = left.kind.replace('_', " ");
+        text.push_str(&wrapped(0, 2, &format!("{kind}: {} ({}){formula}", left.r#where, small(left.size))));
     }
     match &outcome.formula {
         Some(formula) => text.push_str(&wrapped(

@@ -197,19 +197,17 @@ fn gain(page: &mut Page, outcome: &Outcome) {
     };
     page.paragraph(&gain.sentence);
     if let Some(signals) = gain.signals {
-        let [base, extended] = gain.broken_off;
-        let rows: Vec<Vec<String>> = [("base", signals[0], base), ("extended", signals[1], extended)]
-            .map(|(name, nrmse, broken)| {
-                let mut row = vec![name.to_owned()];
-                row.extend(nrmse.map(short));
-                row.push(format!("{broken} of {}", gain.drives));
-                row
-            })
-            .to_vec();
+        let row = |k: usize| {
+            let mut row = vec![["base", "extended"][k].to_owned()];
+            row.extend(signals[k].map(short));
+            let broken = [gain.broken_off, gain.broken_off_in_training];
+            row.extend(broken.map(|broken| format!("{} of {}", broken[k], broken[2])));
+            row
+        };
         page.table(
             "NRMSE of the free simulation",
-            &["model", "spacing", "speed", "acceleration", "runs broken off"],
-            &rows,
+            &["model", "spacing", "speed", "acceleration", "crashes, held back", "crashes, training"],
+            &[row(0), row(1)],
         );
     }
 }
