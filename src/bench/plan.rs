@@ -22,7 +22,7 @@ pub enum Effort {
 const VARIANTS: [u32; 3] = [1, 32, 37];
 
 /// Candidates where nothing else is said.
-pub(super) const POPULATION: usize = 1024;
+pub(super) const POPULATION: usize = 4096;
 
 /// Candidates of the scalar reference, which is slow and does not care.
 const POPULATION_OF_REFERENCE: usize = 64;
@@ -73,7 +73,7 @@ fn plan(effort: Effort) -> Vec<(Contender, u32, usize)> {
             plan.push((contender, id, population));
         }
     };
-    let populations: &[usize] = if effort == Effort::Quick { &[POPULATION] } else { &[100, POPULATION, 4096] };
+    let populations: &[usize] = if effort == Effort::Quick { &[POPULATION] } else { &[100, 1024, POPULATION] };
     let (first, others): (u32, &[u32]) = match effort {
         Effort::Variant(variant) => (variant.id(), &[]),
         Effort::Quick | Effort::Full => (VARIANTS[0], &VARIANTS[1..]),
