@@ -4,7 +4,7 @@ mod exact;
 mod search;
 mod space;
 
-pub use search::merit;
+pub use search::{PROGRAM, SEARCH_REVISION, merit};
 pub use space::{BoundsError, Overrides, SearchSpace, bound_times, read_bounds};
 
 use crate::evaluator::{BufferSet, EvaluateError, Evaluator, Failure, Score};

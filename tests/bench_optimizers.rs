@@ -3,13 +3,14 @@
 mod common;
 
 use leadlag::bench::{Journal, OptimizerOutcome, OptimizerReport, OptimizerTask, optimizer_tasks};
+use leadlag::calibrate::PROGRAM;
 use std::io::Write;
 use std::process::Command;
 
 fn outcome(task: &OptimizerTask, score: f64) -> OptimizerOutcome {
     let replicates = task.replicates as usize;
     OptimizerOutcome {
-        program: concat!("leadlag ", env!("CARGO_PKG_VERSION")).to_owned(),
+        program: PROGRAM.clone(),
         task: task.clone(),
         scores: (0..replicates).map(|k| Some(score * (1.0 + 0.02 * k as f64))).collect(),
         evaluations: vec![task.max_evaluations; replicates],
@@ -37,7 +38,7 @@ fn finished_tasks_are_taken_again_and_torn_lines_are_not() {
     let path = folder.path().join("journal.jsonl");
     let tasks = optimizer_tasks("auto", true);
     let line = |k: usize| serde_json::to_string(&outcome(&tasks[k], 0.3)).expect("JSON");
-    let other = line(2).replace(concat!("leadlag ", env!("CARGO_PKG_VERSION")), "leadlag 0.0.1");
+    let other = line(2).replace(PROGRAM.as_str(), "leadlag 0.0.1");
     std::fs::write(&path, format!("{}\n{other}\n{}", line(0), &line(1)[..40])).expect("written");
     let journal = Journal::open(&path).expect("readable");
     assert!(journal.has(&tasks[0]) && !journal.has(&tasks[1]), "the torn line is not a result");

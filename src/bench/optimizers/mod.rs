@@ -11,7 +11,7 @@ pub use journal::Journal;
 pub use report::{Finding, OptimizerReport};
 
 use super::BenchError;
-use crate::calibrate::{Calibration, OptimizerKind, Overrides, SearchSpace, Stop, calibrate};
+use crate::calibrate::{Calibration, OptimizerKind, Overrides, PROGRAM, SearchSpace, Stop, calibrate};
 use crate::catalog::Variant;
 use crate::convention::Convention;
 use crate::evaluator::Case;
@@ -51,7 +51,7 @@ pub struct OptimizerTask {
 /// What it found, one entry per replicate.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct OptimizerOutcome {
-    /// Version of the program.
+    /// Version of the program and state of its search.
     pub program: String,
     /// The task.
     pub task: OptimizerTask,
@@ -200,7 +200,7 @@ fn run(data: &mut Followers, task: &OptimizerTask) -> Result<OptimizerOutcome, B
     let found = calibrate(&mut lanes, &space, &settings, &mut |_| ControlFlow::Continue(()))?;
     let wall_s = started.elapsed().as_secs_f64();
     Ok(OptimizerOutcome {
-        program: journal::PROGRAM.to_owned(),
+        program: PROGRAM.clone(),
         task: task.clone(),
         scores: found.iter().map(|r| Some(r.score).filter(|score| score.is_finite())).collect(),
         evaluations: found.iter().map(|r| r.evaluations).collect(),
