@@ -4,7 +4,7 @@ mod exact;
 mod search;
 mod space;
 
-pub use search::merit;
+pub use search::{PROGRAM, SEARCH_REVISION, merit};
 pub use space::{BoundsError, Overrides, SearchSpace, bound_times, read_bounds};
 
 use crate::evaluator::{BufferSet, EvaluateError, Evaluator, Failure, Score};
@@ -76,7 +76,7 @@ impl FromStr for OptimizerKind {
 /// When a replicate ends; whichever comes first.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stop {
-    /// Simulated candidates, failed ones included; not exceeded, but the first generation is always scored.
+    /// Simulated candidates, failed ones included; not exceeded by the search, but the first generation is always scored.
     pub max_evaluations: u64,
     /// Generations without gain.
     pub max_stall: u64,
@@ -155,7 +155,7 @@ pub struct Replicate {
     pub candidate: Vec<f64>,
     /// Its score by the f64 reference; infinite if neither the best candidate nor any near it stands there.
     pub score: f64,
-    /// Simulated candidates.
+    /// Simulated candidates, failed ones included; also those that the reference was asked about because the best one fails there.
     pub evaluations: u64,
     /// Why it ended.
     pub stop: StopReason,
@@ -325,8 +325,9 @@ fn settled(
 ) -> Result<Replicate, CalibrateError> {
     replicate.near.sort_by(|a, b| a.0.total_cmp(&b.0));
     let others = replicate.near.iter().map(|(_, candidate)| candidate);
-    let mut found = None;
+    let (mut found, mut asked) = (None, 0);
     for candidate in std::iter::once(&replicate.candidate).chain(others).take(ASKED) {
+        asked += 1;
         match rescore::score(evaluator.cases(), evaluator.gof(), &space.parameters(candidate))? {
             Score::Value(score) if score.is_finite() => {
                 found = Some((candidate.clone(), score));
@@ -335,6 +336,8 @@ fn settled(
             _ => {}
         }
     }
+    // The first was counted when the search scored it; the others are a search of their own.
+    replicate.evaluations += asked - 1;
     replicate.score = f64::INFINITY;
     if let Some((candidate, score)) = found {
         (replicate.candidate, replicate.score) = (candidate, score);

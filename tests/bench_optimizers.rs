@@ -3,13 +3,14 @@
 mod common;
 
 use leadlag::bench::{Journal, OptimizerOutcome, OptimizerReport, OptimizerTask, optimizer_tasks};
+use leadlag::calibrate::PROGRAM;
 use std::io::Write;
 use std::process::Command;
 
 fn outcome(task: &OptimizerTask, score: f64) -> OptimizerOutcome {
     let replicates = task.replicates as usize;
     OptimizerOutcome {
-        program: concat!("leadlag ", env!("CARGO_PKG_VERSION")).to_owned(),
+        program: PROGRAM.clone(),
         task: task.clone(),
         scores: (0..replicates).map(|k| Some(score * (1.0 + 0.02 * k as f64))).collect(),
         evaluations: vec![task.max_evaluations; replicates],
@@ -25,9 +26,11 @@ fn all_seeds_variants_and_followers_are_planned() {
     let spread: std::collections::BTreeSet<_> =
         tasks.iter().filter(|t| t.aim == "spread").map(|t| (t.model_id, t.platoon, t.follower)).collect();
     assert_eq!(spread.len(), 90 * 12);
-    assert!(tasks.iter().all(|t| t.convention == if t.aim == "hard" { "paper" } else { "authors" }));
+    let paper = |t: &OptimizerTask| ["hard", "wall"].contains(&t.aim.as_str());
+    assert!(tasks.iter().all(|t| t.convention == if paper(t) { "paper" } else { "authors" }));
     let quick = optimizer_tasks("auto", true);
-    assert_eq!(quick.len(), 20 + 12);
+    assert_eq!(quick.len(), 20 + 1 + 12);
+    assert_eq!(optimizer_tasks("ga", true).len(), 20 + 12, "the wall time of the default optimiser only");
     assert!(quick.iter().all(|task| tasks.contains(task)), "a quick run is a part of the whole");
 }
 
@@ -37,11 +40,14 @@ fn finished_tasks_are_taken_again_and_torn_lines_are_not() {
     let path = folder.path().join("journal.jsonl");
     let tasks = optimizer_tasks("auto", true);
     let line = |k: usize| serde_json::to_string(&outcome(&tasks[k], 0.3)).expect("JSON");
-    let other = line(2).replace(concat!("leadlag ", env!("CARGO_PKG_VERSION")), "leadlag 0.0.1");
-    std::fs::write(&path, format!("{}\n{other}\n{}", line(0), &line(1)[..40])).expect("written");
+    let other = line(2).replace(PROGRAM.as_str(), "leadlag 0.0.1+search2");
+    // As journals had it before the search was numbered.
+    let before = line(4).replace(PROGRAM.as_str(), concat!("leadlag ", env!("CARGO_PKG_VERSION")));
+    std::fs::write(&path, format!("{}\n{other}\n{before}\n{}", line(0), &line(1)[..40])).expect("written");
     let journal = Journal::open(&path).expect("readable");
     assert!(journal.has(&tasks[0]) && !journal.has(&tasks[1]), "the torn line is not a result");
     assert!(!journal.has(&tasks[2]), "another version's result is not taken");
+    assert!(!journal.has(&tasks[4]), "nor that of another state of the search");
     drop(journal);
     // What follows the torn line is read.
     let mut file = std::fs::OpenOptions::new().append(true).open(&path).expect("opened");
@@ -49,25 +55,28 @@ fn finished_tasks_are_taken_again_and_torn_lines_are_not() {
     assert!(Journal::open(&path).expect("readable").has(&tasks[3]));
 }
 
-#[test]
-fn a_target_is_met_only_by_all_its_tasks() {
+/// What is said of the tasks when the journal holds a score for those that have one.
+fn report(tasks: &[OptimizerTask], scores: &dyn Fn(&OptimizerTask) -> Option<f64>) -> OptimizerReport {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("journal.jsonl");
-    let tasks = optimizer_tasks("auto", false);
-    let report = |scores: &dyn Fn(&OptimizerTask) -> Option<f64>| {
-        let lines =
-            tasks.iter().filter_map(|t| Some(serde_json::to_string(&outcome(t, scores(t)?)).expect("JSON") + "\n"));
-        std::fs::write(&path, lines.collect::<String>()).expect("written");
-        OptimizerReport::new("auto", &tasks, &Journal::open(&path).expect("readable"))
-    };
-    let met = |report: &OptimizerReport| report.findings.iter().map(|f| f.met).collect::<Vec<_>>();
+    let lines = tasks.iter().filter_map(|t| Some(serde_json::to_string(&outcome(t, scores(t)?)).expect("JSON") + "\n"));
+    std::fs::write(&path, lines.collect::<String>()).expect("written");
+    OptimizerReport::new("auto", tasks, &Journal::open(&path).expect("readable"))
+}
 
+fn met(report: &OptimizerReport) -> Vec<Option<bool>> {
+    report.findings.iter().map(|f| f.met).collect()
+}
+
+#[test]
+fn a_target_is_met_only_by_all_its_tasks() {
+    let tasks = optimizer_tasks("auto", false);
     // Everything within the targets, but for the spread: 2 % from replicate to replicate.
-    let good = report(&|task| Some(if task.model_id == 1 { 0.3789 } else { 0.2834 }));
-    assert_eq!(met(&good), [Some(true), Some(true), Some(true), Some(true), Some(false), Some(false), Some(false)]);
+    let good = report(&tasks, &|task| Some(if task.model_id == 1 { 0.3789 } else { 0.2834 }));
+    assert_eq!(met(&good), [[Some(true); 5].as_slice(), &[Some(false); 3]].concat());
     assert!(good.table().contains("MISSED") && good.table().lines().all(|line| line.chars().count() <= 80));
     // One seed of each target misses: allowed for variant 28 only.
-    let one = report(&|task| {
+    let one = report(&tasks, &|task| {
         Some(if [1, 101].contains(&task.seed) {
             0.4
         } else if task.model_id == 1 {
@@ -77,8 +86,43 @@ fn a_target_is_met_only_by_all_its_tasks() {
         })
     });
     assert_eq!(met(&one)[..4], [Some(false), Some(false), Some(true), Some(true)]);
-    let unfinished = report(&|task| (task.seed != 7).then_some(0.2));
+    let unfinished = report(&tasks, &|task| (task.seed != 7).then_some(0.2));
     assert_eq!(met(&unfinished)[..4], [None, Some(true), None, Some(true)]);
+}
+
+#[test]
+fn a_part_of_the_surfaces_decides_nothing_about_all() {
+    let quick = report(&optimizer_tasks("auto", true), &|_| Some(0.2));
+    let spread: Vec<_> = quick.findings.iter().filter(|f| f.goal.starts_with("CV")).collect();
+    assert_eq!(spread.len(), 2, "quick has no hard surfaces");
+    for finding in spread {
+        assert!(finding.goal.contains("convention authors, 12 of 1080 surfaces"), "{}", finding.goal);
+        assert!(finding.met.is_none() && finding.tasks == [12, 1080], "{finding:?}");
+    }
+    assert!(quick.findings[0].goal.contains("seeds 1 to 5"), "{}", quick.findings[0].goal);
+    let table = quick.table();
+    assert!(table.contains("undecided (12 of 1080 tasks)"), "{table}");
+    assert!(table.lines().all(|line| line.chars().count() <= 80), "{table}");
+    let whole = report(&optimizer_tasks("auto", false), &|_| Some(0.2));
+    let hard = whole.findings.last().expect("the hard ones come last");
+    assert!(hard.goal.contains("convention paper, all 23 surfaces known as hard"), "{}", hard.goal);
+}
+
+/// Two surfaces of another spread than the others: the middle of an even number lies between two values.
+#[test]
+fn the_median_of_an_even_number_lies_in_the_middle() {
+    let mut tasks = optimizer_tasks("auto", true);
+    tasks.retain(|t| t.aim == "spread");
+    tasks.truncate(2);
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("journal.jsonl");
+    let mut outcomes = [outcome(&tasks[0], 0.2), outcome(&tasks[1], 0.2)];
+    outcomes[1].scores = vec![Some(0.25); 10];
+    let lines = outcomes.iter().map(|o| serde_json::to_string(o).expect("JSON") + "\n");
+    std::fs::write(&path, lines.collect::<String>()).expect("written");
+    let report = OptimizerReport::new("auto", &tasks, &Journal::open(&path).expect("readable"));
+    let [median, worst] = &report.findings[..] else { panic!("{:?}", report.findings) };
+    assert_eq!(median.found, worst.found.map(|worst| 0.5 * worst), "the other one has no spread");
 }
 
 /// The program itself, on one task of the real data, twice: the second time everything is known.
@@ -99,4 +143,19 @@ fn the_command_goes_on_where_it_was() {
     assert!(score <= 0.37895, "{score}");
     assert_eq!(first, run(), "wall time included: nothing was computed again");
     assert_eq!(std::fs::read_to_string(&journal).expect("a journal").lines().count(), 1);
+}
+
+/// The program starts itself and takes the time; how long it may take is said, not tested, for tests run beside each other.
+#[test]
+fn one_calibration_is_timed_from_start_to_end() {
+    let Some(shared) = common::shared("one_calibration_is_timed_from_start_to_end") else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_leadlag"));
+    command.args(["bench", "optimizers", "--quick", "--only", "wall", "--shared"]).arg(&shared);
+    let output =
+        command.arg("--journal").arg(folder.path().join("journal.jsonl")).output().expect("the program starts");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let said = String::from_utf8(output.stdout).expect("UTF-8");
+    assert!(said.contains("P3 follower 1, variant 28, paper: start to result.json, wall time (s)"), "{said}");
+    assert!(said.contains("wanted <= 3, found ") && said.contains("(1 of 1 tasks)"), "{said}");
 }

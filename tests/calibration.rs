@@ -5,7 +5,7 @@ mod common;
 use leadlag::calibrate::{Calibration, OptimizerKind, Overrides, Replicate, SearchSpace, Stop, StopReason, calibrate};
 use leadlag::catalog::Variant;
 use leadlag::convention::Convention;
-use leadlag::evaluator::{Case, Evaluator};
+use leadlag::evaluator::{BufferSet, Case, EvaluateError, Evaluator, Job, Outcome, Score};
 use leadlag::reference::{Reference, Trace, simulate};
 use leadlag::score::GoodnessOfFit;
 use leadlag::symbols::{Parameters, Symbol};
@@ -221,4 +221,62 @@ fn a_joint_score_counts_on_through_the_cases() {
     assert_eq!(failed(score([crash(900), whole(0.1, 0)])), 900);
     assert_eq!(failed(score([whole(0.1, 0), crash(10)])), 1010);
     assert_eq!(failed(score([whole(0.1, 5), crash(10)])), 1010);
+}
+
+/// An evaluator that takes runs which end early for the best ones, as f32 does at the edge of what is feasible, only more often.
+struct Rash {
+    inner: Reference,
+    /// Failed runs that it gave a score.
+    failed: u64,
+}
+
+impl Evaluator for Rash {
+    fn cases(&self) -> &[Case] {
+        self.inner.cases()
+    }
+
+    fn gof(&self) -> &GoodnessOfFit {
+        self.inner.gof()
+    }
+
+    fn name(&self) -> &'static str {
+        "reference"
+    }
+
+    fn precision(&self) -> &'static str {
+        "f64"
+    }
+
+    fn submit(&mut self, set: BufferSet, jobs: &[Job<'_>]) -> Result<(), EvaluateError> {
+        self.inner.submit(set, jobs)
+    }
+
+    fn collect(&mut self, set: BufferSet, scores: &mut [Score]) -> Result<(), EvaluateError> {
+        self.inner.collect(set, scores)?;
+        self.failed += scores.iter().filter(|score| matches!(score, Score::Failed(_))).count() as u64;
+        let rash = |score: &Score| Score::Value(if matches!(score, Score::Failed(_)) { 1.0 } else { 1.01 });
+        scores.iter_mut().for_each(|score| *score = rash(score));
+        Ok(())
+    }
+
+    fn outcomes(&mut self, jobs: &[Job<'_>]) -> Result<Vec<Outcome>, EvaluateError> {
+        self.inner.outcomes(jobs)
+    }
+}
+
+/// Whoever the reference is asked about in place of the best candidate is simulated, and counts.
+#[test]
+fn candidates_asked_in_place_of_the_best_are_counted() {
+    let variant = Variant::from_id(37).unwrap();
+    let case = driven_by(variant, Convention::PAPER, &bmw());
+    // Whoever wants to be far ahead of the car in front runs into it.
+    let overrides = Overrides::from([("d_0".to_owned(), [-100.0, 5.0])]);
+    let space = SearchSpace::new(&variant, None, Convention::PAPER, &overrides).unwrap();
+    let mut evaluator = Rash { inner: Reference::new(vec![case], GoodnessOfFit::NRMSE_SVA), failed: 0 };
+    // The first generation only.
+    let found = run(&mut evaluator, &space, 1, Stop { max_evaluations: 100, ..Stop::default() });
+    assert!(evaluator.failed > 0 && evaluator.failed < 100, "{} of 100 fail", evaluator.failed);
+    assert!(found.score.is_finite() && found.score != 1.01, "the reference's own: {}", found.score);
+    // After the best one: all that failed, itself among them, and the first that did not.
+    assert_eq!(found.evaluations, 100 + evaluator.failed + 1);
 }

@@ -14,6 +14,8 @@ mod kill;
 mod parts;
 #[path = "study/plans.rs"]
 mod plans;
+#[path = "study/progress.rs"]
+mod progress;
 #[path = "study/report.rs"]
 mod report;
 #[path = "study/schema.rs"]

@@ -77,6 +77,14 @@ pub enum BenchError {
     /// The calibration that is measured failed.
     #[error(transparent)]
     Calibrate(#[from] CalibrateError),
+    /// The program that is timed fails.
+    #[error("{program} calibrate: expected it to succeed, but: {said}")]
+    Program {
+        /// The program.
+        program: String,
+        /// What it said.
+        said: String,
+    },
     /// Files cannot be written.
     #[error("{path}: cannot write: {source}")]
     Write {

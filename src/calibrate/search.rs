@@ -8,7 +8,17 @@ use crate::lanes::LanesPrecision;
 use crate::optimize::{Auto, AutoSettings, Cmaes, CmaesSettings, Ended, Ga, GaSettings, Lshade, LshadeSettings};
 use crate::optimize::{Merit, Optimizer, Origin};
 use std::ops::ControlFlow;
+use std::sync::LazyLock;
 use std::time::Instant;
+
+/// State of the search. To be raised whenever the same seed gives another result: another score, other parameters or another number
+/// of evaluations, whatever has changed (optimisers, search space, stopping rules, evaluators). Ids of tasks and journals hold it, so
+/// that results of two states never stand side by side as if they were of one. What came before 2 wrote none down.
+pub const SEARCH_REVISION: u32 = 2;
+
+/// Program, version and state of its search, `leadlag 0.1.0+search2`: under the same one a seed means the same result.
+pub static PROGRAM: LazyLock<String> =
+    LazyLock::new(|| format!("leadlag {}+search{SEARCH_REVISION}", env!("CARGO_PKG_VERSION")));
 
 /// One replicate.
 pub(super) struct Search<'a> {
@@ -148,12 +158,12 @@ impl<'a> Search<'a> {
     }
 }
 
-/// The optimiser of a replicate.
-/// The paper's algorithm is kept as the paper has it.
+/// True if parameters that span decades are searched by their logarithms. The paper's algorithm is kept as the paper has it.
 fn ratios(optimizer: OptimizerKind) -> bool {
     optimizer != OptimizerKind::Ga
 }
 
+/// The optimiser of a replicate.
 fn optimizer(space: &SearchSpace, settings: &Calibration, number: u64) -> Box<dyn Optimizer> {
     let (search_box, evaluations) = (space.search_box(ratios(settings.optimizer)), settings.stop.max_evaluations);
     let (dimensions, origin) = (search_box.dimensions(), Origin::new(settings.seed, number));

@@ -3,8 +3,9 @@
 mod diagnosis;
 mod optimizers;
 
+use super::lines::Lines;
 use super::output;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use leadlag::bench::{Drive, Effort, run as measure, table};
 use leadlag::catalog::Variant;
 use leadlag::trajectory::import;
@@ -68,9 +69,11 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let whole = if args.quick { Effort::Quick } else { Effort::Full };
     let effort = args.model.map_or(whole, Effort::Variant);
     let bar = ProgressBar::new_spinner().with_style(ProgressStyle::with_template("{spinner} {msg}, {elapsed}")?);
+    let mut lines = Lines::new();
     let report = measure(&drive, effort, &mut |what| {
         bar.set_message(what.to_owned());
         bar.tick();
+        lines.tell(|| format!("{what}, {:#}", HumanDuration(bar.elapsed())));
     });
     bar.finish_and_clear();
     let report = report?;

@@ -4,10 +4,11 @@ use super::calibrate::progress::rate;
 use super::calibrate::read_bounds;
 use super::data::read_grade;
 use super::evaluator::EvaluatorArgs;
+use super::lines::Lines;
 use super::{evaluator, interrupt, output};
 use anyhow::Context;
 use clap::ValueEnum;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use leadlag::catalog::Variant;
 use leadlag::convention::Convention;
 use leadlag::evaluate::{DataLayout, Library, Settings, TableError, evaluate_table};
@@ -95,8 +96,10 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     interrupt::watch();
     let style = ProgressStyle::with_template("{spinner} {human_pos} rows, {rate}, {elapsed}")?.with_key("rate", rate);
     let bar = output::heard(ProgressBar::new_spinner()).with_style(style);
+    let mut lines = Lines::new();
     let mut progress = |rows| {
         bar.set_position(rows);
+        lines.tell(|| format!("{rows} rows, {:#}", HumanDuration(bar.elapsed())));
         !interrupt::asked()
     };
     let mut used: Vec<String> = Vec::new();

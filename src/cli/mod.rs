@@ -27,6 +27,7 @@ mod export;
 mod extension;
 mod inspect;
 mod interrupt;
+mod lines;
 mod list;
 mod man;
 pub mod output;

@@ -59,7 +59,7 @@ impl Round<'_> {
     fn row(&self, task: &Task, index: usize, evaluator: &dyn Evaluator) -> CalibrationRow {
         let (plan, drive) = (&self.study.plan.calibration, &self.study.drives[index].entry);
         CalibrationRow {
-            program: PROGRAM.to_owned(),
+            program: PROGRAM.clone(),
             platoon: drive.platoon.clone(),
             follower: drive.follower,
             vehicle: drive.vehicle.clone(),

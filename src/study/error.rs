@@ -95,7 +95,7 @@ pub enum StudyError {
         /// All tasks.
         tasks: usize,
         /// This program.
-        program: &'static str,
+        program: String,
     },
     /// No such task.
     #[error("task `{id}`: {found} tasks of this study begin so, expected one; tasks.jsonl lists them")]

@@ -84,7 +84,7 @@ impl Folder {
         let settings = &study.plan.calibration;
         let file = StudyFile {
             schema_version: SCHEMA_VERSION,
-            program: PROGRAM.to_owned(),
+            program: PROGRAM.clone(),
             name: study.plan.name.clone(),
             data_folder,
             convention: settings.convention.to_string(),
@@ -166,7 +166,7 @@ impl Folder {
                 data: study.plan.data.folder.display().to_string(),
                 changed: changed.max(planned.len().saturating_sub(now.len())),
                 tasks: now.len(),
-                program: PROGRAM,
+                program: PROGRAM.clone(),
             });
         }
         Ok((study, planned))

@@ -45,7 +45,7 @@ impl<'a> Log<'a> {
         }
         let content = serde_json::json!({
             "schema_version": SCHEMA_VERSION,
-            "program": PROGRAM,
+            "program": *PROGRAM,
             "started_unix_s": self.started_unix_s,
             "wall_s": self.started.elapsed().as_secs_f64(),
             "cpu_s": self.cpu.elapsed().as_secs_f64(),

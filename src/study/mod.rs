@@ -34,11 +34,10 @@ pub use plan::{Plan, PlanError};
 pub use run::{Assignment, Event, Progress, RunSettings, Summary, run};
 pub use task::{Study, Task, shard};
 
+use crate::calibrate::PROGRAM;
+
 /// Version of the tables, parts and tasks; raised when a column or its meaning changes.
 pub const SCHEMA_VERSION: u32 = 1;
-
-/// Name and version of the program, as in every part.
-pub const PROGRAM: &str = concat!("leadlag ", env!("CARGO_PKG_VERSION"));
 
 /// SHA-256 of bytes, in lower-case hexadecimal.
 fn sha256(bytes: &[u8]) -> String {

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 /// One calibration, with the validation runs of what it finds: a line of `tasks.jsonl`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Task {
-    /// Hash of data, variant, goodness of fit, settings, seed, replicate, validation and version; 32 hexadecimal digits.
+    /// Hash of data, variant, goodness of fit, settings, seed, replicate, validation, version and state of the search; 32 hexadecimal digits.
     pub id: String,
     /// Name of the platoon.
     pub platoon: String,
@@ -180,7 +180,7 @@ impl Study {
         let extensions = variant.extensions.list().iter();
         let content = Content {
             schema_version: SCHEMA_VERSION,
-            program: PROGRAM,
+            program: &PROGRAM,
             platoon: &drive.platoon,
             follower: drive.follower,
             vehicle: &drive.vehicle,

@@ -59,8 +59,13 @@ pub fn data() -> &'static Path {
     })
 }
 
-/// The text of a plan: followers 1 and 2 of both platoons, three variants.
+/// The text of a plan: followers 1 and 2 of both platoons, three variants, by the genetic algorithm.
 pub fn plan_text(replicates: u32, evaluations: u32) -> String {
+    plan_by("ga", replicates, evaluations)
+}
+
+/// The same by an optimiser of one's choice.
+pub fn plan_by(optimizer: &str, replicates: u32, evaluations: u32) -> String {
     format!(
         r#"schema_version = 1
 
@@ -79,7 +84,7 @@ followers = [1, 2]
 
 [calibration]
 variants = ["idm", "l-cth+linear", 28]
-optimizer = "ga"
+optimizer = "{optimizer}"
 replicates = {replicates}
 max_evaluations = {evaluations}
 "#,

@@ -1,6 +1,9 @@
 //! Killed at any moment, interrupted, started twice: nothing is lost but the tasks under way.
 
-use super::common::{command, merged, number_before, ok, part_names, plan_text, planned, same, small, stderr, text};
+use super::common::{
+    command, expected, files, merged, number_before, ok, part_names, plan_by, plan_text, planned, same,
+};
+use super::common::{scratch, small, stderr, text};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
@@ -8,8 +11,10 @@ use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant, SystemTime};
 
-/// Kills that must hit a run at work.
-const KILLS: usize = 50;
+/// Kills that must hit a run at work, with each of two optimisers.
+const KILLS: usize = 25;
+/// Kills that must hit each of the short commands.
+const SHORT_KILLS: usize = 3;
 
 fn start(study: &Path, batch: &str) -> Child {
     let mut run = command(&["study", "run", text(study), "--batch", batch]);
@@ -33,16 +38,25 @@ impl Waits {
 }
 
 #[test]
-fn killed_fifty_times_the_merged_bytes_are_the_same() {
+fn killed_twenty_five_times_the_merged_bytes_are_the_same() {
+    kill_runs("ga", 1500);
+}
+
+#[test]
+fn killed_twenty_five_times_with_the_default_optimiser_too() {
+    kill_runs("auto", 600);
+}
+
+fn kill_runs(optimizer: &str, evaluations: u32) {
     // 120 tasks: more work than what fits between the kills, so that nearly all of them hit.
-    let plan = plan_text(10, 1500);
-    let calm = planned("kill_calm", &plan);
+    let plan = plan_by(optimizer, 10, evaluations);
+    let calm = planned(&format!("kill_calm_{optimizer}"), &plan);
     let began = Instant::now();
     ok(&["study", "run", text(&calm), "--batch", "4"]);
     let whole = began.elapsed();
     let expected = merged(&calm, &[]);
 
-    let study = planned("kill", &plan);
+    let study = planned(&format!("kill_{optimizer}"), &plan);
     let (mut hits, mut waits, mut before) = (0, Waits(1), written(&study));
     let mut middle = 0;
     while hits < KILLS {
@@ -67,9 +81,56 @@ fn killed_fifty_times_the_merged_bytes_are_the_same() {
         }
     }
     assert!(middle >= KILLS / 5, "only {middle} of {hits} killed runs had finished a task");
-    eprintln!("{hits} kills, {middle} of them after at least one task; an uninterrupted run takes {whole:?}");
+    eprintln!(
+        "{optimizer}: {hits} kills, {middle} of them after at least one task; an uninterrupted run takes {whole:?}"
+    );
     ok(&["study", "run", text(&study)]);
     same(&merged(&study, &[]), &expected, "after the kills");
+}
+
+/// Kills a command, at a moment before its end, until so many kills have hit it. What it makes is taken away before each try, and looked
+/// at after it.
+fn kill_command(arguments: &[&str], makes: &Path, look: &dyn Fn()) {
+    let began = Instant::now();
+    ok(arguments);
+    let whole = began.elapsed();
+    let (mut hits, mut waits) = (0, Waits(2));
+    while hits < SHORT_KILLS {
+        fs::remove_dir_all(makes).unwrap();
+        fs::create_dir(makes).unwrap();
+        let mut killed = command(arguments).stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("it starts");
+        sleep(waits.next(whole));
+        killed.kill().expect("SIGKILL can be sent");
+        hits += usize::from(killed.wait().expect("it ends").code().is_none());
+        look();
+    }
+    ok(arguments);
+}
+
+/// The files of a folder, without what a killed process has left there under a temporary name.
+fn whole_files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    files(folder).into_iter().filter(|(name, _)| !name.ends_with(".tmp")).collect()
+}
+
+#[test]
+fn a_killed_plan_and_a_killed_merge_do_no_harm() {
+    let calm = small("kill_short_calm");
+    let (planned, study) = (files(&calm), scratch("kill_short"));
+    let plan = calm.join("plan.toml");
+    kill_command(&["study", "plan", text(&plan), "--out", text(&study)], &study, &|| {
+        for (name, bytes) in whole_files(&study) {
+            assert!(planned[&name] == bytes, "{name} is there, but not whole");
+        }
+    });
+    same(&whole_files(&study), &planned, "after killed plans");
+    ok(&["study", "run", text(&study)]);
+    let tables = study.join("merged");
+    kill_command(&["study", "merge", text(&study)], &tables, &|| {
+        for (name, bytes) in whole_files(&tables) {
+            assert!(expected()[&name] == bytes, "{name} is there, but not whole");
+        }
+    });
+    same(&whole_files(&tables), expected(), "after killed merges");
 }
 
 #[test]

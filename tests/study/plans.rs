@@ -47,7 +47,7 @@ fn an_id_changes_with_all_that_decides_a_result_and_with_nothing_else() {
 
 #[test]
 fn a_plan_says_what_it_uses_within_80_columns() {
-    let folder = scratch("columns");
+    let folder = scratch("columns_80");
     let file = folder.join("plan.toml");
     fs::write(&file, plan_text(1, 300)).unwrap();
     let output = leadlag(&["study", "plan", text(&file), "--out", text(&folder.join("study"))]);

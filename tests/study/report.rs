@@ -112,6 +112,7 @@ fn numbers_follow_from_the_tables_and_stand_beside_the_papers() {
         let svg = String::from_utf8(report[&format!("{figure}.svg")].clone()).unwrap();
         assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"), "{figure}");
         assert!(!svg.contains("NaN") && !svg.contains("inf"), "{figure} has numbers only");
+        assert!(!svg.contains(" 1 outliers"), "{figure}");
         assert!(svg.contains("IDM") && svg.contains("L-CTH"), "{figure} names the classes");
     }
     let summary = String::from_utf8(report["report.md"].clone()).unwrap();

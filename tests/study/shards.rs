@@ -1,13 +1,29 @@
 //! However the tasks are shared out, the merged bytes are the same.
 
-use super::common::{expected, fails, files, merged, ok, part_names, same, scratch, small, stderr, text};
+use super::common::{
+    expected, fails, files, merged, ok, part_names, plan_by, planned, same, scratch, small, stderr, text,
+};
 use super::common::{leadlag, number_before};
+use std::collections::BTreeMap;
 use std::fs;
 
 #[test]
 fn one_two_and_five_shards_in_any_order_merge_to_the_same_bytes() {
+    shards_merge_to(expected(), "ga", 300);
+}
+
+/// Its generations differ in size, some are scored in f64, and its searches end at different times.
+#[test]
+fn so_they_do_with_the_default_optimiser() {
+    let study = planned("shards_auto", &plan_by("auto", 2, 600));
+    ok(&["study", "run", text(&study)]);
+    shards_merge_to(&merged(&study, &[]), "auto", 600);
+}
+
+/// Computes the small plan in shards, by an optimiser.
+fn shards_merge_to(expected: &BTreeMap<String, Vec<u8>>, optimizer: &str, evaluations: u32) {
     for (n, order) in [(1, vec![1]), (2, vec![2, 1]), (5, vec![4, 1, 5, 3, 2])] {
-        let study = small(&format!("shards{n}"));
+        let study = planned(&format!("shards_{optimizer}{n}"), &plan_by(optimizer, 2, evaluations));
         let mut computed = Vec::new();
         for i in order {
             // Threads and batches differ as well.
@@ -19,7 +35,7 @@ fn one_two_and_five_shards_in_any_order_merge_to_the_same_bytes() {
         }
         assert_eq!(computed.iter().sum::<usize>(), 24, "{computed:?}");
         assert!(computed.iter().all(|&count| count > 0), "a shard without work: {computed:?}");
-        same(&merged(&study, &[]), expected(), &format!("{n} shards"));
+        same(&merged(&study, &[]), expected, &format!("{optimizer}, {n} shards"));
     }
 }
 

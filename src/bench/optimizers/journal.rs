@@ -2,13 +2,11 @@
 
 use super::super::BenchError;
 use super::{OptimizerOutcome, OptimizerTask};
+use crate::calibrate::PROGRAM;
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions};
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
-
-/// The program as the journal names it: results of another version are not taken again.
-pub(super) const PROGRAM: &str = concat!("leadlag ", env!("CARGO_PKG_VERSION"));
 
 /// Finished tasks, in memory and in a file.
 #[derive(Debug)]
@@ -32,7 +30,8 @@ impl Journal {
             file.write_all(b"\n").map_err(error)?;
         }
         let read = text.lines().filter_map(|line| serde_json::from_str::<OptimizerOutcome>(line).ok());
-        let same = read.filter(|outcome| outcome.program == PROGRAM);
+        // Another version, or another state of the search, finds something else.
+        let same = read.filter(|outcome| outcome.program == *PROGRAM);
         let outcomes = same.map(|outcome| (outcome.task.clone(), outcome)).collect();
         Ok(Journal { path: path.to_owned(), file, outcomes })
     }

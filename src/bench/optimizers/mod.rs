@@ -1,17 +1,18 @@
-//! How well the optimisers find: targets on one follower with many seeds, and the spread of replicates over all variants and
-//! followers of the three processed platoons.
+//! How well the optimisers find: targets on one follower with many seeds, the spread of replicates over all variants and followers
+//! of the three processed platoons, and how long one calibration takes from start to end.
 //!
 //! Every finished task is one line of a journal, so that a run that was stopped goes on where it was. A task depends on nothing
 //! but its own settings; a line is taken again only if they are the same.
 
 mod journal;
 mod report;
+mod wall;
 
 pub use journal::Journal;
 pub use report::{Finding, OptimizerReport};
 
 use super::BenchError;
-use crate::calibrate::{Calibration, OptimizerKind, Overrides, SearchSpace, Stop, calibrate};
+use crate::calibrate::{Calibration, OptimizerKind, Overrides, PROGRAM, SearchSpace, Stop, calibrate};
 use crate::catalog::Variant;
 use crate::convention::Convention;
 use crate::evaluator::Case;
@@ -28,7 +29,7 @@ use std::time::Instant;
 /// A calibration to be run: one variant, one follower, one seed.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct OptimizerTask {
-    /// Why it is run: `seeds`, `spread` or `hard`.
+    /// Why it is run: `seeds`, `wall`, `spread` or `hard`.
     pub aim: String,
     /// `auto`, `ga`, `lshade` or `cmaes`.
     pub optimizer: String,
@@ -51,7 +52,7 @@ pub struct OptimizerTask {
 /// What it found, one entry per replicate.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct OptimizerOutcome {
-    /// Version of the program.
+    /// Version of the program and state of its search.
     pub program: String,
     /// The task.
     pub task: OptimizerTask,
@@ -61,7 +62,7 @@ pub struct OptimizerOutcome {
     pub evaluations: Vec<u64>,
     /// Why each ended, in words.
     pub stops: Vec<String>,
-    /// Wall time of all replicates together \[s\].
+    /// Wall time of all replicates together; of a `wall` task, of the program from its start to its end \[s\].
     pub wall_s: f64,
 }
 
@@ -120,18 +121,24 @@ const HARD: [(u32, u32, usize); 23] = [
     (90, 5, 1),
 ];
 
+/// Wall time that one calibration may take, from the start of the program to `result.json` \[s\].
+const WALL_TARGET_S: f64 = 3.0;
+
+/// Surfaces over which the spread is to be small: every variant on every follower.
+const SURFACES: usize = Variant::COUNT as usize * 12;
+
 /// Replicates whose spread is measured.
 const REPLICATES: u64 = 10;
 
-/// The tasks for an optimiser: seeds first, then the hard surfaces, then the spread over everything; `quick` takes five seeds of each
-/// ten, no hard ones, and twelve variants, one per follower.
+/// The tasks for an optimiser: seeds first, then one calibration by the program itself (of `auto`, for which there is a target), the hard
+/// surfaces, and the spread over everything; `quick` takes five seeds of each ten, no hard ones, and twelve variants, one per follower.
 #[must_use]
 pub fn optimizer_tasks(optimizer: &str, quick: bool) -> Vec<OptimizerTask> {
     let mut tasks = Vec::new();
     let task = |aim: &str, model_id, platoon, follower, seed, replicates, max_evaluations| OptimizerTask {
         aim: aim.to_owned(),
         optimizer: optimizer.to_owned(),
-        convention: if aim == "hard" { "paper" } else { "authors" }.to_owned(),
+        convention: if matches!(aim, "hard" | "wall") { "paper" } else { "authors" }.to_owned(),
         model_id,
         platoon,
         follower,
@@ -145,6 +152,9 @@ pub fn optimizer_tasks(optimizer: &str, quick: bool) -> Vec<OptimizerTask> {
         }
     }
     let default = Stop::default().max_evaluations;
+    if optimizer == OptimizerKind::Auto.name() {
+        tasks.push(task("wall", 28, 3, 1, 1, 1, default));
+    }
     for (id, platoon, follower) in HARD.into_iter().filter(|_| !quick) {
         tasks.push(task("hard", id, platoon, follower, 1, REPLICATES, default));
     }
@@ -159,12 +169,14 @@ pub fn optimizer_tasks(optimizer: &str, quick: bool) -> Vec<OptimizerTask> {
     tasks
 }
 
-/// Runs the tasks that the journal does not have, and keeps each there. `progress` hears how many are done, and may stop.
+/// Runs the tasks that the journal does not have, and keeps each there. `program` is the executable that `wall` tasks start. `progress`
+/// hears how many are done, and may stop.
 ///
 /// # Errors
 /// [`BenchError`].
 pub fn run_optimizers(
     shared: &Path,
+    program: &Path,
     tasks: &[OptimizerTask],
     journal: &mut Journal,
     progress: &mut dyn FnMut(usize, &OptimizerTask) -> ControlFlow<()>,
@@ -177,7 +189,10 @@ pub fn run_optimizers(
         if progress(done, task).is_break() {
             break;
         }
-        let outcome = run(&mut data, task)?;
+        let outcome = match task.aim.as_str() {
+            "wall" => wall::run(program, &data.file(task.platoon), task)?,
+            _ => run(&mut data, task)?,
+        };
         journal.keep(outcome)?;
     }
     Ok(())
@@ -200,7 +215,7 @@ fn run(data: &mut Followers, task: &OptimizerTask) -> Result<OptimizerOutcome, B
     let found = calibrate(&mut lanes, &space, &settings, &mut |_| ControlFlow::Continue(()))?;
     let wall_s = started.elapsed().as_secs_f64();
     Ok(OptimizerOutcome {
-        program: journal::PROGRAM.to_owned(),
+        program: PROGRAM.clone(),
         task: task.clone(),
         scores: found.iter().map(|r| Some(r.score).filter(|score| score.is_finite())).collect(),
         evaluations: found.iter().map(|r| r.evaluations).collect(),
@@ -224,11 +239,15 @@ impl Followers {
         Ok(Followers { folder, vehicles, recordings: BTreeMap::new(), trajectories: BTreeMap::new() })
     }
 
-    fn get(&mut self, platoon: u32, follower: usize) -> Result<(&Trajectory, Option<&Vehicle>), BenchError> {
+    fn file(&self, platoon: u32) -> PathBuf {
         let stem = PLATOONS.iter().find(|(number, _)| *number == platoon).map_or("unknown", |(_, stem)| stem);
+        self.folder.join(format!("{stem}.csv"))
+    }
+
+    fn get(&mut self, platoon: u32, follower: usize) -> Result<(&Trajectory, Option<&Vehicle>), BenchError> {
         if !self.trajectories.contains_key(&(platoon, follower)) {
             if !self.recordings.contains_key(&platoon) {
-                let recording = import::read(&self.folder.join(format!("{stem}.csv")), None)?;
+                let recording = import::read(&self.file(platoon), None)?;
                 self.recordings.insert(platoon, recording);
             }
             let pieces = prepare(&self.recordings[&platoon], follower, &Preparation::default())?;

@@ -1,7 +1,8 @@
 //! `leadlag bench diagnosis`: how well a diagnosis names what is missing.
 
+use super::super::lines::Lines;
 use super::super::{interrupt, output};
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use leadlag::bench::{DiagnosisJournal, DiagnosisReport, SIZES, diagnosis_tasks, run_diagnoses};
 use std::ops::ControlFlow;
 use std::path::PathBuf;
@@ -51,9 +52,11 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let mut journal = DiagnosisJournal::open(&args.journal)?;
     let bar = output::heard(ProgressBar::new(tasks.len() as u64))
         .with_style(ProgressStyle::with_template("{bar:20} {pos}/{len} cases, {eta} left  {msg}")?);
+    let mut lines = Lines::new();
     run_diagnoses(&tasks, &mut journal, &mut |done, task| {
         bar.set_position(done as u64);
         bar.set_message(format!("{} {} {}", task.kind, task.base, task.causes.join(" + ")));
+        lines.tell(|| format!("{done}/{} cases, {:#} left  {}", tasks.len(), HumanDuration(bar.eta()), bar.message()));
         if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     })?;
     bar.finish_and_clear();

@@ -1,7 +1,8 @@
 //! `leadlag bench optimizers`: how well an optimiser finds.
 
+use super::super::lines::Lines;
 use super::super::{interrupt, output};
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use leadlag::bench::{Journal, OptimizerReport, optimizer_tasks, run_optimizers};
 use leadlag::calibrate::OptimizerKind;
 use std::ops::ControlFlow;
@@ -9,7 +10,7 @@ use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Five seeds of each ten and twelve variants, instead of all seeds and ninety variants on twelve followers
+    /// Five seeds of each ten and twelve surfaces, instead of all seeds and ninety variants on twelve followers
     #[arg(long)]
     quick: bool,
     /// auto, ga, lshade or cmaes
@@ -22,7 +23,7 @@ pub struct Args {
     #[arg(long, value_name = "FILE", default_value = "optimizers.jsonl")]
     journal: PathBuf,
     /// Only these tasks
-    #[arg(long, value_name = "AIM", value_parser = ["seeds", "hard", "spread"])]
+    #[arg(long, value_name = "AIM", value_parser = ["seeds", "wall", "hard", "spread"])]
     only: Option<String>,
     /// At most the first so many tasks
     #[arg(long, value_name = "N")]
@@ -41,11 +42,13 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let mut journal = Journal::open(&args.journal)?;
     let bar = output::heard(ProgressBar::new(tasks.len() as u64))
         .with_style(ProgressStyle::with_template("{bar:20} {pos}/{len} tasks, {eta} left  {msg}")?);
+    let mut lines = Lines::new();
     let beside = || std::env::var_os("LEADLAG_SHARED").map_or_else(|| PathBuf::from("../shared"), PathBuf::from);
     let shared = args.shared.clone().unwrap_or_else(beside);
-    run_optimizers(&shared, &tasks, &mut journal, &mut |done, task| {
+    run_optimizers(&shared, &std::env::current_exe()?, &tasks, &mut journal, &mut |done, task| {
         bar.set_position(done as u64);
         bar.set_message(format!("variant {} on P{}-{}", task.model_id, task.platoon, task.follower));
+        lines.tell(|| format!("{done}/{} tasks, {:#} left  {}", tasks.len(), HumanDuration(bar.eta()), bar.message()));
         if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     })?;
     bar.finish_and_clear();

@@ -1,5 +1,6 @@
-//! The bar of a running calibration: on a terminal only, and only after two seconds.
+//! The bar of a running calibration, after two seconds; where there is no terminal, a line a minute.
 
+use super::super::lines::Lines;
 use super::super::{interrupt, output};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use leadlag::calibrate::{Calibration, Progress};
@@ -15,6 +16,7 @@ pub fn rate(state: &ProgressState, out: &mut dyn Write) {
 
 pub struct Bar {
     bar: ProgressBar,
+    lines: Lines,
     started: Instant,
     /// Evaluations of each replicate, which advance together.
     evaluations: Vec<u64>,
@@ -30,7 +32,8 @@ impl Bar {
             ProgressDrawTarget::hidden(),
         )
         .with_style(style.expect("the template is valid").with_key("rate", rate));
-        Bar { bar, started: Instant::now(), evaluations: vec![0; settings.replicates as usize], best: None }
+        let evaluations = vec![0; settings.replicates as usize];
+        Bar { bar, lines: Lines::new(), started: Instant::now(), evaluations, best: None }
     }
 
     /// Shows where the search is; breaks once Ctrl-C was pressed.
@@ -46,6 +49,8 @@ impl Bar {
             1 => String::new(),
             replicates => format!("{replicates} replicates, "),
         };
+        let (done, whole) = (self.bar.position(), self.bar.length().unwrap_or(0));
+        self.lines.tell(|| format!("{done}/{whole} evaluations, {of}{best}"));
         self.bar.set_message(format!("{of}{best}"));
         if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }

@@ -1,7 +1,8 @@
-//! The bar of a running diagnosis: on a terminal only, and only after a second.
+//! The bar of a running diagnosis, after a second; where there is no terminal, a line a minute.
 
+use super::super::lines::Lines;
 use super::super::{interrupt, output};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use leadlag::diagnose::Progress;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
@@ -11,6 +12,7 @@ const STEPS: u64 = 1000;
 
 pub struct Bar {
     bar: ProgressBar,
+    lines: Lines,
     started: Instant,
 }
 
@@ -19,7 +21,7 @@ impl Bar {
         let style = ProgressStyle::with_template("{bar:30} {percent:>3} % {elapsed}  {msg}");
         let bar = ProgressBar::with_draw_target(Some(STEPS), ProgressDrawTarget::hidden())
             .with_style(style.expect("the template is valid"));
-        Bar { bar, started: Instant::now() }
+        Bar { bar, lines: Lines::new(), started: Instant::now() }
     }
 
     /// Shows how far the work is; breaks once Ctrl-C was pressed.
@@ -29,6 +31,9 @@ impl Bar {
         }
         self.bar.set_position((progress.done * STEPS as f64) as u64);
         self.bar.set_message(progress.stage.clone());
+        self.lines.tell(|| {
+            format!("{:.0} %, {:#}  {}", 100.0 * progress.done, HumanDuration(self.bar.elapsed()), progress.stage)
+        });
         if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 

@@ -1,5 +1,6 @@
 //! `leadlag study run`.
 
+use super::super::lines::Lines;
 use super::super::{Usage, evaluator, interrupt, output};
 use anyhow::bail;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -57,7 +58,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         adapter: args.gpu.clone().map_or(AdapterChoice::Best, AdapterChoice::Named),
         warn: evaluator::warn,
     };
-    let bar = Bar::new(chosen.len(), study.plan.calibration.stop.max_evaluations);
+    let mut bar = Bar::new(chosen.len(), study.plan.calibration.stop.max_evaluations);
     let mut tell = |event: Event| bar.tell(event, &progress);
     let assignment = Assignment { folder: &folder, study: &study, tasks: &tasks, chosen: &chosen };
     let summary = run_tasks(assignment, &settings, &progress, &interrupt::asked, &mut tell);
@@ -131,9 +132,10 @@ fn give_up_in_time(progress: Arc<Progress>, tasks: usize, shown: String) {
     });
 }
 
-/// The bar: on a terminal only.
+/// The bar on a terminal; elsewhere lines that say the same.
 struct Bar {
     bar: ProgressBar,
+    lines: Lines,
     /// What a calibration may take; what it does take shows when the first ones have ended.
     max_evaluations: u64,
 }
@@ -142,21 +144,29 @@ impl Bar {
     fn new(tasks: usize, max_evaluations: u64) -> Bar {
         let style = ProgressStyle::with_template("{bar:24} {human_pos}/{human_len} tasks  {msg}");
         let bar = output::heard(ProgressBar::new(tasks as u64)).with_style(style.expect("the template is valid"));
-        Bar { bar, max_evaluations }
+        Bar { bar, lines: Lines::new(), max_evaluations }
     }
 
-    fn tell(&self, event: Event, progress: &Progress) {
+    fn tell(&mut self, event: Event, progress: &Progress) {
+        let done = progress.done.load(Ordering::SeqCst);
+        let message = match event {
+            Event::Waiting(count) => format!("waiting for another run on this folder, which works on {count}"),
+            Event::Variant(name) => {
+                self.bar.set_prefix(name.to_owned());
+                self.pace(progress)
+            }
+            Event::Tick => self.pace(progress),
+        };
+        self.bar.set_position(done);
+        let tasks = self.bar.length().unwrap_or(0);
+        self.lines.tell(|| format!("{done}/{tasks} tasks, {message}"));
+        self.bar.set_message(message);
+    }
+
+    /// How fast it goes, what is left, and what failed.
+    fn pace(&self, progress: &Progress) -> String {
         let of = |counter: &AtomicU64| counter.load(Ordering::SeqCst);
         let (done, computed, failed) = (of(&progress.done), of(&progress.computed), of(&progress.failed));
-        match event {
-            Event::Variant(name) => self.bar.set_prefix(name.to_owned()),
-            Event::Waiting(count) => {
-                let message = format!("waiting for another run on this folder, which works on {count}");
-                return self.bar.set_message(message);
-            }
-            Event::Tick => {}
-        }
-        self.bar.set_position(done);
         let seconds = self.bar.elapsed().as_secs_f64();
         let (evaluations, finished) = (of(&progress.evaluations) as f64, of(&progress.finished) as f64);
         let left = self.bar.length().unwrap_or(0).saturating_sub(done) as f64;
@@ -171,7 +181,6 @@ impl Bar {
         };
         let speed = of(&progress.steps) as f64 / seconds / 1e6;
         let failures = if failed > 0 { format!(", {failed} infeasible") } else { String::new() };
-        let variant = self.bar.prefix();
-        self.bar.set_message(format!("{pace}, {speed:.0} Msteps/s{failures}  {variant}"));
+        format!("{pace}, {speed:.0} Msteps/s{failures}  {}", self.bar.prefix())
     }
 }

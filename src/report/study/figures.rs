@@ -187,6 +187,11 @@ fn ids(figure: &mut Figure, own: &Outcomes, plot: &Plot, x: &[f64], unit: f64) {
     }
 }
 
+/// `1 outlier`, `2 outliers`.
+fn counted(outliers: usize) -> String {
+    format!("{outliers} outlier{}", if outliers == 1 { "" } else { "s" })
+}
+
 /// Figure 6: box plots of the normalised errors.
 pub fn boxes(material: &Material) -> String {
     let own = material.own;
@@ -209,14 +214,14 @@ pub fn boxes(material: &Material) -> String {
         let paper =
             material.paper.get(&own.variants[v].id()).map_or("–".to_owned(), |paper| format!("{:.3}", paper.median));
         let text = format!(
-            "{} {}: median {:.3} (paper {paper}), quartiles {:.3} and {:.3}, mean {:.3}, {} outliers",
+            "{} {}: median {:.3} (paper {paper}), quartiles {:.3} and {:.3}, mean {:.3}, {}",
             own.variants[v].id(),
             own.variants[v],
             b.quartiles[1],
             b.quartiles[0],
             b.quartiles[2],
             b.mean,
-            b.outliers.len()
+            counted(b.outliers.len())
         );
         figure.told(&text, |figure| {
             figure.line([x, y(b.whiskers[0])], [x, y(b.quartiles[0])], 1.0, INK);
@@ -235,7 +240,7 @@ pub fn boxes(material: &Material) -> String {
     ids(&mut figure, own, &plot, &x, unit);
     let beyond = outliers().filter(|o| **o > plot.top).count();
     if beyond > 0 {
-        let text = format!("{beyond} outliers above {:.2} are not shown; figure6.csv has them", plot.top);
+        let text = format!("not shown: {} above {:.2}; see figure6.csv", counted(beyond), plot.top);
         figure.text([RIGHT, 472.0], 11.5, Anchor::End, INK, &text);
     }
     figure.finish()

@@ -1,0 +1,116 @@
+//! The same seed gives the same result, or the revision of the search is another one.
+//!
+//! Ids of studies and journals of `bench optimizers` hold the revision. The numbers below tell when it must be raised. They go through
+//! the functions of the C library that the random numbers need, so they are compared where they were made only.
+#![cfg(all(target_os = "linux", target_arch = "x86_64"))]
+
+use leadlag::calibrate::{Calibration, OptimizerKind, Overrides, Replicate, SEARCH_REVISION, SearchSpace};
+use leadlag::calibrate::{Stop, StopReason, calibrate};
+use leadlag::catalog::Variant;
+use leadlag::convention::Convention;
+use leadlag::evaluator::{Case, Evaluator};
+use leadlag::lanes::{Lanes, LanesPrecision};
+use leadlag::reference::Reference;
+use leadlag::score::GoodnessOfFit;
+use leadlag::trajectory::{Source, Trajectory, integrate};
+use std::ops::ControlFlow;
+
+/// Up and down between two values, made of sums and products only.
+fn zigzag(step: usize, period: usize, lower: f64, upper: f64) -> f64 {
+    let phase = (step % period) as f64 / period as f64;
+    lower + (upper - lower) * (if phase < 0.5 { 2.0 * phase } else { 2.0 - 2.0 * phase })
+}
+
+/// A minute behind a car that goes faster and slower; the follower does the same a second later, with a wobble of its own.
+fn drive() -> Trajectory {
+    let steps = 600;
+    let v_l: Vec<f64> = (0..steps).map(|i| zigzag(i, 240, 14.0, 22.0)).collect();
+    let follow = |i: usize| zigzag(i + 230, 240, 14.0, 22.0) + zigzag(i, 70, -0.3, 0.3);
+    let v_f: Vec<f64> = (0..steps).map(follow).collect();
+    let (x_l, x_f) = (integrate(35.0, &v_l, 0.1), integrate(0.0, &v_f, 0.1));
+    Trajectory {
+        label: "a zigzag".to_owned(),
+        source: Source { path: String::new(), sha256: String::new() },
+        follower: 1,
+        name: String::new(),
+        dt: 0.1,
+        dt_raw: 0.1,
+        t: (0..steps).map(|i| i as f64 * 0.1).collect(),
+        s: x_l.iter().zip(&x_f).map(|(x_l, x_f)| x_l - x_f - 5.0).collect(),
+        x_l,
+        v_l,
+        len_l: 5.0,
+        x_f,
+        v_f,
+        v_l2: None,
+        s_l2: None,
+        grade: None,
+        notes: Vec::new(),
+    }
+}
+
+/// A small calibration: in f32 with its polish in f64, or by the reference.
+fn found(optimizer: OptimizerKind, model: &str, max_evaluations: u64) -> Replicate {
+    let variant: Variant = model.parse().expect("a variant");
+    let space = SearchSpace::new(&variant, None, Convention::PAPER, &Overrides::new()).expect("bounds");
+    let case = Case::new(&drive(), variant, None, Convention::PAPER, space.tau_p_upper()).expect("a case");
+    let mut evaluator: Box<dyn Evaluator> = match optimizer {
+        OptimizerKind::Ga => Box::new(Reference::new(vec![case], GoodnessOfFit::NRMSE_SVA)),
+        _ => Box::new(Lanes::new(vec![case], GoodnessOfFit::NRMSE_SVA, LanesPrecision::Plain).expect("lanes")),
+    };
+    let settings = Calibration { optimizer, seed: 1, replicates: 1, stop: Stop { max_evaluations, ..Stop::default() } };
+    let progress = &mut |_| ControlFlow::Continue(());
+    calibrate(evaluator.as_mut(), &space, &settings, progress).expect("a feasible result").remove(0)
+}
+
+#[test]
+fn the_same_seed_gives_the_same_result_or_the_revision_is_raised() {
+    // The first ends when its evaluations are spent, the second when two rounds agree.
+    let found = [
+        found(OptimizerKind::Auto, "gipps+delay", 4000),
+        found(OptimizerKind::Auto, "l-cth", 30_000),
+        found(OptimizerKind::Ga, "l-cth", 1000),
+    ];
+    let found: Vec<_> = found.into_iter().map(|r| (r.stop, r.evaluations, r.score, r.candidate)).collect();
+    let known = [
+        (
+            StopReason::Evaluations,
+            3976,
+            0.30389491905607535,
+            vec![
+                2.5037947102912352,
+                33.95859286521275,
+                2.4618031490452923,
+                0.1991374356055317,
+                4.267417492111157,
+                -4.924041021498951,
+                -3.2410516001748966,
+                0.7854113425785093,
+            ],
+        ),
+        (
+            StopReason::Converged,
+            27104,
+            0.39465865064187117,
+            vec![0.01, 0.9959857576320396, 0.06563960217113693, 30.0, 5.0, 1.5647140452433494],
+        ),
+        (
+            StopReason::Evaluations,
+            940,
+            0.4665220020513643,
+            vec![
+                0.24398075104647393,
+                1.0886320186774674,
+                3.932617713469047,
+                31.174529438771284,
+                3.631515309660377,
+                1.7069210008059361,
+            ],
+        ),
+    ];
+    assert_eq!(
+        found, known,
+        "seed 1 finds something else (left) than it did under revision {SEARCH_REVISION} of the search (right): raise SEARCH_REVISION in \
+         src/calibrate/search.rs, then write the new numbers here"
+    );
+}

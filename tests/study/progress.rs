@@ -1,0 +1,23 @@
+//! What a run says while it goes on, where there is no terminal.
+
+use super::common::{command, small, stderr, text};
+
+/// Whole lines of progress on stderr of a run, with so many seconds between them.
+fn lines(name: &str, every_s: &str, further: &[&str]) -> Vec<String> {
+    let study = small(name);
+    let mut run = command(&["study", "run", text(&study), "--batch", "1", "--threads", "1"]);
+    let output = run.args(further).env("LEADLAG_PROGRESS_S", every_s).output().expect("the program starts");
+    assert!(output.status.success(), "{}", stderr(&output));
+    stderr(&output).lines().filter(|line| line.contains("/24 tasks, ")).map(str::to_owned).collect()
+}
+
+#[test]
+fn a_run_without_a_terminal_says_how_far_it_is() {
+    let said = lines("lines", "0", &[]);
+    let done = |line: &String| line.split('/').next().unwrap().parse::<usize>().expect("a number of tasks");
+    assert!(said.iter().map(done).is_sorted(), "{said:?}");
+    let running = |line: &&String| line.contains("/s, ") && line.contains(" left, ") && line.contains(" Msteps/s");
+    assert!(said.iter().filter(running).count() > 3, "{said:?}");
+    assert!(lines("lines_seldom", "3600", &[]).is_empty(), "not before it is time");
+    assert!(lines("lines_quiet", "0", &["--quiet"]).is_empty(), "--quiet");
+}
