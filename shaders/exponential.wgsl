@@ -8,8 +8,7 @@ fn exponential(x: f32) -> f32 {
     let y_low = y - y_high;
     let exact = y_high * 1.4423828125;
     let exact_whole = floor(exact);
-    // Opaque, for with constant factors Mesa re-associates these sums.
-    let rest = (opaque(exact - exact_whole) + opaque(y_low * 1.4423828125)) + opaque(y * 0.00031222838896337);
+    let rest = ((exact - exact_whole) + y_low * 1.4423828125) + y * 0.0003122284;
     let rest_whole = floor(rest);
     let result = power_of_two(exact_whole + rest_whole, rest - rest_whole);
     return select(result, x, (bitcast<u32>(x) & 0x7fffffffu) > 0x7f800000u);

@@ -19,7 +19,7 @@ use std::time::Duration;
 /// An optimiser by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum OptimizerKind {
-    /// Global search with L-SHADE, local polish with CMA-ES in f64, and again until two rounds agree.
+    /// Global search with L-SHADE, local polish with CMA-ES in f64, and again until four rounds agree.
     #[default]
     Auto,
     /// The paper's genetic algorithm.

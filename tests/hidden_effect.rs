@@ -9,6 +9,9 @@ use leadlag::bench::{DiagnosisOutcome, DiagnosisTask, Judgement, diagnose_task, 
 const WITHIN: f64 = 0.10;
 const ERRORS: f64 = 3.0;
 
+/// Share of what the truth gains on the hold-out that the extended model has to gain.
+const GAINED: f64 = 0.8;
+
 fn task(kind: &str, base: &str, causes: &[&str], gusts_mps2: f64, seed: u64) -> DiagnosisTask {
     DiagnosisTask {
         kind: kind.to_owned(),
@@ -24,7 +27,8 @@ fn task(kind: &str, base: &str, causes: &[&str], gusts_mps2: f64, seed: u64) -> 
 
 fn told(outcome: &DiagnosisOutcome) -> String {
     format!(
-        "{} on {}, seed {}: {} ({}), adopted {:?}, or {:?}; planted {:?}, estimated {:?}; fitted from the truth: {:?}",
+        "{} on {}, seed {}: {} ({}), adopted {:?}, or {:?}; planted {:?}, estimated {:?}; NRMSE(s,v,a) of base, extended and truth {:?}; \
+         fitted from the truth: {:?}",
         outcome.task.kind,
         outcome.task.base,
         outcome.task.seed,
@@ -34,15 +38,27 @@ fn told(outcome: &DiagnosisOutcome) -> String {
         outcome.confounded_with,
         outcome.truth,
         outcome.estimates,
+        outcome.gain,
         outcome.known
     )
 }
 
-/// The cause is named, and its size is right.
+/// The cause is named, its size is right, and the extended model gains most of what the truth gains.
 fn named(base: &str, cause: &str, seed: u64) {
-    let outcome = diagnose_task(&task("one", base, &[cause], 0.0, seed));
+    check_named(&task("one", base, &[cause], 0.0, seed));
+}
+
+fn check_named(task: &DiagnosisTask) {
+    let outcome = sized(task);
+    let share = outcome.share_of_gain().expect("something to gain, and no crash");
+    assert!(share >= GAINED, "{:.0} % of the possible gain: {}", 100.0 * share, told(&outcome));
+}
+
+/// Named, and with the right size.
+fn sized(task: &DiagnosisTask) -> DiagnosisOutcome {
+    let outcome = diagnose_task(task);
     assert_eq!(judge(&outcome), Judgement::Right, "{}", told(&outcome));
-    assert_eq!(outcome.adopted[0], cause, "{}", told(&outcome));
+    assert_eq!(outcome.adopted[..1], task.causes, "{}", told(&outcome));
     // The first parameter says how strong it is.
     let sizes = outcome.truth.iter().filter(|(name, _)| !name.ends_with(".t1") && !name.ends_with(".dur"));
     for (name, truth) in sizes {
@@ -50,6 +66,12 @@ fn named(base: &str, cause: &str, seed: u64) {
         let off = (value - truth).abs();
         assert!(off < (WITHIN * truth.abs()).max(ERRORS * error), "{name}: {}", told(&outcome));
     }
+    outcome
+}
+
+/// The same with a drive of fifteen minutes.
+fn named_in_15_minutes(base: &str, cause: &str, seed: u64) {
+    check_named(&DiagnosisTask { duration_s: 900.0, ..task("one", base, &[cause], 0.0, seed) });
 }
 
 fn silent(kind: &str, base: &str, causes: &[&str], gusts: f64, seed: u64) {
@@ -58,10 +80,11 @@ fn silent(kind: &str, base: &str, causes: &[&str], gusts: f64, seed: u64) {
     assert!(outcome.adopted.is_empty(), "{}", told(&outcome));
 }
 
-/// On IDM, tests/report.rs finds one by the demo.
+/// On IDM, tests/report.rs finds one by the demo. Its gain is left out: no training drive accelerates freely, so that v_0 (24.9 m/s
+/// instead of 31.6) and a_max stay open, on which the hold-out depends more than on the grade.
 #[test]
 fn a_grade_that_is_not_made_up_for() {
-    named("gipps", "grade", 9101);
+    sized(&task("one", "gipps", &["grade"], 0.0, 9101));
 }
 
 #[test]
@@ -134,6 +157,24 @@ fn what_no_cause_explains() {
     assert!(outcome.reason.contains("road"), "{}", told(&outcome));
 }
 
+/// An IDM car, of which the linear law is said to be the base, and the other way round with Gipps' law.
+#[test]
+fn another_law_is_not_papered_over() {
+    for base in ["idm", "l-cth"] {
+        let outcome = diagnose_task(&task("family", base, &[], 0.0, 9118));
+        assert_eq!(judge(&outcome), Judgement::Right, "{}", told(&outcome));
+    }
+}
+
+/// In gusts a Gipps car seems to have a dead zone of about the noise of the measured gap: 19 nats, 16 needed; this seed showed it.
+#[test]
+fn no_dead_zone_within_the_noise() {
+    let task = task("none", "gipps", &[], 0.05, 6_174_270);
+    let outcome = diagnose_task(&DiagnosisTask { duration_s: 900.0, ..task });
+    assert_eq!(outcome.verdict, "nothing", "{}", told(&outcome));
+    assert!(outcome.reason.contains("dead_zone"), "{}", told(&outcome));
+}
+
 /// A cap of the braking alone gains a thousand nats in training and loses on the hold-out, where drag is missing as well; this seed
 /// showed it.
 #[test]
@@ -151,4 +192,27 @@ fn what_is_less_likely_than_something_absorbed_is_not_named() {
     let outcome = diagnose_task(&DiagnosisTask { duration_s: 900.0, ..heavy });
     assert_eq!(outcome.verdict, "not_testable", "{}", told(&outcome));
     assert!(outcome.not_testable.contains(&"gain_mass".to_owned()), "{}", told(&outcome));
+}
+
+/// The long version (`cargo test --test hidden_effect -- --ignored`): more causes, and a pair of which neither is seen before sizes are
+/// held.
+#[test]
+#[ignore = "some ten minutes"]
+fn more_causes() {
+    named_in_15_minutes("idm", "aero_drag", 9121);
+    named_in_15_minutes("l-cth", "sensor_lowpass", 9122);
+    named_in_15_minutes("gipps", "integral_action", 9123);
+    named_in_15_minutes("idm", "power_cap", 9124);
+    named_in_15_minutes("l-cth", "quantised_accel", 9125);
+    named_in_15_minutes("gipps", "asym_lag", 9126);
+    named_in_15_minutes("idm", "periodic", 9127);
+    named_in_15_minutes("gipps", "decel_cap", 9128);
+}
+
+#[test]
+#[ignore = "two minutes"]
+fn two_of_which_neither_is_seen_alone() {
+    let pair = task("pair", "idm", &["speed_dep_headway", "dead_zone"], 0.0, 6_174_089);
+    let outcome = diagnose_task(&DiagnosisTask { duration_s: 900.0, ..pair });
+    assert_eq!(judge(&outcome), Judgement::Right, "{}", told(&outcome));
 }

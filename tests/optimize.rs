@@ -296,26 +296,26 @@ fn auto_polishes_on_exact_merits() {
 /// reported then is the deeper one.
 #[test]
 fn auto_goes_on_while_rounds_disagree() {
-    const TWO_ROUNDS: u64 = 20_000;
+    const FOUR_ROUNDS: u64 = 40_000;
     let f = |x: &[f64]| {
         let shallow = 1.05 + x.iter().map(|x| (x - 1.0).powi(2)).sum::<f64>();
         let deep = 1.0 + 2.0 * x.iter().map(|x| (x + 2.0).powi(2)).sum::<f64>();
         shallow.min(deep)
     };
     let (mut agreed, mut disagreed) = (0, 0);
-    for seed in 1..=12 {
-        let mut auto = make("auto", space(3), 60_000, seed, 0);
-        let used = minimise(auto.as_mut(), 60_000, &|x| Merit::Feasible(f(x)));
-        if used < TWO_ROUNDS {
+    for seed in 1..=24 {
+        let mut auto = make("auto", space(3), 150_000, seed, 0);
+        let used = minimise(auto.as_mut(), 150_000, &|x| Merit::Feasible(f(x)));
+        if used < FOUR_ROUNDS {
             agreed += 1;
             assert_eq!(auto.ended(), Some(Ended::Converged), "seed {seed}");
         } else {
             disagreed += 1;
-            assert!(2 * used > 3 * TWO_ROUNDS, "seed {seed}: {used} evaluations");
+            assert!(4 * used > 5 * FOUR_ROUNDS, "seed {seed}: {used} evaluations");
             assert!(value(auto.best().unwrap()) < 1.0 + 1e-7, "seed {seed}");
         }
     }
-    assert!(agreed >= 3 && disagreed >= 3, "{agreed} agreed, {disagreed} did not");
+    assert!(agreed >= 2 && disagreed >= 3, "{agreed} agreed, {disagreed} did not");
 }
 
 #[test]

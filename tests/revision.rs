@@ -65,10 +65,10 @@ fn found(optimizer: OptimizerKind, model: &str, max_evaluations: u64) -> Replica
 
 #[test]
 fn the_same_seed_gives_the_same_result_or_the_revision_is_raised() {
-    // The first ends when its evaluations are spent, the second when two rounds agree.
+    // The first ends when its evaluations are spent, the second when four rounds agree.
     let found = [
         found(OptimizerKind::Auto, "gipps+delay", 4000),
-        found(OptimizerKind::Auto, "l-cth", 30_000),
+        found(OptimizerKind::Auto, "l-cth", 60_000),
         found(OptimizerKind::Ga, "l-cth", 1000),
     ];
     let found: Vec<_> = found.into_iter().map(|r| (r.stop, r.evaluations, r.score, r.candidate)).collect();

@@ -19,6 +19,8 @@ mod kernel;
 mod shots;
 #[path = "shader_mutants/text.rs"]
 mod text;
+#[path = "shader_mutants/values.rs"]
+mod values;
 
 use rayon::prelude::*;
 use std::path::Path;
@@ -212,15 +214,9 @@ const SURVIVORS: &[Survivor] = &[
     },
 ];
 
-/// Files that are judged on the GPU: the time loop, which only a GPU runs, functions that `lanes` has in Rust, and
+/// Files that are judged on the GPU by whole runs: the time loop, which only a GPU runs, a function that `lanes` knows by name, and
 /// the step under an observer.
-const ON_GPU: [&str; 5] = [
-    "shaders/kernel.wgsl",
-    "shaders/power.wgsl",
-    "shaders/exponential.wgsl",
-    "shaders/opaque.wgsl",
-    "shaders/step_extended.wgsl",
-];
+const ON_GPU: [&str; 3] = ["shaders/kernel.wgsl", "shaders/opaque.wgsl", "shaders/step_extended.wgsl"];
 
 /// Files that declare and compute nothing: nothing in them can be changed.
 const DECLARATIONS: [&str; 3] = ["shaders/world.wgsl", "shaders/unextended.wgsl", "shaders/between.wgsl"];
@@ -267,7 +263,8 @@ fn every_change_of_a_part_is_noticed() {
     }
     let mut all = Vec::new();
     for (file, text) in shaders() {
-        if ON_GPU.contains(&file.as_str()) || DECLARATIONS.contains(&file.as_str()) {
+        let elsewhere = [&ON_GPU[..], &values::FILES[..], &DECLARATIONS[..]].concat();
+        if elsewhere.contains(&file.as_str()) {
             continue;
         }
         let found = mutants(&file, &text);
@@ -462,18 +459,6 @@ const SURVIVORS_ON_GPU: &[Survivor] = &[
         change: "< -> <=",
         reason: "writes a word that nobody reads",
     },
-    Survivor {
-        file: "shaders/power.wgsl",
-        line: "return select(0.0, r * scale, x >= 1.17549435e-38);",
-        change: ">= -> >",
-        reason: "the smallest normal number itself; its power is as good as 0",
-    },
-    Survivor {
-        file: "shaders/power.wgsl",
-        line: "return select(0.0, r * scale, x >= 1.17549435e-38);",
-        change: "1.17549435e-38 -> 1.17549435e-38 * 1.01",
-        reason: "between the smallest normal number and the next percent; its power is as good as 0",
-    },
 ];
 
 /// Loops that would not end: the driver would be stopped by a watchdog, or by nothing.
@@ -519,4 +504,100 @@ fn every_change_of_the_kernel_is_noticed() {
         start.elapsed().as_secs_f64()
     );
     compare(&survivors, SURVIVORS_ON_GPU);
+}
+
+const SURVIVORS_AMONG_FUNCTIONS: &[Survivor] = &[
+    Survivor {
+        file: "shaders/exponential.wgsl",
+        line: "let y = select(select(x, -100.0, x < -100.0), 100.0, x > 100.0);",
+        change: "100.0 -> 100.0 * 1.01",
+        reason: "equivalent: e to the power of 99 and more is infinity, of -99 and less 0",
+    },
+    Survivor {
+        file: "shaders/exponential.wgsl",
+        line: "let y = select(select(x, -100.0, x < -100.0), 100.0, x > 100.0);",
+        change: "< -> <=",
+        reason: "equivalent: e to the power of 99 and more is infinity, of -99 and less 0",
+    },
+    Survivor {
+        file: "shaders/exponential.wgsl",
+        line: "let y = select(select(x, -100.0, x < -100.0), 100.0, x > 100.0);",
+        change: "100.0 -> 100.0 * 1.01 (2)",
+        reason: "equivalent: e to the power of 99 and more is infinity, of -99 and less 0",
+    },
+    Survivor {
+        file: "shaders/exponential.wgsl",
+        line: "let y = select(select(x, -100.0, x < -100.0), 100.0, x > 100.0);",
+        change: "100.0 -> 100.0 * 1.01 (3)",
+        reason: "equivalent: e to the power of 99 and more is infinity, of -99 and less 0",
+    },
+    Survivor {
+        file: "shaders/exponential.wgsl",
+        line: "let y = select(select(x, -100.0, x < -100.0), 100.0, x > 100.0);",
+        change: "> -> >=",
+        reason: "equivalent: e to the power of 99 and more is infinity, of -99 and less 0",
+    },
+    Survivor {
+        file: "shaders/exponential.wgsl",
+        line: "let y = select(select(x, -100.0, x < -100.0), 100.0, x > 100.0);",
+        change: "100.0 -> 100.0 * 1.01 (4)",
+        reason: "equivalent: e to the power of 99 and more is infinity, of -99 and less 0",
+    },
+    Survivor {
+        file: "shaders/exponential.wgsl",
+        line: "return select(result, x, (bitcast<u32>(x) & 0x7fffffffu) > 0x7f800000u);",
+        change: "0x7fffffffu -> last bit",
+        reason: "only a NaN whose other bits are all 0 would tell",
+    },
+    Survivor {
+        file: "shaders/exponential.wgsl",
+        line: "return select(result, x, (bitcast<u32>(x) & 0x7fffffffu) > 0x7f800000u);",
+        change: "0x7f800000u -> last bit",
+        reason: "only the NaN next to infinity would tell",
+    },
+    Survivor {
+        file: "shaders/exponential.wgsl",
+        line: "let y = select(x, 1.17549435e-38, x < 1.17549435e-38);",
+        change: "< -> <=",
+        reason: "equivalent: both sides are equal there",
+    },
+    Survivor {
+        file: "shaders/exponential.wgsl",
+        line: "return select(result, x, (bitcast<u32>(x) & 0x7f800000u) == 0x7f800000u);",
+        change: "0x7f800000u -> last bit",
+        reason: "no finite number has all bits of the exponent",
+    },
+    Survivor {
+        file: "shaders/power.wgsl",
+        line: "return select(0.0, power_of_two(exact_whole + rest_whole, rest - rest_whole), x >= 1.17549435e-38);",
+        change: ">= -> >",
+        reason: "the smallest normal number itself; its power is as good as 0",
+    },
+    Survivor {
+        file: "shaders/power.wgsl",
+        line: "return select(0.0, power_of_two(exact_whole + rest_whole, rest - rest_whole), x >= 1.17549435e-38);",
+        change: "1.17549435e-38 -> 1.17549435e-38 * 1.01",
+        reason: "between the smallest normal number and the next percent; its power is as good as 0",
+    },
+];
+
+#[test]
+fn every_change_of_our_functions_is_noticed() {
+    if gpu_common::skipped("every_change_of_our_functions_is_noticed") {
+        return;
+    }
+    let shaders = shaders();
+    let judge = values::Values::new(&shaders);
+    let files = shaders.iter().filter(|(file, _)| values::FILES.contains(&file.as_str()));
+    let todo: Vec<Mutant> = files.flat_map(|(file, text)| mutants(file, text)).collect();
+    let judged = |mutant: Mutant| {
+        let verdict = judge.verdict(&mutant.file, &mutant.text);
+        (mutant, verdict)
+    };
+    let all: Vec<_> = todo.into_par_iter().map(judged).collect();
+    report("shader_mutants_of_functions.csv", &all);
+    let survivors: Vec<&Mutant> = all.iter().filter(|(_, verdict)| verdict.is_ok()).map(|(m, _)| m).collect();
+    eprintln!("{} mutants of functions, {} survived", all.len(), survivors.len());
+    assert!(all.len() > 60, "only {} mutants: are the files read?", all.len());
+    compare(&survivors, SURVIVORS_AMONG_FUNCTIONS);
 }

@@ -148,7 +148,8 @@ pub fn budget(runs: &[Errors]) -> Option<Budget> {
             let since = run.scene.t[i] - run.scene.t[0];
             let (k, _) = classes(since, TIME_CLASS, "s");
             let from = run.scene.t[0] + k as f64 * TIME_CLASS;
-            Some((number * many + k, format!("{} {from:.0} to {:.0} s", run.scene.label, from + TIME_CLASS)))
+            let of = if runs.len() > 1 { format!(" of {}", run.scene.label) } else { String::new() };
+            Some((number * many + k, format!("{from:.0} to {:.0} s{of}", from + TIME_CLASS)))
         }),
     })
 }

@@ -37,9 +37,10 @@ pub const TRANSFERS: f64 = 0.9;
 /// A hold-out on which a cause changes less than this \[nats\] cannot object to it: were it real, it would gain there by chance only.
 const SHOWN: f64 = 8.0;
 /// Causes whose negative size is a proxy for something else: nothing pushes a car, no law answers a car ahead the wrong way round, but
-/// one that is seen late looks so, and none sees it before it is there, but one that answers its acceleration looks so. (Clocks that
-/// disagree are looked for in the data.)
-const ONE_SIDED: [&str; 5] = ["aero_drag", "const_decel", "leader_accel_ff", "multi_anticipation", "time_offset"];
+/// one that is seen late looks so, none sees it before it is there, but one that answers its acceleration looks so, and none adds its
+/// error up in order to enlarge it. (Clocks that disagree are looked for in the data.)
+const ONE_SIDED: [&str; 6] =
+    ["aero_drag", "const_decel", "integral_action", "leader_accel_ff", "multi_anticipation", "time_offset"];
 /// A car that reacts in finer steps than the model looks ahead of it by this much \[s\], beyond what the nuisance lead takes.
 const SCHEME_S: f64 = 0.06;
 /// A dead zone of the spacing narrower than so many times the noise of the measured one is no name: a law that is fed a noisy spacing

@@ -117,7 +117,7 @@ pub fn describe(
     if let Some(profiles) = missing_left.as_ref().or(missing.as_ref()) {
         left_over.push(LeftOverEntry {
             kind: "missing_acceleration".to_owned(),
-            r#where: format!("root mean square in m/s2; most of it {}", worst_minutes(&left.series[..trained])),
+            r#where: format!("m/s2 root mean square; most of it at {}", worst_minutes(&left.series[..trained])),
             size: profiles.rms,
             formula: formula.as_ref().map(|f| f.equation()),
         });
@@ -177,7 +177,8 @@ fn worst_minutes(series: &[Series]) -> String {
         for (k, d) in one.d.chunks(samples).enumerate() {
             let square = d.iter().filter(|d| d.is_finite()).map(|d| d * d).sum();
             let from = scene.t[k * samples];
-            minutes.push((square, format!("{} {from:.0} to {:.0} s", scene.label, from + d.len() as f64 * scene.dt)));
+            let of = if series.len() > 1 { format!(" of {}", scene.label) } else { String::new() };
+            minutes.push((square, format!("{from:.0} to {:.0} s{of}", from + d.len() as f64 * scene.dt)));
         }
     }
     let all: f64 = minutes.iter().map(|(square, _)| square).sum();

@@ -6,7 +6,7 @@ use super::free::{Free, free};
 use super::model::Model;
 use super::verdict::{Adopted, DiagnoseError, Effort, Fitted, Question};
 use crate::calibrate::{CalibrateError, Calibration, Overrides, Progress, SearchSpace, Stop, best, calibrate};
-use crate::evaluator::{Case, CaseError, EvaluateError};
+use crate::evaluator::{Case, CaseError, EvaluateError, Evaluator, Population, Score};
 use crate::lanes::{Lanes, LanesPrecision};
 use crate::optimize::stream;
 use crate::score::GoodnessOfFit;
@@ -119,7 +119,25 @@ fn recalibrated(
     let calibration = Calibration { seed: settings.seed, stop, ..Calibration::default() };
     let replicates = calibrate(&mut evaluator, &space, &calibration, progress)?;
     let winner = best(&replicates).ok_or(CalibrateError::Interrupted)?;
-    Ok(space.parameters(&winner.candidate))
+    // The diagnosis has been near the minimum already: a short search may end above it.
+    let mut both = Population::new(&space.symbols);
+    both.push(&winner.candidate);
+    let within = |(symbol, [lower, upper]): (&Symbol, &[f64; 2])| model.parameters.get(*symbol).clamp(*lower, *upper);
+    both.push(&space.symbols.iter().zip(&space.bounds).map(within).collect::<Vec<f64>>());
+    let mut scores = [Score::Rejected; 2];
+    evaluator.evaluate(&both, &mut scores)?;
+    let better = matches!(scores, [found, Score::Value(estimated)] if !matches!(found, Score::Value(found) if found <= estimated));
+    Ok(space.parameters(both.values(usize::from(better))))
+}
+
+/// NRMSE(s,v,a) of free simulations of drives, all together; none if one of them breaks off.
+#[must_use]
+pub fn nrmse_of(drives: &[Drive], runs: &[Free]) -> Option<f64> {
+    squares_of(drives, runs).as_deref().map(nrmse_sva)
+}
+
+fn squares_of(drives: &[Drive], runs: &[Free]) -> Option<Vec<Block>> {
+    (!runs.is_empty() && runs.iter().all(|run| run.complete)).then(|| squares(drives, runs))
 }
 
 /// Measures the gain of an extended model over the base, on the drives and within the bounds of a question.
@@ -151,8 +169,7 @@ pub fn gain(
         let named = |symbol: Symbol| (symbol.name().to_owned(), parameters.get(symbol));
         variant.parameters().into_iter().map(named).collect()
     });
-    let complete = |runs: &[Free]| !runs.is_empty() && runs.iter().all(|run| run.complete);
-    let squares = [&runs[0], &runs[1]].map(|runs| complete(runs).then(|| squares(holdout, runs)));
+    let squares = [&runs[0], &runs[1]].map(|runs| squares_of(holdout, runs));
     let mut found = Gain {
         base: squares[0].as_deref().map(nrmse_sva),
         extended: squares[1].as_deref().map(nrmse_sva),

@@ -1,6 +1,6 @@
 //! Every cause tried on top of a model: fitted with its own noise from many starts.
 
-use super::candidate::{Candidate, Setting};
+use super::candidate::{Candidate, LEAD, Setting};
 use super::equilibrium::at_equilibrium;
 use super::fit::{Plan, Point, log_likelihoods};
 use super::held_sizes::{from_held, set_free};
@@ -16,6 +16,7 @@ use crate::catalog::Variant;
 use crate::evaluator::CaseError;
 use crate::extension::Extension;
 use crate::optimize::stream;
+use crate::wgsl::extension_named;
 use rand::RngExt;
 use rayon::prelude::*;
 use std::sync::atomic::Ordering;
@@ -298,8 +299,11 @@ pub fn identifiability(candidate: &Candidate, cause: &'static Extension) -> (f64
         // It does nothing at all here, so nothing can absorb it.
         return (1.0, Vec::new());
     }
+    // The nuisance lead reaches a twentieth of a second and can absorb nothing larger, whatever its derivative says.
+    let lead = extension_named(LEAD).map_or_else(Vec::new, |lead| candidate.model.positions(lead));
     let others: Vec<usize> = (0..candidate.model.axes.len())
-        .filter(|j| !positions.contains(j) && information[(*j, *j)] > 1e-9 && !candidate.model.axes[*j].is_fixed())
+        .filter(|j| !positions.contains(j) && !lead.contains(j))
+        .filter(|j| information[(*j, *j)] > 1e-9 && !candidate.model.axes[*j].is_fixed())
         .collect();
     let scale = |j: usize| information[(j, j)].sqrt();
     let matrix = nalgebra::DMatrix::from_fn(others.len(), others.len(), |a, b| {

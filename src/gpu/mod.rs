@@ -14,7 +14,7 @@ mod tables;
 
 pub use device::{Adapter, AdapterChoice, Limits};
 pub use kernel::kernel_text;
-pub use probe::{Mode, Probe, ProbeStatus, Twins, modes, probes};
+pub use probe::{Mode, Probe, ProbeStatus, Twins, modes, probes, values};
 
 use crate::convention::BoundRule;
 use crate::evaluator::{

@@ -38,7 +38,7 @@ pub fn exponential(x: f32) -> f32 {
     let y_low = y - y_high;
     let exact = y_high * 1.442_382_8;
     let exact_whole = exact.floor();
-    let rest = ((exact - exact_whole) + y_low * 1.442_382_8) + y * 0.000_312_228_38;
+    let rest = ((exact - exact_whole) + y_low * 1.442_382_8) + y * 0.000_312_228_4;
     let rest_whole = rest.floor();
     let result = power_of_two(exact_whole + rest_whole, rest - rest_whole);
     if x.is_nan() { x } else { result }

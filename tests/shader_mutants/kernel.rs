@@ -61,10 +61,7 @@ fn everything_command(state: State, w: World, x: Perceived, a_cmd: f32) -> Done 
     let known = 0.01 * w.t + 0.0001 * w.x_f + 0.1 * w.a_l + 0.02 * w.v_l2 + 0.003 * w.s_l2 + 0.02 * w.v_l_then;
     let more = 0.03 * w.v_l_half + 0.001 * state.s + 0.002 * state.v_f + 0.003 * state.v_l + 0.05 * state.a_f;
     let next = State(0.9 * state.s + 0.1 * x.s, 0.8 * state.v_f, state.v_l + 0.1, 0.5 * w.a_f, 0.9 * state.count);
-    let wave = sin(known + more + state.count);
-    // Up to overflow and down to nothing, on both sides of 1.
-    let grown = min(exponential(150.0 * wave), 2.0);
-    return Done(a_cmd + 0.1 * wave + 0.01 * grown + 0.001 * logarithm(1.0 + wave), next);
+    return Done(a_cmd + 0.1 * sin(known + more + state.count), next);
 }
 ";
 

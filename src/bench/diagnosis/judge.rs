@@ -4,10 +4,13 @@ use super::PROGRAM;
 use super::plan::DiagnosisTask;
 use super::plant::planted;
 use crate::catalog::Variant;
+use crate::diagnose::free::free;
+use crate::diagnose::gain::{GainSettings, gain, nrmse_of};
 use crate::diagnose::known::{Known, known};
 use crate::diagnose::{Effort, Inference, Question, Verdict, family, infer};
 use crate::extension::Extension;
 use crate::plant::Controller;
+use crate::symbols::Parameters;
 use crate::wgsl::{extension_named, library};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -44,12 +47,23 @@ pub struct DiagnosisOutcome {
     /// Inflation, missing acceleration \[m/s²\] and its time constant \[s\] of the base.
     #[serde(default)]
     pub base: [f64; 3],
+    /// Of a named effect, NRMSE(s,v,a) of free simulations of the hold-out: base and extended model, both calibrated on the training
+    /// drives, and the truth.
+    #[serde(default)]
+    pub gain: Option<[f64; 3]>,
     /// Of a case that was not named right: the evidence for the truth, had the search found it.
     #[serde(default)]
     pub known: Option<Known>,
 }
 
 impl DiagnosisOutcome {
+    /// What the extended model gains on the hold-out, as a share of what the truth gains; `None` where nothing can be gained.
+    #[must_use]
+    pub fn share_of_gain(&self) -> Option<f64> {
+        let [base, extended, truth] = self.gain?;
+        (base > truth).then(|| (base - extended) / (base - truth))
+    }
+
     /// True if the data show what was planted: it was named right, or the truth, fitted from its own values, gains more than the
     /// threshold on the training data; of several causes each beside the others.
     #[must_use]
@@ -144,6 +158,7 @@ pub fn diagnose_task(task: &DiagnosisTask) -> DiagnosisOutcome {
         cpu_s: 0.0,
         tried: Vec::new(),
         base: [0.0; 3],
+        gain: None,
         known: None,
     };
     let drives = match planted(task) {
@@ -185,12 +200,16 @@ pub fn diagnose_task(task: &DiagnosisTask) -> DiagnosisOutcome {
         kept: None,
     };
     let clock = cpu_time::ProcessTime::now();
-    match infer(&question, &mut |_| ControlFlow::Continue(())) {
-        Ok(inference) => fill(&mut outcome, &inference),
-        Err(error) => outcome.reason = error.to_string(),
-    }
+    let inference = match infer(&question, &mut |_| ControlFlow::Continue(())) {
+        Ok(inference) => inference,
+        Err(error) => {
+            outcome.reason = error.to_string();
+            return outcome;
+        }
+    };
+    fill(&mut outcome, &inference);
     outcome.cpu_s = clock.elapsed().as_secs_f64();
-    if ["one", "pair"].contains(&task.kind.as_str()) && judge(&outcome) != Judgement::Right {
+    if ["one", "pair"].contains(&task.kind.as_str()) {
         let mut values = law(&drives.controller);
         let mut planted = Vec::new();
         for effect in &drives.effects {
@@ -198,9 +217,32 @@ pub fn diagnose_task(task: &DiagnosisTask) -> DiagnosisOutcome {
             let names = effect.kind().parameters().iter().map(|parameter| parameter.name.to_owned());
             values.extend(names.zip(effect.values().iter().copied()));
         }
-        outcome.known = known(&question, &planted, &values).ok().flatten();
+        if judge(&outcome) == Judgement::Right {
+            outcome.gain = gains(&question, &inference, &planted, &values);
+        } else {
+            outcome.known = known(&question, &planted, &values).ok().flatten();
+        }
     }
     outcome
+}
+
+/// See [`DiagnosisOutcome::gain`]; `None` where a simulation breaks off.
+fn gains(
+    question: &Question<'_>,
+    inference: &Inference,
+    planted: &[&'static Extension],
+    values: &[(String, f64)],
+) -> Option<[f64; 3]> {
+    let settings = GainSettings::of(question.effort, question.seed);
+    let models = [&inference.base, &inference.extended];
+    let found = gain(question, models, &inference.adopted, &settings, &mut |_| ControlFlow::Continue(())).ok()?;
+    let variant = planted.iter().try_fold(question.base, |variant, cause| variant.with(cause)).ok()?;
+    let mut parameters = Parameters::NONE;
+    for symbol in variant.parameters() {
+        parameters.set(symbol, values.iter().find(|(name, _)| name == symbol.name())?.1);
+    }
+    let truth = free(question.holdout, variant, &parameters, &inference.adopted).ok()?;
+    Some([found.base?, found.extended?, nrmse_of(question.holdout, &truth)?])
 }
 
 /// The planted parameters of the law, by their names in the catalogue.

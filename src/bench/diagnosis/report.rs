@@ -82,6 +82,9 @@ pub struct DiagnosisReport {
     pub outcomes: Vec<DiagnosisOutcome>,
 }
 
+/// Share of the possible gain that a named effect should bring.
+const MOST_OF_IT: f64 = 0.8;
+
 impl DiagnosisReport {
     /// Of the cases that the journal has.
     #[must_use]
@@ -145,6 +148,18 @@ impl DiagnosisReport {
             let interval = format!("[{low:.0}, {high:.0}] %");
             let _ =
                 writeln!(text, "{:41}{:>4} of {:>3} {interval:>11} {target:>8} {met}", bar.what, bar.count, bar.cases);
+        }
+        let mut shares: Vec<f64> = self.outcomes.iter().filter_map(DiagnosisOutcome::share_of_gain).collect();
+        shares.sort_by(f64::total_cmp);
+        if let Some(median) = shares.get(shares.len() / 2) {
+            let most = shares.iter().filter(|share| **share >= MOST_OF_IT).count();
+            let _ = writeln!(
+                text,
+                "\nextended models gain on the hold-out, of what the truth gains (NRMSE(s,v,a)):\nmedian {:.0} %, at least {:.0} % in {most} of {}",
+                100.0 * median,
+                100.0 * MOST_OF_IT,
+                shares.len()
+            );
         }
         text += "\nplanted, and what was said\n";
         for (truth, said) in &self.names {

@@ -63,7 +63,7 @@ pub struct Args {
 #[derive(Debug, Clone, clap::Args)]
 #[command(next_help_heading = "Search")]
 pub struct SearchArgs {
-    /// auto (L-SHADE, then CMA-ES in f64, until two rounds agree), lshade, cmaes, or ga: the paper's
+    /// auto (L-SHADE, then CMA-ES in f64, until four rounds agree), lshade, cmaes, or ga: the paper's
     #[arg(long, default_value = "auto")]
     pub optimizer: OptimizerKind,
     /// The one seed of all random numbers

@@ -194,9 +194,7 @@ fn errors(text: &mut String, budget: &Budget) -> std::fmt::Result {
         for share in shares {
             let time = share.time.map_or("-".to_owned(), |time| format!("{:.0} %", 100.0 * time));
             let [s, v, a] = share.error.map(|e| format!("{:.0} %", 100.0 * e));
-            // Of a long name its end, where the time is.
-            let cut = share.name.chars().count().saturating_sub(NAME);
-            let name: String = share.name.chars().skip(cut).collect();
+            let name: String = share.name.chars().take(NAME).collect();
             writeln!(text, "{name:<NAME$}{time:>8}{s:>10}{v:>10}{a:>10}")?;
         }
         Ok(())
@@ -283,7 +281,13 @@ fn left(text: &mut String, outcome: &Outcome) -> std::fmt::Result {
     for left in &outcome.left_over {
         let formula = left.formula.as_ref().map_or(String::new(), |f| format!("; {f}"));
         let kind = left.kind.replace('_', " ");
-        text.push_str(&wrapped(0, 2, &format!("{kind}: {} ({}){formula}", left.r#where, small(left.size))));
+        let (size, place) = (small(left.size), &left.r#where);
+        // Here the words that follow say what the number is; elsewhere the kind does.
+        let line = match left.kind.as_str() {
+            "missing_acceleration" => format!("{kind}: {size} {place}{formula}"),
+            _ => format!("{kind}: {place} ({size}){formula}"),
+        };
+        text.push_str(&wrapped(0, 2, &line));
     }
     match &outcome.formula {
         Some(formula) => text.push_str(&wrapped(
