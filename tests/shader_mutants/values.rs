@@ -5,6 +5,7 @@
 
 use leadlag::gpu::{Adapter, AdapterChoice, values};
 use std::collections::BTreeMap;
+use std::f32::consts::{FRAC_1_SQRT_2, SQRT_2};
 
 /// The files that are judged here.
 pub const FILES: [&str; 2] = ["shaders/power.wgsl", "shaders/exponential.wgsl"];
@@ -32,7 +33,8 @@ impl Values {
         const MIN: f32 = f32::MIN_POSITIVE;
         let adapter = Adapter::choose(&AdapterChoice::Best).unwrap_or_else(|e| panic!("{e}"));
         // Around the place where the mantissa is split, and bits that only a mask tells apart.
-        let splits = [0.707_106_7, 0.707_106_8, 0.707_106_84, 1.414_213_5, 1.414_213_8, 1.0, 1.000_000_1, 0.999_999_94];
+        let around = |x: f32| [x.next_down(), x, x.next_up()];
+        let splits = [FRAC_1_SQRT_2, SQRT_2, 1.0].map(around).concat();
         let edges = [0.0, -0.0, -1.0, 0.5 * MIN, MIN, 1.005 * MIN, 1.02 * MIN, f32::INFINITY, NAN];
         let bases = points(&[&splits[..], &edges[..]].concat(), 1e-30, 1e30);
         let exponents: Vec<f32> = (0..POINTS).map(|k| 0.1 + 0.0333 * (k * 7 % POINTS) as f32 / 2.0).collect();

@@ -57,6 +57,28 @@ pub struct DiagnosisOutcome {
 }
 
 impl DiagnosisOutcome {
+    /// Of a case that came to nothing; what is found is filled in.
+    #[must_use]
+    pub(super) fn failed(task: DiagnosisTask) -> DiagnosisOutcome {
+        DiagnosisOutcome {
+            program: PROGRAM.to_owned(),
+            task,
+            truth: BTreeMap::new(),
+            verdict: "failed".to_owned(),
+            reason: String::new(),
+            adopted: Vec::new(),
+            confounded_with: Vec::new(),
+            not_testable: Vec::new(),
+            estimates: BTreeMap::new(),
+            simulations: 0,
+            cpu_s: 0.0,
+            tried: Vec::new(),
+            base: [0.0; 3],
+            gain: None,
+            known: None,
+        }
+    }
+
     /// What the extended model gains on the hold-out, as a share of what the truth gains; `None` where nothing can be gained.
     #[must_use]
     pub fn share_of_gain(&self) -> Option<f64> {
@@ -144,23 +166,7 @@ pub fn judge(outcome: &DiagnosisOutcome) -> Judgement {
 /// Makes the drives of a case and diagnoses them.
 #[must_use]
 pub fn diagnose_task(task: &DiagnosisTask) -> DiagnosisOutcome {
-    let mut outcome = DiagnosisOutcome {
-        program: PROGRAM.to_owned(),
-        task: task.clone(),
-        truth: BTreeMap::new(),
-        verdict: "failed".to_owned(),
-        reason: String::new(),
-        adopted: Vec::new(),
-        confounded_with: Vec::new(),
-        not_testable: Vec::new(),
-        estimates: BTreeMap::new(),
-        simulations: 0,
-        cpu_s: 0.0,
-        tried: Vec::new(),
-        base: [0.0; 3],
-        gain: None,
-        known: None,
-    };
+    let mut outcome = DiagnosisOutcome::failed(task.clone());
     let drives = match planted(task) {
         Ok(drives) => drives,
         Err(error) => {

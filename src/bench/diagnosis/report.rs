@@ -242,22 +242,8 @@ mod tests {
             parts: if causes.len() > 1 { vec![gain, 10.0] } else { Vec::new() },
             estimates: Vec::new(),
         });
-        DiagnosisOutcome {
-            program: String::new(),
-            task,
-            truth: BTreeMap::new(),
-            verdict: if adopted.is_empty() { "nothing" } else { "named" }.to_owned(),
-            reason: String::new(),
-            adopted: names(adopted),
-            confounded_with: Vec::new(),
-            not_testable: Vec::new(),
-            estimates: BTreeMap::new(),
-            simulations: 0,
-            cpu_s: 0.0,
-            tried: Vec::new(),
-            base: [0.0; 3],
-            known,
-        }
+        let verdict = if adopted.is_empty() { "nothing" } else { "named" }.to_owned();
+        DiagnosisOutcome { verdict, adopted: names(adopted), known, ..DiagnosisOutcome::failed(task) }
     }
 
     #[test]
