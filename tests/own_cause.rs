@@ -48,6 +48,12 @@ fn late_command(own: Parameters, x: Perceived, a_cmd: f32) -> f32 {
 }
 ";
 
+/// Has nothing that could be fitted.
+const FIXED: &str = "fn fixed_command(a_cmd: f32) -> f32 {
+    return 0.9 * a_cmd;
+}
+";
+
 /// What `leadlag diagnose` makes of a synthetic drive of 200 s with these causes of one's own: its text, and its JSON.
 fn diagnosed(name: &str, effect: &[&str], causes: &[(&str, &str)]) -> (String, Value) {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("own_cause").join(name);
@@ -134,11 +140,13 @@ fn a_cause_of_ones_own_is_named() {
 
 #[test]
 fn what_could_not_be_tried_is_listed_with_its_reason() {
-    let (text, json) = diagnosed("untried", &[], &[("broken.wgsl", BROKEN), ("late.wgsl", LATE)]);
+    let (text, json) =
+        diagnosed("untried", &[], &[("broken.wgsl", BROKEN), ("late.wgsl", LATE), ("fixed.wgsl", FIXED)]);
     let listed = json["not_tried"].as_array().expect("a list");
     let expected = [
         ("broken", "gives no finite result at any size tried"),
         ("late", "nothing in the data tells with which v_on to begin"),
+        ("fixed", "has no parameter to be fitted"),
         // A pair file of two cars has no car further ahead.
         ("multi_anticipation", "needs the speed of the car ahead of the preceding vehicle"),
     ];

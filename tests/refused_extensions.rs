@@ -138,7 +138,7 @@ fn what_is_too_much_is_said_at_once() {
             "x.wgsl:501:20: more than 500 structs, functions",
         ),
         (functions(22, |f| format!("{f}({f}(a))")), "x.wgsl:12:1: f_11: too large after calls are put in"),
-        (functions(400, |f| format!("{f}(a)")), "x.wgsl:101:1: f_100: calls more than 100 deep"),
+        (functions(400, |f| format!("{f}(a)")), "x.wgsl:102:1: f_101: calls more than 100 deep"),
         (structs + &command("var s: S_24; return a;"), "x.wgsl:16:8: S_15: a struct of more than 20000 numbers"),
     ];
     for (text, expected) in cases {

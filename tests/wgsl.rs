@@ -45,7 +45,7 @@ const BROKEN: &[(&str, &str, &str, &str)] = &[
         "shaders/controller/idm.wgsl",
         ", true)",
         ")",
-        "shaders/controller/idm.wgsl:5:12: Function [3] 'commanded_acceleration' is invalid: Expression [19] is invalid: Composing expects 2 components but 1 were given\n  return Command(p.a_max * (1.0 - power(x.v_f * per_v_0, p.delta) - closeness * closeness));",
+        "shaders/controller/idm.wgsl:5:12: Function [6] 'commanded_acceleration' is invalid: Expression [19] is invalid: Composing expects 2 components but 1 were given\n  return Command(p.a_max * (1.0 - power(x.v_f * per_v_0, p.delta) - closeness * closeness));",
     ),
     (
         "shaders/controller/idm.wgsl",

@@ -162,7 +162,7 @@ pub enum Untried {
     Data(CaseError),
     /// Nothing tells with which values of these parameters to begin; they have no neutral one.
     NoStart {
-        /// Their names.
+        /// Their names; none where the cause has no parameter at all.
         parameters: Vec<String>,
     },
     /// No run from any start came to the end.
@@ -180,6 +180,9 @@ impl Untried {
             Untried::Conflict(_) => "diagnose a base model without it".to_owned(),
             Untried::Data(CaseError::Missing { remedy, .. }) => (*remedy).to_owned(),
             Untried::Data(_) => "give longer data".to_owned(),
+            Untried::NoStart { parameters } if parameters.is_empty() => {
+                "give it a parameter that says how much, with a neutral value".to_owned()
+            }
             Untried::NoStart { .. } => {
                 "give longer data, or a neutral value to what is neither a time of the file nor a frequency in Hz"
                     .to_owned()
@@ -198,6 +201,7 @@ impl fmt::Display for Untried {
             Untried::Conflict(conflict) => conflict.fmt(f),
             Untried::Data(CaseError::Missing { what, .. }) => write!(f, "needs {what}"),
             Untried::Data(error) => error.fmt(f),
+            Untried::NoStart { parameters } if parameters.is_empty() => f.write_str("has no parameter to be fitted"),
             Untried::NoStart { parameters } => {
                 write!(f, "nothing in the data tells with which {} to begin", parameters.join(", "))
             }
