@@ -1,4 +1,4 @@
-//! Extensions: every built-in one alone and some together, on every evaluator; what a user's own file may not have.
+//! Extensions: every built-in one alone and some together, on every evaluator, and a user's own.
 
 mod common;
 
@@ -296,78 +296,5 @@ fn cold_command(own: Parameters, state: State, a_cmd: f32) -> Done {
         let population = spread(case.variant, 4);
         let raw = lanes(&case, LanesPrecision::F64).raw(&[Job { case: 0, population: &population }]);
         assert!(raw.expect("short delays").iter().any(|raw| raw.status == 0), "{base}");
-    }
-}
-
-#[test]
-fn what_an_extension_may_not_have_is_said() {
-    let cases: &[(&str, &str, &str)] = &[
-        (
-            "x.wgsl",
-            "fn x_command(a: f32) -> f32 {\n    return b;\n}\n",
-            "x.wgsl:2:12: no definition in scope for identifier: `b`",
-        ),
-        (
-            "x.wgsl",
-            "fn x_command(a: f32) -> f32 {\n    var b = a;\n    loop { break; }\n    return b;\n}\n",
-            "x.wgsl:3:5: a loop",
-        ),
-        (
-            "x.wgsl",
-            "fn x_command(a: f32) -> f32 {\n    var b = a;\n    for (var i = 0; i < 3; i++) { b = b + a; }\n    return b;\n}\n",
-            "x.wgsl:3:5: a loop",
-        ),
-        (
-            "x.wgsl",
-            "var<private> kept: f32;\nfn x_command(a: f32) -> f32 {\n    return a;\n}\n",
-            "x.wgsl:1:1: a variable of the module",
-        ),
-        (
-            "x.wgsl",
-            "@group(0) @binding(0) var<storage> data: array<f32>;\nfn x_command(a: f32) -> f32 {\n    return data[0];\n}\n",
-            "x.wgsl:1:23: a variable of the module",
-        ),
-        ("x.wgsl", "fn x_command(a: f32) -> f32 {\n    return x_command(a);\n}\n", "x.wgsl:"),
-        (
-            "x.wgsl",
-            "fn y_command(a: f32) -> f32 {\n    return a;\n}\n",
-            "x.wgsl:1:1: expected at least one of the functions x_policy, x_perception, x_speed, x_command, x_response, found none",
-        ),
-        ("x.wgsl", "fn x_command(a: f32) -> bool {\n    return a > 0.0;\n}\n", "x.wgsl:1:"),
-        (
-            "x.wgsl",
-            "struct Parameters {\n    gain: f32,\n}\nfn x_command(own: Parameters, a: f32) -> f32 {\n    return a * own.gain;\n}\n",
-            "x.wgsl:2:5: gain: expected a doc comment such as",
-        ),
-        (
-            "x.wgsl",
-            "struct Parameters {\n    /// speed [m/s], 0 to 1\n    v_0: f32,\n}\nfn x_command(own: Parameters, a: f32) -> f32 {\n    return a * own.v_0;\n}\n",
-            "x.wgsl:3:5: v_0 is a parameter of the base models",
-        ),
-        (
-            "x.wgsl",
-            "struct State {\n    /// starts at 0\n    a: f32,\n}\nfn x_command(state: State, a: f32) -> f32 {\n    return a + state.a;\n}\n",
-            "x.wgsl:1:1: `State` is declared, but no stage returns a new one",
-        ),
-        (
-            "x.wgsl",
-            "fn x_command(p: Params, a: f32) -> f32 {\n    return a * p.tau_g;\n}\n",
-            "x.wgsl:2:18: Params has no field tau_g",
-        ),
-        (
-            "x.wgsl",
-            "fn x_command(w: World, a: f32) -> f32 {\n    return a * w.slope;\n}\n",
-            "x.wgsl:2:18: World has no field slope; it has t, dt, x_f, sin_grade, s, v_f, a_f, a_l, v_l2, s_l2",
-        ),
-        (
-            "grade.wgsl",
-            "fn grade_command(a: f32) -> f32 {\n    return a;\n}\n",
-            "there is a built-in extension `grade`",
-        ),
-        ("My Cause.wgsl", "", "the file's name is the extension's"),
-    ];
-    for (file, text, expected) in cases {
-        let error = read_extension(file, text).expect_err(expected).to_string();
-        assert!(error.contains(expected), "expected {expected}\nfound {error}");
     }
 }

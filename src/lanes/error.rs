@@ -26,6 +26,17 @@ pub enum LanesError {
         /// The line as written.
         code: String,
     },
+    /// More than there are rows for.
+    #[error(
+        "the model has {operations} operations after calls are put in, of which the CPU takes {most} at most; use fewer extensions, \
+         or shorter ones"
+    )]
+    TooLarge {
+        /// Operations of a step and of a start.
+        operations: usize,
+        /// Most of them.
+        most: usize,
+    },
     /// A function that the time loop needs is not there.
     #[error("function `{name}` is missing; the text has {}", if found.is_empty() { "none".to_owned() } else { found.join(", ") })]
     Missing {
@@ -41,7 +52,7 @@ impl LanesError {
         let place = span.location(source.text());
         let (line_of_text, column) = (place.line_number as usize, place.line_position as usize);
         let (file, line) = source.locate(line_of_text);
-        let code = source.text().lines().nth(line_of_text - 1).unwrap_or_default().trim().to_owned();
+        let code = source.shown(line_of_text);
         LanesError::Unsupported { file: file.to_owned(), line, column, construct: construct.into(), code }
     }
 }

@@ -75,6 +75,9 @@ pub struct StepCode {
     pub feasible: Option<Row>,
 }
 
+/// Operations of a model: each may need a row for all of the run and one in between, and a row's number is 16 bits long.
+const OPERATIONS: usize = 30_000;
+
 const JOB: [&str; 3] = ["m_0", "phi_f", "dt"];
 const ROAD: [&str; 3] = ["road.sin_grade", "road.a_dp", "road.a_ap"];
 const PERCEIVED: [&str; 3] = ["x.s", "x.v_f", "x.v_l"];
@@ -100,6 +103,10 @@ impl Model {
         let same: &[_] = if delay { &[] } else { &[("x.s", "now.s"), ("x.v_f", "now.v_f")] };
         let step = flatten(source, checked, "step", same)?;
         let start = flatten(source, checked, "starting_spacing", &[])?;
+        let operations = step.ops.len() + start.ops.len();
+        if operations > OPERATIONS {
+            return Err(LanesError::TooLarge { operations, most: OPERATIONS });
+        }
         let mut rows = Rows::default();
 
         let mut parameters: Vec<(String, Row)> = Vec::new();

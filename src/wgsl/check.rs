@@ -43,8 +43,13 @@ pub fn check(source: &Source) -> Result<Checked, ShaderError> {
         let empty = ["", "see msg", "unknown identifier", "invalid accessor"];
         let says_more = |label: &&str| !empty.contains(label) && !e.message().contains(*label);
         let labels: Vec<&str> = e.labels().map(|(_, label)| label).filter(says_more).collect();
-        let message =
-            if labels.is_empty() { e.message().to_owned() } else { format!("{} ({})", e.message(), labels.join("; ")) };
+        // Without a place, its notes are all that it says.
+        let notes: Vec<&str> = e.notes().filter(|_| place.is_none()).collect();
+        let message = match (labels.as_slice(), notes.as_slice()) {
+            ([], []) => e.message().to_owned(),
+            ([], notes) => format!("{}: {}", e.message(), notes.join("; ")),
+            (labels, _) => format!("{} ({})", e.message(), labels.join("; ")),
+        };
         at(source, place, no_such_parameter(text, place, &message).unwrap_or(message))
     })?;
     let info =
@@ -75,10 +80,10 @@ impl Source {
 }
 
 fn at(source: &Source, place: Option<(usize, usize)>, message: String) -> ShaderError {
-    let (line_of_text, column) = place.unwrap_or((1, 1));
+    // What was pushed last is what is checked; the texts before it are the program's own.
+    let (line_of_text, column) = place.unwrap_or((source.last_start(), 1));
     let (file, line) = source.locate(line_of_text);
-    let code = source.text().lines().nth(line_of_text - 1).unwrap_or_default().trim().to_owned();
-    ShaderError { file: file.to_owned(), line, column, message, code }
+    ShaderError { file: file.to_owned(), line, column, message, code: source.shown(line_of_text) }
 }
 
 /// What to say where a part reads something that is not there: what is.

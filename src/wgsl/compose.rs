@@ -190,6 +190,11 @@ impl Source {
         self.chunks.last().map_or("", |(name, _)| name)
     }
 
+    /// First line of the chunk pushed last.
+    pub(super) fn last_start(&self) -> usize {
+        self.chunks.last().map_or(1, |(_, line)| *line)
+    }
+
     /// Where a member of a struct of the last chunk is declared.
     pub(super) fn member_span(&self, of: &str, member: &str) -> Option<naga::Span> {
         let first = self.chunks.last()?.1;
@@ -213,6 +218,16 @@ impl Source {
     #[must_use]
     pub fn text(&self) -> &str {
         &self.text
+    }
+
+    /// A line of the whole text as messages show it: cut where it would fill the screen.
+    pub(crate) fn shown(&self, line: usize) -> String {
+        const LONGEST: usize = 160;
+        let line = self.text.lines().nth(line - 1).unwrap_or_default().trim();
+        match line.char_indices().nth(LONGEST) {
+            Some((end, _)) => format!("{} …", &line[..end]),
+            None => line.to_owned(),
+        }
     }
 
     /// File and line in it of a line of the whole text; both lines count from 1.

@@ -3,6 +3,7 @@
 use super::check::{Checked, ShaderError, check};
 use super::compose::Source;
 use super::doc;
+use super::limits;
 use crate::extension::{Argument, Extension, LoopNeeds, Stage, StageFunction};
 use crate::symbols::{ExtensionParameter, Symbol};
 use naga::{Expression, Function, Handle, Span, Statement, Type, TypeInner};
@@ -125,7 +126,9 @@ impl<'a> Reader<'a> {
         let surrounding = check(&around).expect("the shaders are valid");
         let mut source = around;
         // Comments of the whole file may stand at the top of a text only.
-        source.push(file, &text.replace("//!", "// "));
+        let own = text.replace("//!", "// ");
+        limits::refuse_long_text(file, &own)?;
+        source.push(file, &own);
         let checked = check(&source)?;
         let reader = Reader { name, source, checked, around: names(&surrounding) };
         reader.refuse_what_cannot_run()?;
@@ -196,7 +199,7 @@ impl<'a> Reader<'a> {
         for (_, function) in module.functions.iter().filter(|(_, f)| foreign(f.name.as_deref())) {
             self.refuse_loops(&function.body)?;
         }
-        Ok(())
+        limits::refuse_large_functions(&self.source, &self.checked, &foreign)
     }
 
     fn refuse_loops(&self, block: &naga::Block) -> Result<(), ShaderError> {

@@ -7,6 +7,7 @@ mod check;
 mod compose;
 mod doc;
 mod extension;
+mod limits;
 mod stages;
 
 pub use check::{Checked, ShaderError, check};
