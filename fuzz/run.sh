@@ -1,6 +1,7 @@
 #!/bin/sh
 # Runs fuzz targets for SECONDS each (default 600), from the small files of tests/data as seeds; without names, all of them.
 #   fuzz/run.sh [SECONDS [TARGET...]]
+# An input that takes longer than 10 s is a finding, as a crash is.
 # Needs cargo-fuzz (cargo install cargo-fuzz); works on the stable toolchain.
 set -eu
 cd "$(dirname "$0")"
@@ -33,5 +34,5 @@ for target in "$@"; do
         head -n 14 "$file" > "$seeds/short_$(basename "$file" .csv | sed 's/^short_//').csv"
     done
     RUSTC_BOOTSTRAP=1 cargo fuzz run --fuzz-dir . "$target" -- -max_total_time="$seconds" -max_len=8192 \
-        -rss_limit_mb=4096 -print_final_stats=1
+        -timeout=10 -rss_limit_mb=4096 -print_final_stats=1
 done

@@ -3,7 +3,7 @@
 
 use leadlag::catalog::Variant;
 use leadlag::convention::Convention;
-use leadlag::evaluator::{Case, Job, Population};
+use leadlag::evaluator::{Case, Job, Observer, Population};
 use leadlag::lanes::{Lanes, LanesPrecision};
 use leadlag::plant;
 use leadlag::score::GoodnessOfFit;
@@ -38,6 +38,9 @@ libfuzzer_sys::fuzz_target!(|text: &str| {
         let symbols = variant.parameters();
         let mut population = Population::new(&symbols);
         population.push(&symbols.iter().map(|symbol| middle(*symbol)).collect::<Vec<_>>());
-        let _ = lanes.raw(&[Job { case: 0, population: &population }]);
+        let job = Job { case: 0, population: &population };
+        let _ = lanes.raw(&[job]);
+        let observer = Observer { gain: [0.2, 0.02, -0.05, 0.1, -0.03, 0.2], whitening: [0.7, -0.3, 1.6], decay: 0.95 };
+        let _ = lanes.observed(&job, &[observer], 100);
     }
 });
