@@ -4,11 +4,11 @@ use super::candidate::{Candidate, Held, Setting};
 use super::decide::{
     ABSORBED, Evidence, TRANSFERS, gate, is_scheme, margin, margin_of_relatives, need, proxy, transfers,
 };
-use super::fate::{Fate, Objection};
+use super::fate::{Dropped, Fate, Objection};
 use super::fit::{Plan, Point};
 use super::observer::Noise;
 use super::polish::{is_rugged, polished};
-use super::screen::{Spending, identifiability, screen};
+use super::screen::{Fitted, Spending, identifiability, screen};
 use super::start::NEARLY_FREE;
 use super::verdict::{DiagnoseError, NotTestable, Tried};
 use crate::extension::Extension;
@@ -55,6 +55,8 @@ pub struct Search {
     pub stopped: Vec<(&'static Extension, f64, f64, Objection)>,
     /// Causes that the data cannot show.
     pub not_testable: Vec<NotTestable>,
+    /// Causes that could not be tried on the base, nor in a later round.
+    pub untried: Vec<Dropped>,
     /// Thresholds of the last round \[nats\].
     pub need: f64,
     /// Differences of evidence below this decide nothing between two causes \[nats\].
@@ -82,9 +84,6 @@ struct Trial {
     /// The first row of its round.
     ladder: usize,
 }
-
-/// A cause, and the present model with it.
-pub type Fitted = (&'static Extension, Candidate);
 
 /// The family of a cause; its own name where there is none.
 #[must_use]
@@ -121,6 +120,7 @@ impl Search {
             ladder: Vec::new(),
             stopped: Vec::new(),
             not_testable: Vec::new(),
+            untried: Vec::new(),
             need: 0.0,
             margin: 0.0,
             inflation,
@@ -152,10 +152,10 @@ impl Search {
             .copied()
             .filter(|cause| !(self.current.causes.contains(cause) || phase && family(cause) == PHASE))
             .collect();
-        let mut tried = Vec::new();
+        let (mut tried, mut dropped) = (Vec::new(), Vec::new());
         for _ in 0..SCREENINGS.0 {
             let missing = missing(&mut self.current)?;
-            tried = screen(setting, &self.current, &causes, &missing, spending)?;
+            (tried, dropped) = screen(setting, &self.current, &causes, &missing, spending)?;
             tried.sort_by(|a, b| b.1.fit.log_likelihood.total_cmp(&a.1.fit.log_likelihood));
             let before = self.current.fit.log_likelihood;
             self.improve(setting, &tried, spending)?;
@@ -165,6 +165,10 @@ impl Search {
                 break;
             }
         }
+        if self.ladder.is_empty() {
+            self.untried = dropped;
+        }
+        self.untried.retain(|(cause, _)| tried.iter().all(|(other, _)| other != cause));
         self.short_list = spending.short_list;
         // The best model's innovations say how correlated they are when what can be explained is.
         self.inflation = match tried.first_mut() {

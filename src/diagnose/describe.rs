@@ -15,8 +15,6 @@ use super::scene::Scene;
 use super::verdict::{Adopted, Effort, Fitted, Inference, Progress, Question, Verdict};
 use crate::calibrate::CalibrateError;
 use crate::convention::Convention;
-use crate::evaluator::CaseError;
-use crate::extension::Extension;
 use std::ops::ControlFlow;
 
 /// Share of the work after which the cause is known.
@@ -139,7 +137,7 @@ pub fn describe(
         gain: measured,
         left_over,
         simulations: inference.simulations,
-        not_tried: not_tried(question),
+        not_tried: inference.untried.iter().map(|(cause, why)| NotTriedEntry::new(&cause.name, why)).collect(),
         program: concat!("leadlag ", env!("CARGO_PKG_VERSION")).to_owned(),
         evaluator: "lanes".to_owned(),
         precision: "f64".to_owned(),
@@ -220,18 +218,4 @@ fn missing_of(series: &[Series]) -> Vec<Missing<'_>> {
 
 fn sorted(series: &[Series]) -> Option<Profiles> {
     profiles(&missing_of(series))
-}
-
-/// Causes that some training drive has not what they need for.
-fn not_tried(question: &Question<'_>) -> Vec<NotTriedEntry> {
-    let lacking = |cause: &&'static Extension| {
-        let variant = question.base.with(cause).ok()?;
-        let missing = |drive: &Drive| match drive.case(variant) {
-            Err(CaseError::Missing { what, remedy, .. }) => Some((what.to_owned(), remedy.to_owned())),
-            _ => None,
-        };
-        let (needs, remedy) = question.train.iter().find_map(missing)?;
-        Some(NotTriedEntry { name: cause.name.clone(), needs, remedy })
-    };
-    question.causes.iter().filter_map(lacking).collect()
 }

@@ -128,6 +128,7 @@ pub fn infer(
         adopted,
         confounded_with,
         not_testable: search.not_testable.clone(),
+        untried: search.untried.clone(),
         left_over,
         ladder: search.ladder.clone(),
         simulations: setting.simulations.load(Ordering::Relaxed),

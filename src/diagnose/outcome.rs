@@ -2,10 +2,12 @@
 
 use super::budget::Budget;
 use super::data::{Finding, Soundness};
+use super::fate::Untried;
 use super::formula::Formula;
 use super::gain::Gain;
 use super::missing::Profiles;
 use super::verdict::{Adopted, Estimate, Fitted, Tried, Verdict};
+use crate::evaluator::CaseError;
 use serde::{Deserialize, Serialize};
 
 /// Version of the file; raised by every change that breaks a reader.
@@ -53,15 +55,31 @@ pub struct NotTestableEntry {
     pub absorbed_by: Vec<String>,
 }
 
-/// A cause that was not tried, for the data lack what it needs.
+/// A cause that could not be tried.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct NotTriedEntry {
     /// Its name.
     pub name: String,
-    /// What it needs.
-    pub needs: String,
+    /// Why.
+    #[serde(default)]
+    pub reason: String,
+    /// What the data lack, if that is why.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub needs: Option<String>,
     /// What to do.
     pub remedy: String,
+}
+
+impl NotTriedEntry {
+    /// A cause and why it was not tried.
+    #[must_use]
+    pub fn new(name: &str, untried: &Untried) -> NotTriedEntry {
+        let needs = match untried {
+            Untried::Data(CaseError::Missing { what, .. }) => Some((*what).to_owned()),
+            _ => None,
+        };
+        NotTriedEntry { name: name.to_owned(), reason: untried.to_string(), needs, remedy: untried.remedy() }
+    }
 }
 
 /// A fault of the data.
@@ -274,7 +292,7 @@ pub struct Outcome {
     pub left_over: Vec<LeftOverEntry>,
     /// Simulated candidates.
     pub simulations: u64,
-    /// Causes that were not tried, for the data lack what they need.
+    /// Causes that could not be tried.
     #[serde(default)]
     pub not_tried: Vec<NotTriedEntry>,
     /// The program and its version.

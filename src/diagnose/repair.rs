@@ -1,13 +1,13 @@
 //! Putting right what was adopted before: an exchange against relatives, and what is not needed any more goes.
 
-use super::adopt::{Fitted, Rival, Search, family, missing};
+use super::adopt::{Rival, Search, family, missing};
 use super::candidate::{Candidate, Setting};
 use super::decide::{Evidence, gate, margin_of_relatives, proxy};
 use super::fate::Fate;
 use super::fit::{Plan, Point};
 use super::observer::Noise;
 use super::polish::is_rugged;
-use super::screen::{Spending, explain};
+use super::screen::{Fitted, Spending, explain};
 use super::start::NEARLY_FREE;
 use super::verdict::DiagnoseError;
 use crate::catalog::Variant;
@@ -41,7 +41,9 @@ impl Search {
             let again: Vec<&'static Extension> = relatives.into_iter().chain([cause]).collect();
             let found: Result<Vec<_>, DiagnoseError> = again
                 .par_iter()
-                .map(|cause| Ok(explain(setting, &reduced, cause, &missing, spending)?.map(|found| (*cause, found))))
+                .map(|cause| {
+                    Ok(explain(setting, &reduced, cause, &missing, spending)?.ok().map(|found| (*cause, found)))
+                })
                 .collect();
             let mut found: Vec<Fitted> = found?.into_iter().flatten().collect();
             found.retain(|(cause, candidate)| proxy(candidate, cause).is_none());

@@ -2,6 +2,7 @@
 
 use super::candidate::{Candidate, Setting};
 use super::equilibrium::at_equilibrium;
+use super::fate::{Dropped, Untried};
 use super::fit::{Plan, Point, log_likelihoods};
 use super::held_sizes::{from_held, set_free};
 use super::model::{Event, Model, is_stepped};
@@ -78,8 +79,10 @@ const JITTER: [f64; 5] = [0.05, 0.012, 0.003, 8e-4, 2e-4];
 /// Such populations in turn, as long as each gains this much \[nats\].
 const JITTERS: (usize, f64) = (4, 2.0);
 
-/// The model with one cause more, fitted; the best of several drives in which an event may happen. `None` if the cause cannot be
-/// in this model or not run on these data.
+/// A cause, and the present model with it.
+pub type Fitted = (&'static Extension, Candidate);
+
+/// The model with one cause more, fitted; the best of several drives in which an event may happen.
 ///
 /// # Errors
 /// As [`Candidate::fitted`].
@@ -89,11 +92,18 @@ pub fn explain(
     cause: &'static Extension,
     missing: &[Vec<f64>],
     spending: &Spending,
-) -> Result<Option<Candidate>, DiagnoseError> {
-    let Ok(variant) = current.variant.with(cause) else { return Ok(None) };
+) -> Result<Result<Candidate, Untried>, DiagnoseError> {
+    let variant = match current.variant.with(cause) {
+        Ok(variant) => variant,
+        Err(conflict) => return Ok(Err(Untried::Conflict(conflict))),
+    };
     let causes: Vec<&'static Extension> = current.causes.iter().copied().chain([cause]).collect();
     let mut best: Option<Candidate> = None;
-    let Some(scopes) = scopes(setting, current, variant, cause, missing, spending)? else { return Ok(None) };
+    let scopes = match scopes(setting, current, variant, cause, missing, spending)? {
+        Ok(scopes) => scopes,
+        Err(untried) => return Ok(Err(untried)),
+    };
+    let without_start = scopes.iter().all(|scope| scope.starts.is_empty());
     for mut scope in scopes {
         if let Some(best) = &best {
             // What happens in one drive may happen in all of them.
@@ -112,7 +122,12 @@ pub fn explain(
             best = Some(found);
         }
     }
-    Ok(best)
+    Ok(best.ok_or_else(|| if without_start { no_start(cause) } else { Untried::NotFinite }))
+}
+
+fn no_start(cause: &Extension) -> Untried {
+    let open = cause.parameters.iter().filter(|symbol| symbol.neutral().is_none());
+    Untried::NoStart { parameters: open.map(|symbol| symbol.name().to_owned()).collect() }
 }
 
 /// Where a cause may act, and where its fit starts.
@@ -124,7 +139,7 @@ struct Scope {
 }
 
 /// The drives in which a cause may act: all of them, or, for an event, any one; of those whose times were scanned only the ones
-/// that promise most. `None` if the cause cannot be run on these data.
+/// that promise most.
 fn scopes(
     setting: &Setting<'_>,
     current: &Candidate,
@@ -132,14 +147,16 @@ fn scopes(
     cause: &'static Extension,
     missing: &[Vec<f64>],
     spending: &Spending,
-) -> Result<Option<Vec<Scope>>, DiagnoseError> {
+) -> Result<Result<Vec<Scope>, Untried>, DiagnoseError> {
     let fastest = fastest(setting.question.train);
     let needs_hints = cause.parameters.iter().any(|symbol| symbol.neutral().is_none());
     let mut scopes: Vec<(Scope, [f64; 2])> = Vec::new();
     for (scope, hints) in hints(cause, setting.question.train, missing, spending.hints) {
         let events: Vec<Event> = current.model.events.iter().copied().chain(scope).collect();
         let mut model = match setting.model(variant, &events) {
-            Err(DiagnoseError::Case(CaseError::Missing { .. } | CaseError::TooShort { .. })) => return Ok(None),
+            Err(DiagnoseError::Case(error @ (CaseError::Missing { .. } | CaseError::TooShort { .. }))) => {
+                return Ok(Err(Untried::Data(error)));
+            }
             model => model?,
         };
         if needs_hints && hints.is_empty() {
@@ -163,7 +180,7 @@ fn scopes(
     let most = |k: usize| scopes.iter().map(|(_, gains)| gains[k]).fold(0.0, f64::max);
     let most = [most(0), most(1)];
     let promising = scopes.into_iter().filter(|(scope, gains)| !scope.event || (0..2).any(|k| gains[k] >= most[k]));
-    Ok(Some(promising.map(|(scope, _)| scope).collect()))
+    Ok(Ok(promising.map(|(scope, _)| scope).collect()))
 }
 
 /// The best fit from the starts of a scope, and from where they lead on a smoother likelihood, if there is one (see [`softened`]).
@@ -268,7 +285,7 @@ fn stretched(model: &Model, at: &Point, cause: &'static Extension) -> Vec<Point>
     LENGTHS.iter().flat_map(|longer| SIZES.map(|larger| changed((*longer, larger)))).collect()
 }
 
-/// All causes tried on top of a model, those that run; in the order given.
+/// All causes tried on top of a model: those that run, and those that could not be tried; both in the order given.
 ///
 /// # Errors
 /// As [`explain`].
@@ -278,12 +295,17 @@ pub fn screen(
     causes: &[&'static Extension],
     missing: &[Vec<f64>],
     spending: &Spending,
-) -> Result<Vec<(&'static Extension, Candidate)>, DiagnoseError> {
-    let tried: Result<Vec<_>, DiagnoseError> = causes
-        .par_iter()
-        .map(|cause| Ok(explain(setting, current, cause, missing, spending)?.map(|found| (*cause, found))))
-        .collect();
-    Ok(tried?.into_iter().flatten().collect())
+) -> Result<(Vec<Fitted>, Vec<Dropped>), DiagnoseError> {
+    let all: Result<Vec<_>, DiagnoseError> =
+        causes.par_iter().map(|cause| Ok((*cause, explain(setting, current, cause, missing, spending)?))).collect();
+    let (mut tried, mut dropped) = (Vec::new(), Vec::new());
+    for (cause, found) in all? {
+        match found {
+            Ok(found) => tried.push((cause, found)),
+            Err(untried) => dropped.push((cause, untried)),
+        }
+    }
+    Ok((tried, dropped))
 }
 
 /// Share of a cause's effect that the other parameters cannot absorb, and those that absorb most of it.

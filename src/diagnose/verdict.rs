@@ -1,7 +1,7 @@
 //! What a diagnosis is asked, and what it answers.
 
 use super::drive::Drive;
-use super::fate::Fate;
+use super::fate::{Dropped, Fate};
 use super::observer::Noise;
 use crate::calibrate::Overrides;
 use crate::catalog::Variant;
@@ -210,6 +210,8 @@ pub struct Inference {
     pub confounded_with: Vec<Adopted>,
     /// Causes that these data cannot show.
     pub not_testable: Vec<NotTestable>,
+    /// Causes that could not be tried.
+    pub untried: Vec<Dropped>,
     /// What the extended model leaves.
     pub left_over: Vec<LeftOver>,
     /// Everything tried.

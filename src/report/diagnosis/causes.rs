@@ -109,9 +109,9 @@ pub(super) fn verdict(text: &mut String, outcome: &Outcome) -> Result {
         }
     }
     if !outcome.not_tried.is_empty() {
-        text.push_str("\nNot tried, for the data lack what it needs:\n");
+        text.push_str("\nNot tried:\n");
         for entry in &outcome.not_tried {
-            text.push_str(&wrapped(2, 4, &format!("{}: needs {}; {}", entry.name, entry.needs, entry.remedy)));
+            text.push_str(&wrapped(2, 4, &format!("{}: {}; {}", entry.name, entry.reason, entry.remedy)));
         }
     }
     Ok(())

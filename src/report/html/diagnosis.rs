@@ -145,9 +145,9 @@ fn causes(page: &mut Page, outcome: &Outcome) {
         let rows: Vec<Vec<String>> = outcome.not_testable.iter().map(row).collect();
         page.table("Cannot be tested with these data", &["cause", "absorbed by"], &rows);
     }
-    let row = |n: &crate::diagnose::outcome::NotTriedEntry| vec![n.name.clone(), n.needs.clone(), n.remedy.clone()];
+    let row = |n: &crate::diagnose::outcome::NotTriedEntry| vec![n.name.clone(), n.reason.clone(), n.remedy.clone()];
     let rows: Vec<Vec<String>> = outcome.not_tried.iter().map(row).collect();
-    page.table("Not tried, for the data lack what it needs", &["cause", "needs", "what to do"], &rows);
+    page.table("Not tried", &["cause", "why", "what to do"], &rows);
     let mut models = Vec::new();
     for (name, model) in [("base", &outcome.base), ("extended", &outcome.extended)] {
         for p in model.iter().flat_map(|model| &model.parameters) {
