@@ -89,8 +89,8 @@ fn the_same_seed_gives_the_same_result_or_the_revision_is_raised() {
             ],
         ),
         (
-            StopReason::Evaluations,
-            54763,
+            StopReason::Converged,
+            73612,
             0.3946586506466787,
             vec![0.01, 0.995986838772838, 0.06563922550881338, 30.0, 5.0, 1.5647108495981878],
         ),

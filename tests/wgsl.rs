@@ -63,7 +63,7 @@ const BROKEN: &[(&str, &str, &str, &str)] = &[
         "shaders/spacing/idm_desired.wgsl",
         "-> f32",
         "-> i32",
-        "shaders/spacing/idm_desired.wgsl:5:12: Function [2] 'desired_spacing' is invalid: The `return` expression Some([24]) does not match the declared return type Some([8])\n  return p.d_0 + max(p.t_h * x.v_f - x.v_f * dv * brake, 0.0);",
+        "shaders/spacing/idm_desired.wgsl:5:12: Function [5] 'desired_spacing' is invalid: The `return` expression Some([24]) does not match the declared return type Some([7])\n  return p.d_0 + max(p.t_h * x.v_f - x.v_f * dv * brake, 0.0);",
     ),
     (
         "shaders/spacing/idm_desired.wgsl",
@@ -81,7 +81,7 @@ const BROKEN: &[(&str, &str, &str, &str)] = &[
         "shaders/dynamics/linear.wgsl",
         "+ a_cmd",
         "+ true",
-        "shaders/dynamics/linear.wgsl:5:13: Function [4] 'vehicle_response' is invalid: Expression [14] is invalid: Operation Add can't work with [12] (of type Scalar(Scalar { kind: Float, width: 4 })) and [13] (of type Scalar(Scalar { kind: Bool, width: 1 }))\n  return (r * ego.a_f + true) * per_step;",
+        "shaders/dynamics/linear.wgsl:5:13: Function [7] 'vehicle_response' is invalid: Expression [14] is invalid: Operation Add can't work with [12] (of type Scalar(Scalar { kind: Float, width: 4 })) and [13] (of type Scalar(Scalar { kind: Bool, width: 1 }))\n  return (r * ego.a_f + true) * per_step;",
     ),
     (
         "shaders/constraint/constant.wgsl",
