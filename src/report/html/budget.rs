@@ -16,7 +16,7 @@ pub(super) fn budget(page: &mut Page, budget: &Budget, whose: &str) {
         ("Error by frequency", "frequency", &budget.frequency),
         ("Error by speed", "speed", &budget.speed),
         ("Error by place on the road", "place", &budget.place),
-        ("Error by time", "time", &budget.time),
+        ("Error by time", "when", &budget.time),
     ];
     page.raw("<div class=\"beside\">");
     for (caption, class, shares) in divisions {
