@@ -11,10 +11,12 @@ mod probe;
 mod rate;
 mod slot;
 mod tables;
+mod twins;
 
 pub use device::{Adapter, AdapterChoice, Limits};
 pub use kernel::kernel_text;
-pub use probe::{Mode, Probe, ProbeStatus, Twins, modes, probes, values};
+pub use probe::{Mode, Probe, ProbeStatus, modes, probes, values};
+pub use twins::Twins;
 
 use crate::convention::BoundRule;
 use crate::evaluator::{
