@@ -221,12 +221,6 @@ mod in_fifteen_minutes {
 
     #[test]
     #[ignore = "a minute"]
-    fn quantised_accel() {
-        sized_in_fifteen_minutes("l-cth", "quantised_accel", 9125);
-    }
-
-    #[test]
-    #[ignore = "a minute"]
     fn asym_lag() {
         sized_in_fifteen_minutes("gipps", "asym_lag", 9126);
     }
