@@ -119,6 +119,22 @@ fn large_effects_are_found_with_precise_sensors() {
     assert!((w - 1.34).abs() < 0.013, "{w}");
 }
 
+/// An IDM car under Gipps' law: no cause passes, and still Gipps' law is not enough.
+#[test]
+fn a_car_of_another_law_is_not_called_nothing() {
+    let folder = scratch("other_law");
+    let noise = ["--base", "idm", "--leader", "restless", "--gap-noise", "0.02", "--speed-noise", "0.02"];
+    let file = pair(&folder, 3, 300, &noise);
+    for (base, verdict) in [("gipps", "unexplained"), ("idm", "nothing")] {
+        let text = ok(&["diagnose", "--data", &file, "--base", base, "--effort", "quick", "--json"]);
+        let json: Value = serde_json::from_str(&text).expect("JSON");
+        assert_eq!(json["verdict"], verdict, "{base}: {}", json["reason"]);
+        let named =
+            json["left_over"].as_array().expect("a list").iter().any(|l| l["kind"] == "family" && l["where"] == "idm");
+        assert_eq!(named, base == "gipps", "{base}: {}", json["left_over"]);
+    }
+}
+
 #[test]
 fn a_diagnosis_has_the_fields_of_its_contract() {
     let folder = scratch("whole");

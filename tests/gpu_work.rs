@@ -4,7 +4,7 @@ mod common;
 mod gpu_common;
 
 use gpu_common::{case, gpu, job, population, scores, skipped, space, variant};
-use leadlag::calibrate::{Calibration, OptimizerKind, Stop, calibrate};
+use leadlag::calibrate::{Calibration, OptimizerKind, Replicate, Stop, calibrate};
 use leadlag::catalog::Variant;
 use leadlag::convention::Convention;
 use leadlag::evaluator::{
@@ -202,18 +202,21 @@ impl Evaluator for Saboteur {
     }
 }
 
+/// Some generations of a calibration.
+fn calibrated(variant: Variant, evaluator: &mut dyn Evaluator) -> Vec<Replicate> {
+    let stop = Stop { max_evaluations: 1500, ..Stop::default() };
+    let settings = Calibration { optimizer: OptimizerKind::Ga, seed: 5, stop, ..Calibration::default() };
+    calibrate(evaluator, &space(variant, PAPER), &settings, &mut |_| ControlFlow::Continue(()))
+        .unwrap_or_else(|e| panic!("{e}"))
+}
+
 #[test]
 fn a_calibration_survives_a_lost_device() {
     if skipped("a_calibration_survives_a_lost_device") {
         return;
     }
     let variant = variant("l-cth+delay");
-    let space = space(variant, PAPER);
-    let stop = Stop { max_evaluations: 1500, ..Stop::default() };
-    let settings = Calibration { optimizer: OptimizerKind::Ga, seed: 5, stop, ..Calibration::default() };
-    let run = |evaluator: &mut dyn Evaluator| {
-        calibrate(evaluator, &space, &settings, &mut |_| ControlFlow::Continue(())).unwrap_or_else(|e| panic!("{e}"))
-    };
+    let run = |evaluator: &mut dyn Evaluator| calibrated(variant, evaluator);
     let undisturbed = run(&mut gpu(cases(variant), Precision::Plain, Limits::NONE));
     let gpu = gpu(cases(variant), Precision::Plain, Limits { chunk: Some(300), ..Limits::NONE });
     let mut saboteur = Saboteur { gpu, submissions: 0, for_good: false };
@@ -227,12 +230,7 @@ fn lanes_go_on_where_a_device_is_lost_for_good() {
         return;
     }
     let variant = variant("l-cth+delay");
-    let space = space(variant, PAPER);
-    let stop = Stop { max_evaluations: 1500, ..Stop::default() };
-    let settings = Calibration { optimizer: OptimizerKind::Ga, seed: 5, stop, ..Calibration::default() };
-    let run = |evaluator: &mut dyn Evaluator| {
-        calibrate(evaluator, &space, &settings, &mut |_| ControlFlow::Continue(())).unwrap_or_else(|e| panic!("{e}"))
-    };
+    let run = |evaluator: &mut dyn Evaluator| calibrated(variant, evaluator);
     let mut undisturbed = gpu(cases(variant), Precision::Plain, Limits::NONE);
     let is_exact = undisturbed.adapter().is_some_and(|adapter| adapter.contains("llvmpipe"));
     let expected = run(&mut undisturbed);

@@ -33,3 +33,24 @@ pub fn experiment(cause: &Extension, rival: &Extension) -> &'static str {
         "drives of another kind: a leader that stops, drives off fast, and keeps several speeds for minutes"
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::wgsl::extension_named;
+
+    #[test]
+    fn what_tells_apart_follows_from_what_the_two_have_in_common() {
+        let told = |names: [&str; 2]| {
+            let [a, b] = names.map(|name| extension_named(name).expect("built in"));
+            assert_eq!(experiment(a, b), experiment(b, a), "whichever comes first");
+            experiment(a, b)
+        };
+        assert!(told(["perception_delay", "sensor_lowpass"]).contains("a delay shifts"));
+        assert!(told(["aero_drag", "speed_dep_headway"]).contains("without a car ahead"));
+        assert!(told(["leader_accel_ff", "multi_anticipation"]).contains("two ahead"));
+        assert!(told(["speed_dep_headway", "speed_scale"]).contains("independent measurement"));
+        assert!(told(["accel_cap", "power_cap"]).contains("falls with the speed"));
+        assert!(told(["dead_zone", "periodic"]).contains("another kind"));
+    }
+}

@@ -32,10 +32,13 @@ pub struct Gain {
     pub interval: Option<[f64; 2]>,
     /// NRMSE of s, v, a by themselves: base, then extended.
     pub signals: Option<[[f64; 3]; 2]>,
-    /// Runs on the hold-out that crash or break off: base, extended, and of how many.
-    pub broken_off: [usize; 3],
-    /// The same on the training drives.
-    pub broken_off_in_training: [usize; 3],
+    /// Runs of base and extended, on training and hold-out drives, that crash or break off; of so many drives.
+    pub broken_off: [usize; 2],
+    /// Drives that were simulated.
+    pub drives: usize,
+    /// Of these, the hold-out drives by themselves: runs of base and extended that crash or break off, and how many drives.
+    #[serde(default)]
+    pub broken_off_held_back: [usize; 3],
     /// Parameters of both models as recalibrated, by name.
     pub parameters: [std::collections::BTreeMap<String, f64>; 2],
     /// In one sentence.
@@ -126,7 +129,10 @@ fn recalibrated(
     both.push(&space.symbols.iter().zip(&space.bounds).map(within).collect::<Vec<f64>>());
     let mut scores = [Score::Rejected; 2];
     evaluator.evaluate(&both, &mut scores)?;
-    let better = matches!(scores, [found, Score::Value(estimated)] if !matches!(found, Score::Value(found) if found <= estimated));
+    let better = match scores {
+        [Score::Value(found), Score::Value(estimated)] => estimated < found,
+        [_, estimated] => matches!(estimated, Score::Value(_)),
+    };
     Ok(space.parameters(both.values(usize::from(better))))
 }
 
@@ -157,12 +163,12 @@ pub fn gain(
         (extended.variant, recalibrated(train, extended, adopted, question.bounds, settings, progress)?),
     ];
     let mut runs: Vec<Vec<Free>> = Vec::new();
-    let (mut broken_off, mut in_training) = ([0, 0, holdout.len()], [0, 0, train.len()]);
+    let (mut broken_off, mut held_back) = ([0; 2], [0, 0, holdout.len()]);
     let broken = |runs: &[Free]| runs.iter().filter(|run| !run.complete).count();
     for (k, (variant, parameters)) in models.iter().enumerate() {
         let on_holdout = free(holdout, *variant, parameters, adopted)?;
-        in_training[k] = broken(&free(train, *variant, parameters, adopted)?);
-        broken_off[k] = broken(&on_holdout);
+        held_back[k] = broken(&on_holdout);
+        broken_off[k] = held_back[k] + broken(&free(train, *variant, parameters, adopted)?);
         runs.push(on_holdout);
     }
     let parameters = models.map(|(variant, parameters)| {
@@ -176,7 +182,8 @@ pub fn gain(
         interval: None,
         signals: None,
         broken_off,
-        broken_off_in_training: in_training,
+        drives: train.len() + holdout.len(),
+        broken_off_held_back: held_back,
         parameters,
         sentence: String::new(),
     };
@@ -189,6 +196,13 @@ pub fn gain(
 }
 
 impl Gain {
+    /// Runs of base and extended that crash or break off, and of how many: on the hold-out, and on the training drives.
+    #[must_use]
+    pub fn crashes(&self) -> [[usize; 3]; 2] {
+        let [base, extended, drives] = self.broken_off_held_back;
+        [self.broken_off_held_back, [self.broken_off[0] - base, self.broken_off[1] - extended, self.drives - drives]]
+    }
+
     fn words(&self) -> String {
         let (Some(base), Some(extended), Some([low, high])) = (self.base, self.extended, self.interval) else {
             let which = match (self.base, self.extended) {

@@ -56,9 +56,7 @@ fn write_all(text: &mut String, outcome: &Outcome) -> std::fmt::Result {
                     writeln!(text, "{name:<12}{s:>10.4}{v:>10.4}{a:>10.4}")?;
                 }
             }
-            for (where_, [base, extended, all]) in
-                [("held back", gain.broken_off), ("training", gain.broken_off_in_training)]
-            {
+            for (where_, [base, extended, all]) in ["held back", "training"].into_iter().zip(gain.crashes()) {
                 writeln!(text, "runs that crash or break off, {where_}: base {base}, extended {extended}, of {all}")?;
             }
         }

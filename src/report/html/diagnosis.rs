@@ -200,7 +200,7 @@ fn gain(page: &mut Page, outcome: &Outcome) {
         let row = |k: usize| {
             let mut row = vec![["base", "extended"][k].to_owned()];
             row.extend(signals[k].map(short));
-            let broken = [gain.broken_off, gain.broken_off_in_training];
+            let broken = gain.crashes();
             row.extend(broken.map(|broken| format!("{} of {}", broken[k], broken[2])));
             row
         };
