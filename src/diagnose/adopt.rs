@@ -190,9 +190,10 @@ impl Search {
         let gain = |candidate: &Candidate| candidate.fit.log_likelihood - present;
         let short_list = self.short_list;
         let listed = |i: usize, cause: &Extension| i < short_list || family(cause) == PHASE;
-        self.need = need(setting, self.inflation, &self.current.fit.point.noise, self.current.causes.len());
-        self.margin =
-            margin(self.inflation, tried.first().map_or(&self.current, |(_, best)| best).fit.point.noise, self.need);
+        let explained = self.evidence.iter().map(|(evidence, _)| evidence.max(0.0)).sum();
+        let left = tried.first().map_or(&self.current, |(_, best)| best).fit.point.noise;
+        self.need = need(setting, self.inflation, &self.current.fit.point.noise, &left, explained);
+        self.margin = margin(self.inflation, left, self.need);
         let hopeful: Vec<bool> =
             tried.iter().enumerate().map(|(i, (cause, c))| listed(i, cause) && gain(c) > 0.5 * self.need).collect();
         let held: Result<Vec<Option<Held>>, DiagnoseError> = tried

@@ -263,9 +263,8 @@ impl Answer<'_> {
             );
             return plain(Verdict::Ambiguous, reason);
         }
-        let needed = search.evidence.iter().map(|(_, need)| *need).fold(0.0, f64::max);
-        let each = if causes.len() > 1 { " of each" } else { "" };
-        let reason = format!("{}: {total:.0} nats held out, {needed:.0} needed{each}", names());
+        let needed: Vec<String> = search.evidence.iter().map(|(_, need)| format!("{need:.0}")).collect();
+        let reason = format!("{}: {total:.0} nats held out, {} needed", names(), needed.join(" and "));
         plain(Verdict::Named, reason)
     }
 

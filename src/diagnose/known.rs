@@ -60,7 +60,7 @@ pub fn known(
         parts.push(truth.fit.log_likelihood - least.max(base.fit.log_likelihood));
     }
     let inflation = truth.inflation(&setting)?;
-    let threshold = need(&setting, inflation, &base.fit.point.noise, 0);
+    let threshold = need(&setting, inflation, &base.fit.point.noise, &truth.fit.point.noise, 0.0);
     let (held, base_held) = (truth.cross_fit(&setting)?, base.cross_fit(&setting)?);
     let cause = causes.first().copied().unwrap_or_else(|| extension_named(LEAD).expect("a tool of the library"));
     let evidence = Evidence::of(&setting, &truth, cause, &held, &base, &base_held);

@@ -205,7 +205,7 @@ pub fn hints(
 
 /// Gains of an integral, from slow to fast: with one that is off by half, its swings have another period than those measured.
 fn gains(cause: &'static Extension) -> Vec<Hint> {
-    const GAINS: [f64; 9] = [-0.002, 5e-4, 0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.035];
+    const GAINS: [f64; 11] = [-0.002, 3e-5, 1.5e-4, 5e-4, 0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.035];
     let [gain] = cause.parameters.as_slice() else { return Vec::new() };
     GAINS.iter().map(|size| vec![(*gain, *size)]).collect()
 }
