@@ -34,21 +34,48 @@ for kind in ("astazero_rebuilt", "astazero_c2art"):
         rms = data["gap_rate_rms_mps"]
         print(f"| {PAPER[stem]} | {data['follower']} {data['name']} | {short(rms)} | {found} |")
 
-print("\n### Diagnoses\n\n| held out | car | base | verdict | adopted (evidence / threshold) | NRMSE(s,v,a) base, extended | "
-      "difference, 95 % | missing acceleration, rms [m/s²] | repeats by place |\n|---|---|---|---|---|---|---|---|---|")
-for path in sorted(work.glob("hold*/diagnosis.json")):
-    report = json.loads(path.read_text())
-    held, base, follower, *noise = path.parent.name.split("_")
-    causes = "; ".join(
+
+
+def causes(report: dict) -> str:
+    return "; ".join(
         f"{c['name']} " + ", ".join(f"{p['name']} = {short(p['value'])} {p['unit']}" for p in c["parameters"])
         + f" ({c['evidence']:.0f} / {c['threshold']:.0f})" for c in report["causes"]) or "–"
+
+
+def gains(report: dict) -> tuple[str, str]:
+    """NRMSE(s,v,a) of both models on the hold-out, and their difference."""
     gain = report["gain"]
-    scores, difference = "–", "–"
-    if gain and gain["base"] is not None and gain["extended"] is not None:
-        scores = f"{gain['base']:.3f}, {gain['extended']:.3f}"
-        difference = f"{gain['base'] - gain['extended']:+.3f} [{gain['interval'][0]:+.3f}, {gain['interval'][1]:+.3f}]"
-    missing = report["missing"]
-    repeats = missing.get("repeats_by_place") if missing else None
-    print(f"| platoon{held[4:]} | {CARS[int(follower[-1])]}{', ' + noise[0] if noise else ''} | {base} | {report['verdict']} | {causes} | {scores} | {difference} | "
-          f"{short(missing['rms']) if missing else '–'} | {short(repeats) if repeats is not None else '–'} |")
-    print(f"<!-- {report['reason']} -->")
+    if not gain:
+        return "–", "–"
+    scores = ", ".join("runs into the leader" if gain[model] is None else f"{gain[model]:.3f}" for model in ("base", "extended"))
+    if gain["interval"] is None or gain["base"] is None or gain["extended"] is None:
+        return scores, "–"
+    low, high = gain["interval"]
+    return scores, f"{gain['base'] - gain['extended']:+.3f} [{low:+.3f}, {high:+.3f}]"
+
+
+def rms(missing: dict | None) -> str:
+    return f"{missing['rms']:.3f}" if missing else "–"
+
+
+# By car, then base, then what was held out.
+def order(path: Path) -> tuple:
+    held, base, follower, *noise = path.parent.name.split("_")
+    return follower, bool(noise), ["l-cth", "idm", "gipps"].index(base), held
+
+
+done = sorted(work.glob("hold*/diagnosis.json"), key=order)
+for noise, title in (("dithered", "with the noise of a sensor put back"), (None, "as published")):
+    for follower, car in CARS.items():
+        mine = [path for path in done if order(path)[:2] == (f"follower{follower}", noise is not None)]
+        if not mine:
+            continue
+        print(f"\n### {car}, {title}\n\n| base | held out | verdict | adopted (evidence / threshold) | NRMSE(s,v,a) base, extended | "
+              "difference, 95 % | missing acceleration, rms [m/s²]: base, extended |\n|---|---|---|---|---|---|---|")
+        for path in mine:
+            report = json.loads(path.read_text())
+            held, base, *_ = path.parent.name.split("_")
+            scores, difference = gains(report)
+            print(f"| {base} | {PAPER['040719_platoon' + held[4:]]} | {report['verdict']} | {causes(report)} | {scores} | {difference} | "
+                  f"{rms(report['missing'])}, {rms(report['missing_left'])} |")
+            print(f"<!-- {report['reason']} -->")

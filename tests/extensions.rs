@@ -1,15 +1,15 @@
-//! Extensions: every built-in one alone and some together, on every evaluator, and a user's own.
+//! Extensions: every built-in one alone and some together, on lanes and GPU, and a user's own. (tests/causes.rs compares them with the
+//! reference.)
 
 mod common;
 
-use common::extended::{BASES, WHOLE_RUN, WHOLE_RUN_PERIODIC, bounds, case, spread, with};
+use common::extended::{BASES, bounds, case, spread, with};
 use leadlag::catalog::Variant;
 use leadlag::evaluator::{Case, Evaluator, Job, Observed, Observer, Population, Raw};
 use leadlag::extension::Extension;
 use leadlag::gpu::{AdapterChoice, Gpu};
 use leadlag::lanes::{InstructionSet, Lanes, LanesPrecision};
-use leadlag::reference::{Reference, knows};
-use leadlag::score::{GoodnessOfFit, Measures};
+use leadlag::score::GoodnessOfFit;
 use leadlag::wgsl::{Precision, extension_named, library, read_extension};
 
 fn lanes(case: &Case, precision: LanesPrecision) -> Lanes {
@@ -93,41 +93,6 @@ fn neutral_values_change_nothing_and_others_do() {
     let idle: Vec<_> =
         library().iter().map(|e| &e.name).filter(|name| acted.get(name).is_none_or(|n| *n == 0)).collect();
     assert!(idle.is_empty(), "extensions that change nothing on any base: {idle:?}");
-}
-
-#[test]
-fn lanes_in_f64_equal_the_reference() {
-    let pick = |names: &[&str]| -> Vec<&'static Extension> {
-        names.iter().map(|name| extension_named(name).expect("built in")).collect()
-    };
-    let mut sets: Vec<Vec<&'static Extension>> =
-        library().iter().filter(|e| e.cause.is_some() || e.name == "lead").map(|e| vec![*e]).collect();
-    sets.push(pick(&["perception_delay", "time_offset", "lead", "multi_anticipation", "leader_accel_ff"]));
-    sets.push(pick(&["speed_dep_headway", "sensor_lowpass", "integral_action", "jerk_limit", "grade"]));
-    let mut compared = 0;
-    for base in BASES {
-        for set in &sets {
-            let variant = with(base, set);
-            assert!(knows(&variant), "{variant}");
-            let case = case(variant);
-            let population = spread(variant, 12);
-            let jobs = [Job { case: 0, population: &population }];
-            let ours = lanes(&case, LanesPrecision::F64).outcomes(&jobs).expect("short delays");
-            let mut reference = Reference::new(vec![case], GoodnessOfFit::default());
-            let theirs = reference.outcomes(&jobs).expect("it runs");
-            let most = if set[0].name == "periodic" { WHOLE_RUN_PERIODIC } else { WHOLE_RUN };
-            for (i, (a, b)) in ours.iter().zip(&theirs).enumerate() {
-                assert_eq!(a.result.map(|_| ()), b.result.map(|_| ()), "{variant}, candidate {i}");
-                let (Ok(a), Ok(b)) = (&a.result, &b.result) else { continue };
-                compared += 1;
-                for ((a, b), name) in a.values().into_iter().zip(b.values()).zip(Measures::NAMES) {
-                    let near = (a - b).abs() <= most * b.abs() || (a.is_nan() && b.is_nan());
-                    assert!(near, "{variant}, candidate {i}, {name}: {a} not {b}; {:?}", population.values(i));
-                }
-            }
-        }
-    }
-    assert!(compared > 1000, "{compared} runs came to their end");
 }
 
 /// A user's own limit of the command, with a round corner.

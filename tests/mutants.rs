@@ -1,5 +1,6 @@
 //! Are the proofs sharp? Every constant, operator, comparison, minimum and maximum of `src/reference`, `src/score.rs` and
-//! `src/evaluator/case.rs` is changed, one at a time, and `tests/reference_paper.rs` must fail each time. What survives is listed below, with the reason.
+//! `src/evaluator/case.rs` is changed, one at a time, and `tests/reference_paper.rs` or `tests/causes.rs` must fail each time. What survives is listed below,
+//! with the reason.
 //!
 //! The crate is copied to `target/tmp/mutants` with all changes in it at once, each behind a switch that an environment variable
 //! sets (mutant schemata), and compiled once; then the judging tests run once per mutant, in a process of their own.
@@ -13,7 +14,7 @@ mod copy;
 mod schemata;
 
 use schemata::Mutant;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -26,9 +27,6 @@ struct Survivor {
     change: &'static str,
     reason: &'static str,
 }
-
-/// Without hand-worked numbers, which are what judges here.
-const OF_EXTENSIONS: &str = "for extensions only, which tests/extensions.rs compares with the shaders";
 
 const SURVIVORS: &[Survivor] = &[
     Survivor {
@@ -93,65 +91,14 @@ const SURVIVORS: &[Survivor] = &[
     },
     Survivor {
         file: "evaluator/case.rs",
-        line: "let extension = self.variant.extensions.delay().map_or(0.0, |symbol| part(true, parameters.get(symbol)));",
-        change: "true -> false",
-        reason: OF_EXTENSIONS,
-    },
-    Survivor {
-        file: "evaluator/case.rs",
-        line: "part(self.variant.delay, parameters.tau_p) + extension",
-        change: "+ -> -",
-        reason: OF_EXTENSIONS,
-    },
-    Survivor {
-        file: "evaluator/case.rs",
-        line: "let base = if self.variant.delay { self.tau_p_upper } else { 0.0 };",
-        change: "0.0 -> 0.01",
-        reason: OF_EXTENSIONS,
-    },
-    Survivor {
-        file: "evaluator/case.rs",
         line: "base + extension.map_or(0.0, |bounds| if let Bounds::Fixed(_, upper) = bounds { upper } else { 0.0 })",
         change: "0.0 -> 0.01 (2)",
         reason: "the bounds of an extension are always its own",
     },
-    Survivor {
-        file: "evaluator/case.rs",
-        line: "base + extension.map_or(0.0, |bounds| if let Bounds::Fixed(_, upper) = bounds { upper } else { 0.0 })",
-        change: "+ -> -",
-        reason: OF_EXTENSIONS,
-    },
-    Survivor {
-        file: "reference/simulate.rs",
-        line: "let mut extended = (!variant.extensions.is_empty()).then(|| Extended::new(case, p, first - 1));",
-        change: "1 -> 1 + 1",
-        reason: OF_EXTENSIONS,
-    },
-    Survivor {
-        file: "reference/simulate.rs",
-        line: "let mut extended = (!variant.extensions.is_empty()).then(|| Extended::new(case, p, first - 1));",
-        change: "- -> +",
-        reason: OF_EXTENSIONS,
-    },
-    Survivor {
-        file: "reference/simulate.rs",
-        line: "let here = Now { sample: now, perceived: (now as f64 - delay_steps).max(0.0), sin_grade, v_f, a_f };",
-        change: "- -> +",
-        reason: OF_EXTENSIONS,
-    },
-    Survivor {
-        file: "reference/simulate.rs",
-        line: "let here = Now { sample: now, perceived: (now as f64 - delay_steps).max(0.0), sin_grade, v_f, a_f };",
-        change: "0.0 -> 0.01",
-        reason: OF_EXTENSIONS,
-    },
-    Survivor {
-        file: "reference/simulate.rs",
-        line: "let here = Now { sample: now, perceived: (now as f64 - delay_steps).max(0.0), sin_grade, v_f, a_f };",
-        change: "max -> min",
-        reason: OF_EXTENSIONS,
-    },
 ];
+
+/// The causes of the reference.
+const CAUSES: &str = "reference/extension.rs";
 
 /// A judging run takes some 0.1 s; a mutant that loops for ever is stopped after this long, and counts as noticed.
 const PATIENCE: Duration = Duration::from_secs(20);
@@ -181,15 +128,17 @@ fn passes(judge: &Path, id: usize) -> bool {
     }
 }
 
-/// Which mutants the judging tests do not notice.
-fn survivors<'a>(judge: &Path, mutants: &'a [Mutant]) -> Vec<&'a Mutant> {
+/// Which mutants no judging test notices; the causes' own judge sees them first.
+fn survivors<'a>(judges: &[PathBuf; 2], mutants: &'a [Mutant]) -> Vec<&'a Mutant> {
     let next = AtomicUsize::new(0);
     let found = Mutex::new(Vec::new());
     std::thread::scope(|scope| {
         for _ in 0..std::thread::available_parallelism().map_or(1, usize::from) {
             scope.spawn(|| {
                 while let Some(mutant) = mutants.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    if passes(judge, mutant.id) {
+                    let [paper, causes] = judges;
+                    let order = if mutant.file == CAUSES { [causes, paper] } else { [paper, causes] };
+                    if order.iter().all(|judge| passes(judge, mutant.id)) {
                         found.lock().expect("no thread panics with the lock").push(mutant);
                     }
                 }
@@ -218,8 +167,10 @@ fn every_change_of_the_reference_is_noticed() {
     let built = build::build();
     let compiled = start.elapsed();
     assert!(built.mutants.len() > 200, "only {} mutants: is src/reference read?", built.mutants.len());
-    assert!(passes(&built.judge, 0), "the judging tests fail without any mutant: {}", built.judge.display());
-    let survivors = survivors(&built.judge, &built.mutants);
+    for judge in &built.judges {
+        assert!(passes(judge, 0), "the judging tests fail without any mutant: {}", judge.display());
+    }
+    let survivors = survivors(&built.judges, &built.mutants);
     report(&built.folder.join("report.csv"), &built.mutants, &survivors);
     eprintln!(
         "{} mutants, {} noticed, {} survived; {:.0} s to compile, {:.0} s to judge",

@@ -355,6 +355,7 @@ impl Search {
             }
         }
         let Some(&best) = sound.first() else { return Ok(None) };
+        let all_sound = sound.clone();
         sound.retain(|(i, counts)| best.1 - counts <= within(best, *i));
         let simple = |i: usize| tried[i].0.parameters.len();
         let fewest = sound.iter().map(|(i, _)| simple(*i)).min().unwrap_or(0);
@@ -365,6 +366,11 @@ impl Search {
         }
         let chosen = chosen.map(|(i, _)| i);
         if let Some(chosen) = chosen {
+            for (i, counts) in all_sound {
+                let adopted = tried[chosen].0.name.clone();
+                let close = best.1 - counts <= within(best, i);
+                self.ladder[first + i].fate = if close { Fate::NoBetter { adopted } } else { Fate::LessLikely };
+            }
             self.ladder[first + chosen].fate = Fate::Adopted;
             // What is as likely although a calibration has most of its effect is no name by itself, but leaves doubt in one.
             sound.extend(made_up_for.iter().filter(|(i, counts)| best.1 - counts <= within(best, *i)));

@@ -113,6 +113,11 @@ pub enum Fate {
         /// The name of that.
         adopted: String,
     },
+    /// It is no likelier than the adopted one, and has more parameters.
+    NoBetter {
+        /// The name of that.
+        adopted: String,
+    },
     /// It became part of the model.
     Adopted,
     /// It did, for the time being, although this spoke against it.
@@ -122,6 +127,8 @@ pub enum Fate {
         /// The name of that.
         other: String,
     },
+    /// It was adopted, and what was adopted later moved it to where this speaks against it.
+    NoNameAnyMore(Objection),
     /// It was adopted, and what was adopted later made it needless.
     Dropped {
         /// What its removal cost in the end \[nats\].
@@ -145,9 +152,11 @@ impl fmt::Display for Fate {
             Fate::LessLikely => f.write_str("less likely than the one adopted"),
             Fate::LessLikelyThanAbsorbed { other } => write!(f, "less likely than {other}, which is absorbed"),
             Fate::AsLikely { adopted } => write!(f, "as likely as {adopted} within the threshold"),
+            Fate::NoBetter { adopted } => write!(f, "no likelier than {adopted}, which has fewer parameters"),
             Fate::Adopted => f.write_str("adopted"),
             Fate::OnTrial(objection) => write!(f, "adopted on trial: by itself {objection}"),
             Fate::OnlyNextTo { other } => write!(f, "only next to {other}, which does not carry over"),
+            Fate::NoNameAnyMore(objection) => write!(f, "dropped again: in the end {objection}"),
             Fate::Dropped { cost } => write!(f, "dropped again: costs {cost:.1} nats only in the end"),
         }
     }

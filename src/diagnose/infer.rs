@@ -87,10 +87,8 @@ pub fn infer(
             search.swap(&setting, &spending)?;
         }
     }
-    if search.current.causes.len() > 1 {
-        tell(0.75, "dropping what is not needed any more")?;
-        search.prune(&setting, &spending)?;
-    }
+    tell(0.75, "dropping what is not needed any more")?;
+    search.prune(&setting, &spending)?;
     search.end_trial(&setting)?;
     tell(0.8, "looking for what is left")?;
     let left = leftovers(&setting, &mut search.current, search.need, search.inflation)?;

@@ -121,31 +121,44 @@ impl Search {
         Candidate::fitted(setting, variant, &causes, model, &starts, plan)
     }
 
-    /// Drops every cause whose removal costs less than the threshold.
+    /// Drops every cause whose removal costs less than the threshold, and those that are no name any more: what was found later may
+    /// have moved them, to a bound for example. After one of these all others are looked at again.
     ///
     /// # Errors
     /// As [`Candidate::fitted`].
     pub fn prune(&mut self, setting: &Setting<'_>, spending: &Spending) -> Result<(), DiagnoseError> {
         let mut place = 0;
-        while self.current.causes.len() > 1 && place < self.current.causes.len() {
+        while place < self.current.causes.len() {
             let cause = self.current.causes[place];
+            let objection = proxy(&self.current, cause);
+            if objection.is_none() && self.current.causes.len() == 1 {
+                break;
+            }
             let Some(mut reduced) = self.without(setting, cause, spending)? else {
                 place += 1;
                 continue;
             };
             let held = reduced.cross_fit(setting)?;
-            let evidence = Evidence::of(setting, &self.current, cause, &self.held, &reduced, &held);
-            if evidence.counts() < self.evidence[place].1 {
-                self.current = reduced;
-                self.held = held;
-                self.evidence.remove(place);
-                self.rivals.retain(|rival| rival.of != cause);
-                for row in self.ladder.iter_mut().filter(|row| row.fate.is_adopted() && row.name == cause.name) {
-                    row.fate = Fate::Dropped { cost: evidence.counts() };
-                }
-            } else {
-                self.evidence[place].0 = evidence.counts();
+            let evidence = Evidence::of(setting, &self.current, cause, &self.held, &reduced, &held).counts();
+            let need = self.evidence[place].1;
+            if objection.is_none() && evidence >= need {
+                self.evidence[place].0 = evidence;
                 place += 1;
+                continue;
+            }
+            self.current = reduced;
+            self.held = held;
+            self.evidence.remove(place);
+            self.rivals.retain(|rival| rival.of != cause);
+            for row in self.ladder.iter_mut().filter(|row| row.fate.is_adopted() && row.name == cause.name) {
+                row.fate = match &objection {
+                    Some(objection) => Fate::NoNameAnyMore(objection.clone()),
+                    None => Fate::Dropped { cost: evidence },
+                };
+            }
+            if let Some(objection) = objection {
+                self.stopped.push((cause, evidence, need, objection));
+                place = 0;
             }
         }
         Ok(())

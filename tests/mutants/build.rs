@@ -7,17 +7,16 @@ use std::path::{Path, PathBuf};
 /// The compiled copy.
 pub struct Built {
     pub folder: PathBuf,
-    /// The judging test program.
-    pub judge: PathBuf,
+    /// The judging test programs, that of the paper first.
+    pub judges: [PathBuf; 2],
     pub mutants: Vec<Mutant>,
 }
 
 /// What is changed, below `src`: the reference, and what its numbers pass through.
 const MUTATED: [&str; 3] = ["reference/", "score.rs", "evaluator/case.rs"];
 
-/// Not changed: the causes, which have no hand-worked numbers. They are compared with shaders/extension/ instead
-/// (tests/extensions.rs), and every change of those is noticed (tests/shader_mutants.rs).
-const ELSEWHERE: &str = "reference/extension.rs";
+/// What judges: hand-worked numbers, and for the causes, which have none, their WGSL text (of which tests/shader_mutants.rs changes every place).
+const JUDGES: [&str; 2] = ["reference_paper", "causes"];
 
 /// Copies, instruments and compiles.
 pub fn build() -> Built {
@@ -25,7 +24,6 @@ pub fn build() -> Built {
     let mut mutants = Vec::new();
     package("mutants", &folder, &mut |inside, bytes| {
         let below = inside.strip_prefix("src/").filter(|file| MUTATED.iter().any(|m| file.starts_with(m)));
-        let below = below.filter(|file| *file != ELSEWHERE);
         if let Some(file) = below {
             return Some(instrument(file, text(&bytes), &mut mutants).into_bytes());
         }
@@ -41,9 +39,9 @@ pub fn build() -> Built {
          pub fn on(id: usize) -> bool {{ *ON == id }}\n"
     );
     write(&folder.join("src/mutant_switch.rs"), switch.as_bytes());
-    for name in ["tests/reference_paper.rs", "tests/reference_paper", "tests/common"] {
+    for name in ["tests/reference_paper.rs", "tests/reference_paper", "tests/causes.rs", "tests/common"] {
         copy(name, &folder, &mut |inside, bytes| {
-            if inside == "tests/reference_paper.rs" {
+            if inside == "tests/reference_paper.rs" || inside == "tests/causes.rs" {
                 let renamed = "#![allow(warnings)]\nextern crate leadlag_mutants as leadlag;\n";
                 let (docs, code) = text(&bytes).split_once("\nmod ").expect("the test has modules");
                 return Some(format!("{docs}\n{renamed}mod {code}").into_bytes());
@@ -51,6 +49,6 @@ pub fn build() -> Built {
             Some(bytes)
         });
     }
-    let judge = compile(&folder, "reference_paper");
-    Built { folder, judge, mutants }
+    let judges = JUDGES.map(|name| compile(&folder, name));
+    Built { folder, judges, mutants }
 }

@@ -24,9 +24,9 @@ pub struct Mutant {
     pub change: String,
 }
 
-/// Constants that other files use cannot become functions; they stay as they are.
+/// Constants that other files use cannot become functions; they stay as they are, and so do lists of names.
 fn private(constant: &syn::ItemConst) -> bool {
-    matches!(constant.vis, syn::Visibility::Inherited)
+    matches!(constant.vis, syn::Visibility::Inherited) && !matches!(*constant.ty, syn::Type::Reference(_))
 }
 
 /// The file with its mutants; they are added to `mutants`.

@@ -1,0 +1,48 @@
+//! The causes, twice: their WGSL text in f64, and the reference, which is written by hand. tests/mutants.rs changes the reference and
+//! expects this to fail.
+
+mod common;
+
+use common::extended::{BASES, WHOLE_RUN, WHOLE_RUN_PERIODIC, case, spread, with};
+use leadlag::evaluator::{Evaluator, Job};
+use leadlag::extension::Extension;
+use leadlag::lanes::{Lanes, LanesPrecision};
+use leadlag::reference::{Reference, knows};
+use leadlag::score::{GoodnessOfFit, Measures};
+use leadlag::wgsl::{extension_named, library};
+
+#[test]
+fn lanes_in_f64_equal_the_reference() {
+    let pick = |names: &[&str]| -> Vec<&'static Extension> {
+        names.iter().map(|name| extension_named(name).expect("built in")).collect()
+    };
+    let mut sets: Vec<Vec<&'static Extension>> =
+        library().iter().filter(|e| e.cause.is_some() || e.name == "lead").map(|e| vec![*e]).collect();
+    sets.push(pick(&["perception_delay", "time_offset", "lead", "multi_anticipation", "leader_accel_ff"]));
+    sets.push(pick(&["speed_dep_headway", "sensor_lowpass", "integral_action", "jerk_limit", "grade"]));
+    let mut compared = 0;
+    for base in BASES {
+        for set in &sets {
+            let variant = with(base, set);
+            assert!(knows(&variant), "{variant}");
+            let case = case(variant);
+            let population = spread(variant, 12);
+            let jobs = [Job { case: 0, population: &population }];
+            let lanes = Lanes::new(vec![case.clone()], GoodnessOfFit::default(), LanesPrecision::F64);
+            let ours = lanes.expect("a valid text").outcomes(&jobs).expect("short delays");
+            let mut reference = Reference::new(vec![case], GoodnessOfFit::default());
+            let theirs = reference.outcomes(&jobs).expect("it runs");
+            let most = if set[0].name == "periodic" { WHOLE_RUN_PERIODIC } else { WHOLE_RUN };
+            for (i, (a, b)) in ours.iter().zip(&theirs).enumerate() {
+                assert_eq!(a.result.map(|_| ()), b.result.map(|_| ()), "{variant}, candidate {i}");
+                let (Ok(a), Ok(b)) = (&a.result, &b.result) else { continue };
+                compared += 1;
+                for ((a, b), name) in a.values().into_iter().zip(b.values()).zip(Measures::NAMES) {
+                    let near = (a - b).abs() <= most * b.abs() || (a.is_nan() && b.is_nan());
+                    assert!(near, "{variant}, candidate {i}, {name}: {a} not {b}; {:?}", population.values(i));
+                }
+            }
+        }
+    }
+    assert!(compared > 1000, "{compared} runs came to their end");
+}
