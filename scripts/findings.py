@@ -39,7 +39,7 @@ for kind in ("astazero_rebuilt", "astazero_c2art"):
 def causes(report: dict) -> str:
     return "; ".join(
         f"{c['name']} " + ", ".join(f"{p['name']} = {short(p['value'])} {p['unit']}" for p in c["parameters"])
-        + f" ({c['evidence']:.0f} / {c['threshold']:.0f})" for c in report["causes"]) or "–"
+        + f" ({c['evidence']:.0f} / {c['threshold']:.0f})" for c in report["causes"]) or report["reason"].split(";")[0]
 
 
 def gains(report: dict) -> tuple[str, str]:
@@ -70,7 +70,7 @@ for noise, title in (("dithered", "with the noise of a sensor put back"), (None,
         mine = [path for path in done if order(path)[:2] == (f"follower{follower}", noise is not None)]
         if not mine:
             continue
-        print(f"\n### {car}, {title}\n\n| base | held out | verdict | adopted (evidence / threshold) | NRMSE(s,v,a) base, extended | "
+        print(f"\n### {car}, {title}\n\n| base | held out | verdict | adopted (evidence / threshold [nats]), or why not | NRMSE(s,v,a) base, extended | "
               "difference, 95 % | missing acceleration, rms [m/s²]: base, extended |\n|---|---|---|---|---|---|---|")
         for path in mine:
             report = json.loads(path.read_text())
@@ -78,4 +78,3 @@ for noise, title in (("dithered", "with the noise of a sensor put back"), (None,
             scores, difference = gains(report)
             print(f"| {base} | {PAPER['040719_platoon' + held[4:]]} | {report['verdict']} | {causes(report)} | {scores} | {difference} | "
                   f"{rms(report['missing'])}, {rms(report['missing_left'])} |")
-            print(f"<!-- {report['reason']} -->")

@@ -28,6 +28,9 @@ struct Survivor {
     reason: &'static str,
 }
 
+/// Where the two sides of a comparison share what is changed.
+const SHARED: &str = "for extensions only, and what tests/causes.rs compares has it on both sides";
+
 const SURVIVORS: &[Survivor] = &[
     Survivor {
         file: "reference/lookup.rs",
@@ -94,6 +97,90 @@ const SURVIVORS: &[Survivor] = &[
         line: "base + extension.map_or(0.0, |bounds| if let Bounds::Fixed(_, upper) = bounds { upper } else { 0.0 })",
         change: "0.0 -> 0.01 (2)",
         reason: "the bounds of an extension are always its own",
+    },
+    Survivor {
+        file: "evaluator/case.rs",
+        line: "let extension = self.variant.extensions.delay().map_or(0.0, |symbol| part(true, parameters.get(symbol)));",
+        change: "true -> false",
+        reason: SHARED,
+    },
+    Survivor {
+        file: "evaluator/case.rs",
+        line: "let base = if self.variant.delay { self.tau_p_upper } else { 0.0 };",
+        change: "0.0 -> 0.01",
+        reason: SHARED,
+    },
+    Survivor {
+        file: "reference/extension.rs",
+        line: "let mut own = [0.0; 3];",
+        change: "0.0 -> 0.01",
+        reason: "never read: a cause reads the parameters that it has",
+    },
+    Survivor {
+        file: "reference/extension.rs",
+        line: "\"jerk_limit\" | \"actuation_lag\" | \"asym_lag\" => [case.a_f[sample], 0.0],",
+        change: "0.0 -> 0.01",
+        reason: "never read: these remember one number",
+    },
+    Survivor {
+        file: "reference/extension.rs",
+        line: "if part.abs() < INTEGRAL_LIMIT || part * error * own[0] <= 0.0 {",
+        change: "< -> <=",
+        reason: "no sum of measured errors is the limit to the last bit",
+    },
+    Survivor {
+        file: "reference/extension.rs",
+        line: "if part.abs() < INTEGRAL_LIMIT || part * error * own[0] <= 0.0 {",
+        change: "* -> /",
+        reason: "equivalent: only the sign counts",
+    },
+    Survivor {
+        file: "reference/extension.rs",
+        line: "if part.abs() < INTEGRAL_LIMIT || part * error * own[0] <= 0.0 {",
+        change: "* -> / (2)",
+        reason: "equivalent: only the sign counts",
+    },
+    Survivor {
+        file: "reference/extension.rs",
+        line: "if part.abs() < INTEGRAL_LIMIT || part * error * own[0] <= 0.0 {",
+        change: "<= -> <",
+        reason: "no measured error is zero while the limit is reached",
+    },
+    Survivor {
+        file: "reference/extension.rs",
+        line: "\"power_cap\" => a = a.min(own[0] / now.v_f.max(0.1)),",
+        change: "0.1 -> 0.1 * 1.01",
+        reason: "a guard against a division by zero: so slow, no power in its bounds is a limit",
+    },
+    Survivor {
+        file: "reference/extension.rs",
+        line: "\"quantised_accel\" if own[0] > 1e-6 => a = (a / own[0] + 0.5).floor() * own[0],",
+        change: "1e-6 -> 1e-6 * 1.01",
+        reason: "a guard against a division by zero; nothing real lies between",
+    },
+    Survivor {
+        file: "reference/extension.rs",
+        line: "\"quantised_accel\" if own[0] > 1e-6 => a = (a / own[0] + 0.5).floor() * own[0],",
+        change: "> -> >=",
+        reason: "a guard against a division by zero; no step is 1e-6 to the last bit",
+    },
+    Survivor {
+        file: "reference/extension.rs",
+        line: "memory[0] += share(if a >= 0.0 { own[0] } else { own[1] }, dt) * (a - memory[0]);",
+        change: ">= -> >",
+        reason: "no command of a moving car is zero to the last bit",
+    },
+    Survivor {
+        file: "reference/extension.rs",
+        line: "Controller::Idm => (p.d_0 + p.t_h * v) / (1.0 - (v.max(0.0) / p.v_0).powf(p.delta)).max(0.01).sqrt(),",
+        change: "0.01 -> 0.01 * 1.01",
+        reason: "a guard against a root of nothing; the cars of tests/causes.rs stay below the desired speed",
+    },
+    Survivor {
+        file: "reference/extension.rs",
+        line: "_ => spacing::pick(variant.base.spacing)(p, &Perceived { s: 0.0, v_f: v, v_l: v }),",
+        change: "0.0 -> 0.01",
+        reason: "equivalent: no policy asks for the present spacing",
     },
 ];
 

@@ -111,8 +111,10 @@ pub fn infer(
         .map(|(cause, (evidence, need))| adopted(&setting, &search.current, cause, *evidence, *need, search.inflation))
         .collect();
     let rival = |r: &Rival| adopted_rival(&setting, r, search.inflation);
-    // One that was found as well, in a later round, is no rival any more.
-    let rivals = search.rivals.iter().filter(|rival| named && !search.current.causes.contains(&rival.cause));
+    // One that was found as well, in a later round, is no rival any more, nor is its kin.
+    let kin = |cause: &&Extension, rival: &Rival| *cause != rival.of && family(cause) == family(rival.cause);
+    let found = |rival: &Rival| search.current.causes.iter().any(|cause| kin(cause, rival));
+    let rivals = search.rivals.iter().filter(|rival| named && !found(rival));
     let confounded_with = rivals.map(rival).collect();
     tell(1.0, "done")?;
     Ok(Inference {
