@@ -58,6 +58,21 @@ def rms(missing: dict | None) -> str:
     return f"{missing['rms']:.3f}" if missing else "–"
 
 
+def slope_on_grade(missing: dict | None) -> str:
+    """How the missing acceleration changes with the sine of the grade [m/s²]: a line through the means of the classes, weighted by their errors."""
+    profiles = [profile for profile in missing["profiles"] if "grade" in profile["name"]] if missing else []
+    if not profiles:
+        return "–"
+    classes = profiles[0]["classes"]
+    weights = [1 / max(c["error"], 1e-3) ** 2 for c in classes]
+    total = sum(weights)
+    at = sum(w * c["at"] for w, c in zip(weights, classes)) / total
+    mean = sum(w * c["mean"] for w, c in zip(weights, classes)) / total
+    spread = sum(w * (c["at"] - at) ** 2 for w, c in zip(weights, classes))
+    slope = sum(w * (c["at"] - at) * (c["mean"] - mean) for w, c in zip(weights, classes)) / spread
+    return f"{slope:+.1f} ± {spread**-0.5:.1f}"
+
+
 # By car, then base, then what was held out.
 def order(path: Path) -> tuple:
     held, base, follower, *noise = path.parent.name.split("_")
@@ -71,10 +86,10 @@ for noise, title in (("dithered", "with the noise of a sensor put back"), (None,
         if not mine:
             continue
         print(f"\n### {car}, {title}\n\n| base | held out | verdict | adopted (evidence / threshold [nats]), or why not | NRMSE(s,v,a) base, extended | "
-              "difference, 95 % | missing acceleration, rms [m/s²]: base, extended |\n|---|---|---|---|---|---|---|")
+              "difference, 95 % | missing acceleration, rms [m/s²]: base, extended | its slope on the sine of the grade, base [m/s²] |\n|---|---|---|---|---|---|---|---|")
         for path in mine:
             report = json.loads(path.read_text())
             held, base, *_ = path.parent.name.split("_")
             scores, difference = gains(report)
             print(f"| {base} | {PAPER['040719_platoon' + held[4:]]} | {report['verdict']} | {causes(report)} | {scores} | {difference} | "
-                  f"{rms(report['missing'])}, {rms(report['missing_left'])} |")
+                  f"{rms(report['missing'])}, {rms(report['missing_left'])} | {slope_on_grade(report['missing'])} |")
