@@ -166,13 +166,25 @@ fn no_dead_zone_within_the_noise() {
     assert!(outcome.reason.contains("dead_zone"), "{}", told(&outcome));
 }
 
+/// Noise of 2 cm/s that lasts for a second makes an answer to the car two ahead worth 38 nats, 25 needed without it; this seed showed it.
+#[test]
+fn nothing_in_noise_that_lasts() {
+    let task = task("coloured", "l-cth", &[], 0.0, 5_851_181);
+    let outcome = diagnose_task(&DiagnosisTask { duration_s: 900.0, ..task });
+    assert_eq!(outcome.verdict, "nothing", "{}", told(&outcome));
+}
+
+/// Both of two effects, in fifteen minutes of driving.
+fn both(base: &str, causes: &[&str], gusts: f64, seed: u64) {
+    let outcome = diagnose_task(&DiagnosisTask { duration_s: 900.0, ..task("pair", base, causes, gusts, seed) });
+    assert_eq!(judge(&outcome), Judgement::Right, "{}", told(&outcome));
+}
+
 /// A cap of the braking alone gains a thousand nats in training and loses on the hold-out, where drag is missing as well; this seed
 /// showed it.
 #[test]
 fn two_of_which_one_alone_does_not_carry_over() {
-    let pair = task("pair", "gipps", &["decel_cap", "aero_drag"], 0.0, 8_086_289);
-    let outcome = diagnose_task(&DiagnosisTask { duration_s: 900.0, ..pair });
-    assert_eq!(judge(&outcome), Judgement::Right, "{}", told(&outcome));
+    both("gipps", &["decel_cap", "aero_drag"], 0.0, 8_086_289);
 }
 
 /// A heavier car, of which a calibration has nearly everything, is likelier by a hundred nats than a headway that depends on speed,
@@ -185,8 +197,8 @@ fn what_is_less_likely_than_something_absorbed_is_not_named() {
     assert!(outcome.not_testable.contains(&"gain_mass".to_owned()), "{}", told(&outcome));
 }
 
-/// The long version (`cargo test --test hidden_effect -- --ignored`): more causes, in fifteen minutes of driving each, and a pair of
-/// which neither is seen before sizes are held. The share of the gain is left out: `quick` calibrates with 4000 evaluations, which
+/// The long version (`cargo test --test hidden_effect -- --ignored`): more causes, in fifteen minutes of driving each, and pairs that
+/// searches and thresholds of before did not find. The share of the gain is left out: `quick` calibrates with 4000 evaluations, which
 /// for integral action on Gipps brings 41 % of it.
 mod in_fifteen_minutes {
     use super::*;
@@ -241,7 +253,19 @@ mod in_fifteen_minutes {
 #[test]
 #[ignore = "two minutes"]
 fn two_of_which_neither_is_seen_alone() {
-    let pair = task("pair", "idm", &["speed_dep_headway", "dead_zone"], 0.0, 6_174_089);
-    let outcome = diagnose_task(&DiagnosisTask { duration_s: 900.0, ..pair });
-    assert_eq!(judge(&outcome), Judgement::Right, "{}", told(&outcome));
+    both("idm", &["speed_dep_headway", "dead_zone"], 0.0, 6_174_089);
+}
+
+/// The integral has a gain of 3e-5: 354 nats beside the headway, and a search that begins at larger gains does not see it.
+#[test]
+#[ignore = "a minute"]
+fn two_of_which_one_is_slow() {
+    both("idm", &["speed_dep_headway", "integral_action"], 0.0, 2_718_089);
+}
+
+/// A limit of the power has 39 nats beside a dead zone of 311: a share that no first cause leaves behind.
+#[test]
+#[ignore = "a minute"]
+fn two_of_which_one_is_small() {
+    both("gipps", &["dead_zone", "power_cap"], 0.05, 1_122_289);
 }
