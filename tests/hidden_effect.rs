@@ -248,6 +248,12 @@ mod in_fifteen_minutes {
     fn decel_cap() {
         sized_in_fifteen_minutes("gipps", "decel_cap", 9128);
     }
+
+    #[test]
+    #[ignore = "a minute"]
+    fn quantised_accel() {
+        sized_in_fifteen_minutes("l-cth", "quantised_accel", 9125);
+    }
 }
 
 #[test]
