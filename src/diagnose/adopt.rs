@@ -1,13 +1,14 @@
 //! Rounds: screen, cross-fit, decide, adopt, put right what was adopted before; and prune at the end.
 
 use super::candidate::{Candidate, Held, Setting};
-use super::decide::{ABSORBED, Evidence, TRANSFERS, gate, margin, margin_of_relatives, need, proxy, transfers};
+use super::decide::{ABSORBED, Evidence, gate, margin, margin_of_relatives, need, proxy};
 use super::fate::{Dropped, Fate, Objection};
 use super::fit::{Plan, Point};
 use super::observer::Noise;
 use super::polish::{is_rugged, polished};
 use super::screen::{Fitted, Spending, identifiability, screen};
 use super::start::NEARLY_FREE;
+use super::trial::Trial;
 use super::verdict::{DiagnoseError, NotTestable, Tried};
 use crate::extension::Extension;
 use rayon::prelude::*;
@@ -64,23 +65,7 @@ pub struct Search {
     /// Causes that are judged in the present round.
     short_list: usize,
     /// What was taken along on trial.
-    trial: Option<Trial>,
-}
-
-/// So many times what it needs gains a cause that is taken along although the hold-out objects to it alone. (A real car's answer to the
-/// acceleration of the car ahead had 2.8 times, and 22 times beside the delay that was missing as well.)
-const TAKEN_ALONG: f64 = 2.5;
-
-/// A cause that the hold-out objects to, taken along on trial: where two are missing, one of them alone may carry over badly.
-#[derive(Debug)]
-struct Trial {
-    cause: &'static Extension,
-    /// Where the search stood before it.
-    before: Candidate,
-    held: Held,
-    stopped: Vec<(&'static Extension, f64, f64, Objection)>,
-    /// The first row of its round.
-    ladder: usize,
+    pub(super) trial: Option<Trial>,
 }
 
 /// The family of a cause; its own name where there is none.
@@ -207,49 +192,12 @@ impl Search {
         self.note_untestable(&tried);
         let on_trial = if adopted.is_none() { self.worth_a_trial(&tried) } else { None };
         let Some(adopted) = adopted.or(on_trial) else { return Ok(false) };
-        let before = self.take(adopted, tried, held);
+        let evidence = self.evidence.clone();
+        let (before, held) = self.take(adopted, tried, held);
         if on_trial.is_some() {
-            let cause = *self.current.causes.last().expect("just adopted");
-            for row in self.ladder.iter_mut().skip(ladder).filter(|row| row.name == cause.name) {
-                if let Fate::Stopped(objection) = &row.fate {
-                    row.fate = Fate::OnTrial(objection.clone());
-                }
-            }
-            let stopped = std::mem::take(&mut self.stopped);
-            self.trial = Some(Trial { cause, before: before.0, held: before.1, stopped, ladder });
+            self.begin_trial(before, held, evidence, ladder);
         }
         Ok(true)
-    }
-
-    /// The likeliest cause, where the hold-out is all that speaks against it and training speaks for it that loudly; one at most.
-    fn worth_a_trial(&self, tried: &[Fitted]) -> Option<usize> {
-        let likeliest = self.stopped.iter().max_by(|a, b| a.1.total_cmp(&b.1)).filter(|_| self.trial.is_none())?;
-        let (cause, evidence, need, objection) = likeliest;
-        let worth = *evidence > TAKEN_ALONG * need && matches!(objection, Objection::NoTransfer { .. });
-        worth.then(|| tried.iter().position(|(other, _)| other == cause)).flatten()
-    }
-
-    /// Ends a trial: with what was found next to it the whole has to carry over to the hold-out, or everything is as it was before.
-    ///
-    /// # Errors
-    /// As [`transfers`].
-    pub fn end_trial(&mut self, setting: &Setting<'_>) -> Result<(), DiagnoseError> {
-        let Some(trial) = self.trial.take() else { return Ok(()) };
-        let known = trial.before.causes.len();
-        let more = self.current.causes.len() > known + 1;
-        if more && transfers(setting, &self.current, trial.cause, &trial.before)?.0 >= TRANSFERS {
-            return Ok(());
-        }
-        for row in self.ladder.iter_mut().skip(trial.ladder).filter(|row| row.fate.is_adopted()) {
-            row.fate = match trial.stopped.iter().find(|(cause, ..)| cause.name == row.name) {
-                Some((.., objection)) => Fate::Stopped(objection.clone()),
-                None => Fate::OnlyNextTo { other: trial.cause.name.clone() },
-            };
-        }
-        self.rivals.retain(|rival| trial.before.causes.contains(&rival.of));
-        self.evidence.truncate(known);
-        (self.current, self.held, self.stopped) = (trial.before, trial.held, trial.stopped);
-        Ok(())
     }
 
     /// Refits the present model from where the causes took it: a gain must not be due to a better fit of the rest.

@@ -142,6 +142,12 @@ impl Fate {
     pub fn is_adopted(&self) -> bool {
         matches!(self, Fate::Adopted | Fate::OnTrial(_))
     }
+
+    /// True where it was, and is no more.
+    #[must_use]
+    pub fn is_dropped(&self) -> bool {
+        matches!(self, Fate::NoNameAnyMore(_) | Fate::Dropped { .. })
+    }
 }
 
 impl fmt::Display for Fate {

@@ -40,6 +40,7 @@ pub mod screen;
 pub mod space;
 pub mod specification;
 pub mod start;
+mod trial;
 pub mod verdict;
 
 pub use adopt::family;

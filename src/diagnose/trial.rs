@@ -1,0 +1,76 @@
+//! Causes on trial: where two are missing, one of them alone may carry over to the hold-out badly.
+
+use super::adopt::Search;
+use super::candidate::{Candidate, Held, Setting};
+use super::decide::{TRANSFERS, transfers};
+use super::fate::{Fate, Objection};
+use super::screen::Fitted;
+use super::verdict::DiagnoseError;
+use crate::extension::Extension;
+
+/// So many times what it needs gains a cause that is taken along although the hold-out objects to it alone. (A real car's answer to the
+/// acceleration of the car ahead had 2.8 times, and 22 times beside the delay that was missing as well.)
+const TAKEN_ALONG: f64 = 2.5;
+
+/// A cause that the hold-out objects to, taken along on trial.
+#[derive(Debug)]
+pub struct Trial {
+    cause: &'static Extension,
+    /// Where the search stood before it.
+    before: Candidate,
+    held: Held,
+    evidence: Vec<(f64, f64)>,
+    stopped: Vec<(&'static Extension, f64, f64, Objection)>,
+    /// The first row of its round.
+    ladder: usize,
+}
+
+impl Search {
+    /// The likeliest cause, where the hold-out is all that speaks against it and training speaks for it that loudly; one at most.
+    pub(super) fn worth_a_trial(&self, tried: &[Fitted]) -> Option<usize> {
+        let likeliest = self.stopped.iter().max_by(|a, b| a.1.total_cmp(&b.1)).filter(|_| self.trial.is_none())?;
+        let (cause, evidence, need, objection) = likeliest;
+        let worth = *evidence > TAKEN_ALONG * need && matches!(objection, Objection::NoTransfer { .. });
+        worth.then(|| tried.iter().position(|(other, _)| other == cause)).flatten()
+    }
+
+    /// Notes that the cause adopted last is on trial, and what was before it; `ladder` is the first row of its round.
+    pub(super) fn begin_trial(&mut self, before: Candidate, held: Held, evidence: Vec<(f64, f64)>, ladder: usize) {
+        let cause = *self.current.causes.last().expect("just adopted");
+        for row in self.ladder.iter_mut().skip(ladder).filter(|row| row.name == cause.name) {
+            if let Fate::Stopped(objection) = &row.fate {
+                row.fate = Fate::OnTrial(objection.clone());
+            }
+        }
+        let stopped = std::mem::take(&mut self.stopped);
+        self.trial = Some(Trial { cause, before, held, evidence, stopped, ladder });
+    }
+
+    /// Ends a trial: with what was found next to it the whole has to carry over to the hold-out, or everything is as it was before.
+    ///
+    /// # Errors
+    /// As [`transfers`].
+    pub fn end_trial(&mut self, setting: &Setting<'_>) -> Result<(), DiagnoseError> {
+        let Some(trial) = self.trial.take() else { return Ok(()) };
+        let known = &trial.before.causes;
+        // What was there before may have become needless, or been exchanged, beside the new ones.
+        let new = self.current.causes.iter().filter(|cause| !known.contains(cause)).count();
+        if new > 1 && transfers(setting, &self.current, trial.cause, &trial.before)?.0 >= TRANSFERS {
+            return Ok(());
+        }
+        for (i, row) in self.ladder.iter_mut().enumerate() {
+            if i >= trial.ladder && (row.fate.is_adopted() || row.fate.is_dropped()) {
+                row.fate = match trial.stopped.iter().find(|(cause, ..)| cause.name == row.name) {
+                    Some((.., objection)) => Fate::Stopped(objection.clone()),
+                    None => Fate::OnlyNextTo { other: trial.cause.name.clone() },
+                };
+            } else if i < trial.ladder && row.fate.is_dropped() && known.iter().any(|cause| cause.name == row.name) {
+                row.fate = Fate::Adopted;
+            }
+        }
+        self.rivals.retain(|rival| known.contains(&rival.of));
+        (self.current, self.held, self.stopped) = (trial.before, trial.held, trial.stopped);
+        self.evidence = trial.evidence;
+        Ok(())
+    }
+}
