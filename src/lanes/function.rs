@@ -1,10 +1,11 @@
 //! One function of a text by itself, for tests and tools.
 
+use super::code::{Row, Step};
 use super::error::LanesError;
 use super::flat::Id;
 use super::flatten::flatten;
 use super::real::Real;
-use super::schedule::{Row, Rows, Step, schedule};
+use super::schedule::{Rows, schedule};
 use super::simd::{InstructionSet, Instructions, Registers};
 use crate::wgsl::{Checked, Source};
 use std::collections::HashMap;

@@ -1,14 +1,15 @@
 //! The composed WGSL text on the CPU: naga's form of it becomes a straight-line program over blocks of candidates.
 //!
-//! `flatten` turns a function into scalar operations, `schedule` these into instructions, `simd` runs them over rows of
-//! lanes, `run` is the time loop of shaders/kernel.wgsl around it. Nothing is fused or re-ordered on the way, so that every
-//! instruction set gives the same bits.
+//! `flatten` turns a function into scalar operations, `schedule` these into instructions (`fuse` and `group` tell which do
+//! several operations at once), `simd` runs them over rows of lanes, `run` is the time loop of shaders/kernel.wgsl around it.
+//! Every operation is rounded by itself and none changes places with another, so that every instruction set gives the same bits.
 #![allow(clippy::needless_range_loop, reason = "one index for the same lane of several rows")]
 #![allow(
     clippy::neg_cmp_op_on_partial_ord,
     reason = "where a NaN goes is the kernel's business, not a matter of taste"
 )]
 
+mod code;
 mod core;
 mod error;
 mod evaluator;
@@ -16,7 +17,10 @@ mod exponential;
 mod flat;
 mod flatten;
 mod function;
+mod fuse;
+mod group;
 mod model;
+mod operation;
 mod power;
 mod power_f64;
 mod real;

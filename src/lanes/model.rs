@@ -1,9 +1,10 @@
 //! The block program of a composed model: rows, and instructions for the start, the candidate and the step.
 
+use super::code::{Row, Step};
 use super::error::LanesError;
 use super::flat::{Flat, Id, Op};
 use super::flatten::{check_all, flatten};
-use super::schedule::{Row, Rows, Step, schedule};
+use super::schedule::{Rows, schedule};
 use crate::extension::Initial;
 use crate::wgsl::{Checked, DECAY, Recipe, Source};
 use std::collections::HashMap;
@@ -194,7 +195,7 @@ impl Model {
             let feasible = output("feasible");
             targets.extend([(output("a_free"), None), (output("a"), None), (feasible, None)]);
             let scheduled = schedule(&step.ops, &bound, &targets, &mut rows);
-            busy.extend(scheduled.steps.iter().flat_map(|s| s.from.into_iter().chain([s.to])));
+            busy.extend(scheduled.steps.iter().flat_map(|s| s.from.iter().chain(&s.to).copied()));
             let [a_free, a, feasible_row] = scheduled.wanted[names.len()..] else {
                 unreachable!("three were asked for")
             };

@@ -36,18 +36,15 @@ pub(super) const ONE_APART: f64 = 4_503_599_627_370_496.0;
 #[repr(C, align(64))]
 struct Aligned<const L: usize>([f64; L]);
 
-/// r = (r x + c) for the coefficients $from down to $to.
+/// (r x + c) for the coefficients $from down to $to.
 macro_rules! horner {
-    ($r:ident, $x:ident, $c:ident, $from:literal, $to:literal) => {
-        for i in 0..L {
-            let mut r = $r.0[i];
-            for k in ($to..=$from).rev() {
-                r = r * $x.0[i] + $c[k];
-            }
-            $r.0[i] = r;
+    ($r:expr, $x:expr, $c:ident, $from:literal, $to:literal) => {{
+        let mut r = $r;
+        for k in ($to..=$from).rev() {
+            r = r * $x + $c[k];
         }
-        black_box(&mut $r);
-    };
+        r
+    }};
 }
 
 /// Writes x[i] to the power of y[i] into `out`; 0 where x is not a normal number above 0.
@@ -65,41 +62,39 @@ pub fn power_block<const L: usize>(x: &[f64; L], y: &[f64; L], out: &mut [f64; L
     }
     black_box(&mut t);
     let mut t2 = Aligned([0.0; L]);
-    let mut l = Aligned([LOG[10]; L]);
+    let mut l = Aligned([0.0; L]);
     for i in 0..L {
         t2.0[i] = t.0[i] * t.0[i];
+        l.0[i] = horner!(LOG[10], t2.0[i], LOG, 9, 5);
     }
-    black_box(&mut t2);
-    horner!(l, t2, LOG, 9, 6);
-    horner!(l, t2, LOG, 5, 3);
-    horner!(l, t2, LOG, 2, 0);
+    black_box(&mut l);
     let mut f = Aligned([0.0; L]);
     let mut whole = Aligned([0.0; L]);
     for i in 0..L {
+        let l = horner!(l.0[i], t2.0[i], LOG, 4, 0);
         // y (e + log2(m)) = whole + f: with 26 bits in y_high, y_high e is exact.
         let y_high = f64::from_bits(y[i].to_bits() & 0xffff_ffff_f800_0000);
         let y_low = y[i] - y_high;
         let exact = y_high * e.0[i];
         whole.0[i] = exact.floor();
-        f.0[i] = ((exact - whole.0[i]) + y_low * e.0[i]) + y[i] * (l.0[i] * t.0[i]);
+        f.0[i] = ((exact - whole.0[i]) + y_low * e.0[i]) + y[i] * (l * t.0[i]);
     }
     black_box(&mut f);
-    let mut r = Aligned([EXP[13]; L]);
+    let mut r = Aligned([0.0; L]);
     for i in 0..L {
         // Then f is between -1/2 and 1/2.
         let rest_whole = (f.0[i] + 0.5).floor();
         f.0[i] -= rest_whole;
         whole.0[i] += rest_whole;
+        r.0[i] = horner!(EXP[13], f.0[i], EXP, 12, 8);
     }
-    black_box(&mut f);
-    horner!(r, f, EXP, 12, 9);
-    horner!(r, f, EXP, 8, 5);
-    horner!(r, f, EXP, 4, 2);
+    black_box(&mut r);
     for i in 0..L {
+        let r = horner!(r.0[i], f.0[i], EXP, 7, 2);
         let above = if whole.0[i] > -1023.0 { whole.0[i] } else { -1023.0 };
         let within = if above < 1024.0 { above } else { 1024.0 };
         let scale = f64::from_bits((within + (ONE_APART + 1023.0)).to_bits() << 52);
-        let result = ((r.0[i] * f.0[i] + EXP[1]) * f.0[i] + 1.0) * scale;
+        let result = ((r * f.0[i] + EXP[1]) * f.0[i] + 1.0) * scale;
         out[i] = if x[i] >= f64::MIN_POSITIVE { result } else { 0.0 };
     }
 }

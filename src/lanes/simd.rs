@@ -1,14 +1,16 @@
 //! Instructions over rows of lanes, once per instruction set.
 //!
-//! The only module with `unsafe`: function pointers compiled for an instruction set, and rows reached by number. `Code::new` checks what these rely on. No instruction fuses a multiplication with an addition: `avx2` is
-//! asked for without `fma`, and Rust contracts nothing, so that every set gives the same bits.
+//! The only module with `unsafe`: function pointers compiled for an instruction set, and rows reached by number.
+//! `Instructions::new` checks what these rely on. No instruction fuses a multiplication with an addition in one rounding: `avx2`
+//! is asked for without `fma`, and Rust contracts nothing, so that every set gives the same bits.
 #![allow(unsafe_code, reason = "function pointers per instruction set; see the safety comments")]
 
+use super::code::{Code, Inner, Outer, READ, Row, Step, WRITTEN, triples};
 use super::flat::{Binary, Unary};
+use super::operation::{self, Compare, One, Two};
+use super::operation::{each_compare, each_moved, each_select, each_two_sum, each1, each2, each3, each4};
 use super::real::Real;
 use super::run::{Program, Run, Workspace, run};
-use super::schedule::{Code, Inner, Outer, Row, Step};
-use std::hint::select_unpredictable;
 
 /// Instruction sets that block programs are compiled for. All give the same bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -61,12 +63,15 @@ impl<T: Real, const L: usize> Lane<T, L> {
     pub const ZERO: Self = Lane([T::ZERO; L]);
 }
 
-type Execute<T, const L: usize> = unsafe fn(*mut Lane<T, L>, &[Row; 5]);
+/// The rows that an instruction writes, then those that it reads; unused ones repeat the first of their kind.
+type At = [Row; WRITTEN + READ];
+
+type Execute<T, const L: usize> = unsafe fn(*mut Lane<T, L>, &At);
 
 /// Instructions that are ready to run.
 #[derive(Debug, Clone)]
 pub struct Instructions<T, const L: usize> {
-    list: Vec<(Execute<T, L>, [Row; 5])>,
+    list: Vec<(Execute<T, L>, At)>,
     rows: usize,
 }
 
@@ -74,14 +79,19 @@ impl<T: Real, const L: usize> Instructions<T, L> {
     /// Picks the function of each step.
     ///
     /// # Panics
-    /// If this processor has not that instruction set, or a step writes a row that it reads, or one that is not there.
+    /// If this processor has not that instruction set, or a step writes a row that it reads, a row twice, or one that is not there.
     pub fn new(steps: &[Step], set: InstructionSet, rows: usize) -> Self {
         assert!(InstructionSet::available().contains(&set), "this processor has no {set:?}");
         let resolve = |step: &Step| {
-            assert!(!step.from.contains(&step.to), "no step reads what it writes");
-            assert!(step.from.iter().chain([&step.to]).all(|row| usize::from(*row) < rows), "rows exist");
-            let [a, b, c, d] = step.from;
-            (pick::<T, L>(step.code, set), [step.to, a, b, c, d])
+            for (i, row) in step.to.iter().enumerate() {
+                assert!(!step.from.contains(row) && !step.to[..i].contains(row), "no step reads what it writes");
+            }
+            assert!(step.from.iter().chain(&step.to).all(|row| usize::from(*row) < rows), "rows exist");
+            let (to, from) = step.code.rows();
+            assert!(step.to.len() == to && step.from.len() == from, "as many rows as the instruction has");
+            let at = |rows: &[Row], i: usize| *rows.get(i).unwrap_or(&rows[0]);
+            let place = |i: usize| if i < WRITTEN { at(&step.to, i) } else { at(&step.from, i - WRITTEN) };
+            (pick::<T, L>(step.code, set), std::array::from_fn(place))
         };
         Instructions { list: steps.iter().map(resolve).collect(), rows }
     }
@@ -148,142 +158,32 @@ pub fn run_block<T: Real, const L: usize>(
     }
 }
 
-/// An operation on one number.
-trait One {
-    fn of<T: Real>(x: T) -> T;
-}
-
-/// An operation on two numbers.
-trait Two {
-    fn of<T: Real>(x: T, y: T) -> T;
-}
-
-/// A comparison.
-trait Compare {
-    fn holds<T: Real>(x: T, y: T) -> bool;
-}
-
-/// Types that stand for operations.
-mod operation {
-    use super::{Compare, One, Real, Two};
-
-    macro_rules! one {
-        ($($name:ident: |$x:ident| $result:expr;)*) => {$(
-            pub struct $name;
-            impl One for $name {
-                #[inline(always)]
-                fn of<T: Real>($x: T) -> T { $result }
-            }
-        )*};
-    }
-    macro_rules! two {
-        ($($name:ident: |$x:ident, $y:ident| $result:expr;)*) => {$(
-            pub struct $name;
-            impl Two for $name {
-                #[inline(always)]
-                fn of<T: Real>($x: T, $y: T) -> T { $result }
-            }
-        )*};
-    }
-    macro_rules! compare {
-        ($($name:ident: |$x:ident, $y:ident| $result:expr;)*) => {$(
-            pub struct $name;
-            impl Compare for $name {
-                #[inline(always)]
-                fn holds<T: Real>($x: T, $y: T) -> bool { $result }
-            }
-            impl Two for $name {
-                #[inline(always)]
-                fn of<T: Real>(x: T, y: T) -> T { if Self::holds(x, y) { T::ONE } else { T::ZERO } }
-            }
-        )*};
-    }
-
-    one! {
-        Copy: |x| x;
-        Negate: |x| -x;
-        Not: |x| if x == T::ZERO { T::ONE } else { T::ZERO };
-        Abs: |x| x.abs();
-        Sqrt: |x| x.sqrt();
-        Floor: |x| x.floor();
-        Exponential: |x| x.exponential();
-        Logarithm: |x| x.logarithm();
-        Sin: |x| x.sin();
-        Cos: |x| x.cos();
-    }
-    two! {
-        Add: |x, y| x + y;
-        Subtract: |x, y| x - y;
-        SubtractFrom: |x, y| y - x;
-        Multiply: |x, y| x * y;
-        Divide: |x, y| x / y;
-        DivideInto: |x, y| y / x;
-        Min: |x, y| x.smaller(y);
-        Max: |x, y| x.larger(y);
-        // The second is a number, so that the comparison alone takes it where the first is NaN.
-        MinLiteral: |x, y| if x < y { x } else { y };
-        MaxLiteral: |x, y| if x > y { x } else { y };
-        And: |x, y| if x != T::ZERO { y } else { T::ZERO };
-        Or: |x, y| if x != T::ZERO { T::ONE } else { y };
-    }
-    compare! {
-        Less: |x, y| x < y;
-        LessEqual: |x, y| x <= y;
-        Equal: |x, y| x == y;
-        NotEqual: |x, y| x != y;
-    }
-}
-
-/// Destination and sources as references, which tells the compiler that they do not overlap.
+/// Rows written (before the semicolon) and read, by their numbers, as references, which tells the compiler that they do not
+/// overlap.
 macro_rules! rows {
-    ($rows:ident, $at:ident, $($source:literal),*) => {
-        // SAFETY: the caller promises that the rows exist and that the first is none of the others.
+    ($rows:ident, $at:ident, $($to:literal),*; $($source:literal),*) => {
+        // SAFETY: the caller promises that the rows exist, and that those written are none of the others.
         unsafe {
-            (&mut (*$rows.add(usize::from($at[0]))).0, $(&(*$rows.add(usize::from($at[$source]))).0),*)
+            (
+                $(&mut (*$rows.add(usize::from($at[$to]))).0,)*
+                $(&(*$rows.add(usize::from($at[WRITTEN + $source]))).0),*
+            )
         }
     };
 }
 
-#[inline(always)]
-fn each1<T: Real, O: One, const L: usize>(to: &mut [T; L], x: &[T; L]) {
-    for i in 0..L {
-        to[i] = O::of(x[i]);
-    }
-}
-
-#[inline(always)]
-fn each2<T: Real, O: Two, const L: usize>(to: &mut [T; L], x: &[T; L], y: &[T; L]) {
-    for i in 0..L {
-        to[i] = O::of(x[i], y[i]);
-    }
-}
-
-#[inline(always)]
-fn each3<T: Real, I: Two, O: Two, const L: usize>(to: &mut [T; L], x: &[T; L], y: &[T; L], z: &[T; L]) {
-    for i in 0..L {
-        to[i] = O::of(I::of(x[i], y[i]), z[i]);
-    }
-}
-
-/// Both values are loaded before one is taken; else the compiler gathers from whichever row it is.
-#[inline(always)]
-fn each_select<T: Real, const L: usize>(to: &mut [T; L], c: &[T; L], accept: &[T; L], reject: &[T; L]) {
-    for i in 0..L {
-        to[i] = select_unpredictable(c[i] != T::ZERO, accept[i], reject[i]);
-    }
-}
-
-#[inline(always)]
-fn each_compare<T: Real, C: Compare, const L: usize>(
-    to: &mut [T; L],
-    x: &[T; L],
-    y: &[T; L],
-    accept: &[T; L],
-    reject: &[T; L],
-) {
-    for i in 0..L {
-        to[i] = select_unpredictable(C::holds(x[i], y[i]), accept[i], reject[i]);
-    }
+/// Picks the function of three operations in a row.
+macro_rules! pick_triple {
+    ($($first:ident $second:ident $last:ident),*) => {
+        fn triple<T: Real, const L: usize>(first: Inner, second: Outer, last: Outer) -> Execute<T, L> {
+            match (first, second, last) {
+                $((Inner::$first, Outer::$second, Outer::$last) => {
+                    three::<T, operation::$first, operation::$second, operation::$last, L>
+                })*
+                _ => unreachable!("schedule.rs makes no others"),
+            }
+        }
+    };
 }
 
 /// The instructions and the time loop for one instruction set.
@@ -293,38 +193,57 @@ macro_rules! instruction_set {
             use super::*;
 
             $(#[target_feature(enable = $features)])?
-            pub unsafe fn one<T: Real, O: One, const L: usize>(rows: *mut Lane<T, L>, at: &[Row; 5]) {
-                let (to, x) = rows!(rows, at, 1);
+            pub unsafe fn one<T: Real, O: One, const L: usize>(rows: *mut Lane<T, L>, at: &At) {
+                let (to, x) = rows!(rows, at, 0; 0);
                 each1::<T, O, L>(to, x);
             }
 
             $(#[target_feature(enable = $features)])?
-            pub unsafe fn two<T: Real, O: Two, const L: usize>(rows: *mut Lane<T, L>, at: &[Row; 5]) {
-                let (to, x, y) = rows!(rows, at, 1, 2);
+            pub unsafe fn two<T: Real, O: Two, const L: usize>(rows: *mut Lane<T, L>, at: &At) {
+                let (to, x, y) = rows!(rows, at, 0; 0, 1);
                 each2::<T, O, L>(to, x, y);
             }
 
             $(#[target_feature(enable = $features)])?
-            pub unsafe fn pair<T: Real, I: Two, O: Two, const L: usize>(rows: *mut Lane<T, L>, at: &[Row; 5]) {
-                let (to, x, y, z) = rows!(rows, at, 1, 2, 3);
+            pub unsafe fn pair<T: Real, I: Two, O: Two, const L: usize>(rows: *mut Lane<T, L>, at: &At) {
+                let (to, x, y, z) = rows!(rows, at, 0; 0, 1, 2);
                 each3::<T, I, O, L>(to, x, y, z);
             }
 
             $(#[target_feature(enable = $features)])?
-            pub unsafe fn select<T: Real, const L: usize>(rows: *mut Lane<T, L>, at: &[Row; 5]) {
-                let (to, c, accept, reject) = rows!(rows, at, 1, 2, 3);
+            pub unsafe fn three<T: Real, I: Two, M: Two, O: Two, const L: usize>(rows: *mut Lane<T, L>, at: &At) {
+                let (to, x, y, w, z) = rows!(rows, at, 0; 0, 1, 2, 3);
+                each4::<T, I, M, O, L>(to, x, y, w, z);
+            }
+
+            $(#[target_feature(enable = $features)])?
+            pub unsafe fn select<T: Real, const L: usize>(rows: *mut Lane<T, L>, at: &At) {
+                let (to, c, accept, reject) = rows!(rows, at, 0; 0, 1, 2);
                 each_select(to, c, accept, reject);
             }
 
             $(#[target_feature(enable = $features)])?
-            pub unsafe fn compare<T: Real, C: Compare, const L: usize>(rows: *mut Lane<T, L>, at: &[Row; 5]) {
-                let (to, x, y, accept, reject) = rows!(rows, at, 1, 2, 3, 4);
+            pub unsafe fn compare<T: Real, C: Compare, const L: usize>(rows: *mut Lane<T, L>, at: &At) {
+                let (to, x, y, accept, reject) = rows!(rows, at, 0; 0, 1, 2, 3);
                 each_compare::<T, C, L>(to, x, y, accept, reject);
             }
 
             $(#[target_feature(enable = $features)])?
-            pub unsafe fn power<T: Real, const L: usize>(rows: *mut Lane<T, L>, at: &[Row; 5]) {
-                let (to, x, y) = rows!(rows, at, 1, 2);
+            pub unsafe fn moved<T: Real, const L: usize>(rows: *mut Lane<T, L>, at: &At) {
+                let (s_next, v_next, a_next, s, v, a, dx_l, dt, half_dt, per_dt) =
+                    rows!(rows, at, 0, 1, 2; 0, 1, 2, 3, 4, 5, 6);
+                each_moved(s_next, v_next, a_next, s, v, a, dx_l, dt, half_dt, per_dt);
+            }
+
+            $(#[target_feature(enable = $features)])?
+            pub unsafe fn two_sum<T: Real, const L: usize>(rows: *mut Lane<T, L>, at: &At) {
+                let (high, low, a, b) = rows!(rows, at, 0, 1; 0, 1);
+                each_two_sum(high, low, a, b);
+            }
+
+            $(#[target_feature(enable = $features)])?
+            pub unsafe fn power<T: Real, const L: usize>(rows: *mut Lane<T, L>, at: &At) {
+                let (to, x, y) = rows!(rows, at, 0; 0, 1);
                 T::power(x, y, to);
             }
 
@@ -348,8 +267,11 @@ macro_rules! instruction_set {
                     Outer::MaxLiteral => pair::<T, I, operation::MaxLiteral, L>,
                     Outer::MinLiteral => pair::<T, I, operation::MinLiteral, L>,
                     Outer::Min => pair::<T, I, operation::Min, L>,
+                    Outer::MinOf => pair::<T, I, operation::MinOf, L>,
                 }
             }
+
+            triples!(pick_triple);
 
             pub fn pick<T: Real, const L: usize>(code: Code) -> Execute<T, L> {
                 match code {
@@ -379,6 +301,11 @@ macro_rules! instruction_set {
                     Code::MaxLiteral => two::<T, operation::MaxLiteral, L>,
                     Code::MinLiteral => two::<T, operation::MinLiteral, L>,
                     Code::Select => select::<T, L>,
+                    Code::Triple(first, second, last) => triple(first, second, last),
+                    Code::ClampLiteral => pair::<T, operation::MaxLiteral, operation::MinLiteral, L>,
+                    Code::Clamp => pair::<T, operation::Max, operation::Min, L>,
+                    Code::Moved => moved::<T, L>,
+                    Code::TwoSum => two_sum::<T, L>,
                     Code::SelectLess => compare::<T, operation::Less, L>,
                     Code::SelectLessEqual => compare::<T, operation::LessEqual, L>,
                     Code::Pair(Inner::Add, o) => outer::<T, operation::Add, L>(o),
@@ -397,7 +324,7 @@ instruction_set!(avx2, "avx2");
 instruction_set!(avx512, "avx512f,avx512vl,avx512bw,avx512dq");
 
 /// In the place of an instruction that is never run.
-unsafe fn nothing<T: Real, const L: usize>(_: *mut Lane<T, L>, _: &[Row; 5]) {
+unsafe fn nothing<T: Real, const L: usize>(_: *mut Lane<T, L>, _: &At) {
     unreachable!("the baseline runs in small blocks");
 }
 
