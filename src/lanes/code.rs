@@ -104,7 +104,7 @@ pub enum Code {
     ClampLiteral,
     /// min(max(x, y), z).
     Clamp,
-    /// s, v, a, dx_l, dt, dt/2, 1/dt: spacing, speed and acceleration one step later (Eq. 1).
+    /// s, v, a; dx_l, dt, dt/2, 1/dt, which all lanes share: spacing, speed and acceleration one step later (Eq. 1).
     Moved,
     /// a, b: their sum and its rounding error.
     TwoSum,
@@ -121,6 +121,11 @@ impl Code {
             Code::Moved => (WRITTEN, READ),
             Code::TwoSum => (2, 2),
         }
+    }
+
+    /// How many of the rows that it reads are each lane's own; of the others it reads the first lane.
+    pub fn own(self) -> usize {
+        if self == Code::Moved { 3 } else { self.rows().1 }
     }
 }
 

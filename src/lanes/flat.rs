@@ -151,6 +151,20 @@ impl Flat {
         self.inputs.iter().find(|(name, _)| name == path).map(|(_, id)| *id)
     }
 
+    /// Which operations have one result for all lanes, if these arguments have one value for all.
+    pub fn shared(&self, arguments: &[&str]) -> Vec<bool> {
+        let mut shared = vec![false; self.ops.len()];
+        for (name, id) in &self.inputs {
+            shared[*id] = arguments.contains(&name.as_str());
+        }
+        for id in 0..self.ops.len() {
+            if !matches!(self.ops.get(id), Op::Input(_)) {
+                shared[id] = self.ops.get(id).operands().all(|operand| shared[operand]);
+            }
+        }
+        shared
+    }
+
     /// The operation of a part of the result.
     pub fn output(&self, path: &str) -> Option<Id> {
         self.outputs.iter().find(|(name, _)| name == path).map(|(_, id)| *id)

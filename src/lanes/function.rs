@@ -41,7 +41,8 @@ impl Function {
             }
         }
         let wanted: Vec<(Id, Option<Row>)> = flat.outputs.iter().map(|(_, id)| (*id, None)).collect();
-        let scheduled = schedule(&flat.ops, &bound, &wanted, &mut rows);
+        let all: Vec<&str> = flat.inputs.iter().map(|(name, _)| name.as_str()).collect();
+        let scheduled = schedule(&flat.ops, &flat.shared(&all), &bound, &wanted, &mut rows);
         let names = |list: &[(String, Id)]| list.iter().map(|(name, _)| name.clone()).collect();
         Ok(Function {
             inputs: names(&flat.inputs),

@@ -18,10 +18,11 @@ pub struct Group {
     pub inside: Vec<Id>,
 }
 
-/// The groups among those operations that are needed. `users` has the needed readers of each operation, `is_wanted` tells
+/// The groups among those operations that are needed. `shared` tells which have one result for all lanes, `users` has the needed readers of each operation, `is_wanted` tells
 /// which have to be in a row of their own.
 pub fn groups(
     ops: &Ops,
+    shared: &[bool],
     users: &[Vec<Id>],
     is_wanted: &impl Fn(Id) -> bool,
     is_bound: &impl Fn(Id) -> bool,
@@ -34,6 +35,7 @@ pub fn groups(
         };
         let begin = group.begin();
         group.inside.iter().all(|id| needed(id) && !is_bound(*id) && is_hidden(id))
+            && group.sources[group.code.own()..].iter().all(|source| shared[*source])
             && group.sources.iter().all(|source| *source < begin && !group.inside.contains(source))
     };
     let found = |id: Id| search.moved(id).or_else(|| search.two_sum(id)).filter(stands_alone);

@@ -44,6 +44,8 @@ pub struct Model {
     pub perceived: [Row; 3],
     /// Way of the preceding vehicle.
     pub dx_l: Row,
+    /// True where only its first lane is read.
+    pub dx_l_is_shared: bool,
     /// sin_grade, a_dp, a_ap.
     pub road: [Row; 3],
     /// What the time loop looks up for extensions.
@@ -109,6 +111,7 @@ impl Model {
             return Err(LanesError::TooLarge { operations, most: OPERATIONS });
         }
         let mut rows = Rows::default();
+        let shared = step.shared(&[&JOB[..], &["dx_l"]].concat());
 
         let mut parameters: Vec<(String, Row)> = Vec::new();
         for flat in [&step, &start] {
@@ -159,7 +162,7 @@ impl Model {
         // What follows from rows that stay the same all along a run is computed once.
         let wanted = once_per_candidate(&step, &fixed);
         let targets: Vec<(Id, Option<Row>)> = wanted.iter().map(|id| (*id, Some(rows.pin()))).collect();
-        let prologue = schedule(&step.ops, &fixed, &targets, &mut rows).steps;
+        let prologue = schedule(&step.ops, &shared, &fixed, &targets, &mut rows).steps;
         fixed.extend(targets.iter().map(|(id, row)| (*id, row.expect("all have one"))));
 
         for (path, row) in PERCEIVED.iter().zip(perceived).chain(ROAD.iter().zip(road)).chain([(&"dx_l", dx_l)]) {
@@ -194,7 +197,7 @@ impl Model {
                 names.iter().zip(&homes[1 - from]).map(|((_, after), row)| (output(after), Some(*row))).collect();
             let feasible = output("feasible");
             targets.extend([(output("a_free"), None), (output("a"), None), (feasible, None)]);
-            let scheduled = schedule(&step.ops, &bound, &targets, &mut rows);
+            let scheduled = schedule(&step.ops, &shared, &bound, &targets, &mut rows);
             busy.extend(scheduled.steps.iter().flat_map(|s| s.from.iter().chain(&s.to).copied()));
             let [a_free, a, feasible_row] = scheduled.wanted[names.len()..] else {
                 unreachable!("three were asked for")
@@ -205,7 +208,9 @@ impl Model {
         busy.sort_unstable();
         busy.dedup();
         let start_output = start.output("").expect("starting_spacing returns a number");
-        let start = schedule(&start.ops, &start_bound, &[(start_output, None)], &mut rows);
+        let start = schedule(&start.ops, &start.shared(&JOB), &start_bound, &[(start_output, None)], &mut rows);
+        let own = |step: &Step| step.from[..step.code.own()].contains(&dx_l);
+        let dx_l_is_shared = !steps.iter().flat_map(|step| &step.code).chain(&start.steps).any(own);
         let reads_v_l = busy.contains(&perceived[2]);
         Ok(Model {
             rows: rows.count(),
@@ -217,6 +222,7 @@ impl Model {
             prologue,
             perceived,
             dx_l,
+            dx_l_is_shared,
             road,
             given,
             memory,

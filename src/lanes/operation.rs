@@ -154,7 +154,7 @@ pub fn each_compare<T: Real, C: Compare, const L: usize>(
     }
 }
 
-/// Eq. 1.
+/// Eq. 1, with what all lanes share.
 #[inline(always)]
 #[allow(clippy::too_many_arguments, reason = "one row each, so that the compiler knows that none overlap")]
 pub fn each_moved<T: Real, const L: usize>(
@@ -164,16 +164,13 @@ pub fn each_moved<T: Real, const L: usize>(
     s: &[T; L],
     v: &[T; L],
     a: &[T; L],
-    dx_l: &[T; L],
-    dt: &[T; L],
-    half_dt: &[T; L],
-    per_dt: &[T; L],
+    [dx_l, dt, half_dt, per_dt]: [T; 4],
 ) {
     for i in 0..L {
-        let v_free = v[i] + a[i] * dt[i];
+        let v_free = v[i] + a[i] * dt;
         let v_then = MaxLiteral::of(v_free, T::ZERO);
-        a_next[i] = select_unpredictable(v_free < T::ZERO, -v[i] * per_dt[i], a[i]);
-        s_next[i] = s[i] + (dx_l[i] - (v[i] + v_then) * half_dt[i]);
+        a_next[i] = select_unpredictable(v_free < T::ZERO, -v[i] * per_dt, a[i]);
+        s_next[i] = s[i] + (dx_l - (v[i] + v_then) * half_dt);
         v_next[i] = v_then;
     }
 }

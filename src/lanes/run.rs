@@ -198,7 +198,12 @@ pub fn run<T: Real, const L: usize>(program: &Program<T, L>, w: &mut Workspace<T
             if let Some(world) = &stream.world {
                 give(w, model, stream, world, here, t);
             }
-            w.registers.row_mut(model.dx_l).fill(stream.dx_l[t]);
+            let dx_l = w.registers.row_mut(model.dx_l);
+            if model.dx_l_is_shared {
+                dx_l[0] = stream.dx_l[t];
+            } else {
+                dx_l.fill(stream.dx_l[t]);
+            }
             w.registers.execute(&program.steps[here]);
             let step = &model.steps[here];
             here = 1 - here;

@@ -37,7 +37,14 @@ pub struct Schedule {
 }
 
 /// Schedules what `wanted` needs. Operations in `bound` are in rows already; a wanted one may name the row it must go to.
-pub fn schedule(ops: &Ops, bound: &HashMap<Id, Row>, wanted: &[(Id, Option<Row>)], rows: &mut Rows) -> Schedule {
+/// `shared` tells which operations have one result for all lanes.
+pub fn schedule(
+    ops: &Ops,
+    shared: &[bool],
+    bound: &HashMap<Id, Row>,
+    wanted: &[(Id, Option<Row>)],
+    rows: &mut Rows,
+) -> Schedule {
     let mut uses = vec![0_usize; ops.len()];
     for (id, _) in wanted {
         uses[*id] += 1;
@@ -57,7 +64,7 @@ pub fn schedule(ops: &Ops, bound: &HashMap<Id, Row>, wanted: &[(Id, Option<Row>)
             users[operand].push(id);
         }
     }
-    let groups = groups(ops, &users, &is_wanted, &is_bound);
+    let groups = groups(ops, shared, &users, &is_wanted, &is_bound);
     let group_of = |id: Id| groups.iter().find(|group| group.inside.contains(&id));
     let lone = |id: Id| uses[id] == 1 && !is_bound(id) && !is_wanted(id) && group_of(id).is_none();
     let mut ways = shortest_ways(ops, &lone);

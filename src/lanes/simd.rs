@@ -232,7 +232,7 @@ macro_rules! instruction_set {
             pub unsafe fn moved<T: Real, const L: usize>(rows: *mut Lane<T, L>, at: &At) {
                 let (s_next, v_next, a_next, s, v, a, dx_l, dt, half_dt, per_dt) =
                     rows!(rows, at, 0, 1, 2; 0, 1, 2, 3, 4, 5, 6);
-                each_moved(s_next, v_next, a_next, s, v, a, dx_l, dt, half_dt, per_dt);
+                each_moved(s_next, v_next, a_next, s, v, a, [dx_l[0], dt[0], half_dt[0], per_dt[0]]);
             }
 
             $(#[target_feature(enable = $features)])?

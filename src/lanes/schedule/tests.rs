@@ -155,7 +155,7 @@ fn instructions_do_what_their_operations_do() {
         }
         let mut wanted: Vec<(Id, Option<Row>)> = vec![(ops.len() - 1, None), (ops.len() - 2, Some(rows.pin()))];
         wanted.push((random.random_range(0..ops.len()), None));
-        let scheduled = schedule(&ops, &bound, &wanted, &mut rows);
+        let scheduled = schedule(&ops, &vec![true; ops.len()], &bound, &wanted, &mut rows);
         for step in scheduled.steps.iter().filter(|step| !matches!(step.code, Code::Unary(_) | Code::Binary(_))) {
             if !seen.contains(&step.code) {
                 seen.push(step.code);
