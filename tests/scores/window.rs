@@ -113,6 +113,15 @@ impl<'a> Run<'a> {
         if from < self.end { self.window(from) } else { Largest::default() }
     }
 
+    /// How far f64 in lanes, which rounds in another order, comes from the reference's spacing in the whole run \[m\]: next to nothing
+    /// unless the run is chaotic.
+    pub fn departure(&self) -> f64 {
+        let past = [&self.trace.s, &self.trace.v, &self.trace.a].map(Vec::as_slice);
+        let found = states(self.in_f64, &self.parameters, past, self.first, self.end);
+        let differences = found.iter().zip(&self.trace.s[self.first..]).map(|(state, s)| (state[0] - s).abs());
+        differences.fold(0.0, f64::max)
+    }
+
     /// Restarts f32 from the state of the reference. The first step is judged always; the whole window unless it is unstable: f64,
     /// started from the same states rounded to f32 or moved by one last bit of it, leaves the reference too.
     fn window(&self, from: usize) -> Largest {
