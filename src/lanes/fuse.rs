@@ -46,7 +46,7 @@ fn ways(ops: &Ops, id: Id, lone: &impl Fn(Id) -> bool) -> Vec<Way> {
 /// The ways to do an operation on two values: as the last of three, as the second of two, by itself.
 fn of_two(ops: &Ops, (kind, left, right): (Binary, Id, Id), lone: &impl Fn(Id) -> bool) -> Vec<Way> {
     let is_literal = |id: Id| ops.literal(id).is_some();
-    let (mut triples, mut pairs) = (Vec::new(), Vec::new());
+    let (mut found, mut pairs) = (Vec::new(), Vec::new());
     for (middle, z, is_left) in [(left, right, true), (right, left, false)] {
         if let (Some((second, a, b)), Some(last)) = (inner(ops, middle, lone), outer(kind, is_left, is_literal(z))) {
             for (begin, w, is_left) in [(a, b, true), (b, a, false)] {
@@ -54,7 +54,7 @@ fn of_two(ops: &Ops, (kind, left, right): (Binary, Id, Id), lone: &impl Fn(Id) -
                 let triple = (first, second.after(is_left), last);
                 if TRIPLES.contains(&triple) {
                     let code = Code::Triple(triple.0, triple.1, triple.2);
-                    triples.push(Way { code, sources: vec![x, y, w, z], absorbed: vec![begin, middle] });
+                    found.push(Way { code, sources: vec![x, y, w, z], absorbed: vec![begin, middle] });
                 }
             }
             pairs.push(Way { code: Code::Pair(second, last), sources: vec![a, b, z], absorbed: vec![middle] });
@@ -76,9 +76,9 @@ fn of_two(ops: &Ops, (kind, left, right): (Binary, Id, Id), lone: &impl Fn(Id) -
         Binary::Min if is_literal(left) => (Code::MinLiteral, right, left),
         _ => (Code::Binary(kind), left, right),
     };
-    triples.append(&mut pairs);
-    triples.push(Way { code, sources: vec![x, y], absorbed: Vec::new() });
-    triples
+    found.append(&mut pairs);
+    found.push(Way { code, sources: vec![x, y], absorbed: Vec::new() });
+    found
 }
 
 /// An operation that another one may absorb, with its operands.

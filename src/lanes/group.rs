@@ -18,20 +18,20 @@ pub struct Group {
     pub inside: Vec<Id>,
 }
 
-/// The groups among those operations that are needed. `shared` tells which have one result for all lanes, `users` has the needed readers of each operation, `is_wanted` tells
-/// which have to be in a row of their own.
+/// The groups among those operations that are needed. `shared` tells which have one result for all lanes, `users` has the needed
+/// readers of each operation, `is_wanted` tells which have to be in a row of their own.
 pub fn groups(
     ops: &Ops,
     shared: &[bool],
     users: &[Vec<Id>],
-    is_wanted: &impl Fn(Id) -> bool,
+    is_wanted: &[bool],
     is_bound: &impl Fn(Id) -> bool,
 ) -> Vec<Group> {
     let search = Search { ops, users };
-    let needed = |id: &Id| is_wanted(*id) || !users[*id].is_empty();
+    let needed = |id: &Id| is_wanted[*id] || !users[*id].is_empty();
     let stands_alone = |group: &Group| {
         let is_hidden = |id: &Id| {
-            group.outputs.contains(id) || !is_wanted(*id) && users[*id].iter().all(|user| group.inside.contains(user))
+            group.outputs.contains(id) || !is_wanted[*id] && users[*id].iter().all(|user| group.inside.contains(user))
         };
         let begin = group.begin();
         group.inside.iter().all(|id| needed(id) && !is_bound(*id) && is_hidden(id))

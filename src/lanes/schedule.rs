@@ -57,7 +57,10 @@ pub fn schedule(
         }
     }
     let is_bound = |id: Id| bound.contains_key(&id);
-    let is_wanted = |id: Id| wanted.iter().any(|(w, _)| *w == id);
+    let mut is_wanted = vec![false; ops.len()];
+    for (id, _) in wanted {
+        is_wanted[*id] = true;
+    }
     let mut users = vec![Vec::new(); ops.len()];
     for id in (0..ops.len()).filter(|id| uses[*id] > 0 && !is_bound(*id)) {
         for operand in ops.get(id).operands() {
@@ -65,8 +68,11 @@ pub fn schedule(
         }
     }
     let groups = groups(ops, shared, &users, &is_wanted, &is_bound);
-    let group_of = |id: Id| groups.iter().find(|group| group.inside.contains(&id));
-    let lone = |id: Id| uses[id] == 1 && !is_bound(id) && !is_wanted(id) && group_of(id).is_none();
+    let mut group_of: Vec<Option<&Group>> = vec![None; ops.len()];
+    for group in &groups {
+        group.inside.iter().for_each(|id| group_of[*id] = Some(group));
+    }
+    let lone = |id: Id| uses[id] == 1 && !is_bound(id) && !is_wanted[id] && group_of[id].is_none();
     let mut ways = shortest_ways(ops, &lone);
     let mut absorbed = vec![false; ops.len()];
     // What is computed, how, from what.
@@ -76,7 +82,7 @@ pub fn schedule(
         if uses[id] == 0 || is_bound(id) || absorbed[id] {
             continue;
         }
-        if let Some(group) = group_of(id) {
+        if let Some(group) = group_of[id] {
             if id == group.begin() {
                 let Group { code, outputs, sources, .. } = group;
                 plan.push((outputs.clone(), *code, sources.clone()));
