@@ -289,7 +289,7 @@ fn of_run<T>(
 }
 
 /// Judges candidates at every window, and lists them.
-fn windows(list: &[&Judged], precision: usize, kind: &'static str, report: &mut Report, problems: &mut Vec<String>) {
+fn windows(list: &[&Judged], precision: usize, kind: &str, report: &mut Report, problems: &mut Vec<String>) {
     let judge = |j: &&Judged| of_run(j, report.followers, report.count, precision, |run| run.every_window());
     let found: Vec<Largest> = list.par_iter().map(judge).collect();
     let mut all = Largest::default();

@@ -88,7 +88,8 @@ impl Search<'_> {
         let ops = self.ops;
         let Op::Select { condition: stops, accept: stopping, reject: a } = ops.get(a_next) else { return None };
         let [v_free, zero] = self.operands(stops, Binary::Less)?;
-        if ops.literal(zero) != Some(0.0) {
+        // By its bits: the larger one of two zeros is this one.
+        if ops.literal(zero).map(f32::to_bits) != Some(0.0_f32.to_bits()) {
             return None;
         }
         let minus_v = |id: Id| match ops.get(id) {

@@ -90,7 +90,6 @@ pub const LARGEST_EXCEPTION: f64 = 3e-4;
 pub const DISTANCE_TO_BOUNDARY: f64 = 1e-5;
 
 /// Difference of spacings \[m\] by which a run in f64 leaves another in f64 that is chaotic: rounding has grown by fourteen decades.
-/// A run that is not keeps within 1e-9 m.
 pub const CHAOTIC: f64 = 0.1;
 
 /// s \[m\] (times s / 100 m beyond 100 m), v \[m/s\], a \[m/s²\] of f32 one step from a state of the reference: the last bit of 100 m

@@ -2,7 +2,7 @@ use super::*;
 use crate::catalog::Variant;
 use crate::convention::Convention;
 use crate::lanes::code::TRIPLES;
-use crate::lanes::flat::{Binary, Op, Unary};
+use crate::lanes::flat::{Binary, Flat, Op, Unary};
 use crate::lanes::model::Model;
 use crate::lanes::operation::{self, One, Two};
 use crate::lanes::simd::{InstructionSet, Instructions, Registers};
@@ -135,14 +135,23 @@ fn instructions_do_what_their_operations_do() {
     let mut seen = Vec::new();
     for seed in 0..20_000 {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let ops = random_ops(&mut random);
+        let names: Vec<String> = (0..INPUTS).map(|i| i.to_string()).collect();
+        let inputs = names.iter().cloned().zip(0..).collect();
+        let flat = Flat { ops: random_ops(&mut random), inputs, outputs: Vec::new() };
+        // In half of the cases all lanes have the first four in common, which Eq. 1 wants of dx_l and dt.
+        let common = if seed % 2 == 0 { &names[..4] } else { &[] };
+        let shared = flat.shared(&common.iter().map(String::as_str).collect::<Vec<_>>());
+        let ops = flat.ops;
         let mut rows = Rows::default();
         let mut bound = HashMap::new();
         let mut registers: Registers<f32, LANES> = Registers::new(200);
-        let mut inputs = [0.0; INPUTS];
-        for (i, input) in inputs.iter_mut().enumerate() {
-            *input = [0.0, 1.0, -1.0, 1e-30, random.random_range(-3.0..3.0), random.random_range(-3.0..3.0)]
-                [random.random_range(0..6_usize)];
+        let mut inputs = [[0.0; INPUTS]; LANES];
+        for i in 0..INPUTS {
+            for lane in 0..LANES {
+                let values = [0.0, 1.0, -1.0, 1e-30, random.random_range(-3.0..3.0), random.random_range(-3.0..3.0)];
+                let drawn = values[random.random_range(0..6_usize)];
+                inputs[lane][i] = if shared[i] && lane > 0 { inputs[0][i] } else { drawn };
+            }
             bound.insert(i, rows.pin());
         }
         for id in INPUTS..ops.len() {
@@ -151,27 +160,26 @@ fn instructions_do_what_their_operations_do() {
             }
         }
         for (id, row) in &bound {
-            registers.row_mut(*row).fill(ops.literal(*id).unwrap_or_else(|| inputs[*id]));
+            for (x, inputs) in registers.row_mut(*row).iter_mut().zip(&inputs) {
+                *x = ops.literal(*id).unwrap_or_else(|| inputs[*id]);
+            }
         }
         let mut wanted: Vec<(Id, Option<Row>)> = vec![(ops.len() - 1, None), (ops.len() - 2, Some(rows.pin()))];
         wanted.push((random.random_range(0..ops.len()), None));
-        let scheduled = schedule(&ops, &vec![true; ops.len()], &bound, &wanted, &mut rows);
+        let scheduled = schedule(&ops, &shared, &bound, &wanted, &mut rows);
         for step in scheduled.steps.iter().filter(|step| !matches!(step.code, Code::Unary(_) | Code::Binary(_))) {
             if !seen.contains(&step.code) {
                 seen.push(step.code);
             }
         }
         registers.execute(&Instructions::new(&scheduled.steps, InstructionSet::best(), rows.count()));
-        let expected = one_by_one(&ops, &inputs);
-        for ((id, _), row) in wanted.iter().zip(&scheduled.wanted) {
-            let found = registers.row(*row);
-            let same = |x: &f32| x.to_bits() == expected[*id].to_bits() || x.is_nan() && expected[*id].is_nan();
-            assert!(
-                found.iter().all(same),
-                "seed {seed}, {id}: {found:?} is not {}: {:?}",
-                expected[*id],
-                scheduled.steps
-            );
+        for (lane, inputs) in inputs.iter().enumerate() {
+            let expected = one_by_one(&ops, inputs);
+            for ((id, _), row) in wanted.iter().zip(&scheduled.wanted) {
+                let (found, expected) = (registers.row(*row)[lane], expected[*id]);
+                let same = found.to_bits() == expected.to_bits() || found.is_nan() && expected.is_nan();
+                assert!(same, "seed {seed}, {id}, lane {lane}: {found} is not {expected}: {:?}", scheduled.steps);
+            }
         }
     }
     let groups = [Code::Moved, Code::TwoSum, Code::Clamp, Code::ClampLiteral, Code::Select, Code::SelectLess];
