@@ -187,7 +187,7 @@ const SURVIVORS: &[Survivor] = &[
 /// The causes of the reference.
 const CAUSES: &str = "reference/extension.rs";
 
-/// A judging run takes some 0.1 s; a mutant that loops for ever is stopped after this long, and counts as noticed.
+/// A judging run takes up to 0.5 s; a mutant that loops for ever is stopped after this long, and counts as noticed.
 const PATIENCE: Duration = Duration::from_secs(20);
 
 /// True if the judging tests pass with this mutant switched on (0: none).

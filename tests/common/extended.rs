@@ -6,6 +6,8 @@ use leadlag::convention::Convention;
 use leadlag::evaluator::{Case, Population};
 use leadlag::extension::Extension;
 use leadlag::symbols::{Bounds, Symbol};
+use leadlag::trajectory::Trajectory;
+use std::sync::LazyLock;
 
 /// All base models, one with delay.
 pub const BASES: [&str; 5] = ["idm", "gipps", "l-cth", "l-idm", "l-gipps+delay"];
@@ -15,15 +17,20 @@ pub const BASES: [&str; 5] = ["idm", "gipps", "l-cth", "l-idm", "l-gipps+delay"]
 pub const WHOLE_RUN: f64 = 1e-9;
 pub const WHOLE_RUN_PERIODIC: f64 = 1e-5;
 
-/// A drive with everything that an extension may read.
-pub fn case(variant: Variant) -> Case {
+/// A drive with everything that an extension may read; made once, because driving it takes longer than any run over it.
+static DRIVE: LazyLock<Trajectory> = LazyLock::new(|| {
     let mut trajectory = cars::drive(90.0);
     let count = trajectory.len();
     let ahead = |i: usize| trajectory.v_l[(i + 12).min(count - 1)];
     trajectory.v_l2 = Some((0..count).map(ahead).collect());
     trajectory.s_l2 = Some((0..count).map(|i| 20.0 + 0.01 * i as f64).collect());
     trajectory.t.iter_mut().for_each(|t| *t += 100.0);
-    cars::case(&trajectory, variant, Convention::PAPER)
+    trajectory
+});
+
+/// That drive for a variant.
+pub fn case(variant: Variant) -> Case {
+    cars::case(&DRIVE, variant, Convention::PAPER)
 }
 
 /// Bounds of an extension's parameter.
