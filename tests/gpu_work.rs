@@ -118,6 +118,33 @@ fn two_buffer_sets_do_not_disturb_each_other() {
 }
 
 #[test]
+fn generations_allocate_nothing_on_the_device() {
+    if skipped("generations_allocate_nothing_on_the_device") {
+        return;
+    }
+    let variant = variant(NAMES[2]);
+    let mut gpu = gpu(cases(variant), Precision::Plain, Limits { chunk: Some(150), ..Limits::NONE });
+    let before = gpu.allocations();
+    let populations: Vec<Population> =
+        (0..9).map(|seed| population(variant, PAPER, 300 - 7 * seed, seed as u64)).collect();
+    let mut generation = |k: usize, set: BufferSet| {
+        let jobs: Vec<Job> = (0..3).map(|case| job(case, &populations[k])).collect();
+        let mut found = vec![Score::Rejected; 3 * populations[k].len()];
+        gpu.submit(set, &jobs).unwrap();
+        gpu.collect(set, &mut found).unwrap();
+        gpu.allocations()
+    };
+    let first = generation(0, BufferSet::A);
+    assert!(first > before, "the first generation makes the buffers");
+    let both = generation(1, BufferSet::B);
+    assert!(both > first, "each set has its own");
+    for k in 2..9 {
+        let set = if k % 2 == 0 { BufferSet::A } else { BufferSet::B };
+        assert_eq!(generation(k, set), both, "generation {k}");
+    }
+}
+
+#[test]
 fn rings_of_every_length_remember_alike() {
     if skipped("rings_of_every_length_remember_alike") {
         return;

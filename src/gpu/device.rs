@@ -3,6 +3,7 @@
 use crate::evaluator::EvaluateError;
 use std::fmt;
 use std::str::FromStr;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, OnceLock};
 use std::time::Duration;
 
@@ -213,6 +214,8 @@ pub(super) struct Device {
     pub(super) limits: Limits,
     /// The first failure that it told of.
     trouble: Arc<Mutex<Option<String>>>,
+    /// Buffers and bind groups made so far.
+    made: AtomicU64,
 }
 
 impl Device {
@@ -255,7 +258,7 @@ impl Device {
         let place = Arc::clone(&trouble);
         // Without a handler of our own wgpu panics.
         raw.on_uncaptured_error(Arc::new(move |error: wgpu::Error| note(&place, error.to_string())));
-        Ok(Device { raw, queue, limits, trouble })
+        Ok(Device { raw, queue, limits, trouble, made: AtomicU64::new(0) })
     }
 
     /// Fails if the device has told of a failure.
@@ -277,6 +280,32 @@ impl Device {
             Ok(Err(e)) => self.check(DOING).and(Err(Fault::new(DOING, e))),
             Err(_) => Err(Fault::new(DOING, "the device was lost")),
         }
+    }
+
+    pub(super) fn buffer(&self, label: &str, size: u64, usage: wgpu::BufferUsages) -> wgpu::Buffer {
+        self.made.fetch_add(1, Ordering::Relaxed);
+        self.raw.create_buffer(&wgpu::BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false })
+    }
+
+    /// Binds each buffer whole, from binding 0 on.
+    pub(super) fn bind_group<'a>(
+        &self,
+        layout: &wgpu::BindGroupLayout,
+        buffers: impl Iterator<Item = &'a wgpu::Buffer>,
+    ) -> wgpu::BindGroup {
+        self.made.fetch_add(1, Ordering::Relaxed);
+        let entry = |(binding, buffer): (u32, &'a wgpu::Buffer)| wgpu::BindGroupEntry {
+            binding,
+            resource: buffer.as_entire_binding(),
+        };
+        let entries: Vec<_> = (0..).zip(buffers).map(entry).collect();
+        let descriptor = wgpu::BindGroupDescriptor { label: Some("kernel"), layout, entries: &entries };
+        self.raw.create_bind_group(&descriptor)
+    }
+
+    /// How many buffers and bind groups were made.
+    pub(super) fn made(&self) -> u64 {
+        self.made.load(Ordering::Relaxed)
     }
 
     /// True if a buffer of this size can be bound whole.

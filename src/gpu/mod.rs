@@ -126,6 +126,12 @@ impl Gpu {
         self.context.as_ref().map_or(Duration::ZERO, |context| context.warm_up)
     }
 
+    /// Buffers and bind groups made on the device so far. A generation makes none, unless it is the largest yet.
+    #[must_use]
+    pub fn allocations(&self) -> u64 {
+        self.context.as_ref().map_or(0, |context| context.device.made())
+    }
+
     /// Status, cuts and sums of one candidate after the other, in the order of the jobs.
     ///
     /// # Errors

@@ -31,11 +31,6 @@ pub(super) struct Slot {
     bound: Option<(usize, wgpu::BindGroup)>,
 }
 
-fn buffer(device: &Device, label: &str, size: u64, usage: Usages) -> wgpu::Buffer {
-    let descriptor = wgpu::BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false };
-    device.raw.create_buffer(&descriptor)
-}
-
 /// Bytes of each buffer.
 fn sizes(part: &Part, work: &Work) -> [u64; 6] {
     let bytes = |words: u32| 4 * u64::from(words) * u64::from(part.count);
@@ -69,8 +64,8 @@ impl Slot {
         let uniform = Usages::UNIFORM | Usages::COPY_DST;
         Slot {
             // Bindings must not be empty.
-            buffers: BUFFERS.map(|(label, usage)| buffer(device, label, 256, usage)),
-            chunk: buffer(device, "chunk", 32, uniform),
+            buffers: BUFFERS.map(|(label, usage)| device.buffer(label, 256, usage)),
+            chunk: device.buffer("chunk", 32, uniform),
             bound: None,
         }
     }
@@ -89,18 +84,13 @@ impl Slot {
                 // By doubling, so that slowly growing populations do not allocate every time.
                 let most = device.limits.binding.min(device.limits.buffer).max(needed);
                 let (label, usage) = BUFFERS[k];
-                self.buffers[k] = buffer(device, label, needed.next_power_of_two().min(most), usage);
+                self.buffers[k] = device.buffer(label, needed.next_power_of_two().min(most), usage);
                 self.bound = None;
             }
         }
         if self.bound.as_ref().is_none_or(|(bound, _)| *bound != group) {
             let all = tables.buffers.iter().chain(&self.buffers[..=BLOCKS]).chain([&self.chunk]);
-            let entries: Vec<_> = (0..)
-                .zip(all)
-                .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
-                .collect();
-            let descriptor = wgpu::BindGroupDescriptor { label: Some("kernel"), layout, entries: &entries };
-            self.bound = Some((group, device.raw.create_bind_group(&descriptor)));
+            self.bound = Some((group, device.bind_group(layout, all)));
         }
     }
 

@@ -177,8 +177,7 @@ impl Content {
             // A binding must not be empty.
             let size = bytes.len().max(16) as u64;
             let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
-            let descriptor = wgpu::BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false };
-            let buffer = device.raw.create_buffer(&descriptor);
+            let buffer = device.buffer(label, size, usage);
             if !bytes.is_empty() {
                 device.queue.write_buffer(&buffer, 0, bytes);
             }
