@@ -4,15 +4,19 @@ use super::candidate::{Candidate, Setting};
 use super::fit::{Fit, Plan, Point, fit, log_likelihoods};
 use super::model::{Model, is_stepped};
 use super::observer::Noise;
+use super::polish::descended;
 use super::screen::Spending;
 use super::space::Axis;
-use super::start::{STRONG, fastest, with_free_driving};
+use super::start::{STRONG, fastest, steps, with_free_driving};
 use super::verdict::DiagnoseError;
 use crate::extension::Extension;
 use std::sync::atomic::Ordering;
 
 /// Of the sizes that were held, so many are followed when they are set free.
 const FOLLOWED: usize = 2;
+/// First step of the descent with a step of the command held, as a share of the ranges, and the first of its turns.
+const FIRST_STEP: f64 = 0.03;
+const SHIFTED: u64 = 100;
 /// Turns with a size held.
 const HOLDING: Plan = Plan { select: 1, kinds: 1, rough: 4, keep: 1, fine: 0, tolerance: 0.1, least: [0.0; 2] };
 
@@ -30,28 +34,36 @@ pub fn from_held(
 ) -> Result<Vec<Point>, DiagnoseError> {
     let before = model.simulations;
     let values = model.adopt(&current.model, &current.fit.point.values);
-    let limit = limit(model, cause);
-    let (sizes, values, mut points) = match limit {
-        Some(limit) => {
-            let likeliest = reached(setting, current, model, limit)?;
-            (limits(model, limit), values, vec![likeliest])
-        }
+    let noise = current.fit.point.noise;
+    let step = step(model, cause);
+    let (sizes, values, mut points) = if let Some(limit) = limit(model, cause) {
+        let likeliest = reached(setting, current, model, limit)?;
+        (limits(model, limit), values, vec![likeliest])
+    } else if let Some(step) = step {
+        (standing_out(setting, current, model, step)?, values, Vec::new())
+    } else if is_astray(&noise) {
+        let textbook = with_free_driving(model, &values, fastest(setting.question.train));
+        (sizes(model, cause), textbook, Vec::new())
+    } else {
         // Where the present model is about right, what is missing shows a way by itself.
-        None if !is_astray(&current.fit.point.noise) => return Ok(Vec::new()),
-        None => {
-            let textbook = with_free_driving(model, &values, fastest(setting.question.train));
-            (sizes(model, cause), textbook, Vec::new())
-        }
+        return Ok(Vec::new());
     };
-    let noise = Noise { sigma_d: STRONG.0, tau_d: STRONG.1, ..current.fit.point.noise };
+    let strong = Noise { sigma_d: STRONG.0, tau_d: STRONG.1, ..noise };
     let mut found: Vec<Fit> = Vec::new();
-    for size in sizes {
+    for (turn, size) in sizes.into_iter().enumerate() {
         let (mut axes, mut values) = (model.axes.clone(), values.clone());
         for (k, value) in size {
             values[k] = value;
             axes[k] = Axis::linear(value, value);
         }
-        found.extend(fit(model, &axes, &setting.whole, &[Point { values, noise }], HOLDING)?);
+        let start = if step.is_some() {
+            // No derivative shows the way here.
+            let present = Point { values, noise };
+            descended(setting, model, &axes, &present, FIRST_STEP, SHIFTED + turn as u64)?.unwrap_or(present)
+        } else {
+            Point { values, noise: strong }
+        };
+        found.extend(fit(model, &axes, &setting.whole, &[start], HOLDING)?);
     }
     setting.simulations.fetch_add(model.simulations - before, Ordering::Relaxed);
     found.sort_by(|a, b| b.log_likelihood.total_cmp(&a.log_likelihood));
@@ -81,6 +93,57 @@ fn limit(model: &Model, cause: &'static Extension) -> Option<usize> {
     let [limit] = model.positions(cause)[..] else { return None };
     let axis = model.axes[limit];
     (axis.log && model.symbols[limit].neutral() == Some(axis.upper)).then_some(limit)
+}
+
+/// The only parameter of a cause, if innovations depend on it in jumps.
+fn step(model: &Model, cause: &'static Extension) -> Option<usize> {
+    let [step] = model.positions(cause)[..] else { return None };
+    is_stepped(model.symbols[step]).then_some(step)
+}
+
+/// Steps of the command to be held: those of a dense row that are likelier than the ones around them. The larger a step, the worse it
+/// makes a base that is off by a little, so that the likeliest of all is next to none; but the right one stands out.
+fn standing_out(
+    setting: &Setting<'_>,
+    current: &Candidate,
+    model: &mut Model,
+    step: usize,
+) -> Result<Vec<Vec<(usize, f64)>>, DiagnoseError> {
+    let values = model.adopt(&current.model, &current.fit.point.values);
+    let sizes = steps(model.axes[step].upper);
+    let moved = |size: &f64| {
+        let mut values = values.clone();
+        values[step] = *size;
+        Point { values, noise: current.fit.point.noise }
+    };
+    let row: Vec<Point> = sizes.iter().map(moved).collect();
+    let bounds = model.axes.clone();
+    let likelihoods = log_likelihoods(model, &bounds, &setting.whole, &row)?;
+    Ok(peaks(&likelihoods).into_iter().take(STAND_OUT).map(|i| vec![(step, sizes[i])]).collect())
+}
+
+/// Steps of the command that are held.
+const STAND_OUT: usize = 2;
+
+/// Positions of a row at which it is highest for its neighbourhood, the highest first, not side by side.
+fn peaks(row: &[f64]) -> Vec<usize> {
+    const AROUND: usize = 12;
+    const APART: usize = 4;
+    let height = |i: usize| {
+        let mut around = row[i.saturating_sub(AROUND)..(i + AROUND + 1).min(row.len())].to_vec();
+        around.sort_by(f64::total_cmp);
+        row[i] - around[around.len() / 2]
+    };
+    let mut order: Vec<(f64, usize)> =
+        (0..row.len()).map(|i| (height(i), i)).filter(|(height, _)| height.is_finite()).collect();
+    order.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    let mut found: Vec<usize> = Vec::new();
+    for (_, i) in order {
+        if found.iter().all(|k| k.abs_diff(i) >= APART) {
+            found.push(i);
+        }
+    }
+    found
 }
 
 /// Limits to be held: where one is reached often, a base imitates it; from there, one that is reached makes things worse until the
@@ -148,4 +211,19 @@ pub fn set_free(
     let other = Candidate::fitted(setting, found.variant, &found.causes, model, held, plan)?;
     let better = other.filter(|other| other.fit.log_likelihood > found.fit.log_likelihood);
     Ok(better.unwrap_or(found))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_stands_out_is_not_what_is_largest() {
+        // Falls to -1000; at 60 it is 300 above its neighbours.
+        let row: Vec<f64> = (0..100).map(|i| f64::from(-10 * i + if i == 60 { 300 } else { 0 })).collect();
+        assert_eq!(peaks(&row)[0], 60);
+        let mut broken = row.clone();
+        broken[60] = f64::NEG_INFINITY;
+        assert!(!peaks(&broken).contains(&60));
+    }
 }

@@ -3,7 +3,8 @@
 
 use super::candidate::{Candidate, Setting};
 use super::fit::{Plan, Point, log_likelihoods};
-use super::model::is_stepped;
+use super::model::{Model, is_stepped};
+use super::space::Axis;
 use super::verdict::DiagnoseError;
 use crate::extension::Extension;
 use crate::optimize::{Descent, DescentSettings, Merit, Optimizer, Origin, SearchBox, Start};
@@ -32,30 +33,10 @@ pub fn polished(setting: &Setting<'_>, mut found: Candidate, plan: Plan) -> Resu
     for (turn, step) in STEPS.into_iter().enumerate() {
         let Candidate { variant, causes, mut model, fit } = found;
         let (axes, at) = (model.axes.clone(), fit.point.clone());
-        let free: Vec<usize> = (0..axes.len()).filter(|&k| !axes[k].is_fixed()).collect();
-        let point = |coordinates: &[f64]| {
-            let mut values = at.values.clone();
-            free.iter().zip(coordinates).for_each(|(&k, u)| values[k] = axes[k].value(*u));
-            Point { values, noise: at.noise }
-        };
-        let space = SearchBox { lower: vec![0.0; free.len()], upper: vec![1.0; free.len()] };
-        let middle = free.iter().map(|&k| axes[k].coordinate(at.values[k])).collect();
-        let settings = DescentSettings { population: DESCENT.1, evaluations: DESCENT.0, tolerance: 1e-7 };
-        let origin = Origin { generation: 1000 * turn as u64, ..Origin::new(setting.question.seed, REPLICATE) };
-        let mut descent = Descent::new(space, Start::Round { middle, step }, settings, origin);
         let before = model.simulations;
-        while descent.ended().is_none() {
-            let points: Vec<Point> = descent.ask().iter().map(|coordinates| point(coordinates)).collect();
-            let merit = |likelihood: f64| match likelihood.is_finite() {
-                true => Merit::Feasible(-likelihood),
-                false => Merit::Infeasible { survived: 0 },
-            };
-            let likelihoods = log_likelihoods(&mut model, &axes, &setting.whole, &points)?;
-            descent.tell(&likelihoods.into_iter().map(merit).collect::<Vec<_>>());
-        }
+        let descended = descended(setting, &mut model, &axes, &at, step, turn as u64)?;
         setting.simulations.fetch_add(model.simulations - before, Ordering::Relaxed);
-        let mut starts = vec![at.clone()];
-        starts.extend(descent.best().map(|best| point(&best.point)));
+        let starts: Vec<Point> = std::iter::once(at).chain(descended).collect();
         let plan = Plan { select: starts.len(), kinds: 1, rough: 0, keep: starts.len(), ..plan };
         let again = Candidate::fitted(setting, variant, &causes, model, &starts, plan)?;
         found = again.expect("a start that has run runs again");
@@ -64,4 +45,41 @@ pub fn polished(setting: &Setting<'_>, mut found: Candidate, plan: Plan) -> Resu
         }
     }
     Ok(found)
+}
+
+/// The best that CMA-ES finds around a point along the axes that are not fixed, with the noise as it is; its first step as a share of the
+/// ranges. Each `turn` draws numbers of its own. `None` if no run comes to its end.
+///
+/// # Errors
+/// As [`log_likelihoods`].
+pub fn descended(
+    setting: &Setting<'_>,
+    model: &mut Model,
+    axes: &[Axis],
+    at: &Point,
+    step: f64,
+    turn: u64,
+) -> Result<Option<Point>, DiagnoseError> {
+    let free: Vec<usize> = (0..axes.len()).filter(|&k| !axes[k].is_fixed()).collect();
+    let point = |coordinates: &[f64]| {
+        let mut values = at.values.clone();
+        free.iter().zip(coordinates).for_each(|(&k, u)| values[k] = axes[k].value(*u));
+        Point { values, noise: at.noise }
+    };
+    let space = SearchBox { lower: vec![0.0; free.len()], upper: vec![1.0; free.len()] };
+    let middle = free.iter().map(|&k| axes[k].coordinate(at.values[k])).collect();
+    let settings = DescentSettings { population: DESCENT.1, evaluations: DESCENT.0, tolerance: 1e-7 };
+    let origin = Origin { generation: 1000 * turn, ..Origin::new(setting.question.seed, REPLICATE) };
+    let mut descent = Descent::new(space, Start::Round { middle, step }, settings, origin);
+    while descent.ended().is_none() {
+        let points: Vec<Point> = descent.ask().iter().map(|coordinates| point(coordinates)).collect();
+        let merit = |likelihood: f64| match likelihood.is_finite() {
+            true => Merit::Feasible(-likelihood),
+            false => Merit::Infeasible { survived: 0 },
+        };
+        let likelihoods = log_likelihoods(model, axes, &setting.whole, &points)?;
+        descent.tell(&likelihoods.into_iter().map(merit).collect::<Vec<_>>());
+    }
+    let best = descent.best().filter(|best| matches!(best.merit, Merit::Feasible(_)));
+    Ok(best.map(|best| point(&best.point)))
 }

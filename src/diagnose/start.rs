@@ -191,7 +191,7 @@ pub fn hints(
     let frequency = cause.parameters.iter().find(|symbol| symbol.unit() == "Hz");
     match (times.as_slice(), frequency) {
         ([], None) if cause.name == KEEPS_THE_SPACING => vec![(None, gains(cause))],
-        ([], None) => vec![(None, steps(cause))],
+        ([], None) => vec![(None, steps_of(cause))],
         ([], Some(frequency)) => {
             let sized = |f: f64| {
                 let amplitudes = cause.parameters.iter().filter(|symbol| symbol.neutral().is_some());
@@ -210,16 +210,22 @@ fn gains(cause: &'static Extension) -> Vec<Hint> {
     GAINS.iter().map(|size| vec![(*gain, *size)]).collect()
 }
 
-/// Sizes on which innovations depend in jumps, so that no derivative shows the way: a dense row of them, in equal ratios.
-fn steps(cause: &'static Extension) -> Vec<Hint> {
-    const COUNT: usize = 240;
-    const SMALLEST: f64 = 0.02;
+/// Sizes on which innovations depend in jumps, so that no derivative shows the way.
+fn steps_of(cause: &'static Extension) -> Vec<Hint> {
     let [size] = cause.parameters.as_slice() else { return Vec::new() };
     let crate::symbols::Bounds::Fixed(_, upper) = size.bounds() else { return Vec::new() };
     if !is_stepped(*size) {
         return Vec::new();
     }
-    (0..COUNT).map(|i| vec![(*size, upper * SMALLEST.powf(i as f64 / (COUNT - 1) as f64))]).collect()
+    steps(upper).into_iter().map(|step| vec![(*size, step)]).collect()
+}
+
+/// A dense row of steps of the command up to the largest, in equal ratios.
+#[must_use]
+pub fn steps(largest: f64) -> Vec<f64> {
+    const COUNT: usize = 240;
+    const SMALLEST: f64 = 0.02;
+    (0..COUNT).map(|i| largest * SMALLEST.powf(i as f64 / (COUNT - 1) as f64)).collect()
 }
 
 /// An event in all drives at the same time of the file, or in any one of them.
