@@ -22,7 +22,7 @@ const HOLDING: Plan = Plan { select: 1, kinds: 1, rough: 4, keep: 1, fine: 0, to
 
 /// Starts for a cause whose size was held while the rest moved: what a base lacks it makes up for with parameters that are far off, and
 /// from there a size that is set free goes back to nothing. A strong observer sees the way even where a nearly free simulation is far
-/// off. Without sizes of its own to hold, none.
+/// off. Of steps of the command the rest is moved by a search without derivatives. Without sizes of its own to hold, none.
 ///
 /// # Errors
 /// As [`fit`].
