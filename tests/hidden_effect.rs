@@ -187,6 +187,13 @@ fn two_of_which_one_alone_does_not_carry_over() {
     both("gipps", &["decel_cap", "aero_drag"], 0.0, 8_086_289);
 }
 
+/// 2178 nats that a search did not see: with a base that is off by a little, steps of the right size are worse than none. Once they are
+/// found a limited jerk seems to smooth them over two samples, which is the model's own coarse step and no name.
+#[test]
+fn steps_of_the_command() {
+    sized(&DiagnosisTask { duration_s: 900.0, ..task("one", "idm", &["quantised_accel"], 0.0, 4_471_039) });
+}
+
 /// A heavier car, of which a calibration has nearly everything, is likelier by a hundred nats than a headway that depends on speed,
 /// which must then not be named in its place; this seed showed it.
 #[test]
@@ -259,13 +266,6 @@ mod in_fifteen_minutes {
     #[ignore = "a minute"]
     fn quantised_accel_on_gipps() {
         sized_in_fifteen_minutes("gipps", "quantised_accel", 9129);
-    }
-
-    /// 2178 nats that a search did not see: with a base that is off by a little, steps of the right size are worse than none.
-    #[test]
-    #[ignore = "a minute"]
-    fn quantised_accel_on_idm() {
-        sized_in_fifteen_minutes("idm", "quantised_accel", 4_471_039);
     }
 }
 

@@ -7,7 +7,7 @@ use super::observer::Noise;
 use super::polish::descended;
 use super::screen::Spending;
 use super::space::Axis;
-use super::start::{STRONG, fastest, steps, with_free_driving};
+use super::start::{STRONG, fastest, highest, steps, with_free_driving};
 use super::verdict::DiagnoseError;
 use crate::extension::Extension;
 use std::sync::atomic::Ordering;
@@ -119,31 +119,22 @@ fn standing_out(
     let row: Vec<Point> = sizes.iter().map(moved).collect();
     let bounds = model.axes.clone();
     let likelihoods = log_likelihoods(model, &bounds, &setting.whole, &row)?;
-    Ok(peaks(&likelihoods).into_iter().take(STAND_OUT).map(|i| vec![(step, sizes[i])]).collect())
+    Ok(highest(&heights(&likelihoods), APART, STAND_OUT).into_iter().map(|i| vec![(step, sizes[i])]).collect())
 }
 
-/// Steps of the command that are held.
+/// Steps of the command that are held, and how far apart in the row they lie at least.
 const STAND_OUT: usize = 2;
+const APART: usize = 4;
 
-/// Positions of a row at which it is highest for its neighbourhood, the highest first, not side by side.
-fn peaks(row: &[f64]) -> Vec<usize> {
+/// How much higher a row is at each position than around it.
+fn heights(row: &[f64]) -> Vec<f64> {
     const AROUND: usize = 12;
-    const APART: usize = 4;
     let height = |i: usize| {
         let mut around = row[i.saturating_sub(AROUND)..(i + AROUND + 1).min(row.len())].to_vec();
         around.sort_by(f64::total_cmp);
         row[i] - around[around.len() / 2]
     };
-    let mut order: Vec<(f64, usize)> =
-        (0..row.len()).map(|i| (height(i), i)).filter(|(height, _)| height.is_finite()).collect();
-    order.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    let mut found: Vec<usize> = Vec::new();
-    for (_, i) in order {
-        if found.iter().all(|k| k.abs_diff(i) >= APART) {
-            found.push(i);
-        }
-    }
-    found
+    (0..row.len()).map(height).collect()
 }
 
 /// Limits to be held: where one is reached often, a base imitates it; from there, one that is reached makes things worse until the
@@ -221,9 +212,9 @@ mod tests {
     fn what_stands_out_is_not_what_is_largest() {
         // Falls to -1000; at 60 it is 300 above its neighbours.
         let row: Vec<f64> = (0..100).map(|i| f64::from(-10 * i + if i == 60 { 300 } else { 0 })).collect();
-        assert_eq!(peaks(&row)[0], 60);
+        assert_eq!(highest(&heights(&row), APART, 1), [60]);
         let mut broken = row.clone();
         broken[60] = f64::NEG_INFINITY;
-        assert!(!peaks(&broken).contains(&60));
+        assert!(!highest(&heights(&broken), APART, 100).contains(&60));
     }
 }

@@ -329,18 +329,22 @@ fn peaks(drives: &[Drive], missing: &[Vec<f64>], most: usize) -> Vec<f64> {
         let around = &spectrum[i.saturating_sub(40)..(i + 40).min(count)];
         spectrum[i] / (around.iter().sum::<f64>() / around.len() as f64).max(f64::MIN_POSITIVE)
     };
-    let mut order: Vec<(f64, usize)> = (0..count).map(|i| (contrast(i), i)).collect();
-    order.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let contrasts: Vec<f64> = (0..count).map(contrast).collect();
+    highest(&contrasts, 5, most).into_iter().map(|i| LOWEST + i as f64 * step).collect()
+}
+
+/// Positions of the highest finite values, the highest first, none closer to another than `apart`.
+#[must_use]
+pub fn highest(values: &[f64], apart: usize, most: usize) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..values.len()).filter(|&i| values[i].is_finite()).collect();
+    order.sort_by(|&a, &b| values[b].total_cmp(&values[a]).then(a.cmp(&b)));
     let mut taken: Vec<usize> = Vec::new();
-    for (_, i) in order {
-        if taken.iter().all(|t| t.abs_diff(i) > 4) {
+    for i in order {
+        if taken.len() < most && taken.iter().all(|t| t.abs_diff(i) >= apart) {
             taken.push(i);
         }
-        if taken.len() == most {
-            break;
-        }
     }
-    taken.into_iter().map(|i| LOWEST + i as f64 * step).collect()
+    taken
 }
 
 #[cfg(test)]
