@@ -20,8 +20,10 @@ pub struct LshadeSettings {
     pub memory: usize,
     /// Replaced parents that are remembered, per member of the population.
     pub archive_rate: f64,
-    /// Share of the population that counts as its best (p).
-    pub best_share: f64,
+    /// Share of the population that counts as its best (p), at the first and at the last evaluation; linear between them, as in
+    /// jSO (J. Brest, M. S. Maučec and B. Bošković, "Single objective real-parameter optimization: algorithm jSO", IEEE CEC 2017,
+    /// pp. 1311-1318).
+    pub best_share: [f64; 2],
     /// The run is finished early once all members are feasible and their values differ by less than this share of the best;
     /// 0: never.
     pub tolerance: f64,
@@ -39,7 +41,7 @@ impl LshadeSettings {
             evaluations,
             memory: 6,
             archive_rate: 2.6,
-            best_share: 0.11,
+            best_share: [0.11; 2],
             tolerance: 0.0,
         }
     }
@@ -104,6 +106,17 @@ impl Lshade {
         self.origin
     }
 
+    /// Share of the evaluations that are spent.
+    fn spent(&self) -> f64 {
+        (self.evaluations as f64 / self.settings.evaluations as f64).min(1.0)
+    }
+
+    /// Share of the population that counts as its best now.
+    fn best_share(&self) -> f64 {
+        let [first, last] = self.settings.best_share;
+        first + (last - first) * self.spent()
+    }
+
     fn first_generation(&self) -> Vec<Trial> {
         let left = self.settings.evaluations.max(1) as usize;
         (0..self.settings.first_population.min(left))
@@ -132,7 +145,7 @@ impl Lshade {
         let mut rng = self.origin.candidate(parent);
         let (scale, crossover) = self.draw_settings(&mut rng);
         let size = self.population.len();
-        let good = ((self.settings.best_share * size as f64).round() as usize).clamp(2, size);
+        let good = ((self.best_share() * size as f64).round() as usize).clamp(2, size);
         let p_best = &self.population[rng.random_range(0..good)].point;
         let other = |rng: &mut ChaCha8Rng, among: usize, not: &[usize]| loop {
             let k = rng.random_range(0..among);
@@ -210,8 +223,7 @@ impl Lshade {
     /// Linear in the evaluations, from the first to the last size.
     fn reduce(&mut self) {
         let (first, last) = (self.settings.first_population as f64, self.settings.last_population as f64);
-        let share = (self.evaluations as f64 / self.settings.evaluations as f64).min(1.0);
-        let size = (first + (last - first) * share).round() as usize;
+        let size = (first + (last - first) * self.spent()).round() as usize;
         self.population.truncate(size.max(self.settings.last_population));
         let room = (self.settings.archive_rate * self.population.len() as f64).round() as usize;
         let mut rng = self.origin.whole();

@@ -46,6 +46,7 @@ impl Round {
         let lshade = LshadeSettings {
             first_population: settings.population.min((search / 20).max(8) as usize),
             tolerance: settings.hand_over,
+            best_share: settings.best_share,
             ..LshadeSettings::new(space.dimensions(), search)
         };
         let phase = Phase::Search(Box::new(Lshade::new(space.clone(), lshade, origin)));
