@@ -19,8 +19,8 @@ struct Lagged {
 }
 
 fn actuation_lag_command(own: Parameters, state: State, w: World, a_cmd: f32) -> Lagged {
-    // 1 - exp(-dt/ta) to third order, for a command that is constant over the step; below dt/2 it passes at once.
-    let share = min(w.dt / (own.ta + 0.5 * w.dt), 1.0);
+    // Backward Euler: what rises steadily comes through ta late exactly, and at ta = 0 at once.
+    let share = w.dt / (own.ta + w.dt);
     let next = state.a + share * (a_cmd - state.a);
     return Lagged(next, State(next));
 }

@@ -22,7 +22,7 @@ struct Lagged {
 fn asym_lag_command(own: Parameters, state: State, w: World, a_cmd: f32) -> Lagged {
     let lag = select(own.tb, own.ta, a_cmd >= 0.0);
     // As in actuation_lag.wgsl.
-    let share = min(w.dt / (lag + 0.5 * w.dt), 1.0);
+    let share = w.dt / (lag + w.dt);
     let next = state.a + share * (a_cmd - state.a);
     return Lagged(next, State(next));
 }

@@ -23,7 +23,8 @@ fn sine(u: f32) -> f32 {
 }
 
 fn periodic_command(own: Parameters, w: World, a_cmd: f32) -> f32 {
-    let turns = own.f * w.t;
+    // A command holds for a step, so it is that of the middle of the step.
+    let turns = own.f * (w.t + 0.5 * w.dt);
     let u = turns - floor(turns);
     let quarter = u + 0.25;
     return a_cmd + own.As * sine(u) + own.Ac * sine(quarter - floor(quarter));

@@ -20,8 +20,8 @@ struct Filtered {
 }
 
 fn sensor_lowpass_perception(own: Parameters, state: State, w: World, x: Perceived) -> Filtered {
-    // 1 - exp(-dt/tf) to third order, for a signal that is constant over the step; below dt/2 everything passes.
-    let share = min(w.dt / (own.tf + 0.5 * w.dt), 1.0);
+    // Backward Euler: what rises steadily comes through tf late exactly, and at tf = 0 at once.
+    let share = w.dt / (own.tf + w.dt);
     // Opaque, or Mesa takes the terms in another order.
     let gap = opaque(state.gap + share * opaque(x.s - state.gap));
     let change = opaque(opaque(x.v_l - x.v_f) - state.dv);

@@ -1,5 +1,7 @@
 //! A variant over drives, as the fits see it.
 
+use super::adopt::family;
+use super::candidate::LEAD;
 use super::drive::Drive;
 use super::fit::Predictor;
 use super::observer::{Designed, Noise, design};
@@ -83,7 +85,8 @@ impl Model {
         let symbols = variant.parameters();
         let vehicle = drives.first().and_then(|drive| drive.vehicle.as_deref());
         let axis = |symbol: &Symbol| axis(*symbol, vehicle, drives, overrides);
-        let axes = symbols.iter().map(axis).collect::<Result<_, _>>()?;
+        let mut axes: Vec<Axis> = symbols.iter().map(axis).collect::<Result<_, _>>()?;
+        hold_lead(variant, &symbols, &mut axes, drives);
         let lanes = Lanes::new(cases, GoodnessOfFit::NRMSE_SVA, LanesPrecision::F64)?;
         let recordings = drives.iter().map(Drive::recording).collect();
         let drives = drives.iter().map(|drive| (drive.samples(), drive.dt())).collect();
@@ -179,6 +182,19 @@ impl Predictor for Model {
     ) -> Result<Residuals, DiagnoseError> {
         let (population, observers) = self.population(drive, candidates, observers);
         Ok(self.lanes.residuals(&Job { case: drive, population: &population }, &observers)?)
+    }
+}
+
+/// Beside a delay, a lag or an offset of time the nuisance lead is held at half a step, by which an acceleration that holds for a step
+/// comes late: left free, it would take a part of the delay, as it says the same.
+fn hold_lead(variant: Variant, symbols: &[Symbol], axes: &mut [Axis], drives: &[Drive]) {
+    let is_late = variant.extensions.list().iter().any(|extension| family(extension) == "phase");
+    let step = drives.first().map_or(0.0, Drive::dt);
+    for (symbol, axis) in symbols.iter().zip(axes).filter(|_| is_late) {
+        if matches!(symbol, Symbol::Extension(row) if row.extension == LEAD) {
+            let half = (0.5 * step).clamp(axis.lower, axis.upper);
+            *axis = Axis::linear(half, half);
+        }
     }
 }
 

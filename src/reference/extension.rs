@@ -187,7 +187,7 @@ impl<'a> Extended<'a> {
                 }
                 "leader_accel_ff" => a += own[0] * leader_acceleration(case, now.perceived),
                 "periodic" => {
-                    let angle = std::f64::consts::TAU * own[2] * t;
+                    let angle = std::f64::consts::TAU * own[2] * (t + 0.5 * dt);
                     a += own[0] * angle.sin() + own[1] * angle.cos();
                 }
                 "gain_mass" => a *= 1.0 + own[0],
@@ -230,9 +230,10 @@ impl<'a> Extended<'a> {
     }
 }
 
-/// Share of a change that a first-order lag passes on within a step.
+/// Share of a change that a first-order lag passes on within a step: backward Euler, so that a steady rise comes through late by the
+/// time constant.
 fn share(time_constant: f64, dt: f64) -> f64 {
-    (dt / (time_constant + 0.5 * dt)).min(1.0)
+    dt / (time_constant + dt)
 }
 
 /// A signal at an index that need not be whole: linear between samples, held beyond the ends.

@@ -1,0 +1,99 @@
+//! Delays, lags and phases mean the same here as in a car that is driven in steps of 0.01 s: whoever fits them finds the planted ones.
+//!
+//! The plant shares no code with the evaluators. Its car has an effect of a known size; the same law with that effect, simulated in steps
+//! of 0.1 s with the law reading half a step ahead (an acceleration that holds for a step comes late by as much), has to be closest to it
+//! at the planted value.
+
+mod common;
+
+use leadlag::catalog::Variant;
+use leadlag::convention::Convention;
+use leadlag::evaluator::{Case, Evaluator, Job, Population};
+use leadlag::plant::{self, CarTruth, Controller, Noise, Profile, Scenario};
+use leadlag::reference::Reference;
+use leadlag::score::GoodnessOfFit;
+use leadlag::trajectory::{Preparation, Trajectory, import, prepare};
+use leadlag::wgsl::extension_named;
+
+/// Largest error of a time that is found \[s\]; a scheme that is off by half a step has 0.05.
+const MOST: f64 = 0.012;
+
+const LAW: [(&str, f64); 6] = [("k_s", 0.1), ("k_v", 0.6), ("k_0", 0.3), ("v_0", 34.0), ("t_h", 1.4), ("d_0", 3.0)];
+
+/// A drive behind a restless leader, without noise.
+fn drive(effect: &str) -> Trajectory {
+    let value = |name: &str| LAW.iter().find(|(n, _)| *n == name).expect("a parameter of the law").1;
+    let controller = Controller::Linear {
+        v_0: value("v_0"),
+        t_h: value("t_h"),
+        d_0: value("d_0"),
+        k_s: value("k_s"),
+        k_v: value("k_v"),
+        k_0: value("k_0"),
+    };
+    let mut car = CarTruth { controller, ..plant::drawn(plant::Base::LCth, 1, 1) };
+    car.effects = vec![effect.parse().expect("an effect")];
+    let scenario = Scenario {
+        noise: Noise::NONE,
+        profile: Profile::Restless,
+        duration_s: 300.0,
+        followers: vec![car],
+        ..Scenario::default()
+    };
+    let mut file = Vec::new();
+    plant::write_pair(&plant::run(&scenario).expect("it can be driven"), 1, &mut file).expect("memory");
+    let recording = import::read_bytes(&file, "pair.csv", None).expect("what was just written");
+    prepare(&recording, 1, &Preparation::default()).expect("a good drive").remove(0)
+}
+
+/// By how much the best time differs from the planted one \[s\]; `parameters` are those of the effect when it comes later by so much.
+fn error_of(effect: &str, planted: &str, parameters: &dyn Fn(f64) -> Vec<(&'static str, f64)>) -> f64 {
+    let base: Variant = "l-cth".parse().expect("a variant");
+    let with = |variant: Variant, name: &str| variant.with(extension_named(name).expect("built in")).expect("it fits");
+    let variant = with(with(base, effect), "lead");
+    let case = Case::new(&drive(planted), variant, None, Convention::PAPER, 0.8).expect("all that the variant needs");
+    let shifts: Vec<f64> = (-6..=6).map(|k| 0.01 * f64::from(k)).collect();
+    let mut population = Population::new(&variant.parameters());
+    for shift in &shifts {
+        let own = parameters(*shift);
+        let value = |name: &str| match name {
+            "lead_h" => 0.05,
+            name => LAW.iter().chain(&own).find(|(n, _)| *n == name).unwrap_or_else(|| panic!("{name} has no value")).1,
+        };
+        population.push(&variant.parameters().iter().map(|symbol| value(symbol.name())).collect::<Vec<_>>());
+    }
+    let mut reference = Reference::new(vec![case], GoodnessOfFit::NRMSE_SVA);
+    let outcomes = reference.outcomes(&[Job { case: 0, population: &population }]).expect("it runs");
+    let scores: Vec<f64> =
+        outcomes.iter().map(|o| GoodnessOfFit::NRMSE_SVA.of(o.result.as_ref().expect("no crash"))).collect();
+    let best = (0..scores.len()).min_by(|a, b| scores[*a].total_cmp(&scores[*b])).expect("candidates");
+    println!("{effect}: {:+.2} s, scores {scores:.5?}", shifts[best]);
+    shifts[best]
+}
+
+fn found(effect: &str, planted: &str, parameters: &dyn Fn(f64) -> Vec<(&'static str, f64)>) {
+    let error = error_of(effect, planted, parameters);
+    assert!(error.abs() < MOST, "{effect} is found {error:+.2} s late");
+}
+
+#[test]
+fn delays() {
+    found("perception_delay", "perception_delay:tp=0.4", &|shift| vec![("tp", 0.4 + shift)]);
+    found("time_offset", "time_offset:to=0.3", &|shift| vec![("to", 0.3 + shift)]);
+}
+
+#[test]
+fn lags() {
+    found("actuation_lag", "actuation_lag:ta=0.5", &|shift| vec![("ta", 0.5 + shift)]);
+    found("sensor_lowpass", "sensor_lowpass:tf=0.4", &|shift| vec![("tf", 0.4 + shift)]);
+    found("asym_lag", "asym_lag:ta=0.7,tb=0.3", &|shift| vec![("ta", 0.7 + shift), ("tb", 0.3 + shift)]);
+}
+
+#[test]
+fn phases() {
+    let f = 0.3;
+    found("periodic", "periodic:f=0.3,As=0.3,Ac=0.0", &|shift| {
+        let angle = std::f64::consts::TAU * f * shift;
+        vec![("As", 0.3 * angle.cos()), ("Ac", -0.3 * angle.sin()), ("f", f)]
+    });
+}
