@@ -65,6 +65,14 @@ impl Figure {
         ));
     }
 
+    /// A text that rises to the right from its point.
+    pub fn rising(&mut self, [x, y]: [f64; 2], size: f64, text: &str) {
+        let text = escape(text);
+        self.push(format_args!(
+            "<text x=\"{x:.1}\" y=\"{y:.1}\" font-size=\"{size}\" fill=\"{INK}\" transform=\"rotate(-60 {x:.1} {y:.1})\">{text}</text>"
+        ));
+    }
+
     /// A line.
     pub fn line(&mut self, [x, y]: [f64; 2], [to_x, to_y]: [f64; 2], width: f64, colour: &str) {
         self.push(format_args!(

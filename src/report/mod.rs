@@ -8,6 +8,7 @@ pub mod csv;
 pub mod diagnosis;
 pub mod figure;
 pub mod html;
+pub mod naming;
 pub mod parquet;
 pub mod plot;
 pub mod residuals;

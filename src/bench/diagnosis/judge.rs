@@ -86,6 +86,17 @@ impl DiagnosisOutcome {
         (base > truth).then(|| (base - extended) / (base - truth))
     }
 
+    /// True if every estimate of a planted parameter is within 10 % or three standard errors of it; `None` if there is none, as where a
+    /// relative of the cause was named.
+    #[must_use]
+    pub fn is_close(&self) -> Option<bool> {
+        let planted = self.estimates.iter().filter_map(|(name, found)| Some((found, self.truth.get(name)?)));
+        let close: Vec<bool> = planted
+            .map(|([value, error], truth)| (value - truth).abs() <= (0.1 * truth.abs()).max(3.0 * error))
+            .collect();
+        (!close.is_empty()).then(|| close.iter().all(|close| *close))
+    }
+
     /// True if the data show what was planted: it was named right, or the truth, fitted from its own values, gains more than the
     /// threshold on the training data; of several causes each beside the others.
     #[must_use]

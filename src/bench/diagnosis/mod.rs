@@ -7,11 +7,12 @@ mod judge;
 mod plan;
 mod plant;
 mod report;
+mod text;
 
 pub use judge::{DiagnosisOutcome, Judgement, diagnose_task, judge};
 pub use plan::{DiagnosisTask, SIZES, diagnosis_tasks};
 pub use plant::{Planted, planted};
-pub use report::{Bar, DiagnosisReport};
+pub use report::{Bar, DiagnosisReport, MOST_OF_IT, Power, PowerAt};
 
 use super::BenchError;
 use std::collections::BTreeMap;

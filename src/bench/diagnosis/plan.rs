@@ -26,6 +26,29 @@ pub struct DiagnosisTask {
     pub effort: String,
 }
 
+impl DiagnosisTask {
+    /// The kind in words.
+    #[must_use]
+    pub fn in_words(&self) -> &str {
+        match self.kind.as_str() {
+            "one" => "one effect",
+            "pair" => "two effects",
+            "none" => "no effect",
+            "coloured" => "coloured noise only",
+            "absorbed" => "absorbed effect",
+            "outside" => "unmeasured road",
+            "family" => "another law",
+            other => other,
+        }
+    }
+
+    /// The effects that are planted; in brackets what is special about a drive without any.
+    #[must_use]
+    pub fn planted(&self) -> String {
+        if self.causes.is_empty() { format!("({})", self.in_words()) } else { self.causes.join(" + ") }
+    }
+}
+
 impl Eq for DiagnosisTask {}
 
 impl PartialOrd for DiagnosisTask {

@@ -5,7 +5,6 @@ use super::judge::{DiagnosisOutcome, Judgement, judge};
 use super::plan::{BASES, DiagnosisTask, MEDIUM};
 use serde::Serialize;
 use std::collections::BTreeMap;
-use std::fmt::Write;
 
 /// The rows that count all bases.
 const ALL_BASES: &str = "all bases";
@@ -65,30 +64,58 @@ fn interval(cases: usize, count: usize) -> [f64; 2] {
     [middle - half, middle + half].map(|x| (x / (1.0 + Z * Z / n)).clamp(0.0, 1.0))
 }
 
+/// One row of the power table: how many of the single effects are named right, by their size.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Power {
+    /// A base, all bases, or an effect.
+    pub of: String,
+    /// One entry per size, the smallest first.
+    pub sizes: Vec<PowerAt>,
+}
+
+/// How many effects of one size are named right.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct PowerAt {
+    /// Change of the follower's speed \[m/s\], root mean square.
+    pub rms_mps: f64,
+    /// Cases that could be made.
+    pub cases: usize,
+    /// Those that are named right.
+    pub right: usize,
+    /// 95 % interval of the share.
+    pub interval: [f64; 2],
+}
+
+/// Share of the possible gain that a named effect should bring.
+pub const MOST_OF_IT: f64 = 0.8;
+
 /// Everything that was found.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DiagnosisReport {
     /// Version of this layout.
     pub schema_version: u32,
+    /// Cases that there are, done or not.
+    pub planned: usize,
     /// Counts by kind, base and size.
     pub tallies: BTreeMap<String, Tally>,
     /// Targets.
     pub bars: Vec<Bar>,
     /// Named first, by planted cause: how often.
     pub names: BTreeMap<String, BTreeMap<String, usize>>,
+    /// Power: single effects named right, by size, on each base and on all.
+    pub powers: Vec<Power>,
+    /// The same for each effect.
+    pub powers_by_effect: Vec<Power>,
     /// Medians over the cases: CPU time \[s\], simulated candidates.
     pub cost: [f64; 2],
     /// All cases that are done.
     pub outcomes: Vec<DiagnosisOutcome>,
 }
 
-/// Share of the possible gain that a named effect should bring.
-const MOST_OF_IT: f64 = 0.8;
-
 impl DiagnosisReport {
-    /// Of the cases that the journal has.
+    /// Of those of the cases that the journal has; `planned` is how many there are in all.
     #[must_use]
-    pub fn new(tasks: &[DiagnosisTask], journal: &DiagnosisJournal) -> DiagnosisReport {
+    pub fn new(tasks: &[DiagnosisTask], planned: usize, journal: &DiagnosisJournal) -> DiagnosisReport {
         let outcomes: Vec<DiagnosisOutcome> = tasks.iter().filter_map(|task| journal.get(task)).cloned().collect();
         let mut tallies: BTreeMap<String, Tally> = BTreeMap::new();
         let mut names: BTreeMap<String, BTreeMap<String, usize>> = BTreeMap::new();
@@ -97,7 +124,7 @@ impl DiagnosisReport {
             let size = if task.kind == "one" { format!(" {:.2} m/s", task.rms_mps) } else { String::new() };
             let judged = judge(outcome);
             for base in [task.base.as_str(), ALL_BASES] {
-                let tally = tallies.entry(format!("{}{size}, {base}", task.kind)).or_default();
+                let tally = tallies.entry(format!("{}{size}, {base}", task.in_words())).or_default();
                 tally.cases += usize::from(judged != Judgement::Failed);
                 tally.right += usize::from(judged == Judgement::Right);
                 tally.in_set += usize::from(matches!(judged, Judgement::Right | Judgement::InSet));
@@ -106,7 +133,7 @@ impl DiagnosisReport {
                 tally.not_found += usize::from(judged == Judgement::Silent && passes);
                 tally.wrong += usize::from(judged == Judgement::Wrong);
             }
-            let truth = if task.causes.is_empty() { task.kind.clone() } else { task.causes.join(" + ") };
+            let truth = task.planted();
             let said = match outcome.adopted.join(" + ") {
                 said if said.is_empty() => outcome.verdict.clone(),
                 said => said,
@@ -120,62 +147,58 @@ impl DiagnosisReport {
         };
         let cost = [median(&|o| o.cpu_s), median(&|o| o.simulations as f64)];
         let bars = bars(&outcomes);
-        DiagnosisReport { schema_version: 1, tallies, bars, names, cost, outcomes }
+        let [powers, powers_by_effect] = powers(&outcomes);
+        DiagnosisReport { schema_version: 1, planned, tallies, bars, names, powers, powers_by_effect, cost, outcomes }
+    }
+}
+
+impl DiagnosisReport {
+    /// Cases that could not be made.
+    #[must_use]
+    pub fn failed(&self) -> usize {
+        self.outcomes.iter().filter(|outcome| judge(outcome) == Judgement::Failed).count()
     }
 
-    /// As text.
+    /// Shares of what the truth gains on the hold-out that extended models gain, the smallest first.
     #[must_use]
-    pub fn table(&self) -> String {
-        let mut text = format!(
-            "{:32} {:>6} {:>6} {:>7} {:>7} {:>10} {:>6}\n",
-            "", "cases", "right", "in set", "silent", "not found", "wrong"
-        );
-        for (row, tally) in &self.tallies {
-            let Tally { cases, right, in_set, silent, not_found, wrong } = tally;
-            let _ = writeln!(text, "{row:32} {cases:6} {right:6} {in_set:7} {silent:7} {not_found:10} {wrong:6}");
-        }
-        text += "not found: silent, though the truth, fitted from its values, would be named\n";
-        text += "\nshare with its 95 % interval, and target; shown: the truth, fitted from its\n";
-        text += "values, gains more than the threshold, each of two effects beside the other\n";
-        for bar in &self.bars {
-            let met = match bar.met() {
-                None => "no case",
-                Some(true) => "met",
-                Some(false) => "missed",
-            };
-            let [low, high] = bar.interval.map(|share| 100.0 * share);
-            let target = format!("{} {} %", if bar.most { "<=" } else { ">=" }, 100.0 * bar.target);
-            let interval = format!("[{low:.0}, {high:.0}] %");
-            let _ =
-                writeln!(text, "{:41}{:>4} of {:>3} {interval:>11} {target:>8} {met}", bar.what, bar.count, bar.cases);
-        }
+    pub fn gain_shares(&self) -> Vec<f64> {
         let mut shares: Vec<f64> = self.outcomes.iter().filter_map(DiagnosisOutcome::share_of_gain).collect();
         shares.sort_by(f64::total_cmp);
-        if let Some(median) = shares.get(shares.len() / 2) {
-            let most = shares.iter().filter(|share| **share >= MOST_OF_IT).count();
-            let _ = writeln!(
-                text,
-                "\nextended models gain on the hold-out, of what the truth gains (NRMSE(s,v,a)):\nmedian {:.0} %, at least {:.0} % in {most} of {}",
-                100.0 * median,
-                100.0 * MOST_OF_IT,
-                shares.len()
-            );
-        }
-        text += "\nplanted, and what was said\n";
-        for (truth, said) in &self.names {
-            let said: Vec<String> = said.iter().map(|(name, times)| format!("{name} {times}")).collect();
-            let _ = writeln!(text, "{truth:36} {}", said.join(", "));
-        }
-        let failed = self.outcomes.iter().filter(|o| o.verdict == "failed").count();
-        let _ = writeln!(
-            text,
-            "\n{} cases, {failed} of them could not be made\nmedian {:.0} s of CPU and {:.0} simulated candidates each",
-            self.outcomes.len(),
-            self.cost[0],
-            self.cost[1]
-        );
-        text
+        shares
     }
+
+    /// Of cases with one or two effects named right, those in which all parameters that were estimated are within 10 % or three standard
+    /// errors of the planted ones, and all.
+    #[must_use]
+    pub fn close_estimates(&self) -> [usize; 2] {
+        let right = self.outcomes.iter().filter(|o| judge(o) == Judgement::Right && !o.estimates.is_empty());
+        let close: Vec<bool> = right.filter_map(DiagnosisOutcome::is_close).collect();
+        [close.iter().filter(|close| **close).count(), close.len()]
+    }
+}
+
+/// Of each base and of all; and of each effect.
+fn powers(outcomes: &[DiagnosisOutcome]) -> [Vec<Power>; 2] {
+    let made = |o: &&DiagnosisOutcome| o.task.kind == "one" && judge(o) != Judgement::Failed;
+    let made: Vec<&DiagnosisOutcome> = outcomes.iter().filter(made).collect();
+    let mut sizes: Vec<f64> = made.iter().map(|o| o.task.rms_mps).collect();
+    sizes.sort_by(f64::total_cmp);
+    sizes.dedup();
+    let row = |of: &str, is: &dyn Fn(&DiagnosisOutcome) -> bool| {
+        let at = |&rms_mps: &f64| {
+            let here: Vec<Judgement> =
+                made.iter().filter(|o| o.task.rms_mps == rms_mps && is(o)).map(|o| judge(o)).collect();
+            let right = here.iter().filter(|judged| **judged == Judgement::Right).count();
+            PowerAt { rms_mps, cases: here.len(), right, interval: interval(here.len(), right) }
+        };
+        Power { of: of.to_owned(), sizes: sizes.iter().map(at).collect() }
+    };
+    let mut causes: Vec<&String> = made.iter().flat_map(|o| &o.task.causes).collect();
+    causes.sort();
+    causes.dedup();
+    let mut rows: Vec<Power> = BASES.iter().map(|base| row(base, &|o| o.task.base == *base)).collect();
+    rows.push(row(ALL_BASES, &|_| true));
+    [rows, causes.into_iter().map(|cause| row(cause, &|o| o.task.causes.contains(cause))).collect()]
 }
 
 /// What the benchmark has to reach. An effect counts as shown by the data if the truth, fitted from its own values, gains more than

@@ -2,10 +2,13 @@
 
 use super::super::lines::Lines;
 use super::super::{interrupt, output};
+use anyhow::Context;
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
+use leadlag::bench::Machine;
 use leadlag::bench::{DiagnosisJournal, DiagnosisReport, SIZES, diagnosis_tasks, run_diagnoses};
+use leadlag::report::naming::{self, Provenance};
 use std::ops::ControlFlow;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
@@ -36,6 +39,9 @@ pub struct Args {
     /// Finished cases are kept in this file; the same command goes on where it was stopped
     #[arg(long, value_name = "FILE", default_value = "diagnosis.jsonl")]
     journal: PathBuf,
+    /// Write tables and pictures into this Markdown page, between two lines that mark the place, and the pictures into `images` beside it
+    #[arg(long, value_name = "FILE")]
+    page: Option<PathBuf>,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -43,11 +49,14 @@ pub struct Args {
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
     interrupt::watch();
+    // A page that cannot take the results is better known before they have taken an hour.
+    let page = args.page.as_deref().map(|page| into_page(page, "").map(|_| page)).transpose()?;
     let (duration, effort, count) = if args.quick { (300.0, "quick", 30) } else { (900.0, "normal", usize::MAX) };
     let effort = args.effort.as_deref().unwrap_or(effort);
     let mut tasks = diagnosis_tasks(args.seed, args.duration.unwrap_or(duration), effort, &args.sizes);
     tasks.retain(|task| args.only.as_ref().is_none_or(|only| task.kind == *only));
     tasks.retain(|task| args.case.is_empty() || args.case.contains(&task.seed));
+    let planned = tasks.len();
     tasks.truncate(args.cases.unwrap_or(count));
     let mut journal = DiagnosisJournal::open(&args.journal)?;
     let bar = output::heard(ProgressBar::new(tasks.len() as u64))
@@ -63,8 +72,51 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if interrupt::asked() {
         eprintln!("interrupted; the same command goes on from {}", args.journal.display());
     }
-    let report = DiagnosisReport::new(&tasks, &journal);
+    let report = DiagnosisReport::new(&tasks, planned, &journal);
+    if let Some(page) = page {
+        write(page, &report, command(args))?;
+    }
     if args.json { output::print_json(&report) } else { output::print(&report.table()) }
+}
+
+/// The page with other results in it.
+fn into_page(page: &Path, part: &str) -> anyhow::Result<String> {
+    let name = page.display();
+    let text = std::fs::read_to_string(page).with_context(|| format!("{name}: cannot read the page"))?;
+    naming::into_page(&text, part).with_context(|| format!("{name}: no place for the results"))
+}
+
+/// Writes the pictures, and then the page that shows them.
+fn write(page: &Path, report: &DiagnosisReport, command: String) -> anyhow::Result<()> {
+    const PICTURES: [&str; 2] = ["images/diagnosis_names.svg", "images/diagnosis_power.svg"];
+    let folder = page.parent().unwrap_or(Path::new(""));
+    output::make_folder(&folder.join("images"))?;
+    for (name, picture) in PICTURES.iter().zip([naming::names(report), naming::power(report)]) {
+        output::write_file(&folder.join(name), picture.as_bytes())?;
+    }
+    let from = Provenance {
+        command,
+        program: format!("leadlag {}", env!("CARGO_PKG_VERSION")),
+        machine: Machine::here().to_string(),
+        date: chrono::Utc::now().date_naive().to_string(),
+    };
+    output::write_file(page, into_page(page, &naming::part(report, &from, PICTURES))?.as_bytes())
+}
+
+/// What gives the same cases.
+fn command(args: &Args) -> String {
+    let mut words = vec!["leadlag bench diagnosis".to_owned(), format!("--seed {}", args.seed)];
+    words.extend(args.quick.then(|| "--quick".to_owned()));
+    words.extend(args.effort.as_ref().map(|effort| format!("--effort {effort}")));
+    words.extend(args.duration.map(|duration| format!("--duration {duration}")));
+    if args.sizes != SIZES {
+        let sizes: Vec<String> = args.sizes.iter().map(f64::to_string).collect();
+        words.push(format!("--sizes {}", sizes.join(",")));
+    }
+    words.extend(args.only.as_ref().map(|kind| format!("--only {kind}")));
+    words.extend(args.case.iter().map(|case| format!("--case {case}")));
+    words.extend(args.cases.map(|cases| format!("--cases {cases}")));
+    words.join(" ")
 }
 
 fn size(text: &str) -> Result<f64, String> {

@@ -1,0 +1,7 @@
+//! How well causes are named, as `leadlag bench diagnosis --page` shows it: a part of a Markdown page, and two pictures.
+
+mod page;
+mod pictures;
+
+pub use page::{BEGIN, END, PageError, Provenance, into_page, part};
+pub use pictures::{names, power};

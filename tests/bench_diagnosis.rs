@@ -1,0 +1,119 @@
+//! `leadlag bench diagnosis`: what its journal is worth, and what it writes into a page.
+
+use leadlag::bench::{DiagnosisOutcome, DiagnosisTask, SIZES, diagnosis_tasks};
+use leadlag::report::naming::{BEGIN, END};
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::process::{Command, Output};
+
+/// A case that was named so; its parameters are off by `off`.
+fn outcome(task: &DiagnosisTask, adopted: &[String], off: f64) -> DiagnosisOutcome {
+    let names = || adopted.iter().map(|cause| format!("{cause}.size"));
+    DiagnosisOutcome {
+        program: concat!("leadlag ", env!("CARGO_PKG_VERSION")).to_owned(),
+        task: task.clone(),
+        truth: names().map(|name| (name, 1.0)).collect(),
+        verdict: if adopted.is_empty() { "nothing" } else { "named" }.to_owned(),
+        reason: String::new(),
+        adopted: adopted.to_vec(),
+        confounded_with: Vec::new(),
+        not_testable: Vec::new(),
+        estimates: names().map(|name| (name, [1.0 + off, 0.01])).collect::<BTreeMap<_, _>>(),
+        simulations: 1000,
+        cpu_s: 2.0,
+        tried: Vec::new(),
+        base: [1.0, 0.01, 2.0],
+        gain: None,
+        known: None,
+    }
+}
+
+/// A journal in which everything is named as planted, but for the first two single effects: one silent, one wrong.
+fn journal(folder: &Path) -> usize {
+    let tasks = diagnosis_tasks(1, 900.0, "normal", &SIZES);
+    let singles: Vec<&DiagnosisTask> = tasks.iter().filter(|task| task.kind == "one").collect();
+    let said = |task: &DiagnosisTask| match task {
+        task if task == singles[0] => Vec::new(),
+        task if task == singles[1] => vec!["gain_mass".to_owned()],
+        task if ["one", "pair"].contains(&task.kind.as_str()) => task.causes.clone(),
+        _ => Vec::new(),
+    };
+    let off = |task: &DiagnosisTask| if task == singles[2] { 0.2 } else { 0.02 };
+    let line =
+        |task: &DiagnosisTask| serde_json::to_string(&outcome(task, &said(task), off(task))).expect("JSON") + "\n";
+    std::fs::write(folder.join("diagnosis.jsonl"), tasks.iter().map(line).collect::<String>()).expect("written");
+    tasks.len()
+}
+
+fn bench(folder: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_leadlag"));
+    command.args(["bench", "diagnosis"]).args(arguments).current_dir(folder);
+    command.output().expect("leadlag starts")
+}
+
+#[test]
+fn a_page_gets_tables_and_pictures() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let count = journal(folder.path());
+    let page = folder.path().join("page.md");
+    std::fs::write(&page, format!("# Page\n\n{BEGIN}\nold\n{END}\n\nafter\n")).expect("written");
+    let output = bench(folder.path(), &["--page", "page.md"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = std::fs::read_to_string(&page).expect("a page");
+    assert!(text.starts_with("# Page\n") && text.ends_with("after\n") && !text.contains("\nold\n"), "{text}");
+    let singles = diagnosis_tasks(1, 900.0, "normal", &SIZES).iter().filter(|task| task.kind == "one").count();
+    for part in [
+        format!("`leadlag bench diagnosis --seed 1`: all {count} cases."),
+        format!("| wrong name, one effect of any size | 1 of {singles} |"),
+        format!("in {} of ", text_of_close(&output)),
+        "![What was planted, and what was named](images/diagnosis_names.svg)".to_owned(),
+        "| one effect, named right | 0.03 m/s | 0.1 m/s |".to_owned(),
+    ] {
+        assert!(text.contains(&part), "no `{part}` in {text}");
+    }
+    for name in ["names", "power"] {
+        let svg =
+            std::fs::read_to_string(folder.path().join(format!("images/diagnosis_{name}.svg"))).expect("a picture");
+        assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"), "{svg}");
+    }
+    let names = std::fs::read_to_string(folder.path().join("images/diagnosis_names.svg")).expect("a picture");
+    assert!(names.contains(">gain_mass</text>") && names.contains(">no name</text>"), "{names}");
+    // Twice the same but for what the first line may say of the day.
+    assert!(bench(folder.path(), &["--page", "page.md"]).status.success());
+    let again = std::fs::read_to_string(&page).expect("a page");
+    let tables = |text: &str| text.lines().filter(|line| line.starts_with('|')).map(str::to_owned).collect::<Vec<_>>();
+    assert_eq!(tables(&again), tables(&text));
+}
+
+/// How many estimates the terminal says are close.
+fn text_of_close(output: &Output) -> String {
+    let text = String::from_utf8_lossy(&output.stdout);
+    let line = text.lines().find(|line| line.starts_with("of the planted ones")).expect("a line on the estimates");
+    let [close, all] = ["planted ones: ", " of "].map(|before| {
+        let rest = line.rsplit(before).next().expect("numbers");
+        rest.split(' ').next().expect("a number").parse::<usize>().expect("a number")
+    });
+    assert_eq!(all - close, 1, "one estimate is 20 % off: {line}");
+    close.to_string()
+}
+
+#[test]
+fn a_part_of_the_cases_says_so() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let count = journal(folder.path());
+    let output = bench(folder.path(), &["--cases", "40"]);
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(text.contains(&format!("\n40 of {count} cases, 0 of them could not be made\n")), "{text}");
+}
+
+#[test]
+fn a_page_without_a_place_is_refused_before_anything_is_run() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("page.md"), "# Page\n").expect("written");
+    for (page, expected) in [("page.md", "no place for the results"), ("none.md", "cannot read the page")] {
+        let output = bench(folder.path(), &["--page", page]);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(!output.status.success() && said.contains(page) && said.contains(expected), "{said}");
+        assert!(!folder.path().join("diagnosis.jsonl").exists(), "nothing was begun");
+    }
+}
