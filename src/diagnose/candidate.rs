@@ -126,7 +126,8 @@ pub const LEAD: &str = "lead";
 /// Turns on a fold, from the optimum of all data.
 const FOLD_PLAN: Plan = Plan { select: 2, kinds: 1, rough: 0, keep: 2, fine: 8, tolerance: 0.1, least: [0.0; 2] };
 /// Turns on data on which it was not fitted.
-const ELSEWHERE: Plan = Plan { select: 2, kinds: 1, rough: 4, keep: 2, fine: 12, tolerance: 0.1, least: [0.0; 2] };
+pub(super) const ELSEWHERE: Plan =
+    Plan { select: 2, kinds: 1, rough: 4, keep: 2, fine: 12, tolerance: 0.1, least: [0.0; 2] };
 
 impl Candidate {
     /// Fits a variant from some starts.
@@ -306,7 +307,7 @@ fn elsewhere(point: &Point) -> [Point; 2] {
 }
 
 /// Robust log-likelihood per drive and block of 30 s at a point.
-fn scored(model: &mut Model, point: &Point, masks: &[Mask]) -> Result<Vec<Vec<f64>>, DiagnoseError> {
+pub(super) fn scored(model: &mut Model, point: &Point, masks: &[Mask]) -> Result<Vec<Vec<f64>>, DiagnoseError> {
     let mut all = Vec::new();
     for (drive, ((samples, dt), mask)) in model.drives().into_iter().zip(masks).enumerate() {
         let designed = design(&point.noise, dt);

@@ -84,7 +84,8 @@ pub fn is_lost(noise: &Noise) -> bool {
 const ASTRAY: f64 = 0.03;
 
 /// True where so much is missing that the model may be far off: large or long, and so less than [`is_lost`] asks.
-fn is_astray(noise: &Noise) -> bool {
+#[must_use]
+pub fn is_astray(noise: &Noise) -> bool {
     noise.sigma_d.powi(2) * noise.tau_d > ASTRAY
 }
 

@@ -41,6 +41,7 @@ pub mod space;
 pub mod specification;
 pub mod start;
 mod trial;
+mod undisturbed;
 pub mod verdict;
 
 pub use adopt::family;

@@ -21,18 +21,18 @@ pub fn are_idle(hints: &[Hint]) -> bool {
     !hints.is_empty() && hints.iter().all(idle)
 }
 
-/// The likeliest of many hints.
+/// The likeliest of many hints on top of a point.
 ///
 /// # Errors
 /// As [`log_likelihoods`].
 pub fn scanned(
     setting: &Setting<'_>,
-    current: &Candidate,
+    at: &Point,
     model: &mut Model,
     hints: Vec<Hint>,
     most: usize,
 ) -> Result<Vec<Hint>, DiagnoseError> {
-    if hints.len() <= most { Ok(hints) } else { likeliest(current, model, setting, hints, most) }
+    if hints.len() <= most { Ok(hints) } else { likeliest(at, model, setting, hints, most) }
 }
 
 /// Starts at the times at which a size would gain most with everything else moving with it, under the present observer and under a
@@ -65,7 +65,7 @@ pub fn timed(
     let changed: Vec<Vec<f64>> = hints.iter().map(|hint| at(hint, SCAN)).collect();
     let fixed = |k: usize| if own.contains(&k) { Axis::linear(values[k], values[k]) } else { bounds[k] };
     let axes: Vec<Axis> = (0..values.len()).map(fixed).collect();
-    let present = noise(current);
+    let present = compared(&current.fit.point.noise);
     let free = softened(&present, true).unwrap_or(present);
     let free = Noise { sigma_d: NEARLY_FREE.0.min(free.sigma_d), tau_d: NEARLY_FREE.1, ..free };
     let strong = Noise { sigma_d: STRONG.0, tau_d: STRONG.1, ..present };
@@ -98,26 +98,18 @@ pub fn timed(
 /// The likeliest hints as they are under the present observer and under a nearly free one, so many of each, no two of them about the
 /// same: the present one may hide in its missing acceleration what a hint is about.
 fn likeliest(
-    current: &Candidate,
+    at: &Point,
     model: &mut Model,
     setting: &Setting<'_>,
     hints: Vec<Hint>,
     most: usize,
 ) -> Result<Vec<Hint>, DiagnoseError> {
-    let values = model.adopt(&current.model, &current.fit.point.values);
-    let present = noise(current);
+    let present = compared(&at.noise);
     let free = Noise { sigma_d: NEARLY_FREE.0.min(present.sigma_d), tau_d: NEARLY_FREE.1, ..present };
     let axes = model.axes.clone();
     let mut kept: Vec<Hint> = Vec::new();
     for (turn, noise) in [present, free].into_iter().enumerate() {
-        let point = |hint: &Hint| {
-            let mut moved = values.clone();
-            for (symbol, value) in hint {
-                let k = model.position(*symbol).expect("a parameter of this cause");
-                moved[k] = value.clamp(axes[k].lower, axes[k].upper);
-            }
-            Point { values: moved, noise }
-        };
+        let point = |hint: &Hint| Point { values: moved(model, &at.values, hint), noise };
         let points: Vec<Point> = hints.iter().map(point).collect();
         let found = log_likelihoods(model, &axes, &setting.whole, &points)?;
         let mut order: Vec<usize> = (0..hints.len()).filter(|&i| found[i].is_finite()).collect();
@@ -134,10 +126,71 @@ fn likeliest(
     Ok(kept)
 }
 
+/// A stretch whose two ends and whose size are moved as long as that makes it likelier, in ever smaller steps: neither has a derivative
+/// that shows the way while the other is off.
+///
+/// # Errors
+/// As [`log_likelihoods`].
+pub fn walked(setting: &Setting<'_>, at: &Point, model: &mut Model, mut hint: Hint) -> Result<Hint, DiagnoseError> {
+    /// Steps of the ends \[s\]; of the size a tenth of each.
+    const STEPS: [f64; 7] = [16.0, 8.0, 4.0, 2.0, 1.0, 0.5, 0.25];
+    /// Most moves per step.
+    const MOVES: usize = 8;
+    let times: Vec<usize> = (0..hint.len()).filter(|&i| hint[i].0.is_time()).collect();
+    let (&[begin, length], Some(size)) = (times.as_slice(), (0..hint.len()).find(|&i| !hint[i].0.is_time())) else {
+        return Ok(hint);
+    };
+    let axes = model.axes.clone();
+    for step in STEPS {
+        for _ in 0..MOVES {
+            let mut around = vec![hint.clone()];
+            for (earlier, later, larger) in [
+                (1.0, 0.0, 0.0),
+                (-1.0, 0.0, 0.0),
+                (0.0, 1.0, 0.0),
+                (0.0, -1.0, 0.0),
+                (1.0, 1.0, 0.0),
+                (-1.0, 1.0, 0.0),
+                (1.0, -1.0, 0.0),
+                (-1.0, -1.0, 0.0),
+                (0.0, 0.0, 0.1),
+                (0.0, 0.0, -0.1),
+            ] {
+                let mut other = hint.clone();
+                other[begin].1 -= step * earlier;
+                other[length].1 += step * (earlier + later);
+                other[size].1 += step * larger;
+                if other[length].1 > 0.0 {
+                    around.push(other);
+                }
+            }
+            let points: Vec<Point> =
+                around.iter().map(|hint| Point { values: moved(model, &at.values, hint), noise: at.noise }).collect();
+            let found = log_likelihoods(model, &axes, &setting.whole, &points)?;
+            let best = (0..found.len()).max_by(|&a, &b| found[a].total_cmp(&found[b]).then(b.cmp(&a)));
+            match best {
+                Some(best) if best > 0 && found[best].is_finite() => hint = around.swap_remove(best),
+                _ => break,
+            }
+        }
+    }
+    Ok(hint)
+}
+
+/// Values with those of a hint in their place.
+#[must_use]
+pub fn moved(model: &Model, values: &[f64], hint: &Hint) -> Vec<f64> {
+    let mut moved = values.to_vec();
+    for (symbol, value) in hint {
+        let k = model.position(*symbol).expect("a parameter of this cause");
+        moved[k] = value.clamp(model.axes[k].lower, model.axes[k].upper);
+    }
+    moved
+}
+
 /// The noise that hints are compared with.
-fn noise(current: &Candidate) -> Noise {
-    let noise = current.fit.point.noise;
-    softened(&noise, false).unwrap_or(noise)
+fn compared(noise: &Noise) -> Noise {
+    softened(noise, false).unwrap_or(*noise)
 }
 
 fn same(a: &Hint, b: &Hint) -> bool {

@@ -12,6 +12,7 @@ use super::scan::{are_idle, scanned, timed};
 use super::start::{
     FOR_AN_EVENT, FOR_STEPS, KEEPS_THE_SPACING, KINDS, NEARLY_FREE, fastest, hints, softened_by, with_cause,
 };
+use super::undisturbed::{UNDISTURBED_KINDS, undisturbed};
 use super::verdict::{DiagnoseError, Effort};
 use crate::catalog::Variant;
 use crate::evaluator::CaseError;
@@ -106,13 +107,13 @@ pub fn explain(
     };
     let without_start = scopes.iter().all(|scope| scope.starts.is_empty());
     for mut scope in scopes {
-        if let Some(best) = &best {
+        if let Some(best) = best.as_ref().filter(|_| !scope.usual) {
             // What happens in one drive may happen in all of them.
             let values = scope.model.adopt(&best.model, &best.fit.point.values);
             let noises = [best.fit.point.noise, current.fit.point.noise];
             scope.starts.extend(noises.map(|noise| Point { values: values.clone(), noise }));
         }
-        let held = from_held(setting, current, &mut scope.model, cause)?;
+        let held = if scope.usual { Vec::new() } else { from_held(setting, current, &mut scope.model, cause)? };
         let Some(found) = searched(setting, current, variant, &causes, scope, spending)? else { continue };
         let found = set_free(setting, found, &held, spending)?;
         let mut found = jittered(setting, found, cause, spending)?;
@@ -137,6 +138,8 @@ struct Scope {
     starts: Vec<Point>,
     /// True for an event whose times were scanned.
     event: bool,
+    /// True where it starts from the undisturbed model; such starts do not compare with others.
+    usual: bool,
 }
 
 /// The drives in which a cause may act: all of them, or, for an event, any one; of those whose times were scanned only the ones
@@ -151,6 +154,9 @@ fn scopes(
 ) -> Result<Result<Vec<Scope>, Untried>, DiagnoseError> {
     let fastest = fastest(setting.question.train);
     let needs_hints = cause.parameters.iter().any(|symbol| symbol.neutral().is_none());
+    // A stretch in which something else drives the car is what spoils a model most.
+    let stretch = cause.parameters.iter().filter(|symbol| symbol.is_time()).count() > 1;
+    let usual = if stretch { undisturbed(setting, current)? } else { None };
     let mut scopes: Vec<(Scope, [f64; 2])> = Vec::new();
     for (scope, hints) in hints(cause, setting.question.train, missing, spending.hints) {
         let events: Vec<Event> = current.model.events.iter().copied().chain(scope).collect();
@@ -168,7 +174,16 @@ fn scopes(
             timed(setting, current, &mut model, &hints, spending.hints, fastest)?
         } else {
             let keeps = cause.name == KEEPS_THE_SPACING;
-            let hints = if keeps { hints } else { scanned(setting, current, &mut model, hints, spending.hints)? };
+            let values = model.adopt(&current.model, &current.fit.point.values);
+            let present = Point { values, noise: current.fit.point.noise };
+            if let Some(usual) = &usual {
+                // On its own: next to starts from the spoilt model these would not be followed.
+                let mut model = setting.model(variant, &events)?;
+                let starts = usual.starts(setting, &mut model, hints.clone(), spending.hints)?;
+                setting.simulations.fetch_add(model.simulations, Ordering::Relaxed);
+                scopes.push((Scope { model, starts, event: false, usual: true }, [0.0; 2]));
+            }
+            let hints = if keeps { hints } else { scanned(setting, &present, &mut model, hints, spending.hints)? };
             let settled = keeps.then(|| {
                 let values = model.adopt(&current.model, &current.fit.point.values);
                 at_equilibrium(&model, &values, setting.question.train)
@@ -176,7 +191,7 @@ fn scopes(
             (with_cause(current, &model, cause, &hints, settled.as_ref(), fastest), [0.0; 2])
         };
         setting.simulations.fetch_add(model.simulations, Ordering::Relaxed);
-        scopes.push((Scope { model, starts, event }, gains));
+        scopes.push((Scope { model, starts, event, usual: false }, gains));
     }
     let most = |k: usize| scopes.iter().map(|(_, gains)| gains[k]).fold(0.0, f64::max);
     let most = [most(0), most(1)];
@@ -193,10 +208,15 @@ fn searched(
     scope: Scope,
     spending: &Spending,
 ) -> Result<Option<Candidate>, DiagnoseError> {
-    let Scope { model, mut starts, event } = scope;
+    let Scope { model, mut starts, event, usual } = scope;
     // Starts of an event under several observers do not compare: all are followed.
     let all = Plan { select: starts.len(), kinds: 1, keep: spending.plan.keep.max(KINDS), ..spending.plan };
-    let mut plan = if event { all } else { spending.plan };
+    let of_usual = Plan { kinds: UNDISTURBED_KINDS, ..spending.plan };
+    let mut plan = match (event, usual) {
+        (true, _) => all,
+        (_, true) => of_usual,
+        _ => spending.plan,
+    };
     if causes.last().is_some_and(|cause| cause.name == KEEPS_THE_SPACING) {
         // Settled values begin far below the others.
         plan = Plan { kinds: 2 * KINDS, select: plan.select.min(3), ..plan };

@@ -1,0 +1,110 @@
+//! The model where nothing happens: what drives a car for a minute in place of its law spoils a calibration of everything.
+
+use super::candidate::{Candidate, ELSEWHERE, Setting, scored};
+use super::fit::{Plan, Point, fit};
+use super::held_sizes::is_astray;
+use super::likelihood::Mask;
+use super::model::Model;
+use super::observer::Noise;
+use super::scan::{moved, scanned, walked};
+use super::start::{Hint, STRONG, fastest, with_free_driving};
+use super::verdict::DiagnoseError;
+use rayon::prelude::*;
+use std::sync::atomic::Ordering;
+
+/// Share of the blocks of 30 s by which parts are compared: the others may be what happens.
+const USUAL: f64 = 0.8;
+/// Turns on a part.
+const PART: Plan = Plan { rough: 6, keep: 1, ..ELSEWHERE };
+
+/// A model fitted where nothing happens.
+#[derive(Debug)]
+pub struct Undisturbed {
+    model: Model,
+    point: Point,
+}
+
+/// Kinds of starts of [`Undisturbed::starts`], which come in turn.
+pub const UNDISTURBED_KINDS: usize = 2;
+
+impl Undisturbed {
+    /// Starts of a model that has a stretch more: the likeliest stretches on top of these values, walked to where they are likeliest,
+    /// under this observer and under a strong one.
+    ///
+    /// # Errors
+    /// As [`scanned`].
+    pub fn starts(
+        &self,
+        setting: &Setting<'_>,
+        model: &mut Model,
+        hints: Vec<Hint>,
+        most: usize,
+    ) -> Result<Vec<Point>, DiagnoseError> {
+        let noise = self.point.noise;
+        let at = Point { values: model.adopt(&self.model, &self.point.values), noise };
+        let strong = Noise { sigma_d: STRONG.0, tau_d: STRONG.1, ..noise };
+        let mut starts = Vec::new();
+        for hint in scanned(setting, &at, model, hints, most)? {
+            let hint = walked(setting, &at, model, hint)?;
+            let values = moved(model, &at.values, &hint);
+            starts.extend([noise, strong].map(|noise| Point { values: values.clone(), noise }));
+        }
+        Ok(starts)
+    }
+}
+
+/// The model fitted to one half of one training drive, from textbook values and as it is: of all halves the one whose fit is likeliest in
+/// most of the time. `None` where so little is missing that nothing can have spoilt it.
+///
+/// # Errors
+/// As [`fit`].
+pub fn undisturbed(setting: &Setting<'_>, current: &Candidate) -> Result<Option<Undisturbed>, DiagnoseError> {
+    let noise = current.fit.point.noise;
+    if !is_astray(&noise) {
+        return Ok(None);
+    }
+    let halves: Vec<(usize, bool)> = (0..setting.whole.len()).flat_map(|k| [(k, false), (k, true)]).collect();
+    let fitted = |half: &(usize, bool)| -> Result<Option<(f64, Model, Point)>, DiagnoseError> {
+        let mut model = setting.model(current.variant, &current.model.events)?;
+        let axes = model.axes.clone();
+        let values = model.adopt(&current.model, &current.fit.point.values);
+        let textbook = with_free_driving(&model, &values, fastest(setting.question.train));
+        let strong = Noise { sigma_d: STRONG.0, tau_d: STRONG.1, ..noise };
+        let starts = [textbook, values].map(|values| Point { values, noise: strong });
+        let found = fit(&mut model, &axes, &part(&setting.whole, *half), &starts, PART)?.into_iter().next();
+        let Some(point) = found.map(|fit| fit.point) else { return Ok(None) };
+        let mut blocks = scored(&mut model, &point, &setting.whole)?.concat();
+        blocks.sort_by(|a, b| b.total_cmp(a));
+        blocks.truncate((USUAL * blocks.len() as f64).ceil() as usize);
+        setting.simulations.fetch_add(model.simulations, Ordering::Relaxed);
+        Ok(Some((blocks.iter().sum(), model, point)))
+    };
+    let found: Result<Vec<_>, _> = halves.par_iter().map(fitted).collect();
+    let best = found?.into_iter().flatten().max_by(|a, b| a.0.total_cmp(&b.0));
+    Ok(best.map(|(_, model, point)| Undisturbed { model, point }))
+}
+
+/// Of all samples that count those of the first or the second half of a drive.
+fn part(whole: &[Mask], (drive, second): (usize, bool)) -> Vec<Mask> {
+    let of = |(k, mask): (usize, &Mask)| -> Mask {
+        mask.iter().enumerate().map(|(t, counts)| *counts && k == drive && (t >= mask.len() / 2) == second).collect()
+    };
+    whole.iter().enumerate().map(of).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn halves_are_all_samples_that_count_once() {
+        let whole = vec![vec![false, true, true, true], vec![true; 3]];
+        let count = |half| part(&whole, half).concat().iter().map(|counts| usize::from(*counts)).collect::<Vec<_>>();
+        let mut sum = vec![0; 7];
+        for half in [(0, false), (0, true), (1, false), (1, true)] {
+            sum.iter_mut().zip(count(half)).for_each(|(sum, counts)| *sum += counts);
+        }
+        assert_eq!(sum, [0, 1, 1, 1, 1, 1, 1]);
+        assert_eq!(count((1, true)), [0, 0, 0, 0, 0, 1, 1]);
+    }
+}
