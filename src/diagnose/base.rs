@@ -7,6 +7,7 @@ use super::screen::Spending;
 use super::start::{NEARLY_FREE, STRONG, fastest, first_noise, population, softened, with_free_driving};
 use super::verdict::DiagnoseError;
 use crate::catalog::Variant;
+use crate::symbols::Symbol;
 
 /// Replicates at most, until two agree.
 const REPLICATES: u64 = 4;
@@ -110,7 +111,8 @@ pub fn contradiction(setting: &Setting<'_>, candidate: &Candidate) -> Option<Str
     }
     for (k, axis) in candidate.model.axes.iter().enumerate() {
         let symbol = candidate.model.symbols[k];
-        if symbol.neutral().is_some()
+        // Of a cause the decision looks at bounds itself; when something begins says nothing of the base.
+        if matches!(symbol, Symbol::Extension(_))
             || !axis.at_bound(candidate.fit.point.values[k])
             || candidate.fit.gradient.is_empty()
         {

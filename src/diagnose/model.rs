@@ -1,6 +1,5 @@
 //! A variant over drives, as the fits see it.
 
-use super::adopt::family;
 use super::candidate::LEAD;
 use super::drive::Drive;
 use super::fit::Predictor;
@@ -185,18 +184,23 @@ impl Predictor for Model {
     }
 }
 
-/// Beside a delay, a lag or an offset of time the nuisance lead is held at half a step, by which an acceleration that holds for a step
-/// comes late: left free, it would take a part of the delay, as it says the same.
+/// Beside a delay or an offset of time the nuisance lead is held at half a step, by which an acceleration that holds for a step comes
+/// late: left free, it would take a part of the delay, as it says the same.
 fn hold_lead(variant: Variant, symbols: &[Symbol], axes: &mut [Axis], drives: &[Drive]) {
-    let is_late = variant.extensions.list().iter().any(|extension| family(extension) == "phase");
+    if DELAYS.iter().all(|name| variant.extensions.get(name).is_none()) {
+        return;
+    }
     let step = drives.first().map_or(0.0, Drive::dt);
-    for (symbol, axis) in symbols.iter().zip(axes).filter(|_| is_late) {
+    for (symbol, axis) in symbols.iter().zip(axes) {
         if matches!(symbol, Symbol::Extension(row) if row.extension == LEAD) {
             let half = (0.5 * step).clamp(axis.lower, axis.upper);
             *axis = Axis::linear(half, half);
         }
     }
 }
+
+/// Causes that shift in time and change nothing else, as the lead does.
+const DELAYS: [&str; 2] = ["perception_delay", "time_offset"];
 
 fn axis(
     symbol: Symbol,

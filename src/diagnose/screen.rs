@@ -154,9 +154,9 @@ fn scopes(
 ) -> Result<Result<Vec<Scope>, Untried>, DiagnoseError> {
     let fastest = fastest(setting.question.train);
     let needs_hints = cause.parameters.iter().any(|symbol| symbol.neutral().is_none());
-    // A stretch in which something else drives the car is what spoils a model most.
+    // A stretch in which something else drives the car is what spoils a base most.
     let stretch = cause.parameters.iter().filter(|symbol| symbol.is_time()).count() > 1;
-    let usual = if stretch { undisturbed(setting, current)? } else { None };
+    let usual = if stretch && current.causes.is_empty() { undisturbed(setting, current)? } else { None };
     let mut scopes: Vec<(Scope, [f64; 2])> = Vec::new();
     for (scope, hints) in hints(cause, setting.question.train, missing, spending.hints) {
         let events: Vec<Event> = current.model.events.iter().copied().chain(scope).collect();
