@@ -22,7 +22,9 @@ mod text;
 pub use contender::Contender;
 pub use data::{Drive, candidates};
 pub use diagnosis::{Bar, DiagnosisJournal, DiagnosisOutcome, DiagnosisReport, DiagnosisTask, Judgement, Planted};
-pub use diagnosis::{MOST_OF_IT, Power, PowerAt, SIZES, diagnose_task, diagnosis_tasks, judge, planted, run_diagnoses};
+pub use diagnosis::{
+    Gains, MOST_OF_IT, Power, PowerAt, SIZES, diagnose_task, diagnosis_tasks, judge, planted, run_diagnoses,
+};
 pub use export::export;
 pub use generation::Generation;
 pub use goals::Goal;

@@ -12,7 +12,7 @@ mod text;
 pub use judge::{DiagnosisOutcome, Judgement, diagnose_task, judge};
 pub use plan::{DiagnosisTask, SIZES, diagnosis_tasks};
 pub use plant::{Planted, planted};
-pub use report::{Bar, DiagnosisReport, MOST_OF_IT, Power, PowerAt};
+pub use report::{Bar, DiagnosisReport, Gains, MOST_OF_IT, Power, PowerAt};
 
 use super::BenchError;
 use std::collections::BTreeMap;

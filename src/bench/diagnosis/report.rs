@@ -89,6 +89,17 @@ pub struct PowerAt {
 /// Share of the possible gain that a named effect should bring.
 pub const MOST_OF_IT: f64 = 0.8;
 
+/// What extended models gain on the hold-out, as shares of what the truth gains there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gains {
+    /// Median share.
+    pub median: f64,
+    /// Cases with at least [`MOST_OF_IT`].
+    pub most: usize,
+    /// All of them.
+    pub cases: usize,
+}
+
 /// Everything that was found.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DiagnosisReport {
@@ -150,21 +161,21 @@ impl DiagnosisReport {
         let [powers, powers_by_effect] = powers(&outcomes);
         DiagnosisReport { schema_version: 1, planned, tallies, bars, names, powers, powers_by_effect, cost, outcomes }
     }
-}
 
-impl DiagnosisReport {
     /// Cases that could not be made.
     #[must_use]
     pub fn failed(&self) -> usize {
         self.outcomes.iter().filter(|outcome| judge(outcome) == Judgement::Failed).count()
     }
 
-    /// Shares of what the truth gains on the hold-out that extended models gain, the smallest first.
+    /// What extended models gain; `None` where there is nothing to compare.
     #[must_use]
-    pub fn gain_shares(&self) -> Vec<f64> {
+    pub fn gains(&self) -> Option<Gains> {
         let mut shares: Vec<f64> = self.outcomes.iter().filter_map(DiagnosisOutcome::share_of_gain).collect();
         shares.sort_by(f64::total_cmp);
-        shares
+        let median = *shares.get(shares.len() / 2)?;
+        let most = shares.iter().filter(|share| **share >= MOST_OF_IT).count();
+        Some(Gains { median, most, cases: shares.len() })
     }
 
     /// Of cases with one or two effects named right, those in which all parameters that were estimated are within 10 % or three standard

@@ -1,6 +1,6 @@
 //! The report as text for a terminal.
 
-use super::report::{DiagnosisReport, MOST_OF_IT, Tally};
+use super::report::{DiagnosisReport, Gains, MOST_OF_IT, Tally};
 use std::fmt::Write;
 
 impl DiagnosisReport {
@@ -42,15 +42,12 @@ impl DiagnosisReport {
             text,
             "\nof effects named right, all parameters within 10 % or 3 standard errors\nof the planted ones: {close} of {estimated}"
         );
-        let gains = self.gain_shares();
-        if let Some(median) = gains.get(gains.len() / 2) {
-            let most = gains.iter().filter(|share| **share >= MOST_OF_IT).count();
+        if let Some(Gains { median, most, cases }) = self.gains() {
             let _ = writeln!(
                 text,
-                "\nextended models gain on the hold-out, of what the truth gains (NRMSE(s,v,a)):\nmedian {:.0} %, at least {:.0} % in {most} of {}",
+                "\nextended models gain on the hold-out, of what the truth gains (NRMSE(s,v,a)):\nmedian {:.0} %, at least {:.0} % in {most} of {cases}",
                 100.0 * median,
-                100.0 * MOST_OF_IT,
-                gains.len()
+                100.0 * MOST_OF_IT
             );
         }
         text += "\nplanted, and what was said\n";

@@ -1,6 +1,6 @@
 //! The part of a Markdown page.
 
-use crate::bench::{Bar, DiagnosisReport, Judgement, MOST_OF_IT, PowerAt, judge};
+use crate::bench::{Bar, DiagnosisReport, Gains, Judgement, MOST_OF_IT, PowerAt, judge};
 use std::fmt::Write;
 
 /// The line after which the part begins.
@@ -93,15 +93,12 @@ pub fn part(report: &DiagnosisReport, from: &Provenance, pictures: [&str; 2]) ->
         text,
         "Where the effects are named right, all their parameters are within 10 % or three standard errors of the planted ones in {close} of {estimated} cases."
     );
-    let gains = report.gain_shares();
-    if let Some(median) = gains.get(gains.len() / 2) {
-        let most = gains.iter().filter(|share| **share >= MOST_OF_IT).count();
+    if let Some(Gains { median, most, cases }) = report.gains() {
         let _ = writeln!(
             text,
-            "Extended models gain on the hold-out, of what the truth gains there (NRMSE(s,v,a)), {:.0} % in the median, and at least {:.0} % in {most} of {}.",
+            "Extended models gain on the hold-out, of what the truth gains there (NRMSE(s,v,a)), {:.0} % in the median, and at least {:.0} % in {most} of {cases}.",
             100.0 * median,
-            100.0 * MOST_OF_IT,
-            gains.len()
+            100.0 * MOST_OF_IT
         );
     }
     text
