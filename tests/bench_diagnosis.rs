@@ -1,6 +1,7 @@
 //! `leadlag bench diagnosis`: what its journal is worth, and what it writes into a page.
 
-use leadlag::bench::{DiagnosisOutcome, DiagnosisTask, SIZES, diagnosis_tasks};
+use leadlag::bench::{DiagnosisJournal, DiagnosisOutcome, DiagnosisTask, SIZES, diagnosis_tasks};
+use leadlag::diagnose::PROGRAM;
 use leadlag::report::naming::{BEGIN, END};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -10,7 +11,7 @@ use std::process::{Command, Output};
 fn outcome(task: &DiagnosisTask, adopted: &[String], off: f64) -> DiagnosisOutcome {
     let names = || adopted.iter().map(|cause| format!("{cause}.size"));
     DiagnosisOutcome {
-        program: concat!("leadlag ", env!("CARGO_PKG_VERSION")).to_owned(),
+        program: PROGRAM.clone(),
         task: task.clone(),
         truth: names().map(|name| (name, 1.0)).collect(),
         verdict: if adopted.is_empty() { "nothing" } else { "named" }.to_owned(),
@@ -21,7 +22,8 @@ fn outcome(task: &DiagnosisTask, adopted: &[String], off: f64) -> DiagnosisOutco
         estimates: names().map(|name| (name, [1.0 + off, 0.01])).collect::<BTreeMap<_, _>>(),
         simulations: 1000,
         cpu_s: 2.0,
-        tried: Vec::new(),
+        // Of 16 nats needed, the likeliest cause has 4.
+        tried: vec![(1, "periodic".to_owned(), [Some(9.0), Some(4.0), Some(16.0)], "4.0 nats, 16.0 needed".to_owned())],
         base: [1.0, 0.01, 2.0],
         gain: None,
         known: None,
@@ -61,13 +63,16 @@ fn a_page_gets_tables_and_pictures() {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let text = std::fs::read_to_string(&page).expect("a page");
     assert!(text.starts_with("# Page\n") && text.ends_with("after\n") && !text.contains("\nold\n"), "{text}");
-    let singles = diagnosis_tasks(1, 900.0, "normal", &SIZES).iter().filter(|task| task.kind == "one").count();
+    let tasks = diagnosis_tasks(1, 900.0, "normal", &SIZES);
+    let of = |kinds: &[&str]| tasks.iter().filter(|task| kinds.contains(&task.kind.as_str())).count();
+    let (singles, silent) = (of(&["one"]), of(&["none", "coloured"]));
     for part in [
         format!("`leadlag bench diagnosis --seed 1`: all {count} cases."),
         format!("| wrong name, one effect of any size | 1 of {singles} |"),
         format!("in {} of ", text_of_close(&output)),
         "![What was planted, and what was named](images/diagnosis_names.svg)".to_owned(),
         "| one effect, named right | 0.03 m/s | 0.1 m/s |".to_owned(),
+        format!("| all bases | {silent} | 0.25 | 0.25 | 0.25 | 0.25 |"),
     ] {
         assert!(text.contains(&part), "no `{part}` in {text}");
     }
@@ -104,6 +109,21 @@ fn a_part_of_the_cases_says_so() {
     let output = bench(folder.path(), &["--cases", "40"]);
     let text = String::from_utf8_lossy(&output.stdout);
     assert!(text.contains(&format!("\n40 of {count} cases, 0 of them could not be made\n")), "{text}");
+}
+
+#[test]
+fn lines_of_another_state_of_the_diagnosis_are_passed_over() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let count = journal(folder.path());
+    let path = folder.path().join("diagnosis.jsonl");
+    let text = std::fs::read_to_string(&path).expect("a journal");
+    let lines = || DiagnosisJournal::open(&path).expect("a journal");
+    let tasks = diagnosis_tasks(1, 900.0, "normal", &SIZES);
+    let kept = |journal: &DiagnosisJournal| tasks.iter().filter(|task| journal.get(task).is_some()).count();
+    assert_eq!(kept(&lines()), count);
+    let before = text.replacen(PROGRAM.as_str(), concat!("leadlag ", env!("CARGO_PKG_VERSION")), 3);
+    std::fs::write(&path, before).expect("written");
+    assert_eq!(kept(&lines()), count - 3);
 }
 
 #[test]

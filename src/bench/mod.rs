@@ -23,7 +23,7 @@ pub use contender::Contender;
 pub use data::{Drive, candidates};
 pub use diagnosis::{Bar, DiagnosisJournal, DiagnosisOutcome, DiagnosisReport, DiagnosisTask, Judgement, Planted};
 pub use diagnosis::{
-    Gains, MOST_OF_IT, Power, PowerAt, SIZES, diagnose_task, diagnosis_tasks, judge, planted, run_diagnoses,
+    Gains, MOST_OF_IT, Power, PowerAt, SIZES, Silence, diagnose_task, diagnosis_tasks, judge, planted, run_diagnoses,
 };
 pub use export::export;
 pub use generation::Generation;

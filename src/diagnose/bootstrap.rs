@@ -4,6 +4,7 @@
 //! A surrogate has everything random that the fit found: missing acceleration, noise of spacing and speed, and noise of the
 //! leader, which is smoothed again, for errors in the leader are what makes false lags.
 
+use super::PROGRAM;
 use super::adopt::Search;
 use super::candidate::{Candidate, Setting};
 use super::drive::Drive;
@@ -76,11 +77,11 @@ pub fn threshold(
     }
     let largest: Vec<f64> = found.iter().filter_map(|kept| kept.largest).collect();
     // What gains less than the low threshold is not judged, so nothing is known below it.
-    Ok((largest.len() >= FEWEST).then(|| quantile(largest).max(LOW)))
+    Ok((largest.len() >= FEWEST).then(|| one_in_a_hundred(largest).max(LOW)))
 }
 
 /// What one of a hundred exceeds, by an exponential tail through the largest quarter.
-fn quantile(mut largest: Vec<f64>) -> f64 {
+pub(crate) fn one_in_a_hundred(mut largest: Vec<f64>) -> f64 {
     largest.sort_by(|a, b| b.total_cmp(a));
     let count = ((TAIL * largest.len() as f64) as usize).max(1);
     let from = largest.get(count).copied().unwrap_or(0.0);
@@ -154,7 +155,7 @@ fn surrogate(drive: &Drive, base: &Candidate, rng: &mut ChaCha8Rng) -> Option<Dr
 /// Data, model, causes and seed: what was found for others is not taken.
 fn key(question: &Question<'_>, base: &Candidate) -> String {
     let mut hash = Sha256::new();
-    hash.update(env!("CARGO_PKG_VERSION"));
+    hash.update(PROGRAM.as_bytes());
     hash.update(question.seed.to_le_bytes());
     hash.update(base.variant.to_string());
     for cause in question.causes {
@@ -201,8 +202,8 @@ mod tests {
     fn the_tail_of_an_exponential_is_found() {
         // Of 400 numbers at the quantiles of an exponential of mean 5, one in a hundred exceeds 5 ln 100 = 23.0.
         let numbers: Vec<f64> = (0..400).map(|i| -5.0 * ((i as f64 + 0.5) / 400.0).ln()).collect();
-        let found = quantile(numbers);
+        let found = one_in_a_hundred(numbers);
         assert!((found - 23.03).abs() < 0.3, "{found}");
-        assert_eq!(quantile(vec![0.0; 40]), 0.0);
+        assert_eq!(one_in_a_hundred(vec![0.0; 40]), 0.0);
     }
 }

@@ -3,6 +3,8 @@
 //! A [`Drive`] is one measured run ready for diagnosis, [`infer`] the search for the cause; the method and its figures are in
 //! `docs/DIAGNOSIS.md`.
 
+use std::sync::LazyLock;
+
 pub mod adopt;
 pub mod base;
 mod bootstrap;
@@ -45,6 +47,7 @@ mod undisturbed;
 pub mod verdict;
 
 pub use adopt::family;
+pub(crate) use bootstrap::one_in_a_hundred;
 pub use drive::{Drive, DriveError, Jump};
 pub use infer::infer;
 pub use observer::Noise;
@@ -52,3 +55,12 @@ pub use verdict::{
     Adopted, DiagnoseError, Effort, Estimate, Fitted, Inference, LeftOver, NotTestable, Progress, Question, Tried,
     Verdict,
 };
+
+/// State of the diagnosis. To be raised whenever a diagnosis of the same data may end otherwise: with another name, another number,
+/// after another search. Journals and the thresholds of a bootstrap hold it, so that results of two states never stand side by side as
+/// if they were of one. What came before 1 wrote none down.
+pub const DIAGNOSIS_REVISION: u32 = 1;
+
+/// Program, version and state of the diagnosis, `leadlag 0.1.0+diagnosis1`.
+pub static PROGRAM: LazyLock<String> =
+    LazyLock::new(|| format!("leadlag {}+diagnosis{DIAGNOSIS_REVISION}", env!("CARGO_PKG_VERSION")));

@@ -1,13 +1,12 @@
 //! One case: diagnosed, and judged by its truth.
 
-use super::PROGRAM;
 use super::plan::DiagnosisTask;
 use super::plant::planted;
 use crate::catalog::Variant;
 use crate::diagnose::free::free;
 use crate::diagnose::gain::{GainSettings, gain, nrmse_of};
 use crate::diagnose::known::{Known, known};
-use crate::diagnose::{Effort, Inference, Question, Verdict, family, infer};
+use crate::diagnose::{Effort, Inference, PROGRAM, Question, Verdict, family, infer};
 use crate::extension::Extension;
 use crate::plant::Controller;
 use crate::symbols::Parameters;
@@ -57,11 +56,21 @@ pub struct DiagnosisOutcome {
 }
 
 impl DiagnosisOutcome {
+    /// How near the likeliest cause came to a name: its evidence as a share of what it needed, in the first round; 0 where none gained
+    /// enough to be judged.
+    #[must_use]
+    pub fn nearest(&self) -> f64 {
+        let first = self.tried.iter().filter(|(round, ..)| *round == 1);
+        let share =
+            |(_, _, [_, evidence, need], _): &(usize, String, [Option<f64>; 3], String)| Some((*evidence)? / (*need)?);
+        first.filter_map(share).fold(0.0, f64::max)
+    }
+
     /// Of a case that came to nothing; what is found is filled in.
     #[must_use]
     pub(super) fn failed(task: DiagnosisTask) -> DiagnosisOutcome {
         DiagnosisOutcome {
-            program: PROGRAM.to_owned(),
+            program: PROGRAM.clone(),
             task,
             truth: BTreeMap::new(),
             verdict: "failed".to_owned(),

@@ -12,17 +12,15 @@ mod text;
 pub use judge::{DiagnosisOutcome, Judgement, diagnose_task, judge};
 pub use plan::{DiagnosisTask, SIZES, diagnosis_tasks};
 pub use plant::{Planted, planted};
-pub use report::{Bar, DiagnosisReport, Gains, MOST_OF_IT, Power, PowerAt};
+pub use report::{Bar, DiagnosisReport, Gains, MOST_OF_IT, Power, PowerAt, Silence};
 
 use super::BenchError;
+use crate::diagnose::PROGRAM;
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions};
 use std::io::{Read, Write};
 use std::ops::ControlFlow;
 use std::path::Path;
-
-/// The program as the journal names it: results of another version are not taken again.
-const PROGRAM: &str = concat!("leadlag ", env!("CARGO_PKG_VERSION"));
 
 /// Finished cases, in memory and in a file.
 #[derive(Debug)]
@@ -33,7 +31,8 @@ pub struct DiagnosisJournal {
 }
 
 impl DiagnosisJournal {
-    /// Opens a journal, or begins one. A line that is not whole, as a killed run leaves it, is dropped.
+    /// Opens a journal, or begins one. A line that is not whole, as a killed run leaves it, is dropped, and one of another state of the
+    /// diagnosis ([`PROGRAM`]) is passed over.
     ///
     /// # Errors
     /// [`BenchError::Write`] when the file cannot be read and written.
@@ -47,7 +46,7 @@ impl DiagnosisJournal {
             file.write_all(b"\n").map_err(error)?;
         }
         let read = text.lines().filter_map(|line| serde_json::from_str::<DiagnosisOutcome>(line).ok());
-        let outcomes = read.filter(|outcome| outcome.program == PROGRAM).map(|o| (o.task.clone(), o)).collect();
+        let outcomes = read.filter(|outcome| outcome.program == *PROGRAM).map(|o| (o.task.clone(), o)).collect();
         Ok(DiagnosisJournal { path, file, outcomes })
     }
 

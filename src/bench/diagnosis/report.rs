@@ -3,6 +3,7 @@
 use super::DiagnosisJournal;
 use super::judge::{DiagnosisOutcome, Judgement, judge};
 use super::plan::{BASES, DiagnosisTask, MEDIUM};
+use crate::diagnose::one_in_a_hundred;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -86,6 +87,23 @@ pub struct PowerAt {
     pub interval: [f64; 2],
 }
 
+/// How near drives without an effect come to a name: the evidence of the likeliest cause of each, as a share of what it needs.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Silence {
+    /// A base, or all bases.
+    pub of: String,
+    /// Drives that could be made.
+    pub cases: usize,
+    /// What half of them exceed.
+    pub median: f64,
+    /// What one of twenty exceeds.
+    pub one_in_twenty: f64,
+    /// The highest.
+    pub highest: f64,
+    /// What one in a hundred exceeds, by an exponential tail through the largest quarter. It is 1 where the thresholds are just right.
+    pub one_in_a_hundred: f64,
+}
+
 /// Share of the possible gain that a named effect should bring.
 pub const MOST_OF_IT: f64 = 0.8;
 
@@ -117,6 +135,8 @@ pub struct DiagnosisReport {
     pub powers: Vec<Power>,
     /// The same for each effect.
     pub powers_by_effect: Vec<Power>,
+    /// How near drives without an effect come to a name, on each base and on all.
+    pub silence: Vec<Silence>,
     /// Medians over the cases: CPU time \[s\], simulated candidates.
     pub cost: [f64; 2],
     /// All cases that are done.
@@ -159,7 +179,19 @@ impl DiagnosisReport {
         let cost = [median(&|o| o.cpu_s), median(&|o| o.simulations as f64)];
         let bars = bars(&outcomes);
         let [powers, powers_by_effect] = powers(&outcomes);
-        DiagnosisReport { schema_version: 1, planned, tallies, bars, names, powers, powers_by_effect, cost, outcomes }
+        let silence = silence(&outcomes);
+        DiagnosisReport {
+            schema_version: 1,
+            planned,
+            tallies,
+            bars,
+            names,
+            powers,
+            powers_by_effect,
+            silence,
+            cost,
+            outcomes,
+        }
     }
 
     /// Cases that could not be made.
@@ -212,6 +244,33 @@ fn powers(outcomes: &[DiagnosisOutcome]) -> [Vec<Power>; 2] {
     [rows, causes.into_iter().map(|cause| row(cause, &|o| o.task.causes.contains(cause))).collect()]
 }
 
+/// True for a drive in which nothing was planted that has a name.
+fn has_no_effect(outcome: &DiagnosisOutcome) -> bool {
+    ["none", "coloured"].contains(&outcome.task.kind.as_str())
+}
+
+/// Of each base and of all.
+fn silence(outcomes: &[DiagnosisOutcome]) -> Vec<Silence> {
+    let row = |of: &str, is: &dyn Fn(&DiagnosisOutcome) -> bool| {
+        let here = outcomes.iter().filter(|o| has_no_effect(o) && judge(o) != Judgement::Failed && is(o));
+        let mut shares: Vec<f64> = here.map(DiagnosisOutcome::nearest).collect();
+        shares.sort_by(|a, b| b.total_cmp(a));
+        let exceeded_by = |share: f64| shares.get((share * shares.len() as f64) as usize).copied().unwrap_or(0.0);
+        Silence {
+            of: of.to_owned(),
+            cases: shares.len(),
+            median: exceeded_by(0.5),
+            one_in_twenty: exceeded_by(0.05),
+            highest: exceeded_by(0.0),
+            one_in_a_hundred: one_in_a_hundred(shares),
+        }
+    };
+    let mut rows: Vec<Silence> = BASES.iter().map(|base| row(base, &|o| o.task.base == *base)).collect();
+    rows.push(row(ALL_BASES, &|_| true));
+    rows.retain(|row| row.cases > 0);
+    rows
+}
+
 /// What the benchmark has to reach. An effect counts as shown by the data if the truth, fitted from its own values, gains more than
 /// the threshold: in gusts some effects of medium size do not.
 fn bars(outcomes: &[DiagnosisOutcome]) -> Vec<Bar> {
@@ -223,7 +282,6 @@ fn bars(outcomes: &[DiagnosisOutcome]) -> Vec<Bar> {
     };
     let one = |o: &DiagnosisOutcome| o.task.kind == "one";
     let medium = |o: &DiagnosisOutcome| one(o) && o.task.rms_mps == MEDIUM;
-    let silent = |o: &DiagnosisOutcome| ["none", "coloured"].contains(&o.task.kind.as_str());
     let (right, in_set) = ([Judgement::Right], [Judgement::Right, Judgement::InSet]);
     let mut bars = Vec::new();
     for base in BASES {
@@ -236,7 +294,7 @@ fn bars(outcomes: &[DiagnosisOutcome]) -> Vec<Bar> {
     bars.push(bar("true cause in the set, medium, shown".to_owned(), &shown, &in_set, 0.92, false));
     bars.push(bar("true cause in the set, medium, all".to_owned(), &medium, &in_set, 0.92, false));
     bars.push(bar("wrong name, one effect of any size".to_owned(), &one, &[Judgement::Wrong], 0.05, true));
-    bars.push(bar("false alarm, no effect".to_owned(), &silent, &[Judgement::Wrong], 0.025, true));
+    bars.push(bar("false alarm, no effect".to_owned(), &has_no_effect, &[Judgement::Wrong], 0.025, true));
     let pair = |o: &DiagnosisOutcome| o.task.kind == "pair";
     let shown = |o: &DiagnosisOutcome| pair(o) && o.is_shown();
     bars.push(bar("both of two effects found, shown".to_owned(), &shown, &right, 0.70, false));

@@ -1,6 +1,6 @@
 //! The report as text for a terminal.
 
-use super::report::{DiagnosisReport, Gains, MOST_OF_IT, Tally};
+use super::report::{DiagnosisReport, Gains, MOST_OF_IT, Silence, Tally};
 use std::fmt::Write;
 
 impl DiagnosisReport {
@@ -36,6 +36,20 @@ impl DiagnosisReport {
         for row in self.powers.iter().chain(&self.powers_by_effect) {
             let counts = row.sizes.iter().map(|at| format!("{:>4} of {:>2}", at.right, at.cases));
             let _ = writeln!(text, "{:24}{}", row.of, counts.map(|count| format!("{count:>10}")).collect::<String>());
+        }
+        if !self.silence.is_empty() {
+            text += "\ndrives without an effect: evidence of the likeliest cause, as a share of what it needs\n";
+            let _ = writeln!(
+                text,
+                "{:24}{:>7}{:>8}{:>11}{:>9}{:>12}",
+                "", "drives", "median", "1 of 20 >", "highest", "1 of 100 >"
+            );
+        }
+        for Silence { of, cases, median, one_in_twenty, highest, one_in_a_hundred } in &self.silence {
+            let _ = writeln!(
+                text,
+                "{of:24}{cases:>7}{median:>8.2}{one_in_twenty:>11.2}{highest:>9.2}{one_in_a_hundred:>12.2}"
+            );
         }
         let [close, estimated] = self.close_estimates();
         let _ = writeln!(

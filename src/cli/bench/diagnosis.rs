@@ -6,6 +6,7 @@ use anyhow::Context;
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use leadlag::bench::Machine;
 use leadlag::bench::{DiagnosisJournal, DiagnosisReport, SIZES, diagnosis_tasks, run_diagnoses};
+use leadlag::diagnose::PROGRAM;
 use leadlag::report::naming::{self, Provenance};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -96,7 +97,7 @@ fn write(page: &Path, report: &DiagnosisReport, command: String) -> anyhow::Resu
     }
     let from = Provenance {
         command,
-        program: format!("leadlag {}", env!("CARGO_PKG_VERSION")),
+        program: PROGRAM.clone(),
         machine: Machine::here().to_string(),
         date: chrono::Utc::now().date_naive().to_string(),
     };

@@ -1,6 +1,6 @@
 //! The part of a Markdown page.
 
-use crate::bench::{Bar, DiagnosisReport, Gains, Judgement, MOST_OF_IT, PowerAt, judge};
+use crate::bench::{Bar, DiagnosisReport, Gains, Judgement, MOST_OF_IT, PowerAt, Silence, judge};
 use std::fmt::Write;
 
 /// The line after which the part begins.
@@ -88,6 +88,7 @@ pub fn part(report: &DiagnosisReport, from: &Provenance, pictures: [&str; 2]) ->
     );
     text += &powers(report);
     text += &pairs(report);
+    text += &silence(report);
     let [close, estimated] = report.close_estimates();
     let _ = writeln!(
         text,
@@ -151,6 +152,24 @@ fn pairs(report: &DiagnosisReport) -> String {
         return text;
     }
     format!("| pair | base | planted | said | |\n|---|---|---|---|---|\n{text}\n")
+}
+
+/// How near drives without an effect come to a name.
+fn silence(report: &DiagnosisReport) -> String {
+    if report.silence.is_empty() {
+        return String::new();
+    }
+    let mut text = "Drives without an effect: evidence of the likeliest cause, as a share of what it needs for a name (0 where none gains enough to be judged). \
+        What one of a hundred exceeds is extrapolated by an exponential tail through the largest quarter; thresholds are just right where it is 1.\n\n\
+        | | drives | median | one of 20 exceeds | highest | one of 100 exceeds |\n|---|---|---|---|---|---|\n"
+        .to_owned();
+    for Silence { of, cases, median, one_in_twenty, highest, one_in_a_hundred } in &report.silence {
+        let _ = writeln!(
+            text,
+            "| {of} | {cases} | {median:.2} | {one_in_twenty:.2} | {highest:.2} | {one_in_a_hundred:.2} |"
+        );
+    }
+    text + "\n"
 }
 
 #[cfg(test)]
