@@ -8,6 +8,7 @@ pub use search::{PROGRAM, SEARCH_REVISION, merit};
 pub use space::{BoundsError, Overrides, SearchSpace, bound_times, read_bounds};
 
 use crate::evaluator::{BufferSet, EvaluateError, Evaluator, Failure, Score};
+use crate::near::did_you_mean;
 use crate::rescore;
 use exact::Exact;
 use search::{Group, Search};
@@ -56,7 +57,7 @@ impl OptimizerKind {
 
 /// An optimiser that does not exist.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("optimizer `{0}`: expected auto, ga, lshade or cmaes")]
+#[error("optimizer `{found}`: expected auto, ga, lshade or cmaes{near}", found = .0, near = did_you_mean(.0, ["auto", "ga", "lshade", "cmaes"]))]
 pub struct UnknownOptimizer(String);
 
 impl FromStr for OptimizerKind {
@@ -128,6 +129,8 @@ pub enum StopReason {
     Target,
     /// The caller asked to stop.
     Interrupted,
+    /// It has ended, whatever the reason, without a feasible candidate.
+    Infeasible,
     /// Every parameter is fixed: one evaluation tells all.
     NothingToSearch,
 }
@@ -141,6 +144,7 @@ impl fmt::Display for StopReason {
             StopReason::Time => "time spent",
             StopReason::Target => "target reached",
             StopReason::Interrupted => "interrupted",
+            StopReason::Infeasible => "no feasible candidate found",
             StopReason::NothingToSearch => "every parameter is fixed",
         })
     }
@@ -151,9 +155,9 @@ impl fmt::Display for StopReason {
 pub struct Replicate {
     /// Its number, from 0.
     pub number: u64,
-    /// The best candidate, one value per parameter of the search space.
+    /// The best candidate, one value per parameter of the search space; of infeasible ones the one that came furthest.
     pub candidate: Vec<f64>,
-    /// Its score by the f64 reference; infinite if neither the best candidate nor any near it stands there.
+    /// Its score by the f64 reference; infinite if neither the best candidate nor any near it stands there, or none was feasible.
     pub score: f64,
     /// Simulated candidates, failed ones included; also those that the reference was asked about because the best one fails there.
     pub evaluations: u64,
@@ -171,7 +175,7 @@ pub enum CalibrateError {
     /// The evaluator failed.
     #[error(transparent)]
     Evaluate(#[from] EvaluateError),
-    /// No candidate of a replicate has a score.
+    /// No candidate of a replicate has a score; of several replicates, of none of them.
     #[error("replicate {replicate}: none of {evaluations} candidates is feasible: {tally}")]
     Infeasible {
         /// The replicate.
@@ -248,12 +252,13 @@ pub struct Progress {
     pub best: Option<f64>,
 }
 
-/// Calibrates: one entry per replicate, in order. `progress` is called for each replicate after each of its generations, and may
-/// stop all. The replicates advance together, so that an evaluator gets their generations in one go; each draws from its own
-/// stream, so that the result does not depend on it.
+/// Calibrates: one entry per replicate, in order. `progress` is called for each replicate after each of its generations; once it
+/// breaks, all of them end. The replicates advance together, so that an evaluator gets their generations in one go; each draws from
+/// its own stream, so that the result does not depend on it. A replicate without a feasible candidate has an infinite score, and
+/// [`StopReason::Infeasible`]; one that was interrupted before it had any has no entry.
 ///
 /// # Errors
-/// When the evaluator fails, or a replicate finds no feasible candidate.
+/// When the evaluator fails, or no replicate finds a feasible candidate.
 pub fn calibrate(
     evaluator: &mut dyn Evaluator,
     space: &SearchSpace,
@@ -268,6 +273,11 @@ pub fn calibrate(
             Group::new(numbers.map(|number| Search::new(space, settings, number)).collect())
         })
         .collect();
+    let mut stopped = false;
+    let mut progress = |told: Progress| {
+        stopped |= progress(told).is_break();
+        if stopped { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
     let sets = [BufferSet::A, BufferSet::B];
     let mut exact = Exact::default();
     for (group, set) in groups.iter_mut().zip(sets) {
@@ -275,21 +285,29 @@ pub fn calibrate(
     }
     while groups.iter().any(Group::is_running) {
         for (group, set) in groups.iter_mut().zip(sets).filter(|(group, _)| group.is_running()) {
-            group.collect(evaluator, set, progress)?;
+            group.collect(evaluator, set, &mut progress)?;
             group.submit(evaluator, &mut exact, set)?;
         }
     }
     let mut searches: Vec<Search> = groups.into_iter().flat_map(|group| group.searches).collect();
     searches.sort_by_key(|search| search.number);
-    let mut replicates = Vec::new();
+    let (mut replicates, mut found, mut infeasible) = (Vec::new(), false, None);
     for search in searches {
+        let furthest = search.furthest();
         match search.finish() {
             // Of an interrupted calibration, what was found until then.
             Err(CalibrateError::Interrupted) => {}
-            other => replicates.push(settled(evaluator, space, other?)?),
+            Err(error @ CalibrateError::Infeasible { .. }) => {
+                replicates.extend(furthest);
+                infeasible.get_or_insert(error);
+            }
+            other => {
+                found = true;
+                replicates.push(settled(evaluator, space, other?)?);
+            }
         }
     }
-    if replicates.is_empty() { Err(CalibrateError::Interrupted) } else { Ok(replicates) }
+    if found { Ok(replicates) } else { Err(infeasible.unwrap_or(CalibrateError::Interrupted)) }
 }
 
 /// One replicate of a calibration by itself: the same as the one of that number in [`calibrate`].
@@ -351,10 +369,10 @@ pub fn best(replicates: &[Replicate]) -> Option<&Replicate> {
     replicates.iter().min_by(|a, b| a.score.total_cmp(&b.score))
 }
 
-/// Coefficient of variation of the finite scores: sample standard deviation over mean; `None` with fewer than two.
+/// Coefficient of variation of those scores that are finite: sample standard deviation over mean; `None` with fewer than two.
 #[must_use]
-pub fn coefficient_of_variation(replicates: &[Replicate]) -> Option<f64> {
-    let scores: Vec<f64> = replicates.iter().map(|r| r.score).filter(|score| score.is_finite()).collect();
+pub fn coefficient_of_variation(scores: impl IntoIterator<Item = f64>) -> Option<f64> {
+    let scores: Vec<f64> = scores.into_iter().filter(|score| score.is_finite()).collect();
     let count = scores.len() as f64;
     if scores.len() < 2 {
         return None;

@@ -5,6 +5,7 @@
 //! declares its modules and picks its functions from the same rows. Adding a part is adding its row and its file.
 
 use crate::extension::{Extension, ExtensionConflict, Extensions};
+use crate::near::{nearest, suggestion};
 use crate::symbols::{EXTENSION_PARAMETERS, Symbol};
 use std::fmt;
 use std::str::FromStr;
@@ -144,7 +145,7 @@ pub enum UnknownVariant {
         "variant `{name}`: `{word}` is not a part; expected BASE[+delay][+linear|+nonlinear][+constant|+mfc] \
          with BASE one of {}{}",
         BASES.iter().map(|b| b.name).collect::<Vec<_>>().join(", "),
-        nearest.map(|n| format!("; did you mean `{n}`?")).unwrap_or_default()
+        suggestion(*nearest)
     )]
     Word {
         /// The name as given.
@@ -247,6 +248,9 @@ impl Variant {
                 return Err(ExtensionConflict::Parameter { name, parameter: parameter.name().to_owned(), other });
             }
         }
+        if let Some(conflict) = self.extensions.loop_conflict(extension) {
+            return Err(conflict);
+        }
         let extensions = self.extensions.with(extension);
         let found = extensions.list().iter().map(|e| e.parameters.len()).sum();
         if found > EXTENSION_PARAMETERS {
@@ -348,6 +352,5 @@ impl FromStr for Variant {
 
 fn nearest_word(word: &str) -> Option<&'static str> {
     let extensions = ["delay", "linear", "nonlinear", "constant", "mfc"];
-    let known = BASES.iter().map(|b| b.name).chain(extensions);
-    known.map(|k| (strsim::damerau_levenshtein(k, word), k)).min().filter(|(d, _)| *d <= 2).map(|(_, k)| k)
+    nearest(word, BASES.iter().map(|b| b.name).chain(extensions))
 }

@@ -31,7 +31,7 @@ pub struct Settings {
 }
 
 /// How many rows had which fate.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Summary {
     /// Rows read.
     pub rows: u64,
@@ -39,6 +39,21 @@ pub struct Summary {
     pub failed: u64,
     /// Rows that could not be simulated.
     pub invalid: u64,
+    /// Number (from 1) and reason of the first of them.
+    pub first_invalid: Option<(u64, String)>,
+}
+
+impl Summary {
+    fn count(&mut self, result: &Result<Computed, String>) {
+        self.rows += 1;
+        match result {
+            Ok(computed) => self.failed += u64::from(computed.outcome.result.is_err()),
+            Err(reason) => {
+                self.invalid += 1;
+                self.first_invalid.get_or_insert_with(|| (self.rows, reason.clone()));
+            }
+        }
+    }
 }
 
 /// A table that cannot be evaluated at all.
@@ -125,9 +140,7 @@ pub fn evaluate_table(
             chunk = MAX_CHUNK.min(2 * chunk);
         }
         for (record, result) in records.iter().zip(&results) {
-            summary.rows += 1;
-            summary.failed += u64::from(matches!(result, Ok(computed) if computed.outcome.result.is_err()));
-            summary.invalid += u64::from(result.is_err());
+            summary.count(result);
             writer
                 .write_byte_record(&output_row(record, headers.len(), result, settings))
                 .map_err(TableError::Write)?;

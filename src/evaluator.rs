@@ -209,10 +209,12 @@ pub enum EvaluateError {
     },
     /// A delay longer than the evaluator remembers.
     #[error(
-        "tau_p: expected at most {upper} s, found {found}; the upper bound of tau_p says how far back a simulation \
+        "{name}: expected at most {upper} s, found {found}; the upper bound of {name} says how far back a simulation \
          remembers, raise it in a --bounds file"
     )]
     Delay {
+        /// The parameter; two of them if their sum is too long.
+        name: String,
         /// The upper bound \[s\].
         upper: f64,
         /// What was found.
@@ -228,6 +230,17 @@ pub enum EvaluateError {
         wanted: Option<String>,
         /// The adapters present, one line each.
         present: Vec<String>,
+    },
+    /// The reference has only the built-in extensions, written a second time by hand.
+    #[error(
+        "the reference has no second transcription of extension {extension}, so it cannot simulate variant {variant}; use \
+         --evaluator lanes, with --precision f64 for as many digits"
+    )]
+    Untranscribed {
+        /// The extension.
+        extension: String,
+        /// The variant.
+        variant: String,
     },
     /// The text of the model cannot run on this evaluator.
     #[error(transparent)]
@@ -292,6 +305,17 @@ pub struct Timings {
     pub transfer_s: f64,
     /// The first dispatch, in which a driver compiles \[s\].
     pub first_dispatch_s: f64,
+}
+
+impl std::ops::Add for Timings {
+    type Output = Timings;
+
+    fn add(self, other: Timings) -> Timings {
+        Timings {
+            transfer_s: self.transfer_s + other.transfer_s,
+            first_dispatch_s: self.first_dispatch_s + other.first_dispatch_s,
+        }
+    }
 }
 
 /// Simulates populations of one variant over its cases.

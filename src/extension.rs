@@ -99,6 +99,13 @@ pub struct LoopNeeds {
     pub look_back: Option<usize>,
 }
 
+impl LoopNeeds {
+    /// Each need as it is written in an extension, and its parameter.
+    fn by(self) -> [(&'static str, Option<usize>); 2] {
+        [("delay by", self.delay), ("look back by", self.look_back)]
+    }
+}
+
 /// What is known of a cause that an extension stands for.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Cause {
@@ -187,6 +194,19 @@ pub enum ExtensionConflict {
         /// Parameters there would be.
         found: usize,
     },
+    /// The time loop does the same for another one already, and it does it once.
+    #[error(
+        "extension {name}: its `loop: {what}` cannot act beside that of {other}, for a model has one such line; leave one of the \
+         two out"
+    )]
+    Loop {
+        /// The extension.
+        name: String,
+        /// `delay by` or `look back by`.
+        what: &'static str,
+        /// The extension that has one already.
+        other: String,
+    },
     /// A parameter of the same name.
     #[error("extension {name}: its parameter {parameter} is one of {other} already; give it another name")]
     Parameter {
@@ -250,6 +270,15 @@ impl Extensions {
     #[must_use]
     pub fn get(self, name: &str) -> Option<&'static Extension> {
         self.0.iter().copied().find(|e| e.name == name)
+    }
+
+    /// What the time loop would have to do for one more although it does it for one of these already.
+    pub(crate) fn loop_conflict(self, one: &Extension) -> Option<ExtensionConflict> {
+        one.needs.by().into_iter().enumerate().find_map(|(k, (what, parameter))| {
+            parameter?;
+            let other = self.0.iter().find(|e| e.needs.by()[k].1.is_some())?.name.clone();
+            Some(ExtensionConflict::Loop { name: one.name.clone(), what, other })
+        })
     }
 
     /// True if one of them reads this member of `World`.

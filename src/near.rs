@@ -4,22 +4,49 @@
 /// three of them.
 #[must_use]
 pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    let lower = word.to_lowercase();
     let limit = (word.chars().count() / 3).clamp(1, 3);
-    let distances = known.into_iter().map(|k| (strsim::damerau_levenshtein(&lower, &k.to_lowercase()), k));
-    // A word of which nothing is left is no typing error.
-    distances.filter(|(distance, k)| *distance <= limit && *distance < k.chars().count()).min().map(|(_, k)| k)
+    nearest_within(word, known, |_| limit)
+}
+
+/// The word of `known` nearest to another one, the first of several, if it is no more edits away than `limit` allows for it. Case
+/// counts nothing; blanks and hyphens are as good as underscores.
+#[must_use]
+pub fn nearest_within<'a>(
+    word: &str,
+    known: impl IntoIterator<Item = &'a str>,
+    limit: impl Fn(&str) -> usize,
+) -> Option<&'a str> {
+    let wanted = plain(word);
+    let near = |known: &'a str| {
+        let (other, limit) = (plain(known), limit(known));
+        // The distance takes quadratic time, and is no less than the difference of the lengths.
+        let lengths = wanted.chars().count().abs_diff(other.chars().count());
+        let distance = (lengths <= limit).then(|| strsim::osa_distance(&wanted, &other))?;
+        // A word of which nothing is left is no typing error.
+        (distance <= limit && distance < other.chars().count()).then_some((distance, known))
+    };
+    known.into_iter().filter_map(near).min_by_key(|(distance, _)| *distance).map(|(_, known)| known)
+}
+
+fn plain(word: &str) -> String {
+    word.to_lowercase().replace([' ', '-'], "_")
 }
 
 /// `; did you mean ...?` for the end of a message, or nothing.
 #[must_use]
 pub fn did_you_mean<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> String {
-    nearest(word, known).map_or_else(String::new, |near| format!("; did you mean `{near}`?"))
+    suggestion(nearest(word, known))
+}
+
+/// The same for a word that has been found already.
+#[must_use]
+pub fn suggestion(near: Option<&str>) -> String {
+    near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"))
 }
 
 #[cfg(test)]
 mod tests {
-    use super::nearest;
+    use super::{nearest, nearest_within};
 
     #[test]
     fn typing_errors_are_found_and_other_words_are_not() {
@@ -36,5 +63,18 @@ mod tests {
         ] {
             assert_eq!(nearest(word, known), expected, "{word}");
         }
+    }
+
+    #[test]
+    fn hyphens_count_nothing_and_of_equally_near_words_the_first_is_taken() {
+        assert_eq!(nearest("L cth", ["l-idm", "l-cth"]), Some("l-cth"));
+        assert_eq!(nearest("k_x", ["k_s", "k_0"]), Some("k_s"));
+    }
+
+    #[test]
+    fn a_limit_is_one_of_the_known_word() {
+        let strict = |known: &str| (known.len() - 1) / 3;
+        assert_eq!(nearest_within("Sped2", ["IVS2", "Speed2"], strict), Some("Speed2"));
+        assert_eq!(nearest_within("IWS", ["IVS"], strict), None, "a third of it");
     }
 }

@@ -74,10 +74,11 @@ impl Selection {
         }
     }
 
-    /// Makes the evaluator. Under `auto`, a device that fails later is replaced by `lanes`; `warn` is told why, then or now.
+    /// Makes the evaluator. Under `auto`, a device that fails later is replaced by `lanes`; `warn` is told why, then or now, and where
+    /// an adapter that was asked for by name is not used.
     ///
     /// # Errors
-    /// When the evaluator cannot be made.
+    /// When the evaluator cannot be made, or there is no adapter of the name that was given, whoever would do the work.
     pub fn build(
         &self,
         cases: Vec<Case>,
@@ -95,10 +96,15 @@ impl Selection {
             Kind::Gpu => Ok(Box::new(Gpu::new(cases, gof, f32_precision, &self.adapter)?)),
             Kind::Auto => {
                 let precision = self.precision.unwrap_or(work.precision);
+                let named = self.named()?;
                 let lanes = move |cases| -> Result<Box<dyn Evaluator>, EvaluateError> {
                     Ok(Box::new(Lanes::new(cases, gof, precision)?))
                 };
-                if precision == LanesPrecision::F64 || !self.suits_a_gpu(work) {
+                if let Some(reason) = self.against_a_gpu(precision, work) {
+                    if let Some(adapter) = named {
+                        let name = &adapter.info.name;
+                        warn(&format!("--gpu: {name} is not used: {reason}; --evaluator gpu would use it, in f32"));
+                    }
                     return lanes(cases);
                 }
                 match Gpu::new(cases.clone(), gof, f32_precision, &self.adapter) {
@@ -118,11 +124,40 @@ impl Selection {
         }
     }
 
-    /// True if there is a hardware GPU, and work enough for it.
-    fn suits_a_gpu(&self, work: Work) -> bool {
-        let threads = rayon::current_num_threads();
-        work.candidates >= CANDIDATES_PER_THREAD * threads
-            && std::env::var_os("LEADLAG_NO_GPU").is_none()
-            && Adapter::choose(&self.adapter).is_ok_and(|adapter| adapter.is_hardware())
+    /// The adapter that was asked for by name.
+    fn named(&self) -> Result<Option<Adapter>, EvaluateError> {
+        let is_named = self.adapter != AdapterChoice::Best;
+        is_named.then(|| Adapter::choose(&self.adapter)).transpose()
+    }
+
+    /// Why `auto` takes no GPU; `None` if there is one in hardware, and work enough for it.
+    fn against_a_gpu(&self, precision: LanesPrecision, work: Work) -> Option<&'static str> {
+        if precision == LanesPrecision::F64 {
+            return Some("this is computed in f64, for which the CPU is taken");
+        }
+        if work.candidates < CANDIDATES_PER_THREAD * rayon::current_num_threads() {
+            return Some("the work is too small for a GPU to be faster");
+        }
+        if std::env::var_os("LEADLAG_NO_GPU").is_some() {
+            return Some("LEADLAG_NO_GPU is set");
+        }
+        let hardware = Adapter::choose(&self.adapter).is_ok_and(|adapter| adapter.is_hardware());
+        (!hardware).then_some("it is not hardware, and the CPU is faster by itself")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_adapter_that_is_not_there_is_an_error_under_auto_however_small_the_work_is() {
+        let adapter = AdapterChoice::Named("no such card".to_owned());
+        let selection = Selection { adapter, ..Selection::default() };
+        for precision in [LanesPrecision::Plain, LanesPrecision::F64] {
+            let work = Work { candidates: 1, precision };
+            let built = selection.build(Vec::new(), GoodnessOfFit::NRMSE_SVA, work, |_| {});
+            assert!(matches!(built, Err(EvaluateError::Adapter { .. })), "{precision:?}");
+        }
     }
 }

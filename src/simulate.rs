@@ -2,9 +2,12 @@
 
 use crate::catalog::Variant;
 use crate::convention::Convention;
-use crate::evaluator::Case;
+use crate::evaluator::{Case, CaseError};
 use crate::reference::Trace;
 use crate::symbols::Parameters;
+use crate::trajectory::Trajectory;
+use crate::vehicle::Vehicle;
+use std::sync::Arc;
 
 /// A variant with calibrated parameters.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,6 +20,19 @@ pub struct CalibratedVariant {
     pub parameters: Parameters,
     /// Upper bound of the perception delay \[s\], which fixes the scored window.
     pub tau_p_upper: f64,
+    /// Upper bound of the delay of an extension \[s\], where it is known; likewise.
+    pub extension_delay_upper: Option<f64>,
+}
+
+impl CalibratedVariant {
+    /// A trajectory as its runs see it.
+    ///
+    /// # Errors
+    /// As [`Case::new`].
+    pub fn case(&self, trajectory: &Trajectory, vehicle: Option<&Vehicle>) -> Result<Case, CaseError> {
+        let case = Case::new(trajectory, self.variant, vehicle, self.convention, self.tau_p_upper)?;
+        case.with_extension_delay(self.extension_delay_upper)
+    }
 }
 
 /// A simulated car that leads the next one.
@@ -47,7 +63,8 @@ pub struct AxisError {
     ahead_samples: usize,
 }
 
-/// The case of a follower, measured at times `t`, whose preceding vehicle is a simulated one.
+/// The case of a follower, measured at times `t`, whose preceding vehicle is a simulated one. The car ahead of that one is what the
+/// simulated one drove behind: measured, or simulated as well.
 ///
 /// Positions of two pairs are counted from different zeros; the measured start of the shared car tells the difference.
 ///
@@ -71,6 +88,8 @@ pub fn follow(case: &Case, t: &[f64], ahead: Ahead) -> Result<Case, AxisError> {
     Ok(Case {
         x_l: ahead.trace.x.iter().map(|x| x + shift).collect(),
         v_l: ahead.trace.v.as_slice().into(),
+        v_l2: Some(Arc::clone(&ahead.case.v_l)),
+        s_l2: Some(ahead.trace.s.as_slice().into()),
         ..case.clone()
     })
 }

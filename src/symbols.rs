@@ -44,6 +44,36 @@ pub struct ExtensionParameter {
     /// The value at which it does nothing, or as little as the bounds allow; NaN where it says when or how something happens and
     /// not how much.
     pub neutral: f64,
+    /// What the program itself does with it.
+    pub role: Role,
+}
+
+/// What the program itself does with a parameter of an extension, beside handing it over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Role {
+    /// Nothing.
+    #[default]
+    Value,
+    /// The time loop delays everything that is perceived by it.
+    Delay,
+    /// It says how long an event lasts, so the length of the data bounds it.
+    Length,
+}
+
+impl ExtensionParameter {
+    /// True for the parameters of events: when they happen, and for how long.
+    fn is_time(&self) -> bool {
+        // Bounds of a day or so: nobody knows beforehand how long a file is.
+        self.unit == "s" && !self.neutral.is_finite() && self.upper >= 1e4
+    }
+
+    fn domain(&self) -> Domain {
+        match self.role {
+            Role::Delay => Domain::NonNegative,
+            _ if self.is_time() => Domain::Time,
+            _ => Domain::Any,
+        }
+    }
 }
 
 /// The same extension's parameter of the same name; a neutral value that is NaN would not be equal to itself.
@@ -71,20 +101,23 @@ pub enum Domain {
     NonNegative,
     /// < 0
     Negative,
+    /// A time of the file \[s\]; clocks that count from 1970 are among them.
+    Time,
     /// Any number.
     Any,
 }
 
 impl Domain {
-    /// True if `value` is inside, and of a size (below 1e9) with which no equation overflows.
+    /// True if `value` is inside, and of a size (below 1e9; 1e12 for a time) with which no equation overflows.
     #[must_use]
     pub fn contains(self, value: f64) -> bool {
-        value.abs() < 1e9
+        let most = if self == Domain::Time { 1e12 } else { 1e9 };
+        value.abs() < most
             && match self {
                 Domain::Positive => value > 0.0,
                 Domain::NonNegative => value >= 0.0,
                 Domain::Negative => value < 0.0,
-                Domain::Any => true,
+                Domain::Time | Domain::Any => true,
             }
     }
 
@@ -95,6 +128,7 @@ impl Domain {
             Domain::Positive => "a number above 0",
             Domain::NonNegative => "a number of at least 0",
             Domain::Negative => "a number below 0",
+            Domain::Time => "a time in s",
             Domain::Any => "a number",
         }
     }
@@ -161,7 +195,7 @@ macro_rules! symbol_table {
             /// Where the equations make sense.
             #[must_use]
             pub fn domain(self) -> Domain {
-                match self { $(Symbol::$ident => Domain::$domain,)* Symbol::Extension(_) => Domain::Any }
+                match self { $(Symbol::$ident => Domain::$domain,)* Symbol::Extension(row) => row.domain() }
             }
 
             /// The symbol of the table with this identifier.
@@ -241,8 +275,31 @@ impl Symbol {
     /// True for the parameters of events of an extension: when they happen, and for how long.
     #[must_use]
     pub fn is_time(self) -> bool {
-        // Bounds of a day or so: nobody knows beforehand how long a file is.
-        matches!(self, Symbol::Extension(row) if row.unit == "s" && !row.neutral.is_finite() && row.upper >= 1e4)
+        matches!(self, Symbol::Extension(row) if row.is_time())
+    }
+
+    /// True for the parameter of an extension by which everything is perceived later.
+    #[must_use]
+    pub fn is_delay(self) -> bool {
+        matches!(self, Symbol::Extension(row) if row.role == Role::Delay)
+    }
+
+    /// True for those of an event that say how long an event lasts.
+    #[must_use]
+    pub fn is_length_of_time(self) -> bool {
+        matches!(self, Symbol::Extension(row) if row.is_time() && row.role == Role::Length)
+    }
+
+    /// When an event may begin in data that run from `first` to `last` \[s\]: within its own bounds. Anywhere in the data if nothing of them
+    /// is within, or if their clock begins below 0: own bounds are written for clocks that count from 0.
+    #[must_use]
+    pub fn begins_within(self, [first, last]: [f64; 2]) -> [f64; 2] {
+        match self.bounds() {
+            Bounds::Fixed(lower, upper) if first >= 0.0 && first.max(lower) <= last.min(upper) => {
+                [first.max(lower), last.min(upper)]
+            }
+            _ => [first, last],
+        }
     }
 
     fn key(self) -> (usize, &'static str, &'static str) {

@@ -79,7 +79,7 @@ type Case = (&'static str, Base, &'static [u8], &'static [u8], &'static str);
 #[rustfmt::skip]
 const CASES: &[Case] = &[
     ("wrong header", PAIR, b"time_s,lead_speed_mps,speed_mps,spacing_m", b"a,b,c,d", "bad.csv:1: no known layout has the columns a, b, c, d; expected those of openacc or astazero-rebuilt (metadata lines, then Time, Speed1, IVS1, ...), astazero-processed (Time, X1, SpeedDoppler1, Spacing2, ...), ultra-av (Trajectory_ID, Time_Index, ...) or pair (time_s, speed_mps, spacing_m, lead_speed_mps): rename the columns, or read the table with --columns (`leadlag list columns`: ngsim, highd, sumo-fcd, or a file of your own)"),
-    ("missing column", PAIR, b"spacing_m", b"gap", "bad.csv:1: column spacing_m is missing; the file has time_s, lead_speed_mps, speed_mps, gap (needed: time_s, speed_mps, spacing_m, lead_speed_mps)"),
+    ("missing column", PAIR, b"spacing_m", b"gap", "bad.csv:1: column spacing_m is missing; the file has time_s, lead_speed_mps, speed_mps, gap (needed: time_s, speed_mps, spacing_m, lead_speed_mps); rename gap to spacing_m? Or read the table as it is with --columns (`leadlag list columns`)"),
     ("text in a number", PAIR, b"0.1,10,9", b"0.1,n/a,9", "bad.csv:3:5: column lead_speed_mps: expected a finite number, found \"n/a\"; leave the field empty if the value is missing"),
     ("infinite", PAIR, b"0.1,10,9", b"0.1,10,inf", "bad.csv:3:8: column speed_mps: expected a finite number, found \"inf\"; leave the field empty if the value is missing"),
     ("negative spacing", PAIR, b"20.1", b"-0.5", "bad.csv:3:10: column spacing_m: expected a spacing above 0 m, found -0.5; check that it is bumper to bumper, or leave the field empty"),
@@ -94,9 +94,10 @@ const CASES: &[Case] = &[
     ("semicolons", PAIR, b"time_s,lead_speed_mps,speed_mps,spacing_m", b"time_s;lead_speed_mps;speed_mps;spacing_m", "bad.csv:1:7: the fields are separated by semicolons; expected commas, and a point in decimal numbers: convert the file"),
     ("one row", PAIR, b"0.1,10,9,20.1\n0.2,10,9,20.2\n", b"", "bad.csv:2: expected at least 2 rows of numbers, found 1; a trajectory needs more"),
     ("header only", PAIR, b"0,10,9,20\n0.1,10,9,20.1\n0.2,10,9,20.2\n", b"", "bad.csv:1: the file ends after its header; expected rows of numbers"),
-    ("misspelt column", PAIR, b"spacing_m", b"spacing", "bad.csv:1: column spacing_m is missing; the file has time_s, lead_speed_mps, speed_mps, spacing (needed: time_s, speed_mps, spacing_m, lead_speed_mps); rename spacing to spacing_m?"),
+    ("misspelt column", PAIR, b"spacing_m", b"spacing", "bad.csv:1: column spacing_m is missing; the file has time_s, lead_speed_mps, speed_mps, spacing (needed: time_s, speed_mps, spacing_m, lead_speed_mps); rename spacing to spacing_m? Or read the table as it is with --columns (`leadlag list columns`)"),
     ("misspelt optional column", PAIR, b"time_s,", b"lead_positon_m,time_s,", "bad.csv:1:1: column lead_positon_m is unknown; did you mean lead_position_m? Rename it"),
     ("column twice", PAIR, b"time_s,", b"speed_mps,time_s,", "bad.csv:1:33: column speed_mps appears twice; remove or rename one"),
+    ("two names of one's own", PAIR, b"time_s,lead_speed_mps,speed_mps,spacing_m", b"t,lead_speed_mps,speed_mps,Distance", "bad.csv:1: columns time_s and spacing_m are missing; the file has t, lead_speed_mps, speed_mps, Distance (needed: time_s, speed_mps, spacing_m, lead_speed_mps); rename t to time_s and Distance to spacing_m? Or read the table as it is with --columns (`leadlag list columns`)"),
     ("tabs", PAIR, b"time_s,lead_speed_mps,speed_mps,spacing_m", b"time_s\tlead_speed_mps\tspeed_mps\tspacing_m", "bad.csv:1:7: the fields are separated by tabs; expected commas, and a point in decimal numbers: convert the file"),
     ("one field too many", PAIR, b"0.1,10,9,20.1", b"0.1,10,9,20.1,7", "bad.csv:3:1: expected 4 fields as in the header, found 5; write decimal numbers with a point, and no separator within a number"),
     ("one field too few", PAIR, b"0.1,10,9,20.1", b"0.1,10,9", "bad.csv:3:1: expected 4 fields as in the header, found 3; complete the row (empty fields mean missing values), or delete it"),
@@ -127,7 +128,7 @@ const CASES: &[Case] = &[
     ("misspelt speed", OPENACC, b"Speed2", b"Sped2", "bad.csv:6:19: column Sped2 is unknown; did you mean Speed2? Rename it"),
     ("only one car", OPENACC, b"Speed2", b"VE1", "bad.csv:6: column Speed2 is missing; the file has Time, Speed1, E1, N1, VE1, E2, N2, IVS1, Driver2 (needed: Time, Speed1, Speed2, IVS1)"),
     ("wrong header", REBUILT, b"Time,", b"Zeit,", "bad.csv:6: column Time is missing; the file has Zeit, Speed1, Speed2, IVS1 (needed: Time, Speed1, Speed2, IVS1)"),
-    ("missing column", REBUILT, b"IVS1", b"Gap1", "bad.csv:6: column IVS1 is missing; the file has Time, Speed1, Speed2, Gap1 (needed: Time, Speed1, Speed2, IVS1)"),
+    ("missing column", REBUILT, b"IVS1", b"Gap1", "bad.csv:6: column IVS1 is missing; the file has Time, Speed1, Speed2, Gap1 (needed: Time, Speed1, Speed2, IVS1); rename Gap1 to IVS1?"),
     ("text in a number", REBUILT, b"1.1,10,", b"1.1,--,", "bad.csv:8:5: column Speed1: expected a finite number, found \"--\"; leave the field empty if the value is missing"),
     ("infinite", REBUILT, b"1.1,10,", b"1.1,infinity,", "bad.csv:8:5: column Speed1: expected a finite number, found \"infinity\"; leave the field empty if the value is missing"),
     ("negative spacing", REBUILT, b"20.1", b"-20.1", "bad.csv:8:10: column IVS1: expected a spacing above 0 m, found -20.1; check that it is bumper to bumper, or leave the field empty"),
@@ -143,7 +144,7 @@ const CASES: &[Case] = &[
     ("one row", REBUILT, b"1.1,10,9,20.1\n1.2,10,9,20.2\n", b"", "bad.csv:7: expected at least 2 rows of numbers, found 1; a trajectory needs more"),
     ("header only", REBUILT, b"1.0,10,9,20\n1.1,10,9,20.1\n1.2,10,9,20.2\n", b"", "bad.csv:6: the file ends after its header; expected rows of numbers"),
     ("wrong header", PROCESSED, b"Time,X1,X2,SpeedDoppler1,SpeedDoppler2,Accel1,Accel2,Spacing2", b"a,b,c,d,e,f,g,h", "bad.csv:1: no known layout has the columns a, b, c, d, e, f, g, h; expected those of openacc or astazero-rebuilt (metadata lines, then Time, Speed1, IVS1, ...), astazero-processed (Time, X1, SpeedDoppler1, Spacing2, ...), ultra-av (Trajectory_ID, Time_Index, ...) or pair (time_s, speed_mps, spacing_m, lead_speed_mps): rename the columns, or read the table with --columns (`leadlag list columns`: ngsim, highd, sumo-fcd, or a file of your own)"),
-    ("missing column", PROCESSED, b"Spacing2", b"Gap2", "bad.csv:1: column Spacing2 is missing; the file has Time, X1, X2, SpeedDoppler1, SpeedDoppler2, Accel1, Accel2, Gap2 (needed: Time, X1, X2, SpeedDoppler1, SpeedDoppler2, Spacing2)"),
+    ("missing column", PROCESSED, b"Spacing2", b"Gap2", "bad.csv:1: column Spacing2 is missing; the file has Time, X1, X2, SpeedDoppler1, SpeedDoppler2, Accel1, Accel2, Gap2 (needed: Time, X1, X2, SpeedDoppler1, SpeedDoppler2, Spacing2); rename Gap2 to Spacing2?"),
     ("text in a number", PROCESSED, b"1.1,101,", b"1.1,x,", "bad.csv:3:5: column X1: expected a finite number, found \"x\"; leave the field empty if the value is missing"),
     ("infinite", PROCESSED, b"1.1,101,", b"1.1,1e999,", "bad.csv:3:5: column X1: expected a finite number, found \"1e999\"; leave the field empty if the value is missing"),
     ("negative spacing", PROCESSED, b"20.1", b"-20.1", "bad.csv:3:21: column Spacing2: expected a spacing above 0 m, found -20.1; check that it is bumper to bumper, or leave the field empty"),
@@ -159,7 +160,7 @@ const CASES: &[Case] = &[
     ("one row", PROCESSED, b"1.1,101,76,10,9,0,0,20.1\n1.2,102,77,10,9,0,0,20.2\n", b"", "bad.csv:2: expected at least 2 rows of numbers, found 1; a trajectory needs more"),
     ("header only", PROCESSED, b"1.0,100,75,10,9,0,0,20\n1.1,101,76,10,9,0,0,20.1\n1.2,102,77,10,9,0,0,20.2\n", b"", "bad.csv:1: the file ends after its header; expected rows of numbers"),
     ("wrong header", ULTRA, b"Trajectory_ID,Time_Index,Speed_LV,Speed_FAV,Spatial_Gap", b"a,b,c,d,e", "bad.csv:1: no known layout has the columns a, b, c, d, e; expected those of openacc or astazero-rebuilt (metadata lines, then Time, Speed1, IVS1, ...), astazero-processed (Time, X1, SpeedDoppler1, Spacing2, ...), ultra-av (Trajectory_ID, Time_Index, ...) or pair (time_s, speed_mps, spacing_m, lead_speed_mps): rename the columns, or read the table with --columns (`leadlag list columns`: ngsim, highd, sumo-fcd, or a file of your own)"),
-    ("missing column", ULTRA, b"Spatial_Gap", b"Gap", "bad.csv:1: column Spatial_Gap is missing; the file has Trajectory_ID, Time_Index, Speed_LV, Speed_FAV, Gap (needed: Trajectory_ID, Time_Index, Speed_LV, Speed_FAV, Spatial_Gap)"),
+    ("missing column", ULTRA, b"Spatial_Gap", b"Gap", "bad.csv:1: column Spatial_Gap is missing; the file has Trajectory_ID, Time_Index, Speed_LV, Speed_FAV, Gap (needed: Trajectory_ID, Time_Index, Speed_LV, Speed_FAV, Spatial_Gap); rename Gap to Spatial_Gap?"),
     ("text in a number", ULTRA, b"0,0.2,10", b"0,0.2,ten", "bad.csv:3:7: column Speed_LV: expected a finite number, found \"ten\"; leave the field empty if the value is missing"),
     ("infinite", ULTRA, b"0,0.2,10", b"0,0.2,inf", "bad.csv:3:7: column Speed_LV: expected a finite number, found \"inf\"; leave the field empty if the value is missing"),
     ("negative spacing", ULTRA, b"20.1", b"-1", "bad.csv:3:12: column Spatial_Gap: expected a spacing above 0 m, found -1; check that it is bumper to bumper, or leave the field empty"),
@@ -185,7 +186,7 @@ const CASES: &[Case] = &[
     ("header only", GRADE, b"0,0\n2.5,0.01\n5,0.02\n", b"", "bad.csv:1: the file ends after its header; expected rows of numbers"),
     ("truncated last line", GRADE, b"5,0.02\n", b"5", "bad.csv:4:1: expected 2 fields as in the header, found 1; the last line is cut off: delete it, or copy the file again"),
     ("semicolons", GRADE, b"X,Y", b"X;Y", "bad.csv:1:2: the fields are separated by semicolons; expected commas, and a point in decimal numbers: convert the file"),
-    ("wrong header", GRADE, b"X,Y", b"a,b", "bad.csv:1: column position_m is missing; the file has a, b (needed: position_m, sin_grade)\nbad.csv:1: column sin_grade is missing; the file has a, b (needed: position_m, sin_grade)"),
+    ("wrong header", GRADE, b"X,Y", b"a,b", "bad.csv:1: columns position_m and sin_grade are missing; the file has a, b"),
     ("missing column", LABELS, b"length5", b"len5", "bad.csv:1: column length5 is missing; the file has File, type1, type2, type3, type4, type5, length1, length2, length3, length4, len5 (needed: File, type1, type2, type3, type4, type5, length1, length2, length3, length4, length5)"),
     ("text in a number", LABELS, b"4.706", b"long", "bad.csv:2:23: column length2: expected a finite number, found \"long\"; give a number or delete the row"),
     ("length in mm", LABELS, b"4.706", b"4706", "bad.csv:2:23: column length2: expected a length between 0.5 and 30 m, found 4706; the unit is m"),
@@ -359,7 +360,7 @@ fn what_cannot_be_prepared_is_said() {
             text(0.1, 50),
             0,
             ordinary(),
-            "p.csv: no follower 0: car 1 or the car ahead of it is not in the file; followers with data: 1",
+            "p.csv: no follower 0: followers count from 1, the one right behind the platoon leader; followers with data: 1",
         ),
         (
             text(0.1, 50),
@@ -390,7 +391,7 @@ fn what_cannot_be_prepared_is_said() {
             text(0.1, 50),
             1,
             Preparation { from: Some(2.0), to: Some(1.0), ..ordinary() },
-            "to: expected a time not before from, found 1",
+            "--to 1 lies before --from 2; swap them",
         ),
         (
             text(5.0, 2000),
@@ -413,6 +414,25 @@ fn a_file_that_is_not_there_is_named() {
     let error = import::read(&path, None).unwrap_err();
     assert_eq!(error.to_string(), format!("{}: expected a readable file", path.display()));
     assert!(std::error::Error::source(&error).is_some());
+}
+
+#[test]
+fn a_folder_is_called_one() {
+    let path = common::data();
+    let error = import::read(&path, None).unwrap_err();
+    let expected = format!("{}: expected a file, found a folder; name the files in it", path.display());
+    assert_eq!(error.to_string(), expected);
+}
+
+#[test]
+fn a_table_that_is_not_of_its_map_is_told_so_once() {
+    let map = ColumnMap::find("ngsim").expect("shipped");
+    let error = read_mapped_from(PAIR.2.as_bytes(), "bad.csv", &map).expect_err("another table");
+    let message = error.to_string();
+    assert_eq!(message.lines().count(), 1, "{message}");
+    assert!(message.starts_with("bad.csv:1: columns ") && message.contains("Vehicle_ID, "), "{message}");
+    assert!(message.contains(" are missing; the file has time_s, lead_speed_mps, speed_mps, spacing_m; "), "{message}");
+    assert!(message.contains("is ngsim the right column map?"), "{message}");
 }
 
 /// A line of the longest length allowed, all of it column names, is refused at once.

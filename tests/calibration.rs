@@ -2,16 +2,19 @@
 
 mod common;
 
-use leadlag::calibrate::{Calibration, OptimizerKind, Overrides, Replicate, SearchSpace, Stop, StopReason, calibrate};
+use leadlag::calibrate::{
+    CalibrateError, Calibration, OptimizerKind, Overrides, Replicate, SearchSpace, Stop, StopReason, best, calibrate,
+    coefficient_of_variation,
+};
 use leadlag::catalog::Variant;
 use leadlag::convention::Convention;
-use leadlag::evaluator::{BufferSet, Case, EvaluateError, Evaluator, Job, Outcome, Score};
+use leadlag::evaluator::{BufferSet, Case, EvaluateError, Evaluator, Failure, FailureKind, Job, Outcome, Score};
 use leadlag::reference::{Reference, Trace, simulate};
 use leadlag::score::GoodnessOfFit;
 use leadlag::symbols::{Parameters, Symbol};
 use leadlag::trajectory::{Preparation, Source, Trajectory, import, integrate, prepare};
 use leadlag::vehicle::Vehicle;
-use std::ops::ControlFlow;
+use std::ops::{ControlFlow, Range};
 
 fn run(evaluator: &mut dyn Evaluator, space: &SearchSpace, seed: u64, stop: Stop) -> Replicate {
     let settings = Calibration { optimizer: OptimizerKind::Ga, seed, replicates: 1, stop };
@@ -200,7 +203,6 @@ fn an_infeasible_search_says_how_far_it_came() {
 #[test]
 fn a_joint_score_counts_on_through_the_cases() {
     use leadlag::convention::BoundRule;
-    use leadlag::evaluator::{Failure, FailureKind, Outcome, Score};
     use leadlag::score::{Measures, SignalMeasures};
     let signal = |nrmse| SignalMeasures { rmse: 0.0, nrmse, rmspe: 0.0, u: 0.0, rmse_n: 0.0 };
     let whole = |nrmse, n_cut_acc| {
@@ -279,4 +281,98 @@ fn candidates_asked_in_place_of_the_best_are_counted() {
     assert!(found.score.is_finite() && found.score != 1.01, "the reference's own: {}", found.score);
     // After the best one: all that failed, itself among them, and the first that did not.
     assert_eq!(found.evaluations, 100 + evaluator.failed + 1);
+}
+
+/// An evaluator with which every run of some of the replicates seems to end early.
+struct Unlucky {
+    inner: Reference,
+    /// The replicates, which all go on for as long.
+    replicates: Vec<usize>,
+    /// Their candidates among those of the generation under way.
+    own: Vec<Range<usize>>,
+}
+
+impl Evaluator for Unlucky {
+    fn cases(&self) -> &[Case] {
+        self.inner.cases()
+    }
+
+    fn gof(&self) -> &GoodnessOfFit {
+        self.inner.gof()
+    }
+
+    fn name(&self) -> &'static str {
+        "reference"
+    }
+
+    fn precision(&self) -> &'static str {
+        "f64"
+    }
+
+    fn submit(&mut self, set: BufferSet, jobs: &[Job<'_>]) -> Result<(), EvaluateError> {
+        let before = |k: usize| jobs[..k].iter().map(|job| job.population.len()).sum::<usize>();
+        self.own = self.replicates.iter().map(|&k| before(k)..before(k + 1)).collect();
+        self.inner.submit(set, jobs)
+    }
+
+    fn collect(&mut self, set: BufferSet, scores: &mut [Score]) -> Result<(), EvaluateError> {
+        self.inner.collect(set, scores)?;
+        let early = Score::Failed(Failure { kind: FailureKind::Crash, step: 7 });
+        self.own.iter().for_each(|own| scores[own.clone()].fill(early));
+        Ok(())
+    }
+
+    fn outcomes(&mut self, jobs: &[Job<'_>]) -> Result<Vec<Outcome>, EvaluateError> {
+        self.inner.outcomes(jobs)
+    }
+}
+
+/// Three replicates of 280 evaluations by the genetic algorithm.
+fn three_replicates(
+    unlucky: &[usize],
+    progress: &mut dyn FnMut(leadlag::calibrate::Progress) -> ControlFlow<()>,
+) -> Result<Vec<Replicate>, CalibrateError> {
+    let variant = Variant::from_id(1).unwrap();
+    let inner = Reference::new(vec![driven_by(variant, Convention::PAPER, &bmw())], GoodnessOfFit::NRMSE_SVA);
+    let space = SearchSpace::new(&variant, None, Convention::PAPER, &Overrides::new()).unwrap();
+    let stop = Stop { max_evaluations: 280, ..Stop::default() };
+    let settings = Calibration { optimizer: OptimizerKind::Ga, seed: 1, replicates: 3, stop };
+    let mut evaluator = Unlucky { inner, replicates: unlucky.to_vec(), own: Vec::new() };
+    calibrate(&mut evaluator, &space, &settings, progress)
+}
+
+#[test]
+fn a_replicate_that_finds_nothing_leaves_the_others_as_they_are() {
+    let go_on = &mut |_| ControlFlow::Continue(());
+    let undisturbed = three_replicates(&[], go_on).expect("a feasible result");
+    let found = three_replicates(&[1], go_on).expect("two replicates have a result");
+    assert_eq!([&found[0], &found[2]], [&undisturbed[0], &undisturbed[2]]);
+    let nothing = &found[1];
+    assert_eq!((nothing.number, nothing.stop, nothing.score), (1, StopReason::Infeasible, f64::INFINITY));
+    assert_eq!(nothing.stop.to_string(), "no feasible candidate found");
+    assert_eq!(nothing.evaluations, undisturbed[1].evaluations, "what failed counts");
+    assert_eq!(nothing.candidate.len(), found[0].candidate.len());
+    assert_ne!(best(&found).unwrap().number, 1);
+    let error = three_replicates(&[0, 1, 2], go_on).expect_err("nobody has a result");
+    assert!(matches!(error, CalibrateError::Infeasible { replicate: 0, .. }), "{error}");
+}
+
+#[test]
+fn a_progress_that_breaks_once_ends_every_replicate() {
+    // At the second replicate's first generation: the first was told before, the third after it.
+    let mut told = 0;
+    let found = three_replicates(&[], &mut |_| {
+        told += 1;
+        if told == 2 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    let found = found.expect("what was found until then");
+    assert_eq!((found.len(), told), (3, 3));
+    assert!(found.iter().all(|replicate| (replicate.stop, replicate.evaluations) == (StopReason::Interrupted, 100)));
+}
+
+#[test]
+fn the_variation_of_scores_is_that_of_a_sample_without_those_that_are_none() {
+    assert_eq!(coefficient_of_variation([1.0, f64::INFINITY]), None);
+    let variation = coefficient_of_variation([1.0, f64::INFINITY, 3.0]).expect("two scores");
+    assert!((variation - 2f64.sqrt() / 2.0).abs() < 1e-15);
 }

@@ -250,7 +250,11 @@ fn wrong_usage_exits_with_2_and_failure_with_1() {
         (2, calibrate(&["--model", "idm", "--follower", "1", "--max-seconds", "nan"]), "expected a finite number"),
         (2, calibrate(&["--model", "idm", "--follower", "1", "--max-seconds=-1"]), "seconds of at least 0"),
         (2, calibrate(&["--model", "idm", "--follower", "1", "--target", "nan"]), "expected a finite number"),
-        (2, calibrate(&["--model", "idm", "--follower", "1", "--from", "10", "--to", "5"]), "to: expected"),
+        (
+            2,
+            calibrate(&["--model", "idm", "--follower", "1", "--from", "10", "--to", "5"]),
+            "--to 5 lies before --from 10",
+        ),
         (2, fails(&["list", "variants", "--model", "3"]), "go with `leadlag list parameters`"),
         (
             1,

@@ -122,6 +122,28 @@ fn both_directions_of_a_motorway_are_the_same_drive() {
     }
 }
 
+/// Positions fall, speeds have no sign: where the first position is missing, the second one tells.
+#[test]
+fn a_missing_position_does_not_turn_a_vehicle_round() {
+    let map = "rows = \"vehicles\"\ndirection = \"by-position\"\nnobody = [\"0\"]\n[columns]\n\
+               time = { name = \"t\", unit = \"s\" }\nid = { name = \"id\" }\nahead = { name = \"ahead\" }\n\
+               position = { name = \"x\", unit = \"m\" }\nspeed = { name = \"v\", unit = \"m/s\" }\n\
+               length = { name = \"l\", unit = \"m\" }\n";
+    let mut text = "t,id,ahead,x,v,l\n".to_owned();
+    for (car, ahead) in [(0, 0), (1, 1)] {
+        for step in 0..200 {
+            let t = f64::from(step) / 10.0;
+            let (front, v) = drive(t)[car];
+            let x = if step == 0 { String::new() } else { format!("{:.4}", 900.0 - front) };
+            writeln!(text, "{t},{},{ahead},{x},{v:.4},{}", car + 1, LENGTHS[car]).unwrap();
+        }
+    }
+    let map = ColumnMap::parse(map, "map.toml").unwrap_or_else(|error| panic!("{error}"));
+    let recording = read_mapped_from(text.as_bytes(), "table.csv", &map).unwrap_or_else(|error| panic!("{error}"));
+    let gaps = recording.platoons[0].cars[1].gap.as_ref().expect("from the positions");
+    assert!(gaps[0].is_nan() && (gaps[100] - gap(10.0)).abs() < 1e-3, "{} m, {} m", gaps[0], gaps[100]);
+}
+
 #[test]
 fn a_change_of_lane_or_of_the_vehicle_ahead_ends_a_pair() {
     let mut rows: Vec<String> = highd(1.0).lines().map(str::to_owned).collect();

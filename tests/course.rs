@@ -6,12 +6,14 @@ use leadlag::catalog::Variant;
 use leadlag::convention::{Convention, GradeLookup};
 use leadlag::evaluator::{
     BufferSet, Case, Course, CourseError, EvaluateError, Evaluator, Fallback, Job, Outcome, Population, Score, Table,
+    Timings,
 };
 use leadlag::reference::Reference;
 use leadlag::score::GoodnessOfFit;
 use leadlag::symbols::Symbol;
-use leadlag::trajectory::{Grade, Source, Trajectory, integrate};
+use leadlag::trajectory::{Grade, Preparation, Source, Trajectory, import, integrate, prepare};
 use proptest::prelude::*;
+use std::fmt::Write;
 
 fn value(table: &Table, x: f64) -> f64 {
     let k = table.cell_of(x);
@@ -107,6 +109,29 @@ fn a_grade_recorded_by_a_creeping_car_fits_a_table() {
     }
 }
 
+/// A car in a jam: millimetres from sample to sample again and again, and a grade with five digits.
+#[test]
+fn a_grade_column_of_stop_and_go_traffic_fits_a_table() {
+    let speed = |i: u32| 6.0 * (1.0 - (f64::from(i) * std::f64::consts::TAU / 600.0).cos());
+    let v: Vec<f64> = (0..16_700).map(speed).collect();
+    let sin: Vec<f64> = integrate(0.0, &v, 0.1).iter().map(|x| 0.03 * (x / 200.0).sin()).collect();
+    let mut file = "time_s,lead_speed_mps,speed_mps,spacing_m,sin_grade\n".to_owned();
+    for (i, (v, sin)) in v.iter().zip(&sin).enumerate() {
+        writeln!(file, "{:.1},{v:.4},{v:.4},20,{sin:.5}", i as f64 / 10.0).expect("a String takes all");
+    }
+    let recording = import::read_bytes(file.as_bytes(), "jam.csv", None).expect("a pair file");
+    let trajectory = prepare(&recording, 1, &Preparation::default()).expect("complete").remove(0);
+    let grade = trajectory.grade.as_ref().expect("from the column");
+    assert!(grade.x.windows(2).all(|pair| pair[0] < pair[1]));
+    let table = Table::grade(grade, GradeLookup::Linear).expect("a table of some cells per metre");
+    assert!(table.node.len() < 60_000, "{} cells for 10 km", table.node.len());
+    // A quarter of a metre of this road.
+    for (x, sin) in trajectory.x_f.iter().zip(&sin).step_by(7) {
+        let error = value(&table, *x) - sin;
+        assert!(error.abs() < 1e-4, "at {x} m: {error}");
+    }
+}
+
 /// A device that works for some generations and then is gone.
 struct Failing {
     inner: Reference,
@@ -147,6 +172,9 @@ impl Evaluator for Failing {
     }
     fn outcomes(&mut self, jobs: &[Job<'_>]) -> Result<Vec<Outcome>, EvaluateError> {
         self.inner.outcomes(jobs)
+    }
+    fn timings(&self) -> Timings {
+        Timings { transfer_s: 2.0, first_dispatch_s: 0.5 }
     }
 }
 
@@ -198,4 +226,6 @@ fn what_was_under_way_when_a_device_failed_is_not_lost() {
     let mut scores = [Score::Rejected; 5];
     fallback.collect(BufferSet::A, &mut scores).expect("the second evaluator steps in");
     assert_eq!((fallback.name(), &scores[..]), ("reference", &expected[..5]));
+    // The first one's times are not forgotten.
+    assert_eq!(fallback.timings(), Timings { transfer_s: 2.0, first_dispatch_s: 0.5 });
 }

@@ -73,6 +73,23 @@ fn the_data_alone_can_be_checked() {
 }
 
 #[test]
+fn files_are_taken_as_arguments_as_by_every_other_verb() {
+    let folder = scratch("arguments");
+    let [one, two] = [1, 2].map(|seed| pair(&folder, seed, 120, &[]));
+    let by_flag = ok(&["diagnose", "--data", &format!("{one},{two}"), "--data-only"]);
+    assert_eq!(ok(&["diagnose", &one, &two, "--data-only"]), by_flag);
+    assert_eq!(ok(&["diagnose", "--data", &one, &two, "--data-only"]), by_flag);
+    assert!(!by_flag.contains("held back"), "a check of the data holds nothing back: {by_flag}");
+    let (code, message) = fails(&["diagnose", "--base", "idm"]);
+    assert!(code == 2 && message.contains("<FILE>"), "{message}");
+    let help = ok(&["diagnose", "--help"]);
+    assert!(help.contains("--base <NAME|ID> <FILE>...") && help.contains("--data-only <FILE>..."), "{help}");
+    let faulty = scaled(&one, 1.03);
+    let said = ok(&["diagnose", &faulty, "--data-only"]);
+    assert!(said.contains("The data were left as they are. --correct repairs what can be repaired."), "{said}");
+}
+
+#[test]
 fn wrong_usage_is_said() {
     let folder = scratch("usage");
     let file = pair(&folder, 2, 120, &[]);

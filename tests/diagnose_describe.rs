@@ -3,7 +3,9 @@
 use leadlag::diagnose::budget::{Errors, Regime, budget};
 use leadlag::diagnose::formula::formula;
 use leadlag::diagnose::missing::{Missing, profiles};
+use leadlag::diagnose::outcome::Outcome;
 use leadlag::diagnose::scene::Scene;
+use leadlag::report::diagnosis::text::{Again, Beside, diagnosis};
 
 const DT: f64 = 0.1;
 
@@ -139,4 +141,48 @@ fn noise_has_no_formula() {
             assert!(profile.chi2 < 4.0, "seed {seed}: {profile:?}");
         }
     }
+}
+
+#[test]
+fn parameters_at_bounds_what_is_held_back_and_the_way_on_are_told() {
+    let parameter = |name: &str, value: f64, interval: Option<[f64; 2]>| serde_json::json!({"name": name, "value": value, "unit": "m/s", "interval": interval});
+    let model = |variant: &str| {
+        serde_json::json!({"variant": variant, "extensions": [], "sigma_d_mps2": 0.1, "tau_d_s": 1.0, "noise_gap_m": 0.02,
+            "noise_speed_mps": 0.02, "log_likelihood": 0.0,
+            "parameters": [parameter("v_0", 60.0, None), parameter("d_0", 2.0, Some([1.9, 2.1]))]})
+    };
+    let data = |path: &str, role: &str| {
+        serde_json::json!({"path": path, "sha256": "", "follower": 1, "name": "", "role": role, "window_s": [0.0, 120.0],
+            "samples": 1201, "gap_rate_rms_mps": null, "unseen": []})
+    };
+    let cause = serde_json::json!({"name": "grade", "family": "grade", "parameters": [], "evidence": 50.0, "threshold": 20.0,
+        "threshold_kind": "analytic"});
+    let outcome: Outcome = serde_json::from_value(serde_json::json!({
+        "schema_version": 1, "verdict": "named", "reason": "", "causes": [cause], "confounded_with": [], "not_testable": [],
+        "data_findings": [], "gain": null, "left_over": [], "simulations": 0, "seed": 1, "effort": "quick",
+        "data": [data("a.csv", "train"), data("b.csv", "train")], "drives": [], "held_back": "", "base": model("idm"),
+        "extended": model("idm+grade"), "budget": null, "missing": null, "missing_left": null, "formula": null, "ladder": []
+    }))
+    .expect("an outcome");
+    let words =
+        ["leadlag", "calibrate", "a.csv", "b.csv", "--joint", "--extend grade", "--grade a/long/way/to/Slope.csv"];
+    let words: Vec<String> = words.iter().chain(&["--lead-start 12.5", "--out out"]).map(|w| (*w).to_owned()).collect();
+    let beside = Beside {
+        trained: &[[0.0, 80.0], [0.0, 79.9]],
+        again: Some(Again { words, on: "on what was trained on".to_owned() }),
+        at_bound: [vec!["v_0".to_owned()], Vec::new()],
+    };
+    let said = diagnosis(&outcome, &beside);
+    assert!(said.contains("a.csv [train] follower 1, 0.0 to 80.0 s, held back from there to 120.0 s\n"), "{said}");
+    assert!(said.contains("b.csv [train] follower 1, 0.0 to 79.9 s, held back from there to 120.0 s\n"), "{said}");
+    let rows: Vec<&str> = said.lines().filter(|line| line.starts_with("  v_0 ")).collect();
+    assert!(rows.len() == 2 && rows[0].ends_with("  at its bound") && rows[1].ends_with(" m/s"), "{rows:?}");
+    assert!(said.lines().all(|line| line.chars().count() <= 80), "{said}");
+    let typed = "To calibrate it on what was trained on:\n  leadlag calibrate a.csv b.csv --joint --extend grade \\\n    \
+                 --grade a/long/way/to/Slope.csv --lead-start 12.5 --out out\n";
+    let (_, rest) = said.split_once("To calibrate").expect("a way on");
+    assert!(format!("To calibrate{rest}").starts_with(typed), "{rest}");
+    // Files of their own are held back: nothing is cut.
+    let said = diagnosis(&outcome, &Beside::default());
+    assert!(said.contains("a.csv [train] follower 1, 0.0 to 120.0 s\n") && !said.contains("To calibrate"), "{said}");
 }

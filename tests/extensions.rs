@@ -4,12 +4,16 @@
 mod common;
 
 use common::extended::{BASES, bounds, case, spread, with};
+use leadlag::calibrate::{Overrides, SearchSpace};
 use leadlag::catalog::Variant;
-use leadlag::evaluator::{Case, Evaluator, Job, Observed, Observer, Population, Raw};
+use leadlag::convention::Convention;
+use leadlag::evaluator::{Case, CourseError, Evaluator, Job, Observed, Observer, Population, Raw, Score};
 use leadlag::extension::Extension;
 use leadlag::gpu::{AdapterChoice, Gpu};
 use leadlag::lanes::{InstructionSet, Lanes, LanesPrecision};
+use leadlag::reference::{Reference, Trace, simulate};
 use leadlag::score::GoodnessOfFit;
+use leadlag::simulate::{Ahead, follow};
 use leadlag::wgsl::{Precision, extension_named, library, read_extension};
 
 fn lanes(case: &Case, precision: LanesPrecision) -> Lanes {
@@ -274,4 +278,141 @@ fn cold_command(own: Parameters, state: State, a_cmd: f32) -> Done {
         let raw = lanes(&case, LanesPrecision::F64).raw(&[Job { case: 0, population: &population }]);
         assert!(raw.expect("short delays").iter().any(|raw| raw.status == 0), "{base}");
     }
+}
+
+/// A copy of the world is the world: what is read of it is known.
+#[test]
+fn members_of_a_copied_world_are_read() {
+    let text = |name: &str, body: &str| {
+        format!(
+            "//! loop: look back by ago
+struct Parameters {{
+    /// how long ago [s], 0 to 1, neutral 0
+    ago: f32,
+}}
+fn {name}_command(w: World, a_cmd: f32) -> f32 {{
+    {body}
+}}
+"
+        )
+    };
+    for member in ["t", "dt", "x_f", "sin_grade", "s", "v_f", "a_f", "a_l", "v_l2", "s_l2", "v_l_then", "v_l_half"] {
+        let raw = |name: &str, body: String| {
+            let extension = read_extension(&format!("{name}.wgsl"), &text(name, &body)).expect("valid");
+            assert!(extension.reads(member), "{body}");
+            let case = case(with("l-cth", &[extension]));
+            let population = spread(case.variant, 4);
+            bits(&lanes(&case, LanesPrecision::F64).raw(&[Job { case: 0, population: &population }]).expect("no delay"))
+        };
+        let direct = raw("direct", format!("return a_cmd + 0.0001 * w.{member};"));
+        let copied = raw("copied", format!("var here = w; return a_cmd + 0.0001 * here.{member};"));
+        assert_eq!(copied, direct, "{member}");
+    }
+}
+
+/// Candidates whose last parameter has this value.
+fn ending_in(variant: Variant, count: usize, last: f64) -> Population {
+    let (all, mut changed) = (spread(variant, count), Population::new(&variant.parameters()));
+    for i in 0..count {
+        let mut values = all.values(i).to_vec();
+        *values.last_mut().expect("a parameter") = last;
+        changed.push(&values);
+    }
+    changed
+}
+
+#[test]
+fn bounds_of_a_delay_are_those_of_the_search() {
+    let delay = extension_named("perception_delay").expect("built in");
+    let variant = with("l-cth", &[delay]);
+    let space = |tp: [f64; 2]| {
+        let overrides = Overrides::from([("tp".to_owned(), tp)]);
+        SearchSpace::new(&variant, None, Convention::PAPER, &overrides)
+    };
+    let own = case(variant);
+    for (upper, first) in [(1.6, 17), (0.4, 5)] {
+        let bound = space([0.0, upper]).expect("bounds").extension_delay_upper();
+        assert_eq!(bound, Some(upper));
+        let case = own.clone().with_extension_delay(bound).expect("long enough");
+        let population = ending_in(variant, 12, upper);
+        let parameters = population.parameters(0);
+        assert_eq!((case.check(&parameters), case.pace(&parameters).first), (Ok(()), first));
+        let (mut expected, mut found) = ([Score::Rejected; 12], [Score::Rejected; 12]);
+        let mut reference = Reference::new(vec![case.clone()], GoodnessOfFit::default());
+        reference.evaluate(&population, &mut expected).expect("it runs");
+        lanes(&case, LanesPrecision::F64).evaluate(&population, &mut found).expect("within bounds");
+        for (a, b) in found.iter().zip(&expected) {
+            match (a, b) {
+                (Score::Value(a), Score::Value(b)) => assert!((a - b).abs() <= 1e-9 * b, "tp = {upper}: {a} not {b}"),
+                (a, b) => assert_eq!(a, b, "tp = {upper}"),
+            }
+        }
+        assert!(expected.iter().any(|score| matches!(score, Score::Value(_))), "tp = {upper}: some run ends");
+    }
+    // What is too long is said of the parameter that is.
+    let at = |variant: Variant, tp: f64| {
+        let case = case(variant);
+        let population = ending_in(variant, 1, tp);
+        let refused = case.check(&population.parameters(0)).expect_err("too long").to_string();
+        let error = lanes(&case, LanesPrecision::F64).raw(&[Job { case: 0, population: &population }]);
+        (refused, error.map(|_| ()).map_err(|error| error.to_string()))
+    };
+    let (refused, error) = at(variant, 2.0);
+    assert!(refused.starts_with("tp: expected at most 1.5 s, found 2; the upper bound of tp says"), "{refused}");
+    assert_eq!(error, Err(refused));
+    let (refused, _) = at(with("l-gipps+delay", &[delay]), 3.0);
+    assert!(refused.starts_with("tau_p + tp: expected at most 2.3 s, found 3."), "{refused}");
+    // Nobody perceives what is to come.
+    let (refused, _) = at(variant, -0.2);
+    assert_eq!(refused, "tp: expected a number of at least 0, found -0.2");
+    assert!(space([-0.2, -0.2]).is_err());
+    let negative = own.clone().with_extension_delay(Some(-0.2)).expect_err("no bound").to_string();
+    assert!(negative.ends_with("upper bound of tp: expected a number of at least 0, found -0.2"), "{negative}");
+}
+
+/// Seconds since 1970 are further apart in f32 than the samples.
+#[test]
+fn a_clock_that_single_precision_cannot_tell_is_refused_where_it_is_read() {
+    let late = |names: &[&str]| {
+        let extensions: Vec<_> = names.iter().map(|name| extension_named(name).expect("built in")).collect();
+        Case { t_0: 1.1e9, ..case(with("idm", &extensions)) }
+    };
+    let new = |case: &Case, precision| Lanes::new(vec![case.clone()], GoodnessOfFit::NRMSE_SVA, precision);
+    for name in ["headway_mode_change", "set_speed_change", "periodic"] {
+        let case = late(&[name]);
+        assert!(matches!(case.check_clock(), Err(CourseError::Clock { .. })), "{name}");
+        for precision in [LanesPrecision::Plain, LanesPrecision::Compensated] {
+            let message = new(&case, precision).map(|_| ()).expect_err(name).to_string();
+            assert!(message.contains("count the time from the beginning of the recording"), "{message}");
+        }
+        assert!(new(&case, LanesPrecision::F64).is_ok(), "{name}");
+        assert_eq!(Case { t_0: 86_400.0, ..case }.check_clock(), Ok(()), "{name}: seconds of a day");
+    }
+    for names in [&["actuation_lag"][..], &[]] {
+        assert!(new(&late(names), LanesPrecision::Plain).is_ok(), "{names:?}");
+    }
+}
+
+/// The third car sees two simulated ones, the second one simulated and one measured.
+#[test]
+fn cars_further_ahead_are_simulated_ones_in_a_platoon() {
+    let multi = with("idm", &[extension_named("multi_anticipation").expect("built in")]);
+    let (measured, extended) = (case(with("idm", &[])), case(multi));
+    let t: Vec<f64> = (0..measured.s.len()).map(|i| measured.t_0 + i as f64 * measured.dt).collect();
+    let run = |case: &Case| {
+        let (mut trace, candidates) = (Trace::default(), spread(case.variant, 12));
+        let ends = |i: &usize| simulate(case, &candidates.parameters(*i), &mut trace).failure.is_none();
+        (0..candidates.len()).find(ends).expect("some candidate comes to its end");
+        trace
+    };
+    let first = run(&measured);
+    let second_case = follow(&extended, &t, Ahead { case: &measured, t: &t, trace: &first }).expect("one time axis");
+    assert_eq!(second_case.v_l[..], first.v);
+    assert_eq!(second_case.v_l2.as_deref(), Some(&measured.v_l[..]));
+    assert_eq!(second_case.s_l2.as_deref(), Some(&first.s[..]));
+    let second = run(&second_case);
+    let third = follow(&extended, &t, Ahead { case: &second_case, t: &t, trace: &second }).expect("one time axis");
+    assert_eq!(third.v_l[..], second.v);
+    assert_eq!(third.v_l2.as_deref(), Some(&first.v[..]));
+    assert_eq!(third.s_l2.as_deref(), Some(&second.s[..]));
 }

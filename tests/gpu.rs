@@ -8,7 +8,7 @@ use common::tolerance;
 use gpu_common::{case, gpu, job, population, scores, skipped, variant};
 use leadlag::catalog::Variant;
 use leadlag::convention::Convention;
-use leadlag::evaluator::{Evaluator, Failure, FailureKind, Observer, Population, Score};
+use leadlag::evaluator::{BufferSet, Case, Evaluator, Failure, FailureKind, Observer, Population, Score};
 use leadlag::gpu::Limits;
 use leadlag::reference::Reference;
 use leadlag::score::GoodnessOfFit;
@@ -206,4 +206,75 @@ fn an_observer_without_gain_changes_no_bit() {
             assert!(better.count() > 80, "a correction brings the state closer to the measurement");
         }
     }
+}
+
+/// As tests/lanes.rs has it for lanes.
+#[test]
+fn a_delay_may_equal_its_bound() {
+    if skipped("a_delay_may_equal_its_bound") {
+        return;
+    }
+    let variant = variant("idm+delay");
+    let drive = case(variant, PAPER, 300, 0.0);
+    let mut population = population(variant, PAPER, 8, 1);
+    // 0.07/0.01, 0.14/0.02 and 0.28/0.04 are 7 and one last bit.
+    for (dt, bound) in [(0.01, 0.07), (0.02, 0.14), (0.04, 0.28)] {
+        let mut at_bound = Population::new(population.symbols());
+        for i in 0..population.len() {
+            let mut values = population.values(i).to_vec();
+            *values.last_mut().expect("tau_p is the last") = bound;
+            at_bound.push(&values);
+        }
+        population = at_bound;
+        let case = Case { dt, tau_p_upper: bound, ..drive.clone() };
+        let expected = scores(&mut Reference::new(vec![case.clone()], GoodnessOfFit::NRMSE_SVA), &population);
+        let found = scores(&mut gpu(vec![case], Precision::Compensated, Limits::NONE), &population);
+        for (a, b) in expected.iter().zip(&found) {
+            match (a, b) {
+                (Score::Value(a), Score::Value(b)) => assert!((a - b).abs() <= 1e-3 * a, "{dt}: {b} not {a}"),
+                (a, b) => assert_eq!(a, b, "{dt}"),
+            }
+        }
+    }
+}
+
+#[test]
+fn the_other_buffer_set_is_not_waited_for() {
+    if skipped("the_other_buffer_set_is_not_waited_for") {
+        return;
+    }
+    let variant = variant("idm");
+    let (few, many) = (population(variant, PAPER, 1, 1), population(variant, PAPER, 1 << 13, 2));
+    let limits = Limits { chunk: Some(300), ..Limits::NONE };
+    let mut gpu = gpu(vec![case(variant, PAPER, 600, 0.0)], Precision::Plain, limits);
+    // Kernels are built before.
+    scores(&mut gpu, &few);
+    gpu.submit(BufferSet::A, &[job(0, &few)]).expect("a device");
+    gpu.submit(BufferSet::B, &[job(0, &many)]).expect("a device");
+    gpu.collect(BufferSet::A, &mut [Score::Rejected]).expect("a device");
+    // Hardware may be done with both by now.
+    assert!(gpu.is_hardware() || !gpu.is_idle(), "the set B was waited for");
+    gpu.collect(BufferSet::B, &mut vec![Score::Rejected; many.len()]).expect("a device");
+    assert!(gpu.is_idle());
+}
+
+#[test]
+fn times_count_since_the_evaluator_was_made() {
+    if skipped("times_count_since_the_evaluator_was_made") {
+        return;
+    }
+    let variant = variant("idm");
+    let population = population(variant, PAPER, 10, 1);
+    let mut gpu = gpu(vec![case(variant, PAPER, 300, 0.0)], Precision::Plain, Limits::NONE);
+    scores(&mut gpu, &population);
+    let before = gpu.timings();
+    assert!(before.first_dispatch_s > 0.0 && before.transfer_s > 0.0, "{before:?}");
+    // The device is lost, and so are those that are opened in its place.
+    gpu.destroy_device();
+    gpu.doom(2);
+    let mut found = vec![Score::Rejected; population.len()];
+    gpu.evaluate(&population, &mut found).expect_err("there is no device");
+    let after = gpu.timings();
+    assert!(after.first_dispatch_s >= before.first_dispatch_s, "{after:?} after {before:?}");
+    assert!(after.transfer_s >= before.transfer_s, "{after:?} after {before:?}");
 }

@@ -4,7 +4,7 @@ mod common;
 
 use leadlag::trajectory::import::{self, Layout};
 use leadlag::trajectory::{
-    Grade, Note, Preparation, PrepareError, Reconcile, Recording, Trajectory, inspect, integrate, prepare,
+    Grade, Note, Preparation, PrepareError, Reconcile, Recording, Stretch, Trajectory, inspect, integrate, prepare,
 };
 use std::path::Path;
 
@@ -417,6 +417,48 @@ fn short_gaps_are_filled_and_long_ones_split() {
     assert_eq!(only(&recording, 1, &bridge).len(), 120);
     let strict = Preparation { max_gap_s: 0.0, ..Preparation::default() };
     assert_eq!(prepare(&recording, 1, &strict).unwrap().len(), 3);
+}
+
+#[test]
+fn inspection_lists_what_a_calibration_would_choose_from() {
+    let times = tenths(0..120).filter(|t| !(5.95..7.45).contains(t));
+    let recording = pair_file(&steady(times));
+    let inspection = inspect(&recording);
+    let follower = &inspection.platoons[0].followers[0];
+    assert_eq!((follower.follower, follower.max_gap_s, &follower.refused), (1, 1.0, &None));
+    let segments = prepare(&recording, 1, &Preparation::default()).unwrap();
+    assert_eq!(follower.segments, Stretch::of_trajectories(&segments));
+    let found: Vec<String> = follower.segments.iter().map(Stretch::to_string).collect();
+    assert_eq!(found, ["1 (0.0 to 5.9 s, 60 samples)", "2 (7.5 to 11.9 s, 45 samples)"]);
+    let warning = "follower 1: gaps of more than 1 s leave 2 segments; the longest, which is used unless --segment chooses \
+                   another, is number 1 (0.0 to 5.9 s, 60 samples)";
+    assert!(inspection.platoons[0].warnings.iter().any(|w| w == warning), "{:?}", inspection.platoons[0].warnings);
+    let row = "       1         2          7.5         11.9       45\n";
+    assert!(inspection.to_string().contains(row), "{inspection}");
+
+    let short = inspect(&pair_file(&steady(tenths(0..15)))).platoons[0].followers[0].clone();
+    assert!(short.segments.is_empty());
+    assert!(short.refused.is_some_and(|why| why.contains("expected a stretch of at least 2 s")));
+}
+
+#[test]
+fn inspection_asks_about_milliseconds_as_calibration_does() {
+    let recording = pair_file(&steady(tenths(0..120).map(|t| 1000.0 * t)));
+    let warnings = &inspect(&recording).platoons[0].warnings;
+    let asked = "expected a time step of at most 5 s, found 100; is the time in milliseconds?";
+    assert_eq!(warnings, &[asked.to_owned()]);
+    let refused = prepare(&recording, 1, &Preparation::default()).unwrap_err().to_string();
+    assert_eq!(refused, format!("drive.csv: {asked}"));
+}
+
+#[test]
+fn inspection_shows_whole_names_and_rounded_steps() {
+    let long = "Mitsubishi(SpaceStar)_of_the_year";
+    let mut recording = pair_file(&steady((0..200).map(|i| f64::from(i) * 0.099_982_875_8)));
+    recording.platoons[0].cars[1].name = long.to_owned();
+    let shown = inspect(&recording).to_string();
+    assert!(shown.contains(&format!("  2 {long} [m/s] ")), "{shown}");
+    assert!(shown.contains("step 0.099983 s,"), "{shown}");
 }
 
 #[test]

@@ -7,7 +7,7 @@ use leadlag::catalog::Variant;
 use leadlag::convention::Convention;
 use leadlag::evaluator::{Case, Evaluator, Failure, FailureKind, Job, Observer, Population, Raw, Score};
 use leadlag::lanes::{Function, InstructionSet, Lanes, LanesPrecision};
-use leadlag::reference::{Trace, simulate};
+use leadlag::reference::{Reference, Trace, simulate};
 use leadlag::score::GoodnessOfFit;
 use leadlag::wgsl::{Source, check};
 
@@ -308,8 +308,73 @@ fn refusals_say_what_and_where() {
         let message = Function::compile(&source, &checked, "f").expect_err(body).to_string();
         assert!(message.starts_with("mine.wgsl:5:") && message.contains(construct), "{body}: {message}");
         assert!(message.ends_with(body), "{message}");
+        // What stands in the place of those of WGSL.
+        assert!(message.contains("power exponential logarithm, and min max clamp abs sqrt sin cos floor"), "{message}");
     }
     let source = Source::single("mine.wgsl", "fn g() -> f32 { return 1.0; }");
     let message = Function::compile(&source, &check(&source).unwrap(), "f").unwrap_err().to_string();
     assert_eq!(message, "function `f` is missing; the text has g");
+}
+
+/// The last bit of a quotient such as 0.28 s / 0.04 s must not put a delay beyond what is remembered.
+#[test]
+fn a_delay_may_equal_its_bound() {
+    let variant = variant("idm+delay");
+    let drive = cars::case(&cars::drive(60.0), variant, Convention::PAPER);
+    let mut values = cars::spread(variant, Convention::PAPER, 1, 11, 0.0).values(0).to_vec();
+    for hundredths in [1, 2, 4] {
+        let dt = f64::from(hundredths) / 100.0;
+        let bound = |steps: u32| f64::from(steps * hundredths) / 100.0;
+        let above: Vec<u32> = (1..60).filter(|steps| (bound(*steps) / dt).ceil() > f64::from(*steps)).collect();
+        assert!(!above.is_empty(), "no quotient by {dt} is rounded up");
+        for steps in above.into_iter().take(3) {
+            let case = Case { dt, tau_p_upper: bound(steps), ..drive.clone() };
+            *values.last_mut().expect("tau_p is the last") = bound(steps);
+            let mut population = Population::new(&variant.parameters());
+            population.push(&values);
+            let score = |evaluator: &mut dyn Evaluator| {
+                let mut scores = [Score::Rejected];
+                evaluator.evaluate(&population, &mut scores).expect("the delay is within bounds");
+                let Score::Value(score) = scores[0] else { panic!("{steps} steps of {dt} s: {scores:?}") };
+                score
+            };
+            let expected = score(&mut Reference::new(vec![case.clone()], GoodnessOfFit::NRMSE_SVA));
+            for precision in PRECISIONS {
+                let found = score(&mut lanes(&case, precision));
+                let tolerance = if precision == LanesPrecision::F64 { 1e-9 } else { 1e-3 };
+                let near = (found - expected).abs() <= tolerance * expected;
+                assert!(near, "{steps} steps of {dt} s, {}: {found} not {expected}", precision.name());
+            }
+        }
+    }
+}
+
+#[test]
+fn instructions_and_block_size_are_kept_together() {
+    let variant = variant("idm");
+    let case = cars::case(&cars::drive(60.0), variant, Convention::PAPER);
+    let population = cars::population(variant, Convention::PAPER, 1000, 3);
+    let observers = vec![Observer::NONE; population.len()];
+    let block = |mut lanes: Lanes| {
+        let job = Job { case: 0, population: &population };
+        lanes.residuals(&job, &observers).expect("there is no delay").lanes
+    };
+    let lanes = || lanes(&case, LanesPrecision::F64);
+    // Blocks have 64 lanes or 16; the baseline has no large ones.
+    assert_eq!(block(lanes().with_lanes(16).with_instructions(InstructionSet::best())), 16);
+    assert_eq!(block(lanes().with_instructions(InstructionSet::Baseline).with_lanes(64)), 16);
+}
+
+#[test]
+fn nothing_behind_a_return_is_computed() {
+    for (body, expected) in [
+        ("{ return x; } return 2.0 * x;", 3.0),
+        ("var y = x; { y = 5.0; { return y; } y = 7.0; } return y;", 5.0),
+        ("{ let y = 2.0 * x; } return x;", 3.0),
+    ] {
+        let source = Source::single("mine.wgsl", &format!("fn f(x: f32) -> f32 {{ {body} }}"));
+        let checked = check(&source).unwrap_or_else(|e| panic!("{body}: {e}"));
+        let f = Function::compile(&source, &checked, "f").unwrap_or_else(|e| panic!("{body}: {e}"));
+        assert_eq!(f.call_f64(&[3.0]), [expected], "{body}");
+    }
 }

@@ -6,7 +6,7 @@ use leadlag::calibrate::{Overrides, SearchSpace, read_bounds};
 use leadlag::catalog::Variant;
 use leadlag::convention::{Convention, Delay, RoadLoad};
 use leadlag::score::{GoodnessOfFit, Measures};
-use leadlag::vehicle::{Vehicle, find, read_table};
+use leadlag::vehicle::{Vehicle, find, find_for, read_table};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -96,6 +96,21 @@ fn a_vehicle_file_may_name_a_curve_or_have_it_beside() {
     assert_eq!(vehicle.mfc.expect("a curve").a_ap, [4.0, 2.0]);
     let plain = file("plain.toml", CAR);
     assert_eq!(find(&format!("{}#my_car", plain.display())).unwrap().mfc, None);
+}
+
+#[test]
+fn a_curve_that_is_not_there_matters_only_where_it_is_needed() {
+    let other = CAR.replace("my_car", "his_car");
+    let table = file("absent.toml", &format!("{CAR}mfc = \"nowhere.csv\"\n{other}"));
+    let named = |name: &str| format!("{}#{name}", table.display());
+    let error = find(&named("my_car")).unwrap_err();
+    let curve = table.with_file_name("nowhere.csv");
+    let expected = format!("{}: vehicle my_car: its MFC curve {} cannot be used", table.display(), curve.display());
+    assert_eq!(error.to_string(), expected);
+    assert_eq!(find_for(&named("my_car"), false).unwrap().mfc, None);
+    assert_eq!(find(&named("his_car")).unwrap().m_0, 1500.0);
+    let error = find(&named("my_cat")).unwrap_err().to_string();
+    assert!(error.contains("it has his_car, my_car; did you mean `my_car`?"), "{error}");
 }
 
 #[test]

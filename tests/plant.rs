@@ -201,6 +201,14 @@ fn refuses_what_cannot_be_driven() {
     assert_eq!(error.to_string(), "tau_p (unless it is 0) of car 3: expected 0.01 to 10 s, found 0.004");
     scenario.followers[1].tau_p = 3.0;
     assert!(matches!(plant::run(&scenario), Err(PlantError::Collision { .. })));
+    let too_late = "set_speed_change:t1=700".parse().expect("an effect");
+    let mut late = Scenario::default();
+    late.followers[0].effects.push(too_late);
+    assert_eq!(
+        plant::run(&late).expect_err("the drive ends at 600 s").to_string(),
+        "set_speed_change of car 2 begins at 700 s, and the drive ends at 600 s; let it begin earlier, as in \
+         set_speed_change:t1=240, or drive longer"
+    );
     scenario.duration_s = f64::NAN;
     assert!(matches!(plant::run(&scenario), Err(PlantError::OutOfRange { .. })));
 }

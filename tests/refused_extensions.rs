@@ -4,7 +4,7 @@ use leadlag::catalog::Variant;
 use leadlag::convention::Radicand;
 use leadlag::extension::Extension;
 use leadlag::lanes::check_model;
-use leadlag::wgsl::{Precision, Recipe, read_extension};
+use leadlag::wgsl::{Precision, Recipe, extension_named, read_extension};
 use std::fmt::Write;
 
 #[test]
@@ -73,10 +73,33 @@ fn what_an_extension_may_not_have_is_said() {
             "there is a built-in extension `grade`",
         ),
         ("My Cause.wgsl", "", "the file's name is the extension's"),
+        (
+            "x.wgsl",
+            "//! loop: delay by d\nstruct Parameters {\n    /// delay [s], -1 to 1, neutral 0\n    d: f32,\n}\n",
+            "x.wgsl:1:1: `loop: delay by d`: expected bounds of at least 0, found -1 to 1",
+        ),
     ];
     for (file, text, expected) in cases {
         let error = read_extension(file, text).expect_err(expected).to_string();
         assert!(error.contains(expected), "expected {expected}\nfound {error}");
+    }
+}
+
+/// The time loop delays once and looks back once; a second wish was passed over in silence.
+#[test]
+fn what_the_time_loop_does_for_another_extension_is_a_conflict() {
+    for (what, taken) in [("delay by", "perception_delay"), ("look back by", "time_offset")] {
+        let text = format!(
+            "//! loop: {what} ago\nstruct Parameters {{\n    /// how long [s], 0 to 1, neutral 0\n    ago: f32,\n}}\n{}",
+            command("return a;")
+        );
+        let own = read_extension("x.wgsl", &text).expect("allowed");
+        let built_in = extension_named(taken).expect("built in");
+        let idm: Variant = "idm".parse().expect("a base");
+        let message = idm.with(built_in).expect("no conflict").with(own).expect_err("two of them").to_string();
+        let expected = format!("extension x: its `loop: {what}` cannot act beside that of {taken}");
+        assert!(message.starts_with(&expected), "{message}");
+        assert!(idm.with(own).expect("no conflict").with(extension_named("grade").expect("built in")).is_ok());
     }
 }
 

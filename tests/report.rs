@@ -44,9 +44,15 @@ fn json(path: &Path) -> Value {
 /// The last lines agree with the files, and the report carries the diagnosis.
 fn check_ending(said: &str, folder: &Path) -> Value {
     let ending = said.split("== What was found, and what had been hidden").nth(1).expect("an ending");
-    for words in
-        ["found ", "hidden ", "so ", "report.html", "$ leadlag inspect FILE.csv", "$ leadlag diagnose --data FILE.csv"]
-    {
+    for words in [
+        "found ",
+        "hidden ",
+        "so ",
+        "report.html",
+        "$ leadlag inspect FILE.csv",
+        "$ leadlag diagnose --data FILE.csv",
+        "--lead-start POSITION: ",
+    ] {
         assert!(ending.contains(words), "{words}: {said}");
     }
     let diagnosis = json(&folder.join("diagnosis").join("diagnosis.json"));
@@ -90,6 +96,37 @@ fn found(hide: &str, seconds: u32) {
     assert_eq!(extended.0["extensions"][0]["name"], name.as_str());
     assert!(base.0["extensions"].as_array().is_some_and(Vec::is_empty));
     assert!(extended.1 < base.1, "on what was held back: base {}, extended {}", base.1, extended.1);
+    go_on(&folder, &diagnosis, &base.0["data"][0]["window_s"]);
+}
+
+/// The command that the diagnosis ends with can be pasted into a shell, and calibrates on what was trained on.
+fn go_on(folder: &Path, diagnosis: &Value, trained: &Value) {
+    let said = fs::read_to_string(folder.join("diagnosis.txt")).expect("kept");
+    let flat: Vec<&str> = said.split_whitespace().collect();
+    assert!(flat.join(" ").contains(" s, held back from there to "), "{said}");
+    let (_, rest) = said.split_once("\nTo calibrate it on what was trained on, ").expect("a way to go on");
+    let (_, rest) = rest.split_once(":\n  leadlag ").expect("a command");
+    let typed: Vec<&str> =
+        rest.split_inclusive('\n').take_while(|line| line.starts_with("    ") || rest.starts_with(line)).collect();
+    let command = format!(
+        "'{}' {} --max-evaluations 200 --no-intervals",
+        env!("CARGO_BIN_EXE_leadlag"),
+        typed.concat().trim_end()
+    );
+    let output = Command::new("sh").args(["-c", &command]).output().expect("a shell");
+    assert!(output.status.success(), "{command}\n{}", String::from_utf8_lossy(&output.stderr));
+    let warned = String::from_utf8_lossy(&output.stderr);
+    assert!(!warned.contains("changes nothing: variant idm+grade"), "{warned}");
+    let result = json(&folder.join("diagnosis").join("extended").join("result.json"));
+    assert_eq!((&result["data"][0]["window_s"], result["data"][0]["follower"].as_u64()), (trained, Some(1)));
+    let names = |list: &Value| -> Vec<String> {
+        list.as_array().expect("a list").iter().map(|one| one["name"].as_str().expect("a name").to_owned()).collect()
+    };
+    assert_eq!(names(&result["extensions"]), names(&diagnosis["causes"]));
+    if result["extensions"][0]["name"] == "grade" {
+        let table = result["data"][0]["grade"]["path"].as_str().expect("a table of the slope");
+        assert!(table.ends_with("Slope.csv"), "{table}");
+    }
 }
 
 #[test]

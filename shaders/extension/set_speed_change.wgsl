@@ -6,7 +6,7 @@ struct Parameters {
     vlim: f32,
     /// when it begins, time in the file [s], 0 to 100000
     t1: f32,
-    /// how long it lasts [s], 1 to 100000
+    /// how long it lasts [s], 1 to 100000, length of time
     dur: f32,
 }
 

@@ -144,6 +144,20 @@ impl<'a> Search<'a> {
         }
     }
 
+    /// What a search without a feasible candidate has to show: the one that came furthest.
+    pub(super) fn furthest(&self) -> Option<Replicate> {
+        let member = self.optimizer.best()?;
+        Some(Replicate {
+            number: self.number,
+            candidate: self.space.complete(&self.free, &member.point, self.ratios),
+            score: f64::INFINITY,
+            evaluations: self.evaluations,
+            stop: StopReason::Infeasible,
+            convergence: Vec::new(),
+            near: Vec::new(),
+        })
+    }
+
     pub(super) fn finish(self) -> Result<Replicate, CalibrateError> {
         let Search { number, evaluations, convergence, tally, mut near, .. } = self;
         let stop = self.ended.expect("a search is finished when it has ended");
@@ -268,6 +282,11 @@ impl<'a> Group<'a> {
             }));
             *first += candidates * samples.len();
             search.tell(&self.scores, progress);
+        }
+        // Those that were told before the one at which the caller stopped them all.
+        if self.searches.iter().any(|search| search.ended == Some(StopReason::Interrupted)) {
+            let running = self.searches.iter_mut().filter(|search| search.ended.is_none());
+            running.for_each(|search| search.ended = Some(StopReason::Interrupted));
         }
         Ok(())
     }

@@ -28,8 +28,9 @@ pub fn bound_times(variant: &Variant, window: [f64; 2], overrides: &mut Override
     let [first, last] = window;
     for symbol in variant.parameters().into_iter().filter(|symbol| symbol.is_time()) {
         let Bounds::Fixed(lower, upper) = symbol.bounds() else { continue };
-        let [from, to] = if symbol.name() == "dur" { [0.0, last - first] } else { [first, last] };
-        overrides.entry(symbol.name().to_owned()).or_insert([from.max(lower), to.min(upper)]);
+        let length = [lower.max(0.0), (last - first).min(upper)];
+        let bounds = if symbol.is_length_of_time() { length } else { symbol.begins_within(window) };
+        overrides.entry(symbol.name().to_owned()).or_insert(bounds);
     }
 }
 
@@ -129,6 +130,12 @@ impl SearchSpace {
     pub fn tau_p_upper(&self) -> f64 {
         let delay = self.symbols.iter().position(|s| *s == Symbol::tau_p);
         delay.map_or(0.0, |i| self.bounds[i][1])
+    }
+
+    /// Upper bound of the delay of an extension \[s\]; `None` for variants without, see [`Case::with_extension_delay`].
+    #[must_use]
+    pub fn extension_delay_upper(&self) -> Option<f64> {
+        self.symbols.iter().position(|symbol| symbol.is_delay()).map(|i| self.bounds[i][1])
     }
 
     /// Positions of the parameters that are searched.
@@ -254,5 +261,36 @@ mod tests {
         // The paper's algorithm sees the parameters themselves.
         assert_eq!(space.search_box(false).upper[0], 5.0);
         assert_eq!(space.complete(&free, &space.search_box(false).lower, false)[free[0]], 0.01);
+    }
+
+    /// An event of one's own, whose length is not called as that of the built-in one.
+    const PAUSE: &str = "struct Parameters {
+    /// when it begins [s], 0 to 100000
+    start: f32,
+    /// how long it lasts [s], 1 to 100000, length of time
+    lasting: f32,
+}
+fn pause_command(own: Parameters, w: World, a_cmd: f32) -> f32 {
+    let since = w.t - own.start;
+    return select(a_cmd, 0.0, since >= 0.0 && since < own.lasting);
+}
+";
+
+    #[test]
+    fn events_are_bounded_by_the_window_whatever_its_clock() {
+        let base: Variant = "idm".parse().expect("a base");
+        let own = crate::wgsl::read_extension("pause.wgsl", PAUSE).expect("valid");
+        let built_in = crate::wgsl::extension_named("set_speed_change").expect("built in");
+        for (extension, begin, length) in [(own, "start", "lasting"), (built_in, "t1", "dur")] {
+            let variant = base.with(extension).expect("no conflict");
+            // Of a clock that counts from 0, from the middle of a recording, from 1970, and to an event.
+            for [first, last] in [[0.0, 200.0], [50.0, 250.0], [1.1e9, 1.1e9 + 200.0], [-300.0, -10.0], [-5.0, 100.0]] {
+                let mut overrides = Overrides::new();
+                bound_times(&variant, [first, last], &mut overrides);
+                assert_eq!(overrides[begin], [first, last]);
+                assert_eq!(overrides[length], [1.0, last - first]);
+                assert!(SearchSpace::new(&variant, None, Convention::PAPER, &overrides).is_ok(), "{first}");
+            }
+        }
     }
 }

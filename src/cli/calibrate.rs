@@ -2,16 +2,15 @@
 
 mod flags;
 pub mod progress;
+mod warnings;
 mod write;
 
 pub use flags::Args;
-pub use leadlag::calibrate::read_bounds;
 
-use super::data::{DataArgs, Loaded};
-use super::evaluator::warn;
+use super::data::Loaded;
+use super::evaluator::{BY_FLAGS, transcribed, warn};
 use super::{Usage, interrupt, output};
 use leadlag::calibrate::{Calibration, SearchSpace, best, bound_times, calibrate};
-use leadlag::catalog::Variant;
 use leadlag::evaluator::{Case, Evaluator};
 use leadlag::identify::identify;
 use leadlag::lanes::LanesPrecision;
@@ -26,13 +25,15 @@ use std::path::Path;
 use std::time::Instant;
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
-    args.evaluator.selection()?;
     let model = args.extended()?;
+    transcribed(args.evaluator.selection()?.kind, &model, BY_FLAGS)?;
     let mut loaded = Vec::new();
     for file in &args.files {
         let (recording, follower) = args.data.read(file, args.follower.as_deref())?;
         loaded.push(args.data.pick(&recording, follower, &model)?);
     }
+    let overrides = args.overrides()?;
+    warnings::of(&args.data, &model, args.convention, &overrides, &loaded).iter().for_each(|text| warn(text));
     interrupt::watch();
     if args.joint || loaded.len() == 1 {
         let result = one(args, &loaded, &args.out)?;
@@ -48,7 +49,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if args.json { output::print_json(&results) } else { Ok(()) }
 }
 
-/// One folder per calibration, `STEM_followerN`; numbered where two would be the same.
+/// One folder per calibration, `STEM_followerN`; numbered in the order of the files where two would be the same.
 fn folders(loaded: &[Loaded]) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     for Loaded { trajectory, .. } in loaded {
@@ -81,7 +82,14 @@ fn one(args: &Args, loaded: &[Loaded], folder: &Path) -> anyhow::Result<ResultFi
     if args.plot {
         plot(&result, &reference, loaded)?;
     }
-    eprintln!("{:.1} s; files in {}", started.elapsed().as_secs_f64(), folder.display());
+    // Of several calibrations it has to be told which folder is whose.
+    let whose = match loaded {
+        [one] if args.files.len() > 1 => {
+            format!(" of {}, follower {},", one.trajectory.source.path, one.trajectory.follower)
+        }
+        _ => String::new(),
+    };
+    eprintln!("{:.1} s; files{whose} in {}", started.elapsed().as_secs_f64(), folder.display());
     Ok(result)
 }
 
@@ -110,7 +118,6 @@ fn prepare(args: &Args, loaded: &[Loaded]) -> anyhow::Result<(SearchSpace, Refer
         let message = format!("--joint: variant {model} needs one vehicle, found {one} and {two}; give --vehicle");
         return Err(Usage(message).into());
     }
-    unused(&args.data, &model);
     let mut overrides = args.overrides()?;
     let ends = |of: fn(&[f64]) -> Option<&f64>| loaded.iter().filter_map(move |l| of(&l.trajectory.t)).copied();
     let window =
@@ -119,23 +126,10 @@ fn prepare(args: &Args, loaded: &[Loaded]) -> anyhow::Result<(SearchSpace, Refer
     let space = SearchSpace::new(&model, vehicle, args.convention, &overrides)?;
     let mut cases = Vec::new();
     for l in loaded {
-        cases.push(Case::new(&l.trajectory, model, l.vehicle(), args.convention, space.tau_p_upper())?);
+        let case = Case::new(&l.trajectory, model, l.vehicle(), args.convention, space.tau_p_upper())?;
+        cases.push(case.with_extension_delay(space.extension_delay_upper())?);
     }
     Ok((space, Reference::new(cases, args.gof)))
-}
-
-/// What was given and changes nothing is said, for whoever gives it expects that it does.
-fn unused(data: &DataArgs, model: &Variant) {
-    if data.vehicle.is_some() && !model.needs_vehicle() {
-        eprintln!(
-            "warning: --vehicle changes nothing: variant {model} has neither nonlinear dynamics nor the constraint mfc"
-        );
-    }
-    if data.grade.is_some() && !model.needs_grade() {
-        eprintln!(
-            "warning: --grade changes nothing: variant {model} has neither nonlinear dynamics nor an extension that reads it"
-        );
-    }
 }
 
 /// The evaluator that simulates the candidates; the reference scores what it finds again.

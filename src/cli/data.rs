@@ -1,11 +1,14 @@
 //! From file names and flags to trajectories with vehicle and grade.
 
 use super::Usage;
+use super::number::{finite, real, whole};
 use anyhow::Context;
 use clap::ValueEnum;
-use leadlag::catalog::Variant;
-use leadlag::trajectory::import::{ColumnMap, read_mapped};
-use leadlag::trajectory::{Grade, Layout, Note, Preparation, Reconcile, Recording, Trajectory, import, prepare};
+use leadlag::catalog::{Constraint, Variant};
+use leadlag::trajectory::import::{ColumnMap, MapError, read_mapped};
+use leadlag::trajectory::{
+    Grade, Layout, Note, Preparation, Reconcile, Recording, Stretch, Trajectory, import, prepare,
+};
 use leadlag::vehicle::{self, Vehicle};
 use std::path::{Path, PathBuf};
 
@@ -17,28 +20,29 @@ pub struct DataArgs {
     #[arg(long)]
     pub layout: Option<Layout>,
     /// Column map of a table of another layout: ngsim, highd, sumo-fcd (`leadlag list columns`), or a file of one's own
-    #[arg(long, value_name = "NAME|FILE.toml", conflicts_with = "layout", value_parser = ColumnMap::find)]
-    pub columns: Option<ColumnMap>,
+    #[arg(long, value_name = "NAME|FILE.toml", conflicts_with = "layout")]
+    pub columns: Option<String>,
     /// Trajectory id, in files that hold several
     #[arg(long, value_name = "ID")]
     pub trajectory: Option<String>,
-    /// Segment between long gaps, from 1 [default: the longest]
-    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(1..))]
+    /// Segment between long gaps, from 1, as `leadlag inspect` lists them [default: the longest]
+    #[arg(long, value_name = "K", value_parser = whole(1, u32::MAX), allow_negative_numbers = true)]
     pub segment: Option<u32>,
     /// First time to use, in the file's own seconds
-    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    #[arg(long, value_name = "T", value_parser = finite, allow_negative_numbers = true)]
     pub from: Option<f64>,
     /// Last time to use, in the file's own seconds
-    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    #[arg(long, value_name = "T", value_parser = finite, allow_negative_numbers = true)]
     pub to: Option<f64>,
     /// Missing samples are interpolated over at most this many seconds; longer gaps split the file
-    #[arg(long, value_name = "S", default_value_t = 1.0)]
+    #[arg(long, value_name = "S", default_value_t = 1.0, value_parser = real(Preparation::MAX_GAP_S, "s"),
+          allow_negative_numbers = true)]
     pub max_gap: f64,
     /// Smooth as the paper's authors did: two Savitzky-Golay passes, 51 points, cubic
     #[arg(long)]
     pub smooth: bool,
     /// Resample to this time step, in seconds
-    #[arg(long, value_name = "DT")]
+    #[arg(long, value_name = "DT", value_parser = real(Preparation::RESAMPLE_S, "s"), allow_negative_numbers = true)]
     pub resample: Option<f64>,
     /// What the spacing is anchored to where measured gap and speeds contradict each other
     #[arg(long, value_enum, default_value_t = ReconcileArg::Gap)]
@@ -50,10 +54,10 @@ pub struct DataArgs {
     #[arg(long, value_name = "FILE|level")]
     pub grade: Option<String>,
     /// Length of the preceding vehicle in m [default: from the file, else unknown]
-    #[arg(long, value_name = "M")]
+    #[arg(long, value_name = "M", value_parser = real(Preparation::LEAD_LENGTH_M, "m"), allow_negative_numbers = true)]
     pub lead_length: Option<f64>,
     /// Position of the preceding vehicle on the grade table at the first row of the file, in m
-    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    #[arg(long, value_name = "M", value_parser = real(Preparation::LEAD_START_M, "m"), allow_negative_numbers = true)]
     pub lead_start: Option<f64>,
 }
 
@@ -84,7 +88,7 @@ impl DataArgs {
     /// Reads a file, and says which of its followers is meant: the number in a platoon, or the id of a vehicle in a table
     /// with a column map, of which only the pairs of that vehicle are kept.
     pub fn read(&self, path: &Path, follower: Option<&str>) -> anyhow::Result<(Recording, Option<usize>)> {
-        let Some(map) = &self.columns else {
+        let Some(map) = self.columns.as_deref().map(column_map).transpose()? else {
             let number = follower.map(|text| {
                 text.parse().map_err(|_| {
                     let message = format!(
@@ -96,7 +100,7 @@ impl DataArgs {
             });
             return Ok((import::read(path, self.layout)?, number.transpose()?));
         };
-        let mut recording = read_mapped(path, map)?;
+        let mut recording = read_mapped(path, &map)?;
         match follower {
             Some(id) if recording.keep_follower(id) => {}
             Some(id) => {
@@ -119,7 +123,16 @@ impl DataArgs {
         let trajectory = self.choose(prepare(recording, follower, &self.preparation()?)?)?;
         // A table that lies beside the data by chance must not get in the way of a variant that needs no vehicle.
         let wanted = self.vehicle.is_some() || variant.needs_vehicle();
-        let vehicle = if wanted { self.find_vehicle(&trajectory)? } else { None };
+        let vehicle = if wanted { self.find_vehicle(&trajectory, variant)? } else { None };
+        if vehicle.is_none() && variant.needs_vehicle() {
+            let Trajectory { source, name, .. } = &trajectory;
+            let message = format!(
+                "{}: variant {variant} needs the vehicle of follower {follower}, and none is called `{name}`; give --vehicle \
+                 NAME or FILE#NAME (`leadlag list vehicles`)",
+                source.path
+            );
+            return Err(Usage(message).into());
+        }
         Ok(Loaded { trajectory, vehicle })
     }
 
@@ -144,20 +157,27 @@ impl DataArgs {
 
     /// The segment asked for, else the longest, which is said.
     fn choose(&self, mut segments: Vec<Trajectory>) -> anyhow::Result<Trajectory> {
+        let stretches = Stretch::of_trajectories(&segments);
         let count = segments.len();
+        let first = segments.first().context("no segment is long enough")?;
+        let (path, listed) = (&first.source.path, Stretch::listed(&stretches));
         let index = match self.segment {
             Some(k) if k as usize <= count => k as usize - 1,
-            Some(k) => return Err(Usage(format!("--segment {k}: there are {count}")).into()),
+            Some(k) => {
+                let are =
+                    if count == 1 { "there is 1 segment".to_owned() } else { format!("there are {count} segments") };
+                return Err(Usage(format!("--segment {k}: {path}: {are}: {listed}")).into());
+            }
             None => {
-                let longest = (0..count).max_by_key(|&i| (segments[i].len(), count - i));
-                longest.context("no segment is long enough")?
+                let (longest, _) = Stretch::longest(&stretches);
+                longest[0].number - 1
             }
         };
         if count > 1 && self.segment.is_none() {
-            let (number, samples) = (index + 1, segments[index].len());
             eprintln!(
-                "warning: {count} pieces; using the longest, number {number} ({samples} samples); \
-                 --segment or --trajectory choose another"
+                "warning: {path}: {count} segments, of which only the longest, number {}, is used; the longest are {listed}; \
+                 --segment or --trajectory choose another, a longer --max-gap interpolates more",
+                index + 1
             );
         }
         let chosen = segments.swap_remove(index);
@@ -168,21 +188,34 @@ impl DataArgs {
     }
 
     /// The vehicle: as told, else by its name in a table beside the data, else by its name in the built-in table.
-    fn find_vehicle(&self, trajectory: &Trajectory) -> anyhow::Result<Option<(Vehicle, String)>> {
+    fn find_vehicle(&self, trajectory: &Trajectory, variant: &Variant) -> anyhow::Result<Option<(Vehicle, String)>> {
+        let needs_curve = variant.constraint == Constraint::Mfc;
         if let Some(text) = &self.vehicle {
-            return Ok(Some((vehicle::find(text)?, text.clone())));
+            return Ok(Some((vehicle::find_for(text, needs_curve)?, text.clone())));
         }
         let folder = Path::new(&trajectory.source.path).parent().unwrap_or(Path::new("."));
         let tables: [PathBuf; 2] = ["vehicles", "../vehicles"].map(|f| folder.join(f).join("vehicles.csv"));
-        if let Some(table) = tables.iter().find(|t| t.exists()) {
-            let found = vehicle::read_table(table)?.into_iter().find(|v| v.is_called(&trajectory.name));
-            if let Some(vehicle) = found {
-                let from = format!("{}#{}", table.display(), vehicle.slug);
-                return Ok(Some((vehicle, from)));
-            }
+        if let Some(table) = tables.iter().find(|t| t.exists())
+            && let Some(vehicle) = vehicle::find_in(table, &trajectory.name, needs_curve)?
+        {
+            let from = format!("{}#{}", table.display(), vehicle.slug);
+            return Ok(Some((vehicle, from)));
         }
         Ok(Vehicle::called(&trajectory.name).map(|v| (v.clone(), v.slug)))
     }
+}
+
+/// The column map of a flag. That its file is not there is a failure; what else is wrong with it is usage.
+pub fn column_map(given: &str) -> anyhow::Result<ColumnMap> {
+    ColumnMap::find(given).map_err(|error| match error {
+        MapError::Open { .. } => error.into(),
+        error => Usage(format!("--columns: {error}")).into(),
+    })
+}
+
+/// The result of a calibration by its file, or by the folder that `calibrate` wrote it to.
+pub fn result_file(given: &Path) -> PathBuf {
+    if given.is_dir() { given.join("result.json") } else { given.to_owned() }
 }
 
 /// Some pairs of a mapped table are named in messages.

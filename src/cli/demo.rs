@@ -5,6 +5,8 @@
 mod drive;
 mod tell;
 
+pub use tell::quoted;
+
 use super::extension::extend;
 use super::{Cli, output};
 use anyhow::Context;
@@ -18,7 +20,7 @@ use std::path::{Path, PathBuf};
 
 /// Simulations that a calibration of the demo may cost: about half of what the optimiser would take, and enough for six parameters.
 const EVALUATIONS: &str = "12000";
-/// The model that is blamed. The car is one of its kind, plus what is hidden.
+/// The base model to examine. The car is one of its kind, plus what is hidden.
 const BASE: &str = "idm";
 /// The file has no positions: the platoon leader starts at the beginning of the road table, also where a window of time is cut out.
 const ROAD: [&str; 2] = ["--lead-start", "0"];
@@ -37,7 +39,7 @@ pub struct Args {
     #[arg(long, value_name = "CAUSE[:P=V,...]|none", default_value = "grade")]
     hide: Hidden,
     /// The one seed of all random numbers
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, value_parser = super::number::seed, allow_negative_numbers = true)]
     seed: u64,
     /// Length of the drive in s; a short one shows less
     #[arg(long, value_name = "S", default_value_t = 600.0, value_parser = duration)]

@@ -1,33 +1,45 @@
 //! `leadlag diagnose`: what the data and the simulation get wrong, which cause explains it, and what it is worth.
 
+mod again;
 mod bar;
 mod load;
 mod write;
 
+use super::bounds::read_bounds;
 use super::data::DataArgs;
 use super::{Exit, Usage, interrupt, output};
 use clap::ValueEnum;
-use leadlag::calibrate::read_bounds;
+use leadlag::calibrate::Overrides;
 use leadlag::catalog::Variant;
 use leadlag::diagnose::describe::{Diagnosis, describe};
 use leadlag::diagnose::free::Free;
+use leadlag::diagnose::model::Model;
+use leadlag::diagnose::space::Axis;
+use leadlag::diagnose::verdict::Fitted;
 use leadlag::diagnose::{Drive, Effort, Question};
 use leadlag::extension::Extension;
 use leadlag::near::did_you_mean;
 use leadlag::report::diagnosis::text;
+use leadlag::symbols::Symbol;
 use leadlag::wgsl::{library, read_extension};
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
+#[command(override_usage = "leadlag diagnose [OPTIONS] --base <NAME|ID> <FILE>...
+       leadlag diagnose [OPTIONS] --base <NAME|ID> --data <FILE,...>
+       leadlag diagnose [OPTIONS] --data-only <FILE>...")]
 #[command(after_help = "Examples:
-  leadlag diagnose --data A.csv,B.csv --holdout C.csv --base l-cth --out diagnosis
-  leadlag diagnose --data platoon.csv --follower 2 --data-only
-  leadlag diagnose --data A.csv --base idm --causes mine.wgsl --effort quick --json
+  leadlag diagnose A.csv B.csv --holdout C.csv --base l-cth --out diagnosis
+  leadlag diagnose platoon.csv --follower 2 --data-only
+  leadlag diagnose --data A.csv,B.csv --base idm --causes mine.wgsl --effort quick --json
 
 Exit codes with --exit-code: 0 named, 3 nothing, 4 ambiguous, 5 unexplained, 6 not testable, 7 bad base or bad data.")]
 pub struct Args {
-    /// Measured files to train on, separated by commas
-    #[arg(long, required = true, value_name = "FILE,...", value_delimiter = ',')]
+    /// Measured files to train on
+    #[arg(value_name = "FILE", required_unless_present = "data")]
+    pub files: Vec<PathBuf>,
+    /// The same, separated by commas
+    #[arg(long, value_name = "FILE,...", value_delimiter = ',')]
     pub data: Vec<PathBuf>,
     /// Measured files that are held back for the gain [default: the last third of every file]
     #[arg(long, value_name = "FILE,...", value_delimiter = ',')]
@@ -35,7 +47,7 @@ pub struct Args {
     /// The follower: 1 is right behind the platoon leader; with --columns the id of a vehicle [default: the only one]
     #[arg(long, value_name = "N")]
     pub follower: Option<String>,
-    /// The model that is blamed: idm, gipps, l-cth, l-idm, l-gipps, or any variant by id or name
+    /// Base model to examine: idm, gipps, l-cth, l-idm, l-gipps, or any variant by id or name
     #[arg(long, value_name = "NAME|ID", required_unless_present = "data_only")]
     pub base: Option<Variant>,
     /// Check the data, and stop there
@@ -48,7 +60,7 @@ pub struct Args {
     #[arg(long, value_enum, default_value_t = EffortArg::Normal)]
     pub effort: EffortArg,
     /// The one seed of all random numbers
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, value_parser = super::number::seed, allow_negative_numbers = true)]
     pub seed: u64,
     /// A cause of your own, as a WGSL part; may be given several times
     #[arg(long, value_name = "FILE.wgsl", conflicts_with = "data_only")]
@@ -70,6 +82,13 @@ pub struct Args {
     pub exit_code: bool,
     #[command(flatten)]
     pub prepare: DataArgs,
+}
+
+impl Args {
+    /// The files to train on, however they were given.
+    pub fn trained_on(&self) -> impl Iterator<Item = &PathBuf> {
+        self.data.iter().chain(&self.files)
+    }
 }
 
 /// How hard to search.
@@ -96,7 +115,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             let report = serde_json::json!({"schema_version": version, "data_findings": findings, "data": data});
             output::print_json(&report)?;
         } else {
-            output::print(&text::data(&loaded.data, &loaded.findings))?;
+            output::print(&text::data(&loaded.data, &loaded.findings, &[]))?;
         }
         return if args.exit_code && faulty { Err(Exit(7).into()) } else { Ok(()) };
     }
@@ -138,7 +157,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if args.json {
         output::print(&outcome.to_json())?;
     } else {
-        output::print(&text::diagnosis(outcome))?;
+        let at_bound = at_bound(&diagnosis, &loaded.train, &bounds)?;
+        let again = again::command(args, outcome, &loaded.trained);
+        output::print(&text::diagnosis(outcome, &text::Beside { trained: &loaded.trained, again, at_bound }))?;
     }
     if args.plot {
         plot(&diagnosis, &loaded.train, &loaded.holdout)?;
@@ -148,6 +169,17 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
     let code = if outcome.has_bad_data() { 7 } else { outcome.verdict.exit_code() };
     if args.exit_code && code != 0 { Err(Exit(code).into()) } else { Ok(()) }
+}
+
+/// Names of the parameters of base and extended model that lie on a bound of the diagnosis.
+fn at_bound(diagnosis: &Diagnosis, train: &[Drive], bounds: &Overrides) -> anyhow::Result<[Vec<String>; 2]> {
+    let of = |fitted: &Fitted| -> anyhow::Result<Vec<String>> {
+        // The nuisance lead is no property of the car, so that its bound says nothing.
+        let model = Model::new(fitted.variant, train, bounds, &[])?;
+        let is_on = |(symbol, axis): &(&Symbol, &Axis)| axis.at_bound(fitted.parameters.get(**symbol));
+        Ok(model.symbols.iter().zip(&model.axes).filter(is_on).map(|(symbol, _)| symbol.name().to_owned()).collect())
+    };
+    Ok([of(&diagnosis.inference.base)?, of(&diagnosis.inference.extended)?])
 }
 
 /// Text charts of the free simulations, drive by drive.

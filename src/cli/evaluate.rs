@@ -1,12 +1,12 @@
 //! `leadlag evaluate`: scores of parameter vectors that are given as rows.
 
+use super::bounds::read_bounds;
 use super::calibrate::progress::rate;
-use super::calibrate::read_bounds;
 use super::data::read_grade;
 use super::evaluator::EvaluatorArgs;
 use super::lines::Lines;
 use super::{evaluator, interrupt, output};
-use anyhow::Context;
+use anyhow::{Context, bail};
 use clap::ValueEnum;
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use leadlag::catalog::Variant;
@@ -140,5 +140,12 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         if used.is_empty() { "none".to_owned() } else { used.join(", ") },
         args.convention
     );
+    let Some((row, reason)) = summary.first_invalid else { return Ok(()) };
+    let first = format!("the first of the invalid rows is row {row}: {reason}");
+    if summary.invalid == summary.rows {
+        // A misspelt column or a wrong folder: nothing that was asked for was done.
+        bail!("{shown}: no row could be simulated; {first}");
+    }
+    eprintln!("{first}");
     Ok(())
 }

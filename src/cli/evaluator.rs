@@ -2,9 +2,14 @@
 
 use super::Usage;
 use clap::ValueEnum;
+use leadlag::catalog::Variant;
 use leadlag::gpu::AdapterChoice;
 use leadlag::lanes::LanesPrecision;
+use leadlag::reference::knows;
 use leadlag::select::{Kind, Selection};
+use leadlag::wgsl::extension_named;
+use std::collections::BTreeSet;
+use std::sync::Mutex;
 
 #[derive(Debug, Clone, clap::Args)]
 #[command(next_help_heading = "Evaluator")]
@@ -65,7 +70,26 @@ impl EvaluatorArgs {
     }
 }
 
-/// A warning of an evaluator, to stderr.
+/// How an evaluator is asked for on the command line, and how the one that does what the reference cannot.
+pub const BY_FLAGS: [&str; 2] = ["--evaluator reference", "--evaluator lanes --precision f64"];
+/// The same in the plan of a study.
+pub const BY_PLAN: [&str; 2] = ["evaluator = \"reference\"", "evaluator = \"lanes\" and precision = \"f64\""];
+
+/// Refuses the reference for a variant of which it has no transcription: one with an extension of the user's own.
+pub fn transcribed(kind: Kind, variant: &Variant, [asked, instead]: [&str; 2]) -> anyhow::Result<()> {
+    if kind != Kind::Reference || knows(variant) {
+        return Ok(());
+    }
+    let own = variant.extensions.list().iter().filter(|e| extension_named(&e.name).is_none());
+    let files: Vec<&str> = own.map(|e| e.file.as_str()).collect();
+    let (is, files) = (if files.len() == 1 { "is" } else { "are" }, files.join(", "));
+    Err(Usage(format!("`{asked}` knows the built-in causes only; {files} {is} your own: use `{instead}`")).into())
+}
+
+/// A warning of an evaluator, to stderr; what each of many evaluators would say is said once.
 pub fn warn(message: &str) {
-    eprintln!("warning: {message}");
+    static SAID: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
+    if SAID.lock().is_ok_and(|mut said| said.insert(message.to_owned())) {
+        eprintln!("warning: {message}");
+    }
 }

@@ -1,5 +1,6 @@
 //! `leadlag export`: results for other programs.
 
+use super::data::result_file;
 use super::{Usage, output};
 use anyhow::Context;
 use clap::ValueEnum;
@@ -60,7 +61,7 @@ enum ModelArg {
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let Command::Sumo(args) = &args.command;
-    let file = if args.result.is_dir() { args.result.join("result.json") } else { args.result.clone() };
+    let file = result_file(&args.result);
     let result = ResultFile::read(&file)?;
     let asked = args.to.map(|to| match to {
         ModelArg::Idm => Model::Idm,

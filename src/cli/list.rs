@@ -13,7 +13,6 @@ use leadlag::trajectory::import::ColumnMap;
 use leadlag::vehicle::Vehicle;
 use leadlag::wgsl::library;
 use serde_json::{Value, json};
-use std::fmt::Write;
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
@@ -87,7 +86,7 @@ fn variant(v: &Variant) -> Entry {
 }
 
 fn parameters(args: &Args) -> anyhow::Result<Vec<Entry>> {
-    let vehicle = args.vehicle.as_deref().map(leadlag::vehicle::find).transpose()?;
+    let vehicle = args.vehicle.as_deref().map(|text| leadlag::vehicle::find_for(text, false)).transpose()?;
     let symbols = args.model.map_or_else(|| Symbol::ALL.to_vec(), |m| m.parameters());
     let entry = |symbol: Symbol| {
         let bounds = Case::bounds(symbol, vehicle.as_ref(), args.convention);
@@ -144,26 +143,46 @@ fn columns() -> anyhow::Result<Vec<Entry>> {
     ColumnMap::shipped().iter().map(entry).collect()
 }
 
+/// Everything that `--gof` takes, but for weights. Those of the authors' table are columns of `evaluate`, too.
 fn gof() -> Vec<Entry> {
-    let names = Measures::NAMES.iter().copied().chain(["rmspe_a"]);
-    let entry = |name: &str| {
-        let mut line = String::new();
-        let flag = name.replace('_', "-");
-        let (kind, signals) = name.rsplit_once('_').unwrap_or((name, ""));
-        let kind = match kind {
-            "rmse" => "root mean square error",
-            "rmspe" => "root mean square of the relative error",
-            "nrmse" => "RMSE over the root mean square of the measured signal",
-            "u" => "Theil's inequality coefficient",
-            _ => "RMSE over the range of the measured signal, summed",
-        };
-        let _ = write!(line, "{flag:<15} {kind}");
-        if signals.len() > 1 && !line.ends_with("summed") {
-            line += ", summed";
-        }
-        (json!({"name": flag, "column": name, "meaning": kind}), line)
+    let signals = ["s", "v", "a", "sv", "sa", "va", "sva"];
+    let all = ["rmse", "rmspe", "nrmse", "u"].iter().flat_map(|kind| signals.map(|of| format!("{kind}_{of}")));
+    all.chain(["rmse_sn_vn", "rmse_sn_vn_an"].map(str::to_owned)).map(|name| measure(&name)).collect()
+}
+
+fn measure(name: &str) -> Entry {
+    let (kind, signals) = name.split_once('_').expect("a measure names its signals");
+    let signals: Vec<char> = signals.chars().filter(|c| "sva".contains(*c)).collect();
+    let has_units = kind == "rmse" && !name.contains('n');
+    let unit_of = |signal: char| match signal {
+        's' => "m",
+        'v' => "m/s",
+        _ => "m/s²",
     };
-    names.map(entry).collect()
+    let units: Vec<&str> = if has_units { signals.iter().map(|s| unit_of(*s)).collect() } else { vec!["-"] };
+    let kind = match kind {
+        "rmse" if has_units => "root mean square error",
+        "rmse" => "RMSE over the range of the measured signal",
+        "rmspe" => "root mean square of the relative error",
+        "nrmse" => "RMSE over the root mean square of the measured signal",
+        _ => "Theil's inequality coefficient",
+    };
+    let of = |signal: char| match signal {
+        's' => "spacing",
+        'v' => "speed",
+        _ => "acceleration",
+    };
+    let mut meaning = format!("{kind} of {}", signals.iter().map(|s| of(*s)).collect::<Vec<_>>().join(", "));
+    if signals.len() > 1 {
+        meaning += ", summed";
+    }
+    if units.len() > 1 {
+        meaning += " although the units differ: weights behind a colon balance them";
+    }
+    let (flag, unit) = (name.replace('_', "-"), units.join(" + "));
+    let column = Measures::NAMES.contains(&name).then_some(name);
+    let shown = wrapped(0, 31, &format!("{flag:<15} {unit:<14} {meaning}"));
+    (json!({"name": flag, "column": column, "unit": unit, "meaning": meaning}), shown.trim_end().to_owned())
 }
 
 fn conventions() -> Vec<Entry> {

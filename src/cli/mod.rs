@@ -14,6 +14,7 @@ macro_rules! eprintln {
 }
 
 mod bench;
+mod bounds;
 mod calibrate;
 mod check;
 mod completions;
@@ -30,6 +31,7 @@ mod interrupt;
 mod lines;
 mod list;
 mod man;
+mod number;
 pub mod output;
 mod plot;
 mod report;
@@ -39,6 +41,7 @@ mod synth;
 
 use clap::{CommandFactory, Parser, Subcommand};
 use leadlag::calibrate::BoundsError;
+use leadlag::plant::PlantError;
 use leadlag::trajectory::PrepareError;
 use leadlag::vehicle::VehicleError;
 
@@ -49,17 +52,21 @@ const EXAMPLES: &str = "Examples:
   leadlag calibrate --help                                                # every verb has examples
 
 Exit codes: 0 done, 1 failed, 2 wrong usage. Results go to stdout, all else to stderr.
-The book, with all flags, files and environment variables: docs/";
+All flags of a verb: leadlag VERB --help. Manual pages: leadlag man --out DIR.";
+
+/// What every verb takes comes last in its help.
+const GLOBAL: &str = "Global options";
 
 /// Calibrates and validates car-following and ACC models against measured trajectories.
 #[derive(Debug, Parser)]
 #[command(name = "leadlag", version, propagate_version = true, max_term_width = 100, after_help = EXAMPLES)]
 pub struct Cli {
     /// Number of threads; results do not depend on it
-    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, global = true, help_heading = GLOBAL, value_name = "N", allow_negative_numbers = true,
+          value_parser = number::whole(1_u16, 1024))]
     threads: Option<u16>,
     /// No progress, hints and warnings on stderr; errors are still shown
-    #[arg(short, long, global = true)]
+    #[arg(short, long, global = true, help_heading = GLOBAL)]
     quiet: bool,
     #[command(subcommand)]
     command: Command,
@@ -157,8 +164,12 @@ pub fn is_usage(error: &anyhow::Error) -> bool {
         || error.downcast_ref().is_some_and(study::is_usage)
         || error.downcast_ref().is_some_and(|e| matches!(e, VehicleError::Unknown { .. }))
         || error.downcast_ref().is_some_and(|e| {
-            use PrepareError::{NoFollower, NoTrajectory, Option};
-            matches!(e, Option { .. } | NoFollower { .. } | NoTrajectory { .. })
+            use PrepareError::{Backwards, NoFollower, NoTrajectory, Option};
+            matches!(e, Option { .. } | Backwards { .. } | NoFollower { .. } | NoTrajectory { .. })
+        })
+        || error.downcast_ref().is_some_and(|e| {
+            use PlantError::{NobodyAhead, OutOfRange, TooLate};
+            matches!(e, OutOfRange { .. } | NobodyAhead { .. } | TooLate { .. })
         })
 }
 

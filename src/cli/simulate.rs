@@ -1,6 +1,6 @@
 //! `leadlag simulate`: a calibrated variant on a trajectory, or a platoon in which each simulated car leads the next.
 
-use super::data::{DataArgs, Loaded};
+use super::data::{DataArgs, Loaded, result_file};
 use super::{Usage, output};
 use anyhow::Context;
 use leadlag::evaluator::{Case, Outcome};
@@ -21,11 +21,12 @@ pub struct Args {
     /// Measured file
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// result.json of `leadlag calibrate`; with --platoon one for all followers, or one per follower in order
-    #[arg(long, required = true, value_name = "RESULT.json")]
+    /// Folder that calibrate wrote with --out, or the result.json in it; with --platoon one for all followers, or one per
+    /// follower in order
+    #[arg(long, required = true, value_name = "RESULT")]
     result: Vec<PathBuf>,
     /// The follower: 1 is right behind the platoon leader; with --columns the id of a vehicle [default: the only one]
-    #[arg(long, value_name = "N|ID", conflicts_with = "platoon")]
+    #[arg(long, value_name = "N|ID", conflicts_with = "platoon", allow_negative_numbers = true)]
     follower: Option<String>,
     /// Simulate all followers, each behind the simulated car ahead
     #[arg(long, conflicts_with = "columns")]
@@ -63,15 +64,20 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let (recording, follower) = args.data.read(&args.file, args.follower.as_deref())?;
     let followers = if args.platoon { followers(&recording) } else { vec![follower] };
     if calibrated.len() != 1 && calibrated.len() != followers.len() {
-        let message = format!("--result: {} given, expected 1 or {}", calibrated.len(), followers.len());
+        let one_each = match (args.platoon, followers.len()) {
+            (false, _) => "one, for one follower is simulated; --platoon simulates all".to_owned(),
+            (true, 1) => format!("one, for {} has 1 follower", args.file.display()),
+            (true, n) => format!("one for all, or one for each of the {n} followers of {}", args.file.display()),
+        };
+        let message = format!("--result is given {} times; expected {one_each}", calibrated.len());
         return Err(Usage(message).into());
     }
     let mut done: Vec<Simulated> = Vec::new();
     for (i, follower) in followers.into_iter().enumerate() {
         let model = &calibrated[i.min(calibrated.len() - 1)];
         let loaded = load(args, model, &recording, follower)?;
-        let CalibratedVariant { variant, convention, parameters, tau_p_upper } = &model.variant;
-        let mut case = Case::new(&loaded.trajectory, *variant, loaded.vehicle(), *convention, *tau_p_upper)?;
+        let parameters = &model.variant.parameters;
+        let mut case = model.variant.case(&loaded.trajectory, loaded.vehicle())?;
         // Behind the simulated car ahead, where that one was simulated.
         let number = loaded.trajectory.follower;
         if let Some(ahead) = done.last().filter(|car| car.loaded.trajectory.follower + 1 == number) {
@@ -100,10 +106,11 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn read(path: &Path) -> anyhow::Result<Calibrated> {
-    let file = ResultFile::read(path)?;
+fn read(given: &Path) -> anyhow::Result<Calibrated> {
+    let path = result_file(given);
+    let file = ResultFile::read(&path)?;
     let variant = file.calibrated_variant().with_context(|| format!("{}: cannot be simulated", path.display()))?;
-    Ok(Calibrated { path: path.to_owned(), file, variant })
+    Ok(Calibrated { path, file, variant })
 }
 
 /// The followers whose car ahead is in the file, too.

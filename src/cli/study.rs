@@ -8,6 +8,9 @@ pub mod status;
 
 use clap::Subcommand;
 use leadlag::study::StudyError;
+use leadlag::study::drive::DriveError;
+use leadlag::trajectory::PrepareError;
+use leadlag::vehicle::VehicleError;
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
@@ -17,7 +20,7 @@ pub struct Args {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Lay out a study in a folder, and print its tasks, one per line
+    /// Lay out a study in a folder; its tasks go to stdout, one per line, where that is no terminal
     #[command(after_help = "Example:
   leadlag study plan examples/plans/small.toml --out study")]
     Plan(plan::Args),
@@ -50,11 +53,15 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
 }
 
-/// True if the plan or the command line asks for something that cannot be, whatever the data.
+/// True if the plan or the command line asks for something that cannot be, as the same is judged in other verbs.
 pub fn is_usage(error: &StudyError) -> bool {
-    use StudyError::{Bounds, NoTask, Plan, PlanForFolder};
+    use StudyError::{Bounds, Drive, Missing, NoTask, Plan, PlanForFolder};
     match error {
         Plan(plan) => !matches!(plan, leadlag::study::PlanError::Read { .. }),
+        Drive(DriveError::Prepare { source, .. }) => super::is_usage(&PrepareError::clone(source).into()),
+        // What the plan must say for these data, and does not.
+        Drive(DriveError::Several { .. } | DriveError::Map { .. }) | Missing { .. } => true,
+        Drive(DriveError::Vehicle(vehicle)) => matches!(vehicle, VehicleError::Unknown { .. }),
         Bounds { .. } | NoTask { .. } | PlanForFolder(_) => true,
         _ => false,
     }

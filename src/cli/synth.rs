@@ -1,11 +1,13 @@
 //! `leadlag synth`: a synthetic platoon whose truth is known.
 
-use super::output;
+use super::number::{real, seed, whole};
+use super::{Usage, output};
 use anyhow::Context;
 use clap::ValueEnum;
+use leadlag::near::did_you_mean;
 use leadlag::plant::{
-    Base, Effect, EffectKind, Gusts, Noise, Profile, Scenario, at_amplitude, drawn, run as drive, write_openacc,
-    write_pair, write_slope,
+    Base, Effect, EffectError, EffectKind, Gusts, Noise, Profile, Scenario, at_amplitude, drawn, run as drive,
+    write_openacc, write_pair, write_slope,
 };
 use leadlag::trajectory::{Preparation, Trajectory, import, prepare};
 use std::path::{Path, PathBuf};
@@ -17,44 +19,47 @@ use std::path::{Path, PathBuf};
   leadlag synth --out drive --effect actuation_lag:ta=0.6 --leader stop-and-go --gusts 0.05,2
   leadlag synth --list-effects")]
 pub struct Args {
-    /// Folder for platoon.csv (OpenACC layout), Slope.csv (the road) and truth.json
+    /// Folder for platoon.csv (layout astazero-rebuilt), Slope.csv (the road) and truth.json
     #[arg(long, value_name = "DIR", required_unless_present = "list_effects")]
     pub out: Option<PathBuf>,
     /// The one seed of all random numbers
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, value_parser = seed, allow_negative_numbers = true)]
     pub seed: u64,
     /// Decides the road instead of --seed: drives that have it in common go over the same hills
-    #[arg(long, value_name = "SEED")]
+    #[arg(long, value_name = "SEED", value_parser = seed, allow_negative_numbers = true)]
     pub road_seed: Option<u64>,
     /// Length of the drive in s [default: 600, or as long as the record of --leader]
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", value_parser = real(Scenario::DURATION_S, "s"), allow_negative_numbers = true)]
     pub duration: Option<f64>,
     /// Draw the follower's parameters from the seed instead of taking those of the default platoon
     #[arg(long, value_enum)]
     pub base: Option<BaseArg>,
     /// The follower that --base, --effect and --gusts are for: 1 is right behind the platoon leader
-    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=4))]
+    #[arg(long, default_value_t = 1, value_parser = whole(1_u8, 4), allow_negative_numbers = true)]
     pub follower: u8,
     /// Something that no base model knows, with its parameters or of medium size; may be repeated
-    #[arg(long, value_name = "NAME[:P=V,...]")]
+    #[arg(long, value_name = "NAME[:P=V,...]", value_parser = effect)]
     pub effect: Vec<Effect>,
     /// Make each effect as strong as it takes to change the follower's speed by this much
-    #[arg(long, value_name = "weak|medium|M/S", value_parser = amplitude)]
+    #[arg(long, value_name = "weak|medium|M/S", value_parser = amplitude, requires = "effect",
+          allow_negative_numbers = true)]
     pub amplitude: Option<f64>,
     /// How the platoon leader drives: cruise, stop-and-go, restless, or as the first car of a measured FILE
     #[arg(long, value_name = "KIND|FILE", default_value = "cruise")]
     pub leader: String,
     /// Standard deviation of the noise of all gaps in m [default: 0.0005]
-    #[arg(long, value_name = "M", conflicts_with = "no_noise")]
+    #[arg(long, value_name = "M", conflicts_with = "no_noise", value_parser = real(Scenario::NOISE, "m"),
+          allow_negative_numbers = true)]
     pub gap_noise: Option<f64>,
     /// Standard deviation of the noise of all speeds in m/s [default: 0.003]
-    #[arg(long, value_name = "M/S", conflicts_with = "no_noise")]
+    #[arg(long, value_name = "M/S", conflicts_with = "no_noise", value_parser = real(Scenario::NOISE, "m/s"),
+          allow_negative_numbers = true)]
     pub speed_noise: Option<f64>,
     /// Without sensor noise
     #[arg(long)]
     pub no_noise: bool,
     /// Random accelerations of the follower: standard deviation in m/s², time constant in s
-    #[arg(long, value_name = "SIGMA,TAU", value_parser = gusts)]
+    #[arg(long, value_name = "SIGMA,TAU", value_parser = gusts, allow_hyphen_values = true)]
     pub gusts: Option<Gusts>,
     /// Also write a pair file for each follower: pair_follower1.csv, ...
     #[arg(long)]
@@ -70,6 +75,21 @@ pub enum BaseArg {
     Idm,
     LCth,
     Gipps,
+}
+
+/// An effect, with the nearest name if there is no such one.
+pub fn effect(text: &str) -> Result<Effect, String> {
+    text.parse().map_err(|error| match &error {
+        EffectError::Unknown { found } => {
+            let names = EffectKind::ALL.iter().map(|kind| kind.name());
+            format!("{error}{}", did_you_mean(found, names))
+        }
+        EffectError::Parameter { effect, found } => {
+            let names = effect.parameters().iter().map(|parameter| parameter.name);
+            format!("{error}{}", did_you_mean(found, names))
+        }
+        EffectError::Range { .. } => error.to_string(),
+    })
 }
 
 fn amplitude(text: &str) -> Result<f64, String> {
@@ -123,12 +143,10 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 /// What is asked for.
 fn scenario(args: &Args) -> anyhow::Result<Scenario> {
     let mut scenario = Scenario { seed: args.seed, road_seed: args.road_seed, ..Scenario::default() };
-    scenario.profile = match args.leader.as_str() {
-        "cruise" => Profile::Cruise,
-        "stop-and-go" => Profile::StopAndGo,
-        "restless" => Profile::Restless,
-        file => {
-            let lead = recorded(Path::new(file))?;
+    scenario.profile = match LEADERS.into_iter().find(|(name, _)| *name == args.leader) {
+        Some((_, profile)) => profile,
+        None => {
+            let lead = recorded(Path::new(&args.leader))?;
             scenario.duration_s = (lead.len() - 1) as f64 * lead.dt;
             Profile::Recorded { dt: lead.dt, v: lead.v_l }
         }
@@ -155,11 +173,9 @@ fn scenario(args: &Args) -> anyhow::Result<Scenario> {
     let follower = &mut scenario.followers[number - 1];
     follower.gusts = args.gusts;
     for effect in &args.effect {
-        anyhow::ensure!(
-            follower.effects.iter().all(|known| known.kind() != effect.kind()),
-            "--effect {} is given twice",
-            effect.kind()
-        );
+        if follower.effects.iter().any(|known| known.kind() == effect.kind()) {
+            return Err(Usage(format!("--effect {} is given twice", effect.kind())).into());
+        }
         follower.effects.push(effect.clone());
     }
     match args.amplitude {
@@ -168,10 +184,23 @@ fn scenario(args: &Args) -> anyhow::Result<Scenario> {
     }
 }
 
+/// The ways in which a platoon leader drives by itself.
+const LEADERS: [(&str, Profile); 3] =
+    [("cruise", Profile::Cruise), ("stop-and-go", Profile::StopAndGo), ("restless", Profile::Restless)];
+
 /// The first two cars of a measured file.
 fn recorded(file: &Path) -> anyhow::Result<Trajectory> {
-    let kinds = "(--leader takes cruise, stop-and-go, restless or a measured file)";
-    let recording = import::read(file, None).with_context(|| kinds)?;
+    let given = file.to_string_lossy();
+    if !file.exists() && file.extension().is_none() {
+        let kinds = LEADERS.map(|(name, _)| name);
+        let message = format!(
+            "--leader {given}: expected {} or a measured file, and there is no such file{}",
+            kinds.join(", "),
+            did_you_mean(&given, kinds)
+        );
+        return Err(Usage(message).into());
+    }
+    let recording = import::read(file, None).with_context(|| format!("--leader {given}: cannot be read"))?;
     let pieces = prepare(&recording, 1, &Preparation::default())?;
     Ok(pieces.into_iter().max_by_key(Trajectory::len).expect("prepare finds at least one piece"))
 }

@@ -175,7 +175,7 @@ fn key(question: &Question<'_>, base: &Candidate) -> String {
         }
         hash.update(format!("{:?}", drive.vehicle.as_ref().map(|vehicle| &vehicle.slug)));
     }
-    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+    crate::trajectory::hexadecimal(&hash.finalize())
 }
 
 /// Lines of other questions, and one that a killed run left half-written, are passed over.

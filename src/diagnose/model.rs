@@ -224,7 +224,8 @@ fn axis(
         // Times of the files at hand; a length of time as long as the longest of them.
         let first = drives.iter().map(|d| d.trajectory.t[0]).fold(f64::INFINITY, f64::min);
         let last = drives.iter().map(|d| d.trajectory.t[d.samples() - 1]).fold(f64::NEG_INFINITY, f64::max);
-        (lower, upper) = if name == "dur" { (4.0, last - first) } else { (first.max(lower), last.min(upper)) };
+        (lower, upper) =
+            if symbol.is_length_of_time() { (4.0, last - first) } else { symbol.begins_within([first, last]).into() };
     }
     if name == "to" {
         lower = lower.max(FORESIGHT);

@@ -1,7 +1,7 @@
 //! A folder of platoon files with their companions, read on demand and once.
 
 use super::Settings;
-use crate::catalog::Variant;
+use crate::catalog::{Constraint, Variant};
 use crate::evaluator::{Case, CaseError};
 use crate::trajectory::{ImportError, Layout, Preparation, PrepareError, Source, import, prepare};
 use crate::vehicle::{Vehicle, VehicleError, read_table};
@@ -91,6 +91,8 @@ pub struct Library {
     notes: Vec<String>,
     cases: HashMap<(String, usize), Result<Case, LibraryError>>,
     sources: Vec<Source>,
+    /// Vehicles of which something was needed: by short name, and whether the MFC curve was.
+    used: HashSet<(String, bool)>,
 }
 
 impl Library {
@@ -105,14 +107,12 @@ impl Library {
         let parent = folder.join("..");
         let table = [folder, &parent].iter().map(|f| f.join("vehicles").join("vehicles.csv")).find(|p| p.exists());
         let vehicles = table.as_deref().map_or_else(|| Ok(Vehicle::built_in()), read_table)?;
-        let mut sources: Vec<Source> = vehicles.iter().flat_map(Vehicle::files).cloned().collect();
-        let mut listed = HashSet::new();
-        sources.retain(|source| listed.insert(source.path.clone()));
         let (folder, cases, notes) = (folder.to_owned(), HashMap::new(), Vec::new());
-        Ok(Library { folder, layout, preparation, vehicles, notes, cases, sources })
+        let (sources, used) = (Vec::new(), HashSet::new());
+        Ok(Library { folder, layout, preparation, vehicles, notes, cases, sources, used })
     }
 
-    /// The files read so far, with checksums.
+    /// The files used so far, with checksums: data, and of a vehicle what the variants needed.
     #[must_use]
     pub fn sources(&self) -> &[Source] {
         &self.sources
@@ -132,6 +132,21 @@ impl Library {
             self.cases.insert(key.clone(), case);
         }
         self.cases[&key].clone()
+    }
+
+    /// Lists the files of the vehicle of a case, as far as its variant needs them.
+    pub(super) fn uses_vehicle_of(&mut self, case: &Case) {
+        let Some(vehicle) = case.vehicle.as_ref().filter(|_| case.variant.needs_vehicle()) else { return };
+        let with_curve = case.variant.constraint == Constraint::Mfc;
+        if !self.used.insert((vehicle.slug.clone(), with_curve)) {
+            return;
+        }
+        let curve = vehicle.mfc.as_ref().and_then(|mfc| mfc.source.as_ref());
+        for source in vehicle.files().into_iter().filter(|source| with_curve || Some(*source) != curve) {
+            if !self.sources.contains(source) {
+                self.sources.push(source.clone());
+            }
+        }
     }
 
     fn read(&mut self, platoon: &str, follower: usize, settings: &Settings) -> Result<Case, LibraryError> {

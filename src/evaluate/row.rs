@@ -4,6 +4,7 @@ use super::library::{Library, LibraryError};
 use super::{Settings, TableError};
 use crate::catalog::{UnknownVariant, Variant};
 use crate::evaluator::{Case, CaseError, InvalidParameter};
+use crate::near::nearest;
 use crate::symbols::{Parameters, Symbol};
 use csv::ByteRecord;
 
@@ -15,6 +16,8 @@ pub(super) struct Columns {
     platoon: usize,
     follower: usize,
     parameters: Vec<(Symbol, usize)>,
+    /// Names of columns that are none of these: the user's own, or misspelt.
+    others: Vec<String>,
 }
 
 impl Columns {
@@ -33,6 +36,7 @@ impl Columns {
         let need = |found: Option<usize>, missing| {
             found.ok_or_else(|| TableError::Column { path: path.to_owned(), missing, found: names.clone() })
         };
+        let known = |name: &String| needed.contains(&name.as_str()) || Symbol::from_name(name).is_some();
         let parameters = Symbol::ALL.iter().filter_map(|&symbol| Some((symbol, position(symbol.name())?)));
         Ok(Columns {
             width: names.len(),
@@ -43,7 +47,14 @@ impl Columns {
             platoon: need(position("platoon"), "platoon")?,
             follower: need(position("follower_position"), "follower_position")?,
             parameters: parameters.collect(),
+            others: names.iter().filter(|name| !known(name)).cloned().collect(),
         })
+    }
+
+    /// A column that may have been meant to have this name, for the end of a message.
+    fn near(&self, missing: &str) -> String {
+        let near = nearest(missing, self.others.iter().map(String::as_str));
+        near.map_or_else(String::new, |near| format!("; did you mean {missing} by the column `{near}`?"))
     }
 }
 
@@ -58,8 +69,8 @@ pub(super) enum InvalidRow {
     Follower(String),
     #[error("{name}: expected a number for variant {variant}, found `{found}`")]
     Number { name: &'static str, variant: String, found: String },
-    #[error("{name}: variant {variant} needs this parameter, but there is no such column")]
-    NoColumn { name: &'static str, variant: String },
+    #[error("{name}: variant {variant} needs this parameter, but there is no such column{near}")]
+    NoColumn { name: &'static str, variant: String, near: String },
     #[error(transparent)]
     Library(#[from] LibraryError),
     #[error(transparent)]
@@ -95,7 +106,7 @@ fn parse(
     for symbol in variant.parameters() {
         let name = symbol.name();
         let Some((_, column)) = columns.parameters.iter().find(|(s, _)| *s == symbol) else {
-            return Err(InvalidRow::NoColumn { name, variant: variant.name() });
+            return Err(InvalidRow::NoColumn { name, variant: variant.name(), near: columns.near(name) });
         };
         let found = text(*column);
         let Ok(value) = found.parse() else {
@@ -105,5 +116,6 @@ fn parse(
     }
     let case = library.case(&text(columns.platoon), follower, settings)?.for_variant(variant)?;
     case.check(&parameters)?;
+    library.uses_vehicle_of(&case);
     Ok((case, parameters))
 }

@@ -44,6 +44,8 @@ pub struct Case {
     pub s_l2: Option<Arc<[f64]>>,
     /// Upper bound of τ_p \[s\]: with `delay=fractional` it fixes the scored window for every candidate.
     pub tau_p_upper: f64,
+    /// Upper bound of the delay of an extension \[s\], where a search has another one than the extension itself.
+    pub extension_delay_upper: Option<f64>,
 }
 
 /// A trajectory that a variant cannot be run on.
@@ -61,11 +63,13 @@ pub enum CaseError {
         /// What to do.
         remedy: &'static str,
     },
-    /// The upper bound of the perception delay cannot be one.
-    #[error("{label}: upper bound of tau_p: expected a number of at least 0, found {found}")]
+    /// The upper bound of a perception delay cannot be one.
+    #[error("{label}: upper bound of {name}: expected a number of at least 0, found {found}")]
     DelayBound {
         /// The trajectory.
         label: String,
+        /// The parameter.
+        name: &'static str,
         /// The bound.
         found: f64,
     },
@@ -98,9 +102,11 @@ pub enum InvalidParameter {
     },
     /// The delay reaches back before the first sample.
     #[error(
-        "tau_p: expected at most {upper} s, found {found}; the upper bound of tau_p says how far back a simulation remembers, raise it in a --bounds file"
+        "{name}: expected at most {upper} s, found {found}; the upper bound of {name} says how far back a simulation remembers, raise it in a --bounds file"
     )]
     Delay {
+        /// The parameter; two of them if their sum is too long.
+        name: String,
         /// The longest delay possible \[s\].
         upper: f64,
         /// What was found.
@@ -122,7 +128,7 @@ impl Case {
         }
         let (upper, found) = (self.longest_delay(), self.delay(parameters));
         if found > upper {
-            return Err(InvalidParameter::Delay { upper, found });
+            return Err(InvalidParameter::Delay { name: self.delay_name(), upper, found });
         }
         Ok(())
     }
@@ -161,8 +167,18 @@ impl Case {
             v_l2: trajectory.v_l2.as_deref().map(Arc::from),
             s_l2: trajectory.s_l2.as_deref().map(Arc::from),
             tau_p_upper,
+            extension_delay_upper: None,
         };
         case.for_variant(variant)
+    }
+
+    /// The same case with another upper bound of the delay of an extension \[s\] than the extension's own, as
+    /// [`crate::calibrate::SearchSpace::extension_delay_upper`] has it.
+    ///
+    /// # Errors
+    /// [`CaseError::DelayBound`], [`CaseError::TooShort`].
+    pub fn with_extension_delay(self, extension_delay_upper: Option<f64>) -> Result<Case, CaseError> {
+        Case { extension_delay_upper, ..self }.for_variant(self.variant)
     }
 
     /// The same case for another variant; the measured signals are shared, not copied.
@@ -195,8 +211,11 @@ impl Case {
                 ));
             }
         }
-        if !Symbol::tau_p.domain().contains(self.tau_p_upper) {
-            return Err(CaseError::DelayBound { label: self.label.to_string(), found: self.tau_p_upper });
+        let extension = variant.extensions.delay().zip(self.extension_delay_upper);
+        for (symbol, found) in [(Symbol::tau_p, self.tau_p_upper)].into_iter().chain(extension) {
+            if !symbol.domain().contains(found) {
+                return Err(CaseError::DelayBound { label: self.label.to_string(), name: symbol.name(), found });
+            }
         }
         let case = Case { variant, ..self.clone() };
         let first = case.first_sample(case.longest_delay());
@@ -207,11 +226,11 @@ impl Case {
         Ok(case)
     }
 
-    /// Perception delay of a candidate \[s\]: τ_p and that of an extension. What is not a number counts as 0; a run marks such a
-    /// candidate.
+    /// Perception delay of a candidate \[s\]: τ_p and that of an extension. What is not a number counts as 0, and a run marks such a
+    /// candidate; so does what is negative, which [`Case::check`] refuses.
     #[must_use]
     pub fn delay(&self, parameters: &Parameters) -> f64 {
-        let part = |has: bool, value: f64| if has && value.is_finite() { value } else { 0.0 };
+        let part = |has: bool, value: f64| if has && value.is_finite() { value.max(0.0) } else { 0.0 };
         let extension = self.variant.extensions.delay().map_or(0.0, |symbol| part(true, parameters.get(symbol)));
         part(self.variant.delay, parameters.tau_p) + extension
     }
@@ -220,8 +239,18 @@ impl Case {
     #[must_use]
     pub fn longest_delay(&self) -> f64 {
         let base = if self.variant.delay { self.tau_p_upper } else { 0.0 };
-        let extension = self.variant.extensions.delay().map(Symbol::bounds);
+        let bounds =
+            |symbol: Symbol| self.extension_delay_upper.map_or(symbol.bounds(), |upper| Bounds::Fixed(upper, upper));
+        let extension = self.variant.extensions.delay().map(bounds);
         base + extension.map_or(0.0, |bounds| if let Bounds::Fixed(_, upper) = bounds { upper } else { 0.0 })
+    }
+
+    /// What delays perception, for messages: `tau_p`, the parameter of an extension, or both.
+    #[must_use]
+    pub fn delay_name(&self) -> String {
+        let base = self.variant.delay.then_some(Symbol::tau_p);
+        let names: Vec<&str> = base.into_iter().chain(self.variant.extensions.delay()).map(Symbol::name).collect();
+        names.join(" + ")
     }
 
     /// A perception delay \[s\] in samples.

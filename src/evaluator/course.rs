@@ -5,7 +5,7 @@ use super::table::Table;
 use crate::catalog::Constraint;
 use crate::convention::{Delay, Denominators};
 use crate::score::{GoodnessOfFit, Measured, Norm, denominator, is_relative};
-use crate::symbols::Parameters;
+use crate::symbols::{Parameters, Symbol};
 use std::sync::Arc;
 
 /// A case laid out sample by sample, in f64; the evaluators round it to their own precision.
@@ -126,6 +126,24 @@ pub enum CourseError {
         /// Distance of the closest two nodes.
         closest: f64,
     },
+    /// A clock that single precision cannot read.
+    #[error(
+        "{label}: variant {variant} reads the time, and the clock of the file reaches {t} s in steps of {dt} s, which single precision \
+         cannot tell apart; expected at most {limit:.0} s: count the time from the beginning of the recording, or use --evaluator lanes \
+         with --precision f64"
+    )]
+    Clock {
+        /// The trajectory.
+        label: String,
+        /// The variant.
+        variant: String,
+        /// The time furthest from 0 \[s\].
+        t: f64,
+        /// Time step \[s\].
+        dt: f64,
+        /// The time up to which it could \[s\].
+        limit: f64,
+    },
 }
 
 impl Course {
@@ -214,16 +232,39 @@ impl Course {
     }
 }
 
+/// Steps from 0 of a clock at most that single precision reads: from there on it has less than four values to a step.
+const CLOCK_STEPS: f64 = 4_194_304.0;
+
 impl Case {
+    /// Checks that the time can be told in single precision, where the variant reads it.
+    ///
+    /// # Errors
+    /// [`CourseError::Clock`].
+    pub fn check_clock(&self) -> Result<(), CourseError> {
+        let is_event = |symbol: &Symbol| symbol.is_time() && !symbol.is_length_of_time();
+        if !self.variant.extensions.read("t") && !self.variant.parameters().iter().any(is_event) {
+            return Ok(());
+        }
+        let last = self.t_0 + self.s.len() as f64 * self.dt;
+        let t = if last.abs() > self.t_0.abs() { last } else { self.t_0 };
+        let (dt, limit) = (self.dt, CLOCK_STEPS * self.dt);
+        if t.abs() <= limit {
+            return Ok(());
+        }
+        Err(CourseError::Clock { label: self.label.to_string(), variant: self.variant.name(), t, dt, limit })
+    }
+
     /// When a candidate perceives and starts. A delay that is not a number counts as 0; a run marks such a candidate.
     #[must_use]
     pub fn pace(&self, parameters: &Parameters) -> Pace {
         let delay = self.delay(parameters);
-        let delay_steps = self.delay_steps(delay);
+        let (delay_steps, first) = (self.delay_steps(delay), self.first_sample(delay));
         let back = delay_steps.ceil();
-        let fraction = match self.convention.delay {
-            Delay::Fractional => back - delay_steps,
-            Delay::Floor => 0.0,
+        let (back, fraction) = match self.convention.delay {
+            // Rounding may put the longest delay a hair before the first sample.
+            Delay::Fractional if back >= first as f64 && delay_steps < (first - 1) as f64 + 1e-6 => (first - 1, 0.0),
+            Delay::Fractional => (back as usize, back - delay_steps),
+            Delay::Floor => (back as usize, 0.0),
         };
         let earlier = self.variant.extensions.look_back().map_or(0.0, |symbol| parameters.get(symbol));
         let earlier = if earlier.is_finite() { earlier / self.dt } else { 0.0 };
@@ -232,6 +273,6 @@ impl Case {
             (steps.ceil() as i32, steps.ceil() - steps)
         };
         let look_back = [look(1.0), look(0.5)];
-        Pace { delay_steps, back: back as usize, fraction, first: self.first_sample(delay), look_back }
+        Pace { delay_steps, back, fraction, first, look_back }
     }
 }

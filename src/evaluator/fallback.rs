@@ -1,6 +1,6 @@
 //! An evaluator that another one replaces when it fails, without losing the generation under way.
 
-use super::{BufferSet, Case, EvaluateError, Evaluator, Job, Outcome, Population, Score};
+use super::{BufferSet, Case, EvaluateError, Evaluator, Job, Outcome, Population, Score, Timings};
 use crate::score::GoodnessOfFit;
 
 /// Makes the second evaluator once the first has failed, and may tell the user why.
@@ -33,13 +33,16 @@ pub struct Fallback {
     pending: [Pending; 2],
     /// Which sets have been submitted and not collected.
     under_way: [bool; 2],
+    /// What went to other things than computing on the one that failed.
+    spent: Timings,
 }
 
 impl Fallback {
     /// Starts with `first`; should it fail, `replace` makes the second one.
     #[must_use]
     pub fn new(first: Box<dyn Evaluator>, replace: Replace) -> Fallback {
-        Fallback { current: first, replace: Some(replace), pending: Default::default(), under_way: [false; 2] }
+        let (pending, under_way, spent) = (Default::default(), [false; 2], Timings::default());
+        Fallback { current: first, replace: Some(replace), pending, under_way, spent }
     }
 
     /// Puts the second evaluator in place and gives it all that was under way.
@@ -49,7 +52,9 @@ impl Fallback {
             return Err(error);
         }
         let Some(mut replace) = self.replace.take() else { return Err(error) };
-        self.current = replace(&error, self.current.cases().to_vec())?;
+        let second = replace(&error, self.current.cases().to_vec())?;
+        self.spent = self.spent + self.current.timings();
+        self.current = second;
         for set in [BufferSet::A, BufferSet::B] {
             if self.under_way[set as usize] {
                 self.current.submit(set, &self.pending[set as usize].jobs())?;
@@ -78,6 +83,10 @@ impl Evaluator for Fallback {
 
     fn adapter(&self) -> Option<String> {
         self.current.adapter()
+    }
+
+    fn timings(&self) -> Timings {
+        self.spent + self.current.timings()
     }
 
     fn overlaps(&self) -> bool {

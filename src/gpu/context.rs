@@ -6,7 +6,7 @@ use super::plan::Plan;
 use super::rate::Rate;
 use super::slot::Slot;
 use super::tables::Tables;
-use crate::evaluator::Course;
+use crate::evaluator::{Course, Timings};
 use crate::score::GoodnessOfFit;
 use std::collections::{HashMap, VecDeque};
 use std::time::{Duration, Instant};
@@ -46,6 +46,8 @@ struct Flight {
     sample: u32,
     submitted: VecDeque<Submitted>,
     last_done: Option<Instant>,
+    /// The last submission that is known to be done: once nothing more is submitted, that which reads the last part back.
+    done: Option<wgpu::SubmissionIndex>,
 }
 
 #[derive(Debug)]
@@ -60,11 +62,11 @@ pub(super) struct Context {
     flights: [Flight; 3],
     rate: Rate,
     /// Time spent on building and warming up pipelines.
-    pub(super) warm_up: Duration,
+    warm_up: Duration,
     /// Texts in the place of shader files.
     pub(super) replaced: Replaced,
     /// Host time of moving candidates to the device and results back.
-    pub(super) transfer: Duration,
+    transfer: Duration,
 }
 
 impl Context {
@@ -96,6 +98,11 @@ impl Context {
             replaced: Replaced::new(),
             transfer: Duration::ZERO,
         })
+    }
+
+    /// What went to other things than computing so far.
+    pub(super) fn timings(&self) -> Timings {
+        Timings { transfer_s: self.transfer.as_secs_f64(), first_dispatch_s: self.warm_up.as_secs_f64() }
     }
 
     /// Puts other texts in the place of shader files; kernels are built anew.
@@ -202,7 +209,7 @@ impl Context {
         results.blocks.clear();
         let began = Instant::now();
         for (part, slot) in work.plan.parts.iter().zip(&self.slots[set]) {
-            slot.read(&self.device, part, work, results)?;
+            slot.read(&self.device, part, work, self.flights[set].done.as_ref(), results)?;
         }
         self.transfer += began.elapsed();
         self.device.check("reading the results")
@@ -211,8 +218,9 @@ impl Context {
     /// Waits for one chunk and learns from the time it took.
     fn await_chunk(&mut self, set: usize, chunk: Submitted) -> Result<(), Fault> {
         let asked = Instant::now();
-        self.device.wait(Some(chunk.index))?;
+        self.device.wait(Some(chunk.index.clone()))?;
         let flight = &mut self.flights[set];
+        flight.done = Some(chunk.index);
         let done = Instant::now();
         let began = flight.last_done.map_or(chunk.at, |last| last.max(chunk.at));
         let took = (done - began).as_secs_f64();

@@ -282,6 +282,11 @@ impl Device {
         }
     }
 
+    /// True if nothing that was submitted is still under way.
+    pub(super) fn is_idle(&self) -> bool {
+        self.raw.poll(wgpu::PollType::Poll).is_ok_and(|status| status.is_queue_empty())
+    }
+
     pub(super) fn buffer(&self, label: &str, size: u64, usage: wgpu::BufferUsages) -> wgpu::Buffer {
         self.made.fetch_add(1, Ordering::Relaxed);
         self.raw.create_buffer(&wgpu::BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false })

@@ -55,6 +55,8 @@ pub struct Gpu {
     /// Plans to be used again.
     spare: [Plan; 3],
     results: Results,
+    /// What went to other things than computing on devices that were given up.
+    spent: Timings,
     /// Devices that will be destroyed as soon as they are opened (tests).
     doomed: u32,
 }
@@ -94,6 +96,7 @@ impl Gpu {
         let Case { variant, convention, .. } = cases.first().expect("at least one case");
         assert!(cases.iter().all(|c| c.variant == *variant), "cases of one variant");
         assert!(cases.iter().all(|c| c.convention == *convention), "cases of one convention");
+        cases.iter().try_for_each(Case::check_clock)?;
         let courses = cases.iter().map(Course::new).collect::<Result<Vec<_>, _>>()?;
         let mut gpu = Gpu {
             cases,
@@ -108,6 +111,7 @@ impl Gpu {
             work: [None, None, None],
             spare: Default::default(),
             results: Results::default(),
+            spent: Timings::default(),
             doomed: 0,
         };
         gpu.open()?.map_err(|fault| gpu.failed(fault))?;
@@ -123,7 +127,7 @@ impl Gpu {
     /// Time spent so far on building kernels and on the first, empty dispatch of each, at which drivers compile.
     #[must_use]
     pub fn warm_up(&self) -> Duration {
-        self.context.as_ref().map_or(Duration::ZERO, |context| context.warm_up)
+        Duration::from_secs_f64(self.timings().first_dispatch_s)
     }
 
     /// Buffers and bind groups made on the device so far. A generation makes none, unless it is the largest yet.
@@ -175,6 +179,13 @@ impl Gpu {
         Ok(observed)
     }
 
+    /// True if the device has done all that was submitted; tests.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn is_idle(&self) -> bool {
+        self.context.as_ref().is_none_or(|context| context.device.is_idle())
+    }
+
     /// Destroys the device, as a crashing driver would; tests.
     #[doc(hidden)]
     pub fn destroy_device(&mut self) {
@@ -223,7 +234,7 @@ impl Gpu {
 
     /// Opens a device; the outer error is that there is no adapter.
     fn open(&mut self) -> Result<Result<(), Fault>, EvaluateError> {
-        self.context = None;
+        self.give_up();
         let adapter = Adapter::choose(&self.choice)?;
         self.adapter = adapter.name();
         self.is_hardware = adapter.is_hardware();
@@ -253,9 +264,15 @@ impl Gpu {
             });
         }
         again.and_then(|()| run(self)).map_err(|fault| {
-            self.context = None;
+            self.give_up();
             self.failed(fault)
         })
+    }
+
+    /// Drops the device; what it took is remembered.
+    fn give_up(&mut self) {
+        self.spent = self.timings();
+        self.context = None;
     }
 
     fn start(
@@ -369,10 +386,7 @@ impl Evaluator for Gpu {
     }
 
     fn timings(&self) -> Timings {
-        self.context.as_ref().map_or_else(Timings::default, |context| Timings {
-            transfer_s: context.transfer.as_secs_f64(),
-            first_dispatch_s: context.warm_up.as_secs_f64(),
-        })
+        self.context.as_ref().map_or(self.spent, |context| self.spent + context.timings())
     }
 
     fn overlaps(&self) -> bool {

@@ -113,17 +113,12 @@ fn observer(observer: &Observer) -> impl Iterator<Item = u32> + use<> {
 
 /// When a candidate perceives; an error if it would look back beyond what is remembered.
 fn pace(case: &Case, course: &Course, parameters: &Parameters, kernel: &Kernel) -> Result<Pace, EvaluateError> {
-    let mut pace = case.pace(parameters);
-    // Rounding may put the longest delay a hair before the first sample.
-    if pace.back >= pace.first && pace.delay_steps < (pace.first - 1) as f64 + 1e-6 {
-        pace.back = pace.first - 1;
-        pace.fraction = 0.0;
-    }
+    let pace = case.pace(parameters);
     let remembered = pace.back < kernel.ring as usize && pace.back < pace.first;
     if remembered && pace.first <= course.ring.min(course.samples() - 1) {
         return Ok(pace);
     }
-    Err(EvaluateError::Delay { upper: case.longest_delay(), found: case.delay(parameters) })
+    Err(EvaluateError::Delay { name: case.delay_name(), upper: case.longest_delay(), found: case.delay(parameters) })
 }
 
 /// Candidates that one part may have.

@@ -133,8 +133,15 @@ impl Slot {
         }
     }
 
-    /// Appends what was read back.
-    pub(super) fn read(&self, device: &Device, part: &Part, work: &Work, results: &mut Results) -> Result<(), Fault> {
+    /// Appends what was read back by a submission that is done. Nothing else is waited for: another buffer set may be under way.
+    pub(super) fn read(
+        &self,
+        device: &Device,
+        part: &Part,
+        work: &Work,
+        done: Option<&wgpu::SubmissionIndex>,
+        results: &mut Results,
+    ) -> Result<(), Fault> {
         let sizes = sizes(part, work);
         for (k, to) in [(RESULTS_BACK, &mut results.words), (BLOCKS_BACK, &mut results.blocks)] {
             if sizes[k] == 0 {
@@ -143,7 +150,7 @@ impl Slot {
             let slice = self.buffers[k].slice(0..sizes[k]);
             // Whether it worked shows below.
             slice.map_async(wgpu::MapMode::Read, |_| ());
-            device.wait(None)?;
+            device.wait(done.cloned())?;
             let view = slice.get_mapped_range().map_err(|e| Fault::new("reading the results", e))?;
             to.extend(view.chunks_exact(4).map(|word| u32::from_ne_bytes(word.try_into().expect("four bytes"))));
             drop(view);

@@ -410,7 +410,8 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
 fn candidate(case: &Case, longest: usize, index: usize, parameters: &Parameters) -> Result<Candidate, EvaluateError> {
     let pace = case.pace(parameters);
     if pace.back > longest {
-        return Err(EvaluateError::Delay { upper: case.longest_delay(), found: case.delay(parameters) });
+        let (name, upper, found) = (case.delay_name(), case.longest_delay(), case.delay(parameters));
+        return Err(EvaluateError::Delay { name, upper, found });
     }
     let Pace { back, fraction, first, look_back, .. } = pace;
     Ok(Candidate { index, back, fraction, first, look_back })

@@ -12,7 +12,7 @@ pub enum LanesError {
     /// Valid WGSL, but more than parts may use.
     #[error(
         "{file}:{line}:{column}: {construct} cannot run on the CPU; parts use f32, bool, structs, let, var, if without \
-         return, calls, select, arithmetic, comparisons, power, and min max clamp abs sqrt exp log sin cos floor\n  {code}"
+         return, calls, select, arithmetic, comparisons, power exponential logarithm, and min max clamp abs sqrt sin cos floor\n  {code}"
     )]
     Unsupported {
         /// The file as composed.

@@ -74,6 +74,16 @@ impl Engine {
     }
 }
 
+impl Engine {
+    /// The same with another instruction set and blocks of at most so many lanes.
+    fn with(self, set: InstructionSet, only: Option<usize>) -> Engine {
+        match self {
+            Engine::F32(core) => Engine::F32(Box::new(core.with(set, only))),
+            Engine::F64(core) => Engine::F64(Box::new(core.with(set, only))),
+        }
+    }
+}
+
 /// Does the same with either engine.
 macro_rules! with_engine {
     ($engine:expr, $core:ident => $body:expr) => {
@@ -92,6 +102,8 @@ pub struct Lanes {
     gof: GoodnessOfFit,
     precision: LanesPrecision,
     set: InstructionSet,
+    /// Only blocks of at most so many lanes, for tests.
+    only: Option<usize>,
     engine: Engine,
     /// The same model with an observer; made when it is asked for.
     observing: Option<Engine>,
@@ -128,10 +140,14 @@ impl Lanes {
         let (variant, radicand) = (first.variant, first.convention.radicand);
         assert!(cases.iter().all(|c| c.variant == variant), "cases of one variant");
         assert!(cases.iter().all(|c| c.convention.radicand == radicand), "cases that start alike");
+        if precision != LanesPrecision::F64 {
+            cases.iter().try_for_each(Case::check_clock)?;
+        }
         let courses: Vec<Course> = cases.iter().map(Course::new).collect::<Result<_, _>>()?;
         let set = InstructionSet::best();
         let engine = Engine::new(&cases, &courses, &gof, (precision, set), false, replace)?;
-        Ok(Lanes { cases, courses, gof, precision, set, engine, observing: None, finished: [Vec::new(), Vec::new()] })
+        let (only, observing, finished) = (None, None, [Vec::new(), Vec::new()]);
+        Ok(Lanes { cases, courses, gof, precision, set, only, engine, observing, finished })
     }
 
     /// The same with another instruction set, for tests: all give the same bits.
@@ -140,21 +156,20 @@ impl Lanes {
     /// If this processor does not have it.
     #[must_use]
     pub fn with_instructions(self, set: InstructionSet) -> Lanes {
-        self.rebuilt(set, None)
+        let only = self.only;
+        self.rebuilt(set, only)
     }
 
     /// The same with blocks of at most so many lanes, for tests: all give the same bits.
     #[must_use]
     pub fn with_lanes(self, lanes: usize) -> Lanes {
-        self.rebuilt(InstructionSet::best(), Some(lanes))
+        let set = self.set;
+        self.rebuilt(set, Some(lanes))
     }
 
     fn rebuilt(self, set: InstructionSet, only: Option<usize>) -> Lanes {
-        let rebuilt = |engine: Engine| match engine {
-            Engine::F32(core) => Engine::F32(Box::new(core.with(set, only))),
-            Engine::F64(core) => Engine::F64(Box::new(core.with(set, only))),
-        };
-        Lanes { set, engine: rebuilt(self.engine), observing: self.observing.map(rebuilt), ..self }
+        let rebuilt = |engine: Engine| engine.with(set, only);
+        Lanes { set, only, engine: rebuilt(self.engine), observing: self.observing.map(rebuilt), ..self }
     }
 
     /// Status, cuts and all sums of each candidate, in the order of the jobs.
@@ -225,9 +240,9 @@ impl Lanes {
 
     fn observe(&mut self) -> Result<(), EvaluateError> {
         if self.observing.is_none() {
-            let (precision, set) = (self.precision, self.set);
-            let how = (precision, set);
-            self.observing = Some(Engine::new(&self.cases, &self.courses, &self.gof, how, true, &|_, _| None)?);
+            let how = (self.precision, self.set);
+            let engine = Engine::new(&self.cases, &self.courses, &self.gof, how, true, &|_, _| None)?;
+            self.observing = Some(if self.only.is_some() { engine.with(self.set, self.only) } else { engine });
         }
         Ok(())
     }

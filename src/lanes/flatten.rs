@@ -84,6 +84,8 @@ struct Frame<'a> {
     values: Vec<Option<Value>>,
     /// True inside an `if`.
     inside: bool,
+    /// True behind a `return`: nothing that follows is ever computed.
+    returned: bool,
     result: Option<Value>,
 }
 
@@ -169,7 +171,8 @@ impl<'a> Flattener<'a> {
             _ => {}
         }
         let values = vec![None; function.expressions.len()];
-        let mut frame = Frame { function, handle, arguments, locals: Vec::new(), values, inside: false, result: None };
+        let (locals, inside, returned, result) = (Vec::new(), false, false, None);
+        let mut frame = Frame { function, handle, arguments, locals, values, inside, returned, result };
         for (local, variable) in function.local_variables.iter() {
             let value = match variable.init {
                 Some(init) => self.value(&mut frame, init)?,
@@ -183,6 +186,9 @@ impl<'a> Flattener<'a> {
 
     fn block(&mut self, frame: &mut Frame<'a>, block: &'a Block) -> Result<(), LanesError> {
         for (statement, span) in block.span_iter() {
+            if frame.returned {
+                break;
+            }
             match statement {
                 Statement::Emit(range) => {
                     for expression in range.clone() {
@@ -208,6 +214,7 @@ impl<'a> Flattener<'a> {
                 Statement::Return { .. } if frame.inside => return self.refuse(*span, "`return` inside an `if`"),
                 Statement::Return { value } => {
                     frame.result = value.map(|v| self.value(frame, v)).transpose()?;
+                    frame.returned = true;
                 }
                 Statement::Store { pointer, value } => {
                     let value = self.value(frame, *value)?;

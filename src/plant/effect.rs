@@ -122,7 +122,7 @@ pub enum EffectError {
         found: String,
     },
     /// A parameter out of its range, or no number.
-    #[error("{name} of {effect}: expected {lower} to {upper} {unit}, found {found}")]
+    #[error("{name} of {effect}: expected {lower} to {upper}{}, found {found}", if *unit == "-" { String::new() } else { format!(" {unit}") })]
     Range {
         /// The effect.
         effect: EffectKind,
@@ -200,6 +200,14 @@ impl Effect {
     #[must_use]
     pub fn values(&self) -> &[f64] {
         &self.values[..self.kind.parameters().len()]
+    }
+
+    /// The parameter that says when it begins, and when that is \[s\]; none for an effect that is always there.
+    #[must_use]
+    pub fn begins(&self) -> Option<(&'static str, f64)> {
+        let parameters = self.kind.parameters().iter().zip(&self.values);
+        let mut beginnings = parameters.filter(|(parameter, _)| matches!(parameter.name, "t0" | "t1"));
+        beginnings.next().map(|(parameter, value)| (parameter.name, *value))
     }
 
     /// The same effect, weaker or stronger: at 0 the first parameter has the value that does nothing, at 1 the bound on the side
@@ -295,8 +303,9 @@ mod tests {
         let error = |text: &str| text.parse::<Effect>().expect_err("refused").to_string();
         assert!(error("grad").starts_with("no effect is called \"grad\"; there are perception_delay, "));
         assert_eq!(error("grade:g=1"), "grade has no parameter \"g\"; it has gg");
-        assert_eq!(error("grade:gg=2"), "gg of grade: expected -0.3 to 1.3 -, found 2");
-        assert_eq!(error("grade:gg=much"), "gg of grade: expected -0.3 to 1.3 -, found much");
+        assert_eq!(error("grade:gg=2"), "gg of grade: expected -0.3 to 1.3, found 2");
+        assert_eq!(error("grade:gg=much"), "gg of grade: expected -0.3 to 1.3, found much");
+        assert_eq!(error("actuation_lag:ta=9"), "ta of actuation_lag: expected 0 to 2.5 s, found 9");
         let given: Effect = "periodic: f=0.2, As=0.3".parse().expect("good");
         assert_eq!(given.values(), [0.3, 0.1, 0.2]);
     }

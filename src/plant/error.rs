@@ -33,6 +33,23 @@ pub enum PlantError {
         /// Position in the platoon, 1 being the platoon leader.
         car: usize,
     },
+    /// An effect that begins when the drive is over.
+    #[error(
+        "{effect} of car {car} begins at {begins_s} s, and the drive ends at {duration_s} s; let it begin earlier, as in {effect}:{parameter}={}, or drive longer",
+        (0.4 * duration_s).round()
+    )]
+    TooLate {
+        /// The effect.
+        effect: EffectKind,
+        /// Position in the platoon.
+        car: usize,
+        /// The parameter that says when.
+        parameter: &'static str,
+        /// When it begins \[s\].
+        begins_s: f64,
+        /// When the drive ends \[s\].
+        duration_s: f64,
+    },
     /// An effect that changes this drive too little.
     #[error(
         "{effect} changes the speed of car {car} by {largest:.3} m/s at most on this drive, less than the {wanted} m/s wanted; try another drive, car or effect"

@@ -98,6 +98,11 @@ pub struct Truth {
 }
 
 impl Scenario {
+    /// What [`duration_s`](Self::duration_s) may be: bounds the memory of the history (24 bytes per step and car).
+    pub const DURATION_S: [f64; 2] = [1.0, 1e5];
+    /// What the standard deviation of the noise of speeds \[m/s\] and of gaps \[m\] may be.
+    pub const NOISE: [f64; 2] = [0.0, 10.0];
+
     /// Step of the integration \[s\] and number of steps per sample.
     pub(super) fn step(&self) -> (f64, usize) {
         let per_sample = (1.0 / (f64::from(self.rate_hz) * self.dt) - 1e-9).ceil().max(1.0);
@@ -106,12 +111,14 @@ impl Scenario {
 
     /// Refuses what cannot be driven; whether the controllers are safe shows on the road.
     pub(super) fn check(&self) -> Result<(), PlantError> {
-        // Longest drive and finest step: bound the memory of the history (24 bytes per step and car).
-        in_range("duration", self.duration_s, 1.0, 1e5, "s")?;
+        let [shortest, longest] = Scenario::DURATION_S;
+        in_range("duration", self.duration_s, shortest, longest, "s")?;
         in_range("sampling rate", f64::from(self.rate_hz), 1.0, 1e4, "Hz")?;
+        // The finest step bounds the memory, too.
         in_range("integration step", self.dt, 1e-4, 0.1, "s")?;
-        in_range("noise of the speeds", self.noise.speed_mps, 0.0, 10.0, "m/s")?;
-        in_range("noise of the gaps", self.noise.gap_m, 0.0, 10.0, "m")?;
+        let [none, most] = Scenario::NOISE;
+        in_range("noise of the speeds", self.noise.speed_mps, none, most, "m/s")?;
+        in_range("noise of the gaps", self.noise.gap_m, none, most, "m")?;
         if let Road::Hilly { period, max_sin } = self.road {
             in_range("length of the lap", period, 100.0, 1e6, "m")?;
             in_range("largest sine of the grade", max_sin, 0.0, 0.2, "")?;
@@ -125,6 +132,13 @@ impl Scenario {
         in_range("tau_a of car 1", self.lead.tau_a, 0.0, 10.0, "s")?;
         let (h, _) = self.step();
         for (car, number) in self.followers.iter().zip(2..) {
+            for effect in &car.effects {
+                let (effect, begins) = (effect.kind(), effect.begins());
+                if let Some((parameter, begins_s)) = begins.filter(|(_, begins_s)| *begins_s >= self.duration_s) {
+                    let (car, duration_s) = (number, self.duration_s);
+                    return Err(PlantError::TooLate { effect, car, parameter, begins_s, duration_s });
+                }
+            }
             let of = |what: &str| format!("{what} of car {number}");
             in_range(&of("length"), car.length, 0.0, 30.0, "m")?;
             in_range(&of("initial gap"), car.initial_gap, 0.1, 1000.0, "m")?;

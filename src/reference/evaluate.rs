@@ -1,5 +1,6 @@
 //! The reference as an evaluator: one candidate after the other, spread over threads.
 
+use super::extension::untranscribed;
 use super::simulate::{Run, Trace, simulate};
 use crate::convention::Denominators;
 use crate::evaluator::{BufferSet, Case, EvaluateError, Evaluator, Job, Outcome, Score};
@@ -28,6 +29,9 @@ impl Reference {
     }
 
     /// Simulates one candidate on one case and measures it.
+    ///
+    /// # Panics
+    /// With an extension that has no transcription: see [`super::knows`].
     pub fn outcome(case: &Case, parameters: &Parameters, trace: &mut Trace) -> Outcome {
         let run = simulate(case, parameters, trace);
         let result = match run.failure {
@@ -49,6 +53,9 @@ impl Reference {
     }
 
     /// The score of one candidate over all cases.
+    ///
+    /// # Panics
+    /// As [`Reference::outcome`].
     #[must_use]
     pub fn score(&self, parameters: &Parameters) -> Score {
         let mut trace = Trace::default();
@@ -59,8 +66,18 @@ impl Reference {
     }
 
     /// The outcomes of all candidates of the jobs, spread over threads.
-    fn run<T: Send>(&self, jobs: &[Job<'_>], finish: impl Fn(&Case, Outcome) -> T + Sync, results: &mut Vec<T>) {
+    fn run<T: Send>(
+        &self,
+        jobs: &[Job<'_>],
+        finish: impl Fn(&Case, Outcome) -> T + Sync,
+        results: &mut Vec<T>,
+    ) -> Result<(), EvaluateError> {
         results.clear();
+        let variant = self.variant();
+        if let Some(extension) = untranscribed(variant) {
+            let (extension, variant) = (extension.name.clone(), variant.name());
+            return Err(EvaluateError::Untranscribed { extension, variant });
+        }
         for job in jobs {
             let case = &self.cases[job.case];
             let simulated = (0..job.population.len()).into_par_iter().map_init(Trace::default, |trace, i| {
@@ -68,6 +85,7 @@ impl Reference {
             });
             results.par_extend(simulated);
         }
+        Ok(())
     }
 }
 
@@ -91,9 +109,9 @@ impl Evaluator for Reference {
     fn submit(&mut self, set: BufferSet, jobs: &[Job<'_>]) -> Result<(), EvaluateError> {
         let mut scores = std::mem::take(&mut self.scores[set as usize]);
         let gof = self.gof;
-        self.run(jobs, |case, outcome| outcome.score(&gof, case.convention.bounds), &mut scores);
+        let result = self.run(jobs, |case, outcome| outcome.score(&gof, case.convention.bounds), &mut scores);
         self.scores[set as usize] = scores;
-        Ok(())
+        result
     }
 
     fn collect(&mut self, set: BufferSet, scores: &mut [Score]) -> Result<(), EvaluateError> {
@@ -107,7 +125,7 @@ impl Evaluator for Reference {
 
     fn outcomes(&mut self, jobs: &[Job<'_>]) -> Result<Vec<Outcome>, EvaluateError> {
         let mut outcomes = Vec::new();
-        self.run(jobs, |_, outcome| outcome, &mut outcomes);
+        self.run(jobs, |_, outcome| outcome, &mut outcomes)?;
         Ok(outcomes)
     }
 }

@@ -49,7 +49,12 @@ const KNOWN: &[&str] = &[
 
 /// True if every extension of the variant is one of those transcribed here.
 pub fn knows(variant: &Variant) -> bool {
-    variant.extensions.list().iter().all(|e| KNOWN.contains(&e.name.as_str()))
+    untranscribed(variant).is_none()
+}
+
+/// The first extension of the variant that is none of those transcribed here.
+pub fn untranscribed(variant: &Variant) -> Option<&'static Extension> {
+    variant.extensions.list().iter().copied().find(|e| !KNOWN.contains(&e.name.as_str()))
 }
 
 /// What an extension may know at a step.

@@ -94,7 +94,7 @@ impl Calibrated<'_> {
             intervals: known().map(|k| (k.symbol.name().to_owned(), k.interval)).collect(),
             identifiability: self.knowledge.as_ref().map(|knowledge| self.identifiability(knowledge, winner)),
             evaluations: self.replicates.iter().map(|r| r.evaluations).sum(),
-            cv: coefficient_of_variation(&self.replicates),
+            cv: coefficient_of_variation(self.replicates.iter().map(|r| r.score)),
             replicates: self.replicates.iter().map(|r| replicate_entry(r, symbols)).collect(),
         }
     }

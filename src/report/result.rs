@@ -330,7 +330,9 @@ impl ResultFile {
             parameters.set(symbol, *self.parameters.get(name).ok_or(ContentError::Parameter(name))?);
         }
         let tau_p_upper = self.bounds.get(Symbol::tau_p.name()).map_or(0.0, |b| b[1]);
-        Ok(CalibratedVariant { variant, convention: self.convention.parse()?, parameters, tau_p_upper })
+        let delay = variant.extensions.delay().and_then(|symbol| self.bounds.get(symbol.name()));
+        let (convention, extension_delay_upper) = (self.convention.parse()?, delay.map(|b| b[1]));
+        Ok(CalibratedVariant { variant, convention, parameters, tau_p_upper, extension_delay_upper })
     }
 }
 

@@ -58,15 +58,7 @@ fn write_calibration(text: &mut String, result: &ResultFile) -> std::fmt::Result
         writeln!(text, "             coefficient of variation over replicates {:.3} %", 100.0 * cv)?;
     }
 
-    writeln!(text, "\n{:<10}{:>11}  {:<5}{:>17}  meaning", "parameter", "value", "unit", "bounds")?;
-    for (name, value) in &result.parameters {
-        let [lower, upper] = result.bounds.get(name).copied().unwrap_or([f64::NAN; 2]);
-        let bounds = if lower == upper { "fixed".to_owned() } else { format!("{} .. {}", short(lower), short(upper)) };
-        let unit = result.units.get(name).map_or("", String::as_str);
-        let meaning = result.meaning(name);
-        let mark = if result.at_bound.contains(name) { "AT BOUND" } else { meaning };
-        writeln!(text, "{name:<10}{value:>11.5}  {unit:<5}{bounds:>17}  {mark}")?;
-    }
+    write_parameters(text, result)?;
 
     if let Some(identifiability) = &result.identifiability {
         write_identifiability(text, result, identifiability)?;
@@ -81,6 +73,38 @@ fn write_calibration(text: &mut String, result: &ResultFile) -> std::fmt::Result
     ] {
         let [s, v, a, sum] = names.map(|n| score(n).map_or(String::new(), |x| format!("{x:.4}")));
         writeln!(text, "{}", format!("{title:<14}{s:>10}{v:>10}{a:>10}{sum:>12}").trim_end())?;
+    }
+    Ok(())
+}
+
+/// The mark of a parameter at a bound, which has a column of its own where there is one.
+const AT_BOUND: &str = "AT BOUND";
+
+/// Values, units, bounds, meanings.
+fn write_parameters(text: &mut String, result: &ResultFile) -> std::fmt::Result {
+    let mark = |marked: bool| match (result.at_bound.is_empty(), marked) {
+        (true, _) => String::new(),
+        (false, true) => format!("  {AT_BOUND}"),
+        (false, false) => format!("  {:1$}", "", AT_BOUND.len()),
+    };
+    writeln!(text, "\n{:<10}{:>11}  {:<5}{:>17}{}  meaning", "parameter", "value", "unit", "bounds", mark(false))?;
+    for (name, value) in &result.parameters {
+        let [lower, upper] = result.bounds.get(name).copied().unwrap_or([f64::NAN; 2]);
+        let bounds = if lower == upper { "fixed".to_owned() } else { format!("{} .. {}", short(lower), short(upper)) };
+        let unit = result.units.get(name).map_or("", String::as_str);
+        let row = format!("{name:<10}{value:>11.5}  {unit:<5}{bounds:>17}{}  ", mark(result.at_bound.contains(name)));
+        let meaning = result.meaning(name);
+        text.push_str(&wrapped(0, row.chars().count(), &format!("{row}{meaning}")));
+    }
+    if !result.at_bound.is_empty() {
+        text.push_str(&wrapped(
+            0,
+            2,
+            &format!(
+                "{AT_BOUND}: the data want more than the bounds allow, or do not care; --bounds FILE.toml widens them \
+                 (docs/FIRST_CALIBRATION.md, \"Bounds for your car\")"
+            ),
+        ));
     }
     Ok(())
 }
@@ -142,4 +166,36 @@ pub fn wrapped(first: usize, rest: usize, line: &str) -> String {
 fn short(x: f64) -> String {
     let rounded: f64 = format!("{x:.3e}").parse().unwrap_or(x);
     rounded.to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table(at_bound: &[&str]) -> String {
+        let result: ResultFile = serde_json::from_value(serde_json::json!({
+            "schema_version": 1, "program": "", "model_id": 1, "variant": "idm", "convention": "paper", "extensions": [],
+            "evaluator": "lanes", "precision": "plain", "adapter": null, "data": [], "vehicle": null, "gof": "nrmse-sva",
+            "optimizer": "ga", "seed": 1, "score": {}, "parameters": {"delta": 10.0, "v_0": 30.5, "a_min": -2.0},
+            "units": {"delta": "-", "v_0": "m/s", "a_min": "m/s²"},
+            "bounds": {"delta": [0.1, 10.0], "v_0": [30.0, 35.0], "a_min": [-2.0, -2.0]}, "at_bound": at_bound,
+            "intervals": {}, "evaluations": 1, "replicates": [], "cv": null
+        }))
+        .expect("a result");
+        let mut text = String::new();
+        write_parameters(&mut text, &result).expect("a String takes everything");
+        text
+    }
+
+    #[test]
+    fn a_parameter_at_a_bound_keeps_its_meaning() {
+        let (plain, marked) = (table(&[]), table(&["delta"]));
+        assert!(!plain.contains("BOUND") && !plain.contains("--bounds"), "{plain}");
+        assert!(plain.contains("m/s           30 .. 35  desired speed (ACC set speed)\n"), "{plain}");
+        let row = marked.lines().find(|line| line.starts_with("delta ")).expect("a row");
+        assert!(row.ends_with("0.1 .. 10  AT BOUND  exponent factor of the"), "{marked}");
+        assert!(marked.contains("30 .. 35            desired speed (ACC"), "{marked}");
+        assert!(marked.contains("\nAT BOUND: the data want more than the bounds allow") && marked.contains("--bounds"));
+        assert!(marked.lines().all(|line| line.chars().count() <= 80), "{marked}");
+    }
 }

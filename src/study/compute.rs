@@ -7,6 +7,7 @@ use crate::calibrate::{CalibrateError, Calibration, Replicate, SearchSpace, Stop
 use crate::catalog::Variant;
 use crate::evaluator::{Case, Evaluator, Outcome};
 use crate::score::GoodnessOfFit;
+use crate::symbols::Parameters;
 use crate::validate::validate;
 use indexmap::IndexMap;
 use std::ops::ControlFlow;
@@ -110,7 +111,7 @@ impl Round<'_> {
         if !row.success {
             row.reason = Some("the f64 reference does not run to the end, or has no such measure".to_owned());
         }
-        row.run = Some(self.run_row(index, &own, parameters.tau_p));
+        row.run = Some(self.run_row(index, &own, &parameters));
         let validation = |(&other, outcome): (&usize, Outcome)| {
             let drive = &self.study.drives[other].entry;
             ValidationRow {
@@ -118,22 +119,21 @@ impl Round<'_> {
                 follower: drive.follower,
                 data_sha256: drive.sha256.clone(),
                 samples: drive.samples,
-                run: self.run_row(other, &outcome, parameters.tau_p),
+                run: self.run_row(other, &outcome, &parameters),
             }
         };
         Ok(on.iter().zip(outcomes).map(validation).collect())
     }
 
-    fn run_row(&self, drive: usize, outcome: &Outcome, tau_p: f64) -> RunRow {
+    fn run_row(&self, drive: usize, outcome: &Outcome, parameters: &Parameters) -> RunRow {
         let failure = outcome.result.err();
-        let t = &self.study.drives[drive].trajectory.t;
+        let (t, case) = (&self.study.drives[drive].trajectory.t, &self.cases[drive]);
         let finite = |x: f64| x.is_finite().then_some(x);
-        let tau_p = if tau_p.is_finite() { tau_p } else { 0.0 };
         RunRow {
             fail_reason: failure.map(|f| f.kind.name().to_owned()),
             fail_step: failure.map(|f| f.step),
             fail_time_s: failure.and_then(|f| t.get(f.step).copied()),
-            first_scored: self.cases[drive].first_sample(tau_p),
+            first_scored: case.first_sample(case.delay(parameters)),
             n_cut_acc: outcome.n_cut_acc,
             n_cut_dec: outcome.n_cut_dec,
             measures: outcome.result.ok().map_or(Vec::new(), |m| m.values().map(finite).to_vec()),

@@ -1,11 +1,13 @@
 //! The trajectories of a plan: read and prepared, with vehicle and fingerprint.
 
 use super::plan::{DataPlan, PlatoonPlan};
+use crate::catalog::Variant;
 use crate::trajectory::import::{ColumnMap, MapError, read_mapped};
 use crate::trajectory::{Grade, ImportError, Platoon, Preparation, PrepareError, Recording, Trajectory};
 use crate::trajectory::{import, prepare};
 use crate::vehicle::{Vehicle, VehicleError, read_table};
 use serde::{Deserialize, Serialize};
+use std::path::Path;
 
 /// So many trajectories are named where one has to be chosen.
 const NAMED: usize = 5;
@@ -34,7 +36,7 @@ pub struct DriveEntry {
     pub file: String,
     /// SHA-256 of the file.
     pub sha256: String,
-    /// SHA-256 of everything a simulation gets to see: the prepared signals, the grade, the vehicle.
+    /// SHA-256 of everything a simulation without extensions gets to see: the prepared signals, the grade, the vehicle.
     pub fingerprint: String,
     /// Number of samples.
     pub samples: usize,
@@ -58,12 +60,12 @@ impl DriveEntry {
 #[derive(Debug, thiserror::Error)]
 pub enum DriveError {
     /// The file cannot be imported.
-    #[error("platoon {platoon}{}", data_hint(*missing))]
+    #[error("{}", unread(platoon, missing.as_deref()))]
     Import {
         /// The platoon.
         platoon: String,
-        /// True if there is no such file.
-        missing: bool,
+        /// The file, if there is none.
+        missing: Option<String>,
         /// Why.
         source: Box<ImportError>,
     },
@@ -104,8 +106,18 @@ pub enum DriveError {
     Vehicle(#[from] VehicleError),
 }
 
-fn data_hint(missing: bool) -> &'static str {
-    if missing { "; `--data DIR` names another data folder than the plan does" } else { "" }
+fn unread(platoon: &str, missing: Option<&str>) -> String {
+    match missing {
+        Some(path) => format!(
+            "{path}: no such file, wanted by platoon {platoon}; `--data DIR` names another data folder than the plan does"
+        ),
+        None => format!("platoon {platoon}"),
+    }
+}
+
+/// The name of a file that is not there.
+fn missing(path: &Path) -> Option<String> {
+    (!path.exists()).then(|| path.display().to_string())
 }
 
 /// Reads every trajectory of a plan, in its order.
@@ -120,7 +132,7 @@ pub fn read(data: &DataPlan) -> Result<Vec<Drive>, DriveError> {
     let mut drives = Vec::new();
     for plan in &data.platoons {
         let recording = recording(data, plan)?;
-        let cars = recording.platoons[0].cars.iter();
+        let cars = chosen(&recording, plan).cars.iter();
         let all: Vec<usize> = cars.filter_map(|car| car.number.checked_sub(1)).filter(|f| *f > 0).collect();
         for &follower in plan.followers.as_ref().unwrap_or(&all) {
             drives.push(one(data, plan, &recording, follower, &vehicles)?);
@@ -131,7 +143,7 @@ pub fn read(data: &DataPlan) -> Result<Vec<Drive>, DriveError> {
 
 fn recording(data: &DataPlan, plan: &PlatoonPlan) -> Result<Recording, DriveError> {
     let (path, platoon) = (data.folder.join(&plan.file), || plan.name.clone());
-    let unread = |source| DriveError::Import { platoon: platoon(), missing: !path.exists(), source: Box::new(source) };
+    let unread = |source| DriveError::Import { platoon: platoon(), missing: missing(&path), source: Box::new(source) };
     let Some(given) = &plan.columns else {
         return import::read(&path, plan.layout).map_err(unread);
     };
@@ -141,6 +153,12 @@ fn recording(data: &DataPlan, plan: &PlatoonPlan) -> Result<Recording, DriveErro
     // As the plan names it: where the folder lies is no part of a study.
     map.name.clone_from(given);
     read_mapped(&path, &map).map_err(unread)
+}
+
+/// The platoon that the plan names; where it names none, or one that preparing will miss, the first.
+fn chosen<'a>(recording: &'a Recording, plan: &PlatoonPlan) -> &'a Platoon {
+    let wanted = |platoon: &&Platoon| plan.trajectory.is_some() && platoon.id == plan.trajectory;
+    recording.platoons.iter().find(wanted).unwrap_or(&recording.platoons[0])
 }
 
 fn one(
@@ -154,13 +172,15 @@ fn one(
     let grade = match plan.grade.as_deref() {
         None => None,
         Some("level") => Some(Grade::level()),
-        Some(file) => Some(Grade::read_csv(&data.folder.join(file)).map_err(|source| {
-            let missing = !data.folder.join(file).exists();
-            DriveError::Import { platoon: platoon(), missing, source: Box::new(source) }
-        })?),
+        Some(file) => {
+            let path = data.folder.join(file);
+            let unread =
+                |source| DriveError::Import { platoon: platoon(), missing: missing(&path), source: Box::new(source) };
+            Some(Grade::read_csv(&path).map_err(unread)?)
+        }
     };
     let known = |name: &str| vehicles.iter().find(|v| v.is_called(name));
-    let cars = &recording.platoons[0];
+    let cars = chosen(recording, plan);
     let length = |number: usize| {
         cars.cars
             .iter()
@@ -218,7 +238,28 @@ fn behind_leader(platoon: &Platoon, follower: usize, length: &dyn Fn(usize) -> O
     (2..=follower).map(|number| first_gap(number).unwrap_or(0.0) + length(number - 1).unwrap_or(0.0)).sum()
 }
 
-/// SHA-256 of all numbers that a simulation may see. Names and paths are no part of it.
+impl Drive {
+    /// SHA-256 of all that a simulation of this variant gets to see: the fingerprint, with what only its extensions read.
+    #[must_use]
+    pub fn fingerprint_for(&self, variant: &Variant) -> String {
+        let t = &self.trajectory;
+        let further = [("t", t.t.get(..1)), ("v_l2", t.v_l2.as_deref()), ("s_l2", t.s_l2.as_deref())];
+        let read = further.into_iter().filter(|(member, _)| variant.extensions.read(member));
+        let mut bytes = Vec::new();
+        for (member, values) in read {
+            bytes.extend(member.bytes());
+            values.into_iter().flatten().for_each(|x| bytes.extend(x.to_bits().to_le_bytes()));
+        }
+        // Without such an extension as it is, so that the ids of tasks stay.
+        if bytes.is_empty() {
+            return self.entry.fingerprint.clone();
+        }
+        bytes.extend(self.entry.fingerprint.bytes());
+        super::sha256(&bytes)
+    }
+}
+
+/// SHA-256 of all numbers that a simulation without extensions may see. Names and paths are no part of it.
 fn fingerprint(trajectory: &Trajectory, vehicle: Option<&Vehicle>) -> String {
     let mut bytes: Vec<u8> = Vec::new();
     let mut add = |values: &[f64]| {

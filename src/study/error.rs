@@ -98,13 +98,21 @@ pub enum StudyError {
         program: String,
     },
     /// No such task.
-    #[error("task `{id}`: {found} tasks of this study begin so, expected one; tasks.jsonl lists them")]
+    #[error("task `{id}`: {found} tasks of this study begin so, expected one{}; tasks.jsonl lists all", listed(first, *found))]
     NoTask {
         /// As given.
         id: String,
         /// How many tasks begin like it.
         found: usize,
+        /// The ids of the first of them.
+        first: Vec<String>,
     },
+}
+
+/// `: A, B, ...` of the ids that are known.
+fn listed(first: &[String], found: usize) -> String {
+    let more = if found > first.len() { ", ..." } else { "" };
+    if first.is_empty() { String::new() } else { format!(": {}{more}", first.join(", ")) }
 }
 
 impl StudyError {

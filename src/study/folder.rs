@@ -21,6 +21,7 @@ use std::fs::{self, File};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
 
 /// The folder of a study.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -217,7 +218,25 @@ impl Folder {
     pub fn report(&self) -> PathBuf {
         self.path.join("report")
     }
+
+    /// Removes what processes that were killed while they wrote have left, other than parts. Nothing locks these files, so only those
+    /// go that nobody can still be writing.
+    pub fn sweep(&self) {
+        let folders = [self.path.clone(), self.runs(), self.merged(), self.report()];
+        for entry in folders.iter().flat_map(fs::read_dir).flatten().flatten() {
+            let is_temporary = entry.path().extension().is_some_and(|ending| ending == TEMPORARY);
+            let written = entry.metadata().ok().filter(fs::Metadata::is_file).and_then(|file| file.modified().ok());
+            let age = written.and_then(|written| written.elapsed().ok());
+            if is_temporary && age.is_some_and(|age| age > LEFT_OVER) {
+                // Best effort: it does no harm where it is.
+                let _ = fs::remove_file(entry.path());
+            }
+        }
+    }
 }
+
+/// A temporary file that nobody has written to for so long is left over: writing one takes seconds.
+const LEFT_OVER: Duration = Duration::from_secs(3600);
 
 /// Ending of files that are being written; whoever finds one knows that it is no result.
 pub const TEMPORARY: &str = "tmp";

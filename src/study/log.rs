@@ -1,6 +1,6 @@
 //! What each process has done in which time, in a file of its own: no result depends on it.
 
-use super::folder::{Folder, write_whole};
+use super::folder::{Folder, TEMPORARY, write_whole};
 use super::run::Progress;
 use super::{PROGRAM, SCHEMA_VERSION};
 use std::path::PathBuf;
@@ -82,8 +82,12 @@ pub struct PastRuns {
 #[must_use]
 pub fn past_runs(folder: &Folder) -> PastRuns {
     let mut past = PastRuns::default();
-    for entry in std::fs::read_dir(folder.runs()).into_iter().flatten().flatten() {
-        let text = std::fs::read_to_string(entry.path()).unwrap_or_default();
+    for path in std::fs::read_dir(folder.runs()).into_iter().flatten().flatten().map(|entry| entry.path()) {
+        // What a process was about to write when it was killed stands beside what it had written before.
+        if path.extension().is_some_and(|ending| ending == TEMPORARY) {
+            continue;
+        }
+        let text = std::fs::read_to_string(path).unwrap_or_default();
         let Ok(run) = serde_json::from_str::<serde_json::Value>(&text) else { continue };
         let whole = |key: &str| run[key].as_u64().unwrap_or(0);
         past.runs += 1;

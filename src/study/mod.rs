@@ -32,7 +32,7 @@ pub use error::StudyError;
 pub use log::{PastRuns, past_runs};
 pub use plan::{Plan, PlanError};
 pub use run::{Assignment, Event, Progress, RunSettings, Summary, run};
-pub use task::{Study, Task, shard};
+pub use task::{NotAShard, Shard, Study, Task};
 
 use crate::calibrate::PROGRAM;
 
@@ -42,5 +42,5 @@ pub const SCHEMA_VERSION: u32 = 1;
 /// SHA-256 of bytes, in lower-case hexadecimal.
 fn sha256(bytes: &[u8]) -> String {
     use sha2::{Digest, Sha256};
-    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+    crate::trajectory::hexadecimal(&Sha256::digest(bytes))
 }

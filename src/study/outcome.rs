@@ -9,9 +9,9 @@ pub use compare::{Table4Row, Table5Row, compare};
 use super::inventory::Inventory;
 use super::part::{Part, RunRow};
 use super::task::{Task, without_extensions};
+use crate::calibrate::coefficient_of_variation;
 use crate::catalog::Variant;
 use crate::score::Measures;
-use statistics::coefficient_of_variation;
 
 /// A trajectory.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -123,7 +123,7 @@ impl Outcomes {
     /// Coefficients of variation of a variant's scores over its replicates, one per trajectory with at least two.
     #[must_use]
     pub fn variations(&self, variant: usize) -> Vec<f64> {
-        self.cells[variant].iter().filter_map(|cell| coefficient_of_variation(&cell.scores)).collect()
+        self.cells[variant].iter().filter_map(|cell| coefficient_of_variation(cell.scores.iter().copied())).collect()
     }
 
     /// Collisions, other early ends, and number of validation runs of a variant.

@@ -134,7 +134,8 @@ pub fn run(
     tell: &mut dyn FnMut(Event),
 ) -> Result<Summary, StudyError> {
     let Assignment { folder, study, tasks, chosen } = assignment;
-    sweep(folder);
+    folder.sweep();
+    sweep_parts(folder);
     let mut log = Log::new(folder, progress);
     let mut left: Vec<usize> = chosen.iter().copied().filter(|&i| !is_done(folder, &tasks[i].id)).collect();
     let before = chosen.len() - left.len();
@@ -173,7 +174,7 @@ pub fn run(
 }
 
 /// Removes what processes that were killed while they wrote have left in `parts/`. Whoever still writes holds the claim of its task.
-fn sweep(folder: &Folder) {
+fn sweep_parts(folder: &Folder) {
     for path in std::fs::read_dir(folder.parts()).into_iter().flatten().flatten().map(|entry| entry.path()) {
         let id = path.file_name().and_then(|name| name.to_str()?.split('.').next());
         let claim =

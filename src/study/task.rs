@@ -10,6 +10,7 @@ use crate::lanes::LanesPrecision;
 use crate::score::GoodnessOfFit;
 use crate::select::Kind;
 use serde::{Deserialize, Serialize};
+use std::str::FromStr;
 
 /// One calibration, with the validation runs of what it finds: a line of `tasks.jsonl`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -132,8 +133,9 @@ impl Study {
 
     /// Drive `index` as the runs of a variant see it.
     pub(super) fn case(&self, index: usize, variant: &Variant) -> Result<Case, StudyError> {
-        let tau_p_upper = self.space(index, variant)?.tau_p_upper();
-        Ok(Case { tau_p_upper, ..self.bases[index].clone() }.for_variant(*variant)?)
+        let space = self.space(index, variant)?;
+        let (tau_p_upper, extension_delay_upper) = (space.tau_p_upper(), space.extension_delay_upper());
+        Ok(Case { tau_p_upper, extension_delay_upper, ..self.bases[index].clone() }.for_variant(*variant)?)
     }
 
     /// Index of the drive that a task calibrates on.
@@ -161,9 +163,10 @@ impl Study {
         let mut tasks = Vec::new();
         for gof in &settings.gofs {
             for variant in &settings.variants {
-                for (drive, on) in self.drives.iter().zip(&validated) {
+                let data: Vec<String> = self.drives.iter().map(|drive| drive.fingerprint_for(variant)).collect();
+                for (own, on) in validated.iter().enumerate() {
                     for replicate in 0..settings.replicates {
-                        tasks.push(self.task(gof, variant, &drive.entry, on, replicate));
+                        tasks.push(self.task(gof, variant, own, on, &data, replicate));
                     }
                 }
             }
@@ -171,11 +174,20 @@ impl Study {
         tasks
     }
 
-    fn task(&self, gof: &GoodnessOfFit, variant: &Variant, drive: &DriveEntry, on: &[usize], replicate: u64) -> Task {
-        let settings = &self.plan.calibration;
+    /// `own`: the drive it calibrates on; `on`: those it is validated on; `data`: the fingerprint of each for this variant.
+    fn task(
+        &self,
+        gof: &GoodnessOfFit,
+        variant: &Variant,
+        own: usize,
+        on: &[usize],
+        data: &[String],
+        replicate: u64,
+    ) -> Task {
+        let (settings, drive) = (&self.plan.calibration, &self.drives[own].entry);
         let validation = on.iter().map(|&i| {
             let other = &self.drives[i].entry;
-            (other.platoon.as_str(), other.follower, other.fingerprint.as_str())
+            (other.platoon.as_str(), other.follower, data[i].as_str())
         });
         let extensions = variant.extensions.list().iter();
         let content = Content {
@@ -185,7 +197,7 @@ impl Study {
             follower: drive.follower,
             vehicle: &drive.vehicle,
             sha256: &drive.sha256,
-            data: &drive.fingerprint,
+            data: &data[own],
             variant: variant.name(),
             extensions: extensions.map(|e| (e.name.as_str(), sha256(e.text.as_bytes()))).collect(),
             gof: gof.to_string(),
@@ -228,18 +240,54 @@ pub fn without_extensions(name: &str) -> Option<Variant> {
     parsed.or_else(|| without_extensions(name.rsplit_once('+')?.0))
 }
 
-/// Indices of the tasks of shard `number` (from 1) of `count`. Whole variants go to one shard, so that one process batches them, as
-/// long as there are as many of them as shards; else single tasks are dealt out.
-#[must_use]
-pub fn shard(tasks: &[Task], number: usize, count: usize) -> Vec<usize> {
-    let mut group = Vec::new();
-    let mut groups = 0;
-    for (i, task) in tasks.iter().enumerate() {
-        if i > 0 && (task.model_id, &task.gof) != (tasks[i - 1].model_id, &tasks[i - 1].gof) {
-            groups += 1;
-        }
-        group.push(groups);
+/// One of several shares of the tasks of a study.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Shard {
+    /// From 1 to `count`.
+    number: usize,
+    count: usize,
+}
+
+/// A share that cannot be.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("expected I/N with I from 1 to N, such as 2/5, found `{0}`")]
+pub struct NotAShard(String);
+
+impl Shard {
+    /// Share `number`, counted from 1, of `count`.
+    ///
+    /// # Errors
+    /// [`NotAShard`] unless `number` is one of 1 to `count`.
+    pub fn new(number: usize, count: usize) -> Result<Shard, NotAShard> {
+        let is_one = (1..=count).contains(&number);
+        is_one.then_some(Shard { number, count }).ok_or_else(|| NotAShard(format!("{number}/{count}")))
     }
-    let unit = |i: usize| if count <= groups + 1 { group[i] } else { i };
-    (0..tasks.len()).filter(|&i| unit(i) % count == number - 1).collect()
+
+    /// Indices of its tasks. Whole variants go to one shard, so that one process batches them, as long as there are as many of them as
+    /// shards; else single tasks are dealt out.
+    #[must_use]
+    pub fn of(self, tasks: &[Task]) -> Vec<usize> {
+        let mut group = Vec::new();
+        let mut groups = 0;
+        for (i, task) in tasks.iter().enumerate() {
+            if i > 0 && (task.model_id, &task.gof) != (tasks[i - 1].model_id, &tasks[i - 1].gof) {
+                groups += 1;
+            }
+            group.push(groups);
+        }
+        let unit = |i: usize| if self.count <= groups + 1 { group[i] } else { i };
+        (0..tasks.len()).filter(|&i| unit(i) % self.count == self.number - 1).collect()
+    }
+}
+
+impl FromStr for Shard {
+    type Err = NotAShard;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let none = || NotAShard(text.to_owned());
+        let (number, count) = text.split_once('/').ok_or_else(none)?;
+        let whole = |text: &str| text.trim().parse().map_err(|_| none());
+        let (number, count) = (whole(number)?, whole(count)?);
+        Shard::new(number, count).map_err(|_| none())
+    }
 }

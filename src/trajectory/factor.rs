@@ -38,11 +38,10 @@ pub(super) fn of_gap<'a>(drives: impl IntoIterator<Item = (&'a [f64], &'a [f64],
 }
 
 /// Ratios of units that are taken for each other.
-const MISTAKES: [(f64, &str); 8] = [
+const MISTAKES: [(f64, &str); 7] = [
     (1.0 / 0.3048, "feet per metre"),
     (3.6, "km/h per m/s"),
     (3600.0 / 1609.344, "mph per m/s"),
-    (1000.0, "a thousand"),
     (1.609_344, "kilometres per mile"),
     (1.097_28, "km/h per ft/s"),
     (2.5, "25 frames per second taken for 10"),
@@ -55,6 +54,13 @@ const NEAR: f64 = 0.05;
 /// The units that explain a ratio, in words.
 pub(super) fn explain(ratio: f64) -> Option<String> {
     let near = |size: f64| (ratio / size - 1.0).abs() < NEAR;
+    // A thousand has no name of its own; what is meant is said instead.
+    if near(1000.0) {
+        return Some("a thousand times: is the gap in millimetres?".to_owned());
+    }
+    if near(1e-3) {
+        return Some("a thousandth: is the time in milliseconds, or the gap in kilometres?".to_owned());
+    }
     let up = MISTAKES.iter().find(|(size, _)| near(*size)).map(|(size, words)| format!("{size:.4} is {words}"));
     up.or_else(|| {
         let down = MISTAKES.iter().find(|(size, _)| near(1.0 / size));
@@ -84,6 +90,13 @@ mod tests {
         let kmh: Vec<f64> = dv.iter().map(|dv| dv * 3.6).collect();
         let ratio = of_gap([(&t[..], &kmh[..], &gap[..])]).expect("km/h differ");
         assert_eq!(explain(ratio).as_deref(), Some("1/3.6000 is the inverse of km/h per m/s"));
+    }
+
+    #[test]
+    fn a_thousand_is_said_in_words() {
+        assert_eq!(explain(998.0).as_deref(), Some("a thousand times: is the gap in millimetres?"));
+        let thousandth = "a thousandth: is the time in milliseconds, or the gap in kilometres?";
+        assert_eq!(explain(0.001).as_deref(), Some(thousandth));
     }
 
     #[test]

@@ -17,7 +17,7 @@ pub use grade::Grade;
 pub use import::Layout;
 pub use inspect::{Inspection, inspect};
 pub use note::Note;
-pub use prepare::{Preparation, Reconcile, prepare};
+pub use prepare::{Preparation, Reconcile, Stretch, prepare};
 
 /// Where data came from: enough to find the file again and to notice that it has changed.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -41,12 +41,16 @@ impl Source {
         loop {
             let length = std::io::Read::read(&mut file, &mut piece)?;
             if length == 0 {
-                let sha256 = hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
-                return Ok(Source { path: path.display().to_string(), sha256 });
+                return Ok(Source { path: path.display().to_string(), sha256: hexadecimal(&hash.finalize()) });
             }
             hash.update(&piece[..length]);
         }
     }
+}
+
+/// A checksum as it is written everywhere: lower-case hexadecimal.
+pub(crate) fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// One imported file: one platoon in most layouts, one pair per trajectory id in Ultra-AV tables.

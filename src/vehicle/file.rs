@@ -37,6 +37,18 @@ pub enum VehicleError {
         /// Where and why.
         source: csv::Error,
     },
+    /// The curve that a vehicle names, or that lies beside its table, cannot be used.
+    #[error("{table}: vehicle {slug}: its MFC curve {path} cannot be used")]
+    Curve {
+        /// The table.
+        table: String,
+        /// The vehicle.
+        slug: String,
+        /// The file of the curve.
+        path: String,
+        /// Why.
+        source: Box<VehicleError>,
+    },
     /// A value that cannot be.
     #[error("{path}:{line}: expected {expected}, found `{found}`")]
     Table {
@@ -92,8 +104,39 @@ struct Entry {
     mfc: Option<PathBuf>,
 }
 
+/// A vehicle of a table, its curve not read yet: a curve that nobody needs must not get in the way.
+struct Listed {
+    vehicle: Vehicle,
+    table: String,
+    curve: Option<PathBuf>,
+}
+
+impl Listed {
+    /// With its curve.
+    fn whole(self) -> Result<Vehicle, VehicleError> {
+        let Listed { vehicle, table, curve } = self;
+        let slug = vehicle.slug.clone();
+        let read = |path: PathBuf| {
+            let why = |source| VehicleError::Curve {
+                table,
+                slug,
+                path: path.display().to_string(),
+                source: Box::new(source),
+            };
+            Mfc::read_csv(&path).map_err(why)
+        };
+        Ok(Vehicle { mfc: curve.map(read).transpose()?, ..vehicle })
+    }
+
+    /// With its curve, if that can be read.
+    fn with_what_is_there(self) -> Vehicle {
+        let plain = self.vehicle.clone();
+        self.whole().unwrap_or(plain)
+    }
+}
+
 impl Entry {
-    fn into_vehicle(self, slug: String, path: &str, folder: Option<&Path>) -> Result<Vehicle, VehicleError> {
+    fn into_listed(self, slug: String, path: &str, folder: Option<&Path>) -> Result<Listed, VehicleError> {
         let check = |ok: bool, quantity, expected, found: String| {
             if ok {
                 Ok(())
@@ -124,7 +167,7 @@ impl Entry {
         // A curve beside the table may lie there under the slug's name without being mentioned.
         let beside = folder.map(|f| f.join(format!("mfc_{slug}.csv"))).filter(|p| p.exists());
         let mfc_path = self.mfc.map(|p| folder.map_or(p.clone(), |f| f.join(p))).or(beside);
-        Ok(Vehicle {
+        let vehicle = Vehicle {
             name: self.name.unwrap_or_else(|| slug.clone()),
             aliases: self.aliases,
             m_0: self.mass_unladen_kg,
@@ -133,18 +176,23 @@ impl Entry {
             f_0: self.f_0_N,
             f_1_printed: self.f_1_N_per_kmh,
             f_2_printed: self.f_2_N_per_kmh2,
-            mfc: mfc_path.map(|p| Mfc::read_csv(&p)).transpose()?,
+            mfc: None,
             table: None,
             slug,
-        })
+        };
+        Ok(Listed { vehicle, table: path.to_owned(), curve: mfc_path })
     }
 }
 
 /// Parses a TOML vehicle table; `path` is for messages, MFC files are looked for in `folder`.
 pub(super) fn parse(text: &str, path: &str, folder: Option<&Path>) -> Result<Vec<Vehicle>, VehicleError> {
+    parse_listed(text, path, folder)?.into_iter().map(Listed::whole).collect()
+}
+
+fn parse_listed(text: &str, path: &str, folder: Option<&Path>) -> Result<Vec<Listed>, VehicleError> {
     let entries: BTreeMap<String, Entry> = toml::from_str(text)
         .map_err(|source| VehicleError::Toml { path: path.to_owned(), source: Box::new(source) })?;
-    entries.into_iter().map(|(slug, entry)| entry.into_vehicle(slug, path, folder)).collect()
+    entries.into_iter().map(|(slug, entry)| entry.into_listed(slug, path, folder)).collect()
 }
 
 /// The columns of `vehicles.csv` that matter here.
@@ -165,7 +213,7 @@ struct CsvRow {
     f_2_ub_N_per_kmh2: f64,
 }
 
-fn parse_csv(path: &Path) -> Result<Vec<Vehicle>, VehicleError> {
+fn parse_csv(path: &Path) -> Result<Vec<Listed>, VehicleError> {
     let shown = path.display().to_string();
     let csv_error = |source| VehicleError::Csv { path: shown.clone(), source };
     let mut reader = csv::Reader::from_path(path).map_err(csv_error)?;
@@ -187,7 +235,7 @@ fn parse_csv(path: &Path) -> Result<Vec<Vehicle>, VehicleError> {
                 f_2_N_per_kmh2: [row.f_2_lb_N_per_kmh2, row.f_2_ub_N_per_kmh2],
                 mfc: None,
             };
-            entry.into_vehicle(row.slug, &shown, path.parent())
+            entry.into_listed(row.slug, &shown, path.parent())
         })
         .collect()
 }
@@ -197,31 +245,57 @@ fn parse_csv(path: &Path) -> Result<Vec<Vehicle>, VehicleError> {
 /// # Errors
 /// The file cannot be read, or a vehicle in it is incomplete or impossible.
 pub fn read_table(path: &Path) -> Result<Vec<Vehicle>, VehicleError> {
+    listed(path)?.into_iter().map(Listed::whole).collect()
+}
+
+fn listed(path: &Path) -> Result<Vec<Listed>, VehicleError> {
     let shown = path.display().to_string();
     let read_error = |source| VehicleError::Read { path: shown.clone(), source };
     let table = Source::of(path).map_err(read_error)?;
     let mut vehicles = if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv")) {
         parse_csv(path)?
     } else {
-        parse(&std::fs::read_to_string(path).map_err(read_error)?, &shown, path.parent())?
+        parse_listed(&std::fs::read_to_string(path).map_err(read_error)?, &shown, path.parent())?
     };
-    vehicles.iter_mut().for_each(|vehicle| vehicle.table = Some(table.clone()));
+    vehicles.iter_mut().for_each(|listed| listed.vehicle.table = Some(table.clone()));
     Ok(vehicles)
 }
 
-/// Finds a vehicle by `NAME` (built in) or `FILE#NAME`.
+/// The vehicle of a table that is called `name`, if there is one. With `needs_curve` its MFC curve has to be sound; without, one
+/// that cannot be read is left out. Curves of other vehicles are not looked at.
 ///
 /// # Errors
-/// The file cannot be read, or has no vehicle of that name.
+/// The file cannot be read, a vehicle in it is impossible, or the curve that is needed cannot be used.
+pub fn find_in(table: &Path, name: &str, needs_curve: bool) -> Result<Option<Vehicle>, VehicleError> {
+    let found = listed(table)?.into_iter().find(|listed| listed.vehicle.is_called(name));
+    found.map(|listed| if needs_curve { listed.whole() } else { Ok(listed.with_what_is_there()) }).transpose()
+}
+
+/// Finds a vehicle by `NAME` (built in) or `FILE#NAME`, with its MFC curve if it has one.
+///
+/// # Errors
+/// The file cannot be read, has no vehicle of that name, or its curve cannot be used.
 pub fn find(text: &str) -> Result<Vehicle, VehicleError> {
-    let (table, vehicles, name) = match text.rsplit_once('#') {
-        Some((path, name)) => (path.to_owned(), read_table(Path::new(path))?, name),
-        None => ("the built-in table".to_owned(), Vehicle::built_in(), text),
-    };
-    let known = vehicles.iter().map(|v| v.slug.clone()).collect();
-    vehicles.into_iter().find(|v| v.is_called(name)).ok_or(VehicleError::Unknown {
+    find_for(text, true)
+}
+
+/// As [`find`], for whoever may not need the curve: see [`find_in`].
+///
+/// # Errors
+/// As [`find`].
+pub fn find_for(text: &str, needs_curve: bool) -> Result<Vehicle, VehicleError> {
+    let unknown = |table: &str, name: &str, known: Vec<String>| VehicleError::Unknown {
         name: name.to_owned(),
-        table,
+        table: table.to_owned(),
         known,
-    })
+    };
+    let Some((path, name)) = text.rsplit_once('#') else {
+        let known = || Vehicle::built_in().into_iter().map(|vehicle| vehicle.slug).collect();
+        return Vehicle::called(text).ok_or_else(|| unknown("the built-in table", text, known()));
+    };
+    if let Some(vehicle) = find_in(Path::new(path), name, needs_curve)? {
+        return Ok(vehicle);
+    }
+    let known = listed(Path::new(path))?.into_iter().map(|listed| listed.vehicle.slug).collect();
+    Err(unknown(path, name, known))
 }

@@ -3,7 +3,7 @@
 mod file;
 mod mfc;
 
-pub use file::{VehicleError, find, read_table};
+pub use file::{VehicleError, find, find_for, find_in, read_table};
 pub use mfc::Mfc;
 
 use crate::trajectory::Source;

@@ -10,9 +10,11 @@ pub(super) struct About {
     pub(super) lower: f64,
     pub(super) upper: f64,
     pub(super) neutral: f64,
+    pub(super) is_length: bool,
 }
 
-/// Reads `MEANING [UNIT], LOWER to UPPER`, and, if it does nothing at some value, `, neutral VALUE`.
+/// Reads `MEANING [UNIT], LOWER to UPPER`, and, if it does nothing at some value, `, neutral VALUE`, or, if it says how long an event
+/// lasts, `, length of time`.
 pub(super) fn parameter(comment: &str) -> Result<About, String> {
     let expected = || {
         format!(
@@ -26,9 +28,10 @@ pub(super) fn parameter(comment: &str) -> Result<About, String> {
     let number = |text: &str| text.trim().parse().ok().filter(|x: &f64| x.is_finite());
     let (lower, upper) = parts.next().and_then(|range| range.split_once(" to ")).ok_or_else(expected)?;
     let (lower, upper) = number(lower).zip(number(upper)).ok_or_else(expected)?;
-    let neutral = match parts.next() {
-        None => f64::NAN,
-        Some(part) => part.strip_prefix("neutral").and_then(number).ok_or_else(expected)?,
+    let (neutral, is_length) = match parts.next() {
+        None => (f64::NAN, false),
+        Some("length of time") => (f64::NAN, true),
+        Some(part) => (part.strip_prefix("neutral").and_then(number).ok_or_else(expected)?, false),
     };
     if parts.next().is_some() {
         return Err(expected());
@@ -39,7 +42,11 @@ pub(super) fn parameter(comment: &str) -> Result<About, String> {
     if !neutral.is_nan() && !(lower..=upper).contains(&neutral) {
         return Err(format!("expected a neutral value within {lower} to {upper}, found {neutral}"));
     }
-    Ok(About { meaning: meaning.trim().to_owned(), unit: unit.trim().to_owned(), lower, upper, neutral })
+    let unit = unit.trim().to_owned();
+    if is_length && unit != "s" {
+        return Err(format!("expected a length of time in [s], found [{unit}]"));
+    }
+    Ok(About { meaning: meaning.trim().to_owned(), unit, lower, upper, neutral, is_length })
 }
 
 /// Reads `..., starts at VALUE` with a number or one of s, v_f, v_l, a_f.
@@ -128,10 +135,21 @@ mod tests {
             lower: -0.3,
             upper: 1.3,
             neutral: 0.0,
+            is_length: false,
         };
         assert_eq!(read, expected);
         assert!(parameter("time [s], 0 to 10").expect("no neutral value").neutral.is_nan());
-        for bad in ["", "no unit, 0 to 1", "x [m]", "x [m], 0 - 1", "x [m], 1 to 0", "x [m], 0 to 1, neutral 2"] {
+        assert!(parameter("how long [s], 0 to 10, length of time").expect("marked").is_length);
+        for bad in [
+            "",
+            "x [m], 0 to 1, length of time",
+            "x [s], 0 to 1, neutral 0, length of time",
+            "no unit, 0 to 1",
+            "x [m]",
+            "x [m], 0 - 1",
+            "x [m], 1 to 0",
+            "x [m], 0 to 1, neutral 2",
+        ] {
             assert!(parameter(bad).is_err(), "{bad}");
         }
     }

@@ -5,7 +5,7 @@ use super::compose::Source;
 use super::doc;
 use super::limits;
 use crate::extension::{Argument, Extension, LoopNeeds, Stage, StageFunction};
-use crate::symbols::{ExtensionParameter, Symbol};
+use crate::symbols::{ExtensionParameter, Role, Symbol};
 use naga::{Expression, Function, Handle, Span, Statement, Type, TypeInner};
 use std::sync::{LazyLock, Mutex};
 
@@ -132,7 +132,7 @@ impl<'a> Reader<'a> {
         let checked = check(&source)?;
         let reader = Reader { name, source, checked, around: names(&surrounding) };
         reader.refuse_what_cannot_run()?;
-        let parameters = reader.parameters()?;
+        let mut parameters = reader.parameters()?;
         let state = reader.state()?;
         let stages = reader.stages(!state.is_empty())?;
         let head = doc::Head::of(text);
@@ -145,6 +145,15 @@ impl<'a> Reader<'a> {
             },
         };
         let needs = LoopNeeds { delay: position(&head.delay)?, look_back: position(&head.look_back)? };
+        if let Some(delay) = needs.delay.map(|k| &mut parameters[k]) {
+            delay.role = Role::Delay;
+            if delay.lower < 0.0 {
+                let ExtensionParameter { name, lower, upper, .. } = delay;
+                return Err(reader.plain(format!(
+                    "`loop: delay by {name}`: expected bounds of at least 0, found {lower} to {upper}; nobody perceives what is to come"
+                )));
+            }
+        }
         if stages.is_empty() && needs.delay.is_none() {
             let expected: Vec<String> = Stage::ALL.iter().map(|s| format!("{name}_{}", s.name())).collect();
             return Err(
@@ -259,6 +268,7 @@ impl<'a> Reader<'a> {
                 lower: about.lower,
                 upper: about.upper,
                 neutral: about.neutral,
+                role: if about.is_length { Role::Length } else { Role::Value },
             };
             Ok(row)
         };
@@ -368,7 +378,12 @@ impl<'a> Reader<'a> {
             let info = &self.checked.info[handle];
             for (_, expression) in function.expressions.iter() {
                 let Expression::AccessIndex { base, index } = expression else { continue };
-                let Some(ty) = info[*base].ty.handle() else { continue };
+                // A variable is reached through a pointer.
+                let ty = match info[*base].ty.inner_with(&module.types) {
+                    TypeInner::Pointer { base, .. } => Some(*base),
+                    _ => info[*base].ty.handle(),
+                };
+                let Some(ty) = ty else { continue };
                 if let (Some("World"), TypeInner::Struct { members, .. }) =
                     (self.type_called(ty), &module.types[ty].inner)
                     && let Some(name) = &members[*index as usize].name

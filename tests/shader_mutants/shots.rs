@@ -113,6 +113,7 @@ fn shot(variant: Variant, convention: Convention, number: u64, trace: &mut Trace
         v_l2: None,
         s_l2: None,
         tau_p_upper: 0.0,
+        extension_delay_upper: None,
     };
     let run = simulate(&case, &p, trace);
     // A start that is already a crash, or a step that is no number, has no next state to compare.

@@ -1,7 +1,9 @@
 //! Plans with extensions: part of what a task is, kept with the study, columns of their own.
 
 use super::common::{fails, ok, plan_text, scratch, text};
+use leadlag::study::{Plan, Study};
 use std::collections::BTreeSet;
+use std::fmt::Write;
 use std::fs;
 use std::path::PathBuf;
 
@@ -103,4 +105,61 @@ fn extensions_that_cannot_be_say_why() {
     let (code, said) = fails(&["study", "plan", text(&file), "--out", text(&file.with_file_name("study"))]);
     assert_eq!(code, 2, "{said}");
     assert!(said.contains("linear is a part of the paper's variants"), "{said}");
+}
+
+/// The delay of an extension moves the first scored sample, as that of the variant does.
+#[test]
+fn the_first_scored_sample_counts_the_delay_of_an_extension() {
+    let more = "convention = \"authors\"\nbounds = { tp = 0.35 }";
+    let file = plan("extend_delay", &format!("extend = [\"perception_delay\"]\n{more}"), OWN);
+    let study = file.with_file_name("study");
+    ok(&["study", "plan", text(&file), "--out", text(&study)]);
+    ok(&["study", "run", text(&study)]);
+    ok(&["study", "merge", text(&study)]);
+    for name in ["calibrations", "validations"] {
+        let table = fs::read_to_string(study.join(format!("merged/{name}.csv"))).unwrap();
+        let mut reader = csv::Reader::from_reader(table.as_bytes());
+        let at = reader.headers().unwrap().iter().position(|c| c == "first_scored").unwrap();
+        let found: BTreeSet<String> = reader.records().map(|row| row.unwrap()[at].to_owned()).collect();
+        // floor(0.35 s / 0.1 s) + 1
+        assert_eq!(found, BTreeSet::from(["4".to_owned()]), "{name}");
+    }
+}
+
+/// 25 s of a car behind two others, from a time on; steps of 1/8 s are the same to the last bit wherever they start.
+fn pair(start: f64, lead2: f64) -> String {
+    let head = "time_s,lead_speed_mps,speed_mps,spacing_m,lead2_speed_mps,lead2_spacing_m\n".to_owned();
+    (0..200).fold(head, |mut text, i| {
+        let t = f64::from(i) / 8.0;
+        let (v_l, s) = (15.0 + (0.5 * t).sin(), 22.0 - 2.0 * (0.5 * t).cos());
+        writeln!(text, "{},{v_l:.3},15,{s:.3},{lead2},30", start + t).unwrap();
+        text
+    })
+}
+
+/// Ids of the tasks on drive A, which is always the same and is validated on drive B.
+fn ids_beside(extend: &str, b: &str) -> Vec<String> {
+    let folder = scratch("extend_beside");
+    fs::write(folder.join("a.csv"), pair(0.0, 15.0)).unwrap();
+    fs::write(folder.join("b.csv"), b).unwrap();
+    let content = format!(
+        "schema_version = 1\n[data]\n[[platoon]]\nname = \"A\"\nfile = \"a.csv\"\n[[platoon]]\nname = \"B\"\nfile = \"b.csv\"\n\
+         [calibration]\nvariants = [\"idm\"]\nextend = [{extend}]\n"
+    );
+    let plan = Plan::parse(&content, "plan.toml", &folder, "beside").unwrap_or_else(|error| panic!("{error}"));
+    let study = Study::open(plan).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(study.validated_on(0), [1]);
+    study.tasks().into_iter().filter(|task| task.platoon == "A").map(|task| task.id).collect()
+}
+
+/// What a validation run reads decides what a task results in, and nothing else of that drive does.
+#[test]
+fn an_id_changes_with_what_extensions_read_of_the_other_drives() {
+    let files = [pair(0.0, 15.0), pair(100.0, 15.0), pair(0.0, 16.0)];
+    for (extend, [time, ahead]) in
+        [("", [false, false]), ("\"set_speed_change\"", [true, false]), ("\"multi_anticipation\"", [false, true])]
+    {
+        let [first, later, faster] = files.each_ref().map(|file| ids_beside(extend, file));
+        assert_eq!((first != later, first != faster), (time, ahead), "{extend}");
+    }
 }

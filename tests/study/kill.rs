@@ -186,6 +186,22 @@ fn ctrl_c_ends_within_a_second_and_says_how_to_go_on() {
     assert!(said.contains(&format!("go on with: leadlag study run {}", study.display())), "{said}");
 }
 
+/// Generations of 880 calibrations take the reference longer than a run that was asked to stop waits for.
+#[cfg(unix)]
+#[test]
+fn a_quiet_run_that_is_given_up_still_says_so() {
+    let plan = plan_text(220, 100_000).replace("[calibration]", "[calibration]\nevaluator = \"reference\"");
+    let study = planned("ctrl_c_quiet", &plan);
+    let mut run = command(&["-q", "study", "run", text(&study), "--batch", "1024", "--threads", "1"]);
+    let run = run.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("the program starts");
+    sleep(Duration::from_millis(300));
+    let sent = Command::new("kill").args(["-INT", &run.id().to_string()]).status().expect("kill is there");
+    assert!(sent.success());
+    let output = run.wait_with_output().expect("it ends");
+    assert_eq!(output.status.code(), Some(1));
+    assert!(stderr(&output).starts_with("error: interrupted: 0 of 2640 tasks are done"), "{}", stderr(&output));
+}
+
 #[test]
 fn a_second_run_has_nothing_to_do() {
     let study = small("again");

@@ -1,10 +1,13 @@
 //! Parts that are torn, double, contradictory, foreign or missing.
 
-use super::common::{expected, fails, merged, number_before, ok, part_names, plan_text, planned, same, small, text};
+use super::common::{
+    expected, fails, files, merged, number_before, ok, part_names, plan_text, planned, same, small, text,
+};
 use super::common::{leadlag, stderr};
 use leadlag::study::part::Part;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime};
 
 fn finished(name: &str) -> (PathBuf, Vec<PathBuf>) {
     let study = small(name);
@@ -117,4 +120,50 @@ fn a_changed_plan_keeps_the_parts_that_stay_valid() {
     ok(&["study", "plan", text(&file), "--out", text(&study)]);
     let output = leadlag(&["study", "run", text(&study)]);
     assert!(stderr(&output).contains("36 tasks: 24 were done, 12 computed"), "{}", stderr(&output));
+}
+
+#[test]
+fn what_a_killed_process_was_writing_counts_for_nothing_and_goes_after_an_hour() {
+    let (study, _) = finished("leftovers");
+    merged(&study, &[]);
+    fs::create_dir(study.join("report")).unwrap();
+    let before = status(&study);
+    let log = fs::read_dir(study.join("runs")).unwrap().next().expect("a run").unwrap().path();
+    let old = ["runs/1-1.1-1.tmp", "merged/calibrations.1-1.tmp", "report/report.1-1.tmp", "tasks.1-1.tmp"];
+    for name in old {
+        let path = study.join(name);
+        fs::copy(&log, &path).unwrap();
+        let long_ago = SystemTime::now() - Duration::from_secs(2 * 3600);
+        fs::File::options().write(true).open(path).unwrap().set_modified(long_ago).unwrap();
+    }
+    // Somebody may be about to rename this one.
+    let young = study.join("runs/1-2.2-1.tmp");
+    fs::copy(&log, &young).unwrap();
+    let after = status(&study);
+    for key in ["evaluations", "wall_s", "candidate_steps"] {
+        assert!(before[key].as_f64() > Some(0.0) && before[key] == after[key], "{key}: {before} {after}");
+    }
+    ok(&["study", "run", text(&study)]);
+    assert_eq!(old.map(|name| study.join(name).exists()), [false; 4]);
+    assert!(young.exists());
+}
+
+#[test]
+fn empty_tables_do_not_replace_those_of_the_plan_before() {
+    let (study, _) = finished("replanned");
+    let tables = merged(&study, &[]);
+    let file = study.with_file_name("other.toml");
+    fs::write(&file, plan_text(2, 301)).unwrap();
+    ok(&["study", "plan", text(&file), "--out", text(&study)]);
+    let (code, said) = fails(&["study", "merge", text(&study), "--partial"]);
+    assert_eq!(code, 1);
+    assert!(
+        said.contains("no task of this plan is done, and ") && said.contains("--out DIR writes elsewhere"),
+        "{said}"
+    );
+    same(&files(&study.join("merged")), &tables, "after the refusal");
+    let elsewhere = study.with_file_name("elsewhere");
+    ok(&["study", "merge", text(&study), "--partial", "--out", text(&elsewhere)]);
+    let empty = fs::read_to_string(elsewhere.join("calibrations.csv")).unwrap();
+    assert_eq!(empty.lines().count(), 1);
 }

@@ -1,6 +1,7 @@
 //! Plans: what they make, and what is said about those that cannot be.
 
 use super::common::{data, fails, leadlag, ok, plan_text, scratch, stderr, text};
+use leadlag::study::{Plan, Study};
 use std::collections::BTreeSet;
 use std::fs;
 
@@ -88,6 +89,8 @@ fn bad_plans_say_where_what_and_what_to_do() {
             ":19:1: unknown key `replicate`, expected one of `variants`, `extend`, `gof`, `convention`",
         ),
         ("replicates = 2", "replicate = 2", "; did you mean `replicates`?"),
+        // Columns are characters.
+        ("replicates = 2", "seed = \"é\" 7", ":19:12: unexpected key or value"),
         ("[calibration]", "[calibraton]", "unknown key `calibraton`"),
         ("[calibration]", "[calibraton]", "did you mean `calibration`?"),
         ("schema_version = 1", "schema_version = 2", ": schema_version: expected 1, found 2"),
@@ -194,20 +197,28 @@ fn a_table_with_a_column_map_gives_the_pair_that_the_plan_names() {
 fn data_that_are_not_there_say_how_to_name_others() {
     let file = scratch("no_data").join("plan.toml");
     let out = file.with_file_name("study");
-    for (from, to, message) in [
+    // As in `calibrate`: 1 for files that cannot be read, 2 for what asks for something that is not there.
+    for (expected, from, to, message) in [
         (
+            1,
             "two/platoon.csv",
             "three/platoon.csv",
             "platoon S2; `--data DIR` names another data folder than the plan does",
         ),
-        ("followers = [1, 2]", "followers = [7]", "platoon S1"),
-        ("28]", "7]", "S1 follower 1: variant idm+nonlinear needs the follower's vehicle; name it in the plan"),
+        (2, "followers = [1, 2]", "followers = [7]", "platoon S1\n  because: "),
+        (2, "followers = [1, 2]", "trajectory = \"9\"", "no trajectory 9"),
+        (2, "followers = [1, 2]", "vehicle = \"trabant\"", "trabant"),
+        (2, "28]", "7]", "S1 follower 1: variant idm+nonlinear needs the follower's vehicle; name it in the plan"),
     ] {
         fs::write(&file, plan_text(2, 300).replacen(from, to, 1)).unwrap();
         let (code, said) = fails(&["study", "plan", text(&file), "--out", text(&out)]);
-        assert_eq!(code, 1, "{said}");
+        assert_eq!(code, expected, "{said}");
         assert!(said.contains(message), "{message}: {said}");
     }
+    fs::write(&file, plan_text(2, 300).replace("two/platoon.csv", "three/platoon.csv")).unwrap();
+    let (_, said) = fails(&["study", "plan", text(&file), "--out", text(&out)]);
+    let missing = data().join("three/platoon.csv");
+    assert!(said.starts_with(&format!("error: {}: no such file", missing.display())), "the file first: {said}");
     let (code, said) = fails(&["study", "plan", text(&data().join("no.toml"))]);
     assert_eq!(code, 1);
     assert!(said.contains("no.toml: cannot read the plan"), "{said}");
@@ -245,4 +256,56 @@ fn the_plans_that_come_with_the_program_can_be_read() {
     assert_eq!((found[0].1, found[0].2), (180, 3), "30 variants, 6 goodness-of-fit functions, 3 platoons");
     assert_eq!((found[1].1, found[1].2), (900, 7), "the paper: 90 variants, 10 replicates, 7 platoons");
     assert_eq!((found[2].1, found[2].2), (270, 3), "90 variants, 3 replicates, 3 platoons");
+}
+
+/// Cars 1, 2, 3 in a row, of 4, 12 and 5 m; the pair that is named, not the first of the file, says who is ahead.
+#[test]
+fn the_length_of_the_car_ahead_is_that_of_the_pair_that_the_plan_names() {
+    let folder = scratch("lengths");
+    let mut table = "t,car,front,x,v,l\n".to_owned();
+    for (car, length) in [(1, 4), (2, 12), (3, 5)] {
+        for frame in 0..100 {
+            let t = f64::from(frame) / 10.0;
+            let x = 500.0 - 30.0 * f64::from(car) + 15.0 * t;
+            table += &format!("{t:.1},{car},{},{x:.3},15,{length}\n", car - 1);
+        }
+    }
+    fs::write(folder.join("cars.csv"), table).unwrap();
+    let map = "rows = \"vehicles\"\nnobody = [\"0\"]\n[columns]\ntime = { name = \"t\", unit = \"s\" }\nid = { name = \"car\" }\n\
+               ahead = { name = \"front\" }\nposition = { name = \"x\", unit = \"m\" }\nspeed = { name = \"v\", unit = \"m/s\" }\n\
+               length = { name = \"l\", unit = \"m\" }\n";
+    fs::write(folder.join("own.toml"), map).unwrap();
+    for (trajectory, expected) in [("2-1", 4.0), ("3-2", 12.0)] {
+        let content = format!(
+            "schema_version = 1\n[data]\n[[platoon]]\nname = \"T\"\nfile = \"cars.csv\"\ncolumns = \"own.toml\"\n\
+             trajectory = \"{trajectory}\"\nleader_start_m = 0.0\n[calibration]\nvariants = [\"idm\"]\n"
+        );
+        let plan = Plan::parse(&content, "plan.toml", &folder, "lengths").unwrap_or_else(|error| panic!("{error}"));
+        let study = Study::open(plan).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(study.drives[0].trajectory.len_l, expected, "{trajectory}");
+    }
+}
+
+/// Into a pipe the tasks are listed; on a terminal a plan of thousands of them says how many there are.
+#[cfg(target_os = "linux")]
+#[test]
+fn tasks_are_listed_on_a_terminal_only_when_asked_for() {
+    let folder = scratch("terminal");
+    let (file, out) = (folder.join("plan.toml"), folder.join("study"));
+    fs::write(&file, plan_text(2, 300)).unwrap();
+    let listed = |flag: &str| {
+        let plan =
+            format!("'{}' study plan {} --out {} {flag}", env!("CARGO_BIN_EXE_leadlag"), text(&file), text(&out));
+        let mut on_a_terminal = std::process::Command::new("script");
+        on_a_terminal.args(["-qec", &plan, "/dev/null"]).stdin(std::process::Stdio::null());
+        let output = on_a_terminal.output().ok()?;
+        let shown = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert!(shown.contains("24 tasks = "), "{shown}");
+        Some(shown.lines().filter(|line| line.contains("\tnrmse-sva\t")).count())
+    };
+    let Some(plain) = listed("") else {
+        eprintln!("SKIPPED tasks_are_listed_on_a_terminal_only_when_asked_for: no `script` to make a terminal");
+        return;
+    };
+    assert_eq!((plain, listed("--tasks")), (0, Some(24)));
 }

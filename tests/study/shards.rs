@@ -4,6 +4,7 @@ use super::common::{
     expected, fails, files, merged, ok, part_names, plan_by, planned, same, scratch, small, stderr, text,
 };
 use super::common::{leadlag, number_before};
+use leadlag::study::{Shard, Task};
 use std::collections::BTreeMap;
 use std::fs;
 
@@ -108,4 +109,46 @@ fn a_shard_that_is_none_is_refused() {
     let (code, said) = fails(&["study", "run", text(&study), "--task", "nonsense"]);
     assert_eq!(code, 2);
     assert!(said.contains("task `nonsense`: 0 tasks of this study begin so, expected one"), "{said}");
+}
+
+#[test]
+fn the_beginning_of_several_ids_names_them() {
+    let study = small("several");
+    let tasks = fs::read_to_string(study.join("tasks.jsonl")).unwrap();
+    let ids: Vec<String> = tasks.lines().map(|line| serde_json::from_str::<Task>(line).unwrap().id).collect();
+    // 24 ids begin with 16 digits.
+    let mut groups = BTreeMap::<&str, Vec<&str>>::new();
+    ids.iter().for_each(|id| groups.entry(&id[..1]).or_default().push(id));
+    let (digit, several) = groups.into_iter().max_by_key(|(_, ids)| ids.len()).unwrap();
+    let (code, said) = fails(&["study", "run", text(&study), "--task", digit]);
+    assert_eq!(code, 2);
+    let listed = several[..several.len().min(5)].join(", ");
+    assert!(
+        said.contains(&format!("{} tasks of this study begin so, expected one: {listed}", several.len())),
+        "{said}"
+    );
+}
+
+#[test]
+fn shares_count_from_one_and_share_out_everything() {
+    for (number, count) in [(0, 0), (0, 2), (1, 0), (3, 2)] {
+        let message = Shard::new(number, count).expect_err("no share").to_string();
+        assert_eq!(message, format!("expected I/N with I from 1 to N, such as 2/5, found `{number}/{count}`"));
+    }
+    assert_eq!("2/5".parse::<Shard>(), Shard::new(2, 5));
+    let tasks = fs::read_to_string(small("shares").join("tasks.jsonl")).unwrap();
+    let tasks: Vec<Task> = tasks.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    for count in [1, 2, 5, 30] {
+        let shares = (1..=count).flat_map(|number| Shard::new(number, count).expect("a share").of(&tasks));
+        let mut all: Vec<usize> = shares.collect();
+        all.sort_unstable();
+        assert_eq!(all, (0..tasks.len()).collect::<Vec<_>>(), "{count}");
+    }
+}
+
+#[test]
+fn an_adapter_for_a_plan_that_computes_on_the_cpu_is_refused() {
+    let (code, said) = fails(&["study", "run", text(&small("adapter")), "--gpu", "0"]);
+    assert_eq!(code, 2);
+    assert!(said.contains("--gpu: this plan computes on the CPU"), "{said}");
 }

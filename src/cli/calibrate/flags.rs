@@ -1,10 +1,12 @@
 //! The flags of `leadlag calibrate`.
 
 use super::super::Usage;
+use super::super::bounds::read_bounds;
 use super::super::data::DataArgs;
 use super::super::evaluator::EvaluatorArgs;
 use super::super::extension::extend;
-use leadlag::calibrate::{Calibration, OptimizerKind, Overrides, Stop, read_bounds};
+use super::super::number::{finite, seed, whole};
+use leadlag::calibrate::{Calibration, OptimizerKind, Overrides, Stop};
 use leadlag::catalog::Variant;
 use leadlag::convention::Convention;
 use leadlag::near::did_you_mean;
@@ -18,7 +20,7 @@ pub struct Args {
     #[arg(required = true, value_name = "FILE")]
     pub files: Vec<PathBuf>,
     /// The follower: 1 is right behind the platoon leader; with --columns the id of a vehicle [default: the only one]
-    #[arg(long, value_name = "N|ID")]
+    #[arg(long, value_name = "N|ID", allow_negative_numbers = true)]
     pub follower: Option<String>,
     /// Variant by id (1 to 90) or name, such as gipps+delay+linear+mfc
     #[arg(long, value_name = "ID|NAME")]
@@ -59,6 +61,11 @@ pub struct Args {
     pub data: DataArgs,
 }
 
+/// More replicates than this are a mistake of typing; all of them advance together.
+const REPLICATES_MAX: u64 = 100_000;
+/// A calibration of this many simulations would take years.
+const EVALUATIONS_MAX: u64 = 1_000_000_000_000;
+
 /// Optimiser, seed, replicates and stopping rules.
 #[derive(Debug, Clone, clap::Args)]
 #[command(next_help_heading = "Search")]
@@ -67,24 +74,25 @@ pub struct SearchArgs {
     #[arg(long, default_value = "auto")]
     pub optimizer: OptimizerKind,
     /// The one seed of all random numbers
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, value_parser = seed, allow_negative_numbers = true)]
     pub seed: u64,
-    /// Independent repetitions
-    #[arg(long, value_name = "R", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    /// Independent repetitions, 1 to 100000
+    #[arg(long, value_name = "R", default_value_t = 1, value_parser = whole(1, REPLICATES_MAX),
+          allow_negative_numbers = true)]
     pub replicates: u64,
-    /// Stop a replicate before it would exceed this number of simulations
+    /// Stop a replicate before it would exceed this number of simulations; at least 100
     #[arg(long, value_name = "N", default_value_t = Stop::default().max_evaluations,
-          value_parser = clap::value_parser!(u64).range(100..))]
+          value_parser = whole(100, EVALUATIONS_MAX), allow_negative_numbers = true)]
     pub max_evaluations: u64,
-    /// Stop a replicate after this many generations without gain
+    /// Stop a replicate after this many generations without gain; at least 1
     #[arg(long, value_name = "N", default_value_t = Stop::default().max_stall,
-          value_parser = clap::value_parser!(u64).range(1..))]
+          value_parser = whole(1, EVALUATIONS_MAX), allow_negative_numbers = true)]
     pub max_stall: u64,
     /// Stop a replicate after this many seconds; the result then depends on the machine
-    #[arg(long, value_name = "S", value_parser = seconds)]
+    #[arg(long, value_name = "S", value_parser = seconds, allow_negative_numbers = true)]
     pub max_seconds: Option<Duration>,
     /// Stop a replicate at this score
-    #[arg(long, value_name = "SCORE", value_parser = finite)]
+    #[arg(long, value_name = "SCORE", value_parser = finite, allow_negative_numbers = true)]
     pub target: Option<f64>,
     /// Do not estimate confidence intervals of the parameters; saves some thousand simulations
     #[arg(long)]
@@ -96,11 +104,6 @@ fn fixed(text: &str) -> Result<(String, f64), String> {
     let (name, value) = text.split_once('=').ok_or_else(expected)?;
     let value = finite(value).map_err(|_| expected())?;
     Ok((name.trim().to_owned(), value))
-}
-
-fn finite(text: &str) -> Result<f64, String> {
-    let value: Option<f64> = text.trim().parse().ok();
-    value.filter(|x| x.is_finite()).ok_or_else(|| format!("expected a finite number, found `{text}`"))
 }
 
 fn seconds(text: &str) -> Result<Duration, String> {
@@ -119,7 +122,10 @@ impl Args {
         let model = self.extended()?;
         let mut overrides =
             self.bounds.as_deref().map(|path| read_bounds(path, &model)).transpose()?.unwrap_or_default();
-        for (name, value) in &self.fix {
+        for (k, (name, value)) in self.fix.iter().enumerate() {
+            if let Some((_, before)) = self.fix[..k].iter().find(|(other, _)| other == name) {
+                return Err(Usage(format!("--fix {name} is given twice, as {before} and as {value}")).into());
+            }
             overrides.insert(name.clone(), [*value, *value]);
         }
         let parameters = model.parameters();

@@ -1,10 +1,8 @@
 //! The drive of the demo: five cars on a hilly road, something hidden in one of them, files as a test track would hand them over.
 
-use super::super::output;
+use super::super::{output, synth};
 use super::Args;
-use leadlag::plant::{
-    Base, Effect, EffectError, EffectKind, Profile, Scenario, drawn, run, write_openacc, write_slope,
-};
+use leadlag::plant::{Base, Effect, EffectKind, Profile, Scenario, drawn, run, write_openacc, write_slope};
 use std::str::FromStr;
 
 /// What is hidden, as on the command line.
@@ -16,15 +14,15 @@ pub struct Hidden {
 }
 
 impl FromStr for Hidden {
-    type Err = EffectError;
+    type Err = String;
 
-    fn from_str(text: &str) -> Result<Hidden, EffectError> {
+    fn from_str(text: &str) -> Result<Hidden, String> {
         if text == "none" {
             return Ok(Hidden { effect: None, given: Vec::new() });
         }
         let values = text.split_once(':').map_or("", |(_, values)| values);
         let names = values.split(',').map(|value| value.split('=').next().unwrap_or_default().trim().to_owned());
-        Ok(Hidden { effect: Some(text.parse()?), given: names.collect() })
+        Ok(Hidden { effect: Some(synth::effect(text)?), given: names.collect() })
     }
 }
 
@@ -50,7 +48,7 @@ impl Hidden {
     }
 }
 
-/// platoon.csv (OpenACC layout), Slope.csv (the road) and, for the curious, truth.json.
+/// platoon.csv (layout astazero-rebuilt), Slope.csv (the road) and, for the curious, truth.json.
 pub fn write(args: &Args, follower: usize) -> anyhow::Result<()> {
     let mut scenario =
         Scenario { seed: args.seed, duration_s: args.duration, profile: Profile::Cruise, ..Scenario::default() };
@@ -83,7 +81,7 @@ mod tests {
         assert_eq!(values("headway_mode_change:t0=90,r=0.3"), Some(vec![0.3, 90.0]));
         assert_eq!(values("set_speed_change"), Some(vec![16.0, 105.0, 45.0]));
         assert_eq!(values("grade: gg=0.5"), Some(vec![0.5]));
-        assert!("gradient".parse::<Hidden>().expect_err("unknown").to_string().contains("there are"));
+        assert!("gradient".parse::<Hidden>().expect_err("unknown").contains("there are"));
         let follower = |text: &str| text.parse::<Hidden>().expect("good").follower();
         assert_eq!((follower("multi_anticipation"), follower("none"), follower("grade")), (2, 1, 1));
     }

@@ -13,7 +13,7 @@ use std::path::Path;
 pub fn beginning(args: &Args, follower: usize) -> String {
     let folder = args.out.display();
     let text = format!(
-        "A drive of five cars, {} s at 10 Hz on a hilly road, as sensors would have measured it: {folder}/platoon.csv (OpenACC layout), \
+        "A drive of five cars, {} s at 10 Hz on a hilly road, as sensors would have measured it: {folder}/platoon.csv (layout astazero-rebuilt), \
          {folder}/Slope.csv. Follower {follower} drives by the model {BASE}, and may have something that {BASE} does not know. What follows \
          sees these two files only; what had been hidden is said at the end.",
         args.duration
@@ -38,7 +38,7 @@ pub fn command(words: &[&str], log: Option<&Path>) -> String {
 }
 
 /// A word as a shell takes it.
-fn quoted(word: &str) -> String {
+pub fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "/._-+=:,".contains(c);
     if word.chars().all(plain) { word.to_owned() } else { format!("'{}'", word.replace('\'', "'\\''")) }
 }
@@ -108,7 +108,8 @@ pub fn ending(found: &Found, hidden: Option<&Effect>, page: &str) -> String {
     text += &format!("\n== Look at\n{page}\n\n== The same with your own data\n");
     text += "$ leadlag inspect FILE.csv\n";
     text += &format!("$ leadlag diagnose --data FILE.csv --follower 1 --base {BASE} --out diagnosis\n");
-    text += "      with --grade SLOPE.csv --lead-start 0 where the slope of the road is known\n";
+    text += "      where the slope of the road is known, with --grade SLOPE.csv and\n";
+    text += "      --lead-start POSITION: where on SLOPE.csv the car ahead is in the first row\n";
     text += "$ leadlag report diagnosis -o report.html\n";
     text
 }

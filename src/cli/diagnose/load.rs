@@ -18,6 +18,8 @@ pub struct Loaded {
     pub data: Vec<DataEntry>,
     pub findings: Vec<FindingEntry>,
     pub held_back: String,
+    /// Window of every file to train on whose end is held back \[s\]; empty if files of their own are.
+    pub trained: Vec<[f64; 2]>,
     /// Length of a closed track \[m\].
     pub lap: Option<f64>,
 }
@@ -30,9 +32,10 @@ pub fn load(args: &Args, variant: Variant) -> anyhow::Result<Loaded> {
         findings: Vec::new(),
         held_back: "Held back: the files marked so. No model is calibrated on them; they decide whether a cause carries over, and the gain \
                     is measured on them.".to_owned(),
+        trained: Vec::new(),
         lap: None,
     };
-    for file in &args.data {
+    for file in args.trained_on() {
         let picked = one(args, variant, file, "train", &mut loaded)?;
         loaded.lap = loaded.lap.or(picked.trajectory.grade.as_ref().and_then(|grade| grade.period));
         if args.data_only {
@@ -40,6 +43,7 @@ pub fn load(args: &Args, variant: Variant) -> anyhow::Result<Loaded> {
         }
         if args.holdout.is_empty() {
             let [beginning, end] = hold_back(&picked.trajectory);
+            loaded.trained.extend(beginning.t.first().zip(beginning.t.last()).map(|(from, to)| [*from, *to]));
             loaded.train.extend(drives(&beginning, &picked)?);
             loaded.holdout.extend(drives(&end, &picked)?);
         } else {

@@ -1,6 +1,6 @@
 //! A study as one HTML file.
 
-use super::super::study::status::complaints;
+use super::super::study::status::complain;
 use anyhow::bail;
 use leadlag::report::study;
 use leadlag::study::folder::Folder;
@@ -12,7 +12,7 @@ pub fn page(path: &Path) -> anyhow::Result<String> {
     let folder = Folder::open(path)?;
     let (tasks, file) = (folder.tasks()?, folder.study_file()?);
     let inventory = inventory::look(&folder, &tasks, &[])?;
-    eprint!("{}", complaints(&inventory));
+    complain(&inventory);
     if !inventory.conflicting.is_empty() {
         bail!("{} parts contradict another one; nothing is reported", inventory.conflicting.len());
     }

@@ -1,12 +1,14 @@
 //! `leadlag study merge`.
 
 use super::super::output;
-use super::status::complaints;
+use super::status::complain;
 use anyhow::bail;
 use leadlag::report::{csv, parquet};
 use leadlag::study::folder::{Folder, write_whole};
 use leadlag::study::{inventory, merge};
-use std::path::PathBuf;
+use std::fs::File;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
@@ -24,13 +26,23 @@ pub struct Args {
     out: Option<PathBuf>,
 }
 
+/// True if a folder holds tables with more than their heads.
+fn has_rows(folder: &Path) -> bool {
+    let rows = |name: &str| {
+        let table = File::open(folder.join(name)).map(BufReader::new);
+        table.is_ok_and(|table| table.lines().take(2).count() == 2)
+    };
+    rows("calibrations.csv") || rows("validations.csv")
+}
+
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let folder = Folder::open(&args.folder)?;
     let tasks = folder.tasks()?;
     let inventory = inventory::look(&folder, &tasks, &args.parts)?;
-    eprint!("{}", complaints(&inventory));
+    complain(&inventory);
     if !inventory.conflicting.is_empty() {
-        bail!("{} parts contradict another one; nothing is merged", inventory.conflicting.len());
+        let (parts, shown) = (inventory.conflicting.len(), args.folder.display());
+        bail!("{parts} parts contradict another one; nothing is merged; `leadlag study status {shown}` names them");
     }
     let missing = inventory.missing.len();
     if missing > 0 && !args.partial {
@@ -48,9 +60,17 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             tasks.len()
         );
     }
-    let merged = merge::merge(&folder.study_file()?, &tasks, &inventory);
     let out = args.out.clone().unwrap_or_else(|| folder.merged());
+    if inventory.done() == 0 && has_rows(&out) {
+        let (out, shown) = (out.display(), args.folder.display());
+        bail!(
+            "no task of this plan is done, and {out} holds tables with rows, which empty ones would replace; \
+             `leadlag study run {shown}` computes the tasks, --out DIR writes elsewhere"
+        );
+    }
+    let merged = merge::merge(&folder.study_file()?, &tasks, &inventory);
     output::make_folder(&out)?;
+    folder.sweep();
     let mut text = String::new();
     for (name, table) in [("calibrations", &merged.calibrations), ("validations", &merged.validations)] {
         let version = leadlag::study::SCHEMA_VERSION.to_string();

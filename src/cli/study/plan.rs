@@ -1,9 +1,10 @@
 //! `leadlag study plan`.
 
+use super::super::evaluator::{BY_PLAN, transcribed};
 use super::super::output::{self, counted};
 use leadlag::study::folder::Folder;
-use leadlag::study::{Plan, Study, StudyError};
-use std::fmt::Write;
+use leadlag::study::{Plan, Study, StudyError, Task};
+use std::io::IsTerminal;
 use std::path::PathBuf;
 use textwrap::fill;
 
@@ -18,6 +19,9 @@ pub struct Args {
     /// Folder of the data, instead of the one that the plan names
     #[arg(long, value_name = "DIR")]
     data: Option<PathBuf>,
+    /// List the tasks although stdout is a terminal; into a file or another program they are listed anyway
+    #[arg(long)]
+    tasks: bool,
 }
 
 /// Columns of a line.
@@ -46,24 +50,32 @@ fn used(study: &Study) -> String {
     text
 }
 
+/// The tasks, one per line: id, platoon, follower, variant, goodness of fit, replicate.
+fn lines(tasks: &[Task]) -> String {
+    let line = |task: &Task| {
+        let Task { id, platoon, follower, variant, gof, replicate, .. } = task;
+        format!("{id}\t{platoon}\t{follower}\t{variant}\t{gof}\t{replicate}\n")
+    };
+    tasks.iter().map(line).collect()
+}
+
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let mut plan = Plan::read(&args.plan).map_err(StudyError::from)?;
+    plan.calibration.variants.iter().try_for_each(|v| transcribed(plan.calibration.evaluator, v, BY_PLAN))?;
     if let Some(folder) = &args.data {
         plan.data.folder.clone_from(folder);
     }
     let content = std::fs::read_to_string(&args.plan)?;
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from(&plan.name));
     let study = Study::open(plan)?;
-    eprint!("{}", used(&study));
+    used(&study).lines().for_each(|line| eprintln!("{line}"));
     let tasks = study.tasks();
     let before = Folder::open(&out).and_then(|folder| folder.tasks()).unwrap_or_default();
     Folder::create(&out, &content, &study)?;
-    let mut lines = String::new();
-    for task in &tasks {
-        let (id, platoon, follower, replicate) = (&task.id, &task.platoon, task.follower, task.replicate);
-        writeln!(lines, "{id}\t{platoon}\t{follower}\t{}\t{}\t{replicate}", task.variant, task.gof)?;
+    // Thousands of lines are for the next program; a reader is told how many there are.
+    if args.tasks || !std::io::stdout().is_terminal() {
+        output::print(&lines(&tasks))?;
     }
-    output::print(&lines)?;
     let validated = (0..study.drives.len()).map(|i| study.validated_on(i).len()).sum::<usize>();
     let cells = study.plan.calibration.variants.len() * study.plan.calibration.gofs.len();
     let product = format!(

@@ -1,7 +1,7 @@
 //! `leadlag study report`.
 
 use super::super::output;
-use super::status::complaints;
+use super::status::complain;
 use anyhow::bail;
 use leadlag::report::study;
 use leadlag::study::folder::{Folder, write_whole};
@@ -29,9 +29,10 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let folder = Folder::open(&args.folder)?;
     let (tasks, file) = (folder.tasks()?, folder.study_file()?);
     let inventory = inventory::look(&folder, &tasks, &args.parts)?;
-    eprint!("{}", complaints(&inventory));
+    complain(&inventory);
     if !inventory.conflicting.is_empty() {
-        bail!("{} parts contradict another one; nothing is reported", inventory.conflicting.len());
+        let (parts, shown) = (inventory.conflicting.len(), args.folder.display());
+        bail!("{parts} parts contradict another one; nothing is reported; `leadlag study status {shown}` names them");
     }
     let (missing, shown) = (inventory.missing.len(), args.folder.display());
     if missing > 0 && !args.partial {
@@ -46,6 +47,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let all: Vec<Outcomes> = file.gofs.iter().map(|gof| Outcomes::gather(&tasks, &inventory, gof)).collect();
     let out = args.out.clone().unwrap_or_else(|| folder.report());
     output::make_folder(&out)?;
+    folder.sweep();
     let mut text = String::new();
     for (name, content) in study::files(&file, &all, missing) {
         let path = out.join(name);

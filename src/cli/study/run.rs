@@ -5,13 +5,17 @@ use super::super::{Usage, evaluator, interrupt, output};
 use anyhow::bail;
 use indicatif::{ProgressBar, ProgressStyle};
 use leadlag::gpu::AdapterChoice;
+use leadlag::select::Kind;
 use leadlag::study::folder::Folder;
-use leadlag::study::{Assignment, Event, Progress, RunSettings, StudyError, Summary, Task, run as run_tasks, shard};
+use leadlag::study::{Assignment, Event, Progress, RunSettings, Shard, StudyError, Summary, Task, run as run_tasks};
+use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
+/// So many tasks are listed where an id means several.
+const LISTED: usize = 5;
 /// A run that was asked to stop ends within a second: what the calibrations under way take longer for is given up.
 const PATIENCE: Duration = Duration::from_millis(700);
 
@@ -21,8 +25,8 @@ pub struct Args {
     #[arg(value_name = "DIR")]
     folder: PathBuf,
     /// The I-th of N shares of the tasks
-    #[arg(long, value_name = "I/N", value_parser = share, conflicts_with = "task")]
-    shard: Option<(usize, usize)>,
+    #[arg(long, value_name = "I/N", conflicts_with = "task")]
+    shard: Option<Shard>,
     /// One task, by its id or the beginning of it
     #[arg(long, value_name = "ID")]
     task: Option<String>,
@@ -37,19 +41,16 @@ pub struct Args {
     gpu: Option<String>,
 }
 
-fn share(text: &str) -> Result<(usize, usize), String> {
-    let expected = || format!("expected I/N with I from 1 to N, such as 2/5, found `{text}`");
-    let (i, n) = text.split_once('/').ok_or_else(expected)?;
-    let (i, n) = (i.trim().parse().map_err(|_| expected())?, n.trim().parse().map_err(|_| expected())?);
-    if (1..=n).contains(&i) { Ok((i, n)) } else { Err(expected()) }
-}
-
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let started = Instant::now();
     interrupt::watch();
     let folder = Folder::open(&args.folder)?;
     let (study, tasks) = folder.study(args.data.as_deref())?;
     let chosen = choose(args, &tasks)?;
+    if args.gpu.is_some() && !matches!(study.plan.calibration.evaluator, Kind::Gpu | Kind::Auto) {
+        let message = "--gpu: this plan computes on the CPU; `evaluator = \"gpu\"` or \"auto\" in a plan goes with it";
+        return Err(Usage(message.to_owned()).into());
+    }
     let progress = Arc::new(Progress::default());
     let shown = args.folder.display().to_string();
     give_up_in_time(Arc::clone(&progress), chosen.len(), shown.clone());
@@ -81,14 +82,15 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 
 fn choose(args: &Args, tasks: &[Task]) -> anyhow::Result<Vec<usize>> {
     match (&args.shard, &args.task) {
-        (Some((i, n)), _) => Ok(shard(tasks, *i, *n)),
+        (Some(shard), _) => Ok(shard.of(tasks)),
         (None, Some(id)) => {
             let found: Vec<usize> = (0..tasks.len()).filter(|&i| tasks[i].id.starts_with(id.as_str())).collect();
             if id.is_empty() {
                 return Err(Usage("--task: expected an id, found nothing".to_owned()).into());
             }
             if found.len() != 1 {
-                return Err(StudyError::NoTask { id: id.clone(), found: found.len() }.into());
+                let first = found.iter().take(LISTED).map(|&i| tasks[i].id.clone()).collect();
+                return Err(StudyError::NoTask { id: id.clone(), found: found.len(), first }.into());
             }
             Ok(found)
         }
@@ -127,7 +129,8 @@ fn give_up_in_time(progress: Arc<Progress>, tasks: usize, shown: String) {
             std::thread::sleep(Duration::from_millis(20));
         }
         std::thread::sleep(PATIENCE);
-        eprintln!("error: {}", interrupted(&progress, tasks, &shown));
+        // An error, so `--quiet` does not silence it; nobody listening changes nothing about the status.
+        let _ = writeln!(std::io::stderr(), "error: {}", interrupted(&progress, tasks, &shown));
         std::process::exit(1);
     });
 }

@@ -68,8 +68,13 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     output::print(&text)
 }
 
+/// Says what is wrong with the parts.
+pub fn complain(inventory: &Inventory) {
+    complaints(inventory).lines().for_each(|line| eprintln!("{line}"));
+}
+
 /// What is wrong with the parts, one line each; empty if nothing is.
-pub fn complaints(inventory: &Inventory) -> String {
+fn complaints(inventory: &Inventory) -> String {
     let mut text = String::new();
     for (files, what) in [
         (&inventory.damaged, "is no whole part of this version: its task counts as missing"),

@@ -66,11 +66,13 @@ fn bar(evidence: f64, threshold: f64) -> String {
         .collect()
 }
 
-/// Parameters with their intervals.
-pub(super) fn parameters(text: &mut String, parameters: &[ParameterEntry]) -> Result {
+/// Parameters with their intervals; those at a bound are marked.
+pub(super) fn parameters(text: &mut String, parameters: &[ParameterEntry], at_bound: &[String]) -> Result {
     for p in parameters {
         let interval = p.interval.map_or(String::new(), |[low, high]| format!("[{low:.4}, {high:.4}]"));
-        writeln!(text, "  {:<10}{:>12.4}  {:<6}{interval}", p.name, p.value, p.unit)?;
+        let mark = if at_bound.contains(&p.name) { "at its bound" } else { "" };
+        let row = format!("  {:<10}{:>12.4}  {:<6}{interval:<24}{mark}", p.name, p.value, p.unit);
+        writeln!(text, "{}", row.trim_end())?;
     }
     Ok(())
 }
@@ -126,7 +128,7 @@ fn one(text: &mut String, cause: &CauseEntry) -> Result {
         2,
         &format!("{}{family}: evidence {evidence:.0}, threshold {threshold:.0} ({kind})", cause.name),
     ));
-    parameters(text, &cause.parameters)?;
+    parameters(text, &cause.parameters, &[])?;
     if let Some((equation, meaning)) = equation(&cause.name) {
         text.push_str(&wrapped(2, 4, &format!("{equation}: {meaning}")));
     }

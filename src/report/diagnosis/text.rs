@@ -17,21 +17,42 @@ const NAME: usize = 36;
 /// The nuisance parameter of every base model of a diagnosis.
 const LEAD: &str = "lead_h";
 
+/// What the caller knows beside the result.
+#[derive(Debug, Clone, Default)]
+pub struct Beside<'a> {
+    /// Window of every file to train on whose end is held back \[s\]; empty if files of their own are.
+    pub trained: &'a [[f64; 2]],
+    /// How to calibrate the extended model.
+    pub again: Option<Again>,
+    /// Parameters of base and extended model that lie on a bound.
+    pub at_bound: [Vec<String>; 2],
+}
+
+/// A command that goes on where a diagnosis ends.
+#[derive(Debug, Clone, Default)]
+pub struct Again {
+    /// Its words; a flag and its value are one.
+    pub words: Vec<String>,
+    /// What it works on, such as `on the files that were trained on`.
+    pub on: String,
+}
+
 /// Everything that a diagnosis has to say, in the order of its steps.
 #[must_use]
-pub fn diagnosis(outcome: &Outcome) -> String {
+pub fn diagnosis(outcome: &Outcome, beside: &Beside) -> String {
     let mut text = String::new();
     // Writing to a String cannot fail.
-    let _ = write_all(&mut text, outcome);
+    let _ = write_all(&mut text, outcome, beside);
     text
 }
 
-fn write_all(text: &mut String, outcome: &Outcome) -> std::fmt::Result {
-    text.push_str(&data(&outcome.data, &outcome.data_findings));
+fn write_all(text: &mut String, outcome: &Outcome, beside: &Beside) -> std::fmt::Result {
+    let [base_at_bound, extended_at_bound] = &beside.at_bound;
+    text.push_str(&data(&outcome.data, &outcome.data_findings, beside.trained));
     text.push_str(&wrapped(0, 2, &outcome.held_back));
     if let Some(base) = &outcome.base {
         heading(text, "2. The base model");
-        model(text, base)?;
+        model(text, base, base_at_bound)?;
     }
     if let Some(budget) = &outcome.budget {
         heading(text, "3. Where its simulation goes wrong (training data)");
@@ -45,7 +66,7 @@ fn write_all(text: &mut String, outcome: &Outcome) -> std::fmt::Result {
     causes::ladder(text, &outcome.ladder)?;
     causes::verdict(text, outcome)?;
     heading(text, "5. The extended model");
-    extended(text, outcome)?;
+    extended(text, outcome, beside.again.as_ref(), extended_at_bound)?;
     heading(text, "6. Gain on the data held back");
     match (&outcome.gain, outcome.verdict) {
         (Some(gain), _) => {
@@ -79,18 +100,22 @@ fn heading(text: &mut String, title: &str) {
     text.push_str(&format!("\n{title}\n{}\n", "-".repeat(title.chars().count())));
 }
 
-/// What the data say about themselves.
+/// What the data say about themselves; `trained` as in [`Beside`].
 #[must_use]
-pub fn data(data: &[DataEntry], findings: &[FindingEntry]) -> String {
+pub fn data(data: &[DataEntry], findings: &[FindingEntry], trained: &[[f64; 2]]) -> String {
     let title = "1. Are the data sound?";
     let mut text = format!("{title}\n{}\n", "-".repeat(title.len()));
-    for entry in data {
+    for (i, entry) in data.iter().enumerate() {
         let [from, to] = entry.window_s;
+        let window = match trained.get(i) {
+            Some([from, until]) => format!("{from:.1} to {until:.1} s, held back from there to {to:.1} s"),
+            None => format!("{from:.1} to {to:.1} s"),
+        };
         let who = if entry.name.is_empty() { String::new() } else { format!(", {}", entry.name) };
         text.push_str(&wrapped(
             0,
             2,
-            &format!("{} [{}] follower {}{who}, {from:.1} to {to:.1} s", entry.path, entry.role, entry.follower),
+            &format!("{} [{}] follower {}{who}, {window}", entry.path, entry.role, entry.follower),
         ));
         if let Some(rms) = entry.gap_rate_rms_mps {
             text.push_str(&wrapped(
@@ -117,7 +142,8 @@ pub fn data(data: &[DataEntry], findings: &[FindingEntry]) -> String {
         }
     }
     if findings.iter().any(|finding| finding.correction.is_none()) {
-        text.push_str("nothing was corrected that is not said to be; --correct does it\n");
+        let others = if findings.iter().all(|finding| finding.correction.is_none()) { "" } else { "other " };
+        text.push_str(&format!("The {others}data were left as they are. --correct repairs what can be repaired.\n"));
     }
     text
 }
@@ -126,9 +152,9 @@ fn small(value: f64) -> String {
     if value.abs() < 1e-3 { format!("{value:.1e}") } else { format!("{value:.3}") }
 }
 
-fn model(text: &mut String, model: &ModelEntry) -> std::fmt::Result {
+fn model(text: &mut String, model: &ModelEntry, at_bound: &[String]) -> std::fmt::Result {
     writeln!(text, "{}", model.variant)?;
-    causes::parameters(text, &model.parameters)?;
+    causes::parameters(text, &model.parameters, at_bound)?;
     if model.parameters.iter().any(|p| p.name == LEAD) {
         text.push_str(&wrapped(
             0,
@@ -155,29 +181,33 @@ fn model(text: &mut String, model: &ModelEntry) -> std::fmt::Result {
 }
 
 /// What the named causes make of the base model, and how to go on with it.
-fn extended(text: &mut String, outcome: &Outcome) -> std::fmt::Result {
+fn extended(text: &mut String, outcome: &Outcome, again: Option<&Again>, at_bound: &[String]) -> std::fmt::Result {
     let Some(extended) = outcome.extended.as_ref().filter(|_| !outcome.causes.is_empty()) else {
         text.push_str("nothing is named, so the model stays as it is\n");
         return Ok(());
     };
     writeln!(text, "{}", extended.variant)?;
-    causes::parameters(text, &extended.parameters)?;
-    let (Some(base), Some(data)) = (&outcome.base, outcome.data.first()) else { return Ok(()) };
-    let names = outcome.causes.iter().map(|cause| format!(" --extend {}", cause.name)).collect::<String>();
-    let own = if outcome.causes.iter().any(|cause| crate::wgsl::extension_named(&cause.name).is_none()) {
-        " (of a cause of your own: its file)"
-    } else {
-        ""
-    };
-    text.push_str(&wrapped(
-        0,
-        2,
-        &format!(
-            "To calibrate it: leadlag calibrate {} --follower {} --model {}{names}{own}",
-            data.path, data.follower, base.variant
-        ),
-    ));
+    causes::parameters(text, &extended.parameters, at_bound)?;
+    if let Some(again) = again {
+        text.push_str(&wrapped(0, 2, &format!("To calibrate it {}:", again.on)));
+        text.push_str(&typed(&again.words));
+    }
     Ok(())
+}
+
+/// A command over lines that a shell takes as one, of at most 80 columns where its words allow.
+fn typed(words: &[String]) -> String {
+    const WIDTH: usize = 78;
+    let mut lines = vec![String::from(" ")];
+    for word in words {
+        let last = lines.last_mut().expect("there is a first line");
+        if last.trim().is_empty() || last.chars().count() + 1 + word.chars().count() <= WIDTH {
+            *last += &format!(" {word}");
+        } else {
+            lines.push(format!("    {word}"));
+        }
+    }
+    lines.join(" \\\n") + "\n"
 }
 
 fn errors(text: &mut String, budget: &Budget) -> std::fmt::Result {

@@ -1,6 +1,7 @@
 //! The numbers of the report, each beside the paper's own.
 
 use super::Material;
+use crate::calibrate::coefficient_of_variation;
 use crate::catalog::{BASES, Variant};
 use crate::study::outcome::Outcomes;
 use crate::study::outcome::statistics::box_statistics;
@@ -59,7 +60,6 @@ pub fn five(material: &Material) -> Table {
 
 /// Figure 4: one row per variant and trajectory.
 pub fn variations(material: &Material) -> Table {
-    use crate::study::outcome::statistics::coefficient_of_variation;
     let own = material.own;
     let cells: Vec<(usize, usize)> =
         (0..own.variants.len()).flat_map(|v| (0..own.drives.len()).map(move |d| (v, d))).collect();
@@ -71,7 +71,8 @@ pub fn variations(material: &Material) -> Table {
     table.text("platoon", cells.iter().map(|(_, d)| Some(own.drives[*d].platoon.as_str())));
     table.integer("follower_position", cells.iter().map(|(_, d)| i64::try_from(own.drives[*d].follower).ok()));
     table.integer("replicates", cells.iter().map(|(v, d)| i64::try_from(own.cells[*v][*d].scores.len()).ok()));
-    table.number("cv", cells.iter().map(|(v, d)| coefficient_of_variation(&own.cells[*v][*d].scores)));
+    let scores = |(v, d): &(usize, usize)| own.cells[*v][*d].scores.iter().copied();
+    table.number("cv", cells.iter().map(|cell| coefficient_of_variation(scores(cell))));
     table
 }
 

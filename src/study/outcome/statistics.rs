@@ -23,14 +23,6 @@ pub fn mean(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
-/// Sample standard deviation over mean; `None` with fewer than two values.
-#[must_use]
-pub fn coefficient_of_variation(values: &[f64]) -> Option<f64> {
-    let mean = mean(values).filter(|_| values.len() > 1)?;
-    let sum: f64 = values.iter().map(|x| (x - mean).powi(2)).sum();
-    Some((sum / (values.len() - 1) as f64).sqrt() / mean.abs())
-}
-
 /// What a box plot shows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BoxStatistics {
@@ -104,11 +96,5 @@ mod tests {
         // Ties: ranks 1.5, 1.5, 3 against 1, 2, 3.
         let tied = spearman(&[(1.0, 1.0), (1.0, 2.0), (2.0, 3.0)]).unwrap();
         assert!((tied - 0.75f64.sqrt()).abs() < 1e-12, "{tied}");
-    }
-
-    #[test]
-    fn variation_is_that_of_a_sample() {
-        assert_eq!(coefficient_of_variation(&[1.0]), None);
-        assert!((coefficient_of_variation(&[1.0, 3.0]).unwrap() - 2f64.sqrt() / 2.0).abs() < 1e-15);
     }
 }

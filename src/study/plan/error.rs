@@ -1,5 +1,6 @@
 //! Plans that cannot be carried out.
 
+use crate::near::suggestion;
 use crate::wgsl::ShaderError;
 
 /// A plan that cannot be carried out.
@@ -14,7 +15,7 @@ pub enum PlanError {
         source: std::io::Error,
     },
     /// It is no TOML, or not the TOML that was expected.
-    #[error("{path}:{line}:{column}: {reason}{}", did_you_mean(nearest.as_deref()))]
+    #[error("{path}:{line}:{column}: {reason}{}", suggestion(nearest.as_deref()))]
     Toml {
         /// The file.
         path: String,
@@ -56,7 +57,7 @@ pub enum PlanError {
         found: u32,
     },
     /// A value that is none.
-    #[error("{path}: {key}: {reason}{}", did_you_mean(nearest.as_deref()))]
+    #[error("{path}: {key}: {reason}{}", suggestion(nearest.as_deref()))]
     Value {
         /// The file.
         path: String,
@@ -67,17 +68,4 @@ pub enum PlanError {
         /// A known word that looks like the unknown one.
         nearest: Option<String>,
     },
-}
-
-fn did_you_mean(nearest: Option<&str>) -> String {
-    nearest.map(|word| format!("; did you mean `{word}`?")).unwrap_or_default()
-}
-
-/// The known word that is nearest to one that is not known, if it is near enough.
-pub(super) fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<String> {
-    let lower = word.to_ascii_lowercase();
-    let distances = known.into_iter().map(|k| (strsim::damerau_levenshtein(&lower, k), k));
-    // A third of the letters wrong is still a typing error.
-    let limit = (word.len() / 3).max(1);
-    distances.min().filter(|(distance, _)| *distance <= limit.max(2)).map(|(_, k)| k.to_owned())
 }

@@ -1,10 +1,10 @@
 //! Extensions of a plan: built-in ones by name, files of one's own.
 
-use super::error::nearest;
 use super::text::Reader;
 use super::{Extend, PlanError};
 use crate::catalog::Variant;
 use crate::extension::Extension;
+use crate::near::nearest;
 use crate::wgsl::{ShaderError, extension_named, library, read_extension};
 use serde::{Deserialize, Serialize};
 use std::path::Path;

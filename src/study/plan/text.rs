@@ -1,11 +1,11 @@
 //! The TOML of a plan, and its checks.
 
-use super::error::nearest;
 use super::{CalibrationPlan, DataPlan, Extend, PLAN_VERSION, Plan, PlanError, PlatoonPlan};
 use super::{StoredExtension, Validation};
 use crate::calibrate::{OptimizerKind, Overrides, Stop};
 use crate::catalog::Variant;
 use crate::lanes::LanesPrecision;
+use crate::near::nearest;
 use crate::score::GoodnessOfFit;
 use crate::select::{Kind, Selection};
 use crate::symbols::Symbol;
@@ -125,11 +125,11 @@ fn at(content: &str, path: &str, error: &toml::de::Error) -> PlanError {
     let start = error.span().map_or(0, |span| span.start).min(content.len());
     let before = &content[..start];
     let line = before.matches('\n').count() + 1;
-    let column = before.len() - before.rfind('\n').map_or(0, |i| i + 1) + 1;
+    let column = before.rsplit('\n').next().map_or(0, |text| text.chars().count()) + 1;
     let message = error.message().trim().to_owned();
     let mut quoted = message.split('`').skip(1).step_by(2);
     let unknown = message.starts_with("unknown field").then(|| quoted.next()).flatten();
-    let nearest = unknown.and_then(|word| nearest(word, quoted));
+    let nearest = unknown.and_then(|word| nearest(word, quoted)).map(str::to_owned);
     let reason = message.replace("unknown field", "unknown key").replace("missing field", "missing key");
     PlanError::Toml { path: path.to_owned(), line, column, reason, nearest }
 }
@@ -145,8 +145,9 @@ pub(super) struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    pub(super) fn value(&self, key: impl Into<String>, reason: impl Display, nearest: Option<String>) -> PlanError {
-        PlanError::Value { path: self.path.to_owned(), key: key.into(), reason: reason.to_string(), nearest }
+    pub(super) fn value(&self, key: impl Into<String>, reason: impl Display, nearest: Option<&str>) -> PlanError {
+        let (path, nearest) = (self.path.to_owned(), nearest.map(str::to_owned));
+        PlanError::Value { path, key: key.into(), reason: reason.to_string(), nearest }
     }
 
     fn word<'a>(&self, key: &str, found: &str, expected: &str, known: impl IntoIterator<Item = &'a str>) -> PlanError {

@@ -6,6 +6,7 @@ mod prepare;
 mod problem;
 
 pub use prepare::PrepareError;
+pub(super) use prepare::step_too_long;
 pub use problem::{Problem, ProblemKind};
 
 use std::io;
@@ -24,6 +25,12 @@ pub enum ImportError {
         path: String,
         /// Why not.
         source: io::Error,
+    },
+    /// It is a folder.
+    #[error("{path}: expected a file, found a folder; name the files in it")]
+    Folder {
+        /// The path as given.
+        path: String,
     },
     /// The file was opened, but reading stopped.
     #[error("{path}:{line}: reading stopped here")]

@@ -7,12 +7,11 @@
 pub enum PrepareError {
     #[error("{option}: expected {expected}, found {found}")]
     Option { option: &'static str, expected: &'static str, found: f64 },
+    #[error("--to {to} lies before --from {from}; swap them")]
+    Backwards { from: f64, to: f64 },
     #[error("{path}: no trajectory {id}; the file has {}", listed(available))]
     NoTrajectory { path: String, id: String, available: Vec<String> },
-    #[error(
-        "{path}: no follower {follower}: car {} or the car ahead of it is not in the file; followers with data: {}",
-        follower.saturating_add(1), listed(available)
-    )]
+    #[error("{path}: no follower {follower}: {}; followers with data: {}", why_not(*follower), listed(available))]
     NoFollower { path: String, follower: usize, available: Vec<String> },
     #[error(
         "{path}: no spacing of follower {follower}: neither a measured gap nor positions of both cars; followers with a gap: {}",
@@ -29,7 +28,7 @@ pub enum PrepareError {
         "{path}:{line}: {column}: expected {expected} (step {step} s), found {found}; the time step is irregular: resample on purpose (--resample {step})"
     )]
     Irregular { path: String, line: u64, column: &'static str, expected: f64, step: f64, found: f64 },
-    #[error("{path}: expected a time step of at most {limit} s, found {step}; is the time in milliseconds?")]
+    #[error("{path}: {}", step_too_long(*step, *limit))]
     StepTooLong { path: String, step: f64, limit: f64 },
     #[error(
         "{path}: resampling to {step} s gives {samples:.0} samples, more than {limit}; choose a longer step or a shorter window"
@@ -41,6 +40,18 @@ pub enum PrepareError {
     TooShort { path: String, follower: usize, needed: f64, longest: f64 },
     #[error("{path}: follower {follower}: the spacing is {value} m at {t} s, expected above 0; {advice}")]
     Spacing { path: String, follower: usize, t: f64, value: f64, advice: &'static str },
+}
+
+fn why_not(follower: usize) -> String {
+    match follower {
+        0 => "followers count from 1, the one right behind the platoon leader".to_owned(),
+        _ => format!("car {} or the car ahead of it is not in the file", follower.saturating_add(1)),
+    }
+}
+
+/// What a time step of more than `limit` s is told, whoever meets it.
+pub(in crate::trajectory) fn step_too_long(step: f64, limit: f64) -> String {
+    format!("expected a time step of at most {limit} s, found {step}; is the time in milliseconds?")
 }
 
 /// At most this many followers or trajectory ids are listed.

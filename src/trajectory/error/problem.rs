@@ -48,13 +48,15 @@ pub enum ProblemKind {
     NoHeader,
     #[error("expected at least 2 rows of numbers, found 1; a trajectory needs more")]
     OneRow,
-    #[error(
-        "column {column} is missing; the file has {} (needed: {}){}",
-        some(has),
-        needed.join(", "),
-        rename(near, column)
-    )]
-    MissingColumn { column: String, has: Vec<String>, needed: Vec<String>, near: Option<String> },
+    #[error("{}", missing(columns, has, needed, renames, advice))]
+    MissingColumns {
+        columns: Vec<String>,
+        has: Vec<String>,
+        needed: Vec<String>,
+        /// Pairs of a column that the file has and the missing one that it may be.
+        renames: Vec<(String, String)>,
+        advice: String,
+    },
     #[error("column {} is unknown; did you mean {near}? Rename it", clipped(column))]
     UnknownColumn { column: String, near: String },
     #[error("expected at most {limit} columns, found {found}; is this the header of a measured file?")]
@@ -165,10 +167,34 @@ fn some(names: &[String]) -> String {
     text
 }
 
-fn rename(near: &Option<String>, column: &str) -> String {
-    match near {
-        Some(near) => format!("; rename {} to {column}?", clipped(near)),
-        None => String::new(),
+/// Which columns are missing, said once however many they are.
+fn missing(
+    columns: &[String],
+    has: &[String],
+    needed: &[String],
+    renames: &[(String, String)],
+    advice: &str,
+) -> String {
+    let [noun, are] = if columns.len() == 1 { ["column", "is"] } else { ["columns", "are"] };
+    let mut text = format!("{noun} {} {are} missing; the file has {}", listed(columns), some(has));
+    if columns.len() < needed.len() {
+        let _ = write!(text, " (needed: {})", needed.join(", "));
+    }
+    if !renames.is_empty() {
+        let pairs: Vec<String> = renames.iter().map(|(from, to)| format!("{} to {to}", clipped(from))).collect();
+        let _ = write!(text, "; rename {}?", listed(&pairs));
+    }
+    if !advice.is_empty() {
+        let _ = write!(text, "{} {advice}", if renames.is_empty() { ";" } else { " Or" });
+    }
+    text
+}
+
+/// `a`, `a and b`, `a, b and c`.
+fn listed(names: &[String]) -> String {
+    match names {
+        [before @ .., last] if !before.is_empty() => format!("{} and {last}", before.join(", ")),
+        _ => names.concat(),
     }
 }
 

@@ -1,6 +1,7 @@
 //! Splitting a line into fields, and the names of the columns.
 
 use super::problems::{Problems, Stop};
+use crate::near::nearest_within;
 use crate::trajectory::error::ProblemKind;
 
 /// One field of a line: its text without blanks and quotes around it, and where it starts.
@@ -115,24 +116,29 @@ impl Header {
         self.names.iter().position(|n| n == name)
     }
 
-    /// Records one problem for every needed column that is missing; `known` columns are never its misspelling.
+    /// Records a problem if needed columns are missing; `known` columns are never their misspelling.
     pub fn require(&self, needed: &[&str], known: &[&str], problems: &mut Problems) {
-        for column in needed {
-            if self.find(column).is_none() {
-                self.missing(column, needed, known, problems);
-            }
-        }
+        let missing: Vec<&str> = needed.iter().copied().filter(|column| self.find(column).is_none()).collect();
+        self.missing(&missing, needed, known, "", problems);
     }
 
-    /// Records that `column` is missing.
-    pub fn missing(&self, column: &str, needed: &[&str], known: &[&str], problems: &mut Problems) {
-        let others = self.names.iter().map(String::as_str);
-        let others = others.filter(|name| !known.contains(name));
-        let kind = ProblemKind::MissingColumn {
-            column: column.to_owned(),
+    /// Records that these columns are missing, if there are any; `advice` is what else helps.
+    pub fn missing(&self, columns: &[&str], needed: &[&str], known: &[&str], advice: &str, problems: &mut Problems) {
+        if columns.is_empty() {
+            return;
+        }
+        let others = || self.names.iter().map(String::as_str).filter(|name| !known.contains(name));
+        let rename = |column: &&str| {
+            let from = nearest(column, others()).or_else(|| synonym(column, others()))?;
+            Some((from.to_owned(), (*column).to_owned()))
+        };
+        let owned = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect();
+        let kind = ProblemKind::MissingColumns {
+            columns: owned(columns),
             has: self.names.clone(),
-            needed: needed.iter().map(|&n| n.to_owned()).collect(),
-            near: nearest(column, others).map(str::to_owned),
+            needed: owned(needed),
+            renames: columns.iter().filter_map(rename).collect(),
+            advice: advice.to_owned(),
         };
         problems.add(self.line.max(1), None, kind);
     }
@@ -169,12 +175,43 @@ pub(in crate::trajectory) fn nearest<'a>(name: &str, candidates: impl Iterator<I
     if name.len() > 40 {
         return None;
     }
-    let plain = |text: &str| text.to_lowercase().replace([' ', '-'], "_");
-    let wanted = plain(name);
-    candidates
-        .filter(|candidate| candidate.len() <= 40)
-        .map(|candidate| (strsim::osa_distance(&wanted, &plain(candidate)), candidate))
-        .filter(|&(distance, candidate)| distance <= 2 && distance * 3 < candidate.len())
-        .min_by_key(|&(distance, _)| distance)
-        .map(|(_, candidate)| candidate)
+    // Less than a third of the letters: it is an error to have such a column, so other words must not be taken for one.
+    nearest_within(name, candidates, |candidate| (candidate.len().saturating_sub(1) / 3).min(2))
+}
+
+/// What a column holds by the names of the layouts, and other names that people give it. Numbers of cars are not part of them.
+const SYNONYMS: [(&[&str], &[&str]); 4] = [
+    (&["time_s", "Time", "Time_Index"], &["t", "time", "timestamp", "seconds", "sec", "clock"]),
+    (
+        &["speed_mps", "Speed_FAV"],
+        &["v", "v_f", "v_ego", "v_follower", "speed", "velocity", "ego_speed", "follower_speed"],
+    ),
+    (
+        &["lead_speed_mps", "Speed_LV"],
+        &["v_l", "v_lead", "v_leader", "lead_speed", "leader_speed", "speed_lead", "preceding_speed"],
+    ),
+    (
+        &["spacing_m", "Spatial_Gap", "IVS", "Spacing"],
+        &["s", "gap", "gap_m", "spacing", "distance", "distance_m", "range", "range_m", "clearance"],
+    ),
+];
+
+/// The candidate that is another word for `name`, with the same number behind it.
+fn synonym<'a>(name: &str, mut candidates: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    let parts = |text: &str| {
+        let word = text.trim_end_matches(|c: char| c.is_ascii_digit());
+        (plain(word), text[word.len()..].to_owned())
+    };
+    let (wanted, number) = parts(name);
+    let words =
+        SYNONYMS.iter().find(|(names, _)| names.iter().any(|known| plain(known) == wanted)).map(|(_, words)| words)?;
+    candidates.find(|candidate| {
+        let (word, its_number) = parts(candidate);
+        words.contains(&word.as_str()) && its_number == number
+    })
+}
+
+/// A name without what people write one way or the other.
+fn plain(text: &str) -> String {
+    text.to_lowercase().replace([' ', '-'], "_")
 }

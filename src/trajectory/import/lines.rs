@@ -2,8 +2,8 @@
 
 use super::problems::{Problems, Stop};
 use crate::trajectory::error::ProblemKind;
+use crate::trajectory::hexadecimal;
 use sha2::{Digest, Sha256};
-use std::fmt::Write as _;
 use std::io::{BufRead, BufReader, Read};
 
 /// The longest line that is read \[bytes\]; 60 columns of 20 digits need about 1 200.
@@ -105,11 +105,4 @@ impl<R: Read> Lines<R> {
     pub fn sha256(self) -> String {
         hexadecimal(&self.hash.finalize())
     }
-}
-
-fn hexadecimal(bytes: &[u8]) -> String {
-    bytes.iter().fold(String::new(), |mut text, byte| {
-        let _ = write!(text, "{byte:02x}");
-        text
-    })
 }

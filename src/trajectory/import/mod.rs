@@ -127,6 +127,9 @@ fn platoons<R: Read>(
 }
 
 pub(super) fn open(path: &Path) -> Result<File, ImportError> {
+    if path.is_dir() {
+        return Err(ImportError::Folder { path: path.display().to_string() });
+    }
     File::open(path).map_err(|source| ImportError::Open { path: path.display().to_string(), source })
 }
 

@@ -116,9 +116,9 @@ impl Columns {
             !misspelt && columns.speed.len() < 2,
             !misspelt && columns.gap.is_empty(),
         ];
-        for (column, _) in needed.iter().zip(lacking).filter(|(_, lacking)| *lacking) {
-            header.missing(column, &needed, &known, problems);
-        }
+        let lacking = needed.iter().zip(lacking).filter(|(_, lacking)| *lacking);
+        let missing: Vec<&str> = lacking.map(|(column, _)| *column).collect();
+        header.missing(&missing, &needed, &known, "", problems);
         columns
     }
 

@@ -20,6 +20,9 @@ pub(super) const COLUMNS: &[&str] = &[
 ];
 const NEEDED: &[&str] = &["time_s", "speed_mps", "spacing_m", "lead_speed_mps"];
 
+/// For tables of one's own with other names.
+const ADVICE: &str = "read the table as it is with --columns (`leadlag list columns`)";
+
 fn meaning(name: &str) -> Meaning {
     match name {
         "time_s" => Meaning::Time,
@@ -34,7 +37,8 @@ fn meaning(name: &str) -> Meaning {
 /// Reads the file whose first line is `first`.
 pub(super) fn read<R: Read>(first: &str, lines: &mut Lines<R>, problems: &mut Problems) -> Result<Vec<Platoon>, Stop> {
     let header = Header::parse(first, lines.number(), problems)?;
-    header.require(NEEDED, COLUMNS, problems);
+    let missing: Vec<&str> = NEEDED.iter().copied().filter(|column| header.find(column).is_none()).collect();
+    header.missing(&missing, NEEDED, COLUMNS, ADVICE, problems);
     let ignored = header.unknown(NEEDED, COLUMNS, problems);
     problems.check()?;
     let present: Vec<(&str, usize)> =

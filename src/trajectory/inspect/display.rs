@@ -1,7 +1,7 @@
-//! The inspection as text, 80 columns wide.
+//! The inspection as text, 80 columns wide unless names are long.
 
-use super::{CarInspection, Inspection, PlatoonInspection, SignalInspection};
-use crate::trajectory::Layout;
+use super::{CarInspection, FollowerInspection, Inspection, PlatoonInspection, SignalInspection, rounded};
+use crate::trajectory::{Layout, Stretch};
 use std::fmt;
 
 impl fmt::Display for Inspection {
@@ -69,17 +69,24 @@ impl fmt::Display for PlatoonInspection {
         writeln!(
             f,
             "{} rows, {:.1} .. {:.1} s ({:.1} s), step {} s, {} rows incomplete",
-            self.rows, self.t_first_s, self.t_last_s, self.duration_s, self.sampling.step_s, self.rows_with_missing
+            self.rows,
+            self.t_first_s,
+            self.t_last_s,
+            self.duration_s,
+            rounded(self.sampling.step_s),
+            self.rows_with_missing
         )?;
         writeln!(f)?;
+        let width = self.cars.iter().map(|car| speed_name(car).chars().count()).fold(NAME_WIDTH, usize::max);
         writeln!(
             f,
-            "{:>3} {:23} {:>7} {:>8} {:>8} {:>8} {:>8} {:>7}",
-            "car", "name", "missing", "min", "max", "noise", "standing", "driven"
+            "{:>3} {:width$} {:>7} {:>8} {:>8} {:>8} {:>8} {:>7}",
+            "car", "name [unit]", "missing", "min", "max", "noise", "standing", "driven"
         )?;
         for car in &self.cars {
-            write_car(f, car)?;
+            write_car(f, car, width)?;
         }
+        writeln!(f, "min, max and noise in the unit of the row; noise: deviation from a smooth curve")?;
         if !self.links.is_empty() {
             writeln!(f)?;
             writeln!(f, "gap rate minus speed difference (rms), and drift of the gap against the speeds")?;
@@ -97,6 +104,7 @@ impl fmt::Display for PlatoonInspection {
                 link.longest_complete_s
             )?;
         }
+        write_segments(f, &self.followers)?;
         for note in &self.notes {
             writeln!(f, "note: {note}")?;
         }
@@ -107,22 +115,53 @@ impl fmt::Display for PlatoonInspection {
     }
 }
 
-fn write_car(f: &mut fmt::Formatter<'_>, car: &CarInspection) -> fmt::Result {
-    let name: String = car.name.chars().take(16).collect();
-    write_signal(f, &car.number.to_string(), &format!("{name} [m/s]"), &car.speed)?;
+/// Names and their units are at least this wide.
+const NAME_WIDTH: usize = 23;
+
+fn speed_name(car: &CarInspection) -> String {
+    format!("{} [m/s]", car.name)
+}
+
+/// The longest segments of each follower that has several.
+fn write_segments(f: &mut fmt::Formatter<'_>, followers: &[FollowerInspection]) -> fmt::Result {
+    let mut cut = followers.iter().filter(|follower| follower.segments.len() > 1).peekable();
+    if let Some(first) = cut.peek() {
+        writeln!(f, "\nsegments between gaps of more than {} s, the longest first", first.max_gap_s)?;
+        writeln!(f, "{:>8} {:>9} {:>12} {:>12} {:>8}", "follower", "--segment", "from [s]", "to [s]", "samples")?;
+    }
+    for FollowerInspection { follower, segments, .. } in cut {
+        let (longest, more) = Stretch::longest(segments);
+        for Stretch { number, from_s, to_s, samples } in longest {
+            writeln!(f, "{follower:>8} {number:>9} {from_s:>12.1} {to_s:>12.1} {samples:>8}")?;
+        }
+        if more > 0 {
+            writeln!(f, "{follower:>8} {:>9} none of them longer", format!("+ {more}"))?;
+        }
+    }
+    Ok(())
+}
+
+fn write_car(f: &mut fmt::Formatter<'_>, car: &CarInspection, width: usize) -> fmt::Result {
+    write_signal(f, &car.number.to_string(), &speed_name(car), &car.speed, width)?;
     writeln!(f, " {:>6.1} s {:>5.2} km", car.standstill_s, car.driven_m / 1000.0)?;
     if let Some(gap) = &car.gap {
-        write_signal(f, "", "  gap ahead [m]", gap)?;
+        write_signal(f, "", "  gap ahead [m]", gap, width)?;
         writeln!(f)?;
     }
     Ok(())
 }
 
-fn write_signal(f: &mut fmt::Formatter<'_>, number: &str, name: &str, signal: &SignalInspection) -> fmt::Result {
+fn write_signal(
+    f: &mut fmt::Formatter<'_>,
+    number: &str,
+    name: &str,
+    signal: &SignalInspection,
+    width: usize,
+) -> fmt::Result {
     let or_dash = |value: Option<f64>, digits: usize| value.map_or_else(|| "-".to_owned(), |v| format!("{v:.digits$}"));
     write!(
         f,
-        "{number:>3} {name:23} {:>7} {:>8} {:>8} {:>8}",
+        "{number:>3} {name:width$} {:>7} {:>8} {:>8} {:>8}",
         signal.missing,
         or_dash(signal.min, 2),
         or_dash(signal.max, 2),

@@ -46,7 +46,7 @@ impl LinkInspection {
             warnings.push(format!("{signal}: contradicts the speeds (rms {rms:.1} m/s): broken?"));
         } else if self.speeds_late_s.abs() > 0.0 {
             warnings.push(format!(
-                "{signal}: the speeds fit best when taken to be {:.1} s {}",
+                "{signal}: agrees best with the speeds shifted by {:.1} s, as if they were {}",
                 self.speeds_late_s.abs(),
                 if self.speeds_late_s > 0.0 { "late" } else { "early" }
             ));
@@ -70,7 +70,7 @@ pub(super) fn inspect(lead: &Car, ego: &Car, axis: &Axis, layout: Layout) -> Opt
     let best =
         (-limit..=limit).filter_map(|shift| Some((shift, disagreement(shift)?))).min_by(|a, b| a.1.total_cmp(&b.1));
     let best = match (aligned, best) {
-        (Some(now), Some((_, best))) if best > now * (1.0 - SHIFT_GAIN) => (0, Some(now)),
+        (Some(now), Some((_, best))) if best >= now * (1.0 - SHIFT_GAIN) => (0, Some(now)),
         (_, Some((shift, best))) => (shift, Some(best)),
         _ => (0, aligned),
     };
@@ -105,10 +105,13 @@ fn longest_complete(axis: &Axis, complete: impl Fn(usize) -> bool) -> Range<usiz
     longest
 }
 
-/// Residual of the gap against the integrated speeds: rms \[m\] and slope over the follower's path \[m/km\].
+/// Residual of the gap against the integrated speeds: rms \[m\] and slope over the follower's path \[m/km\]. A single sample, or none,
+/// says nothing of it.
 fn drift(t: &[f64], gap: &[f64], dv: &[f64], v_f: &[f64], range: Range<usize>) -> Option<(f64, f64)> {
-    let first = range.start;
-    let (mut s, mut x) = (*gap.get(first)?, 0.0);
+    if range.len() < 2 {
+        return None;
+    }
+    let (mut s, mut x) = (gap[range.start], 0.0);
     let (mut residuals, mut path) = (vec![0.0], vec![0.0]);
     for i in range.skip(1) {
         let dt = t[i] - t[i - 1];
@@ -129,5 +132,20 @@ fn gap_column(number: usize, layout: Layout) -> String {
         Layout::Pair if number == 1 => "lead2_spacing_m".to_owned(),
         Layout::Pair => "spacing_m".to_owned(),
         Layout::Columns => "gap".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::drift;
+
+    #[test]
+    fn nothing_drifts_within_less_than_two_samples() {
+        let (t, gap, v) = ([0.0, 1.0, 2.0, 3.0], [10.0, 11.0, 12.0, 13.0], [5.0; 4]);
+        let of = |range| drift(&t, &gap, &[0.0; 4], &v, range);
+        assert_eq!([of(0..0), of(4..4), of(2..3)], [None; 3]);
+        // The gap grows by 1 m in 5 m of way although the speeds are the same.
+        let (rms, slope) = of(1..3).expect("two samples");
+        assert!((rms - 0.5f64.sqrt()).abs() < 1e-12 && (slope - 200.0).abs() < 1e-9, "{rms} {slope}");
     }
 }

@@ -7,8 +7,9 @@ mod signal;
 pub use link::LinkInspection;
 pub use signal::SignalInspection;
 
-use super::prepare::{median_step, nominal_step, stretches};
-use super::{Car, Layout, Note, Platoon, Recording, Source};
+use super::error::step_too_long;
+use super::prepare::{STEP_MAX_S, Stretch, median_step, nominal_step, stretches, stretches_of};
+use super::{Car, Layout, Note, Platoon, Preparation, PrepareError, Recording, Source};
 use serde::Serialize;
 use std::ops::Range;
 
@@ -44,10 +45,26 @@ pub struct PlatoonInspection {
     pub cars: Vec<CarInspection>,
     /// One per car with a measured gap to the car ahead.
     pub links: Vec<LinkInspection>,
+    /// One per car with a car ahead and a gap to it, measured or by positions.
+    pub followers: Vec<FollowerInspection>,
     /// What the importer did or noticed.
     pub notes: Vec<Note>,
     /// What looks wrong, in words.
     pub warnings: Vec<String>,
+}
+
+/// What is left of a follower between gaps that are too long to be interpolated.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs, reason = "names of fields carry meaning and unit")]
+pub struct FollowerInspection {
+    /// 1 = the car right behind the platoon leader.
+    pub follower: usize,
+    /// Gaps of more than this are not interpolated unless somebody asks for it.
+    pub max_gap_s: f64,
+    /// What a calibration can choose from, in the order of time; empty if it would refuse the follower.
+    pub segments: Vec<Stretch>,
+    /// Why it would.
+    pub refused: Option<String>,
 }
 
 /// The time axis.
@@ -95,7 +112,7 @@ pub fn inspect(recording: &Recording) -> Inspection {
         layout: recording.layout,
         companions: recording.companions.clone(),
         track_m: recording.grade.as_ref().and_then(|grade| grade.period),
-        platoons: recording.platoons.iter().map(|p| platoon(p, recording.layout)).collect(),
+        platoons: recording.platoons.iter().map(|p| platoon(p, recording)).collect(),
     }
 }
 
@@ -106,7 +123,7 @@ struct Axis<'a> {
     stretches: Vec<Range<usize>>,
 }
 
-fn platoon(platoon: &Platoon, layout: Layout) -> PlatoonInspection {
+fn platoon(platoon: &Platoon, recording: &Recording) -> PlatoonInspection {
     let t = platoon.t.as_slice();
     let median = median_step(t).unwrap_or(1.0);
     let stretches = stretches(t, 1.5 * median);
@@ -119,9 +136,10 @@ fn platoon(platoon: &Platoon, layout: Layout) -> PlatoonInspection {
         .iter()
         .filter_map(|ego| {
             let lead = platoon.cars.iter().find(|lead| lead.number + 1 == ego.number)?;
-            link::inspect(lead, ego, &axis, layout)
+            link::inspect(lead, ego, &axis, recording.layout)
         })
         .collect();
+    let followers = followers(platoon, recording);
     let missing = |i: usize| {
         let gap_missing = |car: &Car| car.gap.as_ref().is_some_and(|gap| gap[i].is_nan());
         platoon.cars.iter().any(|car| car.v[i].is_nan() || gap_missing(car))
@@ -135,10 +153,11 @@ fn platoon(platoon: &Platoon, layout: Layout) -> PlatoonInspection {
         t_first_s: first,
         t_last_s: last,
         duration_s: last - first,
-        warnings: warnings(t.len(), &sampling, &cars, &links),
+        warnings: warnings(t.len(), &sampling, &cars, &links, &followers),
         sampling,
         cars,
         links,
+        followers,
         notes: platoon.notes.clone(),
     }
 }
@@ -188,15 +207,48 @@ fn car(car: &Car, axis: &Axis) -> CarInspection {
     }
 }
 
+/// What a calibration would find of each follower.
+fn followers(platoon: &Platoon, recording: &Recording) -> Vec<FollowerInspection> {
+    let mut followers = Vec::new();
+    for ego in platoon.cars.iter().filter(|car| car.number > 1 && (car.gap.is_some() || car.x.is_some())) {
+        let follower = ego.number - 1;
+        if !platoon.cars.iter().any(|lead| lead.number == follower) {
+            continue;
+        }
+        let (segments, refused) = match stretches_of(recording, platoon, follower) {
+            Ok(segments) => (segments, None),
+            Err(error) => (Vec::new(), refusal(&error)),
+        };
+        followers.push(FollowerInspection { follower, max_gap_s: Preparation::default().max_gap_s, segments, refused });
+    }
+    followers
+}
+
+/// Why a follower would be refused, unless other warnings say it for the whole file.
+fn refusal(error: &PrepareError) -> Option<String> {
+    let known = matches!(error, PrepareError::StepTooLong { .. } | PrepareError::Irregular { .. });
+    (!known).then(|| error.to_string())
+}
+
 /// What looks wrong.
-fn warnings(rows: usize, sampling: &Sampling, cars: &[CarInspection], links: &[LinkInspection]) -> Vec<String> {
+fn warnings(
+    rows: usize,
+    sampling: &Sampling,
+    cars: &[CarInspection],
+    links: &[LinkInspection],
+    followers: &[FollowerInspection],
+) -> Vec<String> {
     let mut warnings = Vec::new();
+    let too_long = sampling.step_s > STEP_MAX_S;
+    if too_long {
+        warnings.push(step_too_long(sampling.step_s, STEP_MAX_S));
+    }
     if sampling.irregular_steps > 0 {
         warnings.push(format!(
             "{} of {} time steps are irregular (usual step {} s): resample before use",
             sampling.irregular_steps,
             rows.saturating_sub(1),
-            sampling.step_s
+            rounded(sampling.step_s)
         ));
     }
     if sampling.missing_rows > 0 {
@@ -223,6 +275,29 @@ fn warnings(rows: usize, sampling: &Sampling, cars: &[CarInspection], links: &[L
             warnings.push(format!("car {}: position contradicts speed (rms {rms:.1} m/s): broken?", car.number));
         }
     }
-    warnings.extend(links.iter().flat_map(LinkInspection::warnings));
+    // A wrong unit of time makes every gap contradict the speeds.
+    warnings.extend(links.iter().filter(|_| !too_long).flat_map(LinkInspection::warnings));
+    warnings.extend(followers.iter().filter_map(FollowerInspection::warning));
     warnings
+}
+
+impl FollowerInspection {
+    fn warning(&self) -> Option<String> {
+        let FollowerInspection { follower, max_gap_s, segments, refused } = self;
+        if let Some(why) = refused {
+            return Some(format!("follower {follower} cannot be calibrated as it is: {why}"));
+        }
+        let (longest, _) = Stretch::longest(segments);
+        let first = longest.first().filter(|_| segments.len() > 1)?;
+        Some(format!(
+            "follower {follower}: gaps of more than {max_gap_s} s leave {} segments; the longest, which is used unless \
+             --segment chooses another, is number {first}",
+            segments.len()
+        ))
+    }
+}
+
+/// A time step without the digits that nobody reads \[s\].
+fn rounded(step: f64) -> f64 {
+    (step * 1e6).round() / 1e6
 }

@@ -4,8 +4,9 @@ use super::samples::{Samples, Signal, lead_length};
 use super::{Context, Reconcile};
 use crate::trajectory::{Grade, Layout, Note, PrepareError, Trajectory, factor, integrate};
 
-/// Positions closer than this count as one point of a grade profile \[m\]: the car stands.
-const GRADE_SPACING_M: f64 = 1e-3;
+/// Positions within this length count as one point of a grade profile \[m\], which has their mean: where the car crept, neighbours are
+/// millimetres apart, and the last digits of the column would make steep steps of the road.
+const GRADE_SPACING_M: f64 = 0.5;
 
 /// A consistent trajectory from the complete samples of one segment.
 pub(super) fn trajectory(
@@ -153,24 +154,32 @@ fn grade(samples: &Samples, x_f: &[f64], notes: &mut Vec<Note>, context: &Contex
     let Some(sin) = samples.channel(Signal::SinGrade) else {
         return context.recording.grade.clone();
     };
+    let (x, sin) = profile(x_f.iter().copied().zip(sin.iter().copied()));
+    if x.is_empty() {
+        return None;
+    }
+    notes.push(Note::GradeFromColumn { points: x.len() });
+    Some(Grade { x, sin, period: None, source: Some(context.recording.source.clone()) })
+}
+
+/// Positions and sines along a path, those of one stretch of [`GRADE_SPACING_M`] as one point in its middle.
+fn profile(path: impl Iterator<Item = (f64, f64)>) -> (Vec<f64>, Vec<f64>) {
     let (mut x, mut means): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
-    let mut merged = 1.0;
-    for (&x_i, &sin_i) in x_f.iter().zip(sin).filter(|(_, sin)| sin.is_finite()) {
-        match (x.last(), means.last_mut()) {
-            (Some(last), Some(mean)) if x_i - last < GRADE_SPACING_M => {
+    let (mut begin, mut merged) = (f64::NAN, 1.0);
+    for (x_i, sin_i) in path.filter(|(_, sin)| sin.is_finite()) {
+        match (x.last_mut(), means.last_mut()) {
+            (Some(middle), Some(mean)) if x_i - begin < GRADE_SPACING_M => {
                 merged += 1.0;
+                // Never before its begin, so that positions rise, also if the car is measured to roll back.
+                *middle = f64::midpoint(begin, x_i).max(begin);
                 *mean += (sin_i - *mean) / merged;
             }
             _ => {
                 x.push(x_i);
                 means.push(sin_i);
-                merged = 1.0;
+                (begin, merged) = (x_i, 1.0);
             }
         }
     }
-    if x.is_empty() {
-        return None;
-    }
-    notes.push(Note::GradeFromColumn { points: x.len() });
-    Some(Grade { x, sin: means, period: None, source: Some(context.recording.source.clone()) })
+    (x, means)
 }

@@ -6,19 +6,19 @@ mod consistency;
 mod samples;
 mod segments;
 mod smooth;
+mod stretch;
 mod time;
 
+pub use stretch::Stretch;
+
 pub(super) use consistency::slope;
-pub(super) use time::{GRID_TOLERANCE_S, median_step, nominal_step, stretches};
+pub(super) use time::{GRID_TOLERANCE_S, STEP_MAX_S, median_step, nominal_step, stretches};
 
 use super::{Grade, Note, Platoon, PrepareError, Recording, Trajectory};
 use samples::Samples;
 
 /// Stretches between long gaps that are shorter than this are dropped \[s\].
 pub const SEGMENT_MIN_S: f64 = 2.0;
-/// More than this is never interpolated \[s\].
-const MAX_GAP_LIMIT_S: f64 = 60.0;
-
 /// How a recording is turned into trajectories.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Preparation {
@@ -76,19 +76,32 @@ pub enum Reconcile {
 }
 
 impl Preparation {
+    /// What [`max_gap_s`](Self::max_gap_s) may be \[s\]; more is never interpolated.
+    pub const MAX_GAP_S: [f64; 2] = [0.0, 60.0];
+    /// What [`resample`](Self::resample) may be \[s\].
+    pub const RESAMPLE_S: [f64; 2] = [0.001, time::STEP_MAX_S];
+    /// What [`lead_length`](Self::lead_length) may be \[m\].
+    pub const LEAD_LENGTH_M: [f64; 2] = [0.0, 30.0];
+    /// What [`lead_start_m`](Self::lead_start_m) may be \[m\].
+    pub const LEAD_START_M: [f64; 2] = [-1e9, 1e9];
+
     fn check(&self) -> Result<(), PrepareError> {
-        let within = |option, expected, value: Option<f64>, low: f64, high: f64| match value {
+        let within = |option, expected, value: Option<f64>, [low, high]: [f64; 2]| match value {
             Some(found) if !(low..=high).contains(&found) => Err(PrepareError::Option { option, expected, found }),
             _ => Ok(()),
         };
-        let any = f64::MAX;
-        within("from", "a finite time", self.from, -any, any)?;
-        within("to", "a time not before from", self.to, self.from.unwrap_or(-any), any)?;
-        let max_gap = Some(self.max_gap_s);
-        within("max gap", "0 to 60 s", max_gap, 0.0, MAX_GAP_LIMIT_S)?;
-        within("resample", "a step of 0.001 to 5 s", self.resample, 0.001, time::STEP_MAX_S)?;
-        within("lead length", "0 to 30 m", self.lead_length, 0.0, 30.0)?;
-        within("lead start", "a position within 1e9 m", self.lead_start_m, -1e9, 1e9)
+        let any = [f64::MIN, f64::MAX];
+        within("from", "a finite time", self.from, any)?;
+        within("to", "a finite time", self.to, any)?;
+        if let (Some(from), Some(to)) = (self.from, self.to)
+            && to < from
+        {
+            return Err(PrepareError::Backwards { from, to });
+        }
+        within("max gap", "0 to 60 s", Some(self.max_gap_s), Self::MAX_GAP_S)?;
+        within("resample", "a step of 0.001 to 5 s", self.resample, Self::RESAMPLE_S)?;
+        within("lead length", "0 to 30 m", self.lead_length, Self::LEAD_LENGTH_M)?;
+        within("lead start", "a position within 1e9 m", self.lead_start_m, Self::LEAD_START_M)
     }
 }
 
@@ -157,19 +170,40 @@ pub fn prepare(
     Ok(trajectories)
 }
 
+/// The stretches between long gaps into which [`prepare`] cuts a follower of a platoon if nothing else is asked for.
+///
+/// # Errors
+/// As [`prepare`], which may also refuse what the stretches hold.
+pub(in crate::trajectory) fn stretches_of(
+    recording: &Recording,
+    platoon: &Platoon,
+    follower: usize,
+) -> Result<Vec<Stretch>, PrepareError> {
+    let preparation = &Preparation::default();
+    let context = Context { recording, platoon, follower, preparation };
+    let (_, segments) = segments_of(&context, &mut Vec::new())?;
+    Ok(Stretch::of(segments.iter().map(|segment| segment.samples.t.as_slice())))
+}
+
+/// Step \[s\] and segments of one follower of one platoon, before they are smoothed and made consistent.
+fn segments_of(context: &Context, notes: &mut Vec<Note>) -> Result<(f64, Vec<segments::Segment>), PrepareError> {
+    let preparation = context.preparation;
+    let mut samples = Samples::collect(context, notes)?;
+    samples.cut(context, notes)?;
+    samples.clip(notes);
+    let blocks = time::uniform(samples, context, notes)?;
+    let dt = blocks.dt;
+    let least = if preparation.smooth { SEGMENT_MIN_S.max((smooth::POINTS - 1) as f64 * dt) } else { SEGMENT_MIN_S };
+    Ok((dt, segments::split(blocks, preparation.max_gap_s, least, context, notes)?))
+}
+
 /// The trajectories of one follower of one platoon.
 fn one(context: &Context) -> Result<Vec<Trajectory>, PrepareError> {
     let preparation = context.preparation;
     let mut notes = context.platoon.notes.clone();
     let ego = context.follower.saturating_add(1);
     notes.retain(|note| !matches!(note, Note::DriverMode { car, .. } if *car != ego));
-    let mut samples = Samples::collect(context, &mut notes)?;
-    samples.cut(context, &mut notes)?;
-    samples.clip(&mut notes);
-    let blocks = time::uniform(samples, context, &mut notes)?;
-    let dt = blocks.dt;
-    let least = if preparation.smooth { SEGMENT_MIN_S.max((smooth::POINTS - 1) as f64 * dt) } else { SEGMENT_MIN_S };
-    let segments = segments::split(blocks, preparation.max_gap_s, least, context, &mut notes)?;
+    let (dt, segments) = segments_of(context, &mut notes)?;
     let count = segments.len();
     let mut trajectories = Vec::with_capacity(count);
     for (index, mut segment) in segments.into_iter().enumerate() {

@@ -8,7 +8,7 @@ use std::ops::Range;
 /// Times may lie this far off the uniform grid \[s\]: files write 6 decimals, or sums of 0.1 with rounding dust.
 pub(in crate::trajectory) const GRID_TOLERANCE_S: f64 = 1e-6;
 /// A longer time step says that the unit is wrong \[s\].
-pub(super) const STEP_MAX_S: f64 = 5.0;
+pub(in crate::trajectory) const STEP_MAX_S: f64 = 5.0;
 /// More samples than this are refused: 139 hours at 10 Hz.
 const SAMPLES_MAX: usize = 5_000_000;
 

@@ -150,15 +150,19 @@ fn wanted(header: &Header, map: &ColumnMap, problems: &mut Problems) -> Vec<Want
     let all: Vec<&str> = map.columns.iter().flat_map(|column| column.names.iter().map(String::as_str)).collect();
     let needed: Vec<&str> =
         map.columns.iter().filter(|c| !c.optional).filter_map(|c| c.names.first().map(String::as_str)).collect();
+    let mut missing = Vec::new();
     for column in &map.columns {
         match column.names.iter().find_map(|name| header.find(name)) {
             Some(place) => {
                 wanted.push(Wanted { place, role: column.role, factor: column.factor, unit: column.unit.clone() });
             }
             None if column.optional => {}
-            None => header.missing(&column.names[0], &needed, &all, problems),
+            None => missing.push(column.names[0].as_str()),
         }
     }
+    // One name may be misspelt; when several are missing, the table may be another one.
+    let advice = format!("is {} the right column map? `leadlag list columns` shows those that are built in", map.name);
+    header.missing(&missing, &needed, &all, if missing.len() > 1 { &advice } else { "" }, problems);
     wanted
 }
 

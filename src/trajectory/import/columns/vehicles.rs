@@ -130,7 +130,7 @@ impl<'a> Long<'a> {
                     Direction::Increasing => 1.0,
                     Direction::Decreasing => -1.0,
                     Direction::BySpeed => sign(rows.iter().map(|&row| speed[row]).filter(|v| v.is_finite()).sum()),
-                    Direction::ByPosition => position.map_or(1.0, |x| sign(x[rows[rows.len() - 1]] - x[rows[0]])),
+                    Direction::ByPosition => position.map_or(1.0, |x| sign(way(rows.iter().map(|&row| x[row])))),
                 },
                 length: length.and_then(|length| median(rows.iter().map(|&row| length[row]))).filter(|&l| l > 0.0),
                 rows,
@@ -289,6 +289,13 @@ impl<'a> Long<'a> {
             notes,
         }
     }
+}
+
+/// From the first position to the last one, missing ones left out \[m\]; 0 where there are no two.
+fn way(positions: impl DoubleEndedIterator<Item = f64>) -> f64 {
+    let mut measured = positions.filter(|x| x.is_finite());
+    let first = measured.next();
+    first.zip(measured.next_back()).map_or(0.0, |(first, last)| last - first)
 }
 
 fn sign(x: f64) -> f64 {

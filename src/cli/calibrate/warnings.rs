@@ -1,0 +1,138 @@
+//! What was given and changes nothing, or is likely a mistake: said once, before the work.
+
+use super::super::data::{DataArgs, Loaded};
+use leadlag::calibrate::Overrides;
+use leadlag::catalog::{Constraint, Controller, Dynamics, Variant};
+use leadlag::convention::Convention;
+use leadlag::evaluator::Case;
+use leadlag::symbols::Symbol;
+use leadlag::wgsl::extension_named;
+
+/// A follower that stays below this share of the lowest v_0 drives far below it.
+const FAR_BELOW: f64 = 0.7;
+
+/// What there is to say of a calibration, a line each.
+pub fn of(
+    data: &DataArgs,
+    model: &Variant,
+    convention: Convention,
+    overrides: &Overrides,
+    loaded: &[Loaded],
+) -> Vec<String> {
+    let mut said = unused(data, model, loaded);
+    said.extend(idle_switches(model, convention));
+    said.extend(level_road(model, overrides, loaded));
+    said.extend(slow(model, convention, overrides, loaded));
+    said
+}
+
+/// Whoever gives something expects that it does something.
+fn unused(data: &DataArgs, model: &Variant, loaded: &[Loaded]) -> Vec<String> {
+    let mut said = Vec::new();
+    if data.vehicle.is_some() && !model.needs_vehicle() {
+        said.push(format!(
+            "--vehicle changes nothing: variant {model} has neither nonlinear dynamics nor the constraint mfc"
+        ));
+    }
+    // Where only the position is read, the table still says how long a lap is.
+    let lap = loaded.iter().any(|l| l.trajectory.grade.as_ref().is_some_and(|grade| grade.period.is_some()));
+    if data.grade.is_some() && !model.needs_grade() && !(model.needs_position() && lap) {
+        said.push(format!(
+            "--grade changes nothing: variant {model} has neither nonlinear dynamics nor an extension that reads it"
+        ));
+    }
+    said
+}
+
+/// Single switches that were changed behind a preset, and of which the variant has nothing.
+fn idle_switches(model: &Variant, convention: Convention) -> Vec<String> {
+    let shown = convention.to_string();
+    let changed = shown.split(',').skip(1);
+    let idle = changed.filter_map(|switch| Some((switch, lacks(switch.split('=').next()?, model)?)));
+    idle.map(|(switch, lack)| format!("--convention {switch} changes nothing: variant {model} has no {lack}")).collect()
+}
+
+/// What a switch of the convention is about, if the variant has no such thing.
+fn lacks(switch: &str, model: &Variant) -> Option<&'static str> {
+    let (lack, has) = match switch {
+        "road_load" => ("nonlinear dynamics, so no f_1 and f_2 to be bounded", model.dynamics == Dynamics::Nonlinear),
+        "mfc" => ("constraint mfc", model.constraint == Constraint::Mfc),
+        "bounds" => ("acceleration constraint", model.constraint != Constraint::None),
+        "grade" => ("nonlinear dynamics or extension that reads the grade", model.needs_grade()),
+        "radicand" => ("controller of Gipps", model.base.controller == Controller::Gipps),
+        "delay" => ("perception delay", model.perceives_late()),
+        _ => return None,
+    };
+    (!has).then_some(lack)
+}
+
+/// On a level road an extension that acts by the grade does nothing, and still gets a value.
+fn level_road(model: &Variant, overrides: &Overrides, loaded: &[Loaded]) -> Option<String> {
+    let is_level = |l: &&Loaded| l.trajectory.grade.as_ref().is_some_and(|g| g.sin.iter().all(|sin| *sin == 0.0));
+    let level: Vec<&Loaded> = loaded.iter().filter(is_level).collect();
+    let is_fixed = |symbol: &Symbol| overrides.get(symbol.name()).is_some_and(|[lower, upper]| lower == upper);
+    let reading = model.extensions.list().iter().filter(|e| e.reads("sin_grade"));
+    let idle: Vec<String> = reading
+        .filter(|e| !e.parameters.iter().all(is_fixed))
+        .map(|extension| match extension_named(&extension.name) {
+            Some(_) => {
+                let names: Vec<&str> = extension.parameters.iter().map(|symbol| symbol.name()).collect();
+                format!("{} has no effect, and its value means nothing", names.join(", "))
+            }
+            // What else a text of one's own does is not known here.
+            None => format!("what {} makes of the grade has no effect", extension.name),
+        })
+        .collect();
+    if level.is_empty() || idle.is_empty() {
+        return None;
+    }
+    let paths = if level.len() == loaded.len() { String::new() } else { format!("{}: ", paths(&level)) };
+    Some(format!("{paths}the grade is 0 throughout: {}; --grade FILE tells the slope", idle.join("; ")))
+}
+
+/// A car that never comes near its desired speed says nothing of it, and Table 3 is for cars at 30 m/s and more.
+fn slow(model: &Variant, convention: Convention, overrides: &Overrides, loaded: &[Loaded]) -> Option<String> {
+    if !model.parameters().contains(&Symbol::v_0) {
+        return None;
+    }
+    let bounds = overrides.get("v_0").copied().or_else(|| Case::bounds(Symbol::v_0, None, convention));
+    let lower = bounds.filter(|[lower, upper]| lower < upper)?[0];
+    let highest = |l: &Loaded| l.trajectory.v_f.iter().copied().fold(0.0, f64::max);
+    let slow: Vec<&Loaded> = loaded.iter().filter(|l| highest(l) < FAR_BELOW * lower).collect();
+    let fastest = slow.iter().map(|l| highest(l)).reduce(f64::max)?;
+    Some(format!(
+        "{}: the follower never drives faster than {fastest:.1} m/s, but v_0 is searched from {lower} m/s on: it will not \
+         be the speed that was set; --bounds FILE.toml with `v_0 = [LOWER, UPPER]` changes that",
+        paths(&slow)
+    ))
+}
+
+fn paths(loaded: &[&Loaded]) -> String {
+    let one = |l: &&Loaded| l.trajectory.source.path.clone();
+    loaded.iter().map(one).collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_switch_that_cannot_matter_is_named_and_others_are_not() {
+        let said = |model: &str, convention: &str| {
+            let (model, convention): (Variant, Convention) = (model.parse().unwrap(), convention.parse().unwrap());
+            idle_switches(&model, convention).len()
+        };
+        for (model, convention, expected) in [
+            ("gipps+delay+linear+mfc", "authors,road_load=si", 1),
+            ("gipps+delay+nonlinear+mfc", "authors,road_load=si,mfc=linear", 0),
+            ("idm", "authors", 0),
+            ("idm", "paper", 0),
+            ("idm", "paper,delay=floor,mfc=bisection,grade=held,bounds=reject", 4),
+            ("idm+delay+constant", "paper,delay=floor,bounds=reject,step=raw,denominators=floored", 0),
+            ("l-gipps", "paper,radicand=shifted", 1),
+            ("gipps", "paper,radicand=shifted", 0),
+        ] {
+            assert_eq!(said(model, convention), expected, "{model} {convention}");
+        }
+    }
+}

@@ -1,0 +1,225 @@
+//! What the command line refuses before the work, and what it warns of: options that do nothing, parameters that nothing tells, tables
+//! of which no row can be simulated.
+
+use leadlag::score::GoodnessOfFit;
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+fn leadlag(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_leadlag")).args(arguments).output().expect("the program starts")
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).expect("UTF-8")
+}
+
+fn ok(arguments: &[&str]) -> Output {
+    let output = leadlag(arguments);
+    assert!(output.status.success(), "{arguments:?}\n{}", stderr(&output));
+    output
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().expect("a UTF-8 path")
+}
+
+fn scratch(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cli_warnings").join(name);
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).expect("the target folder can be written");
+    folder
+}
+
+/// A short synthetic drive, made once: platoon.csv, pair_follower1.csv, Slope.csv.
+fn drive() -> &'static Path {
+    static FOLDER: OnceLock<PathBuf> = OnceLock::new();
+    FOLDER.get_or_init(|| {
+        let folder = scratch("drive");
+        ok(&["synth", "--out", text(&folder), "--duration", "60", "--pairs"]);
+        folder
+    })
+}
+
+/// stderr of a short calibration of `idm`.
+fn calibrate(extra: &[&str]) -> String {
+    static CALLS: AtomicU32 = AtomicU32::new(0);
+    let call = CALLS.fetch_add(1, Ordering::Relaxed);
+    let (pair, out) = (drive().join("pair_follower1.csv"), scratch(&format!("fit{call}")));
+    let search = ["--model", "idm", "--max-evaluations", "100", "--no-intervals", "--out", text(&out)];
+    stderr(&ok(&[&["calibrate", text(&pair)], &search[..], extra].concat()))
+}
+
+const SOFT: &str = "//! The car brakes less than it is told to.
+struct Parameters {
+    /// share of the braking that is lost [-], 0 to 0.9, neutral 0
+    lost: f32,
+}
+
+fn soft_command(own: Parameters, a_cmd: f32) -> f32 {
+    return select(a_cmd, (1.0 - own.lost) * a_cmd, a_cmd < 0.0);
+}
+";
+
+/// Reads the position, and no grade.
+const PLACE: &str = "//! Slower behind a certain place.
+struct Parameters {
+    /// loss [m/s2], 0 to 1, neutral 0
+    loss: f32,
+}
+
+fn place_command(own: Parameters, w: World, a_cmd: f32) -> f32 {
+    return select(a_cmd, a_cmd - own.loss, w.x_f > 500.0);
+}
+";
+
+#[test]
+fn the_reference_refuses_extensions_of_ones_own_before_the_work() {
+    let folder = scratch("own");
+    let (soft, out) = (folder.join("soft.wgsl"), folder.join("never"));
+    fs::write(&soft, SOFT).unwrap();
+    let pair = drive().join("pair_follower1.csv");
+    let with = ["calibrate", text(&pair), "--model", "idm", "--extend", text(&soft), "--out", text(&out)];
+    let refused = leadlag(&[&with[..], &["--evaluator", "reference"]].concat());
+    assert_eq!(refused.status.code(), Some(2), "{}", stderr(&refused));
+    let expected = "knows the built-in causes only; ";
+    let remedy = "soft.wgsl is your own: use `--evaluator lanes --precision f64`";
+    assert!(stderr(&refused).contains(expected) && stderr(&refused).contains(remedy), "{}", stderr(&refused));
+    assert!(!out.exists(), "a command that is refused leaves no files");
+    // What is proposed works, and so does the reference with what is built in.
+    calibrate(&["--extend", text(&soft), "--evaluator", "lanes", "--precision", "f64"]);
+    calibrate(&["--extend", "actuation_lag", "--evaluator", "reference"]);
+
+    let plan = folder.join("plan.toml");
+    let platoon = "schema_version = 1\n[data]\nfolder = \".\"\n[[platoon]]\nname = \"S\"\nfile = \"platoon.csv\"\n";
+    let calibration = "[calibration]\nvariants = [\"idm\"]\nextend = [\"soft.wgsl\"]\nevaluator = \"reference\"\n";
+    fs::write(&plan, format!("{platoon}{calibration}")).unwrap();
+    fs::copy(drive().join("platoon.csv"), folder.join("platoon.csv")).unwrap();
+    let refused = leadlag(&["study", "plan", text(&plan), "--out", text(&out)]);
+    assert_eq!(refused.status.code(), Some(2), "{}", stderr(&refused));
+    assert!(stderr(&refused).contains("soft.wgsl is your own: use `evaluator = \"lanes\" and"), "{}", stderr(&refused));
+}
+
+#[test]
+fn a_grade_that_is_nowhere_is_told_and_one_that_gives_the_lap_is_not_called_useless() {
+    let level = calibrate(&["--extend", "grade", "--grade", "level"]);
+    assert!(level.contains("warning: the grade is 0 throughout: gg has no effect"), "{level}");
+    assert!(!calibrate(&["--extend", "grade", "--grade", "level", "--fix", "gg=0"]).contains("gg has no effect"));
+    assert!(!calibrate(&["--extend", "grade"]).contains("the grade is 0"), "the file has a slope");
+    let place = scratch("place").join("place.wgsl");
+    fs::write(&place, PLACE).unwrap();
+    let lap = drive().join("Slope.csv");
+    let said = calibrate(&["--extend", text(&place), "--grade", text(&lap)]);
+    assert!(!said.contains("--grade changes nothing"), "the position counts modulo the lap: {said}");
+    let said = calibrate(&["--extend", text(&place), "--grade", "level"]);
+    assert!(said.contains("--grade changes nothing"), "there is no lap: {said}");
+}
+
+#[test]
+fn switches_and_bounds_that_make_no_sense_are_warned_of_once() {
+    let said = calibrate(&["--convention", "authors,road_load=si"]);
+    assert!(
+        said.contains("--convention road_load=si changes nothing: variant idm has no nonlinear dynamics"),
+        "{said}"
+    );
+    assert!(!calibrate(&["--convention", "authors"]).contains("--convention"));
+    let bounds = scratch("bounds").join("fast.toml");
+    fs::write(&bounds, "v_0 = [40, 50]\n").unwrap();
+    let (one, out) = (drive().join("pair_follower1.csv"), scratch("twice"));
+    let (two, other) = (out.join("pair_follower1.csv"), out.join("fits"));
+    fs::copy(&one, &two).unwrap();
+    let search = ["--model", "idm", "--max-evaluations", "100", "--no-intervals", "--bounds", text(&bounds)];
+    let arguments = [&["calibrate", text(&one), text(&two), "--out", text(&other)], &search[..]].concat();
+    let output = ok(&arguments);
+    let said = stderr(&output);
+    assert_eq!(
+        said.matches("never drives faster than 21.9 m/s, but v_0 is searched from 40 m/s on").count(),
+        1,
+        "{said}"
+    );
+    assert!(said.contains("--bounds FILE.toml"), "{said}");
+    // Two files of one name: which folder is whose.
+    for (file, folder) in [(&one, "pair_follower1_follower1"), (&two, "pair_follower1_follower1_2")] {
+        let line = format!("files of {}, follower 1, in {}", file.display(), other.join(folder).display());
+        assert!(said.contains(&line), "expected {line:?} in:\n{said}");
+        let result: Value = serde_json::from_slice(&fs::read(other.join(folder).join("result.json")).unwrap()).unwrap();
+        assert_eq!(result["data"][0]["path"], text(file));
+    }
+}
+
+#[test]
+fn every_goodness_of_fit_is_listed_with_its_unit() {
+    let output = ok(&["list", "gof", "--json"]);
+    let listed: Vec<Value> = serde_json::from_slice(&output.stdout).expect("JSON");
+    let mut named: Vec<String> = listed.iter().map(|entry| entry["name"].as_str().unwrap().to_owned()).collect();
+    for name in &named {
+        assert_eq!(name.parse::<GoodnessOfFit>().map(|gof| gof.to_string()).as_deref(), Ok(name.as_str()));
+    }
+    named.sort();
+    named.dedup();
+    assert_eq!(named.len(), 4 * 7 + 2, "every kind of every choice of signals, and two of their own");
+    let entry = |name: &str| listed.iter().find(|entry| entry["name"] == name).expect(name);
+    assert_eq!((&entry("rmse-v")["unit"], &entry("rmse-v")["column"]), (&"m/s".into(), &"rmse_v".into()));
+    assert_eq!((&entry("rmse-sva")["unit"], &entry("rmse-sva")["column"]), (&"m + m/s + m/s²".into(), &Value::Null));
+    assert_eq!(entry("rmse-sn-vn-an")["unit"], "-");
+    assert!(entry("rmse-sva")["meaning"].as_str().unwrap().contains("although the units differ"));
+    assert!(!entry("nrmse-sva")["meaning"].as_str().unwrap().contains("differ"));
+    let shown = String::from_utf8(ok(&["list", "gof"]).stdout).unwrap();
+    assert!(shown.lines().all(|line| line.chars().count() <= 80), "{shown}");
+    assert!(shown.contains("root mean square error of spacing") && shown.contains("error of speed"), "{shown}");
+}
+
+/// Exit code, stdout and stderr of `evaluate` on rows for the drive, IDM.
+fn evaluate(name: &str, header: &str, rows: &[&str]) -> (Option<i32>, String, String) {
+    let cases = scratch(name).join("cases.csv");
+    fs::write(&cases, format!("model_id,platoon,follower_position,{header}\n{}\n", rows.join("\n"))).unwrap();
+    let output = leadlag(&["evaluate", text(&cases), "--data", text(drive())]);
+    let said = stderr(&output);
+    (output.status.code(), String::from_utf8(output.stdout).unwrap(), said)
+}
+
+#[test]
+fn a_table_of_which_no_row_can_be_simulated_is_a_failure() {
+    const GOOD: &str = "delta,v_0,d_0,t_h,a_max,a_min";
+    const CAR: &str = "4,33,2,1.2,1.4,-2";
+    let row = |start: &str| format!("{start},{CAR}");
+    for (name, header, start, expected) in [
+        ("column", "dleta,v_0,d_0,t_h,a_max,a_min", "1,platoon,1", "did you mean delta by the column `dleta`?"),
+        ("file", GOOD, "1,nowhere,1", "no file nowhere.csv in "),
+        ("follower", GOOD, "1,platoon,9", "platoon"),
+    ] {
+        let (code, table, said) = evaluate(name, header, &[&row(start), &row(start)]);
+        assert_eq!(code, Some(1), "{name}: {said}");
+        assert!(said.contains("no row could be simulated; the first of the invalid rows is row 1: "), "{said}");
+        assert!(said.contains(expected), "expected {expected:?} in:\n{said}");
+        assert_eq!(table.matches("invalid: ").count(), 2, "the table is written all the same: {table}");
+    }
+    let (code, _, said) = evaluate("mixed", GOOD, &[&row("1,platoon,1"), &row("1,nowhere,1")]);
+    assert_eq!(code, Some(0), "one bad row is marked: {said}");
+    assert!(said.contains("\nthe first of the invalid rows is row 2: platoon nowhere"), "{said}");
+    assert_eq!(evaluate("empty", GOOD, &[]).0, Some(0));
+}
+
+#[test]
+fn evaluate_lists_the_files_of_a_vehicle_where_they_were_used() {
+    let folder = scratch("vehicles");
+    fs::create_dir_all(folder.join("vehicles")).unwrap();
+    fs::copy(drive().join("platoon.csv"), folder.join("platoon.csv")).unwrap();
+    let columns = "slug,name,paper_name,mass_unladen_kg,phi,length_m,f_0_lb_N,f_0_ub_N,f_1_lb_N_per_kmh,f_1_ub_N_per_kmh,\
+                   f_2_lb_N_per_kmh2,f_2_ub_N_per_kmh2";
+    let car = "made_up,Synthetic(B),,1500,1.05,4.5,100,200,0,1,0.02,0.04";
+    fs::write(folder.join("vehicles/vehicles.csv"), format!("{columns}\n{car}\n")).unwrap();
+    fs::write(folder.join("vehicles/mfc_made_up.csv"), "speed_mps,a_ap,a_dp\n0,5,-8\n25,3,-8\n50,1,-8\n").unwrap();
+    let used = |variant: &str| {
+        let cases = folder.join("cases.csv");
+        let header = "variant,platoon,follower_position,delta,v_0,d_0,t_h,a_max,a_min";
+        fs::write(&cases, format!("{header}\n{variant},platoon,1,4,33,2,1.2,1.4,-2\n")).unwrap();
+        let said = stderr(&ok(&["evaluate", text(&cases), "--data", text(&folder)]));
+        (said.contains("vehicles.csv sha256"), said.contains("mfc_made_up.csv sha256"))
+    };
+    assert_eq!(used("idm"), (false, false));
+    assert_eq!(used("idm+mfc"), (true, true));
+}
