@@ -1,10 +1,13 @@
-"""Tables of docs/FINDINGS.md from what scripts/findings made."""
+"""Tables of docs/FINDINGS.md from what scripts/findings made.
+
+    findings.py WORK RESULTS      RESULTS is the folder of the diagnoses of one effort
+"""
 
 import json
 import sys
 from pathlib import Path
 
-work = Path(sys.argv[1])
+work, results = Path(sys.argv[1]), Path(sys.argv[2])
 PAPER = {"040719_platoon5": "P1", "040719_platoon6": "P2", "040719_platoon7": "P3", "040719_platoon8": "P4", "040719_platoon9": "P5",
          "050719_platoon1": "P6", "050719_platoon2": "P7"}
 
@@ -79,7 +82,7 @@ def order(path: Path) -> tuple:
     return follower, bool(noise), ["l-cth", "idm", "gipps"].index(base), held
 
 
-done = sorted(work.glob("hold*/diagnosis.json"), key=order)
+done = sorted(results.glob("hold*/diagnosis.json"), key=order)
 for noise, title in (("dithered", "with the noise of a sensor put back"), (None, "as published")):
     for follower, car in CARS.items():
         mine = [path for path in done if order(path)[:2] == (f"follower{follower}", noise is not None)]

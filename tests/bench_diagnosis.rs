@@ -1,8 +1,11 @@
 //! `leadlag bench diagnosis`: what its journal is worth, and what it writes into a page.
 
-use leadlag::bench::{DiagnosisJournal, DiagnosisOutcome, DiagnosisTask, SIZES, diagnosis_tasks};
-use leadlag::diagnose::PROGRAM;
+use leadlag::bench::{DiagnosisJournal, DiagnosisOutcome, DiagnosisTask, SIZES, diagnosis_tasks, planted};
+use leadlag::calibrate::Overrides;
+use leadlag::diagnose::known::known;
+use leadlag::diagnose::{Effort, PROGRAM, Question};
 use leadlag::report::naming::{BEGIN, END};
+use leadlag::wgsl::extension_named;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::{Command, Output};
@@ -27,12 +30,13 @@ fn outcome(task: &DiagnosisTask, adopted: &[String], off: f64) -> DiagnosisOutco
         base: [1.0, 0.01, 2.0],
         gain: None,
         known: None,
+        unknown: None,
     }
 }
 
 /// A journal in which everything is named as planted, but for the first two single effects: one silent, one wrong.
 fn journal(folder: &Path) -> usize {
-    let tasks = diagnosis_tasks(1, 900.0, "normal", &SIZES);
+    let tasks = diagnosis_tasks(1, 900.0, "normal", &SIZES).expect("few cases");
     let singles: Vec<&DiagnosisTask> = tasks.iter().filter(|task| task.kind == "one").collect();
     let said = |task: &DiagnosisTask| match task {
         task if task == singles[0] => Vec::new(),
@@ -63,7 +67,7 @@ fn a_page_gets_tables_and_pictures() {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let text = std::fs::read_to_string(&page).expect("a page");
     assert!(text.starts_with("# Page\n") && text.ends_with("after\n") && !text.contains("\nold\n"), "{text}");
-    let tasks = diagnosis_tasks(1, 900.0, "normal", &SIZES);
+    let tasks = diagnosis_tasks(1, 900.0, "normal", &SIZES).expect("few cases");
     let of = |kinds: &[&str]| tasks.iter().filter(|task| kinds.contains(&task.kind.as_str())).count();
     let (singles, silent) = (of(&["one"]), of(&["none", "coloured"]));
     for part in [
@@ -72,7 +76,8 @@ fn a_page_gets_tables_and_pictures() {
         format!("in {} of ", text_of_close(&output)),
         "![What was planted, and what was named](images/diagnosis_names.svg)".to_owned(),
         "| one effect, named right | 0.03 m/s | 0.1 m/s |".to_owned(),
-        format!("| all bases | {silent} | 0.25 | 0.25 | 0.25 | 0.25 |"),
+        // Nothing is seen below half of what is needed.
+        format!("| all bases | {silent} | 0.25 | 0.25 | 0.25 | 0.50 |"),
     ] {
         assert!(text.contains(&part), "no `{part}` in {text}");
     }
@@ -118,7 +123,7 @@ fn lines_of_another_state_of_the_diagnosis_are_passed_over() {
     let path = folder.path().join("diagnosis.jsonl");
     let text = std::fs::read_to_string(&path).expect("a journal");
     let lines = || DiagnosisJournal::open(&path).expect("a journal");
-    let tasks = diagnosis_tasks(1, 900.0, "normal", &SIZES);
+    let tasks = diagnosis_tasks(1, 900.0, "normal", &SIZES).expect("few cases");
     let kept = |journal: &DiagnosisJournal| tasks.iter().filter(|task| journal.get(task).is_some()).count();
     assert_eq!(kept(&lines()), count);
     let before = text.replacen(PROGRAM.as_str(), concat!("leadlag ", env!("CARGO_PKG_VERSION")), 3);
@@ -136,4 +141,50 @@ fn a_page_without_a_place_is_refused_before_anything_is_run() {
         assert!(!output.status.success() && said.contains(page) && said.contains(expected), "{said}");
         assert!(!folder.path().join("diagnosis.jsonl").exists(), "nothing was begun");
     }
+}
+
+#[test]
+fn seeds_and_sizes_that_give_no_seeds_of_their_own_are_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let many: Vec<String> = (1..=20).map(|i| format!("0.{i:02}")).collect();
+    let many = many.join(",");
+    for (arguments, expected) in [
+        (["--seed", "18446744073709551615"], "expected a whole number from 0 to 18446744073709550"),
+        (["--sizes", &many], "a seed has at most 1000: give fewer sizes"),
+    ] {
+        let output = bench(folder.path(), &arguments);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(!output.status.success() && said.contains(expected), "{said}");
+        assert!(!folder.path().join("diagnosis.jsonl").exists(), "nothing was begun");
+    }
+}
+
+/// An event is excused from what other causes have to show: held-out stretches, and the hold-out. Beside an event, they are not.
+#[test]
+fn the_evidence_for_two_effects_does_not_depend_on_their_order() {
+    let task = DiagnosisTask {
+        kind: "one".to_owned(),
+        base: "l-cth".to_owned(),
+        causes: vec!["dead_zone".to_owned()],
+        rms_mps: 0.10,
+        gusts_mps2: 0.0,
+        duration_s: 120.0,
+        seed: 77,
+        effort: "quick".to_owned(),
+    };
+    let data = planted(&task).expect("a scenario that can be driven");
+    let [event, zone] = ["set_speed_change", "dead_zone"].map(|name| extension_named(name).expect("in the library"));
+    let (train, holdout) = (&data.train[..1], &data.holdout[..]);
+    let base = "l-cth".parse().expect("a base");
+    let (causes, bounds) = ([event, zone], Overrides::new());
+    let question =
+        Question { train, holdout, base, effort: Effort::Quick, seed: 5, causes: &causes, bounds: &bounds, kept: None };
+    let values = [("w", data.effects[0].values()[0]), ("vlim", 25.0), ("t1", 40.0), ("dur", 30.0)];
+    let values = values.map(|(name, value)| (name.to_owned(), value));
+    let [one, other] = [[event, zone], [zone, event]]
+        .map(|causes| known(&question, &causes, &values).expect("no error").expect("both can be driven"));
+    assert_eq!(one, other);
+    assert_eq!(one.parts.len(), 2);
+    // What all of the data gain is no evidence for a cause that lasts.
+    assert!(one.evidence <= one.folds[0] + one.folds[1], "{one:?}");
 }

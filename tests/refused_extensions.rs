@@ -78,6 +78,11 @@ fn what_an_extension_may_not_have_is_said() {
             "//! loop: delay by d\nstruct Parameters {\n    /// delay [s], -1 to 1, neutral 0\n    d: f32,\n}\n",
             "x.wgsl:1:1: `loop: delay by d`: expected bounds of at least 0, found -1 to 1",
         ),
+        (
+            "x.wgsl",
+            "//! loop: dely by d\nstruct Parameters {\n    /// delay [s], 0 to 1, neutral 0\n    d: f32,\n}\nfn x_command(own: Parameters, a: f32) -> f32 {\n    return a * own.d;\n}\n",
+            "x.wgsl:1:1: expected `//! loop: delay by NAME` or `//! loop: look back by NAME`, found `//! loop: dely by d`",
+        ),
     ];
     for (file, text, expected) in cases {
         let error = read_extension(file, text).expect_err(expected).to_string();

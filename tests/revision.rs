@@ -1,18 +1,23 @@
-//! The same seed gives the same result, or the revision of the search is another one.
+//! The same seed gives the same result, or the revision of the search, or of the diagnosis, is another one.
 //!
-//! Ids of studies and journals of `bench optimizers` hold the revision. The numbers below tell when it must be raised. They go through
-//! the functions of the C library that the random numbers need, so they are compared where they were made only.
+//! Ids of studies and journals of `bench optimizers` hold the revision of the search; journals of `bench diagnosis` and thresholds by
+//! bootstrap hold that of the diagnosis. The numbers below tell when it must be raised. They go through the functions of the C library
+//! that the random numbers need, so they are compared where they were made only.
 #![cfg(all(target_os = "linux", target_arch = "x86_64"))]
 
+use leadlag::bench::{DiagnosisTask, planted};
 use leadlag::calibrate::{Calibration, OptimizerKind, Overrides, Replicate, SEARCH_REVISION, SearchSpace};
 use leadlag::calibrate::{Stop, StopReason, calibrate};
 use leadlag::catalog::Variant;
 use leadlag::convention::Convention;
+use leadlag::diagnose::{DIAGNOSIS_REVISION, Effort, Question, infer};
 use leadlag::evaluator::{Case, Evaluator};
 use leadlag::lanes::{Lanes, LanesPrecision};
 use leadlag::reference::Reference;
 use leadlag::score::GoodnessOfFit;
 use leadlag::trajectory::{Source, Trajectory, integrate};
+use leadlag::wgsl::extension_named;
+use std::fmt::Write;
 use std::ops::ControlFlow;
 
 /// Up and down between two values, made of sums and products only.
@@ -112,5 +117,70 @@ fn the_same_seed_gives_the_same_result_or_the_revision_is_raised() {
         found, known,
         "seed 1 finds something else (left) than it did under revision {SEARCH_REVISION} of the search (right): raise SEARCH_REVISION in \
          src/calibrate/search.rs, then write the new numbers here"
+    );
+}
+
+/// What the diagnosis below says under this revision; its first line is of the data, not of the diagnosis. To be replaced by what the
+/// test prints once DIAGNOSIS_REVISION is raised.
+const DIAGNOSED: &str = "\
+mean gap 23.466123 m
+named: dead_zone: 231 nats held out, 15 needed; 28860 simulations
+log-likelihood 15321.6, inflation 1.38
+log-likelihood 15561.8, inflation 1.38
+1 dead_zone: gain 240.2, held out 230.8 of 14.6; adopted
+1 actuation_lag: gain 0.0, held out NaN of 14.6; gains too little on all training data
+2 actuation_lag: gain 0.0, held out NaN of 52.7; gains too little on all training data
+w = 1.4405 +- 0.0065 m
+";
+
+/// A dead zone on a linear car, two minutes each of three drives, and two causes to choose from.
+fn diagnosed() -> String {
+    let task = DiagnosisTask {
+        kind: "one".to_owned(),
+        base: "l-cth".to_owned(),
+        causes: vec!["dead_zone".to_owned()],
+        rms_mps: 0.10,
+        gusts_mps2: 0.0,
+        duration_s: 120.0,
+        seed: 77,
+        effort: "quick".to_owned(),
+    };
+    let data = planted(&task).expect("a scenario that can be driven");
+    let causes = ["dead_zone", "actuation_lag"].map(|name| extension_named(name).expect("in the library"));
+    let question = Question {
+        train: &data.train,
+        holdout: &data.holdout,
+        base: "l-cth".parse().expect("a base"),
+        effort: Effort::Quick,
+        seed: 5,
+        causes: &causes,
+        bounds: &Overrides::new(),
+        kept: None,
+    };
+    let found = infer(&question, &mut |_| ControlFlow::Continue(())).expect("a diagnosis");
+    let gaps = &data.train[0].trajectory.s;
+    let mut text = format!("mean gap {:.6} m\n", gaps.iter().sum::<f64>() / gaps.len() as f64);
+    let mut line = |words: String| writeln!(text, "{words}").expect("a String takes all");
+    line(format!("{}: {}; {} simulations", found.verdict.name(), found.reason, found.simulations));
+    for model in [&found.base, &found.extended] {
+        line(format!("log-likelihood {:.1}, inflation {:.2}", model.log_likelihood, model.inflation));
+    }
+    for row in &found.ladder {
+        let nats = format!("gain {:.1}, held out {:.1} of {:.1}", row.gain, row.evidence, row.threshold);
+        line(format!("{} {}: {nats}; {}", row.round, row.name, row.fate));
+    }
+    for estimate in found.adopted.iter().flat_map(|cause| &cause.parameters) {
+        line(format!("{} = {:.4} +- {:.4} {}", estimate.name, estimate.value, estimate.error, estimate.unit));
+    }
+    text
+}
+
+#[test]
+fn the_same_drives_give_the_same_diagnosis_or_the_revision_is_raised() {
+    let found = diagnosed();
+    assert!(
+        found == DIAGNOSED,
+        "found:\n{found}\nunder revision {DIAGNOSIS_REVISION} of the diagnosis it was:\n{DIAGNOSED}\nIf the mean gap is the same: raise \
+         DIAGNOSIS_REVISION in src/diagnose/mod.rs, then write what was found into DIAGNOSED here"
     );
 }

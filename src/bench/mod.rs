@@ -23,7 +23,8 @@ pub use contender::Contender;
 pub use data::{Drive, candidates};
 pub use diagnosis::{Bar, DiagnosisJournal, DiagnosisOutcome, DiagnosisReport, DiagnosisTask, Judgement, Planted};
 pub use diagnosis::{
-    Gains, MOST_OF_IT, Power, PowerAt, SIZES, Silence, diagnose_task, diagnosis_tasks, judge, planted, run_diagnoses,
+    Gains, LARGEST_SEED, MOST_OF_IT, Power, PowerAt, SIZES, Silence, diagnose_task, diagnosis_tasks, judge, planted,
+    run_diagnoses,
 };
 pub use export::export;
 pub use generation::Generation;
@@ -79,6 +80,26 @@ pub enum BenchError {
     /// The calibration that is measured failed.
     #[error(transparent)]
     Calibrate(#[from] CalibrateError),
+    /// A seed whose cases would have none of their own.
+    #[error("expected a seed from 0 to {most}, found {found}")]
+    Seed {
+        /// The largest.
+        most: u64,
+        /// What was asked for.
+        found: u64,
+    },
+    /// More cases than a seed has.
+    #[error(
+        "{sizes} sizes make {found} cases, and a seed has at most {most}: give fewer sizes, or run them in two parts with two seeds"
+    )]
+    Cases {
+        /// How many there may be.
+        most: usize,
+        /// How many there would be.
+        found: usize,
+        /// Sizes that were asked for.
+        sizes: usize,
+    },
     /// The program that is timed fails.
     #[error("{program} calibrate: expected it to succeed, but: {said}")]
     Program {

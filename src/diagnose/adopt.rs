@@ -2,12 +2,11 @@
 
 use super::candidate::{Candidate, Held, Setting};
 use super::decide::{ABSORBED, Evidence, gate, margin, margin_of_relatives, need, proxy};
-use super::fate::{Dropped, Fate, Objection};
+use super::fate::{Dropped, Fate, Objection, is_hopeful};
 use super::fit::{Plan, Point};
 use super::observer::Noise;
 use super::polish::{is_rugged, polished};
 use super::screen::{Fitted, Spending, identifiability, screen};
-use super::start::NEARLY_FREE;
 use super::trial::Trial;
 use super::verdict::{DiagnoseError, NotTestable, Tried};
 use crate::extension::Extension;
@@ -179,8 +178,11 @@ impl Search {
         let left = tried.first().map_or(&self.current, |(_, best)| best).fit.point.noise;
         self.need = need(setting, self.inflation, &self.current.fit.point.noise, &left, explained);
         self.margin = margin(self.inflation, left, self.need);
-        let hopeful: Vec<bool> =
-            tried.iter().enumerate().map(|(i, (cause, c))| listed(i, cause) && gain(c) > 0.5 * self.need).collect();
+        let hopeful: Vec<bool> = tried
+            .iter()
+            .enumerate()
+            .map(|(i, (cause, c))| listed(i, cause) && is_hopeful(gain(c), self.need))
+            .collect();
         let held: Result<Vec<Option<Held>>, DiagnoseError> = tried
             .par_iter_mut()
             .zip(&hopeful)
@@ -193,7 +195,7 @@ impl Search {
         let on_trial = if adopted.is_none() { self.worth_a_trial(&tried) } else { None };
         let Some(adopted) = adopted.or(on_trial) else { return Ok(false) };
         let evidence = self.evidence.clone();
-        let (before, held) = self.take(adopted, tried, held);
+        let (before, held) = self.take(adopted, tried, held, ladder);
         if on_trial.is_some() {
             self.begin_trial(before, held, evidence, ladder);
         }
@@ -207,7 +209,7 @@ impl Search {
             noise: candidate.fit.point.noise,
         };
         let free = self.current.fit.point.noise;
-        let free = Noise { sigma_d: NEARLY_FREE.0.min(free.sigma_d), tau_d: NEARLY_FREE.1, ..free };
+        let free = free.freer();
         let mut starts: Vec<Point> = tried.iter().take(3).map(|(_, candidate)| from(candidate)).collect();
         starts.push(Point { noise: free, ..self.current.fit.point.clone() });
         let model = setting.model(self.current.variant, &self.current.model.events)?;
@@ -250,7 +252,7 @@ impl Search {
                 folds: [f64::NAN; 2],
                 trimmed: f64::NAN,
                 threshold: self.need,
-                fate: Fate::Screened,
+                fate: Fate::unjudged(gain, self.need, self.short_list),
             };
             if let Some(held) = &held[i] {
                 let evidence = Evidence::of(setting, candidate, cause, held, &self.current, &self.held);
@@ -342,26 +344,26 @@ impl Search {
         }
     }
 
-    /// Adopts; returns the model before, with its held-out likelihood.
-    fn take(&mut self, chosen: usize, tried: Vec<Fitted>, held: Vec<Option<Held>>) -> (Candidate, Held) {
-        let row =
-            |name: &str| self.ladder.iter().rev().find(|row| row.name == name).map_or(f64::NAN, |row| row.evidence);
+    /// Adopts; returns the model before, with its held-out likelihood. `ladder` is the first row of this round, whose rows are in the
+    /// order of `tried`: what was as likely as a cause of an earlier round is no rival of this one.
+    fn take(&mut self, chosen: usize, tried: Vec<Fitted>, held: Vec<Option<Held>>, ladder: usize) -> (Candidate, Held) {
+        let rows = &self.ladder[ladder..];
         let of = tried[chosen].0;
-        let evidence = row(&of.name);
-        self.evidence.push((evidence, self.need));
+        self.evidence.push((rows[chosen].evidence, self.need));
         let (mut rivals, mut before) = (Vec::new(), None);
         for (i, ((cause, candidate), held)) in tried.into_iter().zip(held).enumerate() {
             if i == chosen {
                 let held = held.expect("an adopted cause was cross-fitted");
                 before =
                     Some((std::mem::replace(&mut self.current, candidate), std::mem::replace(&mut self.held, held)));
-            } else if self.ladder.iter().any(|row| row.name == cause.name && matches!(row.fate, Fate::AsLikely { .. }))
-            {
-                let evidence = row(&cause.name);
-                rivals.push(Rival { of, cause, candidate, evidence, need: self.need });
+            } else if matches!(rows[i].fate, Fate::AsLikely { .. }) {
+                rivals.push(Rival { of, cause, candidate, evidence: rows[i].evidence, need: self.need });
             }
         }
         self.rivals.append(&mut rivals);
         before.expect("the chosen one is among those tried")
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -4,7 +4,7 @@ use super::candidate::{Candidate, Setting};
 use super::fit::{Plan, Point};
 use super::observer::Noise;
 use super::screen::Spending;
-use super::start::{NEARLY_FREE, STRONG, fastest, first_noise, population, softened, with_free_driving};
+use super::start::{fastest, first_noise, population, softened, with_free_driving};
 use super::verdict::DiagnoseError;
 use crate::catalog::Variant;
 use crate::symbols::Symbol;
@@ -79,11 +79,11 @@ fn refined(setting: &Setting<'_>, rough: Candidate, spending: &Spending) -> Resu
         Some(_) => Noise { r_s: measured.r_s, r_v: measured.r_v, ..fit.point.noise },
         None => fit.point.noise,
     };
-    let free = Noise { sigma_d: NEARLY_FREE.0.min(noise.sigma_d), tau_d: NEARLY_FREE.1, ..noise };
+    let free = noise.freer();
     // A slow and large missing acceleration makes up for whatever the rough fit has wrong; textbook values have no such way out.
     let fastest = fastest(setting.question.train);
     let generic = with_free_driving(&model, &fit.point.values, fastest);
-    let strong = Noise { sigma_d: STRONG.0, tau_d: STRONG.1, ..noise };
+    let strong = noise.strong();
     let mut starts = [noise, free].map(|noise| Point { noise, ..fit.point.clone() }).to_vec();
     starts.extend([strong, free].map(|noise| Point { values: generic.clone(), noise }));
     let plan = Plan { select: starts.len(), kinds: 1, rough: 6, keep: 2, ..spending.base };

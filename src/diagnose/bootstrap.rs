@@ -26,14 +26,18 @@ use std::path::Path;
 
 /// Surrogates.
 pub const SURROGATES: usize = 40;
-/// With fewer there is no threshold.
+/// With fewer drives nothing is said of one in a hundred.
 const FEWEST: usize = 20;
+/// As few as give a mean excess to extrapolate with.
+const HANDFUL: usize = 5;
 /// Probability of a false name in data without a cause, for which the threshold is made.
 const ALPHA: f64 = 0.01;
 /// Share of the surrogates that are the tail, from which the threshold is extrapolated.
 const TAIL: f64 = 0.25;
 /// Threshold under which causes of a surrogate are judged, per inflation \[nats\]: low, so that what they gain is seen.
 const LOW: f64 = 4.0;
+/// Share of what it needs that a cause has to gain to be judged ([`Search::decide`]): smaller evidence is not seen.
+pub(crate) const JUDGED: f64 = 0.5;
 /// Draws of one surrogate, until one is driven to the end.
 const DRAWS: u64 = 5;
 
@@ -45,6 +49,9 @@ struct Kept {
     number: u64,
     /// Largest evidence of a cause, per inflation \[nats\]; none where the base does not come to the end.
     largest: Option<f64>,
+    /// Gain, per inflation \[nats\], from which on its causes were judged.
+    #[serde(default)]
+    judged_from: f64,
 }
 
 /// The evidence per inflation \[nats\] that one of a hundred drives without a cause exceeds; none if too few of them can be driven. `progress` is told how many
@@ -65,7 +72,11 @@ pub fn threshold(
         progress(found.len())?;
         let largest: Result<Vec<Kept>, DiagnoseError> = numbers
             .par_iter()
-            .map(|&number| Ok(Kept { key: key.clone(), number, largest: largest(question, base, number)? }))
+            .map(|&number| {
+                let found = largest(question, base, number)?;
+                let (largest, judged_from) = found.map_or((None, 0.0), |(largest, from)| (Some(largest), from));
+                Ok(Kept { key: key.clone(), number, largest, judged_from })
+            })
             .collect();
         for kept in largest? {
             if let Some(path) = question.kept {
@@ -76,24 +87,32 @@ pub fn threshold(
         }
     }
     let largest: Vec<f64> = found.iter().filter_map(|kept| kept.largest).collect();
-    // What gains less than the low threshold is not judged, so nothing is known below it.
-    Ok((largest.len() >= FEWEST).then(|| one_in_a_hundred(largest).max(LOW)))
+    let seen_from = found.iter().map(|kept| kept.judged_from).fold(JUDGED * LOW, f64::max);
+    Ok(one_in_a_hundred(largest, seen_from).map(|found| found.max(LOW)))
 }
 
-/// What one of a hundred exceeds, by an exponential tail through the largest quarter.
-pub(crate) fn one_in_a_hundred(mut largest: Vec<f64>) -> f64 {
+/// What one of a hundred exceeds, by an exponential tail through the largest quarter, or through those above `seen_from`, where these are
+/// fewer: below it evidence is not seen and counts as 0. `None` with fewer than 20. Where less than a handful are above, the tail is
+/// drawn as if a handful were, and not below the highest, which errs to the high side; where none is, the answer is `seen_from`.
+pub(crate) fn one_in_a_hundred(mut largest: Vec<f64>, seen_from: f64) -> Option<f64> {
+    let all = largest.len();
+    if all < FEWEST {
+        return None;
+    }
     largest.sort_by(|a, b| b.total_cmp(a));
-    let count = ((TAIL * largest.len() as f64) as usize).max(1);
-    let from = largest.get(count).copied().unwrap_or(0.0);
-    let excess = largest.iter().take(count).map(|x| x - from).sum::<f64>() / count as f64;
-    from + excess * (TAIL / ALPHA).ln()
+    let from = largest[(TAIL * all as f64) as usize].max(seen_from);
+    let above = largest.iter().filter(|x| **x > from).count();
+    let excess = largest.iter().take(above).map(|x| x - from).sum::<f64>() / above.max(1) as f64;
+    let share = above.max(HANDFUL) as f64 / all as f64;
+    let found = from + excess * (share / ALPHA).ln().max(0.0);
+    Some(if above < HANDFUL { found.max(largest[0]) } else { found })
 }
 
-/// The largest evidence of a cause, per inflation, that the selection finds in a surrogate.
-fn largest(question: &Question<'_>, base: &Candidate, number: u64) -> Result<Option<f64>, DiagnoseError> {
+/// The largest evidence of a cause, per inflation, that the selection finds in a surrogate, and from what gain on causes are judged there.
+fn largest(question: &Question<'_>, base: &Candidate, number: u64) -> Result<Option<(f64, f64)>, DiagnoseError> {
     let mut drawn = None;
     for draw in 0..DRAWS {
-        let mut rng = stream(question.seed, u64::MAX - 2, draw, number);
+        let mut rng = stream(question.seed, super::streams::SURROGATES, draw, number);
         drawn = question.train.iter().map(|drive| surrogate(drive, base, &mut rng)).collect::<Option<Vec<Drive>>>();
         if drawn.is_some() {
             break;
@@ -116,7 +135,9 @@ fn largest(question: &Question<'_>, base: &Candidate, number: u64) -> Result<Opt
     let inflation = search.inflation;
     // As the decision would have it but for the threshold: both folds gain, and not in two blocks only.
     let sound = search.ladder.iter().filter(|row| row.folds.iter().all(|fold| *fold > 0.0) && row.trimmed > 0.0);
-    Ok(Some(sound.map(|row| row.evidence / inflation).filter(|x| x.is_finite()).fold(0.0, f64::max)))
+    let largest = sound.map(|row| row.evidence / inflation).filter(|x| x.is_finite()).fold(0.0, f64::max);
+    // More than half of the low threshold where that is raised.
+    Ok(Some((largest, JUDGED * search.need / inflation)))
 }
 
 fn base_lead(base: &Candidate) -> Option<&'static crate::extension::Extension> {
@@ -127,7 +148,7 @@ fn base_lead(base: &Candidate) -> Option<&'static crate::extension::Extension> {
 fn surrogate(drive: &Drive, base: &Candidate, rng: &mut ChaCha8Rng) -> Option<Drive> {
     let noise = base.fit.point.noise;
     let old = &drive.trajectory;
-    let case = drive.case(base.model.variant).ok()?;
+    let case = base.model.case(drive).ok()?;
     let decay = (-old.dt / noise.tau_d).exp();
     let mut missing = noise.sigma_d * normal(rng);
     let series: Vec<f64> = (0..old.len())
@@ -198,12 +219,42 @@ fn append(path: &Path, kept: &Kept) -> std::io::Result<()> {
 mod tests {
     use super::*;
 
+    /// Of `all` numbers those that `above` of an exponential of mean 5 begin at `from`; the others are 0, as what is not judged.
+    fn censored(all: usize, above: usize, from: f64) -> Vec<f64> {
+        let tail = (0..above).map(|i| from - 5.0 * ((i as f64 + 0.5) / above as f64).ln());
+        tail.chain(std::iter::repeat_n(0.0, all - above)).collect()
+    }
+
+    fn near(found: Option<f64>, expected: f64, within: f64) {
+        assert!(found.is_some_and(|found| (found - expected).abs() < within), "{found:?}, {expected}");
+    }
+
     #[test]
     fn the_tail_of_an_exponential_is_found() {
         // Of 400 numbers at the quantiles of an exponential of mean 5, one in a hundred exceeds 5 ln 100 = 23.0.
-        let numbers: Vec<f64> = (0..400).map(|i| -5.0 * ((i as f64 + 0.5) / 400.0).ln()).collect();
-        let found = one_in_a_hundred(numbers);
-        assert!((found - 23.03).abs() < 0.3, "{found}");
-        assert_eq!(one_in_a_hundred(vec![0.0; 40]), 0.0);
+        near(one_in_a_hundred(censored(400, 400, 0.0), 0.0), 23.03, 0.3);
+        near(one_in_a_hundred(censored(400, 400, 0.0), 2.0), 23.03, 0.3);
+    }
+
+    /// One of eight exceeds 2, by 5 in the mean: one in a hundred exceeds 2 + 5 ln 12.5 = 14.6.
+    #[test]
+    fn what_is_not_judged_is_no_part_of_the_tail() {
+        near(one_in_a_hundred(censored(400, 50, 2.0), 2.0), 14.63, 0.3);
+        // The mean excess of five quantiles is 4.66.
+        near(one_in_a_hundred(censored(40, 5, 2.0), 2.0), 13.77, 0.01);
+    }
+
+    #[test]
+    fn few_above_what_is_seen_err_to_the_high_side() {
+        assert_eq!(one_in_a_hundred(vec![0.0; 40], 2.0), Some(2.0));
+        // 2 + 7 ln 12.5, as if five of forty did.
+        let two = [vec![9.0; 2], vec![0.0; 38]].concat();
+        near(one_in_a_hundred(two, 2.0), 19.68, 0.01);
+        let four = [vec![30.0], vec![2.1; 3], vec![0.0; 36]].concat();
+        assert_eq!(one_in_a_hundred(four, 2.0), Some(30.0));
+        // So many that one in a hundred is not seen.
+        let rare = [vec![9.0; 6], vec![0.0; 994]].concat();
+        assert_eq!(one_in_a_hundred(rare, 2.0), Some(2.0));
+        assert_eq!(one_in_a_hundred(vec![9.0; 19], 2.0), None);
     }
 }

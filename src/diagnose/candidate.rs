@@ -7,7 +7,7 @@ use super::likelihood::{Mask, blocks, inflation};
 use super::model::{Event, Model};
 use super::observer::{Noise, design};
 use super::space::Axis;
-use super::start::{STRONG, fastest, with_free_driving};
+use super::start::{fastest, with_free_driving};
 use super::verdict::{DiagnoseError, Question};
 use crate::catalog::Variant;
 use crate::extension::Extension;
@@ -205,7 +205,7 @@ impl Candidate {
         let mut axes = model.axes.clone();
         let mut starts = elsewhere(point).to_vec();
         let fastest = fastest(setting.question.holdout);
-        let noise = Noise { sigma_d: STRONG.0, tau_d: STRONG.1, ..point.noise };
+        let noise = point.noise.strong();
         starts.push(Point { values: with_free_driving(&model, &point.values, fastest), noise });
         if let Some(Transferred { model: theirs, point }) = other {
             let values = model.adopt(theirs, &point.values);

@@ -5,6 +5,7 @@ use super::fate::{Objection, Size};
 use super::fit::{Predictor, least_random};
 use super::model::is_stepped;
 use super::observer::Noise;
+use super::streams;
 use super::verdict::DiagnoseError;
 use crate::extension::Extension;
 use crate::optimize::stream;
@@ -229,7 +230,7 @@ pub fn transfers(
     let scores = mine.scores(setting)?.into_iter().flatten().zip(theirs.scores(setting)?.into_iter().flatten());
     let gains: Vec<f64> = scores.map(|(a, b)| a - b).collect();
     let better = |draw: &u64| {
-        let mut rng = stream(setting.question.seed, u64::MAX - 1, 0, *draw);
+        let mut rng = stream(setting.question.seed, streams::HOLDOUT, 0, *draw);
         let sum: f64 = (0..gains.len()).map(|_| gains[rng.random_range(0..gains.len())]).sum();
         sum > 0.0
     };

@@ -4,7 +4,7 @@ use super::budget::{Errors, budget};
 use super::drive::Drive;
 use super::formula::formula;
 use super::free::{Free, free};
-use super::gain::{GainError, GainSettings, gain};
+use super::gain::{Gain, GainError, GainSettings, gain};
 use super::infer;
 use super::missing::{Missing, Profiles, profiles};
 use super::observer::{Noise, design};
@@ -72,8 +72,8 @@ pub fn describe(
     let settings = GainSettings::of(question.effort, question.seed);
     // A gain belongs to a name: what is adopted without one is a proxy.
     let named = matches!(inference.verdict, Verdict::Named | Verdict::Ambiguous);
-    let measured = if adopted.is_empty() || !named || question.holdout.is_empty() {
-        None
+    let (measured, gain_error) = if adopted.is_empty() || !named || question.holdout.is_empty() {
+        (None, None)
     } else {
         let whole = 2.0 * settings.max_evaluations as f64;
         let (mut before, mut last) = (0, 0);
@@ -85,12 +85,7 @@ pub fn describe(
             progress(Progress { done: done.min(1.0), stage: "measuring the gain".to_owned() })
         };
         let models = [&inference.base, &inference.extended];
-        match gain(question, models, adopted, &settings, &mut tell) {
-            Err(GainError::Calibrate(CalibrateError::Interrupted)) => {
-                return Err(super::DiagnoseError::Stopped.into());
-            }
-            found => Some(found?),
-        }
+        settled(gain(question, models, adopted, &settings, &mut tell))?
     };
     let trained = question.train.len();
     let errors: Vec<Errors> = base.runs[..trained]
@@ -135,6 +130,7 @@ pub fn describe(
             .collect(),
         data_findings: Vec::new(),
         gain: measured,
+        gain_error,
         left_over,
         simulations: inference.simulations,
         not_tried: inference.untried.iter().map(|(cause, why)| NotTriedEntry::new(&cause.name, why)).collect(),
@@ -157,6 +153,15 @@ pub fn describe(
         ladder: inference.ladder.iter().map(RungEntry::from).collect(),
     };
     Ok(Diagnosis { outcome, inference, base, extended })
+}
+
+/// A gain, or why there is none: a cause that was found stays found.
+fn settled(measured: Result<Gain, GainError>) -> Result<(Option<Gain>, Option<String>), GainError> {
+    match measured {
+        Ok(gain) => Ok((Some(gain), None)),
+        Err(GainError::Calibrate(CalibrateError::Interrupted)) => Err(super::DiagnoseError::Stopped.into()),
+        Err(error) => Ok((None, Some(format!("the gain could not be measured: {error}")))),
+    }
 }
 
 fn drives(question: &Question<'_>) -> Vec<DriveEntry> {
@@ -212,7 +217,7 @@ fn described(
         Series { error: deviation(&model.noise, scene.dt), scene, d, gap_error }
     };
     let series = drives.iter().zip(&model.innovations).map(one).collect();
-    Ok(Described { series, runs: free(drives, model.variant, &model.parameters, adopted)? })
+    Ok(Described { series, runs: free(drives, model.variant, &model.parameters, adopted, question.bounds)? })
 }
 
 /// Standard deviation of d after a correction \[m/s²\]: its row of the steady state P = P⁻ - K S Kᵀ with P⁻ = φ² P + (1 - φ²) σ².
@@ -238,4 +243,17 @@ fn missing_of(series: &[Series]) -> Vec<Missing<'_>> {
 
 fn sorted(series: &[Series]) -> Option<Profiles> {
     profiles(&missing_of(series))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_gain_that_fails_leaves_the_cause() {
+        let (gain, why) = settled(Err(super::super::DiagnoseError::NoData.into())).expect("no error");
+        assert_eq!(gain, None);
+        assert!(why.is_some_and(|why| why.starts_with("the gain could not be measured: no drive")));
+        assert!(settled(Err(CalibrateError::Interrupted.into())).is_err());
+    }
 }

@@ -1,8 +1,10 @@
 //! One measured run, ready for diagnosis.
 
+use crate::calibrate::Overrides;
 use crate::catalog::Variant;
 use crate::convention::Convention;
 use crate::evaluator::{Case, CaseError};
+use crate::symbols::Symbol;
 use crate::trajectory::{Grade, Trajectory, integrate, savitzky_golay};
 use crate::vehicle::Vehicle;
 use std::ops::Range;
@@ -30,6 +32,8 @@ pub struct Drive {
     pub v_l_measured: Vec<f64>,
     /// Measured position of the follower along the road \[m\], where a grade is looked up; a closed track is not wrapped.
     pub x_road: Vec<f64>,
+    /// Length of the closed track \[m\], where its grade says so: the one in `trajectory` lies along this drive and does not repeat.
+    pub lap: Option<f64>,
     /// The follower, where known.
     pub vehicle: Option<Arc<Vehicle>>,
 }
@@ -96,12 +100,28 @@ impl Drive {
         Ok((drives, jumps))
     }
 
-    /// The drive as the runs of a variant see it, under the convention `paper`.
+    /// The drive as the runs of a variant see it, under the convention `paper`; its delays reach as far back as these bounds say.
     ///
     /// # Errors
     /// As [`Case::new`].
-    pub fn case(&self, variant: Variant) -> Result<Case, CaseError> {
-        Case::new(&self.trajectory, variant, self.vehicle.as_deref(), Convention::PAPER, TAU_P_UPPER)
+    pub fn case(&self, variant: Variant, bounds: &Overrides) -> Result<Case, CaseError> {
+        let upper = |symbol: Symbol| bounds.get(symbol.name()).map(|[_, upper]| *upper);
+        self.case_within(variant, upper(Symbol::tau_p), variant.extensions.delay().and_then(upper))
+    }
+
+    /// The same with the longest perception delay of the base, and of an extension \[s\]; `None`: as long as usual.
+    pub(super) fn case_within(
+        &self,
+        variant: Variant,
+        tau_p_upper: Option<f64>,
+        extension_delay_upper: Option<f64>,
+    ) -> Result<Case, CaseError> {
+        let (vehicle, longest) = (self.vehicle.as_deref(), tau_p_upper.unwrap_or(TAU_P_UPPER));
+        let case = Case::new(&self.trajectory, variant, vehicle, Convention::PAPER, longest)?;
+        match extension_delay_upper {
+            Some(upper) => case.with_extension_delay(Some(upper)),
+            None => Ok(case),
+        }
     }
 
     /// Its name.
@@ -160,6 +180,7 @@ fn piece(whole: &Trajectory, range: &Range<usize>, label: String, vehicle: Optio
     // is the integral of its speed; the gap as a second measure of it would carry the follower's own noise into its leader.
     let x_l = integrate(whole.x_l[range.start], &v_l, whole.dt);
     let x_f: Vec<f64> = x_l.iter().zip(&s).map(|(x_l, s)| x_l - s - whole.len_l).collect();
+    let lap = whole.grade.as_ref().and_then(|grade| grade.period);
     let grade = whole.grade.as_ref().map(|grade| along(grade, &x_f, &x_road));
     let trajectory = Trajectory {
         label,
@@ -177,7 +198,7 @@ fn piece(whole: &Trajectory, range: &Range<usize>, label: String, vehicle: Optio
         name: whole.name.clone(),
         ..*whole
     };
-    Drive { trajectory, v_l_measured, x_road, vehicle }
+    Drive { trajectory, v_l_measured, x_road, lap, vehicle }
 }
 
 /// The grade along this drive, over the positions that follow from the leader's integrated speed: these drift by metres from the
@@ -209,8 +230,10 @@ fn thinned(x: &[f64], sin: &[f64], grade: &Grade) -> Grade {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnose::model::Model;
     use crate::plant;
     use crate::trajectory::{Preparation, import, prepare};
+    use crate::wgsl::extension_named;
 
     fn trajectory() -> Trajectory {
         let noise = plant::Noise { speed_mps: 0.02, gap_m: 0.02 };
@@ -236,6 +259,30 @@ mod tests {
         let (own, road) = (drives[0].sin_grade().expect("in the file"), measured.grade.as_ref().expect("in the file"));
         for (own, x) in own.iter().zip(&measured.x_f) {
             assert!((own - road.at(*x)).abs() < 1e-3, "{own} at {x}");
+        }
+    }
+
+    /// Delays reach back as far as bounds say, and one lap is as long as its grade says.
+    #[test]
+    fn bounds_and_the_closed_track_are_kept() {
+        let mut measured = trajectory();
+        let usual = Overrides::new();
+        let wide = Overrides::from([("tau_p".to_owned(), [0.0, 1.2]), ("tp".to_owned(), [0.0, 2.0])]);
+        let delayed: Variant = "idm+delay".parse().expect("a variant");
+        let late = "idm".parse::<Variant>().expect("a base");
+        let late =
+            late.with(extension_named("perception_delay").expect("in the library")).expect("nothing excludes it");
+        let grade = measured.grade.as_mut().expect("in the file");
+        grade.period = Some(5757.9);
+        let drive = Drive::of(&measured, None).expect("long enough").0.remove(0);
+        assert_eq!(drive.lap, Some(5757.9));
+        for (variant, bounds, longest) in
+            [(delayed, &usual, 0.8), (delayed, &wide, 1.2), (late, &usual, 1.5), (late, &wide, 2.0)]
+        {
+            let case = drive.case(variant, bounds).expect("long enough");
+            assert!((case.longest_delay() - longest).abs() < 1e-6, "{variant}: {}", case.longest_delay());
+            let model = Model::new(variant, std::slice::from_ref(&drive), bounds, &[]).expect("a model");
+            assert_eq!(model.case(&drive).expect("long enough").longest_delay(), case.longest_delay());
         }
     }
 

@@ -84,25 +84,11 @@ fn steady(drives: &[Drive]) -> Vec<(f64, f64)> {
 mod tests {
     use super::*;
     use crate::calibrate::Overrides;
-    use crate::trajectory::{Preparation, import, prepare};
-    use std::fmt::Write;
-
-    /// A follower that always keeps 3 m + 1.5 s v.
-    fn drive() -> Drive {
-        let mut file = "time_s,lead_speed_mps,speed_mps,spacing_m\n".to_owned();
-        for i in 0..1200 {
-            let t = 0.1 * f64::from(i);
-            let (v, rate) = (15.0 + 8.0 * (0.1 * t).sin(), 0.8 * (0.1 * t).cos());
-            writeln!(file, "{t:.1},{},{v},{}", v + 1.5 * rate, 3.0 + 1.5 * v).expect("memory");
-        }
-        let recording = import::read_bytes(file.as_bytes(), "made_up.csv", None).expect("a pair file");
-        let trajectory = prepare(&recording, 1, &Preparation::default()).expect("complete").remove(0);
-        Drive::of(&trajectory, None).expect("no jump").0.remove(0)
-    }
+    use crate::diagnose::made_up;
 
     #[test]
     fn the_equilibrium_of_each_base_comes_to_what_was_measured() {
-        let drives = [drive()];
+        let drives = [made_up::drive("made_up.csv", 0.0)];
         for base in ["l-cth", "gipps", "idm"] {
             let variant = base.parse().expect("a base");
             let model = Model::new(variant, &drives, &Overrides::new(), &[]).expect("a model");

@@ -1,5 +1,6 @@
 //! What became of a cause that was tried, and what spoke against it; or why it could not be tried.
 
+use super::bootstrap::JUDGED;
 use crate::evaluator::CaseError;
 use crate::extension::{Extension, ExtensionConflict};
 use std::fmt;
@@ -94,11 +95,21 @@ impl fmt::Display for Objection {
     }
 }
 
+/// True for a gain on all training data that is worth a cross-fit.
+pub(super) fn is_hopeful(gain: f64, need: f64) -> bool {
+    gain > JUDGED * need
+}
+
 /// What became of a cause in a round. `Display` is what a diagnosis prints.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Fate {
-    /// It was not among those cross-fitted.
+    /// It was not cross-fitted, as it gains too little.
     Screened,
+    /// It gains enough, but was not cross-fitted, as so many others gain more.
+    NotListed {
+        /// How many are cross-fitted.
+        listed: usize,
+    },
     /// Something spoke against it.
     Stopped(Objection),
     /// The adopted one is likelier.
@@ -127,6 +138,11 @@ pub enum Fate {
         /// The name of that.
         other: String,
     },
+    /// It was adopted, and another one took its place.
+    Exchanged {
+        /// The name of that.
+        by: String,
+    },
     /// It was adopted, and what was adopted later moved it to where this speaks against it.
     NoNameAnyMore(Objection),
     /// It was adopted, and what was adopted later made it needless.
@@ -137,6 +153,11 @@ pub enum Fate {
 }
 
 impl Fate {
+    /// Of a cause that is not cross-fitted: it gains `gain` nats where `need` are needed, and `listed` causes are cross-fitted.
+    pub(super) fn unjudged(gain: f64, need: f64, listed: usize) -> Fate {
+        if is_hopeful(gain, need) { Fate::NotListed { listed } } else { Fate::Screened }
+    }
+
     /// True while it is part of the model.
     #[must_use]
     pub fn is_adopted(&self) -> bool {
@@ -146,7 +167,7 @@ impl Fate {
     /// True where it was, and is no more.
     #[must_use]
     pub fn is_dropped(&self) -> bool {
-        matches!(self, Fate::NoNameAnyMore(_) | Fate::Dropped { .. })
+        matches!(self, Fate::NoNameAnyMore(_) | Fate::Dropped { .. } | Fate::Exchanged { .. })
     }
 }
 
@@ -154,6 +175,7 @@ impl fmt::Display for Fate {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Fate::Screened => f.write_str("gains too little on all training data"),
+            Fate::NotListed { listed } => write!(f, "not judged: {listed} others gain more on all training data"),
             Fate::Stopped(objection) => objection.fmt(f),
             Fate::LessLikely => f.write_str("less likely than the one adopted"),
             Fate::LessLikelyThanAbsorbed { other } => write!(f, "less likely than {other}, which is absorbed"),
@@ -162,6 +184,7 @@ impl fmt::Display for Fate {
             Fate::Adopted => f.write_str("adopted"),
             Fate::OnTrial(objection) => write!(f, "adopted on trial: by itself {objection}"),
             Fate::OnlyNextTo { other } => write!(f, "only next to {other}, which does not carry over"),
+            Fate::Exchanged { by } => write!(f, "dropped again: {by} took its place"),
             Fate::NoNameAnyMore(objection) => write!(f, "dropped again: in the end {objection}"),
             Fate::Dropped { cost } => write!(f, "dropped again: costs {cost:.1} nats only in the end"),
         }
@@ -222,5 +245,17 @@ impl fmt::Display for Untried {
             }
             Untried::NotFinite => f.write_str("gives no finite result at any size tried"),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_short_list_is_not_said_to_be_a_small_gain() {
+        let said = |gain: f64| Fate::unjudged(gain, 60.0, 5).to_string();
+        assert_eq!(said(500.0), "not judged: 5 others gain more on all training data");
+        assert_eq!(said(30.0), "gains too little on all training data");
     }
 }

@@ -215,7 +215,7 @@ fn finished(frame: &Frame<'_>, start: &Start) -> Fit {
     let inverse = start.gram.as_ref().and_then(|gram| inverse(frame, &gram.information));
     for (j, axis) in frame.axes.iter().enumerate() {
         let variance = inverse.as_ref().map_or(f64::INFINITY, |inverse| inverse[(j, j)]);
-        let per_coordinate = (axis.value(start.x[j] + 1e-6) - axis.value(start.x[j] - 1e-6)) / 2e-6;
+        let per_coordinate = axis.slope(start.x[j]);
         errors[j] = if axis.is_fixed() { 0.0 } else { variance.sqrt() * per_coordinate.abs() };
     }
     let (information, gradient) = match &start.gram {

@@ -1,8 +1,10 @@
 //! Free simulations of a drive, by the lanes in f64: the text itself, extensions included.
 
+use super::absent::absent;
 use super::drive::Drive;
 use super::gain::GainError;
 use super::verdict::Adopted;
+use crate::calibrate::Overrides;
 use crate::catalog::Variant;
 use crate::evaluator::{Case, Evaluator};
 use crate::lanes::{Lanes, LanesPrecision};
@@ -11,12 +13,8 @@ use crate::symbols::Parameters;
 
 /// The parameters in a drive: those of the events of other recordings do nothing.
 fn happening(parameters: &Parameters, adopted: &[Adopted], drive: &Drive) -> Parameters {
-    let (mut here, recording) = (*parameters, drive.recording());
-    for cause in adopted.iter().filter(|cause| cause.recording.as_ref().is_some_and(|own| *own != recording)) {
-        for symbol in &cause.extension.parameters {
-            here.set(*symbol, symbol.neutral().unwrap_or(parameters.get(*symbol)));
-        }
-    }
+    let mut here = *parameters;
+    absent(adopted, drive).into_iter().for_each(|(symbol, neutral)| here.set(symbol, neutral));
     here
 }
 
@@ -33,7 +31,8 @@ pub struct Free {
     pub complete: bool,
 }
 
-/// Simulates a model on every drive. Events that belong to one recording do not happen in the others.
+/// Simulates a model on every drive; `bounds` say how far back a delay reaches. Events that belong to one recording do not happen in
+/// the others.
 ///
 /// # Errors
 /// When a drive has not what the variant needs, or the text cannot run.
@@ -42,9 +41,10 @@ pub fn free<'a>(
     variant: Variant,
     parameters: &Parameters,
     adopted: &[Adopted],
+    bounds: &Overrides,
 ) -> Result<Vec<Free>, GainError> {
     let drives: Vec<&Drive> = drives.into_iter().collect();
-    let cases = drives.iter().map(|drive| drive.case(variant)).collect::<Result<Vec<_>, _>>()?;
+    let cases = drives.iter().map(|drive| drive.case(variant, bounds)).collect::<Result<Vec<_>, _>>()?;
     let lanes = Lanes::new(cases, GoodnessOfFit::NRMSE_SVA, LanesPrecision::F64)?;
     let one = |(i, case): (usize, &Case)| {
         let parameters = &happening(parameters, adopted, drives[i]);

@@ -1,9 +1,11 @@
 //! What an extension gains for the user: free-simulation NRMSE(s,v,a) on data that neither model is calibrated on, base and extended
 //! alike recalibrated on the same training data.
 
+use super::absent::{Happening, absent};
 use super::drive::Drive;
 use super::free::{Free, free};
 use super::model::Model;
+use super::streams;
 use super::verdict::{Adopted, DiagnoseError, Effort, Fitted, Question};
 use crate::calibrate::{CalibrateError, Calibration, Overrides, Progress, SearchSpace, Stop, best, calibrate};
 use crate::evaluator::{Case, CaseError, EvaluateError, Evaluator, Population, Score};
@@ -18,8 +20,6 @@ use std::ops::ControlFlow;
 const BLOCK_S: f64 = 30.0;
 /// Draws of the bootstrap.
 const DRAWS: usize = 2000;
-/// Stream of the bootstrap's random numbers: none that an optimiser draws from.
-const STREAM: u64 = 0x6761_696e;
 
 /// The gain on the hold-out.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -84,21 +84,15 @@ impl GainSettings {
     }
 }
 
-/// The drives as cases. One of a recording without the event that another has ends before any event begins: all candidates of a
-/// calibration share their parameters.
-fn cases(drives: &[Drive], model: &Fitted, adopted: &[Adopted]) -> Result<Vec<Case>, CaseError> {
-    let own: Vec<&Adopted> = adopted.iter().filter(|cause| cause.recording.is_some()).collect();
-    let times = own.iter().flat_map(|cause| &cause.extension.parameters).filter(|symbol| symbol.is_time());
-    let first = times.map(|symbol| model.parameters.get(*symbol)).fold(0.0, f64::min);
-    let case = |drive: &Drive| {
-        let mut case = drive.case(model.variant)?;
-        if !own.is_empty() && own.iter().all(|cause| cause.recording.as_ref() != Some(&drive.recording())) {
-            // Not earlier than needed, for single precision has to tell the steps apart.
-            case.t_0 = first - (drive.samples() + 10) as f64 * drive.dt();
-        }
-        Ok(case)
-    };
-    drives.iter().map(case).collect()
+/// What scores candidates on drives. In f64 where an event does not happen in all of them, and where clocks are too far from 0 for
+/// single precision, as those that count from 1970 are.
+fn evaluator(cases: Vec<Case>, train: &[Drive], adopted: &[Adopted]) -> Result<Box<dyn Evaluator>, GainError> {
+    let absent: Vec<_> = train.iter().map(|drive| absent(adopted, drive)).collect();
+    let everywhere = absent.iter().all(Vec::is_empty);
+    let plain = everywhere && cases.iter().all(|case| case.check_clock().is_ok());
+    let precision = if plain { LanesPrecision::Plain } else { LanesPrecision::F64 };
+    let lanes = Lanes::new(cases, GoodnessOfFit::NRMSE_SVA, precision)?;
+    Ok(if everywhere { Box::new(lanes) } else { Box::new(Happening::new(lanes, absent)) })
 }
 
 /// Calibrates a model on drives, within the bounds of the diagnosis; when its events happen stays as it is.
@@ -116,11 +110,11 @@ fn recalibrated(
         if symbol.is_time() { [now, now] } else { [axis.lower, axis.upper] }
     });
     let space = SearchSpace { bounds: bounds.collect(), symbols: axes.symbols.clone() };
-    let cases = cases(train, model, adopted)?;
-    let mut evaluator = Lanes::new(cases, GoodnessOfFit::NRMSE_SVA, LanesPrecision::Plain)?;
+    let cases = train.iter().map(|drive| drive.case(model.variant, overrides)).collect::<Result<_, _>>()?;
+    let mut evaluator = evaluator(cases, train, adopted)?;
     let stop = Stop { max_evaluations: settings.max_evaluations, ..Stop::default() };
     let calibration = Calibration { seed: settings.seed, stop, ..Calibration::default() };
-    let replicates = calibrate(&mut evaluator, &space, &calibration, progress)?;
+    let replicates = calibrate(evaluator.as_mut(), &space, &calibration, progress)?;
     let winner = best(&replicates).ok_or(CalibrateError::Interrupted)?;
     // The diagnosis has been near the minimum already: a short search may end above it.
     let mut both = Population::new(&space.symbols);
@@ -166,9 +160,9 @@ pub fn gain(
     let (mut broken_off, mut held_back) = ([0; 2], [0, 0, holdout.len()]);
     let broken = |runs: &[Free]| runs.iter().filter(|run| !run.complete).count();
     for (k, (variant, parameters)) in models.iter().enumerate() {
-        let on_holdout = free(holdout, *variant, parameters, adopted)?;
+        let on_holdout = free(holdout, *variant, parameters, adopted, question.bounds)?;
         held_back[k] = broken(&on_holdout);
-        broken_off[k] = held_back[k] + broken(&free(train, *variant, parameters, adopted)?);
+        broken_off[k] = held_back[k] + broken(&free(train, *variant, parameters, adopted, question.bounds)?);
         runs.push(on_holdout);
     }
     let parameters = models.map(|(variant, parameters)| {
@@ -265,7 +259,7 @@ fn nrmse_sva(blocks: &[Block]) -> f64 {
 
 /// 95 % interval of the difference, both models drawn with the same blocks.
 fn interval(base: &[Block], extended: &[Block], seed: u64) -> [f64; 2] {
-    let mut random = stream(seed, STREAM, 0, 0);
+    let mut random = stream(seed, streams::GAIN, 0, 0);
     let mut differences: Vec<f64> = (0..DRAWS)
         .map(|_| {
             let (mut a, mut b) = ([[0.0; 3]; 2], [[0.0; 3]; 2]);
@@ -284,3 +278,6 @@ fn interval(base: &[Block], extended: &[Block], seed: u64) -> [f64; 2] {
     differences.sort_by(f64::total_cmp);
     [differences[DRAWS / 40], differences[DRAWS - 1 - DRAWS / 40]]
 }
+
+#[cfg(test)]
+mod tests;

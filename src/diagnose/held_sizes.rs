@@ -7,7 +7,7 @@ use super::observer::Noise;
 use super::polish::descended;
 use super::screen::Spending;
 use super::space::Axis;
-use super::start::{STRONG, fastest, highest, steps, with_free_driving};
+use super::start::{fastest, highest, steps, with_free_driving};
 use super::verdict::DiagnoseError;
 use crate::extension::Extension;
 use std::sync::atomic::Ordering;
@@ -48,7 +48,7 @@ pub fn from_held(
         // Where the present model is about right, what is missing shows a way by itself.
         return Ok(Vec::new());
     };
-    let strong = Noise { sigma_d: STRONG.0, tau_d: STRONG.1, ..noise };
+    let strong = noise.strong();
     let mut found: Vec<Fit> = Vec::new();
     for (turn, size) in sizes.into_iter().enumerate() {
         let (mut axes, mut values) = (model.axes.clone(), values.clone());

@@ -31,14 +31,16 @@ pub struct Known {
     pub noise: [f64; 2],
     /// Why the causes would not have been named; empty if they would.
     pub objection: String,
-    /// Of several causes, what each gains beside the others on all training data \[nats\]; empty for one cause.
+    /// Of several causes, in the order of their names, what each gains beside the others on all training data \[nats\]; empty for one
+    /// cause.
     #[serde(default)]
     pub parts: Vec<f64>,
     /// Estimates by name.
     pub estimates: Vec<(String, f64)>,
 }
 
-/// Fits the base of a question without causes, as a diagnosis does, and with them from known values, by the parameter's name.
+/// Fits the base of a question without causes, as a diagnosis does, and with them from known values, by the parameter's name. The order
+/// of the causes does not matter.
 ///
 /// # Errors
 /// As [`super::infer`].
@@ -47,6 +49,9 @@ pub fn known(
     causes: &[&'static Extension],
     values: &[(String, f64)],
 ) -> Result<Option<Known>, DiagnoseError> {
+    let mut causes = causes.to_vec();
+    causes.sort_by(|a, b| a.name.cmp(&b.name));
+    let causes = &causes[..];
     let setting = Setting::new(question, extension_named(LEAD));
     let spending = Spending::of(question.effort);
     let Some(base) = calibrate_base(&setting, question.base, &spending)? else { return Ok(None) };
@@ -62,13 +67,21 @@ pub fn known(
     let inflation = truth.inflation(&setting)?;
     let threshold = need(&setting, inflation, &base.fit.point.noise, &truth.fit.point.noise, 0.0);
     let (held, base_held) = (truth.cross_fit(&setting)?, base.cross_fit(&setting)?);
-    let cause = causes.first().copied().unwrap_or_else(|| extension_named(LEAD).expect("a tool of the library"));
-    let evidence = Evidence::of(&setting, &truth, cause, &held, &base, &base_held);
-    let (share, _) = transfers(&setting, &truth, cause, &base)?;
-    let objection = match evidence.objection(threshold).or_else(|| proxy(&truth, cause)) {
-        Some(objection) => Some(objection),
-        None => gate(&setting, &truth, cause, &base)?,
-    };
+    let lead = [extension_named(LEAD).expect("a tool of the library")];
+    let judged = if causes.is_empty() { &lead[..] } else { causes };
+    // What an event is excused from, a cause beside it is not: the least evidence counts, and the objection to any of them.
+    let of = |cause: &&'static Extension| Evidence::of(&setting, &truth, cause, &held, &base, &base_held);
+    let mut each: Vec<Evidence> = judged.iter().map(of).collect();
+    each.sort_by(|a, b| a.counts().total_cmp(&b.counts()));
+    let evidence = &each[0];
+    let (share, _) = transfers(&setting, &truth, judged[0], &base)?;
+    let weak = each.iter().find_map(|evidence| evidence.objection(threshold));
+    let mut objection = weak.or_else(|| judged.iter().find_map(|cause| proxy(&truth, cause)));
+    for cause in judged {
+        if objection.is_none() {
+            objection = gate(&setting, &truth, cause, &base)?;
+        }
+    }
     Ok(Some(Known {
         log_likelihoods: [base.fit.log_likelihood, truth.fit.log_likelihood],
         evidence: evidence.counts(),

@@ -5,6 +5,7 @@
 
 use std::sync::LazyLock;
 
+mod absent;
 pub mod adopt;
 pub mod base;
 mod bootstrap;
@@ -30,6 +31,8 @@ pub mod hold_back;
 mod infer;
 pub mod known;
 pub mod likelihood;
+#[cfg(test)]
+mod made_up;
 pub mod missing;
 pub mod model;
 pub mod observer;
@@ -42,12 +45,13 @@ pub mod screen;
 pub mod space;
 pub mod specification;
 pub mod start;
+mod streams;
 mod trial;
 mod undisturbed;
 pub mod verdict;
 
 pub use adopt::family;
-pub(crate) use bootstrap::one_in_a_hundred;
+pub(crate) use bootstrap::{JUDGED, one_in_a_hundred};
 pub use drive::{Drive, DriveError, Jump};
 pub use infer::infer;
 pub use observer::Noise;
@@ -58,9 +62,9 @@ pub use verdict::{
 
 /// State of the diagnosis. To be raised whenever a diagnosis of the same data may end otherwise: with another name, another number,
 /// after another search. Journals and the thresholds of a bootstrap hold it, so that results of two states never stand side by side as
-/// if they were of one. What came before 1 wrote none down.
-pub const DIAGNOSIS_REVISION: u32 = 1;
+/// if they were of one. What came before 2 wrote none down.
+pub const DIAGNOSIS_REVISION: u32 = 2;
 
-/// Program, version and state of the diagnosis, `leadlag 0.1.0+diagnosis1`.
+/// Program, version and state of the diagnosis, `leadlag 0.1.0+diagnosis2`.
 pub static PROGRAM: LazyLock<String> =
     LazyLock::new(|| format!("leadlag {}+diagnosis{DIAGNOSIS_REVISION}", env!("CARGO_PKG_VERSION")));

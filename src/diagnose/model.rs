@@ -9,7 +9,7 @@ use super::verdict::DiagnoseError;
 use crate::calibrate::Overrides;
 use crate::catalog::Variant;
 use crate::convention::Convention;
-use crate::evaluator::{Case, Innovations, Job, Observer, Population, Residuals};
+use crate::evaluator::{Case, CaseError, Innovations, Job, Observer, Population, Residuals};
 use crate::extension::Extension;
 use crate::lanes::{Lanes, LanesPrecision};
 use crate::score::GoodnessOfFit;
@@ -34,10 +34,21 @@ const WIDE: &[(Symbol, f64, f64, bool)] = &[
     (Symbol::tau_a, 0.0, 2.5, false),
 ];
 
-/// Extensions' parameters that are searched in equal ratios: limits.
-const RATIOS: [&str; 5] = ["acap", "bcap", "P", "J", "vlim"];
-/// Parameters on which innovations depend in jumps, with the step of a finite difference in their unit.
-const JUMPS: [(&str, f64); 4] = [("qz", 0.01), ("t1", 0.3), ("dur", 0.3), ("t0", 0.5)];
+/// Extensions and their parameters that are searched in equal ratios: limits.
+const RATIOS: [(&str, &str); 5] = [
+    ("accel_cap", "acap"),
+    ("decel_cap", "bcap"),
+    ("power_cap", "P"),
+    ("jerk_limit", "J"),
+    ("set_speed_change", "vlim"),
+];
+/// Those on which innovations depend in jumps, with the step of a finite difference in their unit.
+const JUMPS: [(&str, &str, f64); 4] = [
+    ("quantised_accel", "qz", 0.01),
+    ("set_speed_change", "t1", 0.3),
+    ("set_speed_change", "dur", 0.3),
+    ("headway_mode_change", "t0", 0.5),
+];
 
 /// No car is seen before it is there; what looks so is told by a little of it \[s\].
 const FORESIGHT: f64 = -0.1;
@@ -80,7 +91,7 @@ impl Model {
         overrides: &Overrides,
         events: &[Event],
     ) -> Result<Model, DiagnoseError> {
-        let cases: Vec<Case> = drives.iter().map(|drive| drive.case(variant)).collect::<Result<_, _>>()?;
+        let cases: Vec<Case> = drives.iter().map(|drive| drive.case(variant, overrides)).collect::<Result<_, _>>()?;
         let symbols = variant.parameters();
         let vehicle = drives.first().and_then(|drive| drive.vehicle.as_deref());
         let axis = |symbol: &Symbol| axis(*symbol, vehicle, drives, overrides);
@@ -90,6 +101,16 @@ impl Model {
         let recordings = drives.iter().map(Drive::recording).collect();
         let drives = drives.iter().map(|drive| (drive.samples(), drive.dt())).collect();
         Ok(Model { variant, symbols, axes, simulations: 0, events: events.to_vec(), lanes, drives, recordings })
+    }
+
+    /// A drive as the runs of this model see it.
+    ///
+    /// # Errors
+    /// As [`Case::new`].
+    pub fn case(&self, drive: &Drive) -> Result<Case, CaseError> {
+        let [base, extension] = [Some(Symbol::tau_p), self.variant.extensions.delay()]
+            .map(|delay| delay.and_then(|symbol| self.position(symbol)).map(|k| self.axes[k].upper));
+        drive.case_within(self.variant, base, extension)
     }
 
     /// Position of a parameter.
@@ -187,7 +208,8 @@ impl Predictor for Model {
 /// Beside a delay or an offset of time the nuisance lead is held at half a step, by which an acceleration that holds for a step comes
 /// late: left free, it would take a part of the delay, as it says the same.
 fn hold_lead(variant: Variant, symbols: &[Symbol], axes: &mut [Axis], drives: &[Drive]) {
-    if DELAYS.iter().all(|name| variant.extensions.get(name).is_none()) {
+    let extensions = variant.extensions;
+    if !variant.delay && extensions.delay().is_none() && extensions.look_back().is_none() {
         return;
     }
     let step = drives.first().map_or(0.0, Drive::dt);
@@ -199,27 +221,37 @@ fn hold_lead(variant: Variant, symbols: &[Symbol], axes: &mut [Axis], drives: &[
     }
 }
 
-/// Causes that shift in time and change nothing else, as the lead does.
-const DELAYS: [&str; 2] = ["perception_delay", "time_offset"];
-
+/// Own bounds change the ends of an axis, not how it is scaled.
 fn axis(
     symbol: Symbol,
     vehicle: Option<&Vehicle>,
     drives: &[Drive],
     overrides: &Overrides,
 ) -> Result<Axis, DiagnoseError> {
-    if let Some([lower, upper]) = overrides.get(symbol.name()) {
-        return Ok(Axis::linear(*lower, *upper));
+    let own = overrides.get(symbol.name()).copied();
+    let [lower, upper] = own.map_or_else(|| bounds(symbol, vehicle, drives), Ok)?;
+    if lower >= upper {
+        return Ok(Axis::linear(lower, upper));
     }
-    if let Some((_, lower, upper, ratios)) = WIDE.iter().find(|row| row.0 == symbol) {
-        return Ok(if *ratios { Axis::log(*lower, *upper) } else { Axis::linear(*lower, *upper) });
+    // Ratios need bounds of one sign.
+    let one_sign = lower > 0.0 || upper < 0.0;
+    let mut axis = if has_ratios(symbol) && one_sign { Axis::log(lower, upper) } else { Axis::linear(lower, upper) };
+    if let Some(step) = jump(symbol) {
+        axis.step = step / (axis.upper - axis.lower);
+    }
+    Ok(axis)
+}
+
+/// Bounds of a diagnosis.
+fn bounds(symbol: Symbol, vehicle: Option<&Vehicle>, drives: &[Drive]) -> Result<[f64; 2], DiagnoseError> {
+    if let Some((_, lower, upper, _)) = WIDE.iter().find(|row| row.0 == symbol) {
+        return Ok([*lower, *upper]);
     }
     let fixed = match (symbol.bounds(), symbol) {
         (Bounds::Fixed(lower, upper), _) => Some([lower, upper]),
         _ => Case::bounds(symbol, vehicle, Convention::PAPER),
     };
     let [mut lower, mut upper] = fixed.ok_or(crate::calibrate::BoundsError::Vehicle(symbol.name()))?;
-    let name = symbol.name();
     if symbol.is_time() {
         // Times of the files at hand; a length of time as long as the longest of them.
         let first = drives.iter().map(|d| d.trajectory.t[0]).fold(f64::INFINITY, f64::min);
@@ -227,18 +259,32 @@ fn axis(
         (lower, upper) =
             if symbol.is_length_of_time() { (4.0, last - first) } else { symbol.begins_within([first, last]).into() };
     }
-    if name == "to" {
+    if matches!(symbol, Symbol::Extension(row) if row.extension == "time_offset" && row.name == "to") {
         lower = lower.max(FORESIGHT);
     }
-    let mut axis = if RATIOS.contains(&name) { Axis::log(lower, upper) } else { Axis::linear(lower, upper) };
-    if let Some((_, step)) = JUMPS.iter().find(|jump| jump.0 == name) {
-        axis.step = step / (axis.upper - axis.lower);
+    Ok([lower, upper])
+}
+
+fn has_ratios(symbol: Symbol) -> bool {
+    match symbol {
+        Symbol::Extension(row) => RATIOS.iter().any(|(of, name)| *of == row.extension && *name == row.name),
+        _ => WIDE.iter().any(|(known, _, _, ratios)| *known == symbol && *ratios),
     }
-    Ok(axis)
+}
+
+/// Step of a finite difference of a parameter on which innovations depend in jumps. A user's cause may call its parameters what it
+/// likes; only times of these names are what they are here.
+fn jump(symbol: Symbol) -> Option<f64> {
+    let Symbol::Extension(row) = symbol else { return None };
+    let is_this = |(of, name, _): &&(&str, &str, f64)| *name == row.name && (*of == row.extension || symbol.is_time());
+    JUMPS.iter().find(is_this).map(|(_, _, step)| *step)
 }
 
 /// True for parameters on which innovations depend in jumps.
 #[must_use]
 pub fn is_stepped(symbol: Symbol) -> bool {
-    JUMPS.iter().any(|jump| jump.0 == symbol.name())
+    jump(symbol).is_some()
 }
+
+#[cfg(test)]
+mod tests;

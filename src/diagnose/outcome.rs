@@ -286,12 +286,15 @@ pub struct Outcome {
     pub not_testable: Vec<NotTestableEntry>,
     /// Faults of the data.
     pub data_findings: Vec<FindingEntry>,
-    /// Gain on the hold-out; `null` where nothing was adopted.
+    /// Gain on the hold-out; `null` where nothing was adopted, or where it could not be measured.
     pub gain: Option<Gain>,
     /// What is left.
     pub left_over: Vec<LeftOverEntry>,
     /// Simulated candidates.
     pub simulations: u64,
+    /// Why the gain could not be measured, where something was adopted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gain_error: Option<String>,
     /// Causes that could not be tried.
     #[serde(default)]
     pub not_tried: Vec<NotTriedEntry>,

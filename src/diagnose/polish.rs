@@ -5,6 +5,7 @@ use super::candidate::{Candidate, Setting};
 use super::fit::{Plan, Point, log_likelihoods};
 use super::model::{Model, is_stepped};
 use super::space::Axis;
+use super::streams;
 use super::verdict::DiagnoseError;
 use crate::extension::Extension;
 use crate::optimize::{Descent, DescentSettings, Merit, Optimizer, Origin, SearchBox, Start};
@@ -16,8 +17,6 @@ const STEPS: [f64; 5] = [0.06, 0.015, 0.015, 0.015, 0.015];
 const WORTH: f64 = 2.0;
 /// Evaluations and population of a descent.
 const DESCENT: (u64, usize) = (3000, 50);
-/// Replicate of the random numbers, which nothing else draws from.
-const REPLICATE: u64 = u64::MAX - 100;
 
 /// True for a cause with a size on which innovations depend in jumps.
 #[must_use]
@@ -69,7 +68,7 @@ pub fn descended(
     let space = SearchBox { lower: vec![0.0; free.len()], upper: vec![1.0; free.len()] };
     let middle = free.iter().map(|&k| axes[k].coordinate(at.values[k])).collect();
     let settings = DescentSettings { population: DESCENT.1, evaluations: DESCENT.0, tolerance: 1e-7 };
-    let origin = Origin { generation: 1000 * turn, ..Origin::new(setting.question.seed, REPLICATE) };
+    let origin = Origin { generation: 1000 * turn, ..Origin::new(setting.question.seed, streams::DESCENT) };
     let mut descent = Descent::new(space, Start::Round { middle, step }, settings, origin);
     while descent.ended().is_none() {
         let points: Vec<Point> = descent.ask().iter().map(|coordinates| point(coordinates)).collect();

@@ -8,8 +8,7 @@ use super::fit::{Plan, Point};
 use super::observer::Noise;
 use super::polish::is_rugged;
 use super::screen::{Fitted, Spending, explain};
-use super::start::NEARLY_FREE;
-use super::verdict::DiagnoseError;
+use super::verdict::{DiagnoseError, Tried};
 use crate::catalog::Variant;
 use crate::extension::Extension;
 use rayon::prelude::*;
@@ -50,7 +49,6 @@ impl Search {
             let best = found.iter().map(|(_, c)| c.fit.log_likelihood).fold(self.current.fit.log_likelihood, f64::max);
             let margin = margin_of_relatives(self.margin, best - reduced.fit.log_likelihood);
             let near = |candidate: &Candidate| best - candidate.fit.log_likelihood <= margin;
-            self.rivals.retain(|rival| rival.of != cause);
             // What stays unless another is likelier by more than its further parameters could be worth, or has fewer and is as
             // likely, as when it was chosen.
             let per_parameter = (0.5 * self.margin).max(2.0);
@@ -91,11 +89,41 @@ impl Search {
                     });
                 }
             }
-            rivals.retain(|rival| rival.cause != keeps);
-            rivals.iter_mut().for_each(|rival| rival.of = keeps);
-            self.rivals.append(&mut rivals);
+            self.note_exchange(cause, keeps);
+            self.settle_rivals(cause, keeps, rivals);
         }
         Ok(())
+    }
+
+    /// The rivals of a place that was put right: relatives were tried again, and `again` are those as likely; all others stay.
+    pub(super) fn settle_rivals(
+        &mut self,
+        cause: &'static Extension,
+        keeps: &'static Extension,
+        mut again: Vec<Rival>,
+    ) {
+        self.rivals.retain(|rival| rival.of != cause || family(rival.cause) != family(cause));
+        again.retain(|rival| rival.cause != keeps);
+        again.iter_mut().for_each(|rival| rival.of = keeps);
+        self.rivals.iter_mut().filter(|rival| rival.of == cause).for_each(|rival| rival.of = keeps);
+        self.rivals.append(&mut again);
+    }
+
+    /// Tells the ladder that one cause took the place of another: in the round in which that was adopted, where it was tried as well.
+    pub(super) fn note_exchange(&mut self, cause: &'static Extension, keeps: &'static Extension) {
+        if keeps == cause {
+            return;
+        }
+        let adopted = |row: &&mut Tried| row.name == cause.name && row.fate.is_adopted();
+        let Some(row) = self.ladder.iter_mut().find(adopted) else { return };
+        row.fate = Fate::Exchanged { by: keeps.name.clone() };
+        let round = row.round;
+        // It could not be tried there, perhaps: then where it was.
+        let tried = |row: &Tried| row.name == keeps.name;
+        let there = self.ladder.iter().position(|row| tried(row) && row.round == round);
+        if let Some(k) = there.or_else(|| self.ladder.iter().rposition(tried)) {
+            self.ladder[k].fate = Fate::Adopted;
+        }
     }
 
     /// The model without one of its causes, refitted.
@@ -113,7 +141,7 @@ impl Search {
         let values = model.adopt(&current.model, &current.fit.point.values);
         let noise = current.fit.point.noise;
         let strong = Noise { sigma_d: noise.sigma_d.max(0.1), tau_d: 2.0, ..noise };
-        let free = Noise { sigma_d: NEARLY_FREE.0, tau_d: NEARLY_FREE.1, ..noise };
+        let free = noise.nearly_free();
         let starts: Vec<Point> =
             [noise, strong, free].into_iter().map(|noise| Point { values: values.clone(), noise }).collect();
         let plan =

@@ -5,7 +5,7 @@ use super::fit::{Point, log_likelihoods, profiled};
 use super::model::Model;
 use super::observer::Noise;
 use super::space::Axis;
-use super::start::{Hint, NEARLY_FREE, STRONG, softened, with_free_driving};
+use super::start::{Hint, softened, with_free_driving};
 use super::verdict::DiagnoseError;
 use crate::symbols::Symbol;
 
@@ -67,8 +67,8 @@ pub fn timed(
     let axes: Vec<Axis> = (0..values.len()).map(fixed).collect();
     let present = compared(&current.fit.point.noise);
     let free = softened(&present, true).unwrap_or(present);
-    let free = Noise { sigma_d: NEARLY_FREE.0.min(free.sigma_d), tau_d: NEARLY_FREE.1, ..free };
-    let strong = Noise { sigma_d: STRONG.0, tau_d: STRONG.1, ..present };
+    let free = free.freer();
+    let strong = present.strong();
     let (mut starts, mut gains) = (Vec::new(), [0.0; 2]);
     for (noise, gain) in [present, free].into_iter().zip(&mut gains) {
         let from = Point { values: values.clone(), noise };
@@ -105,7 +105,7 @@ fn likeliest(
     most: usize,
 ) -> Result<Vec<Hint>, DiagnoseError> {
     let present = compared(&at.noise);
-    let free = Noise { sigma_d: NEARLY_FREE.0.min(present.sigma_d), tau_d: NEARLY_FREE.1, ..present };
+    let free = present.freer();
     let axes = model.axes.clone();
     let mut kept: Vec<Hint> = Vec::new();
     for (turn, noise) in [present, free].into_iter().enumerate() {

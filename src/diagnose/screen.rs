@@ -9,9 +9,8 @@ use super::model::{Event, Model, is_stepped};
 use super::observer::Noise;
 use super::polish::{is_rugged, polished};
 use super::scan::{are_idle, scanned, timed};
-use super::start::{
-    FOR_AN_EVENT, FOR_STEPS, KEEPS_THE_SPACING, KINDS, NEARLY_FREE, fastest, hints, softened_by, with_cause,
-};
+use super::start::{FOR_AN_EVENT, FOR_STEPS, KEEPS_THE_SPACING, KINDS, fastest, hints, softened_by, with_cause};
+use super::streams;
 use super::undisturbed::{UNDISTURBED_KINDS, undisturbed};
 use super::verdict::{DiagnoseError, Effort};
 use crate::catalog::Variant;
@@ -234,7 +233,7 @@ fn searched(
     let smoother = Plan { least: [soft.r_s, soft.r_v], ..plan };
     let Some(Candidate { model, fit, .. }) = fitted(model, &starts, smoother)? else { return Ok(None) };
     let found = Noise { r_s: noise.r_s, r_v: noise.r_v, ..fit.point.noise };
-    let free = Noise { sigma_d: NEARLY_FREE.0.min(noise.sigma_d), tau_d: NEARLY_FREE.1, ..noise };
+    let free = noise.freer();
     starts.extend([noise, free, found].map(|noise| Point { values: fit.point.values.clone(), noise }));
     // One of these may begin below the others and end above them.
     plan.select += KINDS.div_ceil(plan.kinds);
@@ -262,7 +261,7 @@ fn jittered(
         let Candidate { variant, causes, mut model, fit } = found;
         let mut points = vec![fit.point.clone()];
         for i in 0..JITTERED {
-            let mut rng = stream(setting.question.seed, u64::MAX - turn as u64, causes.len() as u64, i as u64);
+            let mut rng = stream(setting.question.seed, streams::AROUND - turn as u64, causes.len() as u64, i as u64);
             let mut moved = fit.point.clone();
             for &k in &positions {
                 let u = model.axes[k].coordinate(moved.values[k]);

@@ -41,6 +41,16 @@ impl Axis {
         value.clamp(self.lower, self.upper)
     }
 
+    /// Change of the value with its coordinate; at a bound, that beside it.
+    #[must_use]
+    pub fn slope(&self, u: f64) -> f64 {
+        const STEP: f64 = 1e-6;
+        let (below, above) = (u - STEP, u + STEP);
+        // An axis ends at 0 and 1: at a bound only one of the two steps is made.
+        let spanned = 2.0 * STEP - (0.0 - below).max(0.0) - (above - 1.0).max(0.0);
+        (self.value(above) - self.value(below)) / spanned
+    }
+
     /// The coordinate of a value; 0 for a fixed parameter.
     #[must_use]
     pub fn coordinate(&self, value: f64) -> f64 {
@@ -83,5 +93,16 @@ mod tests {
         }
         assert_eq!(Axis::linear(2.0, 2.0).coordinate(2.0), 0.0);
         assert_eq!(Axis::linear(2.0, 2.0).value(0.7), 2.0);
+    }
+
+    #[test]
+    fn a_slope_at_a_bound_is_that_beside_it() {
+        let near = |found: f64, expected: f64| assert!((found / expected - 1.0).abs() < 1e-4, "{found}, {expected}");
+        let (linear, log) = (Axis::linear(2.0, 6.0), Axis::log(0.01, 5.0));
+        let ratio = (5.0_f64 / 0.01).ln();
+        for u in [0.0, 4e-7, 0.3, 1.0 - 4e-7, 1.0] {
+            near(linear.slope(u), 4.0);
+            near(log.slope(u), ratio * log.value(u));
+        }
     }
 }

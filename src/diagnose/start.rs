@@ -16,6 +16,26 @@ pub const NEARLY_FREE: (f64, f64) = (0.008, 1.0);
 /// Noise of a strong observer: sees even a car whose parameters are far off.
 pub const STRONG: (f64, f64) = (0.15, 2.0);
 
+impl Noise {
+    /// The same sensors with a strong observer.
+    #[must_use]
+    pub fn strong(&self) -> Noise {
+        Noise { sigma_d: STRONG.0, tau_d: STRONG.1, ..*self }
+    }
+
+    /// The same sensors with a nearly free simulation.
+    #[must_use]
+    pub fn nearly_free(&self) -> Noise {
+        Noise { sigma_d: NEARLY_FREE.0, tau_d: NEARLY_FREE.1, ..*self }
+    }
+
+    /// The same, but no stronger than it is: where nearly nothing is missing already, more of it would hide what a start is to show.
+    #[must_use]
+    pub fn freer(&self) -> Noise {
+        Noise { sigma_d: NEARLY_FREE.0.min(self.sigma_d), tau_d: NEARLY_FREE.1, ..*self }
+    }
+}
+
 /// Noise of ordinary sensors of spacing and speed \[m, m/s\].
 const ORDINARY: [f64; 2] = [0.02, 0.02];
 /// Share of the ordinary noise below which a sensor is precise.
@@ -117,7 +137,7 @@ pub fn with_cause(
 ) -> Vec<Point> {
     let values = model.adopt(&current.model, &current.fit.point.values);
     let noise = current.fit.point.noise;
-    let free = Noise { sigma_d: NEARLY_FREE.0.min(noise.sigma_d), tau_d: NEARLY_FREE.1, ..noise };
+    let free = noise.freer();
     let mut sizes: Vec<Vec<(usize, f64)>> = Vec::new();
     for hint in hints {
         sizes.push(hint.iter().filter_map(|(symbol, value)| Some((model.position(*symbol)?, *value))).collect());
@@ -141,7 +161,7 @@ pub fn with_cause(
             }
         }
     }
-    let strong = Noise { sigma_d: STRONG.0, tau_d: STRONG.1, ..noise };
+    let strong = noise.strong();
     let mut starts = Vec::new();
     for size in &sizes {
         for values in std::iter::once(&values).chain(settled) {

@@ -21,8 +21,12 @@ pub struct Trial {
     held: Held,
     evidence: Vec<(f64, f64)>,
     stopped: Vec<(&'static Extension, f64, f64, Objection)>,
-    /// The first row of its round.
-    ladder: usize,
+    /// What had become of everything tried by then.
+    fates: Vec<Fate>,
+    /// Threshold, margin and inflation of its round.
+    need: f64,
+    margin: f64,
+    inflation: f64,
 }
 
 impl Search {
@@ -37,13 +41,15 @@ impl Search {
     /// Notes that the cause adopted last is on trial, and what was before it; `ladder` is the first row of its round.
     pub(super) fn begin_trial(&mut self, before: Candidate, held: Held, evidence: Vec<(f64, f64)>, ladder: usize) {
         let cause = *self.current.causes.last().expect("just adopted");
+        let fates = self.ladder.iter().map(|row| row.fate.clone()).collect();
         for row in self.ladder.iter_mut().skip(ladder).filter(|row| row.name == cause.name) {
             if let Fate::Stopped(objection) = &row.fate {
                 row.fate = Fate::OnTrial(objection.clone());
             }
         }
         let stopped = std::mem::take(&mut self.stopped);
-        self.trial = Some(Trial { cause, before, held, evidence, stopped, ladder });
+        let Search { need, margin, inflation, .. } = *self;
+        self.trial = Some(Trial { cause, before, held, evidence, stopped, fates, need, margin, inflation });
     }
 
     /// Ends a trial: with what was found next to it the whole has to carry over to the hold-out, or everything is as it was before.
@@ -58,19 +64,19 @@ impl Search {
         if new > 1 && transfers(setting, &self.current, trial.cause, &trial.before)?.0 >= TRANSFERS {
             return Ok(());
         }
-        for (i, row) in self.ladder.iter_mut().enumerate() {
-            if i >= trial.ladder && (row.fate.is_adopted() || row.fate.is_dropped()) {
+        for row in self.ladder.iter_mut().skip(trial.fates.len()) {
+            if row.fate.is_adopted() || row.fate.is_dropped() {
                 row.fate = match trial.stopped.iter().find(|(cause, ..)| cause.name == row.name) {
                     Some((.., objection)) => Fate::Stopped(objection.clone()),
                     None => Fate::OnlyNextTo { other: trial.cause.name.clone() },
                 };
-            } else if i < trial.ladder && row.fate.is_dropped() && known.iter().any(|cause| cause.name == row.name) {
-                row.fate = Fate::Adopted;
             }
         }
+        self.ladder.iter_mut().zip(trial.fates).for_each(|(row, fate)| row.fate = fate);
         self.rivals.retain(|rival| known.contains(&rival.of));
         (self.current, self.held, self.stopped) = (trial.before, trial.held, trial.stopped);
         self.evidence = trial.evidence;
+        (self.need, self.margin, self.inflation) = (trial.need, trial.margin, trial.inflation);
         Ok(())
     }
 }

@@ -5,9 +5,8 @@ use super::fit::{Plan, Point, fit};
 use super::held_sizes::is_astray;
 use super::likelihood::Mask;
 use super::model::Model;
-use super::observer::Noise;
 use super::scan::{moved, scanned, walked};
-use super::start::{Hint, STRONG, fastest, with_free_driving};
+use super::start::{Hint, fastest, with_free_driving};
 use super::verdict::DiagnoseError;
 use rayon::prelude::*;
 use std::sync::atomic::Ordering;
@@ -42,7 +41,7 @@ impl Undisturbed {
     ) -> Result<Vec<Point>, DiagnoseError> {
         let noise = self.point.noise;
         let at = Point { values: model.adopt(&self.model, &self.point.values), noise };
-        let strong = Noise { sigma_d: STRONG.0, tau_d: STRONG.1, ..noise };
+        let strong = noise.strong();
         let mut starts = Vec::new();
         for hint in scanned(setting, &at, model, hints, most)? {
             let hint = walked(setting, &at, model, hint)?;
@@ -69,7 +68,7 @@ pub fn undisturbed(setting: &Setting<'_>, current: &Candidate) -> Result<Option<
         let axes = model.axes.clone();
         let values = model.adopt(&current.model, &current.fit.point.values);
         let textbook = with_free_driving(&model, &values, fastest(setting.question.train));
-        let strong = Noise { sigma_d: STRONG.0, tau_d: STRONG.1, ..noise };
+        let strong = noise.strong();
         let starts = [textbook, values].map(|values| Point { values, noise: strong });
         let found = fit(&mut model, &axes, &part(&setting.whole, *half), &starts, PART)?.into_iter().next();
         let Some(point) = found.map(|fit| fit.point) else { return Ok(None) };

@@ -9,6 +9,7 @@
     reason = "where a NaN goes is the kernel's business, not a matter of taste"
 )]
 
+mod binary;
 mod code;
 mod core;
 mod error;

@@ -6,20 +6,9 @@
 //! undoing this; it changes no result.
 #![allow(clippy::needless_range_loop, reason = "loops over rows of lanes, in the form that is vectorised")]
 
+use super::binary::single::{EXP, LOG, high, parts, scale};
+use super::binary::{Aligned, horner};
 use std::hint::black_box;
-
-/// Rows of a block at the width of a vector register.
-#[repr(C, align(64))]
-struct Aligned<const L: usize>([f32; L]);
-
-/// (r x + c) for each c in turn.
-macro_rules! horner {
-    ($r:expr, $x:expr, [$($c:literal),*]) => {{
-        let mut r = $r;
-        $(r = r * $x + $c;)*
-        r
-    }};
-}
 
 /// Writes x[i] to the power of y[i] into `out`.
 #[inline(always)]
@@ -28,17 +17,15 @@ pub fn power_block<const L: usize>(x: &[f32; L], y: &[f32; L], out: &mut [f32; L
     let mut e = Aligned([0.0; L]);
     let mut l = Aligned([0.0; L]);
     for i in 0..L {
-        let above = x[i].to_bits().wrapping_sub(0x3f35_04f3);
-        e.0[i] = (above.cast_signed() >> 23) as f32;
-        z.0[i] = f32::from_bits((above & 0x007f_ffff) + 0x3f35_04f3) - 1.0;
-        l.0[i] = horner!(0.125_496_1, z.0[i], [-0.209_954_02, 0.217_157_96, -0.238_570_53, 0.287_694_8, -0.360_719_05]);
+        [e.0[i], z.0[i]] = parts(x[i]);
+        l.0[i] = horner!(LOG[0], z.0[i], LOG, 1..6);
     }
     black_box(&mut l);
     let mut part = Aligned([0.0; L]);
     let mut whole = Aligned([0.0; L]);
     for i in 0..L {
-        let l = horner!(l.0[i], z.0[i], [0.480_920_43, -0.721_347_15, 1.442_694_9]);
-        let y_high = f32::from_bits(y[i].to_bits() & 0xffff_f000);
+        let l = horner!(l.0[i], z.0[i], LOG, 6..9);
+        let y_high = high(y[i]);
         let y_low = y[i] - y_high;
         let exact = y_high * e.0[i];
         whole.0[i] = exact.floor();
@@ -51,16 +38,11 @@ pub fn power_block<const L: usize>(x: &[f32; L], y: &[f32; L], out: &mut [f32; L
         let rest_whole = part.0[i].floor();
         part.0[i] -= rest_whole;
         whole.0[i] += rest_whole;
-        r.0[i] = horner!(0.000_215_659_72, part.0[i], [0.001_248_229, 0.009_673_775, 0.055_486_184]);
+        r.0[i] = horner!(EXP[0], part.0[i], EXP, 1..4);
     }
     black_box(&mut r);
     for i in 0..L {
-        let r = horner!(r.0[i], part.0[i], [0.240_229_09, 0.693_147_06]);
-        // Comparisons, not f32::max: its care for NaN costs, and there is none unless an argument is NaN.
-        let above = if whole.0[i] > -127.0 { whole.0[i] } else { -127.0 };
-        let within = if above < 128.0 { above } else { 128.0 };
-        let scale = f32::from_bits((within + 8_388_735.0).to_bits() << 23);
-        let result = (r * part.0[i] + 1.0) * scale;
+        let result = horner!(r.0[i], part.0[i], EXP, 4..7) * scale(whole.0[i]);
         out[i] = if x[i] >= f32::MIN_POSITIVE { result } else { 0.0 };
     }
 }

@@ -211,11 +211,14 @@ impl Effect {
     }
 
     /// The same effect, weaker or stronger: at 0 the first parameter has the value that does nothing, at 1 the bound on the side
-    /// of its present value. Parameters that belong to it (tb, Ac) keep their ratio to it.
+    /// of its present value. Of two that belong together (ta and tb, As and Ac), which have the same bounds, the larger is meant, and the
+    /// other keeps its ratio to it.
     pub(super) fn at_strength(&self, strength: f64) -> Effect {
-        let first = &self.kind.parameters()[0];
+        let together = matches!(self.kind, EffectKind::AsymLag | EffectKind::Periodic);
+        let first = usize::from(together && self.values[1].abs() > self.values[0].abs());
+        let EffectParameter { lower, upper, .. } = self.kind.parameters()[first];
         let weakest = self.kind.weakest();
-        let strongest = if self.values[0] < weakest { first.lower } else { first.upper };
+        let strongest = if self.values[first] < weakest { lower } else { upper };
         // Caps act in proportion to how far they cut into the range, which is logarithmic.
         let value = if weakest > 0.0 && strongest > 0.0 {
             weakest * (strongest / weakest).powf(strength)
@@ -223,10 +226,12 @@ impl Effect {
             weakest + (strongest - weakest) * strength
         };
         let mut scaled = self.clone();
-        if matches!(self.kind, EffectKind::AsymLag | EffectKind::Periodic) {
-            scaled.values[1] = self.values[1] * (value / self.values[0]);
+        if together && self.values[first] != 0.0 {
+            let other = 1 - first;
+            // Rounding must not lead out of the bounds.
+            scaled.values[other] = (self.values[other] * (value / self.values[first])).clamp(lower, upper);
         }
-        scaled.values[0] = value;
+        scaled.values[first] = value;
         scaled
     }
 }
@@ -317,5 +322,25 @@ mod tests {
         assert!((cap.at_strength(1.0).values()[0] - 0.15).abs() < 1e-12);
         let lag = Effect::medium(EffectKind::AsymLag).at_strength(0.4);
         assert!((lag.values()[0] - 1.0).abs() < 1e-12 && (lag.values()[1] - 3.0 / 7.0).abs() < 1e-12);
+    }
+
+    /// Such effects became infinite, no numbers, or larger than what can be read back.
+    #[test]
+    fn a_pair_ends_where_one_of_it_reaches_its_bound() {
+        let at = |text: &str, strength: f64| text.parse::<Effect>().expect("good").at_strength(strength).values;
+        let near = |found: [f64; 3], expected: [f64; 2]| {
+            let off = |k: usize| (found[k] - expected[k]).abs();
+            assert!(off(0) < 1e-12 && off(1) < 1e-12, "{found:?}, {expected:?}");
+        };
+        near(at("asym_lag:ta=0,tb=0.8", 0.4), [0.0, 1.0]);
+        near(at("asym_lag:ta=0.1,tb=0.5", 1.0), [0.5, 2.5]);
+        near(at("asym_lag:ta=0,tb=0", 0.4), [1.0, 0.0]);
+        near(at("periodic:As=0", 0.5), [0.0, 1.0]);
+        near(at("periodic:As=0.1,Ac=-0.2", 0.5), [0.5, -1.0]);
+        for text in ["asym_lag:ta=0.1,tb=0.5", "asym_lag:ta=0.7,tb=0.7", "periodic:As=-0.03,Ac=0.1", "periodic"] {
+            let strongest = text.parse::<Effect>().expect("good").at_strength(1.0);
+            let json = serde_json::to_string(&strongest).expect("finite numbers");
+            assert_eq!(serde_json::from_str::<Effect>(&json).expect("within its bounds"), strongest);
+        }
     }
 }

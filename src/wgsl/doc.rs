@@ -79,7 +79,10 @@ pub(super) struct Head {
 impl Head {
     /// `KEY: TEXT` lines are about the cause; everything before the first of them is the meaning. A text without `looks like` is
     /// a cause too if it is not marked `tool`.
-    pub(super) fn of(text: &str) -> Head {
+    ///
+    /// # Errors
+    /// A message if `loop` asks for something that the time loop does not do.
+    pub(super) fn of(text: &str) -> Result<Head, String> {
         let mut head = Head::default();
         let mut cause = Cause::default();
         let mut tool = false;
@@ -113,12 +116,16 @@ impl Head {
                         head.delay = Some(parameter.trim().to_owned());
                     } else if let Some(parameter) = value.strip_prefix("look back by ") {
                         head.look_back = Some(parameter.trim().to_owned());
+                    } else {
+                        return Err(format!(
+                            "expected `//! loop: delay by NAME` or `//! loop: look back by NAME`, found `//! loop: {value}`"
+                        ));
                     }
                 }
             }
         }
         head.cause = (!tool).then_some(cause);
-        head
+        Ok(head)
     }
 }
 
@@ -166,11 +173,14 @@ mod tests {
     fn heads() {
         let head = Head::of(
             "//! Pulls\n//! back.\n//! family: phase\n//! looks like: one\n//! two\n//! loop: delay by tp\nfn x() {}",
-        );
+        )
+        .expect("as documented");
         assert_eq!(head.meaning, "Pulls back.");
         let cause = head.cause.expect("it is one");
         assert_eq!((cause.family.as_deref(), cause.looks_like.as_str()), (Some("phase"), "one two"));
         assert_eq!(head.delay.as_deref(), Some("tp"));
-        assert!(Head::of("//! Lead.\n//! tool: nuisance").cause.is_none());
+        assert!(Head::of("//! Lead.\n//! tool: nuisance").expect("as documented").cause.is_none());
+        let message = Head::of("//! loop: dely by tp").expect_err("misspelt");
+        assert!(message.contains("delay by") && message.ends_with("found `//! loop: dely by tp`"), "{message}");
     }
 }

@@ -135,7 +135,7 @@ impl<'a> Reader<'a> {
         let mut parameters = reader.parameters()?;
         let state = reader.state()?;
         let stages = reader.stages(!state.is_empty())?;
-        let head = doc::Head::of(text);
+        let head = doc::Head::of(text).map_err(|message| reader.plain(message))?;
         let declares = names(&reader.checked).into_iter().filter(|name| !reader.around.contains(name)).collect();
         let position = |wanted: &Option<String>| match wanted {
             None => Ok(None),

@@ -6,7 +6,7 @@ use crate::catalog::Variant;
 use crate::diagnose::free::free;
 use crate::diagnose::gain::{GainSettings, gain, nrmse_of};
 use crate::diagnose::known::{Known, known};
-use crate::diagnose::{Effort, Inference, PROGRAM, Question, Verdict, family, infer};
+use crate::diagnose::{DiagnoseError, Effort, Inference, PROGRAM, Question, Verdict, family, infer};
 use crate::extension::Extension;
 use crate::plant::Controller;
 use crate::symbols::Parameters;
@@ -14,6 +14,11 @@ use crate::wgsl::{extension_named, library};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
+
+/// The verdict on a case that could not be made.
+const FAILED: &str = "failed";
+/// The verdict on a case that could be made, but whose diagnosis ended in an error.
+const UNDIAGNOSED: &str = "undiagnosed";
 
 /// What a case came to.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -24,7 +29,7 @@ pub struct DiagnosisOutcome {
     pub task: DiagnosisTask,
     /// Planted parameters, as `cause.parameter`.
     pub truth: BTreeMap<String, f64>,
-    /// The verdict; `failed` if the case could not be made or diagnosed.
+    /// The verdict; `failed` if the case could not be made, `undiagnosed` if its diagnosis ended in an error.
     pub verdict: String,
     /// Why.
     pub reason: String,
@@ -50,9 +55,13 @@ pub struct DiagnosisOutcome {
     /// drives, and the truth.
     #[serde(default)]
     pub gain: Option<[f64; 3]>,
-    /// Of a case that was not named right: the evidence for the truth, had the search found it.
+    /// Of one or two effects: the evidence for the truth, had the search found it. Journals written before this was asked of every case
+    /// lack it where the effects were named right.
     #[serde(default)]
     pub known: Option<Known>,
+    /// Why that could not be had; none where it was, or was not asked for.
+    #[serde(default)]
+    pub unknown: Option<String>,
 }
 
 impl DiagnosisOutcome {
@@ -73,7 +82,7 @@ impl DiagnosisOutcome {
             program: PROGRAM.clone(),
             task,
             truth: BTreeMap::new(),
-            verdict: "failed".to_owned(),
+            verdict: FAILED.to_owned(),
             reason: String::new(),
             adopted: Vec::new(),
             confounded_with: Vec::new(),
@@ -85,7 +94,14 @@ impl DiagnosisOutcome {
             base: [0.0; 3],
             gain: None,
             known: None,
+            unknown: None,
         }
+    }
+
+    /// True if there was a diagnosis, whatever it said.
+    #[must_use]
+    pub fn is_diagnosed(&self) -> bool {
+        ![FAILED, UNDIAGNOSED].contains(&self.verdict.as_str())
     }
 
     /// What the extended model gains on the hold-out, as a share of what the truth gains; `None` where nothing can be gained.
@@ -106,15 +122,16 @@ impl DiagnosisOutcome {
         (!close.is_empty()).then(|| close.iter().all(|close| *close))
     }
 
-    /// True if the data show what was planted: it was named right, or the truth, fitted from its own values, gains more than the
-    /// threshold on the training data; of several causes each beside the others.
+    /// True if the data show what was planted: the truth, fitted from its own values, gains more than the threshold on the training
+    /// data, of several causes each beside the others. False where that fit failed. A case of which a journal does not say
+    /// it, as those named right once, counts as shown.
     #[must_use]
     pub fn is_shown(&self) -> bool {
         let gains = |known: &Known| {
             let whole = known.log_likelihoods[1] - known.log_likelihoods[0];
             known.parts.iter().chain([&whole]).all(|gain| *gain > known.threshold)
         };
-        self.known.as_ref().is_none_or(gains)
+        self.unknown.is_none() && self.known.as_ref().is_none_or(gains)
     }
 }
 
@@ -125,9 +142,11 @@ pub enum Judgement {
     /// The truth, first and alone or first of a set; for a drive without an effect, or with an absorbed one: silence; for an effect outside
     /// the library or another law: `unexplained` (or, for a law that cannot be the car's at all, `bad_base`).
     Right,
-    /// The truth is in the named set.
+    /// The truth of one effect is in the named set.
     InSet,
-    /// Nothing is named, and something is missing.
+    /// One of two effects is named, and nothing that was not planted.
+    Half,
+    /// Nothing is named, and something is missing; or the diagnosis ended in an error.
     Silent,
     /// Something else is named.
     Wrong,
@@ -144,8 +163,10 @@ fn family_of(name: &str) -> &str {
 #[must_use]
 pub fn judge(outcome: &DiagnosisOutcome) -> Judgement {
     let named = ["named", "ambiguous"].contains(&outcome.verdict.as_str());
-    if outcome.verdict == "failed" {
-        return Judgement::Failed;
+    match outcome.verdict.as_str() {
+        FAILED => return Judgement::Failed,
+        UNDIAGNOSED => return Judgement::Silent,
+        _ => (),
     }
     let task = &outcome.task;
     let same = |name: &String, truth: &String| {
@@ -168,13 +189,14 @@ pub fn judge(outcome: &DiagnosisOutcome) -> Judgement {
             let hit = |name: &String| task.causes.iter().any(|truth| same(name, truth));
             let found = task.causes.iter().filter(|truth| outcome.adopted.iter().any(|name| same(name, truth))).count();
             let missed = outcome.adopted.iter().filter(|name| !hit(name)).count();
-            let in_set = task
-                .causes
-                .iter()
-                .all(|truth| outcome.adopted.iter().chain(&outcome.confounded_with).any(|name| same(name, truth)));
+            // Said to be one of several that cannot be told apart, the planted one among them.
+            let in_set =
+                task.causes.len() == 1 && outcome.adopted.len() == 1 && outcome.confounded_with.iter().any(hit);
             if missed == 0 && found == task.causes.len() {
                 Judgement::Right
-            } else if in_set && outcome.adopted.len() <= task.causes.len() || missed == 0 {
+            } else if missed == 0 {
+                Judgement::Half
+            } else if in_set {
                 Judgement::InSet
             } else {
                 Judgement::Wrong
@@ -226,15 +248,9 @@ pub fn diagnose_task(task: &DiagnosisTask) -> DiagnosisOutcome {
         kept: None,
     };
     let clock = cpu_time::ProcessTime::now();
-    let inference = match infer(&question, &mut |_| ControlFlow::Continue(())) {
-        Ok(inference) => inference,
-        Err(error) => {
-            outcome.reason = error.to_string();
-            return outcome;
-        }
-    };
-    fill(&mut outcome, &inference);
+    let inference = infer(&question, &mut |_| ControlFlow::Continue(()));
     outcome.cpu_s = clock.elapsed().as_secs_f64();
+    fill(&mut outcome, &inference);
     if ["one", "pair"].contains(&task.kind.as_str()) {
         let mut values = law(&drives.controller);
         let mut planted = Vec::new();
@@ -243,11 +259,15 @@ pub fn diagnose_task(task: &DiagnosisTask) -> DiagnosisOutcome {
             let names = effect.kind().parameters().iter().map(|parameter| parameter.name.to_owned());
             values.extend(names.zip(effect.values().iter().copied()));
         }
-        if judge(&outcome) == Judgement::Right {
-            outcome.gain = gains(&question, &inference, &planted, &values);
-        } else {
-            outcome.known = known(&question, &planted, &values).ok().flatten();
+        if let (Ok(inference), Judgement::Right) = (&inference, judge(&outcome)) {
+            outcome.gain = gains(&question, inference, &planted, &values);
         }
+        // Of the right ones too: what the data show must not depend on what was found.
+        (outcome.known, outcome.unknown) = match known(&question, &planted, &values) {
+            Ok(Some(known)) => (Some(known), None),
+            Ok(None) => (None, Some("neither the base nor the truth can be fitted to the drives".to_owned())),
+            Err(error) => (None, Some(error.to_string())),
+        };
     }
     outcome
 }
@@ -267,7 +287,7 @@ fn gains(
     for symbol in variant.parameters() {
         parameters.set(symbol, values.iter().find(|(name, _)| name == symbol.name())?.1);
     }
-    let truth = free(question.holdout, variant, &parameters, &inference.adopted).ok()?;
+    let truth = free(question.holdout, variant, &parameters, &inference.adopted, question.bounds).ok()?;
     Some([found.base?, found.extended?, nrmse_of(question.holdout, &truth)?])
 }
 
@@ -293,7 +313,16 @@ fn law(controller: &Controller) -> Vec<(String, f64)> {
     named.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
 }
 
-fn fill(outcome: &mut DiagnosisOutcome, inference: &Inference) {
+/// What a diagnosis says, or why there is none.
+fn fill(outcome: &mut DiagnosisOutcome, inference: &Result<Inference, DiagnoseError>) {
+    let inference = match inference {
+        Ok(inference) => inference,
+        Err(error) => {
+            outcome.verdict = UNDIAGNOSED.to_owned();
+            outcome.reason = error.to_string();
+            return;
+        }
+    };
     outcome.verdict = inference.verdict.name().to_owned();
     outcome.reason.clone_from(&inference.reason);
     outcome.simulations = inference.simulations;
@@ -317,5 +346,69 @@ fn fill(outcome: &mut DiagnosisOutcome, inference: &Inference) {
                 outcome.estimates.insert(format!("{}.{}", cause.extension.name, p.name), [p.value, p.error]);
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn outcome(kind: &str, causes: &[&str], adopted: &[&str], confounded_with: &[&str]) -> DiagnosisOutcome {
+        let names = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect::<Vec<_>>();
+        let task = DiagnosisTask {
+            kind: kind.to_owned(),
+            base: "idm".to_owned(),
+            causes: names(causes),
+            rms_mps: 0.1,
+            gusts_mps2: 0.0,
+            duration_s: 900.0,
+            seed: 1,
+            effort: "quick".to_owned(),
+        };
+        let verdict = if adopted.is_empty() { "nothing" } else { "named" }.to_owned();
+        let (adopted, confounded_with) = (names(adopted), names(confounded_with));
+        DiagnosisOutcome { verdict, adopted, confounded_with, ..DiagnosisOutcome::failed(task) }
+    }
+
+    #[test]
+    fn a_name_that_was_not_planted_is_wrong_whatever_stands_beside_it() {
+        let pair =
+            |adopted: &[&str], others: &[&str]| judge(&outcome("pair", &["grade", "dead_zone"], adopted, others));
+        assert_eq!(pair(&["dead_zone", "grade"], &[]), Judgement::Right);
+        assert_eq!(pair(&["grade"], &[]), Judgement::Half);
+        assert_eq!(pair(&["grade"], &["dead_zone"]), Judgement::Half);
+        assert_eq!(pair(&["grade", "periodic"], &[]), Judgement::Wrong);
+        assert_eq!(pair(&["grade", "periodic"], &["dead_zone"]), Judgement::Wrong);
+        assert_eq!(pair(&[], &[]), Judgement::Silent);
+        let one = |adopted: &[&str], others: &[&str]| judge(&outcome("one", &["grade"], adopted, others));
+        assert_eq!(one(&["grade"], &["periodic"]), Judgement::Right);
+        assert_eq!(one(&["periodic"], &["grade"]), Judgement::InSet);
+        assert_eq!(one(&["periodic"], &[]), Judgement::Wrong);
+        assert_eq!(one(&["grade", "periodic"], &[]), Judgement::Wrong);
+    }
+
+    #[test]
+    fn a_diagnosis_that_ends_in_an_error_is_a_miss() {
+        for kind in ["one", "none", "outside"] {
+            let mut case = outcome(kind, &["grade"], &["grade"], &[]);
+            fill(&mut case, &Err(DiagnoseError::NoData));
+            assert_eq!((judge(&case), case.is_diagnosed()), (Judgement::Silent, false), "{kind}");
+            assert!(case.reason.contains("no drive to train on"), "{}", case.reason);
+        }
+        let failed = DiagnosisOutcome::failed(outcome("one", &["grade"], &[], &[]).task);
+        assert_eq!((judge(&failed), failed.is_diagnosed()), (Judgement::Failed, false));
+    }
+
+    #[test]
+    fn what_cannot_be_known_is_not_shown() {
+        let old = outcome("one", &["grade"], &["grade"], &[]);
+        let json = serde_json::to_value(&old).expect("finite numbers");
+        let mut line = json.as_object().expect("an object").clone();
+        line.remove("unknown").expect("written");
+        line.remove("known").expect("written");
+        assert_eq!(serde_json::from_value::<DiagnosisOutcome>(line.into()).expect("an old line"), old);
+        assert!(old.is_shown(), "as it was counted when it was written");
+        let unknown = DiagnosisOutcome { unknown: Some("the base cannot be driven".to_owned()), ..old };
+        assert!(!unknown.is_shown());
     }
 }

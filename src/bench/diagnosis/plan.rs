@@ -1,5 +1,6 @@
 //! Which cases are run.
 
+use super::super::BenchError;
 use crate::optimize::stream;
 use crate::plant::EffectKind;
 use rand::RngExt;
@@ -79,11 +80,26 @@ pub const SIZES: [f64; 2] = [MEDIUM, 0.03];
 /// Gusts \[m/s²\].
 const GUSTS: f64 = 0.05;
 
+/// Cases of one seed, at most: with more, their own seeds would be those of the next seed's cases.
+const MOST_CASES: usize = 1000;
+/// The largest seed, for which those of its cases still are whole numbers of 64 bits.
+pub const LARGEST_SEED: u64 = u64::MAX / MOST_CASES as u64 - 1;
+
 /// The cases of a seed, shuffled so that the first so many of them are a fair sample: per base every effect at
 /// all sizes \[m/s\], half of them in gusts; forty drives without any effect, a third of them with coloured noise; absorbed effects, pairs, an
 /// effect outside the library, a base of another family.
-#[must_use]
-pub fn diagnosis_tasks(seed: u64, duration_s: f64, effort: &str, sizes: &[f64]) -> Vec<DiagnosisTask> {
+///
+/// # Errors
+/// [`BenchError::Seed`] above [`LARGEST_SEED`]; [`BenchError::Cases`] with so many sizes that there would be more than 1000 cases.
+pub fn diagnosis_tasks(
+    seed: u64,
+    duration_s: f64,
+    effort: &str,
+    sizes: &[f64],
+) -> Result<Vec<DiagnosisTask>, BenchError> {
+    if seed > LARGEST_SEED {
+        return Err(BenchError::Seed { most: LARGEST_SEED, found: seed });
+    }
     let mut tasks = Vec::new();
     let mut rng = stream(seed, 0, 0, 0);
     let mut number = 0;
@@ -96,7 +112,8 @@ pub fn diagnosis_tasks(seed: u64, duration_s: f64, effort: &str, sizes: &[f64]) 
             rms_mps,
             gusts_mps2: if gusty { GUSTS } else { 0.0 },
             duration_s,
-            seed: seed * 1000 + number,
+            // More than there are seeds for are refused below.
+            seed: (seed * MOST_CASES as u64).wrapping_add(number),
             effort: effort.to_owned(),
         });
     };
@@ -129,9 +146,43 @@ pub fn diagnosis_tasks(seed: u64, duration_s: f64, effort: &str, sizes: &[f64]) 
             add("family", base, &[], 0.0, i == 2);
         }
     }
+    if tasks.len() > MOST_CASES {
+        return Err(BenchError::Cases { most: MOST_CASES, found: tasks.len(), sizes: sizes.len() });
+    }
     // Fisher and Yates.
     for i in (1..tasks.len()).rev() {
         tasks.swap(i, rng.random_range(0..=i));
     }
-    tasks
+    Ok(tasks)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    fn seeds(seed: u64, sizes: &[f64]) -> Result<BTreeSet<u64>, BenchError> {
+        let tasks = diagnosis_tasks(seed, 300.0, "quick", sizes)?;
+        let seeds: BTreeSet<u64> = tasks.iter().map(|task| task.seed).collect();
+        assert_eq!(seeds.len(), tasks.len());
+        Ok(seeds)
+    }
+
+    #[test]
+    fn every_case_has_a_seed_of_its_own() {
+        let many: Vec<f64> = (1..=12).map(|i| 0.01 * f64::from(i)).collect();
+        let of = |seed: u64| seeds(seed, &many).expect("below a thousand cases");
+        assert!(of(7).is_disjoint(&of(8)));
+        assert_eq!(seeds(7, &SIZES).expect("few").first(), Some(&7001));
+        of(LARGEST_SEED);
+    }
+
+    #[test]
+    fn more_cases_than_seeds_are_refused() {
+        let many: Vec<f64> = (1..=20).map(|i| 0.01 * f64::from(i)).collect();
+        let message = seeds(7, &many).expect_err("too many").to_string();
+        assert!(message.starts_with("20 sizes make 1") && message.contains("at most 1000"), "{message}");
+        let message = seeds(LARGEST_SEED + 1, &SIZES).expect_err("too large").to_string();
+        assert!(message.contains("seed") && message.contains(&LARGEST_SEED.to_string()), "{message}");
+    }
 }

@@ -3,7 +3,7 @@
 use super::DiagnosisJournal;
 use super::judge::{DiagnosisOutcome, Judgement, judge};
 use super::plan::{BASES, DiagnosisTask, MEDIUM};
-use crate::diagnose::one_in_a_hundred;
+use crate::diagnose::{JUDGED, one_in_a_hundred};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -19,6 +19,8 @@ pub struct Tally {
     pub right: usize,
     /// The truth in the set, the right ones included.
     pub in_set: usize,
+    /// One of two effects, and nothing else.
+    pub half: usize,
     /// Silent ones.
     pub silent: usize,
     /// Those of the silent ones that would have been named, had the search found the truth: the others lack evidence.
@@ -92,7 +94,7 @@ pub struct PowerAt {
 pub struct Silence {
     /// A base, or all bases.
     pub of: String,
-    /// Drives that could be made.
+    /// Drives that could be made and diagnosed.
     pub cases: usize,
     /// What half of them exceed.
     pub median: f64,
@@ -100,8 +102,9 @@ pub struct Silence {
     pub one_in_twenty: f64,
     /// The highest.
     pub highest: f64,
-    /// What one in a hundred exceeds, by an exponential tail through the largest quarter. It is 1 where the thresholds are just right.
-    pub one_in_a_hundred: f64,
+    /// What one in a hundred exceeds, by an exponential tail through the largest quarter of those that are seen: causes with less than half
+    /// of what they need are not judged. It is 1 where the thresholds are just right. None with fewer than 20 drives.
+    pub one_in_a_hundred: Option<f64>,
 }
 
 /// Share of the possible gain that a named effect should bring.
@@ -159,6 +162,7 @@ impl DiagnosisReport {
                 tally.cases += usize::from(judged != Judgement::Failed);
                 tally.right += usize::from(judged == Judgement::Right);
                 tally.in_set += usize::from(matches!(judged, Judgement::Right | Judgement::InSet));
+                tally.half += usize::from(judged == Judgement::Half);
                 tally.silent += usize::from(judged == Judgement::Silent);
                 let passes = outcome.known.as_ref().is_some_and(|known| known.objection.is_empty());
                 tally.not_found += usize::from(judged == Judgement::Silent && passes);
@@ -252,7 +256,7 @@ fn has_no_effect(outcome: &DiagnosisOutcome) -> bool {
 /// Of each base and of all.
 fn silence(outcomes: &[DiagnosisOutcome]) -> Vec<Silence> {
     let row = |of: &str, is: &dyn Fn(&DiagnosisOutcome) -> bool| {
-        let here = outcomes.iter().filter(|o| has_no_effect(o) && judge(o) != Judgement::Failed && is(o));
+        let here = outcomes.iter().filter(|o| has_no_effect(o) && o.is_diagnosed() && is(o));
         let mut shares: Vec<f64> = here.map(DiagnosisOutcome::nearest).collect();
         shares.sort_by(|a, b| b.total_cmp(a));
         let exceeded_by = |share: f64| shares.get((share * shares.len() as f64) as usize).copied().unwrap_or(0.0);
@@ -262,7 +266,7 @@ fn silence(outcomes: &[DiagnosisOutcome]) -> Vec<Silence> {
             median: exceeded_by(0.5),
             one_in_twenty: exceeded_by(0.05),
             highest: exceeded_by(0.0),
-            one_in_a_hundred: one_in_a_hundred(shares),
+            one_in_a_hundred: one_in_a_hundred(shares, JUDGED),
         }
     };
     let mut rows: Vec<Silence> = BASES.iter().map(|base| row(base, &|o| o.task.base == *base)).collect();
@@ -309,7 +313,7 @@ mod tests {
     use super::*;
     use crate::diagnose::known::Known;
 
-    /// An outcome; with what the truth gains of 16 nats needed where it was not named.
+    /// An outcome; with what the truth gains of 16 nats needed, if the journal says so.
     fn outcome(kind: &str, causes: &[&str], adopted: &[&str], gain: Option<f64>) -> DiagnosisOutcome {
         let names = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect::<Vec<_>>();
         let task = DiagnosisTask {
@@ -351,6 +355,8 @@ mod tests {
             // The second effect gains 10 of 16 nats needed.
             outcome("pair", &["grade", "jerk_limit"], &["grade"], Some(90.0)),
             outcome("absorbed", &["range_scale"], &[], None),
+            // Named right, though the truth gains less than it needs.
+            outcome("one", &["periodic"], &["periodic"], Some(9.0)),
         ];
         let bars = bars(&outcomes);
         let of = |what: &str| {
@@ -358,9 +364,9 @@ mod tests {
             (bar.count, bar.cases, bar.met())
         };
         assert_eq!(of("idm: right name first, medium, shown"), (2, 3, Some(false)));
-        assert_eq!(of("idm: right name first, medium, all"), (2, 4, Some(false)));
+        assert_eq!(of("idm: right name first, medium, all"), (3, 5, Some(false)));
         assert_eq!(of("gipps: right name first, medium, all"), (0, 0, None));
-        assert_eq!(of("wrong name"), (1, 4, Some(false)));
+        assert_eq!(of("wrong name"), (1, 5, Some(false)));
         assert_eq!(of("false alarm"), (1, 2, Some(false)));
         assert_eq!(of("both of two effects found, shown"), (1, 1, Some(true)));
         assert_eq!(of("both of two effects found, all"), (1, 2, Some(false)));
@@ -369,5 +375,22 @@ mod tests {
         let [low, high] = interval(4, 3);
         assert!((low - 0.3006).abs() < 1e-4 && (high - 0.9544).abs() < 1e-4, "{low} {high}");
         assert_eq!(interval(0, 0), [0.0, 1.0]);
+    }
+
+    /// Of 24 drives six exceed half of what is needed, by 0.2 in the mean: one in a hundred exceeds 0.5 + 0.2 ln 25.
+    #[test]
+    fn one_in_a_hundred_is_said_of_enough_drives_only() {
+        let near = |share: f64| {
+            let tried = vec![(1, "periodic".to_owned(), [Some(16.0), Some(16.0 * share), Some(16.0)], String::new())];
+            DiagnosisOutcome { tried, ..outcome("none", &[], &[], None) }
+        };
+        let mut outcomes: Vec<DiagnosisOutcome> = (0..24).map(|i| near(if i < 6 { 0.7 } else { 0.0 })).collect();
+        let of = |outcomes: &[DiagnosisOutcome]| silence(outcomes)[0].one_in_a_hundred;
+        let found = of(&outcomes).expect("enough drives");
+        assert!((found - 1.1438).abs() < 1e-3, "{found}");
+        // A drive that was not diagnosed does not say how near it came.
+        outcomes.extend((0..24).map(|_| DiagnosisOutcome { verdict: "undiagnosed".to_owned(), ..near(0.0) }));
+        assert_eq!(of(&outcomes), Some(found));
+        assert_eq!(of(&outcomes[..19]), None);
     }
 }

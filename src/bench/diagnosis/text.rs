@@ -8,13 +8,15 @@ impl DiagnosisReport {
     #[must_use]
     pub fn table(&self) -> String {
         let mut text = format!(
-            "{:32} {:>6} {:>6} {:>7} {:>7} {:>10} {:>6}\n",
-            "", "cases", "right", "in set", "silent", "not found", "wrong"
+            "{:30} {:>5} {:>5} {:>6} {:>4} {:>6} {:>9} {:>5}\n",
+            "", "cases", "right", "in set", "half", "silent", "not found", "wrong"
         );
         for (row, tally) in &self.tallies {
-            let Tally { cases, right, in_set, silent, not_found, wrong } = tally;
-            let _ = writeln!(text, "{row:32} {cases:6} {right:6} {in_set:7} {silent:7} {not_found:10} {wrong:6}");
+            let Tally { cases, right, in_set, half, silent, not_found, wrong } = tally;
+            let _ =
+                writeln!(text, "{row:30} {cases:5} {right:5} {in_set:6} {half:4} {silent:6} {not_found:9} {wrong:5}");
         }
+        text += "half: one of two effects, and nothing else\n";
         text += "not found: silent, though the truth, fitted from its values, would be named\n";
         text += "\nshare with its 95 % interval, and target; shown: the truth, fitted from its\n";
         text += "values, gains more than the threshold, each of two effects beside the other\n";
@@ -46,10 +48,8 @@ impl DiagnosisReport {
             );
         }
         for Silence { of, cases, median, one_in_twenty, highest, one_in_a_hundred } in &self.silence {
-            let _ = writeln!(
-                text,
-                "{of:24}{cases:>7}{median:>8.2}{one_in_twenty:>11.2}{highest:>9.2}{one_in_a_hundred:>12.2}"
-            );
+            let rare = one_in_a_hundred.map_or("-".to_owned(), |share| format!("{share:.2}"));
+            let _ = writeln!(text, "{of:24}{cases:>7}{median:>8.2}{one_in_twenty:>11.2}{highest:>9.2}{rare:>12}");
         }
         let [close, estimated] = self.close_estimates();
         let _ = writeln!(

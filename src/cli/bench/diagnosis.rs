@@ -1,11 +1,12 @@
 //! `leadlag bench diagnosis`: how well a diagnosis names what is missing.
 
 use super::super::lines::Lines;
+use super::super::number::whole;
 use super::super::{interrupt, output};
 use anyhow::Context;
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use leadlag::bench::Machine;
-use leadlag::bench::{DiagnosisJournal, DiagnosisReport, SIZES, diagnosis_tasks, run_diagnoses};
+use leadlag::bench::{DiagnosisJournal, DiagnosisReport, LARGEST_SEED, SIZES, diagnosis_tasks, run_diagnoses};
 use leadlag::diagnose::PROGRAM;
 use leadlag::report::naming::{self, Provenance};
 use std::ops::ControlFlow;
@@ -20,7 +21,7 @@ pub struct Args {
     #[arg(long, value_name = "N")]
     cases: Option<usize>,
     /// Decides everything that is planted
-    #[arg(long, value_name = "SEED", default_value_t = 1)]
+    #[arg(long, value_name = "SEED", default_value_t = 1, value_parser = whole(0, LARGEST_SEED), allow_negative_numbers = true)]
     seed: u64,
     /// Length of a drive in seconds [default: 900, with --quick 300]
     #[arg(long, value_name = "SECONDS")]
@@ -54,7 +55,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let page = args.page.as_deref().map(|page| into_page(page, "").map(|_| page)).transpose()?;
     let (duration, effort, count) = if args.quick { (300.0, "quick", 30) } else { (900.0, "normal", usize::MAX) };
     let effort = args.effort.as_deref().unwrap_or(effort);
-    let mut tasks = diagnosis_tasks(args.seed, args.duration.unwrap_or(duration), effort, &args.sizes);
+    let mut tasks = diagnosis_tasks(args.seed, args.duration.unwrap_or(duration), effort, &args.sizes)?;
     tasks.retain(|task| args.only.as_ref().is_none_or(|only| task.kind == *only));
     tasks.retain(|task| args.case.is_empty() || args.case.contains(&task.seed));
     let planned = tasks.len();

@@ -81,6 +81,9 @@ fn write_all(text: &mut String, outcome: &Outcome, beside: &Beside) -> std::fmt:
                 writeln!(text, "runs that crash or break off, {where_}: base {base}, extended {extended}, of {all}")?;
             }
         }
+        (None, _) if outcome.gain_error.is_some() => {
+            text.push_str(&wrapped(0, 2, outcome.gain_error.as_deref().unwrap_or_default()))
+        }
         (None, Verdict::Named) => text.push_str("not measured\n"),
         (None, _) => text.push_str("nothing is named, so there is nothing to gain\n"),
     }
@@ -255,6 +258,10 @@ fn worst(shares: &[Share]) -> Vec<&Share> {
     all
 }
 
+/// Mean chi-squared up to which a dependence may be chance: where there is none it is about 1, and a single difference of two classes
+/// exceeds 4, two standard errors, in one of twenty cases. More classes do so more rarely, which leaves room for errors that are estimates.
+const CHANCE: f64 = 4.0;
+
 /// The missing acceleration in words.
 fn acceleration(text: &mut String, missing: &Profiles, model: Option<&ModelEntry>) -> std::fmt::Result {
     let sigma = model.map_or(String::new(), |m| format!(" (its model's own estimate: {} m/s²)", small(m.sigma_d_mps2)));
@@ -276,10 +283,10 @@ fn acceleration(text: &mut String, missing: &Profiles, model: Option<&ModelEntry
         let class = strongest.map_or(String::new(), |c| {
             format!("{:+.3} ± {:.3} at {}", c.mean, 1.96 * c.error, at(c.at, &profile.unit))
         });
-        let clear = if profile.chi2 > 4.0 { "" } else { " ?" };
+        let clear = if profile.chi2 > CHANCE { "" } else { " ?" };
         writeln!(text, "{:<30}{:>7.0} %  {class}{clear}", profile.name, 100.0 * profile.explained)?;
     }
-    if missing.profiles.iter().any(|profile| profile.chi2 <= 4.0) {
+    if missing.profiles.iter().any(|profile| profile.chi2 <= CHANCE) {
         writeln!(text, "?: no more than chance may do")?;
     }
     if let Some(r) = missing.repeats_by_place {

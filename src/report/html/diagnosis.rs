@@ -3,6 +3,7 @@
 use super::budget::budget;
 use super::{Chart, Page, between, escape, short};
 use crate::diagnose::Verdict;
+use crate::diagnose::gain::Gain;
 use crate::diagnose::outcome::{CauseEntry, Outcome, ParameterEntry};
 use crate::report::diagnosis::causes::{equation, meaning};
 use crate::report::diagnosis::pictures;
@@ -50,6 +51,7 @@ fn summary(page: &mut Page, outcome: &Outcome) {
     }
     match &outcome.gain {
         Some(gain) => facts.push(("gain on the data held back", gain.sentence.clone())),
+        None if outcome.gain_error.is_some() => facts.push(("gain on the data held back", "not measured".to_owned())),
         None => facts.push(("gain on the data held back", "none, as nothing is named".to_owned())),
     }
     facts.push((
@@ -192,24 +194,27 @@ fn entries(page: &mut Page, caption: &str, causes: &[CauseEntry]) {
 fn gain(page: &mut Page, outcome: &Outcome) {
     page.section("gain", "Gain on the data held back");
     let Some(gain) = &outcome.gain else {
-        page.paragraph("Nothing is named, so there is nothing to gain.");
+        page.paragraph(outcome.gain_error.as_deref().unwrap_or("Nothing is named, so there is nothing to gain."));
         return;
     };
     page.paragraph(&gain.sentence);
-    if let Some(signals) = gain.signals {
-        let row = |k: usize| {
-            let mut row = vec![["base", "extended"][k].to_owned()];
-            row.extend(signals[k].map(short));
-            let broken = gain.crashes();
-            row.extend(broken.map(|broken| format!("{} of {}", broken[k], broken[2])));
-            row
-        };
-        page.table(
-            "NRMSE of the free simulation",
-            &["model", "spacing", "speed", "acceleration", "crashes, held back", "crashes, training"],
-            &[row(0), row(1)],
-        );
-    }
+    scores(page, gain);
+}
+
+/// Errors of both models where both come to the end of what was held back, and crashes in any case.
+fn scores(page: &mut Page, gain: &Gain) {
+    let row = |k: usize| {
+        let mut row = vec![["base", "extended"][k].to_owned()];
+        row.extend(gain.signals.map_or(std::array::from_fn(|_| "–".to_owned()), |signals| signals[k].map(short)));
+        let broken = gain.crashes();
+        row.extend(broken.map(|broken| format!("{} of {}", broken[k], broken[2])));
+        row
+    };
+    page.table(
+        "NRMSE of the free simulation",
+        &["model", "spacing", "speed", "acceleration", "crashes, held back", "crashes, training"],
+        &[row(0), row(1)],
+    );
 }
 
 fn left(page: &mut Page, outcome: &Outcome) {
@@ -220,4 +225,31 @@ fn left(page: &mut Page, outcome: &Outcome) {
     let rows: Vec<Vec<String>> = outcome.left_over.iter().map(row).collect();
     page.table("Left over", &["kind", "where", "size", "formula (a description, not a cause)"], &rows);
     page.paragraph(&format!("{} simulations, seed {}, effort {}.", outcome.simulations, outcome.seed, outcome.effort));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Errors are compared only where both models come to the end; crashes are told above all where one does not.
+    #[test]
+    fn crashes_are_told_where_there_are_some() {
+        let gain = Gain {
+            base: None,
+            extended: Some(0.2),
+            interval: None,
+            signals: None,
+            broken_off: [3, 1],
+            drives: 9,
+            broken_off_held_back: [2, 0, 4],
+            parameters: Default::default(),
+            sentence: String::new(),
+        };
+        let mut page = Page::default();
+        scores(&mut page, &gain);
+        let html = page.finish("", "", "{}");
+        for told in ["crashes, held back", "2 of 4", "0 of 4", "1 of 5"] {
+            assert!(html.contains(told), "{told}: {html}");
+        }
+    }
 }

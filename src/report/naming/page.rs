@@ -74,9 +74,9 @@ pub fn part(report: &DiagnosisReport, from: &Provenance, pictures: [&str; 2]) ->
     }
     text += "\n*Shown*: the truth, fitted from its own values, gains more than the threshold, each of two effects beside the other.\n\n";
 
-    text += "| planted | cases | right | in the set | silent | of these not found | wrong |\n|---|---|---|---|---|---|---|\n";
+    text += "| planted | cases | right | in the set | one of two | silent | of these not found | wrong |\n|---|---|---|---|---|---|---|---|\n";
     for (row, tally) in report.tallies.iter().filter(|(_, tally)| tally.cases > 0) {
-        let of = [tally.cases, tally.right, tally.in_set, tally.silent, tally.not_found, tally.wrong];
+        let of = [tally.cases, tally.right, tally.in_set, tally.half, tally.silent, tally.not_found, tally.wrong];
         let _ = writeln!(text, "| {row} | {} |", of.map(|n| n.to_string()).join(" | "));
     }
     text += "\n*Not found*: the truth, fitted from its own values, would have been named; the other silent ones lack evidence.\n\n";
@@ -139,10 +139,15 @@ fn pairs(report: &DiagnosisReport) -> String {
             Judgement::Failed => continue,
             Judgement::Right => "right",
             Judgement::InSet => "in the set",
+            Judgement::Half => "one of two",
             Judgement::Silent => "silent",
             Judgement::Wrong => "wrong",
         };
-        let weak = if outcome.is_shown() { "" } else { ", not shown by the data" };
+        let weak = match (&outcome.unknown, outcome.is_shown()) {
+            (Some(_), _) => ", and whether the data show it is not known",
+            (None, true) => "",
+            (None, false) => ", not shown by the data",
+        };
         let said = if outcome.adopted.is_empty() { outcome.verdict.clone() } else { outcome.adopted.join(" + ") };
         let task = &outcome.task;
         let _ =
@@ -160,14 +165,13 @@ fn silence(report: &DiagnosisReport) -> String {
         return String::new();
     }
     let mut text = "Drives without an effect: evidence of the likeliest cause, as a share of what it needs for a name (0 where none gains enough to be judged). \
-        What one of a hundred exceeds is extrapolated by an exponential tail through the largest quarter; thresholds are just right where it is 1.\n\n\
+        What one of a hundred exceeds is extrapolated by an exponential tail through the largest quarter, or through those above 0.5, below which causes are not judged; \
+        thresholds are just right where it is 1.\n\n\
         | | drives | median | one of 20 exceeds | highest | one of 100 exceeds |\n|---|---|---|---|---|---|\n"
         .to_owned();
     for Silence { of, cases, median, one_in_twenty, highest, one_in_a_hundred } in &report.silence {
-        let _ = writeln!(
-            text,
-            "| {of} | {cases} | {median:.2} | {one_in_twenty:.2} | {highest:.2} | {one_in_a_hundred:.2} |"
-        );
+        let rare = one_in_a_hundred.map_or("-".to_owned(), |share| format!("{share:.2}"));
+        let _ = writeln!(text, "| {of} | {cases} | {median:.2} | {one_in_twenty:.2} | {highest:.2} | {rare} |");
     }
     text + "\n"
 }

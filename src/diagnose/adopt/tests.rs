@@ -1,0 +1,172 @@
+//! What a search keeps of the rounds, without fitting anything.
+
+use super::*;
+use crate::calibrate::Overrides;
+use crate::catalog::Variant;
+use crate::diagnose::drive::Drive;
+use crate::diagnose::fit::Fit;
+use crate::diagnose::made_up;
+use crate::diagnose::model::Model;
+use crate::diagnose::verdict::{Effort, Question};
+use crate::wgsl::extension_named;
+use nalgebra::{DMatrix, DVector};
+
+fn cause(name: &str) -> &'static Extension {
+    extension_named(name).expect("in the library")
+}
+
+/// L-CTH with these causes, as if it had been fitted.
+fn candidate(drives: &[Drive], names: &[&str]) -> Candidate {
+    let causes: Vec<&'static Extension> = names.iter().map(|name| cause(name)).collect();
+    let base: Variant = "l-cth".parse().expect("a base");
+    let variant = causes.iter().try_fold(base, |variant, cause| variant.with(cause)).expect("they go together");
+    let model = Model::new(variant, drives, &Overrides::new(), &[]).expect("a model");
+    let values = model.axes.iter().map(|axis| axis.value(0.4)).collect();
+    let fit = Fit {
+        point: Point { values, noise: Noise { sigma_d: 0.05, tau_d: 2.0, r_s: 0.02, r_v: 0.02, r_l: 1e-3 } },
+        log_likelihood: 0.0,
+        errors: Vec::new(),
+        converged: true,
+        coordinates: Vec::new(),
+        information: DMatrix::zeros(0, 0),
+        gradient: DVector::zeros(0),
+    };
+    Candidate { variant, causes, model, fit }
+}
+
+fn nothing() -> Held {
+    Held { folds: [Vec::new(), Vec::new()] }
+}
+
+fn row(round: usize, name: &str, evidence: f64, fate: Fate) -> Tried {
+    let (folds, trimmed) = ([0.5 * evidence; 2], evidence);
+    Tried { round, name: name.to_owned(), gain: evidence, evidence, folds, trimmed, threshold: 20.0, fate }
+}
+
+fn search(current: Candidate, ladder: Vec<Tried>) -> Search {
+    Search {
+        evidence: current.causes.iter().map(|_| (50.0, 20.0)).collect(),
+        current,
+        held: nothing(),
+        rivals: Vec::new(),
+        ladder,
+        stopped: Vec::new(),
+        not_testable: Vec::new(),
+        untried: Vec::new(),
+        need: 20.0,
+        margin: 6.0,
+        inflation: 1.5,
+        short_list: 5,
+        trial: None,
+    }
+}
+
+fn as_likely_as(adopted: &str) -> Fate {
+    Fate::AsLikely { adopted: adopted.to_owned() }
+}
+
+fn fates(search: &Search) -> Vec<Fate> {
+    search.ladder.iter().map(|row| row.fate.clone()).collect()
+}
+
+#[test]
+fn a_rival_of_one_round_is_none_of_the_next() {
+    let drives = [made_up::drive("made_up.csv", 0.0)];
+    let ladder = vec![
+        row(1, "accel_cap", 90.0, Fate::Adopted),
+        row(1, "power_cap", 88.0, as_likely_as("accel_cap")),
+        row(2, "periodic", 60.0, Fate::Adopted),
+        row(2, "power_cap", f64::NAN, Fate::Screened),
+        row(2, "dead_zone", 58.0, as_likely_as("periodic")),
+    ];
+    let mut search = search(candidate(&drives, &["accel_cap"]), ladder);
+    let names = ["periodic", "power_cap", "dead_zone"];
+    let tried = names.iter().map(|name| (cause(name), candidate(&drives, &["accel_cap", name]))).collect();
+    let held = names.iter().map(|_| Some(nothing())).collect();
+    search.take(0, tried, held, 2);
+    assert_eq!(search.evidence.last(), Some(&(60.0, 20.0)));
+    let rivals: Vec<(&str, f64)> = search.rivals.iter().map(|r| (r.cause.name.as_str(), r.evidence)).collect();
+    assert_eq!(rivals, [("dead_zone", 58.0)]);
+}
+
+#[test]
+fn after_a_failed_trial_all_is_as_before() {
+    let drives = [made_up::drive("made_up.csv", 0.0)];
+    let bounds = Overrides::new();
+    let question = Question {
+        train: &drives,
+        holdout: &[],
+        base: "l-cth".parse().expect("a base"),
+        effort: Effort::Quick,
+        seed: 1,
+        causes: &[],
+        bounds: &bounds,
+        kept: None,
+    };
+    let objection = Objection::NoTransfer { share: 0.4 };
+    let ladder = vec![
+        row(1, "actuation_lag", 90.0, Fate::Adopted),
+        row(1, "asym_lag", 70.0, Fate::LessLikely),
+        row(2, "dead_zone", 80.0, Fate::Stopped(objection.clone())),
+    ];
+    let before = fates(&search(candidate(&drives, &[]), ladder.clone()));
+    let mut search = search(candidate(&drives, &["actuation_lag", "dead_zone"]), ladder);
+    search.stopped.push((cause("dead_zone"), 80.0, 20.0, objection.clone()));
+    search.begin_trial(candidate(&drives, &["actuation_lag"]), nothing(), vec![(90.0, 20.0)], 2);
+    assert_eq!(search.ladder[2].fate, Fate::OnTrial(objection));
+    // A round next to it.
+    search.ladder.push(row(3, "range_bias", 60.0, Fate::Adopted));
+    search.note_exchange(cause("actuation_lag"), cause("asym_lag"));
+    (search.need, search.margin, search.inflation) = (44.0, 9.0, 3.0);
+    search.end_trial(&Setting::new(&question, None)).expect("nothing is simulated");
+    assert_eq!([search.need, search.margin, search.inflation], [20.0, 6.0, 1.5]);
+    assert_eq!(search.current.causes, [cause("actuation_lag")]);
+    let (last, others) = (search.ladder.last().map(|row| row.fate.clone()), &fates(&search)[..3]);
+    assert_eq!((last, others), (Some(Fate::OnlyNextTo { other: "dead_zone".to_owned() }), &before[..]));
+}
+
+#[test]
+fn the_ladder_tells_of_an_exchange() {
+    let drives = [made_up::drive("made_up.csv", 0.0)];
+    let ladder = vec![
+        row(1, "actuation_lag", 90.0, Fate::Adopted),
+        row(1, "asym_lag", 89.0, as_likely_as("actuation_lag")),
+        row(2, "dead_zone", 80.0, Fate::Adopted),
+        row(2, "time_offset", 30.0, Fate::LessLikely),
+    ];
+    let mut search = search(candidate(&drives, &["asym_lag", "dead_zone"]), ladder);
+    search.note_exchange(cause("dead_zone"), cause("dead_zone"));
+    search.note_exchange(cause("actuation_lag"), cause("asym_lag"));
+    let exchanged = Fate::Exchanged { by: "asym_lag".to_owned() };
+    assert_eq!(fates(&search), [exchanged, Fate::Adopted, Fate::Adopted, Fate::LessLikely]);
+    assert_eq!(search.ladder[0].fate.to_string(), "dropped again: asym_lag took its place");
+    // One that was not tried in that round.
+    search.note_exchange(cause("asym_lag"), cause("time_offset"));
+    assert!(search.ladder[1].fate.is_dropped() && search.ladder[3].fate.is_adopted(), "{:?}", fates(&search));
+}
+
+#[test]
+fn rivals_of_other_families_stay_when_a_place_is_put_right() {
+    let drives = [made_up::drive("made_up.csv", 0.0)];
+    let rival = |of: &str, name: &str| Rival {
+        of: cause(of),
+        cause: cause(name),
+        candidate: candidate(&drives, &[name]),
+        evidence: 50.0,
+        need: 20.0,
+    };
+    let mut search = search(candidate(&drives, &["perception_delay", "range_bias"]), Vec::new());
+    search.rivals = vec![
+        rival("actuation_lag", "asym_lag"),
+        rival("actuation_lag", "dead_zone"),
+        rival("range_bias", "range_scale"),
+    ];
+    let again = vec![rival("sensor_lowpass", "sensor_lowpass"), rival("perception_delay", "perception_delay")];
+    search.settle_rivals(cause("actuation_lag"), cause("perception_delay"), again);
+    let found: Vec<(&str, &str)> =
+        search.rivals.iter().map(|rival| (rival.of.name.as_str(), rival.cause.name.as_str())).collect();
+    assert_eq!(
+        found,
+        [("perception_delay", "dead_zone"), ("range_bias", "range_scale"), ("perception_delay", "sensor_lowpass")]
+    );
+}

@@ -1,0 +1,72 @@
+//! Axes: how parameters are scaled, and between which bounds.
+
+use super::*;
+use crate::diagnose::made_up;
+use crate::wgsl::{extension_named, read_extension};
+
+fn model(base: &str, causes: &[&'static Extension], bounds: &Overrides) -> Model {
+    let base: Variant = base.parse().expect("a base");
+    let variant = causes.iter().try_fold(base, |variant, cause| variant.with(cause)).expect("they go together");
+    Model::new(variant, &[made_up::drive("made_up.csv", 0.0)], bounds, &[]).expect("a model")
+}
+
+fn axis_of(model: &Model, name: &str) -> Axis {
+    let k = model.symbols.iter().position(|symbol| symbol.name() == name).expect("a parameter of the model");
+    model.axes[k]
+}
+
+fn library(name: &str) -> &'static Extension {
+    extension_named(name).expect("in the library")
+}
+
+#[test]
+fn an_own_cause_may_call_its_parameters_what_it_likes() {
+    let text = "struct Parameters {
+    /// power of something [-], -1 to 1, neutral 0
+    P: f32,
+    /// a share [-], 0 to 1, neutral 0
+    dur: f32,
+    /// towards [-], -1 to 1, neutral 0
+    to: f32,
+}
+fn own_names_command(own: Parameters, a_cmd: f32) -> f32 {
+    return a_cmd + opaque(own.P * own.dur) + own.to;
+}
+";
+    let own = read_extension("own_names.wgsl", text).expect("a valid extension");
+    let own = model("l-cth", &[own], &Overrides::new());
+    assert_eq!(axis_of(&own, "P"), Axis::linear(-1.0, 1.0));
+    assert_eq!(axis_of(&own, "dur"), Axis::linear(0.0, 1.0));
+    assert_eq!(axis_of(&own, "to"), Axis::linear(-1.0, 1.0));
+    assert!(own.symbols.iter().all(|symbol| !is_stepped(*symbol)));
+    let cap = model("l-cth", &[library("power_cap")], &Overrides::new());
+    assert!(axis_of(&cap, "P").log);
+}
+
+#[test]
+fn own_bounds_change_the_ends_of_an_axis_only() {
+    let own = |name: &str, [lower, upper]: [f64; 2]| Overrides::from([(name.to_owned(), [lower, upper])]);
+    let steps = |bounds: Overrides| axis_of(&model("idm", &[library("quantised_accel")], &bounds), "qz");
+    assert_eq!(steps(own("qz", [0.0, 0.5])), Axis { step: 0.02, ..Axis::linear(0.0, 0.5) });
+    assert_eq!(steps(own("qz", [0.2, 0.2])), Axis::linear(0.2, 0.2));
+    let largest = |bounds: [f64; 2]| axis_of(&model("idm", &[], &own("a_max", bounds)), "a_max");
+    assert_eq!(largest([0.5, 4.0]), Axis::log(0.5, 4.0));
+    // Ratios need bounds of one sign.
+    assert_eq!(largest([0.0, 4.0]), Axis::linear(0.0, 4.0));
+    assert_eq!(axis_of(&model("idm", &[], &own("v_0", [20.0, 30.0])), "v_0"), Axis::linear(20.0, 30.0));
+}
+
+#[test]
+fn the_lead_is_held_beside_every_delay() {
+    let lead = library(LEAD);
+    let held = |base: &str, causes: &[&'static Extension]| axis_of(&model(base, causes, &Overrides::new()), "lead_h");
+    assert!(!held("idm", &[lead]).is_fixed() && !held("idm", &[lead, library("actuation_lag")]).is_fixed());
+    for (base, causes) in [
+        ("idm+delay", vec![lead]),
+        ("idm", vec![lead, library("perception_delay")]),
+        ("idm", vec![lead, library("time_offset")]),
+    ] {
+        let axis = held(base, &causes);
+        assert!(axis.is_fixed() && (axis.lower - 0.05).abs() < 1e-6, "{base}: {axis:?}");
+    }
+}
