@@ -66,12 +66,14 @@ pub struct DiagnosisOutcome {
 
 impl DiagnosisOutcome {
     /// How near the likeliest cause came to a name: its evidence as a share of what it needed, in the first round; 0 where none gained
-    /// enough to be judged.
+    /// enough to be judged. One that had the evidence and was stopped by something else does not count: no threshold would have.
     #[must_use]
     pub fn nearest(&self) -> f64 {
         let first = self.tried.iter().filter(|(round, ..)| *round == 1);
-        let share =
-            |(_, _, [_, evidence, need], _): &(usize, String, [Option<f64>; 3], String)| Some((*evidence)? / (*need)?);
+        let share = |(_, name, [_, evidence, need], _): &(usize, String, [Option<f64>; 3], String)| {
+            let share = (*evidence)? / (*need)?;
+            (share <= 1.0 || self.adopted.contains(name)).then_some(share)
+        };
         first.filter_map(share).fold(0.0, f64::max)
     }
 

@@ -392,5 +392,8 @@ mod tests {
         outcomes.extend((0..24).map(|_| DiagnosisOutcome { verdict: "undiagnosed".to_owned(), ..near(0.0) }));
         assert_eq!(of(&outcomes), Some(found));
         assert_eq!(of(&outcomes[..19]), None);
+        // What had the evidence and got no name was stopped by something else.
+        assert_eq!(near(1.5).nearest(), 0.0);
+        assert_eq!(DiagnosisOutcome { adopted: vec!["periodic".to_owned()], ..near(1.5) }.nearest(), 1.5);
     }
 }
