@@ -8,6 +8,7 @@ mod raw;
 mod table;
 
 pub use case::{Case, CaseError, InvalidParameter};
+pub(crate) use course::smoothed_acceleration;
 pub use course::{Course, CourseError, LEADER_SMOOTHING, Pace, WorldSignals};
 pub use fallback::Fallback;
 pub use observer::{Innovations, Observed, Observer, Residuals};

@@ -88,6 +88,7 @@ pub fn follow(case: &Case, t: &[f64], ahead: Ahead) -> Result<Case, AxisError> {
     Ok(Case {
         x_l: ahead.trace.x.iter().map(|x| x + shift).collect(),
         v_l: ahead.trace.v.as_slice().into(),
+        a_l: None,
         v_l2: Some(Arc::clone(&ahead.case.v_l)),
         s_l2: Some(ahead.trace.s.as_slice().into()),
         ..case.clone()

@@ -2,6 +2,8 @@
 
 use leadlag::bench::{DiagnosisTask, Planted, planted};
 use leadlag::calibrate::Overrides;
+use leadlag::diagnose::decide::Evidence;
+use leadlag::diagnose::fate::Objection;
 use leadlag::diagnose::{DiagnoseError, Drive, Effort, Inference, Progress, Question, infer};
 use leadlag::extension::Extension;
 use leadlag::wgsl::extension_named;
@@ -134,4 +136,18 @@ fn a_bootstrap_goes_on_where_it_was_stopped() {
             whole.reason
         );
     });
+}
+
+/// What a fold without the effect loses is no objection where the other one leaves no doubt.
+#[test]
+fn a_fold_that_says_nothing_does_not_object() {
+    let objection = |folds: [f64; 2]| {
+        let held = folds[0] + folds[1];
+        Evidence { gain: 200.0, held, folds, trimmed: 0.8 * held, local: None }.objection(20.0)
+    };
+    assert_eq!(objection([30.0, 12.0]), None);
+    assert_eq!(objection([60.0, -2.0]), None);
+    assert_eq!(objection([60.0, -7.0]), Some(Objection::OneFold));
+    // Evidence of less than twice the need.
+    assert_eq!(objection([36.0, -1.0]), Some(Objection::OneFold));
 }

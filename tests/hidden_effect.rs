@@ -269,6 +269,29 @@ mod in_fifteen_minutes {
     }
 }
 
+/// 2143 nats on which the hold-out was silent: there, too, the base has to be found without derivatives. (Steps were called 0.446 m/s2
+/// then, for no part of a time step was between two of them.)
+#[test]
+#[ignore = "a minute"]
+fn steps_of_the_command_that_carry_over() {
+    let steps = task("one", "l-cth", &["quantised_accel"], 0.05, 6_689_139);
+    sized(&DiagnosisTask { duration_s: 900.0, ..steps });
+}
+
+/// A limit that braking reaches in one fold only.
+#[test]
+#[ignore = "half a minute"]
+fn a_limit_that_one_fold_shows() {
+    sized(&DiagnosisTask { duration_s: 900.0, ..task("one", "l-cth", &["decel_cap"], 0.05, 6_689_119) });
+}
+
+/// The hold-out has few blocks in which the jerk is limited: bootstraps without them have no vote.
+#[test]
+#[ignore = "half a minute"]
+fn a_limit_that_few_blocks_show() {
+    sized(&DiagnosisTask { duration_s: 900.0, ..task("one", "l-cth", &["jerk_limit"], 0.05, 7_703_121) });
+}
+
 /// 1897 nats, which Gipps' own spacing explains as well: a law that is ahead of the named cause by a hundredth of that is no objection.
 #[test]
 #[ignore = "half a minute"]

@@ -118,7 +118,7 @@ const SURVIVORS: &[Survivor] = &[
     },
     Survivor {
         file: "reference/extension.rs",
-        line: "\"jerk_limit\" | \"actuation_lag\" | \"asym_lag\" => [case.a_f[sample], 0.0],",
+        line: "\"quantised_accel\" | \"jerk_limit\" | \"actuation_lag\" | \"asym_lag\" => [case.a_f[sample], 0.0],",
         change: "0.0 -> 0.01",
         reason: "never read: these remember one number",
     },
@@ -154,19 +154,19 @@ const SURVIVORS: &[Survivor] = &[
     },
     Survivor {
         file: "reference/extension.rs",
-        line: "\"quantised_accel\" if own[0] > 1e-6 => a = (a / own[0] + 0.5).floor() * own[0],",
+        line: "if own[0] > 1e-6 {",
         change: "1e-6 -> 1e-6 * 1.01",
         reason: "a guard against a division by zero; nothing real lies between",
     },
     Survivor {
         file: "reference/extension.rs",
-        line: "\"quantised_accel\" if own[0] > 1e-6 => a = (a / own[0] + 0.5).floor() * own[0],",
+        line: "if own[0] > 1e-6 {",
         change: "> -> >=",
         reason: "a guard against a division by zero; no step is 1e-6 to the last bit",
     },
     Survivor {
         file: "reference/extension.rs",
-        line: "memory[0] += share(if a >= 0.0 { own[0] } else { own[1] }, dt) * (a - memory[0]);",
+        line: "\"asym_lag\" => a = lagged(&mut memory[0], a, if a >= 0.0 { own[0] } else { own[1] }, dt),",
         change: ">= -> >",
         reason: "no command of a moving car is zero to the last bit",
     },

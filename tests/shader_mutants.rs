@@ -178,13 +178,13 @@ const SURVIVORS: &[Survivor] = &[
     },
     Survivor {
         file: "shaders/extension/quantised_accel.wgsl",
-        line: "return select(a_cmd, rounded, own.qz > 0.000001);",
+        line: "let a = select(a_cmd, rounded, own.qz > 0.000001);",
         change: "> -> >=",
         reason: "a guard for a step of zero",
     },
     Survivor {
         file: "shaders/extension/quantised_accel.wgsl",
-        line: "return select(a_cmd, rounded, own.qz > 0.000001);",
+        line: "let a = select(a_cmd, rounded, own.qz > 0.000001);",
         change: "0.000001 -> 0.000001 * 1.01",
         reason: "a guard for a step of zero",
     },

@@ -9,7 +9,7 @@ struct Parameters {
 }
 
 struct State {
-    /// acceleration that the actuator makes [m/s2], starts at a_f
+    /// acceleration that the actuator makes at the beginning of a step [m/s2], starts at a_f
     a: f32,
 }
 
@@ -19,8 +19,9 @@ struct Lagged {
 }
 
 fn actuation_lag_command(own: Parameters, state: State, w: World, a_cmd: f32) -> Lagged {
-    // Backward Euler: what rises steadily comes through ta late exactly, and at ta = 0 at once.
-    let share = w.dt / (own.ta + w.dt);
-    let next = state.a + share * (a_cmd - state.a);
-    return Lagged(next, State(next));
+    // Trapezoidal rule; the step is driven with the mean of both ends. What rises steadily comes through ta late exactly, and at ta = 0
+    // at once.
+    let rise = a_cmd - state.a;
+    let half = 0.5 * w.dt / (own.ta + 0.5 * w.dt);
+    return Lagged(state.a + half * rise, State(state.a + 2.0 * half * rise));
 }

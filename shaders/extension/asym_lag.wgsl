@@ -10,7 +10,7 @@ struct Parameters {
 }
 
 struct State {
-    /// acceleration that the actuator makes [m/s2], starts at a_f
+    /// acceleration that the actuator makes at the beginning of a step [m/s2], starts at a_f
     a: f32,
 }
 
@@ -22,7 +22,7 @@ struct Lagged {
 fn asym_lag_command(own: Parameters, state: State, w: World, a_cmd: f32) -> Lagged {
     let lag = select(own.tb, own.ta, a_cmd >= 0.0);
     // As in actuation_lag.wgsl.
-    let share = w.dt / (lag + w.dt);
-    let next = state.a + share * (a_cmd - state.a);
-    return Lagged(next, State(next));
+    let rise = a_cmd - state.a;
+    let half = 0.5 * w.dt / (lag + 0.5 * w.dt);
+    return Lagged(state.a + half * rise, State(state.a + 2.0 * half * rise));
 }

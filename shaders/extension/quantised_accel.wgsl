@@ -5,8 +5,29 @@ struct Parameters {
     qz: f32,
 }
 
-fn quantised_accel_command(own: Parameters, a_cmd: f32) -> f32 {
+struct State {
+    /// command as given on [m/s2], starts at a_f
+    a: f32,
+}
+
+struct Quantised {
+    a: f32,
+    state: State,
+}
+
+// By how much a command falls with the own speed [1/s], halved: laws have 0.6 to 4.
+const FALL: f32 = 0.8;
+
+fn quantised_accel_command(own: Parameters, state: State, w: World, a_cmd: f32) -> Quantised {
+    // Between two steps a car goes to and fro in time steps finer than ours, for every step up lets the command fall. On average it
+    // keeps the command between the two. So what is rounded is the command less what the answer itself takes from it until the
+    // middle of the time step; solved for the answer, that are steps with a slope from one to the next.
     let step = max(own.qz, 0.000001);
-    let rounded = floor(a_cmd / step + 0.5) * step;
-    return select(a_cmd, rounded, own.qz > 0.000001);
+    let slope = FALL * w.dt;
+    let x = opaque(opaque(a_cmd + opaque(slope * state.a)) / step + 0.5);
+    let whole = floor(x / (1.0 + slope));
+    let rest = opaque(x - opaque(whole * (1.0 + slope)));
+    let rounded = (whole + max(rest - 1.0, 0.0) / slope) * step;
+    let a = select(a_cmd, rounded, own.qz > 0.000001);
+    return Quantised(a, State(a));
 }

@@ -8,9 +8,9 @@ struct Parameters {
 }
 
 struct State {
-    /// filtered spacing [m], starts at s
+    /// filtered spacing at the beginning of a step [m], starts at s
     gap: f32,
-    /// filtered speed difference [m/s], starts at 0
+    /// filtered speed difference there [m/s], starts at 0
     dv: f32,
 }
 
@@ -20,11 +20,12 @@ struct Filtered {
 }
 
 fn sensor_lowpass_perception(own: Parameters, state: State, w: World, x: Perceived) -> Filtered {
-    // Backward Euler: what rises steadily comes through tf late exactly, and at tf = 0 at once.
-    let share = w.dt / (own.tf + w.dt);
+    // As in actuation_lag.wgsl; what is perceived is the mean of both ends of the step.
+    let half = 0.5 * w.dt / (own.tf + 0.5 * w.dt);
     // Opaque, or Mesa takes the terms in another order.
-    let gap = opaque(state.gap + share * opaque(x.s - state.gap));
-    let change = opaque(opaque(x.v_l - x.v_f) - state.dv);
-    let dv = opaque(state.dv + share * change);
-    return Filtered(Perceived(gap, x.v_f, x.v_f + dv), State(gap, dv));
+    let gap_rise = opaque(half * opaque(x.s - state.gap));
+    let dv_rise = opaque(half * opaque(opaque(x.v_l - x.v_f) - state.dv));
+    let gap = opaque(state.gap + gap_rise);
+    let dv = opaque(state.dv + dv_rise);
+    return Filtered(Perceived(gap, x.v_f, x.v_f + dv), State(gap + gap_rise, dv + dv_rise));
 }

@@ -3,9 +3,10 @@
 use super::drive::Drive;
 use super::fit::{Fit, Plan, Point, Predictor, Prior, fit, fit_with};
 use super::fold::{folds, whole};
-use super::likelihood::{Mask, blocks, inflation};
+use super::likelihood::{Mask, block_length, blocks, inflation};
 use super::model::{Event, Model};
 use super::observer::{Noise, design};
+use super::polish::{descended, is_rugged};
 use super::space::Axis;
 use super::start::{fastest, with_free_driving};
 use super::verdict::{DiagnoseError, Question};
@@ -129,6 +130,9 @@ const FOLD_PLAN: Plan = Plan { select: 2, kinds: 1, rough: 0, keep: 2, fine: 8, 
 pub(super) const ELSEWHERE: Plan =
     Plan { select: 2, kinds: 1, rough: 4, keep: 2, fine: 12, tolerance: 0.1, least: [0.0; 2] };
 
+/// First steps of the descents on data on which it was not fitted, where derivatives show no way.
+const RUGGED_STEPS: [f64; 2] = [0.06, 0.015];
+
 impl Candidate {
     /// Fits a variant from some starts.
     ///
@@ -215,9 +219,18 @@ impl Candidate {
             axes[k] = Axis::linear(point.values[k], point.values[k]);
             starts.iter_mut().for_each(|start| start.values[k] = point.values[k]);
         }
-        let plan = Plan { select: starts.len(), keep: starts.len(), ..ELSEWHERE };
-        let fits = fit(&mut model, &axes, &setting.holdout, &starts, plan)?;
-        let point = fits.into_iter().next().map_or_else(|| point.clone(), |fit| fit.point);
+        let plan = |count: usize| Plan { select: count, keep: count, ..ELSEWHERE };
+        let fits = fit(&mut model, &axes, &setting.holdout, &starts, plan(starts.len()))?;
+        let mut point = fits.into_iter().next().map_or_else(|| point.clone(), |fit| fit.point);
+        if self.causes.iter().any(|cause| is_rugged(cause)) {
+            // Derivatives do not lead a base to where such a cause fits.
+            for (turn, step) in RUGGED_STEPS.into_iter().enumerate() {
+                let there = descended(setting, &mut model, &axes, &setting.holdout, &point, step, turn as u64)?;
+                let starts: Vec<Point> = std::iter::once(point.clone()).chain(there).collect();
+                let fits = fit(&mut model, &axes, &setting.holdout, &starts, plan(starts.len()))?;
+                point = fits.into_iter().next().map_or(point, |fit| fit.point);
+            }
+        }
         setting.simulations.fetch_add(model.simulations, Ordering::Relaxed);
         Ok(Transferred { model, point })
     }
@@ -267,28 +280,36 @@ impl Transferred {
         scored(&mut self.model, &self.point, &setting.holdout)
     }
 
-    /// What a cause changes there \[nats\]: the gain to be expected if it is real. A cap that the hold-out never reaches has none,
-    /// whatever the truth.
+    /// What a cause changes there \[nats\], per block: the gain to be expected if it is real. A cap that the hold-out never reaches has
+    /// none, whatever the truth. Infinite where a run fails.
     ///
     /// # Errors
     /// As [`Predictor::residuals`].
-    pub fn changed_by(&mut self, setting: &Setting<'_>, cause: &Extension) -> Result<f64, DiagnoseError> {
+    pub fn changed_by(&mut self, setting: &Setting<'_>, cause: &Extension) -> Result<Vec<f64>, DiagnoseError> {
         let Transferred { model, point } = self;
         let mut without = point.values.clone();
         for k in model.positions(cause) {
             let Axis { lower, upper, .. } = model.axes[k];
             without[k] = model.symbols[k].neutral().unwrap_or(without[k]).clamp(lower, upper);
         }
-        let mut sum = 0.0;
-        for (drive, ((_, dt), mask)) in model.drives().into_iter().zip(&setting.holdout).enumerate() {
+        let mut changes = Vec::new();
+        for (drive, ((samples, dt), mask)) in model.drives().into_iter().zip(&setting.holdout).enumerate() {
             let designed = design(&point.noise, dt);
             let runs = model.residuals(drive, &[point.values.clone(), without.clone()], &[designed, designed])?;
-            let (Some(with), Some(without)) = (runs.of(0), runs.of(1)) else { return Ok(f64::INFINITY) };
-            for ((a, b), _) in with.iter().zip(&without).zip(mask).filter(|(_, counts)| **counts) {
-                sum += 0.5 * designed.white([a[0] - b[0], a[1] - b[1]]).iter().map(|z| z * z).sum::<f64>();
+            let length = block_length(dt);
+            let mut sums = vec![0.0; samples.div_ceil(length)];
+            match (runs.of(0), runs.of(1)) {
+                (Some(with), Some(without)) => {
+                    for (t, (a, b)) in with.iter().zip(&without).enumerate().filter(|(t, _)| mask[*t]) {
+                        let z = designed.white([a[0] - b[0], a[1] - b[1]]);
+                        sums[t / length] += 0.5 * (z[0] * z[0] + z[1] * z[1]);
+                    }
+                }
+                _ => sums.fill(f64::INFINITY),
             }
+            changes.append(&mut sums);
         }
-        Ok(sum)
+        Ok(changes)
     }
 }
 

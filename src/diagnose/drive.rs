@@ -1,18 +1,16 @@
 //! One measured run, ready for diagnosis.
 
+use super::smoothing::smoothed;
 use crate::calibrate::Overrides;
 use crate::catalog::Variant;
 use crate::convention::Convention;
-use crate::evaluator::{Case, CaseError};
+use crate::evaluator::{Case, CaseError, smoothed_acceleration};
 use crate::symbols::Symbol;
-use crate::trajectory::{Grade, Trajectory, integrate, savitzky_golay};
+use crate::trajectory::{Grade, Trajectory, integrate};
 use crate::vehicle::Vehicle;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Window of the leader's smoothing \[samples\], and its order. A filter or lag in the model predicts better from a noisy leader
-/// although the car has none; smoothing removes that reason.
-const SMOOTHING: (usize, usize) = (15, 2);
 /// A gap that jumps by more than this against its own speeds \[m\] starts a new drive: another car cut in, or the radar lost it.
 const JUMP_M: f64 = 2.0;
 /// Pieces shorter than this \[s\] are left out: they say nothing about a law with time constants of seconds.
@@ -21,6 +19,10 @@ const SHORTEST_S: f64 = 30.0;
 const STANDING_M: f64 = 1e-3;
 /// Longest perception delay of a base model \[s\]: Table 3 of the paper.
 const TAU_P_UPPER: f64 = 0.8;
+
+/// What a law reads of the cars ahead beside gap and speed difference is read half a step ahead, as the nuisance lead reads those: an
+/// acceleration that holds for a step comes late by that. In samples.
+const HALF_STEP: f64 = 0.5;
 
 /// A measured run without jumps: the follower as measured, the leader smoothed.
 #[derive(Debug, Clone)]
@@ -118,6 +120,11 @@ impl Drive {
     ) -> Result<Case, CaseError> {
         let (vehicle, longest) = (self.vehicle.as_deref(), tau_p_upper.unwrap_or(TAU_P_UPPER));
         let case = Case::new(&self.trajectory, variant, vehicle, Convention::PAPER, longest)?;
+        let case = Case {
+            a_l: Some(smoothed_acceleration(&self.v_l_measured, self.dt(), HALF_STEP).into()),
+            v_l2: self.trajectory.v_l2.as_deref().map(half_a_step_later),
+            ..case
+        };
         match extension_delay_upper {
             Some(upper) => case.with_extension_delay(Some(upper)),
             None => Ok(case),
@@ -172,8 +179,7 @@ fn jumps(trajectory: &Trajectory) -> Vec<(usize, f64)> {
 
 fn piece(whole: &Trajectory, range: &Range<usize>, label: String, vehicle: Option<Arc<Vehicle>>) -> Drive {
     let cut = |values: &[f64]| values[range.clone()].to_vec();
-    let filter = savitzky_golay::SavitzkyGolay::new(SMOOTHING.0, SMOOTHING.1);
-    let speed = |v: &[f64]| -> Vec<f64> { filter.smooth(v).into_iter().map(|v| v.max(0.0)).collect() };
+    let speed = |v: &[f64]| -> Vec<f64> { smoothed(v, whole.dt).into_iter().map(|v| v.max(0.0)).collect() };
     let (v_l_measured, s, x_road) = (cut(&whole.v_l), cut(&whole.s), cut(&whole.x_f));
     let v_l = speed(&v_l_measured);
     // The simulated follower keeps its distance to the leader, so only the leader's way from sample to sample matters, and that
@@ -191,7 +197,7 @@ fn piece(whole: &Trajectory, range: &Range<usize>, label: String, vehicle: Optio
         v_f: cut(&whole.v_f),
         s,
         v_l2: whole.v_l2.as_ref().map(|v| speed(&cut(v))),
-        s_l2: whole.s_l2.as_ref().map(|s| filter.smooth(&cut(s))),
+        s_l2: whole.s_l2.as_ref().map(|s| smoothed(&cut(s), whole.dt)),
         grade,
         notes: whole.notes.clone(),
         source: whole.source.clone(),
@@ -199,6 +205,11 @@ fn piece(whole: &Trajectory, range: &Range<usize>, label: String, vehicle: Optio
         ..*whole
     };
     Drive { trajectory, v_l_measured, x_road, lap, vehicle }
+}
+
+fn half_a_step_later(signal: &[f64]) -> Arc<[f64]> {
+    let next = signal.iter().skip(1).chain(signal.last());
+    signal.iter().zip(next).map(|(now, next)| now + HALF_STEP * (next - now)).collect()
 }
 
 /// The grade along this drive, over the positions that follow from the leader's integrated speed: these drift by metres from the

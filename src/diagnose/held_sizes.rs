@@ -59,7 +59,8 @@ pub fn from_held(
         let start = if step.is_some() {
             // No derivative shows the way here.
             let present = Point { values, noise };
-            descended(setting, model, &axes, &present, FIRST_STEP, SHIFTED + turn as u64)?.unwrap_or(present)
+            descended(setting, model, &axes, &setting.whole, &present, FIRST_STEP, SHIFTED + turn as u64)?
+                .unwrap_or(present)
         } else {
             Point { values, noise: strong }
         };

@@ -17,10 +17,15 @@ pub(super) fn rho(squared: f64) -> f64 {
     if squared <= HUBER * HUBER { 0.5 * squared } else { HUBER * squared.sqrt() - 0.5 * HUBER * HUBER }
 }
 
+/// Samples of a block.
+pub fn block_length(dt: f64) -> usize {
+    (BLOCK_S / dt).round().max(1.0) as usize
+}
+
 /// Log-likelihood per block of [`BLOCK_S`] of one drive: scored robustly, over the samples that count.
 #[must_use]
 pub fn blocks(residuals: &[[f64; 2]], designed: &Designed, mask: &[bool], dt: f64) -> Vec<f64> {
-    let length = (BLOCK_S / dt).round().max(1.0) as usize;
+    let length = block_length(dt);
     let mut sums = vec![0.0; residuals.len().div_ceil(length)];
     for (t, r) in residuals.iter().enumerate().filter(|(t, _)| mask[*t]) {
         let z = designed.white(*r);

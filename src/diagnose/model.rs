@@ -205,11 +205,12 @@ impl Predictor for Model {
     }
 }
 
-/// Beside a delay or an offset of time the nuisance lead is held at half a step, by which an acceleration that holds for a step comes
-/// late: left free, it would take a part of the delay, as it says the same.
+/// Beside what comes late (a delay, an offset of time, a lag, a filter) the nuisance lead is held at half a step, by which an acceleration
+/// that holds for a step comes late: left free, it would take a part of that, as it says the same as a short delay.
 fn hold_lead(variant: Variant, symbols: &[Symbol], axes: &mut [Axis], drives: &[Drive]) {
     let extensions = variant.extensions;
-    if !variant.delay && extensions.delay().is_none() && extensions.look_back().is_none() {
+    let lags = extensions.list().iter().any(|extension| LAGS.contains(&extension.name.as_str()));
+    if !(variant.delay || extensions.delay().is_some() || extensions.look_back().is_some() || lags) {
         return;
     }
     let step = drives.first().map_or(0.0, Drive::dt);
@@ -220,6 +221,9 @@ fn hold_lead(variant: Variant, symbols: &[Symbol], axes: &mut [Axis], drives: &[
         }
     }
 }
+
+/// Causes that come late without a delay.
+const LAGS: [&str; 3] = ["actuation_lag", "asym_lag", "sensor_lowpass"];
 
 /// Own bounds change the ends of an axis, not how it is scaled.
 fn axis(

@@ -3,6 +3,7 @@
 
 use super::candidate::{Candidate, Setting};
 use super::fit::{Plan, Point, log_likelihoods};
+use super::likelihood::Mask;
 use super::model::{Model, is_stepped};
 use super::space::Axis;
 use super::streams;
@@ -33,7 +34,7 @@ pub fn polished(setting: &Setting<'_>, mut found: Candidate, plan: Plan) -> Resu
         let Candidate { variant, causes, mut model, fit } = found;
         let (axes, at) = (model.axes.clone(), fit.point.clone());
         let before = model.simulations;
-        let descended = descended(setting, &mut model, &axes, &at, step, turn as u64)?;
+        let descended = descended(setting, &mut model, &axes, &setting.whole, &at, step, turn as u64)?;
         setting.simulations.fetch_add(model.simulations - before, Ordering::Relaxed);
         let starts: Vec<Point> = std::iter::once(at).chain(descended).collect();
         let plan = Plan { select: starts.len(), kinds: 1, rough: 0, keep: starts.len(), ..plan };
@@ -46,8 +47,8 @@ pub fn polished(setting: &Setting<'_>, mut found: Candidate, plan: Plan) -> Resu
     Ok(found)
 }
 
-/// The best that CMA-ES finds around a point along the axes that are not fixed, with the noise as it is; its first step as a share of the
-/// ranges. Each `turn` draws numbers of its own. `None` if no run comes to its end.
+/// The best that CMA-ES finds around a point along the axes that are not fixed, with the noise as it is, in what the masks show; its first
+/// step as a share of the ranges. Each `turn` draws numbers of its own. `None` if no run comes to its end.
 ///
 /// # Errors
 /// As [`log_likelihoods`].
@@ -55,6 +56,7 @@ pub fn descended(
     setting: &Setting<'_>,
     model: &mut Model,
     axes: &[Axis],
+    masks: &[Mask],
     at: &Point,
     step: f64,
     turn: u64,
@@ -76,7 +78,7 @@ pub fn descended(
             true => Merit::Feasible(-likelihood),
             false => Merit::Infeasible { survived: 0 },
         };
-        let likelihoods = log_likelihoods(model, axes, &setting.whole, &points)?;
+        let likelihoods = log_likelihoods(model, axes, masks, &points)?;
         descent.tell(&likelihoods.into_iter().map(merit).collect::<Vec<_>>());
     }
     let best = descent.best().filter(|best| matches!(best.merit, Merit::Feasible(_)));

@@ -38,6 +38,8 @@ pub struct Case {
     pub grade: Option<Arc<Grade>>,
     /// Time in the file at the first sample \[s\].
     pub t_0: f64,
+    /// Acceleration of the preceding vehicle \[m/s²\], smoothed as extensions read it; `None`: it follows from `v_l`.
+    pub a_l: Option<Arc<[f64]>>,
     /// Speed of the car ahead of the preceding vehicle \[m/s\], where measured.
     pub v_l2: Option<Arc<[f64]>>,
     /// Gap between those two \[m\], where measured.
@@ -164,6 +166,7 @@ impl Case {
             vehicle: vehicle.cloned().map(Arc::new),
             grade: trajectory.grade.clone().map(Arc::new),
             t_0: trajectory.t.first().copied().unwrap_or(0.0),
+            a_l: None,
             v_l2: trajectory.v_l2.as_deref().map(Arc::from),
             s_l2: trajectory.s_l2.as_deref().map(Arc::from),
             tau_p_upper,

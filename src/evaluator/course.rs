@@ -68,28 +68,34 @@ pub const LEADER_SMOOTHING: f64 = 1.1;
 impl WorldSignals {
     fn new(case: &Case) -> WorldSignals {
         let count = case.s.len();
-        let last = (count - 1) as f64;
-        let speed = |place: f64| {
-            let place = place.clamp(0.0, last);
-            let k = (place as usize).min(count.saturating_sub(2));
-            case.v_l[k] + (case.v_l[k + 1] - case.v_l[k]) * (place - k as f64)
-        };
-        let half = 0.5 * LEADER_SMOOTHING / case.dt;
-        let a_l = |i: usize| {
-            let (from, to) = ((i as f64 - half).max(0.0), (i as f64 + half).min(last));
-            (speed(to) - speed(from)) / ((to - from) * case.dt)
-        };
         let finite = |x: &f64| if x.is_finite() { *x } else { 0.0 };
         let known = |signal: &Option<Arc<[f64]>>| {
             signal.as_ref().map_or_else(|| vec![0.0; count], |y| y.iter().map(finite).collect())
         };
         WorldSignals {
             t: (0..count).map(|i| case.t_0 + i as f64 * case.dt).collect(),
-            a_l: (0..count).map(a_l).collect(),
+            a_l: case.a_l.as_deref().map_or_else(|| smoothed_acceleration(&case.v_l, case.dt, 0.0), <[f64]>::to_vec),
             v_l2: known(&case.v_l2),
             s_l2: known(&case.s_l2),
         }
     }
+}
+
+/// What extensions take for the acceleration of the preceding vehicle \[m/s²\]: the slope of its speed \[m/s\] over
+/// [`LEADER_SMOOTHING`], each value that of so many samples later.
+pub(crate) fn smoothed_acceleration(v_l: &[f64], dt: f64, ahead: f64) -> Vec<f64> {
+    let last = v_l.len().saturating_sub(1) as f64;
+    let speed = |place: f64| {
+        let k = (place as usize).min(v_l.len().saturating_sub(2));
+        v_l[k] + (v_l[k + 1] - v_l[k]) * (place - k as f64)
+    };
+    let half = 0.5 * LEADER_SMOOTHING / dt;
+    let slope = |i: usize| {
+        let middle = (i as f64 + ahead).min(last);
+        let (from, to) = ((middle - half).max(0.0), (middle + half).min(last));
+        (speed(to) - speed(from)) / ((to - from) * dt)
+    };
+    (0..v_l.len()).map(slope).collect()
 }
 
 /// When a candidate perceives and starts.

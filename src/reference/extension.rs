@@ -15,6 +15,8 @@ const GRAVITY: f64 = 9.81;
 const RAMP: f64 = 4.0;
 /// Largest part of the command that is due to the integral \[m/s²\].
 const INTEGRAL_LIMIT: f64 = 0.6;
+/// By how much a command falls with the own speed \[1/s\], halved.
+const FALL: f64 = 0.8;
 /// Gain on the set speed while it is lowered \[1/s\].
 const SET_SPEED_GAIN: f64 = 0.5;
 
@@ -26,8 +28,8 @@ const KNOWN: &[&str] = &[
     "range_scale",
     "range_bias",
     "speed_scale",
-    "sensor_lowpass",
     "lead",
+    "sensor_lowpass",
     "dead_zone",
     "integral_action",
     "multi_anticipation",
@@ -96,7 +98,7 @@ impl<'a> Extended<'a> {
             }
             let memory = match extension.name.as_str() {
                 "sensor_lowpass" => [case.s[sample], 0.0],
-                "jerk_limit" | "actuation_lag" | "asym_lag" => [case.a_f[sample], 0.0],
+                "quantised_accel" | "jerk_limit" | "actuation_lag" | "asym_lag" => [case.a_f[sample], 0.0],
                 _ => [0.0; 2],
             };
             One { extension, own, memory }
@@ -143,10 +145,9 @@ impl<'a> Extended<'a> {
                 "range_bias" => x.s += own[0],
                 "speed_scale" => x.v_f *= 1.0 + own[0],
                 "sensor_lowpass" => {
-                    let share = share(own[0], dt);
-                    memory[0] += share * (x.s - memory[0]);
-                    memory[1] += share * (x.dv() - memory[1]);
-                    x = Perceived { s: memory[0], v_f: x.v_f, v_l: x.v_f + memory[1] };
+                    let s = lagged(&mut memory[0], x.s, own[0], dt);
+                    let dv = lagged(&mut memory[1], x.dv(), own[0], dt);
+                    x = Perceived { s, v_f: x.v_f, v_l: x.v_f + dv };
                 }
                 "lead" => {
                     let h = own[0];
@@ -202,19 +203,18 @@ impl<'a> Extended<'a> {
                 "accel_cap" => a = a.min(own[0]),
                 "decel_cap" => a = a.max(-own[0]),
                 "power_cap" => a = a.min(own[0] / now.v_f.max(0.1)),
-                "quantised_accel" if own[0] > 1e-6 => a = (a / own[0] + 0.5).floor() * own[0],
+                "quantised_accel" => {
+                    if own[0] > 1e-6 {
+                        a = steps(a, memory[0], own[0], FALL * dt);
+                    }
+                    memory[0] = a;
+                }
                 "jerk_limit" => {
                     memory[0] += (a - memory[0]).clamp(-own[0] * dt, own[0] * dt);
                     a = memory[0];
                 }
-                "actuation_lag" => {
-                    memory[0] += share(own[0], dt) * (a - memory[0]);
-                    a = memory[0];
-                }
-                "asym_lag" => {
-                    memory[0] += share(if a >= 0.0 { own[0] } else { own[1] }, dt) * (a - memory[0]);
-                    a = memory[0];
-                }
+                "actuation_lag" => a = lagged(&mut memory[0], a, own[0], dt),
+                "asym_lag" => a = lagged(&mut memory[0], a, if a >= 0.0 { own[0] } else { own[1] }, dt),
                 _ => {}
             }
         }
@@ -235,10 +235,21 @@ impl<'a> Extended<'a> {
     }
 }
 
-/// Share of a change that a first-order lag passes on within a step: backward Euler, so that a steady rise comes through late by the
-/// time constant.
-fn share(time_constant: f64, dt: f64) -> f64 {
-    dt / (time_constant + dt)
+/// What a first-order lag makes of `input` over a step on the whole; `state` is what comes out at its beginning, and then at its end:
+/// (state' - state) / dt = (input - (state + state') / 2) / time constant, so that a steady rise comes through late by the time constant.
+fn lagged(state: &mut f64, input: f64, time_constant: f64, dt: f64) -> f64 {
+    let before = *state;
+    *state = ((time_constant - 0.5 * dt) * before + dt * input) / (time_constant + 0.5 * dt);
+    0.5 * (before + *state)
+}
+
+/// The answer y to a command that falls by `slope` (y - `before`) because of it: what remains of the command, rounded to a multiple of
+/// `step`. Where no multiple is right, because either one would move the command to the other side, y leaves it between the two.
+fn steps(command: f64, before: f64, step: f64, slope: f64) -> f64 {
+    let x = (command + slope * before) / step + 0.5;
+    let whole = (x / (1.0 + slope)).floor();
+    let rest = x - whole * (1.0 + slope);
+    (whole + (rest - 1.0).max(0.0) / slope) * step
 }
 
 /// A signal at an index that need not be whole: linear between samples, held beyond the ends.
@@ -253,6 +264,9 @@ fn leader_acceleration(case: &Case, index: f64) -> f64 {
     let last = (case.v_l.len() - 1) as f64;
     let half = 0.5 * LEADER_SMOOTHING / case.dt;
     let smooth = |i: f64| {
+        if let Some(a_l) = &case.a_l {
+            return a_l[i as usize];
+        }
         let (from, to) = ((i - half).max(0.0), (i + half).min(last));
         (at(&case.v_l, to) - at(&case.v_l, from)) / ((to - from) * case.dt)
     };

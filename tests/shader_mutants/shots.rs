@@ -110,6 +110,7 @@ fn shot(variant: Variant, convention: Convention, number: u64, trace: &mut Trace
         vehicle: Some(Arc::new(vehicle)),
         grade: Some(Arc::new(Grade { x: vec![0.0], sin: vec![sin_grade], period: None, source: None })),
         t_0: 0.0,
+        a_l: None,
         v_l2: None,
         s_l2: None,
         tau_p_upper: 0.0,

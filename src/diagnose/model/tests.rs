@@ -60,7 +60,10 @@ fn own_bounds_change_the_ends_of_an_axis_only() {
 fn the_lead_is_held_beside_every_delay() {
     let lead = library(LEAD);
     let held = |base: &str, causes: &[&'static Extension]| axis_of(&model(base, causes, &Overrides::new()), "lead_h");
-    assert!(!held("idm", &[lead]).is_fixed() && !held("idm", &[lead, library("actuation_lag")]).is_fixed());
+    assert!(!held("idm", &[lead]).is_fixed() && !held("idm", &[lead, library("jerk_limit")]).is_fixed());
+    for lag in ["actuation_lag", "asym_lag", "sensor_lowpass"] {
+        assert!(held("idm", &[lead, library(lag)]).is_fixed(), "{lag}");
+    }
     for (base, causes) in [
         ("idm+delay", vec![lead]),
         ("idm", vec![lead, library("perception_delay")]),
