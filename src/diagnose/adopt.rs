@@ -1,7 +1,7 @@
 //! Rounds: screen, cross-fit, decide, adopt, put right what was adopted before; and prune at the end.
 
 use super::candidate::{Candidate, Held, Setting};
-use super::decide::{ABSORBED, Evidence, gate, margin, margin_of_relatives, need, proxy, smooths_steps};
+use super::decide::{ABSORBED, Evidence, gate, margin, margin_of_relatives, need, proxy};
 use super::fate::{Dropped, Fate, Objection, is_hopeful};
 use super::fit::{Plan, Point};
 use super::observer::Noise;
@@ -268,7 +268,6 @@ impl Search {
         rows.sort_by(|a, b| b.1.counts().total_cmp(&a.1.counts()));
         let mut sound: Vec<(usize, f64)> = Vec::new();
         let mut made_up_for: Vec<(usize, f64)> = Vec::new();
-        let mut smoothing: Option<usize> = None;
         let within = |(first, best): (usize, f64), i: usize| match family(tried[first].0) == family(tried[i].0) {
             true => margin_of_relatives(self.margin, best),
             false => self.margin,
@@ -285,11 +284,6 @@ impl Search {
                 self.ladder[first + i].fate = Fate::LessLikelyThanAbsorbed { other: tried[best.0].0.name.clone() };
                 continue;
             }
-            // Nor is what is less likely than the finer step of a real car between the steps of its command.
-            if let Some(other) = smoothing {
-                self.ladder[first + i].fate = Fate::LessLikelyThanScheme { other: tried[other].0.name.clone() };
-                continue;
-            }
             let absorbed = family(cause) == "absorbed" && *index < ABSORBED;
             let objection = match proxy(candidate, cause) {
                 Some(objection) => Some(objection),
@@ -301,9 +295,6 @@ impl Search {
             };
             match objection {
                 Some(objection) => {
-                    if smooths_steps(candidate, cause) {
-                        smoothing = Some(*i);
-                    }
                     self.ladder[first + i].fate = Fate::Stopped(objection.clone());
                     // These are explained by what every measured car has, and leave nothing to wonder about.
                     if !matches!(objection, Objection::Scheme(_) | Objection::Blurred { .. }) {

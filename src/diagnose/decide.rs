@@ -196,8 +196,7 @@ const SMOOTHED: f64 = 2.0;
 /// True for a limited jerk or a lag that does nothing but smooth the steps of a command over a sample or two. Where a command stays
 /// between two steps, a real car goes to and fro between them in finer steps than the model's, which in the model looks smoothed
 /// (of 2500 nats for steps of 0.375 m/s² on IDM a limited jerk had 629 on top, and took a step in 0.18 s).
-#[must_use]
-pub fn smooths_steps(candidate: &Candidate, cause: &Extension) -> bool {
+fn smooths_steps(candidate: &Candidate, cause: &Extension) -> bool {
     let Candidate { model, fit, .. } = candidate;
     let steps = (0..model.symbols.len()).filter(|&k| is_stepped(model.symbols[k]) && !model.symbols[k].is_time());
     let step = steps.map(|k| fit.point.values[k]).fold(0.0, f64::max);

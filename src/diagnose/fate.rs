@@ -119,11 +119,6 @@ pub enum Fate {
         /// Its name.
         other: String,
     },
-    /// What stands for the finer step of a real car is likelier.
-    LessLikelyThanScheme {
-        /// Its name.
-        other: String,
-    },
     /// It is a rival of the adopted one.
     AsLikely {
         /// The name of that.
@@ -183,9 +178,6 @@ impl fmt::Display for Fate {
             Fate::NotListed { listed } => write!(f, "not judged: {listed} others gain more on all training data"),
             Fate::Stopped(objection) => objection.fmt(f),
             Fate::LessLikely => f.write_str("less likely than the one adopted"),
-            Fate::LessLikelyThanScheme { other } => {
-                write!(f, "less likely than {other}, which stands for the finer step of a real car")
-            }
             Fate::LessLikelyThanAbsorbed { other } => write!(f, "less likely than {other}, which is absorbed"),
             Fate::AsLikely { adopted } => write!(f, "as likely as {adopted} within the threshold"),
             Fate::NoBetter { adopted } => write!(f, "no likelier than {adopted}, which has fewer parameters"),
