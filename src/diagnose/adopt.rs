@@ -4,6 +4,7 @@ use super::candidate::{Candidate, Held, Setting};
 use super::decide::{ABSORBED, Evidence, gate, margin, margin_of_relatives, need, proxy};
 use super::fate::{Dropped, Fate, Objection, is_hopeful};
 use super::fit::{Plan, Point};
+use super::held_sizes::within_bounds;
 use super::observer::Noise;
 use super::polish::{is_rugged, polished};
 use super::screen::{Fitted, Spending, identifiability, screen};
@@ -134,6 +135,7 @@ impl Search {
             .copied()
             .filter(|cause| !(self.current.causes.contains(cause) || phase && family(cause) == PHASE))
             .collect();
+        self.off_its_bounds(setting, spending)?;
         let (mut tried, mut dropped) = (Vec::new(), Vec::new());
         for _ in 0..SCREENINGS.0 {
             let missing = missing(&mut self.current)?;
@@ -202,6 +204,20 @@ impl Search {
         Ok(true)
     }
 
+    /// Where a cause was found beside a base that lacks it, the base may lie on a bound that the two together need not touch, and which
+    /// no derivative leaves: the present model once more from where that parameter is held elsewhere.
+    fn off_its_bounds(&mut self, setting: &Setting<'_>, spending: &Spending) -> Result<(), DiagnoseError> {
+        if self.current.causes.is_empty() {
+            return Ok(());
+        }
+        let starts = within_bounds(setting, &mut self.current)?;
+        if starts.is_empty() {
+            return Ok(());
+        }
+        let plan = Plan { select: starts.len(), kinds: 1, rough: 2, keep: starts.len(), ..spending.plan };
+        self.again_from(setting, &starts, plan)
+    }
+
     /// Refits the present model from where the causes took it: a gain must not be due to a better fit of the rest.
     fn improve(&mut self, setting: &Setting<'_>, tried: &[Fitted], spending: &Spending) -> Result<(), DiagnoseError> {
         let from = |candidate: &Candidate| Point {
@@ -212,13 +228,18 @@ impl Search {
         let free = free.freer();
         let mut starts: Vec<Point> = tried.iter().take(3).map(|(_, candidate)| from(candidate)).collect();
         starts.push(Point { noise: free, ..self.current.fit.point.clone() });
-        let model = setting.model(self.current.variant, &self.current.model.events)?;
         let plan =
             Plan { select: 4, kinds: 1, rough: 4, keep: 2, fine: spending.plan.fine, tolerance: 0.1, least: [0.0; 2] };
-        let again = Candidate::fitted(setting, self.current.variant, &self.current.causes, model, &starts, plan)?;
+        self.again_from(setting, &starts, plan)
+    }
+
+    /// The present model fitted from some starts, if that is likelier.
+    fn again_from(&mut self, setting: &Setting<'_>, starts: &[Point], plan: Plan) -> Result<(), DiagnoseError> {
+        let model = setting.model(self.current.variant, &self.current.model.events)?;
+        let again = Candidate::fitted(setting, self.current.variant, &self.current.causes, model, starts, plan)?;
         let rugged = self.current.causes.iter().any(|cause| is_rugged(cause));
         let again = match again {
-            Some(again) if rugged => Some(polished(setting, again, spending.plan)?),
+            Some(again) if rugged => Some(polished(setting, again, plan)?),
             again => again,
         };
         if let Some(again) = again

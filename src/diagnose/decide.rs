@@ -167,10 +167,21 @@ impl Evidence {
 /// Why an estimate is a proxy and not a name; `None` if it can be one.
 #[must_use]
 pub fn proxy(candidate: &Candidate, cause: &Extension) -> Option<Objection> {
-    for k in candidate.model.positions(cause) {
+    let positions = candidate.model.positions(cause);
+    let idle = |k: usize| {
+        let axis = candidate.model.axes[k];
+        let coordinate = |value: f64| axis.coordinate(value);
+        let neutral = candidate.model.symbols[k].neutral();
+        neutral.is_none_or(|neutral| (coordinate(candidate.fit.point.values[k]) - coordinate(neutral)).abs() < 1e-3)
+    };
+    // As a whole it does nothing, so what gains is something else that was fitted again.
+    let all_idle = positions.iter().all(|&k| idle(k));
+    for &k in &positions {
         let (symbol, axis, value) =
             (candidate.model.symbols[k], candidate.model.axes[k], candidate.fit.point.values[k]);
-        let Some(neutral) = symbol.neutral() else { continue };
+        if symbol.neutral().is_none() {
+            continue;
+        }
         let size = || Size { name: symbol.name().to_owned(), value, unit: symbol.unit().to_owned() };
         if is_scheme(cause, value) || smooths_steps(candidate, cause) {
             return Some(Objection::Scheme(size()));
@@ -182,8 +193,7 @@ pub fn proxy(candidate: &Candidate, cause: &Extension) -> Option<Objection> {
         if ONE_SIDED.contains(&cause.name.as_str()) && value < 0.0 {
             return Some(Objection::WrongSign(size()));
         }
-        let idle = (axis.coordinate(value) - axis.coordinate(neutral)).abs() < 1e-3;
-        if axis.at_bound(value) && !idle {
+        if axis.at_bound(value) && (all_idle || !idle(k)) {
             return Some(Objection::OnBound(size()));
         }
     }

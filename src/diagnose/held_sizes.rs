@@ -4,12 +4,13 @@ use super::candidate::{Candidate, Setting};
 use super::fit::{Fit, Plan, Point, fit, log_likelihoods};
 use super::model::{Model, is_stepped};
 use super::observer::Noise;
-use super::polish::descended;
+use super::polish::{descended, is_rugged};
 use super::screen::Spending;
 use super::space::Axis;
 use super::start::{fastest, highest, steps, with_free_driving};
 use super::verdict::DiagnoseError;
 use crate::extension::Extension;
+use crate::symbols::Symbol;
 use std::sync::atomic::Ordering;
 
 /// Of the sizes that were held, so many are followed when they are set free.
@@ -48,28 +49,51 @@ pub fn from_held(
         // Where the present model is about right, what is missing shows a way by itself.
         return Ok(Vec::new());
     };
-    let strong = noise.strong();
+    let start = Point { values, noise: if step.is_some() { noise } else { noise.strong() } };
+    points.extend(held(setting, model, &start, sizes, step.is_some())?);
+    setting.simulations.fetch_add(model.simulations - before, Ordering::Relaxed);
+    Ok(points)
+}
+
+/// Starts for a model with parameters of its base on their bounds: where the rest goes while such a parameter is held elsewhere.
+///
+/// # Errors
+/// As [`fit`].
+pub fn within_bounds(setting: &Setting<'_>, current: &mut Candidate) -> Result<Vec<Point>, DiagnoseError> {
+    const SHARES: [f64; 4] = [0.15, 0.3, 0.5, 0.7];
+    let Candidate { model, fit, causes, .. } = current;
+    let before = model.simulations;
+    let of_base = |k: &usize| !matches!(model.symbols[*k], Symbol::Extension(_));
+    let on_bound = (0..model.axes.len()).filter(of_base).filter(|&k| model.axes[k].at_bound(fit.point.values[k]));
+    let sizes = on_bound.flat_map(|k| SHARES.map(|share| vec![(k, model.axes[k].value(share))])).collect();
+    let points = held(setting, model, &fit.point, sizes, causes.iter().any(|cause| is_rugged(cause)))?;
+    setting.simulations.fetch_add(model.simulations - before, Ordering::Relaxed);
+    Ok(points)
+}
+
+/// Where the rest goes while some sizes are held: the likeliest. Where the likelihood is rugged, the rest is moved without derivatives.
+fn held(
+    setting: &Setting<'_>,
+    model: &mut Model,
+    start: &Point,
+    sizes: Vec<Vec<(usize, f64)>>,
+    rugged: bool,
+) -> Result<Vec<Point>, DiagnoseError> {
     let mut found: Vec<Fit> = Vec::new();
     for (turn, size) in sizes.into_iter().enumerate() {
-        let (mut axes, mut values) = (model.axes.clone(), values.clone());
+        let (mut axes, mut start) = (model.axes.clone(), start.clone());
         for (k, value) in size {
-            values[k] = value;
+            start.values[k] = value;
             axes[k] = Axis::linear(value, value);
         }
-        let start = if step.is_some() {
-            // No derivative shows the way here.
-            let present = Point { values, noise };
-            descended(setting, model, &axes, &setting.whole, &present, FIRST_STEP, SHIFTED + turn as u64)?
-                .unwrap_or(present)
-        } else {
-            Point { values, noise: strong }
-        };
+        if rugged {
+            let turn = SHIFTED + turn as u64;
+            start = descended(setting, model, &axes, &setting.whole, &start, FIRST_STEP, turn)?.unwrap_or(start);
+        }
         found.extend(fit(model, &axes, &setting.whole, &[start], HOLDING)?);
     }
-    setting.simulations.fetch_add(model.simulations - before, Ordering::Relaxed);
     found.sort_by(|a, b| b.log_likelihood.total_cmp(&a.log_likelihood));
-    points.extend(found.into_iter().take(FOLLOWED).map(|fit| fit.point));
-    Ok(points)
+    Ok(found.into_iter().take(FOLLOWED).map(|fit| fit.point).collect())
 }
 
 /// A missing acceleration larger than this \[m/s²\] that lasts longer than this \[s\] is no gust: it makes up for a model that is far off.

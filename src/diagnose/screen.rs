@@ -286,23 +286,30 @@ fn jittered(
     Ok(found)
 }
 
-/// A stretch made longer and shorter, with its size as it is and changed: both together, for each alone is worse.
+/// A stretch made longer and shorter, with its begin or its end kept and its size as it is and changed: all together, for each alone is
+/// worse.
 fn stretched(model: &Model, at: &Point, cause: &'static Extension) -> Vec<Point> {
     const LENGTHS: [f64; 6] = [0.35, 0.5, 0.7, 1.4, 2.0, 2.8];
     const SIZES: [f64; 7] = [0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3];
-    let [_, length] = cause.parameters.iter().copied().filter(|s| s.is_time()).collect::<Vec<_>>()[..] else {
-        return Vec::new();
-    };
+    let times: Vec<usize> =
+        cause.parameters.iter().filter(|s| s.is_time()).filter_map(|s| model.position(*s)).collect();
+    let [begin, length] = times[..] else { return Vec::new() };
     let size = cause.parameters.iter().copied().find(|s| !s.is_time()).and_then(|size| model.position(size));
-    let (Some(length), Some(size)) = (model.position(length), size) else { return Vec::new() };
-    let changed = |(longer, larger): (f64, f64)| {
-        let mut moved = at.clone();
-        for (k, factor) in [(length, longer), (size, larger)] {
-            moved.values[k] = (factor * moved.values[k]).clamp(model.axes[k].lower, model.axes[k].upper);
+    let Some(size) = size else { return Vec::new() };
+    let mut points = Vec::new();
+    for (longer, larger) in LENGTHS.iter().flat_map(|longer| SIZES.map(|larger| (*longer, larger))) {
+        for kept_end in [false, true] {
+            let mut values = at.values.clone();
+            let mut set = |k: usize, value: f64| values[k] = value.clamp(model.axes[k].lower, model.axes[k].upper);
+            set(length, longer * at.values[length]);
+            set(size, larger * at.values[size]);
+            if kept_end {
+                set(begin, at.values[begin] - (longer - 1.0) * at.values[length]);
+            }
+            points.push(Point { values, noise: at.noise });
         }
-        moved
-    };
-    LENGTHS.iter().flat_map(|longer| SIZES.map(|larger| changed((*longer, larger)))).collect()
+    }
+    points
 }
 
 /// All causes tried on top of a model: those that run, and those that could not be tried; both in the order given.
