@@ -2,60 +2,26 @@
 //!
 //! Everything runs on a synthetic platoon that the program makes itself.
 
+mod common;
+
+use common::program::{fails, leadlag, ok, scratch, stderr, stdout, text};
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 use std::sync::OnceLock;
-
-fn leadlag(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_leadlag")).args(arguments).output().expect("the program starts")
-}
-
-fn stdout(output: &Output) -> String {
-    String::from_utf8(output.stdout.clone()).expect("UTF-8")
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8(output.stderr.clone()).expect("UTF-8")
-}
-
-/// Stdout of a command that must succeed.
-fn ok(arguments: &[&str]) -> String {
-    let output = leadlag(arguments);
-    assert!(output.status.success(), "{arguments:?}\n{}", stderr(&output));
-    stdout(&output)
-}
-
-/// Exit code and stderr of a command that must fail, with nothing on stdout.
-fn fails(arguments: &[&str]) -> (i32, String) {
-    let output = leadlag(arguments);
-    assert_eq!(stdout(&output), "", "{arguments:?}: stdout is for results only");
-    (output.status.code().expect("no signal"), stderr(&output))
-}
-
-fn scratch(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cli").join(name);
-    let _ = fs::remove_dir_all(&folder);
-    folder
-}
-
-fn text(path: &Path) -> &str {
-    path.to_str().expect("a UTF-8 path")
-}
 
 /// A synthetic platoon of 150 s, made once.
 fn platoon() -> &'static Path {
     static FOLDER: OnceLock<PathBuf> = OnceLock::new();
     FOLDER.get_or_init(|| {
-        let folder = scratch("platoon");
+        let folder = scratch("cli", "platoon");
         ok(&["synth", "--out", text(&folder), "--duration", "150", "--pairs"]);
         folder
     })
 }
 
 fn calibrated(name: &str, extra: &[&str]) -> PathBuf {
-    let (folder, file) = (scratch(name), platoon().join("platoon.csv"));
+    let (folder, file) = (scratch("cli", name), platoon().join("platoon.csv"));
     let mut arguments = vec!["calibrate", text(&file), "--follower", "1", "--model", "l-cth", "--out", text(&folder)];
     arguments.extend(["--max-evaluations", "1000"]);
     arguments.extend(extra);
@@ -130,7 +96,8 @@ fn simulate_repeats_the_calibration() {
 #[test]
 fn simulate_lets_each_simulated_car_lead_the_next() {
     let folder = calibrated("platoon_run", &[]);
-    let (result, file, out) = (folder.join("result.json"), platoon().join("platoon.csv"), scratch("platoon_out"));
+    let (result, file, out) =
+        (folder.join("result.json"), platoon().join("platoon.csv"), scratch("cli", "platoon_out"));
     let runs = ok(&["simulate", text(&file), "--platoon", "--result", text(&result), "--json", "--out", text(&out)]);
     let runs: Value = serde_json::from_str(&runs).unwrap();
     assert_eq!(runs["runs"].as_array().unwrap().len(), 4);
@@ -152,7 +119,7 @@ fn simulate_lets_each_simulated_car_lead_the_next() {
 
 #[test]
 fn joint_calibration_has_one_parameter_set() {
-    let (folder, out) = (platoon(), scratch("joint"));
+    let (folder, out) = (platoon(), scratch("cli", "joint"));
     let files = [1, 3].map(|k| folder.join(format!("pair_follower{k}.csv")));
     let arguments = ["calibrate", text(&files[0]), text(&files[1]), "--joint", "--model", "idm", "--out", text(&out)];
     ok(&[&arguments[..], &["--max-evaluations", "500"]].concat());
@@ -160,7 +127,7 @@ fn joint_calibration_has_one_parameter_set() {
     assert_eq!(result["data"].as_array().unwrap().len(), 2);
     assert!(out.join("simulation_1.csv").exists() && out.join("plot_2.svg").exists());
 
-    let out = scratch("one_by_one");
+    let out = scratch("cli", "one_by_one");
     let arguments = ["calibrate", text(&files[0]), text(&files[1]), "--model", "idm", "--out", text(&out)];
     ok(&[&arguments[..], &["--max-evaluations", "500"]].concat());
     assert!(out.join("pair_follower1_follower1/result.json").exists());
@@ -169,7 +136,7 @@ fn joint_calibration_has_one_parameter_set() {
 
 #[test]
 fn bounds_and_fixed_values_hold() {
-    let bounds = scratch("bounds").with_extension("toml");
+    let bounds = scratch("cli", "bounds").with_extension("toml");
     fs::create_dir_all(bounds.parent().unwrap()).unwrap();
     fs::write(&bounds, "v_0 = [25, 26]\nd_0 = 2.5\n").unwrap();
     let folder = calibrated("bounded", &["--bounds", text(&bounds), "--fix", "t_h=1.25"]);
@@ -181,7 +148,7 @@ fn bounds_and_fixed_values_hold() {
 
 #[test]
 fn evaluate_marks_bad_rows_and_keeps_the_others() {
-    let (folder, cases) = (platoon(), scratch("cases").with_extension("csv"));
+    let (folder, cases) = (platoon(), scratch("cli", "cases").with_extension("csv"));
     fs::create_dir_all(cases.parent().unwrap()).unwrap();
     let rows = "note,model_id,variant,platoon,follower_position,k_s,k_v,k_0,v_0,d_0,t_h,success,tau_p\n\
                 good,37,,platoon,1,0.2,0.6,0.5,33,3,1.1,x,\n\
@@ -226,7 +193,7 @@ fn evaluate_marks_bad_rows_and_keeps_the_others() {
 fn wrong_usage_exits_with_2_and_failure_with_1() {
     let file = platoon().join("platoon.csv");
     let file = text(&file);
-    let out = scratch("never");
+    let out = scratch("cli", "never");
     let calibrate = |extra: &[&str]| fails(&[&["calibrate", file, "--out", text(&out)], extra].concat());
     for (code, (found, message), expected) in [
         (2, fails(&["calibrat"]), "calibrate"),
@@ -307,8 +274,8 @@ fn list_and_inspect_speak_json() {
 
 #[test]
 fn several_calibrations_make_one_json_array_and_never_share_a_folder() {
-    let (folder, out) = (platoon(), scratch("twins"));
-    let copy = scratch("copy").join("platoon.csv");
+    let (folder, out) = (platoon(), scratch("cli", "twins"));
+    let copy = scratch("cli", "copy").join("platoon.csv");
     fs::create_dir_all(copy.parent().unwrap()).unwrap();
     fs::copy(folder.join("platoon.csv"), &copy).unwrap();
     let original = folder.join("platoon.csv");
@@ -331,7 +298,7 @@ fn a_variant_without_free_parameters_is_scored_once() {
 
 #[test]
 fn evaluate_may_write_onto_its_input_and_keeps_files_when_it_fails() {
-    let cases = scratch("onto_itself").with_extension("csv");
+    let cases = scratch("cli", "onto_itself").with_extension("csv");
     fs::create_dir_all(cases.parent().unwrap()).unwrap();
     let row = "37,platoon,1,0.2,0.6,0.5,33,3,1.1\n";
     fs::write(&cases, format!("model_id,platoon,follower_position,k_s,k_v,k_0,v_0,d_0,t_h\n{row}{row}")).unwrap();
@@ -340,7 +307,7 @@ fn evaluate_may_write_onto_its_input_and_keeps_files_when_it_fails() {
     assert_eq!(written.lines().count(), 3, "{written}");
     assert!(written.lines().nth(1).unwrap().starts_with("37,platoon,1,0.2,0.6,0.5,33,3,1.1,1,,,0,0,0,"), "{written}");
 
-    let broken = scratch("no_columns").with_extension("csv");
+    let broken = scratch("cli", "no_columns").with_extension("csv");
     for (content, expected) in [
         ("model_id;platoon;follower_position\n", "column model_id is missing"),
         ("", "the file has nothing"),
@@ -361,7 +328,7 @@ fn evaluate_may_write_onto_its_input_and_keeps_files_when_it_fails() {
         "no half-written file is left"
     );
 
-    let bounds = scratch("infinite").with_extension("toml");
+    let bounds = scratch("cli", "infinite").with_extension("toml");
     fs::write(&bounds, "tau_p = [0.1, inf]\n").unwrap();
     let (code, message) = fails(&["evaluate", text(&cases), "--data", text(platoon()), "--bounds", text(&bounds)]);
     assert_eq!(code, 2);
@@ -400,7 +367,7 @@ fn a_platoon_needs_one_time_axis() {
         }
         fields.join(",") + "\n"
     });
-    let file = scratch("two_axes").with_extension("csv");
+    let file = scratch("cli", "two_axes").with_extension("csv");
     fs::create_dir_all(file.parent().unwrap()).unwrap();
     fs::write(&file, lines.collect::<String>()).unwrap();
     let result = calibrated("for_two_axes", &[]).join("result.json");
@@ -419,10 +386,10 @@ fn a_run_that_crashes_says_when_and_why_everywhere() {
         result["parameters"][name] = Value::from(value.parse::<f64>().unwrap());
     }
     text_of = result.to_string();
-    let path = scratch("crash").with_extension("json");
+    let path = scratch("cli", "crash").with_extension("json");
     fs::create_dir_all(path.parent().unwrap()).unwrap();
     fs::write(&path, text_of).unwrap();
-    let (file, out) = (platoon().join("platoon.csv"), scratch("crash_out"));
+    let (file, out) = (platoon().join("platoon.csv"), scratch("cli", "crash_out"));
     let arguments = ["simulate", text(&file), "--follower", "1", "--result", text(&path), "--out", text(&out)];
     let run: Value = serde_json::from_str(&ok(&[&arguments[..], &["--json"]].concat())).unwrap();
     let run = &run["runs"][0];
@@ -440,7 +407,7 @@ fn a_run_that_crashes_says_when_and_why_everywhere() {
 
 #[test]
 fn synth_hides_what_it_is_told_to() {
-    let folder = scratch("hidden");
+    let folder = scratch("cli", "hidden");
     let lead = platoon().join("pair_follower1.csv");
     let arguments = ["synth", "--out", text(&folder), "--base", "idm", "--leader", text(&lead), "--seed", "3"];
     let effect = ["--effect", "actuation_lag", "--amplitude", "weak", "--gusts", "0.05,2", "--gap-noise", "0.02"];

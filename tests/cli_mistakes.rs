@@ -1,27 +1,11 @@
 //! Mistakes on the command line, and what is told about them: the range, the nearest name, the file, the way out.
 
+mod common;
+
+use common::program::{leadlag, scratch, stderr, stdout, succeeds, text};
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 use std::sync::OnceLock;
-
-fn leadlag(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_leadlag")).args(arguments).output().expect("the program starts")
-}
-
-fn stdout(output: &Output) -> String {
-    String::from_utf8(output.stdout.clone()).expect("UTF-8")
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8(output.stderr.clone()).expect("UTF-8")
-}
-
-fn ok(arguments: &[&str]) -> Output {
-    let output = leadlag(arguments);
-    assert!(output.status.success(), "{arguments:?}\n{}", stderr(&output));
-    output
-}
 
 /// The message of a command that must end with this exit code.
 fn fails(code: i32, arguments: &[&str]) -> String {
@@ -30,24 +14,12 @@ fn fails(code: i32, arguments: &[&str]) -> String {
     stderr(&output)
 }
 
-/// An empty folder.
-fn scratch(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cli_mistakes").join(name);
-    let _ = fs::remove_dir_all(&folder);
-    fs::create_dir_all(&folder).expect("writable");
-    folder
-}
-
-fn text(path: &Path) -> &str {
-    path.to_str().expect("a UTF-8 path")
-}
-
 /// A file of one follower, made once.
 fn pair() -> &'static str {
     static FILE: OnceLock<PathBuf> = OnceLock::new();
     let make = || {
-        let folder = scratch("drive");
-        ok(&["synth", "--out", text(&folder), "--duration", "60", "--pairs"]);
+        let folder = scratch("cli_mistakes", "drive");
+        succeeds(&["synth", "--out", text(&folder), "--duration", "60", "--pairs"]);
         folder.join("pair_follower1.csv")
     };
     text(FILE.get_or_init(make))
@@ -114,13 +86,13 @@ fn files_that_are_not_there_are_failures_and_what_they_say_is_usage() {
         let message = calibrate(1, &["--model", "idm", "--follower", "1", flag, "nowhere.toml"]);
         assert!(message.contains("nowhere.toml"), "{flag}: {message}");
     }
-    let message = fails(1, &["inspect", text(&scratch("a_folder"))]);
+    let message = fails(1, &["inspect", text(&scratch("cli_mistakes", "a_folder"))]);
     assert!(message.contains("expected a file, found a folder"), "{message}");
     let message = fails(1, &["synth", "--out", "never", "--leader", "nowhere.csv"]);
     let first = message.lines().next().expect("a line");
     assert_eq!(first, "error: --leader nowhere.csv: cannot be read");
 
-    let bounds = scratch("bounds").join("b1.toml");
+    let bounds = scratch("cli_mistakes", "bounds").join("b1.toml");
     for (content, expected) in [
         ("# mine\nv_0 = [40, 25]\n", ":2: v_0: the lower bound 40 is above the upper bound 25; swap them\n"),
         ("v_0 = [-1, 25]\n", ":1: v_0: expected a number above 0 as both bounds, found [-1, 25]\n"),
@@ -147,7 +119,7 @@ fn contradictions_are_refused() {
 
 #[test]
 fn a_bad_file_does_not_hide_the_good_ones() {
-    let folder = scratch("several");
+    let folder = scratch("cli_mistakes", "several");
     let bad = folder.join("bad.csv");
     fs::write(&bad, "a,b\n1,2\n").expect("writable");
     let output = leadlag(&["inspect", text(&bad), pair(), "nowhere.csv"]);
@@ -163,17 +135,17 @@ fn a_bad_file_does_not_hide_the_good_ones() {
 
 #[test]
 fn segments_are_listed_wherever_one_has_to_be_chosen() {
-    let folder = scratch("hole");
+    let folder = scratch("cli_mistakes", "hole");
     let file = folder.join("hole.csv");
     let whole = fs::read_to_string(pair()).expect("a table");
     // 6 s are missing after 20 s.
     let kept = whole.lines().enumerate().filter(|(i, _)| !(202..261).contains(i)).map(|(_, line)| line);
     fs::write(&file, kept.collect::<Vec<_>>().join("\n") + "\n").expect("writable");
     let (first, second) = ("1 (0.0 to 20.0 s, 201 samples)", "2 (26.0 to 60.0 s, 341 samples)");
-    let shown = stdout(&ok(&["inspect", text(&file)]));
+    let shown = stdout(&succeeds(&["inspect", text(&file)]));
     assert!(shown.contains(&format!("is number {second}")), "{shown}");
     let json: serde_json::Value =
-        serde_json::from_str(&stdout(&ok(&["inspect", text(&file), "--json"]))).expect("JSON");
+        serde_json::from_str(&stdout(&succeeds(&["inspect", text(&file), "--json"]))).expect("JSON");
     let segments = json["platoons"][0]["followers"][0]["segments"].as_array().expect("segments");
     assert_eq!(segments.len(), 2);
     assert_eq!((&segments[1]["number"], &segments[1]["samples"]), (&2.into(), &341.into()));
@@ -182,17 +154,17 @@ fn segments_are_listed_wherever_one_has_to_be_chosen() {
     assert!(message.contains(&format!("there are 2 segments: {second}, {first}")), "{message}");
     let out = folder.join("fit");
     let search = ["--max-evaluations", "100", "--no-intervals", "--out", text(&out)];
-    let output = ok(&[&["calibrate", text(&file), "--model", "idm"][..], &search].concat());
+    let output = succeeds(&[&["calibrate", text(&file), "--model", "idm"][..], &search].concat());
     let warning = "2 segments, of which only the longest, number 2, is used; the longest are 2 (26.0";
     assert!(stderr(&output).contains(warning), "{}", stderr(&output));
 }
 
 #[test]
 fn simulate_takes_the_folder_and_counts_the_results() {
-    let out = scratch("fit");
+    let out = scratch("cli_mistakes", "fit");
     let search = ["--model", "l-cth", "--max-evaluations", "100", "--no-intervals", "--out", text(&out)];
-    ok(&[&["calibrate", pair()][..], &search].concat());
-    ok(&["simulate", pair(), "--result", text(&out)]);
+    succeeds(&[&["calibrate", pair()][..], &search].concat());
+    succeeds(&["simulate", pair(), "--result", text(&out)]);
     let two = ["--result", text(&out), "--result", text(&out)];
     let message = fails(2, &[&["simulate", pair(), "--platoon"][..], &two].concat());
     assert!(message.contains("--result is given 2 times; expected one, for ") && message.contains("has 1 follower"));
@@ -203,11 +175,11 @@ fn simulate_takes_the_folder_and_counts_the_results() {
 #[test]
 fn what_every_verb_takes_comes_last_in_its_help() {
     for verb in ["calibrate", "synth", "diagnose"] {
-        let help = stdout(&ok(&[verb, "--help"]));
+        let help = stdout(&succeeds(&[verb, "--help"]));
         let (own, global) = help.split_once("\nGlobal options:\n").expect("a heading");
         assert!(!own.contains("--threads") && !own.contains("--quiet"), "{verb}: {own}");
         let headings = global.lines().filter(|line| line.ends_with(':') && !line.starts_with(' '));
         assert_eq!(headings.collect::<Vec<_>>(), ["Examples:"], "{verb}: {global}");
     }
-    assert!(stdout(&ok(&["calibrate", "--help"])).contains("simulations; at least 100"));
+    assert!(stdout(&succeeds(&["calibrate", "--help"])).contains("simulations; at least 100"));
 }

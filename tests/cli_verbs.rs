@@ -1,30 +1,14 @@
 //! The command line beyond `tests/cli.rs`: help, names that are nearly right, completions, manual pages, `--quiet`, extensions, reports,
 //! column maps.
 
+mod common;
+
+use common::program::{leadlag, ok, scratch, stderr, text};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 use std::sync::OnceLock;
-
-fn leadlag(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_leadlag")).args(arguments).output().expect("the program starts")
-}
-
-fn stdout(output: &Output) -> String {
-    String::from_utf8(output.stdout.clone()).expect("UTF-8")
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8(output.stderr.clone()).expect("UTF-8")
-}
-
-fn ok(arguments: &[&str]) -> String {
-    let output = leadlag(arguments);
-    assert!(output.status.success(), "{arguments:?}\n{}", stderr(&output));
-    stdout(&output)
-}
 
 /// stderr of a command that must fail as wrong usage.
 fn wrong(arguments: &[&str]) -> String {
@@ -33,22 +17,11 @@ fn wrong(arguments: &[&str]) -> String {
     stderr(&output)
 }
 
-fn text(path: &Path) -> &str {
-    path.to_str().expect("a UTF-8 path")
-}
-
-fn scratch(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cli_verbs").join(name);
-    let _ = fs::remove_dir_all(&folder);
-    fs::create_dir_all(&folder).expect("the target folder can be written");
-    folder
-}
-
 /// A short pair file of a synthetic platoon, made once.
 fn pair() -> &'static Path {
     static FILE: OnceLock<PathBuf> = OnceLock::new();
     FILE.get_or_init(|| {
-        let folder = scratch("drive");
+        let folder = scratch("cli_verbs", "drive");
         ok(&["synth", "--out", text(&folder), "--duration", "60", "--pairs"]);
         folder.join("pair_follower1.csv")
     })
@@ -69,7 +42,7 @@ fn soft_command(own: Parameters, a_cmd: f32) -> f32 {
 fn extended() -> &'static Path {
     static FOLDER: OnceLock<PathBuf> = OnceLock::new();
     FOLDER.get_or_init(|| {
-        let folder = scratch("extended");
+        let folder = scratch("cli_verbs", "extended");
         let own = folder.join("soft.wgsl");
         fs::write(&own, SOFT).unwrap();
         let out = folder.join("fit");
@@ -129,13 +102,13 @@ fn a_name_that_is_nearly_right_is_suggested() {
     ] {
         assert!(message.contains(expected), "{what}: expected {expected:?} in:\n{message}");
     }
-    let bounds = scratch("bounds").join("bounds.toml");
+    let bounds = scratch("cli_verbs", "bounds").join("bounds.toml");
     fs::write(&bounds, "taup = 0.3\n").unwrap();
     let output = leadlag(&["calibrate", file, "--model", "idm", "--bounds", text(&bounds), "--out", "never"]);
     assert!(stderr(&output).contains("is not a parameter of any variant"), "{}", stderr(&output));
     assert!(stderr(&output).contains("did you mean `tau_p`?"), "{}", stderr(&output));
     // And a column: of a file whose header has a misspelt one.
-    let table = scratch("column").join("drive.csv");
+    let table = scratch("cli_verbs", "column").join("drive.csv");
     fs::write(&table, fs::read_to_string(pair()).unwrap().replacen("spacing_m", "spacng_m", 1)).unwrap();
     let output = leadlag(&["inspect", text(&table)]);
     assert!(stderr(&output).contains("rename spacng_m to spacing_m?"), "{}", stderr(&output));
@@ -153,7 +126,7 @@ fn completions_and_manual_pages_know_every_verb() {
         }
     }
     assert!(ok(&["man"]).starts_with(".ie"), "troff");
-    let folder = scratch("man");
+    let folder = scratch("cli_verbs", "man");
     ok(&["man", "--out", text(&folder)]);
     for verb in &found {
         let page = folder.join(format!("leadlag-{}.1", verb.join("-")));
@@ -164,7 +137,7 @@ fn completions_and_manual_pages_know_every_verb() {
 
 #[test]
 fn quiet_silences_stderr_but_for_errors() {
-    let missing = scratch("quiet").join("no_simulation");
+    let missing = scratch("cli_verbs", "quiet").join("no_simulation");
     fs::create_dir_all(&missing).unwrap();
     fs::copy(extended().join("result.json"), missing.join("result.json")).unwrap();
     let page = missing.join("page.html");
@@ -209,7 +182,7 @@ fn every_environment_variable_is_documented() {
 
 #[test]
 fn check_describes_a_good_extension_and_names_the_place_of_a_bad_one() {
-    let folder = scratch("check");
+    let folder = scratch("cli_verbs", "check");
     let [good, bad] = ["soft.wgsl", "bad.wgsl"].map(|name| folder.join(name));
     fs::write(&good, SOFT).unwrap();
     fs::write(&bad, SOFT.replace("own.lost", "own.lots")).unwrap();
@@ -239,7 +212,7 @@ fn an_extended_result_is_calibrated_written_and_simulated_again() {
     assert_eq!(extension("soft")["text"], SOFT, "a user's own text travels with the result");
     assert!(extension("actuation_lag").get("text").is_none(), "that of a built-in one does not");
     // Moved away from the WGSL file, it is simulated to the same score.
-    let elsewhere = scratch("elsewhere").join("result.json");
+    let elsewhere = scratch("cli_verbs", "elsewhere").join("result.json");
     fs::copy(extended().join("result.json"), &elsewhere).unwrap();
     let again = ok(&["simulate", text(pair()), "--result", text(&elsewhere), "--json"]);
     let again: Value = serde_json::from_str(&again).unwrap();
@@ -248,7 +221,7 @@ fn an_extended_result_is_calibrated_written_and_simulated_again() {
 
 #[test]
 fn a_report_of_a_calibration_is_one_page_without_network() {
-    let page = scratch("report").join("page.html");
+    let page = scratch("cli_verbs", "report").join("page.html");
     ok(&["report", text(extended()), "-o", text(&page)]);
     let html = fs::read_to_string(&page).unwrap();
     assert!(html.trim_start().to_lowercase().starts_with("<!doctype html>") && html.contains("l-cth"));
@@ -259,7 +232,7 @@ fn a_report_of_a_calibration_is_one_page_without_network() {
         assert!(!html.contains(outside), "the page asks for {outside}");
     }
     // The heading is the score that was minimised, under its name.
-    let fit = scratch("heading");
+    let fit = scratch("cli_verbs", "heading");
     let search = ["--model", "idm", "--gof", "rmse-s", "--max-evaluations", "300", "--no-intervals", "--json"];
     let json = ok(&[&["calibrate", text(pair()), "--out", text(&fit)], &search[..]].concat());
     let result: serde_json::Value = serde_json::from_str(&json).expect("JSON");
@@ -269,13 +242,13 @@ fn a_report_of_a_calibration_is_one_page_without_network() {
     let shown: f64 = heading.split_once('<').expect("an end").0.parse().expect("a number");
     let minimised = result["score"]["rmse_s"].as_f64().expect("a score");
     assert!((shown / minimised - 1.0).abs() < 1e-3, "{shown} is not {minimised}");
-    let empty = scratch("empty");
+    let empty = scratch("cli_verbs", "empty");
     assert!(wrong(&["report", text(&empty), "-o", text(&page)]).contains("expected a folder with result.json"));
 }
 
 #[test]
 fn what_is_likely_a_mistake_is_warned_of() {
-    let folder = scratch("mistakes");
+    let folder = scratch("cli_verbs", "mistakes");
     let out = folder.join("fit");
     let calibrate = |file: &str, extra: &[&str]| {
         let search =
@@ -310,7 +283,7 @@ fn what_is_likely_a_mistake_is_warned_of() {
 
 #[test]
 fn a_table_with_a_column_map_is_inspected_and_calibrated_by_vehicle_id() {
-    let folder = scratch("columns");
+    let folder = scratch("cli_verbs", "columns");
     let (map, table) = (folder.join("mine.toml"), folder.join("mine.csv"));
     fs::write(
         &map,

@@ -1,45 +1,22 @@
 //! What the command line refuses before the work, and what it warns of: options that do nothing, parameters that nothing tells, tables
 //! of which no row can be simulated.
 
+mod common;
+
+use common::program::{leadlag, scratch, stderr, succeeds, text};
 use leadlag::score::GoodnessOfFit;
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU32, Ordering};
-
-fn leadlag(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_leadlag")).args(arguments).output().expect("the program starts")
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8(output.stderr.clone()).expect("UTF-8")
-}
-
-fn ok(arguments: &[&str]) -> Output {
-    let output = leadlag(arguments);
-    assert!(output.status.success(), "{arguments:?}\n{}", stderr(&output));
-    output
-}
-
-fn text(path: &Path) -> &str {
-    path.to_str().expect("a UTF-8 path")
-}
-
-fn scratch(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cli_warnings").join(name);
-    let _ = fs::remove_dir_all(&folder);
-    fs::create_dir_all(&folder).expect("the target folder can be written");
-    folder
-}
 
 /// A short synthetic drive, made once: platoon.csv, pair_follower1.csv, Slope.csv.
 fn drive() -> &'static Path {
     static FOLDER: OnceLock<PathBuf> = OnceLock::new();
     FOLDER.get_or_init(|| {
-        let folder = scratch("drive");
-        ok(&["synth", "--out", text(&folder), "--duration", "60", "--pairs"]);
+        let folder = scratch("cli_warnings", "drive");
+        succeeds(&["synth", "--out", text(&folder), "--duration", "60", "--pairs"]);
         folder
     })
 }
@@ -48,9 +25,9 @@ fn drive() -> &'static Path {
 fn calibrate(extra: &[&str]) -> String {
     static CALLS: AtomicU32 = AtomicU32::new(0);
     let call = CALLS.fetch_add(1, Ordering::Relaxed);
-    let (pair, out) = (drive().join("pair_follower1.csv"), scratch(&format!("fit{call}")));
+    let (pair, out) = (drive().join("pair_follower1.csv"), scratch("cli_warnings", &format!("fit{call}")));
     let search = ["--model", "idm", "--max-evaluations", "100", "--no-intervals", "--out", text(&out)];
-    stderr(&ok(&[&["calibrate", text(&pair)], &search[..], extra].concat()))
+    stderr(&succeeds(&[&["calibrate", text(&pair)], &search[..], extra].concat()))
 }
 
 const SOFT: &str = "//! The car brakes less than it is told to.
@@ -78,7 +55,7 @@ fn place_command(own: Parameters, w: World, a_cmd: f32) -> f32 {
 
 #[test]
 fn the_reference_refuses_extensions_of_ones_own_before_the_work() {
-    let folder = scratch("own");
+    let folder = scratch("cli_warnings", "own");
     let (soft, out) = (folder.join("soft.wgsl"), folder.join("never"));
     fs::write(&soft, SOFT).unwrap();
     let pair = drive().join("pair_follower1.csv");
@@ -109,7 +86,7 @@ fn a_grade_that_is_nowhere_is_told_and_one_that_gives_the_lap_is_not_called_usel
     assert!(level.contains("warning: the grade is 0 throughout: gg has no effect"), "{level}");
     assert!(!calibrate(&["--extend", "grade", "--grade", "level", "--fix", "gg=0"]).contains("gg has no effect"));
     assert!(!calibrate(&["--extend", "grade"]).contains("the grade is 0"), "the file has a slope");
-    let place = scratch("place").join("place.wgsl");
+    let place = scratch("cli_warnings", "place").join("place.wgsl");
     fs::write(&place, PLACE).unwrap();
     let lap = drive().join("Slope.csv");
     let said = calibrate(&["--extend", text(&place), "--grade", text(&lap)]);
@@ -126,14 +103,14 @@ fn switches_and_bounds_that_make_no_sense_are_warned_of_once() {
         "{said}"
     );
     assert!(!calibrate(&["--convention", "authors"]).contains("--convention"));
-    let bounds = scratch("bounds").join("fast.toml");
+    let bounds = scratch("cli_warnings", "bounds").join("fast.toml");
     fs::write(&bounds, "v_0 = [40, 50]\n").unwrap();
-    let (one, out) = (drive().join("pair_follower1.csv"), scratch("twice"));
+    let (one, out) = (drive().join("pair_follower1.csv"), scratch("cli_warnings", "twice"));
     let (two, other) = (out.join("pair_follower1.csv"), out.join("fits"));
     fs::copy(&one, &two).unwrap();
     let search = ["--model", "idm", "--max-evaluations", "100", "--no-intervals", "--bounds", text(&bounds)];
     let arguments = [&["calibrate", text(&one), text(&two), "--out", text(&other)], &search[..]].concat();
-    let output = ok(&arguments);
+    let output = succeeds(&arguments);
     let said = stderr(&output);
     assert_eq!(
         said.matches("never drives faster than 21.9 m/s, but v_0 is searched from 40 m/s on").count(),
@@ -152,7 +129,7 @@ fn switches_and_bounds_that_make_no_sense_are_warned_of_once() {
 
 #[test]
 fn every_goodness_of_fit_is_listed_with_its_unit() {
-    let output = ok(&["list", "gof", "--json"]);
+    let output = succeeds(&["list", "gof", "--json"]);
     let listed: Vec<Value> = serde_json::from_slice(&output.stdout).expect("JSON");
     let mut named: Vec<String> = listed.iter().map(|entry| entry["name"].as_str().unwrap().to_owned()).collect();
     for name in &named {
@@ -167,14 +144,14 @@ fn every_goodness_of_fit_is_listed_with_its_unit() {
     assert_eq!(entry("rmse-sn-vn-an")["unit"], "-");
     assert!(entry("rmse-sva")["meaning"].as_str().unwrap().contains("although the units differ"));
     assert!(!entry("nrmse-sva")["meaning"].as_str().unwrap().contains("differ"));
-    let shown = String::from_utf8(ok(&["list", "gof"]).stdout).unwrap();
+    let shown = String::from_utf8(succeeds(&["list", "gof"]).stdout).unwrap();
     assert!(shown.lines().all(|line| line.chars().count() <= 80), "{shown}");
     assert!(shown.contains("root mean square error of spacing") && shown.contains("error of speed"), "{shown}");
 }
 
 /// Exit code, stdout and stderr of `evaluate` on rows for the drive, IDM.
 fn evaluate(name: &str, header: &str, rows: &[&str]) -> (Option<i32>, String, String) {
-    let cases = scratch(name).join("cases.csv");
+    let cases = scratch("cli_warnings", name).join("cases.csv");
     fs::write(&cases, format!("model_id,platoon,follower_position,{header}\n{}\n", rows.join("\n"))).unwrap();
     let output = leadlag(&["evaluate", text(&cases), "--data", text(drive())]);
     let said = stderr(&output);
@@ -205,7 +182,7 @@ fn a_table_of_which_no_row_can_be_simulated_is_a_failure() {
 
 #[test]
 fn evaluate_lists_the_files_of_a_vehicle_where_they_were_used() {
-    let folder = scratch("vehicles");
+    let folder = scratch("cli_warnings", "vehicles");
     fs::create_dir_all(folder.join("vehicles")).unwrap();
     fs::copy(drive().join("platoon.csv"), folder.join("platoon.csv")).unwrap();
     let columns = "slug,name,paper_name,mass_unladen_kg,phi,length_m,f_0_lb_N,f_0_ub_N,f_1_lb_N_per_kmh,f_1_ub_N_per_kmh,\
@@ -217,7 +194,7 @@ fn evaluate_lists_the_files_of_a_vehicle_where_they_were_used() {
         let cases = folder.join("cases.csv");
         let header = "variant,platoon,follower_position,delta,v_0,d_0,t_h,a_max,a_min";
         fs::write(&cases, format!("{header}\n{variant},platoon,1,4,33,2,1.2,1.4,-2\n")).unwrap();
-        let said = stderr(&ok(&["evaluate", text(&cases), "--data", text(&folder)]));
+        let said = stderr(&succeeds(&["evaluate", text(&cases), "--data", text(&folder)]));
         (said.contains("vehicles.csv sha256"), said.contains("mfc_made_up.csv sha256"))
     };
     assert_eq!(used("idm"), (false, false));

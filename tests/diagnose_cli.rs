@@ -1,32 +1,12 @@
 //! `leadlag diagnose` as a program: its JSON, its text, its files, its exit codes.
 
+mod common;
+
+use common::program::{fails, leadlag, ok, scratch};
 use leadlag::diagnose::outcome::Outcome;
 use serde_json::Value;
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
-
-fn leadlag(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_leadlag")).args(arguments).output().expect("the program starts")
-}
-
-fn ok(arguments: &[&str]) -> String {
-    let output = leadlag(arguments);
-    assert!(output.status.success(), "{arguments:?}\n{}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).expect("UTF-8")
-}
-
-fn fails(arguments: &[&str]) -> (i32, String) {
-    let output = leadlag(arguments);
-    (output.status.code().expect("no signal"), String::from_utf8_lossy(&output.stderr).into_owned())
-}
-
-fn scratch(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("diagnose_cli").join(name);
-    let _ = fs::remove_dir_all(&folder);
-    fs::create_dir_all(&folder).expect("a folder");
-    folder
-}
+use std::path::Path;
 
 /// The first follower of a synthetic drive as a pair file.
 fn pair(folder: &Path, seed: u64, seconds: u64, more: &[&str]) -> String {
@@ -55,7 +35,7 @@ fn scaled(path: &str, factor: f64) -> String {
 
 #[test]
 fn the_data_alone_can_be_checked() {
-    let folder = scratch("data_only");
+    let folder = scratch("diagnose_cli", "data_only");
     let clean = pair(&folder, 1, 300, &[]);
     let text = ok(&["diagnose", "--data", &clean, "--data-only"]);
     assert!(text.contains("nothing contradicts itself"), "{text}");
@@ -75,7 +55,7 @@ fn the_data_alone_can_be_checked() {
 
 #[test]
 fn files_are_taken_as_arguments_as_by_every_other_verb() {
-    let folder = scratch("arguments");
+    let folder = scratch("diagnose_cli", "arguments");
     let [one, two] = [1, 2].map(|seed| pair(&folder, seed, 120, &[]));
     let by_flag = ok(&["diagnose", "--data", &format!("{one},{two}"), "--data-only"]);
     assert_eq!(ok(&["diagnose", &one, &two, "--data-only"]), by_flag);
@@ -92,7 +72,7 @@ fn files_are_taken_as_arguments_as_by_every_other_verb() {
 
 #[test]
 fn wrong_usage_is_said() {
-    let folder = scratch("usage");
+    let folder = scratch("diagnose_cli", "usage");
     let file = pair(&folder, 2, 120, &[]);
     let (code, message) = fails(&["diagnose", "--data", &file]);
     assert!(code == 2 && message.contains("--base"), "{message}");
@@ -117,7 +97,7 @@ fn wrong_usage_is_said() {
 /// change this large for a missing acceleration of 0.2 m/s² over minutes: searches from there alone have missed each of these.
 #[test]
 fn large_effects_are_found_with_precise_sensors() {
-    let folder = scratch("precise");
+    let folder = scratch("diagnose_cli", "precise");
     let value = |base: &str, seed: u64, seconds: u64, effect: &str, parameter: &str| -> f64 {
         let file = pair(&folder, seed, seconds, &["--base", base, "--effect", effect]);
         let arguments = ["diagnose", "--data", &file, "--base", base, "--effort", "quick", "--json"];
@@ -140,7 +120,7 @@ fn large_effects_are_found_with_precise_sensors() {
 /// An IDM car under Gipps' law: no cause passes, and still Gipps' law is not enough.
 #[test]
 fn a_car_of_another_law_is_not_called_nothing() {
-    let folder = scratch("other_law");
+    let folder = scratch("diagnose_cli", "other_law");
     let noise = ["--base", "idm", "--leader", "restless", "--gap-noise", "0.02", "--speed-noise", "0.02"];
     let file = pair(&folder, 3, 300, &noise);
     for (base, verdict) in [("gipps", "unexplained"), ("idm", "nothing")] {
@@ -155,7 +135,7 @@ fn a_car_of_another_law_is_not_called_nothing() {
 
 #[test]
 fn a_diagnosis_has_the_fields_of_its_contract() {
-    let folder = scratch("whole");
+    let folder = scratch("diagnose_cli", "whole");
     let file =
         pair(&folder, 3, 300, &["--effect", "actuation_lag:ta=0.8", "--gap-noise", "0.02", "--speed-noise", "0.02"]);
     let out = folder.join("out");

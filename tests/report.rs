@@ -1,38 +1,21 @@
 //! What people are shown: the demo, which sees files only and says honestly whether it found what had been hidden; pages and text charts.
 
+mod common;
+
+use common::program::{leadlag, ok, scratch, text};
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Command;
 
 /// Seconds that are long enough for most causes, and short enough for a test.
 const SHORT: u32 = 240;
 /// Seconds that show both settings of the gap on the two thirds that are trained on.
 const LONG: u32 = 600;
 
-fn leadlag(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_leadlag")).args(arguments).output().expect("the program starts")
-}
-
-fn ok(arguments: &[&str]) -> String {
-    let output = leadlag(arguments);
-    assert!(output.status.success(), "{arguments:?}\n{}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).expect("UTF-8")
-}
-
-fn scratch(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("report").join(name);
-    let _ = fs::remove_dir_all(&folder);
-    folder
-}
-
-fn text(path: &Path) -> &str {
-    path.to_str().expect("a UTF-8 path")
-}
-
 fn demo(hide: &str, seconds: u32) -> (String, PathBuf) {
     let name: String = hide.chars().take_while(|c| *c != ':').collect();
-    let folder = scratch(&name);
+    let folder = scratch("report", &name);
     let said = ok(&["demo", "--hide", hide, "--seed", "1", "--duration", &seconds.to_string(), "--out", text(&folder)]);
     (said, folder)
 }
@@ -155,7 +138,7 @@ fn nothing_is_found_where_nothing_is_hidden() {
 
 #[test]
 fn a_calibration_is_shown_in_the_terminal_and_as_a_page() {
-    let drive = scratch("drive");
+    let drive = scratch("report", "drive");
     ok(&["synth", "--out", text(&drive), "--duration", "150"]);
     let (folder, file) = (drive.join("fit"), drive.join("platoon.csv"));
     let result = folder.join("result.json");

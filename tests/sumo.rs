@@ -1,25 +1,13 @@
 //! `leadlag export sumo`: the vehicle type, what cannot be exported, and SUMO itself beside leadlag, where it is installed
 //! (`scripts/check-sumo` installs it and runs this file).
 
+mod common;
+
+use common::program::{leadlag, ok, text};
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 use std::sync::OnceLock;
-
-fn leadlag(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_leadlag")).args(arguments).output().expect("the program starts")
-}
-
-fn ok(arguments: &[&str]) -> String {
-    let output = leadlag(arguments);
-    assert!(output.status.success(), "{arguments:?}\n{}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).expect("UTF-8")
-}
-
-fn text(path: &Path) -> &str {
-    path.to_str().expect("a UTF-8 path")
-}
 
 fn scratch() -> PathBuf {
     Path::new(env!("CARGO_TARGET_TMPDIR")).join("sumo")

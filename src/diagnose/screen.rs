@@ -368,3 +368,39 @@ pub fn identifiability(candidate: &Candidate, cause: &'static Extension) -> (f64
     let names = order.iter().take(3).filter(|&&a| weights[a].abs() > 0.3 * largest);
     (index, names.map(|&a| candidate.model.symbols[others[a]].name().to_owned()).collect())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::made_up;
+    use super::*;
+    use crate::calibrate::Overrides;
+    use crate::symbols::Symbol;
+
+    #[test]
+    fn a_stretch_is_moved_with_either_end_kept() {
+        let drives = [made_up::drive("made_up.csv", 0.0)];
+        let cause = extension_named("set_speed_change").expect("in the library");
+        let variant = "l-cth".parse::<Variant>().expect("a base").with(cause).expect("they go together");
+        let model = Model::new(variant, &drives, &Overrides::new(), &[]).expect("a model");
+        let noise = Noise { sigma_d: 0.05, tau_d: 2.0, r_s: 0.02, r_v: 0.02, r_l: 1e-3 };
+        let mut at = Point { values: model.axes.iter().map(|axis| axis.value(0.5)).collect(), noise };
+        let times: Vec<usize> = cause
+            .parameters
+            .iter()
+            .filter(|s| s.is_time())
+            .map(|s: &Symbol| model.position(*s).expect("its own"))
+            .collect();
+        let length = model.axes[times[1]].lower.max(4.0);
+        at.values[times[1]] = length;
+        let moved = stretched(&model, &at, cause);
+        assert_eq!(moved.len(), 84);
+        let ends = |point: &Point| [point.values[times[0]], point.values[times[0]] + point.values[times[1]]];
+        let [begin, end] = ends(&at);
+        let near = |a: f64, b: f64| (a - b).abs() < 1e-9;
+        let longer: Vec<[f64; 2]> =
+            moved.iter().filter(|point| near(point.values[times[1]], 2.0 * length)).map(ends).collect();
+        assert_eq!(longer.len(), 14);
+        assert_eq!(longer.iter().filter(|[b, e]| near(*b, begin) && near(*e, end + length)).count(), 7);
+        assert_eq!(longer.iter().filter(|[b, e]| near(*b, begin - length) && near(*e, end)).count(), 7);
+    }
+}

@@ -170,3 +170,20 @@ fn rivals_of_other_families_stay_when_a_place_is_put_right() {
         [("perception_delay", "dead_zone"), ("range_bias", "range_scale"), ("perception_delay", "sensor_lowpass")]
     );
 }
+
+#[test]
+fn a_limit_that_limits_nothing_is_no_name() {
+    let drives = [made_up::drive("made_up.csv", 0.0)];
+    let objection = |name: &str, sizes: &[f64]| {
+        let mut candidate = candidate(&drives, &[name]);
+        for (k, size) in candidate.model.positions(cause(name)).into_iter().zip(sizes) {
+            candidate.fit.point.values[k] = *size;
+        }
+        proxy(&candidate, cause(name))
+    };
+    assert!(matches!(objection("accel_cap", &[4.0]), Some(Objection::OnBound(_))));
+    assert_eq!(objection("accel_cap", &[1.3]), None);
+    // One of two lags may be none.
+    assert_eq!(objection("asym_lag", &[0.4, 0.0]), None);
+    assert!(matches!(objection("asym_lag", &[0.0, 0.0]), Some(Objection::OnBound(_))));
+}
