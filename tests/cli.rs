@@ -136,8 +136,7 @@ fn joint_calibration_has_one_parameter_set() {
 
 #[test]
 fn bounds_and_fixed_values_hold() {
-    let bounds = scratch("cli", "bounds").with_extension("toml");
-    fs::create_dir_all(bounds.parent().unwrap()).unwrap();
+    let bounds = scratch("cli", "bounds").join("bounds.toml");
     fs::write(&bounds, "v_0 = [25, 26]\nd_0 = 2.5\n").unwrap();
     let folder = calibrated("bounded", &["--bounds", text(&bounds), "--fix", "t_h=1.25"]);
     let result: Value = serde_json::from_slice(&fs::read(folder.join("result.json")).unwrap()).unwrap();
@@ -148,8 +147,7 @@ fn bounds_and_fixed_values_hold() {
 
 #[test]
 fn evaluate_marks_bad_rows_and_keeps_the_others() {
-    let (folder, cases) = (platoon(), scratch("cli", "cases").with_extension("csv"));
-    fs::create_dir_all(cases.parent().unwrap()).unwrap();
+    let (folder, cases) = (platoon(), scratch("cli", "cases").join("cases.csv"));
     let rows = "note,model_id,variant,platoon,follower_position,k_s,k_v,k_0,v_0,d_0,t_h,success,tau_p\n\
                 good,37,,platoon,1,0.2,0.6,0.5,33,3,1.1,x,\n\
                 word,,l-cth,platoon,1,0.2,abc,0.5,33,3,1.1,x,\n\
@@ -193,7 +191,7 @@ fn evaluate_marks_bad_rows_and_keeps_the_others() {
 fn wrong_usage_exits_with_2_and_failure_with_1() {
     let file = platoon().join("platoon.csv");
     let file = text(&file);
-    let out = scratch("cli", "never");
+    let out = scratch("cli", "never").join("out");
     let calibrate = |extra: &[&str]| fails(&[&["calibrate", file, "--out", text(&out)], extra].concat());
     for (code, (found, message), expected) in [
         (2, fails(&["calibrat"]), "calibrate"),
@@ -298,8 +296,7 @@ fn a_variant_without_free_parameters_is_scored_once() {
 
 #[test]
 fn evaluate_may_write_onto_its_input_and_keeps_files_when_it_fails() {
-    let cases = scratch("cli", "onto_itself").with_extension("csv");
-    fs::create_dir_all(cases.parent().unwrap()).unwrap();
+    let cases = scratch("cli", "onto_itself").join("onto_itself.csv");
     let row = "37,platoon,1,0.2,0.6,0.5,33,3,1.1\n";
     fs::write(&cases, format!("model_id,platoon,follower_position,k_s,k_v,k_0,v_0,d_0,t_h\n{row}{row}")).unwrap();
     ok(&["evaluate", text(&cases), "--data", text(platoon()), "--out", text(&cases)]);
@@ -307,7 +304,7 @@ fn evaluate_may_write_onto_its_input_and_keeps_files_when_it_fails() {
     assert_eq!(written.lines().count(), 3, "{written}");
     assert!(written.lines().nth(1).unwrap().starts_with("37,platoon,1,0.2,0.6,0.5,33,3,1.1,1,,,0,0,0,"), "{written}");
 
-    let broken = scratch("cli", "no_columns").with_extension("csv");
+    let broken = scratch("cli", "no_columns").join("no_columns.csv");
     for (content, expected) in [
         ("model_id;platoon;follower_position\n", "column model_id is missing"),
         ("", "the file has nothing"),
@@ -328,7 +325,7 @@ fn evaluate_may_write_onto_its_input_and_keeps_files_when_it_fails() {
         "no half-written file is left"
     );
 
-    let bounds = scratch("cli", "infinite").with_extension("toml");
+    let bounds = scratch("cli", "infinite").join("infinite.toml");
     fs::write(&bounds, "tau_p = [0.1, inf]\n").unwrap();
     let (code, message) = fails(&["evaluate", text(&cases), "--data", text(platoon()), "--bounds", text(&bounds)]);
     assert_eq!(code, 2);
@@ -367,8 +364,7 @@ fn a_platoon_needs_one_time_axis() {
         }
         fields.join(",") + "\n"
     });
-    let file = scratch("cli", "two_axes").with_extension("csv");
-    fs::create_dir_all(file.parent().unwrap()).unwrap();
+    let file = scratch("cli", "two_axes").join("two_axes.csv");
     fs::write(&file, lines.collect::<String>()).unwrap();
     let result = calibrated("for_two_axes", &[]).join("result.json");
     let (code, message) = fails(&["simulate", text(&file), "--platoon", "--result", text(&result)]);
@@ -386,8 +382,7 @@ fn a_run_that_crashes_says_when_and_why_everywhere() {
         result["parameters"][name] = Value::from(value.parse::<f64>().unwrap());
     }
     text_of = result.to_string();
-    let path = scratch("cli", "crash").with_extension("json");
-    fs::create_dir_all(path.parent().unwrap()).unwrap();
+    let path = scratch("cli", "crash").join("crash.json");
     fs::write(&path, text_of).unwrap();
     let (file, out) = (platoon().join("platoon.csv"), scratch("cli", "crash_out"));
     let arguments = ["simulate", text(&file), "--follower", "1", "--result", text(&path), "--out", text(&out)];
