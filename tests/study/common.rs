@@ -1,9 +1,13 @@
 //! A tiny study and what to do with it.
 
+#[path = "../common/program.rs"]
+mod program;
+
+pub use program::{fails, leadlag, ok, stderr, text};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Stdio};
 use std::sync::OnceLock;
 
 /// The program with arguments.
@@ -13,38 +17,9 @@ pub fn command(arguments: &[&str]) -> Command {
     command
 }
 
-/// Runs it.
-pub fn leadlag(arguments: &[&str]) -> Output {
-    command(arguments).output().expect("the program starts")
-}
-
-pub fn stderr(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
-/// Stdout of a command that must succeed.
-pub fn ok(arguments: &[&str]) -> String {
-    let output = leadlag(arguments);
-    assert!(output.status.success(), "{arguments:?}\n{}", stderr(&output));
-    String::from_utf8(output.stdout).expect("UTF-8")
-}
-
-/// Exit code and stderr of a command that must fail.
-pub fn fails(arguments: &[&str]) -> (i32, String) {
-    let output = leadlag(arguments);
-    assert!(!output.status.success(), "{arguments:?} should fail");
-    (output.status.code().expect("no signal"), stderr(&output))
-}
-
+/// An empty folder for one test.
 pub fn scratch(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("study").join(name);
-    let _ = fs::remove_dir_all(&folder);
-    fs::create_dir_all(&folder).expect("the scratch folder can be made");
-    folder
-}
-
-pub fn text(path: &Path) -> &str {
-    path.to_str().expect("a UTF-8 path")
+    program::scratch("study", name)
 }
 
 /// Two synthetic platoons with the same cars, made once.
