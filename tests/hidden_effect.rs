@@ -46,7 +46,7 @@ fn told(outcome: &DiagnosisOutcome) -> String {
 /// The cause is named, its size is right, and the extended model gains most of what the truth gains.
 fn named(base: &str, cause: &str, seed: u64) {
     let outcome = sized(&task("one", base, &[cause], 0.0, seed));
-    let share = outcome.share_of_gain().expect("something to gain, and no crash");
+    let share = outcome.share_of_gain().unwrap_or_else(|| panic!("a crash, or nothing to gain: {}", told(&outcome)));
     assert!(share >= GAINED, "{:.0} % of the possible gain: {}", 100.0 * share, told(&outcome));
 }
 

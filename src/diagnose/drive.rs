@@ -120,9 +120,11 @@ impl Drive {
     ) -> Result<Case, CaseError> {
         let (vehicle, longest) = (self.vehicle.as_deref(), tau_p_upper.unwrap_or(TAU_P_UPPER));
         let case = Case::new(&self.trajectory, variant, vehicle, Convention::PAPER, longest)?;
+        // A delay is shortened by the lead, for these as for everything else.
+        let ahead = if variant.delay || variant.extensions.delay().is_some() { 0.0 } else { HALF_STEP };
         let case = Case {
-            a_l: Some(smoothed_acceleration(&self.v_l_measured, self.dt(), HALF_STEP).into()),
-            v_l2: self.trajectory.v_l2.as_deref().map(half_a_step_later),
+            a_l: Some(smoothed_acceleration(&self.v_l_measured, self.dt(), ahead).into()),
+            v_l2: self.trajectory.v_l2.as_deref().map(|signal| later(signal, ahead)),
             ..case
         };
         match extension_delay_upper {
@@ -207,9 +209,10 @@ fn piece(whole: &Trajectory, range: &Range<usize>, label: String, vehicle: Optio
     Drive { trajectory, v_l_measured, x_road, lap, vehicle }
 }
 
-fn half_a_step_later(signal: &[f64]) -> Arc<[f64]> {
+/// A signal this share of a sample later.
+fn later(signal: &[f64], share: f64) -> Arc<[f64]> {
     let next = signal.iter().skip(1).chain(signal.last());
-    signal.iter().zip(next).map(|(now, next)| now + HALF_STEP * (next - now)).collect()
+    signal.iter().zip(next).map(|(now, next)| now + share * (next - now)).collect()
 }
 
 /// The grade along this drive, over the positions that follow from the leader's integrated speed: these drift by metres from the

@@ -80,6 +80,9 @@ const JITTER: [f64; 5] = [0.05, 0.012, 0.003, 8e-4, 2e-4];
 /// Such populations in turn, as long as each gains this much \[nats\].
 const JITTERS: (usize, f64) = (4, 2.0);
 
+/// Gain of steps of the command whose size is worth a search without derivatives \[nats\]: where they are, held sizes have found most.
+const WORTH_POLISHING: f64 = 25.0;
+
 /// A cause, and the present model with it.
 pub type Fitted = (&'static Extension, Candidate);
 
@@ -116,7 +119,7 @@ pub fn explain(
         let Some(found) = searched(setting, current, variant, &causes, scope, spending)? else { continue };
         let found = set_free(setting, found, &held, spending)?;
         let mut found = jittered(setting, found, cause, spending)?;
-        if is_rugged(cause) {
+        if is_rugged(cause) && found.fit.log_likelihood > current.fit.log_likelihood + WORTH_POLISHING {
             found = polished(setting, found, spending.plan)?;
         }
         if best.as_ref().is_none_or(|best| found.fit.log_likelihood > best.fit.log_likelihood) {

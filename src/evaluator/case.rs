@@ -48,6 +48,8 @@ pub struct Case {
     pub tau_p_upper: f64,
     /// Upper bound of the delay of an extension \[s\], where a search has another one than the extension itself.
     pub extension_delay_upper: Option<f64>,
+    /// No candidate is simulated or scored before this sample, however short its delay: variants that are compared then begin together.
+    pub earliest: usize,
 }
 
 /// A trajectory that a variant cannot be run on.
@@ -171,6 +173,7 @@ impl Case {
             s_l2: trajectory.s_l2.as_deref().map(Arc::from),
             tau_p_upper,
             extension_delay_upper: None,
+            earliest: 0,
         };
         case.for_variant(variant)
     }
@@ -274,7 +277,7 @@ impl Case {
             // 1e-9: 0.8 s / 0.1 s must be 8 samples, not 9, whatever the last bit of the quotient.
             Delay::Fractional => (self.delay_steps(self.longest_delay()) - 1e-9).ceil(),
         };
-        whole as usize + 1
+        (whole as usize + 1).max(self.earliest)
     }
 
     /// Bounds of a parameter for this vehicle and convention: Table 3; `None` for road loads without a vehicle.

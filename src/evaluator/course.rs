@@ -45,7 +45,7 @@ pub struct Course {
     pub world: Option<WorldSignals>,
     /// Length of the ring of past (v, s): ceil(longest delay / Δt) + 2.
     pub ring: usize,
-    /// What the measures need of the measured signals, for each first sample from 0 to `ring`.
+    /// What the measures need of the measured signals, for each first sample that a run may have.
     measured: Vec<[Measured; 3]>,
 }
 
@@ -179,7 +179,7 @@ impl Course {
         };
         let longest = case.longest_delay() / case.dt;
         let ring = (longest - 1e-9).ceil() as usize + 2;
-        let measured = (0..=ring.min(count - 1))
+        let measured = (0..=ring.max(case.earliest).min(count - 1))
             .map(|first| [0, 1, 2].map(|i| Measured::of(&signals[i][first..], floored[i])))
             .collect();
         Ok(Course {
@@ -217,6 +217,12 @@ impl Course {
     #[must_use]
     pub fn measured(&self, first: usize) -> &[Measured; 3] {
         &self.measured[first]
+    }
+
+    /// Number of samples at which a run may begin: 0 and those after it.
+    #[must_use]
+    pub fn firsts(&self) -> usize {
+        self.measured.len()
     }
 
     /// How a goodness of fit follows from the sums, for a run scored from sample `first` on.

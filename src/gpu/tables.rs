@@ -92,7 +92,7 @@ impl Content {
                 content.samples.push([world.a_l[i], world.v_l2[i], world.s_l2[i], world.t[i]].map(|x| x as f32));
             }
         }
-        for first in 0..=course.ring.min(course.samples() - 1) {
+        for first in 0..course.firsts() {
             let norm = course.norm(gof, first);
             let padded = |x: [f64; 3]| [x[0] as f32, x[1] as f32, x[2] as f32, 0.0];
             content.norms.push([norm.per_count, norm.weight, norm.rms_measured].map(padded));

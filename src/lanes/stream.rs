@@ -76,7 +76,6 @@ fn all<T: Real>(values: &[f64]) -> Vec<T> {
 
 impl<T: Real> Stream<T> {
     pub fn new(case: &Case, course: &Course, gof: &GoodnessOfFit) -> Stream<T> {
-        let count = course.samples();
         let norm = |first: usize| {
             let norm = course.norm(gof, first);
             let of = |values: [f64; 3]| values.map(T::of);
@@ -105,7 +104,7 @@ impl<T: Real> Stream<T> {
                 period: T::of(course.period),
                 per_period: T::of(per_period),
             }),
-            norms: (0..=course.ring.min(count - 1)).map(norm).collect(),
+            norms: (0..course.firsts()).map(norm).collect(),
             longest: course.ring - 2,
             rejects: case.convention.bounds == BoundRule::Reject,
         }

@@ -73,3 +73,38 @@ fn the_lead_is_held_beside_every_delay() {
         assert!(axis.is_fixed() && (axis.lower - 0.05).abs() < 1e-6, "{base}: {axis:?}");
     }
 }
+
+/// Who perceives late and reads ahead reads a past that is less old; what the lead exceeds the delay by is left to slopes.
+#[test]
+fn a_delay_is_shortened_by_the_lead() {
+    for (base, causes, delay) in
+        [("idm", vec![library(LEAD), library("perception_delay")], "tp"), ("idm+delay", vec![library(LEAD)], "tau_p")]
+    {
+        let mut model = model(base, &causes, &Overrides::new());
+        let place = |name: &str| model.symbols.iter().position(|s| s.name() == name).expect("a parameter");
+        let (delay, lead) = (place(delay), place("lead_h"));
+        for (of, at) in [([0.3, 0.05], [0.25, 0.0]), ([0.02, 0.05], [0.0, 0.03])] {
+            let mut values: Vec<f64> = model.axes.iter().map(|axis| 0.5 * (axis.lower + axis.upper)).collect();
+            [values[delay], values[lead]] = of;
+            let (population, _) = model.population(0, &[values], &[]);
+            let simulated = population.values(0);
+            assert!(
+                (simulated[delay] - at[0]).abs() < 1e-12 && (simulated[lead] - at[1]).abs() < 1e-12,
+                "{base}: {of:?}"
+            );
+        }
+    }
+}
+
+/// Or a model that begins later would be likelier, because it has less to make up for of what a drive begins with.
+#[test]
+fn all_models_begin_together() {
+    let first = |base: &str, causes: &[&'static Extension]| {
+        let model = model(base, causes, &Overrides::new());
+        let drive = made_up::drive("made_up.csv", 0.0);
+        let case = model.case(&drive).expect("long enough");
+        case.first_sample(case.longest_delay())
+    };
+    let base = first("idm", &[]);
+    assert_eq!([first("idm", &[library("perception_delay")]), first("idm+delay", &[]), 16], [base; 3]);
+}
