@@ -173,7 +173,7 @@ impl Case {
             s_l2: trajectory.s_l2.as_deref().map(Arc::from),
             tau_p_upper,
             extension_delay_upper: None,
-            earliest: 0,
+            earliest: 1,
         };
         case.for_variant(variant)
     }

@@ -115,7 +115,7 @@ fn shot(variant: Variant, convention: Convention, number: u64, trace: &mut Trace
         s_l2: None,
         tau_p_upper: 0.0,
         extension_delay_upper: None,
-        earliest: 0,
+        earliest: 1,
     };
     let run = simulate(&case, &p, trace);
     // A start that is already a crash, or a step that is no number, has no next state to compare.
