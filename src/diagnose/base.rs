@@ -74,7 +74,6 @@ pub fn calibrate_once(
 
 fn refined(setting: &Setting<'_>, rough: Candidate, spending: &Spending) -> Result<Candidate, DiagnoseError> {
     let Candidate { variant, causes, model, fit } = rough;
-    let again = setting.model(variant, &[])?;
     let measured = first_noise(setting.question.train);
     let noise = match softened(&measured, false) {
         Some(_) => Noise { r_s: measured.r_s, r_v: measured.r_v, ..fit.point.noise },
@@ -89,8 +88,11 @@ fn refined(setting: &Setting<'_>, rough: Candidate, spending: &Spending) -> Resu
     starts.extend([strong, free].map(|noise| Point { values: generic.clone(), noise }));
     let plan = Plan { select: starts.len(), kinds: 1, rough: 6, keep: 2, ..spending.base };
     let found = Candidate::fitted(setting, variant, &causes, model, &starts, plan)?;
-    // With other noise than it was found with, a model that is far off need not come to its end.
-    Ok(found.unwrap_or(Candidate { variant, causes, model: again, fit }))
+    match found {
+        Some(found) => Ok(found),
+        // With other noise than it was found with, a model that is far off need not come to its end.
+        None => Ok(Candidate { variant, causes, model: setting.model(variant, &[])?, fit }),
+    }
 }
 
 /// Why a calibrated base cannot be trusted: parameters that the data contradict. `None` if nothing speaks against it.

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::diagnose::made_up;
+use crate::evaluator::Evaluator;
 use crate::wgsl::{extension_named, read_extension};
 
 fn model(base: &str, causes: &[&'static Extension], bounds: &Overrides) -> Model {
@@ -103,7 +104,13 @@ fn all_models_begin_together() {
         let model = model(base, causes, &Overrides::new());
         let drive = made_up::drive("made_up.csv", 0.0);
         let case = model.case(&drive).expect("long enough");
-        case.first_sample(case.longest_delay())
+        let first = case.first_sample(case.longest_delay());
+        assert_eq!(
+            model.lanes.cases()[0].first_sample(case.longest_delay()),
+            first,
+            "what is fitted begins there, too"
+        );
+        first
     };
     let base = first("idm", &[]);
     assert_eq!([first("idm", &[library("perception_delay")]), first("idm+delay", &[]), 16], [base; 3]);
