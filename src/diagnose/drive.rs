@@ -163,6 +163,13 @@ impl Drive {
         self.trajectory.dt
     }
 
+    /// Moves everything by so much along the road \[m\], its grade with it.
+    pub(super) fn move_along_the_road(&mut self, by: f64) {
+        let Trajectory { x_l, x_f, grade, .. } = &mut self.trajectory;
+        let nodes = grade.iter_mut().flat_map(|grade| &mut grade.x);
+        x_l.iter_mut().chain(x_f).chain(&mut self.x_road).chain(nodes).for_each(|x| *x += by);
+    }
+
     /// Sine of the grade under the follower where it was measured to be, if the road is known.
     #[must_use]
     pub fn sin_grade(&self) -> Option<Vec<f64>> {

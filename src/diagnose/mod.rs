@@ -39,6 +39,7 @@ pub mod observer;
 pub mod outcome;
 mod polish;
 mod repair;
+pub mod road;
 pub mod scan;
 pub mod scene;
 pub mod screen;
@@ -64,7 +65,7 @@ pub use verdict::{
 /// State of the diagnosis. To be raised whenever a diagnosis of the same data may end otherwise: with another name, another number,
 /// after another search. Journals and the thresholds of a bootstrap hold it, so that results of two states never stand side by side as
 /// if they were of one. What came before 2 wrote none down.
-pub const DIAGNOSIS_REVISION: u32 = 5;
+pub const DIAGNOSIS_REVISION: u32 = 6;
 
 /// Program, version and state of the diagnosis, `leadlag 0.1.0+diagnosis2`.
 pub static PROGRAM: LazyLock<String> =

@@ -8,6 +8,7 @@ use leadlag::diagnose::Drive;
 use leadlag::diagnose::data::{check, correct};
 use leadlag::diagnose::hold_back::hold_back;
 use leadlag::diagnose::outcome::{DataEntry, FindingEntry};
+use leadlag::diagnose::road::on_one_road;
 use leadlag::trajectory::Trajectory;
 use std::path::Path;
 
@@ -50,6 +51,7 @@ pub fn load(args: &Args, variant: Variant) -> anyhow::Result<Loaded> {
             loaded.train.extend(drives(&picked.trajectory, &picked)?);
         }
     }
+    on_one_road(&mut loaded.train);
     for file in &args.holdout {
         let picked = one(args, variant, file, "holdout", &mut loaded)?;
         let (last, before) = loaded.data.split_last().expect("it was just read");

@@ -1,6 +1,7 @@
 //! The flexible terms: what the tents stand over, and where.
 
 use super::super::candidate::Setting;
+use super::super::road::lap;
 
 /// Width of the tents on the road \[m\].
 const ROAD_M: f64 = 60.0;
@@ -93,7 +94,7 @@ pub fn terms(setting: &Setting<'_>, states: &[[f64; 5]]) -> Vec<Term> {
 /// Tents along the road; over one lap where the grade says how long a lap is.
 fn road(setting: &Setting<'_>, states: &[[f64; 5]]) -> Option<Term> {
     let [low, high] = quantiles(states.iter().map(|state| state[4]), 0.0, 1.0);
-    let lap = lap(setting).filter(|lap| *lap < high - low).unwrap_or(0.0);
+    let lap = lap(setting.question.train).filter(|lap| *lap < high - low).unwrap_or(0.0);
     let length = if lap > 0.0 { lap } else { high - low };
     if length < 4.0 * ROAD_M {
         return None;
@@ -107,79 +108,4 @@ fn road(setting: &Setting<'_>, states: &[[f64; 5]]) -> Option<Term> {
         tents: (0..count).map(|i| vec![low + i as f64 * width, width, lap]).collect(),
         place: |tent| format!("{:.0} m", tent[0]),
     })
-}
-
-/// Distance of the points at which a grade is compared with itself \[m\].
-const NODE: f64 = 5.0;
-/// The shortest lap, and the least that a lap has to be driven beyond its end, in such points: 400 m.
-const SHORTEST: usize = 80;
-
-/// Length of a lap \[m\]: that of the closed track, or else the shortest one after which the grade repeats.
-#[must_use]
-pub fn lap(setting: &Setting<'_>) -> Option<f64> {
-    if let Some(lap) = setting.question.train.iter().find_map(|drive| drive.lap) {
-        return Some(lap);
-    }
-    let mut best: Option<usize> = None;
-    for drive in setting.question.train {
-        let grade = drive.trajectory.grade.as_ref()?;
-        let (first, last) = (*drive.x_road.first()?, *drive.x_road.last()?);
-        let offset = drive.trajectory.x_f[0] - first;
-        let count = ((last - first) / NODE) as usize;
-        let sin: Vec<f64> = (0..count).map(|i| grade.at(first + offset + i as f64 * NODE)).collect();
-        let mean = sin.iter().sum::<f64>() / count.max(1) as f64;
-        let variance = sin.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / count.max(1) as f64;
-        if variance < 1e-8 {
-            return None;
-        }
-        let found = repeats(&sin, variance);
-        best = [best, found].into_iter().flatten().min();
-    }
-    best.map(|shift| shift as f64 * NODE)
-}
-
-/// The first shift after which a profile repeats to 2 % of its variance, best of those around it: after two laps it repeats as well,
-/// and whether that fits the points better is chance.
-fn repeats(sin: &[f64], variance: f64) -> Option<usize> {
-    const SAME: f64 = 0.02;
-    let share = |shift: usize| {
-        let pairs = sin.len() - shift;
-        let apart = (0..pairs).map(|i| (sin[i] - sin[i + shift]).powi(2)).sum::<f64>() / pairs as f64;
-        // Half the mean squared difference is the scatter around the common profile.
-        0.5 * apart / variance
-    };
-    let shares: Vec<f64> = (SHORTEST..sin.len().saturating_sub(SHORTEST)).map(share).collect();
-    let mut from = 0;
-    while let Some(begin) = (from..shares.len()).find(|&i| shares[i] < SAME) {
-        let end = (begin..shares.len()).find(|&i| shares[i] >= SAME).unwrap_or(shares.len());
-        let least = (begin..end).min_by(|&a, &b| shares[a].total_cmp(&shares[b])).expect("one at least");
-        // At an end of what can be compared it may fall on.
-        if least > 0 && least + 1 < shares.len() {
-            return Some(SHORTEST + least);
-        }
-        from = end;
-    }
-    None
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Three laps of the authors' 5757.9 m, 1151.58 points: after two laps the points come closer to each other than after one.
-    #[test]
-    fn a_lap_is_one_lap() {
-        let sin = |i: usize| {
-            let place = std::f64::consts::TAU * (i as f64 * NODE) / 5757.9;
-            0.02 * place.sin() + 0.01 * (3.0 * place).cos() + 0.008 * (7.0 * place).sin()
-        };
-        let profile: Vec<f64> = (0..3600).map(sin).collect();
-        let variance = 0.5 * (0.02_f64.powi(2) + 0.01_f64.powi(2) + 0.008_f64.powi(2));
-        assert_eq!(repeats(&profile, variance), Some(1152));
-        // One lap and a bit, and a road that changes so slowly that it nearly repeats after 400 m.
-        assert_eq!(repeats(&profile[..1400], variance), Some(1152));
-        assert_eq!(repeats(&profile[..1200], variance), None);
-        let slow: Vec<f64> = (0..3600).map(|i| (i as f64 / 2000.0).sin()).collect();
-        assert_eq!(repeats(&slow, 0.3), None);
-    }
 }
