@@ -1,5 +1,8 @@
 //! `leadlag bench diagnosis`: what its journal is worth, and what it writes into a page.
 
+mod common;
+
+use common::made_up;
 use leadlag::bench::{DiagnosisJournal, DiagnosisOutcome, DiagnosisTask, SIZES, diagnosis_tasks, planted};
 use leadlag::calibrate::Overrides;
 use leadlag::diagnose::known::known;
@@ -162,17 +165,7 @@ fn seeds_and_sizes_that_give_no_seeds_of_their_own_are_refused() {
 /// An event is excused from what other causes have to show: held-out stretches, and the hold-out. Beside an event, they are not.
 #[test]
 fn the_evidence_for_two_effects_does_not_depend_on_their_order() {
-    let task = DiagnosisTask {
-        kind: "one".to_owned(),
-        base: "l-cth".to_owned(),
-        causes: vec!["dead_zone".to_owned()],
-        rms_mps: 0.10,
-        gusts_mps2: 0.0,
-        duration_s: 120.0,
-        seed: 77,
-        effort: "quick".to_owned(),
-    };
-    let data = planted(&task).expect("a scenario that can be driven");
+    let data = planted(&made_up::hidden("dead_zone", "l-cth")).expect("a scenario that can be driven");
     let [event, zone] = ["set_speed_change", "dead_zone"].map(|name| extension_named(name).expect("in the library"));
     let (train, holdout) = (&data.train[..1], &data.holdout[..]);
     let base = "l-cth".parse().expect("a base");

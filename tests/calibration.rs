@@ -2,6 +2,7 @@
 
 mod common;
 
+use common::made_up::{self, Way};
 use leadlag::calibrate::{
     CalibrateError, Calibration, OptimizerKind, Overrides, Replicate, SearchSpace, Stop, StopReason, best, calibrate,
     coefficient_of_variation,
@@ -12,7 +13,7 @@ use leadlag::evaluator::{BufferSet, Case, EvaluateError, Evaluator, Failure, Fai
 use leadlag::reference::{Reference, Trace, simulate};
 use leadlag::score::GoodnessOfFit;
 use leadlag::symbols::{Parameters, Symbol};
-use leadlag::trajectory::{Preparation, Source, Trajectory, import, integrate, prepare};
+use leadlag::trajectory::{Preparation, Trajectory, import, integrate, prepare};
 use leadlag::vehicle::Vehicle;
 use std::ops::{ControlFlow, Range};
 
@@ -51,26 +52,7 @@ fn leader() -> Vec<f64> {
 
 fn trajectory(v_l: Vec<f64>, x_f: Vec<f64>, v_f: Vec<f64>) -> Trajectory {
     let x_l = integrate(30.0, &v_l, 0.1);
-    let s = x_l.iter().zip(&x_f).map(|(x_l, x_f)| x_l - x_f - 5.0).collect();
-    Trajectory {
-        label: "made by the variant itself".to_owned(),
-        source: Source { path: String::new(), sha256: String::new() },
-        follower: 1,
-        name: String::new(),
-        dt: 0.1,
-        dt_raw: 0.1,
-        t: (0..v_l.len()).map(|i| i as f64 * 0.1).collect(),
-        x_l,
-        v_l,
-        len_l: 5.0,
-        x_f,
-        v_f,
-        s,
-        v_l2: None,
-        s_l2: None,
-        grade: None,
-        notes: Vec::new(),
-    }
+    made_up::trajectory("made by the variant itself", 0.1, Way { x: x_l, v: v_l }, Way { x: x_f, v: v_f })
 }
 
 /// Parameters inside the bounds, none at a bound, for every base model.

@@ -2,12 +2,13 @@
 
 mod common;
 
+use common::made_up::{self, Way};
 use leadlag::catalog::{Constraint, Controller, Dynamics, Spacing, Variant};
 use leadlag::convention::{Convention, Radicand};
 use leadlag::evaluator::Case;
 use leadlag::reference::{Trace, simulate};
 use leadlag::symbols::{Bounds, Parameters, Symbol};
-use leadlag::trajectory::{Grade, Source, Trajectory};
+use leadlag::trajectory::{Grade, Trajectory};
 use leadlag::vehicle::{Mfc, Vehicle};
 use leadlag::wgsl::{Precision, Recipe, Source as Shader, check};
 use std::path::Path;
@@ -168,29 +169,10 @@ fn drive() -> Trajectory {
     let v_f: Vec<f64> = v_l.iter().map(|v| v + 0.5).collect();
     let integrate = |x_0, v: &[f64]| leadlag::trajectory::integrate(x_0, v, dt);
     let (x_l, x_f) = (integrate(65.0, &v_l), integrate(0.0, &v_f));
+    let grade = Grade { x: vec![0.0, 250.0, 500.0], sin: vec![0.0, 0.03, -0.02], period: Some(700.0), source: None };
     Trajectory {
-        label: "drive".to_owned(),
-        source: Source { path: String::new(), sha256: String::new() },
-        follower: 1,
-        name: "ego".to_owned(),
-        dt,
-        dt_raw: dt,
-        s: x_l.iter().zip(&x_f).map(|(l, f)| l - f - 5.0).collect(),
-        t,
-        x_l,
-        v_l,
-        len_l: 5.0,
-        x_f,
-        v_f,
-        v_l2: None,
-        s_l2: None,
-        grade: Some(Grade {
-            x: vec![0.0, 250.0, 500.0],
-            sin: vec![0.0, 0.03, -0.02],
-            period: Some(700.0),
-            source: None,
-        }),
-        notes: Vec::new(),
+        grade: Some(grade),
+        ..made_up::trajectory("drive", dt, Way { x: x_l, v: v_l }, Way { x: x_f, v: v_f })
     }
 }
 

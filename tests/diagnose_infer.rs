@@ -1,6 +1,9 @@
 //! The inference as its callers see it: what it refuses, how it is stopped, and that threads do not change it.
 
-use leadlag::bench::{DiagnosisTask, Planted, planted};
+mod common;
+
+use common::made_up;
+use leadlag::bench::{Planted, planted};
 use leadlag::calibrate::Overrides;
 use leadlag::diagnose::decide::Evidence;
 use leadlag::diagnose::fate::Objection;
@@ -10,17 +13,7 @@ use leadlag::wgsl::extension_named;
 use std::ops::ControlFlow;
 
 fn drives(base: &str, cause: &str) -> Planted {
-    let task = DiagnosisTask {
-        kind: "one".to_owned(),
-        base: base.to_owned(),
-        causes: vec![cause.to_owned()],
-        rms_mps: 0.10,
-        gusts_mps2: 0.0,
-        duration_s: 120.0,
-        seed: 77,
-        effort: "quick".to_owned(),
-    };
-    planted(&task).expect("a scenario that can be driven")
+    planted(&made_up::hidden(cause, base)).expect("a scenario that can be driven")
 }
 
 fn ask(

@@ -1,5 +1,8 @@
 //! What a calibration tells besides the optimum: intervals hold the truth as often as they say, and say so where data are silent.
 
+mod common;
+
+use common::made_up::{self, Way};
 use leadlag::calibrate::{Calibration, Overrides, SearchSpace, Stop, calibrate};
 use leadlag::catalog::Variant;
 use leadlag::convention::Convention;
@@ -9,7 +12,7 @@ use leadlag::lanes::{Lanes, LanesPrecision};
 use leadlag::optimize::stream;
 use leadlag::score::GoodnessOfFit;
 use leadlag::symbols::Symbol;
-use leadlag::trajectory::{Source, Trajectory, integrate};
+use leadlag::trajectory::{Trajectory, integrate};
 use rand::RngExt;
 use std::ops::ControlFlow;
 
@@ -54,26 +57,8 @@ fn drive(samples: usize, sigma: f64, seed: u64) -> Trajectory {
         x_f.push(x_f[i] + (v + next) / 2.0 * dt);
         v_f.push(next);
     }
-    let s = x_l.iter().zip(&x_f).map(|(x_l, x_f)| x_l - x_f - 5.0).collect();
-    Trajectory {
-        label: format!("disturbed by {sigma} m/s², seed {seed}"),
-        source: Source { path: String::new(), sha256: String::new() },
-        follower: 1,
-        name: String::new(),
-        dt,
-        dt_raw: dt,
-        t: (0..samples).map(|i| i as f64 * dt).collect(),
-        x_l,
-        v_l,
-        len_l: 5.0,
-        x_f,
-        v_f,
-        s,
-        v_l2: None,
-        s_l2: None,
-        grade: None,
-        notes: Vec::new(),
-    }
+    let label = format!("disturbed by {sigma} m/s², seed {seed}");
+    made_up::trajectory(label, dt, Way { x: x_l, v: v_l }, Way { x: x_f, v: v_f })
 }
 
 /// Calibrates the IDM with these parameters free within bounds, and asks how well they are known.

@@ -1,6 +1,9 @@
 //! Causes of one's own in a diagnosis: one that acts is named, and one that cannot be tried is not passed over in silence.
 
-use leadlag::bench::{DiagnosisTask, planted};
+mod common;
+
+use common::made_up;
+use leadlag::bench::planted;
 use leadlag::calibrate::Overrides;
 use leadlag::diagnose::{Effort, Question, Verdict, infer};
 use leadlag::extension::Extension;
@@ -101,17 +104,7 @@ fn a_copy_of_the_planted_cause_is_as_likely_as_it() {
 /// Where the library's own is not in the race, nothing but the user's explains the data.
 #[test]
 fn a_cause_of_ones_own_is_named() {
-    let task = DiagnosisTask {
-        kind: "one".to_owned(),
-        base: "l-cth".to_owned(),
-        causes: vec!["dead_zone".to_owned()],
-        rms_mps: 0.10,
-        gusts_mps2: 0.0,
-        duration_s: 120.0,
-        seed: 77,
-        effort: "quick".to_owned(),
-    };
-    let data = planted(&task).expect("a scenario that can be driven");
+    let data = planted(&made_up::hidden("dead_zone", "l-cth")).expect("a scenario that can be driven");
     let own = read_extension("blind_zone.wgsl", BLIND_ZONE).expect("valid");
     let broken = read_extension("broken.wgsl", BROKEN).expect("valid");
     let library = |name| extension_named(name).expect("in the library");

@@ -5,7 +5,10 @@
 //! that the random numbers need, so they are compared where they were made only.
 #![cfg(all(target_os = "linux", target_arch = "x86_64"))]
 
-use leadlag::bench::{DiagnosisTask, planted};
+mod common;
+
+use common::made_up::{self, Way};
+use leadlag::bench::planted;
 use leadlag::calibrate::{Calibration, OptimizerKind, Overrides, Replicate, SEARCH_REVISION, SearchSpace};
 use leadlag::calibrate::{Stop, StopReason, calibrate};
 use leadlag::catalog::Variant;
@@ -15,7 +18,7 @@ use leadlag::evaluator::{Case, Evaluator};
 use leadlag::lanes::{Lanes, LanesPrecision};
 use leadlag::reference::Reference;
 use leadlag::score::GoodnessOfFit;
-use leadlag::trajectory::{Source, Trajectory, integrate};
+use leadlag::trajectory::{Trajectory, integrate};
 use leadlag::wgsl::extension_named;
 use std::fmt::Write;
 use std::ops::ControlFlow;
@@ -33,25 +36,7 @@ fn drive() -> Trajectory {
     let follow = |i: usize| zigzag(i + 230, 240, 14.0, 22.0) + zigzag(i, 70, -0.3, 0.3);
     let v_f: Vec<f64> = (0..steps).map(follow).collect();
     let (x_l, x_f) = (integrate(35.0, &v_l, 0.1), integrate(0.0, &v_f, 0.1));
-    Trajectory {
-        label: "a zigzag".to_owned(),
-        source: Source { path: String::new(), sha256: String::new() },
-        follower: 1,
-        name: String::new(),
-        dt: 0.1,
-        dt_raw: 0.1,
-        t: (0..steps).map(|i| i as f64 * 0.1).collect(),
-        s: x_l.iter().zip(&x_f).map(|(x_l, x_f)| x_l - x_f - 5.0).collect(),
-        x_l,
-        v_l,
-        len_l: 5.0,
-        x_f,
-        v_f,
-        v_l2: None,
-        s_l2: None,
-        grade: None,
-        notes: Vec::new(),
-    }
+    made_up::trajectory("a zigzag", 0.1, Way { x: x_l, v: v_l }, Way { x: x_f, v: v_f })
 }
 
 /// A small calibration: in f32 with its polish in f64, or by the reference.
@@ -135,17 +120,7 @@ w = 1.4406 +- 0.0064 m
 
 /// A dead zone on a linear car, two minutes each of three drives, and two causes to choose from.
 fn diagnosed() -> String {
-    let task = DiagnosisTask {
-        kind: "one".to_owned(),
-        base: "l-cth".to_owned(),
-        causes: vec!["dead_zone".to_owned()],
-        rms_mps: 0.10,
-        gusts_mps2: 0.0,
-        duration_s: 120.0,
-        seed: 77,
-        effort: "quick".to_owned(),
-    };
-    let data = planted(&task).expect("a scenario that can be driven");
+    let data = planted(&made_up::hidden("dead_zone", "l-cth")).expect("a scenario that can be driven");
     let causes = ["dead_zone", "actuation_lag"].map(|name| extension_named(name).expect("in the library"));
     let question = Question {
         train: &data.train,

@@ -87,7 +87,13 @@ pub fn need(setting: &Setting<'_>, inflation: f64, noise: &Noise, left: &Noise, 
 /// the observer's states are not what the car saw, which favours one member of a family over another by more.
 #[must_use]
 pub fn margin(inflation: f64, noise: Noise, need: f64) -> f64 {
-    if noise.sigma_d > CALM { need } else { CLOSE * inflation }
+    if is_calm(&noise) { CLOSE * inflation } else { need }
+}
+
+/// True if a model leaves no gusts.
+#[must_use]
+pub fn is_calm(noise: &Noise) -> bool {
+    noise.sigma_d <= CALM
 }
 
 /// Share of the evidence within which relatives are not told apart: steps of a tenth of a second change each of them a little, in

@@ -1,15 +1,16 @@
 //! From a question to an answer: base, rounds, repair, what is left, verdict.
 
-use super::adopt::{ROUNDS, Rival, Search, family};
+use super::adopt::{PHASE, ROUNDS, Rival, Search, family};
 use super::base::{Calibrated, calibrate_base, contradiction};
 use super::bootstrap::{SURROGATES, threshold};
 use super::candidate::{Candidate, LEAD, Setting};
-use super::decide::margin_of_relatives;
+use super::decide::{is_calm, margin_of_relatives};
 use super::experiment::experiment;
 use super::family::others;
 use super::fate::Objection;
 use super::held_sizes::is_lost;
 use super::model::Model;
+use super::observer::Noise;
 use super::screen::Spending;
 use super::specification::{Leftovers, leftovers};
 use super::verdict::{
@@ -201,6 +202,17 @@ fn snapshot(candidate: &mut Candidate, setting: &Setting<'_>, inflation: f64) ->
     })
 }
 
+/// What to add where a member of the phase family is named although gusts are left: the observer's states are not what the car saw late.
+fn in_gusts(causes: &[&Extension], noise: &Noise) -> String {
+    if is_calm(noise) || causes.iter().all(|cause| family(cause) != PHASE) {
+        return String::new();
+    }
+    format!(
+        "; in gusts ({:.2} m/s² for {:.1} s at a time) a delay, a lag, a filter and an offset of time are easily taken for one another",
+        noise.sigma_d, noise.tau_d
+    )
+}
+
 /// Everything a verdict follows from.
 struct Answer<'a> {
     search: &'a Search,
@@ -260,10 +272,11 @@ impl Answer<'_> {
             let mut rivals: Vec<String> = search.rivals.iter().map(|rival| rival.cause.name.clone()).collect();
             rivals.dedup();
             let reason = format!(
-                "{} or {}: these data cannot tell them apart. What would: {}",
+                "{} or {}: these data cannot tell them apart. What would: {}{}",
                 cause.name,
                 rivals.join(" or "),
-                experiment(cause, search.rivals[0].cause)
+                experiment(cause, search.rivals[0].cause),
+                in_gusts(causes, &search.current.fit.point.noise)
             );
             return plain(Verdict::Ambiguous, reason);
         }
@@ -271,7 +284,8 @@ impl Answer<'_> {
         let also = self.other_law(-alike).map_or(String::new(), |(law, _)| {
             format!("; {law} without any cause is as likely, so it may be the law that differs")
         });
-        let reason = format!("{}: {total:.0} nats held out, {} needed{also}", names(), needed.join(" and "));
+        let gusts = in_gusts(causes, &search.current.fit.point.noise);
+        let reason = format!("{}: {total:.0} nats held out, {} needed{also}{gusts}", names(), needed.join(" and "));
         plain(Verdict::Named, reason)
     }
 
@@ -357,5 +371,19 @@ impl Answer<'_> {
             format!("; the closest was {} with {:.1} nats ({:.1} needed)", row.name, row.evidence, row.threshold)
         });
         (Verdict::Nothing, format!("no cause passes{closest}"), Vec::new())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gusts_leave_doubt_in_a_delay_and_in_nothing_else() {
+        let [delay, grade] = ["perception_delay", "grade"].map(|name| extension_named(name).expect("in the library"));
+        let gusts = Noise { sigma_d: 0.05, tau_d: 2.0, r_s: 0.02, r_v: 0.02, r_l: 0.02 };
+        let calm = Noise { sigma_d: 0.004, ..gusts };
+        assert!(in_gusts(&[grade, delay], &gusts).contains("0.05 m/s² for 2.0 s"));
+        assert_eq!([in_gusts(&[grade], &gusts), in_gusts(&[delay], &calm)], ["", ""]);
     }
 }

@@ -4,6 +4,7 @@
 pub mod cars;
 pub mod extended;
 pub mod followers;
+pub mod made_up;
 pub mod program;
 pub mod tolerance;
 

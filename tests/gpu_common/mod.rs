@@ -1,13 +1,14 @@
 //! What the tests of the GPU evaluator share: cases without any file, random candidates, and a guard for missing adapters.
 #![allow(dead_code, reason = "every test file uses some of them")]
 
+use crate::common::made_up::{self, Way};
 use leadlag::calibrate::{Overrides, SearchSpace};
 use leadlag::catalog::Variant;
 use leadlag::convention::Convention;
 use leadlag::evaluator::{Case, Evaluator, Job, Population, Score};
 use leadlag::gpu::{Adapter, AdapterChoice, Gpu, Limits};
 use leadlag::score::GoodnessOfFit;
-use leadlag::trajectory::{Grade, Source, Trajectory, integrate};
+use leadlag::trajectory::{Grade, Trajectory, integrate};
 use leadlag::vehicle::{Mfc, Vehicle};
 use leadlag::wgsl::Precision;
 use rand::{RngExt, SeedableRng};
@@ -34,25 +35,10 @@ pub fn trajectory(samples: usize, phase: f64) -> Trajectory {
     let v_l: Vec<f64> = t.iter().map(|t| speed(*t)).collect();
     let v_f: Vec<f64> = t.iter().map(|t| speed(t - 1.5)).collect();
     let (x_l, x_f) = (integrate(40.0, &v_l, dt), integrate(0.0, &v_f, dt));
-    let s = x_l.iter().zip(&x_f).map(|(x_l, x_f)| x_l - x_f - 5.0).collect();
+    let label = format!("made up, {samples} samples, phase {phase}");
     Trajectory {
-        label: format!("made up, {samples} samples, phase {phase}"),
-        source: Source { path: String::new(), sha256: String::new() },
-        follower: 1,
-        name: String::new(),
-        dt,
-        dt_raw: dt,
-        t,
-        x_l,
-        v_l,
-        len_l: 5.0,
-        x_f,
-        v_f,
-        s,
-        v_l2: None,
-        s_l2: None,
         grade: Some(grade()),
-        notes: Vec::new(),
+        ..made_up::trajectory(label, dt, Way { x: x_l, v: v_l }, Way { x: x_f, v: v_f })
     }
 }
 
