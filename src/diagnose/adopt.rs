@@ -1,9 +1,10 @@
 //! Rounds: screen, cross-fit, decide, adopt, put right what was adopted before; and prune at the end.
 
 use super::candidate::{Candidate, Held, Setting};
-use super::decide::{ABSORBED, Evidence, gate, margin, margin_of_relatives, need, proxy};
+use super::decide::{ABSORBED, Evidence, margin, margin_of_relatives, need, proxy};
 use super::fate::{Dropped, Fate, Objection, is_hopeful};
 use super::fit::{Plan, Point};
+use super::gate::gate;
 use super::held_sizes::within_bounds;
 use super::observer::Noise;
 use super::polish::{is_rugged, polished};

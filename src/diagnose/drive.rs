@@ -163,6 +163,20 @@ impl Drive {
         self.trajectory.dt
     }
 
+    /// Its first samples, so many.
+    pub(super) fn first(&self, samples: usize) -> Drive {
+        let cut = |values: &[f64]| values[..samples.min(values.len())].to_vec();
+        let Trajectory { t, x_l, v_l, x_f, v_f, s, v_l2, s_l2, .. } = &self.trajectory;
+        let [v_l2, s_l2] = [v_l2, s_l2].map(|signal| signal.as_deref().map(cut));
+        let [t, x_l, v_l, x_f, v_f, s] = [t, x_l, v_l, x_f, v_f, s].map(|signal| cut(signal));
+        Drive {
+            trajectory: Trajectory { t, x_l, v_l, x_f, v_f, s, v_l2, s_l2, ..self.trajectory.clone() },
+            v_l_measured: cut(&self.v_l_measured),
+            x_road: cut(&self.x_road),
+            ..self.clone()
+        }
+    }
+
     /// Moves everything by so much along the road \[m\], its grade with it.
     pub(super) fn move_along_the_road(&mut self, by: f64) {
         let Trajectory { x_l, x_f, grade, .. } = &mut self.trajectory;

@@ -2,8 +2,9 @@
 
 use super::base::calibrate_base;
 use super::candidate::{Candidate, LEAD, Setting};
-use super::decide::{Evidence, gate, need, proxy, transfers};
+use super::decide::{Evidence, need, proxy};
 use super::fit::{Plan, Point};
+use super::gate::{gate, transfers};
 use super::screen::Spending;
 use super::start::{NEARLY_FREE, first_noise};
 use super::verdict::{DiagnoseError, Question};

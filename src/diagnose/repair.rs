@@ -2,9 +2,10 @@
 
 use super::adopt::{Rival, Search, family, missing};
 use super::candidate::{Candidate, Setting};
-use super::decide::{Evidence, gate, margin_of_relatives, proxy};
+use super::decide::{Evidence, margin_of_relatives, proxy};
 use super::fate::Fate;
 use super::fit::{Plan, Point};
+use super::gate::gate;
 use super::observer::Noise;
 use super::polish::is_rugged;
 use super::screen::{Fitted, Spending, explain};

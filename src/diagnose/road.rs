@@ -13,11 +13,10 @@ const OTHER: f64 = 0.1;
 /// Variance of the sine of the grade below which a road is level.
 const LEVEL: f64 = 1e-8;
 
-/// Puts drives on one road: where no positions were measured every drive begins at 0, and what repeats with the place cannot be seen in
-/// two of them. Where the grade of a drive contradicts that of the first one, but is the same further along the road, its positions
-/// are moved there; all others stay. Nothing but the place changes.
-pub fn on_one_road(drives: &mut [Drive]) {
-    let Some((first, others)) = drives.split_first_mut() else { return };
+/// Puts drives on the road of the first one: where no positions were measured every drive begins at 0, and what repeats with the place
+/// cannot be seen in two of them. Where the grade of a drive contradicts that of the first one, but is the same further along the road,
+/// its positions are moved there; all others stay. Nothing but the place changes.
+pub fn on_the_road_of(first: &Drive, others: &mut [Drive]) {
     let Some(profile) = Profile::of(first) else { return };
     let variance = variance(&profile.sin);
     if variance < LEVEL {
@@ -148,18 +147,18 @@ mod tests {
         let (first, other) = (drive(1), drive(2));
         let mut elsewhere = first.clone();
         elsewhere.move_along_the_road(-1234.0);
-        let mut drives = [first.clone(), elsewhere, first.clone(), other.clone()];
-        on_one_road(&mut drives);
+        let mut drives = [elsewhere, first.clone(), other.clone()];
+        on_the_road_of(&first, &mut drives);
         let moved = |k: usize, from: &Drive| drives[k].trajectory.x_f[0] - from.trajectory.x_f[0];
-        assert!(moved(1, &first).abs() <= NODE, "{}", moved(1, &first));
+        assert!(moved(0, &first).abs() <= NODE, "{}", moved(0, &first));
         // The grade and the measured positions came along.
-        let (x_f, grade) = (&drives[1].trajectory.x_f, drives[1].trajectory.grade.as_ref().expect("in the file"));
+        let (x_f, grade) = (&drives[0].trajectory.x_f, drives[0].trajectory.grade.as_ref().expect("in the file"));
         let at_first = first.trajectory.grade.as_ref().expect("in the file");
         for (x, own) in x_f.iter().zip(&first.trajectory.x_f) {
             assert!((grade.at(*x) - at_first.at(*own)).abs() < 1e-6);
         }
-        assert!((drives[1].x_road[0] - first.x_road[0]).abs() <= NODE);
+        assert!((drives[0].x_road[0] - first.x_road[0]).abs() <= NODE);
         // Who is where the grade says so, and who drives elsewhere, stay.
-        assert!((moved(2, &first), moved(3, &other)) == (0.0, 0.0), "{} {}", moved(2, &first), moved(3, &other));
+        assert!((moved(1, &first), moved(2, &other)) == (0.0, 0.0), "{} {}", moved(1, &first), moved(2, &other));
     }
 }

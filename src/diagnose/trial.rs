@@ -2,8 +2,8 @@
 
 use super::adopt::Search;
 use super::candidate::{Candidate, Held, Setting};
-use super::decide::{TRANSFERS, transfers};
 use super::fate::{Fate, Objection};
+use super::gate::{TRANSFERS, transfers};
 use super::screen::Fitted;
 use super::verdict::DiagnoseError;
 use crate::extension::Extension;

@@ -8,7 +8,7 @@ use leadlag::diagnose::Drive;
 use leadlag::diagnose::data::{check, correct};
 use leadlag::diagnose::hold_back::hold_back;
 use leadlag::diagnose::outcome::{DataEntry, FindingEntry};
-use leadlag::diagnose::road::on_one_road;
+use leadlag::diagnose::road::{lap, on_the_road_of};
 use leadlag::trajectory::Trajectory;
 use std::path::Path;
 
@@ -21,7 +21,7 @@ pub struct Loaded {
     pub held_back: String,
     /// Window of every file to train on whose end is held back \[s\]; empty if files of their own are.
     pub trained: Vec<[f64; 2]>,
-    /// Length of a closed track \[m\].
+    /// Length of a lap \[m\], where the track is closed or its grade repeats.
     pub lap: Option<f64>,
 }
 
@@ -38,7 +38,6 @@ pub fn load(args: &Args, variant: Variant) -> anyhow::Result<Loaded> {
     };
     for file in args.trained_on() {
         let picked = one(args, variant, file, "train", &mut loaded)?;
-        loaded.lap = loaded.lap.or(picked.trajectory.grade.as_ref().and_then(|grade| grade.period));
         if args.data_only {
             continue;
         }
@@ -51,7 +50,6 @@ pub fn load(args: &Args, variant: Variant) -> anyhow::Result<Loaded> {
             loaded.train.extend(drives(&picked.trajectory, &picked)?);
         }
     }
-    on_one_road(&mut loaded.train);
     for file in &args.holdout {
         let picked = one(args, variant, file, "holdout", &mut loaded)?;
         let (last, before) = loaded.data.split_last().expect("it was just read");
@@ -68,6 +66,11 @@ pub fn load(args: &Args, variant: Variant) -> anyhow::Result<Loaded> {
         if !args.data_only {
             loaded.holdout.extend(drives(&picked.trajectory, &picked)?);
         }
+    }
+    if let Some((first, others)) = loaded.train.split_first_mut() {
+        on_the_road_of(first, others);
+        on_the_road_of(first, &mut loaded.holdout);
+        loaded.lap = lap(&loaded.train);
     }
     if args.holdout.is_empty() {
         loaded.held_back =

@@ -106,6 +106,7 @@ fn road(setting: &Setting<'_>, states: &[[f64; 5]]) -> Option<Term> {
         over: "the place on the road",
         extension: "probe_road",
         tents: (0..count).map(|i| vec![low + i as f64 * width, width, lap]).collect(),
-        place: |tent| format!("{:.0} m", tent[0]),
+        // As in the error budget: from the begin of the lap.
+        place: |tent| format!("{:.0} m", if tent[2] > 0.0 { tent[0].rem_euclid(tent[2]) } else { tent[0] }),
     })
 }
