@@ -65,7 +65,7 @@ impl Search {
             for (other, mut candidate) in found {
                 let value = candidate.fit.log_likelihood - penalty(other);
                 let better = !settled && (other == cause || value > mine + 2.0) && value > mine;
-                if !(better || other != cause && near(&candidate)) {
+                if !(better || near(&candidate)) {
                     continue;
                 }
                 // As when it is adopted: judged where it was not fitted, and on the hold-out.
@@ -80,7 +80,8 @@ impl Search {
                     self.evidence[place] = (evidence.counts(), threshold);
                     self.held = held;
                     self.current = candidate;
-                } else if other != cause && sound && near(&candidate) {
+                } else if sound && near(&candidate) {
+                    // The one that gives way as well; who keeps its place is no rival of itself.
                     rivals.push(Rival {
                         of: other,
                         cause: other,
