@@ -200,13 +200,13 @@ pub fn proxy(candidate: &Candidate, cause: &Extension) -> Option<Objection> {
 
 /// A step of the command is smoothed over so many samples at most by what stands for the finer step of a real car.
 const SMOOTHED: f64 = 2.0;
-/// Such an answer to a car ahead, and to its acceleration, is at most this \[1/s and of one\].
+/// And an answer to a car ahead that does is at most this: a share of its acceleration, or per second of a speed difference.
 const ANSWERED: f64 = 0.05;
 
 /// True for what does nothing but make up for the finer step of a real car whose command comes in steps. Where a command stays between
 /// two of them, a real car goes to and fro between them in finer steps than the model's, which in the model looks smoothed over a sample
 /// or two (of 2500 nats for steps of 0.375 m/s² on IDM a limited jerk had 629 on top, and took a step in 0.18 s), and sooner (of 4100 nats
-/// for steps of 0.34 and 0.37 m/s² an answer to the acceleration ahead of 0.02 had 300 on top, twice; planted ones are 0.1 and more).
+/// for steps of 0.34 and 0.37 m/s² an answer to the acceleration ahead of 0.02 had 300 on top, twice).
 fn makes_up_for_steps(candidate: &Candidate, cause: &Extension) -> bool {
     let Candidate { model, fit, .. } = candidate;
     let steps = (0..model.symbols.len()).filter(|&k| is_stepped(model.symbols[k]) && !model.symbols[k].is_time());
@@ -216,7 +216,7 @@ fn makes_up_for_steps(candidate: &Candidate, cause: &Extension) -> bool {
     is_of_a_step(&cause.name, &values, step, seconds)
 }
 
-/// The same for steps of the command of this size \[m/s²\], of which one may take so many seconds.
+/// The same by name and values, beside steps of the command of this size \[m/s²\], of which one may be smoothed over so many seconds.
 fn is_of_a_step(cause: &str, values: &[f64], step: f64, seconds: f64) -> bool {
     let largest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let least = values.iter().copied().fold(f64::INFINITY, f64::min);
