@@ -45,30 +45,34 @@ pub mod single {
     }
 }
 
-/// In f64, with longer polynomials.
+/// In f64, with longer polynomials: minimax fits (Remez' exchange in 60 digits), the lowest power first.
 pub mod double {
-    use std::f64::consts::{LN_2, LOG2_E};
-
-    /// log2(m) = t sum of LOG\[k\] t^2k with t = (m - 1) / (m + 1): the series of the inverse hyperbolic tangent.
-    pub const LOG: [f64; 11] = {
-        let mut c = [0.0; 11];
-        let mut k = 0;
-        while k < 11 {
-            c[k] = 2.0 * LOG2_E / (2 * k + 1) as f64;
-            k += 1;
-        }
-        c
-    };
-    /// 2^f = sum of EXP\[k\] f^k: Taylor's series.
-    pub const EXP: [f64; 14] = {
-        let mut c = [1.0; 14];
-        let mut k = 1;
-        while k < 14 {
-            c[k] = c[k - 1] * LN_2 / k as f64;
-            k += 1;
-        }
-        c
-    };
+    /// log2(m) = t sum of LOG\[k\] t^2k with t = (m - 1) / (m + 1), within 1.2e-18.
+    pub const LOG: [f64; 8] = [
+        2.885_390_081_777_926_8,
+        0.961_796_693_925_989_8,
+        0.577_078_016_345_470_4,
+        0.412_198_585_850_110_7,
+        0.320_598_533_926_064_47,
+        0.262_334_401_757_347_3,
+        0.220_911_866_717_567_6,
+        0.213_670_779_500_208_44,
+    ];
+    /// 2^f = sum of EXP\[k\] f^k for f in -1/2..1/2, within 3.1e-18.
+    pub const EXP: [f64; 12] = [
+        1.0,
+        0.693_147_180_559_945_3,
+        0.240_226_506_959_101_55,
+        0.055_504_108_664_819_925,
+        0.009_618_129_107_588_335,
+        0.001_333_355_814_678_995_5,
+        0.000_154_035_304_625_146_44,
+        1.525_273_348_995_760_5e-5,
+        1.321_543_308_957_003_4e-6,
+        1.017_819_803_425_067_2e-7,
+        7.074_105_631_243_964e-9,
+        4.435_280_849_218_033e-10,
+    ];
 
     /// sqrt(1/2), as bits.
     const SQRT_HALF: u64 = 0x3fe6_a09e_667f_3bcd;
@@ -84,12 +88,6 @@ pub mod double {
         let e = f64::from_bits(exponent | ONE_APART.to_bits()) - (ONE_APART + 2048.0);
         let m = f64::from_bits((above & MANTISSA) + SQRT_HALF);
         [e, (m - 1.0) / (m + 1.0)]
-    }
-
-    /// The first 26 bits of y, so that their product with an exponent is exact.
-    #[inline(always)]
-    pub fn high(y: f64) -> f64 {
-        f64::from_bits(y.to_bits() & 0xffff_ffff_f800_0000)
     }
 
     /// 2^whole; 0 and infinity beyond what normal numbers reach.
@@ -116,3 +114,15 @@ macro_rules! horner {
     }};
 }
 pub(super) use horner;
+
+/// The same in f64 with one rounding each; no shader has to repeat its bits.
+macro_rules! horner_fused {
+    ($r:expr, $x:expr, $coefficients:ident, $range:expr) => {{
+        let mut r: f64 = $r;
+        for k in $range {
+            r = r.mul_add($x, $coefficients[k]);
+        }
+        r
+    }};
+}
+pub(super) use horner_fused;

@@ -1,6 +1,6 @@
 //! `exponential` and `logarithm` of shaders/exponential.wgsl, operation for operation, and their form in f64: the plan of `power`.
 
-use super::binary::{double, horner, single};
+use super::binary::{double, horner, horner_fused, single};
 use std::f64::consts::{LN_2, LOG2_E};
 
 /// e to the power of x.
@@ -43,7 +43,7 @@ pub fn exponential_f64(x: f64) -> f64 {
     let whole = (y * LOG2_E + 0.5).floor();
     // ln(2) in two pieces, the first of 32 bits, so that its product with a whole number below 2^11 is exact.
     let part = ((y - whole * LN_2_HIGH) - whole * LN_2_LOW) * LOG2_E;
-    let result = horner!(EXP[13], part, EXP, (0..13).rev()) * scale(whole);
+    let result = horner_fused!(EXP[11], part, EXP, (0..11).rev()) * scale(whole);
     if x.is_nan() { x } else { result }
 }
 
@@ -53,6 +53,6 @@ pub fn exponential_f64(x: f64) -> f64 {
 pub fn logarithm_f64(x: f64) -> f64 {
     use double::{LOG, parts};
     let [e, t] = parts(if x < f64::MIN_POSITIVE { f64::MIN_POSITIVE } else { x });
-    let result = (e + horner!(LOG[10], t * t, LOG, (0..10).rev()) * t) * LN_2;
+    let result = (e + horner_fused!(LOG[7], t * t, LOG, (0..7).rev()) * t) * LN_2;
     if x.is_finite() { result } else { x }
 }

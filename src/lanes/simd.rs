@@ -1,8 +1,8 @@
 //! Instructions over rows of lanes, once per instruction set.
 //!
 //! The only module with `unsafe`: function pointers compiled for an instruction set, and rows reached by number.
-//! `Instructions::new` checks what these rely on. No instruction fuses a multiplication with an addition in one rounding: `avx2`
-//! is asked for without `fma`, and Rust contracts nothing, so that every set gives the same bits.
+//! `Instructions::new` checks what these rely on. Every set gives the same bits: Rust never fuses a multiplication with an addition
+//! in one rounding of itself, and where f64 asks for it (`mul_add`), the baseline computes the same, more slowly.
 #![allow(unsafe_code, reason = "function pointers per instruction set; see the safety comments")]
 
 use super::code::{Code, Inner, Outer, READ, Row, Step, WRITTEN, triples};
@@ -30,7 +30,7 @@ impl InstructionSet {
         let mut sets = vec![InstructionSet::Baseline];
         #[cfg(target_arch = "x86_64")]
         {
-            if is_x86_feature_detected!("avx2") {
+            if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
                 sets.push(InstructionSet::Avx2);
             }
             if is_x86_feature_detected!("avx512f")
@@ -319,7 +319,7 @@ macro_rules! instruction_set {
 
 instruction_set!(baseline);
 #[cfg(target_arch = "x86_64")]
-instruction_set!(avx2, "avx2");
+instruction_set!(avx2, "avx2,fma");
 #[cfg(target_arch = "x86_64")]
 instruction_set!(avx512, "avx512f,avx512vl,avx512bw,avx512dq");
 
