@@ -58,6 +58,8 @@ struct Chunk {
     // Zeros; see between.wgsl.
     even_zero: u32,
     odd_zero: u32,
+    // With WINDOW: the entry of `samples` that `window` begins with.
+    window: u32,
 }
 
 // Three vec4 per sample: (v_l, dx_l, s, v_f) (a_f, x_road, v_denominator, s_start) (1/denominator of s, v, a; unused), and with
@@ -75,6 +77,7 @@ struct Chunk {
 @group(0) @binding(6) var<storage, read_write> results: array<u32>;
 @group(0) @binding(7) var<storage, read_write> blocks: array<f32>;
 @group(0) @binding(8) var<uniform> chunk: Chunk;
+@group(0) @binding(9) var<uniform> window: array<vec4<f32>, WINDOW_LENGTH>;
 
 const SAMPLE_WORDS: u32 = select(3u, 4u, WORLD);
 const AT_LOOK_BACK: u32 = PARAMETERS + 4u;
@@ -93,6 +96,14 @@ const UNDEFINED: u32 = 0x7fc00000u;
 // A comparison with itself does not find a NaN on every driver; the bits do.
 fn is_finite(x: f32) -> bool {
     return (bitcast<u32>(x) & 0x7f800000u) != 0x7f800000u;
+}
+
+// Entry `at` of `samples`, by the way that is faster.
+fn sample(at: u32) -> vec4<f32> {
+    if (WINDOW) {
+        return window[at - chunk.window];
+    }
+    return samples[at];
 }
 
 // Sums of one signal triple, with what f32 rounds away.
@@ -311,12 +322,12 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
         var x = Perceived(now.s, now.v_f, v_l);
         var given = Given();
         if (WORLD) {
-            let known = samples[at - SAMPLE_WORDS + 3u];
+            let known = sample(at - SAMPLE_WORDS + 3u);
             given.t = known.w;
             given.a_l = known.x;
             given.v_l2 = known.y;
             given.s_l2 = known.z;
-            given.x_f = samples[at - SAMPLE_WORDS + 1u].y - now.s;
+            given.x_f = sample(at - SAMPLE_WORDS + 1u).y - now.s;
             if (job.period > 0.0) {
                 given.x_f = given.x_f - job.period * floor(given.x_f * job.per_period);
             }
@@ -330,13 +341,13 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
             let younger = min(older + 1u, t - 1u);
             let past = remembered(older, i);
             let by = (remembered(younger, i) - past) * fraction;
-            let leader = samples[job.sample + older * SAMPLE_WORDS].x;
+            let leader = sample(job.sample + older * SAMPLE_WORDS).x;
             x.s = past.x + by.x;
             x.v_f = past.y + by.y;
-            x.v_l = leader + (samples[job.sample + younger * SAMPLE_WORDS].x - leader) * fraction;
+            x.v_l = leader + (sample(job.sample + younger * SAMPLE_WORDS).x - leader) * fraction;
             if (WORLD) {
-                let ahead = samples[job.sample + older * SAMPLE_WORDS + 3u].xyz;
-                let later = samples[job.sample + younger * SAMPLE_WORDS + 3u].xyz;
+                let ahead = sample(job.sample + older * SAMPLE_WORDS + 3u).xyz;
+                let later = sample(job.sample + younger * SAMPLE_WORDS + 3u).xyz;
                 given.a_l = ahead.x + (later.x - ahead.x) * fraction;
                 given.v_l2 = ahead.y + (later.y - ahead.y) * fraction;
                 given.s_l2 = ahead.z + (later.z - ahead.z) * fraction;
@@ -344,43 +355,39 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
         }
         var road = Road();
         if (GRADE) {
-            road.sin_grade = sin_grade_at(job, samples[at - SAMPLE_WORDS + 1u].y, now.s);
+            road.sin_grade = sin_grade_at(job, sample(at - SAMPLE_WORDS + 1u).y, now.s);
         }
         if (MFC) {
             let bounds = mfc_bounds(job, now.v_f);
             road.a_dp = bounds.x;
             road.a_ap = bounds.y;
         }
-        let here = samples[at];
-        let measured = vec3<f32>(here.z, here.w, samples[at + 1u].x);
+        let here = sample(at);
+        let measured = vec3<f32>(here.z, here.w, sample(at + 1u).x);
         let done = stepped(p, x, now, memory, job.m_0, job.phi_f, road, given, here.y, job.dt);
         // Before any clamp: a minimum or maximum would hide a NaN.
-        if (!is_finite(done.a_free)) {
-            status = FAILED | NOT_FINITE | t;
-            break;
-        }
+        let finite = is_finite(done.a_free);
         if (HAS_CUTS) {
-            cut_acc += select(0u, 1u, done.a < done.a_free);
-            cut_dec += select(0u, 1u, done.a > done.a_free);
+            cut_acc += select(0u, 1u, finite && done.a < done.a_free);
+            cut_dec += select(0u, 1u, finite && done.a > done.a_free);
         }
         now = done.next;
         memory = done.memory;
-        if (!done.feasible) {
-            status = FAILED | RADICAND | t;
-            break;
-        }
-        if (now.s <= 0.0) {
-            status = FAILED | CRASH | t;
+        // The first of these that applies; one branch, because each costs.
+        let crashed = select(0u, FAILED | CRASH | t, now.s <= 0.0);
+        let answered = select(FAILED | RADICAND | t, crashed, done.feasible);
+        status = select(FAILED | NOT_FINITE | t, answered, finite);
+        if (status != 0u) {
             break;
         }
 
         let simulated = vec3<f32>(now.s, now.v_f, now.a_f);
         let error = simulated - measured;
         if (ACCUMULATION == RELATIVE) {
-            let relative = error * samples[at + 2u].xyz;
+            let relative = error * sample(at + 2u).xyz;
             error2 = add(error2, relative * relative);
         } else if (ACCUMULATION == FLOORED) {
-            let floored = vec3<f32>(error.x, now.v_f - samples[at + 1u].z, error.z);
+            let floored = vec3<f32>(error.x, now.v_f - sample(at + 1u).z, error.z);
             error2 = add(error2, floored * floored);
         } else {
             error2 = add(error2, error * error);
@@ -389,9 +396,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
             simulated2 = add(simulated2, simulated * simulated);
         }
         if (HAS_ALL) {
-            let relative = error * samples[at + 2u].xyz;
+            let relative = error * sample(at + 2u).xyz;
             relative2 = add(relative2, relative * relative);
-            let floored = vec3<f32>(error.x, now.v_f - samples[at + 1u].z, error.z);
+            let floored = vec3<f32>(error.x, now.v_f - sample(at + 1u).z, error.z);
             floored2 = add(floored2, floored * floored);
         }
         if (OBSERVER) {

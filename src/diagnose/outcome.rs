@@ -229,9 +229,23 @@ pub struct DataEntry {
     pub gap_rate_rms_mps: Option<f64>,
     /// What cannot be seen in these data.
     pub unseen: Vec<String>,
+    /// By how much it was moved along the road \[m\], to where its grade is that of the first file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub moved_m: Option<f64>,
 }
 
 impl DataEntry {
+    /// That it was moved, in words.
+    #[must_use]
+    pub fn moved(&self) -> Option<String> {
+        let told = |by| {
+            format!(
+                "moved along the road by {by:+.0} m: its grade is that of the first file there, and is not where its positions begin"
+            )
+        };
+        self.moved_m.map(told)
+    }
+
     /// Takes over what the check of the data says.
     pub fn take(&mut self, soundness: &Soundness) {
         self.gap_rate_rms_mps = soundness.rate_rms_mps;

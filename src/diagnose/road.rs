@@ -15,28 +15,34 @@ const LEVEL: f64 = 1e-8;
 
 /// Puts drives on the road of the first one: where no positions were measured every drive begins at 0, and what repeats with the place
 /// cannot be seen in two of them. Where the grade of a drive contradicts that of the first one, but is the same further along the road,
-/// its positions are moved there; all others stay. Nothing but the place changes.
-pub fn on_the_road_of(first: &Drive, others: &mut [Drive]) {
-    let Some(profile) = Profile::of(first) else { return };
+/// its positions are moved there; all others stay. Nothing but the place changes. Returns by how much each was moved \[m\]; `None` for
+/// one that stayed.
+pub fn on_the_road_of(first: &Drive, others: &mut [Drive]) -> Vec<Option<f64>> {
+    let profile = Profile::of(first);
+    let moved = |drive: &mut Drive| {
+        let by = further(profile.as_ref()?, &Profile::of(drive)?)?;
+        drive.move_along_the_road(by);
+        Some(by)
+    };
+    others.iter_mut().map(moved).collect()
+}
+
+/// By how much a profile has to be moved to lie on another one \[m\], if it contradicts that where it is and fits it elsewhere.
+fn further(profile: &Profile, other: &Profile) -> Option<f64> {
     let variance = variance(&profile.sin);
     if variance < LEVEL {
-        return;
+        return None;
     }
-    for drive in others {
-        let Some(other) = Profile::of(drive) else { continue };
-        let least = SHORTEST.max(profile.sin.len().min(other.sin.len()) / 2);
-        let scatter = |shift: isize| profile.scatter(&other, shift, least).map(|scatter| scatter / variance);
-        let stated = ((other.from - profile.from) / NODE).round() as isize;
-        if scatter(stated).is_none_or(|share| share < OTHER) {
-            continue;
-        }
-        let (longest, most) = (other.sin.len() as isize, profile.sin.len() as isize);
-        let shares = (-longest..most).filter_map(|shift| Some((shift, scatter(shift)?)));
-        let Some((shift, share)) = shares.min_by(|a, b| a.1.total_cmp(&b.1)) else { continue };
-        if share < SAME {
-            drive.move_along_the_road(profile.from + shift as f64 * NODE - other.from);
-        }
+    let least = SHORTEST.max(profile.sin.len().min(other.sin.len()) / 2);
+    let scatter = |shift: isize| profile.scatter(other, shift, least).map(|scatter| scatter / variance);
+    let stated = ((other.from - profile.from) / NODE).round() as isize;
+    if scatter(stated)? < OTHER {
+        return None;
     }
+    let (longest, most) = (other.sin.len() as isize, profile.sin.len() as isize);
+    let shares = (-longest..most).filter_map(|shift| Some((shift, scatter(shift)?)));
+    let (shift, share) = shares.min_by(|a, b| a.1.total_cmp(&b.1))?;
+    (share < SAME).then(|| profile.from + shift as f64 * NODE - other.from)
 }
 
 /// Length of a lap \[m\]: that of the closed track, or else the shortest one after which the grade of every drive repeats.
@@ -148,9 +154,11 @@ mod tests {
         let mut elsewhere = first.clone();
         elsewhere.move_along_the_road(-1234.0);
         let mut drives = [elsewhere, first.clone(), other.clone()];
-        on_the_road_of(&first, &mut drives);
+        let told = on_the_road_of(&first, &mut drives);
         let moved = |k: usize, from: &Drive| drives[k].trajectory.x_f[0] - from.trajectory.x_f[0];
         assert!(moved(0, &first).abs() <= NODE, "{}", moved(0, &first));
+        assert_eq!(told.iter().map(Option::is_some).collect::<Vec<_>>(), [true, false, false]);
+        assert!((told[0].expect("moved") - 1234.0).abs() <= NODE, "{told:?}");
         // The grade and the measured positions came along.
         let (x_f, grade) = (&drives[0].trajectory.x_f, drives[0].trajectory.grade.as_ref().expect("in the file"));
         let at_first = first.trajectory.grade.as_ref().expect("in the file");

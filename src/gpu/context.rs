@@ -161,7 +161,7 @@ impl Context {
         if let Some(error) = errors.last() {
             return Err(Fault::new(DOING, error));
         }
-        slot.write_chunk(&self.device, [0, 0, 0, 1], work.block);
+        slot.write_chunk(&self.device, [0, 0, 0, 1], work.block, 0);
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         slot.dispatch(&mut encoder, &pipeline, [1, 1]);
         let submission = self.device.queue.submit([encoder.finish()]);
@@ -177,11 +177,16 @@ impl Context {
         let Some(part) = work.plan.parts.get(flight.part) else { return false };
         let slot = &self.slots[set][flight.part];
         let chunk = self.device.limits.chunk.unwrap_or_else(|| self.rate.samples(part.count)).max(1);
+        let chunk = chunk.min(work.kernel.longest_chunk());
         let (from, to) = (flight.sample, (flight.sample + chunk).min(part.samples));
-        slot.write_chunk(&self.device, [from, to, part.count, part.count], work.block);
+        let [begin, length] = work.kernel.window(part.begin.unwrap_or(0), [from, to]);
+        slot.write_chunk(&self.device, [from, to, part.count, part.count], work.block, begin);
         let mut encoder = self.device.raw.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         if from == 0 {
             slot.clear(&mut encoder, part, work);
+        }
+        if work.kernel.window {
+            slot.copy_window(&mut encoder, &self.tables[part.group], [begin, length]);
         }
         let groups = part.count.div_ceil(WORKGROUP);
         let x = groups.min(self.device.limits.workgroups);

@@ -1,5 +1,6 @@
 //! Adapters and devices: what is there, which one is taken, and how an open device tells of its failures.
 
+use super::kernel::WINDOW_LENGTH;
 use crate::evaluator::EvaluateError;
 use std::fmt;
 use std::str::FromStr;
@@ -212,6 +213,9 @@ pub(super) struct Device {
     pub(super) queue: wgpu::Queue,
     /// What it may be asked for.
     pub(super) limits: Limits,
+    /// True if samples are read from uniform memory where one trajectory is simulated. A driver on the CPU reads storage lane by lane;
+    /// on hardware nothing was measured.
+    pub(super) has_windows: bool,
     /// The first failure that it told of.
     trouble: Arc<Mutex<Option<String>>>,
     /// Buffers and bind groups made so far.
@@ -231,12 +235,17 @@ impl Device {
             workgroups: limits.workgroups.min(can.max_compute_workgroups_per_dimension),
             chunk: limits.chunk,
         };
+        let downlevel = wgpu::Limits::downlevel_defaults();
+        let window = u64::from(WINDOW_LENGTH) * 16;
+        let has_windows = !adapter.is_hardware() && can.max_uniform_buffer_binding_size >= window;
+        let uniform = downlevel.max_uniform_buffer_binding_size;
         let required_limits = wgpu::Limits {
+            max_uniform_buffer_binding_size: if has_windows { uniform.max(window) } else { uniform },
             max_storage_buffers_per_shader_stage: 8,
             max_storage_buffer_binding_size: limits.binding,
             max_buffer_size: limits.buffer,
             max_compute_workgroups_per_dimension: limits.workgroups,
-            ..wgpu::Limits::downlevel_defaults()
+            ..downlevel
         };
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("leadlag"),
@@ -258,7 +267,7 @@ impl Device {
         let place = Arc::clone(&trouble);
         // Without a handler of our own wgpu panics.
         raw.on_uncaptured_error(Arc::new(move |error: wgpu::Error| note(&place, error.to_string())));
-        Ok(Device { raw, queue, limits, trouble, made: AtomicU64::new(0) })
+        Ok(Device { raw, queue, limits, has_windows, trouble, made: AtomicU64::new(0) })
     }
 
     /// Fails if the device has told of a failure.

@@ -13,6 +13,9 @@ pub(super) const WORKGROUP: u32 = 64;
 /// (gfx-rs/wgpu#10027).
 const PRIVATE_RING: u32 = 64;
 
+/// Entries of `samples` that fit into uniform memory, 64 KiB.
+pub(super) const WINDOW_LENGTH: u32 = 4096;
+
 /// Words of a candidate that looks back, and of one with an observer.
 const LOOK_BACK_WORDS: u32 = 4;
 const OBSERVER_WORDS: u32 = 10;
@@ -40,6 +43,8 @@ pub(super) struct Kernel {
     pub(super) reject: bool,
     /// Past samples to be remembered; a power of two.
     pub(super) ring: u32,
+    /// True if the samples of a chunk are read from uniform memory: of one trajectory only.
+    pub(super) window: bool,
 }
 
 impl Kernel {
@@ -63,6 +68,32 @@ impl Kernel {
         let look_back = if self.looks_back() { LOOK_BACK_WORDS } else { 0 };
         let observer = if self.recipe.observed { OBSERVER_WORDS } else { 0 };
         self.recipe.variant.parameters().len() as u32 + 4 + look_back + observer
+    }
+
+    /// Entries of `samples` per sample.
+    fn sample_words(&self) -> u32 {
+        if self.recipe.variant.extensions.is_empty() { 3 } else { 4 }
+    }
+
+    /// Samples before the first of a chunk that it reads: the last, and with delay all that may be perceived.
+    fn before(&self) -> u32 {
+        if self.recipe.variant.perceives_late() { self.ring } else { 1 }
+    }
+
+    /// This kernel, reading samples from uniform memory unless it looks back so far that little else would fit.
+    pub(super) fn with_window(self) -> Kernel {
+        Kernel { window: 2 * self.before() * self.sample_words() <= WINDOW_LENGTH, ..self }
+    }
+
+    /// Samples of one submission at most.
+    pub(super) fn longest_chunk(&self) -> u32 {
+        if self.window { WINDOW_LENGTH / self.sample_words() - self.before() } else { u32::MAX }
+    }
+
+    /// First entry and number of entries that a chunk reads, of a trajectory that begins at this entry.
+    pub(super) fn window(&self, begin: u32, [from, to]: [u32; 2]) -> [u32; 2] {
+        let from = from.saturating_sub(self.before());
+        [begin + from * self.sample_words(), (to - from) * self.sample_words()]
     }
 
     pub(super) fn looks_back(&self) -> bool {
@@ -177,6 +208,7 @@ impl Kernel {
             ("WORLD", !variant.extensions.is_empty()),
             ("LOOKS_BACK", self.looks_back()),
             ("RING_IN_STATES", self.ring_in_states()),
+            ("WINDOW", self.window),
         ] {
             writeln!(text, "const {name} = {value};")?;
         }
@@ -195,6 +227,7 @@ impl Kernel {
             ("PARAMETERS", parameters.len() as u32),
             ("MOTION_WORDS", motion.len() as u32),
             ("MEMORY_WORDS", self.memory().len() as u32),
+            ("WINDOW_LENGTH", if self.window { WINDOW_LENGTH } else { 1 }),
         ] {
             writeln!(text, "const {name} = {value}u;")?;
         }
@@ -226,6 +259,6 @@ impl Kernel {
 /// [`ShaderError`] at the first problem.
 pub fn kernel_text(recipe: &Recipe) -> Result<String, ShaderError> {
     let sums = Sums::Score(Accumulation::Squared);
-    let source = Kernel { recipe: *recipe, sums, reject: false, ring: 16 }.source(&Replaced::new());
+    let source = Kernel { recipe: *recipe, sums, reject: false, ring: 16, window: false }.source(&Replaced::new());
     check(&source).map(|_| source.text().to_owned())
 }

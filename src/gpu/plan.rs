@@ -17,6 +17,8 @@ pub(super) struct Part {
     pub(super) count: u32,
     /// Samples of the longest of their trajectories.
     pub(super) samples: u32,
+    /// Where the samples of their trajectory begin, if it is only one.
+    pub(super) begin: Option<u32>,
 }
 
 /// What is to be simulated, kept on the host until it is done, so that it can be repeated on another device.
@@ -72,7 +74,7 @@ impl Plan {
                 let count = (total - first).min(most as usize);
                 let begin = self.words.len();
                 self.words.resize(begin + count * width, 0);
-                let mut samples = 0;
+                let (mut samples, mut begins) = (0, [u32::MAX, 0]);
                 for (i, (k, candidate)) in candidates.by_ref().take(count).enumerate() {
                     let Job { case, population } = jobs[k];
                     let parameters = population.parameters(candidate);
@@ -86,9 +88,16 @@ impl Plan {
                         self.words[begin + word * count + i] = value;
                     }
                     samples = samples.max(courses[case].samples() as u32);
+                    let begin = tables.begins[job as usize];
+                    begins = [begins[0].min(begin), begins[1].max(begin)];
                     self.positions.push(self.begins[k] + candidate);
                 }
-                self.parts.push(Part { group, count: count as u32, samples });
+                self.parts.push(Part {
+                    group,
+                    count: count as u32,
+                    samples,
+                    begin: (begins[0] == begins[1]).then_some(begins[0]),
+                });
             }
             at = until;
         }

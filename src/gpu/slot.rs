@@ -2,6 +2,7 @@
 
 use super::context::{Results, Work};
 use super::device::{Device, Fault};
+use super::kernel::WINDOW_LENGTH;
 use super::plan::Part;
 use super::tables::Tables;
 use wgpu::BufferUsages as Usages;
@@ -27,6 +28,7 @@ const BUFFERS: [(&str, Usages); 6] = [
 pub(super) struct Slot {
     buffers: [wgpu::Buffer; 6],
     chunk: wgpu::Buffer,
+    window: wgpu::Buffer,
     /// Bind group and the tables in it.
     bound: Option<(usize, wgpu::BindGroup)>,
 }
@@ -55,7 +57,7 @@ impl Slot {
             },
             count: None,
         };
-        let entries: Vec<_> = (0..9).map(entry).collect();
+        let entries: Vec<_> = (0..10).map(entry).collect();
         let descriptor = wgpu::BindGroupLayoutDescriptor { label: Some("kernel"), entries: &entries };
         device.raw.create_bind_group_layout(&descriptor)
     }
@@ -65,7 +67,12 @@ impl Slot {
         Slot {
             // Bindings must not be empty.
             buffers: BUFFERS.map(|(label, usage)| device.buffer(label, 256, usage)),
-            chunk: device.buffer("chunk", 32, uniform),
+            chunk: device.buffer("chunk", 48, uniform),
+            window: device.buffer(
+                "window",
+                if device.has_windows { 16 * u64::from(WINDOW_LENGTH) } else { 16 },
+                uniform,
+            ),
             bound: None,
         }
     }
@@ -89,7 +96,7 @@ impl Slot {
             }
         }
         if self.bound.as_ref().is_none_or(|(bound, _)| *bound != group) {
-            let all = tables.buffers.iter().chain(&self.buffers[..=BLOCKS]).chain([&self.chunk]);
+            let all = tables.buffers.iter().chain(&self.buffers[..=BLOCKS]).chain([&self.chunk, &self.window]);
             self.bound = Some((group, device.bind_group(layout, all)));
         }
     }
@@ -98,9 +105,15 @@ impl Slot {
         device.queue.write_buffer(&self.buffers[CANDIDATES], 0, bytemuck::cast_slice(words));
     }
 
-    /// `Chunk` of the kernel: from_sample, to_sample, candidates, stride, zero, and block.
-    pub(super) fn write_chunk(&self, device: &Device, [from, to, candidates, stride]: [u32; 4], block: u32) {
-        let words = [from, to, candidates, stride, 0, block, 0, 0];
+    /// `Chunk` of the kernel: from_sample, to_sample, candidates, stride, zero, block, two zeros, and where the window begins.
+    pub(super) fn write_chunk(
+        &self,
+        device: &Device,
+        [from, to, candidates, stride]: [u32; 4],
+        block: u32,
+        window: u32,
+    ) {
+        let words = [from, to, candidates, stride, 0, block, 0, 0, window, 0, 0, 0];
         device.queue.write_buffer(&self.chunk, 0, bytemuck::cast_slice(&words));
     }
 
@@ -115,6 +128,12 @@ impl Slot {
         pass.set_pipeline(pipeline);
         pass.set_bind_group(0, bind_group, &[]);
         pass.dispatch_workgroups(groups[0], groups[1], 1);
+    }
+
+    /// Copies what a chunk reads of `samples`: first entry and number.
+    pub(super) fn copy_window(&self, encoder: &mut wgpu::CommandEncoder, tables: &Tables, [begin, length]: [u32; 2]) {
+        let bytes = |entries: u32| 16 * u64::from(entries);
+        encoder.copy_buffer_to_buffer(tables.samples(), bytes(begin), &self.window, 0, bytes(length));
     }
 
     /// Zeroes the blocks: a run that fails writes none any more.

@@ -44,11 +44,18 @@ struct Content {
 pub(super) struct Tables {
     /// The cases.
     pub(super) cases: Range<usize>,
+    /// Where the samples of each begin.
+    pub(super) begins: Vec<u32>,
     /// jobs, samples, norms, cells.
     pub(super) buffers: [wgpu::Buffer; 4],
 }
 
 impl Tables {
+    /// `samples` of the kernel.
+    pub(super) fn samples(&self) -> &wgpu::Buffer {
+        &self.buffers[1]
+    }
+
     /// Uploads the tables of all cases, in as few groups as the limits of the device allow.
     pub(super) fn upload(device: &Device, courses: &[Course], gof: &GoodnessOfFit) -> Result<Vec<Tables>, Fault> {
         let mut groups = Vec::new();
@@ -176,7 +183,7 @@ impl Content {
         let buffer = |label: &str, bytes: &[u8]| {
             // A binding must not be empty.
             let size = bytes.len().max(16) as u64;
-            let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
+            let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
             let buffer = device.buffer(label, size, usage);
             if !bytes.is_empty() {
                 device.queue.write_buffer(&buffer, 0, bytes);
@@ -189,6 +196,7 @@ impl Content {
             buffer("norms", bytemuck::cast_slice(&self.norms)),
             buffer("cells", bytemuck::cast_slice(&self.cells)),
         ];
-        Tables { cases, buffers }
+        let begins = self.jobs.iter().map(|job| job.sample).collect();
+        Tables { cases, begins, buffers }
     }
 }

@@ -68,8 +68,13 @@ pub fn load(args: &Args, variant: Variant) -> anyhow::Result<Loaded> {
         }
     }
     if let Some((first, others)) = loaded.train.split_first_mut() {
-        on_the_road_of(first, others);
-        on_the_road_of(first, &mut loaded.holdout);
+        for drives in [others, &mut loaded.holdout] {
+            for (moved, drive) in on_the_road_of(first, drives).into_iter().zip(drives.iter()) {
+                let own =
+                    |entry: &&mut DataEntry| entry.path == drive.file() && entry.follower == drive.trajectory.follower;
+                loaded.data.iter_mut().filter(own).for_each(|entry| entry.moved_m = entry.moved_m.or(moved));
+            }
+        }
         loaded.lap = lap(&loaded.train);
     }
     if args.holdout.is_empty() {
@@ -113,6 +118,7 @@ fn one(args: &Args, variant: Variant, file: &Path, role: &str, loaded: &mut Load
         samples: trajectory.len(),
         gap_rate_rms_mps: None,
         unseen: Vec::new(),
+        moved_m: None,
     };
     entry.take(&soundness);
     loaded.data.push(entry);

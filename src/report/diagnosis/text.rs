@@ -140,6 +140,9 @@ pub fn data(data: &[DataEntry], findings: &[FindingEntry], trained: &[[f64; 2]])
                 text.push_str(&wrapped(4, 6, &format!("corrected as asked: {correction}")));
             }
         }
+        if let Some(moved) = entry.moved() {
+            text.push_str(&wrapped(2, 4, &moved));
+        }
         for unseen in &entry.unseen {
             text.push_str(&wrapped(2, 4, &format!("cannot be seen: {unseen}")));
         }

@@ -86,6 +86,9 @@ fn data(page: &mut Page, outcome: &Outcome) {
     let rows: Vec<Vec<String>> = outcome.data.iter().map(row).collect();
     let head = ["file", "role", "follower", "window [s]", "samples", "gap against speeds [m/s]", "sha256"];
     page.table("Files", &head, &rows);
+    for (entry, moved) in outcome.data.iter().filter_map(|entry| Some((entry, entry.moved()?))) {
+        page.paragraph(&format!("{} was {moved}.", entry.path));
+    }
     page.paragraph(&outcome.held_back);
     if outcome.data_findings.is_empty() {
         page.paragraph("Gap and speeds were compared with each other; nothing contradicts itself.");
