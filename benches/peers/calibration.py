@@ -21,7 +21,6 @@ import time
 
 import numba
 import numpy as np
-from geneticalgorithm import geneticalgorithm
 
 FILE = "ASta_040719_platoon7.csv"
 # Same equations in another order, in f64, through 9,226 steps.
@@ -118,6 +117,8 @@ def leadlag(program, data, model, seed):
 
 
 def genetic(objective, model, iterations, seed):
+    from geneticalgorithm import geneticalgorithm
+
     np.random.seed(seed)
     bounds = np.array([[low, high] for _, low, high in MODELS[model]], dtype=float)
     settings = {"max_num_iteration": iterations, "population_size": 100, "mutation_probability": 0.1, "elit_ratio": 0.01,
