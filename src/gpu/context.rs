@@ -135,11 +135,18 @@ impl Context {
         self.device.check("submitting work")
     }
 
+    /// The kernel in the form that suits this device, which may have replaced another one.
+    fn kernel(&self, work: &Work) -> Kernel {
+        let one_each = work.plan.parts.iter().all(|part| part.begin.is_some());
+        if self.device.has_windows && one_each { work.kernel.with_window() } else { work.kernel }
+    }
+
     /// Builds the pipeline unless it is there. Drivers compile at the first dispatch, so there is an empty one.
     fn warm(&mut self, set: usize, work: &Work) -> Result<(), Fault> {
         const DOING: &str = "building the kernel";
         let Some(slot) = self.slots[set].first().filter(|_| !work.plan.parts.is_empty()) else { return Ok(()) };
-        if self.pipelines.contains_key(&work.kernel) {
+        let kernel = self.kernel(work);
+        if self.pipelines.contains_key(&kernel) {
             return Ok(());
         }
         let began = Instant::now();
@@ -147,7 +154,7 @@ impl Context {
         // A failing pipeline may take the device with it (gfx-rs/wgpu#10027); the scopes tell why.
         let filters = [wgpu::ErrorFilter::Validation, wgpu::ErrorFilter::Internal, wgpu::ErrorFilter::OutOfMemory];
         let scopes = filters.map(|filter| device.push_error_scope(filter));
-        let source = wgpu::ShaderSource::Wgsl(work.kernel.source(&self.replaced).text().to_owned().into());
+        let source = wgpu::ShaderSource::Wgsl(kernel.source(&self.replaced).text().to_owned().into());
         let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some("kernel"), source });
         let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
             label: Some("kernel"),
@@ -166,31 +173,32 @@ impl Context {
         slot.dispatch(&mut encoder, &pipeline, [1, 1]);
         let submission = self.device.queue.submit([encoder.finish()]);
         self.device.wait(Some(submission)).map_err(|fault| Fault { doing: DOING, ..fault })?;
-        self.pipelines.insert(work.kernel, pipeline);
+        self.pipelines.insert(kernel, pipeline);
         self.warm_up += began.elapsed();
         Ok(())
     }
 
     /// Submits the next chunk; false if there is none.
     fn submit_chunk(&mut self, set: usize, work: &Work) -> bool {
+        let kernel = self.kernel(work);
         let flight = &mut self.flights[set];
         let Some(part) = work.plan.parts.get(flight.part) else { return false };
         let slot = &self.slots[set][flight.part];
-        let chunk = self.device.limits.chunk.unwrap_or_else(|| self.rate.samples(part.count)).max(1);
-        let chunk = chunk.min(work.kernel.longest_chunk());
+        let chunk = self.device.limits.chunk.unwrap_or_else(|| self.rate.samples(part.count));
+        let chunk = chunk.clamp(1, kernel.longest_chunk());
         let (from, to) = (flight.sample, (flight.sample + chunk).min(part.samples));
-        let [begin, length] = work.kernel.window(part.begin.unwrap_or(0), [from, to]);
+        let [begin, length] = kernel.window(part.begin.unwrap_or(0), [from, to]);
         slot.write_chunk(&self.device, [from, to, part.count, part.count], work.block, begin);
         let mut encoder = self.device.raw.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         if from == 0 {
             slot.clear(&mut encoder, part, work);
         }
-        if work.kernel.window {
+        if kernel.window {
             slot.copy_window(&mut encoder, &self.tables[part.group], [begin, length]);
         }
         let groups = part.count.div_ceil(WORKGROUP);
         let x = groups.min(self.device.limits.workgroups);
-        slot.dispatch(&mut encoder, &self.pipelines[&work.kernel], [x, groups.div_ceil(x)]);
+        slot.dispatch(&mut encoder, &self.pipelines[&kernel], [x, groups.div_ceil(x)]);
         if to == part.samples {
             slot.read_back(&mut encoder, part, work);
             (flight.part, flight.sample) = (flight.part + 1, 0);

@@ -43,7 +43,7 @@ pub(super) struct Kernel {
     pub(super) reject: bool,
     /// Past samples to be remembered; a power of two.
     pub(super) ring: u32,
-    /// True if the samples of a chunk are read from uniform memory: of one trajectory only.
+    /// True if the samples of a chunk, of one trajectory only, are read from uniform memory; [`Context`](super::context::Context) decides.
     pub(super) window: bool,
 }
 

@@ -285,7 +285,7 @@ impl Gpu {
     ) -> Result<(), EvaluateError> {
         // Work that nobody collected is dropped.
         let mut plan = self.work[set].take().map_or_else(|| std::mem::take(&mut self.spare[set]), |work| work.plan);
-        let mut kernel = self.kernel(sums, observed.is_some());
+        let kernel = self.kernel(sums, observed.is_some());
         let (observers, block) = observed.unwrap_or((&[], 0));
         let samples = jobs.iter().map(|job| self.courses[job.case].samples()).max().unwrap_or(0);
         let blocks = if block > 0 { samples.div_ceil(block) as u32 } else { 0 };
@@ -297,9 +297,6 @@ impl Gpu {
         let context = self.context.as_ref().expect("opened above");
         let most = most_candidates(&kernel, blocks, &context.device.limits);
         plan.make(jobs, observers, &self.cases, &self.courses, &context.tables, &kernel, most)?;
-        if context.device.has_windows && plan.parts.iter().all(|part| part.begin.is_some()) {
-            kernel = kernel.with_window();
-        }
         let work = Work { kernel, plan, block: block as u32, blocks };
         self.twice(|gpu| match &mut gpu.context {
             Some(context) => context.start(set, &work),

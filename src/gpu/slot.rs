@@ -70,7 +70,7 @@ impl Slot {
             chunk: device.buffer("chunk", 48, uniform),
             window: device.buffer(
                 "window",
-                if device.has_windows { 16 * u64::from(WINDOW_LENGTH) } else { 16 },
+                16 * if device.has_windows { u64::from(WINDOW_LENGTH) } else { 1 },
                 uniform,
             ),
             bound: None,
