@@ -42,7 +42,7 @@ fn further(profile: &Profile, other: &Profile) -> Option<f64> {
     let (longest, most) = (other.sin.len() as isize, profile.sin.len() as isize);
     let shares = (-longest..most).filter_map(|shift| Some((shift, scatter(shift)?)));
     let (shift, share) = shares.min_by(|a, b| a.1.total_cmp(&b.1))?;
-    (share < SAME).then(|| profile.from + shift as f64 * NODE - other.from)
+    (share < SAME).then_some(profile.from + shift as f64 * NODE - other.from)
 }
 
 /// Length of a lap \[m\]: that of the closed track, or else the shortest one after which the grade of every drive repeats.
