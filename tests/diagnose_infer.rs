@@ -9,6 +9,8 @@ use leadlag::diagnose::decide::Evidence;
 use leadlag::diagnose::fate::Objection;
 use leadlag::diagnose::{DiagnoseError, Drive, Effort, Inference, Progress, Question, infer};
 use leadlag::extension::Extension;
+use leadlag::plant;
+use leadlag::trajectory::{Preparation, import, prepare};
 use leadlag::wgsl::extension_named;
 use std::ops::ControlFlow;
 
@@ -49,6 +51,57 @@ fn the_same_for_any_number_of_threads() {
     assert_eq!(one.extended.innovations.len(), 3);
     assert!(one.extended.variant.extensions.get("lead").is_none());
     assert!(one.extended.parameters.get(one.adopted[0].extension.parameters[0]) > 0.0);
+}
+
+/// A linear car behind such a leader, that perceives late by 0.8 s and answers to the leader's acceleration.
+fn late_and_looking_ahead(profile: plant::Profile) -> Drive {
+    let effect = |text: &str| text.parse().expect("an effect of the plant");
+    let mut follower = plant::drawn(plant::Base::LCth, 11, 1);
+    follower.gusts = Some(plant::Gusts { sigma_mps2: 0.05, time_constant_s: 2.0 });
+    follower.effects = vec![effect("perception_delay:tp=0.8"), effect("leader_accel_ff:ka=0.65")];
+    let scenario = plant::Scenario {
+        seed: 11,
+        duration_s: 300.0,
+        noise: plant::Noise { speed_mps: 0.02, gap_m: 0.02 },
+        profile,
+        followers: vec![follower],
+        ..plant::Scenario::default()
+    };
+    let mut file = Vec::new();
+    plant::write_pair(&plant::run(&scenario).expect("drives"), 1, &mut file).expect("memory");
+    let recording = import::read_bytes(&file, "made_up.csv", None).expect("a pair file");
+    let trajectory = prepare(&recording, 1, &Preparation::default()).expect("complete").remove(0);
+    Drive::of(&trajectory, None).expect("no jump").0.remove(0)
+}
+
+/// The answer makes up for what the delay takes: alone it gains next to nothing, and the delay looks like a lag.
+#[test]
+fn two_that_hide_each_other() {
+    let train = [plant::Profile::Restless, plant::Profile::Cruise].map(late_and_looking_ahead);
+    let holdout = [late_and_looking_ahead(plant::Profile::StopAndGo)];
+    let names = ["actuation_lag", "perception_delay", "leader_accel_ff", "dead_zone"];
+    let causes: Vec<_> = names.into_iter().map(|name| extension_named(name).expect("in the library")).collect();
+    let (base, bounds) = ("l-cth".parse().expect("a base"), Overrides::new());
+    let question = Question {
+        train: &train,
+        holdout: &holdout,
+        base,
+        effort: Effort::Quick,
+        seed: 5,
+        causes: &causes,
+        bounds: &bounds,
+        kept: None,
+    };
+    let found = infer(&question, &mut |_| ControlFlow::Continue(())).expect("a diagnosis");
+    let alone = found.ladder.iter().find(|row| row.round == 1 && row.name == "leader_accel_ff").expect("tried");
+    assert!(alone.gain < alone.threshold, "found alone, it shows nothing here: {alone:?}");
+    let mut sizes: Vec<_> =
+        found.adopted.iter().map(|cause| (cause.extension.name.as_str(), cause.parameters[0].value)).collect();
+    sizes.sort_by_key(|(name, _)| *name);
+    let [("leader_accel_ff", ka), ("perception_delay", tp)] = sizes[..] else {
+        panic!("{}, {sizes:?}, {:?}", found.reason, found.ladder)
+    };
+    assert!((ka - 0.65).abs() < 0.05 && (tp - 0.8).abs() < 0.05, "{sizes:?}");
 }
 
 #[test]

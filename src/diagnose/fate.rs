@@ -133,6 +133,11 @@ pub enum Fate {
     Adopted,
     /// It did, for the time being, although this spoke against it.
     OnTrial(Objection),
+    /// It did together with another one, which hides it.
+    Together {
+        /// The name of that.
+        with: String,
+    },
     /// It was adopted next to a cause whose trial failed.
     OnlyNextTo {
         /// The name of that.
@@ -161,7 +166,7 @@ impl Fate {
     /// True while it is part of the model.
     #[must_use]
     pub fn is_adopted(&self) -> bool {
-        matches!(self, Fate::Adopted | Fate::OnTrial(_))
+        matches!(self, Fate::Adopted | Fate::OnTrial(_) | Fate::Together { .. })
     }
 
     /// True where it was, and is no more.
@@ -183,6 +188,7 @@ impl fmt::Display for Fate {
             Fate::NoBetter { adopted } => write!(f, "no likelier than {adopted}, which has fewer parameters"),
             Fate::Adopted => f.write_str("adopted"),
             Fate::OnTrial(objection) => write!(f, "adopted on trial: by itself {objection}"),
+            Fate::Together { with } => write!(f, "adopted together with {with}: each hides the other"),
             Fate::OnlyNextTo { other } => write!(f, "only next to {other}, which does not carry over"),
             Fate::Exchanged { by } => write!(f, "dropped again: {by} took its place"),
             Fate::NoNameAnyMore(objection) => write!(f, "dropped again: in the end {objection}"),

@@ -73,30 +73,29 @@ pub fn infer(
     let from = if bootstrapped { BOOTSTRAP } else { 0.0 };
     let mut tell = |done: f64, stage: &str| show(from + (1.0 - from) * done, stage);
     let mut search = Search::begin(&setting, candidate)?;
-    let mut base = None;
-    for round in 1..=ROUNDS {
-        tell(0.1 + 0.12 * (round - 1) as f64, &format!("round {round}: trying every cause"))?;
-        let tried = search.fit_all(&setting, if round == 1 { &spending } else { &further })?;
-        // The base is the best fit without causes: what its causes were compared with.
-        if base.is_none() {
-            base = Some(snapshot(&mut search.current, &setting, search.inflation)?);
-        }
-        if !search.decide(&setting, round, tried)? {
-            break;
-        }
-        if search.current.causes.len() > 1 {
-            tell(0.16 + 0.12 * (round - 1) as f64, "putting right what was adopted before")?;
-            search.swap(&setting, &spending)?;
-        }
+    tell(0.1, "round 1: trying every cause")?;
+    let tried = search.fit_all(&setting, &spending)?;
+    // The base is the best fit without causes: what its causes were compared with.
+    let base = snapshot(&mut search.current, &setting, search.inflation)?;
+    if search.decide(&setting, 1, tried)? {
+        rounds(&mut search, &setting, &spending, &mut |share, stage| tell(0.1 + 0.65 * share, stage))?;
     }
     tell(0.75, "dropping what is not needed any more")?;
     search.prune(&setting, &spending)?;
     search.end_trial(&setting)?;
     tell(0.8, "looking for what is left")?;
-    let left = leftovers(&setting, &mut search.current, search.need, search.inflation)?;
-    tell(0.9, "comparing with other base models")?;
+    let mut left = leftovers(&setting, &mut search.current, search.need, search.inflation)?;
+    tell(0.85, "comparing with other base models")?;
     let others = others(&setting, &spending)?;
-    let base = base.expect("at least one round");
+    let lacking = left.strongest().is_some() || ahead(&others, &search.current) > search.need.max(OTHER_FAMILY);
+    tell(0.9, "trying causes that hide each other")?;
+    if search.pair_up(&setting, &further, lacking && search.current.causes.is_empty())? {
+        search.swap(&setting, &spending)?;
+        rounds(&mut search, &setting, &spending, &mut |share, stage| tell(0.9 + 0.08 * share, stage))?;
+        search.prune(&setting, &spending)?;
+        search.end_trial(&setting)?;
+        left = leftovers(&setting, &mut search.current, search.need, search.inflation)?;
+    }
     let extended = snapshot(&mut search.current, &setting, search.inflation)?;
     let lost = !agrees && search.current.causes.is_empty();
     let contradicted = contradiction(&setting, &search.current).or_else(|| lost.then(|| disagreement(&replicates)));
@@ -133,6 +132,32 @@ pub fn infer(
         simulations: setting.simulations.load(Ordering::Relaxed),
         bootstrapped: setting.least,
     })
+}
+
+/// Rounds as long as something is adopted; `tell` takes the share of them that is done.
+fn rounds(
+    search: &mut Search,
+    setting: &Setting<'_>,
+    spending: &Spending,
+    tell: &mut dyn FnMut(f64, &str) -> Result<(), DiagnoseError>,
+) -> Result<(), DiagnoseError> {
+    let share = |round: usize| (round - 1) as f64 / ROUNDS as f64;
+    let last = search.ladder.last().map_or(0, |row| row.round);
+    for round in last + 1..=ROUNDS {
+        tell(share(round), &format!("round {round}: trying every cause"))?;
+        let tried = search.fit_all(setting, &spending.further())?;
+        if !search.decide(setting, round, tried)? {
+            break;
+        }
+        tell(share(round) + 0.5 / ROUNDS as f64, "putting right what was adopted before")?;
+        search.swap(setting, spending)?;
+    }
+    Ok(())
+}
+
+/// By how much the likeliest other base without causes is likelier than a model \[nats\].
+fn ahead(others: &[Candidate], model: &Candidate) -> f64 {
+    others.first().map_or(f64::NEG_INFINITY, |other| other.fit.log_likelihood - model.fit.log_likelihood)
 }
 
 fn disagreement(replicates: &[f64]) -> String {
@@ -293,7 +318,7 @@ impl Answer<'_> {
     /// how much.
     fn other_law(&self, margin: f64) -> Option<(&'static str, LeftOver)> {
         let other = self.others.first()?;
-        let ahead = other.fit.log_likelihood - self.search.current.fit.log_likelihood;
+        let ahead = ahead(self.others, &self.search.current);
         let (kind, place) = ("family".to_owned(), other.variant.base.name.to_owned());
         (ahead > margin).then_some((other.variant.base.paper, LeftOver { kind, place, size: ahead, evidence: ahead }))
     }

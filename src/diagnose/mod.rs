@@ -28,6 +28,7 @@ pub mod gain;
 pub mod gate;
 pub mod gram;
 mod held_sizes;
+mod hidden;
 pub mod hold_back;
 mod infer;
 pub mod known;

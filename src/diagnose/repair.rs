@@ -129,7 +129,7 @@ impl Search {
     }
 
     /// The model without one of its causes, refitted.
-    fn without(
+    pub(super) fn without(
         &self,
         setting: &Setting<'_>,
         cause: &'static Extension,

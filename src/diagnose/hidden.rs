@@ -1,0 +1,75 @@
+//! Causes that hide each other, and are found together or not at all.
+
+use super::adopt::{PHASE, Search, family, missing};
+use super::candidate::Setting;
+use super::decide::{Evidence, proxy};
+use super::fate::Fate;
+use super::gate::gate;
+use super::screen::{Fitted, Spending, explain};
+use super::verdict::DiagnoseError;
+use rayon::prelude::*;
+
+/// A delay of tau takes tau k_v a_l from a command that answers to the leader's speed by k_v, and this puts it back: a car that has both
+/// may show neither of them, or a lag that it has not. (A real one has 0 and 60 nats for one of them alone, 1000 for both.)
+const ANSWER: &str = "leader_accel_ff";
+
+impl Search {
+    /// Tries each member of the phase family together with an answer to the leader's acceleration, where one is in the model without it,
+    /// or, if `puzzled`, without either. True if the two explain more than what is there; it has made way for them then.
+    ///
+    /// # Errors
+    /// As [`explain`].
+    pub fn pair_up(
+        &mut self,
+        setting: &Setting<'_>,
+        spending: &Spending,
+        puzzled: bool,
+    ) -> Result<bool, DiagnoseError> {
+        let phase = self.current.causes.iter().copied().find(|cause| family(cause) == PHASE);
+        let answer = setting.question.causes.iter().copied().find(|cause| cause.name == ANSWER);
+        let answer = answer.filter(|answer| !self.current.causes.contains(answer) && (puzzled || phase.is_some()));
+        let Some(answer) = answer else { return Ok(false) };
+        let mut reduced = None;
+        if let Some(phase) = phase {
+            reduced = self.without(setting, phase, spending)?;
+            if reduced.is_none() {
+                return Ok(false);
+            }
+        }
+        let from = reduced.as_mut().unwrap_or(&mut self.current);
+        let lacks = missing(from)?;
+        let Ok(mut answered) = explain(setting, from, answer, &lacks, spending)? else { return Ok(false) };
+        let lacks = missing(&mut answered)?;
+        let members = setting.question.causes.par_iter().copied().filter(|cause| family(cause) == PHASE);
+        let tried = members.map(|member| Ok((member, explain(setting, &answered, member, &lacks, spending)?.ok())));
+        let tried: Result<Vec<_>, DiagnoseError> = tried.collect();
+        let sound =
+            |(member, candidate): &Fitted| [*member, answer].iter().all(|cause| proxy(candidate, cause).is_none());
+        let found = tried?.into_iter().filter_map(|(member, found)| Some((member, found?))).filter(sound);
+        let best = found.max_by(|a, b| a.1.fit.log_likelihood.total_cmp(&b.1.fit.log_likelihood));
+        let Some((member, mut best)) = best else { return Ok(false) };
+        if best.fit.log_likelihood <= self.current.fit.log_likelihood + self.need {
+            return Ok(false);
+        }
+        let held = best.cross_fit(setting)?;
+        let evidence = Evidence::of(setting, &best, answer, &held, &self.current, &self.held);
+        if evidence.objection(self.need).is_some() || gate(setting, &best, answer, &self.current)?.is_some() {
+            return Ok(false);
+        }
+        if let Some(phase) = phase {
+            self.evidence.remove(self.current.causes.iter().position(|cause| *cause == phase).expect("found above"));
+            self.rivals.retain(|rival| rival.of != phase);
+            self.note_exchange(phase, member);
+        }
+        // What each of them is worth next to the other is found out when those that are not needed are dropped.
+        self.evidence.extend([(evidence.counts(), self.need); 2]);
+        for (cause, with) in [(answer, member), (member, answer)] {
+            let row = self.ladder.iter_mut().rfind(|row| row.name == cause.name && !row.fate.is_adopted());
+            if let Some(row) = row.filter(|_| phase != Some(cause)) {
+                row.fate = Fate::Together { with: with.name.clone() };
+            }
+        }
+        (self.current, self.held) = (best, held);
+        Ok(true)
+    }
+}
