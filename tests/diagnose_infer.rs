@@ -95,6 +95,9 @@ fn two_that_hide_each_other() {
     let found = infer(&question, &mut |_| ControlFlow::Continue(())).expect("a diagnosis");
     let alone = found.ladder.iter().find(|row| row.round == 1 && row.name == "leader_accel_ff").expect("tried");
     assert!(alone.gain < alone.threshold, "found alone, it shows nothing here: {alone:?}");
+    // Whoever reads the ladder sees what the two are worth together.
+    let together = found.ladder.iter().find(|row| row.fate.to_string().contains("hides the other"));
+    assert!(together.is_some_and(|row| row.evidence > row.threshold), "{:?}", found.ladder);
     let mut sizes: Vec<_> =
         found.adopted.iter().map(|cause| (cause.extension.name.as_str(), cause.parameters[0].value)).collect();
     sizes.sort_by_key(|(name, _)| *name);

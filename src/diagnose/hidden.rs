@@ -67,6 +67,8 @@ impl Search {
             let row = self.ladder.iter_mut().rfind(|row| row.name == cause.name && !row.fate.is_adopted());
             if let Some(row) = row.filter(|_| phase != Some(cause)) {
                 row.fate = Fate::Together { with: with.name.clone() };
+                (row.gain, row.evidence) = (evidence.gain, evidence.counts());
+                (row.folds, row.trimmed) = (evidence.folds, evidence.trimmed);
             }
         }
         (self.current, self.held) = (best, held);

@@ -240,7 +240,7 @@ impl DataEntry {
     pub fn moved(&self) -> Option<String> {
         let told = |by| {
             format!(
-                "moved along the road by {by:+.0} m: its grade is that of the first file there, and is not where its positions begin"
+                "moved along the road by {by:+.0} m, to where its grade is that of the first file: at its own positions it is not"
             )
         };
         self.moved_m.map(told)
