@@ -68,7 +68,7 @@ fn the_worked_example_of_contributing_works() {
     let text = std::fs::read(test).expect("tests/toy/agreement.rs is readable");
     copy::write(&folder.join("tests/agreement.rs"), &text);
 
-    let program = copy::compile(&folder, "agreement");
+    let [program] = copy::compile(&folder, ["agreement"]);
     let output = Command::new(&program).arg("--nocapture").output().expect("the test program starts");
     let (out, err) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     assert!(output.status.success(), "{}:\n{out}\n{err}", program.display());

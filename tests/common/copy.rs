@@ -82,13 +82,14 @@ pub fn text(bytes: &[u8]) -> &str {
     std::str::from_utf8(bytes).expect("source files are UTF-8")
 }
 
-/// Compiles one test of the copy and returns the test program.
-pub fn compile(folder: &Path, test: &str) -> PathBuf {
+/// Compiles tests of the copy and returns the test programs.
+pub fn compile<const N: usize>(folder: &Path, tests: [&str; N]) -> [PathBuf; N] {
     // The build lock of the outer cargo is free while tests run, so its target folder can be shared.
     let target = Path::new(env!("CARGO_TARGET_TMPDIR")).parent().expect("the scratch folder lies in the target folder");
     let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     cargo
-        .args(["test", "--offline", "--test", test, "--no-run", "--message-format=json-render-diagnostics"])
+        .args(["test", "--offline", "--no-run", "--message-format=json-render-diagnostics"])
+        .args(tests.iter().flat_map(|test| ["--test", *test]))
         .current_dir(folder)
         .env("CARGO_TARGET_DIR", target);
     let own = std::env::current_exe().expect("this test is a file");
@@ -102,10 +103,10 @@ pub fn compile(folder: &Path, test: &str) -> PathBuf {
         folder.display(),
         String::from_utf8_lossy(&output.stderr)
     );
-    text(&output.stdout)
-        .lines()
-        .filter_map(|line| serde_json::from_str::<serde_json::Value>(line).ok())
-        .filter(|message| message["target"]["name"] == test)
-        .find_map(|message| message["executable"].as_str().map(PathBuf::from))
-        .expect("cargo names the test program")
+    let messages: Vec<serde_json::Value> =
+        text(&output.stdout).lines().filter_map(|line| serde_json::from_str(line).ok()).collect();
+    tests.map(|test| {
+        let mut of = messages.iter().filter(|message| message["target"]["name"] == test);
+        of.find_map(|message| message["executable"].as_str().map(PathBuf::from)).expect("cargo names the test program")
+    })
 }

@@ -18,6 +18,41 @@ const MUTATED: [&str; 3] = ["reference/", "score.rs", "evaluator/case.rs"];
 /// What judges: hand-worked numbers, and for the causes, which have none, their WGSL text (of which tests/shader_mutants.rs changes every place).
 const JUDGES: [&str; 2] = ["reference_paper", "causes"];
 
+/// The modules of the library, and those of `tests/common`, that the judges and what is mutated need: the others would only have
+/// to be compiled, which takes most of the time.
+const NEEDED: [&str; 19] = [
+    "calibrate",
+    "cars",
+    "catalog",
+    "convention",
+    "evaluator",
+    "extended",
+    "extension",
+    "lanes",
+    "near",
+    "optimize",
+    "plant",
+    "reference",
+    "rescore",
+    "score",
+    "symbols",
+    "tolerance",
+    "trajectory",
+    "vehicle",
+    "wgsl",
+];
+
+/// True for all lines but those of modules that are not needed.
+fn keep(line: &&str) -> bool {
+    let module = line.strip_prefix("pub mod ").and_then(|rest| rest.strip_suffix(';'));
+    module.is_none_or(|name| NEEDED.contains(&name))
+}
+
+/// The text of a `lib.rs` or `mod.rs` without the modules that are not needed.
+fn needed(text: &str) -> String {
+    text.lines().filter(keep).map(|line| format!("{line}\n")).collect()
+}
+
 /// Copies, instruments and compiles.
 pub fn build() -> Built {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("mutants");
@@ -28,13 +63,18 @@ pub fn build() -> Built {
             return Some(instrument(file, text(&bytes), &mut mutants).into_bytes());
         }
         if inside == "src/lib.rs" {
-            return Some(format!("#![allow(warnings)]\n{}\npub mod mutant_switch;\n", text(&bytes)).into_bytes());
+            let modules = needed(text(&bytes));
+            return Some(format!("#![allow(warnings)]\n{modules}\npub mod mutant_switch;\n").into_bytes());
         }
         Some(bytes)
     });
+    // A failure has been seen at its first panic: what is left of a judge's tests need not run.
     let switch = format!(
         "//! The mutant switched on.\nuse std::sync::LazyLock;\n\
-         static ON: LazyLock<usize> = LazyLock::new(|| std::env::var(\"{SWITCH}\").map_or(0, |id| id.parse().unwrap()));\n\
+         static ON: LazyLock<usize> = LazyLock::new(|| {{\n\
+         \x20   std::panic::set_hook(Box::new(|_| std::process::exit(101)));\n\
+         \x20   std::env::var(\"{SWITCH}\").map_or(0, |id| id.parse().unwrap())\n\
+         }});\n\
          /// True for the mutant that the environment names.\n\
          pub fn on(id: usize) -> bool {{ *ON == id }}\n"
     );
@@ -46,9 +86,12 @@ pub fn build() -> Built {
                 let (docs, code) = text(&bytes).split_once("\nmod ").expect("the test has modules");
                 return Some(format!("{docs}\n{renamed}mod {code}").into_bytes());
             }
+            if inside == "tests/common/mod.rs" {
+                return Some(needed(text(&bytes)).into_bytes());
+            }
             Some(bytes)
         });
     }
-    let judges = JUDGES.map(|name| compile(&folder, name));
+    let judges = compile(&folder, JUDGES);
     Built { folder, judges, mutants }
 }
