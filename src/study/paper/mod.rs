@@ -26,7 +26,7 @@ pub struct Printed {
 /// Never: the tables are part of the program, and a test reads them.
 #[must_use]
 pub fn printed() -> BTreeMap<u32, Printed> {
-    let (four, five) = (rows(include_str!("paper/table4.csv")), rows(include_str!("paper/table5.csv")));
+    let (four, five) = (rows(include_str!("table4.csv")), rows(include_str!("table5.csv")));
     let known = |x: Option<f64>| x.expect("the paper prints it");
     let both = four.iter().zip(&five).map(|(four, five)| {
         assert_eq!(four[0], five[0], "both tables list the variants in order");

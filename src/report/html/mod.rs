@@ -14,11 +14,11 @@ pub use calibration::calibration;
 pub use chart::{Chart, Line, Panel, Role};
 pub use diagnosis::diagnosis;
 
-const UPLOT_JS: &str = include_str!("../../assets/uplot/uPlot.iife.min.js");
-const UPLOT_CSS: &str = include_str!("../../assets/uplot/uPlot.min.css");
-const UPLOT_LICENCE: &str = include_str!("../../assets/uplot/LICENSE");
-const REPORT_JS: &str = include_str!("../../assets/report/report.js");
-const REPORT_CSS: &str = include_str!("../../assets/report/report.css");
+const UPLOT_JS: &str = include_str!("../../../assets/uplot/uPlot.iife.min.js");
+const UPLOT_CSS: &str = include_str!("../../../assets/uplot/uPlot.min.css");
+const UPLOT_LICENCE: &str = include_str!("../../../assets/uplot/LICENSE");
+const REPORT_JS: &str = include_str!("../../../assets/report/report.js");
+const REPORT_CSS: &str = include_str!("../../../assets/report/report.css");
 
 /// A page under construction.
 #[derive(Debug, Default)]
