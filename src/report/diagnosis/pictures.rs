@@ -92,9 +92,22 @@ fn number(value: f64) -> String {
 #[must_use]
 pub fn ladder(title: &str, rungs: &[RungEntry]) -> String {
     const ROW: f64 = 20.0;
+    const LINE: f64 = 14.0;
+    // As many characters as fit to the right of the bars.
+    const WORDS: usize = 42;
     let mut sorted: Vec<(f64, &RungEntry)> = rungs.iter().filter_map(|rung| Some((rung.evidence?, rung))).collect();
     sorted.sort_by(|a, b| a.1.round.cmp(&b.1.round).then(b.0.total_cmp(&a.0)));
-    let height = 110.0 + ROW * sorted.len() as f64;
+    // Many fates begin with the evidence themselves.
+    let fates: Vec<String> = sorted
+        .iter()
+        .map(|(evidence, rung)| {
+            let fate = &rung.fate;
+            if fate.contains("nats") { fate.clone() } else { format!("{evidence:.0} nats, {fate}") }
+        })
+        .collect();
+    let fates: Vec<_> = fates.iter().map(|fate| textwrap::wrap(fate, WORDS)).collect();
+    let row = |lines: usize| ROW + LINE * (lines as f64 - 1.0);
+    let height = 110.0 + fates.iter().map(|lines| row(lines.len())).sum::<f64>();
     let line =
         "evidence in nats on held-out stretches, on a scale of square roots; the line in each row is its threshold";
     let mut figure = Figure::new(960.0, height, title, &[line]);
@@ -102,17 +115,40 @@ pub fn ladder(title: &str, rungs: &[RungEntry]) -> String {
     let (left, right) = (220.0, 700.0);
     let most = sorted.iter().map(|(e, r)| e.max(r.threshold)).fold(1.0, f64::max);
     let x = |value: f64| left + (value.max(0.0) / most).sqrt() * (right - left);
-    for (i, (evidence, rung)) in sorted.iter().enumerate() {
-        let y = 92.0 + ROW * i as f64;
+    let mut y = 92.0;
+    for ((evidence, rung), lines) in sorted.iter().zip(&fates) {
         let colour = if *evidence > rung.threshold { PALETTE[0] } else { PALETTE[5] };
         let name = format!("{}. {}", rung.round, rung.name);
         figure.text([left - 8.0, y + 10.0], 12.0, Anchor::End, INK, &name);
         figure.bar([left, y], [x(*evidence), y + 13.0], colour, colour);
         figure.line([x(rung.threshold), y - 2.0], [x(rung.threshold), y + 15.0], 2.0, INK);
-        // Many fates begin with the evidence themselves.
-        let fate: String = rung.fate.chars().take(36).collect();
-        let words = if fate.contains("nats") { fate } else { format!("{evidence:.0} nats, {fate}") };
-        figure.text([right + 10.0, y + 10.0], 11.0, Anchor::Start, INK, &words);
+        for (k, words) in lines.iter().enumerate() {
+            figure.text([right + 10.0, y + 10.0 + LINE * k as f64], 11.0, Anchor::Start, INK, words);
+        }
+        y += row(lines.len());
     }
     figure.finish()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::ladder;
+    use crate::diagnose::outcome::RungEntry;
+
+    #[test]
+    fn no_word_of_a_fate_is_cut_off() {
+        let fate = "adopted together with perception_delay: each hides the other, and neither is seen alone";
+        let rung = |fate: &str| RungEntry {
+            name: "leader_accel_ff".into(),
+            round: 1,
+            gain: Some(900.0),
+            evidence: Some(880.0),
+            threshold: 69.0,
+            fate: fate.into(),
+        };
+        let picture = ladder("Causes", &[rung(fate), rung("adopted")]);
+        for word in fate.split(' ') {
+            assert!(picture.contains(word), "{word} in {picture}");
+        }
+    }
 }
