@@ -1,6 +1,7 @@
 //! One measured run, ready for diagnosis.
 
 use super::smoothing::smoothed;
+use super::standstill::with_signs;
 use crate::calibrate::Overrides;
 use crate::catalog::Variant;
 use crate::convention::Convention;
@@ -28,7 +29,7 @@ const HALF_STEP: f64 = 0.5;
 #[derive(Debug, Clone)]
 pub struct Drive {
     /// What the evaluators see. `v_l` (and `v_l2`, `s_l2`) are smoothed, `x_l` is their integral, `x_f` is what the measured
-    /// spacing leaves; `v_f` and `s` are as measured, `t` is the time of the file.
+    /// spacing leaves; `v_f` (with a sign for its noise at standstill) and `s` are as measured, `t` is the time of the file.
     pub trajectory: Trajectory,
     /// The leader's speed as measured \[m/s\].
     pub v_l_measured: Vec<f64>,
@@ -70,12 +71,19 @@ pub enum DriveError {
 }
 
 impl Drive {
-    /// Cuts a trajectory at jumps of the gap and smooths the leader of every piece.
+    /// Cuts a trajectory at jumps of the gap, gives the noise of speeds at standstill a sign, and smooths the leader of every piece.
     ///
     /// # Errors
     /// [`DriveError::TooShort`].
     pub fn of(trajectory: &Trajectory, vehicle: Option<&Vehicle>) -> Result<(Vec<Drive>, Vec<Jump>), DriveError> {
         let jumps = jumps(trajectory);
+        let Trajectory { v_f, v_l, v_l2, .. } = trajectory;
+        let trajectory = &Trajectory {
+            v_f: with_signs(v_f, 0),
+            v_l: with_signs(v_l, 1),
+            v_l2: v_l2.as_ref().map(|v| with_signs(v, 2)),
+            ..trajectory.clone()
+        };
         let mut cuts: Vec<usize> = jumps.iter().map(|(i, _)| *i).collect();
         cuts.push(trajectory.len());
         let (mut pieces, mut from, mut longest) = (Vec::new(), 0, 0.0_f64);
@@ -285,7 +293,12 @@ mod tests {
         let (drives, jumps) = Drive::of(&measured, None).expect("long enough");
         assert!((drives.len(), jumps.len()) == (1, 0));
         let drive = &drives[0].trajectory;
-        assert_eq!((&drive.v_f, &drive.s), (&measured.v_f, &measured.s));
+        let sizes: Vec<f64> = drive.v_f.iter().map(|v| v.abs()).collect();
+        assert!(sizes == measured.v_f && drive.s == measured.s, "as measured");
+        assert!(
+            drive.v_f.iter().any(|v| *v < 0.0) && drive.v_f.iter().all(|v| *v > -0.1),
+            "but for signs at standstill"
+        );
         let rough = |v: &[f64]| v.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).powi(2)).sum::<f64>();
         assert!(rough(&drive.v_l) < 0.02 * rough(&measured.v_l), "{} {}", rough(&drive.v_l), rough(&measured.v_l));
         for i in 0..drive.len() {
