@@ -36,24 +36,39 @@ pub fn copy(inside: &str, to: &Path, change: &mut Change<'_>) {
     }
 }
 
-/// Copies the library as `leadlag-NAME`, without its tests, program and lints; `change` sees every file.
+/// Copies the library as `leadlag-NAME`, without its tests, program and lints; `change` sees every file. What a copy of an earlier state
+/// had beyond that goes.
 pub fn package(name: &str, to: &Path, change: &mut Change<'_>) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    for entry in fs::read_dir(root).expect("the package is readable") {
-        let entry = entry.expect("the package is readable").file_name().to_string_lossy().into_owned();
-        if LEFT_OUT.contains(&entry.as_str()) {
-            continue;
-        }
-        copy(&entry, to, &mut |inside, bytes| match inside {
+    let list = to.join("copied.txt");
+    let before = fs::read_to_string(&list).unwrap_or_default();
+    if before.is_empty() && to.exists() {
+        fs::remove_dir_all(to).expect("the copy's folder can be cleared");
+    }
+    let mut copied = Vec::new();
+    let mut change = |inside: &str, bytes: Vec<u8>| {
+        let text = match inside {
             "src/main.rs" => None,
             "Cargo.lock" => {
                 Some(text(&bytes).replace("name = \"leadlag\"\n", &format!("name = \"leadlag-{name}\"\n")).into_bytes())
             }
             _ => change(inside, bytes),
-        });
+        };
+        copied.extend(text.as_ref().map(|_| inside.to_owned()));
+        text
+    };
+    for entry in fs::read_dir(root).expect("the package is readable") {
+        let entry = entry.expect("the package is readable").file_name().to_string_lossy().into_owned();
+        if !LEFT_OUT.contains(&entry.as_str()) {
+            copy(&entry, to, &mut change);
+        }
     }
     // Of the examples, what the library has built in.
-    copy("examples/columns", to, change);
+    copy("examples/columns", to, &mut change);
+    for gone in before.lines().filter(|file| !copied.iter().any(|now| now == file)) {
+        fs::remove_file(to.join(gone)).expect("a file of the copy can be removed");
+    }
+    write(&list, copied.join("\n").as_bytes());
     let original = fs::read_to_string(root.join("Cargo.toml")).expect("Cargo.toml is readable");
     write(&to.join("Cargo.toml"), manifest(&original, name).as_bytes());
 }
