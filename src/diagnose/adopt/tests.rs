@@ -187,3 +187,17 @@ fn a_limit_that_limits_nothing_is_no_name() {
     assert_eq!(objection("asym_lag", &[0.4, 0.0]), None);
     assert!(matches!(objection("asym_lag", &[0.0, 0.0]), Some(Objection::OnBound(_))));
 }
+
+/// The noise of the measured gap is 0.02 m.
+#[test]
+fn a_dead_zone_within_the_noise_of_the_gap_is_no_name() {
+    let drives = [made_up::drive("made_up.csv", 0.0)];
+    let said = |w: f64| {
+        let mut candidate = candidate(&drives, &["dead_zone"]);
+        let k = candidate.model.positions(cause("dead_zone"))[0];
+        candidate.fit.point.values[k] = w;
+        proxy(&candidate, cause("dead_zone"))
+    };
+    assert!(matches!(said(0.055), Some(Objection::Blurred { .. })));
+    assert_eq!(said(0.065), None);
+}
