@@ -10,8 +10,8 @@ use rand_chacha::ChaCha8Rng;
 
 /// A car stands within so many samples in a row, if a speed of zero explains them.
 const STRETCH: usize = 21;
-/// Root mean square of such a stretch, at most so many standard deviations of the noise: noise alone has 1, and a fifth of its
-/// stretches are above.
+/// Root mean square of such a stretch, at most so many standard deviations of the noise: noise alone has 1, and one in seven of its
+/// stretches is above. A sample counts if any stretch that it is in does.
 const ALONE: f64 = 1.15;
 /// Share of exact zeros between which they are negative readings that were set to zero: fewer come from rounding, more from a car
 /// whose sensor knows that it stands.
