@@ -51,7 +51,8 @@ struct Chunk {
     // Candidates in this dispatch, and the distance of two words of one candidate in `candidates`, `states` and `results`.
     candidates: u32,
     stride: u32,
-    // Zero; see opaque.wgsl.
+    // Zero; see opaque.wgsl. It also keeps a driver from writing out every round of a loop over the ring, which takes longer to compile
+    // than all the rest.
     zero: u32,
     // With an observer: samples in a block of sums.
     block: u32,
@@ -308,7 +309,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
             block = vec2<f32>(saved(AT_BLOCK, i), saved(AT_BLOCK + 1u, i));
         }
         if (DELAY && !RING_IN_STATES) {
-            for (var k = 0u; k < RING; k++) {
+            for (var k = 0u; k < (RING | chunk.zero); k++) {
                 ring[k] = vec2<f32>(saved(AT_RING + 2u * k, i), saved(AT_RING + 2u * k + 1u, i));
             }
         }
@@ -450,7 +451,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
             save(AT_BLOCK + 1u, i, block.y);
         }
         if (DELAY && !RING_IN_STATES) {
-            for (var k = 0u; k < RING; k++) {
+            for (var k = 0u; k < (RING | chunk.zero); k++) {
                 save(AT_RING + 2u * k, i, ring[k].x);
                 save(AT_RING + 2u * k + 1u, i, ring[k].y);
             }

@@ -188,7 +188,7 @@ fn every_variant_gives_the_same_bits() {
         let id = variant.id() as usize;
         for (k, convention) in CONVENTIONS.into_iter().enumerate() {
             for (l, precisions) in PRECISIONS.into_iter().enumerate() {
-                // A driver needs half a second for each kernel, and a kind of goodness of fit is a kernel of its own.
+                // A driver needs 0.1 to 0.3 s for each kernel, and a kind of goodness of fit is a kernel of its own.
                 let turn = 2 * k + l;
                 let one = if id % 4 == turn { vec![KINDS[id / 4 % KINDS.len()]] } else { Vec::new() };
                 let kinds = if is_full() { KINDS.to_vec() } else { one };

@@ -383,7 +383,9 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         let from = history[0].len();
         let stream = &self.streams[index];
         let candidate = Candidate { first: from, ..candidate(case, stream.longest, 0, &population.parameters(0))? };
-        let past: Vec<[T; 3]> = (0..from).map(|t| [0, 1, 2].map(|k| T::of(history[k][t]))).collect();
+        // Nothing looks back farther than the longest delay.
+        let begin = from.saturating_sub(self.longest() + 2);
+        let past: Vec<[T; 3]> = (begin..from).map(|t| [0, 1, 2].map(|k| T::of(history[k][t]))).collect();
         let mut states = Vec::new();
         let columns = self.columns(population);
         let mut run = Run {
@@ -392,7 +394,7 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
             population,
             columns: &columns,
             candidates: &[candidate],
-            history: Some(&past),
+            history: Some((begin, &past)),
             end: to.min(stream.samples()),
             trace: Some(&mut states),
             observers: &[],
@@ -402,7 +404,7 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         let mut workspace = self.small.take(self.longest());
         run_block(self.set, &self.small.program, &mut workspace, &mut run);
         self.small.put(workspace);
-        Ok(states.split_off(from.min(states.len())))
+        Ok(states.split_off((from - begin).min(states.len())))
     }
 }
 

@@ -54,8 +54,8 @@ pub struct Run<'a, T> {
     /// Column of each of the model's parameters in the population.
     pub columns: &'a [Option<usize>],
     pub candidates: &'a [Candidate],
-    /// The state at the samples before the first, instead of the measured one.
-    pub history: Option<&'a [[T; 3]]>,
+    /// The run begins at this sample, and has these states at the samples from there to its first, instead of the measured ones.
+    pub history: Option<(usize, &'a [[T; 3]])>,
     /// One past the last sample.
     pub end: usize,
     /// Receives the state of the first lane, sample by sample.
@@ -170,7 +170,7 @@ pub fn run<T: Real, const L: usize>(program: &Program<T, L>, w: &mut Workspace<T
     // The home that the state is in.
     let mut here = 0;
 
-    let mut t = 0;
+    let mut t = what.history.map_or(0, |(begin, _)| begin);
     while t < what.end && running > 0 {
         if t >= begin {
             if t <= all_begun {
@@ -392,7 +392,7 @@ fn start<T: Real, const L: usize>(
     let mut closed = 0;
     for lane in (0..L).filter(|lane| t < w.first[*lane]).collect::<Vec<_>>() {
         let computed = [w.registers.row(model.start_s)[lane], stream.measured[1][t], stream.measured[2][t]];
-        let state = what.history.map_or(computed, |history| history[t]);
+        let state = what.history.map_or(computed, |(begin, states)| states[t - begin]);
         let motion = model.homes[home].len() - model.memory.len();
         for (k, row) in model.homes[home].iter().enumerate() {
             w.registers.row_mut(*row)[lane] = match k.checked_sub(motion) {

@@ -3,6 +3,7 @@
 //! That the unchanged text is right is for other tests to say: they compare its bits with `lanes` and its scores with the reference.
 
 use super::gpu_common::{case, job, population, vehicle};
+use super::text::Mutant;
 use leadlag::catalog::Variant;
 use leadlag::convention::{BoundRule, Convention};
 use leadlag::evaluator::{BufferSet, Case, Evaluator, Job, Observer, Population, Score};
@@ -17,12 +18,13 @@ use std::sync::Arc;
 const CHUNK: u32 = 13;
 
 /// Something that is run on the GPU, and what came out without any change, as text (shortest round-trip form: every bit counts).
-pub struct Scene {
+struct Scene {
     gpu: Gpu,
     /// Run one after the other: what the first leaves behind in the buffers is wrong for the second.
     populations: [Population; 2],
     what: What,
     expected: String,
+    name: String,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -67,10 +69,11 @@ fn everything_command(state: State, w: World, x: Perceived, a_cmd: f32) -> Done 
 
 /// Variant (with two plus signs behind it: with the extension above), precision, what is asked for, goodness of fit, longest delay \[s\], clipping or rejecting: until everything in the kernel
 /// decides somewhere. Kernels that a driver compiles quickly come first, for the first scene that notices a mutant is the last.
-const SCENES: [(&str, Precision, What, &str, f64, BoundRule); 10] = [
+const SCENES: [(&str, Precision, What, &str, f64, BoundRule); 11] = [
     ("idm+linear+constant", Precision::Plain, What::Scores, "nrmse-sva", 0.8, BoundRule::Reject),
     ("l-cth", Precision::Plain, What::Scores, "rmspe-sva", 0.8, BoundRule::Clip),
     ("l-cth", Precision::Plain, What::Scores, "rmse-sn-vn", 0.8, BoundRule::Clip),
+    ("idm", Precision::Plain, What::Observed, "nrmse-sva", 0.8, BoundRule::Clip),
     ("idm+delay", Precision::Plain, What::Observed, "nrmse-sva", 0.8, BoundRule::Clip),
     // A ring that does not fit into an invocation.
     ("l-idm+delay+constant", Precision::Plain, What::Scores, "nrmse-sva", 7.0, BoundRule::Clip),
@@ -81,9 +84,36 @@ const SCENES: [(&str, Precision, What, &str, f64, BoundRule); 10] = [
     ("gipps+delay+nonlinear+mfc", Precision::Compensated, What::Raw, "nrmse-sva", 0.8, BoundRule::Clip),
 ];
 
+/// Lines of a file that the same scenes are likely to run.
+const NEAR: usize = 2;
+
 /// All scenes, run once as they are.
-pub fn scenes() -> Vec<Scene> {
-    SCENES.into_iter().map(Scene::new).collect()
+pub struct Scenes {
+    all: Vec<Scene>,
+    /// File and line of the last mutant that was noticed, and the scene that did.
+    noticed: Option<(String, usize, usize)>,
+}
+
+impl Scenes {
+    pub fn new() -> Scenes {
+        Scenes { all: SCENES.into_iter().map(Scene::new).collect(), noticed: None }
+    }
+
+    /// What is noticed of a mutant, by whichever scene does first: most kernels never run a given line.
+    pub fn verdict(&mut self, mutant: &Mutant) -> Result<(), String> {
+        let near =
+            |(file, line, _): &&(String, usize, usize)| *file == mutant.file && line.abs_diff(mutant.line) <= NEAR;
+        let first = self.noticed.as_ref().filter(near).map(|(_, _, scene)| *scene);
+        let others = (0..self.all.len()).filter(|scene| Some(*scene) != first);
+        for number in first.into_iter().chain(others) {
+            let verdict = self.all[number].verdict(&mutant.file, &mutant.text);
+            if verdict.is_err() {
+                self.noticed = Some((mutant.file.clone(), mutant.line, number));
+                return verdict;
+            }
+        }
+        Ok(())
+    }
 }
 
 /// Drives on which everything in the kernel matters somewhere.
@@ -201,7 +231,8 @@ impl Scene {
         let gpu =
             Gpu::with_limits(cases, gof, precision, &AdapterChoice::Best, limits).unwrap_or_else(|e| panic!("{e}"));
         let populations = [4, 3].map(|seed| population_of(variant, convention, seed));
-        let mut scene = Scene { gpu, populations, what, expected: String::new() };
+        let name = format!("{} in {}, {what:?}", row.0, precision.name());
+        let mut scene = Scene { gpu, populations, what, expected: String::new(), name };
         scene.expected = scene.run().unwrap_or_else(|e| panic!("{variant}: {e}"));
         scene
     }
@@ -234,9 +265,9 @@ impl Scene {
     }
 
     /// What is noticed with another text in the place of a file.
-    pub fn verdict(&mut self, file: &str, text: &str) -> Result<(), String> {
+    fn verdict(&mut self, file: &str, text: &str) -> Result<(), String> {
         self.gpu.replace_shader(file, text).map_err(|e| e.to_string())?;
         let found = self.run()?;
-        if found == self.expected { Ok(()) } else { Err("other bits".to_owned()) }
+        if found == self.expected { Ok(()) } else { Err(format!("other bits: {}", self.name)) }
     }
 }
