@@ -383,7 +383,7 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         let from = history[0].len();
         let stream = &self.streams[index];
         let candidate = Candidate { first: from, ..candidate(case, stream.longest, 0, &population.parameters(0))? };
-        // Nothing looks back farther than the longest delay.
+        // No step looks farther back than a workspace remembers.
         let begin = from.saturating_sub(self.longest() + 2);
         let past: Vec<[T; 3]> = (begin..from).map(|t| [0, 1, 2].map(|k| T::of(history[k][t]))).collect();
         let mut states = Vec::new();
