@@ -8,7 +8,7 @@ use super::model::{Event, Model};
 use super::observer::{Noise, design};
 use super::polish::{descended, is_rugged};
 use super::space::Axis;
-use super::start::{fastest, with_free_driving};
+use super::start::{fastest, with_textbook_values};
 use super::verdict::{DiagnoseError, Question};
 use crate::catalog::Variant;
 use crate::extension::Extension;
@@ -210,7 +210,7 @@ impl Candidate {
         let mut starts = elsewhere(point).to_vec();
         let fastest = fastest(setting.question.holdout);
         let noise = point.noise.strong();
-        starts.push(Point { values: with_free_driving(&model, &point.values, fastest), noise });
+        starts.push(Point { values: with_textbook_values(&model, &point.values, fastest), noise });
         if let Some(Transferred { model: theirs, point }) = other {
             let values = model.adopt(theirs, &point.values);
             starts.extend(elsewhere(&Point { values, noise: point.noise }));

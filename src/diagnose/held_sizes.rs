@@ -7,7 +7,7 @@ use super::observer::Noise;
 use super::polish::{descended, is_rugged};
 use super::screen::Spending;
 use super::space::Axis;
-use super::start::{fastest, highest, steps, with_free_driving};
+use super::start::{fastest, highest, steps, with_textbook_values};
 use super::verdict::DiagnoseError;
 use crate::extension::Extension;
 use crate::symbols::Symbol;
@@ -43,7 +43,7 @@ pub fn from_held(
     } else if let Some(step) = step {
         (standing_out(setting, current, model, step)?, values, Vec::new())
     } else if is_astray(&noise) {
-        let textbook = with_free_driving(model, &values, fastest(setting.question.train));
+        let textbook = with_textbook_values(model, &values, fastest(setting.question.train));
         (sizes(model, cause), textbook, Vec::new())
     } else {
         // Where the present model is about right, what is missing shows a way by itself.

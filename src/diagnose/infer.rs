@@ -81,19 +81,19 @@ pub fn infer(
         rounds(&mut search, &setting, &spending, &mut |share, stage| tell(0.1 + 0.65 * share, stage))?;
     }
     tell(0.75, "dropping what is not needed any more")?;
-    search.prune(&setting, &spending)?;
-    search.end_trial(&setting)?;
+    pruned(&mut search, &setting, &spending, &mut |share, stage| tell(0.76 + 0.04 * share, stage))?;
     tell(0.8, "looking for what is left")?;
     let mut left = leftovers(&setting, &mut search.current, search.need, search.inflation)?;
     tell(0.85, "comparing with other base models")?;
     let others = others(&setting, &spending)?;
     let lacking = left.strongest().is_some() || ahead(&others, &search.current) > search.need.max(OTHER_FAMILY);
+    // A base goes to its bounds for what it lacks, too.
+    let puzzled = lacking && search.current.causes.is_empty() || contradiction(&setting, &search.current).is_some();
     tell(0.9, "trying causes that hide each other")?;
-    if search.pair_up(&setting, &further, lacking && search.current.causes.is_empty())? {
+    if search.pair_up(&setting, &further, puzzled)? {
         search.swap(&setting, &spending)?;
         rounds(&mut search, &setting, &spending, &mut |share, stage| tell(0.9 + 0.08 * share, stage))?;
-        search.prune(&setting, &spending)?;
-        search.end_trial(&setting)?;
+        pruned(&mut search, &setting, &spending, &mut |_, stage| tell(0.98, stage))?;
         left = leftovers(&setting, &mut search.current, search.need, search.inflation)?;
     }
     let extended = snapshot(&mut search.current, &setting, search.inflation)?;
@@ -153,6 +153,20 @@ fn rounds(
         search.swap(setting, spending)?;
     }
     Ok(())
+}
+
+/// Drops what is not needed any more; where one was no name any more, its place is free for another.
+fn pruned(
+    search: &mut Search,
+    setting: &Setting<'_>,
+    spending: &Spending,
+    tell: &mut dyn FnMut(f64, &str) -> Result<(), DiagnoseError>,
+) -> Result<(), DiagnoseError> {
+    if search.prune(setting, spending)? {
+        rounds(search, setting, spending, tell)?;
+        search.prune(setting, spending)?;
+    }
+    search.end_trial(setting)
 }
 
 /// By how much the likeliest other base without causes is likelier than a model \[nats\].

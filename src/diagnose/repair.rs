@@ -152,12 +152,12 @@ impl Search {
     }
 
     /// Drops every cause whose removal costs less than the threshold, and those that are no name any more: what was found later may
-    /// have moved them, to a bound for example. After one of these all others are looked at again.
+    /// have moved them, to a bound for example. After one of these all others are looked at again. True if there was one.
     ///
     /// # Errors
     /// As [`Candidate::fitted`].
-    pub fn prune(&mut self, setting: &Setting<'_>, spending: &Spending) -> Result<(), DiagnoseError> {
-        let mut place = 0;
+    pub fn prune(&mut self, setting: &Setting<'_>, spending: &Spending) -> Result<bool, DiagnoseError> {
+        let (mut place, mut lost) = (0, false);
         while place < self.current.causes.len() {
             let cause = self.current.causes[place];
             let objection = proxy(&self.current, cause);
@@ -188,9 +188,9 @@ impl Search {
             }
             if let Some(objection) = objection {
                 self.stopped.push((cause, evidence, need, objection));
-                place = 0;
+                (place, lost) = (0, true);
             }
         }
-        Ok(())
+        Ok(lost)
     }
 }

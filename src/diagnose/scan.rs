@@ -5,7 +5,7 @@ use super::fit::{Point, log_likelihoods, profiled};
 use super::model::Model;
 use super::observer::Noise;
 use super::space::Axis;
-use super::start::{Hint, softened, with_free_driving};
+use super::start::{Hint, softened, with_textbook_values};
 use super::verdict::DiagnoseError;
 use crate::symbols::Symbol;
 
@@ -88,7 +88,7 @@ pub fn timed(
             let values = (0..sized.len()).map(|k| if own.contains(&k) { sized[k] } else { steps[i].values[k] });
             let values: Vec<f64> = values.collect();
             starts.extend([present, free].map(|noise| Point { values: values.clone(), noise }));
-            let values = with_free_driving(model, &sized, fastest);
+            let values = with_textbook_values(model, &sized, fastest);
             starts.push(Point { values, noise: strong });
         }
     }

@@ -6,7 +6,7 @@ use super::held_sizes::is_astray;
 use super::likelihood::Mask;
 use super::model::Model;
 use super::scan::{moved, scanned, walked};
-use super::start::{Hint, fastest, with_free_driving};
+use super::start::{Hint, fastest, with_textbook_values};
 use super::verdict::DiagnoseError;
 use rayon::prelude::*;
 use std::sync::atomic::Ordering;
@@ -67,7 +67,7 @@ pub fn undisturbed(setting: &Setting<'_>, current: &Candidate) -> Result<Option<
         let mut model = setting.model(current.variant, &current.model.events)?;
         let axes = model.axes.clone();
         let values = model.adopt(&current.model, &current.fit.point.values);
-        let textbook = with_free_driving(&model, &values, fastest(setting.question.train));
+        let textbook = with_textbook_values(&model, &values, fastest(setting.question.train));
         let strong = noise.strong();
         let starts = [textbook, values].map(|values| Point { values, noise: strong });
         let found = fit(&mut model, &axes, &part(&setting.whole, *half), &starts, PART)?.into_iter().next();
