@@ -329,3 +329,18 @@ fn two_of_which_one_is_slow() {
 fn two_of_which_one_is_small() {
     both("gipps", &["dead_zone", "power_cap"], 0.05, 1_122_289);
 }
+
+/// The filter is taken for an offset of time at first, beside which steps of the command are found a fortieth too small; beside these no
+/// other relative is likelier.
+#[test]
+#[ignore = "a minute"]
+fn a_filter_beside_steps_of_the_command() {
+    both("idm", &["sensor_lowpass", "quantised_accel"], 0.0, 9_587_089);
+}
+
+/// A change of the headway in the first seconds stands in for the drag and the dead zone until both are found, and is not needed then.
+#[test]
+#[ignore = "a minute"]
+fn two_without_what_stood_in_for_them() {
+    both("gipps", &["aero_drag", "dead_zone"], 0.0, 9_587_289);
+}

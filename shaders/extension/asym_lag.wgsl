@@ -3,9 +3,9 @@
 //! looks like: residuals that follow the changes of the command, late, and more so on one side of zero
 //! confounded with: actuation_lag
 struct Parameters {
-    /// time constant where the command is not below 0 [s], 0 to 2.5, neutral 0
+    /// time constant where the command is not below 0 [s], 0 to 4, neutral 0
     ta: f32,
-    /// time constant where the command is below 0 [s], 0 to 2.5, neutral 0
+    /// time constant where the command is below 0 [s], 0 to 4, neutral 0
     tb: f32,
 }
 

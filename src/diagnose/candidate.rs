@@ -62,13 +62,19 @@ impl<'a> Setting<'a> {
         Model::new(self.with_lead(variant)?, self.question.train, self.question.bounds, events)
     }
 
-    /// The same over the hold-out drives; events of one training drive do not happen there.
+    /// The same over the hold-out drives; events of one recording happen in its held-back end only.
     ///
     /// # Errors
     /// As [`Model::new`].
     pub fn held_out(&self, variant: Variant, events: &[Event]) -> Result<Model, DiagnoseError> {
-        let nowhere: Vec<Event> = events.iter().map(|event| Event { drive: usize::MAX, ..*event }).collect();
-        Model::new(self.with_lead(variant)?, self.question.holdout, self.question.bounds, &nowhere)
+        let Question { train, holdout, bounds, .. } = *self.question;
+        let there = |event: &Event| {
+            let own = train.get(event.drive).map(Drive::recording);
+            let end = holdout.iter().position(|drive| own.as_ref().is_some_and(|own| *own == drive.recording()));
+            Event { drive: end.unwrap_or(usize::MAX), ..*event }
+        };
+        let events: Vec<Event> = events.iter().map(there).collect();
+        Model::new(self.with_lead(variant)?, holdout, bounds, &events)
     }
 
     fn with_lead(&self, variant: Variant) -> Result<Variant, DiagnoseError> {
@@ -337,4 +343,39 @@ pub(super) fn scored(model: &mut Model, point: &Point, masks: &[Mask]) -> Result
         all.push(run.map_or_else(failed, |run| blocks(&run, &designed, mask, dt)));
     }
     Ok(all)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calibrate::Overrides;
+    use crate::diagnose::made_up;
+    use crate::diagnose::verdict::Effort;
+    use crate::wgsl::extension_named;
+
+    /// A recording of which the end is held back, and another file.
+    #[test]
+    fn an_event_happens_in_the_held_back_end_of_its_recording_only() {
+        let train = [made_up::drive("other.csv", 0.0), made_up::drive("mine.csv", 0.0)];
+        let holdout = [made_up::drive("third.csv", 0.0), made_up::drive("mine.csv", 120.0)];
+        let cause = extension_named("headway_mode_change").expect("in the library");
+        let base: Variant = "l-cth".parse().expect("a base");
+        let (bounds, causes) = (Overrides::new(), [cause]);
+        let question = Question {
+            train: &train,
+            holdout: &holdout,
+            base,
+            effort: Effort::Quick,
+            seed: 1,
+            causes: &causes,
+            bounds: &bounds,
+            kept: None,
+        };
+        let setting = Setting::new(&question, None);
+        let drive = |of: usize| {
+            let events = [Event { extension: cause, drive: of }];
+            setting.held_out(base.with(cause).expect("they go together"), &events).expect("a model").events[0].drive
+        };
+        assert_eq!([drive(1), drive(0)], [1, usize::MAX]);
+    }
 }

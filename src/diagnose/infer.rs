@@ -271,7 +271,7 @@ impl Answer<'_> {
         if let Some(reason) = &self.contradicted {
             return plain(Verdict::BadBase, reason.clone());
         }
-        let total: f64 = search.evidence.iter().map(|(evidence, _)| evidence).sum();
+        let total = search.explained();
         if causes.is_empty() {
             return self.without_causes();
         }

@@ -1,18 +1,35 @@
 //! Putting right what was adopted before: an exchange against relatives, and what is not needed any more goes.
 
 use super::adopt::{Rival, Search, family, missing};
-use super::candidate::{Candidate, Setting};
+use super::candidate::{Candidate, Held, Setting};
 use super::decide::{Evidence, margin_of_relatives, proxy};
 use super::fate::Fate;
 use super::fit::{Plan, Point};
 use super::gate::gate;
+use super::model::Model;
 use super::observer::Noise;
 use super::polish::is_rugged;
 use super::screen::{Fitted, Spending, explain};
+use super::space::Axis;
 use super::verdict::{DiagnoseError, Tried};
 use crate::catalog::Variant;
 use crate::extension::Extension;
+use crate::symbols::Symbol;
 use rayon::prelude::*;
+
+/// A model in which the cause adopted last stands beside a relative of one before it.
+struct Beside {
+    /// The one before it, and the relative.
+    of: &'static Extension,
+    cause: &'static Extension,
+    candidate: Candidate,
+    held: Held,
+    /// Evidence and need of the relative, and of the cause adopted last.
+    evidence: [(f64, f64); 2],
+}
+
+/// The cause that changes the headway of the base from some time on.
+const HEADWAY_CHANGE: &str = "headway_mode_change";
 
 impl Search {
     /// Puts each adopted cause that has relatives, or a size that goes in jumps, right: the likeliest of them takes its place, and those
@@ -21,6 +38,7 @@ impl Search {
     /// # Errors
     /// As [`explain`].
     pub fn swap(&mut self, setting: &Setting<'_>, spending: &Spending) -> Result<(), DiagnoseError> {
+        self.beside_rivals(setting, spending)?;
         for place in 0..self.current.causes.len() {
             let cause = self.current.causes[place];
             let relatives: Vec<&'static Extension> = setting
@@ -97,6 +115,49 @@ impl Search {
         Ok(())
     }
 
+    /// A size that goes in jumps, if that was adopted last, searched beside the relatives that were as likely as a cause before it, too:
+    /// beside the wrong one of two it is a little off, and beside a size that is a little off no other relative is likelier. If one
+    /// is now, it takes the place of that cause.
+    fn beside_rivals(&mut self, setting: &Setting<'_>, spending: &Spending) -> Result<(), DiagnoseError> {
+        let Some((&last, before)) = self.current.causes.split_last() else { return Ok(()) };
+        if !is_rugged(last) {
+            return Ok(());
+        }
+        // Fitted where the last one was not there yet, next to what is still there.
+        let beside = |rival: &&mut Rival| {
+            let there = before.iter().map(|cause| if *cause == rival.of { rival.cause } else { *cause });
+            family(rival.cause) == family(rival.of) && there.eq(rival.candidate.causes.iter().copied())
+        };
+        let mut likeliest: Option<Beside> = None;
+        for rival in self.rivals.iter_mut().filter(beside) {
+            let missing = missing(&mut rival.candidate)?;
+            let Ok(mut found) = explain(setting, &rival.candidate, last, &missing, spending)? else { continue };
+            let least = match &likeliest {
+                Some(best) => best.candidate.fit.log_likelihood,
+                None => self.current.fit.log_likelihood + self.margin,
+            };
+            let named = [rival.cause, last].iter().all(|cause| proxy(&found, cause).is_none());
+            if found.fit.log_likelihood <= least || !named {
+                continue;
+            }
+            let (held, rival_held) = (found.cross_fit(setting)?, rival.candidate.cross_fit(setting)?);
+            let evidence = Evidence::of(setting, &found, last, &held, &rival.candidate, &rival_held);
+            let need = self.evidence.last().expect("one for each cause").1;
+            if evidence.objection(need).is_none() && gate(setting, &found, last, &rival.candidate)?.is_none() {
+                let evidence = [(rival.evidence, rival.need), (evidence.counts(), need)];
+                likeliest = Some(Beside { of: rival.of, cause: rival.cause, candidate: found, held, evidence });
+            }
+        }
+        let Some(Beside { of, cause, candidate, held, evidence }) = likeliest else { return Ok(()) };
+        let place = before.iter().position(|other| *other == of).expect("the rival is of a cause that is there");
+        self.evidence[place] = evidence[0];
+        *self.evidence.last_mut().expect("one for each cause") = evidence[1];
+        (self.current, self.held) = (candidate, held);
+        self.note_exchange(of, cause);
+        self.settle_rivals(of, cause, Vec::new());
+        Ok(())
+    }
+
     /// The rivals of a place that was put right: relatives were tried again, and `again` are those as likely; all others stay.
     pub(super) fn settle_rivals(
         &mut self,
@@ -144,10 +205,20 @@ impl Search {
         let noise = current.fit.point.noise;
         let strong = Noise { sigma_d: noise.sigma_d.max(0.1), tau_d: 2.0, ..noise };
         let free = noise.nearly_free();
-        let starts: Vec<Point> =
+        let mut starts: Vec<Point> =
             [noise, strong, free].into_iter().map(|noise| Point { values: values.clone(), noise }).collect();
-        let plan =
-            Plan { select: 3, kinds: 1, rough: 5, keep: 2, fine: spending.base.fine, tolerance: 0.1, least: [0.0; 2] };
+        if let Some(after) = after_a_change(current, cause, &model, &values) {
+            starts.extend([noise, strong, free].map(|noise| Point { values: after.clone(), noise }));
+        }
+        let plan = Plan {
+            select: starts.len(),
+            kinds: 1,
+            rough: 5,
+            keep: 2,
+            fine: spending.base.fine,
+            tolerance: 0.1,
+            least: [0.0; 2],
+        };
         Candidate::fitted(setting, variant, &causes, model, &starts, plan)
     }
 
@@ -193,4 +264,19 @@ impl Search {
         }
         Ok(lost)
     }
+}
+
+/// Where the base goes without a change of its headway: to the headway after it, too, which the car may have had all the time. `values`
+/// have the one before, and a change soon after the begin leaves that open.
+fn after_a_change(current: &Candidate, cause: &Extension, model: &Model, values: &[f64]) -> Option<Vec<f64>> {
+    if cause.name != HEADWAY_CHANGE {
+        return None;
+    }
+    let size = cause.parameters.iter().find(|symbol| !symbol.is_time())?;
+    let change = current.fit.point.values[current.model.position(*size)?];
+    let headway = model.position(Symbol::t_h)?;
+    let Axis { lower, upper, .. } = model.axes[headway];
+    let mut after = values.to_vec();
+    after[headway] = (after[headway] * (1.0 + change)).clamp(lower, upper);
+    Some(after)
 }

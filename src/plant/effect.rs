@@ -63,7 +63,7 @@ macro_rules! effects {
 effects! {
     PerceptionDelay, "perception_delay", "the controller sees spacing and speeds as they were tp ago", 0.0, [("tp", "s", [0.0, 1.5], 0.4)];
     ActuationLag, "actuation_lag", "the acceleration follows the command with time constant ta", 0.0, [("ta", "s", [0.0, 2.5], 0.5)];
-    AsymLag, "asym_lag", "as actuation_lag, but ta for thrust and tb for braking", 0.0, [("ta", "s", [0.0, 2.5], 0.7), ("tb", "s", [0.0, 2.5], 0.3)];
+    AsymLag, "asym_lag", "as actuation_lag, but ta for thrust and tb for braking", 0.0, [("ta", "s", [0.0, 4.0], 0.7), ("tb", "s", [0.0, 4.0], 0.3)];
     SensorLowpass, "sensor_lowpass", "spacing and speed difference pass a first-order filter", 0.0, [("tf", "s", [0.0, 2.5], 0.5)];
     TimeOffset, "time_offset", "the preceding vehicle is seen as it was to ago, oneself as now", 0.0, [("to", "s", [-1.0, 1.0], 0.3)];
     Grade, "grade", "this share of the grade force is not made up for", 0.0, [("gg", "-", [-0.3, 1.3], 0.4)];
@@ -320,7 +320,7 @@ mod tests {
         let cap = Effect::medium(EffectKind::AccelCap);
         assert_eq!(cap.at_strength(0.0).values(), [4.0]);
         assert!((cap.at_strength(1.0).values()[0] - 0.15).abs() < 1e-12);
-        let lag = Effect::medium(EffectKind::AsymLag).at_strength(0.4);
+        let lag = Effect::medium(EffectKind::AsymLag).at_strength(0.25);
         assert!((lag.values()[0] - 1.0).abs() < 1e-12 && (lag.values()[1] - 3.0 / 7.0).abs() < 1e-12);
     }
 
@@ -332,9 +332,9 @@ mod tests {
             let off = |k: usize| (found[k] - expected[k]).abs();
             assert!(off(0) < 1e-12 && off(1) < 1e-12, "{found:?}, {expected:?}");
         };
-        near(at("asym_lag:ta=0,tb=0.8", 0.4), [0.0, 1.0]);
-        near(at("asym_lag:ta=0.1,tb=0.5", 1.0), [0.5, 2.5]);
-        near(at("asym_lag:ta=0,tb=0", 0.4), [1.0, 0.0]);
+        near(at("asym_lag:ta=0,tb=0.8", 0.25), [0.0, 1.0]);
+        near(at("asym_lag:ta=0.1,tb=0.5", 1.0), [0.8, 4.0]);
+        near(at("asym_lag:ta=0,tb=0", 0.25), [1.0, 0.0]);
         near(at("periodic:As=0", 0.5), [0.0, 1.0]);
         near(at("periodic:As=0.1,Ac=-0.2", 0.5), [0.5, -1.0]);
         for text in ["asym_lag:ta=0.1,tb=0.5", "asym_lag:ta=0.7,tb=0.7", "periodic:As=-0.03,Ac=0.1", "periodic"] {

@@ -45,6 +45,8 @@ pub struct Search {
     pub current: Candidate,
     /// Its held-out likelihood.
     pub held: Held,
+    /// Log-likelihood of the base without causes \[nats\].
+    pub(super) bare: f64,
     /// Evidence and threshold of each adopted cause, in the order of the model's causes.
     pub evidence: Vec<(f64, f64)>,
     /// Causes that could be in the place of an adopted one.
@@ -97,6 +99,7 @@ impl Search {
         let held = base.cross_fit(setting)?;
         let inflation = base.inflation(setting)?;
         Ok(Search {
+            bare: base.fit.log_likelihood,
             current: base,
             held,
             evidence: Vec::new(),
@@ -111,6 +114,14 @@ impl Search {
             short_list: 0,
             trial: None,
         })
+    }
+
+    /// What the adopted causes explain together \[nats\]: the sum of their evidence, but not more than the gain of the whole over the
+    /// base. Of causes that hide each other each one's removal costs nearly everything.
+    #[must_use]
+    pub fn explained(&self) -> f64 {
+        let sum: f64 = self.evidence.iter().map(|(evidence, _)| evidence.max(0.0)).sum();
+        sum.min((self.current.fit.log_likelihood - self.bare).max(0.0))
     }
 
     /// One round; true if a cause was adopted.
@@ -150,6 +161,9 @@ impl Search {
                 break;
             }
         }
+        if self.current.causes.is_empty() {
+            self.bare = self.current.fit.log_likelihood;
+        }
         if self.ladder.is_empty() {
             self.untried = dropped;
         }
@@ -177,9 +191,8 @@ impl Search {
         let gain = |candidate: &Candidate| candidate.fit.log_likelihood - present;
         let short_list = self.short_list;
         let listed = |i: usize, cause: &Extension| i < short_list || family(cause) == PHASE;
-        let explained = self.evidence.iter().map(|(evidence, _)| evidence.max(0.0)).sum();
         let left = tried.first().map_or(&self.current, |(_, best)| best).fit.point.noise;
-        self.need = need(setting, self.inflation, &self.current.fit.point.noise, &left, explained);
+        self.need = need(setting, self.inflation, &self.current.fit.point.noise, &left, self.explained());
         self.margin = margin(self.inflation, left, self.need);
         let hopeful: Vec<bool> = tried
             .iter()

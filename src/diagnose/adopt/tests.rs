@@ -48,6 +48,7 @@ fn search(current: Candidate, ladder: Vec<Tried>) -> Search {
         evidence: current.causes.iter().map(|_| (50.0, 20.0)).collect(),
         current,
         held: nothing(),
+        bare: 0.0,
         rivals: Vec::new(),
         ladder,
         stopped: Vec::new(),
@@ -87,6 +88,17 @@ fn a_rival_of_one_round_is_none_of_the_next() {
     assert_eq!(search.evidence.last(), Some(&(60.0, 20.0)));
     let rivals: Vec<(&str, f64)> = search.rivals.iter().map(|r| (r.cause.name.as_str(), r.evidence)).collect();
     assert_eq!(rivals, [("dead_zone", 58.0)]);
+}
+
+#[test]
+fn causes_that_hide_each_other_explain_no_more_than_the_whole() {
+    let drives = [made_up::drive("made_up.csv", 0.0)];
+    let mut search = search(candidate(&drives, &["perception_delay", "leader_accel_ff"]), Vec::new());
+    // 50 nats each, what the removal of either costs; they gain 60 over the base, and then 500.
+    search.bare = -60.0;
+    assert_eq!(search.explained(), 60.0);
+    search.bare = -500.0;
+    assert_eq!(search.explained(), 100.0);
 }
 
 #[test]

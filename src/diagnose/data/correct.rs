@@ -58,7 +58,8 @@ fn one(platoon: &mut Platoon, follower: usize, link: &Link, finding: &Finding) -
         }
         FindingKind::Inconsistent if finding.unit == "m" => {
             format!(
-                "{done}: not corrected, as nobody knows which side of the jump is right; a new segment starts there"
+                "{done}: not corrected, as nobody knows which side of a jump is right; a diagnosis begins a new piece where it is \
+                 more than 2 m from one sample to the next"
             )
         }
         FindingKind::Resampled | FindingKind::Smoothed | FindingKind::Inconsistent => {
