@@ -17,6 +17,9 @@ use std::ops::ControlFlow;
 use std::str::FromStr;
 use std::time::Duration;
 
+/// More replicates than this are a mistake of typing; all of them advance together.
+pub const REPLICATES_MAX: u64 = 100_000;
+
 /// An optimiser by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum OptimizerKind {

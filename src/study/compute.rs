@@ -5,7 +5,7 @@ use super::task::{Study, Task};
 use super::{PROGRAM, SCHEMA_VERSION, StudyError};
 use crate::calibrate::{CalibrateError, Calibration, Replicate, SearchSpace, StopReason, calibrate_replicate};
 use crate::catalog::Variant;
-use crate::evaluator::{Case, Evaluator, Outcome};
+use crate::evaluator::{Case, Evaluator, Outcome, Score};
 use crate::score::GoodnessOfFit;
 use crate::symbols::Parameters;
 use crate::validate::validate;
@@ -106,10 +106,18 @@ impl Round<'_> {
         let names = space.symbols.iter().map(|symbol| symbol.name().to_owned());
         row.parameters = names.zip(replicate.candidate.iter().copied()).collect();
         row.at_bound = space.at_bound(&replicate.candidate).iter().map(|s| s.name().to_owned()).collect();
-        row.score = own.result.ok().map(|measures| self.gof.of(&measures)).filter(|score| score.is_finite());
+        let score = own.score(&self.gof, self.study.plan.calibration.convention.bounds);
+        row.score = match score {
+            Score::Value(score) => Some(score).filter(|score| score.is_finite()),
+            _ => None,
+        };
         row.success = row.score.is_some();
         if !row.success {
-            row.reason = Some("the f64 reference does not run to the end, or has no such measure".to_owned());
+            let reason = match score {
+                Score::Rejected => "the f64 reference touches an acceleration bound, which rejects a candidate",
+                _ => "the f64 reference does not run to the end, or has no such measure",
+            };
+            row.reason = Some(reason.to_owned());
         }
         row.run = Some(self.run_row(index, &own, &parameters));
         let validation = |(&other, outcome): (&usize, Outcome)| {

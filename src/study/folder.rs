@@ -20,8 +20,9 @@ use serde::{Deserialize, Serialize};
 use std::fs::{self, File};
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
 /// The folder of a study.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -148,15 +149,27 @@ impl Folder {
             .ok_or_else(|| self.content(&path, 1, "a study.json of this version of the program"))
     }
 
+    /// The plan as it was given, with the name, the data folder and the extensions that the study keeps.
+    ///
+    /// # Errors
+    /// When it cannot be read, or cannot be any more.
+    pub fn plan(&self) -> Result<Plan, StudyError> {
+        let file = self.study_file()?;
+        let mut plan = Plan::read_with(&self.path.join("plan.toml"), &file.extensions)?;
+        plan.name = file.name;
+        plan.data.folder = file.data_folder;
+        Ok(plan)
+    }
+
     /// The plan with its data, read again; they must still make the tasks that were planned.
     ///
     /// # Errors
     /// [`StudyError::Changed`], and all that reading data may fail with.
     pub fn study(&self, data: Option<&Path>) -> Result<(Study, Vec<Task>), StudyError> {
-        let file = self.study_file()?;
-        let mut plan = Plan::read_with(&self.path.join("plan.toml"), &file.extensions)?;
-        plan.name = file.name;
-        plan.data.folder = data.map_or(file.data_folder, Path::to_owned);
+        let mut plan = self.plan()?;
+        if let Some(data) = data {
+            data.clone_into(&mut plan.data.folder);
+        }
         let study = Study::open(plan)?;
         let (planned, now) = (self.tasks()?, study.tasks());
         if planned != now {
@@ -247,10 +260,13 @@ pub const TEMPORARY: &str = "tmp";
 /// # Errors
 /// When it cannot be written; nothing of it is left then.
 pub fn write_whole(path: &Path, content: &[u8]) -> Result<(), StudyError> {
-    // Several threads of several processes may write the same file: none of them gets in another's way.
+    // Several threads of several processes may write the same file: none of them gets in another's way. In containers processes of
+    // several machines have the same number; hardly any two began to write in the same nanosecond.
     static COUNTER: AtomicU64 = AtomicU64::new(0);
+    static BEGAN: LazyLock<u128> =
+        LazyLock::new(|| SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default().as_nanos());
     let number = COUNTER.fetch_add(1, Ordering::Relaxed);
-    let temporary = path.with_extension(format!("{}-{number}.{TEMPORARY}", std::process::id()));
+    let temporary = path.with_extension(format!("{}-{:x}-{number}.{TEMPORARY}", std::process::id(), *BEGAN));
     let write = || {
         let mut file = File::create(&temporary)?;
         file.write_all(content)?;

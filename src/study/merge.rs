@@ -74,6 +74,11 @@ fn winners<'a>(tasks: &[Task], inventory: &'a Inventory) -> std::collections::Ha
     best.into_values().map(|(_, id)| id).collect()
 }
 
+/// Names of the columns that a table of calibrations has with any extension.
+pub(super) fn calibration_columns() -> impl Iterator<Item = String> {
+    calibrations(&[], &std::collections::HashSet::new(), &[]).columns.into_iter().map(|column| column.name)
+}
+
 fn calibrations(parts: &[&Part], winners: &std::collections::HashSet<&str>, further: &[Symbol]) -> Table {
     let rows: Vec<&CalibrationRow> = parts.iter().map(|part| &part.calibration).collect();
     let mut table = Table::default();

@@ -227,7 +227,8 @@ fn round(
     let most = settings.in_flight.unwrap_or(ON_A_DEVICE).min(group.len());
     let work = Work { candidates: most * GaSettings::default().population_size, precision: LanesPrecision::Plain };
     let mut evaluator = selection.build(cases.clone(), gof, work, settings.warn)?;
-    let on_cpu = PER_THREAD * rayon::current_num_threads();
+    // Each holds a file open, of which some systems allow 1024 to a process.
+    let on_cpu = (PER_THREAD * rayon::current_num_threads()).min(ON_A_DEVICE);
     let threads = if evaluator.overlaps() { ON_A_DEVICE } else { on_cpu };
     let threads = settings.in_flight.unwrap_or(threads).clamp(1, group.len());
     log.evaluator = format!("{} ({})", evaluator.name(), evaluator.precision());

@@ -114,6 +114,12 @@ pub struct Car {
     pub sin_grade: Option<Vec<f64>>,
 }
 
+/// True for a name that stands for none: files of pairs name no car, tables give a number. Two cars may have it.
+#[must_use]
+pub fn is_nameless(car: &str) -> bool {
+    car == "follower" || car.starts_with("car ") || car.starts_with("vehicle ")
+}
+
 impl Car {
     /// A car without signals; without a name (or with an empty one) it is called after its number.
     fn new(number: usize, name: Option<&str>) -> Self {

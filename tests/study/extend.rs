@@ -1,6 +1,6 @@
 //! Plans with extensions: part of what a task is, kept with the study, columns of their own.
 
-use super::common::{fails, ok, plan_text, scratch, text};
+use super::common::{fails, leadlag, ok, plan_text, scratch, stderr, text};
 use leadlag::study::{Plan, Study};
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -64,6 +64,11 @@ fn an_extended_study_keeps_the_text_and_tells_its_parameters() {
     // Nothing but the folder of the study is needed any more.
     fs::remove_file(file.with_file_name("soft.wgsl")).unwrap();
     ok(&["study", "run", text(&study)]);
+    // As the program advises where data, plan or program have changed.
+    let tasks = fs::read(study.join("tasks.jsonl")).unwrap();
+    ok(&["study", "plan", text(&study.join("plan.toml")), "--out", text(&study)]);
+    assert!(fs::read(study.join("tasks.jsonl")).unwrap() == tasks, "the same tasks");
+    assert!(fs::read_to_string(study.join("study.json")).unwrap().contains("\"name\": \"plan\""));
     ok(&["study", "merge", text(&study)]);
     let table = fs::read_to_string(study.join("merged/calibrations.csv")).unwrap();
     let mut reader = csv::Reader::from_reader(table.as_bytes());
@@ -105,6 +110,10 @@ fn extensions_that_cannot_be_say_why() {
     let (code, said) = fails(&["study", "plan", text(&file), "--out", text(&file.with_file_name("study"))]);
     assert_eq!(code, 2, "{said}");
     assert!(said.contains("linear is a part of the paper's variants"), "{said}");
+    let file = plan("extend_column", "extend = [\"soft.wgsl\"]", &OWN.replace("lost", "score"));
+    let (code, said) = fails(&["study", "plan", text(&file), "--out", text(&file.with_file_name("study"))]);
+    assert_eq!(code, 2, "{said}");
+    assert!(said.contains("a parameter of soft would be the column score, which the tables"), "{said}");
 }
 
 /// The delay of an extension moves the first scored sample, as that of the variant does.
@@ -150,6 +159,29 @@ fn ids_beside(extend: &str, b: &str) -> Vec<String> {
     let study = Study::open(plan).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(study.validated_on(0), [1]);
     study.tasks().into_iter().filter(|task| task.platoon == "A").map(|task| task.id).collect()
+}
+
+/// Files of pairs name no car.
+#[test]
+fn cars_without_a_name_are_told_to_be_taken_for_one() {
+    let folder = scratch("extend_nameless");
+    let told = |validation: &str| {
+        let plan = format!(
+            "schema_version = 1\n[data]\n[[platoon]]\nname = \"A\"\nfile = \"a.csv\"\n[[platoon]]\nname = \"B\"\nfile = \"b.csv\"\n\
+             [calibration]\nvariants = [\"idm\"]\n[validation]\non = \"{validation}\"\n"
+        );
+        for file in ["a.csv", "b.csv"] {
+            fs::write(folder.join(file), pair(0.0, 15.0)).unwrap();
+        }
+        fs::write(folder.join("nameless.toml"), plan).unwrap();
+        let out = folder.join(validation);
+        let output = leadlag(&["study", "plan", text(&folder.join("nameless.toml")), "--out", text(&out)]);
+        assert!(output.status.success());
+        stderr(&output).split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    let (tried, apart) = (told("same-vehicle"), told("none"));
+    assert!(tried.contains("the files do not name follower: cars of several platoons"), "{tried}");
+    assert!(!apart.contains("do not name"), "{apart}");
 }
 
 /// What a validation run reads decides what a task results in, and nothing else of that drive does.

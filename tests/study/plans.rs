@@ -105,6 +105,7 @@ fn bad_plans_say_where_what_and_what_to_do() {
         ("\"ga\"", "\"gaa\"", "calibration.optimizer: optimizer `gaa`"),
         ("\"ga\"", "\"gaa\"", "did you mean `ga`?"),
         ("replicates = 2", "replicates = 0", "calibration.replicates: expected at least 1, found 0"),
+        ("replicates = 2", "replicates = 100001", "calibration.replicates: expected at most 100000, found 100001"),
         ("replicates = 2", "gof = [\"nrmse-svaa\"]", "did you mean `nrmse-sva`?"),
         ("replicates = 2", "gof = [\"rmse-s\", \"rmse_s\"]", "calibration.gof: rmse-s occurs more than once"),
         (

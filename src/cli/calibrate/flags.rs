@@ -6,7 +6,7 @@ use super::super::data::DataArgs;
 use super::super::evaluator::EvaluatorArgs;
 use super::super::extension::extend;
 use super::super::number::{finite, seed, whole};
-use leadlag::calibrate::{Calibration, OptimizerKind, Overrides, Stop};
+use leadlag::calibrate::{Calibration, OptimizerKind, Overrides, REPLICATES_MAX, Stop};
 use leadlag::catalog::Variant;
 use leadlag::convention::Convention;
 use leadlag::near::did_you_mean;
@@ -61,8 +61,6 @@ pub struct Args {
     pub data: DataArgs,
 }
 
-/// More replicates than this are a mistake of typing; all of them advance together.
-const REPLICATES_MAX: u64 = 100_000;
 /// A calibration of this many simulations would take years.
 const EVALUATIONS_MAX: u64 = 1_000_000_000_000;
 

@@ -1,9 +1,10 @@
 //! `leadlag study plan`.
 
-use super::super::evaluator::{BY_PLAN, transcribed};
+use super::super::evaluator::{BY_PLAN, transcribed, warn};
 use super::super::output::{self, counted};
 use leadlag::study::folder::Folder;
 use leadlag::study::{Plan, Study, StudyError, Task};
+use leadlag::trajectory::is_nameless;
 use std::io::IsTerminal;
 use std::path::PathBuf;
 use textwrap::fill;
@@ -50,6 +51,21 @@ fn used(study: &Study) -> String {
     text
 }
 
+/// Cars that are taken for one because their files give both no name.
+fn taken_for_one(study: &Study) -> Option<String> {
+    let tried = (0..study.drives.len()).filter(|&i| !study.validated_on(i).is_empty());
+    let mut names: Vec<&str> =
+        tried.map(|i| study.drives[i].entry.vehicle.as_str()).filter(|v| is_nameless(v)).collect();
+    names.sort_unstable();
+    names.dedup();
+    let note = format!(
+        "the files do not name {}: cars of several platoons that are called so are taken for the same car, and winners are tried on the \
+         others. If they are not, name them by `vehicle` in [[platoon]], or set validation.on = \"none\"",
+        names.join(", ")
+    );
+    (!names.is_empty()).then_some(note)
+}
+
 /// The tasks, one per line: id, platoon, follower, variant, goodness of fit, replicate.
 fn lines(tasks: &[Task]) -> String {
     let line = |task: &Task| {
@@ -60,7 +76,10 @@ fn lines(tasks: &[Task]) -> String {
 }
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
-    let mut plan = Plan::read(&args.plan).map_err(StudyError::from)?;
+    // The plan that a study keeps has its extensions, name and data folder beside it.
+    let kept = args.plan.parent().filter(|_| args.plan.file_name().is_some_and(|name| name == "plan.toml"));
+    let kept = kept.and_then(|folder| Folder::open(folder).ok()).filter(|folder| folder.study_file().is_ok());
+    let mut plan = kept.map_or_else(|| Plan::read(&args.plan).map_err(StudyError::from), |folder| folder.plan())?;
     plan.calibration.variants.iter().try_for_each(|v| transcribed(plan.calibration.evaluator, v, BY_PLAN))?;
     if let Some(folder) = &args.data {
         plan.data.folder.clone_from(folder);
@@ -69,6 +88,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from(&plan.name));
     let study = Study::open(plan)?;
     used(&study).lines().for_each(|line| eprintln!("{line}"));
+    if let Some(note) = taken_for_one(&study) {
+        warn(&note);
+    }
     let tasks = study.tasks();
     let before = Folder::open(&out).and_then(|folder| folder.tasks()).unwrap_or_default();
     Folder::create(&out, &content, &study)?;

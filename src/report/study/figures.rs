@@ -73,12 +73,14 @@ pub fn variations(material: &Material) -> String {
         }
         for k in 0..=2 {
             let x = plot.along(k, 2, 0.0);
+            let at = end * k as f64 / 2.0;
             let digits =
                 [10.0, 1.0, 0.1].into_iter().take_while(|limit| end < *limit).count() + usize::from(end < 20.0);
+            let text = if end < 0.01 { short(at) } else { format!("{at:.digits$}") };
             let above = if k == 2 && most > end { "≥ " } else { "" };
             // The last one ends where the bars do: beside it another panel, or the edge.
             let anchor = if k == 2 { Anchor::End } else { Anchor::Middle };
-            figure.text([x, 348.0], 11.5, anchor, INK, &format!("{above}{:.digits$}", end * k as f64 / 2.0));
+            figure.text([x, 348.0], 11.5, anchor, INK, &format!("{above}{text}"));
         }
         figure.text([left, 84.0], 14.0, Anchor::Start, colour(base), base.paper);
         let rate = mean(&values).filter(|mean| *mean > 0.0).map_or("-".to_owned(), |mean| short(100.0 / mean));

@@ -81,10 +81,18 @@ impl Outcomes {
             let drive = DriveName { platoon: task.platoon.clone(), follower: task.follower, vehicle };
             found.push((place(&mut variants, variant), place(&mut drives, drive), part));
         }
+        // In the order of the plan, whichever parts are there.
+        let planned = |drive: &DriveName| {
+            tasks.iter().position(|task| task.platoon == drive.platoon && task.follower == drive.follower)
+        };
+        let mut order: Vec<usize> = (0..drives.len()).collect();
+        order.sort_by_key(|&i| planned(&drives[i]));
         let mut cells = vec![vec![Cell::default(); drives.len()]; variants.len()];
         for (variant, drive, part) in found {
-            add(&mut cells[variant][drive], part);
+            let place = order.iter().position(|&i| i == drive).expect("a permutation");
+            add(&mut cells[variant][place], part);
         }
+        let drives = order.into_iter().map(|i| drives[i].clone()).collect();
         Outcomes { gof: gof.to_owned(), drives, variants, cells }
     }
 

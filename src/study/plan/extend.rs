@@ -1,5 +1,6 @@
 //! Extensions of a plan: built-in ones by name, files of one's own.
 
+use super::super::merge::{calibration_columns, parameter_column};
 use super::text::Reader;
 use super::{Extend, PlanError};
 use crate::catalog::Variant;
@@ -53,6 +54,14 @@ impl Reader<'_> {
             if format!("idm+{}", extension.name).parse::<Variant>().is_ok() {
                 let reason =
                     format!("{} is a part of the paper's variants; give the file another name", extension.name);
+                return Err(self.value(KEY, reason, None));
+            }
+            let column = extension.parameters.iter().map(|symbol| parameter_column(*symbol));
+            if let Some(twice) = column.into_iter().find(|name| calibration_columns().any(|other| other == *name)) {
+                let reason = format!(
+                    "a parameter of {} would be the column {twice}, which the tables of a study have already; give it another name",
+                    extension.name
+                );
                 return Err(self.value(KEY, reason, None));
             }
             Ok(Extend { given, extension })

@@ -2,7 +2,7 @@
 
 use super::{CalibrationPlan, DataPlan, Extend, PLAN_VERSION, Plan, PlanError, PlatoonPlan};
 use super::{StoredExtension, Validation};
-use crate::calibrate::{OptimizerKind, Overrides, Stop};
+use crate::calibrate::{OptimizerKind, Overrides, REPLICATES_MAX, Stop};
 use crate::catalog::Variant;
 use crate::lanes::LanesPrecision;
 use crate::near::nearest;
@@ -220,7 +220,7 @@ impl Reader<'_> {
             variants: self.extended(self.variants(&entry.variants)?, &extend)?,
             gofs,
             convention: self.parse("calibration.convention", convention, &["paper", "authors"])?,
-            replicates: self.at_least_1("calibration.replicates", entry.replicates.unwrap_or(1))?,
+            replicates: self.replicates(entry.replicates.unwrap_or(1))?,
             seed: entry.seed.unwrap_or(1),
             optimizer: self.parse::<OptimizerKind>(
                 "calibration.optimizer",
@@ -240,6 +240,14 @@ impl Reader<'_> {
             evaluator,
             precision,
         })
+    }
+
+    fn replicates(&self, found: u64) -> Result<u64, PlanError> {
+        if found > REPLICATES_MAX {
+            let reason = format!("expected at most {REPLICATES_MAX}, found {found}");
+            return Err(self.value("calibration.replicates", reason, None));
+        }
+        self.at_least_1("calibration.replicates", found)
     }
 
     fn at_least_1(&self, key: &str, found: u64) -> Result<u64, PlanError> {
