@@ -83,7 +83,9 @@ pub fn identify(
     if !profiles.start.is_finite() {
         // On the edge of what is feasible f32 may find it infeasible.
         let mut exact = Lanes::new(evaluator.cases().to_vec(), *evaluator.gof(), LanesPrecision::F64)?;
+        let before = profiles.evaluations;
         profiles = profile::profiles(&mut exact, space, candidate, &local, &spreads, seed)?;
+        profiles.evaluations += before;
     }
     let evaluations = local.evaluations + profiles.evaluations;
     if !profiles.start.is_finite() {

@@ -2,6 +2,7 @@
 
 use super::super::BenchError;
 use super::{OptimizerOutcome, OptimizerTask, PROGRAM};
+use crate::calibrate::StopReason;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Instant;
@@ -36,12 +37,17 @@ pub(super) fn run(program: &Path, file: &Path, task: &OptimizerTask) -> Result<O
     let json = result.ok().and_then(|bytes| serde_json::from_slice::<serde_json::Value>(&bytes).ok());
     let json = json.ok_or_else(|| failed("it wrote no result.json".to_owned()))?;
     let replicates = json["replicates"].as_array().cloned().unwrap_or_default();
+    let stops: Vec<String> = replicates.iter().filter_map(|r| Some(r["stop"].as_str()?.to_owned())).collect();
+    // Ctrl-C reaches both programs.
+    if stops.is_empty() || stops.contains(&StopReason::Interrupted.to_string()) {
+        return Err(failed("it was interrupted, so there is nothing to measure".to_owned()));
+    }
     Ok(OptimizerOutcome {
         program: PROGRAM.clone(),
         task: task.clone(),
         scores: replicates.iter().map(|r| r["score"].as_f64()).collect(),
         evaluations: replicates.iter().filter_map(|r| r["evaluations"].as_u64()).collect(),
-        stops: replicates.iter().filter_map(|r| Some(r["stop"].as_str()?.to_owned())).collect(),
+        stops,
         wall_s,
     })
 }

@@ -46,7 +46,16 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             break;
         }
     }
-    if args.json { output::print_json(&results) } else { Ok(()) }
+    if args.json {
+        output::print_json(&results)?;
+    }
+    let left: Vec<&str> = loaded[results.len()..].iter().map(|one| one.trajectory.source.path.as_str()).collect();
+    anyhow::ensure!(
+        left.is_empty(),
+        "interrupted: not calibrated: {}; the same command with these files alone does the rest",
+        left.join(", ")
+    );
+    Ok(())
 }
 
 /// One folder per calibration, `STEM_followerN`; numbered in the order of the files where two would be the same.
