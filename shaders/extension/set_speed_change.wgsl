@@ -11,7 +11,11 @@ struct Parameters {
 }
 
 fn set_speed_change_command(own: Parameters, w: World, a_cmd: f32) -> f32 {
+    // A step in which the stretch begins or ends is driven by both commands, by each for its part of the time.
     let since = w.t - own.t1;
+    let begun = clamp(since + w.dt, 0.0, w.dt);
+    let left = clamp(own.dur - since, 0.0, w.dt);
+    let part = max(begun + left - w.dt, 0.0) / w.dt;
     let held = min(a_cmd, 0.5 * (own.vlim - w.v_f));
-    return select(a_cmd, held, since >= 0.0 && since < own.dur);
+    return a_cmd + part * (held - a_cmd);
 }

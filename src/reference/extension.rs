@@ -197,8 +197,9 @@ impl<'a> Extended<'a> {
                     a += own[0] * angle.sin() + own[1] * angle.cos();
                 }
                 "gain_mass" => a *= 1.0 + own[0],
-                "set_speed_change" if (own[1]..own[1] + own[2]).contains(&t) => {
-                    a = a.min(SET_SPEED_GAIN * (own[0] - now.v_f));
+                "set_speed_change" => {
+                    let held = a.min(SET_SPEED_GAIN * (own[0] - now.v_f));
+                    a += within(t - own[1], own[2], dt) * (held - a);
                 }
                 "accel_cap" => a = a.min(own[0]),
                 "decel_cap" => a = a.max(-own[0]),
@@ -241,6 +242,13 @@ fn lagged(state: &mut f64, input: f64, time_constant: f64, dt: f64) -> f64 {
     let before = *state;
     *state = ((time_constant - 0.5 * dt) * before + dt * input) / (time_constant + 0.5 * dt);
     0.5 * (before + *state)
+}
+
+/// Share of a step of `dt` that lies in a stretch of this `length`, which began `since` before the step. All in seconds.
+fn within(since: f64, length: f64, dt: f64) -> f64 {
+    let begun = (since + dt).clamp(0.0, dt);
+    let left = (length - since).clamp(0.0, dt);
+    (begun + left - dt).max(0.0) / dt
 }
 
 /// The answer y to a command that falls by `slope` (y - `before`) because of it: what remains of the command, rounded to a multiple of

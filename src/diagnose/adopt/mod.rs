@@ -1,7 +1,7 @@
 //! Rounds: screen, cross-fit, decide, adopt, put right what was adopted before; and prune at the end.
 
 use super::candidate::{Candidate, Held, Setting};
-use super::decide::{ABSORBED, Evidence, margin, margin_of_relatives, need, proxy};
+use super::decide::{ABSORBED, Evidence, margin, margin_of_relatives, need, proxy, residue};
 use super::fate::{Dropped, Fate, Objection, is_hopeful};
 use super::fit::{Plan, Point};
 use super::gate::gate;
@@ -192,7 +192,8 @@ impl Search {
         let short_list = self.short_list;
         let listed = |i: usize, cause: &Extension| i < short_list || family(cause) == PHASE;
         let left = tried.first().map_or(&self.current, |(_, best)| best).fit.point.noise;
-        self.need = need(setting, self.inflation, &self.current.fit.point.noise, &left, self.explained());
+        let residue = residue(&self.current.causes, self.explained());
+        self.need = need(setting, self.inflation, &self.current.fit.point.noise, &left, residue);
         self.margin = margin(self.inflation, left, self.need);
         let hopeful: Vec<bool> = tried
             .iter()

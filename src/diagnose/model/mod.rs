@@ -45,8 +45,8 @@ const RATIOS: [(&str, &str); 5] = [
 /// Those on which innovations depend in jumps, with the step of a finite difference in their unit.
 const JUMPS: [(&str, &str, f64); 4] = [
     ("quantised_accel", "qz", 0.01),
-    ("set_speed_change", "t1", 0.3),
-    ("set_speed_change", "dur", 0.3),
+    ("set_speed_change", "t1", 0.1),
+    ("set_speed_change", "dur", 0.1),
     ("headway_mode_change", "t0", 0.5),
 ];
 
