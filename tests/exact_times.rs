@@ -1,4 +1,4 @@
-//! Delays, lags, phases and answers to the cars ahead mean the same here as in a car that is driven in steps of 0.01 s: whoever fits them
+//! Delays, lags, phases, stretches and answers to the cars ahead mean the same here as in a car that is driven in steps of 0.01 s: whoever fits them
 //! finds the planted ones.
 //!
 //! The plant shares no code with the evaluators. Its car has an effect of a known size; the same law with that effect, simulated in steps
@@ -103,6 +103,14 @@ fn phases() {
         let angle = std::f64::consts::TAU * f * shift;
         vec![("As", 0.3 * angle.cos()), ("Ac", -0.3 * angle.sin()), ("f", f)]
     });
+}
+
+/// Ends of a stretch lie between two samples. (On whole samples any time within a tenth of a second is as good.)
+#[test]
+fn stretches() {
+    let planted = "set_speed_change:vlim=18,t1=60.03,dur=8.02";
+    found("set_speed_change", planted, &|shift| vec![("vlim", 18.0), ("t1", 60.03 + shift), ("dur", 8.02)]);
+    found("set_speed_change", planted, &|shift| vec![("vlim", 18.0), ("t1", 60.03), ("dur", 8.02 + shift)]);
 }
 
 /// NRMSE(s,v,a) of the law with an effect of the size that is planted, as a diagnosis simulates it.

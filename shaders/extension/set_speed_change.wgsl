@@ -16,6 +16,7 @@ fn set_speed_change_command(own: Parameters, w: World, a_cmd: f32) -> f32 {
     let begun = clamp(since + w.dt, 0.0, w.dt);
     let left = clamp(own.dur - since, 0.0, w.dt);
     let part = max(begun + left - w.dt, 0.0) / w.dt;
-    let held = min(a_cmd, 0.5 * (own.vlim - w.v_f));
+    // Held with the speed in the middle of the step, which this command changes itself.
+    let held = min(a_cmd, 0.5 * (own.vlim - w.v_f) / (1.0 + 0.25 * w.dt));
     return a_cmd + part * (held - a_cmd);
 }

@@ -198,7 +198,8 @@ impl<'a> Extended<'a> {
                 }
                 "gain_mass" => a *= 1.0 + own[0],
                 "set_speed_change" => {
-                    let held = a.min(SET_SPEED_GAIN * (own[0] - now.v_f));
+                    // v' = gain (vlim - (v + v' dt / 2)): the speed in the middle of the step counts.
+                    let held = a.min(SET_SPEED_GAIN * (own[0] - now.v_f) / (1.0 + 0.5 * SET_SPEED_GAIN * dt));
                     a += within(t - own[1], own[2], dt) * (held - a);
                 }
                 "accel_cap" => a = a.min(own[0]),
