@@ -14,9 +14,9 @@ use std::time::Instant;
 /// State of the search. To be raised whenever the same seed gives another result: another score, other parameters or another number
 /// of evaluations, whatever has changed (optimisers, search space, stopping rules, evaluators). Ids of tasks and journals hold it, so
 /// that results of two states never stand side by side as if they were of one. What came before 2 wrote none down.
-pub const SEARCH_REVISION: u32 = 4;
+pub const SEARCH_REVISION: u32 = 5;
 
-/// Program, version and state of its search, `leadlag 0.1.0+search4`: under the same one a seed means the same result.
+/// Program, version and state of its search, `leadlag 0.1.0+search5`: under the same one a seed means the same result.
 pub static PROGRAM: LazyLock<String> =
     LazyLock::new(|| format!("leadlag {}+search{SEARCH_REVISION}", env!("CARGO_PKG_VERSION")));
 

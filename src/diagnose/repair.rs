@@ -266,8 +266,8 @@ impl Search {
     }
 }
 
-/// Where the base goes without a change of its headway: to the headway after it, too, which the car may have had all the time. `values`
-/// have the one before, and a change soon after the begin leaves that open.
+/// Where the base is also started when a change of the headway is removed: with the headway after the change. `values` have the one
+/// before; if the change came soon after the begin, the car may have had the other one all the time.
 fn after_a_change(current: &Candidate, cause: &Extension, model: &Model, values: &[f64]) -> Option<Vec<f64>> {
     if cause.name != HEADWAY_CHANGE {
         return None;

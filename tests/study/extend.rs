@@ -180,8 +180,8 @@ fn cars_without_a_name_are_told_to_be_taken_for_one() {
         stderr(&output).split_whitespace().collect::<Vec<_>>().join(" ")
     };
     let (tried, apart) = (told("same-vehicle"), told("none"));
-    assert!(tried.contains("the files do not name follower: cars of several platoons"), "{tried}");
-    assert!(!apart.contains("do not name"), "{apart}");
+    assert!(tried.contains("the files do not name the cars: those called follower in several platoons"), "{tried}");
+    assert!(!apart.contains("do not name the cars"), "{apart}");
 }
 
 /// What a validation run reads decides what a task results in, and nothing else of that drive does.

@@ -59,8 +59,8 @@ fn taken_for_one(study: &Study) -> Option<String> {
     names.sort_unstable();
     names.dedup();
     let note = format!(
-        "the files do not name {}: cars of several platoons that are called so are taken for the same car, and winners are tried on the \
-         others. If they are not, name them by `vehicle` in [[platoon]], or set validation.on = \"none\"",
+        "the files do not name the cars: those called {} in several platoons are taken for one car, and what is calibrated on one is \
+         validated on the others. If they are different cars, name them by `vehicle` in [[platoon]], or set validation.on = \"none\"",
         names.join(", ")
     );
     (!names.is_empty()).then_some(note)
@@ -79,6 +79,11 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     // The plan that a study keeps has its extensions, name and data folder beside it.
     let kept = args.plan.parent().filter(|_| args.plan.file_name().is_some_and(|name| name == "plan.toml"));
     let kept = kept.and_then(|folder| Folder::open(folder).ok()).filter(|folder| folder.study_file().is_ok());
+    if kept.is_some() {
+        eprintln!(
+            "the plan of a study: its name, its extensions and, without --data, the folder of its data are those that the study keeps"
+        );
+    }
     let mut plan = kept.map_or_else(|| Plan::read(&args.plan).map_err(StudyError::from), |folder| folder.plan())?;
     plan.calibration.variants.iter().try_for_each(|v| transcribed(plan.calibration.evaluator, v, BY_PLAN))?;
     if let Some(folder) = &args.data {

@@ -42,7 +42,7 @@ const RATIOS: [(&str, &str); 5] = [
     ("jerk_limit", "J"),
     ("set_speed_change", "vlim"),
 ];
-/// Those on which innovations depend in jumps, with the step of a finite difference in their unit.
+/// Those on which innovations depend in jumps or with many kinks, with the step of a finite difference in their unit.
 const JUMPS: [(&str, &str, f64); 4] = [
     ("quantised_accel", "qz", 0.01),
     ("set_speed_change", "t1", 0.1),

@@ -129,7 +129,7 @@ impl Auto {
             if self.begun > 0 && 2 * search < self.settings.search || self.left == 0 {
                 return;
             }
-            // A round that may ask for nothing would begin for ever.
+            // A round without evaluations would be begun again for ever.
             let all = self.left.min(search + self.settings.polish).max(1);
             let origin = Origin { generation: self.origin.generation + self.begun * STREAMS_OF_A_ROUND, ..self.origin };
             self.rounds.push(Round::new(self.space.clone(), self.settings, [search.max(1), all], origin));
