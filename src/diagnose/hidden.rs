@@ -3,8 +3,9 @@
 use super::adopt::{PHASE, Search, family, missing};
 use super::candidate::Setting;
 use super::decide::{Evidence, proxy};
-use super::fate::Fate;
+use super::fate::{Fate, Objection};
 use super::gate::gate;
+use super::repair::without;
 use super::screen::{Fitted, Spending, explain};
 use super::verdict::DiagnoseError;
 use rayon::prelude::*;
@@ -31,7 +32,7 @@ impl Search {
         let Some(answer) = answer else { return Ok(false) };
         let mut reduced = None;
         if let Some(phase) = phase {
-            reduced = self.without(setting, phase, spending)?;
+            reduced = without(&self.current, setting, phase, spending)?;
             if reduced.is_none() {
                 return Ok(false);
             }
@@ -53,7 +54,13 @@ impl Search {
         }
         let held = best.cross_fit(setting)?;
         let evidence = Evidence::of(setting, &best, answer, &held, &self.current, &self.held);
-        if evidence.objection(self.need).is_some() || gate(setting, &best, answer, &self.current)?.is_some() {
+        // What is less likely than something that a calibration makes up for is no name, and two are none either.
+        let absorbed = self.stopped.iter().filter(|(.., objection)| matches!(objection, Objection::Absorbed { .. }));
+        let made_up_for = absorbed.map(|(_, evidence, ..)| *evidence).fold(0.0, f64::max);
+        if evidence.objection(self.need).is_some()
+            || evidence.counts() < made_up_for
+            || gate(setting, &best, answer, &self.current)?.is_some()
+        {
             return Ok(false);
         }
         if let Some(phase) = phase {

@@ -54,7 +54,7 @@ impl Search {
             if !is_rugged(cause) && (relatives.is_empty() || family(cause) == cause.name) {
                 continue;
             }
-            let Some(mut reduced) = self.without(setting, cause, spending)? else { continue };
+            let Some(mut reduced) = without(&self.current, setting, cause, spending)? else { continue };
             let missing = missing(&mut reduced)?;
             let again: Vec<&'static Extension> = relatives.into_iter().chain([cause]).collect();
             let found: Result<Vec<_>, DiagnoseError> = again
@@ -80,7 +80,10 @@ impl Search {
             let threshold = self.evidence[place].1;
             let reduced_held = reduced.cross_fit(setting)?;
             let mut rivals = Vec::new();
+            let order = self.current.causes.clone();
             for (other, mut candidate) in found {
+                // The order of adoption is kept, in which the evidence is.
+                candidate.causes = order.iter().map(|c| if *c == cause { other } else { *c }).collect();
                 let value = candidate.fit.log_likelihood - penalty(other);
                 let better = !settled && (other == cause || value > mine + 2.0) && value > mine;
                 if !(better || near(&candidate)) {
@@ -92,9 +95,6 @@ impl Search {
                 let sound = evidence.objection(threshold).is_none();
                 if better && sound && (other == cause || gate(setting, &candidate, other, &reduced)?.is_none()) {
                     (keeps, settled) = (other, true);
-                    // The order of adoption is kept.
-                    candidate.causes =
-                        self.current.causes.iter().map(|c| if *c == cause { other } else { *c }).collect();
                     self.evidence[place] = (evidence.counts(), threshold);
                     self.held = held;
                     self.current = candidate;
@@ -143,7 +143,14 @@ impl Search {
             let (held, rival_held) = (found.cross_fit(setting)?, rival.candidate.cross_fit(setting)?);
             let evidence = Evidence::of(setting, &found, last, &held, &rival.candidate, &rival_held);
             let need = self.evidence.last().expect("one for each cause").1;
-            if evidence.objection(need).is_none() && gate(setting, &found, last, &rival.candidate)?.is_none() {
+            // The relative was as likely, but its hold-out may have objected to it.
+            let carries_over =
+                |cause, without| Ok::<_, DiagnoseError>(gate(setting, &found, cause, without)?.is_none());
+            let Some(alone) = without(&found, setting, rival.cause, spending)? else { continue };
+            if evidence.objection(need).is_none()
+                && carries_over(last, &rival.candidate)?
+                && carries_over(rival.cause, &alone)?
+            {
                 let evidence = [(rival.evidence, rival.need), (evidence.counts(), need)];
                 likeliest = Some(Beside { of: rival.of, cause: rival.cause, candidate: found, held, evidence });
             }
@@ -189,53 +196,22 @@ impl Search {
         }
     }
 
-    /// The model without one of its causes, refitted.
-    pub(super) fn without(
-        &self,
-        setting: &Setting<'_>,
-        cause: &'static Extension,
-        spending: &Spending,
-    ) -> Result<Option<Candidate>, DiagnoseError> {
-        let current = &self.current;
-        let variant = Variant { extensions: current.variant.extensions.without(&cause.name), ..current.variant };
-        let causes: Vec<&'static Extension> = current.causes.iter().copied().filter(|c| *c != cause).collect();
-        let events: Vec<_> = current.model.events.iter().copied().filter(|event| event.extension != cause).collect();
-        let model = setting.model(variant, &events)?;
-        let values = model.adopt(&current.model, &current.fit.point.values);
-        let noise = current.fit.point.noise;
-        let strong = Noise { sigma_d: noise.sigma_d.max(0.1), tau_d: 2.0, ..noise };
-        let free = noise.nearly_free();
-        let mut starts: Vec<Point> =
-            [noise, strong, free].into_iter().map(|noise| Point { values: values.clone(), noise }).collect();
-        if let Some(after) = after_a_change(current, cause, &model, &values) {
-            starts.extend([noise, strong, free].map(|noise| Point { values: after.clone(), noise }));
-        }
-        let plan = Plan {
-            select: starts.len(),
-            kinds: 1,
-            rough: 5,
-            keep: 2,
-            fine: spending.base.fine,
-            tolerance: 0.1,
-            least: [0.0; 2],
-        };
-        Candidate::fitted(setting, variant, &causes, model, &starts, plan)
-    }
-
     /// Drops every cause whose removal costs less than the threshold, and those that are no name any more: what was found later may
-    /// have moved them, to a bound for example. After one of these all others are looked at again. True if there was one.
+    /// have moved them, to a bound for example. After each all others are looked at again. True if there was one of the latter.
     ///
     /// # Errors
     /// As [`Candidate::fitted`].
     pub fn prune(&mut self, setting: &Setting<'_>, spending: &Spending) -> Result<bool, DiagnoseError> {
         let (mut place, mut lost) = (0, false);
+        // The evidence of a single cause is what its removal costs already.
+        let single = self.current.causes.len() == 1;
         while place < self.current.causes.len() {
             let cause = self.current.causes[place];
             let objection = proxy(&self.current, cause);
-            if objection.is_none() && self.current.causes.len() == 1 {
+            if objection.is_none() && single {
                 break;
             }
-            let Some(mut reduced) = self.without(setting, cause, spending)? else {
+            let Some(mut reduced) = without(&self.current, setting, cause, spending)? else {
                 place += 1;
                 continue;
             };
@@ -257,13 +233,47 @@ impl Search {
                     None => Fate::Dropped { cost: evidence },
                 };
             }
+            // What the others cost beside it says nothing any more.
+            place = 0;
             if let Some(objection) = objection {
                 self.stopped.push((cause, evidence, need, objection));
-                (place, lost) = (0, true);
+                lost = true;
             }
         }
         Ok(lost)
     }
+}
+
+/// A model without one of its causes, refitted.
+pub(super) fn without(
+    current: &Candidate,
+    setting: &Setting<'_>,
+    cause: &'static Extension,
+    spending: &Spending,
+) -> Result<Option<Candidate>, DiagnoseError> {
+    let variant = Variant { extensions: current.variant.extensions.without(&cause.name), ..current.variant };
+    let causes: Vec<&'static Extension> = current.causes.iter().copied().filter(|c| *c != cause).collect();
+    let events: Vec<_> = current.model.events.iter().copied().filter(|event| event.extension != cause).collect();
+    let model = setting.model(variant, &events)?;
+    let values = model.adopt(&current.model, &current.fit.point.values);
+    let noise = current.fit.point.noise;
+    let strong = Noise { sigma_d: noise.sigma_d.max(0.1), tau_d: 2.0, ..noise };
+    let free = noise.nearly_free();
+    let mut starts: Vec<Point> =
+        [noise, strong, free].into_iter().map(|noise| Point { values: values.clone(), noise }).collect();
+    if let Some(after) = after_a_change(current, cause, &model, &values) {
+        starts.extend([noise, strong, free].map(|noise| Point { values: after.clone(), noise }));
+    }
+    let plan = Plan {
+        select: starts.len(),
+        kinds: 1,
+        rough: 5,
+        keep: 2,
+        fine: spending.base.fine,
+        tolerance: 0.1,
+        least: [0.0; 2],
+    };
+    Candidate::fitted(setting, variant, &causes, model, &starts, plan)
 }
 
 /// Where the base is also started when a change of the headway is removed: with the headway after the change. `values` have the one

@@ -247,8 +247,8 @@ fn lagged(state: &mut f64, input: f64, time_constant: f64, dt: f64) -> f64 {
 
 /// Share of a step of `dt` that lies in a stretch of this `length`, which began `since` before the step. All in seconds.
 fn within(since: f64, length: f64, dt: f64) -> f64 {
-    let begun = (since + dt).clamp(0.0, dt);
-    let left = (length - since).clamp(0.0, dt);
+    let begun = (since + dt).min(dt);
+    let left = (length - since).min(dt);
     (begun + left - dt).max(0.0) / dt
 }
 

@@ -79,6 +79,8 @@ pub fn spread(variant: Variant, count: usize) -> Population {
             let value = match (symbol.name(), symbol.neutral()) {
                 // When and for how long: within the drive.
                 ("t0" | "t1" | "dur", _) => 10.0 + 150.0 * share,
+                // Low enough to act from where a stretch begins.
+                ("vlim", _) => 2.0 + 16.0 * share,
                 ("road_x", _) => 3000.0 * share,
                 (_, Some(neutral)) => {
                     // Limits bind only where they are far from neutral.
