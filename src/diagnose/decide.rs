@@ -31,7 +31,7 @@ const LASTING_FACTOR: f64 = 2.5;
 /// where more was explained.)
 const LEFT_BY_OTHERS: f64 = 0.01;
 /// The same where steps of the command are among them, between two of which a car goes to and fro in finer steps than the model: 3 to 10 %
-/// were left of 2400 to 4100 nats.
+/// were left of 2400 to 4100 nats. (What had 10 % was an answer too small to be a name there, [`ANSWERED`].)
 const LEFT_BY_STEPS: f64 = 0.07;
 /// Gain on all training data, less the charge for its times, that a cause local by nature needs instead of both folds and many
 /// blocks \[nats\]. (Where there was none it gained 7 at most in the cases looked at, whatever else was missing.)
