@@ -344,3 +344,12 @@ fn a_filter_beside_steps_of_the_command() {
 fn two_without_what_stood_in_for_them() {
     both("gipps", &["aero_drag", "dead_zone"], 0.0, 9_587_289);
 }
+
+/// A scaled gap, for which an answer to the acceleration ahead beside a filter has 357 nats: less than three absorbed causes have.
+#[test]
+#[ignore = "half a minute"]
+fn a_pair_less_likely_than_something_absorbed() {
+    let scaled = task("absorbed", "gipps", &["range_scale"], 0.0, 9_643_284);
+    let outcome = diagnose_task(&DiagnosisTask { duration_s: 900.0, ..scaled });
+    assert!(outcome.adopted.is_empty() && outcome.confounded_with.is_empty(), "{}", told(&outcome));
+}
