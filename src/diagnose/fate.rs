@@ -42,6 +42,13 @@ pub enum Objection {
     },
     /// Its size lies on a bound.
     OnBound(Size),
+    /// The car goes faster than this set speed for too large a share of the time that it is said to hold.
+    Outrun {
+        /// The set speed.
+        size: Size,
+        /// That share.
+        share: f64,
+    },
     /// A calibration has most of its effect in these parameters.
     Absorbed {
         /// Their names.
@@ -87,6 +94,9 @@ impl fmt::Display for Objection {
                 )
             }
             Objection::OnBound(size) => write!(f, "{size} lies on its bound"),
+            Objection::Outrun { size, share } => {
+                write!(f, "the car goes faster than {size} for {:.0} % of that time", 100.0 * share)
+            }
             Objection::Absorbed { by } => write!(f, "a calibration absorbs it in {}", by.join(", ")),
             Objection::NoTransfer { share } => {
                 write!(f, "it gains on the hold-out in {:.0} % of the bootstraps only", 100.0 * share)

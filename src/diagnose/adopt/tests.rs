@@ -213,3 +213,22 @@ fn a_dead_zone_within_the_noise_of_the_gap_is_no_name() {
     assert!(matches!(said(0.055), Some(Objection::Blurred { .. })));
     assert_eq!(said(0.065), None);
 }
+
+/// What goes faster than a set speed is not held by it; the first seconds are left for slowing down, and short stretches say nothing.
+#[test]
+fn a_set_speed_that_the_car_outruns_is_no_name() {
+    let drives = [made_up::drive("made_up.csv", 0.0)];
+    let fastest = drives[0].trajectory.v_f.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let said = |values: [f64; 3]| {
+        let mut candidate = candidate(&drives, &["set_speed_change"]);
+        for (k, value) in candidate.model.positions(cause("set_speed_change")).into_iter().zip(values) {
+            candidate.fit.point.values[k] = value;
+        }
+        proxy(&candidate, cause("set_speed_change"))
+    };
+    let Some(Objection::Outrun { size, share }) = said([5.0, 10.0, 60.0]) else { panic!("it drives faster than that") };
+    assert_eq!((size.name.as_str(), size.value), ("vlim", 5.0));
+    assert!(share > 0.9, "{share}");
+    assert_eq!(said([5.0, 10.0, 7.0]), None);
+    assert_eq!(said([fastest, 10.0, 60.0]), None);
+}

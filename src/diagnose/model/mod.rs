@@ -9,7 +9,7 @@ use super::verdict::DiagnoseError;
 use crate::calibrate::Overrides;
 use crate::catalog::Variant;
 use crate::convention::Convention;
-use crate::evaluator::{Case, CaseError, Innovations, Job, Observer, Population, Residuals};
+use crate::evaluator::{Case, CaseError, Evaluator, Innovations, Job, Observer, Population, Residuals};
 use crate::extension::Extension;
 use crate::lanes::{Lanes, LanesPrecision};
 use crate::score::GoodnessOfFit;
@@ -150,6 +150,14 @@ impl Model {
     #[must_use]
     pub fn positions(&self, extension: &Extension) -> Vec<usize> {
         extension.parameters.iter().filter_map(|symbol| self.position(*symbol)).collect()
+    }
+
+    /// The drives that an extension acts on.
+    pub fn acts_on(&self, extension: &Extension) -> impl Iterator<Item = &Case> {
+        let own =
+            self.events.iter().find(|event| event.extension == extension).map(|event| &self.recordings[event.drive]);
+        let cases = self.lanes.cases().iter().zip(&self.recordings);
+        cases.filter(move |(_, recording)| own.is_none_or(|own| own == *recording)).map(|(case, _)| case)
     }
 
     /// Values by name.
