@@ -77,7 +77,7 @@ pub fn infer(
     let tried = search.fit_all(&setting, &spending)?;
     // The base is the best fit without causes: what its causes were compared with.
     let base = snapshot(&mut search.current, &setting, search.inflation)?;
-    if search.decide(&setting, 1, tried)? {
+    if search.decide(&setting, 1, tried, &spending)? {
         rounds(&mut search, &setting, &spending, &mut |share, stage| tell(0.1 + 0.65 * share, stage))?;
     }
     tell(0.75, "dropping what is not needed any more")?;
@@ -146,7 +146,7 @@ fn rounds(
     for round in last + 1..=ROUNDS {
         tell(share(round), &format!("round {round}: trying every cause"))?;
         let tried = search.fit_all(setting, &spending.further())?;
-        if !search.decide(setting, round, tried)? {
+        if !search.decide(setting, round, tried, spending)? {
             break;
         }
         tell(share(round) + 0.5 / ROUNDS as f64, "putting right what was adopted before")?;

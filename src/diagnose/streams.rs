@@ -8,5 +8,7 @@ pub const HOLDOUT: u64 = u64::MAX - 1;
 pub const SURROGATES: u64 = u64::MAX - 4;
 /// Descents.
 pub const DESCENT: u64 = u64::MAX - 100;
+/// A cause searched anew.
+pub const ANEW: u64 = 0x616e_6577;
 /// Bootstrap of the gain.
 pub const GAIN: u64 = 0x6761_696e;

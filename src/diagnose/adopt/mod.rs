@@ -130,7 +130,7 @@ impl Search {
     /// As [`screen`].
     pub fn round(&mut self, setting: &Setting<'_>, number: usize, spending: &Spending) -> Result<bool, DiagnoseError> {
         let tried = self.fit_all(setting, spending)?;
-        self.decide(setting, number, tried)
+        self.decide(setting, number, tried, spending)
     }
 
     /// The first half of a round: every further cause fitted, the likeliest first, and the present model once more from where they
@@ -186,6 +186,7 @@ impl Search {
         setting: &Setting<'_>,
         number: usize,
         mut tried: Vec<Fitted>,
+        spending: &Spending,
     ) -> Result<bool, DiagnoseError> {
         let present = self.current.fit.log_likelihood;
         let gain = |candidate: &Candidate| candidate.fit.log_likelihood - present;
@@ -205,9 +206,13 @@ impl Search {
             .zip(&hopeful)
             .map(|((_, candidate), hopeful)| if *hopeful { candidate.cross_fit(setting).map(Some) } else { Ok(None) })
             .collect();
-        let held = held?;
+        let mut held = held?;
         let ladder = self.ladder.len();
-        let adopted = self.choose(setting, number, &tried, &held)?;
+        let mut adopted = self.choose(setting, number, &tried, &held)?;
+        if adopted.is_none() && self.anew(setting, spending, &mut tried, &mut held)? {
+            self.ladder.truncate(ladder);
+            adopted = self.choose(setting, number, &tried, &held)?;
+        }
         self.note_untestable(&tried);
         let on_trial = if adopted.is_none() { self.worth_a_trial(&tried) } else { None };
         let Some(adopted) = adopted.or(on_trial) else { return Ok(false) };
@@ -234,7 +239,12 @@ impl Search {
     }
 
     /// Refits the present model from where the causes took it: a gain must not be due to a better fit of the rest.
-    fn improve(&mut self, setting: &Setting<'_>, tried: &[Fitted], spending: &Spending) -> Result<(), DiagnoseError> {
+    pub(super) fn improve(
+        &mut self,
+        setting: &Setting<'_>,
+        tried: &[Fitted],
+        spending: &Spending,
+    ) -> Result<(), DiagnoseError> {
         let from = |candidate: &Candidate| Point {
             values: self.current.model.adopt(&candidate.model, &candidate.fit.point.values),
             noise: candidate.fit.point.noise,
