@@ -3,6 +3,7 @@
     findings.py WORK RESULTS      RESULTS is the folder of the diagnoses of one effort
 """
 
+import csv
 import json
 import sys
 from pathlib import Path
@@ -96,3 +97,13 @@ for noise, title in (("dithered", "with the noise of a sensor put back"), (None,
             scores, difference = gains(report)
             print(f"| {base} | {PAPER['040719_platoon' + held[4:]]} | {report['verdict']} | {causes(report)} | {scores} | {difference} | "
                   f"{rms(report['missing'])}, {rms(report['missing_left'])} | {slope_on_grade(report['missing'])} |")
+
+print("\n### Largest acceleration over a second [m/s²], in the first minute and after it\n\n| car | P3 | P4 | P5 |\n|---|---|---|---|")
+for follower, car in CARS.items():
+    cells = []
+    for platoon in (7, 8, 9):
+        rows = list(csv.DictReader((work / "dithered" / f"platoon{platoon}_follower{follower}.csv").open()))
+        speeds = [(float(row["time_s"]), float(row["speed_mps"])) for row in rows]
+        gained = [(t, later - now) for (t, now), (_, later) in zip(speeds, speeds[10:])]
+        cells.append(", ".join(f"{max(a for t, a in gained if (t < 60.0) == first):.2f}" for first in (True, False)))
+    print(f"| {car} | {' | '.join(cells)} |")
