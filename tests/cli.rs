@@ -8,10 +8,7 @@ use common::program::{fails, leadlag, ok, scratch, stderr, stdout, text};
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
 use std::sync::OnceLock;
-use std::thread::sleep;
-use std::time::{Duration, Instant};
 
 /// A synthetic platoon of 150 s, made once.
 fn platoon() -> &'static Path {
@@ -140,6 +137,9 @@ fn joint_calibration_has_one_parameter_set() {
 #[cfg(unix)]
 #[test]
 fn ctrl_c_keeps_the_calibration_in_flight_and_names_the_files_left_out() {
+    use std::process::{Command, Stdio};
+    use std::thread::sleep;
+    use std::time::{Duration, Instant};
     let (folder, out) = (platoon(), scratch("cli", "ctrl_c"));
     let files = [1, 3].map(|k| folder.join(format!("pair_follower{k}.csv")));
     let endless = ["--optimizer", "ga", "--max-evaluations", "1000000000", "--model", "idm", "--out", text(&out)];

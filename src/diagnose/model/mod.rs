@@ -154,10 +154,14 @@ impl Model {
 
     /// The drives that an extension acts on.
     pub fn acts_on(&self, extension: &Extension) -> impl Iterator<Item = &Case> {
-        let own =
-            self.events.iter().find(|event| event.extension == extension).map(|event| &self.recordings[event.drive]);
-        let cases = self.lanes.cases().iter().zip(&self.recordings);
-        cases.filter(move |(_, recording)| own.is_none_or(|own| own == *recording)).map(|(case, _)| case)
+        let event = self.events.iter().find(|event| event.extension == extension);
+        let acts = move |recording| event.is_none_or(|event| self.recordings.get(event.drive) == Some(recording));
+        self.lanes
+            .cases()
+            .iter()
+            .zip(&self.recordings)
+            .filter(move |(_, recording)| acts(recording))
+            .map(|(case, _)| case)
     }
 
     /// Values by name.
