@@ -7,7 +7,7 @@ use common::extended::{BASES, bounds, case, spread, with};
 use leadlag::calibrate::{Overrides, SearchSpace};
 use leadlag::catalog::Variant;
 use leadlag::convention::Convention;
-use leadlag::evaluator::{Case, CourseError, Evaluator, Job, Observed, Observer, Population, Raw, Score};
+use leadlag::evaluator::{Case, CourseError, Evaluator, Job, Observed, Observer, Population, Raw, Residuals, Score};
 use leadlag::extension::Extension;
 use leadlag::gpu::{AdapterChoice, Gpu};
 use leadlag::lanes::{InstructionSet, Lanes, LanesPrecision};
@@ -219,10 +219,18 @@ fn innovations_agree_with_the_sums() {
     let mut lanes = lanes(&case, LanesPrecision::F64);
     let sums = lanes.observed(&job, &observers, 1_000_000).expect("short delays");
     let series = lanes.innovations(&job, &observers).expect("short delays");
-    let residuals = lanes.residuals(&job, &observers).expect("short delays");
-    for (i, series) in series.iter().enumerate() {
-        assert_eq!(residuals.failed[i], series.failed);
-        assert_eq!(residuals.of(i), series.failed.is_none().then(|| series.residual.clone()), "candidate {i}");
+    let mut stretches = Vec::new();
+    let mut residuals = vec![Vec::new(); population.len()];
+    let each = &mut |stretch: &Residuals| {
+        stretches.push(stretch.from..stretch.from + stretch.samples);
+        residuals.iter_mut().enumerate().for_each(|(i, run)| run.extend(stretch.of(i)));
+    };
+    let failed = lanes.residuals(&job, &observers, each).expect("short delays");
+    assert!(stretches.len() > 2 && stretches.windows(2).all(|w| w[0].end == w[1].start), "{stretches:?}");
+    assert_eq!([stretches[0].start, stretches[stretches.len() - 1].end], [0, case.s.len()]);
+    for ((series, residuals), failed) in series.iter().zip(residuals).zip(failed) {
+        assert_eq!(failed, series.failed);
+        assert!(failed.is_some() || residuals == series.residual);
     }
     for ((sums, series), observer) in sums.iter().zip(&series).zip(&observers) {
         assert_eq!(sums.raw.failure(), series.failed);

@@ -357,7 +357,9 @@ fn instructions_and_block_size_are_kept_together() {
     let observers = vec![Observer::NONE; population.len()];
     let block = |mut lanes: Lanes| {
         let job = Job { case: 0, population: &population };
-        lanes.residuals(&job, &observers).expect("there is no delay").lanes
+        let mut found = 0;
+        lanes.residuals(&job, &observers, &mut |stretch| found = stretch.lanes).expect("there is no delay");
+        found
     };
     let lanes = || lanes(&case, LanesPrecision::F64);
     // Blocks have 64 lanes or 16; the baseline has no large ones.

@@ -94,7 +94,7 @@ fn from_anywhere(
     let mut searched = setting.model(*variant, &model.events)?;
     let mut axes = searched.axes.clone();
     for k in causes.iter().filter(|other| **other != cause).flat_map(|other| model.positions(other)) {
-        axes[k] = Axis::linear(fit.point.values[k], fit.point.values[k]);
+        axes[k] = Axis::held(fit.point.values[k]);
     }
     let before = searched.simulations;
     let rough = Plan { keep: FOLLOWED, fine: 4, ..spending.base };

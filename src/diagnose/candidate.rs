@@ -171,7 +171,7 @@ impl Candidate {
         let times = (0..axes.len()).filter(|&k| self.model.symbols[k].is_time());
         for k in times.chain(local) {
             let value = self.fit.point.values[k];
-            axes[k] = Axis::linear(value, value);
+            axes[k] = Axis::held(value);
         }
         let prior = self.prior();
         let before = self.model.simulations;
@@ -222,7 +222,7 @@ impl Candidate {
             starts.extend(elsewhere(&Point { values, noise: point.noise }));
         }
         for k in self.causes.iter().flat_map(|cause| model.positions(cause)) {
-            axes[k] = Axis::linear(point.values[k], point.values[k]);
+            axes[k] = Axis::held(point.values[k]);
             starts.iter_mut().for_each(|start| start.values[k] = point.values[k]);
         }
         let plan = |count: usize| Plan { select: count, keep: count, ..ELSEWHERE };
@@ -249,7 +249,7 @@ impl Candidate {
         let (mut residuals, mut designs) = (Vec::new(), Vec::new());
         for (drive, (samples, dt)) in self.model.drives().into_iter().enumerate() {
             let designed = design(&self.fit.point.noise, dt);
-            let run = self.model.residuals(drive, std::slice::from_ref(&self.fit.point.values), &[designed])?.of(0);
+            let run = self.model.runs(drive, std::slice::from_ref(&self.fit.point.values), &[designed])?.remove(0);
             residuals.push(run.unwrap_or_else(|| vec![[0.0; 2]; samples]));
             designs.push(designed);
         }
@@ -301,12 +301,12 @@ impl Transferred {
         let mut changes = Vec::new();
         for (drive, ((samples, dt), mask)) in model.drives().into_iter().zip(&setting.holdout).enumerate() {
             let designed = design(&point.noise, dt);
-            let runs = model.residuals(drive, &[point.values.clone(), without.clone()], &[designed, designed])?;
+            let runs = model.runs(drive, &[point.values.clone(), without.clone()], &[designed, designed])?;
             let length = block_length(dt);
             let mut sums = vec![0.0; samples.div_ceil(length)];
-            match (runs.of(0), runs.of(1)) {
-                (Some(with), Some(without)) => {
-                    for (t, (a, b)) in with.iter().zip(&without).enumerate().filter(|(t, _)| mask[*t]) {
+            match &runs[..] {
+                [Some(with), Some(without)] => {
+                    for (t, (a, b)) in with.iter().zip(without).enumerate().filter(|(t, _)| mask[*t]) {
                         let z = designed.white([a[0] - b[0], a[1] - b[1]]);
                         sums[t / length] += 0.5 * (z[0] * z[0] + z[1] * z[1]);
                     }
@@ -322,7 +322,7 @@ impl Transferred {
 /// The same parameters with the noise of other data: a complete model is close to a free simulation, which other data punish for
 /// every small error of a parameter, while a model that lacks something hides behind a strong observer.
 fn with_own_noise(model: &mut Model, point: Point, masks: &[Mask]) -> Result<Point, DiagnoseError> {
-    let axes: Vec<Axis> = point.values.iter().map(|value| Axis::linear(*value, *value)).collect();
+    let axes: Vec<Axis> = point.values.iter().map(|value| Axis::held(*value)).collect();
     let fits = fit(model, &axes, masks, &elsewhere(&point), ELSEWHERE)?;
     Ok(fits.into_iter().next().map_or(point, |fit| fit.point))
 }
@@ -338,7 +338,7 @@ pub(super) fn scored(model: &mut Model, point: &Point, masks: &[Mask]) -> Result
     let mut all = Vec::new();
     for (drive, ((samples, dt), mask)) in model.drives().into_iter().zip(masks).enumerate() {
         let designed = design(&point.noise, dt);
-        let run = model.residuals(drive, std::slice::from_ref(&point.values), &[designed])?.of(0);
+        let run = model.runs(drive, std::slice::from_ref(&point.values), &[designed])?.remove(0);
         let failed = || blocks(&vec![[0.0; 2]; samples], &designed, mask, dt).iter().map(|_| FAILED_BLOCK).collect();
         all.push(run.map_or_else(failed, |run| blocks(&run, &designed, mask, dt)));
     }

@@ -84,7 +84,7 @@ fn held(
         let (mut axes, mut start) = (model.axes.clone(), start.clone());
         for (k, value) in size {
             start.values[k] = value;
-            axes[k] = Axis::linear(value, value);
+            axes[k] = Axis::held(value);
         }
         if rugged {
             let turn = SHIFTED + turn as u64;

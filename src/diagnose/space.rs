@@ -9,7 +9,7 @@ pub struct Axis {
     pub upper: f64,
     /// Equal ratios instead of equal differences; needs bounds of one sign.
     pub log: bool,
-    /// Step of a finite difference as a share of the range.
+    /// Step of a finite difference as a share of the range; 0: nobody asks for one.
     pub step: f64,
 }
 
@@ -27,6 +27,18 @@ impl Axis {
     #[must_use]
     pub fn log(lower: f64, upper: f64) -> Axis {
         Axis { lower, upper, log: true, step: SMOOTH }
+    }
+
+    /// A parameter that is held at a value, and whose derivatives nobody asks for.
+    #[must_use]
+    pub fn held(value: f64) -> Axis {
+        Axis { step: 0.0, ..Axis::linear(value, value) }
+    }
+
+    /// See [`Axis::held`].
+    #[must_use]
+    pub fn is_held(&self) -> bool {
+        self.step == 0.0
     }
 
     /// The value at a coordinate.

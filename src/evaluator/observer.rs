@@ -45,28 +45,28 @@ pub struct Innovations {
     pub acceleration: Vec<f64>,
 }
 
-/// Residuals of observed runs before their corrections. The candidates of a block lie side by side, sample by sample, as they were
-/// computed: whoever adds them up goes through memory once.
+/// Residuals of observed runs before their corrections, over a stretch of samples. The candidates of a block lie side by side, sample
+/// by sample, as they were computed: whoever adds them up goes through memory once, and while it is near.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Residuals {
     /// Candidates in a block; the last block may have fewer, and numbers without meaning beyond them.
     pub lanes: usize,
-    /// Samples of each run.
+    /// First sample of the stretch.
+    pub from: usize,
+    /// Its samples.
     pub samples: usize,
-    /// Candidate i is in block i / `lanes`, whose number (2 t + signal) `lanes` + i % `lanes` is its residual of s \[m\] (signal 0) or
-    /// v \[m/s\] (signal 1) at sample t.
+    /// Candidate i is in block i / `lanes`, whose number (2 k + signal) `lanes` + i % `lanes` is its residual of s \[m\] (signal 0) or
+    /// v \[m/s\] (signal 1) at sample `from` + k. After a run has failed, what stands there means nothing.
     pub blocks: Vec<Vec<f64>>,
-    /// Where a run ended early; what stands there from then on means nothing.
-    pub failed: Vec<Option<Failure>>,
 }
 
 impl Residuals {
     /// Blocks have a multiple of this many candidates, the numbers of the widest vector, so that whoever adds them up has no rest.
     pub const STRIDE: usize = 8;
 
-    /// Of runs that are there one by one; all are as long as the longest.
+    /// Of whole runs that are there one by one; all are as long as the longest.
     #[must_use]
-    pub fn new(runs: &[Vec<[f64; 2]>], failed: Vec<Option<Failure>>) -> Residuals {
+    pub fn new(runs: &[Vec<[f64; 2]>]) -> Residuals {
         let (lanes, samples) =
             (runs.len().max(1).next_multiple_of(Self::STRIDE), runs.iter().map(Vec::len).max().unwrap_or(0));
         let mut block = vec![f64::NAN; 2 * samples * lanes];
@@ -76,17 +76,13 @@ impl Residuals {
                 block[(2 * t + 1) * lanes + i] = r[1];
             }
         }
-        Residuals { lanes, samples, blocks: vec![block], failed }
+        Residuals { lanes, from: 0, samples, blocks: vec![block] }
     }
 
-    /// Residuals of s and v of one candidate, sample by sample; `None` if its run failed.
-    #[must_use]
-    pub fn of(&self, candidate: usize) -> Option<Vec<[f64; 2]>> {
-        if self.failed[candidate].is_some() {
-            return None;
-        }
+    /// Residuals of s and v of one candidate, sample by sample.
+    pub fn of(&self, candidate: usize) -> impl Iterator<Item = [f64; 2]> {
         let (lanes, lane) = (self.lanes, candidate % self.lanes);
         let rows = self.blocks[candidate / lanes].chunks_exact(2 * lanes);
-        Some(rows.map(|row| [row[lane], row[lanes + lane]]).collect())
+        rows.map(move |row| [row[lane], row[lanes + lane]])
     }
 }

@@ -49,6 +49,10 @@ impl<T: Real, const L: usize> Blocks<T, L> {
     }
 }
 
+/// Samples that a block leaves residuals of before they are looked at: so few that they are still in a near cache, so many that to stop
+/// and go on costs nothing.
+const STRETCH: usize = 128;
+
 /// One block: candidates `range` of the order, of one job.
 #[derive(Debug, Clone, Copy)]
 struct Part {
@@ -98,7 +102,8 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         if let Some(only) = self.only {
             return if A <= only && self.set != InstructionSet::Baseline { A } else { B };
         }
-        let threads = rayon::current_num_threads();
+        // On a thread of the pool, the others have work of their own.
+        let threads = if rayon::current_thread_index().is_some() { 1 } else { rayon::current_num_threads() };
         // Bytes that a step touches and that have to stay in the nearest cache.
         let longest = self.streams.iter().map(|s| s.longest).max().unwrap_or(0);
         let ring = if self.model.undelayed { 0 } else { 2 * (longest + 2) };
@@ -217,9 +222,20 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         }
     }
 
+    fn run_whole<const L: usize>(
+        &self,
+        program: &Program<T, L>,
+        workspace: &mut Workspace<T, L>,
+        run: &mut Run<'_, T>,
+    ) {
+        workspace.begin(program, run);
+        let end = run.end;
+        run_block(self.set, program, workspace, run, end);
+    }
+
     fn finish<const L: usize>(&self, blocks: &Blocks<T, L>, run: &mut Run<'_, T>, results: &mut [Finished]) {
         let mut workspace = blocks.take(self.longest());
-        run_block(self.set, &blocks.program, &mut workspace, run);
+        self.run_whole(&blocks.program, &mut workspace, run);
         for (lane, (result, candidate)) in results.iter_mut().zip(run.candidates).enumerate() {
             let raw = workspace.raw(lane, run.settings);
             let score = match raw.failure() {
@@ -258,7 +274,7 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
 
     fn observe<const L: usize>(&self, blocks: &Blocks<T, L>, run: &mut Run<'_, T>) -> Vec<Observed> {
         let mut workspace = blocks.take(self.longest());
-        run_block(self.set, &blocks.program, &mut workspace, run);
+        self.run_whole(&blocks.program, &mut workspace, run);
         let lane = |lane: usize| Observed {
             raw: workspace.raw(lane, run.settings),
             blocks: workspace
@@ -301,7 +317,7 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         let mut workspace = self.small.take(self.longest());
         let mut record = Vec::new();
         let (candidates, settings, samples) = (run.candidates, run.settings, run.stream.samples());
-        run_block(self.set, &self.small.program, &mut workspace, &mut Run { record: Some(&mut record), ..run });
+        self.run_whole(&self.small.program, &mut workspace, &mut Run { record: Some(&mut record), ..run });
         let width = candidates.len();
         let begun = |lane: usize| Innovations {
             failed: workspace.raw(lane, settings).failure(),
@@ -326,39 +342,67 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         all
     }
 
-    /// Runs with observers, one per candidate: only the residuals, for those who fit.
+    /// Runs with observers, one per candidate: only the residuals, stretch by stretch, for those who fit.
     pub fn residuals(
         &mut self,
         cases: &[Case],
         job: &Job<'_>,
         settings: &Settings,
         observers: &[Observer],
-    ) -> Result<Residuals, EvaluateError> {
+        each: &mut dyn FnMut(&Residuals),
+    ) -> Result<Vec<Option<Failure>>, EvaluateError> {
         let lanes = self.plan(cases, &[*job])?;
         // In the order of the population, so that nobody has to look for a candidate.
         self.order.sort_unstable_by_key(|candidate| candidate.index);
         let columns = self.columns(job.population);
-        let samples = self.streams[job.case].samples();
-        let residuals = |part: &Part| {
-            let mut run = self.prepare(job, settings, &columns, &self.order[part.from..part.to]);
-            run.observers = observers;
-            if lanes == A { self.leave(&self.large, run) } else { self.leave(&self.small, run) }
+        let prepare = |part: &Part| {
+            let run = self.prepare(job, settings, &columns, &self.order[part.from..part.to]);
+            Run { observers, ..run }
         };
-        let (blocks, failed): (Vec<_>, Vec<_>) = self.parts.par_iter().map(residuals).unzip();
-        Ok(Residuals { lanes, samples, blocks, failed: failed.concat() })
+        let runs = self.parts.iter().map(prepare).collect();
+        Ok(if lanes == A { self.leave(&self.large, runs, each) } else { self.leave(&self.small, runs, each) })
     }
 
-    /// The residuals of a block, and which of its runs failed.
-    fn leave<const L: usize>(&self, blocks: &Blocks<T, L>, run: Run<'_, T>) -> (Vec<f64>, Vec<Option<Failure>>) {
-        let (count, settings, length) = (run.candidates.len(), run.settings, 2 * run.stream.samples() * L);
-        let mut block = Vec::with_capacity(length);
-        let mut workspace = blocks.take(self.longest());
-        run_block(self.set, &blocks.program, &mut workspace, &mut Run { residuals: Some(&mut block), ..run });
-        let failed = (0..count).map(|lane| workspace.raw(lane, settings).failure()).collect();
-        blocks.put(workspace);
-        // Shorter if all of its runs failed.
-        block.resize(length, f64::NAN);
-        (block, failed)
+    /// All blocks go on by a stretch of samples, and leave their residuals to `each`; in the end, which runs failed.
+    fn leave<const L: usize>(
+        &self,
+        blocks: &Blocks<T, L>,
+        runs: Vec<Run<'_, T>>,
+        each: &mut dyn FnMut(&Residuals),
+    ) -> Vec<Option<Failure>> {
+        let begun = |run| {
+            let mut workspace = blocks.take(self.longest());
+            workspace.begin(&blocks.program, &run);
+            (run, workspace)
+        };
+        let mut begun: Vec<_> = runs.into_iter().map(begun).collect();
+        let room = || Vec::with_capacity(2 * STRETCH * L);
+        let mut stretch = Residuals {
+            lanes: L,
+            from: 0,
+            samples: 0,
+            blocks: std::iter::repeat_with(room).take(begun.len()).collect(),
+        };
+        while begun.iter().any(|(run, workspace)| !workspace.is_done(run)) {
+            let until = begun.iter().map(|(run, _)| run.end.min(stretch.from + STRETCH)).max().unwrap_or(0);
+            stretch.samples = until - stretch.from;
+            let length = 2 * stretch.samples * L;
+            begun.par_iter_mut().zip(&mut stretch.blocks).for_each(|((run, workspace), block)| {
+                block.clear();
+                let run = &mut Run { trace: None, record: None, residuals: Some(block), ..*run };
+                run_block(self.set, &blocks.program, workspace, run, until);
+                // Shorter if all of its runs have failed.
+                block.resize(length, f64::NAN);
+            });
+            each(&stretch);
+            stretch.from = until;
+        }
+        let mut failed = Vec::new();
+        for (run, workspace) in begun {
+            failed.extend((0..run.candidates.len()).map(|lane| workspace.raw(lane, run.settings).failure()));
+            blocks.put(workspace);
+        }
+        failed
     }
 
     /// From the order of the blocks to that of the population.
@@ -402,7 +446,7 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
             residuals: None,
         };
         let mut workspace = self.small.take(self.longest());
-        run_block(self.set, &self.small.program, &mut workspace, &mut run);
+        self.run_whole(&self.small.program, &mut workspace, &mut run);
         self.small.put(workspace);
         Ok(states.split_off((from - begin).min(states.len())))
     }

@@ -8,7 +8,7 @@ use super::simd::InstructionSet;
 use super::stream::Stream;
 use super::sums::{Adding, Settings};
 use crate::evaluator::{
-    BufferSet, Case, Course, EvaluateError, Evaluator, Innovations, Job, Observed, Observer, Outcome,
+    BufferSet, Case, Course, EvaluateError, Evaluator, Failure, Innovations, Job, Observed, Observer, Outcome,
 };
 use crate::evaluator::{Population, Raw, Residuals, Score};
 use crate::score::GoodnessOfFit;
@@ -214,27 +214,31 @@ impl Lanes {
     pub fn innovations(&mut self, job: &Job<'_>, observers: &[Observer]) -> Result<Vec<Innovations>, EvaluateError> {
         assert_eq!(job.population.len(), observers.len(), "one observer per candidate");
         self.observe()?;
-        let one_block = self.cases[job.case].s.len();
-        let settings = settings(Adding::Nothing, self.compensated(), false, Some(one_block));
+        let settings = settings(Adding::Nothing, self.compensated(), false, None);
         with_engine!(self.observing.as_mut().expect("just made"), core => {
             core.innovations(&self.cases, job, &settings, observers)
         })
     }
 
-    /// The residuals of the same runs alone: the same numbers in less time and memory.
+    /// The residuals of the same runs alone, the same numbers in less time and memory: `each` is given one stretch of samples after
+    /// the other, from the first to the last or until all have failed. Returns where runs ended early.
     ///
     /// # Errors
     /// [`EvaluateError::Delay`], [`EvaluateError::Model`].
     ///
     /// # Panics
     /// Unless there is one observer per candidate.
-    pub fn residuals(&mut self, job: &Job<'_>, observers: &[Observer]) -> Result<Residuals, EvaluateError> {
+    pub fn residuals(
+        &mut self,
+        job: &Job<'_>,
+        observers: &[Observer],
+        each: &mut dyn FnMut(&Residuals),
+    ) -> Result<Vec<Option<Failure>>, EvaluateError> {
         assert_eq!(job.population.len(), observers.len(), "one observer per candidate");
         self.observe()?;
-        let one_block = self.cases[job.case].s.len();
-        let settings = settings(Adding::Nothing, self.compensated(), false, Some(one_block));
+        let settings = settings(Adding::Nothing, self.compensated(), false, None);
         with_engine!(self.observing.as_mut().expect("just made"), core => {
-            core.residuals(&self.cases, job, &settings, observers)
+            core.residuals(&self.cases, job, &settings, observers, each)
         })
     }
 

@@ -3,6 +3,7 @@
 #![allow(clippy::neg_cmp_op_on_partial_ord, reason = "what a NaN does must be what the kernel does")]
 
 use super::real::Real;
+use super::simd::Lane;
 use std::hint::select_unpredictable;
 
 /// True if all accelerations are finite and all spacings above 0.
@@ -76,6 +77,27 @@ pub fn count<T: Real, const L: usize>(
 pub fn errors<T: Real, const L: usize>(y: &[T; L], measured: T, factor: T, to: &mut [T; L]) {
     for i in 0..L {
         to[i] = (y[i] - measured) * factor;
+    }
+}
+
+/// The residuals of spacing and speed, and what an observer's gains make of them taken from spacing, speed and missing acceleration.
+#[inline(always)]
+pub fn observe<T: Real, const L: usize>(
+    s: &mut [T; L],
+    v: &mut [T; L],
+    d: &mut [T; L],
+    r_s: &mut [T; L],
+    r_v: &mut [T; L],
+    measured: [T; 2],
+    gain: &[Lane<T, L>; 6],
+) {
+    for i in 0..L {
+        let r = [s[i] - measured[0], v[i] - measured[1]];
+        let correction = |k: usize| gain[k].0[i] * r[0] + gain[k + 1].0[i] * r[1];
+        (r_s[i], r_v[i]) = (r[0], r[1]);
+        s[i] = s[i] - correction(0);
+        v[i] = (v[i] - correction(2)).larger(T::ZERO);
+        d[i] = d[i] - correction(4);
     }
 }
 

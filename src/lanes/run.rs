@@ -1,7 +1,7 @@
 //! The time loop of shaders/kernel.wgsl, operation for operation, over a block of lanes.
 //!
 //! All lanes of a block step together. One that has failed or has not started yet computes on, unread: no operation looks
-//! at another lane, and its sums, counts and status are closed.
+//! at another lane, and its sums, counts and status are closed. A block may stop at any sample and go on from there.
 
 use super::model::Model;
 use super::real::Real;
@@ -68,6 +68,17 @@ pub struct Run<'a, T> {
     pub residuals: Option<&'a mut Vec<f64>>,
 }
 
+/// How far a block has come.
+#[derive(Debug, Clone, Copy)]
+struct Progress {
+    /// The next sample.
+    t: usize,
+    /// The home that the state is in.
+    here: usize,
+    /// Lanes that have not failed.
+    running: usize,
+}
+
 /// Memory of a block, used again and again.
 #[derive(Debug)]
 pub struct Workspace<T, const L: usize> {
@@ -90,6 +101,7 @@ pub struct Workspace<T, const L: usize> {
     pub status: [u32; L],
     pub cut_acc: [u32; L],
     pub cut_dec: [u32; L],
+    progress: Progress,
 }
 
 impl<T: Real, const L: usize> Workspace<T, L> {
@@ -109,11 +121,25 @@ impl<T: Real, const L: usize> Workspace<T, L> {
             status: [0; L],
             cut_acc: [0; L],
             cut_dec: [0; L],
+            progress: Progress { t: 0, here: 0, running: 0 },
         }
     }
 
+    /// Makes a block ready for its first sample.
+    pub fn begin(&mut self, program: &Program<T, L>, what: &Run<'_, T>) {
+        self.load(program, what);
+        self.sums.begin(what.settings, what.end);
+        self.registers.execute(&program.prologue);
+        let running = self.status.iter().filter(|status| **status == 0).count();
+        self.progress = Progress { t: what.history.map_or(0, |(begin, _)| begin), here: 0, running };
+    }
+
+    /// True at the end of a run, or when all of its lanes have failed.
+    pub fn is_done(&self, what: &Run<'_, T>) -> bool {
+        self.progress.running == 0 || self.progress.t >= what.end
+    }
+
     /// Rows of the block's candidates; what lies beyond them repeats the first, closed.
-    #[inline(always)]
     fn load(&mut self, program: &Program<T, L>, what: &Run<'_, T>) {
         for (value, row) in &program.model.literals {
             self.registers.row_mut(*row).fill(T::literal(*value));
@@ -154,24 +180,23 @@ impl<T: Real, const L: usize> Workspace<T, L> {
     }
 }
 
-/// Runs a block to its end, or until all of its lanes have failed.
+/// Runs a block that has begun up to a sample, or until all of its lanes have failed.
 #[inline(always)]
-pub fn run<T: Real, const L: usize>(program: &Program<T, L>, w: &mut Workspace<T, L>, what: &mut Run<'_, T>) {
+pub fn run<T: Real, const L: usize>(
+    program: &Program<T, L>,
+    w: &mut Workspace<T, L>,
+    what: &mut Run<'_, T>,
+    until: usize,
+) {
     let model = &program.model;
     let Run { settings, stream, .. } = *what;
-    w.load(program, what);
-    w.sums.begin(settings, what.end);
-    w.registers.execute(&program.prologue);
     let mask = w.ring.len() - 1;
     let (begin, all_begun) = (*w.first.iter().min().unwrap_or(&0), *w.first.iter().max().unwrap_or(&0));
     let (nearest, farthest) = (*w.back.iter().min().unwrap_or(&0), *w.back.iter().max().unwrap_or(&0));
     let delayed = !model.undelayed;
-    let mut running = w.status.iter().filter(|status| **status == 0).count();
-    // The home that the state is in.
-    let mut here = 0;
-
-    let mut t = what.history.map_or(0, |(begin, _)| begin);
-    while t < what.end && running > 0 {
+    let Progress { mut t, mut here, mut running } = w.progress;
+    let until = until.min(what.end);
+    while t < until && running > 0 {
         if t >= begin {
             if t <= all_begun {
                 for lane in 0..L {
@@ -226,11 +251,10 @@ pub fn run<T: Real, const L: usize>(program: &Program<T, L>, w: &mut Workspace<T
             }
             let rows = [w.registers.row(home[0]), w.registers.row(home[1]), w.registers.row(home[2])];
             w.sums.add(settings, stream, rows, Went { all, row: &w.went.0 }, t);
-            if let (Some(block), Some(missing)) = (settings.block, model.missing) {
-                let rows = [rows[0], rows[1], w.registers.row(home[missing])];
-                w.sums.observe(block, stream, rows, &w.went.0, t, what.end);
-                for (k, place) in [0, 1, missing].into_iter().enumerate() {
-                    w.registers.row_mut(home[place]).copy_from_slice(&w.sums.corrected[k].0);
+            if let Some(missing) = model.missing {
+                w.sums.observe(stream, w.registers.rows_mut([home[0], home[1], home[missing]]), t);
+                if let Some(block) = settings.block {
+                    w.sums.add_white(block, &w.went.0, t, what.end);
                 }
             }
         }
@@ -249,11 +273,11 @@ pub fn run<T: Real, const L: usize>(program: &Program<T, L>, w: &mut Workspace<T
         }
         if let Some(record) = what.record.as_deref_mut() {
             let home = &model.homes[here];
-            let a = w.registers.row(home[2]);
+            let missing = model.missing.map_or(home[2], |missing| home[missing]);
             for lane in 0..what.candidates.len() {
                 let [r_s, r_v] = [0, 1].map(|k| w.sums.residual[k].0[lane]);
-                let [s, v, d] = [0, 1, 2].map(|k| w.sums.corrected[k].0[lane]);
-                record.push([r_s, r_v, s, v, d, a[lane]].map(T::to_f64));
+                let [s, v, d, a] = [home[0], home[1], missing, home[2]].map(|row| w.registers.row(row)[lane]);
+                record.push([r_s, r_v, s, v, d, a].map(T::to_f64));
             }
         }
         if let Some(residuals) = what.residuals.as_deref_mut() {
@@ -263,6 +287,7 @@ pub fn run<T: Real, const L: usize>(program: &Program<T, L>, w: &mut Workspace<T
         }
         t += 1;
     }
+    w.progress = Progress { t, here, running };
 }
 
 /// What the time loop looks up for extensions, at the sample before `t`.
@@ -408,10 +433,6 @@ fn start<T: Real, const L: usize>(
         }
         w.sums.residual[0].0[lane] = T::ZERO;
         w.sums.residual[1].0[lane] = T::ZERO;
-        for k in 0..2 {
-            w.sums.corrected[k].0[lane] = state[k];
-        }
-        w.sums.corrected[2].0[lane] = T::ZERO;
         if w.status[lane] == 0 && state[0] <= T::ZERO {
             w.status[lane] = status::FAILED | status::CRASH | t as u32;
             closed += 1;

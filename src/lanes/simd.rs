@@ -118,6 +118,16 @@ impl<T: Real, const L: usize> Registers<T, L> {
         &mut self.rows[usize::from(row)].0
     }
 
+    /// Several rows at once.
+    ///
+    /// # Panics
+    /// If two are the same.
+    #[inline(always)]
+    pub fn rows_mut<const N: usize>(&mut self, rows: [Row; N]) -> [&mut [T; L]; N] {
+        let rows = self.rows.get_disjoint_mut(rows.map(usize::from)).expect("rows that differ");
+        rows.map(|row| &mut row.0)
+    }
+
     /// Runs instructions one after the other.
     ///
     /// # Panics
@@ -134,7 +144,7 @@ impl<T: Real, const L: usize> Registers<T, L> {
     }
 }
 
-/// Runs a block in the code of an instruction set.
+/// Runs a block that has begun up to a sample, in the code of an instruction set.
 ///
 /// # Panics
 /// If this processor has not that instruction set.
@@ -143,17 +153,18 @@ pub fn run_block<T: Real, const L: usize>(
     program: &Program<T, L>,
     workspace: &mut Workspace<T, L>,
     what: &mut Run<'_, T>,
+    until: usize,
 ) {
     assert!(InstructionSet::available().contains(&set), "this processor has no {set:?}");
     match set {
         // SAFETY: checked above.
         #[cfg(target_arch = "x86_64")]
-        InstructionSet::Avx512 => unsafe { avx512::block(program, workspace, what) },
+        InstructionSet::Avx512 => unsafe { avx512::block(program, workspace, what, until) },
         // SAFETY: checked above.
         #[cfg(target_arch = "x86_64")]
-        InstructionSet::Avx2 => unsafe { avx2::block(program, workspace, what) },
+        InstructionSet::Avx2 => unsafe { avx2::block(program, workspace, what, until) },
         // SAFETY: every processor has the baseline.
-        _ if const { L <= BASELINE_LANES } => unsafe { baseline::block(program, workspace, what) },
+        _ if const { L <= BASELINE_LANES } => unsafe { baseline::block(program, workspace, what, until) },
         _ => unreachable!("the baseline runs in small blocks"),
     }
 }
@@ -252,8 +263,9 @@ macro_rules! instruction_set {
                 program: &Program<T, L>,
                 workspace: &mut Workspace<T, L>,
                 what: &mut Run<'_, T>,
+                until: usize,
             ) {
-                run(program, workspace, what);
+                run(program, workspace, what, until);
             }
 
             fn outer<T: Real, I: Two, const L: usize>(outer: Outer) -> Execute<T, L> {

@@ -48,7 +48,7 @@ pub struct Settings {
     pub compensated: bool,
     /// False where nobody asks how often an acceleration bound was touched.
     pub counts: bool,
-    /// With observers: samples in a block of sums.
+    /// Samples in a block of sums of whitened squares, where they are asked for.
     pub block: Option<usize>,
 }
 
@@ -77,9 +77,8 @@ pub struct Sums<T, const L: usize> {
     floored2: Triple<T, L>,
     block: [Lane<T, L>; 2],
     pub observers: Observers<T, L>,
-    /// Residuals of spacing and speed, and the corrected spacing, speed and missing acceleration.
+    /// Residuals of spacing and speed.
     pub residual: [Lane<T, L>; 2],
-    pub corrected: [Lane<T, L>; 3],
     /// Per block of samples and lane; filled with an observer only.
     pub blocks: Vec<[Lane<T, L>; 2]>,
 }
@@ -132,7 +131,6 @@ impl<T: Real, const L: usize> Sums<T, L> {
             block: [Lane::ZERO; 2],
             observers: Observers::new(),
             residual: [Lane::ZERO; 2],
-            corrected: [Lane::ZERO; 3],
             blocks: Vec::new(),
         }
     }
@@ -182,27 +180,20 @@ impl<T: Real, const L: usize> Sums<T, L> {
         }
     }
 
-    /// Corrects spacing, speed and missing acceleration by their residuals, into `corrected`, and adds up whitened squares.
+    /// Corrects spacing, speed and missing acceleration by the residuals at sample t.
     #[inline(always)]
-    pub fn observe(
-        &mut self,
-        block: usize,
-        stream: &Stream<T>,
-        rows: [&[T; L]; 3],
-        went: &[T; L],
-        t: usize,
-        end: usize,
-    ) {
-        let Observers { gain, whitening } = &self.observers;
-        let (s, v) = (stream.measured[0][t], stream.measured[1][t]);
+    pub fn observe(&mut self, stream: &Stream<T>, [s, v, d]: [&mut [T; L]; 3], t: usize) {
+        let measured = [stream.measured[0][t], stream.measured[1][t]];
+        let [r_s, r_v] = &mut self.residual;
+        rows::observe(s, v, d, &mut r_s.0, &mut r_v.0, measured, &self.observers.gain);
+    }
+
+    /// Adds up the squares of the whitened residuals of sample t, in the lanes that went on.
+    #[inline(always)]
+    pub fn add_white(&mut self, block: usize, went: &[T; L], t: usize, end: usize) {
+        let whitening = &self.observers.whitening;
         for i in 0..L {
-            let error = [rows[0][i] - s, rows[1][i] - v];
-            let correction = |k: usize| gain[k].0[i] * error[0] + gain[k + 1].0[i] * error[1];
-            self.residual[0].0[i] = error[0];
-            self.residual[1].0[i] = error[1];
-            self.corrected[0].0[i] = rows[0][i] - correction(0);
-            self.corrected[1].0[i] = (rows[1][i] - correction(2)).larger(T::ZERO);
-            self.corrected[2].0[i] = rows[2][i] - correction(4);
+            let error = [self.residual[0].0[i], self.residual[1].0[i]];
             let white = [whitening[0].0[i] * error[0], whitening[1].0[i] * error[0] + whitening[2].0[i] * error[1]];
             for k in 0..2 {
                 let sum = self.block[k].0[i] + white[k] * white[k];

@@ -86,6 +86,11 @@ impl Frame<'_> {
         }
     }
 
+    /// True for a coordinate that nobody asks a derivative of.
+    pub fn is_held(&self, j: usize) -> bool {
+        self.axes.get(j).is_some_and(Axis::is_held)
+    }
+
     /// The step of a finite difference, inwards at the upper bound.
     pub fn step(&self, j: usize, x: f64) -> f64 {
         let size = self.axes.get(j).map_or(LOG_STEP, |axis| axis.step);

@@ -10,11 +10,11 @@ mod profile;
 pub use frame::{Prior, least_random};
 pub use profile::profiled;
 
-use super::gram::{Gram, costs_of};
+use super::gram::{Costs, Gram, Products};
 use super::likelihood::Mask;
 use super::observer::{Designed, Noise, design};
 use super::space::Axis;
-use crate::evaluator::Residuals;
+use crate::evaluator::{Failure, Residuals};
 use frame::{Frame, inverse};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -25,7 +25,13 @@ pub trait Predictor {
     type Error: Send;
     /// Samples and time step \[s\] of every drive.
     fn drives(&self) -> Vec<(usize, f64)>;
-    /// Simulated minus measured spacing and speed before each correction, one candidate after the other.
+    /// False for a parameter of the model that does nothing on a drive: candidates that differ in it alone run alike there.
+    fn acts(&self, _drive: usize, _parameter: usize) -> bool {
+        true
+    }
+
+    /// Simulated minus measured spacing and speed before each correction, one candidate after the other; `each` is given one stretch
+    /// of samples after the other, up to the last one or until all have failed. Returns where runs ended early.
     ///
     /// # Errors
     /// When nothing can be simulated; a candidate that fails is no error.
@@ -34,7 +40,25 @@ pub trait Predictor {
         drive: usize,
         candidates: &[Vec<f64>],
         observers: &[Designed],
-    ) -> Result<Residuals, Self::Error>;
+        each: &mut dyn FnMut(&Residuals),
+    ) -> Result<Vec<Option<Failure>>, Self::Error>;
+
+    /// The same of whole runs, sample by sample; `None` where one failed.
+    ///
+    /// # Errors
+    /// As [`Predictor::residuals`].
+    fn runs(
+        &mut self,
+        drive: usize,
+        candidates: &[Vec<f64>],
+        observers: &[Designed],
+    ) -> Result<Vec<Option<Vec<[f64; 2]>>>, Self::Error> {
+        let mut runs = vec![Vec::with_capacity(self.drives()[drive].0); candidates.len()];
+        let failed = self.residuals(drive, candidates, observers, &mut |stretch| {
+            runs.par_iter_mut().enumerate().for_each(|(i, run)| run.extend(stretch.of(i)));
+        })?;
+        Ok(runs.into_iter().zip(failed).map(|(run, failed)| failed.is_none().then_some(run)).collect())
+    }
 }
 
 /// A model with its noise.
@@ -333,9 +357,14 @@ fn costs<P: Predictor>(
         let candidates: Vec<Vec<f64>> = points.iter().map(|point| point.values.clone()).collect();
         for (drive, ((_, dt), mask)) in predictor.drives().into_iter().zip(masks).enumerate() {
             let observers: Vec<Designed> = points.iter().map(|point| design(&point.noise, dt)).collect();
-            let residuals = predictor.residuals(drive, &candidates, &observers)?;
-            for (sum, cost) in sums.iter_mut().zip(costs_of(&residuals, &observers, mask)) {
-                *sum += if cost.is_finite() { cost } else { f64::INFINITY };
+            let (distinct, run) = distinct(predictor, drive, &candidates, &observers);
+            let candidates: Vec<Vec<f64>> = distinct.iter().map(|&i| candidates[i].clone()).collect();
+            let observers: Vec<Designed> = distinct.iter().map(|&i| observers[i]).collect();
+            let mut costs = Costs::new(&observers, mask);
+            let failed = predictor.residuals(drive, &candidates, &observers, &mut |stretch| costs.add(stretch))?;
+            let costs = costs.finish(&failed);
+            for (sum, run) in sums.iter_mut().zip(run) {
+                *sum += if costs[run].is_finite() { costs[run] } else { f64::INFINITY };
             }
         }
     }
@@ -343,6 +372,32 @@ fn costs<P: Predictor>(
         *sum += frame.penalty(x);
     }
     Ok(sums)
+}
+
+/// The candidates that run differently on a drive, and for each candidate the one of these that runs like it.
+fn distinct<P: Predictor>(
+    predictor: &P,
+    drive: usize,
+    candidates: &[Vec<f64>],
+    observers: &[Designed],
+) -> (Vec<usize>, Vec<usize>) {
+    let parameters = candidates.first().map_or(0, Vec::len);
+    let acting: Vec<usize> = (0..parameters).filter(|&k| predictor.acts(drive, k)).collect();
+    if acting.len() == parameters {
+        return ((0..candidates.len()).collect(), (0..candidates.len()).collect());
+    }
+    let alike = |i: usize, j: usize| {
+        observers[i] == observers[j] && acting.iter().all(|&k| candidates[i][k] == candidates[j][k])
+    };
+    let (mut distinct, mut run) = (Vec::<usize>::new(), Vec::new());
+    for i in 0..candidates.len() {
+        let known = distinct.iter().position(|&j| alike(i, j));
+        run.push(known.unwrap_or(distinct.len()));
+        if known.is_none() {
+            distinct.push(i);
+        }
+    }
+    (distinct, run)
 }
 
 /// Derivatives at several points.
@@ -355,29 +410,34 @@ fn derivatives<P: Predictor>(
     let m = frame.coordinates();
     let mut grams = Vec::with_capacity(at.len());
     for at in at.chunks((BATCH / (m + 1)).max(1)) {
-        let mut candidates: Vec<Point> = Vec::new();
-        let mut steps: Vec<Vec<f64>> = Vec::new();
-        for x in at {
-            candidates.push(frame.point(x));
-            let mine: Vec<f64> = (0..m).map(|j| frame.step(j, x[j])).collect();
-            for (j, step) in mine.iter().enumerate() {
-                let mut moved = x.to_vec();
-                moved[j] += step;
-                candidates.push(frame.point(&moved));
-            }
-            steps.push(mine);
-        }
-        let values: Vec<Vec<f64>> = candidates.iter().map(|point| point.values.clone()).collect();
         let mut mine: Vec<Gram> = at.iter().map(|_| Gram::zero(m)).collect();
         for (drive, ((_, dt), mask)) in predictor.drives().into_iter().zip(masks).enumerate() {
-            let observers: Vec<Designed> = candidates.iter().map(|point| design(&point.noise, dt)).collect();
-            let residuals = predictor.residuals(drive, &values, &observers)?;
-            mine.par_iter_mut().enumerate().for_each(|(k, gram)| {
-                let first = k * (m + 1);
-                if residuals.failed[first].is_none() {
-                    gram.add(&residuals, first, &observers[first..first + m + 1], &steps[k], mask);
+            let acts = |j: usize| j >= frame.axes.len() || predictor.acts(drive, j);
+            let coordinates: Vec<usize> = (0..m).filter(|&j| !frame.is_held(j) && acts(j)).collect();
+            let mut candidates: Vec<Point> = Vec::new();
+            let mut steps: Vec<Vec<f64>> = Vec::new();
+            for x in at {
+                candidates.push(frame.point(x));
+                let mine: Vec<f64> = coordinates.iter().map(|&j| frame.step(j, x[j])).collect();
+                for (&j, step) in coordinates.iter().zip(&mine) {
+                    let mut moved = x.to_vec();
+                    moved[j] += step;
+                    candidates.push(frame.point(&moved));
                 }
-            });
+                steps.push(mine);
+            }
+            let values: Vec<Vec<f64>> = candidates.iter().map(|point| point.values.clone()).collect();
+            let observers: Vec<Designed> = candidates.iter().map(|point| design(&point.noise, dt)).collect();
+            let runs = coordinates.len() + 1;
+            let starts = steps.iter().zip(observers.chunks(runs)).enumerate();
+            let mut products: Vec<Products<'_>> =
+                starts.map(|(k, (steps, observers))| Products::new(k * runs, observers, steps, mask)).collect();
+            let failed = predictor.residuals(drive, &values, &observers, &mut |stretch| {
+                products.par_iter_mut().for_each(|products| products.add(stretch));
+            })?;
+            for (gram, products) in mine.iter_mut().zip(&products) {
+                gram.add(products, &coordinates, &failed);
+            }
         }
         for (gram, x) in mine.iter_mut().zip(at) {
             if let Some(prior) = frame.prior {

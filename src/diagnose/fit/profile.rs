@@ -1,7 +1,7 @@
 //! What a change of a model would gain, everything else moving with it: one step of Fisher scoring along each of many changes at
 //! once, for the runs that move everything else are the same for all of them.
 
-use super::super::gram::Gram;
+use super::super::gram::{Gram, Products};
 use super::super::likelihood::Mask;
 use super::super::observer::{Designed, Noise, design};
 use super::super::space::Axis;
@@ -66,12 +66,12 @@ fn derivatives<P: Predictor>(
         (0..model).map(size).chain(changed.iter().map(|_| 1.0)).chain((model..all).map(size)).collect();
     let values: Vec<Vec<f64>> = points.iter().map(|point| point.values.clone()).collect();
     let mut gram = Gram::zero(sizes.len());
+    let coordinates: Vec<usize> = (0..sizes.len()).collect();
     for (drive, ((_, dt), mask)) in predictor.drives().into_iter().zip(masks).enumerate() {
         let observers: Vec<Designed> = points.iter().map(|point| design(&point.noise, dt)).collect();
-        let residuals = predictor.residuals(drive, &values, &observers)?;
-        if residuals.failed[0].is_none() {
-            gram.add(&residuals, 0, &observers, &sizes, mask);
-        }
+        let mut products = Products::new(0, &observers, &sizes, mask);
+        let failed = predictor.residuals(drive, &values, &observers, &mut |stretch| products.add(stretch))?;
+        gram.add(&products, &coordinates, &failed);
     }
     Ok(gram)
 }

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::diagnose::fold::whole;
-use crate::evaluator::{Failure, FailureKind};
+use crate::evaluator::FailureKind;
 use crate::optimize::stream;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -61,7 +61,8 @@ impl Predictor for Toy {
         _: usize,
         candidates: &[Vec<f64>],
         observers: &[Designed],
-    ) -> Result<Residuals, Infallible> {
+        each: &mut dyn FnMut(&Residuals),
+    ) -> Result<Vec<Option<Failure>>, Infallible> {
         self.runs += candidates.len();
         let one = |(p, o): (&Vec<f64>, &Designed)| {
             let (mut s, mut v, mut d) = (self.s[0], self.v[0], 0.0);
@@ -85,8 +86,8 @@ impl Predictor for Toy {
             let step = run.iter().position(|r| !r[0].is_finite())?;
             Some(Failure { kind: FailureKind::NotFinite, step })
         };
-        let failed = runs.iter().map(failed).collect();
-        Ok(Residuals::new(&runs, failed))
+        each(&Residuals::new(&runs));
+        Ok(runs.iter().map(failed).collect())
     }
 }
 

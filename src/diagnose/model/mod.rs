@@ -9,7 +9,7 @@ use super::verdict::DiagnoseError;
 use crate::calibrate::Overrides;
 use crate::catalog::Variant;
 use crate::convention::Convention;
-use crate::evaluator::{Case, CaseError, Evaluator, Innovations, Job, Observer, Population, Residuals};
+use crate::evaluator::{Case, CaseError, Evaluator, Failure, Innovations, Job, Observer, Population, Residuals};
 use crate::extension::Extension;
 use crate::lanes::{Lanes, LanesPrecision};
 use crate::score::GoodnessOfFit;
@@ -213,11 +213,8 @@ impl Model {
         observers: &[Designed],
     ) -> (Population, Vec<Observer>) {
         let mut population = Population::new(&self.symbols);
-        let absent: Vec<(usize, f64)> = self
-            .events
-            .iter()
-            .filter(|event| self.recordings.get(event.drive) != Some(&self.recordings[drive]))
-            .flat_map(|event| self.positions(event.extension))
+        let absent: Vec<(usize, f64)> = (0..self.symbols.len())
+            .filter(|&k| !self.acts(drive, k))
             .filter_map(|k| self.symbols[k].neutral().map(|neutral| (k, neutral)))
             .collect();
         for candidate in candidates {
@@ -243,14 +240,21 @@ impl Predictor for Model {
         self.drives.clone()
     }
 
+    fn acts(&self, drive: usize, parameter: usize) -> bool {
+        let elsewhere = |event: &&Event| self.recordings.get(event.drive) != Some(&self.recordings[drive]);
+        let mut absent = self.events.iter().filter(elsewhere).flat_map(|event| self.positions(event.extension));
+        !absent.any(|k| k == parameter)
+    }
+
     fn residuals(
         &mut self,
         drive: usize,
         candidates: &[Vec<f64>],
         observers: &[Designed],
-    ) -> Result<Residuals, DiagnoseError> {
+        each: &mut dyn FnMut(&Residuals),
+    ) -> Result<Vec<Option<Failure>>, DiagnoseError> {
         let (population, observers) = self.population(drive, candidates, observers);
-        Ok(self.lanes.residuals(&Job { case: drive, population: &population }, &observers)?)
+        Ok(self.lanes.residuals(&Job { case: drive, population: &population }, &observers, each)?)
     }
 }
 

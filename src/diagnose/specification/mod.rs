@@ -160,9 +160,9 @@ fn columns(
     for (drive, (base, designed)) in residuals.iter().zip(designs).enumerate() {
         let mut found = Vec::with_capacity(moved.len());
         for (batch, steps) in moved.chunks(64).zip(steps.chunks(64)) {
-            let runs = model.residuals(drive, batch, &vec![*designed; batch.len()])?;
-            found.par_extend((0..batch.len()).into_par_iter().zip(steps).map(|(i, step)| {
-                let Some(run) = runs.of(i) else { return vec![[0.0; 2]; base.len()] };
+            let runs = model.runs(drive, batch, &vec![*designed; batch.len()])?;
+            found.par_extend(runs.into_par_iter().zip(steps).map(|(run, step)| {
+                let Some(run) = run else { return vec![[0.0; 2]; base.len()] };
                 let change =
                     |(a, b): (&[f64; 2], &[f64; 2])| designed.white([(a[0] - b[0]) / step, (a[1] - b[1]) / step]);
                 run.iter().zip(base).map(change).collect()
