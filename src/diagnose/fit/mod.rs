@@ -19,6 +19,9 @@ use frame::{Frame, inverse};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
+/// Residuals of spacing \[m\] and speed \[m/s\] of a whole run, sample by sample; `None` if it failed.
+pub type Run = Option<Vec<[f64; 2]>>;
+
 /// Anything whose innovations can be had for parameters and an observer.
 pub trait Predictor {
     /// What can go wrong.
@@ -43,16 +46,11 @@ pub trait Predictor {
         each: &mut dyn FnMut(&Residuals),
     ) -> Result<Vec<Option<Failure>>, Self::Error>;
 
-    /// The same of whole runs, sample by sample; `None` where one failed.
+    /// The same of whole runs.
     ///
     /// # Errors
     /// As [`Predictor::residuals`].
-    fn runs(
-        &mut self,
-        drive: usize,
-        candidates: &[Vec<f64>],
-        observers: &[Designed],
-    ) -> Result<Vec<Option<Vec<[f64; 2]>>>, Self::Error> {
+    fn runs(&mut self, drive: usize, candidates: &[Vec<f64>], observers: &[Designed]) -> Result<Vec<Run>, Self::Error> {
         let mut runs = vec![Vec::with_capacity(self.drives()[drive].0); candidates.len()];
         let failed = self.residuals(drive, candidates, observers, &mut |stretch| {
             runs.par_iter_mut().enumerate().for_each(|(i, run)| run.extend(stretch.of(i)));
