@@ -199,7 +199,7 @@ fn every_instruction_set_gives_the_same_innovations() {
     let job = Job { case: 0, population: &population };
     let observers = observers(population.len());
     let text = |set| {
-        let mut lanes = lanes(&case, LanesPrecision::F64).with_instructions(set);
+        let lanes = lanes(&case, LanesPrecision::F64).with_instructions(set);
         format!("{:?}", lanes.innovations(&job, &observers).expect("short delays"))
     };
     let first = text(InstructionSet::Baseline);
@@ -216,7 +216,7 @@ fn innovations_agree_with_the_sums() {
     let population = spread(variant, 37);
     let job = Job { case: 0, population: &population };
     let observers = observers(population.len());
-    let mut lanes = lanes(&case, LanesPrecision::F64);
+    let lanes = lanes(&case, LanesPrecision::F64);
     let sums = lanes.observed(&job, &observers, 1_000_000).expect("short delays");
     let series = lanes.innovations(&job, &observers).expect("short delays");
     let mut stretches = Vec::new();

@@ -301,7 +301,7 @@ fn an_observer_gives_the_same_bits() {
         let (precision, on_lanes) = PRECISIONS[(id + id / 3) % 2];
         let population = follower.population(variant, convention, OBSERVED, 7, 0.2);
         let mut gpu = gpu(follower, variant, convention, precision, KINDS[0]);
-        let mut lanes = lanes(follower, variant, convention, on_lanes, KINDS[0]);
+        let lanes = lanes(follower, variant, convention, on_lanes, KINDS[0]);
         let job = job(0, &population);
         let observers: Vec<Observer> = (0..population.len()).map(observer).collect();
         let a = gpu.observed(&job, &observers, 100).expect("a device");

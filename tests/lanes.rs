@@ -355,7 +355,7 @@ fn instructions_and_block_size_are_kept_together() {
     let case = cars::case(&cars::drive(60.0), variant, Convention::PAPER);
     let population = cars::population(variant, Convention::PAPER, 1000, 3);
     let observers = vec![Observer::NONE; population.len()];
-    let block = |mut lanes: Lanes| {
+    let block = |lanes: Lanes| {
         let job = Job { case: 0, population: &population };
         let mut found = 0;
         lanes.residuals(&job, &observers, &mut |stretch| found = stretch.lanes).expect("there is no delay");

@@ -69,8 +69,7 @@ fn of_lanes(case: &Case, values: &[f64], noise: &Noise) -> Innovations {
     population.push(values);
     let designed = design(noise, case.dt);
     let observer = Observer { gain: designed.gain, whitening: designed.whitening, decay: designed.decay };
-    let mut lanes =
-        Lanes::new(vec![case.clone()], GoodnessOfFit::default(), LanesPrecision::F64).expect("a valid text");
+    let lanes = Lanes::new(vec![case.clone()], GoodnessOfFit::default(), LanesPrecision::F64).expect("a valid text");
     let job = Job { case: 0, population: &population };
     lanes.innovations(&job, &[observer]).expect("no delay").remove(0)
 }

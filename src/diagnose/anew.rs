@@ -48,7 +48,7 @@ impl Search {
         for (cause, _) in doubted.into_iter().take(SEARCHED) {
             let Some(i) = tried.iter().position(|(other, _)| *other == cause) else { continue };
             let before = &tried[i].1;
-            let Some(mut better) = from_anywhere(setting, before, cause, spending)? else { continue };
+            let Some(better) = from_anywhere(setting, before, cause, spending)? else { continue };
             if better.fit.log_likelihood > before.fit.log_likelihood + FOUND {
                 held[i] = Some(better.cross_fit(setting)?);
                 tried[i].1 = better;
@@ -91,15 +91,15 @@ fn from_anywhere(
         }
     }
     // Beside a base that is far off, times and sizes that were found before would be lost.
-    let mut searched = setting.model(*variant, &model.events)?;
+    let searched = setting.model(*variant, &model.events)?;
     let mut axes = searched.axes.clone();
     for k in causes.iter().filter(|other| **other != cause).flat_map(|other| model.positions(other)) {
         axes[k] = Axis::held(fit.point.values[k]);
     }
-    let before = searched.simulations;
+    let before = searched.simulations();
     let rough = Plan { keep: FOLLOWED, fine: 4, ..spending.base };
-    let rough = super::fit::fit(&mut searched, &axes, &setting.whole, &starts, rough)?;
-    setting.simulations.fetch_add(searched.simulations - before, Ordering::Relaxed);
+    let rough = super::fit::fit(&searched, &axes, &setting.whole, &starts, rough)?;
+    setting.simulations.fetch_add(searched.simulations() - before, Ordering::Relaxed);
     // A strong observer does not tell them apart.
     let followed = rough.into_iter().take(FOLLOWED).flat_map(|fit| {
         let free = fit.point.noise.freer();

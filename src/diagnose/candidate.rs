@@ -148,14 +148,14 @@ impl Candidate {
         setting: &Setting<'_>,
         variant: Variant,
         causes: &[&'static Extension],
-        mut model: Model,
+        model: Model,
         starts: &[Point],
         plan: Plan,
     ) -> Result<Option<Candidate>, DiagnoseError> {
         let axes = model.axes.clone();
-        let before = model.simulations;
-        let fits = fit(&mut model, &axes, &setting.whole, starts, plan)?;
-        setting.simulations.fetch_add(model.simulations - before, Ordering::Relaxed);
+        let before = model.simulations();
+        let fits = fit(&model, &axes, &setting.whole, starts, plan)?;
+        setting.simulations.fetch_add(model.simulations() - before, Ordering::Relaxed);
         let best = fits.into_iter().next();
         Ok(best.map(|fit| Candidate { variant, causes: causes.to_vec(), model, fit }))
     }
@@ -165,7 +165,7 @@ impl Candidate {
     ///
     /// # Errors
     /// As [`fit`].
-    pub fn cross_fit(&mut self, setting: &Setting<'_>) -> Result<Held, DiagnoseError> {
+    pub fn cross_fit(&self, setting: &Setting<'_>) -> Result<Held, DiagnoseError> {
         let mut axes = self.model.axes.clone();
         let local = self.causes.iter().filter(|cause| is_local(cause)).flat_map(|cause| self.model.positions(cause));
         let times = (0..axes.len()).filter(|&k| self.model.symbols[k].is_time());
@@ -174,16 +174,16 @@ impl Candidate {
             axes[k] = Axis::held(value);
         }
         let prior = self.prior();
-        let before = self.model.simulations;
+        let before = self.model.simulations();
         let mut held = [Vec::new(), Vec::new()];
         for (fold, held) in held.iter_mut().enumerate() {
             let start = [self.fit.point.clone()];
-            let fits = fit_with(&mut self.model, &axes, &setting.folds[1 - fold], &start, FOLD_PLAN, prior.as_ref())?;
+            let fits = fit_with(&self.model, &axes, &setting.folds[1 - fold], &start, FOLD_PLAN, prior.as_ref())?;
             let point = fits.first().map_or(&self.fit.point, |fit| &fit.point).clone();
-            let point = with_own_noise(&mut self.model, point, &setting.folds[fold])?;
-            *held = scored(&mut self.model, &point, &setting.folds[fold])?;
+            let point = with_own_noise(&self.model, point, &setting.folds[fold])?;
+            *held = scored(&self.model, &point, &setting.folds[fold])?;
         }
-        setting.simulations.fetch_add(self.model.simulations - before, Ordering::Relaxed);
+        setting.simulations.fetch_add(self.model.simulations() - before, Ordering::Relaxed);
         Ok(Held { folds: held })
     }
 
@@ -210,7 +210,7 @@ impl Candidate {
     /// # Errors
     /// As [`Model::new`].
     pub fn transfer(&self, setting: &Setting<'_>, other: Option<&Transferred>) -> Result<Transferred, DiagnoseError> {
-        let mut model = setting.held_out(self.variant, &self.model.events)?;
+        let model = setting.held_out(self.variant, &self.model.events)?;
         let point = &self.fit.point;
         let mut axes = model.axes.clone();
         let mut starts = elsewhere(point).to_vec();
@@ -226,18 +226,18 @@ impl Candidate {
             starts.iter_mut().for_each(|start| start.values[k] = point.values[k]);
         }
         let plan = |count: usize| Plan { select: count, keep: count, ..ELSEWHERE };
-        let fits = fit(&mut model, &axes, &setting.holdout, &starts, plan(starts.len()))?;
+        let fits = fit(&model, &axes, &setting.holdout, &starts, plan(starts.len()))?;
         let mut point = fits.into_iter().next().map_or_else(|| point.clone(), |fit| fit.point);
         if self.causes.iter().any(|cause| is_rugged(cause)) {
             // Derivatives do not lead a base to where such a cause fits.
             for (turn, step) in RUGGED_STEPS.into_iter().enumerate() {
-                let there = descended(setting, &mut model, &axes, &setting.holdout, &point, step, turn as u64)?;
+                let there = descended(setting, &model, &axes, &setting.holdout, &point, step, turn as u64)?;
                 let starts: Vec<Point> = std::iter::once(point.clone()).chain(there).collect();
-                let fits = fit(&mut model, &axes, &setting.holdout, &starts, plan(starts.len()))?;
+                let fits = fit(&model, &axes, &setting.holdout, &starts, plan(starts.len()))?;
                 point = fits.into_iter().next().map_or(point, |fit| fit.point);
             }
         }
-        setting.simulations.fetch_add(model.simulations, Ordering::Relaxed);
+        setting.simulations.fetch_add(model.simulations(), Ordering::Relaxed);
         Ok(Transferred { model, point })
     }
 
@@ -245,7 +245,7 @@ impl Candidate {
     ///
     /// # Errors
     /// As [`Predictor::residuals`].
-    pub fn inflation(&mut self, setting: &Setting<'_>) -> Result<f64, DiagnoseError> {
+    pub fn inflation(&self, setting: &Setting<'_>) -> Result<f64, DiagnoseError> {
         let (mut residuals, mut designs) = (Vec::new(), Vec::new());
         for (drive, (samples, dt)) in self.model.drives().into_iter().enumerate() {
             let designed = design(&self.fit.point.noise, dt);
@@ -282,8 +282,8 @@ impl Transferred {
     ///
     /// # Errors
     /// As [`Predictor::residuals`].
-    pub fn scores(&mut self, setting: &Setting<'_>) -> Result<Vec<Vec<f64>>, DiagnoseError> {
-        scored(&mut self.model, &self.point, &setting.holdout)
+    pub fn scores(&self, setting: &Setting<'_>) -> Result<Vec<Vec<f64>>, DiagnoseError> {
+        scored(&self.model, &self.point, &setting.holdout)
     }
 
     /// What a cause changes there \[nats\], per block: the gain to be expected if it is real. A cap that the hold-out never reaches has
@@ -291,7 +291,7 @@ impl Transferred {
     ///
     /// # Errors
     /// As [`Predictor::residuals`].
-    pub fn changed_by(&mut self, setting: &Setting<'_>, cause: &Extension) -> Result<Vec<f64>, DiagnoseError> {
+    pub fn changed_by(&self, setting: &Setting<'_>, cause: &Extension) -> Result<Vec<f64>, DiagnoseError> {
         let Transferred { model, point } = self;
         let mut without = point.values.clone();
         for k in model.positions(cause) {
@@ -321,7 +321,7 @@ impl Transferred {
 
 /// The same parameters with the noise of other data: a complete model is close to a free simulation, which other data punish for
 /// every small error of a parameter, while a model that lacks something hides behind a strong observer.
-fn with_own_noise(model: &mut Model, point: Point, masks: &[Mask]) -> Result<Point, DiagnoseError> {
+fn with_own_noise(model: &Model, point: Point, masks: &[Mask]) -> Result<Point, DiagnoseError> {
     let axes: Vec<Axis> = point.values.iter().map(|value| Axis::held(*value)).collect();
     let fits = fit(model, &axes, masks, &elsewhere(&point), ELSEWHERE)?;
     Ok(fits.into_iter().next().map_or(point, |fit| fit.point))
@@ -334,7 +334,7 @@ fn elsewhere(point: &Point) -> [Point; 2] {
 }
 
 /// Robust log-likelihood per drive and block of 30 s at a point.
-pub(super) fn scored(model: &mut Model, point: &Point, masks: &[Mask]) -> Result<Vec<Vec<f64>>, DiagnoseError> {
+pub(super) fn scored(model: &Model, point: &Point, masks: &[Mask]) -> Result<Vec<Vec<f64>>, DiagnoseError> {
     let mut all = Vec::new();
     for (drive, ((samples, dt), mask)) in model.drives().into_iter().zip(masks).enumerate() {
         let designed = design(&point.noise, dt);

@@ -56,8 +56,8 @@ fn compared(
     current: &Candidate,
 ) -> Result<(f64, f64), DiagnoseError> {
     let alone = current.transfer(setting, None)?;
-    let mut mine = candidate.transfer(setting, Some(&alone))?;
-    let mut theirs = current.transfer(setting, Some(&mine))?;
+    let mine = candidate.transfer(setting, Some(&alone))?;
+    let theirs = current.transfer(setting, Some(&mine))?;
     let scores = mine.scores(setting)?.into_iter().flatten().zip(theirs.scores(setting)?.into_iter().flatten());
     let gains: Vec<f64> = scores.map(|(a, b)| a - b).collect();
     let changes = mine.changed_by(setting, cause)?;
@@ -93,7 +93,7 @@ pub fn gate(
 /// The hold-out up to where a law has no answer any more; `None` if it has one everywhere, or nowhere for long. Where Gipps' radicand is
 /// negative no speed is safe, and a run ends; a car that goes on there, as one whose braking is limited does, is no argument against
 /// what has been seen of it.
-fn as_far_as_it_goes(mut model: Model, point: &Point, drives: &[Drive]) -> Result<Option<Vec<Drive>>, DiagnoseError> {
+fn as_far_as_it_goes(model: Model, point: &Point, drives: &[Drive]) -> Result<Option<Vec<Drive>>, DiagnoseError> {
     let mut ends: Vec<usize> = drives.iter().map(Drive::samples).collect();
     for noise in [point.noise, point.noise.strong()] {
         for (end, run) in ends.iter_mut().zip(model.innovations(&point.values, &noise)?) {

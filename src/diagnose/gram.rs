@@ -125,9 +125,9 @@ pub struct Products<'a> {
     /// The run.
     first: usize,
     /// Observers of the run and of those that follow.
-    observers: &'a [Designed],
+    observers: Vec<Designed>,
     /// The steps of these.
-    steps: &'a [f64],
+    steps: Vec<f64>,
     /// Samples that count.
     mask: &'a [bool],
     window: Window,
@@ -159,7 +159,7 @@ const AT_ONCE: usize = 4;
 impl<'a> Products<'a> {
     /// Of the run `first` and those that follow, with their observers and the steps of those that follow.
     #[must_use]
-    pub fn new(first: usize, observers: &'a [Designed], steps: &'a [f64], mask: &'a [bool]) -> Products<'a> {
+    pub fn new(first: usize, observers: Vec<Designed>, steps: Vec<f64>, mask: &'a [bool]) -> Products<'a> {
         let window = Window::default();
         Products {
             first,
@@ -403,7 +403,7 @@ mod tests {
         let mut failed = vec![None; runs.len()];
         failed[first + 2] = Some(Failure { kind: FailureKind::Crash, step: 9 });
 
-        let mut products = Products::new(first, &observers, &steps, &mask);
+        let mut products = Products::new(first, observers.clone(), steps.clone(), &mask);
         stretches(&runs).iter().for_each(|stretch| products.add(stretch));
         let mut gram = Gram::zero(9);
         gram.add(&products, &coordinates, &failed);

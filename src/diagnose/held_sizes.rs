@@ -30,10 +30,10 @@ const HOLDING: Plan = Plan { select: 1, kinds: 1, rough: 4, keep: 1, fine: 0, to
 pub fn from_held(
     setting: &Setting<'_>,
     current: &Candidate,
-    model: &mut Model,
+    model: &Model,
     cause: &'static Extension,
 ) -> Result<Vec<Point>, DiagnoseError> {
-    let before = model.simulations;
+    let before = model.simulations();
     let values = model.adopt(&current.model, &current.fit.point.values);
     let noise = current.fit.point.noise;
     let step = step(model, cause);
@@ -51,7 +51,7 @@ pub fn from_held(
     };
     let start = Point { values, noise: if step.is_some() { noise } else { noise.strong() } };
     points.extend(held(setting, model, &start, sizes, step.is_some())?);
-    setting.simulations.fetch_add(model.simulations - before, Ordering::Relaxed);
+    setting.simulations.fetch_add(model.simulations() - before, Ordering::Relaxed);
     Ok(points)
 }
 
@@ -59,22 +59,22 @@ pub fn from_held(
 ///
 /// # Errors
 /// As [`fit`].
-pub fn within_bounds(setting: &Setting<'_>, current: &mut Candidate) -> Result<Vec<Point>, DiagnoseError> {
+pub fn within_bounds(setting: &Setting<'_>, current: &Candidate) -> Result<Vec<Point>, DiagnoseError> {
     const SHARES: [f64; 4] = [0.15, 0.3, 0.5, 0.7];
     let Candidate { model, fit, causes, .. } = current;
-    let before = model.simulations;
+    let before = model.simulations();
     let of_base = |k: &usize| !matches!(model.symbols[*k], Symbol::Extension(_));
     let on_bound = (0..model.axes.len()).filter(of_base).filter(|&k| model.axes[k].at_bound(fit.point.values[k]));
     let sizes = on_bound.flat_map(|k| SHARES.map(|share| vec![(k, model.axes[k].value(share))])).collect();
     let points = held(setting, model, &fit.point, sizes, causes.iter().any(|cause| is_rugged(cause)))?;
-    setting.simulations.fetch_add(model.simulations - before, Ordering::Relaxed);
+    setting.simulations.fetch_add(model.simulations() - before, Ordering::Relaxed);
     Ok(points)
 }
 
 /// Where the rest goes while some sizes are held: the likeliest. Where the likelihood is rugged, the rest is moved without derivatives.
 fn held(
     setting: &Setting<'_>,
-    model: &mut Model,
+    model: &Model,
     start: &Point,
     sizes: Vec<Vec<(usize, f64)>>,
     rugged: bool,
@@ -133,7 +133,7 @@ fn step(model: &Model, cause: &'static Extension) -> Option<usize> {
 fn standing_out(
     setting: &Setting<'_>,
     current: &Candidate,
-    model: &mut Model,
+    model: &Model,
     step: usize,
 ) -> Result<Vec<Vec<(usize, f64)>>, DiagnoseError> {
     let values = model.adopt(&current.model, &current.fit.point.values);
@@ -184,12 +184,7 @@ fn limits(model: &Model, limit: usize) -> Vec<Vec<(usize, f64)>> {
 }
 
 /// Where a limit is reached once or twice, the base is right but for that: the likeliest of a dense row of them.
-fn reached(
-    setting: &Setting<'_>,
-    current: &Candidate,
-    model: &mut Model,
-    limit: usize,
-) -> Result<Point, DiagnoseError> {
+fn reached(setting: &Setting<'_>, current: &Candidate, model: &Model, limit: usize) -> Result<Point, DiagnoseError> {
     const ROW: usize = 80;
     let (values, axis) = (model.adopt(&current.model, &current.fit.point.values), model.axes[limit]);
     let row = |i: usize| {

@@ -37,10 +37,10 @@ impl Search {
                 return Ok(false);
             }
         }
-        let from = reduced.as_mut().unwrap_or(&mut self.current);
+        let from = reduced.as_ref().unwrap_or(&self.current);
         let lacks = missing(from)?;
-        let Ok(mut answered) = explain(setting, from, answer, &lacks, spending)? else { return Ok(false) };
-        let lacks = missing(&mut answered)?;
+        let Ok(answered) = explain(setting, from, answer, &lacks, spending)? else { return Ok(false) };
+        let lacks = missing(&answered)?;
         let members = setting.question.causes.par_iter().copied().filter(|cause| family(cause) == PHASE);
         let tried = members.map(|member| Ok((member, explain(setting, &answered, member, &lacks, spending)?.ok())));
         let tried: Result<Vec<_>, DiagnoseError> = tried.collect();
@@ -48,7 +48,7 @@ impl Search {
             |(member, candidate): &Fitted| [*member, answer].iter().all(|cause| proxy(candidate, cause).is_none());
         let found = tried?.into_iter().filter_map(|(member, found)| Some((member, found?))).filter(sound);
         let best = found.max_by(|a, b| a.1.fit.log_likelihood.total_cmp(&b.1.fit.log_likelihood));
-        let Some((member, mut best)) = best else { return Ok(false) };
+        let Some((member, best)) = best else { return Ok(false) };
         if best.fit.log_likelihood <= self.current.fit.log_likelihood + self.need {
             return Ok(false);
         }

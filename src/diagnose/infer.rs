@@ -76,14 +76,14 @@ pub fn infer(
     tell(0.1, "round 1: trying every cause")?;
     let tried = search.fit_all(&setting, &spending)?;
     // The base is the best fit without causes: what its causes were compared with.
-    let base = snapshot(&mut search.current, &setting, search.inflation)?;
+    let base = snapshot(&search.current, &setting, search.inflation)?;
     if search.decide(&setting, 1, tried, &spending)? {
         rounds(&mut search, &setting, &spending, &mut |share, stage| tell(0.1 + 0.65 * share, stage))?;
     }
     tell(0.75, "dropping what is not needed any more")?;
     pruned(&mut search, &setting, &spending, &mut |share, stage| tell(0.76 + 0.04 * share, stage))?;
     tell(0.8, "looking for what is left")?;
-    let mut left = leftovers(&setting, &mut search.current, search.need, search.inflation)?;
+    let mut left = leftovers(&setting, &search.current, search.need, search.inflation)?;
     tell(0.85, "comparing with other base models")?;
     let others = others(&setting, &spending)?;
     let lacking = left.strongest().is_some() || ahead(&others, &search.current) > search.need.max(OTHER_FAMILY);
@@ -94,9 +94,9 @@ pub fn infer(
         search.swap(&setting, &spending)?;
         rounds(&mut search, &setting, &spending, &mut |share, stage| tell(0.9 + 0.08 * share, stage))?;
         pruned(&mut search, &setting, &spending, &mut |_, stage| tell(0.98, stage))?;
-        left = leftovers(&setting, &mut search.current, search.need, search.inflation)?;
+        left = leftovers(&setting, &search.current, search.need, search.inflation)?;
     }
-    let extended = snapshot(&mut search.current, &setting, search.inflation)?;
+    let extended = snapshot(&search.current, &setting, search.inflation)?;
     let lost = !agrees && search.current.causes.is_empty();
     let contradicted = contradiction(&setting, &search.current).or_else(|| lost.then(|| disagreement(&replicates)));
     let answer =
@@ -223,11 +223,11 @@ fn estimate(candidate: &Candidate, k: usize, inflation: f64) -> Estimate {
 }
 
 /// The fit as others see it.
-fn snapshot(candidate: &mut Candidate, setting: &Setting<'_>, inflation: f64) -> Result<Fitted, DiagnoseError> {
+fn snapshot(candidate: &Candidate, setting: &Setting<'_>, inflation: f64) -> Result<Fitted, DiagnoseError> {
     let point = candidate.fit.point.clone();
     let mut innovations = candidate.model.innovations(&point.values, &point.noise)?;
     if !setting.question.holdout.is_empty() {
-        let mut model: Model = setting.held_out(candidate.variant, &candidate.model.events)?;
+        let model: Model = setting.held_out(candidate.variant, &candidate.model.events)?;
         innovations.append(&mut model.innovations(&point.values, &point.noise)?);
     }
     Ok(Fitted {

@@ -56,8 +56,8 @@ pub fn known(
     let setting = Setting::new(question, extension_named(LEAD));
     let spending = Spending::of(question.effort);
     let Some(base) = calibrate_base(&setting, question.base, &spending)? else { return Ok(None) };
-    let mut base = base.candidate;
-    let Some(mut truth) = fitted_from(&setting, &base, causes, values)? else { return Ok(None) };
+    let base = base.candidate;
+    let Some(truth) = fitted_from(&setting, &base, causes, values)? else { return Ok(None) };
     let mut parts = Vec::new();
     for part in causes.iter().filter(|_| causes.len() > 1) {
         let others: Vec<&'static Extension> = causes.iter().copied().filter(|cause| cause != part).collect();

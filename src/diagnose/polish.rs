@@ -31,11 +31,11 @@ pub fn is_rugged(cause: &Extension) -> bool {
 /// As [`Candidate::fitted`].
 pub fn polished(setting: &Setting<'_>, mut found: Candidate, plan: Plan) -> Result<Candidate, DiagnoseError> {
     for (turn, step) in STEPS.into_iter().enumerate() {
-        let Candidate { variant, causes, mut model, fit } = found;
+        let Candidate { variant, causes, model, fit } = found;
         let (axes, at) = (model.axes.clone(), fit.point.clone());
-        let before = model.simulations;
-        let descended = descended(setting, &mut model, &axes, &setting.whole, &at, step, turn as u64)?;
-        setting.simulations.fetch_add(model.simulations - before, Ordering::Relaxed);
+        let before = model.simulations();
+        let descended = descended(setting, &model, &axes, &setting.whole, &at, step, turn as u64)?;
+        setting.simulations.fetch_add(model.simulations() - before, Ordering::Relaxed);
         let starts: Vec<Point> = std::iter::once(at).chain(descended).collect();
         let plan = Plan { select: starts.len(), kinds: 1, rough: 0, keep: starts.len(), ..plan };
         let again = Candidate::fitted(setting, variant, &causes, model, &starts, plan)?;
@@ -54,7 +54,7 @@ pub fn polished(setting: &Setting<'_>, mut found: Candidate, plan: Plan) -> Resu
 /// As [`log_likelihoods`].
 pub fn descended(
     setting: &Setting<'_>,
-    model: &mut Model,
+    model: &Model,
     axes: &[Axis],
     masks: &[Mask],
     at: &Point,

@@ -54,8 +54,8 @@ impl Search {
             if !is_rugged(cause) && (relatives.is_empty() || family(cause) == cause.name) {
                 continue;
             }
-            let Some(mut reduced) = without(&self.current, setting, cause, spending)? else { continue };
-            let missing = missing(&mut reduced)?;
+            let Some(reduced) = without(&self.current, setting, cause, spending)? else { continue };
+            let missing = missing(&reduced)?;
             let again: Vec<&'static Extension> = relatives.into_iter().chain([cause]).collect();
             let found: Result<Vec<_>, DiagnoseError> = again
                 .par_iter()
@@ -130,8 +130,8 @@ impl Search {
         };
         let mut likeliest: Option<Beside> = None;
         for rival in self.rivals.iter_mut().filter(beside) {
-            let missing = missing(&mut rival.candidate)?;
-            let Ok(mut found) = explain(setting, &rival.candidate, last, &missing, spending)? else { continue };
+            let missing = missing(&rival.candidate)?;
+            let Ok(found) = explain(setting, &rival.candidate, last, &missing, spending)? else { continue };
             let least = match &likeliest {
                 Some(best) => best.candidate.fit.log_likelihood,
                 None => self.current.fit.log_likelihood + self.margin,
@@ -211,7 +211,7 @@ impl Search {
             if objection.is_none() && single {
                 break;
             }
-            let Some(mut reduced) = without(&self.current, setting, cause, spending)? else {
+            let Some(reduced) = without(&self.current, setting, cause, spending)? else {
                 place += 1;
                 continue;
             };

@@ -28,7 +28,7 @@ pub fn are_idle(hints: &[Hint]) -> bool {
 pub fn scanned(
     setting: &Setting<'_>,
     at: &Point,
-    model: &mut Model,
+    model: &Model,
     hints: Vec<Hint>,
     most: usize,
 ) -> Result<Vec<Hint>, DiagnoseError> {
@@ -45,7 +45,7 @@ pub fn scanned(
 pub fn timed(
     setting: &Setting<'_>,
     current: &Candidate,
-    model: &mut Model,
+    model: &Model,
     hints: &[Hint],
     most: usize,
     fastest: f64,
@@ -99,7 +99,7 @@ pub fn timed(
 /// same: the present one may hide in its missing acceleration what a hint is about.
 fn likeliest(
     at: &Point,
-    model: &mut Model,
+    model: &Model,
     setting: &Setting<'_>,
     hints: Vec<Hint>,
     most: usize,
@@ -131,7 +131,7 @@ fn likeliest(
 ///
 /// # Errors
 /// As [`log_likelihoods`].
-pub fn walked(setting: &Setting<'_>, at: &Point, model: &mut Model, mut hint: Hint) -> Result<Hint, DiagnoseError> {
+pub fn walked(setting: &Setting<'_>, at: &Point, model: &Model, mut hint: Hint) -> Result<Hint, DiagnoseError> {
     /// Steps of the ends \[s\]; of the size a tenth of each.
     const STEPS: [f64; 7] = [16.0, 8.0, 4.0, 2.0, 1.0, 0.5, 0.25];
     /// Most moves per step.

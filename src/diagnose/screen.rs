@@ -115,7 +115,7 @@ pub fn explain(
             let noises = [best.fit.point.noise, current.fit.point.noise];
             scope.starts.extend(noises.map(|noise| Point { values: values.clone(), noise }));
         }
-        let held = if scope.usual { Vec::new() } else { from_held(setting, current, &mut scope.model, cause)? };
+        let held = if scope.usual { Vec::new() } else { from_held(setting, current, &scope.model, cause)? };
         let Some(found) = searched(setting, current, variant, &causes, scope, spending)? else { continue };
         let found = set_free(setting, found, &held, spending)?;
         let mut found = jittered(setting, found, cause, spending)?;
@@ -162,7 +162,7 @@ fn scopes(
     let mut scopes: Vec<(Scope, [f64; 2])> = Vec::new();
     for (scope, hints) in hints(cause, setting.question.train, missing, spending.hints) {
         let events: Vec<Event> = current.model.events.iter().copied().chain(scope).collect();
-        let mut model = match setting.model(variant, &events) {
+        let model = match setting.model(variant, &events) {
             Err(DiagnoseError::Case(error @ (CaseError::Missing { .. } | CaseError::TooShort { .. }))) => {
                 return Ok(Err(Untried::Data(error)));
             }
@@ -173,26 +173,26 @@ fn scopes(
         }
         let event = are_idle(&hints);
         let (starts, gains) = if event {
-            timed(setting, current, &mut model, &hints, spending.hints, fastest)?
+            timed(setting, current, &model, &hints, spending.hints, fastest)?
         } else {
             let keeps = cause.name == KEEPS_THE_SPACING;
             let values = model.adopt(&current.model, &current.fit.point.values);
             let present = Point { values, noise: current.fit.point.noise };
             if let Some(usual) = &usual {
                 // On its own: next to starts from the spoilt model these would not be followed.
-                let mut model = setting.model(variant, &events)?;
-                let starts = usual.starts(setting, &mut model, hints.clone(), spending.hints)?;
-                setting.simulations.fetch_add(model.simulations, Ordering::Relaxed);
+                let model = setting.model(variant, &events)?;
+                let starts = usual.starts(setting, &model, hints.clone(), spending.hints)?;
+                setting.simulations.fetch_add(model.simulations(), Ordering::Relaxed);
                 scopes.push((Scope { model, starts, event: false, usual: true }, [0.0; 2]));
             }
-            let hints = if keeps { hints } else { scanned(setting, &present, &mut model, hints, spending.hints)? };
+            let hints = if keeps { hints } else { scanned(setting, &present, &model, hints, spending.hints)? };
             let settled = keeps.then(|| {
                 let values = model.adopt(&current.model, &current.fit.point.values);
                 at_equilibrium(&model, &values, setting.question.train)
             });
             (with_cause(current, &model, cause, &hints, settled.as_ref(), fastest), [0.0; 2])
         };
-        setting.simulations.fetch_add(model.simulations, Ordering::Relaxed);
+        setting.simulations.fetch_add(model.simulations(), Ordering::Relaxed);
         scopes.push((Scope { model, starts, event, usual: false }, gains));
     }
     let most = |k: usize| scopes.iter().map(|(_, gains)| gains[k]).fold(0.0, f64::max);
@@ -261,7 +261,7 @@ fn jittered(
         return Ok(found);
     }
     for turn in 0..JITTERS.0 {
-        let Candidate { variant, causes, mut model, fit } = found;
+        let Candidate { variant, causes, model, fit } = found;
         let mut points = vec![fit.point.clone()];
         for i in 0..JITTERED {
             let mut rng = stream(setting.question.seed, streams::AROUND - turn as u64, causes.len() as u64, i as u64);
@@ -274,9 +274,9 @@ fn jittered(
         }
         points.extend(stretched(&model, &fit.point, cause));
         let axes = model.axes.clone();
-        let before = model.simulations;
-        let likelihoods = log_likelihoods(&mut model, &axes, &setting.whole, &points)?;
-        setting.simulations.fetch_add(model.simulations - before, Ordering::Relaxed);
+        let before = model.simulations();
+        let likelihoods = log_likelihoods(&model, &axes, &setting.whole, &points)?;
+        setting.simulations.fetch_add(model.simulations() - before, Ordering::Relaxed);
         let best = (0..points.len()).max_by(|&a, &b| likelihoods[a].total_cmp(&likelihoods[b])).expect("points");
         let starts = [fit.point.clone(), points[best].clone()];
         let plan = Plan { select: 2, kinds: 1, rough: 0, keep: 2, ..spending.plan };
@@ -315,6 +315,12 @@ fn stretched(model: &Model, at: &Point, cause: &'static Extension) -> Vec<Point>
     points
 }
 
+/// How long a cause takes to try, next to others: times have to be scanned, and jumps to be searched without derivatives.
+fn takes(cause: &Extension) -> usize {
+    let times = cause.parameters.iter().filter(|symbol| symbol.is_time()).count();
+    2 * times + usize::from(is_rugged(cause))
+}
+
 /// All causes tried on top of a model: those that run, and those that could not be tried; both in the order given.
 ///
 /// # Errors
@@ -326,10 +332,15 @@ pub fn screen(
     missing: &[Vec<f64>],
     spending: &Spending,
 ) -> Result<(Vec<Fitted>, Vec<Dropped>), DiagnoseError> {
-    let all: Result<Vec<_>, DiagnoseError> =
-        causes.par_iter().map(|cause| Ok((*cause, explain(setting, current, cause, missing, spending)?))).collect();
+    // What takes longest comes first, so that nobody waits for it in the end.
+    let mut order: Vec<usize> = (0..causes.len()).collect();
+    order.sort_by_key(|&i| std::cmp::Reverse(takes(causes[i])));
+    let explained = |i: usize| Ok((i, explain(setting, current, causes[i], missing, spending)?));
+    let all: Result<Vec<_>, DiagnoseError> = order.into_iter().par_bridge().map(explained).collect();
+    let mut all = all?;
+    all.sort_unstable_by_key(|(i, _)| *i);
     let (mut tried, mut dropped) = (Vec::new(), Vec::new());
-    for (cause, found) in all? {
+    for (cause, found) in all.into_iter().map(|(i, found)| (causes[i], found)) {
         match found {
             Ok(found) => tried.push((cause, found)),
             Err(untried) => dropped.push((cause, untried)),

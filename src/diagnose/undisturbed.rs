@@ -35,7 +35,7 @@ impl Undisturbed {
     pub fn starts(
         &self,
         setting: &Setting<'_>,
-        model: &mut Model,
+        model: &Model,
         hints: Vec<Hint>,
         most: usize,
     ) -> Result<Vec<Point>, DiagnoseError> {
@@ -64,18 +64,18 @@ pub fn undisturbed(setting: &Setting<'_>, current: &Candidate) -> Result<Option<
     }
     let halves: Vec<(usize, bool)> = (0..setting.whole.len()).flat_map(|k| [(k, false), (k, true)]).collect();
     let fitted = |half: &(usize, bool)| -> Result<Option<(f64, Model, Point)>, DiagnoseError> {
-        let mut model = setting.model(current.variant, &current.model.events)?;
+        let model = setting.model(current.variant, &current.model.events)?;
         let axes = model.axes.clone();
         let values = model.adopt(&current.model, &current.fit.point.values);
         let textbook = with_textbook_values(&model, &values, fastest(setting.question.train));
         let strong = noise.strong();
         let starts = [textbook, values].map(|values| Point { values, noise: strong });
-        let found = fit(&mut model, &axes, &part(&setting.whole, *half), &starts, PART)?.into_iter().next();
+        let found = fit(&model, &axes, &part(&setting.whole, *half), &starts, PART)?.into_iter().next();
         let Some(point) = found.map(|fit| fit.point) else { return Ok(None) };
-        let mut blocks = scored(&mut model, &point, &setting.whole)?.concat();
+        let mut blocks = scored(&model, &point, &setting.whole)?.concat();
         blocks.sort_by(|a, b| b.total_cmp(a));
         blocks.truncate((USUAL * blocks.len() as f64).ceil() as usize);
-        setting.simulations.fetch_add(model.simulations, Ordering::Relaxed);
+        setting.simulations.fetch_add(model.simulations(), Ordering::Relaxed);
         Ok(Some((blocks.iter().sum(), model, point)))
     };
     let found: Result<Vec<_>, _> = halves.par_iter().map(fitted).collect();

@@ -72,9 +72,19 @@ pub struct Core<T, const A: usize, const B: usize> {
     small: Blocks<T, B>,
     /// Only blocks of this many lanes, for tests.
     only: Option<usize>,
-    order: Vec<Candidate>,
-    parts: Vec<Part>,
+    plan: Plan,
     sorted: Vec<Finished>,
+}
+
+/// Who runs beside whom.
+#[derive(Debug, Default)]
+struct Plan {
+    /// Lanes of a block.
+    lanes: usize,
+    /// The candidates of all jobs.
+    order: Vec<Candidate>,
+    /// The blocks.
+    parts: Vec<Part>,
 }
 
 impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
@@ -87,8 +97,7 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
             set,
             compensated,
             only: None,
-            order: Vec::new(),
-            parts: Vec::new(),
+            plan: Plan::default(),
             sorted: Vec::new(),
         }
     }
@@ -120,13 +129,13 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
     }
 
     /// Sorts the candidates of each job by delay and cuts them into blocks.
-    fn plan(&mut self, cases: &[Case], jobs: &[Job<'_>]) -> Result<usize, EvaluateError> {
-        let lanes = self.lanes(Job::candidates(jobs));
-        self.order.clear();
-        self.parts.clear();
+    fn plan(&self, cases: &[Case], jobs: &[Job<'_>], lanes: usize, plan: &mut Plan) -> Result<(), EvaluateError> {
+        let Plan { order, parts, .. } = plan;
+        order.clear();
+        parts.clear();
         for (k, job) in jobs.iter().enumerate() {
             let (case, stream) = (&cases[job.case], &self.streams[job.case]);
-            let from = self.order.len();
+            let from = order.len();
             let extensions = case.variant.extensions;
             let timing = [Some(Symbol::tau_p), extensions.delay(), extensions.look_back()];
             let columns: Vec<(Symbol, usize)> = timing
@@ -139,13 +148,21 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
                 for (symbol, column) in &columns {
                     parameters.set(*symbol, job.population.values(index)[*column]);
                 }
-                self.order.push(candidate(case, stream.longest, index, &parameters)?);
+                order.push(candidate(case, stream.longest, index, &parameters)?);
             }
-            let to = self.order.len();
-            self.order[from..].sort_unstable_by_key(|candidate| (candidate.back, candidate.index));
-            self.parts.extend((from..to).step_by(lanes).map(|at| Part { job: k, from: at, to: (at + lanes).min(to) }));
+            let to = order.len();
+            order[from..].sort_unstable_by_key(|candidate| (candidate.back, candidate.index));
+            parts.extend((from..to).step_by(lanes).map(|at| Part { job: k, from: at, to: (at + lanes).min(to) }));
         }
-        Ok(lanes)
+        plan.lanes = lanes;
+        Ok(())
+    }
+
+    /// The plan of one job.
+    fn planned(&self, cases: &[Case], job: &Job<'_>, lanes: usize) -> Result<Plan, EvaluateError> {
+        let mut plan = Plan::default();
+        self.plan(cases, &[*job], lanes, &mut plan)?;
+        Ok(plan)
     }
 
     fn columns(&self, population: &Population) -> Vec<Option<usize>> {
@@ -161,14 +178,15 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         settings: &Settings,
         results: &mut Vec<Finished>,
     ) -> Result<(), EvaluateError> {
-        let lanes = self.plan(cases, jobs)?;
+        let mut plan = std::mem::take(&mut self.plan);
+        self.plan(cases, jobs, self.lanes(Job::candidates(jobs)), &mut plan)?;
         let nothing = Finished { score: Score::Rejected, raw: Raw::default() };
         let mut sorted = std::mem::take(&mut self.sorted);
         sorted.clear();
-        sorted.resize(self.order.len(), nothing);
+        sorted.resize(plan.order.len(), nothing);
         let mut rest = sorted.as_mut_slice();
-        let mut work = Vec::with_capacity(self.parts.len());
-        for part in &self.parts {
+        let mut work = Vec::with_capacity(plan.parts.len());
+        for part in &plan.parts {
             let (mine, others) = rest.split_at_mut(part.to - part.from);
             work.push((*part, mine));
             rest = others;
@@ -176,8 +194,8 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         let columns: Vec<_> = jobs.iter().map(|job| self.columns(job.population)).collect();
         work.into_par_iter().for_each(|(part, results)| {
             let job = &jobs[part.job];
-            let mut run = self.prepare(job, settings, &columns[part.job], &self.order[part.from..part.to]);
-            if lanes == A {
+            let mut run = self.prepare(job, settings, &columns[part.job], &plan.order[part.from..part.to]);
+            if plan.lanes == A {
                 self.finish(&self.large, &mut run, results);
             } else {
                 self.finish(&self.small, &mut run, results);
@@ -189,13 +207,13 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         let mut at = 0;
         for job in jobs {
             let count = job.population.len();
-            for (candidate, finished) in self.order[at..at + count].iter().zip(&sorted[at..]) {
+            for (candidate, finished) in plan.order[at..at + count].iter().zip(&sorted[at..]) {
                 results[first + candidate.index] = *finished;
             }
             at += count;
             first += count;
         }
-        self.sorted = sorted;
+        (self.sorted, self.plan) = (sorted, plan);
         Ok(())
     }
 
@@ -254,22 +272,22 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
 
     /// Runs with observers, one per candidate, and what they add up.
     pub fn observed(
-        &mut self,
+        &self,
         cases: &[Case],
         job: &Job<'_>,
         settings: &Settings,
         observers: &[Observer],
     ) -> Result<Vec<Observed>, EvaluateError> {
-        let lanes = self.plan(cases, &[*job])?;
+        let plan = self.planned(cases, job, self.lanes(job.population.len()))?;
         let columns = self.columns(job.population);
         let observe = |part: &Part| {
-            let mut run = self.prepare(job, settings, &columns, &self.order[part.from..part.to]);
+            let mut run = self.prepare(job, settings, &columns, &plan.order[part.from..part.to]);
             run.observers = observers;
-            if lanes == A { self.observe(&self.large, &mut run) } else { self.observe(&self.small, &mut run) }
+            if plan.lanes == A { self.observe(&self.large, &mut run) } else { self.observe(&self.small, &mut run) }
         };
-        let several: Vec<Vec<Observed>> = self.parts.par_iter().map(observe).collect();
+        let several: Vec<Vec<Observed>> = plan.parts.par_iter().map(observe).collect();
         let empty = Observed { raw: Raw::default(), blocks: Vec::new() };
-        Ok(self.in_order(several.into_iter().flatten(), empty))
+        Ok(in_order(&plan.order, several.into_iter().flatten(), empty))
     }
 
     fn observe<const L: usize>(&self, blocks: &Blocks<T, L>, run: &mut Run<'_, T>) -> Vec<Observed> {
@@ -291,26 +309,23 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
 
     /// Runs with observers, one per candidate, sample by sample; in small blocks, for they are remembered whole.
     pub fn innovations(
-        &mut self,
+        &self,
         cases: &[Case],
         job: &Job<'_>,
         settings: &Settings,
         observers: &[Observer],
     ) -> Result<Vec<Innovations>, EvaluateError> {
-        let only = self.only.replace(B);
-        let planned = self.plan(cases, &[*job]);
-        self.only = only;
-        planned?;
+        let plan = self.planned(cases, job, B)?;
         let columns = self.columns(job.population);
         let record = |part: &Part| {
-            let mut run = self.prepare(job, settings, &columns, &self.order[part.from..part.to]);
+            let mut run = self.prepare(job, settings, &columns, &plan.order[part.from..part.to]);
             run.observers = observers;
             self.record(run)
         };
-        let several: Vec<Vec<Innovations>> = self.parts.par_iter().map(record).collect();
+        let several: Vec<Vec<Innovations>> = plan.parts.par_iter().map(record).collect();
         let empty =
             Innovations { failed: None, first: 0, residual: Vec::new(), state: Vec::new(), acceleration: Vec::new() };
-        Ok(self.in_order(several.into_iter().flatten(), empty))
+        Ok(in_order(&plan.order, several.into_iter().flatten(), empty))
     }
 
     fn record(&self, run: Run<'_, T>) -> Vec<Innovations> {
@@ -344,23 +359,23 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
 
     /// Runs with observers, one per candidate: only the residuals, stretch by stretch, for those who fit.
     pub fn residuals(
-        &mut self,
+        &self,
         cases: &[Case],
         job: &Job<'_>,
         settings: &Settings,
         observers: &[Observer],
         each: &mut dyn FnMut(&Residuals),
     ) -> Result<Vec<Option<Failure>>, EvaluateError> {
-        let lanes = self.plan(cases, &[*job])?;
+        let mut plan = self.planned(cases, job, self.lanes(job.population.len()))?;
         // In the order of the population, so that nobody has to look for a candidate.
-        self.order.sort_unstable_by_key(|candidate| candidate.index);
+        plan.order.sort_unstable_by_key(|candidate| candidate.index);
         let columns = self.columns(job.population);
         let prepare = |part: &Part| {
-            let run = self.prepare(job, settings, &columns, &self.order[part.from..part.to]);
+            let run = self.prepare(job, settings, &columns, &plan.order[part.from..part.to]);
             Run { observers, ..run }
         };
-        let runs = self.parts.iter().map(prepare).collect();
-        Ok(if lanes == A { self.leave(&self.large, runs, each) } else { self.leave(&self.small, runs, each) })
+        let runs = plan.parts.iter().map(prepare).collect();
+        Ok(if plan.lanes == A { self.leave(&self.large, runs, each) } else { self.leave(&self.small, runs, each) })
     }
 
     /// All blocks go on by a stretch of samples, and leave their residuals to `each`; in the end, which runs failed.
@@ -405,15 +420,6 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         failed
     }
 
-    /// From the order of the blocks to that of the population.
-    fn in_order<R: Clone>(&self, sorted: impl Iterator<Item = R>, empty: R) -> Vec<R> {
-        let mut results = vec![empty; self.order.len()];
-        for (candidate, one) in self.order.iter().zip(sorted) {
-            results[candidate.index] = one;
-        }
-        results
-    }
-
     /// The states of one candidate from sample `from` to `to` - 1, after a given past.
     pub fn trace(
         &self,
@@ -450,6 +456,15 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         self.small.put(workspace);
         Ok(states.split_off((from - begin).min(states.len())))
     }
+}
+
+/// From the order of the blocks to that of the population.
+fn in_order<R: Clone>(order: &[Candidate], sorted: impl Iterator<Item = R>, empty: R) -> Vec<R> {
+    let mut results = vec![empty; order.len()];
+    for (candidate, one) in order.iter().zip(sorted) {
+        results[candidate.index] = one;
+    }
+    results
 }
 
 /// When a candidate perceives and starts.

@@ -14,6 +14,7 @@ use crate::evaluator::{Population, Raw, Residuals, Score};
 use crate::score::GoodnessOfFit;
 use crate::symbols::Parameters;
 use crate::wgsl::{Precision, Recipe, Source, check};
+use std::sync::OnceLock;
 
 /// Precision of a run on the CPU.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -106,7 +107,7 @@ pub struct Lanes {
     only: Option<usize>,
     engine: Engine,
     /// The same model with an observer; made when it is asked for.
-    observing: Option<Engine>,
+    observing: OnceLock<Engine>,
     finished: [Vec<Finished>; 2],
 }
 
@@ -146,7 +147,7 @@ impl Lanes {
         let courses: Vec<Course> = cases.iter().map(Course::new).collect::<Result<_, _>>()?;
         let set = InstructionSet::best();
         let engine = Engine::new(&cases, &courses, &gof, (precision, set), false, replace)?;
-        let (only, observing, finished) = (None, None, [Vec::new(), Vec::new()]);
+        let (only, observing, finished) = (None, OnceLock::new(), [Vec::new(), Vec::new()]);
         Ok(Lanes { cases, courses, gof, precision, set, only, engine, observing, finished })
     }
 
@@ -168,8 +169,7 @@ impl Lanes {
     }
 
     fn rebuilt(self, set: InstructionSet, only: Option<usize>) -> Lanes {
-        let rebuilt = |engine: Engine| engine.with(set, only);
-        Lanes { set, only, engine: rebuilt(self.engine), observing: self.observing.map(rebuilt), ..self }
+        Lanes { set, only, engine: self.engine.with(set, only), observing: OnceLock::new(), ..self }
     }
 
     /// Status, cuts and all sums of each candidate, in the order of the jobs.
@@ -190,16 +190,15 @@ impl Lanes {
     /// # Panics
     /// Unless there is one observer per candidate, and at least one sample in a block.
     pub fn observed(
-        &mut self,
+        &self,
         job: &Job<'_>,
         observers: &[Observer],
         block: usize,
     ) -> Result<Vec<Observed>, EvaluateError> {
         assert_eq!(job.population.len(), observers.len(), "one observer per candidate");
         assert!(block > 0, "blocks of at least one sample");
-        self.observe()?;
         let settings = settings(Adding::All, self.compensated(), true, Some(block));
-        with_engine!(self.observing.as_mut().expect("just made"), core => {
+        with_engine!(self.observing()?, core => {
             core.observed(&self.cases, job, &settings, observers)
         })
     }
@@ -211,11 +210,10 @@ impl Lanes {
     ///
     /// # Panics
     /// Unless there is one observer per candidate.
-    pub fn innovations(&mut self, job: &Job<'_>, observers: &[Observer]) -> Result<Vec<Innovations>, EvaluateError> {
+    pub fn innovations(&self, job: &Job<'_>, observers: &[Observer]) -> Result<Vec<Innovations>, EvaluateError> {
         assert_eq!(job.population.len(), observers.len(), "one observer per candidate");
-        self.observe()?;
         let settings = settings(Adding::Nothing, self.compensated(), false, None);
-        with_engine!(self.observing.as_mut().expect("just made"), core => {
+        with_engine!(self.observing()?, core => {
             core.innovations(&self.cases, job, &settings, observers)
         })
     }
@@ -229,26 +227,27 @@ impl Lanes {
     /// # Panics
     /// Unless there is one observer per candidate.
     pub fn residuals(
-        &mut self,
+        &self,
         job: &Job<'_>,
         observers: &[Observer],
         each: &mut dyn FnMut(&Residuals),
     ) -> Result<Vec<Option<Failure>>, EvaluateError> {
         assert_eq!(job.population.len(), observers.len(), "one observer per candidate");
-        self.observe()?;
         let settings = settings(Adding::Nothing, self.compensated(), false, None);
-        with_engine!(self.observing.as_mut().expect("just made"), core => {
+        with_engine!(self.observing()?, core => {
             core.residuals(&self.cases, job, &settings, observers, each)
         })
     }
 
-    fn observe(&mut self) -> Result<(), EvaluateError> {
-        if self.observing.is_none() {
-            let how = (self.precision, self.set);
-            let engine = Engine::new(&self.cases, &self.courses, &self.gof, how, true, &|_, _| None)?;
-            self.observing = Some(if self.only.is_some() { engine.with(self.set, self.only) } else { engine });
+    fn observing(&self) -> Result<&Engine, EvaluateError> {
+        if let Some(engine) = self.observing.get() {
+            return Ok(engine);
         }
-        Ok(())
+        let how = (self.precision, self.set);
+        let engine = Engine::new(&self.cases, &self.courses, &self.gof, how, true, &|_, _| None)?;
+        let engine = if self.only.is_some() { engine.with(self.set, self.only) } else { engine };
+        // Another thread may have been quicker; both are the same.
+        Ok(self.observing.get_or_init(|| engine))
     }
 
     /// The states (spacing, speed, acceleration) of one candidate at the samples from `from` to `to` - 1, where `history` has

@@ -81,7 +81,7 @@ pub fn family(cause: &Extension) -> &str {
 ///
 /// # Errors
 /// As [`super::model::Model::innovations`].
-pub fn missing(candidate: &mut Candidate) -> Result<Vec<Vec<f64>>, DiagnoseError> {
+pub fn missing(candidate: &Candidate) -> Result<Vec<Vec<f64>>, DiagnoseError> {
     let noise = candidate.fit.point.noise;
     let seen = Noise { sigma_d: noise.sigma_d.max(0.05), tau_d: 1.0, ..noise };
     let values = candidate.fit.point.values.clone();
@@ -95,7 +95,7 @@ impl Search {
     ///
     /// # Errors
     /// As [`Candidate::cross_fit`].
-    pub fn begin(setting: &Setting<'_>, mut base: Candidate) -> Result<Search, DiagnoseError> {
+    pub fn begin(setting: &Setting<'_>, base: Candidate) -> Result<Search, DiagnoseError> {
         let held = base.cross_fit(setting)?;
         let inflation = base.inflation(setting)?;
         Ok(Search {
@@ -150,7 +150,7 @@ impl Search {
         self.off_its_bounds(setting, spending)?;
         let (mut tried, mut dropped) = (Vec::new(), Vec::new());
         for _ in 0..SCREENINGS.0 {
-            let missing = missing(&mut self.current)?;
+            let missing = missing(&self.current)?;
             (tried, dropped) = screen(setting, &self.current, &causes, &missing, spending)?;
             tried.sort_by(|a, b| b.1.fit.log_likelihood.total_cmp(&a.1.fit.log_likelihood));
             let before = self.current.fit.log_likelihood;
@@ -230,7 +230,7 @@ impl Search {
         if self.current.causes.is_empty() {
             return Ok(());
         }
-        let starts = within_bounds(setting, &mut self.current)?;
+        let starts = within_bounds(setting, &self.current)?;
         if starts.is_empty() {
             return Ok(());
         }

@@ -23,7 +23,7 @@ use rayon::prelude::*;
 pub type Run = Option<Vec<[f64; 2]>>;
 
 /// Anything whose innovations can be had for parameters and an observer.
-pub trait Predictor {
+pub trait Predictor: Sync {
     /// What can go wrong.
     type Error: Send;
     /// Samples and time step \[s\] of every drive.
@@ -39,7 +39,7 @@ pub trait Predictor {
     /// # Errors
     /// When nothing can be simulated; a candidate that fails is no error.
     fn residuals(
-        &mut self,
+        &self,
         drive: usize,
         candidates: &[Vec<f64>],
         observers: &[Designed],
@@ -50,7 +50,7 @@ pub trait Predictor {
     ///
     /// # Errors
     /// As [`Predictor::residuals`].
-    fn runs(&mut self, drive: usize, candidates: &[Vec<f64>], observers: &[Designed]) -> Result<Vec<Run>, Self::Error> {
+    fn runs(&self, drive: usize, candidates: &[Vec<f64>], observers: &[Designed]) -> Result<Vec<Run>, Self::Error> {
         let mut runs = vec![Vec::with_capacity(self.drives()[drive].0); candidates.len()];
         let failed = self.residuals(drive, candidates, observers, &mut |stretch| {
             runs.par_iter_mut().enumerate().for_each(|(i, run)| run.extend(stretch.of(i)));
@@ -140,7 +140,7 @@ struct Start {
 /// # Errors
 /// As [`Predictor::residuals`].
 pub fn fit<P: Predictor>(
-    predictor: &mut P,
+    predictor: &P,
     axes: &[Axis],
     masks: &[Mask],
     starts: &[Point],
@@ -154,7 +154,7 @@ pub fn fit<P: Predictor>(
 /// # Errors
 /// As [`Predictor::residuals`].
 pub fn fit_with<P: Predictor>(
-    predictor: &mut P,
+    predictor: &P,
     axes: &[Axis],
     masks: &[Mask],
     starts: &[Point],
@@ -221,7 +221,7 @@ fn selected(starts: Vec<Start>, plan: Plan) -> Vec<Start> {
 /// # Errors
 /// As [`Predictor::residuals`].
 pub fn log_likelihoods<P: Predictor>(
-    predictor: &mut P,
+    predictor: &P,
     axes: &[Axis],
     masks: &[Mask],
     points: &[Point],
@@ -261,7 +261,7 @@ const IDLE: usize = 2;
 
 /// One turn of all starts that still move; false if none does.
 fn advance<P: Predictor>(
-    predictor: &mut P,
+    predictor: &P,
     frame: &Frame<'_>,
     masks: &[Mask],
     starts: &mut [Start],
@@ -342,9 +342,19 @@ fn step(frame: &Frame<'_>, x: &[f64], gram: &Gram, damping: f64) -> Vec<f64> {
     next
 }
 
+/// The same on every drive, side by side.
+fn on_all<'a, P: Predictor, R: Send>(
+    predictor: &P,
+    masks: &'a [Mask],
+    of: impl Fn(usize, f64, &'a [bool]) -> Result<R, P::Error> + Sync,
+) -> Result<Vec<R>, P::Error> {
+    let drives = predictor.drives();
+    drives.par_iter().zip(masks).enumerate().map(|(drive, ((_, dt), mask))| of(drive, *dt, mask)).collect()
+}
+
 /// Costs of points; infinite where a run fails.
 fn costs<P: Predictor>(
-    predictor: &mut P,
+    predictor: &P,
     frame: &Frame<'_>,
     masks: &[Mask],
     points: &[Vec<f64>],
@@ -353,7 +363,7 @@ fn costs<P: Predictor>(
     for (batch, sums) in points.chunks(BATCH).zip(sums.chunks_mut(BATCH)) {
         let points: Vec<Point> = batch.iter().map(|x| frame.point(x)).collect();
         let candidates: Vec<Vec<f64>> = points.iter().map(|point| point.values.clone()).collect();
-        for (drive, ((_, dt), mask)) in predictor.drives().into_iter().zip(masks).enumerate() {
+        let of = |drive: usize, dt: f64, mask| {
             let observers: Vec<Designed> = points.iter().map(|point| design(&point.noise, dt)).collect();
             let (distinct, run) = distinct(predictor, drive, &candidates, &observers);
             let candidates: Vec<Vec<f64>> = distinct.iter().map(|&i| candidates[i].clone()).collect();
@@ -361,8 +371,11 @@ fn costs<P: Predictor>(
             let mut costs = Costs::new(&observers, mask);
             let failed = predictor.residuals(drive, &candidates, &observers, &mut |stretch| costs.add(stretch))?;
             let costs = costs.finish(&failed);
-            for (sum, run) in sums.iter_mut().zip(run) {
-                *sum += if costs[run].is_finite() { costs[run] } else { f64::INFINITY };
+            Ok(run.into_iter().map(|run| costs[run]).collect::<Vec<f64>>())
+        };
+        for costs in on_all(predictor, masks, of)? {
+            for (sum, cost) in sums.iter_mut().zip(costs) {
+                *sum += if cost.is_finite() { cost } else { f64::INFINITY };
             }
         }
     }
@@ -400,7 +413,7 @@ fn distinct<P: Predictor>(
 
 /// Derivatives at several points.
 fn derivatives<P: Predictor>(
-    predictor: &mut P,
+    predictor: &P,
     frame: &Frame<'_>,
     masks: &[Mask],
     at: &[&[f64]],
@@ -409,7 +422,7 @@ fn derivatives<P: Predictor>(
     let mut grams = Vec::with_capacity(at.len());
     for at in at.chunks((BATCH / (m + 1)).max(1)) {
         let mut mine: Vec<Gram> = at.iter().map(|_| Gram::zero(m)).collect();
-        for (drive, ((_, dt), mask)) in predictor.drives().into_iter().zip(masks).enumerate() {
+        let of = |drive: usize, dt: f64, mask| {
             let acts = |j: usize| j >= frame.axes.len() || predictor.acts(drive, j);
             let coordinates: Vec<usize> = (0..m).filter(|&j| !frame.is_held(j) && acts(j)).collect();
             let mut candidates: Vec<Point> = Vec::new();
@@ -427,12 +440,16 @@ fn derivatives<P: Predictor>(
             let values: Vec<Vec<f64>> = candidates.iter().map(|point| point.values.clone()).collect();
             let observers: Vec<Designed> = candidates.iter().map(|point| design(&point.noise, dt)).collect();
             let runs = coordinates.len() + 1;
-            let starts = steps.iter().zip(observers.chunks(runs)).enumerate();
-            let mut products: Vec<Products<'_>> =
-                starts.map(|(k, (steps, observers))| Products::new(k * runs, observers, steps, mask)).collect();
+            let starts = steps.into_iter().zip(observers.chunks(runs)).enumerate();
+            let mut products: Vec<Products<'_>> = starts
+                .map(|(k, (steps, observers))| Products::new(k * runs, observers.to_vec(), steps, mask))
+                .collect();
             let failed = predictor.residuals(drive, &values, &observers, &mut |stretch| {
                 products.par_iter_mut().for_each(|products| products.add(stretch));
             })?;
+            Ok((products, coordinates, failed))
+        };
+        for (products, coordinates, failed) in on_all(predictor, masks, of)? {
             for (gram, products) in mine.iter_mut().zip(&products) {
                 gram.add(products, &coordinates, &failed);
             }

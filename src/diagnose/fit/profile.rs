@@ -6,7 +6,7 @@ use super::super::likelihood::Mask;
 use super::super::observer::{Designed, Noise, design};
 use super::super::space::Axis;
 use super::frame::Frame;
-use super::{BATCH, LONGEST, PULL, Point, Predictor};
+use super::{BATCH, LONGEST, PULL, Point, Predictor, on_all};
 use nalgebra::{DMatrix, DVector};
 
 /// Where a step along a change leads.
@@ -28,7 +28,7 @@ const MOST: f64 = 4.0;
 /// # Errors
 /// As [`Predictor::residuals`].
 pub fn profiled<P: Predictor>(
-    predictor: &mut P,
+    predictor: &P,
     axes: &[Axis],
     masks: &[Mask],
     at: &Point,
@@ -45,7 +45,7 @@ pub fn profiled<P: Predictor>(
 
 /// Derivatives in the coordinates of the model, along the changes, and in those of the noise.
 fn derivatives<P: Predictor>(
-    predictor: &mut P,
+    predictor: &P,
     frame: &Frame<'_>,
     masks: &[Mask],
     at: &Point,
@@ -67,10 +67,13 @@ fn derivatives<P: Predictor>(
     let values: Vec<Vec<f64>> = points.iter().map(|point| point.values.clone()).collect();
     let mut gram = Gram::zero(sizes.len());
     let coordinates: Vec<usize> = (0..sizes.len()).collect();
-    for (drive, ((_, dt), mask)) in predictor.drives().into_iter().zip(masks).enumerate() {
+    let of = |drive: usize, dt: f64, mask| {
         let observers: Vec<Designed> = points.iter().map(|point| design(&point.noise, dt)).collect();
-        let mut products = Products::new(0, &observers, &sizes, mask);
+        let mut products = Products::new(0, observers.clone(), sizes.clone(), mask);
         let failed = predictor.residuals(drive, &values, &observers, &mut |stretch| products.add(stretch))?;
+        Ok((products, failed))
+    };
+    for (products, failed) in on_all(predictor, masks, of)? {
         gram.add(&products, &coordinates, &failed);
     }
     Ok(gram)

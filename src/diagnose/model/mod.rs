@@ -15,6 +15,7 @@ use crate::lanes::{Lanes, LanesPrecision};
 use crate::score::GoodnessOfFit;
 use crate::symbols::{Bounds, Parameters, Symbol};
 use crate::vehicle::Vehicle;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Bounds of the base models in a diagnosis: wide, because a parameter that ends on a bound lets the wrong cause speak for it.
 /// `true`: searched in equal ratios.
@@ -80,11 +81,10 @@ pub struct Model {
     pub symbols: Vec<Symbol>,
     /// Their bounds.
     pub axes: Vec<Axis>,
-    /// Candidates simulated, over one drive each.
-    pub simulations: u64,
     /// Events of one drive only.
     pub events: Vec<Event>,
     lanes: Lanes,
+    simulations: AtomicU64,
     drives: Vec<(usize, f64)>,
     recordings: Vec<String>,
     /// Positions of the perception delay, of the base or of a cause, and of the nuisance lead.
@@ -120,7 +120,7 @@ impl Model {
             variant,
             symbols,
             axes,
-            simulations: 0,
+            simulations: AtomicU64::new(0),
             events: events.to_vec(),
             lanes,
             drives,
@@ -128,6 +128,12 @@ impl Model {
             delay,
             lead,
         })
+    }
+
+    /// Candidates simulated until now, over one drive each.
+    #[must_use]
+    pub fn simulations(&self) -> u64 {
+        self.simulations.load(Ordering::Relaxed)
     }
 
     /// A drive as the runs of this model see it.
@@ -186,7 +192,7 @@ impl Model {
     ///
     /// # Errors
     /// [`DiagnoseError::Evaluate`].
-    pub fn innovations(&mut self, values: &[f64], noise: &Noise) -> Result<Vec<Innovations>, DiagnoseError> {
+    pub fn innovations(&self, values: &[f64], noise: &Noise) -> Result<Vec<Innovations>, DiagnoseError> {
         let mut all = Vec::new();
         for drive in 0..self.drives.len() {
             let designed = design(noise, self.drives[drive].1);
@@ -206,12 +212,7 @@ impl Model {
     }
 
     /// Candidates as the evaluator takes them, on a drive on which events of other recordings do not happen.
-    fn population(
-        &mut self,
-        drive: usize,
-        candidates: &[Vec<f64>],
-        observers: &[Designed],
-    ) -> (Population, Vec<Observer>) {
+    fn population(&self, drive: usize, candidates: &[Vec<f64>], observers: &[Designed]) -> (Population, Vec<Observer>) {
         let mut population = Population::new(&self.symbols);
         let absent: Vec<(usize, f64)> = (0..self.symbols.len())
             .filter(|&k| !self.acts(drive, k))
@@ -228,7 +229,7 @@ impl Model {
             whitening: designed.whitening,
             decay: designed.decay,
         };
-        self.simulations += candidates.len() as u64;
+        self.simulations.fetch_add(candidates.len() as u64, Ordering::Relaxed);
         (population, observers.iter().map(observer).collect())
     }
 }
@@ -247,7 +248,7 @@ impl Predictor for Model {
     }
 
     fn residuals(
-        &mut self,
+        &self,
         drive: usize,
         candidates: &[Vec<f64>],
         observers: &[Designed],

@@ -81,7 +81,7 @@ fn a_delay_is_shortened_by_the_lead() {
     for (base, causes, delay) in
         [("idm", vec![library(LEAD), library("perception_delay")], "tp"), ("idm+delay", vec![library(LEAD)], "tau_p")]
     {
-        let mut model = model(base, &causes, &Overrides::new());
+        let model = model(base, &causes, &Overrides::new());
         let place = |name: &str| model.symbols.iter().position(|s| s.name() == name).expect("a parameter");
         let (delay, lead) = (place(delay), place("lead_h"));
         for (of, at) in [([0.3, 0.05], [0.25, 0.0]), ([0.02, 0.05], [0.0, 0.03])] {

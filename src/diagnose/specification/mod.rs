@@ -57,7 +57,7 @@ const BURST: f64 = 22.0;
 /// As [`Predictor::residuals`].
 pub fn leftovers(
     setting: &Setting<'_>,
-    candidate: &mut Candidate,
+    candidate: &Candidate,
     need: f64,
     inflation: f64,
 ) -> Result<Leftovers, DiagnoseError> {
@@ -105,7 +105,7 @@ type Columns = Vec<Vec<Vec<[f64; 2]>>>;
 /// Effect of the base's and the causes' parameters on the innovations, per drive.
 fn base_columns(
     setting: &Setting<'_>,
-    candidate: &mut Candidate,
+    candidate: &Candidate,
     residuals: &[Vec<[f64; 2]>],
     designs: &[Designed],
 ) -> Result<Columns, DiagnoseError> {
@@ -121,7 +121,7 @@ fn base_columns(
         moved.push(other);
         steps.push(step);
     }
-    columns(setting, &mut candidate.model, &moved, &steps, residuals, designs)
+    columns(setting, &candidate.model, &moved, &steps, residuals, designs)
 }
 
 fn term_columns(
@@ -133,7 +133,7 @@ fn term_columns(
 ) -> Result<Option<Columns>, DiagnoseError> {
     let Some(probe) = extension_named(term.extension) else { return Ok(None) };
     let Ok(variant) = candidate.variant.with(probe) else { return Ok(None) };
-    let mut model = setting.model(variant, &candidate.model.events)?;
+    let model = setting.model(variant, &candidate.model.events)?;
     let positions = model.positions(probe);
     let values = model.adopt(&candidate.model, &candidate.fit.point.values);
     let tent = |tent: &Vec<f64>| {
@@ -144,18 +144,18 @@ fn term_columns(
     };
     let moved: Vec<Vec<f64>> = term.tents.iter().map(tent).collect();
     let steps = vec![TRIAL; moved.len()];
-    columns(setting, &mut model, &moved, &steps, residuals, designs).map(Some)
+    columns(setting, &model, &moved, &steps, residuals, designs).map(Some)
 }
 
 fn columns(
     setting: &Setting<'_>,
-    model: &mut Model,
+    model: &Model,
     moved: &[Vec<f64>],
     steps: &[f64],
     residuals: &[Vec<[f64; 2]>],
     designs: &[Designed],
 ) -> Result<Columns, DiagnoseError> {
-    let before = model.simulations;
+    let before = model.simulations();
     let mut all = Vec::new();
     for (drive, (base, designed)) in residuals.iter().zip(designs).enumerate() {
         let mut found = Vec::with_capacity(moved.len());
@@ -170,7 +170,7 @@ fn columns(
         }
         all.push(found);
     }
-    setting.simulations.fetch_add(model.simulations - before, Ordering::Relaxed);
+    setting.simulations.fetch_add(model.simulations() - before, Ordering::Relaxed);
     Ok(all)
 }
 
