@@ -1,7 +1,7 @@
 //! Fits with the size of a cause held while the rest moves, for causes that a base imitates.
 
 use super::candidate::{Candidate, Setting};
-use super::fit::{Fit, Plan, Point, fit, log_likelihoods};
+use super::fit::{Plan, Point, fit_each, log_likelihoods};
 use super::model::{Model, is_stepped};
 use super::observer::Noise;
 use super::polish::{descended, is_rugged};
@@ -18,15 +18,16 @@ const FOLLOWED: usize = 2;
 /// First step of the descent with a step of the command held, as a share of the ranges, and the first of its turns.
 const FIRST_STEP: f64 = 0.03;
 const SHIFTED: u64 = 100;
-/// Turns with a size held.
-const HOLDING: Plan = Plan { select: 1, kinds: 1, rough: 4, keep: 1, fine: 0, tolerance: 0.1, least: [0.0; 2] };
+/// Turns with a size held, of all sizes.
+const HOLDING: Plan =
+    Plan { select: usize::MAX, kinds: 1, rough: 4, keep: 1, fine: 0, tolerance: 0.1, least: [0.0; 2] };
 
 /// Starts for a cause whose size was held while the rest moved: what a base lacks it makes up for with parameters that are far off, and
 /// from there a size that is set free goes back to nothing. A strong observer sees the way even where a nearly free simulation is far
 /// off. Of steps of the command the rest is moved by a search without derivatives. Without sizes of its own to hold, none.
 ///
 /// # Errors
-/// As [`fit`].
+/// As [`fit_each`].
 pub fn from_held(
     setting: &Setting<'_>,
     current: &Candidate,
@@ -58,7 +59,7 @@ pub fn from_held(
 /// Starts for a model with parameters of its base on their bounds: where the rest goes while such a parameter is held elsewhere.
 ///
 /// # Errors
-/// As [`fit`].
+/// As [`fit_each`].
 pub fn within_bounds(setting: &Setting<'_>, current: &Candidate) -> Result<Vec<Point>, DiagnoseError> {
     const SHARES: [f64; 4] = [0.15, 0.3, 0.5, 0.7];
     let Candidate { model, fit, causes, .. } = current;
@@ -79,7 +80,7 @@ fn held(
     sizes: Vec<Vec<(usize, f64)>>,
     rugged: bool,
 ) -> Result<Vec<Point>, DiagnoseError> {
-    let mut found: Vec<Fit> = Vec::new();
+    let mut starts = Vec::with_capacity(sizes.len());
     for (turn, size) in sizes.into_iter().enumerate() {
         let (mut axes, mut start) = (model.axes.clone(), start.clone());
         for (k, value) in size {
@@ -90,9 +91,9 @@ fn held(
             let turn = SHIFTED + turn as u64;
             start = descended(setting, model, &axes, &setting.whole, &start, FIRST_STEP, turn)?.unwrap_or(start);
         }
-        found.extend(fit(model, &axes, &setting.whole, &[start], HOLDING)?);
+        starts.push((axes, start));
     }
-    found.sort_by(|a, b| b.log_likelihood.total_cmp(&a.log_likelihood));
+    let found = fit_each(model, &setting.whole, &starts, HOLDING)?;
     Ok(found.into_iter().take(FOLLOWED).map(|fit| fit.point).collect())
 }
 

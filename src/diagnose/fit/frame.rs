@@ -2,7 +2,7 @@
 
 use super::super::observer::Noise;
 use super::super::space::Axis;
-use super::Point;
+use super::{Place, Point};
 use nalgebra::{DMatrix, DVector};
 
 /// Bounds of the noise: missing acceleration as growth of a speed error \[(m/s)/s^0.5\], its time constant \[s\], noise of spacing
@@ -28,6 +28,7 @@ pub struct Prior {
 }
 
 /// The axes of the model, followed by the logarithms of the noise, of which the first is sigma_d sqrt(2 tau_d).
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Frame<'a> {
     pub axes: &'a [Axis],
     pub prior: Option<&'a Prior>,
@@ -35,7 +36,11 @@ pub(super) struct Frame<'a> {
     pub least: [f64; 2],
 }
 
-impl Frame<'_> {
+impl<'a> Frame<'a> {
+    pub fn place(self, point: &Point) -> Place<'a> {
+        Place { frame: self, x: self.of(point) }
+    }
+
     pub fn coordinates(&self) -> usize {
         self.axes.len() + Noise::COUNT
     }

@@ -122,10 +122,29 @@ const NEAR: f64 = 200.0;
 /// Runs whose innovations are held at once.
 const BATCH: usize = 120;
 
+/// Coordinates in their frame: 0..1 of the model, then logarithms of the noise.
 #[derive(Debug, Clone)]
-struct Start {
-    /// Coordinates 0..1 of the model, then logarithms of the noise.
+struct Place<'a> {
+    frame: Frame<'a>,
     x: Vec<f64>,
+}
+
+impl Place<'_> {
+    fn point(&self) -> Point {
+        self.frame.point(&self.x)
+    }
+
+    /// A finite difference further in one coordinate.
+    fn moved(&self, j: usize) -> Self {
+        let mut moved = self.clone();
+        moved.x[j] += self.frame.step(j, self.x[j]);
+        moved
+    }
+}
+
+#[derive(Debug, Clone)]
+struct Start<'a> {
+    place: Place<'a>,
     cost: f64,
     damping: f64,
     /// Gain of the last turn \[nats\].
@@ -162,34 +181,46 @@ pub fn fit_with<P: Predictor>(
     prior: Option<&Prior>,
 ) -> Result<Vec<Fit>, P::Error> {
     let frame = Frame { axes, prior, least: plan.least };
-    let begin = |point: &Point| Start {
-        x: frame.of(point),
-        cost: f64::INFINITY,
-        damping: 1e-2,
-        gain: 0.0,
-        idle: 0,
-        gram: None,
-    };
-    let mut starts: Vec<Start> = starts.iter().map(begin).collect();
-    let points: Vec<Vec<f64>> = starts.iter().map(|start| start.x.clone()).collect();
-    for (start, cost) in starts.iter_mut().zip(costs(predictor, &frame, masks, &points)?) {
-        start.cost = cost;
-    }
-    starts = selected(starts, plan);
+    search(predictor, masks, starts.iter().map(|point| frame.place(point)).collect(), plan)
+}
+
+/// The same where each start has axes of its own.
+///
+/// # Errors
+/// As [`Predictor::residuals`].
+pub fn fit_each<P: Predictor>(
+    predictor: &P,
+    masks: &[Mask],
+    starts: &[(Vec<Axis>, Point)],
+    plan: Plan,
+) -> Result<Vec<Fit>, P::Error> {
+    let frame = |axes| Frame { axes, prior: None, least: plan.least };
+    search(predictor, masks, starts.iter().map(|(axes, point)| frame(axes).place(point)).collect(), plan)
+}
+
+fn search<P: Predictor>(
+    predictor: &P,
+    masks: &[Mask],
+    places: Vec<Place<'_>>,
+    plan: Plan,
+) -> Result<Vec<Fit>, P::Error> {
+    let costs = costs(predictor, masks, &places)?;
+    let begin = |(place, cost)| Start { place, cost, damping: 1e-2, gain: 0.0, idle: 0, gram: None };
+    let mut starts = selected(places.into_iter().zip(costs).map(begin).collect(), plan);
     for turn in 0..plan.rough + plan.fine {
         if turn >= plan.rough {
             race(&mut starts, plan);
         }
-        if !advance(predictor, &frame, masks, &mut starts, plan.tolerance)? {
+        if !advance(predictor, masks, &mut starts, plan.tolerance)? {
             break;
         }
     }
     starts.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-    Ok(starts.iter().map(|start| finished(&frame, start)).collect())
+    Ok(starts.into_iter().map(finished).collect())
 }
 
 /// Gives up the starts that are behind by more than their last gain promises to make good.
-fn race(starts: &mut Vec<Start>, plan: Plan) {
+fn race(starts: &mut Vec<Start<'_>>, plan: Plan) {
     starts.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let ahead = starts.first().map_or(0.0, |best| best.cost);
     let mut rank = 0;
@@ -202,13 +233,13 @@ fn race(starts: &mut Vec<Start>, plan: Plan) {
 }
 
 /// The likeliest starts of each kind whose first run does not fail.
-fn selected(starts: Vec<Start>, plan: Plan) -> Vec<Start> {
+fn selected<'a>(starts: Vec<Start<'a>>, plan: Plan) -> Vec<Start<'a>> {
     let kinds = plan.kinds.max(1);
-    let mut by_kind: Vec<Vec<Start>> = (0..kinds).map(|_| Vec::new()).collect();
+    let mut by_kind: Vec<Vec<Start<'a>>> = (0..kinds).map(|_| Vec::new()).collect();
     for (i, start) in starts.into_iter().enumerate().filter(|(_, start)| start.cost.is_finite()) {
         by_kind[i % kinds].push(start);
     }
-    let best = |mut starts: Vec<Start>| {
+    let best = |mut starts: Vec<Start<'a>>| {
         starts.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         starts.truncate(plan.select.max(1));
         starts
@@ -227,30 +258,30 @@ pub fn log_likelihoods<P: Predictor>(
     points: &[Point],
 ) -> Result<Vec<f64>, P::Error> {
     let frame = Frame { axes, prior: None, least: [0.0; 2] };
-    let points: Vec<Vec<f64>> = points.iter().map(|point| frame.of(point)).collect();
-    Ok(costs(predictor, &frame, masks, &points)?.into_iter().map(|cost| -cost).collect())
+    let places: Vec<Place<'_>> = points.iter().map(|point| frame.place(point)).collect();
+    Ok(costs(predictor, masks, &places)?.into_iter().map(|cost| -cost).collect())
 }
 
-fn finished(frame: &Frame<'_>, start: &Start) -> Fit {
-    let point = frame.point(&start.x);
+fn finished(start: Start<'_>) -> Fit {
+    let Place { frame, x } = start.place;
+    let point = frame.point(&x);
     let mut errors = vec![f64::INFINITY; frame.axes.len()];
-    let inverse = start.gram.as_ref().and_then(|gram| inverse(frame, &gram.information));
+    let inverse = start.gram.as_ref().and_then(|gram| inverse(&frame, &gram.information));
     for (j, axis) in frame.axes.iter().enumerate() {
         let variance = inverse.as_ref().map_or(f64::INFINITY, |inverse| inverse[(j, j)]);
-        let per_coordinate = axis.slope(start.x[j]);
+        let per_coordinate = axis.slope(x[j]);
         errors[j] = if axis.is_fixed() { 0.0 } else { variance.sqrt() * per_coordinate.abs() };
     }
-    let (information, gradient) = match &start.gram {
-        Some(gram) => (gram.information.clone(), gram.gradient.clone()),
+    let (information, gradient) = match start.gram {
+        Some(gram) => (gram.information, gram.gradient),
         None => (DMatrix::zeros(0, 0), DVector::zeros(0)),
     };
-    let coordinates = start.x.clone();
     Fit {
         point,
         log_likelihood: -start.cost,
         errors,
         converged: start.idle >= IDLE,
-        coordinates,
+        coordinates: x,
         information,
         gradient,
     }
@@ -262,9 +293,8 @@ const IDLE: usize = 2;
 /// One turn of all starts that still move; false if none does.
 fn advance<P: Predictor>(
     predictor: &P,
-    frame: &Frame<'_>,
     masks: &[Mask],
-    starts: &mut [Start],
+    starts: &mut [Start<'_>],
     tolerance: f64,
 ) -> Result<bool, P::Error> {
     let moving: Vec<usize> =
@@ -272,15 +302,14 @@ fn advance<P: Predictor>(
     if moving.is_empty() {
         return Ok(false);
     }
-    let at: Vec<&[f64]> = moving.iter().map(|&k| starts[k].x.as_slice()).collect();
-    let grams = derivatives(predictor, frame, masks, &at)?;
-    let mut trials: Vec<Vec<f64>> = Vec::new();
+    let at: Vec<&Place<'_>> = moving.iter().map(|&k| &starts[k].place).collect();
+    let grams = derivatives(predictor, masks, &at)?;
+    let mut trials = Vec::new();
     for (&k, gram) in moving.iter().zip(&grams) {
-        for factor in DAMPINGS {
-            trials.push(step(frame, &starts[k].x, gram, starts[k].damping * factor));
-        }
+        let Start { place, damping, .. } = &starts[k];
+        trials.extend(DAMPINGS.map(|factor| step(place, gram, damping * factor)));
     }
-    let costs = costs(predictor, frame, masks, &trials)?;
+    let costs = costs(predictor, masks, &trials)?;
     for (i, (&k, gram)) in moving.iter().zip(grams).enumerate() {
         let start = &mut starts[k];
         let mine = i * DAMPINGS.len()..(i + 1) * DAMPINGS.len();
@@ -288,7 +317,7 @@ fn advance<P: Predictor>(
         let gain = start.cost - costs[best];
         if gain > 0.0 {
             start.damping = (start.damping * DAMPINGS[best % DAMPINGS.len()]).max(1e-9);
-            start.x.clone_from(&trials[best]);
+            start.place.x.clone_from(&trials[best].x);
             start.cost = costs[best];
         } else {
             start.damping *= 100.0;
@@ -301,14 +330,15 @@ fn advance<P: Predictor>(
 }
 
 /// A damped step, kept within the bounds: what would leave them stays on them, and the others step again without it.
-fn step(frame: &Frame<'_>, x: &[f64], gram: &Gram, damping: f64) -> Vec<f64> {
+fn step<'a>(place: &Place<'a>, gram: &Gram, damping: f64) -> Place<'a> {
+    let Place { frame, x } = place;
     let m = frame.coordinates();
     let model = frame.axes.len();
     let outward = |j: usize| {
         let ([lower, upper], g) = (frame.bounds(j), gram.gradient[j]);
         lower >= upper || (x[j] <= lower && g > 0.0) || (x[j] >= upper && g < 0.0)
     };
-    let mut next = x.to_vec();
+    let mut next = x.clone();
     let mut fixed: Vec<Option<f64>> = (0..m).map(|j| outward(j).then_some(0.0)).collect();
     for _ in 0..4 {
         let free: Vec<usize> = (0..m).filter(|&j| fixed[j].is_none()).collect();
@@ -322,7 +352,7 @@ fn step(frame: &Frame<'_>, x: &[f64], gram: &Gram, damping: f64) -> Vec<f64> {
             let held: f64 = (0..m).filter_map(|k| fixed[k].map(|d| gram.information[(j, k)] * d)).sum();
             -gram.gradient[j] - held
         });
-        let Some(solution) = matrix.cholesky().map(|c| c.solve(&right)) else { return x.to_vec() };
+        let Some(solution) = matrix.cholesky().map(|c| c.solve(&right)) else { return place.clone() };
         let longest = |a: usize| if free[a] >= model { LONGEST[0] } else { LONGEST[1] };
         let ratio = (0..free.len()).map(|a| solution[a].abs() / longest(a)).fold(1.0, f64::max);
         let mut left = false;
@@ -339,7 +369,7 @@ fn step(frame: &Frame<'_>, x: &[f64], gram: &Gram, damping: f64) -> Vec<f64> {
             break;
         }
     }
-    next
+    Place { frame: *frame, x: next }
 }
 
 /// The same on every drive, side by side.
@@ -353,15 +383,10 @@ fn on_all<'a, P: Predictor, R: Send>(
 }
 
 /// Costs of points; infinite where a run fails.
-fn costs<P: Predictor>(
-    predictor: &P,
-    frame: &Frame<'_>,
-    masks: &[Mask],
-    points: &[Vec<f64>],
-) -> Result<Vec<f64>, P::Error> {
-    let mut sums = vec![0.0; points.len()];
-    for (batch, sums) in points.chunks(BATCH).zip(sums.chunks_mut(BATCH)) {
-        let points: Vec<Point> = batch.iter().map(|x| frame.point(x)).collect();
+fn costs<P: Predictor>(predictor: &P, masks: &[Mask], places: &[Place<'_>]) -> Result<Vec<f64>, P::Error> {
+    let mut sums = vec![0.0; places.len()];
+    for (batch, sums) in places.chunks(BATCH).zip(sums.chunks_mut(BATCH)) {
+        let points: Vec<Point> = batch.iter().map(Place::point).collect();
         let candidates: Vec<Vec<f64>> = points.iter().map(|point| point.values.clone()).collect();
         let of = |drive: usize, dt: f64, mask| {
             let observers: Vec<Designed> = points.iter().map(|point| design(&point.noise, dt)).collect();
@@ -379,7 +404,7 @@ fn costs<P: Predictor>(
             }
         }
     }
-    for (sum, x) in sums.iter_mut().zip(points) {
+    for (sum, Place { frame, x }) in sums.iter_mut().zip(places) {
         *sum += frame.penalty(x);
     }
     Ok(sums)
@@ -411,50 +436,43 @@ fn distinct<P: Predictor>(
     (distinct, run)
 }
 
-/// Derivatives at several points.
-fn derivatives<P: Predictor>(
-    predictor: &P,
-    frame: &Frame<'_>,
-    masks: &[Mask],
-    at: &[&[f64]],
-) -> Result<Vec<Gram>, P::Error> {
-    let m = frame.coordinates();
+/// Derivatives at several places.
+fn derivatives<P: Predictor>(predictor: &P, masks: &[Mask], at: &[&Place<'_>]) -> Result<Vec<Gram>, P::Error> {
+    let m = at.first().map_or(0, |place| place.frame.coordinates());
     let mut grams = Vec::with_capacity(at.len());
     for at in at.chunks((BATCH / (m + 1)).max(1)) {
         let mut mine: Vec<Gram> = at.iter().map(|_| Gram::zero(m)).collect();
         let of = |drive: usize, dt: f64, mask| {
-            let acts = |j: usize| j >= frame.axes.len() || predictor.acts(drive, j);
-            let coordinates: Vec<usize> = (0..m).filter(|&j| !frame.is_held(j) && acts(j)).collect();
-            let mut candidates: Vec<Point> = Vec::new();
-            let mut steps: Vec<Vec<f64>> = Vec::new();
-            for x in at {
-                candidates.push(frame.point(x));
-                let mine: Vec<f64> = coordinates.iter().map(|&j| frame.step(j, x[j])).collect();
-                for (&j, step) in coordinates.iter().zip(&mine) {
-                    let mut moved = x.to_vec();
-                    moved[j] += step;
-                    candidates.push(frame.point(&moved));
-                }
-                steps.push(mine);
+            let mut points: Vec<Point> = Vec::new();
+            // Where each place is in them, and what is moved there.
+            let mut moves: Vec<(usize, Vec<usize>)> = Vec::new();
+            for place in at {
+                let model = place.frame.axes.len();
+                let acts = |j: usize| j >= model || predictor.acts(drive, j);
+                let moved: Vec<usize> = (0..m).filter(|&j| !place.frame.is_held(j) && acts(j)).collect();
+                let first = points.len();
+                points.push(place.point());
+                points.extend(moved.iter().map(|&j| place.moved(j).point()));
+                moves.push((first, moved));
             }
-            let values: Vec<Vec<f64>> = candidates.iter().map(|point| point.values.clone()).collect();
-            let observers: Vec<Designed> = candidates.iter().map(|point| design(&point.noise, dt)).collect();
-            let runs = coordinates.len() + 1;
-            let starts = steps.into_iter().zip(observers.chunks(runs)).enumerate();
-            let mut products: Vec<Products<'_>> = starts
-                .map(|(k, (steps, observers))| Products::new(k * runs, observers.to_vec(), steps, mask))
-                .collect();
+            let values: Vec<Vec<f64>> = points.iter().map(|point| point.values.clone()).collect();
+            let observers: Vec<Designed> = points.iter().map(|point| design(&point.noise, dt)).collect();
+            let products = |((first, moved), place): (&(usize, Vec<usize>), &&Place<'_>)| {
+                let steps = moved.iter().map(|&j| place.frame.step(j, place.x[j])).collect();
+                Products::new(*first, observers[*first..=first + moved.len()].to_vec(), steps, mask)
+            };
+            let mut products: Vec<Products<'_>> = moves.iter().zip(at).map(products).collect();
             let failed = predictor.residuals(drive, &values, &observers, &mut |stretch| {
                 products.par_iter_mut().for_each(|products| products.add(stretch));
             })?;
-            Ok((products, coordinates, failed))
+            Ok((products, moves, failed))
         };
-        for (products, coordinates, failed) in on_all(predictor, masks, of)? {
-            for (gram, products) in mine.iter_mut().zip(&products) {
-                gram.add(products, &coordinates, &failed);
+        for (products, moves, failed) in on_all(predictor, masks, of)? {
+            for ((gram, products), (_, moved)) in mine.iter_mut().zip(&products).zip(&moves) {
+                gram.add(products, moved, &failed);
             }
         }
-        for (gram, x) in mine.iter_mut().zip(at) {
+        for (gram, Place { frame, x }) in mine.iter_mut().zip(at) {
             if let Some(prior) = frame.prior {
                 gram.cost += frame.penalty(x);
                 gram.gradient += &prior.information * frame.off(prior, x);
