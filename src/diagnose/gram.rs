@@ -305,6 +305,13 @@ impl Gram {
         Gram { cost: 0.0, gradient, information, samples: 0 }
     }
 
+    /// How much less costly a place is than that of the derivatives, as these say.
+    #[must_use]
+    pub fn promise(&self, from: &[f64], to: &[f64]) -> f64 {
+        let change = DVector::from_iterator(from.len(), to.iter().zip(from).map(|(to, from)| to - from));
+        -change.dot(&self.gradient) - 0.5 * change.dot(&(&self.information * &change))
+    }
+
     /// Adds one drive, if the run itself did not fail; `coordinates` are those that the runs that follow it have moved, the last
     /// [`Noise::COUNT`] of which are those of the noise.
     pub fn add(&mut self, products: &Products<'_>, coordinates: &[usize], failed: &[Option<Failure>]) {

@@ -287,7 +287,7 @@ fn finished(start: Start<'_>) -> Fit {
     }
 }
 
-/// Turns without gain after which a start stands.
+/// Turns without gain after which a start stands; one is enough where its derivatives did not promise any.
 const IDLE: usize = 2;
 
 /// One turn of all starts that still move; false if none does.
@@ -313,8 +313,9 @@ fn advance<P: Predictor>(
     for (i, (&k, gram)) in moving.iter().zip(grams).enumerate() {
         let start = &mut starts[k];
         let mine = i * DAMPINGS.len()..(i + 1) * DAMPINGS.len();
-        let best = mine.min_by(|&a, &b| costs[a].total_cmp(&costs[b])).expect("there are dampings");
+        let best = mine.clone().min_by(|&a, &b| costs[a].total_cmp(&costs[b])).expect("there are dampings");
         let gain = start.cost - costs[best];
+        let promised = trials[mine].iter().map(|to| gram.promise(&start.place.x, &to.x)).fold(0.0, f64::max);
         if gain > 0.0 {
             start.damping = (start.damping * DAMPINGS[best % DAMPINGS.len()]).max(1e-9);
             start.place.x.clone_from(&trials[best].x);
@@ -323,7 +324,11 @@ fn advance<P: Predictor>(
             start.damping *= 100.0;
         }
         start.gain = gain.max(0.0);
-        start.idle = if gain > tolerance { 0 } else { start.idle + 1 };
+        start.idle = match gain > tolerance {
+            true => 0,
+            false if promised <= tolerance => IDLE,
+            false => start.idle + 1,
+        };
         start.gram = Some(gram);
     }
     Ok(true)
