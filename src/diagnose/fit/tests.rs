@@ -123,6 +123,43 @@ fn parameters_and_noise_are_found_together() {
 }
 
 #[test]
+fn starts_with_axes_of_their_own_move_as_if_they_were_alone() {
+    let toy = Toy::driven(&LEVELS, 2000);
+    let masks = whole(&[2000], &[DT]);
+    let start = Point { values: vec![0.5, 2.0, 0.3, 5.0], noise: LEVELS };
+    // Another parameter is held each time, once at a value from which no run comes to its end.
+    let held = |(k, value): (usize, f64)| {
+        let (mut axes, mut start) = (axes(), start.clone());
+        axes[k] = Axis::held(value);
+        start.values[k] = value;
+        (axes, start)
+    };
+    let starts = [(1, 0.8), (1, 1.6), (3, 2.0), (0, 1e300)].map(held);
+    let plan = Plan { select: starts.len(), kinds: 1, rough: 3, keep: 1, fine: 0, tolerance: 0.1, least: [0.0; 2] };
+    let together = fit_each(&toy, &masks, &starts, plan).unwrap_or_default();
+    let alone = starts
+        .iter()
+        .flat_map(|(axes, start)| fit(&toy, axes, &masks, std::slice::from_ref(start), plan).unwrap_or_default());
+    let mut alone: Vec<Fit> = alone.collect();
+    alone.sort_by(|a, b| b.log_likelihood.total_cmp(&a.log_likelihood));
+    assert_eq!(together.len(), 3);
+    assert_eq!(together, alone);
+}
+
+#[test]
+fn what_promises_nothing_stands_at_once() {
+    let toy = Toy::driven(&LEVELS, 4000);
+    let masks = whole(&[4000], &[DT]);
+    let start = Point { values: vec![0.5, 2.0, 0.3, 5.0], noise: LEVELS };
+    let found = fit(&toy, &axes(), &masks, &[start], PLAN).unwrap_or_default().remove(0);
+    let before = toy.runs.load(Ordering::Relaxed);
+    let again = fit(&toy, &axes(), &masks, &[found.point], PLAN).unwrap_or_default().remove(0);
+    // Its first run, one of each finite difference, and as many as there are dampings.
+    assert_eq!(toy.runs.load(Ordering::Relaxed) - before, 1 + (1 + 4 + Noise::COUNT) + DAMPINGS.len());
+    assert!(again.converged && (0.0..PLAN.tolerance).contains(&(again.log_likelihood - found.log_likelihood)));
+}
+
+#[test]
 fn without_gusts_their_level_goes_to_nothing() {
     let toy = Toy::driven(&Noise { sigma_d: 0.0, ..LEVELS }, 6000);
     let start = Point { values: vec![0.5, 2.0, 0.3, 5.0], noise: Noise { sigma_d: 0.1, tau_d: 2.0, ..LEVELS } };
