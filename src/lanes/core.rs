@@ -72,6 +72,7 @@ pub struct Core<T, const A: usize, const B: usize> {
     small: Blocks<T, B>,
     /// Only blocks of this many lanes, for tests.
     only: Option<usize>,
+    /// Room that a run leaves to the next one.
     plan: Plan,
     sorted: Vec<Finished>,
 }
