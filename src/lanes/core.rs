@@ -2,15 +2,15 @@
 
 use super::error::LanesError;
 use super::model::Model;
+use super::plan::{Part, Plan, candidate, in_order};
 use super::real::Real;
 use super::run::{Candidate, Program, Run, Workspace};
 use super::simd::{InstructionSet, run_block};
 use super::stream::Stream;
 use super::sums::Settings;
 use crate::evaluator::{
-    Case, EvaluateError, Failure, Innovations, Job, Observed, Observer, Pace, Population, Raw, Residuals, Score,
+    Case, EvaluateError, Failure, Innovations, Job, Observed, Observer, Population, Raw, Residuals, Score,
 };
-use crate::symbols::{Parameters, Symbol};
 use rayon::prelude::*;
 use std::sync::Mutex;
 
@@ -53,39 +53,20 @@ impl<T: Real, const L: usize> Blocks<T, L> {
 /// and go on costs nothing.
 const STRETCH: usize = 128;
 
-/// One block: candidates `range` of the order, of one job.
-#[derive(Debug, Clone, Copy)]
-struct Part {
-    job: usize,
-    from: usize,
-    to: usize,
-}
-
 /// An evaluator in one precision, with two sizes of blocks: the large ones for large populations.
 #[derive(Debug)]
 pub struct Core<T, const A: usize, const B: usize> {
     pub streams: Vec<Stream<T>>,
-    model: Model,
-    set: InstructionSet,
+    pub(super) model: Model,
+    pub(super) set: InstructionSet,
     compensated: bool,
     large: Blocks<T, A>,
     small: Blocks<T, B>,
     /// Only blocks of this many lanes, for tests.
-    only: Option<usize>,
+    pub(super) only: Option<usize>,
     /// Room that a run leaves to the next one.
     plan: Plan,
     sorted: Vec<Finished>,
-}
-
-/// Who runs beside whom.
-#[derive(Debug, Default)]
-struct Plan {
-    /// Lanes of a block.
-    lanes: usize,
-    /// The candidates of all jobs.
-    order: Vec<Candidate>,
-    /// The blocks.
-    parts: Vec<Part>,
 }
 
 impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
@@ -105,65 +86,6 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
 
     pub fn with(self, set: InstructionSet, only: Option<usize>) -> Self {
         Core { only, ..Core::new(self.streams, self.model, self.compensated, set) }
-    }
-
-    /// Lanes of a block: the size with the least time for so many candidates on so many threads.
-    fn lanes(&self, candidates: usize) -> usize {
-        if let Some(only) = self.only {
-            return if A <= only && self.set != InstructionSet::Baseline { A } else { B };
-        }
-        // On a thread of the pool, the others have work of their own.
-        let threads = if rayon::current_thread_index().is_some() { 1 } else { rayon::current_num_threads() };
-        // Bytes that a step touches and that have to stay in the nearest cache.
-        let longest = self.streams.iter().map(|s| s.longest).max().unwrap_or(0);
-        let ring = if self.model.undelayed { 0 } else { 2 * (longest + 2) };
-        let bytes = |lanes: usize| (self.model.busy + ring) * lanes * size_of::<T>();
-        // Measured time of a step per block, relative: dispatch weighs on small blocks.
-        let sizes = [(A, 1.0), (B, 0.42)];
-        let time = |(lanes, time): (usize, f64)| {
-            let crowded = if bytes(lanes) > 40 * 1024 { 1.25 } else { 1.0 };
-            candidates.div_ceil(lanes).div_ceil(threads) as f64 * time * crowded
-        };
-        // The baseline is compiled for small blocks only.
-        let sizes = if self.set == InstructionSet::Baseline { &sizes[1..] } else { &sizes[..] };
-        sizes.iter().min_by(|a, b| time(**a).total_cmp(&time(**b))).expect("there are sizes").0
-    }
-
-    /// Sorts the candidates of each job by delay and cuts them into blocks.
-    fn plan(&self, cases: &[Case], jobs: &[Job<'_>], lanes: usize, plan: &mut Plan) -> Result<(), EvaluateError> {
-        let Plan { order, parts, .. } = plan;
-        order.clear();
-        parts.clear();
-        for (k, job) in jobs.iter().enumerate() {
-            let (case, stream) = (&cases[job.case], &self.streams[job.case]);
-            let from = order.len();
-            let extensions = case.variant.extensions;
-            let timing = [Some(Symbol::tau_p), extensions.delay(), extensions.look_back()];
-            let columns: Vec<(Symbol, usize)> = timing
-                .into_iter()
-                .flatten()
-                .filter_map(|wanted| Some((wanted, job.population.symbols().iter().position(|s| *s == wanted)?)))
-                .collect();
-            let mut parameters = Parameters::NONE;
-            for index in 0..job.population.len() {
-                for (symbol, column) in &columns {
-                    parameters.set(*symbol, job.population.values(index)[*column]);
-                }
-                order.push(candidate(case, stream.longest, index, &parameters)?);
-            }
-            let to = order.len();
-            order[from..].sort_unstable_by_key(|candidate| (candidate.back, candidate.index));
-            parts.extend((from..to).step_by(lanes).map(|at| Part { job: k, from: at, to: (at + lanes).min(to) }));
-        }
-        plan.lanes = lanes;
-        Ok(())
-    }
-
-    /// The plan of one job.
-    fn planned(&self, cases: &[Case], job: &Job<'_>, lanes: usize) -> Result<Plan, EvaluateError> {
-        let mut plan = Plan::default();
-        self.plan(cases, &[*job], lanes, &mut plan)?;
-        Ok(plan)
     }
 
     fn columns(&self, population: &Population) -> Vec<Option<usize>> {
@@ -457,26 +379,6 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         self.small.put(workspace);
         Ok(states.split_off((from - begin).min(states.len())))
     }
-}
-
-/// From the order of the blocks to that of the population.
-fn in_order<R: Clone>(order: &[Candidate], sorted: impl Iterator<Item = R>, empty: R) -> Vec<R> {
-    let mut results = vec![empty; order.len()];
-    for (candidate, one) in order.iter().zip(sorted) {
-        results[candidate.index] = one;
-    }
-    results
-}
-
-/// When a candidate perceives and starts.
-fn candidate(case: &Case, longest: usize, index: usize, parameters: &Parameters) -> Result<Candidate, EvaluateError> {
-    let pace = case.pace(parameters);
-    if pace.back > longest {
-        let (name, upper, found) = (case.delay_name(), case.longest_delay(), case.delay(parameters));
-        return Err(EvaluateError::Delay { name, upper, found });
-    }
-    let Pace { back, fraction, first, look_back, .. } = pace;
-    Ok(Candidate { index, back, fraction, first, look_back })
 }
 
 impl<T: Real, const L: usize> Workspace<T, L> {

@@ -22,6 +22,7 @@ mod fuse;
 mod group;
 mod model;
 mod operation;
+mod plan;
 mod power;
 mod power_f64;
 mod real;

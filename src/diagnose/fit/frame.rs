@@ -2,7 +2,7 @@
 
 use super::super::observer::Noise;
 use super::super::space::Axis;
-use super::{Place, Point};
+use super::Point;
 use nalgebra::{DMatrix, DVector};
 
 /// Bounds of the noise: missing acceleration as growth of a speed error \[(m/s)/s^0.5\], its time constant \[s\], noise of spacing
@@ -100,6 +100,26 @@ impl<'a> Frame<'a> {
     pub fn step(&self, j: usize, x: f64) -> f64 {
         let size = self.axes.get(j).map_or(LOG_STEP, |axis| axis.step);
         if x + size > self.bounds(j)[1] { -size } else { size }
+    }
+}
+
+/// Coordinates in their frame: 0..1 of the model, then logarithms of the noise.
+#[derive(Debug, Clone)]
+pub(super) struct Place<'a> {
+    pub frame: Frame<'a>,
+    pub x: Vec<f64>,
+}
+
+impl Place<'_> {
+    pub fn point(&self) -> Point {
+        self.frame.point(&self.x)
+    }
+
+    /// A finite difference further in one coordinate.
+    pub fn moved(&self, j: usize) -> Self {
+        let mut moved = self.clone();
+        moved.x[j] += self.frame.step(j, self.x[j]);
+        moved
     }
 }
 

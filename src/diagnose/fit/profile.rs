@@ -5,8 +5,9 @@ use super::super::gram::{Gram, Products};
 use super::super::likelihood::Mask;
 use super::super::observer::{Designed, Noise, design};
 use super::super::space::Axis;
+use super::drives::{BATCH, on_all};
 use super::frame::Frame;
-use super::{BATCH, LONGEST, PULL, Point, Predictor, on_all};
+use super::{LONGEST, PULL, Point, Predictor};
 use nalgebra::{DMatrix, DVector};
 
 /// Where a step along a change leads.

@@ -127,7 +127,7 @@ fn starts_with_axes_of_their_own_move_as_if_they_were_alone() {
     let toy = Toy::driven(&LEVELS, 2000);
     let masks = whole(&[2000], &[DT]);
     let start = Point { values: vec![0.5, 2.0, 0.3, 5.0], noise: LEVELS };
-    // Another parameter is held each time, once at a value from which no run comes to its end.
+    // One or another parameter is held, once at a value from which no run comes to its end.
     let held = |(k, value): (usize, f64)| {
         let (mut axes, mut start) = (axes(), start.clone());
         axes[k] = Axis::held(value);
