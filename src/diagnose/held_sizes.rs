@@ -149,10 +149,7 @@ fn standing_out(
     let likelihoods = log_likelihoods(model, &bounds, &setting.whole, &row)?;
     let heights = heights(&likelihoods);
     let astray = is_astray(&current.fit.point.noise);
-    let promises = |i: &usize| {
-        let loss = current.fit.log_likelihood - likelihoods[*i];
-        if astray { heights[*i] > HIGH_ASTRAY } else { heights[*i] > HIGH && loss < DEEP * heights[*i] }
-    };
+    let promises = |i: &usize| promises(heights[*i], current.fit.log_likelihood - likelihoods[*i], astray);
     let stand_out = highest(&heights, APART, STAND_OUT).into_iter().filter(promises);
     Ok(stand_out.map(|i| vec![(step, sizes[i])]).collect())
 }
@@ -167,6 +164,11 @@ const APART: usize = 4;
 const HIGH: f64 = 25.0;
 const HIGH_ASTRAY: f64 = 100.0;
 const DEEP: f64 = 2.0;
+
+/// True for a size that stands out enough, with what it loses, to be held.
+fn promises(height: f64, loss: f64, astray: bool) -> bool {
+    if astray { height > HIGH_ASTRAY } else { height > HIGH && loss < DEEP * height }
+}
 
 /// How much higher a row is at each position than around it.
 fn heights(row: &[f64]) -> Vec<f64> {
@@ -244,6 +246,17 @@ pub fn set_free(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The heights and losses of the drives that the limits are from, see [`HIGH`].
+    #[test]
+    fn planted_steps_promise_and_others_do_not() {
+        for (height, loss, astray) in [(300.0, 180.0, false), (300.0, 15_000.0, true)] {
+            assert!(promises(height, loss, astray), "planted: {height} nats");
+        }
+        for (height, loss, astray) in [(25.5, 102.0, false), (20.0, 0.0, false), (77.0, 0.0, true), (52.0, 0.0, true)] {
+            assert!(!promises(height, loss, astray), "not there: {height} nats");
+        }
+    }
 
     #[test]
     fn what_stands_out_is_not_what_is_largest() {
