@@ -34,6 +34,24 @@ fn all_seeds_variants_and_followers_are_planned() {
     assert!(quick.iter().all(|task| tasks.contains(task)), "a quick run is a part of the whole");
 }
 
+/// A run that is stopped early has seen all bases and followers alike.
+#[test]
+fn the_first_surfaces_of_the_spread_are_a_sample_of_all() {
+    let tasks = optimizer_tasks("auto", false);
+    let spread: Vec<&OptimizerTask> = tasks.iter().filter(|t| t.aim == "spread").collect();
+    for first in [60, 180, 540] {
+        let count = |of: &dyn Fn(&OptimizerTask) -> bool| spread[..first].iter().filter(|t| of(t)).count();
+        for base in 0..5 {
+            let count = count(&|t| (t.model_id - 1) / 18 == base);
+            assert!(count.abs_diff(first / 5) <= 2, "{count} of the first {first} surfaces are of base {base}");
+        }
+        for (platoon, follower) in (3..=5).flat_map(|platoon| (1..=4).map(move |follower| (platoon, follower))) {
+            let count = count(&|t| (t.platoon, t.follower) == (platoon, follower));
+            assert!(count.abs_diff(first / 12) <= 2, "{count} of the first {first} are of P{platoon}-{follower}");
+        }
+    }
+}
+
 #[test]
 fn finished_tasks_are_taken_again_and_torn_lines_are_not() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -127,6 +127,10 @@ const WALL_TARGET_S: f64 = 3.0;
 /// Surfaces over which the spread is to be small: every variant on every follower.
 const SURFACES: usize = Variant::COUNT as usize * 12;
 
+/// Surfaces from one to the next in the order of the spread: no common factor with their number, and near its golden section, so that
+/// the first ones of any number lie evenly over variants and followers. A run that was stopped early is a sample of the whole.
+const STEP: usize = 667;
+
 /// Replicates whose spread is measured.
 const REPLICATES: u64 = 10;
 
@@ -158,12 +162,11 @@ pub fn optimizer_tasks(optimizer: &str, quick: bool) -> Vec<OptimizerTask> {
     for (id, platoon, follower) in HARD.into_iter().filter(|_| !quick) {
         tasks.push(task("hard", id, platoon, follower, 1, REPLICATES, default));
     }
-    for (k, (platoon, follower)) in (0..12).map(|k| (k, (3 + k / 4, 1 + k as usize % 4))) {
-        for id in 1..=Variant::COUNT {
-            // 7 and 90 have no common factor: twelve variants spread over bases and extensions.
-            if !quick || id == 1 + (7 * k + 3) % Variant::COUNT {
-                tasks.push(task("spread", id, platoon, follower, 1, REPLICATES, default));
-            }
+    for surface in (0..SURFACES).map(|i| i * STEP % SURFACES) {
+        let (k, id) = (surface / Variant::COUNT as usize, 1 + surface as u32 % Variant::COUNT);
+        // 7 and 90 have no common factor: twelve variants spread over bases and extensions.
+        if !quick || id == 1 + (7 * k as u32 + 3) % Variant::COUNT {
+            tasks.push(task("spread", id, 3 + k as u32 / 4, 1 + k % 4, 1, REPLICATES, default));
         }
     }
     tasks
