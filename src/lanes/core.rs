@@ -88,9 +88,11 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         Core { only, ..Core::new(self.streams, self.model, self.compensated, set) }
     }
 
-    fn columns(&self, population: &Population) -> Vec<Option<usize>> {
-        let column = |name: &str| population.symbols().iter().position(|symbol| symbol.name() == name);
-        self.model.parameters.iter().map(|(name, _)| column(name)).collect()
+    /// Of each job, the column of each of the model's parameters.
+    fn columns(&self, jobs: &[Job<'_>]) -> Vec<Vec<Option<usize>>> {
+        let column = |job: &Job, name: &str| job.population.symbols().iter().position(|symbol| symbol.name() == name);
+        let columns = |job| self.model.parameters.iter().map(|(name, _)| column(job, name)).collect();
+        jobs.iter().map(columns).collect()
     }
 
     /// Runs all candidates of the jobs; `results` has them in the order of the jobs.
@@ -102,7 +104,7 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         results: &mut Vec<Finished>,
     ) -> Result<(), EvaluateError> {
         let mut plan = std::mem::take(&mut self.plan);
-        self.plan(cases, jobs, self.lanes(Job::candidates(jobs)), &mut plan)?;
+        self.plan(cases, jobs, self.lanes(jobs), &mut plan)?;
         let nothing = Finished { score: Score::Rejected, raw: Raw::default() };
         let mut sorted = std::mem::take(&mut self.sorted);
         sorted.clear();
@@ -111,13 +113,12 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         let mut work = Vec::with_capacity(plan.parts.len());
         for part in &plan.parts {
             let (mine, others) = rest.split_at_mut(part.to - part.from);
-            work.push((*part, mine));
+            work.push((part, mine));
             rest = others;
         }
-        let columns: Vec<_> = jobs.iter().map(|job| self.columns(job.population)).collect();
+        let columns = self.columns(jobs);
         work.into_par_iter().for_each(|(part, results)| {
-            let job = &jobs[part.job];
-            let mut run = self.prepare(job, settings, &columns[part.job], &plan.order[part.from..part.to]);
+            let mut run = self.prepare(jobs, settings, &columns, &plan, part);
             if plan.lanes == A {
                 self.finish(&self.large, &mut run, results);
             } else {
@@ -126,15 +127,13 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         });
         results.clear();
         results.resize(sorted.len(), nothing);
-        let mut first = 0;
-        let mut at = 0;
-        for job in jobs {
-            let count = job.population.len();
-            for (candidate, finished) in plan.order[at..at + count].iter().zip(&sorted[at..]) {
-                results[first + candidate.index] = *finished;
-            }
-            at += count;
-            first += count;
+        let begin = |next: &mut usize, job: &Job| {
+            *next += job.population.len();
+            Some(*next - job.population.len())
+        };
+        let begins: Vec<usize> = jobs.iter().scan(0, begin).collect();
+        for (candidate, finished) in plan.order.iter().zip(&sorted) {
+            results[begins[candidate.job] + candidate.index] = *finished;
         }
         (self.sorted, self.plan) = (sorted, plan);
         Ok(())
@@ -142,18 +141,19 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
 
     fn prepare<'a>(
         &'a self,
-        job: &Job<'a>,
+        jobs: &'a [Job<'a>],
         settings: &'a Settings,
-        columns: &'a [Option<usize>],
-        candidates: &'a [Candidate],
+        columns: &'a [Vec<Option<usize>>],
+        plan: &'a Plan,
+        part: &Part,
     ) -> Run<'a, T> {
-        let stream = &self.streams[job.case];
+        let stream = &self.streams[part.case];
         Run {
             settings,
             stream,
-            population: job.population,
+            jobs,
             columns,
-            candidates,
+            candidates: &plan.order[part.from..part.to],
             history: None,
             end: stream.samples(),
             trace: None,
@@ -201,10 +201,10 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         settings: &Settings,
         observers: &[Observer],
     ) -> Result<Vec<Observed>, EvaluateError> {
-        let plan = self.planned(cases, job, self.lanes(job.population.len()))?;
-        let columns = self.columns(job.population);
+        let plan = self.planned(cases, job, self.lanes(&[*job]))?;
+        let (jobs, columns) = ([*job], self.columns(&[*job]));
         let observe = |part: &Part| {
-            let mut run = self.prepare(job, settings, &columns, &plan.order[part.from..part.to]);
+            let mut run = self.prepare(&jobs, settings, &columns, &plan, part);
             run.observers = observers;
             if plan.lanes == A { self.observe(&self.large, &mut run) } else { self.observe(&self.small, &mut run) }
         };
@@ -239,9 +239,9 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         observers: &[Observer],
     ) -> Result<Vec<Innovations>, EvaluateError> {
         let plan = self.planned(cases, job, B)?;
-        let columns = self.columns(job.population);
+        let (jobs, columns) = ([*job], self.columns(&[*job]));
         let record = |part: &Part| {
-            let mut run = self.prepare(job, settings, &columns, &plan.order[part.from..part.to]);
+            let mut run = self.prepare(&jobs, settings, &columns, &plan, part);
             run.observers = observers;
             self.record(run)
         };
@@ -289,12 +289,12 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         observers: &[Observer],
         each: &mut dyn FnMut(&Residuals),
     ) -> Result<Vec<Option<Failure>>, EvaluateError> {
-        let mut plan = self.planned(cases, job, self.lanes(job.population.len()))?;
+        let mut plan = self.planned(cases, job, self.lanes(&[*job]))?;
         // In the order of the population, so that nobody has to look for a candidate.
         plan.order.sort_unstable_by_key(|candidate| candidate.index);
-        let columns = self.columns(job.population);
+        let (jobs, columns) = ([*job], self.columns(&[*job]));
         let prepare = |part: &Part| {
-            let run = self.prepare(job, settings, &columns, &plan.order[part.from..part.to]);
+            let run = self.prepare(&jobs, settings, &columns, &plan, part);
             Run { observers, ..run }
         };
         let runs = plan.parts.iter().map(prepare).collect();
@@ -355,16 +355,17 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
     ) -> Result<Vec<[f64; 3]>, EvaluateError> {
         let from = history[0].len();
         let stream = &self.streams[index];
-        let candidate = Candidate { first: from, ..candidate(case, stream.longest, 0, &population.parameters(0))? };
+        let candidate = Candidate { first: from, ..candidate(case, stream.longest, 0, 0, &population.parameters(0))? };
         // No step looks farther back than a workspace remembers.
         let begin = from.saturating_sub(self.longest() + 2);
         let past: Vec<[T; 3]> = (begin..from).map(|t| [0, 1, 2].map(|k| T::of(history[k][t]))).collect();
         let mut states = Vec::new();
-        let columns = self.columns(population);
+        let jobs = [Job { case: index, population }];
+        let columns = self.columns(&jobs);
         let mut run = Run {
             settings,
             stream,
-            population,
+            jobs: &jobs,
             columns: &columns,
             candidates: &[candidate],
             history: Some((begin, &past)),

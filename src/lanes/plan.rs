@@ -7,10 +7,10 @@ use super::simd::InstructionSet;
 use crate::evaluator::{Case, EvaluateError, Job, Pace};
 use crate::symbols::{Parameters, Symbol};
 
-/// One block: candidates `range` of the order, of one job.
+/// One block: candidates `from` to `to` - 1 of the order, all of one case.
 #[derive(Debug, Clone, Copy)]
 pub struct Part {
-    pub job: usize,
+    pub case: usize,
     pub from: usize,
     pub to: usize,
 }
@@ -20,15 +20,15 @@ pub struct Part {
 pub struct Plan {
     /// Lanes of a block.
     pub lanes: usize,
-    /// The candidates of all jobs.
+    /// The candidates of all jobs, case by case.
     pub order: Vec<Candidate>,
     /// The blocks.
     pub parts: Vec<Part>,
 }
 
 impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
-    /// Lanes of a block: the size with the least time for so many candidates on so many threads.
-    pub(super) fn lanes(&self, candidates: usize) -> usize {
+    /// Lanes of a block: the size with the least time for these jobs on so many threads.
+    pub(super) fn lanes(&self, jobs: &[Job<'_>]) -> usize {
         if let Some(only) = self.only {
             return if A <= only && self.set != InstructionSet::Baseline { A } else { B };
         }
@@ -38,18 +38,21 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         let longest = self.streams.iter().map(|s| s.longest).max().unwrap_or(0);
         let ring = if self.model.undelayed { 0 } else { 2 * (longest + 2) };
         let bytes = |lanes: usize| (self.model.busy + ring) * lanes * size_of::<T>();
+        let mut of_cases = vec![0; self.streams.len()];
+        jobs.iter().for_each(|job| of_cases[job.case] += job.population.len());
         // Measured time of a step per block, relative: dispatch weighs on small blocks.
         let sizes = [(A, 1.0), (B, 0.42)];
         let time = |(lanes, time): (usize, f64)| {
             let crowded = if bytes(lanes) > 40 * 1024 { 1.25 } else { 1.0 };
-            candidates.div_ceil(lanes).div_ceil(threads) as f64 * time * crowded
+            let blocks: usize = of_cases.iter().map(|candidates| candidates.div_ceil(lanes)).sum();
+            blocks.div_ceil(threads) as f64 * time * crowded
         };
         // The baseline is compiled for small blocks only.
         let sizes = if self.set == InstructionSet::Baseline { &sizes[1..] } else { &sizes[..] };
         sizes.iter().min_by(|a, b| time(**a).total_cmp(&time(**b))).expect("there are sizes").0
     }
 
-    /// Sorts the candidates of each job by delay and cuts them into blocks.
+    /// Sorts the candidates of each case by delay, whatever jobs they belong to, and cuts them into blocks.
     pub(super) fn plan(
         &self,
         cases: &[Case],
@@ -60,28 +63,45 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         let Plan { order, parts, .. } = plan;
         order.clear();
         parts.clear();
-        for (k, job) in jobs.iter().enumerate() {
-            let (case, stream) = (&cases[job.case], &self.streams[job.case]);
+        let mut by_case: Vec<usize> = (0..jobs.len()).collect();
+        by_case.sort_by_key(|job| jobs[*job].case);
+        for of_case in by_case.chunk_by(|a, b| jobs[*a].case == jobs[*b].case) {
             let from = order.len();
-            let extensions = case.variant.extensions;
-            let timing = [Some(Symbol::tau_p), extensions.delay(), extensions.look_back()];
-            let columns: Vec<(Symbol, usize)> = timing
-                .into_iter()
-                .flatten()
-                .filter_map(|wanted| Some((wanted, job.population.symbols().iter().position(|s| *s == wanted)?)))
-                .collect();
-            let mut parameters = Parameters::NONE;
-            for index in 0..job.population.len() {
-                for (symbol, column) in &columns {
-                    parameters.set(*symbol, job.population.values(index)[*column]);
-                }
-                order.push(candidate(case, stream.longest, index, &parameters)?);
+            for job in of_case {
+                self.append(cases, *job, &jobs[*job], order)?;
             }
             let to = order.len();
-            order[from..].sort_unstable_by_key(|candidate| (candidate.back, candidate.index));
-            parts.extend((from..to).step_by(lanes).map(|at| Part { job: k, from: at, to: (at + lanes).min(to) }));
+            order[from..].sort_unstable_by_key(|candidate| (candidate.back, candidate.job, candidate.index));
+            let case = jobs[of_case[0]].case;
+            parts.extend((from..to).step_by(lanes).map(|at| Part { case, from: at, to: (at + lanes).min(to) }));
         }
         plan.lanes = lanes;
+        Ok(())
+    }
+
+    /// Appends the candidates of a job.
+    fn append(
+        &self,
+        cases: &[Case],
+        number: usize,
+        job: &Job<'_>,
+        order: &mut Vec<Candidate>,
+    ) -> Result<(), EvaluateError> {
+        let (case, stream) = (&cases[job.case], &self.streams[job.case]);
+        let extensions = case.variant.extensions;
+        let timing = [Some(Symbol::tau_p), extensions.delay(), extensions.look_back()];
+        let columns: Vec<(Symbol, usize)> = timing
+            .into_iter()
+            .flatten()
+            .filter_map(|wanted| Some((wanted, job.population.symbols().iter().position(|s| *s == wanted)?)))
+            .collect();
+        let mut parameters = Parameters::NONE;
+        for index in 0..job.population.len() {
+            for (symbol, column) in &columns {
+                parameters.set(*symbol, job.population.values(index)[*column]);
+            }
+            order.push(candidate(case, stream.longest, number, index, &parameters)?);
+        }
         Ok(())
     }
 
@@ -93,7 +113,7 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
     }
 }
 
-/// From the order of the blocks to that of the population.
+/// From the order of the blocks to that of the population of the one job.
 pub fn in_order<R: Clone>(order: &[Candidate], sorted: impl Iterator<Item = R>, empty: R) -> Vec<R> {
     let mut results = vec![empty; order.len()];
     for (candidate, one) in order.iter().zip(sorted) {
@@ -106,6 +126,7 @@ pub fn in_order<R: Clone>(order: &[Candidate], sorted: impl Iterator<Item = R>, 
 pub fn candidate(
     case: &Case,
     longest: usize,
+    job: usize,
     index: usize,
     parameters: &Parameters,
 ) -> Result<Candidate, EvaluateError> {
@@ -115,5 +136,5 @@ pub fn candidate(
         return Err(EvaluateError::Delay { name, upper, found });
     }
     let Pace { back, fraction, first, look_back, .. } = pace;
-    Ok(Candidate { index, back, fraction, first, look_back })
+    Ok(Candidate { job, index, back, fraction, first, look_back })
 }

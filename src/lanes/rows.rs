@@ -110,13 +110,13 @@ pub fn add_square<T: Real, const L: usize>(y: &[T; L], measured: T, factor: T, s
     }
 }
 
-/// The same in the lanes that went on.
+/// The same in the lanes that went on. In the others 0 is added: where the sum itself was chosen, the compiler would store it under a
+/// mask, for which some processors take ten times as long.
 #[inline(always)]
 pub fn add_square_where<T: Real, const L: usize>(y: &[T; L], measured: T, factor: T, went: &[T; L], sum: &mut [T; L]) {
     for i in 0..L {
-        let term = (y[i] - measured) * factor;
-        let next = sum[i] + term * term;
-        sum[i] = select_unpredictable(went[i] != T::ZERO, next, sum[i]);
+        let term = select_unpredictable(went[i] != T::ZERO, (y[i] - measured) * factor, T::ZERO);
+        sum[i] = sum[i] + term * term;
     }
 }
 
@@ -129,14 +129,14 @@ pub fn add_square_compensated<T: Real, const L: usize>(
     low: &mut [T; L],
 ) {
     for i in 0..L {
-        let square = term[i] * term[i];
+        let went = went[i] != T::ZERO;
+        let square = select_unpredictable(went, term[i] * term[i], T::ZERO);
         let sum = high[i] + square;
         let square_seen = sum - high[i];
         let sum_seen = sum - square_seen;
-        let rest = low[i] + ((high[i] - sum_seen) + (square - square_seen));
-        let went = went[i] != T::ZERO;
-        high[i] = select_unpredictable(went, sum, high[i]);
-        low[i] = select_unpredictable(went, rest, low[i]);
+        let rest = (high[i] - sum_seen) + (square - square_seen);
+        high[i] = sum;
+        low[i] = low[i] + select_unpredictable(went, rest, T::ZERO);
     }
 }
 
@@ -148,22 +148,6 @@ pub fn between<T: Real, const L: usize>(old: &[T; L], new: &[T; L], fraction: &[
     }
 }
 
-/// The same in the lanes with this delay.
-#[inline(always)]
-pub fn between_where<T: Real, const L: usize>(
-    old: &[T; L],
-    new: &[T; L],
-    fraction: &[T; L],
-    backs: &[T; L],
-    back: T,
-    to: &mut [T; L],
-) {
-    for i in 0..L {
-        let value = old[i] + (new[i] - old[i]) * fraction[i];
-        to[i] = select_unpredictable(backs[i] == back, value, to[i]);
-    }
-}
-
 /// Between two values that all lanes share.
 #[inline(always)]
 pub fn leader<T: Real, const L: usize>(old: T, new: T, fraction: &[T; L], to: &mut [T; L]) {
@@ -172,18 +156,32 @@ pub fn leader<T: Real, const L: usize>(old: T, new: T, fraction: &[T; L], to: &m
     }
 }
 
-/// The same in the lanes with this delay.
+/// Lanes that look for their past together: all of the delays that lie between theirs are tried for each of them.
+pub const CHUNK: usize = 16;
+
+/// Spacing, speed and the speed ahead in the lanes of a chunk with this delay, between two samples: each `old`, `new`.
 #[inline(always)]
-pub fn leader_where<T: Real, const L: usize>(
-    old: T,
-    new: T,
-    fraction: &[T; L],
-    backs: &[T; L],
+pub fn between_where<T: Real>(
+    samples: [[&[T; CHUNK]; 2]; 2],
+    [old, new]: [T; 2],
+    fraction: &[T; CHUNK],
+    backs: &[T; CHUNK],
     back: T,
-    to: &mut [T; L],
+    to: &mut [[T; CHUNK]; 3],
 ) {
-    for i in 0..L {
-        let value = old + (new - old) * fraction[i];
-        to[i] = select_unpredictable(backs[i] == back, value, to[i]);
+    let [s, v, v_l] = to;
+    let [[s_old, s_new], [v_old, v_new]] = samples;
+    for i in 0..CHUNK {
+        let mine = backs[i] == back;
+        let at = |old: T, new: T| old + (new - old) * fraction[i];
+        s[i] = select_unpredictable(mine, at(s_old[i], s_new[i]), s[i]);
+        v[i] = select_unpredictable(mine, at(v_old[i], v_new[i]), v[i]);
+        v_l[i] = select_unpredictable(mine, at(old, new), v_l[i]);
     }
+}
+
+/// The lanes of a chunk.
+#[inline(always)]
+pub fn chunk<T, const L: usize>(row: &[T; L], chunk: usize) -> &[T; CHUNK] {
+    &row.as_chunks::<CHUNK>().0[chunk]
 }

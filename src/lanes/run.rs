@@ -10,7 +10,7 @@ use super::simd::{InstructionSet, Instructions, Lane, Registers};
 use super::stream::{Stream, WorldOf};
 use super::sums::{Settings, Sums, Went};
 use super::tables::Lookups;
-use crate::evaluator::{Observer, Population, status};
+use crate::evaluator::{Job, Observer, status};
 use crate::extension::{Initial, Signal};
 
 /// A model ready for blocks of L lanes.
@@ -37,7 +37,8 @@ impl<T: Real, const L: usize> Program<T, L> {
 /// One candidate of a block.
 #[derive(Debug, Clone, Copy)]
 pub struct Candidate {
-    /// Position in the population.
+    /// Its job, and its position in the population of that.
+    pub job: usize,
     pub index: usize,
     /// When it perceives and starts.
     pub back: usize,
@@ -50,9 +51,10 @@ pub struct Candidate {
 pub struct Run<'a, T> {
     pub settings: &'a Settings,
     pub stream: &'a Stream<T>,
-    pub population: &'a Population,
-    /// Column of each of the model's parameters in the population.
-    pub columns: &'a [Option<usize>],
+    pub jobs: &'a [Job<'a>],
+    /// Of each job, the column of each of the model's parameters in its population.
+    pub columns: &'a [Vec<Option<usize>>],
+    /// At least one.
     pub candidates: &'a [Candidate],
     /// The run begins at this sample, and has these states at the samples from there to its first, instead of the measured ones.
     pub history: Option<(usize, &'a [[T; 3]])>,
@@ -88,6 +90,8 @@ pub struct Workspace<T, const L: usize> {
     back: [usize; L],
     /// `back` as a number, to compare whole rows.
     back_row: Lane<T, L>,
+    /// The nearest and the farthest of each chunk.
+    backs: Vec<[usize; 2]>,
     fraction: Lane<T, L>,
     first: [usize; L],
     /// 1 while a lane runs.
@@ -111,6 +115,7 @@ impl<T: Real, const L: usize> Workspace<T, L> {
             ring: vec![[Lane::ZERO; 2]; (longest + 2).next_power_of_two()],
             back: [0; L],
             back_row: Lane::ZERO,
+            backs: vec![[0; 2]; L / rows::CHUNK],
             fraction: Lane::ZERO,
             first: [0; L],
             alive: Lane::ZERO,
@@ -139,7 +144,7 @@ impl<T: Real, const L: usize> Workspace<T, L> {
         self.progress.running == 0 || self.progress.t >= what.end
     }
 
-    /// Rows of the block's candidates; what lies beyond them repeats the first, closed.
+    /// Rows of the block's candidates. What lies beyond them repeats the last, unread: a step takes less time where no lane is closed.
     fn load(&mut self, program: &Program<T, L>, what: &Run<'_, T>) {
         for (value, row) in &program.model.literals {
             self.registers.row_mut(*row).fill(T::literal(*value));
@@ -152,10 +157,9 @@ impl<T: Real, const L: usize> Workspace<T, L> {
         self.cut_dec = [0; L];
         self.alive = Lane::ZERO;
         for lane in 0..L {
-            let used = lane < what.candidates.len();
-            let candidate = what.candidates[if used { lane } else { 0 }];
-            let values = what.population.values(candidate.index);
-            for ((_, row), column) in program.model.parameters.iter().zip(what.columns) {
+            let candidate = what.candidates[lane.min(what.candidates.len() - 1)];
+            let values = what.jobs[candidate.job].population.values(candidate.index);
+            for ((_, row), column) in program.model.parameters.iter().zip(&what.columns[candidate.job]) {
                 self.registers.row_mut(*row)[lane] = T::of(column.map_or(f64::NAN, |column| values[column]));
             }
             if let Some(observer) = what.observers.get(candidate.index) {
@@ -175,7 +179,10 @@ impl<T: Real, const L: usize> Workspace<T, L> {
             // A minimum with NaN would hide it, so that it must not come that far.
             let finite = values.iter().all(|value| Real::is_finite(T::of(*value)));
             let failed = status::FAILED | status::NOT_FINITE | candidate.first as u32;
-            self.status[lane] = if used && finite { 0 } else { failed };
+            self.status[lane] = if finite { 0 } else { failed };
+        }
+        for (backs, of_chunk) in self.backs.iter_mut().zip(self.back.chunks(rows::CHUNK)) {
+            *backs = [*of_chunk.iter().min().unwrap_or(&0), *of_chunk.iter().max().unwrap_or(&0)];
         }
     }
 }
@@ -349,26 +356,32 @@ fn perceive<T: Real, const L: usize>(
     t: usize,
     mask: usize,
 ) {
-    for back in nearest..=farthest {
+    let samples = |back: usize| {
         // A lane that has not started yet may ask for samples before the first.
         let older = (t - 1).saturating_sub(back);
-        let younger = (older + 1).min(t - 1);
-        let (past, next) = (&w.ring[older & mask], &w.ring[younger & mask]);
+        [older, (older + 1).min(t - 1)]
+    };
+    if nearest == farthest {
+        let [older, younger] = samples(nearest);
         for signal in 0..2 {
-            let row = w.registers.row_mut(to[signal]);
-            let (old, new) = (&past[signal].0, &next[signal].0);
-            if nearest == farthest {
-                rows::between(old, new, &w.fraction.0, row);
-            } else {
-                rows::between_where(old, new, &w.fraction.0, &w.back_row.0, T::of(back as f64), row);
-            }
+            let (old, new) = (&w.ring[older & mask][signal].0, &w.ring[younger & mask][signal].0);
+            rows::between(old, new, &w.fraction.0, w.registers.row_mut(to[signal]));
         }
-        let (old, new) = (stream.v_l[older], stream.v_l[younger]);
-        let row = w.registers.row_mut(to[2]);
-        if nearest == farthest {
-            rows::leader(old, new, &w.fraction.0, row);
-        } else {
-            rows::leader_where(old, new, &w.fraction.0, &w.back_row.0, T::of(back as f64), row);
+        rows::leader(stream.v_l[older], stream.v_l[younger], &w.fraction.0, w.registers.row_mut(to[2]));
+        return;
+    }
+    // Candidates are sorted by delay: those of a chunk have hardly ever more than two.
+    for (k, [nearest, farthest]) in w.backs.iter().enumerate() {
+        let mut perceived = [[T::ZERO; rows::CHUNK]; 3];
+        let (fraction, backs) = (rows::chunk(&w.fraction.0, k), rows::chunk(&w.back_row.0, k));
+        for back in *nearest..=*farthest {
+            let [older, younger] = samples(back);
+            let past = |signal: usize| [older, younger].map(|at| rows::chunk(&w.ring[at & mask][signal].0, k));
+            let ahead = [stream.v_l[older], stream.v_l[younger]];
+            rows::between_where([past(0), past(1)], ahead, fraction, backs, T::of(back as f64), &mut perceived);
+        }
+        for (row, perceived) in to.into_iter().zip(&perceived) {
+            w.registers.row_mut(row).as_chunks_mut().0[k] = *perceived;
         }
     }
 }

@@ -7,6 +7,7 @@ use super::simd::Lane;
 use super::stream::{NormOf, Stream};
 use crate::evaluator::Observer;
 use crate::score::Accumulation;
+use std::hint::select_unpredictable;
 
 /// What is added up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -196,8 +197,8 @@ impl<T: Real, const L: usize> Sums<T, L> {
             let error = [self.residual[0].0[i], self.residual[1].0[i]];
             let white = [whitening[0].0[i] * error[0], whitening[1].0[i] * error[0] + whitening[2].0[i] * error[1]];
             for k in 0..2 {
-                let sum = self.block[k].0[i] + white[k] * white[k];
-                self.block[k].0[i] = if went[i] != T::ZERO { sum } else { self.block[k].0[i] };
+                let white = select_unpredictable(went[i] != T::ZERO, white[k], T::ZERO);
+                self.block[k].0[i] = self.block[k].0[i] + white * white;
             }
         }
         if (t + 1).is_multiple_of(block) || t + 1 == end {
