@@ -111,7 +111,7 @@ pub fn add_square<T: Real, const L: usize>(y: &[T; L], measured: T, factor: T, s
 }
 
 /// The same in the lanes that went on. In the others 0 is added: where the sum itself was chosen, the compiler would store it under a
-/// mask, for which some processors take ten times as long.
+/// mask, which some processors do slowly.
 #[inline(always)]
 pub fn add_square_where<T: Real, const L: usize>(y: &[T; L], measured: T, factor: T, went: &[T; L], sum: &mut [T; L]) {
     for i in 0..L {
