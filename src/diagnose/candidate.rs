@@ -77,6 +77,12 @@ impl<'a> Setting<'a> {
         Model::new(self.with_lead(variant)?, holdout, bounds, &events)
     }
 
+    /// Candidates simulated so far, over one drive each.
+    #[must_use]
+    pub fn simulated(&self) -> u64 {
+        self.simulations.load(Ordering::Relaxed)
+    }
+
     fn with_lead(&self, variant: Variant) -> Result<Variant, DiagnoseError> {
         Ok(match self.lead {
             Some(lead) if variant.extensions.get(&lead.name).is_none() => variant.with(lead)?,

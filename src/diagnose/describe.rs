@@ -12,7 +12,7 @@ use super::outcome::{
     CauseEntry, DriveEntry, LeftOverEntry, NotTestableEntry, NotTriedEntry, Outcome, RungEntry, SCHEMA_VERSION,
 };
 use super::scene::Scene;
-use super::verdict::{Adopted, Effort, Fitted, Inference, Progress, Question, Verdict};
+use super::verdict::{Adopted, Fitted, Inference, Progress, Question, Verdict};
 use crate::calibrate::CalibrateError;
 use crate::convention::Convention;
 use std::ops::ControlFlow;
@@ -133,6 +133,7 @@ pub fn describe(
         gain_error,
         left_over,
         simulations: inference.simulations,
+        complete: inference.complete,
         not_tried: inference.untried.iter().map(|(cause, why)| NotTriedEntry::new(&cause.name, why)).collect(),
         program: concat!("leadlag ", env!("CARGO_PKG_VERSION")).to_owned(),
         evaluator: "lanes".to_owned(),
@@ -140,7 +141,7 @@ pub fn describe(
         adapter: None,
         convention: Convention::PAPER.to_string(),
         seed: question.seed,
-        effort: effort_name(question.effort).to_owned(),
+        effort: question.effort.name().to_owned(),
         data: Vec::new(),
         drives: drives(question),
         held_back: String::new(),
@@ -188,16 +189,6 @@ fn worst_minutes(series: &[Series]) -> String {
     minutes.sort_by(|a, b| b.0.total_cmp(&a.0));
     let share = |(square, at): &(f64, String)| format!("{at} ({:.0} %)", 100.0 * square / all.max(1e-300));
     minutes.iter().take(3).map(share).collect::<Vec<_>>().join(", ")
-}
-
-/// As on the command line.
-#[must_use]
-pub fn effort_name(effort: Effort) -> &'static str {
-    match effort {
-        Effort::Quick => "quick",
-        Effort::Normal => "normal",
-        Effort::Thorough => "thorough",
-    }
 }
 
 fn described(

@@ -18,9 +18,9 @@ const FOLLOWED: usize = 2;
 /// First step of the descent with a step of the command held, as a share of the ranges, and the first of its turns.
 const FIRST_STEP: f64 = 0.03;
 const SHIFTED: u64 = 100;
-/// Turns with a size held, of all sizes.
+/// Turns with a size held, of all sizes and then of the likelier half.
 const HOLDING: Plan =
-    Plan { select: usize::MAX, kinds: 1, rough: 4, keep: 1, fine: 0, tolerance: 0.1, least: [0.0; 2] };
+    Plan { select: usize::MAX, kinds: 1, rough: 2, keep: 1, fine: 2, tolerance: 0.1, least: [0.0; 2] };
 
 /// Starts for a cause whose size was held while the rest moved: what a base lacks it makes up for with parameters that are far off, and
 /// from there a size that is set free goes back to nothing. A strong observer sees the way even where a nearly free simulation is far
@@ -93,7 +93,8 @@ fn held(
         }
         starts.push((axes, start));
     }
-    let found = fit_each(model, &setting.whole, &starts, HOLDING)?;
+    let plan = Plan { keep: starts.len().div_ceil(2).max(FOLLOWED), ..HOLDING };
+    let found = fit_each(model, &setting.whole, &starts, plan)?;
     Ok(found.into_iter().take(FOLLOWED).map(|fit| fit.point).collect())
 }
 
@@ -237,7 +238,8 @@ pub fn set_free(
         return Ok(found);
     }
     let model = setting.model(found.variant, &found.model.events)?;
-    let plan = Plan { select: held.len(), kinds: 1, keep: held.len(), ..spending.plan };
+    // One of those that were held is given up after some turns.
+    let plan = Plan { select: held.len(), kinds: 1, keep: (held.len() - 1).max(1), ..spending.plan };
     let other = Candidate::fitted(setting, found.variant, &found.causes, model, held, plan)?;
     let better = other.filter(|other| other.fit.log_likelihood > found.fit.log_likelihood);
     Ok(better.unwrap_or(found))

@@ -26,6 +26,7 @@ impl Search {
         spending: &Spending,
         puzzled: bool,
     ) -> Result<bool, DiagnoseError> {
+        let spending = &spending.inflated(self.inflation);
         let phase = self.current.causes.iter().copied().find(|cause| family(cause) == PHASE);
         let answer = setting.question.causes.iter().copied().find(|cause| cause.name == ANSWER);
         let answer = answer.filter(|answer| !self.current.causes.contains(answer) && (puzzled || phase.is_some()));

@@ -19,7 +19,6 @@ use super::verdict::{
 use crate::extension::Extension;
 use crate::wgsl::extension_named;
 use std::ops::ControlFlow;
-use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 /// By how much another base without causes has to be likelier than this one with them \[nats\], at least.
@@ -74,10 +73,13 @@ pub fn infer(
     let mut tell = |done: f64, stage: &str| show(from + (1.0 - from) * done, stage);
     let mut search = Search::begin(&setting, candidate)?;
     tell(0.1, "round 1: trying every cause")?;
+    let before = setting.simulated();
     let tried = search.fit_all(&setting, &spending)?;
     // The base is the best fit without causes: what its causes were compared with.
     let base = snapshot(&search.current, &setting, search.inflation)?;
-    if search.decide(&setting, 1, tried, &spending)? {
+    let goes_on = search.decide(&setting, 1, tried, &spending)?;
+    search.last_round = setting.simulated() - before;
+    if goes_on {
         rounds(&mut search, &setting, &spending, &mut |share, stage| tell(0.1 + 0.65 * share, stage))?;
     }
     tell(0.75, "dropping what is not needed any more")?;
@@ -101,7 +103,10 @@ pub fn infer(
     let contradicted = contradiction(&setting, &search.current).or_else(|| lost.then(|| disagreement(&replicates)));
     let answer =
         Answer { search: &search, left: &left, others: &others, contradicted, sigma_at_start: noise_at_start.sigma_d };
-    let (verdict, reason, mut left_over) = answer.verdict();
+    let (verdict, mut reason, mut left_over) = answer.verdict();
+    if search.cut_short && verdict != Verdict::BadBase {
+        reason.push_str(&format!("; {}", cut_short(question.effort)));
+    }
     left_over.extend(left.list.iter().cloned());
     let named = matches!(verdict, Verdict::Named | Verdict::Ambiguous);
     let adopted: Vec<Adopted> = search
@@ -129,12 +134,13 @@ pub fn infer(
         untried: search.untried.clone(),
         left_over,
         ladder: search.ladder.clone(),
-        simulations: setting.simulations.load(Ordering::Relaxed),
+        simulations: setting.simulated(),
+        complete: !search.cut_short,
         bootstrapped: setting.least,
     })
 }
 
-/// Rounds as long as something is adopted; `tell` takes the share of them that is done.
+/// Rounds as long as something is adopted and not too much was simulated; `tell` takes the share of them that is done.
 fn rounds(
     search: &mut Search,
     setting: &Setting<'_>,
@@ -144,9 +150,16 @@ fn rounds(
     let share = |round: usize| (round - 1) as f64 / ROUNDS as f64;
     let last = search.ladder.last().map_or(0, |row| row.round);
     for round in last + 1..=ROUNDS {
+        let before = setting.simulated();
+        if search.current.causes.len() > 1 && before + search.last_round > spending.enough {
+            search.cut_short = true;
+            break;
+        }
         tell(share(round), &format!("round {round}: trying every cause"))?;
         let tried = search.fit_all(setting, &spending.further())?;
-        if !search.decide(setting, round, tried, spending)? {
+        let goes_on = search.decide(setting, round, tried, spending)?;
+        search.last_round = setting.simulated() - before;
+        if !goes_on {
             break;
         }
         tell(share(round) + 0.5 / ROUNDS as f64, "putting right what was adopted before")?;
@@ -239,6 +252,16 @@ fn snapshot(candidate: &Candidate, setting: &Setting<'_>, inflation: f64) -> Res
         inflation,
         innovations,
     })
+}
+
+/// That more may be missing, where the search ended before it found nothing more.
+fn cut_short(effort: Effort) -> String {
+    let next = if effort == Effort::Quick { Effort::Normal } else { Effort::Thorough };
+    format!(
+        "whether more is missing was not asked any more: `--effort {}` has simulated enough, `--effort {}` goes on",
+        effort.name(),
+        next.name()
+    )
 }
 
 /// What to add where a member of the phase family is named although gusts are left: the observer's states are not what the car saw late.

@@ -306,6 +306,9 @@ pub struct Outcome {
     pub left_over: Vec<LeftOverEntry>,
     /// Simulated candidates.
     pub simulations: u64,
+    /// False if the search ended because the effort had simulated enough, so that it was not asked whether more is missing.
+    #[serde(default = "searched_to_the_end")]
+    pub complete: bool,
     /// Why the gain could not be measured, where something was adopted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gain_error: Option<String>,
@@ -351,6 +354,11 @@ pub struct Outcome {
     pub formula: Option<Formula>,
     /// All that was tried.
     pub ladder: Vec<RungEntry>,
+}
+
+/// Results from before this was noted.
+fn searched_to_the_end() -> bool {
+    true
 }
 
 impl Outcome {

@@ -38,6 +38,7 @@ impl Search {
     /// # Errors
     /// As [`explain`].
     pub fn swap(&mut self, setting: &Setting<'_>, spending: &Spending) -> Result<(), DiagnoseError> {
+        let spending = &spending.inflated(self.inflation);
         self.beside_rivals(setting, spending)?;
         for place in 0..self.current.causes.len() {
             let cause = self.current.causes[place];

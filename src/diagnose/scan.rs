@@ -37,7 +37,7 @@ pub fn scanned(
 
 /// Starts at the times at which a size would gain most with everything else moving with it, under the present observer and under a
 /// nearly free one: the first hides much of a large effect in its missing acceleration, the second sees a small one badly. Each
-/// under these observers, and with textbook values of free driving under a strong one: where one search stops, another goes on.
+/// under the observer that found it, and with textbook values of free driving under a strong one: where one search stops, another goes on.
 /// `fastest` is the largest speed of the follower \[m/s\]. With the starts, the largest gain promised under either observer \[nats\].
 ///
 /// # Errors
@@ -87,7 +87,7 @@ pub fn timed(
             let sized = at(&hints[i], SCAN * steps[i].share);
             let values = (0..sized.len()).map(|k| if own.contains(&k) { sized[k] } else { steps[i].values[k] });
             let values: Vec<f64> = values.collect();
-            starts.extend([present, free].map(|noise| Point { values: values.clone(), noise }));
+            starts.push(Point { values, noise });
             let values = with_textbook_values(model, &sized, fastest);
             starts.push(Point { values, noise: strong });
         }

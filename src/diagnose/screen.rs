@@ -35,6 +35,9 @@ pub struct Spending {
     pub base: Plan,
     /// Causes that are cross-fitted.
     pub short_list: usize,
+    /// Simulations beyond which nothing is looked for beside two causes: no further round begins then if, with as many simulations as
+    /// the one before it, it would go beyond them.
+    pub enough: u64,
 }
 
 impl Spending {
@@ -45,6 +48,13 @@ impl Spending {
         Spending { plan, ..*self }
     }
 
+    /// Where innovations are correlated, a nat tells less, and searches end at larger gains: `inflation` times as large.
+    #[must_use]
+    pub fn inflated(&self, inflation: f64) -> Spending {
+        let plan = Plan { tolerance: self.plan.tolerance * inflation.max(1.0), ..self.plan };
+        Spending { plan, ..*self }
+    }
+
     /// What an effort buys.
     #[must_use]
     pub fn of(effort: Effort) -> Spending {
@@ -52,15 +62,22 @@ impl Spending {
             |select, rough, keep, fine| Plan { select, kinds: 1, rough, keep, fine, tolerance: 0.1, least: [0.0; 2] };
         let cause = |select, rough, keep, fine| Plan { kinds: KINDS, ..plan(select, rough, keep, fine) };
         match effort {
-            Effort::Quick => {
-                Spending { plan: cause(2, 3, 1, 8), hints: 3, population: 96, base: plan(8, 6, 2, 20), short_list: 5 }
-            }
+            Effort::Quick => Spending {
+                // Whether a cause has half a nat more decides nothing; the one that is adopted is fitted again in the next round.
+                plan: Plan { tolerance: 0.5, ..cause(2, 2, 1, 8) },
+                hints: 3,
+                population: 96,
+                base: plan(8, 6, 2, 20),
+                short_list: 5,
+                enough: 150_000,
+            },
             Effort::Normal => Spending {
                 plan: cause(3, 3, 2, 12),
                 hints: 5,
                 population: 256,
                 base: plan(12, 8, 3, 30),
                 short_list: 6,
+                enough: 650_000,
             },
             Effort::Thorough => Spending {
                 plan: cause(6, 4, 4, 25),
@@ -68,6 +85,7 @@ impl Spending {
                 population: 768,
                 base: plan(32, 8, 6, 40),
                 short_list: 9,
+                enough: u64::MAX,
             },
         }
     }
@@ -233,11 +251,16 @@ fn searched(
         1.0
     };
     let Some(soft) = softened_by(&noise, factor) else { return fitted(model, &starts, plan) };
-    let smoother = Plan { least: [soft.r_s, soft.r_v], ..plan };
+    // Only where it leads matters.
+    let smoother = Plan { least: [soft.r_s, soft.r_v], fine: plan.fine.div_ceil(2), ..plan };
     let Some(Candidate { model, fit, .. }) = fitted(model, &starts, smoother)? else { return Ok(None) };
     let found = Noise { r_s: noise.r_s, r_v: noise.r_v, ..fit.point.noise };
     let free = noise.freer();
     starts.extend([noise, free, found].map(|noise| Point { values: fit.point.values.clone(), noise }));
+    if !event {
+        // What was worth a search is found from there.
+        plan.select = plan.select.div_ceil(2);
+    }
     // One of these may begin below the others and end above them.
     plan.select += KINDS.div_ceil(plan.kinds);
     plan.keep = plan.keep.max(KINDS);

@@ -309,7 +309,7 @@ fn behind_faster(drive: &Drive) -> Vec<(f64, f64, f64)> {
     /// Lengths \[s\].
     const LENGTHS: [f64; 5] = [12.0, 20.0, 33.0, 55.0, 90.0];
     /// Share of a length from stretch to stretch.
-    const STRIDE: f64 = 0.3;
+    const STRIDE: f64 = 0.4;
     /// Shares of the samples below the speed.
     const BELOW: [f64; 2] = [0.5, 0.95];
     let data = &drive.trajectory;

@@ -23,6 +23,18 @@ pub enum Effort {
     Thorough,
 }
 
+impl Effort {
+    /// As written in results and on the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Effort::Quick => "quick",
+            Effort::Normal => "normal",
+            Effort::Thorough => "thorough",
+        }
+    }
+}
+
 /// What is asked.
 #[derive(Debug, Clone, Copy)]
 pub struct Question<'a> {
@@ -218,6 +230,8 @@ pub struct Inference {
     pub ladder: Vec<Tried>,
     /// Simulated candidates, over one drive each; those of a bootstrap are not among them.
     pub simulations: u64,
+    /// False if the search ended because the effort had simulated enough, so that it was not asked whether more is missing.
+    pub complete: bool,
     /// Threshold of evidence per inflation \[nats\] by a bootstrap, where there was one.
     pub bootstrapped: Option<f64>,
 }

@@ -67,6 +67,10 @@ pub struct Search {
     pub inflation: f64,
     /// Causes that are judged in the present round.
     short_list: usize,
+    /// Simulations of the last round.
+    pub(super) last_round: u64,
+    /// True if rounds ended because enough was simulated, and not because nothing more was found.
+    pub(super) cut_short: bool,
     /// What was taken along on trial.
     pub(super) trial: Option<Trial>,
 }
@@ -112,6 +116,8 @@ impl Search {
             margin: 0.0,
             inflation,
             short_list: 0,
+            last_round: 0,
+            cut_short: false,
             trial: None,
         })
     }
@@ -147,6 +153,7 @@ impl Search {
             .copied()
             .filter(|cause| !(self.current.causes.contains(cause) || phase && family(cause) == PHASE))
             .collect();
+        let spending = &spending.inflated(self.inflation);
         self.off_its_bounds(setting, spending)?;
         let (mut tried, mut dropped) = (Vec::new(), Vec::new());
         for _ in 0..SCREENINGS.0 {

@@ -58,6 +58,8 @@ fn search(current: Candidate, ladder: Vec<Tried>) -> Search {
         margin: 6.0,
         inflation: 1.5,
         short_list: 5,
+        last_round: 0,
+        cut_short: false,
         trial: None,
     }
 }
