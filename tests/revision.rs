@@ -109,11 +109,11 @@ fn the_same_seed_gives_the_same_result_or_the_revision_is_raised() {
 /// test prints once DIAGNOSIS_REVISION is raised.
 const DIAGNOSED: &str = "\
 mean gap 23.466123 m
-named: dead_zone: 231 nats held out, 14 needed; 26267 simulations
+named: dead_zone: 231 nats held out, 14 needed; 25767 simulations
 log-likelihood 15322.5, inflation 1.34
 log-likelihood 15562.6, inflation 1.34
 1 dead_zone: gain 240.1, held out 231.1 of 14.2; adopted
-1 actuation_lag: gain 0.0, held out NaN of 14.2; gains too little on all training data
+1 actuation_lag: gain -0.0, held out NaN of 14.2; gains too little on all training data
 2 actuation_lag: gain -0.2, held out NaN of 37.8; gains too little on all training data
 w = 1.4406 +- 0.0064 m
 ";

@@ -151,8 +151,8 @@ fn rounds(
     let last = search.ladder.last().map_or(0, |row| row.round);
     for round in last + 1..=ROUNDS {
         let before = setting.simulated();
-        if search.current.causes.len() > 1 && before + search.last_round > spending.enough {
-            search.cut_short = true;
+        search.cut_short = search.has_enough(before, spending);
+        if search.cut_short {
             break;
         }
         tell(share(round), &format!("round {round}: trying every cause"))?;

@@ -130,6 +130,12 @@ impl Search {
         sum.min((self.current.fit.log_likelihood - self.bare).max(0.0))
     }
 
+    /// True if nothing more is to be looked for after so many simulations: two causes are found, and with another round like the last
+    /// one it would be more than enough. Beside one cause the search always goes on, also where another one was lost in the end.
+    pub(super) fn has_enough(&self, simulated: u64, spending: &Spending) -> bool {
+        self.current.causes.len() > 1 && simulated + self.last_round > spending.enough
+    }
+
     /// One round; true if a cause was adopted.
     ///
     /// # Errors

@@ -234,3 +234,18 @@ fn a_set_speed_that_the_car_outruns_is_no_name() {
     assert_eq!(said([5.0, 10.0, 7.0]), None);
     assert_eq!(said([fastest, 10.0, 60.0]), None);
 }
+
+#[test]
+fn only_beside_two_causes_is_enough_enough() {
+    let drives = [made_up::drive("made_up.csv", 0.0)];
+    let quick = Spending::of(Effort::Quick);
+    for (names, simulated, last_round, enough) in [
+        (&["dead_zone"][..], quick.enough, 40_000, false),
+        (&["dead_zone", "actuation_lag"], quick.enough - 40_000, 40_000, false),
+        (&["dead_zone", "actuation_lag"], quick.enough - 40_000, 40_001, true),
+    ] {
+        let search = Search { last_round, ..search(candidate(&drives, names), Vec::new()) };
+        assert_eq!(search.has_enough(simulated, &quick), enough, "{names:?}");
+        assert!(!search.has_enough(simulated, &Spending::of(Effort::Thorough)));
+    }
+}
