@@ -63,7 +63,7 @@ impl Spending {
         let cause = |select, rough, keep, fine| Plan { kinds: KINDS, ..plan(select, rough, keep, fine) };
         match effort {
             Effort::Quick => Spending {
-                // Whether a cause has half a nat more decides nothing; the one that is adopted is fitted again in the next round.
+                // Whether a cause has half a nat more decides nothing; an adopted one is fitted again in the next round, if there is one.
                 plan: Plan { tolerance: 0.5, ..cause(2, 2, 1, 8) },
                 hints: 3,
                 population: 96,
