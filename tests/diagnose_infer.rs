@@ -3,11 +3,12 @@
 mod common;
 
 use common::made_up;
-use leadlag::bench::{Planted, planted};
+use leadlag::bench::{DiagnosisTask, Planted, planted};
 use leadlag::calibrate::Overrides;
 use leadlag::diagnose::decide::Evidence;
 use leadlag::diagnose::fate::Objection;
-use leadlag::diagnose::{DiagnoseError, Drive, Effort, Inference, Progress, Question, infer};
+use leadlag::diagnose::spending::Spending;
+use leadlag::diagnose::{DiagnoseError, Drive, Effort, Inference, Progress, Question, infer, infer_with};
 use leadlag::extension::Extension;
 use leadlag::plant;
 use leadlag::trajectory::{Preparation, import, prepare};
@@ -105,6 +106,49 @@ fn two_that_hide_each_other() {
         panic!("{}, {sizes:?}, {:?}", found.reason, found.ladder)
     };
     assert!((ka - 0.65).abs() < 0.05 && (tp - 0.8).abs() < 0.05, "{sizes:?}");
+}
+
+/// Beside two causes it ends where enough was simulated, and says so; the same two otherwise.
+#[test]
+fn it_ends_when_enough_was_simulated() {
+    let task = DiagnosisTask {
+        kind: "pair".to_owned(),
+        base: "l-cth".to_owned(),
+        causes: vec!["periodic".to_owned(), "multi_anticipation".to_owned()],
+        rms_mps: 0.10,
+        gusts_mps2: 0.0,
+        duration_s: 240.0,
+        seed: 9116,
+        effort: "quick".to_owned(),
+    };
+    let data = planted(&task).expect("a scenario that can be driven");
+    let names = ["periodic", "multi_anticipation", "dead_zone"];
+    let causes: Vec<_> = names.into_iter().map(|name| extension_named(name).expect("in the library")).collect();
+    let (base, bounds) = ("l-cth".parse().expect("a base"), Overrides::new());
+    let question = Question {
+        train: &data.train,
+        holdout: &data.holdout,
+        base,
+        effort: Effort::Quick,
+        seed: 5,
+        causes: &causes,
+        bounds: &bounds,
+        kept: None,
+    };
+    let quick = Spending::of(Effort::Quick);
+    let run = |enough| {
+        let spending = Spending { enough, ..quick };
+        infer_with(&question, &spending, &mut |_| ControlFlow::Continue(())).expect("a diagnosis")
+    };
+    let (short, long) = (run(0), run(u64::MAX));
+    let rounds = |found: &Inference| found.ladder.iter().map(|row| row.round).max();
+    assert_eq!((rounds(&short), rounds(&long)), (Some(2), Some(3)), "{}, {}", short.reason, long.reason);
+    let names = |found: &Inference| found.adopted.iter().map(|c| c.extension.name.clone()).collect::<Vec<_>>();
+    assert_eq!((names(&short).len(), names(&short)), (2, names(&long)));
+    let asked_no_more = "whether more is missing was not asked any more: `--effort quick` has simulated enough, `--effort normal` goes on";
+    assert!(!short.complete && short.reason.ends_with(asked_no_more), "{}", short.reason);
+    assert!(long.complete && !long.reason.contains("not asked any more"), "{}", long.reason);
+    assert!(short.simulations < long.simulations);
 }
 
 #[test]

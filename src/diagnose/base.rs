@@ -4,7 +4,7 @@ use super::candidate::{Candidate, Setting};
 use super::fit::{Fit, Plan, Point};
 use super::held_sizes::is_lost;
 use super::observer::Noise;
-use super::screen::Spending;
+use super::spending::Spending;
 use super::start::{fastest, first_noise, population, softened, with_textbook_values};
 use super::verdict::DiagnoseError;
 use crate::catalog::Variant;

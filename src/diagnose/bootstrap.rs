@@ -10,7 +10,7 @@ use super::candidate::{Candidate, Setting};
 use super::drive::Drive;
 use super::fit::{Plan, Point};
 use super::observer::Noise;
-use super::screen::Spending;
+use super::spending::Spending;
 use super::start::{NEARLY_FREE, rough};
 use super::verdict::{DiagnoseError, Effort, Question};
 use crate::optimize::{normal, stream};

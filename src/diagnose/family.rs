@@ -2,7 +2,7 @@
 
 use super::base::calibrate_once;
 use super::candidate::{Candidate, Setting};
-use super::screen::Spending;
+use super::spending::Spending;
 use super::verdict::DiagnoseError;
 use crate::catalog::{BASES, Base, Variant};
 use crate::extension::Extensions;

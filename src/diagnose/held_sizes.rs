@@ -5,8 +5,8 @@ use super::fit::{Plan, Point, fit_each, log_likelihoods};
 use super::model::{Model, is_stepped};
 use super::observer::Noise;
 use super::polish::{descended, is_rugged};
-use super::screen::Spending;
 use super::space::Axis;
+use super::spending::Spending;
 use super::start::{fastest, highest, steps, with_textbook_values};
 use super::verdict::DiagnoseError;
 use crate::extension::Extension;
@@ -43,7 +43,7 @@ pub fn from_held(
         (limits(model, limit), values, vec![likeliest])
     } else if let Some(step) = step {
         (standing_out(setting, current, model, step)?, values, Vec::new())
-    } else if is_astray(&noise) {
+    } else if is_held_at_textbook_values(model, cause, &noise) {
         let textbook = with_textbook_values(model, &values, fastest(setting.question.train));
         (sizes(model, cause), textbook, Vec::new())
     } else {
@@ -54,6 +54,13 @@ pub fn from_held(
     points.extend(held(setting, model, &start, sizes, step.is_some())?);
     setting.simulations.fetch_add(model.simulations() - before, Ordering::Relaxed);
     Ok(points)
+}
+
+/// True where [`from_held`] starts from textbook values.
+#[must_use]
+pub fn is_held_at_textbook_values(model: &Model, cause: &'static Extension, noise: &Noise) -> bool {
+    let limited = limit(model, cause).is_some() || step(model, cause).is_some();
+    is_astray(noise) && !limited && !sizes(model, cause).is_empty()
 }
 
 /// Starts for a model with parameters of its base on their bounds: where the rest goes while such a parameter is held elsewhere.

@@ -6,7 +6,8 @@ use super::decide::{Evidence, proxy};
 use super::fate::{Fate, Objection};
 use super::gate::gate;
 use super::repair::without;
-use super::screen::{Fitted, Spending, explain};
+use super::screen::{Fitted, explain};
+use super::spending::Spending;
 use super::verdict::DiagnoseError;
 use rayon::prelude::*;
 

@@ -1,30 +1,19 @@
 //! From a question to an answer: base, rounds, repair, what is left, verdict.
 
-use super::adopt::{PHASE, ROUNDS, Rival, Search, family};
+use super::adopt::{ROUNDS, Rival, Search, family};
+use super::answer::{Answer, OTHER_FAMILY, ahead};
 use super::base::{Calibrated, calibrate_base, contradiction};
 use super::bootstrap::{SURROGATES, threshold};
 use super::candidate::{Candidate, LEAD, Setting};
-use super::decide::{is_calm, margin_of_relatives};
-use super::experiment::experiment;
 use super::family::others;
-use super::fate::Objection;
-use super::held_sizes::is_lost;
 use super::model::Model;
-use super::observer::Noise;
-use super::screen::Spending;
-use super::specification::{Leftovers, leftovers};
-use super::verdict::{
-    Adopted, DiagnoseError, Effort, Estimate, Fitted, Inference, LeftOver, Progress, Question, Verdict,
-};
+use super::specification::leftovers;
+use super::spending::Spending;
+use super::verdict::{Adopted, DiagnoseError, Effort, Estimate, Fitted, Inference, Progress, Question, Verdict};
 use crate::extension::Extension;
 use crate::wgsl::extension_named;
 use std::ops::ControlFlow;
 use std::time::Instant;
-
-/// By how much another base without causes has to be likelier than this one with them \[nats\], at least.
-const OTHER_FAMILY: f64 = 10.0;
-/// Share of the causes' evidence above which what is left speaks against their names.
-const LEFT_SHARE: f64 = 0.5;
 
 /// Share of a thorough diagnosis that its bootstrap takes, as the bar shows it.
 const BOOTSTRAP: f64 = 0.7;
@@ -39,6 +28,18 @@ pub fn infer(
     question: &Question<'_>,
     progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Inference, DiagnoseError> {
+    infer_with(question, &Spending::of(question.effort), progress)
+}
+
+/// The same where it is said what may be spent, instead of what the effort buys. (Whether there is a bootstrap is still up to the effort.)
+///
+/// # Errors
+/// As [`infer`].
+pub fn infer_with(
+    question: &Question<'_>,
+    spending: &Spending,
+    progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<Inference, DiagnoseError> {
     if question.train.is_empty() {
         return Err(DiagnoseError::NoData);
     }
@@ -48,10 +49,9 @@ pub fn infer(
         ControlFlow::Break(()) => Err(DiagnoseError::Stopped),
     };
     let mut setting = Setting::new(question, extension_named(LEAD));
-    let spending = Spending::of(question.effort);
     let further = spending.further();
     show(0.0, "calibrating the base model")?;
-    let base = calibrate_base(&setting, question.base, &spending)?
+    let base = calibrate_base(&setting, question.base, spending)?
         .ok_or_else(|| DiagnoseError::NoBase { variant: question.base.name() })?;
     let Calibrated { candidate, replicates } = base;
     let agrees = replicates.len() > 1 && replicates[0] - replicates[1] < APART;
@@ -74,28 +74,28 @@ pub fn infer(
     let mut search = Search::begin(&setting, candidate)?;
     tell(0.1, "round 1: trying every cause")?;
     let before = setting.simulated();
-    let tried = search.fit_all(&setting, &spending)?;
+    let tried = search.fit_all(&setting, spending)?;
     // The base is the best fit without causes: what its causes were compared with.
     let base = snapshot(&search.current, &setting, search.inflation)?;
-    let goes_on = search.decide(&setting, 1, tried, &spending)?;
+    let goes_on = search.decide(&setting, 1, tried, spending)?;
     search.last_round = setting.simulated() - before;
     if goes_on {
-        rounds(&mut search, &setting, &spending, &mut |share, stage| tell(0.1 + 0.65 * share, stage))?;
+        rounds(&mut search, &setting, spending, &mut |share, stage| tell(0.1 + 0.65 * share, stage))?;
     }
     tell(0.75, "dropping what is not needed any more")?;
-    pruned(&mut search, &setting, &spending, &mut |share, stage| tell(0.76 + 0.04 * share, stage))?;
+    pruned(&mut search, &setting, spending, &mut |share, stage| tell(0.76 + 0.04 * share, stage))?;
     tell(0.8, "looking for what is left")?;
     let mut left = leftovers(&setting, &search.current, search.need, search.inflation)?;
     tell(0.85, "comparing with other base models")?;
-    let others = others(&setting, &spending)?;
+    let others = others(&setting, spending)?;
     let lacking = left.strongest().is_some() || ahead(&others, &search.current) > search.need.max(OTHER_FAMILY);
     // A base goes to its bounds for what it lacks, too.
     let puzzled = lacking && search.current.causes.is_empty() || contradiction(&setting, &search.current).is_some();
     tell(0.9, "trying causes that hide each other")?;
     if search.pair_up(&setting, &further, puzzled)? {
-        search.swap(&setting, &spending)?;
-        rounds(&mut search, &setting, &spending, &mut |share, stage| tell(0.9 + 0.08 * share, stage))?;
-        pruned(&mut search, &setting, &spending, &mut |_, stage| tell(0.98, stage))?;
+        search.swap(&setting, spending)?;
+        rounds(&mut search, &setting, spending, &mut |share, stage| tell(0.9 + 0.08 * share, stage))?;
+        pruned(&mut search, &setting, spending, &mut |_, stage| tell(0.98, stage))?;
         left = leftovers(&setting, &search.current, search.need, search.inflation)?;
     }
     let extended = snapshot(&search.current, &setting, search.inflation)?;
@@ -104,7 +104,7 @@ pub fn infer(
     let answer =
         Answer { search: &search, left: &left, others: &others, contradicted, sigma_at_start: noise_at_start.sigma_d };
     let (verdict, mut reason, mut left_over) = answer.verdict();
-    if search.cut_short && verdict != Verdict::BadBase {
+    if search.cut_short {
         reason.push_str(&format!("; {}", cut_short(question.effort)));
     }
     left_over.extend(left.list.iter().cloned());
@@ -182,11 +182,6 @@ fn pruned(
     search.end_trial(setting)
 }
 
-/// By how much the likeliest other base without causes is likelier than a model \[nats\].
-fn ahead(others: &[Candidate], model: &Candidate) -> f64 {
-    others.first().map_or(f64::NEG_INFINITY, |other| other.fit.log_likelihood - model.fit.log_likelihood)
-}
-
 fn disagreement(replicates: &[f64]) -> String {
     if replicates.len() < 2 {
         return "only one calibration of the base came to an end, so nothing confirms it; give longer data or tighter bounds"
@@ -262,190 +257,4 @@ fn cut_short(effort: Effort) -> String {
         effort.name(),
         next.name()
     )
-}
-
-/// What to add where a member of the phase family is named although gusts are left: the observer's states are not what the car saw late.
-fn in_gusts(causes: &[&Extension], noise: &Noise) -> String {
-    if is_calm(noise) || causes.iter().all(|cause| family(cause) != PHASE) {
-        return String::new();
-    }
-    format!(
-        "; in gusts ({:.2} m/s² for {:.1} s at a time) a delay, a lag, a filter and an offset of time are easily taken for one another",
-        noise.sigma_d, noise.tau_d
-    )
-}
-
-/// Everything a verdict follows from.
-struct Answer<'a> {
-    search: &'a Search,
-    left: &'a Leftovers,
-    others: &'a [Candidate],
-    contradicted: Option<String>,
-    sigma_at_start: f64,
-}
-
-impl Answer<'_> {
-    /// The first line that applies; further left-overs with it.
-    fn verdict(&self) -> (Verdict, String, Vec<LeftOver>) {
-        let search = self.search;
-        let causes = &search.current.causes;
-        let names = || causes.iter().map(|cause| cause.name.clone()).collect::<Vec<_>>().join(", then ");
-        let plain = |verdict, reason| (verdict, reason, Vec::new());
-        if let Some(reason) = &self.contradicted {
-            return plain(Verdict::BadBase, reason.clone());
-        }
-        let total = search.explained();
-        if causes.is_empty() {
-            return self.without_causes();
-        }
-        // Of two models that both have it right, one is ahead by a little of what the causes explain: Gipps' spacing is a headway that
-        // depends on speed.
-        let alike = margin_of_relatives(OTHER_FAMILY, total);
-        if let Some((law, left)) = self.other_law(alike) {
-            let reason = format!(
-                "{law} without any cause is likelier by {:.0} nats than the base with {}: the car follows another law, and the causes \
-                 only imitate it",
-                left.evidence,
-                names()
-            );
-            return (Verdict::Unexplained, reason, vec![left]);
-        }
-        if let Some(term) = self.left.strongest()
-            && term.evidence > LEFT_SHARE * total
-        {
-            let reason = format!(
-                "something that repeats with {} is left ({:.0} nats, against {total:.0} for {}), so these causes are proxies for it",
-                term.place,
-                term.evidence,
-                names()
-            );
-            return plain(Verdict::Unexplained, reason);
-        }
-        let sigma = search.current.fit.point.noise.sigma_d;
-        if self.left.bursts() && sigma > 0.5 * self.sigma_at_start {
-            let reason = format!(
-                "single instants that no model follows are left, and the missing acceleration is as large as before ({sigma:.3} m/s²): \
-                 {} may be proxies",
-                names()
-            );
-            return plain(Verdict::Unexplained, reason);
-        }
-        if let ([cause], [_, ..]) = (causes.as_slice(), search.rivals.as_slice()) {
-            let mut rivals: Vec<String> = search.rivals.iter().map(|rival| rival.cause.name.clone()).collect();
-            rivals.dedup();
-            let reason = format!(
-                "{} or {}: these data cannot tell them apart. What would: {}{}",
-                cause.name,
-                rivals.join(" or "),
-                experiment(cause, search.rivals[0].cause),
-                in_gusts(causes, &search.current.fit.point.noise)
-            );
-            return plain(Verdict::Ambiguous, reason);
-        }
-        let needed: Vec<String> = search.evidence.iter().map(|(_, need)| format!("{need:.0}")).collect();
-        let also = self.other_law(-alike).map_or(String::new(), |(law, _)| {
-            format!("; {law} without any cause is as likely, so it may be the law that differs")
-        });
-        let gusts = in_gusts(causes, &search.current.fit.point.noise);
-        let reason = format!("{}: {total:.0} nats held out, {} needed{also}{gusts}", names(), needed.join(" and "));
-        plain(Verdict::Named, reason)
-    }
-
-    /// Another base without causes that is likelier than the present model by more than so many nats: its name in the paper, and by
-    /// how much.
-    fn other_law(&self, margin: f64) -> Option<(&'static str, LeftOver)> {
-        let other = self.others.first()?;
-        let ahead = ahead(self.others, &self.search.current);
-        let (kind, place) = ("family".to_owned(), other.variant.base.name.to_owned());
-        (ahead > margin).then_some((other.variant.base.paper, LeftOver { kind, place, size: ahead, evidence: ahead }))
-    }
-
-    fn without_causes(&self) -> (Verdict, String, Vec<LeftOver>) {
-        let search = self.search;
-        let term = self.left.strongest().map_or(0.0, |term| term.evidence);
-        // Of two laws that are alike on these data one is ahead by chance: what a cause needs, a law needs too.
-        if let Some((law, left)) = self.other_law(search.need.max(OTHER_FAMILY))
-            && left.evidence > term
-        {
-            let reason = format!(
-                "no cause of the library passes, but {law} is likelier by {:.0} nats: the car follows another law than the base",
-                left.evidence
-            );
-            return (Verdict::Unexplained, reason, vec![left]);
-        }
-        if let Some(term) = self.left.strongest() {
-            let reason = format!(
-                "no cause of the library passes, but something that repeats with {} is left ({:.0} nats)",
-                term.place, term.evidence
-            );
-            return (Verdict::Unexplained, reason, Vec::new());
-        }
-        if self.left.bursts() {
-            let reason =
-                "no cause of the library passes, but single instants that no model follows are left".to_owned();
-            return (Verdict::Unexplained, reason, Vec::new());
-        }
-        let strong = search.stopped.iter().find(|(_, evidence, need, _)| evidence > &(2.0 * need));
-        if let Some((cause, evidence, need, objection)) = strong
-            && matches!(objection, Objection::Absorbed { .. })
-        {
-            let reason = format!(
-                "{} gains {evidence:.0} nats ({need:.0} needed), but {objection}: these data do not tell whether it is missing",
-                cause.name
-            );
-            return (Verdict::NotTestable, reason, Vec::new());
-        }
-        if let Some((cause, evidence, need, objection)) = strong {
-            let left =
-                LeftOver { kind: "proxy".to_owned(), place: cause.name.clone(), size: *evidence, evidence: *evidence };
-            let reason = format!(
-                "{} gains {evidence:.0} nats ({need:.0} needed), but it is not the cause: {objection}",
-                cause.name
-            );
-            return (Verdict::Unexplained, reason, vec![left]);
-        }
-        let noise = search.current.fit.point.noise;
-        if is_lost(&noise) {
-            let reason = format!(
-                "no cause of the library passes, but the follower is accelerated by {:.2} m/s² (root mean square) for {:.0} s at a \
-                 time in a way that the model does not have: too much and too slow for gusts",
-                noise.sigma_d, noise.tau_d
-            );
-            return (Verdict::Unexplained, reason, Vec::new());
-        }
-        let best = search
-            .ladder
-            .iter()
-            .filter(|row| row.evidence.is_finite())
-            .max_by(|a, b| a.evidence.total_cmp(&b.evidence));
-        if let Some(row) = best
-            && let Some(absorbed) = search.not_testable.iter().find(|absorbed| absorbed.name == row.name)
-            && row.evidence > 0.5 * row.threshold
-        {
-            let reason = format!(
-                "{} might be missing, but a calibration absorbs it in {}",
-                absorbed.name,
-                absorbed.absorbed_by.join(", ")
-            );
-            return (Verdict::NotTestable, reason, Vec::new());
-        }
-        let closest = best.map_or(String::new(), |row| {
-            format!("; the closest was {} with {:.1} nats ({:.1} needed)", row.name, row.evidence, row.threshold)
-        });
-        (Verdict::Nothing, format!("no cause passes{closest}"), Vec::new())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn gusts_leave_doubt_in_a_delay_and_in_nothing_else() {
-        let [delay, grade] = ["perception_delay", "grade"].map(|name| extension_named(name).expect("in the library"));
-        let gusts = Noise { sigma_d: 0.05, tau_d: 2.0, r_s: 0.02, r_v: 0.02, r_l: 0.02 };
-        let calm = Noise { sigma_d: 0.004, ..gusts };
-        assert!(in_gusts(&[grade, delay], &gusts).contains("0.05 m/s² for 2.0 s"));
-        assert_eq!([in_gusts(&[grade], &gusts), in_gusts(&[delay], &calm)], ["", ""]);
-    }
 }

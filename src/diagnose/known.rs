@@ -5,7 +5,7 @@ use super::candidate::{Candidate, LEAD, Setting};
 use super::decide::{Evidence, need, proxy};
 use super::fit::{Plan, Point};
 use super::gate::{gate, transfers};
-use super::screen::Spending;
+use super::spending::Spending;
 use super::start::{NEARLY_FREE, first_noise};
 use super::verdict::{DiagnoseError, Question};
 use crate::extension::Extension;

@@ -8,6 +8,7 @@ use std::sync::LazyLock;
 mod absent;
 pub mod adopt;
 mod anew;
+mod answer;
 pub mod base;
 mod bootstrap;
 pub mod budget;
@@ -45,10 +46,12 @@ mod repair;
 pub mod road;
 pub mod scan;
 pub mod scene;
+mod scope;
 pub mod screen;
 mod smoothing;
 pub mod space;
 pub mod specification;
+pub mod spending;
 mod standstill;
 pub mod start;
 mod streams;
@@ -59,7 +62,7 @@ pub mod verdict;
 pub use adopt::family;
 pub(crate) use bootstrap::{JUDGED, one_in_a_hundred};
 pub use drive::{Drive, DriveError, Jump};
-pub use infer::infer;
+pub use infer::{infer, infer_with};
 pub use observer::Noise;
 pub use verdict::{
     Adopted, DiagnoseError, Effort, Estimate, Fitted, Inference, LeftOver, NotTestable, Progress, Question, Tried,
@@ -69,7 +72,7 @@ pub use verdict::{
 /// State of the diagnosis. To be raised whenever a diagnosis of the same data may end otherwise: with another name, another number,
 /// after another search. Journals and the thresholds of a bootstrap hold it, so that results of two states never stand side by side as
 /// if they were of one. What came before 2 wrote none down.
-pub const DIAGNOSIS_REVISION: u32 = 18;
+pub const DIAGNOSIS_REVISION: u32 = 19;
 
 /// Program, version and state of the diagnosis, `leadlag 0.1.0+diagnosis2`.
 pub static PROGRAM: LazyLock<String> =

@@ -9,8 +9,9 @@ use super::gate::gate;
 use super::model::Model;
 use super::observer::Noise;
 use super::polish::is_rugged;
-use super::screen::{Fitted, Spending, explain};
+use super::screen::{Fitted, explain};
 use super::space::Axis;
+use super::spending::Spending;
 use super::verdict::{DiagnoseError, Tried};
 use crate::catalog::Variant;
 use crate::extension::Extension;
@@ -234,12 +235,13 @@ impl Search {
                     None => Fate::Dropped { cost: evidence },
                 };
             }
-            // What the others cost beside it says nothing any more.
-            place = 0;
             if let Some(objection) = objection {
+                self.lost.push((cause, self.current.causes[..place].to_vec()));
                 self.stopped.push((cause, evidence, need, objection));
                 lost = true;
             }
+            // What the others cost beside it says nothing any more.
+            place = 0;
         }
         Ok(lost)
     }

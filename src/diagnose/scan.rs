@@ -32,7 +32,7 @@ pub fn scanned(
     hints: Vec<Hint>,
     most: usize,
 ) -> Result<Vec<Hint>, DiagnoseError> {
-    if hints.len() <= most { Ok(hints) } else { likeliest(at, model, setting, hints, most) }
+    if hints.len() <= most { Ok(hints) } else { Ok(likeliest(at, model, setting, hints, most)?.0) }
 }
 
 /// Starts at the times at which a size would gain most with everything else moving with it, under the present observer and under a
@@ -96,24 +96,29 @@ pub fn timed(
 }
 
 /// The likeliest hints as they are under the present observer and under a nearly free one, so many of each, no two of them about the
-/// same: the present one may hide in its missing acceleration what a hint is about.
-fn likeliest(
+/// same: the present one may hide in its missing acceleration what a hint is about. With them, the largest log-likelihood under each.
+///
+/// # Errors
+/// As [`log_likelihoods`].
+pub fn likeliest(
     at: &Point,
     model: &Model,
     setting: &Setting<'_>,
     hints: Vec<Hint>,
     most: usize,
-) -> Result<Vec<Hint>, DiagnoseError> {
+) -> Result<(Vec<Hint>, [f64; 2]), DiagnoseError> {
     let present = compared(&at.noise);
     let free = present.freer();
     let axes = model.axes.clone();
     let mut kept: Vec<Hint> = Vec::new();
+    let mut largest = [f64::NEG_INFINITY; 2];
     for (turn, noise) in [present, free].into_iter().enumerate() {
         let point = |hint: &Hint| Point { values: moved(model, &at.values, hint), noise };
         let points: Vec<Point> = hints.iter().map(point).collect();
         let found = log_likelihoods(model, &axes, &setting.whole, &points)?;
         let mut order: Vec<usize> = (0..hints.len()).filter(|&i| found[i].is_finite()).collect();
         order.sort_by(|&a, &b| found[b].total_cmp(&found[a]).then(a.cmp(&b)));
+        largest[turn] = order.first().map_or(f64::NEG_INFINITY, |&i| found[i]);
         for i in order {
             if kept.len() == most * (turn + 1) {
                 break;
@@ -123,7 +128,7 @@ fn likeliest(
             }
         }
     }
-    Ok(kept)
+    Ok((kept, largest))
 }
 
 /// A stretch whose two ends and whose size are moved as long as that makes it likelier, in ever smaller steps: neither has a derivative

@@ -1,95 +1,24 @@
 //! Every cause tried on top of a model: fitted with its own noise from many starts.
 
 use super::candidate::{Candidate, LEAD, Setting};
-use super::equilibrium::at_equilibrium;
 use super::fate::{Dropped, Untried};
 use super::fit::{Plan, Point, log_likelihoods};
 use super::held_sizes::{from_held, set_free};
-use super::model::{Event, Model, is_stepped};
+use super::model::{Model, is_stepped};
 use super::observer::Noise;
 use super::polish::{is_rugged, polished};
-use super::scan::{are_idle, scanned, timed};
-use super::start::{FOR_AN_EVENT, FOR_STEPS, KEEPS_THE_SPACING, KINDS, fastest, hints, softened_by, with_cause};
+use super::scope::{Scope, scopes};
+use super::spending::Spending;
+use super::start::{FOR_AN_EVENT, FOR_STEPS, KEEPS_THE_SPACING, KINDS, softened_by};
 use super::streams;
-use super::undisturbed::{UNDISTURBED_KINDS, undisturbed};
-use super::verdict::{DiagnoseError, Effort};
+use super::verdict::DiagnoseError;
 use crate::catalog::Variant;
-use crate::evaluator::CaseError;
 use crate::extension::Extension;
 use crate::optimize::stream;
 use crate::wgsl::extension_named;
 use rand::RngExt;
 use rayon::prelude::*;
 use std::sync::atomic::Ordering;
-
-/// What an effort buys in the screening.
-#[derive(Debug, Clone, Copy)]
-pub struct Spending {
-    /// Search of one cause.
-    pub plan: Plan,
-    /// Hints per cause and drive that are followed.
-    pub hints: usize,
-    /// Random candidates for the base, and its search.
-    pub population: usize,
-    /// Search of the base.
-    pub base: Plan,
-    /// Causes that are cross-fitted.
-    pub short_list: usize,
-    /// Simulations beyond which nothing is looked for beside two causes: no further round begins then if, with as many simulations as
-    /// the one before it, it would go beyond them.
-    pub enough: u64,
-}
-
-impl Spending {
-    /// For further rounds, in which most of what there was is found.
-    #[must_use]
-    pub fn further(&self) -> Spending {
-        let plan = Plan { select: (self.plan.select - 1).max(1), keep: 1, ..self.plan };
-        Spending { plan, ..*self }
-    }
-
-    /// Where innovations are correlated, a nat tells less, and searches end at larger gains: `inflation` times as large.
-    #[must_use]
-    pub fn inflated(&self, inflation: f64) -> Spending {
-        let plan = Plan { tolerance: self.plan.tolerance * inflation.max(1.0), ..self.plan };
-        Spending { plan, ..*self }
-    }
-
-    /// What an effort buys.
-    #[must_use]
-    pub fn of(effort: Effort) -> Spending {
-        let plan =
-            |select, rough, keep, fine| Plan { select, kinds: 1, rough, keep, fine, tolerance: 0.1, least: [0.0; 2] };
-        let cause = |select, rough, keep, fine| Plan { kinds: KINDS, ..plan(select, rough, keep, fine) };
-        match effort {
-            Effort::Quick => Spending {
-                // Whether a cause has half a nat more decides nothing; an adopted one is fitted again in the next round, if there is one.
-                plan: Plan { tolerance: 0.5, ..cause(2, 2, 1, 8) },
-                hints: 3,
-                population: 96,
-                base: plan(8, 6, 2, 20),
-                short_list: 5,
-                enough: 150_000,
-            },
-            Effort::Normal => Spending {
-                plan: cause(3, 3, 2, 12),
-                hints: 5,
-                population: 256,
-                base: plan(12, 8, 3, 30),
-                short_list: 6,
-                enough: 650_000,
-            },
-            Effort::Thorough => Spending {
-                plan: cause(6, 4, 4, 25),
-                hints: 8,
-                population: 768,
-                base: plan(32, 8, 6, 40),
-                short_list: 9,
-                enough: u64::MAX,
-            },
-        }
-    }
-}
 
 /// Candidates of a local population around the best fit, for parameters on which innovations depend in jumps.
 const JITTERED: usize = 80;
@@ -152,73 +81,6 @@ fn no_start(cause: &Extension) -> Untried {
     Untried::NoStart { parameters: open.map(|symbol| symbol.name().to_owned()).collect() }
 }
 
-/// Where a cause may act, and where its fit starts.
-struct Scope {
-    model: Model,
-    starts: Vec<Point>,
-    /// True for an event whose times were scanned.
-    event: bool,
-    /// True where it starts from the undisturbed model; such starts do not compare with others.
-    usual: bool,
-}
-
-/// The drives in which a cause may act: all of them, or, for an event, any one; of those whose times were scanned only the ones
-/// that promise most.
-fn scopes(
-    setting: &Setting<'_>,
-    current: &Candidate,
-    variant: Variant,
-    cause: &'static Extension,
-    missing: &[Vec<f64>],
-    spending: &Spending,
-) -> Result<Result<Vec<Scope>, Untried>, DiagnoseError> {
-    let fastest = fastest(setting.question.train);
-    let needs_hints = cause.parameters.iter().any(|symbol| symbol.neutral().is_none());
-    // A stretch in which something else drives the car is what spoils a base most.
-    let stretch = cause.parameters.iter().filter(|symbol| symbol.is_time()).count() > 1;
-    let usual = if stretch && current.causes.is_empty() { undisturbed(setting, current)? } else { None };
-    let mut scopes: Vec<(Scope, [f64; 2])> = Vec::new();
-    for (scope, hints) in hints(cause, setting.question.train, missing, spending.hints) {
-        let events: Vec<Event> = current.model.events.iter().copied().chain(scope).collect();
-        let model = match setting.model(variant, &events) {
-            Err(DiagnoseError::Case(error @ (CaseError::Missing { .. } | CaseError::TooShort { .. }))) => {
-                return Ok(Err(Untried::Data(error)));
-            }
-            model => model?,
-        };
-        if needs_hints && hints.is_empty() {
-            continue;
-        }
-        let event = are_idle(&hints);
-        let (starts, gains) = if event {
-            timed(setting, current, &model, &hints, spending.hints, fastest)?
-        } else {
-            let keeps = cause.name == KEEPS_THE_SPACING;
-            let values = model.adopt(&current.model, &current.fit.point.values);
-            let present = Point { values, noise: current.fit.point.noise };
-            if let Some(usual) = &usual {
-                // On its own: next to starts from the spoilt model these would not be followed.
-                let model = setting.model(variant, &events)?;
-                let starts = usual.starts(setting, &model, hints.clone(), spending.hints)?;
-                setting.simulations.fetch_add(model.simulations(), Ordering::Relaxed);
-                scopes.push((Scope { model, starts, event: false, usual: true }, [0.0; 2]));
-            }
-            let hints = if keeps { hints } else { scanned(setting, &present, &model, hints, spending.hints)? };
-            let settled = keeps.then(|| {
-                let values = model.adopt(&current.model, &current.fit.point.values);
-                at_equilibrium(&model, &values, setting.question.train)
-            });
-            (with_cause(current, &model, cause, &hints, settled.as_ref(), fastest), [0.0; 2])
-        };
-        setting.simulations.fetch_add(model.simulations(), Ordering::Relaxed);
-        scopes.push((Scope { model, starts, event, usual: false }, gains));
-    }
-    let most = |k: usize| scopes.iter().map(|(_, gains)| gains[k]).fold(0.0, f64::max);
-    let most = [most(0), most(1)];
-    let promising = scopes.into_iter().filter(|(scope, gains)| !scope.event || (0..2).any(|k| gains[k] >= most[k]));
-    Ok(Ok(promising.map(|(scope, _)| scope).collect()))
-}
-
 /// The best fit from the starts of a scope, and from where they lead on a smoother likelihood, if there is one (see [`softened`]).
 fn searched(
     setting: &Setting<'_>,
@@ -228,18 +90,13 @@ fn searched(
     scope: Scope,
     spending: &Spending,
 ) -> Result<Option<Candidate>, DiagnoseError> {
-    let Scope { model, mut starts, event, usual } = scope;
-    // Starts of an event under several observers do not compare: all are followed.
-    let all = Plan { select: starts.len(), kinds: 1, keep: spending.plan.keep.max(KINDS), ..spending.plan };
-    let of_usual = Plan { kinds: UNDISTURBED_KINDS, ..spending.plan };
-    let mut plan = match (event, usual) {
-        (true, _) => all,
-        (_, true) => of_usual,
-        _ => spending.plan,
-    };
-    if causes.last().is_some_and(|cause| cause.name == KEEPS_THE_SPACING) {
-        // Settled values begin far below the others.
-        plan = Plan { kinds: 2 * KINDS, select: plan.select.min(3), ..plan };
+    let Scope { model, mut starts, kinds, event, .. } = scope;
+    let mut plan = Plan { kinds, ..spending.plan };
+    if event {
+        // Under several observers they do not compare: all are followed.
+        plan = Plan { select: starts.len(), keep: plan.keep.max(KINDS), ..plan };
+    } else if causes.last().is_some_and(|cause| cause.name == KEEPS_THE_SPACING) {
+        plan.select = plan.select.min(3);
     }
     let fitted = |model, starts: &[Point], plan| Candidate::fitted(setting, variant, causes, model, starts, plan);
     let noise = current.fit.point.noise;

@@ -124,8 +124,8 @@ pub type Hint = Vec<(Symbol, f64)>;
 pub const KINDS: usize = 3;
 
 /// Starts of a model that has one cause more than another: its parameters as they are, the cause at several sizes, under the
-/// present observer and under a nearly free simulation; and with textbook values of free driving, under a strong observer.
-/// `fastest` is the largest speed of the follower \[m/s\].
+/// present observer and under a nearly free simulation; and, where the largest speed of the follower \[m/s\] is given, with textbook
+/// values of free driving, under a strong observer.
 #[must_use]
 pub fn with_cause(
     current: &Candidate,
@@ -133,7 +133,7 @@ pub fn with_cause(
     cause: &'static Extension,
     hints: &[Hint],
     settled: Option<&Vec<f64>>,
-    fastest: f64,
+    fastest: Option<f64>,
 ) -> Vec<Point> {
     let values = model.adopt(&current.model, &current.fit.point.values);
     let noise = current.fit.point.noise;
@@ -165,8 +165,9 @@ pub fn with_cause(
     let mut starts = Vec::new();
     for size in &sizes {
         for values in std::iter::once(&values).chain(settled) {
-            let generic = with_textbook_values(model, values, fastest);
-            for (values, noise) in [(values, noise), (values, free), (&generic, strong)] {
+            let textbook = fastest.map(|fastest| with_textbook_values(model, values, fastest));
+            let kinds = [Some((values, noise)), Some((values, free)), textbook.as_ref().map(|values| (values, strong))];
+            for (values, noise) in kinds.into_iter().flatten() {
                 let mut values = values.clone();
                 for &(k, value) in size {
                     values[k] = model.axes[k].value(model.axes[k].coordinate(value));

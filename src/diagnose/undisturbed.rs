@@ -5,7 +5,7 @@ use super::fit::{Plan, Point, fit};
 use super::held_sizes::is_astray;
 use super::likelihood::Mask;
 use super::model::Model;
-use super::scan::{moved, scanned, walked};
+use super::scan::{likeliest, moved, walked};
 use super::start::{Hint, fastest, with_textbook_values};
 use super::verdict::DiagnoseError;
 use rayon::prelude::*;
@@ -27,28 +27,33 @@ pub struct Undisturbed {
 pub const UNDISTURBED_KINDS: usize = 2;
 
 impl Undisturbed {
-    /// Starts of a model that has a stretch more: the likeliest stretches on top of these values, walked to where they are likeliest,
-    /// under this observer and under a strong one.
+    /// The likeliest stretches on top of these values, walked to where they are likeliest, for a model that has a stretch more; and what
+    /// they promised, as [`likeliest`] says.
     ///
     /// # Errors
-    /// As [`scanned`].
-    pub fn starts(
+    /// As [`likeliest`].
+    pub fn walked(
         &self,
         setting: &Setting<'_>,
         model: &Model,
         hints: Vec<Hint>,
         most: usize,
-    ) -> Result<Vec<Point>, DiagnoseError> {
+    ) -> Result<(Vec<Hint>, [f64; 2]), DiagnoseError> {
+        let at = Point { values: model.adopt(&self.model, &self.point.values), noise: self.point.noise };
+        let (hints, largest) = likeliest(&at, model, setting, hints, most)?;
+        let hints: Result<_, _> = hints.into_iter().map(|hint| walked(setting, &at, model, hint)).collect();
+        Ok((hints?, largest))
+    }
+
+    /// Starts of that model at stretches, under this observer and under a strong one.
+    pub fn starts(&self, model: &Model, stretches: &[Hint]) -> Vec<Point> {
         let noise = self.point.noise;
-        let at = Point { values: model.adopt(&self.model, &self.point.values), noise };
-        let strong = noise.strong();
-        let mut starts = Vec::new();
-        for hint in scanned(setting, &at, model, hints, most)? {
-            let hint = walked(setting, &at, model, hint)?;
-            let values = moved(model, &at.values, &hint);
-            starts.extend([noise, strong].map(|noise| Point { values: values.clone(), noise }));
-        }
-        Ok(starts)
+        let values = model.adopt(&self.model, &self.point.values);
+        let at = |stretch| {
+            let values = moved(model, &values, stretch);
+            [noise, noise.strong()].map(|noise| Point { values: values.clone(), noise })
+        };
+        stretches.iter().flat_map(at).collect()
     }
 }
 

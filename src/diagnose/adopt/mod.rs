@@ -8,7 +8,8 @@ use super::gate::gate;
 use super::held_sizes::within_bounds;
 use super::observer::Noise;
 use super::polish::{is_rugged, polished};
-use super::screen::{Fitted, Spending, identifiability, screen};
+use super::screen::{Fitted, identifiability, screen};
+use super::spending::Spending;
 use super::trial::Trial;
 use super::verdict::{DiagnoseError, NotTestable, Tried};
 use crate::extension::Extension;
@@ -53,6 +54,8 @@ pub struct Search {
     pub rivals: Vec<Rival>,
     /// Everything tried.
     pub ladder: Vec<Tried>,
+    /// Causes that were no name any more in the end, with what each was adopted beside: there it would only be lost again.
+    pub(super) lost: Vec<(&'static Extension, Vec<&'static Extension>)>,
     /// Causes stopped by sign, bound or hold-out with their evidence \[nats\] and the threshold, of the last round.
     pub stopped: Vec<(&'static Extension, f64, f64, Objection)>,
     /// Causes that the data cannot show.
@@ -109,6 +112,7 @@ impl Search {
             evidence: Vec::new(),
             rivals: Vec::new(),
             ladder: Vec::new(),
+            lost: Vec::new(),
             stopped: Vec::new(),
             not_testable: Vec::new(),
             untried: Vec::new(),
@@ -151,14 +155,7 @@ impl Search {
     /// # Errors
     /// As [`screen`].
     pub fn fit_all(&mut self, setting: &Setting<'_>, spending: &Spending) -> Result<Vec<Fitted>, DiagnoseError> {
-        let phase = self.current.causes.iter().any(|cause| family(cause) == PHASE);
-        let causes: Vec<&'static Extension> = setting
-            .question
-            .causes
-            .iter()
-            .copied()
-            .filter(|cause| !(self.current.causes.contains(cause) || phase && family(cause) == PHASE))
-            .collect();
+        let causes = self.to_try(setting.question.causes);
         let spending = &spending.inflated(self.inflation);
         self.off_its_bounds(setting, spending)?;
         let (mut tried, mut dropped) = (Vec::new(), Vec::new());
@@ -235,6 +232,17 @@ impl Search {
             self.begin_trial(before, held, evidence, ladder);
         }
         Ok(true)
+    }
+
+    /// The causes that the present model may have besides: none that it has, no second one of the phase family, and none that was lost
+    /// when it had been adopted beside the same ones.
+    fn to_try(&self, causes: &[&'static Extension]) -> Vec<&'static Extension> {
+        let present = &self.current.causes;
+        let phase = present.iter().any(|cause| family(cause) == PHASE);
+        let lost = |cause| self.lost.iter().any(|(lost, beside)| *lost == cause && beside == present);
+        let may =
+            |cause: &&'static Extension| !(present.contains(cause) || phase && family(cause) == PHASE || lost(*cause));
+        causes.iter().copied().filter(may).collect()
     }
 
     /// Where a cause was found beside a base that lacks it, the base may lie on a bound that the two together need not touch, and which

@@ -3,6 +3,7 @@
 use super::*;
 use crate::calibrate::Overrides;
 use crate::catalog::Variant;
+use crate::diagnose::anew::has_sizes_only;
 use crate::diagnose::drive::Drive;
 use crate::diagnose::fit::Fit;
 use crate::diagnose::made_up;
@@ -54,6 +55,7 @@ fn search(current: Candidate, ladder: Vec<Tried>) -> Search {
         stopped: Vec::new(),
         not_testable: Vec::new(),
         untried: Vec::new(),
+        lost: Vec::new(),
         need: 20.0,
         margin: 6.0,
         inflation: 1.5,
@@ -247,5 +249,44 @@ fn only_beside_two_causes_is_enough_enough() {
         let search = Search { last_round, ..search(candidate(&drives, names), Vec::new()) };
         assert_eq!(search.has_enough(simulated, &quick), enough, "{names:?}");
         assert!(!search.has_enough(simulated, &Spending::of(Effort::Thorough)));
+    }
+}
+
+#[test]
+fn what_was_lost_is_not_tried_beside_the_same_again() {
+    let drives = [made_up::drive("made_up.csv", 0.0)];
+    let names = |tried: Vec<&'static Extension>| tried.iter().map(|cause| cause.name.clone()).collect::<Vec<_>>();
+    let causes = ["dead_zone", "actuation_lag", "asym_lag", "accel_cap"].map(cause);
+    let mut alone = search(candidate(&drives, &[]), Vec::new());
+    alone.lost.push((cause("accel_cap"), Vec::new()));
+    assert_eq!(names(alone.to_try(&causes)), ["dead_zone", "actuation_lag", "asym_lag"]);
+    // Beside another one it is another question; a second lag is none.
+    let beside = Search { lost: alone.lost, ..search(candidate(&drives, &["asym_lag"]), Vec::new()) };
+    assert_eq!(names(beside.to_try(&causes)), ["dead_zone", "accel_cap"]);
+}
+
+#[test]
+fn only_the_likeliest_that_the_hold_out_objects_to_are_searched_anew() {
+    let drives = [made_up::drive("made_up.csv", 0.0)];
+    let mut search = search(candidate(&drives, &[]), Vec::new());
+    let names = ["power_cap", "range_bias", "dead_zone", "aero_drag"];
+    let tried: Vec<Fitted> = names.iter().map(|name| (cause(name), candidate(&drives, &[name]))).collect();
+    assert!(search.doubted(&tried).is_empty());
+    let stopped = |name: &str, evidence: f64, objection: Objection| (cause(name), evidence, 20.0, objection);
+    search.stopped = vec![
+        stopped("power_cap", 40.0, Objection::NoTransfer { share: 0.4 }),
+        stopped("range_bias", 90.0, Objection::Absorbed { by: Vec::new() }),
+        stopped("dead_zone", 60.0, Objection::NoTransfer { share: 0.6 }),
+        stopped("aero_drag", 50.0, Objection::NoTransfer { share: 0.8 }),
+    ];
+    assert_eq!(search.doubted(&tried), [2, 3]);
+}
+
+#[test]
+fn times_and_steps_are_not_drawn_at_random() {
+    for (name, only) in
+        [("grade", true), ("asym_lag", true), ("quantised_accel", false), ("headway_mode_change", false)]
+    {
+        assert_eq!(has_sizes_only(cause(name)), only, "{name}");
     }
 }
