@@ -19,19 +19,28 @@ fn drives(base: &str, cause: &str) -> Planted {
     planted(&made_up::hidden(cause, base)).expect("a scenario that can be driven")
 }
 
+/// What to ask of a linear car.
+fn question<'a>(
+    train: &'a [Drive],
+    holdout: &'a [Drive],
+    causes: &'a [&'static Extension],
+    bounds: &'a Overrides,
+) -> Question<'a> {
+    let base = "l-cth".parse().expect("a base");
+    Question { train, holdout, base, effort: Effort::Quick, seed: 5, causes, bounds, kept: None }
+}
+
+fn causes(names: &[&str]) -> Vec<&'static Extension> {
+    names.iter().map(|name| extension_named(name).expect("in the library")).collect()
+}
+
 fn ask(
     train: &[Drive],
     holdout: &[Drive],
     bounds: &Overrides,
     progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Inference, DiagnoseError> {
-    let causes: Vec<&'static Extension> =
-        ["dead_zone", "actuation_lag"].into_iter().map(|name| extension_named(name).expect("in the library")).collect();
-    let base = "l-cth".parse().expect("a base");
-    infer(
-        &Question { train, holdout, base, effort: Effort::Quick, seed: 5, causes: &causes, bounds, kept: None },
-        progress,
-    )
+    infer(&question(train, holdout, &causes(&["dead_zone", "actuation_lag"]), bounds), progress)
 }
 
 #[test]
@@ -80,19 +89,9 @@ fn late_and_looking_ahead(profile: plant::Profile) -> Drive {
 fn two_that_hide_each_other() {
     let train = [plant::Profile::Restless, plant::Profile::Cruise].map(late_and_looking_ahead);
     let holdout = [late_and_looking_ahead(plant::Profile::StopAndGo)];
-    let names = ["actuation_lag", "perception_delay", "leader_accel_ff", "dead_zone"];
-    let causes: Vec<_> = names.into_iter().map(|name| extension_named(name).expect("in the library")).collect();
-    let (base, bounds) = ("l-cth".parse().expect("a base"), Overrides::new());
-    let question = Question {
-        train: &train,
-        holdout: &holdout,
-        base,
-        effort: Effort::Quick,
-        seed: 5,
-        causes: &causes,
-        bounds: &bounds,
-        kept: None,
-    };
+    let causes = causes(&["actuation_lag", "perception_delay", "leader_accel_ff", "dead_zone"]);
+    let bounds = Overrides::new();
+    let question = question(&train, &holdout, &causes, &bounds);
     let found = infer(&question, &mut |_| ControlFlow::Continue(())).expect("a diagnosis");
     let alone = found.ladder.iter().find(|row| row.round == 1 && row.name == "leader_accel_ff").expect("tried");
     assert!(alone.gain < alone.threshold, "found alone, it shows nothing here: {alone:?}");
@@ -122,19 +121,9 @@ fn it_ends_when_enough_was_simulated() {
         effort: "quick".to_owned(),
     };
     let data = planted(&task).expect("a scenario that can be driven");
-    let names = ["periodic", "multi_anticipation", "dead_zone"];
-    let causes: Vec<_> = names.into_iter().map(|name| extension_named(name).expect("in the library")).collect();
-    let (base, bounds) = ("l-cth".parse().expect("a base"), Overrides::new());
-    let question = Question {
-        train: &data.train,
-        holdout: &data.holdout,
-        base,
-        effort: Effort::Quick,
-        seed: 5,
-        causes: &causes,
-        bounds: &bounds,
-        kept: None,
-    };
+    let causes = causes(&["periodic", "multi_anticipation", "dead_zone"]);
+    let bounds = Overrides::new();
+    let question = question(&data.train, &data.holdout, &causes, &bounds);
     let quick = Spending::of(Effort::Quick);
     let run = |enough| {
         let spending = Spending { enough, ..quick };
