@@ -54,7 +54,7 @@ pub struct Search {
     pub rivals: Vec<Rival>,
     /// Everything tried.
     pub ladder: Vec<Tried>,
-    /// Causes that were no name any more in the end, with what each was adopted beside: there it would only be lost again.
+    /// Causes that were no name any more in the end, with those that were before it then: from there it would be found and lost again.
     pub(super) lost: Vec<(&'static Extension, Vec<&'static Extension>)>,
     /// Causes stopped by sign, bound or hold-out with their evidence \[nats\] and the threshold, of the last round.
     pub stopped: Vec<(&'static Extension, f64, f64, Objection)>,
@@ -235,11 +235,11 @@ impl Search {
     }
 
     /// The causes that the present model may have besides: none that it has, no second one of the phase family, and none that was lost
-    /// when it had been adopted beside the same ones.
+    /// when just these were before it.
     fn to_try(&self, causes: &[&'static Extension]) -> Vec<&'static Extension> {
         let present = &self.current.causes;
         let phase = present.iter().any(|cause| family(cause) == PHASE);
-        let lost = |cause| self.lost.iter().any(|(lost, beside)| *lost == cause && beside == present);
+        let lost = |cause| self.lost.iter().any(|(lost, before)| *lost == cause && before == present);
         let may =
             |cause: &&'static Extension| !(present.contains(cause) || phase && family(cause) == PHASE || lost(*cause));
         causes.iter().copied().filter(may).collect()

@@ -265,6 +265,30 @@ fn what_was_lost_is_not_tried_beside_the_same_again() {
     assert_eq!(names(beside.to_try(&causes)), ["dead_zone", "accel_cap"]);
 }
 
+/// The second goes on its bound; the first is needed, the third is not asked.
+#[test]
+fn what_is_lost_is_noted_with_what_was_before_it() {
+    let drives = [made_up::drive("made_up.csv", 0.0)];
+    let bounds = Overrides::new();
+    let question = Question {
+        train: &drives,
+        holdout: &[],
+        base: "l-cth".parse().expect("a base"),
+        effort: Effort::Quick,
+        seed: 1,
+        causes: &[],
+        bounds: &bounds,
+        kept: None,
+    };
+    let mut search = search(candidate(&drives, &["dead_zone", "accel_cap", "range_bias"]), Vec::new());
+    let cap = search.current.model.positions(cause("accel_cap"))[0];
+    search.current.fit.point.values[cap] = 4.0;
+    search.evidence[0].1 = f64::NEG_INFINITY;
+    assert!(search.prune(&Setting::new(&question, None), &Spending::of(Effort::Quick)).expect("it runs"));
+    let caps: Vec<_> = search.lost.iter().filter(|(lost, _)| *lost == cause("accel_cap")).collect();
+    assert!(matches!(caps[..], [(_, before)] if *before == [cause("dead_zone")]), "{:?}", search.lost);
+}
+
 #[test]
 fn only_the_likeliest_that_the_hold_out_objects_to_are_searched_anew() {
     let drives = [made_up::drive("made_up.csv", 0.0)];
