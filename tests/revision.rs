@@ -119,7 +119,7 @@ w = 1.4406 +- 0.0064 m
 
 mean gap 23.466123 m
 bad_base: the calibrated desired speed v_0 = 12.00 m/s lies below speeds that the follower drives (26.91 m/s); widen the bounds of v_0, \
-or take another base model; 43190 simulations
+or take another base model; 41008 simulations
 log-likelihood 15253.5, inflation 1.55
 log-likelihood 15253.5, inflation 1.55
 1 set_speed_change: gain 1.2, held out NaN of 16.4; gains too little on all training data

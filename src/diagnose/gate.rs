@@ -1,16 +1,19 @@
 //! Whether the hold-out objects to a cause.
 
-use super::candidate::{Candidate, Setting};
+use super::candidate::{Candidate, Setting, Transferred};
 use super::drive::Drive;
 use super::fate::Objection;
 use super::fit::Point;
 use super::model::Model;
+use super::screen::Fitted;
 use super::streams;
 use super::verdict::{DiagnoseError, Question};
 use crate::evaluator::{Failure, FailureKind};
 use crate::extension::Extension;
 use crate::optimize::stream;
 use rand::RngExt;
+use rayon::prelude::*;
+use std::collections::BTreeMap;
 use std::sync::atomic::Ordering;
 
 /// Share of bootstraps in which a cause has to gain on the hold-out.
@@ -21,6 +24,56 @@ const SHOWN: f64 = 8.0;
 const DRAWS: u64 = 200;
 /// Less of a drive than this is not compared \[s\].
 const SHORTEST_S: f64 = 30.0;
+
+/// The gates of a round: of all that gain on training, what the hold-out says of them beside the same model.
+#[derive(Debug)]
+pub struct Gates<'a> {
+    setting: &'a Setting<'a>,
+    current: &'a Candidate,
+    /// The model without any of them on the hold-out, with a base and a noise of its own.
+    alone: Option<Transferred>,
+    /// What is known, by position.
+    known: BTreeMap<usize, Option<Objection>>,
+}
+
+impl<'a> Gates<'a> {
+    /// None is asked yet.
+    pub fn new(setting: &'a Setting<'a>, current: &'a Candidate) -> Gates<'a> {
+        Gates { setting, current, alone: None, known: BTreeMap::new() }
+    }
+
+    /// True if it has objected to something.
+    pub fn objected(&self) -> bool {
+        self.known.values().any(Option::is_some)
+    }
+
+    /// The objection to the cause at `position`, if any. The one that will be asked next, if that is known already, is looked at
+    /// beside it.
+    ///
+    /// # Errors
+    /// As [`transfers`].
+    pub fn objection(
+        &mut self,
+        tried: &[Fitted],
+        position: usize,
+        next: Option<usize>,
+    ) -> Result<Option<Objection>, DiagnoseError> {
+        if let Some(known) = self.known.get(&position) {
+            return Ok(known.clone());
+        }
+        let Gates { setting, current, .. } = *self;
+        let asked: Vec<usize> = std::iter::once(position).chain(next).collect();
+        let needed = asked.iter().any(|&i| need_recur(tried[i].0)) && !setting.question.holdout.is_empty();
+        if needed && self.alone.is_none() {
+            self.alone = Some(current.transfer(setting, None)?);
+        }
+        let alone = self.alone.as_ref();
+        let gated = |&i: &usize| Ok((i, gated(setting, &tried[i].1, tried[i].0, current, alone)?));
+        let found: Result<Vec<(usize, Option<Objection>)>, DiagnoseError> = asked.par_iter().map(gated).collect();
+        self.known.extend(found?);
+        Ok(self.known[&position].clone())
+    }
+}
 
 /// Share of block bootstraps of the hold-out in which a candidate beats another; 1 without a hold-out. With it, what the cause
 /// changes there \[nats\]. Draws in which it changes next to nothing, for it acts in a few blocks only that are not among them, have
@@ -34,16 +87,27 @@ pub fn transfers(
     cause: &Extension,
     current: &Candidate,
 ) -> Result<(f64, f64), DiagnoseError> {
+    transfers_from(setting, candidate, cause, current, None)
+}
+
+/// The same where it may be known already how `current` alone does on the whole hold-out.
+fn transfers_from(
+    setting: &Setting<'_>,
+    candidate: &Candidate,
+    cause: &Extension,
+    current: &Candidate,
+    alone: Option<&Transferred>,
+) -> Result<(f64, f64), DiagnoseError> {
     if setting.question.holdout.is_empty() {
         return Ok((1.0, 0.0));
     }
     let model = setting.held_out(candidate.variant, &candidate.model.events)?;
     let Some(drives) = as_far_as_it_goes(model, &candidate.fit.point, setting.question.holdout)? else {
-        return compared(setting, candidate, cause, current);
+        return compared(setting, candidate, cause, current, alone);
     };
     let question = Question { holdout: &drives, ..*setting.question };
     let shorter = Setting { least: setting.least, ..Setting::new(&question, setting.lead) };
-    let found = compared(&shorter, candidate, cause, current);
+    let found = compared(&shorter, candidate, cause, current, None);
     setting.simulations.fetch_add(shorter.simulations.load(Ordering::Relaxed), Ordering::Relaxed);
     found
 }
@@ -54,9 +118,12 @@ fn compared(
     candidate: &Candidate,
     cause: &Extension,
     current: &Candidate,
+    alone: Option<&Transferred>,
 ) -> Result<(f64, f64), DiagnoseError> {
-    let alone = current.transfer(setting, None)?;
-    let mine = candidate.transfer(setting, Some(&alone))?;
+    let mine = match alone {
+        Some(alone) => candidate.transfer(setting, Some(alone))?,
+        None => candidate.transfer(setting, Some(&current.transfer(setting, None)?))?,
+    };
     let theirs = current.transfer(setting, Some(&mine))?;
     let scores = mine.scores(setting)?.into_iter().flatten().zip(theirs.scores(setting)?.into_iter().flatten());
     let gains: Vec<f64> = scores.map(|(a, b)| a - b).collect();
@@ -83,11 +150,27 @@ pub fn gate(
     cause: &Extension,
     current: &Candidate,
 ) -> Result<Option<Objection>, DiagnoseError> {
-    if cause.parameters.iter().any(|symbol| symbol.is_time()) {
+    gated(setting, candidate, cause, current, None)
+}
+
+/// See [`gate`] and [`transfers_from`].
+fn gated(
+    setting: &Setting<'_>,
+    candidate: &Candidate,
+    cause: &Extension,
+    current: &Candidate,
+    alone: Option<&Transferred>,
+) -> Result<Option<Objection>, DiagnoseError> {
+    if !need_recur(cause) {
         return Ok(None);
     }
-    let (share, changed) = transfers(setting, candidate, cause, current)?;
+    let (share, changed) = transfers_from(setting, candidate, cause, current, alone)?;
     Ok((share < TRANSFERS && changed >= SHOWN).then_some(Objection::NoTransfer { share }))
+}
+
+/// False for an event.
+fn need_recur(cause: &Extension) -> bool {
+    !cause.parameters.iter().any(|symbol| symbol.is_time())
 }
 
 /// The hold-out up to where a law has no answer any more; `None` if it has one everywhere, or nowhere for long. Where Gipps' radicand is
@@ -117,7 +200,42 @@ mod tests {
     use super::super::observer::Noise;
     use super::*;
     use crate::calibrate::Overrides;
+    use crate::diagnose::verdict::Effort;
     use crate::symbols::Symbol;
+
+    #[test]
+    fn the_hold_out_says_the_same_of_two_at_a_time() {
+        let (train, holdout) = ([made_up::drive("made_up.csv", 0.0)], [made_up::drive("held.csv", 0.0)]);
+        let bounds = Overrides::new();
+        let question = Question {
+            train: &train,
+            holdout: &holdout,
+            base: "l-cth".parse().expect("a base"),
+            effort: Effort::Quick,
+            seed: 1,
+            causes: &[],
+            bounds: &bounds,
+            kept: None,
+        };
+        let setting = Setting::new(&question, None);
+        let current = made_up::candidate(&train, &[]);
+        let tried = ["aero_drag", "set_speed_change", "range_bias"]
+            .map(|name| (made_up::cause(name), made_up::candidate(&train, &[name])));
+        let one = |i: usize| gate(&setting, &tried[i].1, tried[i].0, &current).expect("it runs");
+        let alone = [0, 1, 2].map(one);
+        let each = setting.simulated();
+        assert!(alone[0].is_some() && alone[1].is_none(), "{alone:?}");
+        let mut gates = Gates::new(&setting, &current);
+        assert!(!gates.objected());
+        assert_eq!(gates.objection(&tried, 0, Some(2)).expect("it runs"), alone[0]);
+        assert!(gates.objected());
+        let simulated = setting.simulated();
+        assert_eq!(gates.objection(&tried, 2, None).expect("it is known"), alone[2]);
+        // Of an event the hold-out says nothing.
+        assert_eq!(gates.objection(&tried, 1, None).expect("it is not asked"), None);
+        assert_eq!(setting.simulated(), simulated);
+        assert!(simulated - each < each, "what the model alone does is simulated once");
+    }
 
     /// A car that always keeps 3 m + 1.5 s v is where Gipps' law knows no safe speed if that wants 15 m at standstill, but at high speed
     /// it is not.

@@ -75,9 +75,10 @@ pub fn infer_with(
     tell(0.1, "round 1: trying every cause")?;
     let before = setting.simulated();
     let tried = search.fit_all(&setting, spending)?;
+    let judged = search.judge(&setting, 1, tried, spending)?;
     // The base is the best fit without causes: what its causes were compared with.
     let base = snapshot(&search.current, &setting, search.inflation)?;
-    let goes_on = search.decide(&setting, 1, tried, spending)?;
+    let goes_on = search.adopt(judged);
     search.last_round = setting.simulated() - before;
     if goes_on {
         rounds(&mut search, &setting, spending, &mut |share, stage| tell(0.1 + 0.65 * share, stage))?;
@@ -157,7 +158,8 @@ fn rounds(
         }
         tell(share(round), &format!("round {round}: trying every cause"))?;
         let tried = search.fit_all(setting, &spending.further())?;
-        let goes_on = search.decide(setting, round, tried, spending)?;
+        let judged = search.judge(setting, round, tried, spending)?;
+        let goes_on = search.adopt(judged);
         search.last_round = setting.simulated() - before;
         if !goes_on {
             break;

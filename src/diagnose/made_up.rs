@@ -1,7 +1,16 @@
-//! Drives for tests that fit nothing.
+//! Drives and models for tests that fit nothing, or little.
 
+use super::candidate::Candidate;
 use super::drive::Drive;
+use super::fit::{Fit, Point};
+use super::model::Model;
+use super::observer::Noise;
+use crate::calibrate::Overrides;
+use crate::catalog::Variant;
+use crate::extension::Extension;
 use crate::trajectory::{Preparation, import, prepare};
+use crate::wgsl::extension_named;
+use nalgebra::{DMatrix, DVector};
 use std::fmt::Write;
 
 /// Two minutes of a follower that always keeps 3 m + 1.5 s v, in a file of this name whose clock begins there \[s\].
@@ -15,4 +24,28 @@ pub fn drive(name: &str, begin: f64) -> Drive {
     let recording = import::read_bytes(file.as_bytes(), name, None).expect("a pair file");
     let trajectory = prepare(&recording, 1, &Preparation::default()).expect("complete").remove(0);
     Drive::of(&trajectory, None).expect("no jump").0.remove(0)
+}
+
+/// A cause of the library.
+pub fn cause(name: &str) -> &'static Extension {
+    extension_named(name).expect("in the library")
+}
+
+/// L-CTH with these causes, as if it had been fitted.
+pub fn candidate(drives: &[Drive], names: &[&str]) -> Candidate {
+    let causes: Vec<&'static Extension> = names.iter().map(|name| cause(name)).collect();
+    let base: Variant = "l-cth".parse().expect("a base");
+    let variant = causes.iter().try_fold(base, |variant, cause| variant.with(cause)).expect("they go together");
+    let model = Model::new(variant, drives, &Overrides::new(), &[]).expect("a model");
+    let values = model.axes.iter().map(|axis| axis.value(0.4)).collect();
+    let fit = Fit {
+        point: Point { values, noise: Noise { sigma_d: 0.05, tau_d: 2.0, r_s: 0.02, r_v: 0.02, r_l: 1e-3 } },
+        log_likelihood: 0.0,
+        errors: Vec::new(),
+        converged: true,
+        coordinates: Vec::new(),
+        information: DMatrix::zeros(0, 0),
+        gradient: DVector::zeros(0),
+    };
+    Candidate { variant, causes, model, fit }
 }

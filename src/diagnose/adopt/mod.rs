@@ -1,10 +1,11 @@
 //! Rounds: screen, cross-fit, decide, adopt, put right what was adopted before; and prune at the end.
 
+mod choice;
+
 use super::candidate::{Candidate, Held, Setting};
-use super::decide::{ABSORBED, Evidence, margin, margin_of_relatives, need, proxy, residue};
+use super::decide::{ABSORBED, margin, need, residue};
 use super::fate::{Dropped, Fate, Objection, is_hopeful};
 use super::fit::{Plan, Point};
-use super::gate::gate;
 use super::held_sizes::within_bounds;
 use super::observer::Noise;
 use super::polish::{is_rugged, polished};
@@ -78,6 +79,19 @@ pub struct Search {
     pub(super) trial: Option<Trial>,
 }
 
+/// What a round has found.
+#[derive(Debug)]
+pub struct Judged {
+    /// Everything tried, and the held-out likelihood of what was worth a cross-fit.
+    tried: Vec<Fitted>,
+    held: Vec<Option<Held>>,
+    /// Position of what is adopted, or taken along on trial.
+    adopted: Option<usize>,
+    on_trial: Option<usize>,
+    /// First row of the round in the ladder.
+    ladder: usize,
+}
+
 /// The family of a cause; its own name where there is none.
 #[must_use]
 pub fn family(cause: &Extension) -> &str {
@@ -134,10 +148,13 @@ impl Search {
         sum.min((self.current.fit.log_likelihood - self.bare).max(0.0))
     }
 
-    /// True if nothing more is to be looked for after so many simulations: two causes are found, and with another round like the last
-    /// one it would be more than enough. Beside one cause the search always goes on, also where another one was lost in the end.
+    /// True if nothing more is to be looked for after so many simulations: two causes are found, or one and another one that was no name
+    /// any more in the end, and with another round like the last one it would be more than enough. Beside the first cause, beside a
+    /// single one on trial, and where none is left, the search always goes on.
     pub(super) fn has_enough(&self, simulated: u64, spending: &Spending) -> bool {
-        self.current.causes.len() > 1 && simulated + self.last_round > spending.enough
+        let found = self.current.causes.len();
+        let twice = found > 1 || found == 1 && !self.lost.is_empty() && self.trial.is_none();
+        twice && simulated + self.last_round > spending.enough
     }
 
     /// One round; true if a cause was adopted.
@@ -146,7 +163,8 @@ impl Search {
     /// As [`screen`].
     pub fn round(&mut self, setting: &Setting<'_>, number: usize, spending: &Spending) -> Result<bool, DiagnoseError> {
         let tried = self.fit_all(setting, spending)?;
-        self.decide(setting, number, tried, spending)
+        let judged = self.judge(setting, number, tried, spending)?;
+        Ok(self.adopt(judged))
     }
 
     /// The first half of a round: every further cause fitted, the likeliest first, and the present model once more from where they
@@ -187,17 +205,18 @@ impl Search {
         Ok(tried)
     }
 
-    /// The second half: the likeliest are judged, and one of them may be adopted.
+    /// The second half: the likeliest are judged, and one of them may be found worth adopting. The present model is the best without it
+    /// then.
     ///
     /// # Errors
     /// As [`Candidate::cross_fit`].
-    pub fn decide(
+    pub fn judge(
         &mut self,
         setting: &Setting<'_>,
         number: usize,
         mut tried: Vec<Fitted>,
         spending: &Spending,
-    ) -> Result<bool, DiagnoseError> {
+    ) -> Result<Judged, DiagnoseError> {
         let present = self.current.fit.log_likelihood;
         let gain = |candidate: &Candidate| candidate.fit.log_likelihood - present;
         let short_list = self.short_list;
@@ -225,13 +244,19 @@ impl Search {
         }
         self.note_untestable(&tried);
         let on_trial = if adopted.is_none() { self.worth_a_trial(&tried) } else { None };
-        let Some(adopted) = adopted.or(on_trial) else { return Ok(false) };
+        Ok(Judged { tried, held, adopted, on_trial, ladder })
+    }
+
+    /// Adopts what was found worth it; true if there was anything.
+    pub fn adopt(&mut self, judged: Judged) -> bool {
+        let Judged { tried, held, adopted, on_trial, ladder } = judged;
+        let Some(adopted) = adopted.or(on_trial) else { return false };
         let evidence = self.evidence.clone();
         let (before, held) = self.take(adopted, tried, held, ladder);
         if on_trial.is_some() {
             self.begin_trial(before, held, evidence, ladder);
         }
-        Ok(true)
+        true
     }
 
     /// The causes that the present model may have besides: none that it has, no second one of the phase family, and none that was lost
@@ -295,107 +320,6 @@ impl Search {
             self.held = self.current.cross_fit(setting)?;
         }
         Ok(())
-    }
-
-    /// Position of the cause to adopt, and notes on all others.
-    fn choose(
-        &mut self,
-        setting: &Setting<'_>,
-        round: usize,
-        tried: &[Fitted],
-        held: &[Option<Held>],
-    ) -> Result<Option<usize>, DiagnoseError> {
-        let mut rows: Vec<(usize, Evidence, f64)> = Vec::new();
-        self.stopped.clear();
-        let first = self.ladder.len();
-        for (i, (cause, candidate)) in tried.iter().enumerate() {
-            let index = identifiability(candidate, cause).0;
-            let gain = candidate.fit.log_likelihood - self.current.fit.log_likelihood;
-            let mut row = Tried {
-                round,
-                name: cause.name.clone(),
-                gain,
-                evidence: f64::NAN,
-                folds: [f64::NAN; 2],
-                trimmed: f64::NAN,
-                threshold: self.need,
-                fate: Fate::unjudged(gain, self.need, self.short_list),
-            };
-            if let Some(held) = &held[i] {
-                let evidence = Evidence::of(setting, candidate, cause, held, &self.current, &self.held);
-                (row.evidence, row.folds, row.trimmed) = (evidence.counts(), evidence.folds, evidence.trimmed);
-                // Of those without an objection the fate is decided below.
-                match evidence.objection(self.need) {
-                    Some(objection) => row.fate = Fate::Stopped(objection),
-                    None => rows.push((i, evidence, index)),
-                }
-            }
-            self.ladder.push(row);
-        }
-        rows.sort_by(|a, b| b.1.counts().total_cmp(&a.1.counts()));
-        let mut sound: Vec<(usize, f64)> = Vec::new();
-        let mut made_up_for: Vec<(usize, f64)> = Vec::new();
-        let within = |(first, best): (usize, f64), i: usize| match family(tried[first].0) == family(tried[i].0) {
-            true => margin_of_relatives(self.margin, best),
-            false => self.margin,
-        };
-        for (i, evidence, index) in &rows {
-            let (cause, candidate) = &tried[*i];
-            // Behind one that stands, only what is as likely matters.
-            if sound.first().is_some_and(|best| best.1 - evidence.counts() > within(*best, *i)) {
-                self.ladder[first + i].fate = Fate::LessLikely;
-                continue;
-            }
-            // What cannot be told from another calibration is no name; what is less likely than that is none either.
-            if let Some(best) = made_up_for.first().filter(|best| best.1 - evidence.counts() > within(**best, *i)) {
-                self.ladder[first + i].fate = Fate::LessLikelyThanAbsorbed { other: tried[best.0].0.name.clone() };
-                continue;
-            }
-            let absorbed = family(cause) == "absorbed" && *index < ABSORBED;
-            let objection = match proxy(candidate, cause) {
-                Some(objection) => Some(objection),
-                None if absorbed => {
-                    made_up_for.push((*i, evidence.counts()));
-                    Some(Objection::Absorbed { by: identifiability(candidate, cause).1 })
-                }
-                None => gate(setting, candidate, cause, &self.current)?,
-            };
-            match objection {
-                Some(objection) => {
-                    self.ladder[first + i].fate = Fate::Stopped(objection.clone());
-                    // These are explained by what every measured car has, and leave nothing to wonder about.
-                    if !matches!(objection, Objection::Scheme(_) | Objection::Blurred { .. }) {
-                        self.stopped.push((cause, evidence.counts(), self.need, objection));
-                    }
-                }
-                None => sound.push((*i, evidence.counts())),
-            }
-        }
-        let Some(&best) = sound.first() else { return Ok(None) };
-        let all_sound = sound.clone();
-        sound.retain(|(i, counts)| best.1 - counts <= within(best, *i));
-        let simple = |i: usize| tried[i].0.parameters.len();
-        let fewest = sound.iter().map(|(i, _)| simple(*i)).min().unwrap_or(0);
-        let chosen = sound.iter().find(|(i, _)| simple(*i) == fewest).copied();
-        if let Some((chosen, counts)) = chosen {
-            // More parameters that gain nothing over fewer contain the simpler cause and are no rival.
-            sound.retain(|(i, c)| *i == chosen || simple(*i) == fewest || *c > counts + 0.5 * self.margin);
-        }
-        let chosen = chosen.map(|(i, _)| i);
-        if let Some(chosen) = chosen {
-            for (i, counts) in all_sound {
-                let adopted = tried[chosen].0.name.clone();
-                let close = best.1 - counts <= within(best, i);
-                self.ladder[first + i].fate = if close { Fate::NoBetter { adopted } } else { Fate::LessLikely };
-            }
-            self.ladder[first + chosen].fate = Fate::Adopted;
-            // What is as likely although a calibration has most of its effect is no name by itself, but leaves doubt in one.
-            sound.extend(made_up_for.iter().filter(|(i, counts)| best.1 - counts <= within(best, *i)));
-            for (i, _) in sound.iter().filter(|(i, _)| *i != chosen) {
-                self.ladder[first + i].fate = Fate::AsLikely { adopted: tried[chosen].0.name.clone() };
-            }
-        }
-        Ok(chosen)
     }
 
     fn note_untestable(&mut self, tried: &[Fitted]) {

@@ -2,38 +2,10 @@
 
 use super::*;
 use crate::calibrate::Overrides;
-use crate::catalog::Variant;
 use crate::diagnose::anew::has_sizes_only;
-use crate::diagnose::drive::Drive;
-use crate::diagnose::fit::Fit;
-use crate::diagnose::made_up;
-use crate::diagnose::model::Model;
+use crate::diagnose::decide::proxy;
+use crate::diagnose::made_up::{self, candidate, cause};
 use crate::diagnose::verdict::{Effort, Question};
-use crate::wgsl::extension_named;
-use nalgebra::{DMatrix, DVector};
-
-fn cause(name: &str) -> &'static Extension {
-    extension_named(name).expect("in the library")
-}
-
-/// L-CTH with these causes, as if it had been fitted.
-fn candidate(drives: &[Drive], names: &[&str]) -> Candidate {
-    let causes: Vec<&'static Extension> = names.iter().map(|name| cause(name)).collect();
-    let base: Variant = "l-cth".parse().expect("a base");
-    let variant = causes.iter().try_fold(base, |variant, cause| variant.with(cause)).expect("they go together");
-    let model = Model::new(variant, drives, &Overrides::new(), &[]).expect("a model");
-    let values = model.axes.iter().map(|axis| axis.value(0.4)).collect();
-    let fit = Fit {
-        point: Point { values, noise: Noise { sigma_d: 0.05, tau_d: 2.0, r_s: 0.02, r_v: 0.02, r_l: 1e-3 } },
-        log_likelihood: 0.0,
-        errors: Vec::new(),
-        converged: true,
-        coordinates: Vec::new(),
-        information: DMatrix::zeros(0, 0),
-        gradient: DVector::zeros(0),
-    };
-    Candidate { variant, causes, model, fit }
-}
 
 fn nothing() -> Held {
     Held { folds: [Vec::new(), Vec::new()] }
@@ -238,15 +210,19 @@ fn a_set_speed_that_the_car_outruns_is_no_name() {
 }
 
 #[test]
-fn only_beside_two_causes_is_enough_enough() {
+fn enough_is_enough_beside_two_causes_or_one_and_one_that_was_lost() {
     let drives = [made_up::drive("made_up.csv", 0.0)];
     let quick = Spending::of(Effort::Quick);
-    for (names, simulated, last_round, enough) in [
-        (&["dead_zone"][..], quick.enough, 40_000, false),
-        (&["dead_zone", "actuation_lag"], quick.enough - 40_000, 40_000, false),
-        (&["dead_zone", "actuation_lag"], quick.enough - 40_000, 40_001, true),
+    let before = quick.enough - 40_000;
+    for (names, lost, simulated, last_round, enough) in [
+        (&["dead_zone"][..], false, quick.enough, 40_000, false),
+        (&["dead_zone"], true, before, 40_001, true),
+        (&[], true, quick.enough, 40_000, false),
+        (&["dead_zone", "actuation_lag"], false, before, 40_000, false),
+        (&["dead_zone", "actuation_lag"], false, before, 40_001, true),
     ] {
-        let search = Search { last_round, ..search(candidate(&drives, names), Vec::new()) };
+        let lost = if lost { vec![(cause("accel_cap"), Vec::new())] } else { Vec::new() };
+        let search = Search { last_round, lost, ..search(candidate(&drives, names), Vec::new()) };
         assert_eq!(search.has_enough(simulated, &quick), enough, "{names:?}");
         assert!(!search.has_enough(simulated, &Spending::of(Effort::Thorough)));
     }
