@@ -44,7 +44,7 @@ impl Search {
         held: &mut [Option<Held>],
     ) -> Result<bool, DiagnoseError> {
         // Of the many that a lost base has tried, what does not beat the base itself after a rough search is not followed. (The dead zone
-        // gained 530 nats by then, of all others one came near the base at all.)
+        // gained 530 nats by then, and of all others only one came near the base.)
         let (again, least) = if self.current.causes.is_empty() && is_lost(&self.current.fit.point.noise) {
             let sizes_only = (0..tried.len()).filter(|&i| has_sizes_only(tried[i].0)).collect();
             (sizes_only, self.current.fit.log_likelihood)
@@ -64,7 +64,7 @@ impl Search {
         }
         found.sort_by(|(_, a), (_, b)| b.1.fit.log_likelihood.total_cmp(&a.1.fit.log_likelihood));
         let (places, mut found): (Vec<usize>, Vec<Fitted>) = found.into_iter().unzip();
-        // The gain must not be due to a base that is better without the cause, too.
+        // The base once more from where the likeliest of them took it: the gain must not be due to one that is better without a cause.
         self.improve(setting, &found, spending)?;
         if self.current.causes.is_empty() {
             self.bare = self.current.fit.log_likelihood;

@@ -36,7 +36,7 @@ const ALPHA: f64 = 0.01;
 const TAIL: f64 = 0.25;
 /// Threshold under which causes of a surrogate are judged, per inflation \[nats\]: low, so that what they gain is seen.
 const LOW: f64 = 4.0;
-/// Share of what it needs that a cause has to gain to be judged ([`Search::decide`]): smaller evidence is not seen.
+/// Share of what it needs that a cause has to gain to be judged ([`Search::judge`]): smaller evidence is not seen.
 pub(crate) const JUDGED: f64 = 0.5;
 /// Draws of one surrogate, until one is driven to the end.
 const DRAWS: u64 = 5;

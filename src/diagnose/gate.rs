@@ -47,8 +47,8 @@ impl<'a> Gates<'a> {
         self.known.values().any(Option::is_some)
     }
 
-    /// The objection to the cause at `position`, if any. The one that will be asked next, if that is known already, is looked at
-    /// beside it.
+    /// The objection to the cause at `position`, if any. `next`, which will be asked after it, is simulated beside it, and its answer
+    /// kept.
     ///
     /// # Errors
     /// As [`transfers`].

@@ -76,7 +76,7 @@ pub fn infer_with(
     let before = setting.simulated();
     let tried = search.fit_all(&setting, spending)?;
     let judged = search.judge(&setting, 1, tried, spending)?;
-    // The base is the best fit without causes: what its causes were compared with.
+    // The base is the best fit without causes by now: what its causes were compared with.
     let base = snapshot(&search.current, &setting, search.inflation)?;
     let goes_on = search.adopt(judged);
     search.last_round = setting.simulated() - before;

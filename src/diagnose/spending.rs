@@ -16,8 +16,8 @@ pub struct Spending {
     pub base: Plan,
     /// Causes that are cross-fitted.
     pub short_list: usize,
-    /// Simulations beyond which nothing is looked for beside two causes: no further round begins then if, with as many simulations as
-    /// the one before it, it would go beyond them.
+    /// Simulations beyond which nothing is looked for beside two causes, or beside one where another was lost: no further round begins
+    /// then if, with as many simulations as the one before it, it would go beyond them.
     pub enough: u64,
 }
 

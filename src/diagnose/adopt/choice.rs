@@ -116,7 +116,8 @@ impl Search {
                     Some(Objection::Absorbed { by: identifiability(candidate, cause).1 })
                 }
                 None => {
-                    // The next one will be asked as well if it is as likely; once one was objected to, most often it will.
+                    // The next one is simulated beside this one if it will be asked anyway, being as likely as what stands. Where nothing
+                    // stands yet this one is expected to, until the hold-out has objected to one.
                     let stands = standing.sound.first().or((!gates.objected()).then_some(this));
                     let may_be_gated =
                         |other: &&Gaining| !other.absorbed && proxy(&tried[other.i].1, tried[other.i].0).is_none();
@@ -165,5 +166,44 @@ impl Search {
             self.ladder[first + i].fate = fate;
         }
         Some(chosen.i)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{row, search};
+    use super::*;
+    use crate::diagnose::made_up::{self, candidate, cause};
+
+    /// One that is as likely and simpler comes before the likeliest; what a calibration makes up for is a rival, what is further behind
+    /// is not.
+    #[test]
+    fn the_simplest_of_the_likely_ones_is_adopted() {
+        let drives = [made_up::drive("made_up.csv", 0.0)];
+        let names = ["asym_lag", "actuation_lag", "dead_zone", "range_scale", "sensor_lowpass"];
+        let tried: Vec<Fitted> = names.iter().map(|name| (cause(name), candidate(&drives, &[name]))).collect();
+        let ladder = names.iter().map(|name| row(1, name, 90.0, Fate::Screened)).collect();
+        let mut search = search(candidate(&drives, &[]), ladder);
+        let gaining = |i: usize, counts: f64| Gaining { i, counts, absorbed: i == 3 };
+        let standing = Standing {
+            sound: vec![gaining(0, 100.0), gaining(1, 98.0), gaining(4, 97.0), gaining(2, 80.0)],
+            made_up_for: vec![gaining(3, 95.0)],
+        };
+        assert_eq!(search.chosen(&tried, &standing, 0), Some(1));
+        let adopted = || "actuation_lag".to_owned();
+        let fates: Vec<Fate> = search.ladder.iter().map(|row| row.fate.clone()).collect();
+        let known = [
+            Fate::NoBetter { adopted: adopted() },
+            Fate::Adopted,
+            Fate::LessLikely,
+            Fate::AsLikely { adopted: adopted() },
+            Fate::AsLikely { adopted: adopted() },
+        ];
+        assert_eq!(fates, known);
+        // With half a margin more, the likeliest is a rival although it has one parameter more.
+        let standing = Standing { sound: vec![gaining(0, 102.0), gaining(1, 98.0)], made_up_for: Vec::new() };
+        assert_eq!(search.chosen(&tried, &standing, 0), Some(1));
+        assert_eq!(search.ladder[0].fate, Fate::AsLikely { adopted: adopted() });
+        assert_eq!(search.chosen(&tried, &Standing::default(), 0), None);
     }
 }

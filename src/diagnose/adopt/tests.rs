@@ -11,12 +11,12 @@ fn nothing() -> Held {
     Held { folds: [Vec::new(), Vec::new()] }
 }
 
-fn row(round: usize, name: &str, evidence: f64, fate: Fate) -> Tried {
+pub(super) fn row(round: usize, name: &str, evidence: f64, fate: Fate) -> Tried {
     let (folds, trimmed) = ([0.5 * evidence; 2], evidence);
     Tried { round, name: name.to_owned(), gain: evidence, evidence, folds, trimmed, threshold: 20.0, fate }
 }
 
-fn search(current: Candidate, ladder: Vec<Tried>) -> Search {
+pub(super) fn search(current: Candidate, ladder: Vec<Tried>) -> Search {
     Search {
         evidence: current.causes.iter().map(|_| (50.0, 20.0)).collect(),
         current,
@@ -226,6 +226,12 @@ fn enough_is_enough_beside_two_causes_or_one_and_one_that_was_lost() {
         assert_eq!(search.has_enough(simulated, &quick), enough, "{names:?}");
         assert!(!search.has_enough(simulated, &Spending::of(Effort::Thorough)));
     }
+    // A single cause on trial has the round in which it is decided.
+    let mut on_trial = Search { last_round: 40_001, ..search(candidate(&drives, &["dead_zone"]), Vec::new()) };
+    on_trial.lost.push((cause("accel_cap"), Vec::new()));
+    assert!(on_trial.has_enough(before, &quick));
+    on_trial.begin_trial(candidate(&drives, &[]), nothing(), Vec::new(), 0);
+    assert!(!on_trial.has_enough(before, &quick));
 }
 
 #[test]
