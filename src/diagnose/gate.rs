@@ -68,7 +68,7 @@ impl<'a> Gates<'a> {
             self.alone = Some(current.transfer(setting, None)?);
         }
         let alone = self.alone.as_ref();
-        let gated = |&i: &usize| Ok((i, gated(setting, &tried[i].1, tried[i].0, current, alone)?));
+        let gated = |&i: &usize| Ok((i, gate(setting, &tried[i].1, tried[i].0, current, alone)?));
         let found: Result<Vec<(usize, Option<Objection>)>, DiagnoseError> = asked.par_iter().map(gated).collect();
         self.known.extend(found?);
         Ok(self.known[&position].clone())
@@ -77,21 +77,11 @@ impl<'a> Gates<'a> {
 
 /// Share of block bootstraps of the hold-out in which a candidate beats another; 1 without a hold-out. With it, what the cause
 /// changes there \[nats\]. Draws in which it changes next to nothing, for it acts in a few blocks only that are not among them, have
-/// no vote.
+/// no vote. `alone` is how `current` does on the whole hold-out without knowing of the candidate, where that is known already.
 ///
 /// # Errors
 /// As [`Candidate::transfer`].
 pub fn transfers(
-    setting: &Setting<'_>,
-    candidate: &Candidate,
-    cause: &Extension,
-    current: &Candidate,
-) -> Result<(f64, f64), DiagnoseError> {
-    transfers_from(setting, candidate, cause, current, None)
-}
-
-/// The same where it may be known already how `current` alone does on the whole hold-out.
-fn transfers_from(
     setting: &Setting<'_>,
     candidate: &Candidate,
     cause: &Extension,
@@ -140,21 +130,12 @@ fn compared(
     Ok((if votes.is_empty() { 1.0 } else { better as f64 / votes.len() as f64 }, changed))
 }
 
-/// The objection of the hold-out, if any; events need not recur there, nor must it reach what a cause changes.
+/// The objection of the hold-out, if any; events need not recur there, nor must it reach what a cause changes. `alone` as in
+/// [`transfers`].
 ///
 /// # Errors
 /// As [`transfers`].
 pub fn gate(
-    setting: &Setting<'_>,
-    candidate: &Candidate,
-    cause: &Extension,
-    current: &Candidate,
-) -> Result<Option<Objection>, DiagnoseError> {
-    gated(setting, candidate, cause, current, None)
-}
-
-/// See [`gate`] and [`transfers_from`].
-fn gated(
     setting: &Setting<'_>,
     candidate: &Candidate,
     cause: &Extension,
@@ -164,7 +145,7 @@ fn gated(
     if !need_recur(cause) {
         return Ok(None);
     }
-    let (share, changed) = transfers_from(setting, candidate, cause, current, alone)?;
+    let (share, changed) = transfers(setting, candidate, cause, current, alone)?;
     Ok((share < TRANSFERS && changed >= SHOWN).then_some(Objection::NoTransfer { share }))
 }
 
@@ -200,28 +181,18 @@ mod tests {
     use super::super::observer::Noise;
     use super::*;
     use crate::calibrate::Overrides;
-    use crate::diagnose::verdict::Effort;
     use crate::symbols::Symbol;
 
     #[test]
     fn the_hold_out_says_the_same_of_two_at_a_time() {
         let (train, holdout) = ([made_up::drive("made_up.csv", 0.0)], [made_up::drive("held.csv", 0.0)]);
         let bounds = Overrides::new();
-        let question = Question {
-            train: &train,
-            holdout: &holdout,
-            base: "l-cth".parse().expect("a base"),
-            effort: Effort::Quick,
-            seed: 1,
-            causes: &[],
-            bounds: &bounds,
-            kept: None,
-        };
+        let question = made_up::question(&train, &holdout, &bounds);
         let setting = Setting::new(&question, None);
         let current = made_up::candidate(&train, &[]);
         let tried = ["aero_drag", "set_speed_change", "range_bias"]
             .map(|name| (made_up::cause(name), made_up::candidate(&train, &[name])));
-        let one = |i: usize| gate(&setting, &tried[i].1, tried[i].0, &current).expect("it runs");
+        let one = |i: usize| gate(&setting, &tried[i].1, tried[i].0, &current, None).expect("it runs");
         let alone = [0, 1, 2].map(one);
         let each = setting.simulated();
         assert!(alone[0].is_some() && alone[1].is_none(), "{alone:?}");

@@ -61,7 +61,7 @@ impl Search {
         let made_up_for = absorbed.map(|(_, evidence, ..)| *evidence).fold(0.0, f64::max);
         if evidence.objection(self.need).is_some()
             || evidence.counts() < made_up_for
-            || gate(setting, &best, answer, &self.current)?.is_some()
+            || gate(setting, &best, answer, &self.current, None)?.is_some()
         {
             return Ok(false);
         }

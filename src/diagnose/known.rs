@@ -75,12 +75,12 @@ pub fn known(
     let mut each: Vec<Evidence> = judged.iter().map(of).collect();
     each.sort_by(|a, b| a.counts().total_cmp(&b.counts()));
     let evidence = &each[0];
-    let (share, _) = transfers(&setting, &truth, judged[0], &base)?;
+    let (share, _) = transfers(&setting, &truth, judged[0], &base, None)?;
     let weak = each.iter().find_map(|evidence| evidence.objection(threshold));
     let mut objection = weak.or_else(|| judged.iter().find_map(|cause| proxy(&truth, cause)));
     for cause in judged {
         if objection.is_none() {
-            objection = gate(&setting, &truth, cause, &base)?;
+            objection = gate(&setting, &truth, cause, &base, None)?;
         }
     }
     Ok(Some(Known {

@@ -5,6 +5,7 @@ use super::drive::Drive;
 use super::fit::{Fit, Point};
 use super::model::Model;
 use super::observer::Noise;
+use super::verdict::{Effort, Question};
 use crate::calibrate::Overrides;
 use crate::catalog::Variant;
 use crate::extension::Extension;
@@ -48,4 +49,10 @@ pub fn candidate(drives: &[Drive], names: &[&str]) -> Candidate {
         gradient: DVector::zeros(0),
     };
     Candidate { variant, causes, model, fit }
+}
+
+/// A quick question about L-CTH, with no causes to try.
+pub fn question<'a>(train: &'a [Drive], holdout: &'a [Drive], bounds: &'a Overrides) -> Question<'a> {
+    let base = "l-cth".parse().expect("a base");
+    Question { train, holdout, base, effort: Effort::Quick, seed: 1, causes: &[], bounds, kept: None }
 }

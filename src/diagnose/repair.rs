@@ -95,7 +95,7 @@ impl Search {
                 let held = candidate.cross_fit(setting)?;
                 let evidence = Evidence::of(setting, &candidate, other, &held, &reduced, &reduced_held);
                 let sound = evidence.objection(threshold).is_none();
-                if better && sound && (other == cause || gate(setting, &candidate, other, &reduced)?.is_none()) {
+                if better && sound && (other == cause || gate(setting, &candidate, other, &reduced, None)?.is_none()) {
                     (keeps, settled) = (other, true);
                     self.evidence[place] = (evidence.counts(), threshold);
                     self.held = held;
@@ -147,7 +147,7 @@ impl Search {
             let need = self.evidence.last().expect("one for each cause").1;
             // The relative was as likely, but its hold-out may have objected to it.
             let carries_over =
-                |cause, without| Ok::<_, DiagnoseError>(gate(setting, &found, cause, without)?.is_none());
+                |cause, without| Ok::<_, DiagnoseError>(gate(setting, &found, cause, without, None)?.is_none());
             let Some(alone) = without(&found, setting, rival.cause, spending)? else { continue };
             if evidence.objection(need).is_none()
                 && carries_over(last, &rival.candidate)?

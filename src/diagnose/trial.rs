@@ -61,7 +61,7 @@ impl Search {
         let known = &trial.before.causes;
         // What was there before may have become needless, or been exchanged, beside the new ones.
         let new = self.current.causes.iter().filter(|cause| !known.contains(cause)).count();
-        if new > 1 && transfers(setting, &self.current, trial.cause, &trial.before)?.0 >= TRANSFERS {
+        if new > 1 && transfers(setting, &self.current, trial.cause, &trial.before, None)?.0 >= TRANSFERS {
             return Ok(());
         }
         for row in self.ladder.iter_mut().skip(trial.fates.len()) {

@@ -5,7 +5,7 @@ use crate::calibrate::Overrides;
 use crate::diagnose::anew::has_sizes_only;
 use crate::diagnose::decide::proxy;
 use crate::diagnose::made_up::{self, candidate, cause};
-use crate::diagnose::verdict::{Effort, Question};
+use crate::diagnose::verdict::Effort;
 
 fn nothing() -> Held {
     Held { folds: [Vec::new(), Vec::new()] }
@@ -81,16 +81,7 @@ fn causes_that_hide_each_other_explain_no_more_than_the_whole() {
 fn after_a_failed_trial_all_is_as_before() {
     let drives = [made_up::drive("made_up.csv", 0.0)];
     let bounds = Overrides::new();
-    let question = Question {
-        train: &drives,
-        holdout: &[],
-        base: "l-cth".parse().expect("a base"),
-        effort: Effort::Quick,
-        seed: 1,
-        causes: &[],
-        bounds: &bounds,
-        kept: None,
-    };
+    let question = made_up::question(&drives, &[], &bounds);
     let objection = Objection::NoTransfer { share: 0.4 };
     let ladder = vec![
         row(1, "actuation_lag", 90.0, Fate::Adopted),
@@ -252,16 +243,7 @@ fn what_was_lost_is_not_tried_beside_the_same_again() {
 fn what_is_lost_is_noted_with_what_was_before_it() {
     let drives = [made_up::drive("made_up.csv", 0.0)];
     let bounds = Overrides::new();
-    let question = Question {
-        train: &drives,
-        holdout: &[],
-        base: "l-cth".parse().expect("a base"),
-        effort: Effort::Quick,
-        seed: 1,
-        causes: &[],
-        bounds: &bounds,
-        kept: None,
-    };
+    let question = made_up::question(&drives, &[], &bounds);
     let mut search = search(candidate(&drives, &["dead_zone", "accel_cap", "range_bias"]), Vec::new());
     let cap = search.current.model.positions(cause("accel_cap"))[0];
     search.current.fit.point.values[cap] = 4.0;
