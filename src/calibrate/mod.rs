@@ -17,6 +17,8 @@ use std::ops::ControlFlow;
 use std::str::FromStr;
 use std::time::Duration;
 
+/// Fewer simulations than this are no search.
+pub const EVALUATIONS_MIN: u64 = 100;
 /// More replicates than this are a mistake of typing; all of them advance together.
 pub const REPLICATES_MAX: u64 = 100_000;
 

@@ -29,6 +29,16 @@ impl Claim {
         }
     }
 
+    /// False where the folder has no locks: two runs on it would not notice each other.
+    #[must_use]
+    pub fn work(folder: &Folder) -> bool {
+        // Held by somebody else, it works.
+        let Some(claim) = Claim::take(folder, "locks") else { return true };
+        let is_locked = claim.is_locked();
+        claim.finish();
+        is_locked
+    }
+
     /// False where the file system has no locks, so that somebody else may believe the same.
     pub fn is_locked(&self) -> bool {
         self.file.is_some()

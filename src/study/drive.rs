@@ -1,7 +1,6 @@
 //! The trajectories of a plan: read and prepared, with vehicle and fingerprint.
 
 use super::plan::{DataPlan, PlatoonPlan};
-use crate::catalog::Variant;
 use crate::trajectory::import::{ColumnMap, MapError, read_mapped};
 use crate::trajectory::{Grade, ImportError, Platoon, Preparation, PrepareError, Recording, Trajectory};
 use crate::trajectory::{import, prepare};
@@ -36,7 +35,7 @@ pub struct DriveEntry {
     pub file: String,
     /// SHA-256 of the file.
     pub sha256: String,
-    /// SHA-256 of everything a simulation without extensions gets to see: the prepared signals, the grade, the vehicle.
+    /// SHA-256 of everything a simulation gets to see: the prepared signals, the grade, the vehicle.
     pub fingerprint: String,
     /// Number of samples.
     pub samples: usize,
@@ -238,28 +237,7 @@ fn behind_leader(platoon: &Platoon, follower: usize, length: &dyn Fn(usize) -> O
     (2..=follower).map(|number| first_gap(number).unwrap_or(0.0) + length(number - 1).unwrap_or(0.0)).sum()
 }
 
-impl Drive {
-    /// SHA-256 of all that a simulation of this variant gets to see: the fingerprint, with what only its extensions read.
-    #[must_use]
-    pub fn fingerprint_for(&self, variant: &Variant) -> String {
-        let t = &self.trajectory;
-        let further = [("t", t.t.get(..1)), ("v_l2", t.v_l2.as_deref()), ("s_l2", t.s_l2.as_deref())];
-        let read = further.into_iter().filter(|(member, _)| variant.extensions.read(member));
-        let mut bytes = Vec::new();
-        for (member, values) in read {
-            bytes.extend(member.bytes());
-            values.into_iter().flatten().for_each(|x| bytes.extend(x.to_bits().to_le_bytes()));
-        }
-        // Without such an extension as it is, so that the ids of tasks stay.
-        if bytes.is_empty() {
-            return self.entry.fingerprint.clone();
-        }
-        bytes.extend(self.entry.fingerprint.bytes());
-        super::sha256(&bytes)
-    }
-}
-
-/// SHA-256 of all numbers that a simulation without extensions may see. Names and paths are no part of it.
+/// SHA-256 of all numbers that a simulation may see, or that tell when it ended. Names and paths are no part of it.
 fn fingerprint(trajectory: &Trajectory, vehicle: Option<&Vehicle>) -> String {
     let mut bytes: Vec<u8> = Vec::new();
     let mut add = |values: &[f64]| {
@@ -269,7 +247,9 @@ fn fingerprint(trajectory: &Trajectory, vehicle: Option<&Vehicle>) -> String {
     };
     let t = trajectory;
     add(&[t.dt, t.dt_raw, t.len_l]);
+    add(&t.t[..1]);
     [&t.x_l, &t.v_l, &t.x_f, &t.v_f, &t.s].into_iter().for_each(|signal| add(signal));
+    [&t.v_l2, &t.s_l2].into_iter().for_each(|signal| add(signal.as_deref().unwrap_or_default()));
     match &t.grade {
         Some(grade) => {
             [&grade.x, &grade.sin].into_iter().chain([&grade.period.into_iter().collect()]).for_each(|x| add(x))

@@ -79,6 +79,17 @@ pub enum StudyError {
         /// What was expected.
         expected: &'static str,
     },
+    /// A plan that is no copy of a study lies where the copy would be written.
+    #[error(
+        "{0}: another plan, which the study's copy of this one would replace; name another folder with --out, or rename that plan"
+    )]
+    ForeignPlan(String),
+    /// The tasks are of another plan than the rest.
+    #[error(
+        "{0}: tasks.jsonl is not the list that study.json was written for: planning was interrupted, or one of them was \
+         changed; repeat `leadlag study plan PLAN.toml --out {0}`: finished parts are kept"
+    )]
+    HalfPlanned(String),
     /// What the folder's plan makes now is not what it made when it was planned.
     #[error(
         "{folder}: {changed} of {tasks} tasks are not those that were planned: the data, the plan or the program ({program}) have \

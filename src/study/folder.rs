@@ -14,7 +14,7 @@
 use super::drive::DriveEntry;
 use super::plan::StoredExtension;
 use super::task::{Study, Task};
-use super::{PROGRAM, Plan, SCHEMA_VERSION, StudyError};
+use super::{PROGRAM, Plan, SCHEMA_VERSION, StudyError, sha256};
 use crate::symbols::Symbol;
 use serde::{Deserialize, Serialize};
 use std::fs::{self, File};
@@ -58,6 +58,8 @@ pub struct StudyFile {
     pub optimizer: String,
     /// Largest number of simulated candidates of a calibration.
     pub max_evaluations: u64,
+    /// SHA-256 of `tasks.jsonl`, which is written after this file.
+    pub tasks_sha256: String,
     /// The trajectories.
     pub drives: Vec<DriveEntry>,
 }
@@ -75,15 +77,20 @@ impl Folder {
     /// Lays a study out in a folder: plan, settings and tasks. Parts that are there stay.
     ///
     /// # Errors
-    /// When the folder cannot be written.
+    /// [`StudyError::ForeignPlan`], or when the folder cannot be written.
     pub fn create(path: &Path, plan: &str, study: &Study) -> Result<Folder, StudyError> {
         let folder = Folder { path: path.to_owned() };
-        for part in [folder.parts(), folder.claims(), folder.runs()] {
-            fs::create_dir_all(&part).map_err(StudyError::file(&part, "make the folder"))?;
+        let copy = path.join("plan.toml");
+        let is_study = ["study.json", "tasks.jsonl"].iter().any(|name| path.join(name).exists());
+        if !is_study && fs::read(&copy).is_ok_and(|content| content != plan.as_bytes()) {
+            return Err(StudyError::ForeignPlan(copy.display().to_string()));
         }
+        folder.make()?;
         let given = &study.plan.data.folder;
         let data_folder = std::path::absolute(given).map_err(StudyError::file(given, "find the data folder"))?;
         let settings = &study.plan.calibration;
+        let line = |task: &Task| serde_json::to_string(task).expect("a task is valid JSON") + "\n";
+        let lines: String = study.tasks().iter().map(line).collect();
         let file = StudyFile {
             schema_version: SCHEMA_VERSION,
             program: PROGRAM.clone(),
@@ -97,14 +104,13 @@ impl Folder {
             seed: settings.seed,
             optimizer: settings.optimizer.runs().to_owned(),
             max_evaluations: settings.stop.max_evaluations,
+            tasks_sha256: sha256(lines.as_bytes()),
             drives: study.drives.iter().map(|drive| drive.entry.clone()).collect(),
         };
-        let line = |task: &Task| serde_json::to_string(task).expect("a task is valid JSON") + "\n";
-        let lines: String = study.tasks().iter().map(line).collect();
-        write_whole(&path.join("plan.toml"), plan.as_bytes())?;
+        write_whole(&copy, plan.as_bytes())?;
         let pretty = serde_json::to_string_pretty(&file).expect("a study is valid JSON") + "\n";
         write_whole(&path.join("study.json"), pretty.as_bytes())?;
-        // Last: without it there is no study.
+        // Last: without it there is no study, and one of another plan is known by its checksum.
         write_whole(&path.join("tasks.jsonl"), lines.as_bytes())?;
         Ok(folder)
     }
@@ -124,13 +130,25 @@ impl Folder {
         Ok(Folder { path: path.to_owned() })
     }
 
+    /// Makes the folders of parts, claims and runs, where they are not there: copies of a study lose those that are empty.
+    ///
+    /// # Errors
+    /// When one cannot be made.
+    pub fn make(&self) -> Result<(), StudyError> {
+        let folders = [self.parts(), self.claims(), self.runs()];
+        folders.iter().try_for_each(|path| fs::create_dir_all(path).map_err(StudyError::file(path, "make the folder")))
+    }
+
     /// The tasks, in the order of all tables.
     ///
     /// # Errors
-    /// When the list cannot be read.
+    /// [`StudyError::HalfPlanned`], or when the list cannot be read.
     pub fn tasks(&self) -> Result<Vec<Task>, StudyError> {
         let path = self.path.join("tasks.jsonl");
         let text = fs::read_to_string(&path).map_err(StudyError::file(&path, "read the tasks"))?;
+        if sha256(text.as_bytes()) != self.study_file()?.tasks_sha256 {
+            return Err(StudyError::HalfPlanned(self.path.display().to_string()));
+        }
         let parse = |(i, line): (usize, &str)| {
             serde_json::from_str(line).map_err(|_| self.content(&path, i + 1, "one task in JSON"))
         };
@@ -232,10 +250,10 @@ impl Folder {
         self.path.join("report")
     }
 
-    /// Removes what processes that were killed while they wrote have left, other than parts. Nothing locks these files, so only those
-    /// go that nobody can still be writing.
+    /// Removes what processes that were killed while they wrote have left. Nothing need lock these files, so only those go that nobody
+    /// can still be writing.
     pub fn sweep(&self) {
-        let folders = [self.path.clone(), self.runs(), self.merged(), self.report()];
+        let folders = [self.path.clone(), self.parts(), self.runs(), self.merged(), self.report()];
         for entry in folders.iter().flat_map(fs::read_dir).flatten().flatten() {
             let is_temporary = entry.path().extension().is_some_and(|ending| ending == TEMPORARY);
             let written = entry.metadata().ok().filter(fs::Metadata::is_file).and_then(|file| file.modified().ok());

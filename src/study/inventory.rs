@@ -17,8 +17,8 @@ pub struct Inventory {
     pub damaged: Vec<PathBuf>,
     /// Files that repeat another one byte for byte.
     pub double: Vec<PathBuf>,
-    /// Files that contradict another part of the same task.
-    pub conflicting: Vec<PathBuf>,
+    /// Files that contradict another part of the same task, with the file of that one.
+    pub conflicting: Vec<(PathBuf, PathBuf)>,
     /// Whole parts of tasks that are not in the plan.
     pub foreign: Vec<PathBuf>,
     /// Temporary files that a process has left behind, or is writing right now.
@@ -39,16 +39,20 @@ impl Inventory {
     }
 }
 
-/// Looks through `parts/` of the study, and through further folders of parts. Every file counts, whatever its name.
+/// Looks through `parts/` of the study, and through further folders of parts. Every file counts, whatever its name; those that have the
+/// name of their task come first.
 ///
 /// # Errors
 /// When a folder cannot be read.
 pub fn look(folder: &Folder, tasks: &[Task], further: &[PathBuf]) -> Result<Inventory, StudyError> {
     let index: HashMap<&str, usize> = tasks.iter().enumerate().map(|(i, task)| (task.id.as_str(), i)).collect();
     let mut inventory = Inventory { parts: tasks.iter().map(|_| None).collect(), ..Inventory::default() };
+    let mut files: Vec<PathBuf> = vec![PathBuf::new(); tasks.len()];
     let own = folder.parts();
-    for files in std::iter::once(&own).chain(further) {
-        for path in sorted(files)? {
+    for parts in std::iter::once(&own).chain(further) {
+        let mut paths = sorted(parts)?;
+        paths.sort_by_key(|path| !path.file_stem().and_then(|id| id.to_str()).is_some_and(|id| index.contains_key(id)));
+        for path in paths {
             let of = |ending: &str| path.extension().is_some_and(|e| e == ending);
             if of(TEMPORARY) {
                 inventory.unfinished.push(path);
@@ -59,11 +63,14 @@ pub fn look(folder: &Folder, tasks: &[Task], further: &[PathBuf]) -> Result<Inve
                 inventory.damaged.push(path);
                 continue;
             };
-            match index.get(part.id.as_str()).map(|&i| &mut inventory.parts[i]) {
-                None => inventory.foreign.push(path),
-                Some(place @ None) => *place = Some(part),
-                Some(Some(other)) if *other == part => inventory.double.push(path),
-                Some(Some(_)) => inventory.conflicting.push(path),
+            let Some(&i) = index.get(part.id.as_str()) else {
+                inventory.foreign.push(path);
+                continue;
+            };
+            match &mut inventory.parts[i] {
+                place @ None => (*place, files[i]) = (Some(part), path),
+                Some(other) if *other == part => inventory.double.push(path),
+                Some(_) => inventory.conflicting.push((path, files[i].clone())),
             }
         }
     }

@@ -18,6 +18,8 @@ pub struct Merged {
     pub calibrations: Table,
     /// One row per validation run of the winner among the replicates.
     pub validations: Table,
+    /// One row per task without a part.
+    pub missing: Table,
 }
 
 /// Names of the measures as columns: with their units, where they have one.
@@ -55,7 +57,21 @@ pub fn merge(study: &StudyFile, tasks: &[Task], inventory: &Inventory) -> Merged
     let won = parts.iter().filter(|part| winners.contains(&part.id.as_str()));
     let rows: Vec<(&Part, &ValidationRow)> =
         won.flat_map(|part| part.validations.iter().map(move |row| (*part, row))).collect();
-    Merged { calibrations, validations: validations(&rows) }
+    let missing: Vec<&Task> = inventory.missing.iter().map(|&i| &tasks[i]).collect();
+    Merged { calibrations, validations: validations(&rows), missing: task_list(&missing) }
+}
+
+fn task_list(tasks: &[&Task]) -> Table {
+    let mut table = Table::default();
+    table.integer("schema_version", tasks.iter().map(|_| Some(i64::from(SCHEMA_VERSION))));
+    table.text("task_id", tasks.iter().map(|task| Some(task.id.as_str())));
+    table.text("platoon", tasks.iter().map(|task| Some(task.platoon.as_str())));
+    table.integer("follower_position", tasks.iter().map(|task| whole(task.follower)));
+    table.integer("model_id", tasks.iter().map(|task| Some(i64::from(task.model_id))));
+    table.text("variant", tasks.iter().map(|task| Some(task.variant.as_str())));
+    table.text("gof", tasks.iter().map(|task| Some(task.gof.as_str())));
+    table.integer("replicate", tasks.iter().map(|task| i64::try_from(task.replicate).ok()));
+    table
 }
 
 /// Ids of the best replicate of each goodness of fit, variant and trajectory; of equal ones the first.

@@ -19,14 +19,18 @@ use std::collections::VecDeque;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Calibrations under way per CPU thread: enough for blocks that are full, few enough that a plug pulled costs little.
 const PER_THREAD: usize = 8;
 /// Calibrations under way on a device at most: each holds a thread and an open file.
 const ON_A_DEVICE: usize = 512;
-/// How often a run looks whether tasks that another run works on are done.
+/// How soon a run looks whether tasks that another run works on are done; each time in vain it waits twice as long.
 const LOOK_AGAIN: Duration = Duration::from_millis(200);
+/// But not less often than so; looking reads all parts that are waited for, through a network at times.
+const SELDOM: Duration = Duration::from_secs(10);
+/// How often somebody who waits looks whether to stop.
+const NAP: Duration = Duration::from_millis(100);
 
 /// What a run is to do.
 #[derive(Debug, Clone, Copy)]
@@ -46,6 +50,8 @@ pub struct Assignment<'a> {
 pub struct RunSettings {
     /// Calibrations under way at a time; `None`: as many as suit the evaluator.
     pub in_flight: Option<usize>,
+    /// Whether to wait for tasks that other runs work on, and to take over what they leave.
+    pub wait: bool,
     /// The device, for plans that compute on one.
     pub adapter: AdapterChoice,
     /// What is told warnings of the evaluator.
@@ -93,7 +99,7 @@ pub struct Summary {
     pub failed: usize,
     /// Those that other runs computed meanwhile.
     pub by_others: usize,
-    /// Those that are left, because it was interrupted.
+    /// Those that are left, because it was interrupted or did not wait.
     pub left: usize,
 }
 
@@ -122,7 +128,7 @@ impl Shared<'_> {
 }
 
 /// Runs the chosen tasks, except those whose parts are there and whole. Tasks that another run works on are left to it,
-/// and waited for. `interrupted` ends the run early: what is finished is kept. `tell` is called from this thread.
+/// and waited for, unless the settings say otherwise. `interrupted` ends the run early: what is finished is kept. `tell` is called from this thread.
 ///
 /// # Errors
 /// When a part cannot be written or the evaluator fails; finished parts are kept.
@@ -134,14 +140,28 @@ pub fn run(
     tell: &mut dyn FnMut(Event),
 ) -> Result<Summary, StudyError> {
     let Assignment { folder, study, tasks, chosen } = assignment;
+    folder.make()?;
     folder.sweep();
     sweep_parts(folder);
+    if !Claim::work(folder) {
+        let claims = folder.claims();
+        (settings.warn)(&format!(
+            "{}: files cannot be locked here, so that several runs on this folder compute the same tasks; `--shard I/N` gives each its own",
+            claims.display()
+        ));
+    }
     let mut log = Log::new(folder, progress);
-    let mut left: Vec<usize> = chosen.iter().copied().filter(|&i| !is_done(folder, &tasks[i].id)).collect();
-    let before = chosen.len() - left.len();
-    progress.done.store(before as u64, Ordering::SeqCst);
     let (error, by_others) = (Mutex::new(None), AtomicU64::new(0));
     let shared = Shared { folder, tasks, progress, interrupted, error, stop: AtomicBool::new(false), by_others };
+    // Told while it goes on: thousands of parts take a while.
+    let is_left = |&i: &usize| {
+        let done = !shared.stopped() && is_done(folder, &tasks[i].id);
+        progress.done.fetch_add(u64::from(done), Ordering::SeqCst);
+        !done
+    };
+    let mut left: Vec<usize> = chosen.iter().copied().filter(is_left).collect();
+    let before = chosen.len() - left.len();
+    let mut patience = LOOK_AGAIN;
     while !left.is_empty() && !shared.stopped() {
         let waiting = left.len();
         let mut deferred = Vec::new();
@@ -153,9 +173,13 @@ pub fn run(
             deferred.extend(round(study, group, settings, &shared, &mut log, tell)?);
         }
         left = deferred;
-        if left.len() == waiting && !shared.stopped() {
-            tell(Event::Waiting(waiting));
-            std::thread::sleep(LOOK_AGAIN);
+        if left.len() < waiting {
+            patience = LOOK_AGAIN;
+        } else if !settings.wait {
+            break;
+        } else {
+            wait(patience, &shared, &mut || tell(Event::Waiting(waiting)));
+            patience = (2 * patience).min(SELDOM);
         }
     }
     log.write();
@@ -171,6 +195,15 @@ pub fn run(
         by_others: by_others as usize,
         left: chosen.len() - before - (computed + by_others) as usize,
     })
+}
+
+/// Waits so long, unless the run is to stop.
+fn wait(time: Duration, shared: &Shared, tell: &mut dyn FnMut()) {
+    let began = Instant::now();
+    while began.elapsed() < time && !shared.stopped() {
+        tell();
+        std::thread::sleep(NAP);
+    }
 }
 
 /// Removes what processes that were killed while they wrote have left in `parts/`. Whoever still writes holds the claim of its task.

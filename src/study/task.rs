@@ -55,7 +55,8 @@ struct Content<'a> {
     bounds: Overrides,
     evaluator: &'a str,
     precision: &'a str,
-    validation: Vec<(&'a str, usize, &'a str)>,
+    /// Platoon, follower, checksum of the file and fingerprint of each drive that it is validated on.
+    validation: Vec<(&'a str, usize, &'a str, &'a str)>,
 }
 
 /// A plan with its data: what tasks are made of.
@@ -163,10 +164,9 @@ impl Study {
         let mut tasks = Vec::new();
         for gof in &settings.gofs {
             for variant in &settings.variants {
-                let data: Vec<String> = self.drives.iter().map(|drive| drive.fingerprint_for(variant)).collect();
                 for (own, on) in validated.iter().enumerate() {
                     for replicate in 0..settings.replicates {
-                        tasks.push(self.task(gof, variant, own, on, &data, replicate));
+                        tasks.push(self.task(gof, variant, own, on, replicate));
                     }
                 }
             }
@@ -174,20 +174,12 @@ impl Study {
         tasks
     }
 
-    /// `own`: the drive it calibrates on; `on`: those it is validated on; `data`: the fingerprint of each for this variant.
-    fn task(
-        &self,
-        gof: &GoodnessOfFit,
-        variant: &Variant,
-        own: usize,
-        on: &[usize],
-        data: &[String],
-        replicate: u64,
-    ) -> Task {
+    /// `own`: the drive it calibrates on; `on`: those it is validated on.
+    fn task(&self, gof: &GoodnessOfFit, variant: &Variant, own: usize, on: &[usize], replicate: u64) -> Task {
         let (settings, drive) = (&self.plan.calibration, &self.drives[own].entry);
         let validation = on.iter().map(|&i| {
             let other = &self.drives[i].entry;
-            (other.platoon.as_str(), other.follower, data[i].as_str())
+            (other.platoon.as_str(), other.follower, other.sha256.as_str(), other.fingerprint.as_str())
         });
         let extensions = variant.extensions.list().iter();
         let content = Content {
@@ -197,7 +189,7 @@ impl Study {
             follower: drive.follower,
             vehicle: &drive.vehicle,
             sha256: &drive.sha256,
-            data: &data[own],
+            data: &drive.fingerprint,
             variant: variant.name(),
             extensions: extensions.map(|e| (e.name.as_str(), sha256(e.text.as_bytes()))).collect(),
             gof: gof.to_string(),
@@ -263,20 +255,24 @@ impl Shard {
         is_one.then_some(Shard { number, count }).ok_or_else(|| NotAShard(format!("{number}/{count}")))
     }
 
-    /// Indices of its tasks. Whole variants go to one shard, so that one process batches them, as long as there are as many of them as
-    /// shards; else single tasks are dealt out.
+    /// Indices of its tasks: shares differ by one task at most. Each is a range of the tasks, so that one process batches whole variants,
+    /// but in an order of the variants that has nothing to do with Table 1, where what a task costs follows a pattern.
     #[must_use]
     pub fn of(self, tasks: &[Task]) -> Vec<usize> {
-        let mut group = Vec::new();
-        let mut groups = 0;
-        for (i, task) in tasks.iter().enumerate() {
-            if i > 0 && (task.model_id, &task.gof) != (tasks[i - 1].model_id, &tasks[i - 1].gof) {
-                groups += 1;
-            }
-            group.push(groups);
-        }
-        let unit = |i: usize| if self.count <= groups + 1 { group[i] } else { i };
-        (0..tasks.len()).filter(|&i| unit(i) % self.count == self.number - 1).collect()
+        let mut order: Vec<(String, usize)> = (0..tasks.len())
+            .map(|i| (sha256(format!("{} {}", tasks[i].gof, tasks[i].variant).as_bytes()), i))
+            .collect();
+        order.sort_unstable();
+        let edge = |number: usize| number * tasks.len() / self.count;
+        let mut share: Vec<usize> = order[edge(self.number - 1)..edge(self.number)].iter().map(|(_, i)| *i).collect();
+        share.sort_unstable();
+        share
+    }
+}
+
+impl std::fmt::Display for Shard {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}/{}", self.number, self.count)
     }
 }
 

@@ -6,6 +6,7 @@
 #![cfg(unix)]
 
 use super::common::{expected, files, leadlag, merged, ok, part_names, same, scratch, small, stderr, text};
+use leadlag::study::folder::write_whole;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
@@ -69,4 +70,19 @@ fn a_disk_that_fills_up_stops_the_run_and_keeps_what_is_done() {
     let before = format!("24 tasks: {} were done", done.len());
     assert!(stderr(&output).contains(&before), "{}", stderr(&output));
     same(&merged(&study, &[]), expected(), "after the full disk");
+}
+
+#[test]
+fn a_file_that_is_read_while_it_is_written_is_the_old_or_the_new_one() {
+    let path = scratch("whole").join("file");
+    let contents = [b'a', b'b'].map(|byte| vec![byte; 2_000_000]);
+    write_whole(&path, &contents[0]).unwrap();
+    std::thread::scope(|scope| {
+        let writer = scope.spawn(|| (0..40).for_each(|i| write_whole(&path, &contents[i % 2]).unwrap()));
+        while !writer.is_finished() {
+            let found = fs::read(&path).expect("it is there at any moment");
+            assert!(contents.contains(&found), "{} bytes, not those of one writing", found.len());
+        }
+    });
+    assert_eq!(fs::read_dir(path.parent().unwrap()).unwrap().count(), 1, "nothing else is left");
 }

@@ -146,14 +146,14 @@ fn pair(start: f64, lead2: f64) -> String {
     })
 }
 
-/// Ids of the tasks on drive A, which is always the same and is validated on drive B.
-fn ids_beside(extend: &str, b: &str) -> Vec<String> {
+/// Ids of the tasks on drive A, which is always the same and is validated on drive B, of which the plan may say more.
+fn ids_beside(more: &str, b: &str) -> Vec<String> {
     let folder = scratch("extend_beside");
     fs::write(folder.join("a.csv"), pair(0.0, 15.0)).unwrap();
     fs::write(folder.join("b.csv"), b).unwrap();
     let content = format!(
-        "schema_version = 1\n[data]\n[[platoon]]\nname = \"A\"\nfile = \"a.csv\"\n[[platoon]]\nname = \"B\"\nfile = \"b.csv\"\n\
-         [calibration]\nvariants = [\"idm\"]\nextend = [{extend}]\n"
+        "schema_version = 1\n[data]\n[[platoon]]\nname = \"A\"\nfile = \"a.csv\"\n[[platoon]]\nname = \"B\"\nfile = \"b.csv\"\n{more}\n\
+         [calibration]\nvariants = [\"idm\"]\n"
     );
     let plan = Plan::parse(&content, "plan.toml", &folder, "beside").unwrap_or_else(|error| panic!("{error}"));
     let study = Study::open(plan).unwrap_or_else(|error| panic!("{error}"));
@@ -184,14 +184,29 @@ fn cars_without_a_name_are_told_to_be_taken_for_one() {
     assert!(!apart.contains("do not name the cars"), "{apart}");
 }
 
-/// What a validation run reads decides what a task results in, and nothing else of that drive does.
+/// What a validation run reads decides what a task results in; so do the bytes of its file, whose checksum the part holds.
 #[test]
-fn an_id_changes_with_what_extensions_read_of_the_other_drives() {
-    let files = [pair(0.0, 15.0), pair(100.0, 15.0), pair(0.0, 16.0)];
-    for (extend, [time, ahead]) in
-        [("", [false, false]), ("\"set_speed_change\"", [true, false]), ("\"multi_anticipation\"", [false, true])]
-    {
-        let [first, later, faster] = files.each_ref().map(|file| ids_beside(extend, file));
-        assert_eq!((first != later, first != faster), (time, ahead), "{extend}");
-    }
+fn an_id_changes_with_what_is_read_of_the_other_drives_and_with_their_files() {
+    let file = pair(0.0, 15.0);
+    let other_line_ends = file.replace('\n', "\r\n");
+    let beside = [
+        ids_beside("", &file),
+        ids_beside("", &pair(100.0, 15.0)),
+        ids_beside("", &pair(0.0, 16.0)),
+        ids_beside("", &other_line_ends),
+        ids_beside("from_s = 1", &file),
+    ];
+    assert_eq!(beside.iter().collect::<BTreeSet<_>>().len(), beside.len());
+    assert_eq!(ids_beside("", &file), beside[0]);
+}
+
+/// The same numbers from another time on: when a run ends is told in the time of the file.
+#[test]
+fn an_id_changes_with_the_time_at_which_a_drive_begins() {
+    let steady = |rows: std::ops::Range<i32>| {
+        let head = "time_s,lead_speed_mps,speed_mps,spacing_m\n".to_owned();
+        rows.fold(head, |text, i| text + &format!("{},15,15,30\n", f64::from(i) / 8.0))
+    };
+    let file = steady(0..200);
+    assert_ne!(ids_beside("to_s = 20", &file), ids_beside("from_s = 4\nto_s = 24", &file));
 }

@@ -1,7 +1,7 @@
 //! Killed at any moment, interrupted, started twice: nothing is lost but the tasks under way.
 
 use super::common::{
-    command, expected, files, merged, number_before, ok, part_names, plan_by, plan_text, planned, same,
+    command, data, expected, fails, files, merged, number_before, ok, part_names, plan_by, plan_text, planned, same,
 };
 use super::common::{scratch, small, stderr, text};
 use std::collections::BTreeMap;
@@ -168,22 +168,74 @@ fn what_a_killed_run_had_claimed_another_one_takes_over() {
     same(&merged(&study, &[]), &merged(&calm, &[]), "after a run beside it was killed");
 }
 
+/// Sends a signal to a run; returns what it says, and asserts that it ends within a second, as one that was interrupted.
 #[cfg(unix)]
-#[test]
-fn ctrl_c_ends_within_a_second_and_says_how_to_go_on() {
-    let study = planned("ctrl_c", &plan_text(50, 100_000));
-    let run = start(&study, "16");
-    sleep(Duration::from_millis(400));
+fn signalled(run: Child, signal: &str) -> String {
     let asked = Instant::now();
-    let sent = Command::new("kill").args(["-INT", &run.id().to_string()]).status().expect("kill is there");
+    let sent = Command::new("kill").args([signal, &run.id().to_string()]).status().expect("kill is there");
     assert!(sent.success());
     let output = run.wait_with_output().expect("it ends");
     let took = asked.elapsed();
-    assert!(took < Duration::from_secs(1), "{took:?}");
-    assert_eq!(output.status.code(), Some(1));
+    assert!(took < Duration::from_secs(1), "{signal}: {took:?}");
+    assert_eq!(output.status.code(), Some(1), "{signal}: {}", stderr(&output));
+    stderr(&output)
+}
+
+/// Ctrl-C, and what schedulers send when the time of a job is over.
+#[cfg(unix)]
+#[test]
+fn ctrl_c_or_a_scheduler_ends_it_within_a_second_and_it_says_how_to_go_on() {
+    let study = planned("ctrl_c", &plan_text(50, 100_000));
+    for signal in ["-INT", "-TERM"] {
+        let run = start(&study, "16");
+        sleep(Duration::from_millis(400));
+        let said = signalled(run, signal);
+        assert!(said.contains("interrupted: ") && said.contains(" of 600 tasks are done and kept"), "{said}");
+        assert!(said.contains(&format!("go on with: leadlag study run {} --batch 16\n", study.display())), "{said}");
+    }
+    let mut run = command(&["study", "run", text(&study), "--shard", "2/3", "--data", text(data())]);
+    let run = run.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("the program starts");
+    sleep(Duration::from_millis(400));
+    let (said, study, data) = (signalled(run, "-TERM"), study.display(), data().display());
+    assert!(said.contains(&format!("leadlag study run {study} --shard 2/3 --data {data}\n")), "{said}");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_run_that_is_not_to_wait_leaves_tasks_to_the_one_that_works_on_them() {
+    let study = planned("no_wait", &plan_text(2, 20_000));
+    let mut other = start(&study, "16");
+    // What it has claimed it keeps while it is stopped.
+    while fs::read_dir(study.join("claims")).unwrap().count() == 0 {
+        sleep(Duration::from_millis(1));
+    }
+    let stopped = Command::new("kill").args(["-STOP", &other.id().to_string()]).status().expect("kill is there");
+    assert!(stopped.success());
+    let output = super::common::leadlag(&["study", "run", text(&study), "--no-wait", "--batch", "16"]);
+    assert!(output.status.success(), "{}", stderr(&output));
     let said = stderr(&output);
-    assert!(said.contains("interrupted: ") && said.contains(" of 600 tasks are done and kept"), "{said}");
-    assert!(said.contains(&format!("go on with: leadlag study run {}", study.display())), "{said}");
+    assert!(number_before(&said, "are") > 0 && said.contains("under way in other runs"), "{said}");
+    assert!(said.contains(&format!("go on with: leadlag study status {}", study.display())), "{said}");
+    other.kill().expect("SIGKILL can be sent");
+    other.wait().expect("it ends");
+}
+
+#[test]
+fn planning_that_was_interrupted_over_another_plan_is_noticed_by_all() {
+    let study = small("half_planned");
+    ok(&["study", "run", text(&study)]);
+    let other = planned("half_planned_other", &plan_text(3, 400));
+    // In this order they are written; the list of tasks would be next.
+    for name in ["plan.toml", "study.json"] {
+        fs::copy(other.join(name), study.join(name)).unwrap();
+    }
+    for verb in ["run", "status", "merge", "report"] {
+        let (code, said) = fails(&["study", verb, text(&study)]);
+        assert_eq!(code, 1);
+        assert!(said.contains("tasks.jsonl is not the list that study.json was written for"), "{verb}: {said}");
+    }
+    ok(&["study", "plan", text(&study.join("plan.toml")), "--out", text(&study)]);
+    assert!(ok(&["study", "status", text(&study)]).contains("0 of 36 tasks are done"));
 }
 
 /// Generations of 880 calibrations take the reference longer than a run that was asked to stop waits for.
@@ -195,11 +247,8 @@ fn a_quiet_run_that_is_given_up_still_says_so() {
     let mut run = command(&["-q", "study", "run", text(&study), "--batch", "1024", "--threads", "1"]);
     let run = run.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("the program starts");
     sleep(Duration::from_millis(300));
-    let sent = Command::new("kill").args(["-INT", &run.id().to_string()]).status().expect("kill is there");
-    assert!(sent.success());
-    let output = run.wait_with_output().expect("it ends");
-    assert_eq!(output.status.code(), Some(1));
-    assert!(stderr(&output).starts_with("error: interrupted: 0 of 2640 tasks are done"), "{}", stderr(&output));
+    let said = signalled(run, "-INT");
+    assert!(said.starts_with("error: interrupted: 0 of 2640 tasks are done"), "{said}");
 }
 
 #[test]

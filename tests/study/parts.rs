@@ -73,11 +73,32 @@ fn a_double_part_does_no_harm_and_a_contradiction_stops_the_merge() {
     fs::write(&other, part.encode()).unwrap();
     let (code, said) = fails(&["study", "merge", text(&study)]);
     assert_eq!(code, 1);
-    assert!(said.contains("contradicts another part of the same task: delete the wrong one"), "{said}");
-    assert!(said.contains("1 parts contradict another one; nothing is merged"), "{said}");
+    let pair = format!("{}: contradicts {}, a part of the same task", other.display(), paths[1].display());
+    assert!(
+        said.contains(&pair) && said.contains("parts contradict each other (1 pair), and nothing is made of them"),
+        "{said}"
+    );
+    let shown = ok(&["study", "status", text(&study)]);
+    assert!(shown.contains(&pair) && shown.contains("go on by deleting the wrong one"), "{shown}");
+    // Whatever sorts before it, the file with the name of its task is the first.
+    let early = study.join("parts/000.json");
+    fs::rename(&other, &early).unwrap();
+    let pair = serde_json::json!([text(&early), text(&paths[1])]);
+    assert_eq!(status(&study)["conflicting"], serde_json::json!([pair]));
+    // In another folder too.
+    let elsewhere = study.with_file_name("elsewhere");
+    fs::create_dir(&elsewhere).unwrap();
+    let other = elsewhere.join("other.json");
+    fs::rename(&early, &other).unwrap();
+    assert_eq!(status(&study)["conflicting"], serde_json::json!([]));
+    let shown = ok(&["study", "status", text(&study), "--parts", text(&elsewhere)]);
+    assert!(shown.contains(&format!("{}: contradicts ", other.display())), "{shown}");
+    let back = study.join("parts/other.json");
+    fs::rename(&other, &back).unwrap();
+    let other = back;
     let (code, said) = fails(&["study", "report", text(&study)]);
     assert_eq!(code, 1);
-    assert!(said.contains("1 parts contradict another one; nothing is reported"), "{said}");
+    assert!(said.contains("parts contradict each other (1 pair)"), "{said}");
     fs::remove_file(other).unwrap();
     same(&merged(&study, &[]), expected(), "without the contradiction");
 }
@@ -106,6 +127,10 @@ fn missing_parts_are_named_and_merged_without_only_when_asked() {
     let partial = merged(&study, &["--partial"]);
     let lines = String::from_utf8(partial["calibrations.csv"].clone()).unwrap().lines().count();
     assert_eq!(lines, 1 + 23);
+    let lacking = String::from_utf8(partial["missing.csv"].clone()).unwrap();
+    assert!(lacking.lines().count() == 2 && lacking.contains(&id), "{lacking}");
+    let parquet = String::from_utf8_lossy(&partial["calibrations.parquet"]).into_owned();
+    assert!(parquet.contains("leadlag_missing_tasks"), "a table says that it is not whole");
     ok(&["study", "run", text(&study)]);
     same(&merged(&study, &[]), expected(), "after the missing one");
 }
@@ -129,7 +154,15 @@ fn what_a_killed_process_was_writing_counts_for_nothing_and_goes_after_an_hour()
     fs::create_dir(study.join("report")).unwrap();
     let before = status(&study);
     let log = fs::read_dir(study.join("runs")).unwrap().next().expect("a run").unwrap().path();
-    let old = ["runs/1-1.1-1.tmp", "merged/calibrations.1-1.tmp", "report/report.1-1.tmp", "tasks.1-1.tmp"];
+    // Nobody can lock the last one, as where a file system has no locks.
+    fs::create_dir(study.join("claims/part")).unwrap();
+    let old = [
+        "runs/1-1.1-1.tmp",
+        "merged/calibrations.1-1.tmp",
+        "report/report.1-1.tmp",
+        "tasks.1-1.tmp",
+        "parts/part.1-1.tmp",
+    ];
     for name in old {
         let path = study.join(name);
         fs::copy(&log, &path).unwrap();
@@ -144,7 +177,7 @@ fn what_a_killed_process_was_writing_counts_for_nothing_and_goes_after_an_hour()
         assert!(before[key].as_f64() > Some(0.0) && before[key] == after[key], "{key}: {before} {after}");
     }
     ok(&["study", "run", text(&study)]);
-    assert_eq!(old.map(|name| study.join(name).exists()), [false; 4]);
+    assert_eq!(old.map(|name| study.join(name).exists()), [false; 5]);
     assert!(young.exists());
 }
 
@@ -166,4 +199,28 @@ fn empty_tables_do_not_replace_those_of_the_plan_before() {
     ok(&["study", "merge", text(&study), "--partial", "--out", text(&elsewhere)]);
     let empty = fs::read_to_string(elsewhere.join("calibrations.csv")).unwrap();
     assert_eq!(empty.lines().count(), 1);
+}
+
+#[test]
+fn a_study_that_was_copied_without_its_empty_folders_runs() {
+    let study = small("copied");
+    for name in ["parts", "claims", "runs"] {
+        fs::remove_dir(study.join(name)).unwrap();
+    }
+    ok(&["study", "run", text(&study)]);
+    same(&merged(&study, &[]), expected(), "a copy");
+}
+
+#[test]
+fn without_locks_a_run_says_so_and_computes_the_same() {
+    let study = small("no_locks");
+    fs::create_dir(study.join("claims/locks")).unwrap();
+    let output = leadlag(&["study", "run", text(&study)]);
+    assert!(output.status.success());
+    assert!(
+        stderr(&output).contains("warning: ") && stderr(&output).contains("files cannot be locked here"),
+        "{}",
+        stderr(&output)
+    );
+    same(&merged(&study, &[]), expected(), "without locks");
 }

@@ -105,6 +105,18 @@ fn bad_plans_say_where_what_and_what_to_do() {
         ("\"ga\"", "\"gaa\"", "calibration.optimizer: optimizer `gaa`"),
         ("\"ga\"", "\"gaa\"", "did you mean `ga`?"),
         ("replicates = 2", "replicates = 0", "calibration.replicates: expected at least 1, found 0"),
+        (
+            "replicates = 2",
+            "replicates = \"two\"",
+            "replicates: invalid type: string \"two\", expected a whole number from 0",
+        ),
+        ("replicates = 2", "seed = -1", "seed: invalid value: integer `-1`, expected a whole number from 0"),
+        (
+            "max_evaluations = 300",
+            "max_evaluations = 99",
+            "calibration.max_evaluations: expected at least 100, found 99",
+        ),
+        ("followers = [1, 2]", "followers = \"one\"", "followers: expected one item or a list of them"),
         ("replicates = 2", "replicates = 100001", "calibration.replicates: expected at most 100000, found 100001"),
         ("replicates = 2", "gof = [\"nrmse-svaa\"]", "did you mean `nrmse-sva`?"),
         ("replicates = 2", "gof = [\"rmse-s\", \"rmse_s\"]", "calibration.gof: rmse-s occurs more than once"),
@@ -309,4 +321,42 @@ fn tasks_are_listed_on_a_terminal_only_when_asked_for() {
         return;
     };
     assert_eq!((plain, listed("--tasks")), (0, Some(24)));
+}
+
+#[test]
+fn a_list_of_one_needs_no_brackets() {
+    let listed = plan_text(1, 300)
+        .replace("[\"idm\", \"l-cth+linear\", 28]", "[\"idm\"]")
+        .replace("followers = [1, 2]", "followers = [1]")
+        .replace("replicates = 1", "replicates = 1\ngof = [\"rmse-s\"]");
+    let plain = listed.replace("[\"idm\"]", "\"idm\"").replace("[1]", "1").replace("[\"rmse-s\"]", "\"rmse-s\"");
+    assert_eq!(ids("list_of_one", &listed), ids("one", &plain));
+}
+
+#[test]
+fn a_plan_of_ones_own_is_not_replaced_by_the_copy_of_another() {
+    let folder = scratch("own_plan");
+    let (own, other) = (folder.join("plan.toml"), folder.join("other.toml"));
+    fs::write(&own, "precious").unwrap();
+    fs::write(&other, plan_text(1, 300)).unwrap();
+    let (code, said) = fails(&["study", "plan", text(&other), "--out", text(&folder)]);
+    assert_eq!(code, 2);
+    assert!(said.contains("another plan, which the study's copy of this one would replace"), "{said}");
+    assert_eq!(fs::read_to_string(&own).unwrap(), "precious");
+    // The plan itself may stay where it is.
+    fs::rename(&other, &own).unwrap();
+    ok(&["study", "plan", text(&own), "--out", text(&folder)]);
+}
+
+#[test]
+fn a_file_that_is_validated_on_itself_is_warned_of() {
+    let file = scratch("itself").join("plan.toml");
+    let plan = |second: &str| {
+        fs::write(&file, plan_text(1, 300).replace("two/platoon.csv\"", second)).unwrap();
+        stderr(&leadlag(&["study", "plan", text(&file), "--out", text(&file.with_file_name("study"))]))
+    };
+    let said = plan("one/platoon.csv\"\nfrom_s = 30");
+    assert!(said.contains("S1 follower 1 and S2 follower 1 are the same measurements"), "{said}");
+    let said = plan("two/platoon.csv\"");
+    assert!(!said.contains("same measurements"), "{said}");
 }

@@ -4,8 +4,9 @@ use super::common::{
     expected, fails, files, merged, ok, part_names, plan_by, planned, same, scratch, small, stderr, text,
 };
 use super::common::{leadlag, number_before};
+use leadlag::catalog::Variant;
 use leadlag::study::{Shard, Task};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 
 #[test]
@@ -96,6 +97,11 @@ fn data_that_have_changed_are_noticed() {
     let (code, said) = fails(&["study", "run", text(&study), "--data", text(&elsewhere)]);
     assert_eq!(code, 1);
     assert!(said.contains("24 of 24 tasks are not those that were planned"), "validation counts: {said}");
+    // The same numbers in other bytes: a part holds the checksum of every file that it is validated on.
+    let given = fs::read_to_string(super::common::data().join("two/platoon.csv")).unwrap();
+    fs::write(elsewhere.join("two/platoon.csv"), given.replace('\n', "\r\n")).unwrap();
+    let (_, said) = fails(&["study", "run", text(&study), "--data", text(&elsewhere)]);
+    assert!(said.contains("24 of 24 tasks are not those that were planned"), "checksums count: {said}");
 }
 
 #[test]
@@ -139,8 +145,11 @@ fn shares_count_from_one_and_share_out_everything() {
     let tasks = fs::read_to_string(small("shares").join("tasks.jsonl")).unwrap();
     let tasks: Vec<Task> = tasks.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     for count in [1, 2, 5, 30] {
-        let shares = (1..=count).flat_map(|number| Shard::new(number, count).expect("a share").of(&tasks));
-        let mut all: Vec<usize> = shares.collect();
+        let shares: Vec<Vec<usize>> =
+            (1..=count).map(|number| Shard::new(number, count).expect("a share").of(&tasks)).collect();
+        let sizes = || shares.iter().map(Vec::len);
+        assert!(sizes().max().unwrap() - sizes().min().unwrap() <= 1, "{count}: {:?}", sizes().collect::<Vec<_>>());
+        let mut all: Vec<usize> = shares.into_iter().flatten().collect();
         all.sort_unstable();
         assert_eq!(all, (0..tasks.len()).collect::<Vec<_>>(), "{count}");
     }
@@ -151,4 +160,41 @@ fn an_adapter_for_a_plan_that_computes_on_the_cpu_is_refused() {
     let (code, said) = fails(&["study", "run", text(&small("adapter")), "--gpu", "0"]);
     assert_eq!(code, 2);
     assert!(said.contains("--gpu: this plan computes on the CPU"), "{said}");
+}
+
+/// Table 1 has a period of 3 and of 18, and what a task costs follows it.
+#[test]
+fn no_share_of_the_papers_study_is_all_of_one_kind() {
+    let task = |variant: &Variant, follower: usize| Task {
+        id: format!("{}-{follower}", variant.id()),
+        platoon: "P3".to_owned(),
+        follower,
+        model_id: variant.id(),
+        variant: variant.name(),
+        gof: "nrmse-sva".to_owned(),
+        replicate: 0,
+    };
+    let variants: Vec<Variant> = Variant::all().collect();
+    let tasks: Vec<Task> =
+        variants.iter().flat_map(|variant| (1..=4).map(|follower| task(variant, follower))).collect();
+    for count in [3, 18] {
+        for number in 1..=count {
+            let share = Shard::new(number, count).unwrap().of(&tasks);
+            let places: BTreeSet<u32> = share.iter().map(|&i| (tasks[i].model_id - 1) % 18).collect();
+            let constraints: BTreeSet<u32> = places.iter().map(|place| place % 3).collect();
+            assert!(places.len() > 2 && constraints.len() > 1, "{number}/{count}: {places:?}");
+            // Whole variants, but for those at its edges.
+            let cut = |id: u32| share.iter().filter(|&&i| tasks[i].model_id == id).count() % 4 != 0;
+            assert!(variants.iter().filter(|variant| cut(variant.id())).count() <= 2, "{number}/{count}");
+        }
+    }
+}
+
+#[test]
+fn who_did_a_share_is_sent_to_the_others_and_who_did_the_last_one_to_merge() {
+    let study = small("go_on");
+    let shown = text(&study).to_owned();
+    let said = |shard: &str| stderr(&leadlag(&["study", "run", &shown, "--shard", shard]));
+    assert!(said("1/2").contains(&format!("go on with: leadlag study status {shown}")));
+    assert!(said("2/2").contains(&format!("go on with: leadlag study merge {shown}")));
 }

@@ -6,7 +6,7 @@ use super::super::data::DataArgs;
 use super::super::evaluator::EvaluatorArgs;
 use super::super::extension::extend;
 use super::super::number::{finite, seed, whole};
-use leadlag::calibrate::{Calibration, OptimizerKind, Overrides, REPLICATES_MAX, Stop};
+use leadlag::calibrate::{Calibration, EVALUATIONS_MIN, OptimizerKind, Overrides, REPLICATES_MAX, Stop};
 use leadlag::catalog::Variant;
 use leadlag::convention::Convention;
 use leadlag::near::did_you_mean;
@@ -80,7 +80,7 @@ pub struct SearchArgs {
     pub replicates: u64,
     /// Stop a replicate before it would exceed this number of simulations; at least 100
     #[arg(long, value_name = "N", default_value_t = Stop::default().max_evaluations,
-          value_parser = whole(100, EVALUATIONS_MAX), allow_negative_numbers = true)]
+          value_parser = whole(EVALUATIONS_MIN, EVALUATIONS_MAX), allow_negative_numbers = true)]
     pub max_evaluations: u64,
     /// Stop a replicate after this many generations without gain; at least 1
     #[arg(long, value_name = "N", default_value_t = Stop::default().max_stall,

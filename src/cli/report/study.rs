@@ -12,10 +12,7 @@ pub fn page(path: &Path) -> anyhow::Result<String> {
     let folder = Folder::open(path)?;
     let (tasks, file) = (folder.tasks()?, folder.study_file()?);
     let inventory = inventory::look(&folder, &tasks, &[])?;
-    complain(&inventory);
-    if !inventory.conflicting.is_empty() {
-        bail!("{} parts contradict another one; nothing is reported", inventory.conflicting.len());
-    }
+    complain(&inventory)?;
     if inventory.done() == 0 {
         bail!("no task is done yet; `leadlag study run {}` computes them", path.display());
     }

@@ -5,7 +5,7 @@ use super::status::complain;
 use anyhow::bail;
 use leadlag::report::{csv, parquet};
 use leadlag::study::folder::{Folder, write_whole};
-use leadlag::study::{inventory, merge};
+use leadlag::study::{SCHEMA_VERSION, inventory, merge};
 use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -39,11 +39,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let folder = Folder::open(&args.folder)?;
     let tasks = folder.tasks()?;
     let inventory = inventory::look(&folder, &tasks, &args.parts)?;
-    complain(&inventory);
-    if !inventory.conflicting.is_empty() {
-        let (parts, shown) = (inventory.conflicting.len(), args.folder.display());
-        bail!("{parts} parts contradict another one; nothing is merged; `leadlag study status {shown}` names them");
-    }
+    complain(&inventory)?;
     let missing = inventory.missing.len();
     if missing > 0 && !args.partial {
         for &i in inventory.missing.iter().take(10) {
@@ -68,18 +64,32 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
              `leadlag study run {shown}` computes the tasks, --out DIR writes elsewhere"
         );
     }
-    let merged = merge::merge(&folder.study_file()?, &tasks, &inventory);
+    let study = folder.study_file()?;
+    let merged = merge::merge(&study, &tasks, &inventory);
     output::make_folder(&out)?;
     folder.sweep();
     let mut text = String::new();
+    let mut files = Vec::new();
+    let [version, all, missing_tasks] =
+        [SCHEMA_VERSION as usize, tasks.len(), missing].map(|number| number.to_string());
     for (name, table) in [("calibrations", &merged.calibrations), ("validations", &merged.validations)] {
-        let version = leadlag::study::SCHEMA_VERSION.to_string();
-        let metadata = [("leadlag_table", name), ("leadlag_schema_version", version.as_str())];
-        for (ending, bytes) in [("csv", csv::write(table)), ("parquet", parquet::write(table, &metadata))] {
-            let path = out.join(format!("{name}.{ending}"));
-            write_whole(&path, &bytes)?;
-            text += &format!("{}  {} rows\n", path.display(), table.rows());
-        }
+        let metadata = [
+            ("leadlag_table", name),
+            ("leadlag_schema_version", &version),
+            ("leadlag_tasks", &all),
+            ("leadlag_missing_tasks", &missing_tasks),
+            ("leadlag_tasks_sha256", &study.tasks_sha256),
+        ];
+        files.push((format!("{name}.csv"), table, csv::write(table)));
+        files.push((format!("{name}.parquet"), table, parquet::write(table, &metadata)));
+    }
+    // Whoever finds the tables finds what they lack, at any moment.
+    let first = if missing > 0 { 0 } else { files.len() };
+    files.insert(first, ("missing.csv".to_owned(), &merged.missing, csv::write(&merged.missing)));
+    for (name, table, bytes) in files {
+        let path = out.join(name);
+        write_whole(&path, &bytes)?;
+        text += &format!("{}  {}\n", path.display(), output::counted(table.rows() as u64, "row"));
     }
     output::print(&text)?;
     let infeasible = inventory.failed();

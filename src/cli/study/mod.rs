@@ -55,14 +55,14 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 
 /// True if the plan or the command line asks for something that cannot be, as the same is judged in other verbs.
 pub fn is_usage(error: &StudyError) -> bool {
-    use StudyError::{Bounds, Drive, Missing, NoTask, Plan, PlanForFolder};
+    use StudyError::{Bounds, Drive, ForeignPlan, Missing, NoTask, Plan, PlanForFolder};
     match error {
         Plan(plan) => !matches!(plan, leadlag::study::PlanError::Read { .. }),
         Drive(DriveError::Prepare { source, .. }) => super::is_usage(&PrepareError::clone(source).into()),
         // What the plan must say for these data, and does not.
         Drive(DriveError::Several { .. } | DriveError::Map { .. }) | Missing { .. } => true,
         Drive(DriveError::Vehicle(vehicle)) => matches!(vehicle, VehicleError::Unknown { .. }),
-        Bounds { .. } | NoTask { .. } | PlanForFolder(_) => true,
+        Bounds { .. } | ForeignPlan(_) | NoTask { .. } | PlanForFolder(_) => true,
         _ => false,
     }
 }

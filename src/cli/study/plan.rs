@@ -66,6 +66,30 @@ fn taken_for_one(study: &Study) -> Option<String> {
     (!names.is_empty()).then_some(note)
 }
 
+/// Trajectories that are validated on measurements that they are calibrated on.
+fn same_data(study: &Study) -> Option<String> {
+    let pairs = (0..study.drives.len()).flat_map(|i| study.validated_on(i).into_iter().map(move |k| [i, k]));
+    let shared = pairs.map(|pair| pair.map(|i| &study.drives[i])).find(|[own, other]| {
+        // Windows of one file may overlap in part, and other cars of it drive at the same time.
+        let place = |t: &f64| other.trajectory.t.binary_search_by(|u| u.total_cmp(t)).ok();
+        let times = own.trajectory.t.iter().enumerate();
+        let mut common = times.filter_map(|(i, t)| Some((i, place(t)?))).peekable();
+        let (own, other) = (&own.trajectory, &other.trajectory);
+        common.peek().is_some() && common.all(|(i, k)| (own.s[i], own.v_f[i]) == (other.s[k], other.v_f[k]))
+    });
+    let [own, other] = shared?.map(|drive| &drive.entry);
+    Some(format!(
+        "{} and {} are the same measurements ({}, {} to {} s and {} to {} s): what is calibrated on one is validated on itself",
+        own.label(),
+        other.label(),
+        other.file,
+        own.window_s[0],
+        own.window_s[1],
+        other.window_s[0],
+        other.window_s[1],
+    ))
+}
+
 /// The tasks, one per line: id, platoon, follower, variant, goodness of fit, replicate.
 fn lines(tasks: &[Task]) -> String {
     let line = |task: &Task| {
@@ -93,9 +117,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from(&plan.name));
     let study = Study::open(plan)?;
     used(&study).lines().for_each(|line| eprintln!("{line}"));
-    if let Some(note) = taken_for_one(&study) {
-        warn(&note);
-    }
+    [taken_for_one(&study), same_data(&study)].iter().flatten().for_each(|note| warn(note));
     let tasks = study.tasks();
     let before = Folder::open(&out).and_then(|folder| folder.tasks()).unwrap_or_default();
     Folder::create(&out, &content, &study)?;

@@ -29,11 +29,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let folder = Folder::open(&args.folder)?;
     let (tasks, file) = (folder.tasks()?, folder.study_file()?);
     let inventory = inventory::look(&folder, &tasks, &args.parts)?;
-    complain(&inventory);
-    if !inventory.conflicting.is_empty() {
-        let (parts, shown) = (inventory.conflicting.len(), args.folder.display());
-        bail!("{parts} parts contradict another one; nothing is reported; `leadlag study status {shown}` names them");
-    }
+    complain(&inventory)?;
     let (missing, shown) = (inventory.missing.len(), args.folder.display());
     if missing > 0 && !args.partial {
         let tasks = tasks.len();

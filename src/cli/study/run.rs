@@ -1,5 +1,6 @@
 //! `leadlag study run`.
 
+use super::super::demo::quoted;
 use super::super::lines::Lines;
 use super::super::{Usage, evaluator, interrupt, output};
 use anyhow::bail;
@@ -30,6 +31,9 @@ pub struct Args {
     /// One task, by its id or the beginning of it
     #[arg(long, value_name = "ID")]
     task: Option<String>,
+    /// Leave tasks that other runs work on to them, instead of waiting for them
+    #[arg(long)]
+    no_wait: bool,
     /// Folder of the data, where it has moved since the study was planned
     #[arg(long, value_name = "DIR")]
     data: Option<PathBuf>,
@@ -52,10 +56,11 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         return Err(Usage(message.to_owned()).into());
     }
     let progress = Arc::new(Progress::default());
-    let shown = args.folder.display().to_string();
-    give_up_in_time(Arc::clone(&progress), chosen.len(), shown.clone());
+    let again = again(args);
+    give_up_in_time(Arc::clone(&progress), chosen.len(), again.clone());
     let settings = RunSettings {
         in_flight: args.batch.map(usize::from),
+        wait: !args.no_wait,
         adapter: args.gpu.clone().map_or(AdapterChoice::Best, AdapterChoice::Named),
         warn: evaluator::warn,
     };
@@ -68,16 +73,39 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         Ok(summary) => summary,
         Err(error) => {
             let done = progress.done.load(Ordering::SeqCst);
-            eprintln!("{done} of {} tasks are done and kept; after mending: leadlag study run {shown}", chosen.len());
+            eprintln!("{done} of {} tasks are done and kept; after mending: {again}", chosen.len());
             return Err(error.into());
         }
     };
-    if summary.left > 0 {
-        bail!("{}", interrupted(&progress, chosen.len(), &shown));
+    if summary.left > 0 && interrupt::asked() {
+        bail!("{}", interrupted(&progress, chosen.len(), &again));
     }
     report(&summary, &progress, started.elapsed());
-    eprintln!("go on with: leadlag study merge {shown}");
+    // Whoever did a share of the tasks need not have done the last one.
+    let is_whole = tasks.iter().all(|task| folder.part(&task.id).is_file());
+    eprintln!("go on with: leadlag study {} {}", if is_whole { "merge" } else { "status" }, shown(args));
     Ok(())
+}
+
+/// The folder, as a shell takes it.
+fn shown(args: &Args) -> String {
+    quoted(&args.folder.display().to_string())
+}
+
+/// The command that goes on with the same tasks.
+fn again(args: &Args) -> String {
+    let mut command = format!("leadlag study run {}", shown(args));
+    let flags = [
+        ("--shard", args.shard.map(|shard| shard.to_string())),
+        ("--task", args.task.clone()),
+        ("--data", args.data.as_ref().map(|folder| folder.display().to_string())),
+        ("--batch", args.batch.map(|batch| batch.to_string())),
+        ("--gpu", args.gpu.clone()),
+    ];
+    for (flag, value) in flags {
+        command += &value.map_or(String::new(), |value| format!(" {flag} {}", quoted(&value)));
+    }
+    command + if args.no_wait { " --no-wait" } else { "" }
 }
 
 fn choose(args: &Args, tasks: &[Task]) -> anyhow::Result<Vec<usize>> {
@@ -101,7 +129,7 @@ fn choose(args: &Args, tasks: &[Task]) -> anyhow::Result<Vec<usize>> {
 /// What was done, to stderr.
 fn report(summary: &Summary, progress: &Progress, elapsed: Duration) {
     let seconds = elapsed.as_secs_f64();
-    let Summary { tasks, before, computed, failed, by_others, .. } = *summary;
+    let Summary { tasks, before, computed, failed, by_others, left } = *summary;
     let steps = progress.steps.load(Ordering::SeqCst) as f64;
     let rates = if computed > 0 {
         format!(", {:.2} tasks/s, {:.1} million candidate-steps/s", computed as f64 / seconds, steps / seconds / 1e6)
@@ -112,25 +140,28 @@ fn report(summary: &Summary, progress: &Progress, elapsed: Duration) {
         "{tasks} tasks: {before} were done, {computed} computed ({failed} without a feasible candidate), {by_others} by other runs;\n\
          {seconds:.1} s{rates}"
     );
+    if left > 0 {
+        eprintln!("{left} are under way in other runs, which this one does not wait for");
+    }
 }
 
-fn interrupted(progress: &Progress, tasks: usize, shown: &str) -> String {
+fn interrupted(progress: &Progress, tasks: usize, again: &str) -> String {
     let of = |counter: &AtomicU64| counter.load(Ordering::SeqCst);
     let (done, computed) = (of(&progress.done), of(&progress.computed));
     format!(
-        "interrupted: {done} of {tasks} tasks are done and kept, {computed} of them computed now; go on with: leadlag study run {shown}"
+        "interrupted: {done} of {tasks} tasks are done and kept, {computed} of them computed now; go on with: {again}"
     )
 }
 
 /// Ends the program a moment after Ctrl-C, should the tasks under way not end by themselves. All that is finished is on the disk.
-fn give_up_in_time(progress: Arc<Progress>, tasks: usize, shown: String) {
+fn give_up_in_time(progress: Arc<Progress>, tasks: usize, again: String) {
     std::thread::spawn(move || {
         while !interrupt::asked() {
             std::thread::sleep(Duration::from_millis(20));
         }
         std::thread::sleep(PATIENCE);
         // An error, so `--quiet` does not silence it; nobody listening changes nothing about the status.
-        let _ = writeln!(std::io::stderr(), "error: {}", interrupted(&progress, tasks, &shown));
+        let _ = writeln!(std::io::stderr(), "error: {}", interrupted(&progress, tasks, &again));
         std::process::exit(1);
     });
 }

@@ -1,5 +1,6 @@
 //! `leadlag study status`.
 
+use super::super::demo::quoted;
 use super::super::output;
 use leadlag::study::folder::Folder;
 use leadlag::study::inventory::{self, Inventory};
@@ -12,6 +13,9 @@ pub struct Args {
     /// Folder of the study
     #[arg(value_name = "DIR")]
     folder: PathBuf,
+    /// A further folder of parts, computed elsewhere; may be given several times
+    #[arg(long, value_name = "DIR")]
+    parts: Vec<PathBuf>,
     /// Print JSON, the ids of missing tasks included
     #[arg(long)]
     json: bool,
@@ -20,7 +24,7 @@ pub struct Args {
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let folder = Folder::open(&args.folder)?;
     let (tasks, study) = (folder.tasks()?, folder.study_file()?);
-    let inventory = inventory::look(&folder, &tasks, &[])?;
+    let inventory = inventory::look(&folder, &tasks, &args.parts)?;
     let (claimed, runs) = (claimed(&folder), past_runs(&folder));
     if args.json {
         let missing: Vec<&str> = inventory.missing.iter().map(|&i| tasks[i].id.as_str()).collect();
@@ -34,7 +38,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             "missing": missing,
             "damaged": inventory.damaged,
             "double": inventory.double,
-            "conflicting": inventory.conflicting,
+            "conflicting": inventory.conflicting.iter().map(|(path, other)| [path, other]).collect::<Vec<_>>(),
             "foreign": inventory.foreign,
             "unfinished": inventory.unfinished,
             "wall_s": runs.wall_s,
@@ -55,40 +59,59 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if runs.tasks > 0 {
         let rate = runs.tasks as f64 / runs.wall_s;
         let (tasks, by) = (output::counted(runs.tasks, "task"), output::counted(runs.runs as u64, "run"));
+        // Runs at the same time count each.
+        let each = if runs.runs > 1 { " of all runs together" } else { "" };
         writeln!(
             text,
-            "{tasks} computed by {by} in {:.0} s of wall time, {:.0} s of CPU time:",
+            "{tasks} computed by {by} in {:.0} s of wall time{each},\n{:.0} s of CPU time:",
             runs.wall_s, runs.cpu_s
         )?;
         let steps = runs.candidate_steps as f64 / runs.wall_s / 1e6;
-        writeln!(text, "  {rate:.2} tasks/s, {steps:.1} million candidate-steps/s")?;
+        let per = if runs.runs > 1 { " per run" } else { "" };
+        writeln!(text, "  {rate:.2} tasks/s, {steps:.1} million candidate-steps/s{per}")?;
     }
-    let verb = if inventory.missing.is_empty() { "merge" } else { "run" };
-    writeln!(text, "go on with: leadlag study {verb} {}", args.folder.display())?;
+    let folder = quoted(&args.folder.display().to_string());
+    match (inventory.conflicting.is_empty(), inventory.missing.is_empty()) {
+        (false, _) => text += "go on by deleting the wrong one of each pair; `run` computes what is left without\n",
+        (true, false) => writeln!(text, "go on with: leadlag study run {folder}")?,
+        (true, true) => {
+            let further = args.parts.iter().map(|parts| format!(" --parts {}", quoted(&parts.display().to_string())));
+            writeln!(text, "go on with: leadlag study merge {folder}{}", further.collect::<String>())?;
+        }
+    }
     output::print(&text)
 }
 
 /// Says what is wrong with the parts.
-pub fn complain(inventory: &Inventory) {
+///
+/// # Errors
+/// If two parts contradict each other: nothing can be made of them.
+pub fn complain(inventory: &Inventory) -> anyhow::Result<()> {
     complaints(inventory).lines().for_each(|line| eprintln!("{line}"));
+    let pairs = output::counted(inventory.conflicting.len() as u64, "pair");
+    anyhow::ensure!(
+        inventory.conflicting.is_empty(),
+        "parts contradict each other ({pairs}), and nothing is made of them; delete the wrong one of each pair; `leadlag study run` \
+         computes a task again that is left without a part"
+    );
+    Ok(())
 }
 
 /// What is wrong with the parts, one line each; empty if nothing is.
 fn complaints(inventory: &Inventory) -> String {
     let mut text = String::new();
-    for (files, what) in [
-        (&inventory.damaged, "is no whole part of this version: its task counts as missing"),
-        (&inventory.double, "repeats another part: no harm"),
-        (&inventory.conflicting, "contradicts another part of the same task: delete the wrong one"),
-        (&inventory.foreign, "is no part of this plan: it is left out"),
-    ] {
-        // Ten tell what is the matter.
-        for path in files.iter().take(10) {
-            text += &format!("{}: {what}\n", path.display());
+    // Ten tell what is the matter.
+    let mut tell = |lines: Vec<String>| {
+        lines.iter().take(10).for_each(|line| text += &format!("{line}\n"));
+        if lines.len() > 10 {
+            text += &format!("... and {} more like this\n", lines.len() - 10);
         }
-        if files.len() > 10 {
-            text += &format!("... and {} more like this\n", files.len() - 10);
-        }
-    }
+    };
+    let say = |files: &[PathBuf], what: &str| files.iter().map(|path| format!("{}: {what}", path.display())).collect();
+    tell(say(&inventory.damaged, "is no whole part of this version: its task counts as missing"));
+    tell(say(&inventory.double, "repeats another part: no harm"));
+    let pairs = inventory.conflicting.iter().map(|(path, other)| (path.display(), other.display()));
+    tell(pairs.map(|(path, other)| format!("{path}: contradicts {other}, a part of the same task")).collect());
+    tell(say(&inventory.foreign, "is no part of this plan: it is left out"));
     text
 }

@@ -2,7 +2,7 @@
 
 use super::{CalibrationPlan, DataPlan, Extend, PLAN_VERSION, Plan, PlanError, PlatoonPlan};
 use super::{StoredExtension, Validation};
-use crate::calibrate::{OptimizerKind, Overrides, REPLICATES_MAX, Stop};
+use crate::calibrate::{EVALUATIONS_MIN, OptimizerKind, Overrides, REPLICATES_MAX, Stop};
 use crate::catalog::Variant;
 use crate::lanes::LanesPrecision;
 use crate::near::nearest;
@@ -47,7 +47,7 @@ struct PlatoonText {
     layout: Option<String>,
     columns: Option<String>,
     trajectory: Option<String>,
-    followers: Option<Vec<usize>>,
+    followers: Option<Several<usize>>,
     #[serde(default)]
     smooth: bool,
     from_s: Option<f64>,
@@ -60,10 +60,10 @@ struct PlatoonText {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct CalibrationText {
-    variants: Vec<VariantText>,
+    variants: Several<VariantText>,
     #[serde(default)]
-    extend: Vec<String>,
-    gof: Option<Vec<String>>,
+    extend: Several<String>,
+    gof: Option<Several<String>>,
     convention: Option<String>,
     replicates: Option<u64>,
     seed: Option<u64>,
@@ -77,10 +77,36 @@ struct CalibrationText {
 }
 
 #[derive(Deserialize)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "expected ids and names of variants, such as [1, \"gipps+delay\", \"19-36\"]")]
 enum VariantText {
     Id(u32),
     Name(String),
+}
+
+/// A list, or its only item without brackets.
+#[derive(Deserialize)]
+#[serde(
+    untagged,
+    expecting = "expected one item or a list of them, such as [1, 2] or [\"a\", \"b\"], as docs/STUDY.md has it for this key"
+)]
+enum Several<T> {
+    List(Vec<T>),
+    One(T),
+}
+
+impl<T> Several<T> {
+    fn list(self) -> Vec<T> {
+        match self {
+            Several::List(items) => items,
+            Several::One(item) => vec![item],
+        }
+    }
+}
+
+impl<T> Default for Several<T> {
+    fn default() -> Self {
+        Several::List(Vec::new())
+    }
 }
 
 #[derive(Deserialize, Default)]
@@ -130,7 +156,21 @@ fn at(content: &str, path: &str, error: &toml::de::Error) -> PlanError {
     let mut quoted = message.split('`').skip(1).step_by(2);
     let unknown = message.starts_with("unknown field").then(|| quoted.next()).flatten();
     let nearest = unknown.and_then(|word| nearest(word, quoted)).map(str::to_owned);
-    let reason = message.replace("unknown field", "unknown key").replace("missing field", "missing key");
+    let mut reason = message.replace("unknown field", "unknown key").replace("missing field", "missing key");
+    // Words of the program's language, for those of the plan's.
+    for (type_name, words) in [
+        ("expected u64", "expected a whole number from 0"),
+        ("expected u32", "expected a whole number from 0"),
+        ("expected usize", "expected a whole number from 0"),
+        ("expected f64", "expected a number"),
+    ] {
+        reason = reason.replace(type_name, words);
+    }
+    // What is wrong with a value is said without its key; what is no TOML has none.
+    let of_value = ["invalid type", "invalid value", "expected "].iter().any(|begin| reason.starts_with(begin));
+    let text = content.lines().nth(line - 1).unwrap_or_default();
+    let key = text.split_once('=').map(|(key, _)| key.trim()).filter(|_| of_value);
+    let reason = key.map_or(reason.clone(), |key| format!("{key}: {reason}"));
     PlanError::Toml { path: path.to_owned(), line, column, reason, nearest }
 }
 
@@ -165,7 +205,8 @@ impl Reader<'_> {
         let layouts = Layout::ALL.map(Layout::name);
         let mut names = HashSet::new();
         let mut platoons = Vec::new();
-        for entry in entries {
+        for mut entry in entries {
+            let followers = entry.followers.take().map(Several::list);
             let key = |field: &str| format!("platoon {}: {field}", entry.name);
             let plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
             if entry.name.is_empty() || !entry.name.chars().all(plain) {
@@ -174,7 +215,7 @@ impl Reader<'_> {
             if !names.insert(entry.name.clone()) {
                 return Err(self.value(key("name"), "occurs more than once", None));
             }
-            if let Some(followers) = &entry.followers {
+            if let Some(followers) = &followers {
                 let distinct: HashSet<_> = followers.iter().collect();
                 if followers.is_empty() || followers.contains(&0) || distinct.len() < followers.len() {
                     let reason = "expected numbers from 1 (right behind the platoon leader), each once";
@@ -195,7 +236,7 @@ impl Reader<'_> {
                 trajectory: entry.trajectory,
                 name: entry.name,
                 file: entry.file,
-                followers: entry.followers,
+                followers,
                 smooth: entry.smooth,
                 from: entry.from_s,
                 to: entry.to_s,
@@ -209,18 +250,18 @@ impl Reader<'_> {
 
     fn calibration(&self, entry: CalibrationText) -> Result<CalibrationPlan, PlanError> {
         let default = Stop::default();
-        let gofs = entry.gof.unwrap_or_else(|| vec![GoodnessOfFit::NRMSE_SVA.to_string()]);
+        let gofs = entry.gof.map_or_else(|| vec![GoodnessOfFit::NRMSE_SVA.to_string()], Several::list);
         let gofs = gofs.iter().map(|text| self.parse("calibration.gof", text, &GOFS)).collect::<Result<Vec<_>, _>>()?;
         self.once("calibration.gof", &gofs.iter().map(GoodnessOfFit::to_string).collect::<Vec<_>>())?;
         let convention = entry.convention.as_deref().unwrap_or("paper");
         let optimizer = entry.optimizer.as_deref().unwrap_or("auto");
         let (evaluator, precision) = self.evaluator(entry.evaluator.as_deref(), entry.precision.as_deref())?;
-        let extend = self.extensions(entry.extend)?;
+        let extend = self.extensions(entry.extend.list())?;
         Ok(CalibrationPlan {
-            variants: self.extended(self.variants(&entry.variants)?, &extend)?,
+            variants: self.extended(self.variants(&entry.variants.list())?, &extend)?,
             gofs,
             convention: self.parse("calibration.convention", convention, &["paper", "authors"])?,
-            replicates: self.replicates(entry.replicates.unwrap_or(1))?,
+            replicates: self.within("calibration.replicates", entry.replicates.unwrap_or(1), [1, REPLICATES_MAX])?,
             seed: entry.seed.unwrap_or(1),
             optimizer: self.parse::<OptimizerKind>(
                 "calibration.optimizer",
@@ -228,11 +269,16 @@ impl Reader<'_> {
                 &["auto", "ga", "lshade", "cmaes"],
             )?,
             stop: Stop {
-                max_evaluations: self.at_least_1(
+                max_evaluations: self.within(
                     "calibration.max_evaluations",
                     entry.max_evaluations.unwrap_or(default.max_evaluations),
+                    [EVALUATIONS_MIN, u64::MAX],
                 )?,
-                max_stall: self.at_least_1("calibration.max_stall", entry.max_stall.unwrap_or(default.max_stall))?,
+                max_stall: self.within(
+                    "calibration.max_stall",
+                    entry.max_stall.unwrap_or(default.max_stall),
+                    [1, u64::MAX],
+                )?,
                 ..default
             },
             bounds: self.bounds(&entry.bounds, &extend)?,
@@ -242,16 +288,13 @@ impl Reader<'_> {
         })
     }
 
-    fn replicates(&self, found: u64) -> Result<u64, PlanError> {
-        if found > REPLICATES_MAX {
-            let reason = format!("expected at most {REPLICATES_MAX}, found {found}");
-            return Err(self.value("calibration.replicates", reason, None));
-        }
-        self.at_least_1("calibration.replicates", found)
-    }
-
-    fn at_least_1(&self, key: &str, found: u64) -> Result<u64, PlanError> {
-        if found > 0 { Ok(found) } else { Err(self.value(key, "expected at least 1, found 0", None)) }
+    fn within(&self, key: &str, found: u64, [lowest, highest]: [u64; 2]) -> Result<u64, PlanError> {
+        let expected = match found {
+            _ if found < lowest => format!("at least {lowest}"),
+            _ if found > highest => format!("at most {highest}"),
+            _ => return Ok(found),
+        };
+        Err(self.value(key, format!("expected {expected}, found {found}"), None))
     }
 
     fn once(&self, key: &str, items: &[String]) -> Result<(), PlanError> {
