@@ -1,10 +1,14 @@
-"""Reads calibrations and validations as Parquet with pyarrow and DuckDB and compares every value with the CSV."""
+"""Reads calibrations and validations with pyarrow, DuckDB, Polars and pandas, and with R where it is, and compares every value with the CSV."""
 
 import csv
+import shutil
+import subprocess
 import sys
 from pathlib import Path
 
 import duckdb
+import pandas
+import polars
 import pyarrow.parquet
 
 TYPES = {"int64": int, "double": float, "bool": lambda text: {"true": True, "false": False}[text], "string": str}
@@ -29,7 +33,19 @@ def check(folder: Path, name: str) -> None:
     found = [list(row) for row in relation.fetchall()]
     pyarrow_rows = [list(row.values()) for row in table.to_pylist()]
     assert found == pyarrow_rows, "DuckDB and pyarrow agree"
-    print(f"{path}: {table.num_rows} rows, {table.num_columns} columns: the same in pyarrow, DuckDB and CSV")
+    assert [list(row) for row in polars.read_parquet(path).rows()] == pyarrow_rows, "Polars and pyarrow agree"
+    frame, text = pandas.read_parquet(path), pandas.read_csv(folder / f"{name}.csv")
+    # Columns without a single value have no type in a CSV.
+    filled = [column for column in header if frame[column].notna().any()]
+    pandas.testing.assert_frame_equal(frame[filled], text[filled], check_dtype=False, rtol=1e-12)
+    readers = "pyarrow, DuckDB, Polars, pandas"
+    if rscript := shutil.which("Rscript"):
+        program = f"x <- read.csv('{folder}/{name}.csv'); cat(nrow(x), ncol(x), format(sum(x$rmse_s_m, na.rm = TRUE), digits = 12))"
+        said = subprocess.run([rscript, "-e", program], check=True, capture_output=True, text=True).stdout.split()
+        assert [int(said[0]), int(said[1])] == [len(rows), len(header)], said
+        assert abs(float(said[2]) - frame["rmse_s_m"].sum()) < 1e-6, said
+        readers += ", R"
+    print(f"{path}: {table.num_rows} rows, {table.num_columns} columns: the same in {readers} and CSV")
 
 
 if __name__ == "__main__":

@@ -92,7 +92,7 @@ for b, base in enumerate(BASES):
         return f"{number(row[column])} ({number(row['paper_' + column])})"
 
     def both(row):
-        return f"{change(row, 'calibration_gof_percent')} / {change(row, 'validation_gof_percent')}" if row else "–"
+        return f"{change(row, 'calibration_nrmse_sva_percent')} / {change(row, 'validation_nrmse_sva_percent')}" if row else "–"
 
     print(f"| {base} | " + " | ".join(both(five.get(18 * b + 3 * p + 1)) for p in range(1, len(PARTS))) + " |")
 print("\nCollisions in validation, over the same variants, and other early ends:\n")

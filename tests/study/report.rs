@@ -190,3 +190,28 @@ fn a_report_of_an_unfinished_study_says_so_and_a_finished_one_is_the_same_again(
     };
     assert_eq!(order(&reported(&study, &["--partial"])), order(&whole));
 }
+
+/// The paper's tables are of NRMSE(s,v,a): nothing of them stands beside another measure, or judges it.
+#[test]
+fn a_study_of_another_goodness_of_fit_is_not_put_beside_the_papers_numbers() {
+    let plan = plan_text(1, 300).replace("replicates = 1", "replicates = 1\ngof = \"rmse-s\"");
+    let study = planned("report_rmse", &plan);
+    ok(&["study", "run", text(&study)]);
+    let report = reported(&study, &[]);
+    for (name, column) in
+        [("table4.csv", "paper_median"), ("table5.csv", "paper_collisions"), ("figure6.csv", "paper_median")]
+    {
+        let rows = read(&report[name]);
+        assert!(rows.len() == 3 && rows.iter().all(|row| row[column].is_empty()), "{name}: {rows:?}");
+    }
+    let summary = String::from_utf8(report["report.md"].clone()).unwrap();
+    assert!(
+        summary.contains("This study minimises rmse-s; the paper's Tables 4 and 5 are of NRMSE(s,v,a)"),
+        "{summary}"
+    );
+    assert!(!summary.contains("| agrees |") && !summary.contains("**differs**"), "{summary}");
+    for figure in ["figure6.svg", "figure7.svg"] {
+        let svg = String::from_utf8(report[figure].clone()).unwrap();
+        assert!(!svg.contains("Open diamonds") && !svg.contains("Grey steps"), "{figure}");
+    }
+}

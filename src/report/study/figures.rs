@@ -74,8 +74,11 @@ pub fn variations(material: &Material) -> String {
         for k in 0..=2 {
             let x = plot.along(k, 2, 0.0);
             let at = end * k as f64 / 2.0;
-            let digits =
-                [10.0, 1.0, 0.1].into_iter().take_while(|limit| end < *limit).count() + usize::from(end < 20.0);
+            let exact = |digits: &usize| {
+                let scale = 10f64.powi(*digits as i32);
+                ((at * scale).round() / scale - at).abs() < 1e-6 * end
+            };
+            let digits = (0..4).find(exact).unwrap_or(4);
             let text = if end < 0.01 { short(at) } else { format!("{at:.digits$}") };
             let above = if k == 2 && most > end { "≥ " } else { "" };
             // The last one ends where the bars do: beside it another panel, or the edge.
@@ -198,9 +201,10 @@ fn counted(outliers: usize) -> String {
 pub fn boxes(material: &Material) -> String {
     let own = material.own;
     let boxes: Vec<_> = (0..own.variants.len()).map(|v| box_statistics(&own.normalized(v))).collect();
+    let diamonds = "Open diamonds: the paper's medians over 28 trajectories (Table 4). ";
     let lines = [
         "Score over the lowest score of the same trajectory, minus 1 (Eq. 19). Box: quartiles and median; small square: mean; whiskers: 1.5 interquartile ranges; dots: outliers.",
-        "Open diamonds: the paper's medians over 28 trajectories (Table 4). Numbers below: ids of Table 1.",
+        &format!("{}Numbers below: ids of Table 1.", if material.paper.is_empty() { "" } else { diamonds }),
     ];
     let mut figure = Figure::new(WIDTH, 480.0, "Figure 6: normalised calibration errors of the variants", &lines);
     let whiskers = boxes.iter().flatten().map(|b| b.whiskers[1]).fold(0.0, f64::max);
@@ -251,9 +255,10 @@ pub fn boxes(material: &Material) -> String {
 /// Figure 7: collisions of the winners on other trajectories.
 pub fn collisions(material: &Material) -> String {
     let own = material.own;
+    let steps = "Grey steps: the paper, 168 runs per variant, NRMSE(s,v,a) (Table 5). ";
     let lines = [
         "Winners of each calibration, simulated on the other trajectories of the same vehicle: share of runs in which the spacing was not above 0.",
-        "Grey steps: the paper, 168 runs per variant, NRMSE(s,v,a) (Table 5). Numbers below: ids of Table 1.",
+        &format!("{}Numbers below: ids of Table 1.", if material.paper.is_empty() { "" } else { steps }),
     ];
     let mut figure = Figure::new(WIDTH, 480.0, "Figure 7: collisions in validation", &lines);
     let share = |outcomes: &Outcomes, v: usize| {
@@ -273,7 +278,7 @@ pub fn collisions(material: &Material) -> String {
             figure.line([x - 0.5 * unit, y], [x + 0.5 * unit, y], 1.6, PAPER);
         }
     }
-    let mut entries = vec![("paper", PAPER)];
+    let mut entries = if material.paper.is_empty() { Vec::new() } else { vec![("paper", PAPER)] };
     for (k, outcomes) in material.all.iter().enumerate() {
         let colour = PALETTE[k % PALETTE.len()];
         entries.push((outcomes.gof.as_str(), colour));

@@ -9,7 +9,7 @@ mod tables;
 use crate::study::PastRuns;
 use crate::study::folder::StudyFile;
 use crate::study::inventory::Inventory;
-use crate::study::outcome::claims::{Claim, claims};
+use crate::study::outcome::claims::{Claim, PAPERS_GOF, claims};
 use crate::study::outcome::{Outcomes, Table4Row, Table5Row, compare};
 use crate::study::paper::{Printed, printed};
 use std::collections::BTreeMap;
@@ -25,6 +25,7 @@ struct Material<'a> {
     four: Vec<Table4Row>,
     five: Vec<Table5Row>,
     claims: Vec<Claim>,
+    /// What the paper prints; nothing beside another goodness of fit than its own.
     paper: BTreeMap<u32, Printed>,
     /// Number of tasks that are not there.
     missing: usize,
@@ -32,10 +33,11 @@ struct Material<'a> {
 
 impl<'a> Material<'a> {
     fn new(study: &'a StudyFile, all: &'a [Outcomes], missing: usize) -> Material<'a> {
-        let own = all.iter().find(|outcomes| outcomes.gof == "nrmse-sva").unwrap_or(&all[0]);
+        let own = all.iter().find(|outcomes| outcomes.gof == PAPERS_GOF).unwrap_or(&all[0]);
         let (four, five) = compare(own);
-        let claims = claims(own, &four, all);
-        Material { study, own, all, four, five, claims, paper: printed(), missing }
+        let claims = claims(own, &four, &five, all);
+        let paper = if own.gof == PAPERS_GOF { printed() } else { BTreeMap::new() };
+        Material { study, own, all, four, five, claims, paper, missing }
     }
 }
 

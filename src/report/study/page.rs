@@ -81,10 +81,11 @@ fn claims(page: &mut Page, material: &Material) {
             Some(false) => "differs",
             None => "cannot tell",
         };
-        vec![mark.to_owned(), claim.paper.to_owned(), claim.found.clone()]
+        vec![mark.to_owned(), claim.paper.to_owned(), claim.found.clone(), claim.why.clone().unwrap_or_default()]
     };
     let rows: Vec<Vec<String>> = material.claims.iter().map(row).collect();
-    page.table("Statements of the paper", &["verdict", "the paper says", "this study"], &rows);
+    let head = ["verdict", "the paper says", "this study", "what lies behind a difference"];
+    page.table("Statements of the paper", &head, &rows);
 }
 
 fn optional(value: Option<f64>) -> String {
@@ -282,7 +283,7 @@ fn twin(material: &Material, matrix: &Matrix, past: &PastRuns) -> String {
     let claims: Vec<Value> = material
         .claims
         .iter()
-        .map(|claim| json!({"paper": claim.paper, "found": claim.found, "agrees": claim.agrees}))
+        .map(|claim| json!({"paper": claim.paper, "found": claim.found, "agrees": claim.agrees, "why": claim.why}))
         .collect();
     let crosses: Vec<Value> = matrix
         .iter()

@@ -45,21 +45,29 @@ fn lines(material: &Material, text: &mut String) -> std::fmt::Result {
         writeln!(text, "\n**{missing} {are} missing: these numbers are preliminary.**")?;
     }
     writeln!(text, "\n## Where it agrees, and where not\n")?;
-    writeln!(text, "| | the paper says | this study |\n|---|---|---|")?;
+    if material.paper.is_empty() {
+        writeln!(
+            text,
+            "This study minimises {}; the paper's Tables 4 and 5 are of NRMSE(s,v,a), and nothing is put beside them.\n",
+            own.gof
+        )?;
+    }
+    writeln!(text, "| | the paper says | this study | what lies behind a difference |\n|---|---|---|---|")?;
     for claim in &material.claims {
         let mark = match claim.agrees {
             Some(true) => "agrees",
             Some(false) => "**differs**",
             None => "cannot tell",
         };
-        writeln!(text, "| {mark} | {} | {} |", claim.paper, claim.found)?;
+        writeln!(text, "| {mark} | {} | {} | {} |", claim.paper, claim.found, claim.why.as_deref().unwrap_or(""))?;
     }
     correlations(material, text)?;
     table4(material, text)?;
     writeln!(text, "\n## Files\n")?;
     writeln!(
         text,
-        "`table4.csv`, `table5.csv`: every number beside the paper's. `figure4` to `figure7`: numbers as `.csv`, pictures as `.svg`."
+        "`table4.csv`, `table5.csv`: every number beside the paper's. `figure4` to `figure7`: numbers as `.csv`, pictures as `.svg`. \
+         Columns: docs/STUDY.md of leadlag."
     )?;
     writeln!(
         text,

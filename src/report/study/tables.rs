@@ -4,6 +4,7 @@ use super::Material;
 use crate::calibrate::coefficient_of_variation;
 use crate::catalog::{BASES, Variant};
 use crate::study::outcome::Outcomes;
+use crate::study::outcome::claims::PAPERS_GOF;
 use crate::study::outcome::statistics::box_statistics;
 use crate::study::paper::{Printed, VALIDATIONS};
 use crate::study::table::Table;
@@ -38,18 +39,18 @@ pub fn four(material: &Material) -> Table {
 /// Table 5.
 pub fn five(material: &Material) -> Table {
     let mut table = variants(material);
-    for (i, error) in ["rmse_s", "rmse_v", "rmse_a", "gof"].into_iter().enumerate() {
+    for (i, error) in ["rmse_s", "rmse_v", "rmse_a", "nrmse_sva"].into_iter().enumerate() {
         table.number(&format!("calibration_{error}_percent"), material.five.iter().map(|row| row.calibration[i]));
         table.number(&format!("paper_calibration_{error}_percent"), paper(material, move |p| p.calibration[i]));
     }
-    for (i, error) in ["rmse_s", "rmse_v", "rmse_a", "gof"].into_iter().enumerate() {
+    for (i, error) in ["rmse_s", "rmse_v", "rmse_a", "nrmse_sva"].into_iter().enumerate() {
         table.number(&format!("validation_{error}_percent"), material.five.iter().map(|row| row.validation[i]));
         table.number(&format!("paper_validation_{error}_percent"), paper(material, move |p| p.validation[i]));
     }
     let whole = |of: fn(&crate::study::outcome::Table5Row) -> usize| {
         material.five.iter().map(move |row| i64::try_from(of(row)).ok())
     };
-    table.integer("collision_free_in_class", whole(|row| row.common));
+    table.integer("common_validation_runs", whole(|row| row.common));
     table.integer("collisions", whole(|row| row.collisions));
     table.integer("other_early_ends", whole(|row| row.other_ends));
     table.integer("validation_runs", whole(|row| row.runs));
@@ -136,7 +137,7 @@ pub fn collisions(material: &Material) -> Table {
     table.number("collision_percent", rows.iter().map(|r| share(r.collisions, r.runs)));
     // The paper prints numbers for its own goodness of fit only (Table 5); the other curves are in its figure.
     let printed = |r: &CollisionRow| {
-        let row = material.paper.get(&r.variant.id()).filter(|_| r.gof == "nrmse-sva")?;
+        let row = material.paper.get(&r.variant.id()).filter(|_| r.gof == PAPERS_GOF)?;
         Some(100.0 * row.collisions / VALIDATIONS)
     };
     table.number("paper_collision_percent", rows.iter().map(printed));

@@ -51,6 +51,8 @@ pub struct Cell {
     pub best: Option<Errors>,
     /// The best score.
     pub score: Option<f64>,
+    /// Parameters that the best one has on a bound.
+    pub at_bound: Vec<String>,
     /// What the best one does elsewhere, in the order of the plan.
     pub tried: Vec<Tried>,
 }
@@ -157,6 +159,7 @@ fn add(cell: &mut Cell, part: &Part) {
     if cell.score.is_none_or(|best| score < best) {
         cell.score = Some(score);
         cell.best = part.calibration.run.as_ref().and_then(errors);
+        cell.at_bound.clone_from(&part.calibration.at_bound);
         cell.tried = part.validations.iter().map(|row| tried(&row.run)).collect();
     }
 }

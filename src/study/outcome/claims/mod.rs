@@ -1,0 +1,82 @@
+//! What the paper says, and whether a study says the same.
+
+mod collisions;
+mod errors;
+
+use super::{Outcomes, Table4Row, Table5Row};
+
+/// A statement of the paper beside what a study finds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Claim {
+    /// The paper's words, in short, with the section.
+    pub paper: &'static str,
+    /// What was found, with numbers.
+    pub found: String,
+    /// Whether that is the same; `None` if the study cannot tell.
+    pub agrees: Option<bool>,
+    /// What in the study lies behind a difference; `None` without one, or where nothing in it does.
+    pub why: Option<String>,
+}
+
+/// The goodness of fit that the paper's Tables 4 and 5 are about.
+pub const PAPERS_GOF: &str = "nrmse-sva";
+
+/// The five base models, by name.
+const BASES: [&str; 5] = ["idm", "gipps", "l-cth", "l-idm", "l-gipps"];
+
+/// Every statement, in the order of the paper. `all` are the outcomes of every goodness of fit of the study, `own` those that the tables
+/// are made of. What the paper says of its own goodness of fit, outcomes of another one cannot tell.
+#[must_use]
+pub fn claims(own: &Outcomes, table4: &[Table4Row], table5: &[Table5Row], all: &[Outcomes]) -> Vec<Claim> {
+    let of = Reader { own, table4, table5 };
+    let mut claims = of.errors();
+    claims.extend(of.collisions());
+    claims.push(of.less_in_validation());
+    if own.gof != PAPERS_GOF {
+        for claim in &mut claims {
+            (claim.agrees, claim.why) = (None, None);
+        }
+    }
+    claims.extend(collisions::by_gof(all));
+    claims
+}
+
+struct Reader<'a> {
+    own: &'a Outcomes,
+    table4: &'a [Table4Row],
+    table5: &'a [Table5Row],
+}
+
+impl Reader<'_> {
+    /// Of several base models the one with the lowest value, where all are there and no two are the lowest.
+    fn lowest(
+        paper: &'static str,
+        values: &[(&str, f64)],
+        bases: &[&str],
+        expected: &str,
+        shown: impl Fn(f64) -> String,
+    ) -> Claim {
+        let listed: Vec<String> = values.iter().map(|(base, x)| format!("{base} {}", shown(*x))).collect();
+        let lowest = values.iter().min_by(|a, b| a.1.total_cmp(&b.1)).filter(|_| values.len() == bases.len());
+        let ties = lowest.is_some_and(|low| values.iter().filter(|(_, x)| *x == low.1).count() > 1);
+        claim(paper, &listed, lowest.filter(|_| !ties).map(|(base, _)| *base == expected))
+    }
+}
+
+/// What the paper says of all base models a study of some of them cannot tell.
+fn every_base<T>(values: &[T]) -> bool {
+    values.len() == BASES.len()
+}
+
+fn claim(paper: &'static str, found: &[String], agrees: Option<bool>) -> Claim {
+    let found = if found.is_empty() { "not in this study".to_owned() } else { found.join(", ") };
+    Claim { paper, found, agrees, why: None }
+}
+
+impl Claim {
+    /// With what lies behind it, if it differs and there is something to say.
+    fn because(self, why: impl FnOnce() -> Vec<String>) -> Claim {
+        let why = if self.agrees == Some(false) { why() } else { Vec::new() };
+        Claim { why: (!why.is_empty()).then(|| why.join("; ")), ..self }
+    }
+}
