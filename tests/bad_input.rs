@@ -91,14 +91,18 @@ const CASES: &[Case] = &[
     ("driving backwards", PAIR, b"0.1,10,9", b"0.1,10,-3", "bad.csv:3:8: column speed_mps: expected at least -0.5 m/s, found -3; speeds count forwards: check the sign, or leave the field empty"),
     ("truncated last line", PAIR, b"0.2,10,9,20.2\n", b"0.2,10,9", "bad.csv:4:1: expected 4 fields as in the header, found 3; the last line is cut off: delete it, or copy the file again"),
     ("decimal commas", PAIR, b"0.1,10,9,20.1", b"0,1,10,9,20,1", "bad.csv:3:1: expected 4 fields as in the header, found 6; write decimal numbers with a point, and no separator within a number"),
-    ("semicolons", PAIR, b"time_s,lead_speed_mps,speed_mps,spacing_m", b"time_s;lead_speed_mps;speed_mps;spacing_m", "bad.csv:1:7: the fields are separated by semicolons; expected commas, and a point in decimal numbers: convert the file"),
+    ("semicolons", PAIR, b"time_s,lead_speed_mps,speed_mps,spacing_m", b"time_s;lead_speed_mps;speed_mps;spacing_m", "bad.csv:1:7: the fields are separated by semicolons; expected commas, and a point in decimal numbers: convert the file, or read it as it is by a column map (--columns) with separator = \"semicolon\"; decimal = \"comma\" there reads decimal commas"),
     ("one row", PAIR, b"0.1,10,9,20.1\n0.2,10,9,20.2\n", b"", "bad.csv:2: expected at least 2 rows of numbers, found 1; a trajectory needs more"),
     ("header only", PAIR, b"0,10,9,20\n0.1,10,9,20.1\n0.2,10,9,20.2\n", b"", "bad.csv:1: the file ends after its header; expected rows of numbers"),
     ("misspelt column", PAIR, b"spacing_m", b"spacing", "bad.csv:1: column spacing_m is missing; the file has time_s, lead_speed_mps, speed_mps, spacing (needed: time_s, speed_mps, spacing_m, lead_speed_mps); rename spacing to spacing_m? Or read the table as it is with --columns (`leadlag list columns`)"),
     ("misspelt optional column", PAIR, b"time_s,", b"lead_positon_m,time_s,", "bad.csv:1:1: column lead_positon_m is unknown; did you mean lead_position_m? Rename it"),
     ("column twice", PAIR, b"time_s,", b"speed_mps,time_s,", "bad.csv:1:33: column speed_mps appears twice; remove or rename one"),
     ("two names of one's own", PAIR, b"time_s,lead_speed_mps,speed_mps,spacing_m", b"t,lead_speed_mps,speed_mps,Distance", "bad.csv:1: columns time_s and spacing_m are missing; the file has t, lead_speed_mps, speed_mps, Distance (needed: time_s, speed_mps, spacing_m, lead_speed_mps); rename t to time_s and Distance to spacing_m? Or read the table as it is with --columns (`leadlag list columns`)"),
-    ("tabs", PAIR, b"time_s,lead_speed_mps,speed_mps,spacing_m", b"time_s\tlead_speed_mps\tspeed_mps\tspacing_m", "bad.csv:1:7: the fields are separated by tabs; expected commas, and a point in decimal numbers: convert the file"),
+    ("names of one's own", PAIR, b"time_s,lead_speed_mps,speed_mps,spacing_m", b"time,lead_speed,speed,spacing", "bad.csv:1: columns time_s, speed_mps, spacing_m and lead_speed_mps are missing; the file has time, lead_speed, speed, spacing; rename time to time_s, speed to speed_mps, spacing to spacing_m and lead_speed to lead_speed_mps? Or read the table as it is with --columns (`leadlag list columns`)"),
+    ("other names of one's own", PAIR, b"time_s,lead_speed_mps,speed_mps,spacing_m", b"time,v_lead,v_follow,gap", "bad.csv:1: columns time_s, speed_mps, spacing_m and lead_speed_mps are missing; the file has time, v_lead, v_follow, gap; rename time to time_s, v_follow to speed_mps, gap to spacing_m and v_lead to lead_speed_mps? Or read the table as it is with --columns (`leadlag list columns`)"),
+    ("one name that stands for something", PAIR, b"time_s,lead_speed_mps,speed_mps,spacing_m", b"frame,a,b,gap", "bad.csv:1: no known layout has the columns frame, a, b, gap; expected those of openacc or astazero-rebuilt (metadata lines, then Time, Speed1, IVS1, ...), astazero-processed (Time, X1, SpeedDoppler1, Spacing2, ...), ultra-av (Trajectory_ID, Time_Index, ...) or pair (time_s, speed_mps, spacing_m, lead_speed_mps): rename the columns, or read the table with --columns (`leadlag list columns`: ngsim, highd, sumo-fcd, or a file of your own)"),
+    ("no header", PAIR, b"time_s,lead_speed_mps,speed_mps,spacing_m\n", b"", "bad.csv:1: the header line is missing, the first line has numbers: 0, 10, 9, 20; put a line with the names of the columns before it, for a pair time_s,lead_speed_mps,speed_mps,spacing_m in the order of the file, or give them as header = [...] in a column map (--columns)"),
+    ("tabs", PAIR, b"time_s,lead_speed_mps,speed_mps,spacing_m", b"time_s\tlead_speed_mps\tspeed_mps\tspacing_m", "bad.csv:1:7: the fields are separated by tabs; expected commas, and a point in decimal numbers: convert the file, or read it as it is by a column map (--columns) with separator = \"tab\"; decimal = \"comma\" there reads decimal commas"),
     ("one field too many", PAIR, b"0.1,10,9,20.1", b"0.1,10,9,20.1,7", "bad.csv:3:1: expected 4 fields as in the header, found 5; write decimal numbers with a point, and no separator within a number"),
     ("one field too few", PAIR, b"0.1,10,9,20.1", b"0.1,10,9", "bad.csv:3:1: expected 4 fields as in the header, found 3; complete the row (empty fields mean missing values), or delete it"),
     ("quoted decimal comma", PAIR, b"0.1,10,9", b"\"0,1\",10,9", "bad.csv:3:1: column time_s: expected a finite number, found \"0,1\"; write decimal numbers with a point"),
@@ -123,7 +127,7 @@ const CASES: &[Case] = &[
     ("one row", OPENACC, b"1.1,10,0,0,9,-25,0,20.1,ACC\r\n1.2,10,0,0,9,-25,0,20.2,ACC\r\n", b"", "bad.csv:7: expected at least 2 rows of numbers, found 1; a trajectory needs more"),
     ("header only", OPENACC, b"1.0,10,0,0,9,-25,0,20,ACC\r\n1.1,10,0,0,9,-25,0,20.1,ACC\r\n1.2,10,0,0,9,-25,0,20.2,ACC\r\n", b"", "bad.csv:6: the file ends after its header; expected rows of numbers"),
     ("metadata line lost", OPENACC, b"ACC,1\r\n", b"", "bad.csv:4:1: expected the metadata line \"ACC,...\", found \"Distance_setting,min\"; OpenACC files have 5 such lines before the header: restore them"),
-    ("no metadata at all", OPENACC, b"Date,1,2,2020\r\nVehicle_order,A,B\r\nNumber_of_vehicles,2\r\nACC,1\r\nDistance_setting,min\r\n", b"", "bad.csv:1:1: expected the metadata line \"Date,...\", found \"Time,Speed1,E1,N1,Speed2,E2,N2,IVS1,Driv...\"; OpenACC files have 5 such lines before the header: restore them"),
+    ("no metadata at all", OPENACC, b"Date,1,2,2020\r\nVehicle_order,A,B\r\nNumber_of_vehicles,2\r\nACC,1\r\nDistance_setting,min\r\n", b"", "bad.csv:1:1: expected the metadata line \"Date,...\", found \"Time,Speed1,E1,N1,Speed2,E2,N2,IVS1,Driv...\"; OpenACC files have 5 such lines before the header: restore them; or, of a table that never had them, read the columns as they are with --columns, or rename those of a pair to time_s, lead_speed_mps, speed_mps and spacing_m"),
     ("only metadata", OPENACC, b"Time,Speed1,E1,N1,Speed2,E2,N2,IVS1,Driver2\r\n1.0,10,0,0,9,-25,0,20,ACC\r\n1.1,10,0,0,9,-25,0,20.1,ACC\r\n1.2,10,0,0,9,-25,0,20.2,ACC\r\n", b"", "bad.csv:5: the file ends before its header; expected a header line and rows of numbers after the metadata"),
     ("misspelt speed", OPENACC, b"Speed2", b"Sped2", "bad.csv:6:19: column Sped2 is unknown; did you mean Speed2? Rename it"),
     ("only one car", OPENACC, b"Speed2", b"VE1", "bad.csv:6: column Speed2 is missing; the file has Time, Speed1, E1, N1, VE1, E2, N2, IVS1, Driver2 (needed: Time, Speed1, Speed2, IVS1)"),
@@ -144,7 +148,7 @@ const CASES: &[Case] = &[
     ("one row", REBUILT, b"1.1,10,9,20.1\n1.2,10,9,20.2\n", b"", "bad.csv:7: expected at least 2 rows of numbers, found 1; a trajectory needs more"),
     ("header only", REBUILT, b"1.0,10,9,20\n1.1,10,9,20.1\n1.2,10,9,20.2\n", b"", "bad.csv:6: the file ends after its header; expected rows of numbers"),
     ("wrong header", PROCESSED, b"Time,X1,X2,SpeedDoppler1,SpeedDoppler2,Accel1,Accel2,Spacing2", b"a,b,c,d,e,f,g,h", "bad.csv:1: no known layout has the columns a, b, c, d, e, f, g, h; expected those of openacc or astazero-rebuilt (metadata lines, then Time, Speed1, IVS1, ...), astazero-processed (Time, X1, SpeedDoppler1, Spacing2, ...), ultra-av (Trajectory_ID, Time_Index, ...) or pair (time_s, speed_mps, spacing_m, lead_speed_mps): rename the columns, or read the table with --columns (`leadlag list columns`: ngsim, highd, sumo-fcd, or a file of your own)"),
-    ("missing column", PROCESSED, b"Spacing2", b"Gap2", "bad.csv:1: column Spacing2 is missing; the file has Time, X1, X2, SpeedDoppler1, SpeedDoppler2, Accel1, Accel2, Gap2 (needed: Time, X1, X2, SpeedDoppler1, SpeedDoppler2, Spacing2); rename Gap2 to Spacing2?"),
+    ("missing column", PROCESSED, b"Spacing2", b"Gap2", "bad.csv:1: column Spacing2 is missing; the file has Time, X1, X2, SpeedDoppler1, SpeedDoppler2, Accel1, Accel2, Gap2 (needed: Time, X1, X2, SpeedDoppler1, SpeedDoppler2, Spacing2); rename Gap2 to Spacing2? Or read the table as it is with --columns (`leadlag list columns`)"),
     ("text in a number", PROCESSED, b"1.1,101,", b"1.1,x,", "bad.csv:3:5: column X1: expected a finite number, found \"x\"; leave the field empty if the value is missing"),
     ("infinite", PROCESSED, b"1.1,101,", b"1.1,1e999,", "bad.csv:3:5: column X1: expected a finite number, found \"1e999\"; leave the field empty if the value is missing"),
     ("negative spacing", PROCESSED, b"20.1", b"-20.1", "bad.csv:3:21: column Spacing2: expected a spacing above 0 m, found -20.1; check that it is bumper to bumper, or leave the field empty"),
@@ -156,11 +160,11 @@ const CASES: &[Case] = &[
     ("driving backwards", PROCESSED, b"1.1,101,76,10", b"1.1,101,76,-7", "bad.csv:3:12: column SpeedDoppler1: expected at least -0.5 m/s, found -7; speeds count forwards: check the sign, or leave the field empty"),
     ("truncated last line", PROCESSED, b"1.2,102,77,10,9,0,0,20.2\n", b"1.2,102,77", "bad.csv:4:1: expected 8 fields as in the header, found 3; the last line is cut off: delete it, or copy the file again"),
     ("decimal commas", PROCESSED, b"1.1,101,76,10,9,0,0,20.1", b"1,1,101,76,10,9,0,0,20,1", "bad.csv:3:1: expected 8 fields as in the header, found 10; write decimal numbers with a point, and no separator within a number"),
-    ("semicolons", PROCESSED, b"Time,X1,X2,SpeedDoppler1,SpeedDoppler2,Accel1,Accel2,Spacing2", b"Time;X1;X2;SpeedDoppler1;SpeedDoppler2;Accel1;Accel2;Spacing2", "bad.csv:1:5: the fields are separated by semicolons; expected commas, and a point in decimal numbers: convert the file"),
+    ("semicolons", PROCESSED, b"Time,X1,X2,SpeedDoppler1,SpeedDoppler2,Accel1,Accel2,Spacing2", b"Time;X1;X2;SpeedDoppler1;SpeedDoppler2;Accel1;Accel2;Spacing2", "bad.csv:1:5: the fields are separated by semicolons; expected commas, and a point in decimal numbers: convert the file, or read it as it is by a column map (--columns) with separator = \"semicolon\"; decimal = \"comma\" there reads decimal commas"),
     ("one row", PROCESSED, b"1.1,101,76,10,9,0,0,20.1\n1.2,102,77,10,9,0,0,20.2\n", b"", "bad.csv:2: expected at least 2 rows of numbers, found 1; a trajectory needs more"),
     ("header only", PROCESSED, b"1.0,100,75,10,9,0,0,20\n1.1,101,76,10,9,0,0,20.1\n1.2,102,77,10,9,0,0,20.2\n", b"", "bad.csv:1: the file ends after its header; expected rows of numbers"),
     ("wrong header", ULTRA, b"Trajectory_ID,Time_Index,Speed_LV,Speed_FAV,Spatial_Gap", b"a,b,c,d,e", "bad.csv:1: no known layout has the columns a, b, c, d, e; expected those of openacc or astazero-rebuilt (metadata lines, then Time, Speed1, IVS1, ...), astazero-processed (Time, X1, SpeedDoppler1, Spacing2, ...), ultra-av (Trajectory_ID, Time_Index, ...) or pair (time_s, speed_mps, spacing_m, lead_speed_mps): rename the columns, or read the table with --columns (`leadlag list columns`: ngsim, highd, sumo-fcd, or a file of your own)"),
-    ("missing column", ULTRA, b"Spatial_Gap", b"Gap", "bad.csv:1: column Spatial_Gap is missing; the file has Trajectory_ID, Time_Index, Speed_LV, Speed_FAV, Gap (needed: Trajectory_ID, Time_Index, Speed_LV, Speed_FAV, Spatial_Gap); rename Gap to Spatial_Gap?"),
+    ("missing column", ULTRA, b"Spatial_Gap", b"Gap", "bad.csv:1: column Spatial_Gap is missing; the file has Trajectory_ID, Time_Index, Speed_LV, Speed_FAV, Gap (needed: Trajectory_ID, Time_Index, Speed_LV, Speed_FAV, Spatial_Gap); rename Gap to Spatial_Gap? Or read the table as it is with --columns (`leadlag list columns`)"),
     ("text in a number", ULTRA, b"0,0.2,10", b"0,0.2,ten", "bad.csv:3:7: column Speed_LV: expected a finite number, found \"ten\"; leave the field empty if the value is missing"),
     ("infinite", ULTRA, b"0,0.2,10", b"0,0.2,inf", "bad.csv:3:7: column Speed_LV: expected a finite number, found \"inf\"; leave the field empty if the value is missing"),
     ("negative spacing", ULTRA, b"20.1", b"-1", "bad.csv:3:12: column Spatial_Gap: expected a spacing above 0 m, found -1; check that it is bumper to bumper, or leave the field empty"),
@@ -172,10 +176,10 @@ const CASES: &[Case] = &[
     ("driving backwards", ULTRA, b"0,0.2,10", b"0,0.2,-9", "bad.csv:3:7: column Speed_LV: expected at least -0.5 m/s, found -9; speeds count forwards: check the sign, or leave the field empty"),
     ("truncated last line", ULTRA, b"1,0.1,10,9,20.3\n", b"1,0.1,10", "bad.csv:5:1: expected 5 fields as in the header, found 3; the last line is cut off: delete it, or copy the file again"),
     ("decimal commas", ULTRA, b"0,0.2,10,9,20.1", b"0,0,2,10,9,20,1", "bad.csv:3:1: expected 5 fields as in the header, found 7; write decimal numbers with a point, and no separator within a number"),
-    ("semicolons", ULTRA, b"Trajectory_ID,Time_Index,Speed_LV,Speed_FAV,Spatial_Gap", b"Trajectory_ID;Time_Index;Speed_LV;Speed_FAV;Spatial_Gap", "bad.csv:1:14: the fields are separated by semicolons; expected commas, and a point in decimal numbers: convert the file"),
+    ("semicolons", ULTRA, b"Trajectory_ID,Time_Index,Speed_LV,Speed_FAV,Spatial_Gap", b"Trajectory_ID;Time_Index;Speed_LV;Speed_FAV;Spatial_Gap", "bad.csv:1:14: the fields are separated by semicolons; expected commas, and a point in decimal numbers: convert the file, or read it as it is by a column map (--columns) with separator = \"semicolon\"; decimal = \"comma\" there reads decimal commas"),
     ("one row", ULTRA, b"0,0.2,10,9,20.1\n0,0.3,10,9,20.2\n1,0.1,10,9,20.3\n", b"", "bad.csv:2: expected at least 2 rows of numbers, found 1; a trajectory needs more"),
     ("header only", ULTRA, b"0,0.1,10,9,20\n0,0.2,10,9,20.1\n0,0.3,10,9,20.2\n1,0.1,10,9,20.3\n", b"", "bad.csv:1: the file ends after its header; expected rows of numbers"),
-    ("misspelt column", ULTRA, b"Spatial_Gap", b"Spacial_Gap", "bad.csv:1: column Spatial_Gap is missing; the file has Trajectory_ID, Time_Index, Speed_LV, Speed_FAV, Spacial_Gap (needed: Trajectory_ID, Time_Index, Speed_LV, Speed_FAV, Spatial_Gap); rename Spacial_Gap to Spatial_Gap?"),
+    ("misspelt column", ULTRA, b"Spatial_Gap", b"Spacial_Gap", "bad.csv:1: column Spatial_Gap is missing; the file has Trajectory_ID, Time_Index, Speed_LV, Speed_FAV, Spacial_Gap (needed: Trajectory_ID, Time_Index, Speed_LV, Speed_FAV, Spatial_Gap); rename Spacial_Gap to Spatial_Gap? Or read the table as it is with --columns (`leadlag list columns`)"),
     ("missing column", GRADE, b"X,Y", b"X,Z", "bad.csv:1: column Y is missing; the file has X, Z (needed: X, Y)"),
     ("text in a number", GRADE, b"2.5,0.01", b"2.5,steep", "bad.csv:3:5: column Y: expected a finite number, found \"steep\"; give a number or delete the row"),
     ("missing value", GRADE, b"2.5,0.01", b"2.5,", "bad.csv:3:5: column Y: expected a finite number, found nothing; give a number or delete the row"),
@@ -193,7 +197,7 @@ const CASES: &[Case] = &[
     ("truncated last line", LABELS, b",4.464\n", b"", "bad.csv:2:1: expected 11 fields as in the header, found 10; the last line is cut off: delete it, or copy the file again"),
     ("semicolons", LABELS, b"File,type1,type2,type3,type4,type5,length1,length2,length3,length4,length5", b"File;type1;type2;type3;type4;type5;length1;length2;length3;length4;length5", "bad.csv:1:5: the fields are separated by semicolons; expected commas, and a point in decimal numbers: convert the file"),
     ("no time column", OPENACC, b"Time,", b"time,", "bad.csv:6: column Time is missing; the file has time, Speed1, E1, N1, Speed2, E2, N2, IVS1, Driver2 (needed: Time, Speed1, Speed2, IVS1); rename time to Time?"),
-    ("an underscore too many", PROCESSED, b"SpeedDoppler2", b"Speed_Doppler2", "bad.csv:1: column SpeedDoppler2 is missing; the file has Time, X1, X2, SpeedDoppler1, Speed_Doppler2, Accel1, Accel2, Spacing2 (needed: Time, X1, X2, SpeedDoppler1, SpeedDoppler2, Spacing2); rename Speed_Doppler2 to SpeedDoppler2?"),
+    ("an underscore too many", PROCESSED, b"SpeedDoppler2", b"Speed_Doppler2", "bad.csv:1: column SpeedDoppler2 is missing; the file has Time, X1, X2, SpeedDoppler1, Speed_Doppler2, Accel1, Accel2, Spacing2 (needed: Time, X1, X2, SpeedDoppler1, SpeedDoppler2, Spacing2); rename Speed_Doppler2 to SpeedDoppler2? Or read the table as it is with --columns (`leadlag list columns`)"),
     ("spacing in mm", PAIR, b"20.1", b"20100", "bad.csv:3:10: column spacing_m: expected at most 10000 m in size, found 20100; check the unit, or leave the field empty"),
     ("absurd position", PROCESSED, b"1.1,101,", b"1.1,-4e9,", "bad.csv:3:5: column X1: expected at most 1000000000 m in size, found -4000000000; check the unit, or leave the field empty"),
 ];
@@ -246,7 +250,12 @@ fn files_that_are_no_csv_at_all_are_refused_by_every_reader() {
     ];
     for reader in READERS {
         for (bytes, expected) in cases {
-            assert_eq!(message(reader, bytes), expected, "{reader:?}");
+            let said = message(reader, bytes);
+            // What a column map could read is told so behind it.
+            let (said, more) = said.split_once(", or read it as it is by a column map").unwrap_or((&said, ""));
+            assert_eq!(said, expected, "{reader:?}");
+            let is_measured = !matches!(reader, Reader::Grade | Reader::Labels);
+            assert_eq!(more.contains("separator"), is_measured && bytes.contains(&b'\t'), "{reader:?}: {more}");
         }
     }
 }
@@ -464,11 +473,16 @@ gap = { name = "gap" }
 /// A piece of the map, what replaces it, and the message.
 const MAPS: &[(&str, &str, &str)] = &[
     ("rows = \"vehicles\"", "rows = \"cars\"", "map.toml:1:8: unknown variant `cars`, expected `vehicles` or `pairs`"),
+    (
+        "rows = \"vehicles\"",
+        "rows = \"vehicles\"\ndecimal = \"comma\"",
+        "map.toml: decimal = \"comma\": expected another separator than the comma; set separator to semicolon, tab or whitespace",
+    ),
     ("rows = \"vehicles\"\n", "", "map.toml:1:1: missing field `rows`"),
     (
         "rows =",
         "row =",
-        "map.toml:1:1: unknown field `row`, expected one of `title`, `rows`, `separator`, `header`, `nobody`, `direction`, `position_at`, `frame_rate_hz`, `check_units`, `columns`",
+        "map.toml:1:1: unknown field `row`, expected one of `title`, `rows`, `separator`, `decimal`, `header`, `nobody`, `direction`, `position_at`, `frame_rate_hz`, `check_units`, `columns`",
     ),
     (
         "speed =",

@@ -210,6 +210,42 @@ fn semicolons_and_names_of_a_simulator_are_read() {
     }
 }
 
+/// A table as a spreadsheet writes it where numbers have commas.
+#[test]
+fn decimal_commas_are_read_where_the_map_says_so_and_points_beside_them_refused() {
+    let body = "[columns]\ntime = { name = \"t\" }\nspeed = { name = \"v\" }\nlead_speed = { name = \"vl\" }\n\
+                gap = { name = \"gap\" }\n";
+    let start = "rows = \"pairs\"\nseparator = \"semicolon\"\n";
+    let map = |decimal: &str| ColumnMap::parse(&format!("{start}{decimal}{body}"), "map.toml").unwrap();
+    let table = (0..100).fold("t;v;vl;gap\n".to_owned(), |mut text, step| {
+        let t = f64::from(step) / 10.0;
+        let [lead, ego] = drive(t);
+        let row = format!("{t};{};{};{}\n", ego.1, lead.1, gap(t));
+        text += &row.replace('.', ",");
+        text
+    });
+    let comma = map("decimal = \"comma\"\n");
+    let trajectory = only(&read_mapped_from(table.as_bytes(), "table.csv", &comma).unwrap());
+    for (i, t) in trajectory.t.iter().enumerate() {
+        assert_eq!((trajectory.s[i], trajectory.v_f[i]), (gap(*t), drive(*t)[1].1), "{t} s");
+    }
+    let refused = |table: &str, map: &ColumnMap| {
+        read_mapped_from(table.as_bytes(), "table.csv", map).expect_err("a number is wrong").to_string()
+    };
+    let said = refused(&table.replacen(";15;", ";1.500;", 1), &comma);
+    let expected = "table.csv:2:22: column vl: expected a number with a decimal comma and no point, found \"1.500\"";
+    assert!(said.starts_with(expected), "{said}");
+    let said = refused(&table, &map(""));
+    assert!(said.contains("or set decimal = \"comma\" in the column map"), "{said}");
+}
+
+#[test]
+fn a_mapped_table_without_its_header_line_is_told_so() {
+    let map = ColumnMap::parse(&PAIRS.replacen("header =", "# header =", 1), "map.toml").unwrap();
+    let said = read_mapped_from(pairs(FOOT).as_bytes(), "table.txt", &map).unwrap_err().to_string();
+    assert!(said.contains("table.txt:1: the header line is missing") && said.contains("header = [...]"), "{said}");
+}
+
 /// A map for tables of pairs without a header line, between blanks.
 const PAIRS: &str = r#"
 rows = "pairs"

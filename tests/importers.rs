@@ -220,6 +220,8 @@ fn quirks_of_the_original_files_show() {
     assert_near("IVS4", ivs4.gap_rate_rms_mps.unwrap(), 9.3, 0.05);
     let warning = "IVS4: contradicts the speeds (rms 9.3 m/s): broken?";
     assert!(vicolungo.platoons[0].warnings.iter().any(|w| w == warning));
+    let followers: Vec<Option<usize>> = vicolungo.platoons[0].cars.iter().map(|car| car.follower).collect();
+    assert_eq!(followers, [None, Some(1), Some(2), Some(3), Some(4)]);
 
     let casale = inspect(&read(&folder.join("Casale/part3.csv")));
     assert_near("Casale", casale.platoons[0].cars[0].speed.noise.unwrap(), 0.036, 0.0005);
@@ -520,6 +522,28 @@ fn leader_length_and_start_can_be_given() {
     assert_near("x_l", trajectory.x_l[0], 1020.0, 1e-9);
     assert_near("x_f", trajectory.x_f[0], 1020.0 - 4.5 - 21.0, 1e-9);
     assert_eq!(trajectory.len_l, 4.5);
+}
+
+/// What is said of a gap is what `inspect` says of it, and of the window that is used.
+#[test]
+fn a_gap_that_contradicts_the_speeds_is_noted_where_it_is_used() {
+    let rows: Vec<String> = steady(tenths(0..200)).lines().map(str::to_owned).collect();
+    let broken = rows.iter().enumerate().map(|(i, row)| match row.rsplit_once(',') {
+        Some((before, gap)) if (10..60).contains(&i) && i % 4 < 2 => {
+            format!("{before},{}\n", gap.parse::<f64>().expect("a number") + 3.0)
+        }
+        _ => format!("{row}\n"),
+    });
+    let recording = pair_file(&broken.collect::<String>());
+    let noted = |from| {
+        let trajectory = only(&recording, 1, &Preparation { from, ..Preparation::default() });
+        let note = trajectory.notes.iter().find(|note| matches!(note, Note::GapContradicts { .. }));
+        note.map(ToString::to_string)
+    };
+    let said = noted(None).expect("it is broken");
+    assert!(said.starts_with("spacing_m: contradicts the speeds (rms "), "{said}");
+    assert!(inspect(&recording).platoons[0].warnings.contains(&said), "{said}");
+    assert_eq!(noted(Some(8.0)), None, "the rest of the file is sound");
 }
 
 /// A hill that nobody has placed lies at the same metre of the drive, whichever window is looked at.

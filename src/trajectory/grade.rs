@@ -70,7 +70,7 @@ fn profile<R: Read>(lines: &mut Lines<R>, problems: &mut Problems) -> Result<Gra
     let header = Header::parse(&text, 1, problems)?;
     let closed = header.find("X").is_some() || header.find("Y").is_some();
     let needed = if closed { ["X", "Y"] } else { ["position_m", "sin_grade"] };
-    header.require(&needed, &needed, problems);
+    header.require(&needed, &needed, "", problems);
     problems.check()?;
     let column = needed.map(|name| header.find(name).unwrap_or_default());
     let (mut x, mut sin): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());

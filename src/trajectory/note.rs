@@ -52,6 +52,8 @@ pub enum Note {
     Reconciled { anchor: String, rms_m: f64, largest_m: f64, drift_m_per_km: f64 },
     /// The gap changes by a factor more than the speeds say: the unit of one of them is not that of its column's name.
     UnitsContradict { ratio: f64, hint: Option<String> },
+    /// The rate of the gap and the difference of the speeds disagree too much for signals of the same cars.
+    GapContradicts { signal: String, rms_mps: f64 },
     /// The grade under the follower was taken along its path; samples at rest count once.
     GradeFromColumn { points: usize },
     /// The table was read by this column map; which of its pairs this is.
@@ -125,6 +127,9 @@ impl fmt::Display for Note {
                     f,
                     "the gap changes {ratio:.3} times as much as the speeds say{hint}: are times in s, speeds in m/s, and gaps in m? Other units are read with --columns"
                 )
+            }
+            Note::GapContradicts { signal, rms_mps } => {
+                write!(f, "{signal}: contradicts the speeds (rms {rms_mps:.1} m/s): broken?")
             }
             Note::Mapped { map, pair: None } => write!(f, "read by the column map {map}"),
             Note::Mapped { map, pair: Some(pair) } => write!(f, "read by the column map {map}, pair {pair}"),

@@ -28,16 +28,29 @@ pub enum ProblemKind {
     LineTooLong { limit: usize },
     #[error("a carriage return inside a line; expected line ends LF or CRLF: convert the line ends of the file")]
     LoneCarriageReturn,
-    #[error("the fields are separated by {found}; expected commas, and a point in decimal numbers: convert the file")]
-    Separator { found: &'static str },
+    #[error(
+        "the fields are separated by {found}; expected commas, and a point in decimal numbers: convert the file{}",
+        by_map(*mapped)
+    )]
+    Separator {
+        found: &'static str,
+        /// What a column map calls the separator, if one could read the file.
+        mapped: Option<&'static str>,
+    },
+    #[error(
+        "the header line is missing, the first line has numbers: {}; put a line with the names of the columns before it, for a pair time_s,lead_speed_mps,speed_mps,spacing_m in the order of the file, or give them as header = [...] in a column map (--columns)",
+        some(found)
+    )]
+    NoNames { found: Vec<String> },
     #[error(
         "no known layout has the columns {}; expected those of openacc or astazero-rebuilt (metadata lines, then Time, Speed1, IVS1, ...), astazero-processed (Time, X1, SpeedDoppler1, Spacing2, ...), ultra-av (Trajectory_ID, Time_Index, ...) or pair (time_s, speed_mps, spacing_m, lead_speed_mps): rename the columns, or read the table with --columns (`leadlag list columns`: ngsim, highd, sumo-fcd, or a file of your own)",
         some(found)
     )]
     UnknownHeader { found: Vec<String> },
     #[error(
-        "expected the metadata line \"{expected},...\", found {}; OpenACC files have 5 such lines before the header: restore them",
-        quoted(found)
+        "expected the metadata line \"{expected},...\", found {}; OpenACC files have 5 such lines before the header: restore them{}",
+        quoted(found),
+        if *expected == "Date" { "; or, of a table that never had them, read the columns as they are with --columns, or rename those of a pair to time_s, lead_speed_mps, speed_mps and spacing_m" } else { "" }
     )]
     Metadata { expected: &'static str, found: String },
     #[error("expected a column map for this layout; read the file with one (--columns)")]
@@ -71,8 +84,22 @@ pub enum ProblemKind {
         if *optional { "leave the field empty if the value is missing" } else { "give a number or delete the row" }
     )]
     NotANumber { column: String, found: String, optional: bool },
-    #[error("column {column}: expected a finite number, found {}; write decimal numbers with a point", quoted(found))]
-    DecimalComma { column: String, found: String },
+    #[error(
+        "column {column}: expected a finite number, found {}; write decimal numbers with a point{}",
+        quoted(found),
+        if *mapped { ", or set decimal = \"comma\" in the column map" } else { "" }
+    )]
+    DecimalComma {
+        column: String,
+        found: String,
+        /// True where a column map could say so.
+        mapped: bool,
+    },
+    #[error(
+        "column {column}: expected a number with a decimal comma and no point, found {}; the column map says decimal = \"comma\"",
+        quoted(found)
+    )]
+    DecimalPoint { column: String, found: String },
     #[error("column {column}: expected a finite number, found nothing; give a number or delete the row")]
     Missing { column: String },
     #[error(
@@ -156,6 +183,13 @@ fn clipped(text: &str) -> String {
 
 fn quoted(text: &str) -> String {
     format!("\"{}\"", clipped(text))
+}
+
+/// That a column map reads other separators.
+fn by_map(separator: Option<&str>) -> String {
+    separator.map_or_else(String::new, |name| {
+        format!(", or read it as it is by a column map (--columns) with separator = \"{name}\"; decimal = \"comma\" there reads decimal commas")
+    })
 }
 
 fn some(names: &[String]) -> String {

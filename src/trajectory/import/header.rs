@@ -48,14 +48,30 @@ pub(in crate::trajectory) fn column_of(line: &str, start: usize) -> usize {
     line[..start].chars().count() + 1
 }
 
-/// Stops if the line is separated by semicolons or tabs.
-pub(in crate::trajectory) fn check_separator(line: &str, number: u64, problems: &mut Problems) -> Result<(), Stop> {
+/// Stops if the line is separated by semicolons or tabs; `mapped` if a column map could read the file all the same.
+pub(in crate::trajectory) fn check_separator(
+    line: &str,
+    number: u64,
+    mapped: bool,
+    problems: &mut Problems,
+) -> Result<(), Stop> {
     let commas = line.matches(',').count();
-    for (separator, found) in [(';', "semicolons"), ('\t', "tabs")] {
+    for (separator, found, name) in [(';', "semicolons", "semicolon"), ('\t', "tabs", "tab")] {
         if line.matches(separator).count() > commas {
             let column = line.find(separator).map(|byte| column_of(line, byte));
-            return Err(problems.stop(number, column, ProblemKind::Separator { found }));
+            let kind = ProblemKind::Separator { found, mapped: mapped.then_some(name) };
+            return Err(problems.stop(number, column, kind));
         }
+    }
+    Ok(())
+}
+
+/// Stops if the first line of a table, which names the columns, is one of numbers.
+pub(in crate::trajectory) fn check_names(fields: &[Field], problems: &mut Problems) -> Result<(), Stop> {
+    let mut texts = fields.iter().map(|field| field.text).filter(|text| !text.is_empty()).peekable();
+    if texts.peek().is_some() && texts.all(|text| text.parse::<f64>().is_ok()) {
+        let found = fields.iter().map(|field| field.text.to_owned()).collect();
+        return Err(problems.stop(1, None, ProblemKind::NoNames { found }));
     }
     Ok(())
 }
@@ -70,12 +86,15 @@ pub(in crate::trajectory) struct Header {
     columns: Vec<usize>,
 }
 
+/// For tables of one's own with other names.
+pub(in crate::trajectory) const OWN_NAMES: &str = "read the table as it is with --columns (`leadlag list columns`)";
+
 /// Nine cars of OpenACC have 71 columns; what is done per column and name must not grow into hours.
 const COLUMNS_MAX: usize = 2000;
 
 impl Header {
     pub fn parse(text: &str, line: u64, problems: &mut Problems) -> Result<Self, Stop> {
-        check_separator(text, line, problems)?;
+        check_separator(text, line, false, problems)?;
         let mut fields = Vec::new();
         split(text, &mut fields);
         Header::of(text, line, &fields, problems)
@@ -116,10 +135,11 @@ impl Header {
         self.names.iter().position(|n| n == name)
     }
 
-    /// Records a problem if needed columns are missing; `known` columns are never their misspelling.
-    pub fn require(&self, needed: &[&str], known: &[&str], problems: &mut Problems) {
+    /// Records a problem if needed columns are missing; `known` columns are never their misspelling, and `advice` is what
+    /// else helps.
+    pub fn require(&self, needed: &[&str], known: &[&str], advice: &str, problems: &mut Problems) {
         let missing: Vec<&str> = needed.iter().copied().filter(|column| self.find(column).is_none()).collect();
-        self.missing(&missing, needed, known, "", problems);
+        self.missing(&missing, needed, known, advice, problems);
     }
 
     /// Records that these columns are missing, if there are any; `advice` is what else helps.
@@ -184,7 +204,18 @@ const SYNONYMS: [(&[&str], &[&str]); 4] = [
     (&["time_s", "Time", "Time_Index"], &["t", "time", "timestamp", "seconds", "sec", "clock"]),
     (
         &["speed_mps", "Speed_FAV"],
-        &["v", "v_f", "v_ego", "v_follower", "speed", "velocity", "ego_speed", "follower_speed"],
+        &[
+            "v",
+            "v_f",
+            "v_ego",
+            "v_follow",
+            "v_follower",
+            "speed",
+            "velocity",
+            "ego_speed",
+            "follow_speed",
+            "follower_speed",
+        ],
     ),
     (
         &["lead_speed_mps", "Speed_LV"],
@@ -195,6 +226,11 @@ const SYNONYMS: [(&[&str], &[&str]); 4] = [
         &["s", "gap", "gap_m", "spacing", "distance", "distance_m", "range", "range_m", "clearance"],
     ),
 ];
+
+/// True for a name that is likely to stand for this column: misspelt, or another word.
+pub(super) fn stands_for(name: &str, column: &str) -> bool {
+    nearest(name, std::iter::once(column)).is_some() || synonym(column, std::iter::once(name)).is_some()
+}
 
 /// The candidate that is another word for `name`, with the same number behind it.
 fn synonym<'a>(name: &str, mut candidates: impl Iterator<Item = &'a str>) -> Option<&'a str> {

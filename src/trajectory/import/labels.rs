@@ -59,7 +59,7 @@ fn rows<R: Read>(lines: &mut Lines<R>, problems: &mut Problems) -> Result<HashMa
     needed.extend((1..=CARS).map(|k| format!("type{k}")));
     needed.extend((1..=CARS).map(|k| format!("length{k}")));
     let needed: Vec<&str> = needed.iter().map(String::as_str).collect();
-    header.require(&needed, &needed, problems);
+    header.require(&needed, &needed, "", problems);
     problems.check()?;
     let place: Vec<usize> = needed.iter().filter_map(|n| header.find(n)).collect();
     let mut rows = HashMap::new();

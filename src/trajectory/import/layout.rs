@@ -1,6 +1,6 @@
 //! The file layouts that are known, and how a file is recognised.
 
-use super::header::{nearest, split};
+use super::header::{Field, split, stands_for};
 use crate::near::did_you_mean;
 use std::fmt;
 use std::str::FromStr;
@@ -79,7 +79,8 @@ impl FromStr for Layout {
     }
 }
 
-/// The layout that the first line of a file belongs to: the one most of whose columns it has, misspelt ones included.
+/// The layout that the first line of a file belongs to: the one most of whose columns it has, misspelt ones and other words for them
+/// included.
 /// Both OpenACC layouts begin alike; which of them it is shows in the header.
 pub(super) fn detect(first_line: &str) -> Option<Layout> {
     let mut fields = Vec::new();
@@ -95,22 +96,18 @@ pub(super) fn detect(first_line: &str) -> Option<Layout> {
         (Layout::Pair, super::pair::COLUMNS),
     ];
     let score = |columns: &[&str]| {
-        fields
-            .iter()
-            .map(|field| {
-                if columns.contains(&field.text) {
-                    10
-                } else {
-                    i32::from(nearest(field.text, columns.iter().copied()).is_some())
-                }
-            })
-            .sum::<i32>()
+        let of = |field: &Field| match columns.contains(&field.text) {
+            true => 10,
+            false => i32::from(columns.iter().any(|column| stands_for(field.text, column))),
+        };
+        fields.iter().map(of).sum::<i32>()
     };
     let scores = typical.map(|(layout, columns)| (score(columns), layout));
     scores
         .into_iter()
-        // `max_by_key` keeps the last of equals; a header of nothing but `Time` is no layout's.
+        // `max_by_key` keeps the last of equals: a table with names of its own is most easily made a pair file. One name that
+        // may stand for something makes no layout.
         .max_by_key(|&(score, _)| score)
-        .filter(|&(score, _)| score > 0)
+        .filter(|&(score, _)| score > 1)
         .map(|(_, layout)| layout)
 }

@@ -107,7 +107,12 @@ fn platoons<R: Read>(
     let Some(first) = lines.next(problems)?.map(str::to_owned) else {
         return Err(problems.stop(1, None, ProblemKind::Empty));
     };
-    header::check_separator(&first, 1, problems)?;
+    let mut fields = Vec::new();
+    split(&first, &mut fields);
+    // Metadata before the header are in the way of a column map.
+    let bare = !first.to_ascii_lowercase().starts_with("date");
+    header::check_separator(&first, 1, bare, problems)?;
+    header::check_names(&fields, problems)?;
     let Some(chosen) = layout.or_else(|| layout::detect(&first)) else {
         let header = Header::parse(&first, 1, problems)?;
         let found = header.names;

@@ -1,6 +1,6 @@
 //! Our own layout: a follower and its preceding vehicle, SI units in the column names.
 
-use super::header::Header;
+use super::header::{Header, OWN_NAMES};
 use super::lines::Lines;
 use super::problems::{Problems, Stop};
 use super::table::{Meaning, Wanted, read_rows};
@@ -20,9 +20,6 @@ pub(super) const COLUMNS: &[&str] = &[
 ];
 const NEEDED: &[&str] = &["time_s", "speed_mps", "spacing_m", "lead_speed_mps"];
 
-/// For tables of one's own with other names.
-const ADVICE: &str = "read the table as it is with --columns (`leadlag list columns`)";
-
 fn meaning(name: &str) -> Meaning {
     match name {
         "time_s" => Meaning::Time,
@@ -37,8 +34,7 @@ fn meaning(name: &str) -> Meaning {
 /// Reads the file whose first line is `first`.
 pub(super) fn read<R: Read>(first: &str, lines: &mut Lines<R>, problems: &mut Problems) -> Result<Vec<Platoon>, Stop> {
     let header = Header::parse(first, lines.number(), problems)?;
-    let missing: Vec<&str> = NEEDED.iter().copied().filter(|column| header.find(column).is_none()).collect();
-    header.missing(&missing, NEEDED, COLUMNS, ADVICE, problems);
+    header.require(NEEDED, COLUMNS, OWN_NAMES, problems);
     let ignored = header.unknown(NEEDED, COLUMNS, problems);
     problems.check()?;
     let present: Vec<(&str, usize)> =

@@ -1,6 +1,6 @@
 //! AstaZero platoons as processed by the paper's authors: positions, speeds and spacings agree already.
 
-use super::header::Header;
+use super::header::{Header, OWN_NAMES};
 use super::labels::Labels;
 use super::lines::Lines;
 use super::problems::{Problems, Stop};
@@ -26,7 +26,7 @@ pub(super) fn read<R: Read>(first: &str, lines: &mut Lines<R>, problems: &mut Pr
     let accel: Vec<String> = (1..=count).map(|k| format!("Accel{k}")).collect();
     let mut known = needed.clone();
     known.extend(accel.iter().map(String::as_str));
-    header.require(&needed, &known, problems);
+    header.require(&needed, &known, OWN_NAMES, problems);
     let ignored = header.unknown(&needed, &known, problems);
     problems.check()?;
 

@@ -146,7 +146,7 @@ pub(in crate::trajectory) fn finite(text: &str, column: &str) -> Result<f64, Pro
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
         _ if decimal_comma(text) => {
-            Err(ProblemKind::DecimalComma { column: column.to_owned(), found: text.to_owned() })
+            Err(ProblemKind::DecimalComma { column: column.to_owned(), found: text.to_owned(), mapped: false })
         }
         _ => Err(ProblemKind::NotANumber { column: column.to_owned(), found: text.to_owned(), optional: true }),
     }

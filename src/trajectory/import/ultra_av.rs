@@ -3,7 +3,7 @@
 //! Built from the documentation (Zhou et al. 2024, Scientific Data, Table 1), not tested on its files:
 //! `Time_Index` in s, `Spatial_Gap` bumper to bumper, `Spatial_Headway` centre to centre.
 
-use super::header::Header;
+use super::header::{Header, OWN_NAMES};
 use super::lines::Lines;
 use super::problems::{Problems, Stop};
 use super::table::{Meaning, Table, Wanted, read_rows};
@@ -44,7 +44,7 @@ const NUMBERS: [(&str, Meaning); 9] = [
 /// Reads the file whose first line is `first`; one platoon of two cars per trajectory id.
 pub(super) fn read<R: Read>(first: &str, lines: &mut Lines<R>, problems: &mut Problems) -> Result<Vec<Platoon>, Stop> {
     let header = Header::parse(first, lines.number(), problems)?;
-    header.require(NEEDED, COLUMNS, problems);
+    header.require(NEEDED, COLUMNS, OWN_NAMES, problems);
     let ignored = header.unknown(NEEDED, COLUMNS, problems);
     problems.check()?;
     let texts: Vec<(&str, usize)> =

@@ -87,6 +87,9 @@ impl fmt::Display for PlatoonInspection {
             write_car(f, car, width)?;
         }
         writeln!(f, "min, max and noise in the unit of the row; noise: deviation from a smooth curve")?;
+        if let Some((car, follower)) = self.cars.iter().rev().find_map(|car| Some((car.number, car.follower?))) {
+            writeln!(f, "--follower counts from the car behind the leader: car {car} is follower {follower}")?;
+        }
         if !self.links.is_empty() {
             writeln!(f)?;
             writeln!(f, "gap rate minus speed difference (rms), and drift of the gap against the speeds")?;
@@ -145,7 +148,8 @@ fn write_car(f: &mut fmt::Formatter<'_>, car: &CarInspection, width: usize) -> f
     write_signal(f, &car.number.to_string(), &speed_name(car), &car.speed, width)?;
     writeln!(f, " {:>6.1} s {:>5.2} km", car.standstill_s, car.driven_m / 1000.0)?;
     if let Some(gap) = &car.gap {
-        write_signal(f, "", "  gap ahead [m]", gap, width)?;
+        let of = car.follower.map_or_else(|| "ahead".to_owned(), |follower| format!("of follower {follower}"));
+        write_signal(f, "", &format!("  gap {of} [m]"), gap, width)?;
         writeln!(f)?;
     }
     Ok(())

@@ -1,14 +1,12 @@
 //! One link of two cars: does the measured gap agree with the two speeds?
 
 use super::Axis;
-use super::signal::rms;
+use crate::trajectory::agreement::{contradiction, gap_column, rate_rms, rms};
 use crate::trajectory::prepare::slope;
 use crate::trajectory::{Car, Layout, factor};
 use serde::Serialize;
 use std::ops::Range;
 
-/// Gap rate and speed difference that disagree by more than this do not describe the same cars \[m/s\].
-pub(super) const CONTRADICTION_MPS: f64 = 2.0;
 /// Longest time offset that is tried between gap and speeds \[samples\].
 const SHIFT_MAX: usize = 20;
 /// An offset is believed only if it removes this share of the disagreement.
@@ -42,8 +40,8 @@ impl LinkInspection {
         if let Some(ratio) = self.gap_factor {
             let hint = factor::explain(ratio).map_or(String::new(), |hint| format!(" ({hint})"));
             warnings.push(format!("{signal}: changes {ratio:.3} times as much as the speeds say{hint}: check units"));
-        } else if let Some(rms) = self.gap_rate_rms_mps.filter(|&rms| rms > CONTRADICTION_MPS) {
-            warnings.push(format!("{signal}: contradicts the speeds (rms {rms:.1} m/s): broken?"));
+        } else if let Some(note) = contradiction(signal, self.gap_rate_rms_mps) {
+            warnings.push(note.to_string());
         } else if self.speeds_late_s.abs() > 0.0 {
             warnings.push(format!(
                 "{signal}: agrees best with the speeds shifted by {:.1} s, as if they were {}",
@@ -58,13 +56,7 @@ impl LinkInspection {
 pub(super) fn inspect(lead: &Car, ego: &Car, axis: &Axis, layout: Layout) -> Option<LinkInspection> {
     let gap = ego.gap.as_ref()?;
     let dv: Vec<f64> = lead.v.iter().zip(&ego.v).map(|(v_l, v_f)| v_l - v_f).collect();
-    let disagreement = |shift: isize| {
-        rms((1..gap.len().saturating_sub(1)).filter_map(|i| {
-            let j = i.checked_add_signed(shift)?;
-            let rate = (gap[i + 1] - gap[i - 1]) / (axis.t[i + 1] - axis.t[i - 1]);
-            Some(rate - dv.get(j)?)
-        }))
-    };
+    let disagreement = |shift| rate_rms(axis.t, gap, &dv, shift);
     let aligned = disagreement(0);
     let limit = SHIFT_MAX.min(gap.len() / 4) as isize;
     let best =
@@ -121,18 +113,6 @@ fn drift(t: &[f64], gap: &[f64], dv: &[f64], v_f: &[f64], range: Range<usize>) -
         path.push(x);
     }
     Some((rms(residuals.iter().copied())?, slope(&path, &residuals) * 1000.0))
-}
-
-/// Name of the column with the gap ahead of a car.
-fn gap_column(number: usize, layout: Layout) -> String {
-    match layout {
-        Layout::OpenAcc | Layout::AstazeroRebuilt => format!("IVS{}", number.saturating_sub(1)),
-        Layout::AstazeroProcessed => format!("Spacing{number}"),
-        Layout::UltraAv => "Spatial_Gap".to_owned(),
-        Layout::Pair if number == 1 => "lead2_spacing_m".to_owned(),
-        Layout::Pair => "spacing_m".to_owned(),
-        Layout::Columns => "gap".to_owned(),
-    }
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@ mod signal;
 pub use link::LinkInspection;
 pub use signal::SignalInspection;
 
+use super::agreement::{CONTRADICTION_MPS, rms};
 use super::error::step_too_long;
 use super::prepare::{STEP_MAX_S, Stretch, median_step, nominal_step, stretches, stretches_of};
 use super::{Car, Layout, Note, Platoon, Preparation, PrepareError, Recording, Source};
@@ -84,6 +85,9 @@ pub struct Sampling {
 #[allow(missing_docs, reason = "names of fields carry meaning and unit")]
 pub struct CarInspection {
     pub number: usize,
+    /// What `--follower` calls it: 1 = the car right behind the platoon leader. `None` for the leader, for a car behind one that
+    /// is not in the file, and in tables of a column map, where it is called by its id.
+    pub follower: Option<usize>,
     pub name: String,
     pub length_m: Option<f64>,
     pub speed: SignalInspection,
@@ -130,7 +134,8 @@ fn platoon(platoon: &Platoon, recording: &Recording) -> PlatoonInspection {
     let step = nominal_step(t, &stretches, median);
     let axis = Axis { t, step, stretches };
     let sampling = sampling(&axis);
-    let cars: Vec<CarInspection> = platoon.cars.iter().map(|c| car(c, &axis)).collect();
+    let cars: Vec<CarInspection> =
+        platoon.cars.iter().map(|c| car(c, follower_of(c, platoon, recording), &axis)).collect();
     let links: Vec<LinkInspection> = platoon
         .cars
         .iter()
@@ -179,19 +184,25 @@ fn sampling(axis: &Axis) -> Sampling {
     }
 }
 
-fn car(car: &Car, axis: &Axis) -> CarInspection {
+/// What a car is called as a follower.
+fn follower_of(car: &Car, platoon: &Platoon, recording: &Recording) -> Option<usize> {
+    let ahead = car.number.checked_sub(1).filter(|ahead| *ahead > 0 && recording.layout != Layout::Columns)?;
+    platoon.cars.iter().any(|lead| lead.number == ahead).then_some(ahead)
+}
+
+fn car(car: &Car, follower: Option<usize>, axis: &Axis) -> CarInspection {
     let describe = |values: &Vec<f64>| signal::inspect(values, axis);
     let v = &car.v;
     let pairs = || (1..v.len()).map(|i| (i, axis.t[i] - axis.t[i - 1]));
     let driven = pairs().map(|(i, dt)| (v[i - 1] + v[i]) / 2.0 * dt);
-    let position =
-        car.x.as_ref().map(|x| signal::rms(pairs().map(|(i, dt)| (x[i] - x[i - 1]) / dt - (v[i - 1] + v[i]) / 2.0)));
+    let position = car.x.as_ref().map(|x| rms(pairs().map(|(i, dt)| (x[i] - x[i - 1]) / dt - (v[i - 1] + v[i]) / 2.0)));
     let difference = |shift: usize| {
         let a = car.a.as_ref()?;
-        signal::rms(pairs().map(|(i, dt)| a[i - shift] - (v[i] - v[i - 1]) / dt))
+        rms(pairs().map(|(i, dt)| a[i - shift] - (v[i] - v[i - 1]) / dt))
     };
     CarInspection {
         number: car.number,
+        follower,
         name: car.name.clone(),
         length_m: car.length,
         speed: describe(v),
@@ -271,7 +282,7 @@ fn warnings(
                 ));
             }
         }
-        if let Some(rms) = car.position_speed_rms_mps.filter(|&rms| rms > link::CONTRADICTION_MPS) {
+        if let Some(rms) = car.position_speed_rms_mps.filter(|&rms| rms > CONTRADICTION_MPS) {
             warnings.push(format!("car {}: position contradicts speed (rms {rms:.1} m/s): broken?", car.number));
         }
     }

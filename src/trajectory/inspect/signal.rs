@@ -1,6 +1,7 @@
 //! One signal: missing values, range, noise.
 
 use super::Axis;
+use crate::trajectory::agreement::rms;
 use crate::trajectory::savitzky_golay::SavitzkyGolay;
 use serde::Serialize;
 
@@ -47,14 +48,4 @@ fn deviation(values: &[f64]) -> Option<f64> {
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;
     rms(values.iter().map(|value| value - mean))
-}
-
-/// Root mean square of the finite values.
-pub(super) fn rms(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let (mut squares, mut n) = (0.0, 0_usize);
-    for value in values.filter(|value| value.is_finite()) {
-        squares += value * value;
-        n += 1;
-    }
-    (n > 0).then(|| (squares / n as f64).sqrt())
 }

@@ -190,6 +190,7 @@ fn segments_of(context: &Context, notes: &mut Vec<Note>) -> Result<(f64, Vec<seg
     let preparation = context.preparation;
     let mut samples = Samples::collect(context, notes)?;
     samples.cut(context, notes)?;
+    notes.extend(samples.contradiction(context));
     samples.clip(notes);
     let blocks = time::uniform(samples, context, notes)?;
     let dt = blocks.dt;

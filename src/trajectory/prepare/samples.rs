@@ -1,6 +1,7 @@
 //! The signals of one pair on one time axis, before any of the steps.
 
 use super::Context;
+use crate::trajectory::agreement::{gap_column, judge};
 use crate::trajectory::{Car, Note, Platoon, PrepareError};
 
 /// A signal of a pair.
@@ -94,6 +95,17 @@ impl Samples {
     /// A required signal.
     pub fn required(&self, signal: Signal) -> &[f64] {
         self.channel(signal).expect("collect adds every required signal")
+    }
+
+    /// That the gap, where it is measured, is not one between cars that drive at these speeds.
+    pub fn contradiction(&self, context: &Context) -> Option<Note> {
+        let number = context.follower + 1;
+        let ego = context.platoon.cars.iter().find(|car| car.number == number)?;
+        ego.gap.as_ref()?;
+        let (v_l, v_f) = (self.required(Signal::LeadSpeed), self.required(Signal::Speed));
+        let dv: Vec<f64> = v_l.iter().zip(v_f).map(|(v_l, v_f)| v_l - v_f).collect();
+        let signal = gap_column(number, context.recording.layout);
+        judge(&signal, &self.t, self.required(Signal::Spacing), &dv)
     }
 
     /// The samples of a range of positions.

@@ -31,6 +31,10 @@ pub enum MapError {
     Missing { path: String, needed: &'static str, found: Vec<&'static str>, why: &'static str },
     #[error("{path}: time is in frames, so the map needs their rate: frame_rate_hz = 25")]
     NoRate { path: String },
+    #[error(
+        "{path}: decimal = \"comma\": expected another separator than the comma; set separator to semicolon, tab or whitespace"
+    )]
+    TwoCommas { path: String },
     #[error("{path}: frame_rate_hz: expected 0.2 to 1000 per second, found {found}")]
     Rate { path: String, found: f64 },
 }

@@ -38,6 +38,14 @@ pub(super) enum Separator {
     Whitespace,
 }
 
+/// What stands before the fraction of a number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Decimal {
+    Point,
+    Comma,
+}
+
 /// Towards which end of the positions a vehicle drives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -83,6 +91,7 @@ pub struct ColumnMap {
     pub title: String,
     pub(super) rows: Rows,
     pub(super) separator: Separator,
+    pub(super) decimal: Decimal,
     pub(super) header: Option<Vec<String>>,
     pub(super) nobody: Vec<String>,
     pub(super) direction: Direction,
@@ -99,6 +108,8 @@ struct Text {
     rows: Rows,
     #[serde(default = "comma")]
     separator: Separator,
+    #[serde(default = "point")]
+    decimal: Decimal,
     header: Option<Vec<String>>,
     #[serde(default)]
     nobody: Vec<String>,
@@ -130,6 +141,10 @@ enum Names {
 
 fn comma() -> Separator {
     Separator::Comma
+}
+
+fn point() -> Decimal {
+    Decimal::Point
 }
 
 fn increasing() -> Direction {
@@ -174,6 +189,7 @@ impl ColumnMap {
             title: parsed.title,
             rows: parsed.rows,
             separator: parsed.separator,
+            decimal: parsed.decimal,
             header: parsed.header,
             nobody: parsed.nobody,
             direction: parsed.direction,
@@ -196,6 +212,9 @@ impl ColumnMap {
     }
 
     fn complete(&self) -> Result<(), MapError> {
+        if (self.separator, self.decimal) == (Separator::Comma, Decimal::Comma) {
+            return Err(MapError::TwoCommas { path: self.name.clone() });
+        }
         let has = |role: Role| self.column(role).is_some();
         let missing = |needed, why| {
             let found = self.columns.iter().map(|column| column.role.name()).collect();

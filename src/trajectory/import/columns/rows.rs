@@ -1,10 +1,10 @@
 //! The rows of a mapped table: numbers in SI, names as they are.
 
-use super::map::{ColumnMap, Separator};
+use super::map::{ColumnMap, Decimal, Separator};
 use super::role::Role;
 use super::unit::Quantity;
 use crate::trajectory::error::ProblemKind;
-use crate::trajectory::import::header::{Field, Header, column_of, split_at};
+use crate::trajectory::import::header::{Field, Header, check_names, check_separator, column_of, split_at};
 use crate::trajectory::import::lines::Lines;
 use crate::trajectory::import::problems::{Problems, Stop};
 use crate::trajectory::import::table::{finite, present};
@@ -64,12 +64,12 @@ pub(super) fn read<R: Read>(lines: &mut Lines<R>, map: &ColumnMap, problems: &mu
                 return Err(problems.stop(1, None, ProblemKind::Empty));
             };
             if map.separator == Separator::Comma {
-                Header::parse(&first, 1, problems)?
-            } else {
-                let mut fields = Vec::new();
-                split_by(&first, map.separator, &mut fields);
-                Header::of(&first, 1, &fields, problems)?
+                check_separator(&first, 1, true, problems)?;
             }
+            let mut fields = Vec::new();
+            split_by(&first, map.separator, &mut fields);
+            check_names(&fields, problems)?;
+            Header::of(&first, 1, &fields, problems)?
         }
     };
     let wanted = wanted(&header, map, problems);
@@ -128,7 +128,7 @@ pub(super) fn read<R: Read>(lines: &mut Lines<R>, map: &ColumnMap, problems: &mu
                 name += 1;
                 continue;
             }
-            let value = value(field.text, &header.names[column.place], column).unwrap_or_else(|kind| {
+            let value = value(field.text, &header.names[column.place], column, map).unwrap_or_else(|kind| {
                 problems.add(lines.number(), Some(column_of(&line, field.start)), kind);
                 f64::NAN
             });
@@ -167,9 +167,22 @@ fn wanted(header: &Header, map: &ColumnMap, problems: &mut Problems) -> Vec<Want
 }
 
 /// A number in SI, NaN if it is missing, or what is wrong with it.
-fn value(text: &str, name: &str, column: &Wanted) -> Result<f64, ProblemKind> {
+fn value(text: &str, name: &str, column: &Wanted, map: &ColumnMap) -> Result<f64, ProblemKind> {
     let Wanted { role, factor, unit, .. } = column;
-    let written = if *role == Role::Time { present(text, name)? } else { finite(text, name)? };
+    let read = |text: &str| if *role == Role::Time { present(text, name) } else { finite(text, name) };
+    let written = match map.decimal {
+        Decimal::Point => read(text).map_err(|kind| match kind {
+            ProblemKind::DecimalComma { column, found, .. } => {
+                ProblemKind::DecimalComma { column, found, mapped: map.separator != Separator::Comma }
+            }
+            kind => kind,
+        })?,
+        // Beside decimal commas a point may as well separate thousands.
+        Decimal::Comma if text.contains('.') => {
+            return Err(ProblemKind::DecimalPoint { column: name.to_owned(), found: text.to_owned() });
+        }
+        Decimal::Comma => read(&text.replace(',', "."))?,
+    };
     let si = written * factor;
     if role.quantity() == Some(Quantity::Speed) && si.abs() > SPEED_LIMIT {
         return Err(ProblemKind::MappedSpeed {
