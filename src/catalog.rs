@@ -155,6 +155,18 @@ pub enum UnknownVariant {
         /// A known word that looks like it.
         nearest: Option<&'static str>,
     },
+    /// The name begins with a part that is no base model.
+    #[error(
+        "variant `{name}`: `{part}` is a part of a variant, and the base model before it is missing; expected \
+         BASE[+delay][+linear|+nonlinear][+constant|+mfc] with BASE one of {}, such as `idm+{part}`",
+        BASES.iter().map(|b| b.name).collect::<Vec<_>>().join(", ")
+    )]
+    NoBase {
+        /// The name as given.
+        name: String,
+        /// The part.
+        part: String,
+    },
     /// Two words of the name exclude each other.
     #[error("variant `{name}`: `{word}` contradicts an earlier part of the name")]
     Twice {
@@ -325,7 +337,11 @@ impl FromStr for Variant {
             nearest: nearest_word(word),
         };
         let first = words.next().unwrap_or_default();
-        let base = BASES.iter().copied().find(|b| b.name == first).ok_or_else(|| unknown(first))?;
+        let no_base = || match PARTS.contains(&first) {
+            true => UnknownVariant::NoBase { name: text.to_owned(), part: first.to_owned() },
+            false => unknown(first),
+        };
+        let base = BASES.iter().copied().find(|b| b.name == first).ok_or_else(no_base)?;
         let mut variant = Variant {
             base,
             delay: false,
@@ -350,7 +366,12 @@ impl FromStr for Variant {
     }
 }
 
+/// What may follow the base model in a name.
+const PARTS: [&str; 5] = ["delay", "linear", "nonlinear", "constant", "mfc"];
+
+/// A word that looks like this one, or the base model that ends with it: `l-cth` for `cth`.
 fn nearest_word(word: &str) -> Option<&'static str> {
-    let extensions = ["delay", "linear", "nonlinear", "constant", "mfc"];
-    nearest(word, BASES.iter().map(|b| b.name).chain(extensions))
+    let bases = || BASES.iter().map(|b| b.name);
+    let ends = |base: &&str| base.rsplit_once('-').is_some_and(|(_, end)| end == word);
+    nearest(word, bases().chain(PARTS)).or_else(|| bases().find(ends))
 }

@@ -119,6 +119,12 @@ fn names_and_ids_are_read_back() {
         assert!(seen.insert(name), "every name once");
     }
     assert_eq!("gipps+delay+linear+mfc".parse::<Variant>().map(|v| v.id()), Ok(33));
+    let said = |name: &str| name.parse::<Variant>().expect_err("no variant").to_string();
+    for part in ["linear", "nonlinear", "delay", "mfc+delay"] {
+        let said = said(part);
+        assert!(said.contains("the base model before it is missing") && !said.contains("did you mean"), "{said}");
+    }
+    assert!(said("cth").ends_with("did you mean `l-cth`?"), "{}", said("cth"));
     for name in
         ["", "idm+", "idm+delay+delay", "idm+linear+nonlinear", "idm+mfc+constant", "delay", "idm linear", "0", "1000"]
     {
