@@ -45,7 +45,7 @@ enum Command {
     /// Measure how well a diagnosis names planted effects, and how often it is wrong without any
     #[command(after_help = "Examples:
   leadlag bench diagnosis --quick --cases 1 --journal one.jsonl
-  leadlag bench diagnosis --seed 7 --effort quick --only none --journal none.jsonl")]
+  leadlag bench diagnosis --seed 7 --effort quick --only none --journal n.jsonl")]
     Diagnosis(diagnosis::Args),
 }
 

@@ -22,7 +22,7 @@ pub struct Args {
     #[arg(long)]
     partial: bool,
     /// Folder for the tables [default: merged, in the study's folder]
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
 

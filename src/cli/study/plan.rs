@@ -15,7 +15,7 @@ pub struct Args {
     #[arg(value_name = "PLAN.toml")]
     plan: PathBuf,
     /// Folder of the study [default: the name of the plan, in this folder]
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Folder of the data, instead of the one that the plan names
     #[arg(long, value_name = "DIR")]

@@ -21,7 +21,7 @@ pub struct Args {
     #[arg(long)]
     partial: bool,
     /// Folder for tables and figures [default: report, in the study's folder]
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
 
