@@ -52,7 +52,7 @@ pub struct Args {
     #[arg(long)]
     rescore: bool,
     /// Write the table here [default: stdout]
-    #[arg(long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE")]
     out: Option<PathBuf>,
 }
 
@@ -140,6 +140,15 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         if used.is_empty() { "none".to_owned() } else { used.join(", ") },
         args.convention
     );
+    if summary.with_unused > 0 {
+        let names: Vec<&str> = summary.unused.iter().copied().collect();
+        evaluator::warn(&format!(
+            "{shown}: {} of {} rows give parameters that their variant does not have, which changes nothing: {}",
+            summary.with_unused,
+            summary.rows,
+            names.join(", ")
+        ));
+    }
     let Some((row, reason)) = summary.first_invalid else { return Ok(()) };
     let first = format!("the first of the invalid rows is row {row}: {reason}");
     if summary.invalid == summary.rows {

@@ -41,6 +41,12 @@ pub enum OpenError {
     /// It is no folder.
     #[error("{0}: expected the folder of the platoon files; there is none")]
     Folder(String),
+    /// It is a file.
+    #[error(
+        "{0}: expected the folder of the platoon files, found a file; give its folder, and name the file, without .csv, in the column \
+         platoon of the table"
+    )]
+    File(String),
     /// Its vehicle table is broken.
     #[error(transparent)]
     Vehicle(#[from] VehicleError),
@@ -102,7 +108,8 @@ impl Library {
     /// When there is no such folder, or a vehicle table is there but cannot be read.
     pub fn open(folder: &Path, layout: DataLayout, preparation: Preparation) -> Result<Library, OpenError> {
         if !folder.is_dir() {
-            return Err(OpenError::Folder(folder.display().to_string()));
+            let shown = folder.display().to_string();
+            return Err(if folder.exists() { OpenError::File(shown) } else { OpenError::Folder(shown) });
         }
         let parent = folder.join("..");
         let table = [folder, &parent].iter().map(|f| f.join("vehicles").join("vehicles.csv")).find(|p| p.exists());

@@ -12,6 +12,7 @@ use crate::score::{GoodnessOfFit, Measures};
 use batch::Batch;
 use csv::ByteRecord;
 use row::{Columns, Task};
+use std::collections::BTreeSet;
 use std::io::{Read, Write};
 use std::time::{Duration, Instant};
 
@@ -41,6 +42,10 @@ pub struct Summary {
     pub invalid: u64,
     /// Number (from 1) and reason of the first of them.
     pub first_invalid: Option<(u64, String)>,
+    /// Rows that give parameters which their variant does not have.
+    pub with_unused: u64,
+    /// Those parameters.
+    pub unused: BTreeSet<&'static str>,
 }
 
 impl Summary {
@@ -135,6 +140,11 @@ pub fn evaluate_table(
         }
         let started = Instant::now();
         let tasks: Vec<Task> = records.iter().map(|r| Task::parse(r, &columns, library, settings)).collect();
+        for (record, Task(task)) in records.iter().zip(&tasks) {
+            let unused = task.as_ref().map_or(Vec::new(), |(case, _)| columns.unused(record, &case.variant));
+            summary.with_unused += u64::from(!unused.is_empty());
+            summary.unused.extend(unused);
+        }
         let results = batch.run(tasks, settings.rescore, build)?;
         if started.elapsed() < Duration::from_secs(1) {
             chunk = MAX_CHUNK.min(2 * chunk);

@@ -51,6 +51,17 @@ impl Columns {
         })
     }
 
+    /// Parameters that a row gives and its variant does not have. Nothing, NaN and 0 stand for a parameter that is not there.
+    pub(super) fn unused(&self, record: &ByteRecord, variant: &Variant) -> Vec<&'static str> {
+        let own = variant.parameters();
+        let is_given = |column: usize| {
+            let text = std::str::from_utf8(record.get(column).unwrap_or_default()).unwrap_or_default();
+            text.trim().parse::<f64>().is_ok_and(|value| !value.is_nan() && value != 0.0)
+        };
+        let others = self.parameters.iter().filter(|(symbol, _)| !own.contains(symbol));
+        others.filter(|(_, column)| is_given(*column)).map(|(symbol, _)| symbol.name()).collect()
+    }
+
     /// A column that may have been meant to have this name, for the end of a message.
     fn near(&self, missing: &str) -> String {
         let near = nearest(missing, self.others.iter().map(String::as_str));
