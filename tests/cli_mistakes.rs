@@ -96,6 +96,11 @@ fn files_that_are_not_there_are_failures_and_what_they_say_is_usage() {
     for (content, expected) in [
         ("# mine\nv_0 = [40, 25]\n", ":2: v_0: the lower bound 40 is above the upper bound 25; swap them\n"),
         ("v_0 = [-1, 25]\n", ":1: v_0: expected a number above 0 as both bounds, found [-1, 25]\n"),
+        (
+            "v_0 = [25,\n",
+            ": expected bounds as TOML, such as v_0 = [25, 40]: TOML parse error at line 1, column 11\n  |\n1 | v_0 = [25,\n  \
+             |           ^\nunclosed array, expected `]`\n",
+        ),
     ] {
         fs::write(&bounds, content).expect("writable");
         let message = calibrate(2, &["--model", "idm", "--bounds", text(&bounds)]);
@@ -107,6 +112,18 @@ fn files_that_are_not_there_are_failures_and_what_they_say_is_usage() {
 fn contradictions_are_refused() {
     let message = calibrate(2, &["--model", "idm", "--fix", "v_0=33", "--fix", "v_0=34"]);
     assert!(message.contains("--fix v_0 is given twice, as 33 and as 34"), "{message}");
+    let bounds = scratch("cli_mistakes", "fixed").join("bounds.toml");
+    for (content, says) in [("v_0 = 30\n", "30"), ("v_0 = [25, 32]\n", "[25, 32]")] {
+        fs::write(&bounds, content).expect("writable");
+        let message = calibrate(2, &["--model", "idm", "--bounds", text(&bounds), "--fix", "v_0=40"]);
+        let expected = format!("error: --fix v_0=40 contradicts {}, which says v_0 = {says};", bounds.display());
+        assert!(message.starts_with(&expected), "{message}");
+        // Within its bounds it is one of them.
+        let out = scratch("cli_mistakes", "narrowed");
+        let search = ["--model", "idm", "--max-evaluations", "100", "--no-intervals", "--out", text(&out)];
+        let narrowed = ["--bounds", text(&bounds), "--fix", "v_0=30"];
+        succeeds(&[&["calibrate", pair()][..], &search, &narrowed].concat());
+    }
     let synth = |extra: &[&str]| fails(2, &[&["synth", "--out", "never"], extra].concat());
     assert!(synth(&["--amplitude", "medium"]).contains("--effect"));
     let message = synth(&["--effect", "headway_mode_change", "--duration", "60"]);
@@ -115,6 +132,22 @@ fn contradictions_are_refused() {
     let message = synth(&["--effect", "grade", "--effect", "grade:gg=1"]);
     assert!(message.contains("--effect grade is given twice"), "{message}");
     assert!(!Path::new("never").exists(), "a command that fails leaves no files");
+}
+
+#[test]
+fn what_is_nearly_right_is_told_the_right_way() {
+    let message = calibrate(2, &["--model", "idm", "--extend", "grade,actuation_lag"]);
+    assert!(message.contains("several times: --extend grade --extend actuation_lag\n"), "{message}");
+    let cases = scratch("cli_mistakes", "cases").join("cases.csv");
+    fs::write(&cases, "model_id,platoon,follower_position\n").expect("writable");
+    let message = fails(1, &["evaluate", text(&cases), "--data", pair()]);
+    assert!(message.contains("expected the folder of the platoon files, found a file"), "{message}");
+    // An unknown follower is the same usage wherever it is asked for.
+    let said = calibrate(2, &["--model", "idm", "--follower", "9"]);
+    assert!(said.ends_with("followers with data: 1\n"), "{said}");
+    assert_eq!(fails(2, &["diagnose", pair(), "--base", "idm", "--follower", "9"]), said);
+    let message = fails(2, &["diagnose", pair(), "--model", "idn"]);
+    assert!(message.contains("--base") && message.contains("did you mean `idm`?"), "{message}");
 }
 
 #[test]
@@ -181,5 +214,7 @@ fn what_every_verb_takes_comes_last_in_its_help() {
         let headings = global.lines().filter(|line| line.ends_with(':') && !line.starts_with(' '));
         assert_eq!(headings.collect::<Vec<_>>(), ["Examples:"], "{verb}: {global}");
     }
-    assert!(stdout(&succeeds(&["calibrate", "--help"])).contains("simulations; at least 100"));
+    let help = stdout(&succeeds(&["calibrate", "--help"]));
+    let words: Vec<&str> = help.split_whitespace().collect();
+    assert!(words.join(" ").contains("simulations; at least 100"), "{help}");
 }

@@ -8,6 +8,7 @@ use serde_json::Value;
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 use std::sync::OnceLock;
 
 /// stderr of a command that must fail as wrong usage.
@@ -79,6 +80,46 @@ fn every_verb_has_an_example_that_starts_with_it() {
         let Some((_, examples)) = help.split_once("\nExample") else { panic!("{verb:?} has no example:\n{help}") };
         let start = format!("leadlag {} ", verb.join(" "));
         assert!(examples.contains(start.trim_end()), "{verb:?}: no example starts with `{start}`:\n{examples}");
+    }
+}
+
+/// What `leadlag WORDS --help` prints, in a terminal of which only COLUMNS is known, if anything is.
+fn help(words: &[String], columns: Option<&str>) -> String {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_leadlag"));
+    command.args(words).arg("--help").env_remove("COLUMNS").envs(columns.map(|columns| ("COLUMNS", columns)));
+    String::from_utf8(command.output().expect("the program starts").stdout).expect("UTF-8")
+}
+
+#[test]
+fn help_takes_80_columns_unless_the_terminal_says_otherwise() {
+    let widest = |text: &str| text.lines().map(|line| line.chars().count()).max().expect("lines");
+    let mut found = vec![Vec::new()];
+    verbs(&[], &mut found);
+    for verb in &found {
+        let text = help(verb, None);
+        assert!(widest(&text) <= 80, "{verb:?} takes {} columns:\n{text}", widest(&text));
+        // A command that is cut by the margin cannot be copied: each is as long in a wider terminal.
+        let commands =
+            |text: &str| text.lines().filter(|line| line.starts_with("  leadlag ")).map(str::to_owned).collect();
+        let (narrow, wide): (Vec<String>, Vec<String>) = (commands(&text), commands(&help(verb, Some("100"))));
+        assert_eq!(narrow, wide, "{verb:?}");
+    }
+    let calibrate = ["calibrate".to_owned()];
+    assert!((81..=100).contains(&widest(&help(&calibrate, Some("200")))), "at most 100, also of a wide terminal");
+    let narrow = help(&calibrate, Some("60"));
+    let (_, options) = narrow.split_once("\nOptions:\n").expect("options");
+    let (options, _) = options.split_once("\nExamples:\n").expect("examples");
+    assert!(widest(options) <= 60, "{options}");
+}
+
+#[test]
+fn the_place_of_results_has_a_short_form_wherever_there_is_one() {
+    let mut found = Vec::new();
+    verbs(&[], &mut found);
+    let with: Vec<String> = found.iter().map(|verb| help(verb, None)).filter(|text| text.contains("--out <")).collect();
+    assert!(with.len() >= 12, "{}", with.len());
+    for text in with {
+        assert!(text.contains("  -o, --out <"), "{text}");
     }
 }
 

@@ -96,6 +96,76 @@ fn a_grade_that_is_nowhere_is_told_and_one_that_gives_the_lap_is_not_called_usel
 }
 
 #[test]
+fn a_road_that_nobody_has_placed_is_warned_of_by_every_verb_that_reads_it() {
+    let (platoon, out) = (drive().join("platoon.csv"), scratch("cli_warnings", "placed"));
+    let (table, fit) = (drive().join("Slope.csv"), out.join("fit"));
+    let drive = [text(&platoon), "--follower", "1", "--grade"];
+    let search =
+        ["--model", "idm", "--extend", "grade", "--max-evaluations", "100", "--no-intervals", "-o", text(&fit)];
+    let warning = format!(
+        "warning: {}: it has no positions, so the preceding vehicle is assumed to start at 0 m of {}; ",
+        platoon.display(),
+        table.display()
+    );
+    let calibrate =
+        |road: &[&str], search: &[&str]| stderr(&succeeds(&[&["calibrate"], &drive[..], road, search].concat()));
+    let said = calibrate(&[text(&table)], &search);
+    assert!(said.contains(&warning) && said.contains("--lead-start M tells where it starts\n"), "{said}");
+    assert!(!calibrate(&[text(&table), "--lead-start", "0"], &search).contains("it has no positions"));
+    assert!(!calibrate(&["level"], &search).contains("it has no positions"), "level is level everywhere");
+    let plain = [&["--model", "idm"], &search[4..]].concat();
+    assert!(!calibrate(&[text(&table)], &plain).contains("it has no positions"), "nothing reads the road");
+    calibrate(&[text(&table)], &search);
+    let said = stderr(&succeeds(&[&["simulate"], &drive[..], &[text(&table), "--result", text(&fit)]].concat()));
+    assert!(said.contains(&warning), "{said}");
+    // A diagnosis tries the grade whatever its base model is; of this one the data are too short.
+    let said = stderr(&leadlag(&[&["diagnose"], &drive[..], &[text(&table), "--base", "idm"]].concat()));
+    assert!(said.contains(&warning), "{said}");
+}
+
+#[test]
+fn a_broken_gap_is_warned_of_in_the_words_of_inspect() {
+    let folder = scratch("cli_warnings", "broken");
+    let (file, fit) = (folder.join("broken.csv"), folder.join("fit"));
+    let sound = fs::read_to_string(drive().join("pair_follower1.csv")).unwrap();
+    let broken = sound.lines().enumerate().map(|(i, line)| {
+        let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
+        if i > 0 && i % 4 < 2 {
+            fields[3] = (fields[3].parse::<f64>().unwrap() + 3.0).to_string();
+        }
+        fields.join(",") + "\n"
+    });
+    fs::write(&file, broken.collect::<String>()).unwrap();
+    let shown = String::from_utf8(succeeds(&["inspect", text(&file)]).stdout).unwrap();
+    let warned = shown.lines().find(|line| line.contains("contradicts the speeds")).expect("a warning");
+    let warning = warned.replacen("warning: ", &format!("warning: {}: ", file.display()), 1);
+    let search = ["--model", "idm", "--max-evaluations", "100", "--no-intervals", "-o", text(&fit)];
+    let said = stderr(&succeeds(&[&["calibrate", text(&file)], &search[..]].concat()));
+    assert!(said.contains(&warning), "{said}");
+    let result: Value = serde_json::from_slice(&fs::read(fit.join("result.json")).unwrap()).unwrap();
+    let kept = result["data"][0]["preparation"].as_array().unwrap();
+    assert!(kept.iter().any(|note| warned.ends_with(note.as_str().unwrap())), "{kept:?}");
+    let said = stderr(&succeeds(&["simulate", text(&file), "--result", text(&fit)]));
+    assert!(said.contains(&warning), "{said}");
+    let said = stderr(&succeeds(&["diagnose", text(&file), "--data-only"]));
+    assert!(said.contains(&warning), "{said}");
+    assert!(!calibrate(&[]).contains("contradicts"), "the drive itself is sound");
+}
+
+/// Followers are numbered by what `--follower` takes, in text and JSON.
+#[test]
+fn inspect_says_what_follower_each_car_is() {
+    let platoon = drive().join("platoon.csv");
+    let shown = String::from_utf8(succeeds(&["inspect", text(&platoon)]).stdout).unwrap();
+    assert!(shown.contains("      gap of follower 1 [m] ") && shown.contains(": car 5 is follower 4\n"), "{shown}");
+    assert!(shown.lines().all(|line| line.chars().count() <= 80 || line.starts_with(text(&platoon))), "{shown}");
+    let json: Value = serde_json::from_slice(&succeeds(&["inspect", text(&platoon), "--json"]).stdout).unwrap();
+    let cars = json["platoons"][0]["cars"].as_array().unwrap();
+    let followers: Vec<Option<u64>> = cars.iter().map(|car| car["follower"].as_u64()).collect();
+    assert_eq!(followers, [None, Some(1), Some(2), Some(3), Some(4)]);
+}
+
+#[test]
 fn switches_and_bounds_that_make_no_sense_are_warned_of_once() {
     let said = calibrate(&["--convention", "authors,road_load=si"]);
     assert!(
@@ -117,7 +187,20 @@ fn switches_and_bounds_that_make_no_sense_are_warned_of_once() {
         1,
         "{said}"
     );
-    assert!(said.contains("--bounds FILE.toml"), "{said}");
+    assert!(said.contains("in the file of --bounds, a lower bound near the speeds that were driven"), "{said}");
+    let slow = scratch("cli_warnings", "slow").join("slow.csv");
+    let whole = fs::read_to_string(&one).unwrap();
+    let halved = whole.lines().map(|line| {
+        let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
+        for field in &mut fields[1..3] {
+            *field = field.parse::<f64>().map_or(field.clone(), |speed| (speed / 2.0).to_string());
+        }
+        fields.join(",") + "\n"
+    });
+    fs::write(&slow, halved.collect::<String>()).unwrap();
+    let without = ["calibrate", text(&slow), "--model", "idm", "--max-evaluations", "100", "--no-intervals", "-o"];
+    let told = stderr(&succeeds(&[&without[..], &[text(&out)]].concat()));
+    assert!(told.contains("searched from 30 m/s on") && told.contains("; --bounds FILE.toml with `v_0 = ["), "{told}");
     // Two files of one name: which folder is whose.
     for (file, folder) in [(&one, "pair_follower1_follower1"), (&two, "pair_follower1_follower1_2")] {
         let line = format!("files of {}, follower 1, in {}", file.display(), other.join(folder).display());
@@ -178,6 +261,18 @@ fn a_table_of_which_no_row_can_be_simulated_is_a_failure() {
     assert_eq!(code, Some(0), "one bad row is marked: {said}");
     assert!(said.contains("\nthe first of the invalid rows is row 2: platoon nowhere"), "{said}");
     assert_eq!(evaluate("empty", GOOD, &[]).0, Some(0));
+}
+
+#[test]
+fn evaluate_says_once_which_parameters_their_variant_does_not_have() {
+    const HEADER: &str = "delta,v_0,d_0,t_h,a_max,a_min,tau_p,tau_a,k_s";
+    let row = |more: &str| format!("1,platoon,1,4,33,2,1.2,1.4,-2,{more}");
+    let (code, _, said) = evaluate("surplus", HEADER, &[&row("0.4,,"), &row("0.3,0.2,"), &row(",NaN,0")]);
+    assert_eq!(code, Some(0), "{said}");
+    let warning = "2 of 3 rows give parameters that their variant does not have, which changes nothing: tau_a, tau_p\n";
+    assert!(said.contains(warning) && said.matches("warning: ").count() == 1, "{said}");
+    let (_, _, said) = evaluate("absent", HEADER, &[&row("nan,0,"), &row(",0.0,NaN")]);
+    assert!(!said.contains("warning: "), "that is how tables with all columns say that there is none: {said}");
 }
 
 #[test]

@@ -175,7 +175,7 @@ fn broken_bounds_say_where_and_what() {
             Some(&bmw),
             "delta is not a parameter of variant l-cth+nonlinear, which has k_s, k_v, k_0, v_0",
         ),
-        ("v_0 = [1,", Some(&bmw), "cannot read the bounds"),
+        ("v_0 = [1,", Some(&bmw), "expected bounds as TOML, such as v_0 = [25, 40]: TOML parse error at line 1"),
         ("", None, "f_0: Table 3 gives its bounds per vehicle"),
     ] {
         let message = space(content, vehicle).unwrap_err().to_string();

@@ -45,6 +45,14 @@ pub enum BoundsError {
         /// Why.
         reason: String,
     },
+    /// The bounds file is no TOML.
+    #[error("{path}: expected bounds as TOML, such as v_0 = [25, 40]: {reason}")]
+    Text {
+        /// The file.
+        path: String,
+        /// Where and why.
+        reason: String,
+    },
     /// No variant has such a parameter.
     #[error(
         "{path}: {name} is not a parameter of any variant; `leadlag list parameters` shows them{}",
@@ -218,9 +226,10 @@ fn checked(symbol: Symbol, [lower, upper]: [f64; 2]) -> Result<[f64; 2], BoundsE
 /// When the file cannot be read, is no TOML, or an entry is neither a pair of numbers nor a number.
 pub fn read_bounds(path: &Path, variant: &Variant) -> Result<Overrides, BoundsError> {
     let shown = path.display().to_string();
-    let read = |reason: String| BoundsError::Read { path: shown.clone(), reason };
-    let text = std::fs::read_to_string(path).map_err(|e| read(e.to_string()))?;
-    let table: toml::Table = toml::from_str(&text).map_err(|e| read(e.to_string()))?;
+    let text =
+        std::fs::read_to_string(path).map_err(|e| BoundsError::Read { path: shown.clone(), reason: e.to_string() })?;
+    let table: toml::Table = toml::from_str(&text)
+        .map_err(|e| BoundsError::Text { path: shown.clone(), reason: e.to_string().trim_end().to_owned() })?;
     let number = |value: &toml::Value| value.as_float().or(value.as_integer().map(|i| i as f64));
     let mut overrides = Overrides::new();
     for (name, value) in &table {

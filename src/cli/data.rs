@@ -82,6 +82,23 @@ impl Loaded {
     pub fn vehicle(&self) -> Option<&Vehicle> {
         self.vehicle.as_ref().map(|(vehicle, _)| vehicle)
     }
+
+    /// That nobody says where on its grade table the drive begins, if it makes a difference.
+    pub fn start_assumed(&self) -> Option<String> {
+        let Trajectory { source, grade, notes, .. } = &self.trajectory;
+        let grade = grade.as_ref().filter(|grade| grade.sin.windows(2).any(|pair| pair[0] != pair[1]))?;
+        let assumed = |note: &Note| match note {
+            Note::StartAssumed { position_m } => Some(*position_m),
+            _ => None,
+        };
+        let position = notes.iter().find_map(assumed)?;
+        let table = grade.source.as_ref().map_or("its grade table", |table| table.path.as_str());
+        Some(format!(
+            "{}: it has no positions, so the preceding vehicle is assumed to start at {position} m of {table}; if it does \
+             not, the slopes are those of another place: --lead-start M tells where it starts",
+            source.path
+        ))
+    }
 }
 
 impl DataArgs {
@@ -181,7 +198,8 @@ impl DataArgs {
             );
         }
         let chosen = segments.swap_remove(index);
-        if let Some(note) = chosen.notes.iter().find(|note| matches!(note, Note::UnitsContradict { .. })) {
+        let is_bad = |note: &&Note| matches!(note, Note::UnitsContradict { .. } | Note::GapContradicts { .. });
+        for note in chosen.notes.iter().filter(is_bad) {
             eprintln!("warning: {}: {note}", chosen.source.path);
         }
         Ok(chosen)

@@ -33,7 +33,7 @@ struct SumoArgs {
     #[arg(value_name = "RESULT")]
     result: PathBuf,
     /// Folder for vtype.add.xml, loss.json, comparison.csv and the files for SUMO [default: RESULT/sumo]
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Model of SUMO [default: IDM for idm, ACC for l-cth]
     #[arg(long, value_enum)]

@@ -11,6 +11,12 @@ use std::path::Path;
 /// A variant with extensions, each given by name or file.
 pub fn extend(variant: Variant, extensions: &[String]) -> anyhow::Result<Variant> {
     extensions.iter().try_fold(variant, |variant, given| {
+        if given.contains(',') && !Path::new(given).exists() {
+            let each: Vec<String> = given.split(',').map(|one| format!("--extend {}", one.trim())).collect();
+            let message =
+                format!("--extend {given}: expected one extension; give --extend several times: {}", each.join(" "));
+            return Err(Usage(message).into());
+        }
         let extension = find(given)?;
         variant.with(extension).map_err(|conflict| Usage(format!("--extend {given}: {conflict}")).into())
     })

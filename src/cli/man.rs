@@ -9,7 +9,7 @@ use std::path::PathBuf;
   leadlag man --out ~/.local/share/man/man1")]
 pub struct Args {
     /// Folder for one page per verb, leadlag.1, leadlag-calibrate.1, ... [default: the first of them to stdout]
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
 

@@ -46,20 +46,26 @@ use leadlag::trajectory::PrepareError;
 use leadlag::vehicle::VehicleError;
 
 const EXAMPLES: &str = "Examples:
-  leadlag demo                                                            # no data needed
-  leadlag inspect drive.csv                                               # what a file holds
-  leadlag calibrate drive.csv --follower 1 --model gipps+delay --out fit  # parameters, score, plot
-  leadlag calibrate --help                                                # every verb has examples
+  leadlag demo                # no data needed
+  leadlag inspect drive.csv   # what a file holds
+  leadlag calibrate drive.csv --follower 1 --model gipps+delay --out fit
+  leadlag calibrate --help    # every verb has examples
 
 Exit codes: 0 done, 1 failed, 2 wrong usage. Results go to stdout, all else to stderr.
 All flags of a verb: leadlag VERB --help. Manual pages: leadlag man --out DIR.";
+
+/// Widest lines of the help, which never takes more than the terminal has; 80 where neither the terminal nor COLUMNS tells.
+fn help_width() -> usize {
+    let told = std::env::var("COLUMNS").is_ok_and(|text| text.parse::<usize>().is_ok());
+    if told || terminal_size::terminal_size().is_some() { 100 } else { 80 }
+}
 
 /// What every verb takes comes last in its help.
 const GLOBAL: &str = "Global options";
 
 /// Calibrates and validates car-following and ACC models against measured trajectories.
 #[derive(Debug, Parser)]
-#[command(name = "leadlag", version, propagate_version = true, max_term_width = 100, after_help = EXAMPLES)]
+#[command(name = "leadlag", version, propagate_version = true, max_term_width = help_width(), after_help = EXAMPLES)]
 pub struct Cli {
     /// Number of threads; results do not depend on it
     #[arg(long, global = true, help_heading = GLOBAL, value_name = "N", allow_negative_numbers = true,
@@ -83,19 +89,19 @@ enum Command {
     /// Calibrate a variant against a measured follower
     #[command(after_help = "Examples:
   leadlag calibrate drive.csv --follower 1 --model gipps+delay --out fit
-  leadlag calibrate a.csv b.csv --joint --model l-cth+linear --replicates 3 --seed 7 --out fit
-  leadlag calibrate drive.csv --model idm --fix v_0=33 --extend actuation_lag --out fit
-  leadlag calibrate 01_tracks.csv --columns highd --follower 24 --model idm --out fit")]
+  leadlag calibrate a.csv b.csv --joint --model l-cth+linear --seed 7 --out fit
+  leadlag calibrate drive.csv --model idm --fix v_0=33 --extend grade -o fit
+  leadlag calibrate tracks.csv --columns highd --follower 24 --model idm -o fit")]
     Calibrate(Box<calibrate::Args>),
     /// Simulate a calibrated variant on a trajectory, or a whole platoon of them
     #[command(after_help = "Examples:
   leadlag simulate other.csv --follower 1 --result fit/result.json --out check
-  leadlag simulate platoon.csv --platoon --result fit/result.json --out platoon")]
+  leadlag simulate platoon.csv --platoon --result fit --out platoon")]
     Simulate(simulate::Args),
     /// Score parameter vectors that are given as rows of a table
     #[command(after_help = "Examples:
   leadlag evaluate cases.csv --data folder --out scores.csv
-  leadlag evaluate cases.csv --data folder --convention authors --evaluator reference")]
+  leadlag evaluate cases.csv --data folder --convention authors -o scores.csv")]
     Evaluate(evaluate::Args),
     /// Calibrate and validate many variants on many trajectories: plan, run, status, merge, report
     #[command(after_help = "Examples:

@@ -1,6 +1,7 @@
 //! `leadlag simulate`: a calibrated variant on a trajectory, or a platoon in which each simulated car leads the next.
 
 use super::data::{DataArgs, Loaded, result_file};
+use super::evaluator::warn;
 use super::{Usage, output};
 use anyhow::Context;
 use leadlag::evaluator::{Case, Outcome};
@@ -32,7 +33,7 @@ pub struct Args {
     #[arg(long, conflicts_with = "columns")]
     platoon: bool,
     /// Folder for simulation.csv and plot.svg (numbered by follower with --platoon)
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Print JSON
     #[arg(long)]
@@ -126,7 +127,9 @@ fn load(args: &Args, model: &Calibrated, recording: &Recording, follower: Option
     let mut data = args.data.clone();
     let entry = model.file.vehicle.as_ref().filter(|_| data.vehicle.is_none());
     data.vehicle = data.vehicle.or(entry.map(|v| beside(&v.from, &model.path)));
-    let loaded = data.pick(recording, follower, &model.variant.variant)?;
+    let variant = &model.variant.variant;
+    let loaded = data.pick(recording, follower, variant)?;
+    loaded.start_assumed().filter(|_| variant.needs_position()).iter().for_each(|text| warn(text));
     let path = model.path.display();
     if let (Some(then), Some(now)) = (entry, loaded.vehicle())
         && (then.m_0, then.phi_f) != (now.m_0, now.phi_f)

@@ -16,11 +16,11 @@ use std::path::{Path, PathBuf};
 #[command(after_help = "Examples:
   leadlag synth --out drive --pairs
   leadlag synth --out drive --base idm --effect grade --amplitude medium
-  leadlag synth --out drive --effect actuation_lag:ta=0.6 --leader stop-and-go --gusts 0.05,2
+  leadlag synth -o drive --effect actuation_lag:ta=0.6 --leader stop-and-go
   leadlag synth --list-effects")]
 pub struct Args {
     /// Folder for platoon.csv (layout astazero-rebuilt), Slope.csv (the road) and truth.json
-    #[arg(long, value_name = "DIR", required_unless_present = "list_effects")]
+    #[arg(short, long, value_name = "DIR", required_unless_present = "list_effects")]
     pub out: Option<PathBuf>,
     /// The one seed of all random numbers
     #[arg(long, default_value_t = 1, value_parser = seed, allow_negative_numbers = true)]

@@ -30,7 +30,7 @@ pub struct Args {
     #[arg(long, value_name = "NAME|FILE.wgsl")]
     pub extend: Vec<String>,
     /// Folder for result.json, timing.json, simulation.csv and plot.svg
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     pub out: PathBuf,
     /// One parameter set for all files
     #[arg(long)]
@@ -44,7 +44,7 @@ pub struct Args {
     /// TOML file of bounds that replace those of Table 3: v_0 = [25, 40]
     #[arg(long, value_name = "FILE.toml")]
     pub bounds: Option<PathBuf>,
-    /// Fix a parameter; may be given several times
+    /// Fix a parameter, within its bounds in --bounds if it has some there; may be given several times
     #[arg(long, value_name = "NAME=VALUE", value_parser = fixed)]
     pub fix: Vec<(String, f64)>,
     /// Print result.json instead of text
@@ -115,7 +115,7 @@ impl Args {
         extend(self.model, &self.extend)
     }
 
-    /// Bounds of the file, then fixed values.
+    /// Bounds of the file, then fixed values, which must lie within them.
     pub fn overrides(&self) -> anyhow::Result<Overrides> {
         let model = self.extended()?;
         let mut overrides =
@@ -124,7 +124,17 @@ impl Args {
             if let Some((_, before)) = self.fix[..k].iter().find(|(other, _)| other == name) {
                 return Err(Usage(format!("--fix {name} is given twice, as {before} and as {value}")).into());
             }
-            overrides.insert(name.clone(), [*value, *value]);
+            if let Some([lower, upper]) = overrides.insert(name.clone(), [*value, *value])
+                && !(lower..=upper).contains(value)
+            {
+                let file = self.bounds.as_deref().map_or_else(String::new, |path| path.display().to_string());
+                let says = if lower == upper { format!("{lower}") } else { format!("[{lower}, {upper}]") };
+                let message = format!(
+                    "--fix {name}={value} contradicts {file}, which says {name} = {says}; fix it within its bounds, or \
+                     change one of the two"
+                );
+                return Err(Usage(message).into());
+            }
         }
         let parameters = model.parameters();
         if let Some((name, _)) = self.fix.iter().find(|(n, _)| !parameters.iter().any(|s| s.name() == n)) {

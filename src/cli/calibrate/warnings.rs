@@ -21,6 +21,7 @@ pub fn of(
 ) -> Vec<String> {
     let mut said = unused(data, model, loaded);
     said.extend(idle_switches(model, convention));
+    said.extend(loaded.iter().filter(|_| model.needs_position()).filter_map(Loaded::start_assumed));
     said.extend(level_road(model, overrides, loaded));
     said.extend(slow(model, convention, overrides, loaded));
     said
@@ -95,14 +96,19 @@ fn slow(model: &Variant, convention: Convention, overrides: &Overrides, loaded: 
     if !model.parameters().contains(&Symbol::v_0) {
         return None;
     }
-    let bounds = overrides.get("v_0").copied().or_else(|| Case::bounds(Symbol::v_0, None, convention));
+    let given = overrides.get("v_0").copied();
+    let bounds = given.or_else(|| Case::bounds(Symbol::v_0, None, convention));
     let lower = bounds.filter(|[lower, upper]| lower < upper)?[0];
     let highest = |l: &Loaded| l.trajectory.v_f.iter().copied().fold(0.0, f64::max);
     let slow: Vec<&Loaded> = loaded.iter().filter(|l| highest(l) < FAR_BELOW * lower).collect();
     let fastest = slow.iter().map(|l| highest(l)).reduce(f64::max)?;
+    let remedy = match given {
+        Some(_) => "in the file of --bounds, a lower bound near the speeds that were driven changes that",
+        None => "--bounds FILE.toml with `v_0 = [LOWER, UPPER]` changes that",
+    };
     Some(format!(
         "{}: the follower never drives faster than {fastest:.1} m/s, but v_0 is searched from {lower} m/s on: it will not \
-         be the speed that was set; --bounds FILE.toml with `v_0 = [LOWER, UPPER]` changes that",
+         be the speed that was set; {remedy}",
         paths(&slow)
     ))
 }

@@ -33,7 +33,7 @@ const ROAD: [&str; 2] = ["--lead-start", "0"];
   leadlag synth --list-effects      (what can be hidden)")]
 pub struct Args {
     /// Folder for everything that the demo makes
-    #[arg(long, value_name = "DIR", default_value = "leadlag-demo")]
+    #[arg(short, long, value_name = "DIR", default_value = "leadlag-demo")]
     out: PathBuf,
     /// What the car has and its base model lacks: an effect of `leadlag synth --list-effects`, or none
     #[arg(long, value_name = "CAUSE[:P=V,...]|none", default_value = "grade")]

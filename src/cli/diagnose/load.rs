@@ -2,6 +2,7 @@
 
 use super::super::Usage;
 use super::super::data::{Loaded as Picked, only_follower};
+use super::super::evaluator::warn;
 use super::Args;
 use leadlag::catalog::Variant;
 use leadlag::diagnose::Drive;
@@ -97,13 +98,22 @@ fn one(args: &Args, variant: Variant, file: &Path, role: &str, loaded: &mut Load
     let follower = follower.map_or_else(|| only_follower(&recording), Ok)?;
     let wanted = args.prepare.trajectory.as_deref();
     let platoon = recording.platoons.iter().position(|p| wanted.is_none() || p.id.as_deref() == wanted).unwrap_or(0);
-    let soundness = check(&recording, platoon, follower)?;
+    let soundness = match check(&recording, platoon, follower) {
+        Ok(soundness) => soundness,
+        Err(no_link) => {
+            // What is missing, and which followers there are instead, is what its preparation says.
+            args.prepare.pick(&recording, Some(follower), &variant)?;
+            return Err(no_link.into());
+        }
+    };
     let corrections: Vec<Option<String>> = if args.correct {
         correct(&mut recording, platoon, follower, &soundness.findings).into_iter().map(Some).collect()
     } else {
         vec![None; soundness.findings.len()]
     };
     let picked = args.prepare.pick(&recording, Some(follower), &variant)?;
+    // Causes read the grade, whatever the base model does.
+    picked.start_assumed().filter(|_| !args.data_only).iter().for_each(|text| warn(text));
     let path = file.display().to_string();
     let findings = soundness.findings.iter().zip(corrections);
     loaded.findings.extend(findings.map(|(finding, done)| FindingEntry::new(&path, finding, done)));

@@ -31,7 +31,7 @@ use std::path::PathBuf;
 #[command(after_help = "Examples:
   leadlag diagnose A.csv B.csv --holdout C.csv --base l-cth --out diagnosis
   leadlag diagnose platoon.csv --follower 2 --data-only
-  leadlag diagnose --data A.csv,B.csv --base idm --causes mine.wgsl --effort quick --json
+  leadlag diagnose --data A.csv,B.csv --base idm --causes mine.wgsl --json
 
 Exit codes with --exit-code: 0 named, 3 nothing, 4 ambiguous, 5 unexplained, 6 not testable, 7 bad base or bad data.")]
 pub struct Args {
@@ -48,7 +48,7 @@ pub struct Args {
     #[arg(long, value_name = "N")]
     pub follower: Option<String>,
     /// Base model to examine: idm, gipps, l-cth, l-idm, l-gipps, or any variant by id or name
-    #[arg(long, value_name = "NAME|ID", required_unless_present = "data_only")]
+    #[arg(long, visible_alias = "model", value_name = "NAME|ID", required_unless_present = "data_only")]
     pub base: Option<Variant>,
     /// Check the data, and stop there
     #[arg(long)]
@@ -69,7 +69,7 @@ pub struct Args {
     #[arg(long, value_name = "FILE.toml", conflicts_with = "data_only")]
     pub bounds: Option<PathBuf>,
     /// Folder for diagnosis.json, the missing acceleration, the extended model and the pictures
-    #[arg(long, value_name = "DIR", conflicts_with = "data_only")]
+    #[arg(short, long, value_name = "DIR", conflicts_with = "data_only")]
     pub out: Option<PathBuf>,
     /// Print diagnosis.json instead of text
     #[arg(long)]
