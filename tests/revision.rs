@@ -60,6 +60,8 @@ fn the_same_seed_gives_the_same_result_or_the_revision_is_raised() {
         found(OptimizerKind::Auto, "gipps+delay", 4000),
         found(OptimizerKind::Auto, "l-cth", 150_000),
         found(OptimizerKind::Ga, "l-cth", 1000),
+        found(OptimizerKind::Lshade, "l-cth", 4000),
+        found(OptimizerKind::Cmaes, "l-cth", 4000),
     ];
     let found: Vec<_> = found.into_iter().map(|r| (r.stop, r.evaluations, r.score, r.candidate)).collect();
     let known = [
@@ -95,6 +97,32 @@ fn the_same_seed_gives_the_same_result_or_the_revision_is_raised() {
                 31.174529438771284,
                 3.631515309660377,
                 1.7069210008059361,
+            ],
+        ),
+        (
+            StopReason::Converged,
+            3995,
+            0.396060607741203,
+            vec![
+                0.010000043203397705,
+                0.9810687045402358,
+                4.94685161805155,
+                34.25373461421999,
+                4.999974293296088,
+                1.5985546885657713,
+            ],
+        ),
+        (
+            StopReason::Evaluations,
+            3987,
+            0.39606053491806525,
+            vec![
+                0.010000009618662181,
+                0.9813952208510937,
+                4.858624629597956,
+                32.51638317134687,
+                4.99988309335278,
+                1.5985877874464811,
             ],
         ),
     ];

@@ -2,16 +2,18 @@
 
 mod exact;
 mod search;
+mod settled;
 mod space;
 
+pub(crate) use search::program_of;
 pub use search::{PROGRAM, SEARCH_REVISION, merit};
 pub use space::{BoundsError, Overrides, SearchSpace, bound_times, read_bounds};
 
 use crate::evaluator::{BufferSet, EvaluateError, Evaluator, Failure, Score};
 use crate::near::did_you_mean;
-use crate::rescore;
 use exact::Exact;
 use search::{Group, Search};
+use settled::settled;
 use std::fmt;
 use std::ops::ControlFlow;
 use std::str::FromStr;
@@ -82,13 +84,14 @@ impl FromStr for OptimizerKind {
 /// When a replicate ends; whichever comes first.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stop {
-    /// Simulated candidates, failed ones included; not exceeded by the search, but the first generation is always scored.
+    /// Simulated candidates, failed ones included; not exceeded by the search, but the first generation is always scored. An optimiser
+    /// that has no room left for another generation, or `auto` for another round, ends below them.
     pub max_evaluations: u64,
     /// Generations without gain.
     pub max_stall: u64,
     /// Wall-clock time; makes the result depend on the machine.
     pub max_time: Option<Duration>,
-    /// Score that is good enough.
+    /// Score that is good enough, by the f64 reference.
     pub target: Option<f64>,
 }
 
@@ -122,7 +125,7 @@ impl Default for Calibration {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum StopReason {
-    /// The evaluations were spent.
+    /// The evaluations were spent, or those that are left are too few for another generation or, with `auto`, for another round.
     Evaluations,
     /// No gain for too many generations.
     Stall,
@@ -168,7 +171,8 @@ pub struct Replicate {
     pub evaluations: u64,
     /// Why it ended.
     pub stop: StopReason,
-    /// (evaluations, best score so far) at every gain.
+    /// (evaluations, best score so far) at every gain; it falls all the way, and ends with `score`. Scores that were told roughly and
+    /// turned out to be lower than what was found exactly are not in it.
     pub convergence: Vec<(u64, f64)>,
     /// Scores and candidates met on the way that are less than 5 % worse than the best; a part of them if they are very many.
     pub near: Vec<(f64, Vec<f64>)>,
@@ -308,14 +312,16 @@ pub fn calibrate(
             }
             other => {
                 found = true;
-                replicates.push(settled(evaluator, space, other?)?);
+                let (replicate, rival) = other?;
+                replicates.push(settled(evaluator, space, replicate, rival)?);
             }
         }
     }
     if found { Ok(replicates) } else { Err(infeasible.unwrap_or(CalibrateError::Interrupted)) }
 }
 
-/// One replicate of a calibration by itself: the same as the one of that number in [`calibrate`].
+/// One replicate of a calibration by itself: the same as the one of that number in [`calibrate`]. (Of more than ten there, each keeps fewer
+/// near candidates.)
 ///
 /// # Errors
 /// As [`calibrate`].
@@ -333,39 +339,8 @@ pub fn calibrate_replicate(
         group.collect(evaluator, BufferSet::A, progress)?;
         group.submit(evaluator, &mut exact, BufferSet::A)?;
     }
-    settled(evaluator, space, group.searches.swap_remove(0).finish()?)
-}
-
-/// Candidates of a replicate that the reference is asked about, at most.
-const ASKED: usize = 300;
-
-/// Gives a replicate its score by the f64 reference. Where the best candidate fails there, the next best that does not takes its place:
-/// an optimum often lies on the edge of what is feasible, and there the last bit of a sum decides.
-fn settled(
-    evaluator: &dyn Evaluator,
-    space: &SearchSpace,
-    mut replicate: Replicate,
-) -> Result<Replicate, CalibrateError> {
-    replicate.near.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let others = replicate.near.iter().map(|(_, candidate)| candidate);
-    let (mut found, mut asked) = (None, 0);
-    for candidate in std::iter::once(&replicate.candidate).chain(others).take(ASKED) {
-        asked += 1;
-        match rescore::score(evaluator.cases(), evaluator.gof(), &space.parameters(candidate))? {
-            Score::Value(score) if score.is_finite() => {
-                found = Some((candidate.clone(), score));
-                break;
-            }
-            _ => {}
-        }
-    }
-    // The first was counted when the search scored it; the others are a search of their own.
-    replicate.evaluations += asked - 1;
-    replicate.score = f64::INFINITY;
-    if let Some((candidate, score)) = found {
-        (replicate.candidate, replicate.score) = (candidate, score);
-    }
-    Ok(replicate)
+    let (replicate, rival) = group.searches.swap_remove(0).finish()?;
+    settled(evaluator, space, replicate, rival)
 }
 
 /// The replicate with the lowest score.

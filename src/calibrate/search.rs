@@ -1,12 +1,14 @@
 //! Replicates under way: each a search of its own, several evaluated together.
 
 use super::exact::Exact;
+use super::settled::ASKED;
 use super::space::SearchSpace;
 use super::{CalibrateError, Calibration, OptimizerKind, Progress, Replicate, Stop, StopReason, Tally};
 use crate::evaluator::{BufferSet, EvaluateError, Evaluator, Job, Population, Score};
 use crate::lanes::LanesPrecision;
 use crate::optimize::{Auto, AutoSettings, Cmaes, CmaesSettings, Ended, Ga, GaSettings, Lshade, LshadeSettings};
-use crate::optimize::{Merit, Optimizer, Origin};
+use crate::optimize::{Member, Merit, Optimizer, Origin};
+use crate::rescore;
 use std::ops::ControlFlow;
 use std::sync::LazyLock;
 use std::time::Instant;
@@ -14,11 +16,15 @@ use std::time::Instant;
 /// State of the search. To be raised whenever the same seed gives another result: another score, other parameters or another number
 /// of evaluations, whatever has changed (optimisers, search space, stopping rules, evaluators). Ids of tasks and journals hold it, so
 /// that results of two states never stand side by side as if they were of one. What came before 2 wrote none down.
-pub const SEARCH_REVISION: u32 = 5;
+pub const SEARCH_REVISION: u32 = 6;
 
-/// Program, version and state of its search, `leadlag 0.1.0+search5`: under the same one a seed means the same result.
-pub static PROGRAM: LazyLock<String> =
-    LazyLock::new(|| format!("leadlag {}+search{SEARCH_REVISION}", env!("CARGO_PKG_VERSION")));
+/// Program, version and state of its search, `leadlag 0.1.0+search6`: under the same one a seed means the same result.
+pub static PROGRAM: LazyLock<String> = LazyLock::new(|| program_of(SEARCH_REVISION));
+
+/// This version of the program with a state of its search, the present one or an earlier one.
+pub(crate) fn program_of(revision: u32) -> String {
+    format!("leadlag {}+search{revision}", env!("CARGO_PKG_VERSION"))
+}
 
 /// One replicate.
 pub(super) struct Search<'a> {
@@ -35,10 +41,15 @@ pub(super) struct Search<'a> {
     exact: bool,
     evaluations: u64,
     stall: u64,
+    /// The lowest score that the optimiser held out last: of its best, or of the rival of it.
+    latest: Option<f64>,
+    /// Scores of the best and of its rival that were compared with the target last.
+    compared: [Option<f64>; 2],
     tally: Tally,
     best: Option<(Vec<f64>, f64)>,
     convergence: Vec<(u64, f64)>,
     near: Vec<(f64, Vec<f64>)>,
+    most_near: usize,
     ended: Option<StopReason>,
 }
 
@@ -58,10 +69,13 @@ impl<'a> Search<'a> {
             exact: false,
             evaluations: 0,
             stall: 0,
+            latest: None,
+            compared: [None; 2],
             tally: Tally::default(),
             best: None,
             convergence: Vec::new(),
             near: Vec::new(),
+            most_near: most_near(settings.replicates),
             ended: None,
         }
     }
@@ -79,29 +93,35 @@ impl<'a> Search<'a> {
     }
 
     /// Takes the scores of the generation.
-    fn tell(&mut self, scores: &[Score], progress: &mut dyn FnMut(Progress) -> ControlFlow<()>) {
+    fn tell(
+        &mut self,
+        scores: &[Score],
+        evaluator: &dyn Evaluator,
+        progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    ) -> Result<(), EvaluateError> {
         self.evaluations += scores.len() as u64;
         self.optimizer.tell(&scores.iter().map(merit).collect::<Vec<_>>());
         self.tally.add(scores);
         self.remember(scores);
-        self.stall += 1;
-        if let Some(member) = self.optimizer.best()
-            && let Merit::Feasible(score) = member.merit
-        {
-            // Its best also changes, and may be worse by a rounding, when it is first told exactly.
-            self.best = Some((self.space.complete(&self.free, &member.point, self.ratios), score));
-            if self.convergence.last().is_none_or(|(_, best)| score < *best) {
-                self.convergence.push((self.evaluations, score));
-                self.stall = 0;
+        let best = self.optimizer.best().and_then(|member| Some((&member.point, value(member)?)));
+        if let Some((point, score)) = best {
+            self.best = Some((self.space.complete(&self.free, point, self.ratios), score));
+            if self.convergence.last().is_none_or(|(_, last)| score != *last) {
+                // The best may be worse by a rounding when it is first told exactly: then the curve had fallen too far.
+                fall_to(&mut self.convergence, self.evaluations, score);
             }
         }
-        let best = self.best.as_ref().map(|(_, score)| *score);
+        let best = best.map(|(_, score)| score);
+        let held_out = self.optimizer.rival().and_then(value).or(best);
+        let gain = held_out.is_some_and(|score| self.latest.is_none_or(|latest| score < latest));
+        self.stall = if gain { 0 } else { self.stall + 1 };
+        self.latest = held_out;
         let told = progress(Progress { replicate: self.number, evaluations: self.evaluations, best });
         self.ended = if told.is_break() {
             Some(StopReason::Interrupted)
         } else if self.free.is_empty() {
             Some(StopReason::NothingToSearch)
-        } else if self.stop.target.is_some_and(|target| best.is_some_and(|score| score <= target)) {
+        } else if self.is_on_target(evaluator)? {
             Some(StopReason::Target)
         } else if let Some(ended) = self.optimizer.ended() {
             Some(match ended {
@@ -115,13 +135,33 @@ impl<'a> Search<'a> {
         } else {
             None
         };
+        Ok(())
+    }
+
+    /// True if the best candidate, or its rival, has reached the target not only by the score that the optimiser was told, but also by
+    /// that of the reference, which is the one that is reported. Each is asked about once.
+    fn is_on_target(&mut self, evaluator: &dyn Evaluator) -> Result<bool, EvaluateError> {
+        let Some(target) = self.stop.target else { return Ok(false) };
+        for (k, member) in [self.optimizer.best(), self.optimizer.rival()].into_iter().enumerate() {
+            let Some((member, score)) = member.and_then(|member| Some((member, value(member)?))) else { continue };
+            if score > target || self.compared[k].replace(score) == Some(score) {
+                continue;
+            }
+            let candidate = self.space.complete(&self.free, &member.point, self.ratios);
+            let parameters = self.space.parameters(&candidate);
+            match rescore::score(evaluator.cases(), evaluator.gof(), &parameters)? {
+                Score::Value(score) if score <= target => return Ok(true),
+                _ => {}
+            }
+        }
+        Ok(false)
     }
 
     /// Keeps the candidates that are nearly as good as the best one so far.
     fn remember(&mut self, scores: &[Score]) {
-        let value = |score: &Score| match score {
-            Score::Value(value) if value.is_finite() => Some(*value),
-            _ => None,
+        let value = |score: &Score| match merit(score) {
+            Merit::Feasible(value) => Some(value),
+            Merit::Infeasible { .. } => None,
         };
         let known = self.best.as_ref().map(|(_, score)| *score);
         let best = scores.iter().filter_map(value).chain(known).fold(f64::INFINITY, f64::min);
@@ -131,10 +171,10 @@ impl<'a> Search<'a> {
                 self.near.push((value, self.population.values(i).to_vec()));
             }
         }
-        if self.near.len() > MOST_NEAR {
+        if self.near.len() > self.most_near {
             self.near.retain(|(value, _)| *value <= limit);
             // Still too many: every other one, so that all parts of the way stay.
-            if self.near.len() > MOST_NEAR / 2 {
+            if self.near.len() > self.most_near / 2 {
                 let mut keep = false;
                 self.near.retain(|_| {
                     keep = !keep;
@@ -158,18 +198,36 @@ impl<'a> Search<'a> {
         })
     }
 
-    pub(super) fn finish(self) -> Result<Replicate, CalibrateError> {
+    /// What was found, and the rival of it where the search was ended between the two: a candidate that may be better.
+    pub(super) fn finish(self) -> Result<(Replicate, Option<Vec<f64>>), CalibrateError> {
+        let rival = self.optimizer.rival().map(|m| self.space.complete(&self.free, &m.point, self.ratios));
         let Search { number, evaluations, convergence, tally, mut near, .. } = self;
         let stop = self.ended.expect("a search is finished when it has ended");
         match self.best {
             Some((candidate, score)) => {
                 near.retain(|(value, _)| *value <= score + NEAR * score.abs());
-                Ok(Replicate { number, candidate, score, evaluations, stop, convergence, near })
+                Ok((Replicate { number, candidate, score, evaluations, stop, convergence, near }, rival))
             }
             None if stop == StopReason::Interrupted => Err(CalibrateError::Interrupted),
             None => Err(CalibrateError::Infeasible { replicate: number, evaluations, tally }),
         }
     }
+}
+
+/// The value of a feasible member.
+fn value(member: &Member) -> Option<f64> {
+    match member.merit {
+        Merit::Feasible(value) => Some(value),
+        Merit::Infeasible { .. } => None,
+    }
+}
+
+/// Puts the present best score at the end of a curve of best scores, which had better not been lower before.
+pub(super) fn fall_to(curve: &mut Vec<(u64, f64)>, evaluations: u64, score: f64) {
+    while curve.last().is_some_and(|(_, last)| *last <= score) {
+        curve.pop();
+    }
+    curve.push((evaluations, score));
 }
 
 /// True if parameters that span decades are searched by their logarithms. The paper's algorithm is kept as the paper has it.
@@ -187,27 +245,42 @@ fn optimizer(space: &SearchSpace, settings: &Calibration, number: u64) -> Box<dy
         return Box::new(Ga::new(search_box, ga, settings.seed, number));
     }
     match settings.optimizer {
-        OptimizerKind::Auto => Box::new(Auto::new(search_box, AutoSettings::new(dimensions, evaluations), origin)),
+        OptimizerKind::Auto => Box::new(Auto::new(
+            search_box,
+            AutoSettings { floor: FLOOR, ..AutoSettings::new(dimensions, evaluations) },
+            origin,
+        )),
         OptimizerKind::Ga => Box::new(Ga::new(search_box, GaSettings::default(), settings.seed, number)),
         OptimizerKind::Lshade => {
-            let lshade = LshadeSettings { tolerance: RESOLUTION, ..LshadeSettings::new(dimensions, evaluations) };
+            let settings = LshadeSettings::new(dimensions, evaluations);
+            let lshade = LshadeSettings { tolerance: RESOLUTION, floor: FLOOR, ..settings };
             Box::new(Lshade::new(search_box, lshade, origin))
         }
         OptimizerKind::Cmaes => {
-            let cmaes = CmaesSettings { evaluations, tolerance: RESOLUTION };
+            let cmaes = CmaesSettings { evaluations, tolerance: RESOLUTION, floor: FLOOR };
             Box::new(Cmaes::new(search_box, cmaes, origin))
         }
     }
 }
 
-/// Share of a score below which differences of f32 scores are roundings: a run of ten thousand steps adds up some 1e-6.
+/// Share of the best score at which `lshade` and the descents of `cmaes` end. It lies below what f32 scores lose by rounding, some 1e-6
+/// in a run of ten thousand steps: they end once their candidates are nearly one, not where rounding begins to hide what is left.
 const RESOLUTION: f64 = 1e-7;
+
+/// Tolerances are shares of this where the best score is smaller. Scores of measured data are ten times as large and more; on a drive that
+/// the variant itself made scores come down to nearly 0, a share of which nothing reaches. Rounds then agree within 1e-6, which is what f32
+/// leaves of such a score.
+const FLOOR: f64 = 0.01;
 
 /// Share of the best score by which a candidate may be worse and still counts as near.
 const NEAR: f64 = 0.05;
 
-/// Near candidates that are kept, at most.
-const MOST_NEAR: usize = 20_000;
+/// Near candidates that are kept of one replicate, at most: of more than ten replicates each keeps fewer, for all of them are in memory
+/// together. Half of the least is what the reference may be asked about.
+fn most_near(replicates: u64) -> usize {
+    const ONE: u64 = 20_000;
+    (10 * ONE / replicates.max(10)).max(2 * ASKED as u64) as usize
+}
 
 /// Searches whose generations are evaluated in one go.
 pub(super) struct Group<'a> {
@@ -281,7 +354,7 @@ impl<'a> Group<'a> {
                 cases => Score::joint((0..cases).map(|case| of_case(case, i))),
             }));
             *first += candidates * samples.len();
-            search.tell(&self.scores, progress);
+            search.tell(&self.scores, evaluator, progress)?;
         }
         // Those that were told before the one at which the caller stopped them all.
         if self.searches.iter().any(|search| search.ended == Some(StopReason::Interrupted)) {
@@ -304,5 +377,16 @@ pub fn merit(score: &Score) -> Merit {
         Score::Value(value) if value.is_finite() => Merit::Feasible(*value),
         Score::Value(_) | Score::Rejected => Merit::Infeasible { survived: usize::MAX },
         Score::Failed(failure) => Merit::Infeasible { survived: failure.step },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::most_near;
+
+    #[test]
+    fn near_candidates_of_many_replicates_are_no_more_than_those_of_ten() {
+        assert_eq!([1, 3, 10].map(most_near), [20_000; 3]);
+        assert_eq!([20, 300, 100_000].map(most_near), [10_000, 666, 600]);
     }
 }

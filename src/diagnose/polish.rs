@@ -69,7 +69,7 @@ pub fn descended(
     };
     let space = SearchBox { lower: vec![0.0; free.len()], upper: vec![1.0; free.len()] };
     let middle = free.iter().map(|&k| axes[k].coordinate(at.values[k])).collect();
-    let settings = DescentSettings { population: DESCENT.1, evaluations: DESCENT.0, tolerance: 1e-7 };
+    let settings = DescentSettings { population: DESCENT.1, evaluations: DESCENT.0, tolerance: 1e-7, floor: 0.0 };
     let origin = Origin { generation: 1000 * turn, ..Origin::new(setting.question.seed, streams::DESCENT) };
     let mut descent = Descent::new(space, Start::Round { middle, step }, settings, origin);
     while descent.ended().is_none() {

@@ -274,6 +274,7 @@ impl<'a> Work<'a> {
                 evaluations: POPULATION as u64 * GENERATIONS,
                 // A hundredth of the rise.
                 tolerance: 0.01 * spread.rise / start.abs().max(f64::MIN_POSITIVE),
+                floor: 0.0,
             };
             let space = SearchBox { lower: vec![0.0; n], upper: vec![1.0; n] };
             let origin = Origin { generation: origin.generation + ((number as u64) << 16), ..origin };

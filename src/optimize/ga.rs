@@ -34,8 +34,9 @@ impl Default for GaSettings {
 
 /// The genetic algorithm.
 ///
-/// It differs from the package in one point: infeasible members have no penalty value but no weight in the roulette
-/// wheel (the limit of an infinite penalty), and are sorted by how long they survived.
+/// It differs from the package in one point: infeasible members have no penalty value. They are sorted by how long they survived, and
+/// have no weight in the roulette wheel, whose worst member is the worst feasible one. A penalty would be worse than that one, and give
+/// the feasible ones nearly the same weight.
 #[derive(Debug, Clone)]
 pub struct Ga {
     settings: GaSettings,
@@ -135,8 +136,8 @@ impl Ga {
 /// Running sums of the roulette weights, largest objective minus objective plus 1, over a sorted population.
 fn cumulative_weights(population: &[Member]) -> Vec<f64> {
     let value = |member: &Member| match member.merit {
-        Merit::Feasible(value) => Some(value),
-        Merit::Infeasible { .. } => None,
+        Merit::Feasible(value) if value.is_finite() => Some(value),
+        _ => None,
     };
     let worst = population.iter().filter_map(value).reduce(f64::max);
     let weight = |member: &Member| match (value(member), worst) {

@@ -24,9 +24,11 @@ pub struct LshadeSettings {
     /// jSO (J. Brest, M. S. Maučec and B. Bošković, "Single objective real-parameter optimization: algorithm jSO", IEEE CEC 2017,
     /// pp. 1311-1318).
     pub best_share: [f64; 2],
-    /// The run is finished early once all members are feasible and their values differ by less than this share of the best;
+    /// The run is finished early once all members are feasible and their values differ by no more than this share of the best;
     /// 0: never.
     pub tolerance: f64,
+    /// The tolerance is a share of this where the best value is smaller, such as 0.
+    pub floor: f64,
 }
 
 impl LshadeSettings {
@@ -43,6 +45,7 @@ impl LshadeSettings {
             archive_rate: 2.6,
             best_share: [0.11; 2],
             tolerance: 0.0,
+            floor: 0.0,
         }
     }
 }
@@ -188,7 +191,9 @@ impl Lshade {
             }
             if merit.beats(&parent.merit) {
                 let gain = match (parent.merit, merit) {
-                    (Merit::Feasible(before), Merit::Feasible(after)) => Some(before - after),
+                    (Merit::Feasible(before), Merit::Feasible(after)) => {
+                        Some(before - after).filter(|gain| gain.is_finite())
+                    }
                     _ => None,
                 };
                 successes.push((trial.scale, trial.crossover, gain));
@@ -235,8 +240,11 @@ impl Lshade {
     /// True if all members are feasible and nearly equally good.
     fn is_flat(&self) -> bool {
         let (Some(first), Some(last)) = (self.population.first(), self.population.last()) else { return false };
+        let LshadeSettings { tolerance, floor, .. } = self.settings;
         match (first.merit, last.merit) {
-            (Merit::Feasible(best), Merit::Feasible(worst)) => worst - best < self.settings.tolerance * best.abs(),
+            (Merit::Feasible(best), Merit::Feasible(worst)) if tolerance > 0.0 => {
+                worst - best <= tolerance * best.abs().max(floor)
+            }
             _ => false,
         }
     }

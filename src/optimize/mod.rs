@@ -17,7 +17,7 @@ use std::cmp::Ordering;
 /// How good a candidate is. Feasible ones come first, by value; infeasible ones by how long they survived.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Merit {
-    /// Value of the objective, finite; lower is better.
+    /// Value of the objective; lower is better. One that is not finite is worse than every one that is.
     Feasible(f64),
     /// No value; the more steps survived, the better.
     Infeasible {
@@ -31,7 +31,8 @@ impl Merit {
     #[must_use]
     pub fn order(&self, other: &Merit) -> Ordering {
         match (self, other) {
-            (Merit::Feasible(a), Merit::Feasible(b)) => a.total_cmp(b),
+            // Finite ones first: in the total order NaN with the sign bit set, and -inf, come before all numbers.
+            (Merit::Feasible(a), Merit::Feasible(b)) => b.is_finite().cmp(&a.is_finite()).then(a.total_cmp(b)),
             (Merit::Feasible(_), Merit::Infeasible { .. }) => Ordering::Less,
             (Merit::Infeasible { .. }, Merit::Feasible(_)) => Ordering::Greater,
             (Merit::Infeasible { survived: a }, Merit::Infeasible { survived: b }) => b.cmp(a),
@@ -94,6 +95,11 @@ pub trait Optimizer {
     fn tell(&mut self, merits: &[Merit]);
     /// The best candidate so far; `None` before the first `tell`.
     fn best(&self) -> Option<&Member>;
+    /// A candidate whose merit beats the best one's but is not as exact, and was not told exactly yet: who ends the run now should find
+    /// out which of the two is better.
+    fn rival(&self) -> Option<&Member> {
+        None
+    }
     /// Why it asks for no more; `None` while it goes on, as those without an end of their own always do.
     fn ended(&self) -> Option<Ended> {
         None

@@ -28,8 +28,8 @@ pub const GOLDEN_STATE: f64 = 1e-6;
 /// 20 m/s, which costs 1e-13 m/s², and spacing from positions near 2 km.
 pub const SELF_DRIVEN: f64 = 1e-9;
 
-/// Share of a parameter's range by which a genetic algorithm may miss a known value after 30,000 evaluations: it has no
-/// local search.
+/// Share of a parameter's range by which an optimiser may miss a known value after 30,000 evaluations: the genetic algorithm
+/// has no local search.
 pub const RECOVERED: f64 = 0.02;
 
 /// Relative, NRMSE(s,v,a) of a well-conditioned golden row in plain f32, for 99 % of the rows: f32 has 24 bits, a run some

@@ -7,7 +7,7 @@
 
 mod round;
 
-use super::{DescentSettings, Ended, Member, Merit, Optimizer, Origin, SearchBox};
+use super::{DescentSettings, Ended, Member, Merit, Optimizer, Origin, SearchBox, keep_best};
 use round::Round;
 
 /// Settings of the default optimiser.
@@ -27,14 +27,16 @@ pub struct AutoSettings {
     pub best_share: [f64; 2],
     /// Candidates of a generation of a polish.
     pub descent_population: usize,
-    /// A global search ends once its values differ by less than this share of the best.
+    /// A global search ends once its values differ by no more than this share of the best.
     pub hand_over: f64,
-    /// The polish on rough merits ends when values differ by less than this share of the best.
+    /// The polish on rough merits ends when values differ by no more than this share of the best.
     pub polished: f64,
-    /// The polish on exact merits ends when values differ by less than this share of the best.
+    /// The polish on exact merits ends when values differ by no more than this share of the best.
     pub finished: f64,
-    /// Rounds agree if their values differ by less than this share.
+    /// Rounds agree if their values differ by no more than this share.
     pub agreement: f64,
+    /// All four are shares of this where the best value is smaller: near 0 no share of the value itself is ever reached.
+    pub floor: f64,
     /// Rounds that have to agree, where none ended elsewhere.
     pub rounds: usize,
 }
@@ -70,6 +72,7 @@ impl AutoSettings {
             polished: 2e-6,
             finished: 1e-8,
             agreement: 1e-4,
+            floor: 0.0,
             rounds: ROUNDS,
         }
     }
@@ -91,8 +94,9 @@ pub struct Auto {
     asked: Vec<Vec<Vec<f64>>>,
     /// Evaluations not given to any round.
     left: u64,
-    best: Option<Member>,
-    best_is_exact: bool,
+    /// Best of all rounds by exact and by rough merits.
+    exact: Option<Member>,
+    rough: Option<Member>,
 }
 
 /// Generations that a round may have: streams of rounds lie so far apart.
@@ -114,8 +118,8 @@ impl Auto {
             found: Vec::new(),
             asked: Vec::new(),
             left: settings.evaluations,
-            best: None,
-            best_is_exact: false,
+            exact: None,
+            rough: None,
         };
         auto.begin();
         auto
@@ -142,7 +146,7 @@ impl Auto {
     /// rounds may well meet in the wrong one.
     fn is_settled(&self) -> bool {
         let Some(Merit::Feasible(best)) = self.found.first().map(|member| member.merit) else { return false };
-        let limit = best + self.settings.agreement * best.abs();
+        let limit = best + self.settings.agreement * best.abs().max(self.settings.floor);
         let agree = |member: &&Member| matches!(member.merit, Merit::Feasible(value) if value <= limit);
         let agreeing = self.found.iter().filter(agree).count();
         agreeing >= self.settings.rounds + (self.found.len() - agreeing)
@@ -163,21 +167,16 @@ impl Auto {
         }
     }
 
-    /// Exact merits count as soon as there are any, and from then on alone.
     fn note(&mut self) {
         for round in &self.rounds {
-            if let Some(member) = round.exact() {
-                if !self.best_is_exact || self.best.as_ref().is_none_or(|best| member.merit.beats(&best.merit)) {
-                    self.best = Some(member.clone());
-                }
-                self.best_is_exact = true;
-            } else if let Some(member) = round.rough().filter(|_| !self.best_is_exact)
-                && self.best.as_ref().is_none_or(|best| member.merit.beats(&best.merit))
-            {
-                self.best = Some(member.clone());
-            }
+            round.exact().into_iter().for_each(|member| keep_best(&mut self.exact, member));
+            round.rough().into_iter().for_each(|member| keep_best(&mut self.rough, member));
         }
     }
+}
+
+fn is_feasible(member: &&Member) -> bool {
+    matches!(member.merit, Merit::Feasible(_))
 }
 
 impl Optimizer for Auto {
@@ -201,8 +200,18 @@ impl Optimizer for Auto {
         self.collect();
     }
 
+    /// By exact merits as soon as one of them is feasible, and from then on by them alone; before, by rough ones.
     fn best(&self) -> Option<&Member> {
-        self.best.as_ref()
+        let (exact, rough) = (self.exact.as_ref(), self.rough.as_ref());
+        exact.filter(is_feasible).or(rough.filter(is_feasible)).or(exact).or(rough)
+    }
+
+    /// The best of the rounds under way that have no feasible exact merit yet.
+    fn rival(&self) -> Option<&Member> {
+        let best = self.best()?;
+        let untold = self.rounds.iter().filter(|round| !round.exact().is_some_and(|member| is_feasible(&member)));
+        let better = untold.filter_map(Round::rough).filter(|member| member.merit.beats(&best.merit));
+        better.min_by(|a, b| a.merit.order(&b.merit))
     }
 
     fn ended(&self) -> Option<Ended> {

@@ -46,6 +46,7 @@ impl Round {
         let lshade = LshadeSettings {
             first_population: settings.population.min((search / 20).max(8) as usize),
             tolerance: settings.hand_over,
+            floor: settings.floor,
             best_share: settings.best_share,
             ..LshadeSettings::new(space.dimensions(), search)
         };
@@ -155,7 +156,7 @@ impl Round {
         let middle = from.filter(|_| evaluations > 0)?.point;
         let feasible = self.near.iter().filter(|m| matches!(m.merit, Merit::Feasible(_)));
         let points = feasible.map(|m| m.point.clone()).collect();
-        let settings = DescentSettings { population, evaluations, tolerance };
+        let settings = DescentSettings { population, evaluations, tolerance, floor: self.settings.floor };
         let start = Start::Population { middle, points };
         Some(Box::new(Descent::new(self.space.clone(), start, settings, self.origin)))
     }

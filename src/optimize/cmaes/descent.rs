@@ -13,9 +13,11 @@ pub struct DescentSettings {
     pub population: usize,
     /// Evaluations after which the descent is finished.
     pub evaluations: u64,
-    /// Finished once the values of a generation, and the best ones of the latest generations, differ by less than this share of
+    /// Finished once the values of a generation, and the best ones of the latest generations, differ by no more than this share of
     /// the best.
     pub tolerance: f64,
+    /// The tolerance is a share of this where the best value is smaller, such as 0.
+    pub floor: f64,
 }
 
 impl DescentSettings {
@@ -230,7 +232,7 @@ impl Descent {
             let (low, high) = x.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
             high - low
         };
-        let limit = self.settings.tolerance * best.abs();
+        let limit = self.settings.tolerance * best.abs().max(self.settings.floor);
         let within = range(&mut values.iter().copied());
         let flat = within <= limit && (self.latest.len() < window || range(&mut self.latest.iter().copied()) <= limit);
         let widest = self.sigma * self.lengths.max();
@@ -294,8 +296,8 @@ impl Optimizer for Descent {
         // Stable: among equals the order stays.
         order.sort_by(|&a, &b| merits[a].order(&merits[b]));
         let value = |&k: &usize| match merits[k] {
-            Merit::Feasible(value) => value,
-            Merit::Infeasible { .. } => f64::INFINITY,
+            Merit::Feasible(value) if value.is_finite() => value,
+            _ => f64::INFINITY,
         };
         self.without_gain += 1;
         let first = order[0];

@@ -14,8 +14,10 @@ use rand::RngExt;
 pub struct CmaesSettings {
     /// Evaluations after which no descent is started.
     pub evaluations: u64,
-    /// A descent ends when values differ by less than this share of the best one.
+    /// A descent ends when values differ by no more than this share of the best one.
     pub tolerance: f64,
+    /// The tolerance is a share of this where the best value is smaller, such as 0.
+    pub floor: f64,
 }
 
 /// The paper's first step size, 2 of a box of side 10, as a share of the box.
@@ -27,7 +29,7 @@ pub struct Cmaes {
     settings: CmaesSettings,
     space: SearchBox,
     descent: Descent,
-    /// Whether the descent under way is of the regime with small populations.
+    /// Whether the descent under way counts as one of the regime with small populations.
     small: bool,
     /// Population of the large regime.
     large_population: usize,
@@ -44,8 +46,10 @@ impl Cmaes {
     pub fn new(space: SearchBox, settings: CmaesSettings, origin: Origin) -> Cmaes {
         let population = DescentSettings::population_for(space.dimensions());
         let descent = start(&space, &settings, population, FIRST_STEP, u64::MAX, origin);
-        let (used, best) = ([0, 0], None);
-        Cmaes { settings, space, descent, small: false, large_population: population, last_large: 0, used, best }
+        // The population of the first descent is that of the large regime before it doubles, but its evaluations count as those of the small
+        // one, as in pycma: the first restart is a large one.
+        let (small, used, best) = (true, [0, 0], None);
+        Cmaes { settings, space, descent, small, large_population: population, last_large: 0, used, best }
     }
 
     /// The next descent, of the regime that has used less.
@@ -54,18 +58,18 @@ impl Cmaes {
         if !self.small {
             self.last_large = self.descent.evaluations();
         }
-        // The first descent belongs to neither regime's balance in the paper; it counts as large here, as in its code.
         self.small = self.used[1] < self.used[0];
         let default = DescentSettings::population_for(self.space.dimensions());
         if self.small {
             let mut rng = origin.whole();
             let (u, w): (f64, f64) = (rng.random(), rng.random());
+            // From the default to half of the latest large one: that one has doubled at least once.
             let ratio = self.large_population as f64 / default as f64;
             let population = (default as f64 * (0.5 * ratio).powf(u * u)) as usize;
             let step = FIRST_STEP * 10f64.powf(-2.0 * w);
             origin.generation += 1;
             let most = (self.last_large / 2).max(1);
-            self.descent = start(&self.space, &self.settings, population.max(default), step, most, origin);
+            self.descent = start(&self.space, &self.settings, population, step, most, origin);
         } else {
             self.large_population *= 2;
             self.descent = start(&self.space, &self.settings, self.large_population, FIRST_STEP, u64::MAX, origin);
@@ -85,7 +89,7 @@ fn start(
     let mut rng = origin.whole();
     let middle = (0..space.dimensions()).map(|i| space.along(i, rng.random())).collect();
     let origin = Origin { generation: origin.generation + 1, ..origin };
-    let descent = DescentSettings { population, evaluations, tolerance: settings.tolerance };
+    let descent = DescentSettings { population, evaluations, tolerance: settings.tolerance, floor: settings.floor };
     Descent::new(space.clone(), Start::Round { middle, step }, descent, origin)
 }
 

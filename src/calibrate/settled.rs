@@ -1,0 +1,57 @@
+//! The score that is reported of a replicate.
+
+use super::search::fall_to;
+use super::{CalibrateError, Replicate, SearchSpace};
+use crate::evaluator::{EvaluateError, Evaluator, Score};
+use crate::rescore;
+
+/// Candidates of a replicate that the reference is asked about, at most.
+pub(super) const ASKED: usize = 300;
+
+/// Gives a replicate its score by the f64 reference. Where the best candidate fails there, the next best that does not takes its place:
+/// an optimum often lies on the edge of what is feasible, and there the last bit of a sum decides. The rival of the best, of a search
+/// that was ended before the two were compared exactly, takes its place where it is better.
+pub(super) fn settled(
+    evaluator: &dyn Evaluator,
+    space: &SearchSpace,
+    mut replicate: Replicate,
+    rival: Option<Vec<f64>>,
+) -> Result<Replicate, CalibrateError> {
+    let score = |candidate: &[f64]| -> Result<Option<f64>, EvaluateError> {
+        let score = rescore::score(evaluator.cases(), evaluator.gof(), &space.parameters(candidate))?;
+        Ok(match score {
+            Score::Value(score) if score.is_finite() => Some(score),
+            _ => None,
+        })
+    };
+    replicate.near.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let others = replicate.near.iter().map(|(_, candidate)| candidate);
+    let (mut found, mut asked) = (None, 0);
+    for candidate in std::iter::once(&replicate.candidate).chain(others).take(ASKED) {
+        asked += 1;
+        if let Some(score) = score(candidate)? {
+            found = Some((candidate.clone(), score));
+            break;
+        }
+    }
+    // The first was counted when the search scored it; the others are a search of their own.
+    replicate.evaluations += asked - 1;
+    // The curve ends with the score that is reported: since the last gain, or, of another than the best one, since now.
+    let curve = &mut replicate.convergence;
+    if let Some((_, score)) = &found {
+        let last = curve.pop().filter(|_| asked == 1);
+        fall_to(curve, last.map_or(replicate.evaluations, |(evaluations, _)| evaluations), *score);
+    }
+    if let Some(rival) = rival
+        && let Some(score) = score(&rival)?
+        && found.as_ref().is_none_or(|(_, best)| score < *best)
+    {
+        fall_to(curve, replicate.evaluations, score);
+        found = Some((rival, score));
+    }
+    replicate.score = f64::INFINITY;
+    if let Some((candidate, score)) = found {
+        (replicate.candidate, replicate.score) = (candidate, score);
+    }
+    Ok(replicate)
+}
