@@ -12,7 +12,9 @@ pub use journal::Journal;
 pub use report::{Finding, OptimizerReport};
 
 use super::BenchError;
-use crate::calibrate::{Calibration, OptimizerKind, Overrides, PROGRAM, SearchSpace, Stop, calibrate};
+use crate::calibrate::{
+    CalibrateError, Calibration, OptimizerKind, Overrides, PROGRAM, Replicate, SearchSpace, Stop, StopReason, calibrate,
+};
 use crate::catalog::Variant;
 use crate::convention::Convention;
 use crate::evaluator::Case;
@@ -173,7 +175,7 @@ pub fn optimizer_tasks(optimizer: &str, quick: bool) -> Vec<OptimizerTask> {
 }
 
 /// Runs the tasks that the journal does not have, and keeps each there. `program` is the executable that `wall` tasks start. `progress`
-/// hears how many are done, and may stop.
+/// hears how many are done, before every task and while it runs, and may stop: the task under way is then not kept.
 ///
 /// # Errors
 /// [`BenchError`].
@@ -194,14 +196,22 @@ pub fn run_optimizers(
         }
         let outcome = match task.aim.as_str() {
             "wall" => wall::run(program, &data.file(task.platoon), task)?,
-            _ => run(&mut data, task)?,
+            _ => match run(&mut data, task, &mut || progress(done, task))? {
+                Some(outcome) => outcome,
+                None => break,
+            },
         };
         journal.keep(outcome)?;
     }
     Ok(())
 }
 
-fn run(data: &mut Followers, task: &OptimizerTask) -> Result<OptimizerOutcome, BenchError> {
+/// `None` if it was stopped on the way.
+fn run(
+    data: &mut Followers,
+    task: &OptimizerTask,
+    progress: &mut dyn FnMut() -> ControlFlow<()>,
+) -> Result<Option<OptimizerOutcome>, BenchError> {
     let variant = Variant::from_id(task.model_id)?;
     let (trajectory, vehicle) = data.get(task.platoon, task.follower)?;
     let convention: Convention = task.convention.parse()?;
@@ -215,16 +225,39 @@ fn run(data: &mut Followers, task: &OptimizerTask) -> Result<OptimizerOutcome, B
     };
     let started = Instant::now();
     let mut lanes = Lanes::new(vec![case], GoodnessOfFit::NRMSE_SVA, LanesPrecision::Plain)?;
-    let found = calibrate(&mut lanes, &space, &settings, &mut |_| ControlFlow::Continue(()))?;
+    let (mut stopped, mut spent) = (false, vec![0; task.replicates as usize]);
+    let found = calibrate(&mut lanes, &space, &settings, &mut |told| {
+        spent[told.replicate as usize] = told.evaluations;
+        let told = progress();
+        stopped |= told.is_break();
+        told
+    });
     let wall_s = started.elapsed().as_secs_f64();
-    Ok(OptimizerOutcome {
-        program: PROGRAM.clone(),
-        task: task.clone(),
-        scores: found.iter().map(|r| Some(r.score).filter(|score| score.is_finite())).collect(),
-        evaluations: found.iter().map(|r| r.evaluations).collect(),
-        stops: found.iter().map(|r| r.stop.to_string()).collect(),
-        wall_s,
-    })
+    if stopped { Ok(None) } else { outcome(task, found, spent, wall_s).map(Some) }
+}
+
+/// What a calibration has found. Where no candidate of any replicate is feasible, that is what is known of the surface.
+fn outcome(
+    task: &OptimizerTask,
+    found: Result<Vec<Replicate>, CalibrateError>,
+    spent: Vec<u64>,
+    wall_s: f64,
+) -> Result<OptimizerOutcome, BenchError> {
+    let (scores, evaluations, stops) = match found {
+        Err(CalibrateError::Infeasible { .. }) => {
+            let stops = vec![StopReason::Infeasible.to_string(); spent.len()];
+            (vec![None; spent.len()], spent, stops)
+        }
+        found => {
+            let found = found?;
+            (
+                found.iter().map(|r| Some(r.score).filter(|score| score.is_finite())).collect(),
+                found.iter().map(|r| r.evaluations).collect(),
+                found.iter().map(|r| r.stop.to_string()).collect(),
+            )
+        }
+    };
+    Ok(OptimizerOutcome { program: PROGRAM.clone(), task: task.clone(), scores, evaluations, stops, wall_s })
 }
 
 /// The measured followers, read when they are first needed.
@@ -259,5 +292,22 @@ impl Followers {
         }
         let trajectory = &self.trajectories[&(platoon, follower)];
         Ok((trajectory, self.vehicles.iter().find(|v| v.is_called(&trajectory.name))))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calibrate::Tally;
+
+    #[test]
+    fn a_surface_without_a_feasible_candidate_is_a_result() {
+        let task = optimizer_tasks("auto", true).pop().expect("tasks");
+        let nothing = Err(CalibrateError::Infeasible { replicate: 0, evaluations: 900, tally: Tally::default() });
+        let spent: Vec<u64> = (900..910).collect();
+        let outcome = outcome(&task, nothing, spent.clone(), 1.0).expect("no error");
+        assert_eq!((outcome.scores.as_slice(), &outcome.evaluations), ([None; 10].as_slice(), &spent));
+        assert_eq!(outcome.stops, vec!["no feasible candidate found"; 10]);
+        assert_eq!(outcome.variation(), f64::INFINITY);
     }
 }
