@@ -178,3 +178,24 @@ fn near_optimal_candidates_show_what_makes_up_for_what() {
     assert!(matrix[0][1] < -0.5, "d_0 and t_h: {matrix:?}");
     assert_eq!(correlation(&found, &space.free(), best, -1.0), None, "nothing is better than the best");
 }
+
+/// A linear law that follows never comes near a desired speed of 60 m/s. The candidate and its neighbours at four distances on both sides
+/// are simulated to find that out, on all drives of a joint calibration together.
+#[test]
+fn parameters_that_change_nothing_are_called_so() {
+    let variant: Variant = "l-cth".parse().expect("a base");
+    let values = [("k_s", 0.1), ("k_v", 0.6), ("k_0", 1.0), ("v_0", 65.0), ("d_0", 2.5), ("t_h", 1.2)];
+    let mut overrides: Overrides = values.map(|(name, x)| (name.to_owned(), [x, x])).into();
+    overrides.insert("v_0".to_owned(), [60.0, 70.0]);
+    let space = SearchSpace::new(&variant, None, Convention::PAPER, &overrides).expect("bounds in order");
+    let value = |s: &Symbol| values.iter().find(|(name, _)| *name == s.name()).expect("all are given").1;
+    let candidate: Vec<f64> = space.symbols.iter().map(value).collect();
+    for drives in [1, 2] {
+        let cases = (0..drives)
+            .map(|seed| Case::new(&drive(1500, 0.2, seed), variant, None, Convention::PAPER, 0.0).expect("a drive"));
+        let mut lanes = Lanes::new(cases.collect(), GoodnessOfFit::NRMSE_SVA, LanesPrecision::Plain).expect("lanes");
+        let knowledge = identify(&mut lanes, &space, &candidate, 1).expect("lanes");
+        assert_eq!(knowledge.note, Some("no parameter changes the score"));
+        assert_eq!(knowledge.evaluations, 9, "{drives} drives");
+    }
+}

@@ -198,13 +198,15 @@ impl SearchSpace {
         parameters
     }
 
-    /// The parameters that lie on a bound: within 0.1 % of the range, fixed ones apart.
+    /// The parameters that lie on a bound: within 0.1 % of the range, fixed ones apart. The range is that of the logarithm where a parameter
+    /// spans decades, as it is searched: of 0.01 to 5, 0.1 % of the difference is half of the lower bound, and 0.015 is not on it.
     #[must_use]
     pub fn at_bound(&self, candidate: &[f64]) -> Vec<Symbol> {
         let near = |&i: &usize| {
-            let [lower, upper] = self.bounds[i];
+            let along = |x: f64| if self.spans_decades(i) { x.ln() } else { x };
+            let ([lower, upper], x) = (self.bounds[i].map(along), along(candidate[i]));
             let margin = 1e-3 * (upper - lower);
-            candidate[i] - lower <= margin || upper - candidate[i] <= margin
+            x - lower <= margin || upper - x <= margin
         };
         self.free().into_iter().filter(near).map(|i| self.symbols[i]).collect()
     }
@@ -270,6 +272,29 @@ mod tests {
         // The paper's algorithm sees the parameters themselves.
         assert_eq!(space.search_box(false).upper[0], 5.0);
         assert_eq!(space.complete(&free, &space.search_box(false).lower, false)[free[0]], 0.01);
+    }
+
+    #[test]
+    fn a_gain_is_on_a_bound_by_its_ratio_to_it() {
+        let variant: Variant = "l-cth".parse().expect("a base");
+        let space = SearchSpace::new(&variant, None, Convention::PAPER, &Overrides::new()).expect("Table 3");
+        let on_bound = |k_s: f64, v_0: f64| {
+            let middle = |symbol: &Symbol, bounds: &[f64; 2]| match symbol {
+                Symbol::k_s => k_s,
+                Symbol::v_0 => v_0,
+                _ => 0.5 * (bounds[0] + bounds[1]),
+            };
+            let candidate: Vec<f64> = space.symbols.iter().zip(&space.bounds).map(|(s, b)| middle(s, b)).collect();
+            space.at_bound(&candidate)
+        };
+        let v_0 = space.bounds[space.symbols.iter().position(|s| *s == Symbol::v_0).expect("it has one")];
+        let inside = 0.5 * (v_0[0] + v_0[1]);
+        assert_eq!(on_bound(0.01, inside), [Symbol::k_s]);
+        assert_eq!(on_bound(0.01 * 1.006, inside), [Symbol::k_s]);
+        assert_eq!(on_bound(0.0101, inside), [], "a hundredth above the bound");
+        assert_eq!(on_bound(4.98, inside), [Symbol::k_s]);
+        assert_eq!(on_bound(1.0, v_0[1] - 0.9e-3 * (v_0[1] - v_0[0])), [Symbol::v_0]);
+        assert_eq!(on_bound(1.0, v_0[1] - 1.1e-3 * (v_0[1] - v_0[0])), []);
     }
 
     /// An event of one's own, whose length is not called as that of the built-in one.

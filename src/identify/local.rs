@@ -15,8 +15,16 @@ use nalgebra::{DMatrix, DVector};
 /// Steps of the differences, shares of a parameter's range: the first one at which anything changes.
 const STEPS: [f64; 4] = [1e-3, 1e-2, 0.1, 0.3];
 
-/// Share of its largest eigenvalue that is added to the quadratic form, so that a parameter that does nothing has a variance.
+/// Share of its largest second derivative that is added to the quadratic form, so that a parameter that does nothing has a variance.
 const RIDGE: f64 = 1e-9;
+
+/// Why a candidate has no local picture.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Refused {
+    pub(super) note: &'static str,
+    /// Simulations until that was known.
+    pub(super) evaluations: u64,
+}
 
 /// Residuals of one signal of one case, and their derivatives by each searched parameter, in shares of its range.
 struct SignalResiduals {
@@ -50,8 +58,8 @@ pub(super) struct Local {
     cases: Vec<CaseForm>,
     /// Added to the diagonal of every form.
     ridge: f64,
-    /// Simulations.
-    pub(super) evaluations: u64,
+    /// Steps tried on either side of each searched parameter, of the case that needed most.
+    tried: Vec<u64>,
 }
 
 /// How far a parameter may be off.
@@ -65,28 +73,53 @@ pub(super) struct Spread {
 }
 
 impl Local {
-    /// `None` if the candidate, or all its neighbours in some direction, cannot be simulated.
-    pub(super) fn new(cases: &[Case], gof: &GoodnessOfFit, space: &SearchSpace, candidate: &[f64]) -> Option<Local> {
+    /// Refused if the candidate, or all its neighbours in some direction, cannot be simulated, and if the score has no curvature.
+    pub(super) fn new(
+        cases: &[Case],
+        gof: &GoodnessOfFit,
+        space: &SearchSpace,
+        candidate: &[f64],
+    ) -> Result<Local, Refused> {
         let free = space.free();
         let on = space.at_bound(candidate);
         let on_bound = free.iter().map(|&i| on.contains(&space.symbols[i])).collect();
         let n = free.len();
-        let mut local =
-            Local { free, on_bound, curvature: DMatrix::zeros(n, n), cases: Vec::new(), ridge: 0.0, evaluations: 0 };
+        let (curvature, tried) = (DMatrix::zeros(n, n), vec![0; n]);
+        let mut local = Local { free, on_bound, curvature, cases: Vec::new(), ridge: 0.0, tried };
+        let mut sloped = false;
         for case in cases {
-            let signals = local.signals(case, gof, space, candidate)?;
+            let Some(signals) = local.signals(case, gof, space, candidate) else {
+                return Err(local.refused("the score is not defined around the candidate"));
+            };
+            sloped |= signals.iter().any(|signal| signal.slopes.iter().flatten().any(|slope| *slope != 0.0));
             local.cases.push(CaseForm::new(&signals, n, cases.len() as f64));
         }
         for case in &local.cases {
             local.curvature += &case.curvature;
         }
+        if !sloped {
+            return Err(local.refused("no parameter changes the score"));
+        }
         let largest = local.curvature.diagonal().max();
-        if !largest.is_finite() || largest <= 0.0 {
-            return None;
+        if !largest.is_finite() {
+            return Err(local.refused("the score is not defined around the candidate"));
+        }
+        if largest <= 0.0 {
+            // A score of roots has a corner where all residuals are 0.
+            return Err(local.refused("the score has no curvature around the candidate, as where the fit is perfect"));
         }
         local.ridge = RIDGE * largest;
         local.curvature += DMatrix::identity(n, n) * local.ridge;
-        Some(local)
+        Ok(local)
+    }
+
+    /// Simulated candidates, each on all cases: the one of the middle, and its neighbours.
+    pub(super) fn evaluations(&self) -> u64 {
+        1 + 2 * self.tried.iter().sum::<u64>()
+    }
+
+    fn refused(&self, note: &'static str) -> Refused {
+        Refused { note, evaluations: self.evaluations() }
     }
 
     /// Residuals and slopes of all signals that are compared.
@@ -105,20 +138,19 @@ impl Local {
             whole.then(|| ([trace.s.clone(), trace.v.clone(), trace.a.clone()], first))
         };
         let (here, mut first) = run(candidate)?;
-        self.evaluations += 1;
         // Per parameter: the signals on both sides, and their distance.
         let mut sides = Vec::new();
-        for &i in &self.free {
+        for (&i, tried) in self.free.iter().zip(&mut self.tried) {
             let [lower, upper] = space.bounds[i];
             let mut found = None;
-            for step in STEPS {
+            for (before, step) in STEPS.into_iter().enumerate() {
+                *tried = (*tried).max(1 + before as u64);
                 let at = |share: f64| {
                     let mut moved = candidate.to_vec();
                     moved[i] = (candidate[i] + share * (upper - lower)).clamp(lower, upper);
                     moved
                 };
                 let (below, above) = (at(-step), at(step));
-                self.evaluations += 2;
                 let low = run(&below).map_or((candidate[i], here.clone(), first), |(s, f)| (below[i], s, f));
                 let high = run(&above).map_or((candidate[i], here.clone(), first), |(s, f)| (above[i], s, f));
                 first = first.max(low.2).max(high.2);

@@ -67,13 +67,14 @@ pub fn identify(
     seed: u64,
 ) -> Result<Identifiability, EvaluateError> {
     let none = |note, evaluations| Ok(Identifiability { parameters: Vec::new(), note: Some(note), evaluations });
-    let Some(local) = local::Local::new(evaluator.cases(), evaluator.gof(), space, candidate) else {
-        return none("the score is not defined around the candidate", 0);
+    let local = match local::Local::new(evaluator.cases(), evaluator.gof(), space, candidate) {
+        Ok(local) => local,
+        Err(refused) => return none(refused.note, refused.evaluations),
     };
     let mut spreads: Vec<local::Spread> = (0..local.free.len()).map(|k| local.spread(k)).collect();
     let rises = spreads.iter().map(|s| s.rise).filter(|rise| rise.is_finite() && *rise > 0.0);
     let Some(deepest) = rises.reduce(f64::min) else {
-        return none("no parameter changes the score", local.evaluations);
+        return none("no parameter changes the score", local.evaluations());
     };
     // What changes nothing rises nowhere, whatever is asked of it.
     for spread in spreads.iter_mut().filter(|s| !(s.rise.is_finite() && s.rise > 0.0)) {
@@ -87,7 +88,7 @@ pub fn identify(
         profiles = profile::profiles(&mut exact, space, candidate, &local, &spreads, seed)?;
         profiles.evaluations += before;
     }
-    let evaluations = local.evaluations + profiles.evaluations;
+    let evaluations = local.evaluations() + profiles.evaluations;
     if !profiles.start.is_finite() {
         return none("the candidate lies on the very edge of what is feasible", evaluations);
     }
