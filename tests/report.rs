@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::program::{leadlag, ok, scratch, text};
+use common::program::{fails, leadlag, ok, scratch, stderr, succeeds, text};
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -181,4 +181,89 @@ fn a_calibration_is_shown_in_the_terminal_and_as_a_page() {
         "<td>standstill</td><td class=\"number share\" style=\"--share:{:.1}%\">",
         100.0 * standing
     )));
+}
+
+/// Two drives as pair files, and how one of them is calibrated in no time.
+fn two_drives(name: &str) -> (PathBuf, [String; 2]) {
+    let folder = scratch("report", name);
+    let drive = |seed: &str| {
+        let own = folder.join(seed);
+        ok(&["synth", "--pairs", "--out", text(&own), "--seed", seed, "--duration", "120"]);
+        text(&own.join("pair_follower1.csv")).to_owned()
+    };
+    let files = ["3", "5"].map(drive);
+    (folder, files)
+}
+
+const QUICK: [&str; 5] = ["--model", "idm", "--max-evaluations", "300", "--no-intervals"];
+
+#[test]
+fn a_simulation_of_another_drive_is_neither_mixed_with_a_calibration_nor_drawn_with_it() {
+    let (folder, [own, other]) = two_drives("mixed");
+    let (fit, page) = (folder.join("fit"), folder.join("page.html"));
+    ok(&[&["calibrate", &own][..], &QUICK, &["--out", text(&fit)]].concat());
+    let kept = fs::read(fit.join("simulation.csv")).expect("written");
+    let (code, said) = fails(&["simulate", &other, "--result", text(&fit), "--out", text(&fit)]);
+    let instead = fit.join("pair_follower1");
+    assert!(code == 2 && said.contains("holds the result.json of a calibration"), "{said}");
+    assert!(said.contains(&format!("--out {}", instead.display())), "{said}");
+    assert_eq!(fs::read(fit.join("simulation.csv")).expect("still there"), kept);
+    let (code, said) = fails(&["diagnose", &other, "--base", "idm", "--out", text(&fit)]);
+    assert!(code == 2 && said.contains("holds the result.json of a calibration"), "{said}");
+
+    // A drive as long as the own one, and a shorter one.
+    let report = || stderr(&succeeds(&["report", text(&fit), "-o", text(&page)]));
+    assert!(!report().contains("warning"));
+    for (cut, told) in [(&[][..], "expected an error of the spacing of"), (&["--to", "80"], "found 801 samples")] {
+        ok(&[&["simulate", &other, "--result", text(&fit), "--out", text(&instead)][..], cut].concat());
+        fs::copy(instead.join("simulation.csv"), fit.join("simulation.csv")).expect("copied");
+        let said = report();
+        assert!(said.contains(told) && said.contains("its charts are left out"), "{said}");
+        let html = fs::read_to_string(&page).expect("written");
+        assert!(html.contains("No simulation of this result lies beside it") && !html.contains("Error by frequency"));
+    }
+}
+
+#[test]
+fn a_calibration_leaves_no_file_of_the_one_before_it_in_its_folder() {
+    let (folder, [one, two]) = two_drives("left_over");
+    let out = folder.join("fit");
+    let calibrate = |files: &[&str]| leadlag(&[&["calibrate"][..], files, &QUICK, &["--out", text(&out)]].concat());
+    let names = || {
+        let entries = fs::read_dir(&out).expect("a folder");
+        let mut names: Vec<String> =
+            entries.map(|entry| entry.expect("a file").file_name().into_string().expect("UTF-8")).collect();
+        names.sort();
+        names
+    };
+    assert!(calibrate(&[&one, &two, "--joint"]).status.success());
+    fs::write(out.join("plot_of_mine.svg"), "").expect("written");
+    let said = stderr(&calibrate(&[&one]));
+    assert!(said.contains("had left there: plot_1.svg, plot_2.svg, simulation_1.csv, simulation_2.csv\n"), "{said}");
+    assert_eq!(names(), ["plot.svg", "plot_of_mine.svg", "result.json", "simulation.csv", "timing.json"]);
+    let said = stderr(&calibrate(&[&one]));
+    assert!(!said.contains("had left there"), "{said}");
+    let refused = calibrate(&[&one, &two]);
+    let said = stderr(&refused);
+    assert_eq!(refused.status.code(), Some(2), "several would lie beside one: {said}");
+    assert!(said.contains("holds the result.json of a calibration"), "{said}");
+}
+
+#[test]
+fn a_report_says_of_what_it_can_be_and_is_html() {
+    let (folder, [one, two]) = two_drives("several");
+    let (out, page) = (folder.join("fits"), folder.join("page.html"));
+    ok(&[&["calibrate", &one, &two][..], &QUICK, &["--out", text(&out)]].concat());
+    let (code, said) = fails(&["report", text(&out), "-o", text(&page)]);
+    let [first, second] = ["", "_2"].map(|number| out.join(format!("pair_follower1_follower1{number}")));
+    let expected = format!("found none of them; {}, {} hold one each: ", first.display(), second.display());
+    assert!(code == 2 && said.contains(&expected), "{said}");
+    ok(&["report", text(&first), "-o", text(&page)]);
+    let (code, said) = fails(&["report", &one, "-o", text(&page)]);
+    assert!(code == 1 && said.contains("or its result.json or diagnosis.json; this file is no JSON"), "{said}");
+    assert!(!said.contains("because:"), "{said}");
+    let pdf = folder.join("page.pdf");
+    let (code, said) = fails(&["report", text(&first), "-o", text(&pdf)]);
+    assert!(code == 2 && said.contains("expected an ending .html or .htm, found .pdf"), "{said}");
+    assert!(!pdf.exists());
 }

@@ -26,6 +26,7 @@ mod evaluate;
 mod evaluator;
 mod export;
 mod extension;
+mod folder;
 mod inspect;
 mod interrupt;
 mod lines;

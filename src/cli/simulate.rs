@@ -2,7 +2,7 @@
 
 use super::data::{DataArgs, Loaded, result_file};
 use super::evaluator::warn;
-use super::{Usage, output};
+use super::{Usage, folder, output};
 use anyhow::Context;
 use leadlag::evaluator::{Case, Outcome};
 use leadlag::reference::Trace;
@@ -32,7 +32,7 @@ pub struct Args {
     /// Simulate all followers, each behind the simulated car ahead
     #[arg(long, conflicts_with = "columns")]
     platoon: bool,
-    /// Folder for simulation.csv and plot.svg (numbered by follower with --platoon)
+    /// Folder for simulation.csv and plot.svg (numbered by follower with --platoon); not that of a calibration
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Print JSON
@@ -61,6 +61,11 @@ struct Simulated {
 }
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
+    if let Some(out) = &args.out {
+        // Its simulation.csv is that of the drive that was calibrated on.
+        let own = args.file.file_stem().unwrap_or_default().to_string_lossy();
+        folder::refuse(out, folder::RESULT, &own)?;
+    }
     let calibrated = args.result.iter().map(|path| read(path)).collect::<anyhow::Result<Vec<_>>>()?;
     let (recording, follower) = args.data.read(&args.file, args.follower.as_deref())?;
     let followers = if args.platoon { followers(&recording) } else { vec![follower] };

@@ -3,6 +3,7 @@
 use super::html::{Chart, Line, Panel, Role};
 use crate::diagnose::budget::{Budget, Errors, budget};
 use crate::diagnose::scene::Scene;
+use crate::report::result::{DataEntry, ResultFile};
 
 /// Width of the classes of speed \[m/s\].
 const CLASS: f64 = 1.0;
@@ -10,6 +11,8 @@ const CLASS: f64 = 1.0;
 const SLOPE_S: f64 = 0.5;
 /// Fewer samples say nothing about a class.
 const FEWEST: usize = 30;
+/// Times within this are the same \[s\]; so are root mean squares within this share of them, which only the order of a sum changes.
+const SAME: f64 = 1e-6;
 
 /// A measured follower with its simulation.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -41,6 +44,21 @@ impl Simulated {
         all
     }
 
+    /// By what the simulation is of another drive than a result says; none if nothing shows that it is.
+    #[must_use]
+    pub fn other_drive(&self, entry: &DataEntry) -> Option<String> {
+        let ends = [self.t.first(), self.t.last()].map(|t| t.copied().unwrap_or(f64::NAN));
+        let alike = ends.iter().zip(entry.window_s).all(|(found, expected)| (found - expected).abs() < SAME);
+        let ([from, to], [first, last]) = (ends, entry.window_s);
+        (!alike || self.t.len() != entry.samples).then(|| {
+            format!(
+                "expected {} samples from {first:.1} to {last:.1} s, found {} from {from:.1} to {to:.1} s",
+                entry.samples,
+                self.t.len()
+            )
+        })
+    }
+
     fn scene(&self) -> Scene {
         let dt = self.t.get(1).map_or(1.0, |t| t - self.t[0]);
         let [s, v, _] = &self.measured;
@@ -57,6 +75,21 @@ impl Simulated {
             place: None,
         }
     }
+}
+
+/// By what simulations are not those that a result was measured on: its error of the spacing is another one. None if it is the same, or
+/// where the result has none.
+#[must_use]
+pub fn other_errors(all: &[Simulated], result: &ResultFile) -> Option<String> {
+    let expected = result.score.get("rmse_s").copied().flatten()?;
+    let square = |one: &Simulated| {
+        let [errors, ..] = one.errors();
+        errors.iter().map(|error| error * error).sum::<f64>() / (one.t.len().saturating_sub(one.first)) as f64
+    };
+    let found = all.iter().map(|one| square(one).sqrt()).sum::<f64>() / all.len() as f64;
+    let same = (found - expected).abs() <= SAME * expected.abs().max(SAME);
+    (!same)
+        .then(|| format!("expected an error of the spacing of {expected:.4} m (root mean square), found {found:.4} m"))
 }
 
 /// Slope of a signal around every sample.

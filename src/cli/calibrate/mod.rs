@@ -9,7 +9,7 @@ pub use flags::Args;
 
 use super::data::Loaded;
 use super::evaluator::{BY_FLAGS, transcribed, warn};
-use super::{Usage, interrupt, output};
+use super::{Usage, folder, interrupt, output};
 use leadlag::calibrate::{Calibration, SearchSpace, best, bound_times, calibrate};
 use leadlag::evaluator::{Case, Evaluator};
 use leadlag::identify::identify;
@@ -21,7 +21,7 @@ use leadlag::report::result::ResultFile;
 use leadlag::report::text;
 use leadlag::rescore;
 use leadlag::select::Work;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
@@ -32,16 +32,23 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         let (recording, follower) = args.data.read(file, args.follower.as_deref())?;
         loaded.push(args.data.pick(&recording, follower, &model)?);
     }
+    // Before the work: a folder that is refused must not cost a calibration.
+    let together = args.joint || loaded.len() == 1;
+    let folders = if together { vec![args.out.clone()] } else { folders(&args.out, &loaded) };
+    if !together {
+        folder::refuse(&args.out, folder::RESULT, "each")?;
+    }
+    folders.iter().try_for_each(|folder| folder::refuse(folder, folder::DIAGNOSIS, "calibrated"))?;
     let overrides = args.overrides()?;
     warnings::of(&args.data, &model, args.convention, &overrides, &loaded).iter().for_each(|text| warn(text));
     interrupt::watch();
-    if args.joint || loaded.len() == 1 {
+    if together {
         let result = one(args, &loaded, &args.out)?;
         return if args.json { output::print(&result.to_json()) } else { Ok(()) };
     }
     let mut results = Vec::new();
-    for (trajectory, folder) in loaded.iter().zip(folders(&loaded)) {
-        results.push(one(args, std::slice::from_ref(trajectory), &args.out.join(folder))?);
+    for (trajectory, folder) in loaded.iter().zip(&folders) {
+        results.push(one(args, std::slice::from_ref(trajectory), folder)?);
         if interrupt::asked() {
             break;
         }
@@ -58,8 +65,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// One folder per calibration, `STEM_followerN`; numbered in the order of the files where two would be the same.
-fn folders(loaded: &[Loaded]) -> Vec<String> {
+/// One folder per calibration, `STEM_followerN` in `out`; numbered in the order of the files where two would be the same.
+fn folders(out: &Path, loaded: &[Loaded]) -> Vec<PathBuf> {
     let mut names: Vec<String> = Vec::new();
     for Loaded { trajectory, .. } in loaded {
         let stem = Path::new(&trajectory.source.path).file_stem().unwrap_or_default();
@@ -68,7 +75,7 @@ fn folders(loaded: &[Loaded]) -> Vec<String> {
         let free = std::iter::once(name.clone()).chain(numbered).find(|n| !names.contains(n));
         names.push(free.expect("one of endlessly many numbers is free"));
     }
-    names
+    names.iter().map(|name| out.join(name)).collect()
 }
 
 /// One calibration, of one trajectory or of several together, with its files.

@@ -1,6 +1,7 @@
 //! The files of a calibration.
 
 use super::super::data::Loaded;
+use super::super::folder::{is_numbered, tidy};
 use super::super::output::write_file;
 use leadlag::evaluator::Evaluator;
 use leadlag::reference::{Reference, Trace};
@@ -10,7 +11,8 @@ use leadlag::rescore;
 use std::path::Path;
 use std::time::Duration;
 
-/// result.json, timing.json, and per trajectory simulation.csv and plot.svg (numbered if there are several).
+/// result.json, timing.json, and per trajectory simulation.csv and plot.svg (numbered if there are several). What another number of
+/// trajectories left there is removed.
 pub fn files(
     folder: &Path,
     result: &ResultFile,
@@ -30,6 +32,7 @@ pub fn files(
     });
     write_file(&folder.join("timing.json"), (serde_json::to_string_pretty(&timing)? + "\n").as_bytes())?;
 
+    let mut written = Vec::new();
     let parameters = result.calibrated_variant()?.parameters;
     for (i, (case, one)) in reference.cases().iter().zip(loaded).enumerate() {
         let suffix = if loaded.len() == 1 { String::new() } else { format!("_{}", i + 1) };
@@ -38,10 +41,15 @@ pub fn files(
         let t = &one.trajectory.t;
         let mut csv = Vec::new();
         simulation::write_csv(&mut csv, t, case, &trace)?;
-        write_file(&folder.join(format!("simulation{suffix}.csv")), &csv)?;
+        let [table, picture] = [format!("simulation{suffix}.csv"), format!("plot{suffix}.svg")];
+        write_file(&folder.join(&table), &csv)?;
         let title = format!("{}, {}: variant {} {}", case.label, one.trajectory.name, result.model_id, result.model());
         let svg = plot::draw(&title, t, case, &trace, &outcome)?;
-        write_file(&folder.join(format!("plot{suffix}.svg")), svg.as_bytes())?;
+        write_file(&folder.join(&picture), svg.as_bytes())?;
+        written.extend([table, picture]);
     }
-    Ok(())
+    tidy(folder, &written, |name| {
+        let numbered = is_numbered(name, "simulation", "csv") || is_numbered(name, "plot", "svg");
+        numbered || ["simulation.csv", "plot.svg"].contains(&name)
+    })
 }

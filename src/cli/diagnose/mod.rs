@@ -7,7 +7,7 @@ mod write;
 
 use super::bounds::read_bounds;
 use super::data::DataArgs;
-use super::{Exit, Usage, interrupt, output};
+use super::{Exit, Usage, folder, interrupt, output};
 use clap::ValueEnum;
 use leadlag::calibrate::Overrides;
 use leadlag::catalog::Variant;
@@ -121,7 +121,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
     let bounds = args.bounds.as_deref().map(|path| read_bounds(path, &variant)).transpose()?.unwrap_or_default();
     if let Some(out) = &args.out {
-        // Before the work: a folder that cannot be written must not cost a diagnosis.
+        // Before the work: a folder that is refused or cannot be written must not cost a diagnosis.
+        folder::refuse(out, folder::RESULT, "diagnosis")?;
         output::make_folder(out)?;
     }
     let kept = args.out.as_ref().map(|out| out.join("bootstrap.jsonl"));

@@ -3,7 +3,7 @@
 use anyhow::Context;
 use leadlag::diagnose::outcome::Outcome;
 use leadlag::report::html::{Chart, Line, Panel, Role};
-use leadlag::report::residuals::Simulated;
+use leadlag::report::residuals::{Simulated, other_errors};
 use leadlag::report::result::ResultFile;
 use leadlag::report::sumo::Export;
 use std::collections::BTreeMap;
@@ -12,6 +12,10 @@ use std::path::Path;
 /// Names of the panels, and of the columns that they show.
 const SIGNALS: [(&str, &str); 3] =
     [("spacing s [m]", "spacing_m"), ("speed v [m/s]", "speed_mps"), ("acceleration a [m/s²]", "accel_mps2")];
+
+/// What becomes of a simulation that does not belong to its result.
+const LEFT_OUT: &str =
+    "its charts are left out; `leadlag calibrate` with this folder as --out writes all its files anew";
 
 /// The columns of a table by name; empty fields are NaN.
 fn columns(path: &Path) -> anyhow::Result<BTreeMap<String, Vec<f64>>> {
@@ -115,6 +119,10 @@ pub fn of_calibration(folder: &Path, result: &ResultFile) -> anyhow::Result<(Vec
             simulated: signals("sim_"),
             first: entry.first_scored,
         };
+        if let Some(why) = one.other_drive(entry) {
+            eprintln!("warning: {} is of another drive: {why}; {LEFT_OUT}", path.display());
+            continue;
+        }
         for (k, label) in ["residual of s [m]", "residual of v [m/s]", "residual of a [m/s²]"].into_iter().enumerate()
         {
             let pairs = one.simulated[k].iter().zip(&one.measured[k]);
@@ -125,6 +133,11 @@ pub fn of_calibration(folder: &Path, result: &ResultFile) -> anyhow::Result<(Vec
         let title = format!("{}, follower {} {}", entry.path, entry.follower, entry.name);
         charts.push(Chart { title, x_label: "time [s]".to_owned(), x: one.t.clone(), panels });
         all.push(one);
+    }
+    if let Some(why) = other_errors(&all, result).filter(|_| all.len() == count) {
+        let files = if count == 1 { "simulation.csv is" } else { "simulation_1.csv, ... are" };
+        eprintln!("warning: {}: {files} of another result: {why}; {LEFT_OUT}", folder.display());
+        return Ok((Vec::new(), Vec::new()));
     }
     Ok((charts, all))
 }

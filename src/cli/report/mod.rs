@@ -3,8 +3,10 @@
 mod charts;
 mod study;
 
+use super::demo::quoted;
+use super::folder::{DIAGNOSIS, RESULT};
 use super::{Usage, output};
-use anyhow::Context;
+use anyhow::{Context, bail};
 use leadlag::diagnose::outcome::Outcome;
 use leadlag::report::html;
 use leadlag::report::residuals::{error_budget, over_speed};
@@ -28,19 +30,22 @@ pub struct Args {
 }
 
 /// What makes a folder one of the three kinds.
-const FILES: [&str; 3] = ["diagnosis.json", "result.json", "tasks.jsonl"];
+const FILES: [&str; 3] = [DIAGNOSIS, RESULT, "tasks.jsonl"];
+/// Folders that are named where one of them has to be chosen.
+const NAMED: usize = 5;
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
-    let file = if args.result.is_dir() {
-        let found = FILES.into_iter().map(|name| args.result.join(name)).find(|path| path.exists());
-        let shown = args.result.display();
-        let message = format!(
-            "{shown}: expected a folder with result.json, diagnosis.json or tasks.jsonl (of a study), found none of them"
-        );
-        found.ok_or(Usage(message))?
-    } else {
-        args.result.clone()
-    };
+    let ending = args.out.extension().map(|ending| ending.to_string_lossy().to_lowercase());
+    if let Some(ending) = ending.filter(|ending| !["html", "htm"].contains(&ending.as_str())) {
+        let (shown, html) = (args.out.display(), args.out.with_extension("html"));
+        return Err(Usage(format!(
+            "--out {shown}: a report is an HTML file; expected an ending .html or .htm, found .{ending}; give {}{}",
+            html.display(),
+            if ending == "pdf" { ", which a browser prints to PDF" } else { "" }
+        ))
+        .into());
+    }
+    let file = if args.result.is_dir() { result_in(args)? } else { args.result.clone() };
     let folder = file.parent().unwrap_or(Path::new("."));
     let page = if file.file_name().is_some_and(|name| name == "tasks.jsonl") {
         study::page(folder)?
@@ -52,10 +57,42 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// The file that makes a folder what it is.
+fn result_in(args: &Args) -> anyhow::Result<PathBuf> {
+    let of = |folder: &Path| FILES.into_iter().map(|name| folder.join(name)).find(|path| path.exists());
+    if let Some(found) = of(&args.result) {
+        return Ok(found);
+    }
+    let shown = args.result.display();
+    let entries = std::fs::read_dir(&args.result).with_context(|| format!("{shown}: cannot list the folder"))?;
+    let mut inside: Vec<PathBuf> =
+        entries.filter_map(|entry| Some(entry.ok()?.path())).filter(|path| of(path).is_some()).collect();
+    inside.sort();
+    let instead = if inside.is_empty() {
+        String::new()
+    } else {
+        let named: Vec<String> = inside.iter().take(NAMED).map(|path| path.display().to_string()).collect();
+        let more = if inside.len() > NAMED { ", ..." } else { "" };
+        let hold = if inside.len() == 1 { "holds one" } else { "hold one each" };
+        let out = args.out.display().to_string();
+        format!("; {}{more} {hold}: `leadlag report {} -o {}`", named.join(", "), quoted(&named[0]), quoted(&out))
+    };
+    Err(Usage(format!(
+        "{shown}: expected a folder with result.json, diagnosis.json or tasks.jsonl (of a study), found none of them{instead}"
+    ))
+    .into())
+}
+
 /// The page of a calibration or of a diagnosis.
 fn one(file: &Path, folder: &Path) -> anyhow::Result<String> {
     let text = std::fs::read_to_string(file).with_context(|| format!("{}: cannot read the result", file.display()))?;
-    let is_diagnosis = serde_json::from_str::<serde_json::Value>(&text).is_ok_and(|json| json.get("verdict").is_some());
+    let Ok(json) = serde_json::from_str::<serde_json::Value>(&text) else {
+        bail!(
+            "{}: expected a folder that calibrate, diagnose or study wrote, or its result.json or diagnosis.json; this file is no JSON",
+            file.display()
+        );
+    };
+    let is_diagnosis = json.get("verdict").is_some();
     if is_diagnosis {
         let outcome: Outcome = serde_json::from_str(&text)
             .with_context(|| format!("{}: expected a diagnosis of this version of leadlag", file.display()))?;

@@ -46,7 +46,10 @@ pub fn calibration(
         result.program
     ));
     page.section("simulation", "Observed against simulated");
-    page.usage("");
+    match charts.is_empty() {
+        true => page.paragraph("No simulation of this result lies beside it, so there are no charts."),
+        false => page.usage(""),
+    }
     charts.into_iter().for_each(|chart| page.chart(chart.thinned()));
     let score = |name: &str| result.score.get(name).copied().flatten().map_or("–".to_owned(), short);
     let rows: Vec<Vec<String>> = [
