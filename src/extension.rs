@@ -144,6 +144,8 @@ pub struct Extension {
     pub needs: LoopNeeds,
     /// The cause it stands for; `None` for the tools of a diagnosis.
     pub cause: Option<Cause>,
+    /// What is probably a mistake of its author, each with its place.
+    pub warnings: Vec<String>,
     /// Position in the loop among the built-in ones; a user's come after them.
     pub rank: usize,
 }

@@ -233,6 +233,11 @@ fn check_describes_a_good_extension_and_names_the_place_of_a_bad_one() {
     let entries: Value = serde_json::from_str(&ok(&["check", text(&good), "--json"])).unwrap();
     assert_eq!(entries[0]["parameters"][0]["bounds"], serde_json::json!([0.0, 0.9]));
     assert_eq!(entries[0]["bases"].as_array().unwrap().len(), 5);
+    let misspelt = folder.join("misspelt.wgsl");
+    fs::write(&misspelt, SOFT.replace("soft_", "misspelt_") + "fn misspelt_respons(a: f32) -> f32 { return a; }\n")
+        .unwrap();
+    let warned = leadlag(&["check", text(&misspelt)]);
+    assert!(warned.status.success() && stderr(&warned).contains("did you mean `misspelt_response`?"), "{warned:?}");
     let failed = leadlag(&["check", text(&bad)]);
     assert_eq!(failed.status.code(), Some(1));
     let message = stderr(&failed);

@@ -41,6 +41,27 @@ fn what_an_extension_may_not_have_is_said() {
             "fn y_command(a: f32) -> f32 {\n    return a;\n}\n",
             "x.wgsl:1:1: expected at least one of the functions x_policy, x_perception, x_speed, x_command, x_response, found none",
         ),
+        (
+            "x.wgsl",
+            "const c = 1.0;\nfn x_comand(a: f32) -> f32 {\n    return a * c;\n}\n",
+            "x.wgsl:2:1: expected at least one of the functions x_policy, x_perception, x_speed, x_command, x_response, found none, but \
+             x_comand; did you mean `x_command`?",
+        ),
+        (
+            "x.wgsl",
+            "// Not f64.\nfn x_command(a: f64) -> f32 {\n    return 1.0;\n}\n",
+            "x.wgsl:2:17: f64: extensions compute in f32, as GPUs do",
+        ),
+        (
+            "x.wgsl",
+            "fn x_command(a: f32) -> f32 {\n    let b = 1.5lf;\n    return a;\n}\n",
+            "x.wgsl:2:13: f64: extensions compute in f32",
+        ),
+        (
+            "x.wgsl",
+            "fn x_command(a: f32) -> f32 {\n    return f32(f64(a) * 2.0lf);\n}\n",
+            "x.wgsl:2:16: f64: extensions compute in f32",
+        ),
         ("x.wgsl", "fn x_command(a: f32) -> bool {\n    return a > 0.0;\n}\n", "x.wgsl:1:"),
         (
             "x.wgsl",
@@ -87,6 +108,44 @@ fn what_an_extension_may_not_have_is_said() {
     for (file, text, expected) in cases {
         let error = read_extension(file, text).expect_err(expected).to_string();
         assert!(error.contains(expected), "expected {expected}\nfound {error}");
+    }
+}
+
+/// What naga takes as it is, and its author has hardly meant.
+#[test]
+fn what_does_nothing_is_warned_of_with_its_place() {
+    let parameters = "struct Parameters {\n    /// share [-], 0 to 1, neutral 0\n    k: f32,\n}\n";
+    let seen = "fn x_percepton(x: Perceived) -> Perceived {\n    return x;\n}\n";
+    let used = "fn x_half(a: f32) -> f32 {\n    return 0.5 * a;\n}\nfn x_command(own: Parameters, a: f32) -> f32 {\n    return x_half(a) * own.k;\n}\n";
+    let cases: [(String, &[&str]); 4] = [
+        (format!("{parameters}{used}"), &[]),
+        (
+            format!("{seen}{}", command("return a;")),
+            &[
+                "x.wgsl:1:1: x_percepton is no stage, and nothing calls it, so it does nothing; did you mean `x_perception`?",
+            ],
+        ),
+        (
+            format!("{}fn x_brakes() -> f32 {{ return 1.0; }}\n", command("return a;")),
+            &[
+                "x.wgsl:4:1: x_brakes is no stage, and nothing calls it, so it does nothing; the stages are x_policy, x_perception, x_speed, x_command, x_response",
+            ],
+        ),
+        (
+            format!("{parameters}{}", command("return a;")),
+            &[
+                "x.wgsl:3:5: no function reads the parameter k, so a calibration searches it in vain: use it or leave it out",
+            ],
+        ),
+    ];
+    for (text, expected) in cases {
+        let found = &read_extension("x.wgsl", &text).expect("valid").warnings;
+        assert_eq!(found.len(), expected.len(), "{found:?}");
+        assert!(found.iter().zip(expected).all(|(found, expected)| found.starts_with(expected)), "{found:?}");
+    }
+    // Those that the time loop uses are used, and the built-in ones have nothing to be warned of.
+    for extension in leadlag::wgsl::library() {
+        assert_eq!(extension.warnings, [""; 0], "{}", extension.name);
     }
 }
 

@@ -32,6 +32,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     for file in &args.files {
         let extension = find(&file.display().to_string())?;
         let bases = fitting_bases(extension)?;
+        extension.warnings.iter().for_each(|text| eprintln!("warning: {text}"));
         entries.push(json!({
             "name": extension.name,
             "meaning": extension.meaning,
@@ -40,6 +41,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             "remembers": extension.state.iter().map(|(name, _)| name).collect::<Vec<_>>(),
             "reads": extension.reads,
             "bases": bases,
+            "warnings": extension.warnings,
         }));
         text += &described(extension, &bases)?;
     }

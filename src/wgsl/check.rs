@@ -1,6 +1,7 @@
 //! Parsing and validation by naga, with errors that point into the file the user wrote.
 
 use super::compose::Source;
+use super::limits;
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use naga::{Module, WithSpan};
 
@@ -66,7 +67,10 @@ pub fn check(source: &Source) -> Result<Checked, ShaderError> {
                 message = format!("{message}: {inner}");
                 cause = inner.source();
             }
-            at(source, place, message)
+            match other_precision(source, &message) {
+                Some((place, message)) => at(source, Some(place), message),
+                None => at(source, place, message),
+            }
         })?;
     Ok(Checked { module, info })
 }
@@ -84,6 +88,37 @@ fn at(source: &Source, place: Option<(usize, usize)>, message: String) -> Shader
     let (line_of_text, column) = place.unwrap_or((source.last_start(), 1));
     let (file, line) = source.locate(line_of_text);
     ShaderError { file: file.to_owned(), line, column, message, code: source.shown(line_of_text) }
+}
+
+/// What to say where numbers are of a type that not every device has, and where they are: naga knows types, but not where they are named.
+fn other_precision(source: &Source, message: &str) -> Option<((usize, usize), String)> {
+    let named = message.split_once("Using `").and_then(|(_, rest)| rest.split_once("` values requires"));
+    let (start, own) = source.last_text();
+    let found = match named {
+        Some((found, _)) => found,
+        // Of a conversion it does not say to what.
+        None if message.contains("Unable to cast") => {
+            let others = ["f64", "f16", "i64", "u64"];
+            limits::tokens(own).map(|(_, token)| token).find(|token| others.contains(token))?
+        }
+        None => return None,
+    };
+    // The endings of numbers of these types.
+    let ending = match found {
+        "f64" => "lf",
+        "i64" => "li",
+        "u64" => "lu",
+        _ => "h",
+    };
+    let is_number = |token: &str| token.starts_with(|c: char| c.is_ascii_digit() || c == '.');
+    let (at, _) =
+        limits::tokens(own).find(|(_, token)| *token == found || is_number(token) && token.ends_with(ending))?;
+    let span = naga::Span::new((start + at) as u32, (start + at + 1) as u32);
+    let place = span.location(source.text());
+    Some((
+        (place.line_number as usize, place.line_position as usize),
+        format!("{found}: extensions compute in f32, as GPUs do, so every number is f32 or bool; write f32"),
+    ))
 }
 
 /// What to say where a part reads something that is not there: what is.

@@ -198,13 +198,17 @@ impl Source {
         self.chunks.last().map_or(1, |(_, line)| *line)
     }
 
+    /// The text of the chunk pushed last, and where it begins.
+    pub(super) fn last_text(&self) -> (usize, &str) {
+        let start = self.text.lines().take(self.last_start() - 1).map(|line| line.len() + 1).sum();
+        (start, &self.text[start..])
+    }
+
     /// Where a member of a struct of the last chunk is declared.
     pub(super) fn member_span(&self, of: &str, member: &str) -> Option<naga::Span> {
-        let first = self.chunks.last()?.1;
-        let start: usize = self.text.lines().take(first - 1).map(|line| line.len() + 1).sum();
+        let (mut at, text) = self.last_text();
         let mut inside = false;
-        let mut at = start;
-        for line in self.text[start..].lines() {
+        for line in text.lines() {
             let words = line.trim_start();
             inside |= words.strip_prefix("struct ").is_some_and(|rest| rest.trim_start().starts_with(of));
             if inside && words.split(':').next().is_some_and(|name| name.trim() == member) {

@@ -4,9 +4,11 @@ use super::check::{Checked, ShaderError, check};
 use super::compose::Source;
 use super::doc;
 use super::limits;
+use super::lint;
 use crate::extension::{Argument, Extension, LoopNeeds, Stage, StageFunction};
+use crate::near::{nearest, suggestion};
 use crate::symbols::{ExtensionParameter, Role, Symbol};
-use naga::{Expression, Function, Handle, Span, Statement, Type, TypeInner};
+use naga::{Function, Handle, Span, Statement, Type, TypeInner};
 use std::sync::{LazyLock, Mutex};
 
 macro_rules! built_in {
@@ -136,7 +138,8 @@ impl<'a> Reader<'a> {
         let state = reader.state()?;
         let stages = reader.stages(!state.is_empty())?;
         let head = doc::Head::of(text).map_err(|message| reader.plain(message))?;
-        let declares = names(&reader.checked).into_iter().filter(|name| !reader.around.contains(name)).collect();
+        let declares: Vec<String> =
+            names(&reader.checked).into_iter().filter(|name| !reader.around.contains(name)).collect();
         let position = |wanted: &Option<String>| match wanted {
             None => Ok(None),
             Some(wanted) => match parameters.iter().position(|p| p.name == *wanted) {
@@ -155,26 +158,39 @@ impl<'a> Reader<'a> {
             }
         }
         if stages.is_empty() && needs.delay.is_none() {
-            let expected: Vec<String> = Stage::ALL.iter().map(|s| format!("{name}_{}", s.name())).collect();
-            return Err(
-                reader.plain(format!("expected at least one of the functions {}, found none", expected.join(", ")))
-            );
+            return Err(reader.no_stage(&declares));
         }
+        // Kept for the life of the program, as the extension itself is.
+        let parameters: Vec<Symbol> =
+            parameters.into_iter().map(|row| Symbol::Extension(Box::leak(Box::new(row)))).collect();
+        let warnings = lint::warnings(name, &reader.source, &reader.checked, &declares, &parameters, needs);
         Ok(Extension {
             name: name.to_owned(),
             meaning: head.meaning,
             text: text.to_owned(),
             file: file.to_owned(),
             declares,
-            // Kept for the life of the program, as the extension itself is.
-            parameters: parameters.into_iter().map(|row| Symbol::Extension(Box::leak(Box::new(row)))).collect(),
+            parameters,
             stages,
             state,
-            reads: reader.reads(),
+            reads: lint::members_read(&reader.checked, "World"),
             needs,
             cause: head.cause,
             rank: usize::MAX,
+            warnings: warnings.iter().map(ToString::to_string).collect(),
         })
+    }
+
+    /// That no function is a stage; at one that may have been meant to be.
+    fn no_stage(&self, own: &[String]) -> ShaderError {
+        let stages = lint::stages_of(self.name);
+        let message = format!("expected at least one of the functions {}, found none", stages.join(", "));
+        let idle = lint::idle(self.name, &self.checked, own);
+        let near = idle.iter().find_map(|(name, span)| {
+            let stage = nearest(name, stages.iter().map(String::as_str))?;
+            Some((*span, format!("{message}, but {name}{}", suggestion(Some(stage)))))
+        });
+        near.map_or_else(|| self.plain(&message), |(span, message)| self.source.error_at(span, message))
     }
 
     fn plain(&self, message: impl Into<String>) -> ShaderError {
@@ -368,32 +384,6 @@ impl<'a> Reader<'a> {
             return Err(self.plain("`State` is declared, but no stage returns a new one, so that it never changes"));
         }
         Ok(stages)
-    }
-
-    /// Members of `World` that its functions read.
-    fn reads(&self) -> Vec<String> {
-        let module = &self.checked.module;
-        let mut read = Vec::new();
-        for (handle, function) in module.functions.iter() {
-            let info = &self.checked.info[handle];
-            for (_, expression) in function.expressions.iter() {
-                let Expression::AccessIndex { base, index } = expression else { continue };
-                // A variable is reached through a pointer.
-                let ty = match info[*base].ty.inner_with(&module.types) {
-                    TypeInner::Pointer { base, .. } => Some(*base),
-                    _ => info[*base].ty.handle(),
-                };
-                let Some(ty) = ty else { continue };
-                if let (Some("World"), TypeInner::Struct { members, .. }) =
-                    (self.type_called(ty), &module.types[ty].inner)
-                    && let Some(name) = &members[*index as usize].name
-                    && !read.contains(name)
-                {
-                    read.push(name.clone());
-                }
-            }
-        }
-        read
     }
 }
 

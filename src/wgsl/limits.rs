@@ -118,7 +118,7 @@ fn width<'a>(name: &'a str, parts: &HashMap<&'a str, &[&'a str]>, known: &mut Ha
 
 /// Words, numbers and signs of a text with their places, without comments; as naga takes it apart, but for details that do not matter
 /// here.
-fn tokens(text: &str) -> impl Iterator<Item = (usize, &str)> {
+pub(super) fn tokens(text: &str) -> impl Iterator<Item = (usize, &str)> {
     let mut at = 0;
     std::iter::from_fn(move || {
         loop {
@@ -236,7 +236,8 @@ pub(super) fn refuse_large_functions(
     Ok(())
 }
 
-fn visit(block: &Block, each: &mut dyn FnMut(&Statement)) {
+/// Calls `each` with every statement, those in branches included.
+pub(super) fn visit(block: &Block, each: &mut dyn FnMut(&Statement)) {
     for statement in block.iter() {
         each(statement);
         match statement {

@@ -8,6 +8,7 @@ mod compose;
 mod doc;
 mod extension;
 mod limits;
+mod lint;
 mod stages;
 
 pub use check::{Checked, ShaderError, check};

@@ -1,0 +1,95 @@
+//! What is valid in an extension, but hardly what its author meant: a function that is no stage and that nothing calls, a parameter that
+//! nothing reads.
+
+use super::check::{Checked, ShaderError};
+use super::compose::Source;
+use super::limits::visit;
+use crate::extension::{LoopNeeds, Stage};
+use crate::near::{nearest, suggestion};
+use crate::symbols::Symbol;
+use naga::{Expression, Statement, TypeInner};
+
+/// Names that the stage functions of an extension have.
+pub(super) fn stages_of(name: &str) -> Vec<String> {
+    Stage::ALL.iter().map(|stage| format!("{name}_{}", stage.name())).collect()
+}
+
+/// Warnings about the extension that was pushed last; `own` are the names that it declares.
+pub(super) fn warnings(
+    name: &str,
+    source: &Source,
+    checked: &Checked,
+    own: &[String],
+    parameters: &[Symbol],
+    needs: LoopNeeds,
+) -> Vec<ShaderError> {
+    let mut warnings: Vec<ShaderError> = idle(name, checked, own)
+        .into_iter()
+        .map(|(function, span)| {
+            let stages = stages_of(name);
+            let meant = match nearest(&function, stages.iter().map(String::as_str)) {
+                None => format!("; the stages are {}", stages.join(", ")),
+                near => suggestion(near),
+            };
+            source.error_at(span, format!("{function} is no stage, and nothing calls it, so it does nothing{meant}"))
+        })
+        .collect();
+    let read = members_read(checked, "Parameters");
+    let in_loop = |k: usize| [needs.delay, needs.look_back].contains(&Some(k));
+    for (k, symbol) in parameters.iter().enumerate() {
+        let parameter = symbol.name();
+        if !in_loop(k) && !read.iter().any(|member| member == parameter) {
+            let span = source.member_span("Parameters", parameter).unwrap_or_default();
+            let message = format!(
+                "no function reads the parameter {parameter}, so a calibration searches it in vain: use it or leave it out"
+            );
+            warnings.push(source.error_at(span, message));
+        }
+    }
+    warnings
+}
+
+/// Own functions that are no stage and that nothing calls, and where they are.
+pub(super) fn idle(name: &str, checked: &Checked, own: &[String]) -> Vec<(String, naga::Span)> {
+    let functions = &checked.module.functions;
+    let mut called = Vec::new();
+    for (_, function) in functions.iter() {
+        visit(&function.body, &mut |statement| {
+            if let Statement::Call { function, .. } = statement {
+                called.push(*function);
+            }
+        });
+    }
+    let stages = stages_of(name);
+    let left = functions.iter().filter(|(handle, _)| !called.contains(handle)).filter_map(|(handle, function)| {
+        let name = function.name.clone().filter(|name| own.contains(name) && !stages.contains(name))?;
+        Some((name, functions.get_span(handle)))
+    });
+    left.collect()
+}
+
+/// Members of a struct that functions read.
+pub(super) fn members_read(checked: &Checked, wanted: &str) -> Vec<String> {
+    let module = &checked.module;
+    let mut read = Vec::new();
+    for (handle, function) in module.functions.iter() {
+        let info = &checked.info[handle];
+        for (_, expression) in function.expressions.iter() {
+            let Expression::AccessIndex { base, index } = expression else { continue };
+            // A variable is reached through a pointer.
+            let ty = match info[*base].ty.inner_with(&module.types) {
+                TypeInner::Pointer { base, .. } => Some(*base),
+                _ => info[*base].ty.handle(),
+            };
+            let Some(ty) = ty.map(|ty| &module.types[ty]) else { continue };
+            if let (Some(name), TypeInner::Struct { members, .. }) = (ty.name.as_deref(), &ty.inner)
+                && name == wanted
+                && let Some(member) = &members[*index as usize].name
+                && !read.contains(member)
+            {
+                read.push(member.clone());
+            }
+        }
+    }
+    read
+}
