@@ -55,6 +55,8 @@ struct Calibrated {
 /// One simulated follower.
 struct Simulated {
     loaded: Loaded,
+    /// True if it drives behind a simulated car.
+    follows: bool,
     case: Case,
     trace: Trace,
     outcome: Outcome,
@@ -86,7 +88,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         let mut case = model.variant.case(&loaded.trajectory, loaded.vehicle())?;
         // Behind the simulated car ahead, where that one was simulated.
         let number = loaded.trajectory.follower;
-        if let Some(ahead) = done.last().filter(|car| car.loaded.trajectory.follower + 1 == number) {
+        let ahead = done.last().filter(|car| car.loaded.trajectory.follower + 1 == number);
+        let follows = ahead.is_some();
+        if let Some(ahead) = ahead {
             if ahead.outcome.result.is_err() {
                 eprintln!("warning: the platoon ends here, for the car ahead did not get to the end of its run");
                 break;
@@ -97,7 +101,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         case.check(parameters)?;
         let mut trace = Trace::default();
         let outcome = rescore::outcome(&case, parameters, &mut trace)?;
-        done.push(Simulated { loaded, case, trace, outcome });
+        done.push(Simulated { loaded, follows, case, trace, outcome });
     }
     write(args, &done)?;
     if args.json {
@@ -172,7 +176,8 @@ fn write(args: &Args, done: &[Simulated]) -> anyhow::Result<()> {
         simulation::write_csv(&mut csv, &trajectory.t, &one.case, &one.trace)?;
         output::write_file(&folder.join(format!("simulation{suffix}.csv")), &csv)?;
         let title = format!("{}, {}: variant {}", one.case.label, trajectory.name, one.case.variant);
-        let svg = plot::draw(&title, &trajectory.t, &one.case, &one.trace, &one.outcome)?;
+        let ahead = if one.follows { "preceding vehicle (simulated)" } else { plot::AHEAD };
+        let svg = plot::draw(&title, ahead, &trajectory.t, &one.case, &one.trace, &one.outcome)?;
         output::write_file(&folder.join(format!("plot{suffix}.svg")), svg.as_bytes())?;
     }
     Ok(())

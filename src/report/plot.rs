@@ -5,11 +5,21 @@ use crate::evaluator::{Case, Outcome};
 use crate::reference::Trace;
 use crate::score::{GoodnessOfFit, Signal};
 
-/// Draws s, v and a over time. A run that failed is drawn up to where it ended.
+/// What the measured car ahead is called.
+pub const AHEAD: &str = "preceding vehicle";
+
+/// Draws s, v and a over time; `ahead` is what the car ahead is called. A run that failed is drawn up to where it ended.
 ///
 /// # Errors
 /// When the drawing library fails.
-pub fn draw(title: &str, t: &[f64], case: &Case, trace: &Trace, outcome: &Outcome) -> Result<String, SvgError> {
+pub fn draw(
+    title: &str,
+    ahead: &str,
+    t: &[f64],
+    case: &Case,
+    trace: &Trace,
+    outcome: &Outcome,
+) -> Result<String, SvgError> {
     let quality = match outcome.result {
         Ok(m) => {
             let nrmse = |signal| m.signal(signal).nrmse;
@@ -36,7 +46,7 @@ pub fn draw(title: &str, t: &[f64], case: &Case, trace: &Trace, outcome: &Outcom
         panel(
             "speed v [m/s]",
             vec![
-                series("preceding vehicle", &case.v_l, Style::Context),
+                series(ahead, &case.v_l, Style::Context),
                 series("observed", &case.v_f, Style::Observed),
                 series("simulated", &trace.v, Style::Simulated),
             ],

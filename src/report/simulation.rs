@@ -4,8 +4,8 @@ use crate::evaluator::Case;
 use crate::reference::Trace;
 use std::io::Write;
 
-/// Writes one row per sample: the measured preceding vehicle and follower, then the simulated follower. After a failed run the
-/// simulated columns are empty.
+/// Writes one row per sample: the speed of the preceding vehicle that the follower drove behind, which in a platoon is a simulated one,
+/// the measured follower and its measured spacing, then the simulated follower. After a failed run the simulated columns are empty.
 ///
 /// # Errors
 /// When writing fails.

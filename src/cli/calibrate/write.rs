@@ -44,7 +44,7 @@ pub fn files(
         let [table, picture] = [format!("simulation{suffix}.csv"), format!("plot{suffix}.svg")];
         write_file(&folder.join(&table), &csv)?;
         let title = format!("{}, {}: variant {} {}", case.label, one.trajectory.name, result.model_id, result.model());
-        let svg = plot::draw(&title, t, case, &trace, &outcome)?;
+        let svg = plot::draw(&title, plot::AHEAD, t, case, &trace, &outcome)?;
         write_file(&folder.join(&picture), svg.as_bytes())?;
         written.extend([table, picture]);
     }
