@@ -2,6 +2,7 @@
 
 use super::result::{CorrelationEntry, IdentifiabilityEntry, ReplicateEntry, ResultFile};
 use std::fmt::Write;
+use textwrap::{Options, WordSplitter};
 
 /// What was fitted to what, how well, with which parameters.
 #[must_use]
@@ -137,13 +138,16 @@ fn write_identifiability(
         writeln!(text, "{name:<10}{interval:>24}{:>14.0}  {partner}", knowledge.effective_samples)?;
     }
     if identifiability.parameters.values().any(|k| k.open != [false; 2]) {
-        writeln!(text, "in parentheses: the bound of the search; the data do not end the interval there")?;
+        writeln!(text, "{OPEN}")?;
     }
     Ok(())
 }
 
+/// What parentheses around the end of an interval mean.
+pub(super) const OPEN: &str = "in parentheses: the bound of the search; the data do not end the interval there";
+
 /// The other parameter with the strongest correlation, if it is above 0.5.
-fn partner(correlation: &CorrelationEntry, name: &str) -> Option<String> {
+pub(super) fn partner(correlation: &CorrelationEntry, name: &str) -> Option<String> {
     let row = correlation.parameters.iter().position(|p| p == name)?;
     let others = correlation.matrix[row].iter().enumerate().filter(|(column, r)| *column != row && r.abs() > 0.5);
     let (column, r) = others.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
@@ -154,12 +158,46 @@ fn partner(correlation: &CorrelationEntry, name: &str) -> Option<String> {
 const WIDTH: usize = 80;
 const INDENT: usize = 13;
 
-/// A line wrapped to 80 columns: its first part is indented by `first` blanks, what follows by `rest`.
+/// A line wrapped to 80 columns: its first part is indented by `first` blanks, what follows by `rest`. A number stays with its unit.
 #[must_use]
 pub fn wrapped(first: usize, rest: usize, line: &str) -> String {
     let (first, rest) = (" ".repeat(first), " ".repeat(rest));
-    let options = textwrap::Options::new(WIDTH).initial_indent(&first).subsequent_indent(&rest);
-    textwrap::wrap(line, options).join("\n") + "\n"
+    let options = Options::new(WIDTH)
+        .initial_indent(&first)
+        .subsequent_indent(&rest)
+        .word_splitter(WordSplitter::Custom(split_points));
+    textwrap::wrap(&joined(line), options).join("\n").replace(JOINT, " ") + "\n"
+}
+
+/// A blank at which no line ends.
+const JOINT: char = '\u{a0}';
+/// Words that say nothing without the number before them.
+const UNITS: [&str; 12] = ["m", "m/s", "m/s²", "m/s2", "s", "%", "Hz", "kg", "km", "km/h", "m/km", "nats"];
+
+/// A line whose units hang on to their numbers.
+fn joined(line: &str) -> String {
+    let mut text = String::with_capacity(line.len());
+    for word in line.split_inclusive(' ') {
+        let unit = word.trim_end_matches([' ', ',', ';', ':', '.', ')', ']']);
+        if UNITS.contains(&unit)
+            && text.ends_with(' ')
+            && text[..text.len() - 1].ends_with(|c: char| c.is_ascii_digit())
+        {
+            text.pop();
+            text.push(JOINT);
+        }
+        text.push_str(word);
+    }
+    text
+}
+
+/// Where a word may end a line: behind a hyphen, but not behind that of an exponent.
+fn split_points(word: &str) -> Vec<usize> {
+    let is_exponent = |at: usize| {
+        let digits = word[..at].strip_suffix("e-");
+        digits.is_some_and(|digits| digits.ends_with(|c: char| c.is_ascii_digit()))
+    };
+    WordSplitter::HyphenSplitter.split_points(word).into_iter().filter(|at| !is_exponent(*at)).collect()
 }
 
 /// At most four significant digits.
@@ -185,6 +223,21 @@ mod tests {
         let mut text = String::new();
         write_parameters(&mut text, &result).expect("a String takes everything");
         text
+    }
+
+    #[test]
+    fn a_number_stays_with_its_unit_and_with_its_exponent() {
+        for (number, rest) in [("4.5e-4 m", ", and so on"), ("-0.35 m/s²", "; more"), ("97 %", "")] {
+            for before in 40..90 {
+                let line = format!("{} {number}{rest}, and a well-known word", "x".repeat(before % 75 + 1));
+                let text = wrapped(0, 2, &line);
+                assert!(text.contains(number) && !text.contains(JOINT), "{text}");
+                assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+            }
+        }
+        // Columns keep their distance, and other hyphens are as good as ever.
+        assert_eq!(wrapped(0, 0, "v_0  30.5  m/s  desired"), "v_0  30.5  m/s  desired\n");
+        assert_eq!(split_points("well-known"), [5]);
     }
 
     #[test]
