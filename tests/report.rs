@@ -167,6 +167,19 @@ fn a_calibration_is_shown_in_the_terminal_and_as_a_page() {
     {
         assert!(html.contains(words), "{words}");
     }
+    // How well parameters are known, as the terminal says it: bounds in parentheses, samples, what each goes with.
+    let fitted: Value = serde_json::from_str(&written).expect("JSON");
+    let known = fitted["identifiability"]["parameters"].as_object().expect("intervals");
+    let is_open = |known: &Value| known["open"] != serde_json::json!([false, false]);
+    assert_eq!(html.contains("in parentheses: the bound of the search"), known.values().any(is_open));
+    for (name, known) in known {
+        let row = html.split(&format!("<tr><td>{name}</td>")).nth(1).and_then(|row| row.split("</tr>").next());
+        let cells: Vec<&str> = row.expect("a row").split("</td>").collect();
+        let samples = known["effective_samples"].as_f64().expect("a number");
+        assert_eq!(cells[3].contains('('), is_open(known), "{name}: {}", cells[3]);
+        assert!(cells[4].ends_with(&format!(">{samples:.0}")), "{name}: {}", cells[4]);
+    }
+    assert!(html.contains("goes with (correlation)"));
     // The budget's shares of the time are those of the file: how long the measured car stands.
     let simulation = fs::read_to_string(folder.join("simulation.csv")).expect("written");
     let first =
@@ -214,7 +227,9 @@ fn a_simulation_of_another_drive_is_neither_mixed_with_a_calibration_nor_drawn_w
     // A drive as long as the own one, and a shorter one.
     let report = || stderr(&succeeds(&["report", text(&fit), "-o", text(&page)]));
     assert!(!report().contains("warning"));
-    for (cut, told) in [(&[][..], "expected an error of the spacing of"), (&["--to", "80"], "found 801 samples")] {
+    for (cut, told) in
+        [(&[][..], "expected an error of the spacing of"), (&["--to", "80"], "found 801 from 0.0 to 80.0 s")]
+    {
         ok(&[&["simulate", &other, "--result", text(&fit), "--out", text(&instead)][..], cut].concat());
         fs::copy(instead.join("simulation.csv"), fit.join("simulation.csv")).expect("copied");
         let said = report();

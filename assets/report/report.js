@@ -29,7 +29,8 @@
           { ...axis(), label: panel.label, labelSize: 20, size: 56 },
         ],
         series: [{ label: chart.x_label, value: (_, x) => (x === null ? "–" : String(+x.toPrecision(6))) }].concat(panel.lines.map((line) => ({
-          label: line.name, stroke: colour(line.role), width: line.role === "context" ? 1 : 1.5, points: { show: false },
+          label: line.name, stroke: colour(line.role), width: line.role === "context" ? 1 : 1.5,
+          points: chart.points ? { show: true, size: 5, fill: colour(line.role) } : { show: false },
           value: (_, y) => (y === null || y === undefined ? "–" : String(+y.toPrecision(4))),
         }))),
         hooks: { setScale: [(plot, key) => { if (key === "x") zoomAll(plot, plot.scales.x.min, plot.scales.x.max); }] },
@@ -100,7 +101,7 @@
 
   // A click on a heading sorts its table.
   const key = (cell) => {
-    const number = parseFloat(cell.textContent.replace("−", "-"));
+    const number = parseFloat(cell.textContent.replace("−", "-").replace(/^\(/, ""));
     return Number.isNaN(number) ? cell.textContent : number;
   };
   const order = (a, b) => (typeof a === "number" && typeof b === "number" ? a - b : String(a).localeCompare(String(b)));

@@ -132,9 +132,14 @@ pub fn over_speed(all: &[Simulated]) -> Option<Chart> {
     if classes.is_empty() {
         return None;
     }
+    // Between two classes that are no neighbours a row without values: a line through it would be made up.
+    let apart: Vec<usize> =
+        classes.keys().zip(classes.keys().skip(1)).filter(|(a, b)| *a + 1 < **b).map(|(a, _)| a + 1).collect();
+    apart.into_iter().for_each(|class| _ = classes.insert(class, Vec::new()));
     let x: Vec<f64> = classes.keys().map(|class| (*class as f64 + 0.5) * CLASS).collect();
     let panel = |(k, label): (usize, &str)| {
         let statistics = classes.values().map(|errors| {
+            // NaN of an empty one.
             let n = errors.len() as f64;
             let mean = errors.iter().map(|e| e[k]).sum::<f64>() / n;
             let deviation = (errors.iter().map(|e| (e[k] - mean).powi(2)).sum::<f64>() / n).sqrt();
@@ -154,6 +159,7 @@ pub fn over_speed(all: &[Simulated]) -> Option<Chart> {
         title: "Residuals over speed: mean and standard deviation in classes of 1 m/s".to_owned(),
         x_label: "measured speed [m/s]".to_owned(),
         x,
+        points: true,
         panels: labels.into_iter().enumerate().map(panel).collect(),
     })
 }
@@ -200,8 +206,9 @@ mod tests {
         assert!(over_speed(&[long.clone()]).is_none(), "ten samples per class are too few");
         long.measured[1].iter_mut().for_each(|v| *v = (*v / 4.0).floor() * 4.0 + 0.2);
         let chart = over_speed(&[long]).expect("40 samples per class");
-        assert_eq!(chart.x, [4.5, 8.5, 12.5]);
-        let mean: Vec<f64> = chart.panels[0].lines[0].values.iter().map(|v| v.expect("a number")).collect();
-        assert_eq!((mean[0], mean[1], mean[2]), (1.0, 0.5, 0.0));
+        // No samples between 5 and 8 m/s: points, and no line from one to the other.
+        assert!(chart.points);
+        assert_eq!(chart.x, [4.5, 5.5, 8.5, 9.5, 12.5]);
+        assert_eq!(chart.panels[0].lines[0].values, [Some(1.0), None, Some(0.5), None, Some(0.0)]);
     }
 }

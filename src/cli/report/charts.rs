@@ -72,7 +72,7 @@ pub fn of_diagnosis(folder: &Path, outcome: &Outcome) -> anyhow::Result<Vec<Char
         let x = table.get("time_s").cloned().unwrap_or_default();
         let role = if drive.role == "holdout" { "held back" } else { "trained on" };
         let title = format!("{} ({role})", drive.label);
-        charts.push(Chart { title, x_label: "time [s]".to_owned(), x, panels });
+        charts.push(Chart { title, x_label: "time [s]".to_owned(), x, points: false, panels });
     }
     Ok(charts)
 }
@@ -89,7 +89,7 @@ pub fn of_sumo(folder: &Path, export: &Export) -> anyhow::Result<Vec<Chart>> {
             let panels = panels(&table, &[("sim_", "leadlag", Role::Simulated), ("sumo_", "SUMO", Role::Alternative)]);
             let x = table.get("time_s").cloned().unwrap_or_default();
             let title = format!("leadlag and SUMO behind the leader of {}", drive.path);
-            charts.push(Chart { title, x_label: "time [s]".to_owned(), x, panels });
+            charts.push(Chart { title, x_label: "time [s]".to_owned(), x, points: false, panels });
         }
     }
     Ok(charts)
@@ -131,7 +131,7 @@ pub fn of_calibration(folder: &Path, result: &ResultFile) -> anyhow::Result<(Vec
             panels.push(Panel { label: label.to_owned(), lines: vec![line] });
         }
         let title = format!("{}, follower {} {}", entry.path, entry.follower, entry.name);
-        charts.push(Chart { title, x_label: "time [s]".to_owned(), x: one.t.clone(), panels });
+        charts.push(Chart { title, x_label: "time [s]".to_owned(), x: one.t.clone(), points: false, panels });
         all.push(one);
     }
     if let Some(why) = other_errors(&all, result).filter(|_| all.len() == count) {

@@ -4,8 +4,10 @@ use super::budget::budget;
 use super::sumo::sumo;
 use super::{Chart, Line, Page, Panel, Role, between, escape, short};
 use crate::diagnose::budget::Budget;
-use crate::report::result::ResultFile;
+use crate::identify::CONFIDENCE;
+use crate::report::result::{KnowledgeEntry, ResultFile};
 use crate::report::sumo::Export;
+use crate::report::text::{OPEN, partner};
 
 /// One HTML file. `charts` are the simulations, trajectory by trajectory, `errors` the budget of all of them, `exported` what SUMO
 /// makes of it, with charts; `twin` is the text of result.json.
@@ -65,26 +67,7 @@ pub fn calibration(
         budget(&mut page, errors, "Error of the simulation");
     }
     page.section("parameters", "Parameters");
-    let rows: Vec<Vec<String>> = result
-        .parameters
-        .iter()
-        .map(|(name, value)| {
-            let interval = between(result.intervals.get(name).copied());
-            let warning = if result.at_bound.contains(name) { "at its bound" } else { "" };
-            let meaning = result.meaning(name);
-            vec![
-                name.clone(),
-                short(*value),
-                result.units.get(name).cloned().unwrap_or_default(),
-                between(result.bounds.get(name).copied()),
-                interval,
-                meaning.to_owned(),
-                warning.to_owned(),
-            ]
-        })
-        .collect();
-    let head = ["parameter", "value", "unit", "bounds", "95 % interval", "meaning", "warning"];
-    page.table("Calibrated parameters", &head, &rows);
+    parameters(&mut page, result);
     page.section("replicates", "Replicates and convergence");
     let rows: Vec<Vec<String>> = result
         .replicates
@@ -104,6 +87,7 @@ pub fn calibration(
             title: format!("Replicate {}: best score over evaluations", replicate.replicate),
             x_label: "evaluations".to_owned(),
             x,
+            points: false,
             panels: vec![Panel { label: result.gof.clone(), lines: vec![line] }],
         });
     }
@@ -118,6 +102,50 @@ pub fn calibration(
         escape(&result.model())
     );
     page.finish(&format!("Calibration of {}", result.model()), &lead, twin)
+}
+
+/// Values, bounds, and how well they are known.
+fn parameters(page: &mut Page, result: &ResultFile) {
+    let known = |name: &String| result.identifiability.as_ref().and_then(|known| known.parameters.get(name));
+    let correlation = result.identifiability.as_ref().and_then(|known| known.correlation.as_ref());
+    let row = |(name, value): (&String, &f64)| {
+        let end = |value: f64, open: bool| if open { format!("({})", short(value)) } else { short(value) };
+        let interval = match (result.intervals.get(name), known(name)) {
+            (Some([lower, upper]), Some(KnowledgeEntry { open, .. })) => {
+                format!("{} to {}", end(*lower, open[0]), end(*upper, open[1]))
+            }
+            (interval, _) => between(interval.copied()),
+        };
+        vec![
+            name.clone(),
+            short(*value),
+            result.units.get(name).cloned().unwrap_or_default(),
+            between(result.bounds.get(name).copied()),
+            interval,
+            known(name).map_or("–".to_owned(), |known| format!("{:.0}", known.effective_samples)),
+            correlation.and_then(|correlation| partner(correlation, name)).unwrap_or_default(),
+            result.meaning(name).to_owned(),
+            if result.at_bound.contains(name) { "at its bound" } else { "" }.to_owned(),
+        ]
+    };
+    let rows: Vec<Vec<String>> = result.parameters.iter().map(row).collect();
+    let confidence = result.identifiability.as_ref().map_or(CONFIDENCE, |known| known.confidence);
+    let interval = format!("{:.0} % interval", 100.0 * confidence);
+    let head = [
+        "parameter",
+        "value",
+        "unit",
+        "bounds",
+        &interval,
+        "eff. samples",
+        "goes with (correlation)",
+        "meaning",
+        "warning",
+    ];
+    page.table("Calibrated parameters", &head, &rows);
+    if result.parameters.keys().filter_map(known).any(|known| known.open != [false; 2]) {
+        page.paragraph(&format!("{interval}, {OPEN}."));
+    }
 }
 
 /// How far the replicates' best candidates lie apart.

@@ -14,6 +14,9 @@ pub struct Chart {
     pub x_label: String,
     /// Horizontal values, increasing.
     pub x: Vec<f64>,
+    /// True where values are drawn as points, too: those of classes, of which a line alone says not where they are.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub points: bool,
     /// From the top down.
     pub panels: Vec<Panel>,
 }
@@ -107,7 +110,8 @@ mod tests {
         values[12_346] = f64::NAN;
         let line = Line::new("s", Role::Observed, &values);
         let panel = Panel { label: String::new(), lines: vec![line] };
-        let chart = Chart { title: String::new(), x_label: String::new(), x, panels: vec![panel] }.thinned();
+        let chart =
+            Chart { title: String::new(), x_label: String::new(), x, points: false, panels: vec![panel] }.thinned();
         assert!(chart.x.len() <= 3 * STRETCHES + 1 && chart.x.is_sorted());
         assert!(chart.panels[0].lines[0].values.contains(&Some(7.0)));
         assert_eq!(chart.x.last(), Some(&2399.9));

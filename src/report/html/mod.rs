@@ -120,8 +120,11 @@ fn unscripted(json: &str) -> String {
     json.replace('<', "\\u003c")
 }
 
-/// Four significant digits.
+/// Four significant digits; what only the order of a sum makes differ from 0 is 0.
 pub(in crate::report) fn short(value: f64) -> String {
+    if value.abs() < 1e-12 {
+        return "0".to_owned();
+    }
     if !value.is_finite() {
         return "–".to_owned();
     }

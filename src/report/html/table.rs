@@ -77,7 +77,8 @@ fn is_empty(cell: &str) -> bool {
 
 /// `1.5`, `1 to 2`, `3 of 4`, `12 %`.
 fn is_number(cell: &str) -> bool {
-    let cell = cell.replace('−', "-");
+    // In parentheses: an end of an interval that is a bound.
+    let cell = cell.replace('−', "-").replace(['(', ')'], "");
     let mut words = cell.split_whitespace();
     words.all(|word| word.parse::<f64>().is_ok() || matches!(word, "to" | "of" | "%" | "≥"))
 }
@@ -93,7 +94,7 @@ mod tests {
 
     #[test]
     fn columns_of_numbers_are_told_from_others() {
-        assert!(column(&["1.5", "-", "+3e-7", "−2"]) && column(&["0 of 2", "12 %", "1.5 to 2"]));
+        assert!(column(&["1.5", "-", "+3e-7", "−2"]) && column(&["0 of 2", "12 %", "1.5 to 2", "(30) to (35)"]));
         assert!(!column(&["-", "–", ""]) && !column(&["529f2d02c6324f5f"]) && !column(&["1 Synthetic(B)"]));
         assert!(!column(&["1.5", "m/s"]));
     }
