@@ -20,11 +20,18 @@ fn pair(folder: &Path, seed: u64, seconds: u64, more: &[&str]) -> String {
 
 /// The same file with the leader's speeds multiplied.
 fn scaled(path: &str, factor: f64) -> String {
+    scaled_in(path, &[1], factor)
+}
+
+/// The same file with these columns multiplied.
+fn scaled_in(path: &str, columns: &[usize], factor: f64) -> String {
     let text = fs::read_to_string(path).expect("written");
     let changed = text.lines().enumerate().map(|(i, line)| {
         let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
         if i > 0 {
-            fields[1] = (fields[1].parse::<f64>().expect("a speed") * factor).to_string();
+            for field in columns.iter().copied() {
+                fields[field] = (fields[field].parse::<f64>().expect("a number") * factor).to_string();
+            }
         }
         fields.join(",") + "\n"
     });
@@ -51,6 +58,24 @@ fn the_data_alone_can_be_checked() {
     assert_eq!(findings[0]["file"].as_str(), Some(faulty.as_str()));
     let corrected = ok(&["diagnose", "--data", &faulty, "--data-only", "--correct"]);
     assert!(corrected.contains("corrected as asked"), "{corrected}");
+}
+
+#[test]
+fn units_that_contradict_each_other_are_told_before_any_size() {
+    let folder = scratch("diagnose_cli", "units");
+    let clean = pair(&folder, 1, 300, &["--leader", "stop-and-go"]);
+    // Speeds in km/h, and a gap in feet.
+    for (columns, factor) in [(&[1, 2][..], 3.6), (&[3], 1.0 / 0.3048)] {
+        let faulty = scaled_in(&clean, columns, factor);
+        let output = leadlag(&["diagnose", &faulty, "--data-only", "--exit-code"]);
+        let text = String::from_utf8(output.stdout).expect("UTF-8");
+        assert_eq!(output.status.code(), Some(7), "{text}");
+        let (units, sizes) = (text.find("UNITS: the gap changes"), text.find("SPEED_SCALE"));
+        assert!(units.is_some() && units < sizes, "{text}");
+        let text = ok(&["diagnose", &faulty, "--base", "idm", "--effort", "quick"]);
+        let (first, verdict) = (text.find("THE DATA FIRST. The units"), text.find("For what it is worth: "));
+        assert!(first.is_some() && first < verdict, "{text}");
+    }
 }
 
 #[test]

@@ -2,10 +2,12 @@
 
 use leadlag::diagnose::budget::{Errors, Regime, budget};
 use leadlag::diagnose::formula::formula;
-use leadlag::diagnose::missing::{Missing, profiles};
+use leadlag::diagnose::missing::{Class, Missing, Profile, Profiles, profiles};
 use leadlag::diagnose::outcome::Outcome;
 use leadlag::diagnose::scene::Scene;
+use leadlag::report::diagnosis::pictures;
 use leadlag::report::diagnosis::text::{Again, Beside, diagnosis};
+use leadlag::report::html;
 
 const DT: f64 = 0.1;
 
@@ -146,10 +148,12 @@ fn noise_has_no_formula() {
 #[test]
 fn parameters_at_bounds_what_is_held_back_and_the_way_on_are_told() {
     let parameter = |name: &str, value: f64, interval: Option<[f64; 2]>| serde_json::json!({"name": name, "value": value, "unit": "m/s", "interval": interval});
-    let model = |variant: &str| {
+    let model = |variant: &str, at_bound: bool| {
+        let mut v_0 = parameter("v_0", 60.0, None);
+        v_0["at_bound"] = at_bound.into();
         serde_json::json!({"variant": variant, "extensions": [], "sigma_d_mps2": 0.1, "tau_d_s": 1.0, "noise_gap_m": 0.02,
             "noise_speed_mps": 0.02, "log_likelihood": 0.0,
-            "parameters": [parameter("v_0", 60.0, None), parameter("d_0", 2.0, Some([1.9, 2.1]))]})
+            "parameters": [v_0, parameter("d_0", 2.0, Some([1.9, 2.1]))]})
     };
     let data = |path: &str, role: &str| {
         serde_json::json!({"path": path, "sha256": "", "follower": 1, "name": "", "role": role, "window_s": [0.0, 120.0],
@@ -160,8 +164,8 @@ fn parameters_at_bounds_what_is_held_back_and_the_way_on_are_told() {
     let outcome: Outcome = serde_json::from_value(serde_json::json!({
         "schema_version": 1, "verdict": "named", "reason": "", "causes": [cause], "confounded_with": [], "not_testable": [],
         "data_findings": [], "gain": null, "left_over": [], "simulations": 0, "seed": 1, "effort": "quick",
-        "data": [data("a.csv", "train"), data("b.csv", "train")], "drives": [], "held_back": "", "base": model("idm"),
-        "extended": model("idm+grade"), "budget": null, "missing": null, "missing_left": null, "formula": null, "ladder": []
+        "data": [data("a.csv", "train"), data("b.csv", "train")], "drives": [], "held_back": "", "base": model("idm", true),
+        "extended": model("idm+grade", false), "budget": null, "missing": null, "missing_left": null, "formula": null, "ladder": []
     }))
     .expect("an outcome");
     let words =
@@ -170,7 +174,6 @@ fn parameters_at_bounds_what_is_held_back_and_the_way_on_are_told() {
     let beside = Beside {
         trained: &[[0.0, 80.0], [0.0, 79.9]],
         again: Some(Again { words, on: "on what was trained on".to_owned() }),
-        at_bound: [vec!["v_0".to_owned()], Vec::new()],
     };
     let said = diagnosis(&outcome, &beside);
     assert!(said.contains("a.csv [train] follower 1, 0.0 to 80.0 s, held back from there to 120.0 s\n"), "{said}");
@@ -185,4 +188,119 @@ fn parameters_at_bounds_what_is_held_back_and_the_way_on_are_told() {
     // Files of their own are held back: nothing is cut.
     let said = diagnosis(&outcome, &Beside::default());
     assert!(said.contains("a.csv [train] follower 1, 0.0 to 120.0 s\n") && !said.contains("To calibrate"), "{said}");
+}
+
+/// A diagnosis of IDM with delay in which nothing is named, with these fields instead.
+fn outcome(fields: serde_json::Value) -> Outcome {
+    let parameter =
+        serde_json::json!({"name": "v_0", "value": 60.0, "unit": "m/s", "interval": null, "at_bound": true});
+    let mut whole = serde_json::json!({
+        "schema_version": 1, "verdict": "nothing", "reason": "no cause passes", "causes": [], "confounded_with": [], "not_testable": [],
+        "data_findings": [], "gain": null, "left_over": [], "simulations": 0, "seed": 1, "effort": "quick", "data": [{
+            "path": "a.csv", "sha256": "", "follower": 1, "name": "", "role": "train", "window_s": [0.0, 120.0], "samples": 1201,
+            "gap_rate_rms_mps": 0.0, "unseen": []
+        }],
+        "drives": [], "held_back": "", "base": {
+            "variant": "idm+delay", "extensions": [], "sigma_d_mps2": 0.1, "tau_d_s": 1.0, "noise_gap_m": 0.02, "noise_speed_mps": 0.02,
+            "log_likelihood": 0.0, "parameters": [parameter]
+        },
+        "extended": null, "budget": null, "missing": null, "missing_left": null, "formula": null, "ladder": []
+    });
+    fields.as_object().expect("fields").iter().for_each(|(key, value)| whole[key] = value.clone());
+    serde_json::from_value(whole).expect("an outcome")
+}
+
+/// The same on one line, as text and as a page.
+fn said(outcome: &Outcome) -> [String; 2] {
+    let flat = |text: String| text.split_whitespace().collect::<Vec<_>>().join(" ");
+    [diagnosis(outcome, &Beside::default()), html::diagnosis(outcome, Vec::new())].map(flat)
+}
+
+#[test]
+fn a_base_that_crashes_and_a_likelier_one_are_told_in_text_and_page() {
+    let outcome = outcome(serde_json::json!({
+        "verdict": "unexplained", "broken_off": [{"label": "a.csv follower 1", "time_s": 2.9, "crash": true}],
+        "left_over": [{"kind": "family", "where": "l-idm", "size": 356.3, "formula": null}]
+    }));
+    let [text, page] = said(&outcome);
+    let crash = "a.csv follower 1: the base model runs into the car ahead at t = 2.9 s (all errors end there)";
+    let (_, third) = text.split_once("3. Where its simulation goes wrong").expect("section 3");
+    assert!(third.contains(crash) && page.matches(crash).count() == 2, "{text}");
+    let next = "Next: the same command with --base l-idm+delay";
+    assert!(text.contains(next) && page.contains(next), "{text}");
+    assert!(text.contains("agree within 0 m/s"), "{text}");
+    // What the terminal marks as at its bound, the page does, too.
+    assert!(text.contains("at its bound") && page.contains("<td>at its bound</td>"), "{text}");
+    // No crash, no words about one, and no key.
+    let [text, page] = said(&self::outcome(serde_json::json!({})));
+    assert!(!text.contains("3. Where") && !page.contains("runs into the car ahead") && !page.contains("broken_off"));
+}
+
+#[test]
+fn data_that_contradict_themselves_come_before_the_verdict() {
+    let mut data = serde_json::to_value(&outcome(serde_json::json!({})).data).expect("data");
+    data[0]["units"] = "the gap changes 0.278 times as much as the speeds say".into();
+    let finding = |unit: &str| {
+        serde_json::json!([{"name": "inconsistent", "car": "both", "signal": "gap", "value": 62.0, "unit": unit, "interval": null,
+            "file": "a.csv", "when_s": [], "sentence": "the gap jumps", "correction": null}])
+    };
+    let nothing = "NOTHING FOUND no cause passes";
+    for (fields, first) in [
+        (serde_json::json!({ "data": data }), Some("The units of the data contradict each other (section 1)")),
+        (
+            serde_json::json!({ "data_findings": finding("m/s") }),
+            Some("Gap and speeds contradict each other (section 1)"),
+        ),
+        (serde_json::json!({ "data_findings": finding("m") }), None),
+        (
+            serde_json::json!({ "data_findings": finding("m"), "verdict": "bad_base" }),
+            Some("no base model can follow them: correct the data first (section 1)"),
+        ),
+    ] {
+        let outcome = outcome(fields);
+        let [text, page] = said(&outcome);
+        let Some(first) = first else {
+            assert!(text.contains(nothing) && !text.contains("DATA FIRST"), "{text}");
+            continue;
+        };
+        let (before, verdict) = text.split_once("For what it is worth: ").expect("a verdict that is not relied on");
+        assert!(
+            before.contains("THE DATA FIRST. ") && before.contains(first) && verdict.contains("no cause passes"),
+            "{text}"
+        );
+        let (_, lead) = page.split_once("<p class=\"verdict").expect("a verdict");
+        assert!(lead.contains(first) && lead.find(first) < lead.find("no cause passes"), "{first}");
+        let units = outcome.data[0].units.is_some();
+        assert_eq!(text.contains("UNITS: the gap changes 0.278 times"), units, "{text}");
+        assert_eq!(outcome.has_bad_data(), first.contains("contradict each other"));
+    }
+}
+
+#[test]
+fn only_neighbouring_classes_are_joined_by_a_line() {
+    let class =
+        |number: usize| Class { number: Some(number), at: number as f64, mean: 0.1, error: 0.01, seconds: 10.0 };
+    let drawn = |numbers: &[usize]| {
+        let classes = numbers.iter().map(|number| class(*number)).collect();
+        let profile = Profile { name: "place".to_owned(), unit: "m".to_owned(), classes, explained: 0.5, chi2: 9.0 };
+        let svg = pictures::missing("", &Profiles { rms: 0.1, profiles: vec![profile], repeats_by_place: None }, None);
+        (svg.matches("<polyline").count(), svg.matches("<circle").count())
+    };
+    let (whole, split) = (drawn(&[0, 1, 2, 3]), drawn(&[0, 1, 5, 6, 9]));
+    assert_eq!((whole.0, split.0), (1, 2), "a line for each stretch of neighbours, none for a class that has none");
+    assert_eq!(split.1 - whole.1, 1, "a point for each class");
+    // Classes that the profiles number: a lap of which a part was never driven.
+    let mut gap = scene(3);
+    let d: Vec<f64> = gap
+        .place
+        .as_ref()
+        .expect("a lap")
+        .iter()
+        .map(|x| if (600.0..900.0).contains(x) { f64::NAN } else { 0.1 })
+        .collect();
+    gap.label = "a gap".to_owned();
+    let found = profiles(&[Missing { scene: &gap, d: &d, gap_error: None }]).expect("classes");
+    let place = found.profiles.iter().find(|profile| profile.name == "place").expect("known");
+    let numbers: Vec<usize> = place.classes.iter().map(|class| class.number.expect("numbered")).collect();
+    assert!(numbers.windows(2).any(|pair| pair == [9, 15]), "{numbers:?}");
 }

@@ -119,9 +119,14 @@ pub fn contradiction(setting: &Setting<'_>, candidate: &Candidate) -> Option<Str
     if let Some(v_0) = candidate.value("v_0")
         && v_0 < seen - 0.5
     {
+        let axis = candidate.model.position(Symbol::v_0).map(|k| candidate.model.axes[k]);
+        let advice = match axis.filter(|axis| axis.upper > seen && !axis.is_fixed()) {
+            Some(axis) => format!(", though its bounds {} to {} m/s allow more; take", axis.lower, axis.upper),
+            None => "; widen the bounds of v_0, or take".to_owned(),
+        };
         return Some(format!(
-            "the calibrated desired speed v_0 = {v_0:.2} m/s lies below speeds that the follower drives ({seen:.2} m/s); widen the \
-             bounds of v_0, or take another base model"
+            "the calibrated desired speed v_0 = {v_0:.2} m/s lies below speeds that the follower drives ({seen:.2} m/s){advice} another \
+             base model"
         ));
     }
     for (k, axis) in candidate.model.axes.iter().enumerate() {
@@ -150,8 +155,30 @@ pub fn contradiction(setting: &Setting<'_>, candidate: &Candidate) -> Option<Str
 
 #[cfg(test)]
 mod tests {
+    use super::super::made_up;
+    use super::super::space::Axis;
     use super::*;
+    use crate::calibrate::Overrides;
     use nalgebra::{DMatrix, DVector};
+
+    #[test]
+    fn bounds_are_to_be_widened_only_where_they_hold_the_speed_back() {
+        let drives = [made_up::drive("a.csv", 0.0)];
+        let bounds = Overrides::new();
+        let question = made_up::question(&drives, &[], &bounds);
+        let setting = Setting::new(&question, None);
+        let advice = |[lower, upper]: [f64; 2]| {
+            let mut candidate = made_up::candidate(&drives, &[]);
+            let k = candidate.model.position(Symbol::v_0).expect("it has one");
+            candidate.model.axes[k] = Axis::linear(lower, upper);
+            candidate.fit.point.values[k] = 12.0;
+            contradiction(&setting, &candidate).expect("the follower drives up to 23 m/s")
+        };
+        let held = advice([8.0, 12.0]);
+        assert!(held.ends_with("; widen the bounds of v_0, or take another base model"), "{held}");
+        let free = advice([5.0, 60.0]);
+        assert!(free.ends_with(", though its bounds 5 to 60 m/s allow more; take another base model"), "{free}");
+    }
 
     #[test]
     fn a_base_that_is_lost_gives_way_unless_it_is_much_likelier() {

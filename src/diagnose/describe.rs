@@ -3,7 +3,7 @@
 use super::budget::{Errors, budget};
 use super::drive::Drive;
 use super::formula::formula;
-use super::free::{Free, free};
+use super::free::{BrokenOffEntry, Free, free};
 use super::gain::{Gain, GainError, GainSettings, gain};
 use super::infer;
 use super::missing::{Missing, Profiles, profiles};
@@ -98,6 +98,7 @@ pub fn describe(
             values: [&run.errors[0], &run.errors[1], &run.errors[2]],
         })
         .collect();
+    let broken_off = broken_off(question, &base);
     let missing = sorted(&base.series[..trained]);
     let missing_left = extended.as_ref().and_then(|e| sorted(&e.series[..trained]));
     let left = extended.as_ref().unwrap_or(&base);
@@ -148,6 +149,7 @@ pub fn describe(
         base: Some((&inference.base).into()),
         extended: (!adopted.is_empty()).then(|| (&inference.extended).into()),
         budget: budget(&errors),
+        broken_off,
         missing,
         missing_left,
         formula,
@@ -169,6 +171,18 @@ fn drives(question: &Question<'_>) -> Vec<DriveEntry> {
     let entry =
         |role: &'static str| move |drive: &Drive| DriveEntry { label: drive.label().to_owned(), role: role.to_owned() };
     question.train.iter().map(entry("train")).chain(question.holdout.iter().map(entry("holdout"))).collect()
+}
+
+/// The training drives to whose end a model does not come.
+fn broken_off(question: &Question<'_>, model: &Described) -> Vec<BrokenOffEntry> {
+    let entry = |(drive, run): (&Drive, &Free)| {
+        let [s, ..] = &run.simulated;
+        // The sample that ends a run is its last one.
+        let last = (run.first + s.len()).saturating_sub(1).min(drive.trajectory.len() - 1);
+        let crash = s.last().is_some_and(|s| *s <= 0.0);
+        BrokenOffEntry { label: drive.label().to_owned(), time_s: drive.trajectory.t[last], crash }
+    };
+    question.train.iter().zip(&model.runs).filter(|(_, run)| !run.complete).map(entry).collect()
 }
 
 /// Where the missing acceleration is largest: drives and times, with their shares of its square.

@@ -10,6 +10,7 @@ use crate::evaluator::{Case, Evaluator};
 use crate::lanes::{Lanes, LanesPrecision};
 use crate::score::GoodnessOfFit;
 use crate::symbols::Parameters;
+use serde::{Deserialize, Serialize};
 
 /// The parameters in a drive: those of the events of other recordings do nothing.
 fn happening(parameters: &Parameters, adopted: &[Adopted], drive: &Drive) -> Parameters {
@@ -29,6 +30,27 @@ pub struct Free {
     pub errors: [Vec<f64>; 3],
     /// True if it came to the end.
     pub complete: bool,
+}
+
+/// A free simulation of the base model that does not come to the end of its drive.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct BrokenOffEntry {
+    /// The drive, as in `drives`.
+    pub label: String,
+    /// When it ends \[s\], in the file's own time.
+    pub time_s: f64,
+    /// True if it runs into the car ahead; else what it computes is no number any more.
+    pub crash: bool,
+}
+
+impl BrokenOffEntry {
+    /// In words.
+    #[must_use]
+    pub fn told(&self) -> String {
+        let BrokenOffEntry { label, time_s, crash } = self;
+        let what = if *crash { "runs into the car ahead" } else { "breaks off" };
+        format!("{label}: the base model {what} at t = {time_s:.1} s (all errors end there)")
+    }
 }
 
 /// Simulates a model on every drive; `bounds` say how far back a delay reaches. Events that belong to one recording do not happen in

@@ -6,7 +6,7 @@ use super::base::{Calibrated, calibrate_base, contradiction};
 use super::bootstrap::{SURROGATES, threshold};
 use super::candidate::{Candidate, LEAD, Setting};
 use super::family::others;
-use super::model::Model;
+use super::model::{Model, is_lead};
 use super::specification::leftovers;
 use super::spending::Spending;
 use super::verdict::{Adopted, DiagnoseError, Effort, Estimate, Fitted, Inference, Progress, Question, Verdict};
@@ -229,6 +229,7 @@ fn estimate(candidate: &Candidate, k: usize, inflation: f64) -> Estimate {
         value,
         error,
         interval: [(value - 2.0 * error).max(axis.lower), (value + 2.0 * error).min(axis.upper)],
+        at_bound: axis.at_bound(value) && !is_lead(symbol),
     }
 }
 

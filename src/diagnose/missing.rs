@@ -27,6 +27,9 @@ pub struct Missing<'a> {
 /// A class of a profile.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Class {
+    /// Its number; the next class begins where this one ends. None in results from before it was noted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub number: Option<usize>,
     /// Mean of the quantity in the class.
     pub at: f64,
     /// Mean of d \[m/s²\].
@@ -137,7 +140,7 @@ fn profile(name: &str, unit: &str, drives: &[(Vec<f64>, &Missing)], edges: Optio
             let at = blocks.iter().map(|b| b[2]).sum::<f64>() / n;
             let spread: f64 = blocks.iter().map(|b| (b[1] - mean * b[0]).powi(2)).sum();
             let few = blocks.len() as f64 / (blocks.len() as f64 - 1.0);
-            Class { at, mean, error: (spread * few).sqrt() / n, seconds: seconds[&k] }
+            Class { number: Some(k), at, mean, error: (spread * few).sqrt() / n, seconds: seconds[&k] }
         })
         .collect();
     if classes.len() < 3 {

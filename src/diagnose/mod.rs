@@ -7,6 +7,7 @@ use std::sync::LazyLock;
 
 mod absent;
 pub mod adopt;
+mod advice;
 mod anew;
 mod answer;
 pub mod base;

@@ -4,6 +4,7 @@ use super::budget::Budget;
 use super::data::{Finding, Soundness};
 use super::fate::Untried;
 use super::formula::Formula;
+use super::free::BrokenOffEntry;
 use super::gain::Gain;
 use super::missing::Profiles;
 use super::verdict::{Adopted, Estimate, Fitted, Tried, Verdict};
@@ -24,6 +25,9 @@ pub struct ParameterEntry {
     pub unit: String,
     /// 95 % interval.
     pub interval: Option<[f64; 2]>,
+    /// True if it lies on a bound of the search, so that the data do not tell it.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub at_bound: bool,
 }
 
 /// A cause that was adopted, or that explains the data as well.
@@ -173,7 +177,8 @@ impl From<&Tried> for RungEntry {
 impl From<&Estimate> for ParameterEntry {
     fn from(estimate: &Estimate) -> ParameterEntry {
         let interval = estimate.error.is_finite().then_some(estimate.interval);
-        ParameterEntry { name: estimate.name.clone(), value: estimate.value, unit: estimate.unit.clone(), interval }
+        let Estimate { name, unit, value, at_bound, .. } = estimate;
+        ParameterEntry { name: name.clone(), value: *value, unit: unit.clone(), interval, at_bound: *at_bound }
     }
 }
 
@@ -229,6 +234,9 @@ pub struct DataEntry {
     pub gap_rate_rms_mps: Option<f64>,
     /// What cannot be seen in these data.
     pub unseen: Vec<String>,
+    /// That gap and speeds are in units that contradict each other, in words.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub units: Option<String>,
     /// By how much it was moved along the road \[m\], to where its grade is that of the first file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub moved_m: Option<f64>,
@@ -344,8 +352,11 @@ pub struct Outcome {
     pub base: Option<ModelEntry>,
     /// The extended model.
     pub extended: Option<ModelEntry>,
-    /// Error of the base model's free simulation on the training data.
+    /// Error of the base model's free simulation on the training data, of the drives to whose end it comes.
     pub budget: Option<Budget>,
+    /// The others.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub broken_off: Vec<BrokenOffEntry>,
     /// The base model's missing acceleration, sorted.
     pub missing: Option<Profiles>,
     /// The extended model's, where there is one.
@@ -371,6 +382,13 @@ impl Outcome {
     /// True if the data contradict themselves so much that no verdict can be had from them.
     #[must_use]
     pub fn has_bad_data(&self) -> bool {
-        self.data_findings.iter().any(|f| f.name == "inconsistent" && f.unit == "m/s")
+        has_bad_data(&self.data, &self.data_findings)
     }
+}
+
+/// True if data contradict themselves so much that no verdict can be had from them.
+#[must_use]
+pub fn has_bad_data(data: &[DataEntry], findings: &[FindingEntry]) -> bool {
+    data.iter().any(|entry| entry.units.is_some())
+        || findings.iter().any(|f| f.name == "inconsistent" && f.unit == "m/s")
 }

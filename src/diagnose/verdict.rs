@@ -124,6 +124,8 @@ pub struct Estimate {
     pub error: f64,
     /// Two standard errors to either side, within the bounds.
     pub interval: [f64; 2],
+    /// True if it lies on a bound; never of the nuisance lead, which is no property of the car, so that its bound says nothing.
+    pub at_bound: bool,
 }
 
 /// A cause that is part of the extended model, or one that could be in its place.

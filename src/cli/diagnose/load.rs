@@ -10,7 +10,7 @@ use leadlag::diagnose::data::{check, correct};
 use leadlag::diagnose::hold_back::hold_back;
 use leadlag::diagnose::outcome::{DataEntry, FindingEntry};
 use leadlag::diagnose::road::{lap, on_the_road_of};
-use leadlag::trajectory::Trajectory;
+use leadlag::trajectory::{Note, Trajectory};
 use std::path::Path;
 
 /// What is diagnosed.
@@ -128,6 +128,7 @@ fn one(args: &Args, variant: Variant, file: &Path, role: &str, loaded: &mut Load
         samples: trajectory.len(),
         gap_rate_rms_mps: None,
         unseen: Vec::new(),
+        units: trajectory.notes.iter().find(|n| matches!(n, Note::UnitsContradict { .. })).map(ToString::to_string),
         moved_m: None,
     };
     entry.take(&soundness);

@@ -9,18 +9,14 @@ use super::bounds::read_bounds;
 use super::data::DataArgs;
 use super::{Exit, Usage, folder, interrupt, output};
 use clap::ValueEnum;
-use leadlag::calibrate::Overrides;
 use leadlag::catalog::Variant;
 use leadlag::diagnose::describe::{Diagnosis, describe};
 use leadlag::diagnose::free::Free;
-use leadlag::diagnose::model::Model;
-use leadlag::diagnose::space::Axis;
-use leadlag::diagnose::verdict::Fitted;
+use leadlag::diagnose::outcome::has_bad_data;
 use leadlag::diagnose::{Drive, Effort, Question};
 use leadlag::extension::Extension;
 use leadlag::near::did_you_mean;
 use leadlag::report::diagnosis::text;
-use leadlag::symbols::Symbol;
 use leadlag::wgsl::{library, read_extension};
 use std::path::PathBuf;
 
@@ -108,7 +104,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let variant = args.base.unwrap_or(Variant::from_id(1)?);
     let loaded = load::load(args, variant)?;
     if args.data_only {
-        let faulty = loaded.findings.iter().any(|f| f.name == "inconsistent" && f.unit == "m/s");
+        let faulty = has_bad_data(&loaded.data, &loaded.findings);
         if args.json {
             let version = leadlag::diagnose::outcome::SCHEMA_VERSION;
             let (findings, data) = (&loaded.findings, &loaded.data);
@@ -158,9 +154,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if args.json {
         output::print(&outcome.to_json())?;
     } else {
-        let at_bound = at_bound(&diagnosis, &loaded.train, &bounds)?;
         let again = again::command(args, outcome, &loaded.trained);
-        output::print(&text::diagnosis(outcome, &text::Beside { trained: &loaded.trained, again, at_bound }))?;
+        output::print(&text::diagnosis(outcome, &text::Beside { trained: &loaded.trained, again }))?;
     }
     if args.plot {
         plot(&diagnosis, &loaded.train, &loaded.holdout)?;
@@ -170,17 +165,6 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
     let code = if outcome.has_bad_data() { 7 } else { outcome.verdict.exit_code() };
     if args.exit_code && code != 0 { Err(Exit(code).into()) } else { Ok(()) }
-}
-
-/// Names of the parameters of base and extended model that lie on a bound of the diagnosis.
-fn at_bound(diagnosis: &Diagnosis, train: &[Drive], bounds: &Overrides) -> anyhow::Result<[Vec<String>; 2]> {
-    let of = |fitted: &Fitted| -> anyhow::Result<Vec<String>> {
-        // The nuisance lead is no property of the car, so that its bound says nothing.
-        let model = Model::new(fitted.variant, train, bounds, &[])?;
-        let is_on = |(symbol, axis): &(&Symbol, &Axis)| axis.at_bound(fitted.parameters.get(**symbol));
-        Ok(model.symbols.iter().zip(&model.axes).filter(is_on).map(|(symbol, _)| symbol.name().to_owned()).collect())
-    };
-    Ok([of(&diagnosis.inference.base)?, of(&diagnosis.inference.extended)?])
 }
 
 /// Text charts of the free simulations, drive by drive.

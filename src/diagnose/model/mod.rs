@@ -276,7 +276,9 @@ fn hold_lead(variant: Variant, symbols: &[Symbol], axes: &mut [Axis], drives: &[
     }
 }
 
-fn is_lead(symbol: Symbol) -> bool {
+/// True for the parameter of the nuisance lead.
+#[must_use]
+pub fn is_lead(symbol: Symbol) -> bool {
     matches!(symbol, Symbol::Extension(row) if row.extension == LEAD)
 }
 

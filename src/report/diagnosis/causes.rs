@@ -66,11 +66,14 @@ fn bar(evidence: f64, threshold: f64) -> String {
         .collect()
 }
 
+/// The mark of a parameter that the data do not tell.
+pub(in crate::report) const AT_BOUND: &str = "at its bound";
+
 /// Parameters with their intervals; those at a bound are marked.
-pub(super) fn parameters(text: &mut String, parameters: &[ParameterEntry], at_bound: &[String]) -> Result {
+pub(super) fn parameters(text: &mut String, parameters: &[ParameterEntry]) -> Result {
     for p in parameters {
         let interval = p.interval.map_or(String::new(), |[low, high]| format!("[{low:.4}, {high:.4}]"));
-        let mark = if at_bound.contains(&p.name) { "at its bound" } else { "" };
+        let mark = if p.at_bound { AT_BOUND } else { "" };
         let row = format!("  {:<10}{:>12.4}  {:<6}{interval:<24}{mark}", p.name, p.value, p.unit);
         writeln!(text, "{}", row.trim_end())?;
     }
@@ -93,8 +96,16 @@ pub(super) fn verdict(text: &mut String, outcome: &Outcome) -> Result {
         Verdict::Unexplained => "UNEXPLAINED: something is wrong that no cause of the library explains",
         Verdict::BadBase => "NO VERDICT: the base model does not fit",
     };
-    writeln!(text, "\n{title}")?;
+    text.push('\n');
+    if let Some(first) = outcome.data_first() {
+        text.push_str(&wrapped(0, 2, &format!("THE DATA FIRST. {first}")));
+        text.push_str("\nFor what it is worth: ");
+    }
+    writeln!(text, "{title}")?;
     text.push_str(&wrapped(0, 2, &outcome.reason));
+    if let Some(base) = outcome.likelier_base() {
+        text.push_str(&wrapped(0, 2, &next(&base)));
+    }
     for cause in &outcome.causes {
         one(text, cause)?;
     }
@@ -119,6 +130,11 @@ pub(super) fn verdict(text: &mut String, outcome: &Outcome) -> Result {
     Ok(())
 }
 
+/// What to do where the car follows the law of another base.
+pub(in crate::report) fn next(base: &str) -> String {
+    format!("Next: the same command with --base {base}")
+}
+
 fn one(text: &mut String, cause: &CauseEntry) -> Result {
     let family = if cause.family == cause.name { String::new() } else { format!(" (family {})", cause.family) };
     let (evidence, threshold, kind) = (cause.evidence, cause.threshold, &cause.threshold_kind);
@@ -128,7 +144,7 @@ fn one(text: &mut String, cause: &CauseEntry) -> Result {
         2,
         &format!("{}{family}: evidence {evidence:.0}, threshold {threshold:.0} ({kind})", cause.name),
     ));
-    parameters(text, &cause.parameters, &[])?;
+    parameters(text, &cause.parameters)?;
     if let Some((equation, meaning)) = equation(&cause.name) {
         text.push_str(&wrapped(2, 4, &format!("{equation}: {meaning}")));
     }

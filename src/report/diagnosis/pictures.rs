@@ -1,6 +1,6 @@
 //! Pictures of a diagnosis: the missing acceleration against what it may depend on, and the ladder of causes.
 
-use crate::diagnose::missing::{Profile, Profiles};
+use crate::diagnose::missing::{Class, Profile, Profiles};
 use crate::diagnose::outcome::RungEntry;
 use crate::report::figure::{Anchor, Figure, INK, PALE, PALETTE};
 
@@ -63,7 +63,15 @@ fn panel(figure: &mut Figure, corner: [f64; 2], profile: &Profile, other: Option
     figure.upright([corner[0] + 14.0, 0.5 * (top + bottom)], 12.0, "d [m/s²]");
     for (own, colour) in both() {
         let points: Vec<[f64; 2]> = own.classes.iter().map(|c| [x(c.at), y(c.mean)]).collect();
-        figure.polyline(&points, 1.0, colour);
+        // Where a class between two has no data, nothing is known of the way from one to the other.
+        let adjoin = |a: &Class, b: &Class| a.number.zip(b.number).is_none_or(|(a, b)| a + 1 == b);
+        let mut from = 0;
+        for stretch in own.classes.chunk_by(adjoin) {
+            if stretch.len() > 1 {
+                figure.polyline(&points[from..from + stretch.len()], 1.0, colour);
+            }
+            from += stretch.len();
+        }
         for (class, point) in own.classes.iter().zip(&points) {
             let reach = 1.96 * class.error;
             figure.line([point[0], y(class.mean - reach)], [point[0], y(class.mean + reach)], 1.4, colour);

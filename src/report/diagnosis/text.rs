@@ -24,8 +24,6 @@ pub struct Beside<'a> {
     pub trained: &'a [[f64; 2]],
     /// How to calibrate the extended model.
     pub again: Option<Again>,
-    /// Parameters of base and extended model that lie on a bound.
-    pub at_bound: [Vec<String>; 2],
 }
 
 /// A command that goes on where a diagnosis ends.
@@ -47,15 +45,22 @@ pub fn diagnosis(outcome: &Outcome, beside: &Beside) -> String {
 }
 
 fn write_all(text: &mut String, outcome: &Outcome, beside: &Beside) -> std::fmt::Result {
-    let [base_at_bound, extended_at_bound] = &beside.at_bound;
     text.push_str(&data(&outcome.data, &outcome.data_findings, beside.trained));
     text.push_str(&wrapped(0, 2, &outcome.held_back));
     if let Some(base) = &outcome.base {
         heading(text, "2. The base model");
-        model(text, base, base_at_bound)?;
+        model(text, base)?;
+    }
+    if outcome.budget.is_some() || !outcome.broken_off.is_empty() {
+        heading(text, "3. Where its simulation goes wrong (training data)");
+    }
+    for entry in &outcome.broken_off {
+        text.push_str(&wrapped(0, 2, &entry.told()));
     }
     if let Some(budget) = &outcome.budget {
-        heading(text, "3. Where its simulation goes wrong (training data)");
+        if !outcome.broken_off.is_empty() {
+            text.push_str("The errors below are those of the other drives.\n\n");
+        }
         errors(text, budget)?;
     }
     if let Some(missing) = &outcome.missing {
@@ -66,7 +71,7 @@ fn write_all(text: &mut String, outcome: &Outcome, beside: &Beside) -> std::fmt:
     causes::ladder(text, &outcome.ladder)?;
     causes::verdict(text, outcome)?;
     heading(text, "5. The extended model");
-    extended(text, outcome, beside.again.as_ref(), extended_at_bound)?;
+    extended(text, outcome, beside.again.as_ref())?;
     heading(text, "6. Gain on the data held back");
     match (&outcome.gain, outcome.verdict) {
         (Some(gain), _) => {
@@ -130,8 +135,12 @@ pub fn data(data: &[DataEntry], findings: &[FindingEntry], trained: &[[f64; 2]])
                 ),
             ));
         }
+        if let Some(units) = &entry.units {
+            let first = "Mend that first: no size below can be trusted until then";
+            text.push_str(&wrapped(2, 4, &format!("UNITS: {units}. {first}")));
+        }
         let mut own = findings.iter().filter(|finding| finding.file == entry.path).peekable();
-        if own.peek().is_none() {
+        if own.peek().is_none() && entry.units.is_none() {
             text.push_str("  nothing contradicts itself\n");
         }
         for finding in own {
@@ -155,12 +164,16 @@ pub fn data(data: &[DataEntry], findings: &[FindingEntry], trained: &[[f64; 2]])
 }
 
 fn small(value: f64) -> String {
-    if value.abs() < 1e-3 { format!("{value:.1e}") } else { format!("{value:.3}") }
+    match value.abs() {
+        0.0 => "0".to_owned(),
+        size if size < 1e-3 => format!("{value:.1e}"),
+        _ => format!("{value:.3}"),
+    }
 }
 
-fn model(text: &mut String, model: &ModelEntry, at_bound: &[String]) -> std::fmt::Result {
+fn model(text: &mut String, model: &ModelEntry) -> std::fmt::Result {
     writeln!(text, "{}", model.variant)?;
-    causes::parameters(text, &model.parameters, at_bound)?;
+    causes::parameters(text, &model.parameters)?;
     if model.parameters.iter().any(|p| p.name == LEAD) {
         text.push_str(&wrapped(
             0,
@@ -187,13 +200,13 @@ fn model(text: &mut String, model: &ModelEntry, at_bound: &[String]) -> std::fmt
 }
 
 /// What the named causes make of the base model, and how to go on with it.
-fn extended(text: &mut String, outcome: &Outcome, again: Option<&Again>, at_bound: &[String]) -> std::fmt::Result {
+fn extended(text: &mut String, outcome: &Outcome, again: Option<&Again>) -> std::fmt::Result {
     let Some(extended) = outcome.extended.as_ref().filter(|_| !outcome.causes.is_empty()) else {
         text.push_str("nothing is named, so the model stays as it is\n");
         return Ok(());
     };
     writeln!(text, "{}", extended.variant)?;
-    causes::parameters(text, &extended.parameters, at_bound)?;
+    causes::parameters(text, &extended.parameters)?;
     if let Some(again) = again {
         text.push_str(&wrapped(0, 2, &format!("To calibrate it {}:", again.on)));
         text.push_str(&typed(&again.words));

@@ -5,7 +5,7 @@ use super::{Chart, Page, between, escape, short};
 use crate::diagnose::Verdict;
 use crate::diagnose::gain::Gain;
 use crate::diagnose::outcome::{CauseEntry, Outcome, ParameterEntry};
-use crate::report::diagnosis::causes::{equation, meaning};
+use crate::report::diagnosis::causes::{AT_BOUND, equation, meaning, next};
 use crate::report::diagnosis::pictures;
 
 /// One HTML file. `charts` are the simulations, drive by drive.
@@ -16,14 +16,19 @@ pub fn diagnosis(outcome: &Outcome, charts: Vec<Chart>) -> String {
     data(&mut page, outcome);
     page.section("simulation", "What the simulation gets wrong");
     page.usage("Measured car, base model and extended model, each simulated freely behind the measured car ahead. ");
+    outcome.broken_off.iter().for_each(|entry| page.paragraph(&format!("{}.", entry.told())));
     charts.into_iter().for_each(|chart| page.chart(chart.thinned()));
     errors(&mut page, outcome);
     causes(&mut page, outcome);
     gain(&mut page, outcome);
     left(&mut page, outcome);
     let base = outcome.base.as_ref().map_or("", |base| base.variant.as_str());
+    let first = outcome.data_first().map_or(String::new(), |first| {
+        format!("<strong>The data first.</strong> {}. For what it is worth: ", escape(&first))
+    });
+    let next = outcome.likelier_base().map_or(String::new(), |base| format!(". {}", escape(&next(&base))));
     let lead = format!(
-        "<p class=\"verdict {}\"><strong>{}</strong> {}</p>",
+        "<p class=\"verdict {}\">{first}<strong>{}</strong> {}{next}</p>",
         outcome.verdict.name(),
         escape(title(outcome.verdict)),
         escape(&outcome.reason)
@@ -56,7 +61,7 @@ fn summary(page: &mut Page, outcome: &Outcome) {
     }
     facts.push((
         "faults of the data",
-        match outcome.data_findings.len() {
+        match outcome.data_findings.len() + outcome.data.iter().filter(|entry| entry.units.is_some()).count() {
             0 => "none found".to_owned(),
             n => format!("{n}, see below"),
         },
@@ -90,9 +95,15 @@ fn data(page: &mut Page, outcome: &Outcome) {
         page.paragraph(&format!("{} was {moved}.", entry.path));
     }
     page.paragraph(&outcome.held_back);
-    if outcome.data_findings.is_empty() {
+    for entry in &outcome.data {
+        let told = |units: &String| {
+            format!("{}: {units}. Mend that first: no size below can be trusted until then.", entry.path)
+        };
+        entry.units.iter().for_each(|units| page.paragraph(&told(units)));
+    }
+    if outcome.data_findings.is_empty() && !outcome.has_bad_data() {
         page.paragraph("Gap and speeds were compared with each other; nothing contradicts itself.");
-    } else {
+    } else if !outcome.data_findings.is_empty() {
         let row = |f: &crate::diagnose::outcome::FindingEntry| {
             let done = f.correction.clone().unwrap_or_else(|| "not corrected".to_owned());
             vec![f.name.clone(), f.sentence.clone(), format!("{} {}", short(f.value), f.unit), done, f.file.clone()]
@@ -105,7 +116,10 @@ fn data(page: &mut Page, outcome: &Outcome) {
 fn errors(page: &mut Page, outcome: &Outcome) {
     page.section("errors", "Where and when it errs");
     if let Some(shares) = &outcome.budget {
-        budget(page, shares, "Error of the base model's free simulation on the training data");
+        let of = if outcome.broken_off.is_empty() { "" } else { ", of the drives to whose end it comes" };
+        budget(page, shares, &format!("Error of the base model's free simulation on the training data{of}"));
+    } else if !outcome.broken_off.is_empty() {
+        outcome.broken_off.iter().for_each(|entry| page.paragraph(&format!("{}.", entry.told())));
     }
     if let Some(missing) = &outcome.missing {
         page.paragraph(
@@ -164,12 +178,13 @@ fn causes(page: &mut Page, outcome: &Outcome) {
                 p.unit.clone(),
                 interval,
                 meaning(&p.name).to_owned(),
+                if p.at_bound { AT_BOUND } else { "" }.to_owned(),
             ]);
         }
     }
     page.table(
         "Parameters of both models",
-        &["model", "parameter", "value", "unit", "95 % interval", "meaning"],
+        &["model", "parameter", "value", "unit", "95 % interval", "meaning", "warning"],
         &models,
     );
 }

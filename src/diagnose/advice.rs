@@ -1,0 +1,39 @@
+//! What a result asks its reader to do before anything else, and next.
+
+use super::outcome::Outcome;
+use super::verdict::Verdict;
+
+impl Outcome {
+    /// What is to be done before the verdict is read, where the data are to blame for it.
+    #[must_use]
+    pub fn data_first(&self) -> Option<String> {
+        if self.data.iter().any(|entry| entry.units.is_some()) {
+            return Some(
+                "The units of the data contradict each other (section 1): no size and no verdict here can be trusted until that is mended"
+                    .to_owned(),
+            );
+        }
+        if self.has_bad_data() {
+            return Some(
+                "Gap and speeds contradict each other (section 1): no verdict here can be trusted until that is mended"
+                    .to_owned(),
+            );
+        }
+        // A base is not to blame for a gap that it cannot have driven.
+        let broken = self.data_findings.iter().any(|f| f.name == "inconsistent");
+        (broken && self.verdict == Verdict::BadBase).then(|| {
+            "The data are broken (section 1: INCONSISTENT), and no base model can follow them: correct the data first (section 1), or cut \
+             out what is sound with --from and --to"
+                .to_owned()
+        })
+    }
+
+    /// The base model to go on with, where the car follows another law: as `--base` takes it.
+    #[must_use]
+    pub fn likelier_base(&self) -> Option<String> {
+        let family = self.left_over.iter().find(|left| left.kind == "family")?;
+        let base = &self.base.as_ref()?.variant;
+        let rest = base.split_once('+').map_or(String::new(), |(_, rest)| format!("+{rest}"));
+        Some(format!("{}{rest}", family.r#where))
+    }
+}
