@@ -129,10 +129,22 @@ pub(in crate::report) fn short(value: f64) -> String {
         return "–".to_owned();
     }
     let rounded: f64 = format!("{value:.3e}").parse().unwrap_or(value);
-    (rounded + 0.0).to_string()
+    // Nobody counts zeros.
+    if rounded.abs() < 1e-3 { format!("{rounded:e}") } else { rounded.to_string() }
 }
 
 /// An interval.
 pub(super) fn between(interval: Option<[f64; 2]>) -> String {
     interval.map_or("–".to_owned(), |[low, high]| format!("{} to {}", short(low), short(high)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::short;
+
+    #[test]
+    fn numbers_are_short_whatever_their_size() {
+        let shown = [12_346.0, 0.281_639, 0.001, -0.000_013_63, 2.619e-9, -1.7e-17, f64::NAN].map(short);
+        assert_eq!(shown, ["12350", "0.2816", "0.001", "-1.363e-5", "2.619e-9", "0", "–"]);
+    }
 }
