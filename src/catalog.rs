@@ -331,15 +331,15 @@ impl FromStr for Variant {
         }
         let lower = text.to_ascii_lowercase();
         let mut words = lower.split('+').map(str::trim);
-        let unknown = |word: &str| UnknownVariant::Word {
+        let unknown = |word: &str, nearest: Option<&'static str>| UnknownVariant::Word {
             name: text.to_owned(),
             word: word.to_owned(),
-            nearest: nearest_word(word),
+            nearest,
         };
         let first = words.next().unwrap_or_default();
         let no_base = || match PARTS.contains(&first) {
             true => UnknownVariant::NoBase { name: text.to_owned(), part: first.to_owned() },
-            false => unknown(first),
+            false => unknown(first, nearest_base(first)),
         };
         let base = BASES.iter().copied().find(|b| b.name == first).ok_or_else(no_base)?;
         let mut variant = Variant {
@@ -356,7 +356,7 @@ impl FromStr for Variant {
                 "nonlinear" => std::mem::replace(&mut variant.dynamics, Dynamics::Nonlinear) != Dynamics::None,
                 "constant" => std::mem::replace(&mut variant.constraint, Constraint::Constant) != Constraint::None,
                 "mfc" => std::mem::replace(&mut variant.constraint, Constraint::Mfc) != Constraint::None,
-                _ => return Err(unknown(word)),
+                _ => return Err(unknown(word, nearest(word, PARTS))),
             };
             if twice {
                 return Err(UnknownVariant::Twice { name: text.to_owned(), word: word.to_owned() });
@@ -369,9 +369,9 @@ impl FromStr for Variant {
 /// What may follow the base model in a name.
 const PARTS: [&str; 5] = ["delay", "linear", "nonlinear", "constant", "mfc"];
 
-/// A word that looks like this one, or the base model that ends with it: `l-cth` for `cth`.
-fn nearest_word(word: &str) -> Option<&'static str> {
+/// The base model that looks like a word, or ends with it: `l-cth` for `cth`.
+fn nearest_base(word: &str) -> Option<&'static str> {
     let bases = || BASES.iter().map(|b| b.name);
     let ends = |base: &&str| base.rsplit_once('-').is_some_and(|(_, end)| end == word);
-    nearest(word, bases().chain(PARTS)).or_else(|| bases().find(ends))
+    nearest(word, bases()).or_else(|| bases().find(ends))
 }

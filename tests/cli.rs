@@ -144,26 +144,31 @@ fn ctrl_c_keeps_the_calibration_in_flight_and_names_the_files_left_out() {
     use std::process::{Command, Stdio};
     use std::thread::sleep;
     use std::time::{Duration, Instant};
-    let (folder, out) = (platoon(), scratch("cli", "ctrl_c"));
+    let folder = platoon();
     let files = [1, 3].map(|k| folder.join(format!("pair_follower{k}.csv")));
-    let endless = ["--optimizer", "ga", "--max-evaluations", "1000000000", "--model", "idm", "--out", text(&out)];
-    let mut run = Command::new(env!("CARGO_BIN_EXE_leadlag"));
-    let run = run.args(["calibrate", text(&files[0]), text(&files[1])]).args(endless);
-    let run = run.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("the program starts");
-    // The folder is made just before the search begins.
-    let (first, begun) = (out.join("pair_follower1_follower1"), Instant::now());
-    while !first.exists() {
-        assert!(begun.elapsed() < Duration::from_secs(60), "no search began");
-        sleep(Duration::from_millis(10));
+    // SIGTERM is what schedulers send.
+    for signal in ["-INT", "-TERM"] {
+        let out = scratch("cli", &format!("interrupted{signal}"));
+        let endless = ["--optimizer", "ga", "--max-evaluations", "1000000000", "--model", "idm", "--out", text(&out)];
+        let mut run = Command::new(env!("CARGO_BIN_EXE_leadlag"));
+        let run = run.args(["calibrate", text(&files[0]), text(&files[1])]).args(endless);
+        let run = run.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("the program starts");
+        // The folder is made just before the search begins.
+        let (first, begun) = (out.join("pair_follower1_follower1"), Instant::now());
+        while !first.exists() {
+            assert!(begun.elapsed() < Duration::from_secs(60), "no search began");
+            sleep(Duration::from_millis(10));
+        }
+        sleep(Duration::from_millis(500));
+        let sent = Command::new("kill").args([signal, &run.id().to_string()]).status().expect("kill is there");
+        assert!(sent.success());
+        let output = run.wait_with_output().expect("it ends");
+        assert_eq!(output.status.code(), Some(1));
+        assert!(stderr(&output).contains("stopping: what was found so far is kept"), "{signal}: {}", stderr(&output));
+        let left = format!("interrupted: not calibrated: {}; the same command", text(&files[1]));
+        assert!(stderr(&output).contains(&left), "{}", stderr(&output));
+        assert!(first.join("result.json").exists() && !out.join("pair_follower3_follower1").exists());
     }
-    sleep(Duration::from_millis(500));
-    let sent = Command::new("kill").args(["-INT", &run.id().to_string()]).status().expect("kill is there");
-    assert!(sent.success());
-    let output = run.wait_with_output().expect("it ends");
-    assert_eq!(output.status.code(), Some(1));
-    let left = format!("interrupted: not calibrated: {}; the same command", text(&files[1]));
-    assert!(stderr(&output).contains(&left), "{}", stderr(&output));
-    assert!(first.join("result.json").exists() && !out.join("pair_follower3_follower1").exists());
 }
 
 #[test]

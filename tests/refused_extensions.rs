@@ -62,6 +62,16 @@ fn what_an_extension_may_not_have_is_said() {
             "fn x_command(a: f32) -> f32 {\n    return f32(f64(a) * 2.0lf);\n}\n",
             "x.wgsl:2:16: f64: extensions compute in f32",
         ),
+        (
+            "x.wgsl",
+            "fn x_command(a: f32) -> f32 {\n    let b = 1.5h;\n    return a;\n}\n",
+            "x.wgsl:2:13: f16: extensions compute in f32",
+        ),
+        (
+            "x.wgsl",
+            "fn x_command(a: f16) -> f32 {\n    return 1.0;\n}\n",
+            "x.wgsl:1:17: f16: extensions compute in f32",
+        ),
         ("x.wgsl", "fn x_command(a: f32) -> bool {\n    return a > 0.0;\n}\n", "x.wgsl:1:"),
         (
             "x.wgsl",

@@ -223,6 +223,14 @@ fn a_simulation_of_another_drive_is_neither_mixed_with_a_calibration_nor_drawn_w
     assert_eq!(fs::read(fit.join("simulation.csv")).expect("still there"), kept);
     let (code, said) = fails(&["diagnose", &other, "--base", "idm", "--out", text(&fit)]);
     assert!(code == 2 && said.contains("holds the result.json of a calibration"), "{said}");
+    let diagnosis = folder.join("diagnosis");
+    fs::create_dir(&diagnosis).expect("made");
+    fs::write(diagnosis.join("diagnosis.json"), "{}").expect("written");
+    let calibrate = [&["calibrate", &other][..], &QUICK].concat();
+    for words in [calibrate, vec!["simulate", &other, "--result", text(&fit)]] {
+        let (code, said) = fails(&[&words[..], &["--out", text(&diagnosis)]].concat());
+        assert!(code == 2 && said.contains("holds the diagnosis.json of a diagnosis"), "{said}");
+    }
 
     // A drive as long as the own one, and a shorter one.
     let report = || stderr(&succeeds(&["report", text(&fit), "-o", text(&page)]));
@@ -258,6 +266,23 @@ fn a_calibration_leaves_no_file_of_the_one_before_it_in_its_folder() {
     assert_eq!(names(), ["plot.svg", "plot_of_mine.svg", "result.json", "simulation.csv", "timing.json"]);
     let said = stderr(&calibrate(&[&one]));
     assert!(!said.contains("had left there"), "{said}");
+    // Files that no result has written, whatever their names, are nobody's to remove, and least of all those that are read.
+    let own = folder.join("own");
+    fs::create_dir(&own).expect("made");
+    let inputs = ["simulation_1.csv", "simulation_2.csv"].map(|name| own.join(name));
+    for input in &inputs {
+        fs::copy(&one, input).expect("copied");
+    }
+    let before = fs::read(&inputs[0]).expect("an input");
+    let into_own = |words: &[&str]| leadlag(&[words, &["--out", text(&own)]].concat());
+    let refused = into_own(&[&["calibrate", text(&inputs[0])][..], &QUICK].concat());
+    assert_eq!(refused.status.code(), Some(2), "{}", stderr(&refused));
+    assert!(stderr(&refused).contains("would replace the input "), "{}", stderr(&refused));
+    let refused = into_own(&["diagnose", text(&inputs[1]), "--base", "idm", "--effort", "quick"]);
+    assert_eq!(refused.status.code(), Some(2), "{}", stderr(&refused));
+    assert!(into_own(&[&["calibrate", &one][..], &QUICK].concat()).status.success());
+    assert!(inputs.iter().all(|input| fs::read(input).is_ok_and(|bytes| bytes == before)));
+
     let refused = calibrate(&[&one, &two]);
     let said = stderr(&refused);
     assert_eq!(refused.status.code(), Some(2), "several would lie beside one: {said}");

@@ -267,8 +267,9 @@ fn optimizer(space: &SearchSpace, settings: &Calibration, number: u64) -> Box<dy
 /// in a run of ten thousand steps: they end once their candidates are nearly one, not where rounding begins to hide what is left.
 const RESOLUTION: f64 = 1e-7;
 
-/// Tolerances are shares of this where the best score is smaller. Scores of measured data are ten times as large and more; on a drive that
-/// the variant itself made scores come down to nearly 0, a share of which nothing reaches. Rounds then agree within 1e-6, which is what f32
+/// Tolerances are shares of this where the best score is smaller. NRMSE(s,v,a) of measured data is ten times as large and more, the
+/// smallest measures of speeds alone (u-v) are about as large; on a drive that the variant itself made scores come down to nearly 0, a share
+/// of which nothing reaches. Rounds then agree within 1e-6, which is what f32
 /// leaves of such a score.
 const FLOOR: f64 = 0.01;
 

@@ -1,7 +1,7 @@
 //! Folders of results: each holds one result, whole, and no file of another one under the same names.
 
 use super::{Usage, output};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// What a calibration and a diagnosis are known by.
 pub const RESULT: &str = "result.json";
@@ -21,11 +21,56 @@ pub fn refuse(folder: &Path, other: &str, own: &str) -> Result<(), Usage> {
     )))
 }
 
-/// Removes what an earlier result left in a folder and the one that was just written has not, and says so.
-pub fn tidy(folder: &Path, written: &[String], is_own: impl Fn(&str) -> bool) -> anyhow::Result<()> {
-    // A folder that was just written can be listed; what cannot be removed is told by the error of the one who removes it.
-    let names = std::fs::read_dir(folder)?.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
-    let mut stale: Vec<String> = names.filter(|name| !written.contains(name) && is_own(name)).collect();
+/// Refuses a folder in which a result would replace one of its own input files; `is_own` tells the names of the result's files.
+pub fn spare<'a>(
+    folder: &Path,
+    inputs: impl IntoIterator<Item = &'a PathBuf>,
+    is_own: impl Fn(&str) -> bool,
+) -> Result<(), Usage> {
+    // A folder or file that is not there yet cannot be the other.
+    let Ok(here) = folder.canonicalize() else { return Ok(()) };
+    let replaced = inputs.into_iter().filter_map(|input| input.canonicalize().ok()).find(|input| {
+        let name = input.file_name().and_then(|name| name.to_str());
+        input.parent() == Some(&here) && name.is_some_and(&is_own)
+    });
+    match replaced {
+        None => Ok(()),
+        Some(input) => Err(Usage(format!(
+            "--out {}: the result's file of that name would replace the input {}; expected another folder",
+            folder.display(),
+            input.display()
+        ))),
+    }
+}
+
+/// The files that the calibration which a folder holds has there by its trajectories; none without a result.
+pub fn of_calibration(folder: &Path) -> Vec<String> {
+    let count = counted(&folder.join(RESULT), "data");
+    let suffixes = (1..=count).map(|i| if count == 1 { String::new() } else { format!("_{i}") });
+    suffixes.flat_map(|suffix| [format!("simulation{suffix}.csv"), format!("plot{suffix}.svg")]).collect()
+}
+
+/// The tables and pictures that the diagnosis which a folder holds has there; none without one.
+pub fn of_diagnosis(folder: &Path) -> Vec<String> {
+    let count = counted(&folder.join(DIAGNOSIS), "drives");
+    let of_drive = |i: usize| {
+        [format!("simulation_{i}.csv"), format!("simulation_{i}.svg"), format!("missing_acceleration_{i}.csv")]
+    };
+    let whole = ["missing_acceleration.svg", "ladder.svg"].map(str::to_owned).into_iter().filter(|_| count > 0);
+    (1..=count).flat_map(of_drive).chain(whole).collect()
+}
+
+/// Number of entries of a list in a JSON file; 0 if there is none.
+fn counted(path: &Path, list: &str) -> usize {
+    let text = std::fs::read_to_string(path).unwrap_or_default();
+    let json: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
+    json[list].as_array().map_or(0, Vec::len)
+}
+
+/// Removes what an earlier result left in a folder, `before`, and the one that was just written has not, and says so.
+pub fn tidy(folder: &Path, before: Vec<String>, written: &[String]) -> anyhow::Result<()> {
+    let is_stale = |name: &String| !written.contains(name) && folder.join(name).is_file();
+    let mut stale: Vec<String> = before.into_iter().filter(is_stale).collect();
     stale.sort();
     for name in &stale {
         output::remove_file(&folder.join(name))?;
@@ -37,9 +82,9 @@ pub fn tidy(folder: &Path, written: &[String], is_own: impl Fn(&str) -> bool) ->
     Ok(())
 }
 
-/// True for `STEM_N.ENDING` with a whole number N.
-pub fn is_numbered(name: &str, stem: &str, ending: &str) -> bool {
-    let number =
-        name.strip_prefix(stem).and_then(|rest| rest.strip_prefix('_')?.strip_suffix(ending)?.strip_suffix('.'));
-    number.is_some_and(|digits| !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit()))
+/// True for `STEM.ENDING` and for `STEM_N.ENDING` with a whole number N.
+pub fn is_of(name: &str, stem: &str, ending: &str) -> bool {
+    let middle = name.strip_prefix(stem).and_then(|rest| rest.strip_suffix(ending)?.strip_suffix('.'));
+    let is_number = |digits: &str| !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit());
+    middle.is_some_and(|middle| middle.is_empty() || middle.strip_prefix('_').is_some_and(is_number))
 }

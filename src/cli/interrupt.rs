@@ -1,9 +1,8 @@
 //! Ctrl-C, and SIGTERM where there is one: the first asks to stop and keep what was found, the second ends at once.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, LazyLock};
 
-static ASKED: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
+static ASKED: AtomicBool = AtomicBool::new(false);
 
 /// Watches for Ctrl-C and SIGTERM from now on.
 pub fn watch() {
@@ -12,27 +11,28 @@ pub fn watch() {
 
 /// The same, with what becomes of what was found so far.
 pub fn watch_saying(then: &'static str) {
-    let handler = move || {
-        if ASKED.swap(true, Ordering::SeqCst) {
-            std::process::exit(130);
-        }
-        eprintln!("\nstopping: {then} (Ctrl-C again ends at once)");
-    };
     // Fails only where a handler exists already; Ctrl-C then just ends the program.
-    let _ = ctrlc::set_handler(handler);
+    let _ = ctrlc::set_handler(move || ask(130, &format!("\nstopping: {then} (Ctrl-C again ends at once)")));
     #[cfg(unix)]
-    watch_termination();
+    watch_termination(then);
+}
+
+/// Asks to stop, or ends the program with a status if that was asked before.
+fn ask(status: i32, message: &str) {
+    if ASKED.swap(true, Ordering::SeqCst) {
+        std::process::exit(status);
+    }
+    eprintln!("{message}");
 }
 
 /// What schedulers send when the time of a job is over. SIGHUP stays as it was: under `nohup` it must not stop a run.
 #[cfg(unix)]
-fn watch_termination() {
+fn watch_termination(then: &'static str) {
     use signal_hook::consts::SIGTERM;
-    use signal_hook::flag;
-    // In this order: what is asked for the first time is not yet asked for again.
-    let again = flag::register_conditional_shutdown(SIGTERM, 128 + SIGTERM, Arc::clone(&ASKED));
     // Where a signal cannot be watched, it ends the program as ever.
-    let _ = again.and_then(|_| flag::register(SIGTERM, Arc::clone(&ASKED)));
+    let Ok(mut signals) = signal_hook::iterator::Signals::new([SIGTERM]) else { return };
+    let message = format!("stopping: {then} (SIGTERM again ends at once)");
+    std::thread::spawn(move || signals.forever().for_each(|signal| ask(128 + signal, &message)));
 }
 
 /// True once somebody has asked to stop.

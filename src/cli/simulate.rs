@@ -32,7 +32,7 @@ pub struct Args {
     /// Simulate all followers, each behind the simulated car ahead
     #[arg(long, conflicts_with = "columns")]
     platoon: bool,
-    /// Folder for simulation.csv and plot.svg (numbered by follower with --platoon); not that of a calibration
+    /// Folder for simulation.csv and plot.svg (numbered by follower with --platoon); not that of a calibration or diagnosis
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Print JSON
@@ -67,6 +67,10 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         // Its simulation.csv is that of the drive that was calibrated on.
         let own = args.file.file_stem().unwrap_or_default().to_string_lossy();
         folder::refuse(out, folder::RESULT, &own)?;
+        folder::refuse(out, folder::DIAGNOSIS, &own)?;
+        folder::spare(out, [&args.file], |name| {
+            folder::is_of(name, "simulation", "csv") || name.starts_with("simulation_follower")
+        })?;
     }
     let calibrated = args.result.iter().map(|path| read(path)).collect::<anyhow::Result<Vec<_>>>()?;
     let (recording, follower) = args.data.read(&args.file, args.follower.as_deref())?;

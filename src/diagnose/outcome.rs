@@ -25,7 +25,7 @@ pub struct ParameterEntry {
     pub unit: String,
     /// 95 % interval.
     pub interval: Option<[f64; 2]>,
-    /// True if it lies on a bound of the search, so that the data do not tell it.
+    /// True if it lies on a bound of the search: the data want more than the bounds allow, or do not care.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub at_bound: bool,
 }
@@ -354,7 +354,7 @@ pub struct Outcome {
     pub extended: Option<ModelEntry>,
     /// Error of the base model's free simulation on the training data, of the drives to whose end it comes.
     pub budget: Option<Budget>,
-    /// The others.
+    /// Training drives to whose end the base model's free simulation does not come; they are not in `budget`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub broken_off: Vec<BrokenOffEntry>,
     /// The base model's missing acceleration, sorted.

@@ -95,8 +95,8 @@ pub trait Optimizer {
     fn tell(&mut self, merits: &[Merit]);
     /// The best candidate so far; `None` before the first `tell`.
     fn best(&self) -> Option<&Member>;
-    /// A candidate whose merit beats the best one's but is not as exact, and was not told exactly yet: who ends the run now should find
-    /// out which of the two is better.
+    /// A candidate whose merit beats the best one's but is not as exact, of a search that has nothing feasible by exact merits yet: who ends
+    /// the run now should find out which of the two is better.
     fn rival(&self) -> Option<&Member> {
         None
     }

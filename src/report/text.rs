@@ -170,7 +170,7 @@ pub fn wrapped(first: usize, rest: usize, line: &str) -> String {
 }
 
 /// A blank at which no line ends.
-const JOINT: char = '\u{a0}';
+const JOINT: char = '\u{e000}';
 /// Words that say nothing without the number before them.
 const UNITS: [&str; 12] = ["m", "m/s", "m/s²", "m/s2", "s", "%", "Hz", "kg", "km", "km/h", "m/km", "nats"];
 

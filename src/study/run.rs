@@ -153,9 +153,10 @@ pub fn run(
     let mut log = Log::new(folder, progress);
     let (error, by_others) = (Mutex::new(None), AtomicU64::new(0));
     let shared = Shared { folder, tasks, progress, interrupted, error, stop: AtomicBool::new(false), by_others };
-    // Told while it goes on: thousands of parts take a while.
+    // Told while it goes on: thousands of parts take a while. Who stops meanwhile is told what is there, read or not.
     let is_left = |&i: &usize| {
-        let done = !shared.stopped() && is_done(folder, &tasks[i].id);
+        let id = &tasks[i].id;
+        let done = if shared.stopped() { folder.part(id).is_file() } else { is_done(folder, id) };
         progress.done.fetch_add(u64::from(done), Ordering::SeqCst);
         !done
     };

@@ -14,16 +14,36 @@ pub(super) fn rate_rms(t: &[f64], gap: &[f64], dv: &[f64], shift: isize) -> Opti
     }))
 }
 
-/// What there is to say of a gap, of which `rms` is [`rate_rms`], whose unit is that of the speeds.
-pub(super) fn contradiction(signal: &str, rms: Option<f64>) -> Option<Note> {
-    let rms_mps = rms.filter(|&rms| rms > CONTRADICTION_MPS)?;
-    Some(Note::GapContradicts { signal: signal.to_owned(), rms_mps })
+/// Change of the gap over a second less that of the integrated speed difference, root mean square \[m/s\]: whatever the sampling rate, noise
+/// of the gap counts as over a second, and a sensor that holds its value for that long is forgiven.
+fn second_rms(t: &[f64], gap: &[f64], dv: &[f64]) -> Option<f64> {
+    // Distance that the speeds tell, and how many samples lack one of the two, up to each sample.
+    let (mut told, mut lacking) = (vec![0.0; t.len()], vec![0_usize; t.len() + 1]);
+    for i in 0..t.len() {
+        lacking[i + 1] = lacking[i] + usize::from(!(gap[i].is_finite() && dv[i].is_finite()));
+        if i > 0 {
+            let step = 0.5 * (dv[i - 1] + dv[i]) * (t[i] - t[i - 1]);
+            told[i] = told[i - 1] + if step.is_finite() { step } else { 0.0 };
+        }
+    }
+    let mut j = 0;
+    rms((0..t.len()).filter_map(|i| {
+        while j < t.len() && t[j] - t[i] < SECOND {
+            j += 1;
+        }
+        let whole = j < t.len() && lacking[j + 1] == lacking[i] && t[j] - t[i] < 2.0 * SECOND;
+        whole.then(|| (gap[j] - gap[i] - (told[j] - told[i])) / (t[j] - t[i]))
+    }))
 }
 
-/// The same of measured signals, if they differ by more than a unit, of which there is a note of its own.
-pub(super) fn judge(signal: &str, t: &[f64], gap: &[f64], dv: &[f64]) -> Option<Note> {
-    let note = contradiction(signal, rate_rms(t, gap, dv, 0));
-    note.filter(|_| factor::of_gap([(t, dv, gap)]).is_none())
+/// Time over which a gap is compared with the speeds \[s\], less what rounding takes of it.
+const SECOND: f64 = 1.0 - 1e-6;
+
+/// That a gap and the speeds describe different cars, if they differ by more than a unit, of which there is a note of its own.
+pub(super) fn contradiction(signal: &str, t: &[f64], gap: &[f64], dv: &[f64]) -> Option<Note> {
+    let rms_mps = second_rms(t, gap, dv).filter(|&rms| rms > CONTRADICTION_MPS)?;
+    let note = Note::GapContradicts { signal: signal.to_owned(), rms_mps };
+    factor::of_gap([(t, dv, gap)]).is_none().then_some(note)
 }
 
 /// Name of the column with the gap ahead of a car.
@@ -46,4 +66,35 @@ pub(super) fn rms(values: impl Iterator<Item = f64>) -> Option<f64> {
         n += 1;
     }
     (n > 0).then(|| (squares / n as f64).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A minute behind a car that is faster by the sine, with the gap as a sensor tells it.
+    fn drive(dt: f64, sensor: impl Fn(usize, f64) -> f64) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
+        let t: Vec<f64> = (0..(60.0 / dt) as usize).map(|i| i as f64 * dt).collect();
+        let gap = t.iter().enumerate().map(|(i, t)| sensor(i, 30.0 - 2.0 * (0.5 * t).cos())).collect();
+        let dv = t.iter().map(|t| (0.5 * t).sin()).collect();
+        (t, gap, dv)
+    }
+
+    fn is_broken(dt: f64, sensor: impl Fn(usize, f64) -> f64) -> bool {
+        let (t, gap, dv) = drive(dt, sensor);
+        contradiction("gap", &t, &gap, &dv).is_some()
+    }
+
+    #[test]
+    fn noise_is_no_contradiction_at_any_sampling_rate_and_jumps_are() {
+        // Numbers of a fixed sequence between -1 and 1.
+        let noise = |i: usize| ((i as f64 * 12.9898).sin() * 43_758.545).fract();
+        for dt in [0.01, 0.04, 0.1, 0.5, 1.0] {
+            assert!(!is_broken(dt, |i, s| s + 0.5 * noise(i)), "{dt}");
+            let jumping = |i: usize, s: f64| s + if (i as f64 * dt) as usize % 11 < 3 { 20.0 } else { 0.0 };
+            assert!(is_broken(dt, jumping), "{dt}");
+        }
+        let held = |i: usize, _: f64| 30.0 - 2.0 * (0.5 * (i / 10) as f64).cos();
+        assert!(!is_broken(0.1, held), "a gap that is renewed every second");
+    }
 }

@@ -51,7 +51,10 @@ pub fn check(source: &Source) -> Result<Checked, ShaderError> {
             ([], notes) => format!("{}: {}", e.message(), notes.join("; ")),
             (labels, _) => format!("{} ({})", e.message(), labels.join("; ")),
         };
-        at(source, place, no_such_parameter(text, place, &message).unwrap_or(message))
+        match other_precision(source, &message) {
+            Some((place, message)) => at(source, Some(place), message),
+            None => at(source, place, no_such_parameter(text, place, &message).unwrap_or(message)),
+        }
     })?;
     let info =
         Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(&module).map_err(|e: WithSpan<_>| {
@@ -96,6 +99,7 @@ fn other_precision(source: &Source, message: &str) -> Option<((usize, usize), St
     let (start, own) = source.last_text();
     let found = match named {
         Some((found, _)) => found,
+        None if message.contains("`f16` enable extension") => "f16",
         // Of a conversion it does not say to what.
         None if message.contains("Unable to cast") => {
             let others = ["f64", "f16", "i64", "u64"];

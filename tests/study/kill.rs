@@ -4,6 +4,8 @@ use super::common::{
     command, data, expected, fails, files, merged, number_before, ok, part_names, plan_by, plan_text, planned, same,
 };
 use super::common::{scratch, small, stderr, text};
+use leadlag::study::claimed;
+use leadlag::study::folder::Folder;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
@@ -168,15 +170,26 @@ fn what_a_killed_run_had_claimed_another_one_takes_over() {
     same(&merged(&study, &[]), &merged(&calm, &[]), "after a run beside it was killed");
 }
 
-/// Sends a signal to a run; returns what it says, and asserts that it ends within a second, as one that was interrupted.
+/// Waits until a run works on tasks: there are claims of some, and they are held.
 #[cfg(unix)]
-fn signalled(run: Child, signal: &str) -> String {
+fn at_work(study: &Path) {
+    let folder = Folder::open(study).expect("it was planned");
+    let is_task = |entry: fs::DirEntry| entry.file_name().len() == 32;
+    while !fs::read_dir(folder.claims()).unwrap().flatten().any(is_task) || claimed(&folder) == 0 {
+        sleep(Duration::from_millis(1));
+    }
+}
+
+/// Sends a signal to a run at work; returns what it says, and asserts that it ends in time, as one that was interrupted.
+#[cfg(unix)]
+fn signalled(run: Child, study: &Path, signal: &str, limit: Duration) -> String {
+    at_work(study);
     let asked = Instant::now();
     let sent = Command::new("kill").args([signal, &run.id().to_string()]).status().expect("kill is there");
     assert!(sent.success());
     let output = run.wait_with_output().expect("it ends");
     let took = asked.elapsed();
-    assert!(took < Duration::from_secs(1), "{signal}: {took:?}");
+    assert!(took < limit, "{signal}: {took:?}");
     assert_eq!(output.status.code(), Some(1), "{signal}: {}", stderr(&output));
     stderr(&output)
 }
@@ -187,16 +200,14 @@ fn signalled(run: Child, signal: &str) -> String {
 fn ctrl_c_or_a_scheduler_ends_it_within_a_second_and_it_says_how_to_go_on() {
     let study = planned("ctrl_c", &plan_text(50, 100_000));
     for signal in ["-INT", "-TERM"] {
-        let run = start(&study, "16");
-        sleep(Duration::from_millis(400));
-        let said = signalled(run, signal);
+        let said = signalled(start(&study, "16"), &study, signal, Duration::from_secs(1));
         assert!(said.contains("interrupted: ") && said.contains(" of 600 tasks are done and kept"), "{said}");
         assert!(said.contains(&format!("go on with: leadlag study run {} --batch 16\n", study.display())), "{said}");
     }
     let mut run = command(&["study", "run", text(&study), "--shard", "2/3", "--data", text(data())]);
     let run = run.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("the program starts");
-    sleep(Duration::from_millis(400));
-    let (said, study, data) = (signalled(run, "-TERM"), study.display(), data().display());
+    let said = signalled(run, &study, "-TERM", Duration::from_secs(1));
+    let (study, data) = (study.display(), data().display());
     assert!(said.contains(&format!("leadlag study run {study} --shard 2/3 --data {data}\n")), "{said}");
 }
 
@@ -206,18 +217,16 @@ fn a_run_that_is_not_to_wait_leaves_tasks_to_the_one_that_works_on_them() {
     let study = planned("no_wait", &plan_text(2, 20_000));
     let mut other = start(&study, "16");
     // What it has claimed it keeps while it is stopped.
-    while fs::read_dir(study.join("claims")).unwrap().count() == 0 {
-        sleep(Duration::from_millis(1));
-    }
+    at_work(&study);
     let stopped = Command::new("kill").args(["-STOP", &other.id().to_string()]).status().expect("kill is there");
     assert!(stopped.success());
     let output = super::common::leadlag(&["study", "run", text(&study), "--no-wait", "--batch", "16"]);
+    other.kill().expect("SIGKILL can be sent");
+    other.wait().expect("it ends");
     assert!(output.status.success(), "{}", stderr(&output));
     let said = stderr(&output);
     assert!(number_before(&said, "are") > 0 && said.contains("under way in other runs"), "{said}");
     assert!(said.contains(&format!("go on with: leadlag study status {}", study.display())), "{said}");
-    other.kill().expect("SIGKILL can be sent");
-    other.wait().expect("it ends");
 }
 
 #[test]
@@ -246,8 +255,8 @@ fn a_quiet_run_that_is_given_up_still_says_so() {
     let study = planned("ctrl_c_quiet", &plan);
     let mut run = command(&["-q", "study", "run", text(&study), "--batch", "1024", "--threads", "1"]);
     let run = run.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("the program starts");
-    sleep(Duration::from_millis(300));
-    let said = signalled(run, "-INT");
+    // Given up after 0.7 s; a generation takes longer.
+    let said = signalled(run, &study, "-INT", Duration::from_secs(2));
     assert!(said.starts_with("error: interrupted: 0 of 2640 tasks are done"), "{said}");
 }
 

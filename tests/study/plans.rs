@@ -116,7 +116,17 @@ fn bad_plans_say_where_what_and_what_to_do() {
             "max_evaluations = 99",
             "calibration.max_evaluations: expected at least 100, found 99",
         ),
-        ("followers = [1, 2]", "followers = \"one\"", "followers: expected one item or a list of them"),
+        (
+            "followers = [1, 2]",
+            "followers = \"one\"",
+            "followers: invalid type: string \"one\", expected a whole number from 0",
+        ),
+        (
+            "followers = [1, 2]",
+            "followers = [1, -2]",
+            "followers: invalid value: integer `-2`, expected a whole number from 0",
+        ),
+        ("[\"idm\", \"l-cth+linear\", 28]", "[\"idm\", 1.5]", "variants: expected ids and names of variants"),
         ("replicates = 2", "replicates = 100001", "calibration.replicates: expected at most 100000, found 100001"),
         ("replicates = 2", "gof = [\"nrmse-svaa\"]", "did you mean `nrmse-sva`?"),
         ("replicates = 2", "gof = [\"rmse-s\", \"rmse_s\"]", "calibration.gof: rmse-s occurs more than once"),
@@ -355,8 +365,13 @@ fn a_file_that_is_validated_on_itself_is_warned_of() {
         fs::write(&file, plan_text(1, 300).replace("two/platoon.csv\"", second)).unwrap();
         stderr(&leadlag(&["study", "plan", text(&file), "--out", text(&file.with_file_name("study"))]))
     };
-    let said = plan("one/platoon.csv\"\nfrom_s = 30");
-    assert!(said.contains("S1 follower 1 and S2 follower 1 are the same measurements"), "{said}");
+    let said = plan("one/platoon.csv\"\nfrom_s = 30").replace('\n', " ");
+    assert!(said.contains("S1 follower 1 and S2 follower 1 share 301 of 601 and 301 samples"), "{said}");
     let said = plan("two/platoon.csv\"");
-    assert!(!said.contains("same measurements"), "{said}");
+    assert!(!said.contains(" share "), "{said}");
+    // Halves of one file are a split of it; they meet in a sample.
+    let halves = plan_text(1, 300).replace("one/platoon.csv\"", "one/platoon.csv\"\nto_s = 30");
+    fs::write(&file, halves.replace("two/platoon.csv\"", "one/platoon.csv\"\nfrom_s = 30")).unwrap();
+    let said = stderr(&leadlag(&["study", "plan", text(&file), "--out", text(&file.with_file_name("study"))]));
+    assert!(!said.contains(" share "), "{said}");
 }

@@ -175,7 +175,7 @@ pub fn optimizer_tasks(optimizer: &str, quick: bool) -> Vec<OptimizerTask> {
 }
 
 /// Runs the tasks that the journal does not have, and keeps each there. `program` is the executable that `wall` tasks start. `progress`
-/// hears how many are done, before every task and while it runs, and may stop: the task under way is then not kept.
+/// hears how many are done, before every task and, but for `wall`, while it runs, and may stop: the task under way is then not kept.
 ///
 /// # Errors
 /// [`BenchError`].

@@ -38,7 +38,15 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if !together {
         folder::refuse(&args.out, folder::RESULT, "each")?;
     }
-    folders.iter().try_for_each(|folder| folder::refuse(folder, folder::DIAGNOSIS, "calibrated"))?;
+    let is_own = |name: &str| {
+        let numbered =
+            [("simulation", "csv"), ("plot", "svg")].iter().any(|(stem, ending)| folder::is_of(name, stem, ending));
+        numbered || [folder::RESULT, "timing.json"].contains(&name)
+    };
+    folders.iter().try_for_each(|folder| {
+        folder::refuse(folder, folder::DIAGNOSIS, "calibrated")?;
+        folder::spare(folder, &args.files, is_own)
+    })?;
     let overrides = args.overrides()?;
     warnings::of(&args.data, &model, args.convention, &overrides, &loaded).iter().for_each(|text| warn(text));
     interrupt::watch();

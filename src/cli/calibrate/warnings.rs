@@ -20,6 +20,7 @@ pub fn of(
     loaded: &[Loaded],
 ) -> Vec<String> {
     let mut said = unused(data, model, loaded);
+    said.extend(model.extensions.list().iter().flat_map(|extension| extension.warnings.iter().cloned()));
     said.extend(idle_switches(model, convention));
     said.extend(loaded.iter().filter(|_| model.needs_position()).filter_map(Loaded::start_assumed));
     said.extend(level_road(model, overrides, loaded));

@@ -1,7 +1,7 @@
 //! The files of a calibration.
 
 use super::super::data::Loaded;
-use super::super::folder::{is_numbered, tidy};
+use super::super::folder::{of_calibration, tidy};
 use super::super::output::write_file;
 use leadlag::evaluator::Evaluator;
 use leadlag::reference::{Reference, Trace};
@@ -20,6 +20,7 @@ pub fn files(
     loaded: &[Loaded],
     elapsed: Duration,
 ) -> anyhow::Result<()> {
+    let before = of_calibration(folder);
     write_file(&folder.join("result.json"), result.to_json().as_bytes())?;
     let steps: usize = result.data.iter().map(|d| d.samples).sum();
     let seconds = elapsed.as_secs_f64();
@@ -48,8 +49,5 @@ pub fn files(
         write_file(&folder.join(&picture), svg.as_bytes())?;
         written.extend([table, picture]);
     }
-    tidy(folder, &written, |name| {
-        let numbered = is_numbered(name, "simulation", "csv") || is_numbered(name, "plot", "svg");
-        numbered || ["simulation.csv", "plot.svg"].contains(&name)
-    })
+    tidy(folder, before, &written)
 }

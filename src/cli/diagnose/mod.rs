@@ -7,6 +7,7 @@ mod write;
 
 use super::bounds::read_bounds;
 use super::data::DataArgs;
+use super::evaluator::warn;
 use super::{Exit, Usage, folder, interrupt, output};
 use clap::ValueEnum;
 use leadlag::catalog::Variant;
@@ -119,6 +120,10 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if let Some(out) = &args.out {
         // Before the work: a folder that is refused or cannot be written must not cost a diagnosis.
         folder::refuse(out, folder::RESULT, "diagnosis")?;
+        folder::spare(out, args.data.iter().chain(&args.files).chain(&args.holdout), |name| {
+            let own = [("simulation", "csv"), ("simulation", "svg"), ("missing_acceleration", "csv")];
+            own.iter().any(|(stem, ending)| folder::is_of(name, stem, ending))
+        })?;
         output::make_folder(out)?;
     }
     let kept = args.out.as_ref().map(|out| out.join("bootstrap.jsonl"));
@@ -207,6 +212,7 @@ fn causes(args: &Args) -> anyhow::Result<Vec<&'static Extension>> {
         if causes.iter().any(|known| known.name == own.name) {
             return Err(Usage(format!("--causes {}: there is a cause {} already", path.display(), own.name)).into());
         }
+        own.warnings.iter().for_each(|text| warn(text));
         causes.push(own);
     }
     Ok(causes)

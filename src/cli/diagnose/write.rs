@@ -1,19 +1,19 @@
 //! The files of a diagnosis.
 
-use super::super::folder::{is_numbered, tidy};
+use super::super::folder::{of_diagnosis, tidy};
 use super::super::output::write_file;
 use leadlag::diagnose::Drive;
 use leadlag::diagnose::describe::{Diagnosis, Series};
 use leadlag::diagnose::free::Free;
 use leadlag::report::diagnosis::pictures;
 use leadlag::report::svg::{Panel, Series as Line, Style, render};
-use leadlag::wgsl::extension_named;
 use std::cell::RefCell;
 use std::path::Path;
 
 /// diagnosis.json, per drive missing_acceleration_N.csv and simulation_N.svg, the pictures, and each adopted cause as NAME.wgsl.
 pub fn files(folder: &Path, diagnosis: &Diagnosis, train: &[Drive], holdout: &[Drive]) -> anyhow::Result<()> {
     let outcome = &diagnosis.outcome;
+    let before = of_diagnosis(folder);
     let written = RefCell::new(Vec::new());
     let write = |name: &str, content: &[u8]| {
         written.borrow_mut().push(name.to_owned());
@@ -41,20 +41,7 @@ pub fn files(folder: &Path, diagnosis: &Diagnosis, train: &[Drive], holdout: &[D
     if outcome.ladder.iter().any(|rung| rung.evidence.is_some()) {
         save("ladder.svg", &pictures::ladder("Causes that were tried", &outcome.ladder))?;
     }
-    tidy(folder, &written.into_inner(), |name| is_own(folder, name))
-}
-
-/// True for a name that only a diagnosis gives: of what it draws and tabulates, and of a built-in cause in its own words, as a file of the
-/// user's may have any other.
-fn is_own(folder: &Path, name: &str) -> bool {
-    let numbered = [("simulation", "csv"), ("simulation", "svg"), ("missing_acceleration", "csv")];
-    let cause = || {
-        let cause = name.strip_suffix(".wgsl").and_then(extension_named)?;
-        Some(std::fs::read_to_string(folder.join(name)).ok()? == cause.text)
-    };
-    numbered.iter().any(|(stem, ending)| is_numbered(name, stem, ending))
-        || ["missing_acceleration.svg", "ladder.svg"].contains(&name)
-        || cause().unwrap_or(false)
+    tidy(folder, before, &written.into_inner())
 }
 
 /// d(t) of base and extended model with what surrounds it.

@@ -37,7 +37,11 @@ const NAMED: usize = 5;
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let ending = args.out.extension().map(|ending| ending.to_string_lossy().to_lowercase());
     if let Some(ending) = ending.filter(|ending| !["html", "htm"].contains(&ending.as_str())) {
-        let (shown, html) = (args.out.display(), args.out.with_extension("html"));
+        // A version behind a dot belongs to the name.
+        let known = ["pdf", "png", "svg", "json", "csv", "md", "txt"].contains(&ending.as_str());
+        let html =
+            if known { args.out.with_extension("html") } else { args.out.with_extension(format!("{ending}.html")) };
+        let shown = args.out.display();
         return Err(Usage(format!(
             "--out {shown}: a report is an HTML file; expected an ending .html or .htm, found .{ending}; give {}{}",
             html.display(),

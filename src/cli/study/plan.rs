@@ -69,24 +69,24 @@ fn taken_for_one(study: &Study) -> Option<String> {
 /// Trajectories that are validated on measurements that they are calibrated on.
 fn same_data(study: &Study) -> Option<String> {
     let pairs = (0..study.drives.len()).flat_map(|i| study.validated_on(i).into_iter().map(move |k| [i, k]));
-    let shared = pairs.map(|pair| pair.map(|i| &study.drives[i])).find(|[own, other]| {
-        // Windows of one file may overlap in part, and other cars of it drive at the same time.
+    let shared = pairs.map(|pair| pair.map(|i| &study.drives[i])).find_map(|[own, other]| {
+        // Other cars of a file drive at the same time.
         let place = |t: &f64| other.trajectory.t.binary_search_by(|u| u.total_cmp(t)).ok();
         let times = own.trajectory.t.iter().enumerate();
-        let mut common = times.filter_map(|(i, t)| Some((i, place(t)?))).peekable();
-        let (own, other) = (&own.trajectory, &other.trajectory);
-        common.peek().is_some() && common.all(|(i, k)| (own.s[i], own.v_f[i]) == (other.s[k], other.v_f[k]))
+        let common: Vec<(usize, usize)> = times.filter_map(|(i, t)| Some((i, place(t)?))).collect();
+        let (a, b) = (&own.trajectory, &other.trajectory);
+        let is_one = common.iter().all(|&(i, k)| (a.s[i], a.v_f[i]) == (b.s[k], b.v_f[k]));
+        // Windows that meet share a sample, or some.
+        (is_one && 10 * common.len() > a.len().min(b.len())).then_some((&own.entry, &other.entry, common.len()))
     });
-    let [own, other] = shared?.map(|drive| &drive.entry);
+    let (own, other, count) = shared?;
     Some(format!(
-        "{} and {} are the same measurements ({}, {} to {} s and {} to {} s): what is calibrated on one is validated on itself",
+        "{} and {} share {count} of {} and {} samples ({}): what is calibrated on one is validated on itself, so far",
         own.label(),
         other.label(),
+        own.samples,
+        other.samples,
         other.file,
-        own.window_s[0],
-        own.window_s[1],
-        other.window_s[0],
-        other.window_s[1],
     ))
 }
 

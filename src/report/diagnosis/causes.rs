@@ -66,8 +66,10 @@ fn bar(evidence: f64, threshold: f64) -> String {
         .collect()
 }
 
-/// The mark of a parameter that the data do not tell.
+/// The mark of a parameter on a bound.
 pub(in crate::report) const AT_BOUND: &str = "at its bound";
+/// What follows from units that contradict each other.
+pub(in crate::report) const MEND_FIRST: &str = "Mend that first: no size below can be trusted until then";
 
 /// Parameters with their intervals; those at a bound are marked.
 pub(super) fn parameters(text: &mut String, parameters: &[ParameterEntry]) -> Result {

@@ -1,6 +1,7 @@
 //! A diagnosis as text for a terminal of 80 columns, for readers who know car-following models but not this method.
 
 use super::causes;
+use super::causes::MEND_FIRST;
 use crate::diagnose::Verdict;
 use crate::diagnose::budget::{Budget, Share};
 use crate::diagnose::missing::Profiles;
@@ -136,8 +137,7 @@ pub fn data(data: &[DataEntry], findings: &[FindingEntry], trained: &[[f64; 2]])
             ));
         }
         if let Some(units) = &entry.units {
-            let first = "Mend that first: no size below can be trusted until then";
-            text.push_str(&wrapped(2, 4, &format!("UNITS: {units}. {first}")));
+            text.push_str(&wrapped(2, 4, &format!("UNITS: {units}. {MEND_FIRST}")));
         }
         let mut own = findings.iter().filter(|finding| finding.file == entry.path).peekable();
         if own.peek().is_none() && entry.units.is_none() {

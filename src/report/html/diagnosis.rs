@@ -5,7 +5,7 @@ use super::{Chart, Page, between, escape, short};
 use crate::diagnose::Verdict;
 use crate::diagnose::gain::Gain;
 use crate::diagnose::outcome::{CauseEntry, Outcome, ParameterEntry};
-use crate::report::diagnosis::causes::{AT_BOUND, equation, meaning, next};
+use crate::report::diagnosis::causes::{AT_BOUND, MEND_FIRST, equation, meaning, next};
 use crate::report::diagnosis::pictures;
 
 /// One HTML file. `charts` are the simulations, drive by drive.
@@ -96,9 +96,7 @@ fn data(page: &mut Page, outcome: &Outcome) {
     }
     page.paragraph(&outcome.held_back);
     for entry in &outcome.data {
-        let told = |units: &String| {
-            format!("{}: {units}. Mend that first: no size below can be trusted until then.", entry.path)
-        };
+        let told = |units: &String| format!("{}: {units}. {MEND_FIRST}.", entry.path);
         entry.units.iter().for_each(|units| page.paragraph(&told(units)));
     }
     if outcome.data_findings.is_empty() && !outcome.has_bad_data() {

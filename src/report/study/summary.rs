@@ -48,7 +48,8 @@ fn lines(material: &Material, text: &mut String) -> std::fmt::Result {
     if material.paper.is_empty() {
         writeln!(
             text,
-            "This study minimises {}; the paper's Tables 4 and 5 are of NRMSE(s,v,a), and nothing is put beside them.\n",
+            "What follows is of {}; the paper's Tables 4 and 5 are of NRMSE(s,v,a), so that its numbers are left out, and its statements about \
+             them are not judged.\n",
             own.gof
         )?;
     }
@@ -61,13 +62,16 @@ fn lines(material: &Material, text: &mut String) -> std::fmt::Result {
         };
         writeln!(text, "| {mark} | {} | {} | {} |", claim.paper, claim.found, claim.why.as_deref().unwrap_or(""))?;
     }
-    correlations(material, text)?;
+    if !material.paper.is_empty() {
+        correlations(material, text)?;
+    }
     table4(material, text)?;
     writeln!(text, "\n## Files\n")?;
     writeln!(
         text,
-        "`table4.csv`, `table5.csv`: every number beside the paper's. `figure4` to `figure7`: numbers as `.csv`, pictures as `.svg`. \
-         Columns: docs/STUDY.md of leadlag."
+        "`table4.csv`, `table5.csv`: every number{}. `figure4` to `figure7`: numbers as `.csv`, pictures as `.svg`. Columns: docs/STUDY.md of \
+         leadlag.",
+        if material.paper.is_empty() { "" } else { " beside the paper's" }
     )?;
     writeln!(
         text,
@@ -115,25 +119,28 @@ fn table4(material: &Material, text: &mut String) -> std::fmt::Result {
     let shown = |x: Option<f64>, digits: usize| x.map_or("-".to_owned(), |x| format!("{x:.digits$}"));
     let signed = |x: Option<f64>| x.map_or("-".to_owned(), |x| format!("{x:+.0}"));
     writeln!(text, "\n## Table 4, and the collisions of Table 5\n")?;
-    writeln!(
-        text,
-        "| id | variant | median | paper | change % | paper | collisions | paper |\n|---|---|---|---|---|---|---|---|"
-    )?;
-    for (v, variant) in material.own.variants.iter().enumerate() {
-        let (four, five) = (&material.four[v], &material.five[v]);
-        let paper = material.paper.get(&variant.id());
+    if material.paper.is_empty() {
+        writeln!(text, "| id | variant | median | change % | collisions |\n|---|---|---|---|---|")?;
+    } else {
         writeln!(
             text,
-            "| {} | `{variant}` | {} | {} | {} | {} | {}/{} | {} |",
-            variant.id(),
-            shown(four.median, 3),
-            shown(paper.map(|p| p.median), 3),
-            signed(four.change),
-            signed(paper.and_then(|p| p.change)),
-            five.collisions,
-            five.runs,
-            paper.map_or("-".to_owned(), |p| format!("{:.0}/168", p.collisions)),
+            "| id | variant | median | paper | change % | paper | collisions | paper |\n|---|---|---|---|---|---|---|---|"
         )?;
+    }
+    for (v, variant) in material.own.variants.iter().enumerate() {
+        let (four, five) = (&material.four[v], &material.five[v]);
+        let (id, median, change) = (variant.id(), shown(four.median, 3), signed(four.change));
+        let (collisions, runs) = (five.collisions, five.runs);
+        match material.paper.get(&id) {
+            None => writeln!(text, "| {id} | `{variant}` | {median} | {change} | {collisions}/{runs} |")?,
+            Some(paper) => writeln!(
+                text,
+                "| {id} | `{variant}` | {median} | {} | {change} | {} | {collisions}/{runs} | {:.0}/168 |",
+                shown(Some(paper.median), 3),
+                signed(paper.change),
+                paper.collisions,
+            )?,
+        }
     }
     Ok(())
 }

@@ -2,6 +2,7 @@
 
 mod error;
 mod extend;
+mod several;
 mod text;
 
 pub use error::PlanError;

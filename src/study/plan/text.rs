@@ -1,5 +1,6 @@
 //! The TOML of a plan, and its checks.
 
+use super::several::Several;
 use super::{CalibrationPlan, DataPlan, Extend, PLAN_VERSION, Plan, PlanError, PlatoonPlan};
 use super::{StoredExtension, Validation};
 use crate::calibrate::{EVALUATIONS_MIN, OptimizerKind, Overrides, REPLICATES_MAX, Stop};
@@ -81,32 +82,6 @@ struct CalibrationText {
 enum VariantText {
     Id(u32),
     Name(String),
-}
-
-/// A list, or its only item without brackets.
-#[derive(Deserialize)]
-#[serde(
-    untagged,
-    expecting = "expected one item or a list of them, such as [1, 2] or [\"a\", \"b\"], as docs/STUDY.md has it for this key"
-)]
-enum Several<T> {
-    List(Vec<T>),
-    One(T),
-}
-
-impl<T> Several<T> {
-    fn list(self) -> Vec<T> {
-        match self {
-            Several::List(items) => items,
-            Several::One(item) => vec![item],
-        }
-    }
-}
-
-impl<T> Default for Several<T> {
-    fn default() -> Self {
-        Several::List(Vec::new())
-    }
 }
 
 #[derive(Deserialize, Default)]
@@ -206,7 +181,7 @@ impl Reader<'_> {
         let mut names = HashSet::new();
         let mut platoons = Vec::new();
         for mut entry in entries {
-            let followers = entry.followers.take().map(Several::list);
+            let followers = entry.followers.take().map(|several| several.0);
             let key = |field: &str| format!("platoon {}: {field}", entry.name);
             let plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
             if entry.name.is_empty() || !entry.name.chars().all(plain) {
@@ -250,15 +225,15 @@ impl Reader<'_> {
 
     fn calibration(&self, entry: CalibrationText) -> Result<CalibrationPlan, PlanError> {
         let default = Stop::default();
-        let gofs = entry.gof.map_or_else(|| vec![GoodnessOfFit::NRMSE_SVA.to_string()], Several::list);
+        let gofs = entry.gof.map_or_else(|| vec![GoodnessOfFit::NRMSE_SVA.to_string()], |several| several.0);
         let gofs = gofs.iter().map(|text| self.parse("calibration.gof", text, &GOFS)).collect::<Result<Vec<_>, _>>()?;
         self.once("calibration.gof", &gofs.iter().map(GoodnessOfFit::to_string).collect::<Vec<_>>())?;
         let convention = entry.convention.as_deref().unwrap_or("paper");
         let optimizer = entry.optimizer.as_deref().unwrap_or("auto");
         let (evaluator, precision) = self.evaluator(entry.evaluator.as_deref(), entry.precision.as_deref())?;
-        let extend = self.extensions(entry.extend.list())?;
+        let extend = self.extensions(entry.extend.0)?;
         Ok(CalibrationPlan {
-            variants: self.extended(self.variants(&entry.variants.list())?, &extend)?,
+            variants: self.extended(self.variants(&entry.variants.0)?, &extend)?,
             gofs,
             convention: self.parse("calibration.convention", convention, &["paper", "authors"])?,
             replicates: self.within("calibration.replicates", entry.replicates.unwrap_or(1), [1, REPLICATES_MAX])?,

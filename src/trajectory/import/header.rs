@@ -57,7 +57,9 @@ pub(in crate::trajectory) fn check_separator(
 ) -> Result<(), Stop> {
     let commas = line.matches(',').count();
     for (separator, found, name) in [(';', "semicolons", "semicolon"), ('\t', "tabs", "tab")] {
-        if line.matches(separator).count() > commas {
+        // Decimal commas are as many, where a line has numbers.
+        let separates = line.contains(separator) && line.split(separator).all(is_number);
+        if separates || line.matches(separator).count() > commas {
             let column = line.find(separator).map(|byte| column_of(line, byte));
             let kind = ProblemKind::Separator { found, mapped: mapped.then_some(name) };
             return Err(problems.stop(number, column, kind));
@@ -66,10 +68,15 @@ pub(in crate::trajectory) fn check_separator(
     Ok(())
 }
 
+/// True for a number with a point or a comma before its fraction.
+fn is_number(text: &str) -> bool {
+    text.trim().replacen(',', ".", 1).parse::<f64>().is_ok()
+}
+
 /// Stops if the first line of a table, which names the columns, is one of numbers.
 pub(in crate::trajectory) fn check_names(fields: &[Field], problems: &mut Problems) -> Result<(), Stop> {
     let mut texts = fields.iter().map(|field| field.text).filter(|text| !text.is_empty()).peekable();
-    if texts.peek().is_some() && texts.all(|text| text.parse::<f64>().is_ok()) {
+    if texts.peek().is_some() && texts.all(is_number) {
         let found = fields.iter().map(|field| field.text.to_owned()).collect();
         return Err(problems.stop(1, None, ProblemKind::NoNames { found }));
     }

@@ -96,7 +96,8 @@ pub(super) fn detect(first_line: &str) -> Option<Layout> {
         (Layout::Pair, super::pair::COLUMNS),
     ];
     let score = |columns: &[&str]| {
-        let of = |field: &Field| match columns.contains(&field.text) {
+        // Tables of all kinds have a column called Time.
+        let of = |field: &Field| match columns.contains(&field.text) && field.text != "Time" {
             true => 10,
             false => i32::from(columns.iter().any(|column| stands_for(field.text, column))),
         };

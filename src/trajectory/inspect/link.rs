@@ -3,7 +3,7 @@
 use super::Axis;
 use crate::trajectory::agreement::{contradiction, gap_column, rate_rms, rms};
 use crate::trajectory::prepare::slope;
-use crate::trajectory::{Car, Layout, factor};
+use crate::trajectory::{Car, Layout, Note, factor};
 use serde::Serialize;
 use std::ops::Range;
 
@@ -31,6 +31,9 @@ pub struct LinkInspection {
     pub longest_complete_s: f64,
     /// By how many times the gap changes as much as the speeds say, where that is certain and not about 1.
     pub gap_factor: Option<f64>,
+    /// That they are not of the same cars.
+    #[serde(skip)]
+    contradiction: Option<Note>,
 }
 
 impl LinkInspection {
@@ -40,7 +43,7 @@ impl LinkInspection {
         if let Some(ratio) = self.gap_factor {
             let hint = factor::explain(ratio).map_or(String::new(), |hint| format!(" ({hint})"));
             warnings.push(format!("{signal}: changes {ratio:.3} times as much as the speeds say{hint}: check units"));
-        } else if let Some(note) = contradiction(signal, self.gap_rate_rms_mps) {
+        } else if let Some(note) = &self.contradiction {
             warnings.push(note.to_string());
         } else if self.speeds_late_s.abs() > 0.0 {
             warnings.push(format!(
@@ -68,9 +71,11 @@ pub(super) fn inspect(lead: &Car, ego: &Car, axis: &Axis, layout: Layout) -> Opt
     };
     let complete = longest_complete(axis, |i| gap[i].is_finite() && dv[i].is_finite());
     let drift = drift(axis.t, gap, &dv, &ego.v, complete.clone());
+    let signal = gap_column(ego.number, layout);
     Some(LinkInspection {
         follower_car: ego.number,
-        signal: gap_column(ego.number, layout),
+        contradiction: contradiction(&signal, axis.t, gap, &dv),
+        signal,
         gap_rate_rms_mps: aligned,
         speeds_late_s: best.0 as f64 * axis.step,
         gap_rate_rms_aligned_mps: best.1,

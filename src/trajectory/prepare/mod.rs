@@ -190,7 +190,6 @@ fn segments_of(context: &Context, notes: &mut Vec<Note>) -> Result<(f64, Vec<seg
     let preparation = context.preparation;
     let mut samples = Samples::collect(context, notes)?;
     samples.cut(context, notes)?;
-    notes.extend(samples.contradiction(context));
     samples.clip(notes);
     let blocks = time::uniform(samples, context, notes)?;
     let dt = blocks.dt;
@@ -210,6 +209,7 @@ fn one(context: &Context) -> Result<Vec<Trajectory>, PrepareError> {
     for (index, mut segment) in segments.into_iter().enumerate() {
         let mut notes = notes.clone();
         notes.append(&mut segment.notes);
+        notes.extend(segment.samples.contradiction(context));
         if preparation.smooth {
             notes.push(smooth::smooth(&mut segment.samples, dt));
         }

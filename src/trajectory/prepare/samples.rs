@@ -1,7 +1,7 @@
 //! The signals of one pair on one time axis, before any of the steps.
 
 use super::Context;
-use crate::trajectory::agreement::{gap_column, judge};
+use crate::trajectory::agreement::{contradiction, gap_column};
 use crate::trajectory::{Car, Note, Platoon, PrepareError};
 
 /// A signal of a pair.
@@ -105,7 +105,7 @@ impl Samples {
         let (v_l, v_f) = (self.required(Signal::LeadSpeed), self.required(Signal::Speed));
         let dv: Vec<f64> = v_l.iter().zip(v_f).map(|(v_l, v_f)| v_l - v_f).collect();
         let signal = gap_column(number, context.recording.layout);
-        judge(&signal, &self.t, self.required(Signal::Spacing), &dv)
+        contradiction(&signal, &self.t, self.required(Signal::Spacing), &dv)
     }
 
     /// The samples of a range of positions.

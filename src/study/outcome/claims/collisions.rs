@@ -48,7 +48,7 @@ impl Reader<'_> {
             (!tried.is_empty()).then(|| format!("{platoon} {share:.0} %"))
         };
         let shares: Vec<String> = platoons.iter().filter_map(of).collect();
-        vec![format!("of the winners calibrated on {}", shares.join(", "))]
+        vec![format!("runs that collide, by the platoon calibrated on: {}", shares.join(", "))]
     }
 
     fn idm_hardly_crashes(&self) -> Claim {
@@ -206,6 +206,9 @@ mod tests {
         assert_eq!(second([2, 0, 9, 9, 8]).agrees, Some(false), "the fewest is not the second fewest");
         assert_eq!(second([0, 2, 2, 9, 8]).agrees, None, "two are second");
         assert_eq!(second([0, 2, 9, 9, 8]).why, None);
-        assert_eq!(second([0, 9, 2, 9, 8]).why.as_deref(), Some("of the winners calibrated on P3 28 %"));
+        assert_eq!(
+            second([0, 9, 2, 9, 8]).why.as_deref(),
+            Some("runs that collide, by the platoon calibrated on: P3 28 %")
+        );
     }
 }

@@ -59,7 +59,7 @@ impl Reader<'_> {
             let names: Vec<String> =
                 (0..self.own.variants.len()).filter(wide).map(|i| self.own.variants[i].name()).collect();
             let more = if names.len() > 5 { ", ..." } else { "" };
-            vec![format!("wider: {}{more}", names[..names.len().min(5)].join(", "))]
+            vec![format!("3 % or more with {}{more}", names[..names.len().min(5)].join(", "))]
         })
     }
 
@@ -159,7 +159,8 @@ impl Reader<'_> {
             let best: Vec<&str> = (0..self.own.drives.len()).filter_map(best).collect();
             let count = |base: &str| best.iter().filter(|b| **b == base).count();
             let counts = bases.iter().map(|base| format!("{base} {}", count(base)));
-            vec![format!("the best single variant is of: {} trajectories", counts.collect::<Vec<_>>().join(", "))]
+            let counts: Vec<String> = counts.collect();
+            vec![format!("trajectories by the base model of their best variant: {}", counts.join(", "))]
         })
     }
 

@@ -24,7 +24,7 @@ pub const PAPERS_GOF: &str = "nrmse-sva";
 /// The five base models, by name.
 const BASES: [&str; 5] = ["idm", "gipps", "l-cth", "l-idm", "l-gipps"];
 
-/// Every statement, in the order of the paper. `all` are the outcomes of every goodness of fit of the study, `own` those that the tables
+/// Every statement. `all` are the outcomes of every goodness of fit of the study, `own` those that the tables
 /// are made of. What the paper says of its own goodness of fit, outcomes of another one cannot tell.
 #[must_use]
 pub fn claims(own: &Outcomes, table4: &[Table4Row], table5: &[Table5Row], all: &[Outcomes]) -> Vec<Claim> {
