@@ -23,7 +23,7 @@
         width: Math.max(place.clientWidth, 200),
         height: HEIGHT + (last ? NUMBERS + NAME : 10),
         scales: { x: { time: false } },
-        cursor: { sync: { key: "chart" + number }, drag: { x: true, y: false } },
+        cursor: { sync: { key: "chart" + number }, drag: { x: true, y: false }, ...(chart.points ? { dataIdx: nearest } : {}) },
         axes: [
           last ? { ...axis(), label: chart.x_label, labelSize: NAME, size: NUMBERS } : { ...axis(), values: () => [], size: 10 },
           { ...axis(), label: panel.label, labelSize: 20, size: 56 },
@@ -52,6 +52,16 @@
       if (keys[event.key]) { event.preventDefault(); keys[event.key](); }
     };
     return plots;
+  }
+
+  // The class beside the pointer, where the one under it has no values.
+  function nearest(plot, series, index) {
+    const values = plot.data[Math.max(series, 1)];
+    for (let away = 0; away < values.length; away += 1) {
+      const found = [index - away, index + away].find((i) => values[i] !== null && values[i] !== undefined);
+      if (found !== undefined) return found;
+    }
+    return index;
   }
 
   // Two fingers: what is under each of them stays there.
