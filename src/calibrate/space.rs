@@ -199,7 +199,8 @@ impl SearchSpace {
     }
 
     /// The parameters that lie on a bound: within 0.1 % of the range, fixed ones apart. The range is that of the logarithm where a parameter
-    /// spans decades, as all optimisers but `ga` search it: of 0.01 to 5, 0.1 % of the difference is half of the lower bound, and 0.015 is not on it.
+    /// spans decades, as all optimisers but `ga` search it: of 0.01 to 5, 0.1 % of the difference is half of the lower bound, and 0.015 is
+    /// not on it.
     #[must_use]
     pub fn at_bound(&self, candidate: &[f64]) -> Vec<Symbol> {
         let near = |&i: &usize| {

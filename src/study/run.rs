@@ -128,7 +128,8 @@ impl Shared<'_> {
 }
 
 /// Runs the chosen tasks, except those whose parts are there and whole. Tasks that another run works on are left to it,
-/// and waited for, unless the settings say otherwise. `interrupted` ends the run early: what is finished is kept. `tell` is called from this thread.
+/// and waited for, unless the settings say otherwise. `interrupted` ends the run early: what is finished is kept. `tell` is called from
+/// this thread.
 ///
 /// # Errors
 /// When a part cannot be written or the evaluator fails; finished parts are kept.
