@@ -1,6 +1,6 @@
 // The time loop: one invocation, one candidate. `src/lanes/run.rs` does the same, operation for operation, on the CPU; the
 // tests compare every bit. Generated in front of this file (src/gpu/kernel.rs), one set per pipeline: the constants DELAY,
-// GRADE, MFC, REJECT, COMPENSATED, OBSERVER, EXTENDED, WORLD, LOOKS_BACK, RING_IN_STATES (bool), ACCUMULATION (src/score.rs; ALL:
+// GRADE, MFC, REJECT, COMPENSATED, OBSERVER, EXTENDED, WORLD, LOOKS_BACK, RING_IN_STATES, WINDOW, PAST_IN_WINDOW (bool), ACCUMULATION (src/score.rs; ALL:
 // everything the measures need, for `evaluate`), RING (a power of two), WORKGROUP, PARAMETERS, MOTION_WORDS and MEMORY_WORDS
 // (u32); the functions `load_params`, `params_are_finite`, `load_motion`, `save_motion`, `load_memory`, `save_memory`,
 // `initial_memory`, `corrected` (the missing acceleration), `set_zeros` and `stepped`, which is `step` with or without extensions.
@@ -99,9 +99,17 @@ fn is_finite(x: f32) -> bool {
     return (bitcast<u32>(x) & 0x7f800000u) != 0x7f800000u;
 }
 
-// Entry `at` of `samples`, by the way that is faster.
+// Entry `at` of `samples`, which all candidates of the chunk read at once, by the way that is faster.
 fn sample(at: u32) -> vec4<f32> {
     if (WINDOW) {
+        return window[at - chunk.window];
+    }
+    return samples[at];
+}
+
+// The same where each candidate reads an entry of its own.
+fn past_sample(at: u32) -> vec4<f32> {
+    if (PAST_IN_WINDOW) {
         return window[at - chunk.window];
     }
     return samples[at];
@@ -342,13 +350,13 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
             let younger = min(older + 1u, t - 1u);
             let past = remembered(older, i);
             let by = (remembered(younger, i) - past) * fraction;
-            let leader = sample(job.sample + older * SAMPLE_WORDS).x;
+            let leader = past_sample(job.sample + older * SAMPLE_WORDS).x;
             x.s = past.x + by.x;
             x.v_f = past.y + by.y;
-            x.v_l = leader + (sample(job.sample + younger * SAMPLE_WORDS).x - leader) * fraction;
+            x.v_l = leader + (past_sample(job.sample + younger * SAMPLE_WORDS).x - leader) * fraction;
             if (WORLD) {
-                let ahead = sample(job.sample + older * SAMPLE_WORDS + 3u).xyz;
-                let later = sample(job.sample + younger * SAMPLE_WORDS + 3u).xyz;
+                let ahead = past_sample(job.sample + older * SAMPLE_WORDS + 3u).xyz;
+                let later = past_sample(job.sample + younger * SAMPLE_WORDS + 3u).xyz;
                 given.a_l = ahead.x + (later.x - ahead.x) * fraction;
                 given.v_l2 = ahead.y + (later.y - ahead.y) * fraction;
                 given.s_l2 = ahead.z + (later.z - ahead.z) * fraction;

@@ -265,7 +265,8 @@ fn times_count_since_the_evaluator_was_made() {
     }
     let variant = variant("idm");
     let population = population(variant, PAPER, 10, 1);
-    let mut gpu = gpu(vec![case(variant, PAPER, 300, 0.0)], Precision::Plain, Limits::NONE);
+    let limits = Limits { chunk: Some(150), ..Limits::NONE };
+    let mut gpu = gpu(vec![case(variant, PAPER, 300, 0.0)], Precision::Plain, limits);
     scores(&mut gpu, &population);
     let before = gpu.timings();
     assert!(before.first_dispatch_s > 0.0 && before.transfer_s > 0.0, "{before:?}");

@@ -371,12 +371,6 @@ const SURVIVORS_ON_GPU: &[Survivor] = &[
     },
     Survivor {
         file: "shaders/kernel.wgsl",
-        line: "const AT_RING: u32 = AT_BLOCK + select(0u, 2u, OBSERVER);",
-        change: "2u -> 3u",
-        reason: "the layout only has to agree with itself, and buffers have a word to spare",
-    },
-    Survivor {
-        file: "shaders/kernel.wgsl",
         line: "if (job.period > 0.0) {",
         change: "> -> >=",
         reason: "equivalent: without a period nothing is subtracted",

@@ -1,7 +1,7 @@
 //! `leadlag doctor`: GPUs, drivers, and what they do with arithmetic.
 
 use super::output;
-use leadlag::gpu::{Adapter, AdapterChoice, Probe, ProbeStatus, Twins, modes, probes};
+use leadlag::gpu::{Adapter, AdapterChoice, Probe, Twins, modes, probes};
 use leadlag::lanes;
 use leadlag::report::text::wrapped;
 use serde_json::{Map, Value, json};
@@ -123,8 +123,9 @@ fn text(adapters: &[Adapter], found: &[Probe], chosen: Option<&Adapter>) -> Resu
         "Always on: no access outside of a buffer, a bound on every loop, NaN found by its bits, error terms hidden from the \
          compiler, a power function of our own.",
     );
-    if found.iter().any(|p| p.status == ProbeStatus::Fail) {
-        text += "\nThis adapter is not fit for use: update its driver, or choose another with --gpu.\n";
+    if !modes(found).iter().any(|mode| mode.name == "plain" && mode.safe) {
+        text += "\n";
+        text += &wrapped(0, 0, "This adapter is not fit for use: update its driver, or choose another with --gpu.");
     }
     Ok(text)
 }

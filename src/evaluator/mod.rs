@@ -73,6 +73,17 @@ impl Population {
         &self.values[candidate * width..(candidate + 1) * width]
     }
 
+    /// The place of a parameter among the values of a candidate; of several the last, as [`Population::parameters`] has it.
+    #[must_use]
+    pub(crate) fn column_of(&self, symbol: Symbol) -> Option<usize> {
+        self.symbols.iter().rposition(|own| *own == symbol)
+    }
+
+    /// The values at one place, of all candidates.
+    pub(crate) fn column(&self, place: usize) -> impl Iterator<Item = f64> {
+        self.values[place.min(self.values.len())..].iter().step_by(self.symbols.len()).copied()
+    }
+
     /// The named parameters of a candidate.
     #[must_use]
     pub fn parameters(&self, candidate: usize) -> Parameters {

@@ -1,7 +1,7 @@
 //! Everything that lives on a device and is lost with it: tables, pipelines, buffers, work in flight.
 
-use super::device::{Adapter, Device, Fault, Limits};
-use super::kernel::{Kernel, Replaced, WORKGROUP};
+use super::device::{Adapter, Device, Fault, Limits, Windows};
+use super::kernel::{Kernel, Replaced};
 use super::plan::Plan;
 use super::rate::Rate;
 use super::slot::Slot;
@@ -115,20 +115,21 @@ impl Context {
     pub(super) fn start(&mut self, set: usize, work: &Work) -> Result<(), Fault> {
         self.flights[set] = Flight::default();
         let began = Instant::now();
-        for (k, part) in work.plan.parts.iter().enumerate() {
-            if self.slots[set].len() == k {
-                self.slots[set].push(Slot::new(&self.device));
+        let Context { device, tables, layout, slots, .. } = self;
+        device.making("uploading the candidates", || {
+            for (k, part) in work.plan.parts.iter().enumerate() {
+                if slots[set].len() == k {
+                    slots[set].push(Slot::new(device));
+                }
+                slots[set][k].prepare(device, layout, (part.group, &tables[part.group]), part, work);
             }
-            let Context { device, tables, layout, slots, .. } = self;
-            slots[set][k].prepare(device, layout, (part.group, &tables[part.group]), part, work);
-        }
-        let mut rest = work.plan.words.as_slice();
-        for (part, slot) in work.plan.parts.iter().zip(&self.slots[set]) {
-            let (own, others) = rest.split_at((part.count * work.kernel.candidate_words()) as usize);
-            rest = others;
-            slot.upload(&self.device, own);
-        }
-        self.device.check("uploading the candidates")?;
+            let mut rest = work.plan.words.as_slice();
+            for (part, slot) in work.plan.parts.iter().zip(&slots[set]) {
+                let (own, others) = rest.split_at((part.count * work.kernel.candidate_words()) as usize);
+                rest = others;
+                slot.upload(device, own);
+            }
+        })?;
         self.transfer += began.elapsed();
         self.warm(set, work)?;
         while self.flights[set].submitted.len() < IN_FLIGHT && self.submit_chunk(set, work) {}
@@ -138,7 +139,8 @@ impl Context {
     /// The kernel in the form that suits this device, which may have replaced another one.
     fn kernel(&self, work: &Work) -> Kernel {
         let one_each = work.plan.parts.iter().all(|part| part.begin.is_some());
-        if self.device.has_windows && one_each { work.kernel.with_window() } else { work.kernel }
+        let windows = if one_each { self.device.windows } else { Windows::Nothing };
+        Kernel { workgroup: self.device.workgroup, ..work.kernel }.with_windows(windows)
     }
 
     /// Builds the pipeline unless it is there. Drivers compile at the first dispatch, so there is an empty one.
@@ -151,23 +153,19 @@ impl Context {
         }
         let began = Instant::now();
         let device = &self.device.raw;
-        // A failing pipeline may take the device with it (gfx-rs/wgpu#10027); the scopes tell why.
-        let filters = [wgpu::ErrorFilter::Validation, wgpu::ErrorFilter::Internal, wgpu::ErrorFilter::OutOfMemory];
-        let scopes = filters.map(|filter| device.push_error_scope(filter));
-        let source = wgpu::ShaderSource::Wgsl(kernel.source(&self.replaced).text().to_owned().into());
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some("kernel"), source });
-        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some("kernel"),
-            layout: Some(&self.pipeline_layout),
-            module: &module,
-            entry_point: Some("main"),
-            compilation_options: wgpu::PipelineCompilationOptions::default(),
-            cache: None,
-        });
-        let errors = scopes.into_iter().rev().filter_map(|scope| pollster::block_on(scope.pop()));
-        if let Some(error) = errors.last() {
-            return Err(Fault::new(DOING, error));
-        }
+        // A failing pipeline may take the device with it (gfx-rs/wgpu#10027).
+        let pipeline = self.device.making(DOING, || {
+            let source = wgpu::ShaderSource::Wgsl(kernel.source(&self.replaced).text().to_owned().into());
+            let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some("kernel"), source });
+            device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some("kernel"),
+                layout: Some(&self.pipeline_layout),
+                module: &module,
+                entry_point: Some("main"),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                cache: None,
+            })
+        })?;
         slot.write_chunk(&self.device, [0, 0, 0, 1], work.block, 0);
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         slot.dispatch(&mut encoder, &pipeline, [1, 1]);
@@ -193,10 +191,10 @@ impl Context {
         if from == 0 {
             slot.clear(&mut encoder, part, work);
         }
-        if kernel.window {
+        if kernel.has_window() {
             slot.copy_window(&mut encoder, &self.tables[part.group], [begin, length]);
         }
-        let groups = part.count.div_ceil(WORKGROUP);
+        let groups = part.count.div_ceil(kernel.workgroup);
         let x = groups.min(self.device.limits.workgroups);
         slot.dispatch(&mut encoder, &self.pipelines[&kernel], [x, groups.div_ceil(x)]);
         if to == part.samples {

@@ -1,11 +1,11 @@
 //! Adapters and devices: what is there, which one is taken, and how an open device tells of its failures.
 
-use super::kernel::WINDOW_LENGTH;
+use super::kernel::{WINDOW_LENGTH, workgroup};
 use crate::evaluator::EvaluateError;
 use std::fmt;
 use std::str::FromStr;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, OnceLock};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Duration;
 
 /// Which adapter is to be used (`--gpu`).
@@ -206,28 +206,108 @@ impl Fault {
 /// Longest wait for one submission; a chunk takes about 0.1 s, so this means that the driver hangs.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// An open device.
+/// The first failure that a device told of.
+type Trouble = Arc<Mutex<Option<String>>>;
+
+/// A device as the driver has opened it.
+#[derive(Debug, Clone)]
+struct Opened {
+    raw: wgpu::Device,
+    queue: wgpu::Queue,
+    trouble: Trouble,
+}
+
+/// The devices that evaluators share, by the index of their adapter. Opening one takes time, and a driver has no more than some dozens open
+/// in one process: NVIDIA's refuses the 65th or so.
+static SHARED: Mutex<Vec<(usize, Opened)>> = Mutex::new(Vec::new());
+
+/// What is locked, even where its last owner has panicked.
+fn locked<T>(place: &Mutex<T>) -> MutexGuard<'_, T> {
+    place.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn note(trouble: &Trouble, message: impl ToString) {
+    locked(trouble).get_or_insert_with(|| message.to_string());
+}
+
+impl Opened {
+    fn new(adapter: &Adapter, required_limits: wgpu::Limits) -> Result<Opened, Fault> {
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("leadlag"),
+            required_limits,
+            memory_hints: wgpu::MemoryHints::MemoryUsage,
+            ..Default::default()
+        };
+        let opened = pollster::block_on(adapter.inner.request_device(&descriptor));
+        let (raw, queue) = opened.map_err(|e| Fault::new("opening the device", e))?;
+        let trouble = Trouble::default();
+        let place = Arc::clone(&trouble);
+        raw.set_device_lost_callback(move |reason, message| {
+            note(&place, format!("the device was lost ({reason:?}) {message}"));
+        });
+        let place = Arc::clone(&trouble);
+        // Without a handler of our own wgpu panics.
+        raw.on_uncaptured_error(Arc::new(move |error: wgpu::Error| note(&place, error)));
+        Ok(Opened { raw, queue, trouble })
+    }
+
+    /// The device that is open on this adapter, or a new one where there is none without trouble.
+    fn shared(adapter: &Adapter, required_limits: wgpu::Limits) -> Result<Opened, Fault> {
+        let mut shared = locked(&SHARED);
+        shared.retain(|(_, opened)| locked(&opened.trouble).is_none());
+        if let Some((_, opened)) = shared.iter().find(|(index, _)| *index == adapter.index) {
+            return Ok(opened.clone());
+        }
+        let opened = Opened::new(adapter, required_limits)?;
+        shared.push((adapter.index, opened.clone()));
+        Ok(opened)
+    }
+}
+
+/// Which samples are read from uniform memory where candidates simulate one trajectory.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) enum Windows {
+    /// None: it is too small.
+    Nothing,
+    /// Those that all candidates read at once. A GPU has them for all of them in one read, but reads one after the other where
+    /// candidates perceive with delays of their own (an NVIDIA H200: a third faster without delay, eight times slower with).
+    Present,
+    /// All: a driver on the CPU reads storage lane by lane.
+    All,
+}
+
+/// An open device, and what one evaluator has of it.
 #[derive(Debug)]
 pub(super) struct Device {
     pub(super) raw: wgpu::Device,
     pub(super) queue: wgpu::Queue,
     /// What it may be asked for.
     pub(super) limits: Limits,
-    /// True if samples are read from uniform memory where one trajectory is simulated. A driver on the CPU reads storage lane by lane;
-    /// on hardware nothing was measured.
-    pub(super) has_windows: bool,
-    /// The first failure that it told of.
-    trouble: Arc<Mutex<Option<String>>>,
+    pub(super) windows: Windows,
+    /// Invocations of a workgroup.
+    pub(super) workgroup: u32,
+    trouble: Trouble,
     /// Buffers and bind groups made so far.
     made: AtomicU64,
 }
 
 impl Device {
+    /// The device that evaluators share, unless less is to be asked of it than it can.
     pub(super) fn open(adapter: &Adapter, limits: Limits) -> Result<Device, Fault> {
-        Device::open_with(adapter, limits, wgpu::Features::empty())
+        let open = if limits == Limits::NONE { Opened::shared } else { Opened::new };
+        Device::opened_by(open, adapter, limits)
     }
 
-    pub(super) fn open_with(adapter: &Adapter, limits: Limits, features: wgpu::Features) -> Result<Device, Fault> {
+    /// A device of one's own: what happens to it happens to nobody else.
+    pub(super) fn alone(adapter: &Adapter) -> Result<Device, Fault> {
+        Device::opened_by(Opened::new, adapter, Limits::NONE)
+    }
+
+    fn opened_by(
+        open: fn(&Adapter, wgpu::Limits) -> Result<Opened, Fault>,
+        adapter: &Adapter,
+        limits: Limits,
+    ) -> Result<Device, Fault> {
         let can = adapter.inner.limits();
         let limits = Limits {
             binding: limits.binding.min(can.max_storage_buffer_binding_size) & !255,
@@ -237,42 +317,28 @@ impl Device {
         };
         let downlevel = wgpu::Limits::downlevel_defaults();
         let window = u64::from(WINDOW_LENGTH) * 16;
-        let has_windows = !adapter.is_hardware() && can.max_uniform_buffer_binding_size >= window;
+        let windows = match adapter.is_hardware() {
+            _ if can.max_uniform_buffer_binding_size < window => Windows::Nothing,
+            true => Windows::Present,
+            false => Windows::All,
+        };
         let uniform = downlevel.max_uniform_buffer_binding_size;
         let required_limits = wgpu::Limits {
-            max_uniform_buffer_binding_size: if has_windows { uniform.max(window) } else { uniform },
+            max_uniform_buffer_binding_size: if windows == Windows::Nothing { uniform } else { uniform.max(window) },
             max_storage_buffers_per_shader_stage: 8,
             max_storage_buffer_binding_size: limits.binding,
             max_buffer_size: limits.buffer,
             max_compute_workgroups_per_dimension: limits.workgroups,
             ..downlevel
         };
-        let descriptor = wgpu::DeviceDescriptor {
-            label: Some("leadlag"),
-            required_features: features,
-            required_limits,
-            memory_hints: wgpu::MemoryHints::MemoryUsage,
-            ..Default::default()
-        };
-        let opened = pollster::block_on(adapter.inner.request_device(&descriptor));
-        let (raw, queue) = opened.map_err(|e| Fault::new("opening the device", e))?;
-        let trouble = Arc::new(Mutex::new(None));
-        let note = |place: &Arc<Mutex<Option<String>>>, message: String| {
-            place.lock().unwrap_or_else(std::sync::PoisonError::into_inner).get_or_insert(message);
-        };
-        let place = Arc::clone(&trouble);
-        raw.set_device_lost_callback(move |reason, message| {
-            note(&place, format!("the device was lost ({reason:?}) {message}"));
-        });
-        let place = Arc::clone(&trouble);
-        // Without a handler of our own wgpu panics.
-        raw.on_uncaptured_error(Arc::new(move |error: wgpu::Error| note(&place, error.to_string())));
-        Ok(Device { raw, queue, limits, has_windows, trouble, made: AtomicU64::new(0) })
+        let Opened { raw, queue, trouble } = open(adapter, required_limits)?;
+        let workgroup = workgroup(adapter.info.subgroup_max_size);
+        Ok(Device { raw, queue, limits, windows, workgroup, trouble, made: AtomicU64::new(0) })
     }
 
     /// Fails if the device has told of a failure.
     pub(super) fn check(&self, doing: &'static str) -> Result<(), Fault> {
-        match &*self.trouble.lock().unwrap_or_else(std::sync::PoisonError::into_inner) {
+        match &*locked(&self.trouble) {
             Some(message) => Err(Fault::new(doing, message)),
             None => Ok(()),
         }
@@ -285,9 +351,22 @@ impl Device {
         // A device that is lost during the wait makes wgpu panic instead of returning an error.
         let polled = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| self.raw.poll(poll)));
         match polled {
-            Ok(Ok(_)) => self.check(DOING),
-            Ok(Err(e)) => self.check(DOING).and(Err(Fault::new(DOING, e))),
-            Err(_) => Err(Fault::new(DOING, "the device was lost")),
+            Ok(Ok(_)) => {}
+            // Nobody is to be given a device that does not answer.
+            Ok(Err(e)) => note(&self.trouble, e),
+            Err(_) => note(&self.trouble, "the device was lost"),
+        }
+        self.check(DOING)
+    }
+
+    /// Makes what takes memory of the device. A failure is told to who asked, and is no trouble of those that share the device.
+    pub(super) fn making<T>(&self, doing: &'static str, make: impl FnOnce() -> T) -> Result<T, Fault> {
+        let filters = [wgpu::ErrorFilter::Validation, wgpu::ErrorFilter::Internal, wgpu::ErrorFilter::OutOfMemory];
+        let scopes = filters.map(|filter| self.raw.push_error_scope(filter));
+        let made = make();
+        match scopes.into_iter().rev().filter_map(|scope| pollster::block_on(scope.pop())).last() {
+            Some(error) => Err(Fault::new(doing, error)),
+            None => self.check(doing).map(|()| made),
         }
     }
 

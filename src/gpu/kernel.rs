@@ -1,13 +1,20 @@
 //! The text of the kernel: the model of a variant, a generated prelude, `shaders/kernel.wgsl`.
 
+use super::device::Windows;
 use crate::extension::{Extension, Initial, Signal};
 use crate::score::Accumulation;
 use crate::wgsl::{Precision, Recipe, ShaderError, Source, check};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-/// Invocations of a workgroup. Between 8 and 1024 no difference was measured; small ones spread better over few candidates.
-pub(super) const WORKGROUP: u32 = 64;
+/// Invocations of a workgroup, for a device that executes so many together: the fewest that waste none, because small ones spread better over
+/// few candidates (an NVIDIA H200, 4096 candidates: a seventh to a quarter faster with 32 than with 64; software Vulkan does not care).
+pub(super) fn workgroup(subgroup: u32) -> u32 {
+    subgroup.clamp(SMALLEST_WORKGROUP, 64)
+}
+
+/// Invocations of a workgroup at least.
+pub(super) const SMALLEST_WORKGROUP: u32 = 32;
 
 /// Longest ring of past states that an invocation keeps in its own memory; large private arrays lose devices
 /// (gfx-rs/wgpu#10027).
@@ -18,7 +25,7 @@ pub(super) const WINDOW_LENGTH: u32 = 4096;
 
 /// Words of a candidate that looks back, and of one with an observer.
 const LOOK_BACK_WORDS: u32 = 4;
-const OBSERVER_WORDS: u32 = 10;
+pub(super) const OBSERVER_WORDS: u32 = 10;
 
 /// Words of a result with everything the measures need: status, 2 cuts, 3 × 3 sums, 1 sum.
 pub(super) const RAW_WORDS: u32 = 13;
@@ -43,8 +50,10 @@ pub(super) struct Kernel {
     pub(super) reject: bool,
     /// Past samples to be remembered; a power of two.
     pub(super) ring: u32,
-    /// True if the samples of a chunk, of one trajectory only, are read from uniform memory; [`Context`](super::context::Context) decides.
-    pub(super) window: bool,
+    /// Which samples of a chunk, of one trajectory only, are read from uniform memory; [`Context`](super::context::Context) decides.
+    pub(super) windows: Windows,
+    /// Invocations of a workgroup; so does this.
+    pub(super) workgroup: u32,
 }
 
 impl Kernel {
@@ -75,19 +84,25 @@ impl Kernel {
         if self.recipe.variant.extensions.is_empty() { 3 } else { 4 }
     }
 
-    /// Samples before the first of a chunk that it reads: the last, and with delay all that may be perceived.
+    /// Samples before the first of a chunk that it has in uniform memory: the last, or with delay all that may be perceived.
     fn before(&self) -> u32 {
-        if self.recipe.variant.perceives_late() { self.ring } else { 1 }
+        if self.recipe.variant.perceives_late() && self.windows == Windows::All { self.ring } else { 1 }
     }
 
-    /// This kernel, reading samples from uniform memory unless it looks back so far that little else would fit.
-    pub(super) fn with_window(self) -> Kernel {
-        Kernel { window: 2 * self.before() * self.sample_words() <= WINDOW_LENGTH, ..self }
+    /// This kernel, reading these samples from uniform memory unless it looks back so far that little else would fit.
+    pub(super) fn with_windows(self, windows: Windows) -> Kernel {
+        let kernel = Kernel { windows, ..self };
+        let fits = 2 * kernel.before() * kernel.sample_words() <= WINDOW_LENGTH;
+        Kernel { windows: if fits { windows } else { Windows::Nothing }, ..self }
+    }
+
+    pub(super) fn has_window(&self) -> bool {
+        self.windows != Windows::Nothing
     }
 
     /// Samples of one submission at most.
     pub(super) fn longest_chunk(&self) -> u32 {
-        if self.window { WINDOW_LENGTH / self.sample_words() - self.before() } else { u32::MAX }
+        if self.has_window() { WINDOW_LENGTH / self.sample_words() - self.before() } else { u32::MAX }
     }
 
     /// First entry and number of entries that a chunk reads, of a trajectory that begins at this entry.
@@ -208,7 +223,8 @@ impl Kernel {
             ("WORLD", !variant.extensions.is_empty()),
             ("LOOKS_BACK", self.looks_back()),
             ("RING_IN_STATES", self.ring_in_states()),
-            ("WINDOW", self.window),
+            ("WINDOW", self.has_window()),
+            ("PAST_IN_WINDOW", self.windows == Windows::All),
         ] {
             writeln!(text, "const {name} = {value};")?;
         }
@@ -223,11 +239,11 @@ impl Kernel {
         let (parameters, motion) = (variant.parameters(), self.motion());
         for (name, value) in [
             ("RING", self.ring),
-            ("WORKGROUP", WORKGROUP),
+            ("WORKGROUP", self.workgroup),
             ("PARAMETERS", parameters.len() as u32),
             ("MOTION_WORDS", motion.len() as u32),
             ("MEMORY_WORDS", self.memory().len() as u32),
-            ("WINDOW_LENGTH", if self.window { WINDOW_LENGTH } else { 1 }),
+            ("WINDOW_LENGTH", if self.has_window() { WINDOW_LENGTH } else { 1 }),
         ] {
             writeln!(text, "const {name} = {value}u;")?;
         }
@@ -259,6 +275,8 @@ impl Kernel {
 /// [`ShaderError`] at the first problem.
 pub fn kernel_text(recipe: &Recipe) -> Result<String, ShaderError> {
     let sums = Sums::Score(Accumulation::Squared);
-    let source = Kernel { recipe: *recipe, sums, reject: false, ring: 16, window: false }.source(&Replaced::new());
+    let (windows, workgroup) = (Windows::Nothing, 64);
+    let kernel = Kernel { recipe: *recipe, sums, reject: false, ring: 16, windows, workgroup };
+    let source = kernel.source(&Replaced::new());
     check(&source).map(|_| source.text().to_owned())
 }

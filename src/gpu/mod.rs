@@ -26,8 +26,8 @@ use crate::evaluator::{
 use crate::score::GoodnessOfFit;
 use crate::wgsl::{Precision, Recipe, ShaderError, check};
 use context::{Context, Results, Work};
-use device::Fault;
-use kernel::{Kernel, RAW_WORDS, Sums};
+use device::{Fault, Windows};
+use kernel::{Kernel, RAW_WORDS, SMALLEST_WORKGROUP, Sums};
 use plan::{Plan, most_candidates};
 use std::time::Duration;
 
@@ -186,7 +186,7 @@ impl Gpu {
         self.context.as_ref().is_none_or(|context| context.device.is_idle())
     }
 
-    /// Destroys the device, as a crashing driver would; tests.
+    /// Destroys the device, as a crashing driver would; tests. They lower some limit, so that it is no device that others share.
     #[doc(hidden)]
     pub fn destroy_device(&mut self) {
         if let Some(context) = &self.context {
@@ -209,7 +209,7 @@ impl Gpu {
         Ok(())
     }
 
-    /// Destroys the next devices as soon as they are opened; tests.
+    /// Destroys the next devices as soon as they are opened; tests, as above.
     #[doc(hidden)]
     pub fn doom(&mut self, devices: u32) {
         self.doomed = devices;
@@ -229,7 +229,8 @@ impl Gpu {
             sums,
             reject: convention.bounds == BoundRule::Reject,
             ring: ring as u32,
-            window: false,
+            windows: Windows::Nothing,
+            workgroup: SMALLEST_WORKGROUP,
         }
     }
 

@@ -1,12 +1,17 @@
 //! Jobs laid out for a device: candidates by case, in parts that fit the limits.
 
-use super::kernel::{Kernel, WORKGROUP};
+use super::kernel::{Kernel, OBSERVER_WORDS, SMALLEST_WORKGROUP};
 use super::tables::Tables;
-use crate::evaluator::{Case, Course, EvaluateError, Job, Observer, Pace};
+use crate::evaluator::{Case, Course, EvaluateError, Job, Observer, Pace, Population};
 use crate::symbols::{Parameters, Symbol};
+use rayon::prelude::*;
+use std::ops::Range;
 
 /// Candidates of one dispatch at most, whatever the limits: a chunk of 16 samples of them takes about 0.1 s on a slow adapter.
 const MOST_CANDIDATES: u64 = 1 << 19;
+
+/// Words from which on several threads lay them out: some tens of microseconds of work.
+const WORTH_SHARING: usize = 1 << 16;
 
 /// Candidates that share a bind group.
 #[derive(Debug, Clone, Copy)]
@@ -50,7 +55,6 @@ impl Plan {
         most: u32,
     ) -> Result<(), EvaluateError> {
         self.parts.clear();
-        self.words.clear();
         self.positions.clear();
         self.order.clear();
         self.order.extend(0..jobs.len());
@@ -61,36 +65,37 @@ impl Plan {
             self.begins.push(begin);
             begin += job.population.len();
         }
-        let mut at = 0;
+        let words = words(kernel);
         let symbols = cases[0].variant.parameters();
-        let width = kernel.candidate_words() as usize;
+        // Not cleared, because filling with zeros would take as long as laying out.
+        self.words.resize(begin * words.len(), 0);
+        let mut free = self.words.as_mut_slice();
+        let mut at = 0;
         for (group, tables) in groups.iter().enumerate() {
             let until = self.order[at..].iter().position(|k| jobs[*k].case >= tables.cases.end);
             let until = until.map_or(self.order.len(), |n| at + n);
-            let total: usize = self.order[at..until].iter().map(|k| jobs[*k].population.len()).sum();
-            let mut candidates =
-                self.order[at..until].iter().flat_map(|k| (0..jobs[*k].population.len()).map(move |i| (*k, i)));
-            for first in (0..total).step_by(most as usize) {
-                let count = (total - first).min(most as usize);
-                let begin = self.words.len();
-                self.words.resize(begin + count * width, 0);
+            for stretches in split(&self.order[at..until], jobs, most as usize) {
+                let count: usize = stretches.iter().map(|stretch| stretch.candidates.len()).sum();
                 let (mut samples, mut begins) = (0, [u32::MAX, 0]);
-                for (i, (k, candidate)) in candidates.by_ref().take(count).enumerate() {
+                let mut sources = Vec::new();
+                for Stretch { job: k, candidates } in stretches {
                     let Job { case, population } = jobs[k];
-                    let parameters = population.parameters(candidate);
-                    let pace = pace(&cases[case], &courses[case], &parameters, kernel)?;
                     let job = (case - tables.cases.start) as u32;
-                    let looks_back = kernel.looks_back().then_some(pace.look_back);
-                    let own = row(&symbols, &parameters, &pace, job);
-                    let own = own.chain(looks_back.into_iter().flatten().flat_map(looked_back));
-                    let own = own.chain(observers.get(candidate).into_iter().flat_map(observer));
-                    for (word, value) in own.enumerate() {
-                        self.words[begin + word * count + i] = value;
-                    }
+                    let columns = symbols.iter().map(|symbol| population.column_of(*symbol)).collect();
+                    let paces = paces(&cases[case], &courses[case], population, candidates.clone(), kernel)?;
                     samples = samples.max(courses[case].samples() as u32);
                     let begin = tables.begins[job as usize];
                     begins = [begins[0].min(begin), begins[1].max(begin)];
-                    self.positions.push(self.begins[k] + candidate);
+                    self.positions.extend(candidates.clone().map(|candidate| self.begins[k] + candidate));
+                    sources.push(Source { population, candidates, columns, paces, job, observers });
+                }
+                let (own, others) = std::mem::take(&mut free).split_at_mut(count * words.len());
+                free = others;
+                let fill = |(column, word): (&mut [u32], &Word)| fill(column, *word, &sources);
+                if own.len() < WORTH_SHARING {
+                    own.chunks_exact_mut(count).zip(&words).for_each(fill);
+                } else {
+                    own.par_chunks_exact_mut(count).zip(&words).for_each(fill);
                 }
                 self.parts.push(Part {
                     group,
@@ -105,35 +110,155 @@ impl Plan {
     }
 }
 
-/// The words of one candidate.
-fn row<'a>(symbols: &'a [Symbol], parameters: &'a Parameters, pace: &Pace, job: u32) -> impl Iterator<Item = u32> + 'a {
-    let rest = [pace.back as u32, (pace.fraction as f32).to_bits(), pace.first as u32, job];
-    symbols.iter().map(|symbol| (parameters.get(*symbol) as f32).to_bits()).chain(rest)
+/// Neighbouring candidates of one job.
+#[derive(Debug, Clone)]
+struct Stretch {
+    job: usize,
+    candidates: Range<usize>,
 }
 
-fn looked_back((back, fraction): (i32, f64)) -> [u32; 2] {
-    [back as u32, (fraction as f32).to_bits()]
-}
-
-fn observer(observer: &Observer) -> impl Iterator<Item = u32> + use<> {
-    let Observer { gain, whitening, decay } = *observer;
-    gain.into_iter().chain(whitening).chain([decay]).map(|x| (x as f32).to_bits())
-}
-
-/// When a candidate perceives; an error if it would look back beyond what is remembered.
-fn pace(case: &Case, course: &Course, parameters: &Parameters, kernel: &Kernel) -> Result<Pace, EvaluateError> {
-    let pace = case.pace(parameters);
-    let remembered = pace.back < kernel.ring as usize && pace.back < pace.first;
-    if remembered && pace.first <= course.ring.min(course.samples() - 1) {
-        return Ok(pace);
+/// The candidates of these jobs in parts of at most `most`.
+fn split(order: &[usize], jobs: &[Job], most: usize) -> Vec<Vec<Stretch>> {
+    let mut parts = Vec::new();
+    let mut room = 0;
+    for &job in order {
+        let (mut from, until) = (0, jobs[job].population.len());
+        while from < until {
+            if room == 0 {
+                parts.push(Vec::new());
+                room = most;
+            }
+            let to = until.min(from + room);
+            parts.last_mut().expect("pushed above at the latest").push(Stretch { job, candidates: from..to });
+            room -= to - from;
+            from = to;
+        }
     }
-    Err(EvaluateError::Delay { name: case.delay_name(), upper: case.longest_delay(), found: case.delay(parameters) })
+    parts
+}
+
+/// Where the words of a stretch come from.
+struct Source<'a> {
+    population: &'a Population,
+    candidates: Range<usize>,
+    /// The place of each parameter of the variant in the population, if it is there.
+    columns: Vec<Option<usize>>,
+    /// One per candidate, or one for all.
+    paces: Vec<Pace>,
+    job: u32,
+    /// One per candidate of the whole job, or none.
+    observers: &'a [Observer],
+}
+
+/// What a word of a candidate is.
+#[derive(Debug, Clone, Copy)]
+enum Word {
+    /// A parameter, by its place in the variant.
+    Parameter(usize),
+    Back,
+    Fraction,
+    First,
+    Job,
+    /// How far the whole and the half way look back.
+    LookBack(usize),
+    LookBackFraction(usize),
+    Observer(usize),
+}
+
+/// The words of a candidate in their order: `candidates` in shaders/kernel.wgsl.
+fn words(kernel: &Kernel) -> Vec<Word> {
+    let mut words: Vec<Word> = (0..kernel.recipe.variant.parameters().len()).map(Word::Parameter).collect();
+    words.extend([Word::Back, Word::Fraction, Word::First, Word::Job]);
+    if kernel.looks_back() {
+        words.extend([0, 1].into_iter().flat_map(|way| [Word::LookBack(way), Word::LookBackFraction(way)]));
+    }
+    if kernel.recipe.observed {
+        words.extend((0..OBSERVER_WORDS as usize).map(Word::Observer));
+    }
+    debug_assert_eq!(words.len(), kernel.candidate_words() as usize);
+    words
+}
+
+/// One word of each candidate.
+fn fill(mut column: &mut [u32], word: Word, sources: &[Source]) {
+    for source in sources {
+        let (own, others) = column.split_at_mut(source.candidates.len());
+        column = others;
+        let mut by_pace = |word: fn(&Pace) -> u32| match source.paces.as_slice() {
+            [one] => own.fill(word(one)),
+            each => own.iter_mut().zip(each).for_each(|(to, pace)| *to = word(pace)),
+        };
+        match word {
+            Word::Parameter(place) => match source.columns[place] {
+                Some(place) => {
+                    let values = source.population.column(place).skip(source.candidates.start);
+                    own.iter_mut().zip(values).for_each(|(to, value)| *to = (value as f32).to_bits());
+                }
+                None => own.fill(f32::NAN.to_bits()),
+            },
+            Word::Back => by_pace(|pace| pace.back as u32),
+            Word::Fraction => by_pace(|pace| (pace.fraction as f32).to_bits()),
+            Word::First => by_pace(|pace| pace.first as u32),
+            Word::Job => own.fill(source.job),
+            Word::LookBack(0) => by_pace(|pace| pace.look_back[0].0 as u32),
+            Word::LookBack(_) => by_pace(|pace| pace.look_back[1].0 as u32),
+            Word::LookBackFraction(0) => by_pace(|pace| (pace.look_back[0].1 as f32).to_bits()),
+            Word::LookBackFraction(_) => by_pace(|pace| (pace.look_back[1].1 as f32).to_bits()),
+            Word::Observer(k) => {
+                let observers = &source.observers[source.candidates.clone()];
+                own.iter_mut().zip(observers).for_each(|(to, observer)| *to = observer_word(observer, k));
+            }
+        }
+    }
+}
+
+/// Word k of an observer: six gains, three whitening factors, the decay.
+fn observer_word(observer: &Observer, k: usize) -> u32 {
+    let Observer { gain, whitening, decay } = observer;
+    let value = gain.iter().chain(whitening).chain([decay]).nth(k).expect("as many as OBSERVER_WORDS");
+    (*value as f32).to_bits()
+}
+
+/// When candidates perceive: one for all where nothing depends on their parameters.
+fn paces(
+    case: &Case,
+    course: &Course,
+    population: &Population,
+    candidates: Range<usize>,
+    kernel: &Kernel,
+) -> Result<Vec<Pace>, EvaluateError> {
+    let variant = &kernel.recipe.variant;
+    let base = variant.delay.then_some(Symbol::tau_p);
+    let read = base.into_iter().chain(variant.extensions.delay()).chain(variant.extensions.look_back());
+    // A pace depends on these only, and writing down all parameters of a candidate would take most of the time.
+    let read: Vec<(Symbol, usize)> = read.filter_map(|symbol| Some((symbol, population.column_of(symbol)?))).collect();
+    let of = |parameters: &mut Parameters, candidate: usize| {
+        read.iter().for_each(|(symbol, place)| parameters.set(*symbol, population.values(candidate)[*place]));
+        case.pace(parameters)
+    };
+    let mut parameters = Parameters::NONE;
+    let paces: Vec<Pace> = if read.is_empty() {
+        vec![of(&mut parameters, candidates.start)]
+    } else if candidates.len() < WORTH_SHARING / 16 {
+        candidates.clone().map(|candidate| of(&mut parameters, candidate)).collect()
+    } else {
+        let several = candidates.clone().into_par_iter().with_min_len(1024);
+        several.map_with(parameters, of).collect()
+    };
+    for (pace, candidate) in paces.iter().zip(candidates) {
+        let remembered = pace.back < kernel.ring as usize && pace.back < pace.first;
+        if !(remembered && pace.first <= course.ring.min(course.samples() - 1)) {
+            let found = case.delay(&population.parameters(candidate));
+            return Err(EvaluateError::Delay { name: case.delay_name(), upper: case.longest_delay(), found });
+        }
+    }
+    Ok(paces)
 }
 
 /// Candidates that one part may have.
 pub(super) fn most_candidates(kernel: &Kernel, blocks: u32, limits: &super::Limits) -> u32 {
     let words = kernel.candidate_words().max(kernel.state_words()).max(kernel.result_words()).max(2 * blocks);
     let by_bytes = limits.binding.min(limits.buffer) / (4 * u64::from(words));
-    let by_workgroups = u64::from(limits.workgroups).pow(2).saturating_mul(u64::from(WORKGROUP));
+    let by_workgroups = u64::from(limits.workgroups).pow(2).saturating_mul(u64::from(SMALLEST_WORKGROUP));
     by_bytes.min(by_workgroups).clamp(1, MOST_CANDIDATES) as u32
 }

@@ -1,6 +1,6 @@
 //! What a driver does with arithmetic: one small kernel per trap that is known, run on the spot.
 
-use super::device::{Adapter, Device, Fault, Limits};
+use super::device::{Adapter, Device, Fault};
 use super::twins::{Twins, own_exponential, own_logarithm, own_power};
 use std::fmt;
 use std::time::Instant;
@@ -234,7 +234,7 @@ pub fn probes(adapter: &Adapter, twins: &Twins) -> Vec<Probe> {
         status: ProbeStatus::Fail,
         detail: format!("{}: {}", fault.doing, fault.message.replace('\n', " ")),
     };
-    let device = match Device::open(adapter, Limits::NONE) {
+    let device = match Device::alone(adapter) {
         Ok(device) => device,
         Err(fault) => return vec![failed("device", fault)],
     };
@@ -254,7 +254,6 @@ pub fn probes(adapter: &Adapter, twins: &Twins) -> Vec<Probe> {
         ("own_exponential", own_exponential(&device, twins)),
         ("own_logarithm", own_logarithm(&device, twins)),
         ("loops", loops(&device)),
-        ("f64_power", f64_power(adapter)),
     ] {
         found.push(match probed {
             Ok((status, detail)) => Probe { name, status, detail },
@@ -303,31 +302,13 @@ fn loops(device: &Device) -> Finding {
     ))
 }
 
-/// Powers of 64-bit floats, which no kernel here uses.
-fn f64_power(adapter: &Adapter) -> Finding {
-    if !adapter.inner.features().contains(wgpu::Features::SHADER_F64) {
-        return Ok((ProbeStatus::Skipped, "the driver has no 64-bit floats; none are needed".to_owned()));
-    }
-    let device = Device::open_with(adapter, Limits::NONE, wgpu::Features::SHADER_F64)?;
-    let text = format!(
-        "{COMMON}@compute @workgroup_size(1) fn main() {{ y[0] = bitcast<u32>(f32(pow(f64(x[0]), f64(x[1])))); }}"
-    );
-    let y = run(&device, &text, &[2.0, 0.5], 1)?;
-    Ok(judged(
-        (f32::from_bits(y[0]) - std::f32::consts::SQRT_2).abs() < 1e-6,
-        ProbeStatus::Trap,
-        "powers of 64-bit floats are right; the kernels do without",
-        "powers of 64-bit floats are garbage on this driver; the kernels use none",
-    ))
-}
-
 /// Runs `main` of a text in one workgroup, which reads `x` and writes `y`; the values of `y`. For tests of single functions.
 ///
 /// # Errors
 /// What the device says.
 #[doc(hidden)]
 pub fn values(adapter: &Adapter, text: &str, x: &[f32], outputs: usize) -> Result<Vec<u32>, String> {
-    let found = Device::open(adapter, Limits::NONE).and_then(|device| run(&device, text, x, outputs));
+    let found = Device::alone(adapter).and_then(|device| run(&device, text, x, outputs));
     found.map_err(|fault| format!("{}: {}", fault.doing, fault.message))
 }
 

@@ -1,7 +1,7 @@
 //! Buffers and bind group of the candidates of one part.
 
 use super::context::{Results, Work};
-use super::device::{Device, Fault};
+use super::device::{Device, Fault, Windows};
 use super::kernel::WINDOW_LENGTH;
 use super::plan::Part;
 use super::tables::Tables;
@@ -70,7 +70,7 @@ impl Slot {
             chunk: device.buffer("chunk", 48, uniform),
             window: device.buffer(
                 "window",
-                16 * if device.has_windows { u64::from(WINDOW_LENGTH) } else { 1 },
+                16 * if device.windows == Windows::Nothing { 1 } else { u64::from(WINDOW_LENGTH) },
                 uniform,
             ),
             bound: None,

@@ -29,6 +29,8 @@ struct Job {
 
 type Vec4 = [f32; 4];
 
+const UPLOADING: &str = "uploading the trajectories";
+
 /// The texts of the buffers before they are uploaded.
 #[derive(Debug, Default)]
 struct Content {
@@ -70,16 +72,15 @@ impl Tables {
                     own.largest(),
                     device.limits.binding.min(device.limits.buffer)
                 );
-                return Err(Fault::new("uploading the trajectories", message));
+                return Err(Fault::new(UPLOADING, message));
             }
             if !content.fits_with(&own, device) {
-                groups.push(std::mem::take(&mut content).upload(device, from..case));
+                groups.push(std::mem::take(&mut content).upload(device, from..case)?);
                 from = case;
             }
             content.append(own);
         }
-        groups.push(content.upload(device, from..courses.len()));
-        device.check("uploading the trajectories")?;
+        groups.push(content.upload(device, from..courses.len())?);
         Ok(groups)
     }
 }
@@ -179,7 +180,7 @@ impl Content {
         self.cells.extend(other.cells);
     }
 
-    fn upload(&self, device: &Device, cases: Range<usize>) -> Tables {
+    fn upload(&self, device: &Device, cases: Range<usize>) -> Result<Tables, Fault> {
         let buffer = |label: &str, bytes: &[u8]| {
             // A binding must not be empty.
             let size = bytes.len().max(16) as u64;
@@ -190,13 +191,15 @@ impl Content {
             }
             buffer
         };
-        let buffers = [
-            buffer("jobs", bytemuck::cast_slice(&self.jobs)),
-            buffer("samples", bytemuck::cast_slice(&self.samples)),
-            buffer("norms", bytemuck::cast_slice(&self.norms)),
-            buffer("cells", bytemuck::cast_slice(&self.cells)),
-        ];
+        let buffers = device.making(UPLOADING, || {
+            [
+                buffer("jobs", bytemuck::cast_slice(&self.jobs)),
+                buffer("samples", bytemuck::cast_slice(&self.samples)),
+                buffer("norms", bytemuck::cast_slice(&self.norms)),
+                buffer("cells", bytemuck::cast_slice(&self.cells)),
+            ]
+        })?;
         let begins = self.jobs.iter().map(|job| job.sample).collect();
-        Tables { cases, begins, buffers }
+        Ok(Tables { cases, begins, buffers })
     }
 }

@@ -224,8 +224,8 @@ impl Scene {
         // The authors' look-up jumps at the nodes of an MFC curve, and their denominators have a floor.
         let Convention { mfc, denominators, .. } = Convention::AUTHORS;
         let convention = Convention { bounds, mfc, denominators, ..Convention::PAPER };
-        // Rows of workgroups.
-        let limits = Limits { chunk: Some(CHUNK), workgroups: 2, ..Limits::NONE };
+        // Rows of workgroups; buffers that are full, so that no word has room beside its place.
+        let limits = Limits { chunk: Some(CHUNK), workgroups: 3, binding: 1 << 15, ..Limits::NONE };
         let gof = gof.parse().expect("a goodness of fit");
         let cases = cases(variant, convention, tau_p_upper);
         let gpu =
