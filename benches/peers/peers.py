@@ -1,4 +1,4 @@
-"""IDM on the case of `leadlag bench --export`, in numba, numpy and JAX: the equations of shaders/, spacing as state, Eq. 1.
+"""IDM on the case of `leadlag bench --export`, in numba, numpy, JAX and CUDA: the equations of shaders/, spacing as state, Eq. 1.
 
 run.sh starts it; it prints one JSON line per measurement. Every program gets the same drive and candidates, warms up once
 (compiling is not timed), and must agree with leadlag's f64 scores before it is timed.
@@ -95,11 +95,12 @@ def numba_idm(drive, candidates, dtype):
     return run
 
 
-def jax_idm(drive, candidates, dtype):
-    """vmap over candidates of a scan over time, compiled by XLA for the CPU."""
+def jax_idm(drive, candidates, dtype, platform="cpu"):
+    """vmap over candidates of a scan over time, compiled by XLA."""
     import jax
     import jax.numpy as jnp
 
+    jax.config.update("jax_platforms", platform)
     jax.config.update("jax_enable_x64", dtype == np.float64)
     v_l, dx_l, s_m, v_m, a_m = (column.astype(dtype) for column in drive.T)
     steps = [jnp.asarray(x) for x in (v_l[:-1], dx_l[1:], s_m[1:], v_m[1:], a_m[1:])]
@@ -128,7 +129,55 @@ def jax_idm(drive, candidates, dtype):
     return lambda: np.asarray(compiled(c).block_until_ready())
 
 
-PEERS = {"numpy": numpy_idm, "numba": numba_idm, "jax": jax_idm}
+CUDA = """
+extern "C" __global__ void idm(const REAL* v_l, const REAL* dx_l, const REAL* s_m, const REAL* v_m, const REAL* a_m, int steps,
+                               const REAL* c, int n, REAL dt, REAL* square) {
+    int i = blockIdx.x * blockDim.x + threadIdx.x;
+    if (i >= n) return;
+    const REAL one = 1, two = 2, zero = 0;
+    REAL delta = c[i], v_0 = c[n + i], d_0 = c[2 * n + i], t_h = c[3 * n + i], a_max = c[4 * n + i], a_min = c[5 * n + i];
+    REAL per_v_0 = one / v_0, brake = one / (two * sqrt(-a_max * a_min)), per_dt = one / dt, half_dt = dt / two;
+    REAL s = s_m[0], v = v_m[0], e_s = 0, e_v = 0, e_a = 0;
+    for (int t = 1; t < steps; t++) {
+        REAL s_des = d_0 + max(t_h * v - v * (v_l[t - 1] - v) * brake, zero);
+        REAL closeness = s_des / s;
+        REAL a = a_max * (one - pow(v * per_v_0, delta) - closeness * closeness);
+        REAL v_next = max(v + a * dt, zero);
+        s = s + (dx_l[t] - (v + v_next) * half_dt);
+        REAL r_s = s - s_m[t], r_v = v_next - v_m[t], r_a = (v_next - v) * per_dt - a_m[t];
+        e_s += r_s * r_s;
+        e_v += r_v * r_v;
+        e_a += r_a * r_a;
+        v = v_next;
+    }
+    square[i] = e_s;
+    square[n + i] = e_v;
+    square[2 * n + i] = e_a;
+}
+"""
+
+
+def cuda_idm(drive, candidates, dtype):
+    """One thread per candidate, written in CUDA C for this model only: the ceiling on an NVIDIA GPU. Candidates go there and sums come back."""
+    import cupy
+
+    kernel = cupy.RawKernel("#define REAL " + {np.float32: "float", np.float64: "double"}[dtype] + CUDA, "idm")
+    columns = [cupy.asarray(np.ascontiguousarray(column.astype(dtype))) for column in drive.T]
+    c = np.ascontiguousarray(candidates.astype(dtype).T)
+    n, block = len(candidates), 64
+
+    def run():
+        square = cupy.empty((3, n), dtype)
+        kernel(((n + block - 1) // block,), (block,),
+               (*columns, np.int32(len(drive)), cupy.asarray(c), np.int32(n), dtype(DT), square))
+        return cupy.asnumpy(square)
+
+    return run
+
+
+PEERS = {"numpy": numpy_idm, "numba": numba_idm, "jax": jax_idm, "cuda": cuda_idm,
+         "jax-gpu": lambda *case: jax_idm(*case, platform="cuda")}
+PACKAGES = {"cuda": "cupy", "jax-gpu": "jax"}
 
 
 def cpu_seconds():
@@ -139,7 +188,9 @@ def cpu_seconds():
 def main():
     folder, name, width, count, repetitions = sys.argv[1], sys.argv[2], sys.argv[3], int(sys.argv[4]), int(sys.argv[5])
     drive, candidates, expected = read(folder)
-    candidates, expected = candidates[:count], expected[:count]
+    # More than there are: the same again.
+    which = np.arange(count) % len(candidates)
+    candidates, expected = candidates[which], expected[which]
     dtype = {"f32": np.float32, "f64": np.float64}[width]
     with np.errstate(all="ignore"):
         run = PEERS[name](drive, candidates, dtype)
@@ -155,7 +206,7 @@ def main():
             run()
         cpu.append(cpu_seconds() - used)
         wall.append(time.perf_counter() - start)
-    version = __import__(name).__version__
+    version = __import__(PACKAGES.get(name, name)).__version__
     print(json.dumps({"peer": name, "version": version, "precision": width, "population": count, "steps": len(drive),
                       "wall_s": wall, "cpu_s": cpu, "worst_difference": worst}))
 

@@ -1,4 +1,5 @@
-"""One table from what run.sh collected: medians over all rounds, and how many times faster leadlag's lanes are."""
+"""One table from what run.sh collected: medians over all rounds, and how many times faster leadlag's lanes and, where there is a GPU, its
+`gpu` are. CPU time means nothing for what runs on a GPU, so that its ratio is of wall times."""
 
 import json
 import statistics
@@ -14,12 +15,16 @@ def main():
         times[0].extend(population * steps / 1e6 / x for x in cpu_s)
         times[1].extend(population * steps / 1e6 / x for x in wall_s)
 
+    on_device = set()
     for entry in rounds:
         for row in entry.get("rows", []):
             if row["model_id"] == 1:
                 key = (f"leadlag {row['evaluator']}", row["precision"], row["population"])
                 add(*key, row["steps"], row["cpu_s"], row["wall_s"])
+                if row["core_second_of"] == "device":
+                    on_device.add(key[0])
         if "peer" in entry:
+            on_device.update({"cuda", "jax-gpu"} & {entry["peer"]})
             add(entry["peer"], entry["precision"], entry["population"], entry["steps"], entry["cpu_s"], entry["wall_s"])
             versions[entry["peer"]] = entry["version"]
             worst[entry["precision"]] = max(worst.get(entry["precision"], 0), entry["worst_difference"])
@@ -27,16 +32,20 @@ def main():
     print("peers     " + ", ".join(f"{name} {version}" for name, version in sorted(versions.items())))
     print("scores    agree with leadlag's f64 reference to " +
           ", ".join(f"{worst[width]:.0e} ({width})" for width in sorted(worst)) + "\n")
-    print(f"{'program':<18}{'precision':<12}{'cand.':>6}{'Mcs/core-s':>12}{'Mcs/s':>8}{'lanes f32':>11}{'lanes f64':>11}")
+    print(f"{'program':<18}{'precision':<12}{'cand.':>7}{'Mcs/core-s':>12}{'Mcs/s':>8}{'lanes f32':>11}{'lanes f64':>11}"
+          + (f"{'gpu f32':>10}" if on_device else ""))
     for (name, precision, population), (cpu, wall) in sorted(found.items(), key=lambda entry: (entry[0][2], entry[0][0], entry[0][1])):
         speed = statistics.median(cpu)
 
         def ratio(width):
             lanes = found.get(("leadlag lanes", width, population))
-            return f"{statistics.median(lanes[0]) / speed:.1f} x" if lanes else "-"
+            return f"{statistics.median(lanes[0]) / speed:.1f} x" if lanes and name not in on_device else "-"
 
-        print(f"{name:<18}{precision:<12}{population:>6}{speed:>12.0f}{statistics.median(wall):>8.0f}"
-              f"{ratio('plain'):>11}{ratio('f64'):>11}")
+        gpu = found.get(("leadlag gpu", "plain", population))
+        against_gpu = f"{statistics.median(gpu[1]) / statistics.median(wall):.1f} x" if gpu else "-"
+        per_core = "-" if name in on_device else f"{speed:.0f}"
+        print(f"{name:<18}{precision:<12}{population:>7}{per_core:>12}{statistics.median(wall):>8.0f}"
+              f"{ratio('plain'):>11}{ratio('f64'):>11}" + (f"{against_gpu:>10}" if on_device else ""))
 
 
 if __name__ == "__main__":

@@ -2,7 +2,7 @@
 
 use super::native::Native;
 use crate::evaluator::{Case, EvaluateError, Evaluator, Population, Score, Timings};
-use crate::gpu::{AdapterChoice, Gpu};
+use crate::gpu::{Adapter, AdapterChoice, Gpu};
 use crate::lanes::{Lanes, LanesPrecision};
 use crate::reference::Reference;
 use crate::score::GoodnessOfFit;
@@ -75,13 +75,23 @@ impl Contender {
             Contender::NativeF64 => Runner::NativeF64(Native::new(case, &gof)?),
             Contender::Reference => Runner::Evaluator(Box::new(Reference::new(cases, gof))),
             Contender::Lanes(precision) => Runner::Evaluator(Box::new(Lanes::new(cases, gof, precision)?)),
-            Contender::Gpu(_) if std::env::var_os("LEADLAG_NO_GPU").is_some() => return Ok(None),
+            Contender::Gpu(_) if is_switched_off() => return Ok(None),
             Contender::Gpu(precision) => match Gpu::new(cases, gof, precision, &AdapterChoice::Best) {
                 Err(EvaluateError::Adapter { .. }) => return Ok(None),
                 gpu => Runner::Evaluator(Box::new(gpu?)),
             },
         }))
     }
+}
+
+/// True if no GPU is to be used.
+fn is_switched_off() -> bool {
+    std::env::var_os("LEADLAG_NO_GPU").is_some()
+}
+
+/// True if the GPU evaluator runs on hardware here.
+pub(super) fn has_hardware() -> bool {
+    !is_switched_off() && Adapter::choose(&AdapterChoice::Best).is_ok_and(|adapter| adapter.is_hardware())
 }
 
 /// A contender ready to run on one case.

@@ -81,7 +81,7 @@ impl Report {
             unit: "x",
             wanted: 4.0,
             at_most: true,
-            found: self.slowest().map(|(_, ratio)| ratio),
+            found: self.slowest("lanes", POPULATION).map(|(_, ratio)| ratio),
         });
         let lanes = self.generations.iter().find(|g| g.evaluator == "lanes" && g.precision == "plain");
         goals.push(Goal {
@@ -94,10 +94,11 @@ impl Report {
         goals
     }
 
-    /// Id of the slowest variant on lanes and how much slower than variant 1 it is; `None` unless all ninety were measured.
-    pub(super) fn slowest(&self) -> Option<(u32, f64)> {
-        let base = self.row("lanes", "plain", 1, POPULATION)?.mcs_per_core_second;
-        let ratio = |id| Some((id, base / self.row("lanes", "plain", id, POPULATION)?.mcs_per_core_second));
+    /// Id of the slowest variant on an evaluator and how much slower than variant 1 it is; `None` unless all ninety were measured.
+    pub(super) fn slowest(&self, evaluator: &str, population: usize) -> Option<(u32, f64)> {
+        let rate = |id| Some(self.row(evaluator, "plain", id, population)?.mcs_per_core_second);
+        let base = rate(1)?;
+        let ratio = |id| Some((id, base / rate(id)?));
         let all: Option<Vec<(u32, f64)>> = (1..=crate::catalog::Variant::COUNT).map(ratio).collect();
         all?.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))
     }

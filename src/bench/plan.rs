@@ -1,5 +1,6 @@
 //! What is measured, in which order.
 
+use super::contender::has_hardware;
 use super::generation::Generation;
 use super::measure::Measurement;
 use super::{BenchError, Contender, Drive, Machine, Row};
@@ -11,7 +12,7 @@ use serde_json::{Value, json};
 pub enum Effort {
     /// Three variants; well under a minute.
     Quick,
-    /// Several population sizes, and all ninety variants on `lanes`; some minutes.
+    /// Several population sizes, and all ninety variants on `lanes` and on a hardware GPU; some minutes.
     Full,
     /// One variant, several population sizes.
     Variant(Variant),
@@ -26,6 +27,12 @@ pub(super) const POPULATION: usize = 4096;
 
 /// Candidates of the scalar reference, which is slow and does not care.
 const POPULATION_OF_REFERENCE: usize = 64;
+
+/// Candidates that a hardware GPU gets, too: some thousands leave most of a large one idle.
+const LARGE: [usize; 2] = [32_768, MANY];
+
+/// Candidates that keep all of a large GPU busy.
+pub(super) const MANY: usize = 262_144;
 
 /// All that was measured.
 #[derive(Debug, Clone, PartialEq)]
@@ -65,7 +72,7 @@ impl Report {
 }
 
 /// Contender, variant and number of candidates of everything that is timed, none twice.
-fn plan(effort: Effort) -> Vec<(Contender, u32, usize)> {
+fn plan(effort: Effort, has_hardware: bool) -> Vec<(Contender, u32, usize)> {
     let mut plan = Vec::new();
     let mut add = |contender: Contender, id, population| {
         let can = !contender.is_native() || id == 1;
@@ -84,11 +91,18 @@ fn plan(effort: Effort) -> Vec<(Contender, u32, usize)> {
             others.iter().for_each(|&id| add(contender, id, POPULATION_OF_REFERENCE));
             continue;
         }
-        populations.iter().for_each(|&population| add(contender, first, population));
-        let fast = contender.precision() == "plain";
-        others.iter().filter(|_| fast).for_each(|&id| add(contender, id, POPULATION));
-        if effort == Effort::Full && fast && contender.evaluator() == "lanes" {
-            (1..=Variant::COUNT).for_each(|id| add(contender, id, POPULATION));
+        let on_hardware = has_hardware && contender.evaluator() == "gpu";
+        let large = if on_hardware { LARGE.as_slice() } else { &[] };
+        populations.iter().chain(large).for_each(|&population| add(contender, first, population));
+        if contender.precision() != "plain" {
+            continue;
+        }
+        for &id in others {
+            [POPULATION].iter().chain(large).for_each(|&population| add(contender, id, population));
+        }
+        if effort == Effort::Full && (on_hardware || contender.evaluator() == "lanes") {
+            let population = if on_hardware { MANY } else { POPULATION };
+            (1..=Variant::COUNT).for_each(|id| add(contender, id, population));
         }
     }
     plan
@@ -101,15 +115,25 @@ fn plan(effort: Effort) -> Vec<(Contender, u32, usize)> {
 pub fn run(drive: &Drive, effort: Effort, progress: &mut dyn FnMut(&str)) -> Result<Report, BenchError> {
     let machine = Machine::here();
     let mut measurements = Vec::new();
-    let planned = plan(effort);
-    for (k, &(contender, id, population)) in planned.iter().enumerate() {
-        progress(&format!("warming up {} of {}", k + 1, planned.len()));
+    // Large populations, ninety of which a small GPU could not hold at once, one after the other, and all others in turns.
+    let (alone, in_turns): (Vec<_>, Vec<_>) =
+        plan(effort, has_hardware()).into_iter().partition(|(_, _, population)| *population > POPULATION);
+    for (k, &(contender, id, population)) in in_turns.iter().enumerate() {
+        progress(&format!("warming up {} of {}", k + 1, in_turns.len()));
         measurements.extend(Measurement::new(contender, Variant::from_id(id)?, drive, population)?);
     }
     let rounds = if effort == Effort::Quick { 5 } else { 9 };
     for round in 1..=rounds {
         progress(&format!("round {round} of {rounds}"));
         measurements.iter_mut().try_for_each(Measurement::repeat)?;
+    }
+    let mut rows: Vec<Row> = measurements.iter().map(Measurement::row).collect();
+    for (k, &(contender, id, population)) in alone.iter().enumerate() {
+        progress(&format!("large populations, {} of {}", k + 1, alone.len()));
+        if let Some(mut measurement) = Measurement::new(contender, Variant::from_id(id)?, drive, population)? {
+            (0..rounds).try_for_each(|_| measurement.repeat())?;
+            rows.push(measurement.row());
+        }
     }
     let mut generations = Vec::new();
     let with_generations = !matches!(effort, Effort::Variant(_));
@@ -118,7 +142,6 @@ pub fn run(drive: &Drive, effort: Effort, progress: &mut dyn FnMut(&str)) -> Res
         generations.extend(Generation::measure(contender, drive)?);
     }
     let adapter = measurements.iter().find_map(Measurement::adapter);
-    let rows = measurements.iter().map(Measurement::row).collect();
     let data = format!("{}, {} samples", drive.name, drive.samples());
     let shown = if let Effort::Variant(variant) = effort { vec![variant.id()] } else { VARIANTS.to_vec() };
     Ok(Report { machine, adapter, data, shown, rows, generations })

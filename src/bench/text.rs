@@ -2,7 +2,7 @@
 
 use super::Row;
 use super::measure::median;
-use super::plan::{POPULATION, Report};
+use super::plan::{MANY, POPULATION, Report};
 use crate::catalog::{BASES, Constraint, Dynamics, Variant};
 use std::fmt::Write;
 
@@ -44,9 +44,9 @@ fn write_table(text: &mut String, report: &Report) -> std::fmt::Result {
             "{:<10}{:<12}{:>6}{:>10}{:>8}{:>9}{:>8}{:>6}{:>10}",
             "evaluator", "precision", "cand.", "median ms", "Mcs/s", "/core-s", "native", "done", "transfer"
         )?;
-        for row in rows {
+        for row in &rows {
             let ceiling = report.ceiling(row);
-            let share = ceiling.map_or("-".to_owned(), |c| format!("{:.0} %", 100.0 * row.mcs_per_core_second / c));
+            let share = ceiling.map_or("-".to_owned(), |c| of_native(row.mcs_per_core_second / c));
             let wall = median(&row.wall_s);
             writeln!(
                 text,
@@ -62,6 +62,7 @@ fn write_table(text: &mut String, report: &Report) -> std::fmt::Result {
                 format!("{:.1} %", 100.0 * row.transfer_s / wall),
             )?;
         }
+        write_against_lanes(text, report, &rows)?;
     }
     for row in report.rows.iter().filter(|r| r.first_dispatch_s > 0.0 && r.population == POPULATION) {
         let (evaluator, precision, id, ms) = (row.evaluator, row.precision, row.model_id, 1e3 * row.first_dispatch_s);
@@ -94,10 +95,38 @@ fn write_table(text: &mut String, report: &Report) -> std::fmt::Result {
     Ok(())
 }
 
-/// All ninety on lanes: bases as columns, extensions as lines.
+/// How a hardware GPU compares with all cores of the CPU, by the number of candidates.
+fn write_against_lanes(text: &mut String, report: &Report, rows: &[&Row]) -> std::fmt::Result {
+    let on_device = |row: &&&Row| row.core_second_of == "device" && row.precision == "plain";
+    let Some(first) = rows.iter().find(on_device) else { return Ok(()) };
+    let Some(lanes) = report.row("lanes", "plain", first.model_id, POPULATION) else { return Ok(()) };
+    let ratio = |row: &&Row| format!("{:.1} x with {}", row.mcs_wall / lanes.mcs_wall, row.population);
+    let ratios: Vec<String> = rows.iter().filter(on_device).map(ratio).collect();
+    let threads = report.machine.threads;
+    let line =
+        format!("gpu plain against lanes plain with {POPULATION} on {threads} threads, Mcs/s: {}", ratios.join(", "));
+    textwrap::wrap(&line, 80).iter().try_for_each(|line| writeln!(text, "{line}"))
+}
+
+/// A share of the ceiling of one core; a GPU is many times beyond it.
+fn of_native(share: f64) -> String {
+    if share < 10.0 { format!("{:.0} %", 100.0 * share) } else { format!("{share:.0} x") }
+}
+
+/// All ninety on lanes, and on a hardware GPU: bases as columns, extensions as lines.
 fn write_ninety(text: &mut String, report: &Report) -> std::fmt::Result {
-    let Some((slowest, ratio)) = report.slowest() else { return Ok(()) };
-    writeln!(text, "\nAll ninety variants on lanes plain, {POPULATION} candidates, Mcs/core-s")?;
+    write_ninety_on(text, report, "lanes", (POPULATION, "Mcs/core-s"))?;
+    write_ninety_on(text, report, "gpu", (MANY, "Mcs/s"))
+}
+
+fn write_ninety_on(
+    text: &mut String,
+    report: &Report,
+    evaluator: &str,
+    (population, unit): (usize, &str),
+) -> std::fmt::Result {
+    let Some((slowest, ratio)) = report.slowest(evaluator, population) else { return Ok(()) };
+    writeln!(text, "\nAll ninety variants on {evaluator} plain, {population} candidates, {unit}")?;
     write!(text, "{:<28}", "extensions")?;
     BASES.iter().try_for_each(|base| write!(text, "{:>10}", base.name))?;
     writeln!(text)?;
@@ -106,7 +135,7 @@ fn write_ninety(text: &mut String, report: &Report) -> std::fmt::Result {
             (0..BASES.len() as u32).filter_map(|base| Variant::from_id(base * 18 + k + 1).ok()).collect();
         write!(text, "{:<28}", extensions(&line[0]))?;
         for variant in line {
-            let speed = report.row("lanes", "plain", variant.id(), POPULATION).map(|row| row.mcs_per_core_second);
+            let speed = report.row(evaluator, "plain", variant.id(), population).map(|row| row.mcs_per_core_second);
             write!(text, "{:>10}", speed.map_or("-".to_owned(), |x| format!("{x:.0}")))?;
         }
         writeln!(text)?;
