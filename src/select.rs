@@ -55,10 +55,13 @@ pub struct Work {
     pub precision: LanesPrecision,
 }
 
-/// Candidates per CPU thread from which on a hardware GPU is taken. A generation takes a GPU some 2 ms however small it is (its steps follow one
-/// another), in which a CPU thread simulates about 150 candidates over 9000 samples; four times as many leave no doubt. An estimate: no
-/// hardware GPU has been measured.
-const CANDIDATES_PER_THREAD: usize = 600;
+/// Candidates per CPU thread from which on a discrete GPU is taken. A generation takes it some 2 to 4 ms however small it is, because its
+/// steps follow one another. On an NVIDIA H200 beside 16 threads, IDM over 9,227 samples, the two are equal at some 700 candidates, and with
+/// 4,096 the GPU is three times as fast (`leadlag bench`, docs/PERFORMANCE.md); these are 2,400 there, where it is nearly twice as fast.
+const FOR_A_DISCRETE_GPU: usize = 150;
+
+/// The same for one that shares memory and power with the CPU. An estimate: none has been measured.
+const FOR_ANOTHER_GPU: usize = 600;
 
 impl Selection {
     /// Checks that evaluator, precision and device go together.
@@ -135,14 +138,26 @@ impl Selection {
         if precision == LanesPrecision::F64 {
             return Some("this is computed in f64, for which the CPU is taken");
         }
-        if work.candidates < CANDIDATES_PER_THREAD * rayon::current_num_threads() {
-            return Some("the work is too small for a GPU to be faster");
+        const SMALL: Option<&str> = Some("the work is too small for a GPU to be faster");
+        let per_thread = work.candidates / rayon::current_num_threads();
+        // Before any driver is asked, which takes time.
+        if per_thread < FOR_A_DISCRETE_GPU {
+            return SMALL;
         }
         if std::env::var_os("LEADLAG_NO_GPU").is_some() {
             return Some("LEADLAG_NO_GPU is set");
         }
-        let hardware = Adapter::choose(&self.adapter).is_ok_and(|adapter| adapter.is_hardware());
-        (!hardware).then_some("it is not hardware, and the CPU is faster by itself")
+        match Adapter::choose(&self.adapter) {
+            Ok(adapter) if adapter.is_discrete() => None,
+            Ok(adapter) if adapter.is_hardware() => {
+                if per_thread < FOR_ANOTHER_GPU {
+                    SMALL
+                } else {
+                    None
+                }
+            }
+            _ => Some("it is not hardware, and the CPU is faster by itself"),
+        }
     }
 }
 

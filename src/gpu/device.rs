@@ -126,6 +126,12 @@ impl Adapter {
         self.info.device_type != wgpu::DeviceType::Cpu
     }
 
+    /// True for one with memory of its own.
+    #[must_use]
+    pub fn is_discrete(&self) -> bool {
+        self.info.device_type == wgpu::DeviceType::DiscreteGpu
+    }
+
     /// Name and version of the driver.
     #[must_use]
     pub fn driver(&self) -> String {
