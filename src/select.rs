@@ -55,13 +55,13 @@ pub struct Work {
     pub precision: LanesPrecision,
 }
 
-/// Candidates per CPU thread from which on a discrete GPU is taken. A generation takes it some 2 to 4 ms however small it is, because its
-/// steps follow one another. On an NVIDIA H200 beside 16 threads, IDM over 9,227 samples, the two are equal at some 700 candidates, and with
-/// 4,096 the GPU is three times as fast (`leadlag bench`, docs/PERFORMANCE.md); these are 2,400 there, where it is nearly twice as fast.
-const FOR_A_DISCRETE_GPU: usize = 150;
+/// Candidates from which on a discrete GPU is taken. A generation takes it some 2 to 4 ms however small it is, because its steps follow one
+/// another. On an NVIDIA H200 beside 16 threads, IDM over 9,227 samples, the two are equal at some 700 candidates, and with 4,096 the GPU is
+/// three times as fast (`leadlag bench`, docs/PERFORMANCE.md). Not by the number of threads, on which no result is to depend.
+const FOR_A_DISCRETE_GPU: usize = 2_000;
 
 /// The same for one that shares memory and power with the CPU. An estimate: none has been measured.
-const FOR_ANOTHER_GPU: usize = 600;
+const FOR_ANOTHER_GPU: usize = 10_000;
 
 impl Selection {
     /// Checks that evaluator, precision and device go together.
@@ -139,9 +139,8 @@ impl Selection {
             return Some("this is computed in f64, for which the CPU is taken");
         }
         const SMALL: Option<&str> = Some("the work is too small for a GPU to be faster");
-        let per_thread = work.candidates / rayon::current_num_threads();
         // Before any driver is asked, which takes time.
-        if per_thread < FOR_A_DISCRETE_GPU {
+        if work.candidates < FOR_A_DISCRETE_GPU {
             return SMALL;
         }
         if std::env::var_os("LEADLAG_NO_GPU").is_some() {
@@ -149,13 +148,7 @@ impl Selection {
         }
         match Adapter::choose(&self.adapter) {
             Ok(adapter) if adapter.is_discrete() => None,
-            Ok(adapter) if adapter.is_hardware() => {
-                if per_thread < FOR_ANOTHER_GPU {
-                    SMALL
-                } else {
-                    None
-                }
-            }
+            Ok(adapter) if adapter.is_hardware() => SMALL.filter(|_| work.candidates < FOR_ANOTHER_GPU),
             _ => Some("it is not hardware, and the CPU is faster by itself"),
         }
     }

@@ -84,6 +84,25 @@ fn jobs_together_are_jobs_one_by_one() {
 }
 
 #[test]
+fn many_candidates_are_laid_out_as_few_are() {
+    if skipped("many_candidates_are_laid_out_as_few_are") {
+        return;
+    }
+    for name in ["gipps+delay", "l-cth"] {
+        let variant = variant(name);
+        let mut gpu = gpu(vec![case(variant, PAPER, 60, 0.0)], Precision::Plain, Limits::NONE);
+        // As many as several threads share.
+        let many = population(variant, PAPER, 12_000, 5);
+        let together = bits(&gpu.raw(&[job(0, &many)]).unwrap());
+        for from in (0..many.len()).step_by(1_000) {
+            let mut few = Population::new(many.symbols());
+            (from..from + 1_000).for_each(|i| few.push(many.values(i)));
+            assert!(bits(&gpu.raw(&[job(0, &few)]).unwrap()) == together[from..from + 1_000], "{name}, from {from}");
+        }
+    }
+}
+
+#[test]
 fn two_buffer_sets_do_not_disturb_each_other() {
     if skipped("two_buffer_sets_do_not_disturb_each_other") {
         return;

@@ -58,6 +58,12 @@ impl Contender {
         }
     }
 
+    /// True for the GPU evaluator, software Vulkan included.
+    #[must_use]
+    pub fn is_gpu(self) -> bool {
+        matches!(self, Contender::Gpu(_))
+    }
+
     /// True for the loop that knows one variant only.
     #[must_use]
     pub fn is_native(self) -> bool {

@@ -91,7 +91,7 @@ fn plan(effort: Effort, has_hardware: bool) -> Vec<(Contender, u32, usize)> {
             others.iter().for_each(|&id| add(contender, id, POPULATION_OF_REFERENCE));
             continue;
         }
-        let on_hardware = has_hardware && contender.evaluator() == "gpu";
+        let on_hardware = has_hardware && contender.is_gpu();
         let large = if on_hardware { LARGE.as_slice() } else { &[] };
         populations.iter().chain(large).for_each(|&population| add(contender, first, population));
         if contender.precision() != "plain" {
@@ -115,9 +115,10 @@ fn plan(effort: Effort, has_hardware: bool) -> Vec<(Contender, u32, usize)> {
 pub fn run(drive: &Drive, effort: Effort, progress: &mut dyn FnMut(&str)) -> Result<Report, BenchError> {
     let machine = Machine::here();
     let mut measurements = Vec::new();
-    // Large populations, ninety of which a small GPU could not hold at once, one after the other, and all others in turns.
-    let (alone, in_turns): (Vec<_>, Vec<_>) =
-        plan(effort, has_hardware()).into_iter().partition(|(_, _, population)| *population > POPULATION);
+    // A hardware GPU by itself: between turns of the CPU it would rest, and it is slow at first when it has rested.
+    let has_hardware = has_hardware();
+    let (by_itself, in_turns): (Vec<_>, Vec<_>) =
+        plan(effort, has_hardware).into_iter().partition(|(contender, ..)| has_hardware && contender.is_gpu());
     for (k, &(contender, id, population)) in in_turns.iter().enumerate() {
         progress(&format!("warming up {} of {}", k + 1, in_turns.len()));
         measurements.extend(Measurement::new(contender, Variant::from_id(id)?, drive, population)?);
@@ -128,10 +129,14 @@ pub fn run(drive: &Drive, effort: Effort, progress: &mut dyn FnMut(&str)) -> Res
         measurements.iter_mut().try_for_each(Measurement::repeat)?;
     }
     let mut rows: Vec<Row> = measurements.iter().map(Measurement::row).collect();
-    for (k, &(contender, id, population)) in alone.iter().enumerate() {
-        progress(&format!("large populations, {} of {}", k + 1, alone.len()));
+    let mut adapter = measurements.iter().find_map(Measurement::adapter);
+    // One after the other, for a small GPU could not hold all large populations at once.
+    for (k, &(contender, id, population)) in by_itself.iter().enumerate() {
+        progress(&format!("on the GPU, {} of {}", k + 1, by_itself.len()));
         if let Some(mut measurement) = Measurement::new(contender, Variant::from_id(id)?, drive, population)? {
+            measurement.wake()?;
             (0..rounds).try_for_each(|_| measurement.repeat())?;
+            adapter = adapter.or_else(|| measurement.adapter());
             rows.push(measurement.row());
         }
     }
@@ -141,7 +146,6 @@ pub fn run(drive: &Drive, effort: Effort, progress: &mut dyn FnMut(&str)) -> Res
         progress("generations of an optimiser");
         generations.extend(Generation::measure(contender, drive)?);
     }
-    let adapter = measurements.iter().find_map(Measurement::adapter);
     let data = format!("{}, {} samples", drive.name, drive.samples());
     let shown = if let Effort::Variant(variant) = effort { vec![variant.id()] } else { VARIANTS.to_vec() };
     Ok(Report { machine, adapter, data, shown, rows, generations })

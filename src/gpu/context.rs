@@ -1,9 +1,11 @@
 //! Everything that lives on a device and is lost with it: tables, pipelines, buffers, work in flight.
 
-use super::device::{Adapter, Device, Fault, Limits, Windows};
+use super::adapter::{Adapter, Limits};
+use super::device::{Device, Fault, Windows};
 use super::kernel::{Kernel, Replaced};
 use super::plan::Plan;
 use super::rate::Rate;
+use super::results::Results;
 use super::slot::Slot;
 use super::tables::Tables;
 use crate::evaluator::{Course, Timings};
@@ -23,13 +25,6 @@ pub(super) struct Work {
     pub(super) block: u32,
     /// Blocks of the longest trajectory; 0 without an observer.
     pub(super) blocks: u32,
-}
-
-/// What came of it: the contents of `results`, and of `blocks`, of one part after the other.
-#[derive(Debug, Default)]
-pub(super) struct Results {
-    pub(super) words: Vec<u32>,
-    pub(super) blocks: Vec<u32>,
 }
 
 #[derive(Debug)]

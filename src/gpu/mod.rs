@@ -1,38 +1,38 @@
 //! The WGSL text itself on a GPU, by wgpu: one invocation simulates one candidate.
 //!
-//! `device` chooses and opens an adapter; `kernel` composes the text; `tables` uploads the cases; `plan` lays jobs out;
-//! `context` builds pipelines and runs chunks of time on the buffers of `slot`; [`Gpu`] makes an evaluator of it.
+//! `adapter` chooses one, `device` opens it; `kernel` composes the text; `tables` uploads the cases; `plan` lays jobs out;
+//! `context` builds pipelines and runs chunks of time on the buffers of `slot`; `results` says what
+//! came back; [`Gpu`] makes an evaluator of it.
 
+mod adapter;
 mod context;
 mod device;
 mod kernel;
 mod plan;
 mod probe;
 mod rate;
+mod results;
 mod slot;
 mod tables;
 mod twins;
 
-pub use device::{Adapter, AdapterChoice, Limits};
+pub use adapter::{Adapter, AdapterChoice, Limits};
 pub use kernel::kernel_text;
 pub use probe::{Mode, Probe, ProbeStatus, modes, probes, values};
 pub use twins::Twins;
 
 use crate::convention::BoundRule;
 use crate::evaluator::{
-    BufferSet, Case, Course, EvaluateError, Evaluator, Failure, FailureKind, Job, Observed, Observer, Outcome, Raw,
-    Score, Timings, status,
+    BufferSet, Case, Course, EvaluateError, Evaluator, Job, Observed, Observer, Outcome, Raw, Score, Timings,
 };
 use crate::score::GoodnessOfFit;
 use crate::wgsl::{Precision, Recipe, ShaderError, check};
-use context::{Context, Results, Work};
+use context::{Context, Work};
 use device::{Fault, Windows};
 use kernel::{Kernel, RAW_WORDS, SMALLEST_WORKGROUP, Sums};
 use plan::{Plan, most_candidates};
+use results::{Results, for_each_candidate, raw_of, score_of};
 use std::time::Duration;
-
-/// Bits of a result word beside [`status`]: the candidate touched a bound where that rejects it.
-const REJECTED: u32 = status::FAILED | 3 << 28;
 
 /// The third buffer set, for outcomes and raw sums, so that both others may be in flight.
 const OWN: usize = 2;
@@ -186,7 +186,16 @@ impl Gpu {
         self.context.as_ref().is_none_or(|context| context.device.is_idle())
     }
 
-    /// Destroys the device, as a crashing driver would; tests. They lower some limit, so that it is no device that others share.
+    /// True if both run on the same device; tests.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn shares_device_with(&self, other: &Gpu) -> bool {
+        let devices = self.context.as_ref().zip(other.context.as_ref());
+        devices.is_some_and(|(own, other)| own.device.raw == other.device.raw)
+    }
+
+    /// Destroys the device, as a crashing driver would; tests. They lower some limit, so that it is no device that others share, unless
+    /// that is what they are about.
     #[doc(hidden)]
     pub fn destroy_device(&mut self) {
         if let Some(context) = &self.context {
@@ -323,47 +332,6 @@ impl Gpu {
             blocks: 0,
         }))
     }
-}
-
-/// Calls `take` with the position and the words of each candidate.
-fn for_each_candidate(
-    work: &Work,
-    words: u32,
-    results: &[u32],
-    mut take: impl FnMut(usize, &mut dyn Iterator<Item = u32>),
-) {
-    let (mut positions, mut rest) = (work.plan.positions.iter(), results);
-    for part in &work.plan.parts {
-        let count = part.count as usize;
-        let (own, others) = rest.split_at(count * words as usize);
-        rest = others;
-        for (i, position) in positions.by_ref().take(count).enumerate() {
-            take(*position, &mut own.iter().skip(i).step_by(count).copied());
-        }
-    }
-}
-
-/// As the kernel writes it for `Sums::All`.
-fn raw_of(words: &mut dyn Iterator<Item = u32>) -> Raw {
-    let mut word = || words.next().unwrap_or_default();
-    let (status, n_cut_acc, n_cut_dec) = (word(), word(), word());
-    let mut sum = || f64::from(f32::from_bits(word()));
-    let mut three = || [sum(), sum(), sum()];
-    let (error2, simulated2, relative2) = (three(), three(), three());
-    Raw { status, n_cut_acc, n_cut_dec, error2, simulated2, relative2, floored2_v: sum() }
-}
-
-/// A score as the kernel writes it.
-fn score_of(word: u32) -> Score {
-    if word & status::FAILED == 0 {
-        // What is undefined is a NaN.
-        return Score::Value(f64::from(f32::from_bits(word)));
-    }
-    if word == REJECTED {
-        return Score::Rejected;
-    }
-    let raw = Raw { status: word, ..Raw::default() };
-    Score::Failed(raw.failure().unwrap_or(Failure { kind: FailureKind::NotFinite, step: 0 }))
 }
 
 impl Evaluator for Gpu {

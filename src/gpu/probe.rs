@@ -1,6 +1,7 @@
 //! What a driver does with arithmetic: one small kernel per trap that is known, run on the spot.
 
-use super::device::{Adapter, Device, Fault};
+use super::adapter::Adapter;
+use super::device::{Device, Fault};
 use super::twins::{Twins, own_exponential, own_logarithm, own_power};
 use std::fmt;
 use std::time::Instant;

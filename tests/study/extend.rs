@@ -5,7 +5,7 @@ use leadlag::study::{Plan, Study};
 use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 const OWN: &str = "//! The car brakes less than it is told to.
 struct Parameters {
@@ -146,16 +146,16 @@ fn pair(start: f64, lead2: f64) -> String {
     })
 }
 
-/// Ids of the tasks on drive A, which is always the same and is validated on drive B, of which the plan may say more.
-fn ids_beside(more: &str, b: &str) -> Vec<String> {
-    let folder = scratch("extend_beside");
+/// Ids of the tasks on drive A, which is always the same and is validated on drive B, of which the plan may say more. `folder` is the
+/// test's own: tests run side by side.
+fn ids_beside(folder: &Path, more: &str, b: &str) -> Vec<String> {
     fs::write(folder.join("a.csv"), pair(0.0, 15.0)).unwrap();
     fs::write(folder.join("b.csv"), b).unwrap();
     let content = format!(
         "schema_version = 1\n[data]\n[[platoon]]\nname = \"A\"\nfile = \"a.csv\"\n[[platoon]]\nname = \"B\"\nfile = \"b.csv\"\n{more}\n\
          [calibration]\nvariants = [\"idm\"]\n"
     );
-    let plan = Plan::parse(&content, "plan.toml", &folder, "beside").unwrap_or_else(|error| panic!("{error}"));
+    let plan = Plan::parse(&content, "plan.toml", folder, "beside").unwrap_or_else(|error| panic!("{error}"));
     let study = Study::open(plan).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(study.validated_on(0), [1]);
     study.tasks().into_iter().filter(|task| task.platoon == "A").map(|task| task.id).collect()
@@ -189,15 +189,17 @@ fn cars_without_a_name_are_told_to_be_taken_for_one() {
 fn an_id_changes_with_what_is_read_of_the_other_drives_and_with_their_files() {
     let file = pair(0.0, 15.0);
     let other_line_ends = file.replace('\n', "\r\n");
+    let folder = scratch("extend_beside_files");
+    let ids = |more, b: &str| ids_beside(&folder, more, b);
     let beside = [
-        ids_beside("", &file),
-        ids_beside("", &pair(100.0, 15.0)),
-        ids_beside("", &pair(0.0, 16.0)),
-        ids_beside("", &other_line_ends),
-        ids_beside("from_s = 1", &file),
+        ids("", &file),
+        ids("", &pair(100.0, 15.0)),
+        ids("", &pair(0.0, 16.0)),
+        ids("", &other_line_ends),
+        ids("from_s = 1", &file),
     ];
     assert_eq!(beside.iter().collect::<BTreeSet<_>>().len(), beside.len());
-    assert_eq!(ids_beside("", &file), beside[0]);
+    assert_eq!(ids("", &file), beside[0]);
 }
 
 /// The same numbers from another time on: when a run ends is told in the time of the file.
@@ -208,5 +210,6 @@ fn an_id_changes_with_the_time_at_which_a_drive_begins() {
         rows.fold(head, |text, i| text + &format!("{},15,15,30\n", f64::from(i) / 8.0))
     };
     let file = steady(0..200);
-    assert_ne!(ids_beside("to_s = 20", &file), ids_beside("from_s = 4\nto_s = 24", &file));
+    let folder = scratch("extend_beside_times");
+    assert_ne!(ids_beside(&folder, "to_s = 20", &file), ids_beside(&folder, "from_s = 4\nto_s = 24", &file));
 }
