@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# leadlag beside numba, numpy and JAX on the same case, candidates and machine; needs python3 with venv, and pip.
+# leadlag beside numba, numpy and JAX, and on an NVIDIA GPU CUDA, on the same case, candidates and machine; needs python3 with venv, and pip.
 #
 #   benches/peers/run.sh [ROUNDS]      default 3
 #
@@ -27,7 +27,10 @@ fi
 "$leadlag" bench --export "$work/case"
 gpu_peers=()
 if "$python" -c 'import cupy; cupy.cuda.runtime.getDeviceCount()' 2>/dev/null; then
-    gpu_peers=('cuda f32' 'jax-gpu f32')
+    gpu_peers+=('cuda f32')
+fi
+if "$python" -c 'import jax; jax.devices("cuda")' 2>/dev/null; then
+    gpu_peers+=('jax-gpu f32')
 fi
 
 log=$work/rounds.jsonl
@@ -42,7 +45,7 @@ for ((round = 1; round <= rounds; round++)); do
         done
     done
     for population in 4096 32768 262144; do
-        for peer in "${gpu_peers[@]}"; do
+        for peer in ${gpu_peers[@]+"${gpu_peers[@]}"}; do
             # shellcheck disable=SC2086 # two words on purpose
             "$python" benches/peers/peers.py "$work/case" $peer "$population" 3 >>"$log"
         done

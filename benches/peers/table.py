@@ -12,7 +12,8 @@ def main():
 
     def add(name, precision, population, steps, cpu_s, wall_s):
         times = found.setdefault((name, precision, population), ([], []))
-        times[0].extend(population * steps / 1e6 / x for x in cpu_s)
+        # CPU time may be 0 while a GPU computes.
+        times[0].extend(population * steps / 1e6 / max(x, 1e-9) for x in cpu_s)
         times[1].extend(population * steps / 1e6 / x for x in wall_s)
 
     on_device = set()
@@ -24,12 +25,13 @@ def main():
                 if row["core_second_of"] == "device":
                     on_device.add(key[0])
         if "peer" in entry:
-            on_device.update({"cuda", "jax-gpu"} & {entry["peer"]})
+            if entry["on_gpu"]:
+                on_device.add(entry["peer"])
             add(entry["peer"], entry["precision"], entry["population"], entry["steps"], entry["cpu_s"], entry["wall_s"])
             versions[entry["peer"]] = entry["version"]
             worst[entry["precision"]] = max(worst.get(entry["precision"], 0), entry["worst_difference"])
 
-    print("peers     " + ", ".join(f"{name} {version}" for name, version in sorted(versions.items())))
+    print("peers     " + ", ".join(sorted(set(versions.values()))))
     print("scores    agree with leadlag's f64 reference to " +
           ", ".join(f"{worst[width]:.0e} ({width})" for width in sorted(worst)) + "\n")
     print(f"{'program':<18}{'precision':<12}{'cand.':>7}{'Mcs/core-s':>12}{'Mcs/s':>8}{'lanes f32':>11}{'lanes f64':>11}"
