@@ -99,7 +99,7 @@ fn is_finite(x: f32) -> bool {
     return (bitcast<u32>(x) & 0x7f800000u) != 0x7f800000u;
 }
 
-// Entry `at` of `samples`, which all candidates of the chunk read at once, by the way that is faster.
+// Entry `at` of `samples`, of the sample that a candidate is at, and mostly all of them are, by the way that is faster.
 fn sample(at: u32) -> vec4<f32> {
     if (WINDOW) {
         return window[at - chunk.window];
@@ -107,7 +107,7 @@ fn sample(at: u32) -> vec4<f32> {
     return samples[at];
 }
 
-// The same where each candidate reads an entry of its own.
+// The same where each candidate looks up another sample.
 fn past_sample(at: u32) -> vec4<f32> {
     if (PAST_IN_WINDOW) {
         return window[at - chunk.window];

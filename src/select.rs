@@ -56,11 +56,11 @@ pub struct Work {
 }
 
 /// Candidates from which on a discrete GPU is taken. A generation takes it some 2 to 4 ms however small it is, because its steps follow one
-/// another. On an NVIDIA H200 beside 16 threads, IDM over 9,227 samples, the two are equal at some 700 candidates, and with 4,096 the GPU is
+/// another. On an NVIDIA H200 beside 16 threads, IDM over 9,227 samples, the two are equal at some 500 candidates, and with 4,096 the GPU is
 /// three times as fast (`leadlag bench`, docs/PERFORMANCE.md). Not by the number of threads, on which no result is to depend.
 const FOR_A_DISCRETE_GPU: usize = 2_000;
 
-/// The same for one that shares memory and power with the CPU. An estimate: none has been measured.
+/// The same for any other: one that shares memory and power with the CPU, or a part of one. An estimate: none has been measured.
 const FOR_ANOTHER_GPU: usize = 10_000;
 
 impl Selection {

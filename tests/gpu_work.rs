@@ -8,7 +8,7 @@ use leadlag::calibrate::{Calibration, OptimizerKind, Replicate, Stop, calibrate}
 use leadlag::catalog::Variant;
 use leadlag::convention::Convention;
 use leadlag::evaluator::{
-    BufferSet, Case, Course, EvaluateError, Evaluator, Fallback, Job, Outcome, Population, Raw, Score,
+    BufferSet, Case, Course, EvaluateError, Evaluator, Fallback, Job, Observer, Outcome, Population, Raw, Score,
 };
 use leadlag::gpu::{AdapterChoice, Gpu, Limits};
 use leadlag::lanes::{Lanes, LanesPrecision};
@@ -42,7 +42,8 @@ fn chunks_and_limits_change_no_bit() {
         ("chunks shorter than a delay", Limits { chunk: Some(5), ..Limits::NONE }),
         ("two workgroups a dimension", Limits { workgroups: 2, ..Limits::NONE }),
         ("small bindings", Limits { binding, ..Limits::NONE }),
-        ("all of it", Limits { binding, buffer: 2 * binding, workgroups: 2, chunk: Some(200) }),
+        ("all of it", Limits { binding, buffer: 2 * binding, workgroups: 2, chunk: Some(200), ..Limits::NONE }),
+        ("workgroups of hardware", Limits { as_hardware: true, ..Limits::NONE }),
     ];
     for name in NAMES {
         let variant = variant(name);
@@ -65,6 +66,51 @@ fn chunks_and_limits_change_no_bit() {
             }
         }
     }
+}
+
+/// On hardware other samples lie in uniform memory than on software: none where each candidate begins at another one.
+#[test]
+fn the_kernels_of_hardware_give_the_same_bits() {
+    if skipped("the_kernels_of_hardware_give_the_same_bits") {
+        return;
+    }
+    for (name, convention) in NAMES.into_iter().flat_map(|name| [(name, PAPER), (name, Convention::AUTHORS)]) {
+        let variant = variant(name);
+        let population = population(variant, convention, 150, 7);
+        let run = |limits| {
+            let mut gpu = gpu(vec![case(variant, convention, 700, 0.5)], Precision::Plain, limits);
+            let raw = bits(&gpu.raw(&[job(0, &population)]).unwrap());
+            (raw, scores(&mut gpu, &population))
+        };
+        let expected = run(Limits::NONE);
+        for chunk in [None, Some(90)] {
+            assert!(
+                run(Limits { as_hardware: true, chunk, ..Limits::NONE }) == expected,
+                "{name}, {convention}, {chunk:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn observers_go_with_their_candidates_into_every_part() {
+    if skipped("observers_go_with_their_candidates_into_every_part") {
+        return;
+    }
+    let variant = variant("gipps+delay");
+    let population = population(variant, PAPER, 300, 3);
+    let observer = |i: usize| {
+        let share = i as f64 / 300.0;
+        let gain = [0.1 + share, 0.02, 0.03, 0.2 * share, -0.05, 0.3];
+        Observer { gain, whitening: [1.0, 0.3 * share, 2.0], decay: 0.9 }
+    };
+    let observers: Vec<Observer> = (0..300).map(observer).collect();
+    let observed = |limits| {
+        let mut gpu = gpu(vec![case(variant, PAPER, 300, 0.0)], Precision::Plain, limits);
+        format!("{:?}", gpu.observed(&job(0, &population), &observers, 30).unwrap())
+    };
+    // Two workgroups in either direction are 128 candidates.
+    assert!(observed(Limits { workgroups: 2, ..Limits::NONE }) == observed(Limits::NONE));
 }
 
 #[test]

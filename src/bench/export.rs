@@ -8,7 +8,7 @@ use crate::score::GoodnessOfFit;
 use std::fmt::Write;
 use std::path::Path;
 
-/// Candidates written: as many as the largest population of a peer.
+/// Candidates written: as many as the largest population of a peer on the CPU; those on a GPU take them several times.
 const CANDIDATES: usize = 4096;
 
 /// Writes `drive.csv` (v_l_mps, dx_l_m, s_m, v_f_mps, a_f_mps2; the state at the first line is where a run starts, the others

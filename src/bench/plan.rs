@@ -2,9 +2,10 @@
 
 use super::contender::has_hardware;
 use super::generation::Generation;
-use super::measure::Measurement;
+use super::measure::{Measurement, median};
 use super::{BenchError, Contender, Drive, Machine, Row};
 use crate::catalog::Variant;
+use crate::evaluator::EvaluateError;
 use serde_json::{Value, json};
 
 /// How much is measured.
@@ -49,6 +50,8 @@ pub struct Report {
     pub rows: Vec<Row>,
     /// What a generation costs beside simulating.
     pub generations: Vec<Generation>,
+    /// What was not measured, and why.
+    pub left_out: Vec<String>,
 }
 
 impl Report {
@@ -59,6 +62,7 @@ impl Report {
         json!({
             "schema_version": 1, "machine": self.machine.to_string(), "load": self.machine.load, "adapter": self.adapter,
             "data": self.data, "rows": self.rows, "generations": self.generations, "goals": goals,
+            "left_out": self.left_out,
         })
     }
 
@@ -130,14 +134,34 @@ pub fn run(drive: &Drive, effort: Effort, progress: &mut dyn FnMut(&str)) -> Res
     }
     let mut rows: Vec<Row> = measurements.iter().map(Measurement::row).collect();
     let mut adapter = measurements.iter().find_map(Measurement::adapter);
+    let mut left_out = Vec::new();
     // One after the other, for a small GPU could not hold all large populations at once.
     for (k, &(contender, id, population)) in by_itself.iter().enumerate() {
         progress(&format!("on the GPU, {} of {}", k + 1, by_itself.len()));
-        if let Some(mut measurement) = Measurement::new(contender, Variant::from_id(id)?, drive, population)? {
+        if expected_s(&rows, population).is_some_and(|expected| expected > LONGEST_S) {
+            let reason = format!("{population} candidates on the GPU: more than {LONGEST_S} s a repetition");
+            if !left_out.contains(&reason) {
+                left_out.push(reason);
+            }
+            continue;
+        }
+        let measured = || -> Result<Option<Measurement>, BenchError> {
+            let measurement = Measurement::new(contender, Variant::from_id(id)?, drive, population)?;
+            let Some(mut measurement) = measurement else { return Ok(None) };
             measurement.wake()?;
             (0..rounds).try_for_each(|_| measurement.repeat())?;
-            adapter = adapter.or_else(|| measurement.adapter());
-            rows.push(measurement.row());
+            Ok(Some(measurement))
+        };
+        match measured() {
+            Ok(measurement) => {
+                adapter = adapter.or_else(|| measurement.as_ref().and_then(Measurement::adapter));
+                rows.extend(measurement.as_ref().map(Measurement::row));
+            }
+            // Such as too little memory; what the others took is not lost for it.
+            Err(BenchError::Evaluate(error @ EvaluateError::Device { .. })) => {
+                left_out.push(format!("variant {id} on gpu, {population} candidates: {error}"));
+            }
+            Err(error) => return Err(error),
         }
     }
     let mut generations = Vec::new();
@@ -148,5 +172,37 @@ pub fn run(drive: &Drive, effort: Effort, progress: &mut dyn FnMut(&str)) -> Res
     }
     let data = format!("{}, {} samples", drive.name, drive.samples());
     let shown = if let Effort::Variant(variant) = effort { vec![variant.id()] } else { VARIANTS.to_vec() };
-    Ok(Report { machine, adapter, data, shown, rows, generations })
+    Ok(Report { machine, adapter, data, shown, rows, generations, left_out })
+}
+
+/// A repetition that takes longer \[s\] is not worth it: a small GPU would take hours over ninety large populations.
+const LONGEST_S: f64 = 1.0;
+
+/// Time \[s\] that this many candidates take the GPU, by what fewer took with variant 1; `None` before those are measured.
+fn expected_s(rows: &[Row], population: usize) -> Option<f64> {
+    let fewer = |row: &&Row| row.evaluator == "gpu" && row.precision == "plain" && row.model_id == 1;
+    let largest = rows.iter().filter(fewer).max_by_key(|row| row.population)?;
+    Some(median(&largest.wall_s) * population as f64 / largest.population as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn hardware_gets_populations_that_fill_it_and_all_variants() {
+        let plain = |plan: &[(Contender, u32, usize)], gpu: bool| -> Vec<(u32, usize)> {
+            let all = plan.iter().filter(|(c, ..)| c.is_gpu() == gpu && c.precision() == "plain");
+            all.map(|&(_, id, population)| (id, population)).collect()
+        };
+        let (without, with) = (plan(Effort::Full, false), plan(Effort::Full, true));
+        assert_eq!(plain(&without, false), plain(&with, false), "what the CPU does is the same");
+        assert!(plain(&without, true).iter().all(|(_, population)| *population <= POPULATION));
+        let on_hardware = plain(&with, true);
+        assert!((1..=Variant::COUNT).all(|id| on_hardware.contains(&(id, MANY))), "{on_hardware:?}");
+        assert!(plain(&plan(Effort::Quick, true), true).contains(&(1, MANY)));
+        let mut once = with.clone();
+        once.dedup();
+        assert_eq!(once.len(), with.len(), "nothing twice");
+    }
 }

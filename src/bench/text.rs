@@ -64,9 +64,18 @@ fn write_table(text: &mut String, report: &Report) -> std::fmt::Result {
         }
         write_against_lanes(text, report, &rows)?;
     }
-    for row in report.rows.iter().filter(|r| r.first_dispatch_s > 0.0 && r.population == POPULATION) {
+    for what in &report.left_out {
+        textwrap::wrap(&format!("not measured: {what}"), 80).iter().try_for_each(|line| writeln!(text, "{line}"))?;
+    }
+    // Of several evaluators with the same kernel the first one had it compiled.
+    let mut told = Vec::new();
+    for row in report.rows.iter().filter(|r| r.first_dispatch_s > 0.0 && report.shown.contains(&r.model_id)) {
+        if told.contains(&(row.precision, row.model_id)) {
+            continue;
+        }
+        told.push((row.precision, row.model_id));
         let (evaluator, precision, id, ms) = (row.evaluator, row.precision, row.model_id, 1e3 * row.first_dispatch_s);
-        writeln!(text, "first dispatch of {evaluator} {precision}, variant {id}: {ms:.0} ms (once per process)")?;
+        writeln!(text, "first dispatch of {evaluator} {precision}, variant {id}: {ms:.0} ms")?;
     }
     write_ninety(text, report)?;
     if report.generations.is_empty() {

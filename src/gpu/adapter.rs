@@ -23,24 +23,6 @@ impl FromStr for AdapterChoice {
     }
 }
 
-/// Upper limits of what is asked of a device, beside its own; tests lower them to reach the code for large work.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Limits {
-    /// Bytes of one binding of a storage buffer.
-    pub binding: u64,
-    /// Bytes of a buffer.
-    pub buffer: u64,
-    /// Workgroups in one dimension of a dispatch.
-    pub workgroups: u32,
-    /// Samples simulated per submission; without a value the measured speed decides.
-    pub chunk: Option<u32>,
-}
-
-impl Limits {
-    /// As much as the adapter allows.
-    pub const NONE: Limits = Limits { binding: u64::MAX, buffer: u64::MAX, workgroups: u32::MAX, chunk: None };
-}
-
 /// An adapter that is present.
 #[derive(Debug, Clone)]
 pub struct Adapter {

@@ -1,7 +1,7 @@
 //! Everything that lives on a device and is lost with it: tables, pipelines, buffers, work in flight.
 
-use super::adapter::{Adapter, Limits};
-use super::device::{Device, Fault, Windows};
+use super::adapter::Adapter;
+use super::device::{Device, Fault, Limits, Windows};
 use super::kernel::{Kernel, Replaced};
 use super::plan::Plan;
 use super::rate::Rate;
@@ -131,10 +131,15 @@ impl Context {
         self.device.check("submitting work")
     }
 
-    /// The kernel in the form that suits this device, which may have replaced another one.
+    /// The kernel in the form that suits this device, which may have replaced another one. On hardware it depends on the evaluator
+    /// alone: two forms may differ in the last digits there, and no result is to depend on what else is in a batch.
     fn kernel(&self, work: &Work) -> Kernel {
         let one_each = work.plan.parts.iter().all(|part| part.begin.is_some());
-        let windows = if one_each { self.device.windows } else { Windows::Nothing };
+        let windows = match self.device.windows {
+            Windows::All if one_each => Windows::All,
+            Windows::Present => work.kernel.windows,
+            _ => Windows::Nothing,
+        };
         Kernel { workgroup: self.device.workgroup, ..work.kernel }.with_windows(windows)
     }
 

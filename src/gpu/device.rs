@@ -1,10 +1,32 @@
 //! Devices: how one is opened, shared, and tells of its failures.
 
-use super::adapter::{Adapter, Limits};
-use super::kernel::{WINDOW_LENGTH, workgroup};
+use super::adapter::Adapter;
+use super::kernel::{LARGEST_WORKGROUP, WINDOW_LENGTH, workgroup};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
+
+/// Upper limits of what is asked of a device, beside its own; tests lower them to reach the code for large work.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Limits {
+    /// Bytes of one binding of a storage buffer.
+    pub binding: u64,
+    /// Bytes of a buffer.
+    pub buffer: u64,
+    /// Workgroups in one dimension of a dispatch.
+    pub workgroups: u32,
+    /// Samples simulated per submission; without a value the measured speed decides.
+    pub chunk: Option<u32>,
+    /// The kernels of hardware on a software device, too: so they are tested without any.
+    #[doc(hidden)]
+    pub as_hardware: bool,
+}
+
+impl Limits {
+    /// As much as the adapter allows.
+    pub const NONE: Limits =
+        Limits { binding: u64::MAX, buffer: u64::MAX, workgroups: u32::MAX, chunk: None, as_hardware: false };
+}
 
 /// What went wrong on a device, and while doing what.
 #[derive(Debug, Clone)]
@@ -33,9 +55,9 @@ struct Opened {
     trouble: Trouble,
 }
 
-/// The devices that evaluators share, by the index of their adapter. Opening one takes time, and a driver has no more than some dozens open
-/// in one process: NVIDIA's refuses the 63rd (H200, driver 580).
-static SHARED: Mutex<Vec<(usize, Opened)>> = Mutex::new(Vec::new());
+/// The devices that evaluators share, by their adapter. Opening one takes time, and a driver has no more than some dozens open in one
+/// process: NVIDIA's refuses the 63rd (H200, driver 580).
+static SHARED: Mutex<Vec<(String, Opened)>> = Mutex::new(Vec::new());
 
 /// What is locked, even where its last owner has panicked.
 fn locked<T>(place: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -69,24 +91,28 @@ impl Opened {
 
     /// The device that is open on this adapter, or a new one where there is none without trouble.
     fn shared(adapter: &Adapter, required_limits: wgpu::Limits) -> Result<Opened, Fault> {
+        let name = adapter.to_string();
         let mut shared = locked(&SHARED);
-        shared.retain(|(_, opened)| locked(&opened.trouble).is_none());
-        if let Some((_, opened)) = shared.iter().find(|(index, _)| *index == adapter.index) {
-            return Ok(opened.clone());
-        }
-        let opened = Opened::new(adapter, required_limits)?;
-        shared.push((adapter.index, opened.clone()));
-        Ok(opened)
+        let lost: Vec<_> = shared.extract_if(.., |(_, opened)| locked(&opened.trouble).is_some()).collect();
+        let found = shared.iter().find(|(of, _)| *of == name).map(|(_, opened)| opened.clone());
+        let opened = match found {
+            Some(opened) => Ok(opened),
+            None => Opened::new(adapter, required_limits).inspect(|opened| shared.push((name, opened.clone()))),
+        };
+        drop(shared);
+        // A driver may take its time over these; nobody is to wait for that.
+        drop(lost);
+        opened
     }
 }
 
 /// Which samples are read from uniform memory where candidates simulate one trajectory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Windows {
-    /// None: it is too small.
+    /// None.
     Nothing,
-    /// Those that all candidates read at once. A GPU has them for all of them in one read, but reads one after the other where
-    /// candidates perceive with delays of their own (an NVIDIA H200: a third faster without delay, eight times slower with).
+    /// Those of the sample that all candidates are at. A GPU reads them once for all, but one after the other where each candidate
+    /// looks up another one (an NVIDIA H200: a third faster in IDM, eight times slower where delayed samples were read so, too).
     Present,
     /// All: a driver on the CPU reads storage lane by lane.
     All,
@@ -129,11 +155,12 @@ impl Device {
             binding: limits.binding.min(can.max_storage_buffer_binding_size) & !255,
             buffer: limits.buffer.min(can.max_buffer_size) & !255,
             workgroups: limits.workgroups.min(can.max_compute_workgroups_per_dimension),
-            chunk: limits.chunk,
+            ..limits
         };
         let downlevel = wgpu::Limits::downlevel_defaults();
         let window = u64::from(WINDOW_LENGTH) * 16;
-        let windows = match adapter.is_hardware() {
+        let as_hardware = adapter.is_hardware() || limits.as_hardware;
+        let windows = match as_hardware {
             _ if can.max_uniform_buffer_binding_size < window => Windows::Nothing,
             true => Windows::Present,
             false => Windows::All,
@@ -148,7 +175,7 @@ impl Device {
             ..downlevel
         };
         let Opened { raw, queue, trouble } = open(adapter, required_limits)?;
-        let workgroup = workgroup(adapter.info.subgroup_max_size);
+        let workgroup = if limits.as_hardware { LARGEST_WORKGROUP } else { workgroup(adapter.info.subgroup_max_size) };
         Ok(Device { raw, queue, limits, windows, workgroup, trouble, made: AtomicU64::new(0) })
     }
 
@@ -175,7 +202,14 @@ impl Device {
         self.check(DOING)
     }
 
-    /// Makes what takes memory of the device. A failure is told to who asked, and is no trouble of those that share the device.
+    /// Has no later evaluator share this device; those that do keep it.
+    pub(super) fn retire(&self) {
+        let retired = locked(&SHARED).extract_if(.., |(_, opened)| opened.raw == self.raw).next();
+        drop(retired);
+    }
+
+    /// Makes what takes memory of the device. A failure that leaves the device as it was is told to who asked, and is no trouble of those
+    /// that share it.
     pub(super) fn making<T>(&self, doing: &'static str, make: impl FnOnce() -> T) -> Result<T, Fault> {
         let filters = [wgpu::ErrorFilter::Validation, wgpu::ErrorFilter::Internal, wgpu::ErrorFilter::OutOfMemory];
         let scopes = filters.map(|filter| self.raw.push_error_scope(filter));
@@ -229,9 +263,9 @@ mod tests {
     use crate::gpu::AdapterChoice;
 
     #[test]
-    fn what_one_cannot_have_is_no_trouble_of_the_others() {
+    fn asking_for_too_large_a_buffer_is_no_trouble_of_the_others() {
         if std::env::var_os("LEADLAG_NO_GPU").is_some() {
-            println!("SKIPPED what_one_cannot_have_is_no_trouble_of_the_others: LEADLAG_NO_GPU is set");
+            println!("SKIPPED asking_for_too_large_a_buffer_is_no_trouble_of_the_others: LEADLAG_NO_GPU is set");
             return;
         }
         let adapter = Adapter::choose(&AdapterChoice::Best).expect("an adapter, or LEADLAG_NO_GPU=1");

@@ -7,14 +7,17 @@ use crate::wgsl::{Precision, Recipe, ShaderError, Source, check};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-/// Invocations of a workgroup, for a device that executes so many together: the fewest that waste none, because small ones spread better over
-/// few candidates (an NVIDIA H200, 4096 candidates: a seventh to a quarter faster with 32 than with 64; software Vulkan does not care).
+/// Invocations of a workgroup, for a device of which up to so many execute together: not many more, because small groups spread better over a
+/// GPU (an NVIDIA H200, 4096 candidates: a seventh to a quarter faster with 32 than with 64; software Vulkan does not care).
 pub(super) fn workgroup(subgroup: u32) -> u32 {
-    subgroup.clamp(SMALLEST_WORKGROUP, 64)
+    subgroup.clamp(SMALLEST_WORKGROUP, LARGEST_WORKGROUP)
 }
 
-/// Invocations of a workgroup at least.
+/// Invocations of a workgroup at least: those of NVIDIA that execute together.
 pub(super) const SMALLEST_WORKGROUP: u32 = 32;
+
+/// And at most: those of AMD.
+pub(super) const LARGEST_WORKGROUP: u32 = 64;
 
 /// Longest ring of past states that an invocation keeps in its own memory; large private arrays lose devices
 /// (gfx-rs/wgpu#10027).
@@ -50,9 +53,10 @@ pub(super) struct Kernel {
     pub(super) reject: bool,
     /// Past samples to be remembered; a power of two.
     pub(super) ring: u32,
-    /// Which samples of a chunk, of one trajectory only, are read from uniform memory; [`Context`](super::context::Context) decides.
+    /// Which samples of a chunk, of one trajectory only, are read from uniform memory: at first on hardware, then on the device that
+    /// [`Context`](super::context::Context) has.
     pub(super) windows: Windows,
-    /// Invocations of a workgroup; so does this.
+    /// Invocations of a workgroup; it decides on these, too.
     pub(super) workgroup: u32,
 }
 
@@ -269,7 +273,8 @@ impl Kernel {
     }
 }
 
-/// The text that a variant's scores are computed with on a GPU, for a ring of 16 samples and NRMSE, checked.
+/// The text that a variant's scores are computed with on a GPU, for a ring of 16 samples and NRMSE, with samples in storage and workgroups of
+/// 64, checked.
 ///
 /// # Errors
 /// [`ShaderError`] at the first problem.

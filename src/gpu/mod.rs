@@ -16,12 +16,13 @@ mod slot;
 mod tables;
 mod twins;
 
-pub use adapter::{Adapter, AdapterChoice, Limits};
+pub use adapter::{Adapter, AdapterChoice};
+pub use device::Limits;
 pub use kernel::kernel_text;
 pub use probe::{Mode, Probe, ProbeStatus, modes, probes, values};
 pub use twins::Twins;
 
-use crate::convention::BoundRule;
+use crate::convention::{self, BoundRule};
 use crate::evaluator::{
     BufferSet, Case, Course, EvaluateError, Evaluator, Job, Observed, Observer, Outcome, Raw, Score, Timings,
 };
@@ -227,6 +228,9 @@ impl Gpu {
     fn kernel(&self, sums: Sums, observer: bool) -> Kernel {
         let Case { variant, convention, .. } = &self.cases[0];
         // A ring that is longer than needed costs no time.
+        // Nobody is at another sample than the others, on another trajectory or because of where a run with delay begins.
+        let is_together =
+            self.cases.len() == 1 && !(variant.perceives_late() && convention.delay == convention::Delay::Floor);
         let ring = self.courses.iter().map(|course| course.ring).max().unwrap_or(1).next_power_of_two();
         Kernel {
             recipe: Recipe {
@@ -238,7 +242,7 @@ impl Gpu {
             sums,
             reject: convention.bounds == BoundRule::Reject,
             ring: ring as u32,
-            windows: Windows::Nothing,
+            windows: if is_together { Windows::Present } else { Windows::Nothing },
             workgroup: SMALLEST_WORKGROUP,
         }
     }
@@ -266,6 +270,9 @@ impl Gpu {
     fn twice(&mut self, mut run: impl FnMut(&mut Gpu) -> Result<(), Fault>) -> Result<(), EvaluateError> {
         if run(self).is_ok() {
             return Ok(());
+        }
+        if let Some(context) = &self.context {
+            context.device.retire();
         }
         let mut again = self.open()?;
         for set in 0..self.work.len() {
