@@ -1,9 +1,9 @@
 // The time loop: one invocation, one candidate. `src/lanes/run.rs` does the same, operation for operation, on the CPU; the
 // tests compare every bit. Generated in front of this file (src/gpu/kernel.rs), one set per pipeline: the constants DELAY,
-// GRADE, MFC, REJECT, COMPENSATED, OBSERVER, EXTENDED, WORLD, LOOKS_BACK, RING_IN_STATES, WINDOW, PAST_IN_WINDOW (bool), ACCUMULATION (src/score.rs; ALL:
-// everything the measures need, for `evaluate`), RING (a power of two), WORKGROUP, PARAMETERS, MOTION_WORDS and MEMORY_WORDS
-// (u32); the functions `load_params`, `params_are_finite`, `load_motion`, `save_motion`, `load_memory`, `save_memory`,
-// `initial_memory`, `corrected` (the missing acceleration), `set_zeros` and `stepped`, which is `step` with or without extensions.
+// GRADE, MFC, REJECT, COMPENSATED, OBSERVER, EXTENDED, WORLD, LOOKS_BACK, RING_IN_STATES, WINDOW, PAST_IN_WINDOW (bool),
+// ACCUMULATION (src/score.rs; ALL: everything the measures need, for `evaluate`), RING (a power of two), WORKGROUP,
+// WINDOW_LENGTH, PARAMETERS, MOTION_WORDS and MEMORY_WORDS (u32); the functions `load_params`, `params_are_finite`,
+// `load_motion`, `save_motion`, `load_memory`, `save_memory`, `initial_memory`, `corrected` (the missing acceleration), `set_zeros` and `stepped`, which is `step` with or without extensions.
 
 // Values of ACCUMULATION.
 const SQUARED = 0u;
@@ -99,7 +99,7 @@ fn is_finite(x: f32) -> bool {
     return (bitcast<u32>(x) & 0x7f800000u) != 0x7f800000u;
 }
 
-// Entry `at` of `samples`, of the sample that a candidate is at, and mostly all of them are, by the way that is faster.
+// Entry `at` of `samples`: the sample that a candidate is at, which is mostly that of all, by the way that is faster.
 fn sample(at: u32) -> vec4<f32> {
     if (WINDOW) {
         return window[at - chunk.window];

@@ -1,7 +1,7 @@
 //! Which evaluator does the work: the one asked for, or under `auto` the one that suits it.
 
 use crate::evaluator::{Case, EvaluateError, Evaluator, Fallback};
-use crate::gpu::{Adapter, AdapterChoice, Gpu};
+use crate::gpu::{Adapter, AdapterChoice, Gpu, is_switched_off};
 use crate::lanes::{Lanes, LanesPrecision};
 use crate::reference::Reference;
 use crate::score::GoodnessOfFit;
@@ -135,15 +135,15 @@ impl Selection {
 
     /// Why `auto` takes no GPU; `None` if there is one in hardware, and work enough for it.
     fn against_a_gpu(&self, precision: LanesPrecision, work: Work) -> Option<&'static str> {
+        const SMALL: Option<&str> = Some("the work is too small for a GPU to be faster");
         if precision == LanesPrecision::F64 {
             return Some("this is computed in f64, for which the CPU is taken");
         }
-        const SMALL: Option<&str> = Some("the work is too small for a GPU to be faster");
         // Before any driver is asked, which takes time.
         if work.candidates < FOR_A_DISCRETE_GPU {
             return SMALL;
         }
-        if std::env::var_os("LEADLAG_NO_GPU").is_some() {
+        if is_switched_off() {
             return Some("LEADLAG_NO_GPU is set");
         }
         match Adapter::choose(&self.adapter) {

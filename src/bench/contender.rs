@@ -2,7 +2,7 @@
 
 use super::native::Native;
 use crate::evaluator::{Case, EvaluateError, Evaluator, Population, Score, Timings};
-use crate::gpu::{Adapter, AdapterChoice, Gpu};
+use crate::gpu::{Adapter, AdapterChoice, Gpu, is_switched_off};
 use crate::lanes::{Lanes, LanesPrecision};
 use crate::reference::Reference;
 use crate::score::GoodnessOfFit;
@@ -88,11 +88,6 @@ impl Contender {
             },
         }))
     }
-}
-
-/// True if no GPU is to be used.
-fn is_switched_off() -> bool {
-    std::env::var_os("LEADLAG_NO_GPU").is_some()
 }
 
 /// True if the GPU evaluator runs on hardware here.

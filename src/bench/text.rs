@@ -20,7 +20,8 @@ fn write_table(text: &mut String, report: &Report) -> std::fmt::Result {
     let mcs = (POPULATION * steps) as f64 / 1e6;
     writeln!(text, "How fast candidates (parameter vectors) are simulated and scored.\n")?;
     writeln!(text, "machine   {}", report.machine)?;
-    writeln!(text, "adapter   {}", report.adapter.as_deref().unwrap_or("no GPU evaluator measured"))?;
+    let adapter = format!("adapter   {}", report.adapter.as_deref().unwrap_or("no GPU evaluator measured"));
+    writeln!(text, "{}", textwrap::fill(&adapter, textwrap::Options::new(80).subsequent_indent("          ")))?;
     writeln!(text, "data      {}", report.data)?;
     if let Some(load) = report.machine.load {
         writeln!(text, "load      {load:.1} processes at the start; figures are steadiest at 0")?;

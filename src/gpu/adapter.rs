@@ -23,6 +23,11 @@ impl FromStr for AdapterChoice {
     }
 }
 
+/// True if no GPU is to be used: `LEADLAG_NO_GPU`.
+pub(crate) fn is_switched_off() -> bool {
+    std::env::var_os("LEADLAG_NO_GPU").is_some()
+}
+
 /// An adapter that is present.
 #[derive(Debug, Clone)]
 pub struct Adapter {

@@ -264,7 +264,7 @@ mod tests {
 
     #[test]
     fn asking_for_too_large_a_buffer_is_no_trouble_of_the_others() {
-        if std::env::var_os("LEADLAG_NO_GPU").is_some() {
+        if crate::gpu::is_switched_off() {
             println!("SKIPPED asking_for_too_large_a_buffer_is_no_trouble_of_the_others: LEADLAG_NO_GPU is set");
             return;
         }

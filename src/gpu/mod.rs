@@ -1,8 +1,8 @@
 //! The WGSL text itself on a GPU, by wgpu: one invocation simulates one candidate.
 //!
 //! `adapter` chooses one, `device` opens it; `kernel` composes the text; `tables` uploads the cases; `plan` lays jobs out;
-//! `context` builds pipelines and runs chunks of time on the buffers of `slot`; `results` says what
-//! came back; [`Gpu`] makes an evaluator of it.
+//! `context` builds pipelines and runs chunks of time on the buffers of `slot`; `results` says what came
+//! back; [`Gpu`] makes an evaluator of it.
 
 mod adapter;
 mod context;
@@ -16,6 +16,7 @@ mod slot;
 mod tables;
 mod twins;
 
+pub(crate) use adapter::is_switched_off;
 pub use adapter::{Adapter, AdapterChoice};
 pub use device::Limits;
 pub use kernel::kernel_text;
@@ -227,10 +228,10 @@ impl Gpu {
 
     fn kernel(&self, sums: Sums, observer: bool) -> Kernel {
         let Case { variant, convention, .. } = &self.cases[0];
-        // A ring that is longer than needed costs no time.
         // Nobody is at another sample than the others, on another trajectory or because of where a run with delay begins.
         let is_together =
             self.cases.len() == 1 && !(variant.perceives_late() && convention.delay == convention::Delay::Floor);
+        // A ring that is longer than needed costs no time.
         let ring = self.courses.iter().map(|course| course.ring).max().unwrap_or(1).next_power_of_two();
         Kernel {
             recipe: Recipe {

@@ -42,7 +42,8 @@ pub(super) struct Plan {
 }
 
 impl Plan {
-    /// Replaces the plan; the memory of words and positions is kept. Where there are observers, there is one job, and one for each of its candidates.
+    /// Replaces the plan; the memory of words and positions is kept. Where there are observers, there is one job, and one for each of
+    /// its candidates.
     #[allow(clippy::too_many_arguments, reason = "what a plan is made of, each of another owner")]
     pub(super) fn make(
         &mut self,
