@@ -63,7 +63,7 @@ fn kill_runs(optimizer: &str, evaluations: u32) {
     let mut middle = 0;
     while hits < KILLS {
         let mut run = start(&study, "4");
-        sleep(waits.next(whole / 10));
+        sleep(waits.next(whole / 5));
         run.kill().expect("SIGKILL can be sent");
         let status = run.wait().expect("it ends");
         hits += usize::from(status.code().is_none());
