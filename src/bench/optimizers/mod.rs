@@ -94,21 +94,30 @@ pub const SEEDS: [std::ops::RangeInclusive<u64>; 2] = [1..=10, 101..=110];
 const PLATOONS: [(u32, &str); 3] =
     [(3, "ASta_040719_platoon7"), (4, "ASta_040719_platoon8"), (5, "ASta_040719_platoon9")];
 
-/// Variant, platoon and follower of surfaces with several basins: all pairs of which replicates with 24,000 evaluations and a
-/// smaller population differed by more than 1 % in the study of the twelve processed trajectories (convention `paper`), and one more
+/// Variant, platoon and follower of surfaces with several basins: all pairs of which replicates with 24,000 evaluations differed by more
+/// than 1 % in either study of the twelve processed trajectories (convention `paper`; the first had a smaller population), and one more
 /// that did so with 100,000.
-const HARD: [(u32, u32, usize); 23] = [
+const HARD: [(u32, u32, usize); 36] = [
     (25, 4, 2),
     (26, 4, 2),
     (27, 4, 2),
     (28, 3, 1),
+    (31, 3, 1),
+    (32, 3, 1),
+    (61, 4, 1),
     (61, 5, 2),
+    (62, 4, 1),
     (62, 5, 2),
+    (63, 4, 1),
     (63, 5, 2),
     (64, 3, 2),
+    (70, 4, 1),
+    (71, 4, 1),
+    (72, 4, 1),
     (73, 3, 2),
     (73, 5, 1),
     (75, 5, 1),
+    (79, 4, 2),
     (79, 5, 1),
     (80, 5, 1),
     (80, 5, 2),
@@ -116,10 +125,14 @@ const HARD: [(u32, u32, usize); 23] = [
     (81, 5, 1),
     (82, 5, 1),
     (83, 4, 1),
+    (83, 5, 1),
+    (84, 4, 1),
     (85, 5, 1),
+    (87, 5, 1),
     (88, 4, 1),
     (89, 4, 1),
     (89, 5, 1),
+    (90, 4, 1),
     (90, 5, 1),
 ];
 
