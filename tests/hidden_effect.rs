@@ -3,7 +3,15 @@
 //! The truth is made by the plant, which shares no code with what diagnoses it. Seeds are fixed and were not used for tuning, unless said;
 //! `leadlag bench diagnosis` is the same with as many cases as one likes.
 
-use leadlag::bench::{DiagnosisOutcome, DiagnosisTask, Judgement, diagnose_task, judge};
+mod common;
+
+use leadlag::bench::{DiagnosisOutcome, DiagnosisTask, Judgement, diagnose_task, judge, planted};
+use leadlag::calibrate::Overrides;
+use leadlag::diagnose::Drive;
+use leadlag::recommend::{Answer, Policy, Request, recommend};
+use leadlag::trajectory::{Preparation, import, prepare};
+use leadlag::wgsl::library;
+use std::ops::ControlFlow;
 
 /// Share by which an estimate may be off, and standard errors; the larger of the two counts.
 const WITHIN: f64 = 0.10;
@@ -359,4 +367,79 @@ fn a_pair_less_likely_than_something_absorbed() {
 #[ignore = "a minute"]
 fn an_integral_that_is_found_from_elsewhere() {
     sized(&DiagnosisTask { duration_s: 900.0, ..task("one", "l-cth", &["integral_action"], 0.0, 3_391_136) });
+}
+
+/// What the closed loop says of a planted task; all three drives are given, none is held out.
+fn closed_loop(task: &DiagnosisTask) -> (Answer, Vec<Vec<String>>) {
+    let planted = planted(task).expect("drivable");
+    let drives: Vec<Drive> = planted.train.into_iter().chain(planted.holdout).collect();
+    judged_in_closed_loop(&drives, &task.base)
+}
+
+fn judged_in_closed_loop(drives: &[Drive], base: &str) -> (Answer, Vec<Vec<String>>) {
+    let causes: Vec<_> = library().iter().copied().filter(|extension| extension.cause.is_some()).collect();
+    let (base, bounds) = (base.parse().expect("a base"), Overrides::new());
+    let request = Request { drives, base, causes: &causes, bounds: &bounds, seed: 1, rounds: 1 };
+    let answer = recommend(&request, &Policy::DEFAULT, &mut |_| ControlFlow::Continue(())).expect("can be run");
+    let passing = answer.tried.trials.iter().filter(|trial| trial.passes).map(|trial| trial.causes.clone()).collect();
+    (answer, passing)
+}
+
+fn recommended(answer: &Answer) -> Vec<&str> {
+    answer.recommended.iter().flat_map(|winner| &winner.causes).map(|cause| cause.name.as_str()).collect()
+}
+
+/// Long enough for the bins that a test needs.
+fn long(kind: &str, base: &str, causes: &[&str], gusts: f64, seed: u64) -> DiagnosisTask {
+    DiagnosisTask { duration_s: 420.0, ..task(kind, base, causes, gusts, seed) }
+}
+
+#[test]
+fn in_closed_loop_a_lag_or_its_relative_is_recommended() {
+    let (answer, passing) = closed_loop(&long("one", "l-cth", &["actuation_lag"], 0.0, 4201));
+    let phase = ["actuation_lag", "asym_lag", "perception_delay", "sensor_lowpass", "time_offset"];
+    let found = recommended(&answer);
+    assert!(found.iter().any(|name| phase.contains(name)), "{found:?} of {passing:?}");
+}
+
+#[test]
+fn in_closed_loop_a_limit_of_the_acceleration_is_recommended() {
+    let (answer, passing) = closed_loop(&long("one", "l-cth", &["accel_cap"], 0.0, 4202));
+    let found = recommended(&answer);
+    assert!(found.contains(&"accel_cap") || found.contains(&"power_cap"), "{found:?} of {passing:?}");
+}
+
+#[test]
+fn in_closed_loop_nothing_passes_where_nothing_is_hidden() {
+    for (base, gusts, seed) in [("l-cth", 0.0, 4203), ("idm", 0.05, 4204)] {
+        let (answer, passing) = closed_loop(&long("none", base, &[], gusts, seed));
+        assert!(recommended(&answer).is_empty() && passing.is_empty(), "{base}: {passing:?}");
+        assert!(answer.tried.not_testable.is_none() && !answer.tried.trials.is_empty());
+    }
+}
+
+#[test]
+fn in_closed_loop_short_drives_say_that_they_are_too_short() {
+    let (answer, passing) = closed_loop(&task("none", "idm", &[], 0.0, 4205));
+    let why = answer.tried.not_testable.as_deref().expect("too few bins");
+    assert!(why.contains("bins of 10 s") && passing.is_empty() && recommended(&answer).is_empty(), "{why}");
+}
+
+/// The Tesla of the AstaZero platoons answers about a second late.
+#[test]
+fn in_closed_loop_the_tesla_has_a_lag() {
+    let Some(shared) = common::shared("in_closed_loop_the_tesla_has_a_lag") else { return };
+    let drive = |platoon: u32| {
+        let file = shared.join(format!("data/astazero_rebuilt/ASta_040719_platoon{platoon}.csv"));
+        let recording = import::read(&file, None).expect("a platoon");
+        let preparation = Preparation { from: Some(61.0), ..Preparation::default() };
+        let trajectory = prepare(&recording, 1, &preparation).expect("complete").remove(0);
+        Drive::of(&trajectory, None).expect("no jump").0
+    };
+    let drives: Vec<Drive> = [7, 8, 9].into_iter().flat_map(drive).collect();
+    let (answer, passing) = judged_in_closed_loop(&drives, "l-cth");
+    let found = recommended(&answer);
+    let late = |name: &&str| ["actuation_lag", "asym_lag", "perception_delay"].contains(name);
+    assert!(found.iter().any(late), "{found:?} of {passing:?}");
+    assert!(passing.iter().any(|causes| causes.iter().any(|name| name == "actuation_lag")), "{passing:?}");
 }

@@ -11,6 +11,7 @@ use super::observer::{Noise, design};
 use super::outcome::{
     CauseEntry, DriveEntry, LeftOverEntry, NotTestableEntry, NotTriedEntry, Outcome, RungEntry, SCHEMA_VERSION,
 };
+use super::recommended::ClosedLoopEntry;
 use super::scene::Scene;
 use super::verdict::{Adopted, Fitted, Inference, Progress, Question, Verdict};
 use crate::calibrate::CalibrateError;
@@ -132,6 +133,9 @@ pub fn describe(
         data_findings: Vec::new(),
         gain: measured,
         gain_error,
+        recommended: None,
+        base_laws: Vec::new(),
+        base_notes: Vec::new(),
         left_over,
         simulations: inference.simulations,
         complete: inference.complete,
@@ -154,6 +158,7 @@ pub fn describe(
         missing_left,
         formula,
         ladder: inference.ladder.iter().map(RungEntry::from).collect(),
+        closed_loop: ClosedLoopEntry::default(),
     };
     Ok(Diagnosis { outcome, inference, base, extended })
 }

@@ -173,7 +173,16 @@ impl Drive {
 
     /// Its first samples, so many.
     pub(super) fn first(&self, samples: usize) -> Drive {
-        let cut = |values: &[f64]| values[..samples.min(values.len())].to_vec();
+        self.part(0..samples.min(self.samples()))
+    }
+
+    /// A part of its samples.
+    ///
+    /// # Panics
+    /// If it has not so many.
+    #[must_use]
+    pub fn part(&self, range: Range<usize>) -> Drive {
+        let cut = |values: &[f64]| values[range.clone()].to_vec();
         let Trajectory { t, x_l, v_l, x_f, v_f, s, v_l2, s_l2, .. } = &self.trajectory;
         let [v_l2, s_l2] = [v_l2, s_l2].map(|signal| signal.as_deref().map(cut));
         let [t, x_l, v_l, x_f, v_f, s] = [t, x_l, v_l, x_f, v_f, s].map(|signal| cut(signal));

@@ -43,6 +43,7 @@ pub mod model;
 pub mod observer;
 pub mod outcome;
 mod polish;
+pub mod recommended;
 mod repair;
 pub mod road;
 pub mod scan;

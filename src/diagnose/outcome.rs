@@ -7,12 +7,13 @@ use super::formula::Formula;
 use super::free::BrokenOffEntry;
 use super::gain::Gain;
 use super::missing::Profiles;
+use super::recommended::{ClosedLoopEntry, LawEntry, Recommended};
 use super::verdict::{Adopted, Estimate, Fitted, Tried, Verdict};
 use crate::evaluator::CaseError;
 use serde::{Deserialize, Serialize};
 
 /// Version of the file; raised by every change that breaks a reader.
-pub const SCHEMA_VERSION: u32 = 1;
+pub const SCHEMA_VERSION: u32 = 2;
 
 /// A parameter with its uncertainty.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -310,6 +311,15 @@ pub struct Outcome {
     pub data_findings: Vec<FindingEntry>,
     /// Gain on the hold-out; `null` where nothing was adopted, or where it could not be measured.
     pub gain: Option<Gain>,
+    /// What to calibrate with; `null` where the base follows unseen drives as well.
+    #[serde(default)]
+    pub recommended: Option<Recommended>,
+    /// Other laws on the same drives.
+    #[serde(default)]
+    pub base_laws: Vec<LawEntry>,
+    /// What is remarkable about the base: bounds, collisions.
+    #[serde(default)]
+    pub base_notes: Vec<String>,
     /// What is left.
     pub left_over: Vec<LeftOverEntry>,
     /// Simulated candidates.
@@ -365,6 +375,9 @@ pub struct Outcome {
     pub formula: Option<Formula>,
     /// All that was tried.
     pub ladder: Vec<RungEntry>,
+    /// All that was tried in closed loop.
+    #[serde(default)]
+    pub closed_loop: ClosedLoopEntry,
 }
 
 /// Results from before this was noted.

@@ -138,29 +138,10 @@ pub fn with_cause(
     let values = model.adopt(&current.model, &current.fit.point.values);
     let noise = current.fit.point.noise;
     let free = noise.freer();
-    let mut sizes: Vec<Vec<(usize, f64)>> = Vec::new();
-    for hint in hints {
-        sizes.push(hint.iter().filter_map(|(symbol, value)| Some((model.position(*symbol)?, *value))).collect());
-    }
-    if hints.is_empty() {
-        let positions = model.positions(cause);
-        let sized: Vec<(usize, f64)> =
-            positions.iter().filter_map(|&k| model.symbols[k].neutral().map(|neutral| (k, neutral))).collect();
-        let of = |(k, neutral): &(usize, f64)| -> Vec<(usize, f64)> {
-            probes(&model.axes[*k], *neutral).into_iter().map(|value| (*k, value)).collect()
-        };
-        match sized.as_slice() {
-            [] => {}
-            [one] => sizes.extend(of(one).into_iter().map(|size| vec![size])),
-            several => {
-                // All together at every size, and each alone.
-                let each: Vec<Vec<(usize, f64)>> = several.iter().map(of).collect();
-                let most = each.iter().map(Vec::len).min().unwrap_or(0);
-                sizes.extend((0..most).map(|i| each.iter().map(|sizes| sizes[i]).collect::<Vec<_>>()));
-                sizes.extend(each.iter().filter_map(|sizes| sizes.get(sizes.len() / 2).map(|size| vec![*size])));
-            }
-        }
-    }
+    let hinted =
+        |hint: &Hint| hint.iter().filter_map(|(symbol, value)| Some((model.position(*symbol)?, *value))).collect();
+    let sizes: Vec<Vec<(usize, f64)>> =
+        if hints.is_empty() { sizes(model, cause) } else { hints.iter().map(hinted).collect() };
     let strong = noise.strong();
     let mut starts = Vec::new();
     for size in &sizes {
@@ -177,6 +158,24 @@ pub fn with_cause(
         }
     }
     starts
+}
+
+/// Values of a cause's parameters that are worth a start: all that have a neutral value together at every size, and each alone.
+#[must_use]
+pub fn sizes(model: &Model, cause: &Extension) -> Vec<Vec<(usize, f64)>> {
+    let positions = model.positions(cause);
+    let sized: Vec<(usize, f64)> =
+        positions.iter().filter_map(|&k| model.symbols[k].neutral().map(|neutral| (k, neutral))).collect();
+    let of = |(k, neutral): &(usize, f64)| -> Vec<(usize, f64)> {
+        probes(&model.axes[*k], *neutral).into_iter().map(|value| (*k, value)).collect()
+    };
+    if let [one] = sized.as_slice() {
+        return of(one).into_iter().map(|size| vec![size]).collect();
+    }
+    let each: Vec<Vec<(usize, f64)>> = sized.iter().map(of).collect();
+    let most = each.iter().map(Vec::len).min().unwrap_or(0);
+    let together = (0..most).map(|i| each.iter().map(|sizes| sizes[i]).collect());
+    together.chain(each.iter().filter_map(|sizes| sizes.get(sizes.len() / 2).map(|size| vec![*size]))).collect()
 }
 
 /// The largest speed of the follower \[m/s\].

@@ -75,6 +75,8 @@ pub enum Verdict {
     Ambiguous,
     /// Nothing is found that the base model lacks.
     Nothing,
+    /// The likelihood names nothing, but an extension follows unseen drives better.
+    Helps,
     /// What might be missing is absorbed by the calibration.
     NotTestable,
     /// Something is missing, and no cause explains it.
@@ -94,6 +96,7 @@ impl Verdict {
             Verdict::Unexplained => 5,
             Verdict::NotTestable => 6,
             Verdict::BadBase => 7,
+            Verdict::Helps => 8,
         }
     }
 
@@ -107,6 +110,7 @@ impl Verdict {
             Verdict::NotTestable => "not_testable",
             Verdict::Unexplained => "unexplained",
             Verdict::BadBase => "bad_base",
+            Verdict::Helps => "helps",
         }
     }
 }

@@ -11,7 +11,7 @@ pub use case::{Case, CaseError, InvalidParameter};
 pub(crate) use course::smoothed_acceleration;
 pub use course::{Course, CourseError, LEADER_SMOOTHING, Pace, WorldSignals};
 pub use fallback::Fallback;
-pub use observer::{Innovations, Observed, Observer, Residuals};
+pub use observer::{Innovations, Observed, Observer, Residuals, Windows};
 pub use raw::{Raw, status};
 pub use table::{Cell, Line, Table};
 

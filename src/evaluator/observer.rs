@@ -21,6 +21,25 @@ impl Observer {
     pub const NONE: Observer = Observer { gain: [0.0; 6], whitening: [1.0, 0.0, 1.0], decay: 0.0 };
 }
 
+/// A run in windows: each begins on the measurement and is free to its end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Windows {
+    /// First sample of the first window's run-up.
+    pub from: usize,
+    /// Samples of a run-up, in which the run is kept on the measurement while memories adjust.
+    pub run_up: usize,
+    /// Samples of a window behind it.
+    pub free: usize,
+}
+
+impl Windows {
+    /// True where the run is kept on the measurement.
+    #[must_use]
+    pub fn holds(&self, t: usize) -> bool {
+        t < self.from || (t - self.from) % (self.run_up + self.free) < self.run_up
+    }
+}
+
 /// What an observed run adds up.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Observed {

@@ -8,7 +8,7 @@ use super::simd::InstructionSet;
 use super::stream::Stream;
 use super::sums::{Adding, Settings};
 use crate::evaluator::{
-    BufferSet, Case, Course, EvaluateError, Evaluator, Failure, Innovations, Job, Observed, Observer, Outcome,
+    BufferSet, Case, Course, EvaluateError, Evaluator, Failure, Innovations, Job, Observed, Observer, Outcome, Windows,
 };
 use crate::evaluator::{Population, Raw, Residuals, Score};
 use crate::score::GoodnessOfFit;
@@ -239,6 +239,25 @@ impl Lanes {
         })
     }
 
+    /// The residuals of free simulations, as [`Lanes::residuals`]. They are put back on the measurement as `windows` says, and where a run
+    /// fails: its residuals of that sample are NaN. What a model remembers goes on.
+    ///
+    /// # Errors
+    /// [`EvaluateError::Delay`], [`EvaluateError::Model`].
+    pub fn free_residuals(
+        &self,
+        job: &Job<'_>,
+        windows: Option<Windows>,
+        each: &mut dyn FnMut(&Residuals),
+    ) -> Result<Vec<Option<Failure>>, EvaluateError> {
+        let settings =
+            Settings { windows, goes_on: true, ..settings(Adding::Nothing, self.compensated(), false, None) };
+        let free = vec![Observer::NONE; job.population.len()];
+        with_engine!(self.observing()?, core => {
+            core.residuals(&self.cases, job, &settings, &free, each)
+        })
+    }
+
     fn observing(&self) -> Result<&Engine, EvaluateError> {
         if let Some(engine) = self.observing.get() {
             return Ok(engine);
@@ -296,7 +315,7 @@ fn streams<T: Real>(cases: &[Case], courses: &[Course], gof: &GoodnessOfFit) -> 
 }
 
 fn settings(adding: Adding, compensated: bool, counts: bool, block: Option<usize>) -> Settings {
-    Settings { adding, compensated, counts, block }
+    Settings { adding, compensated, counts, block, windows: None, goes_on: false }
 }
 
 impl Evaluator for Lanes {

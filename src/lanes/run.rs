@@ -103,6 +103,8 @@ pub struct Workspace<T, const L: usize> {
     lookups: Lookups<T, L>,
     pub sums: Sums<T, L>,
     pub status: [u32; L],
+    /// Lanes that failed at this sample and go on from the measurement.
+    fallen: Vec<usize>,
     pub cut_acc: [u32; L],
     pub cut_dec: [u32; L],
     progress: Progress,
@@ -124,6 +126,7 @@ impl<T: Real, const L: usize> Workspace<T, L> {
             lookups: Lookups::new(),
             sums: Sums::new(),
             status: [0; L],
+            fallen: Vec::new(),
             cut_acc: [0; L],
             cut_dec: [0; L],
             progress: Progress { t: 0, here: 0, running: 0 },
@@ -253,13 +256,22 @@ pub fn run<T: Real, const L: usize>(
             if settings.counts && step.a != step.a_free {
                 rows::count(w.registers.row(step.a), a_free, &w.went.0, &mut w.cut_acc, &mut w.cut_dec);
             }
-            if failing {
+            if failing && settings.goes_on {
+                put_back(w, stream, [home[0], home[1], home[2]], t);
+            } else if failing {
                 running -= close(w, program, 1 - here, t);
             }
             let rows = [w.registers.row(home[0]), w.registers.row(home[1]), w.registers.row(home[2])];
             w.sums.add(settings, stream, rows, Went { all, row: &w.went.0 }, t);
             if let Some(missing) = model.missing {
                 w.sums.observe(stream, w.registers.rows_mut([home[0], home[1], home[missing]]), t);
+                if settings.windows.is_some_and(|windows| windows.holds(t)) {
+                    w.sums.put_back(stream, w.registers.rows_mut([home[0], home[1]]), t);
+                }
+                for lane in w.fallen.drain(..) {
+                    w.sums.residual[0].0[lane] = T::literal(f32::NAN);
+                    w.sums.residual[1].0[lane] = T::literal(f32::NAN);
+                }
                 if let Some(block) = settings.block {
                     w.sums.add_white(block, &w.went.0, t, what.end);
                 }
@@ -383,6 +395,22 @@ fn perceive<T: Real, const L: usize>(
         for (row, perceived) in to.into_iter().zip(&perceived) {
             w.registers.row_mut(row).as_chunks_mut().0[k] = *perceived;
         }
+    }
+}
+
+/// Puts the lanes that failed in a step back on the measurement, from which they go on.
+#[cold]
+#[inline(never)]
+fn put_back<T: Real, const L: usize>(w: &mut Workspace<T, L>, stream: &Stream<T>, home: [u16; 3], t: usize) {
+    for lane in 0..L {
+        if w.alive.0[lane] == T::ZERO || w.went.0[lane] != T::ZERO {
+            continue;
+        }
+        for (row, measured) in home.iter().zip(&stream.measured) {
+            w.registers.row_mut(*row)[lane] = measured[t];
+        }
+        w.went.0[lane] = T::ONE;
+        w.fallen.push(lane);
     }
 }
 

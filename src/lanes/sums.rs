@@ -5,7 +5,7 @@ use super::real::Real;
 use super::rows;
 use super::simd::Lane;
 use super::stream::{NormOf, Stream};
-use crate::evaluator::Observer;
+use crate::evaluator::{Observer, Windows};
 use crate::score::Accumulation;
 use std::hint::select_unpredictable;
 
@@ -51,6 +51,10 @@ pub struct Settings {
     pub counts: bool,
     /// Samples in a block of sums of whitened squares, where they are asked for.
     pub block: Option<usize>,
+    /// When runs are put back on the measurement; `None`: never.
+    pub windows: Option<Windows>,
+    /// True if a run that fails goes on from the measurement, with NaN as its residuals of that sample.
+    pub goes_on: bool,
 }
 
 /// The lanes that did a step without failing.
@@ -187,6 +191,13 @@ impl<T: Real, const L: usize> Sums<T, L> {
         let measured = [stream.measured[0][t], stream.measured[1][t]];
         let [r_s, r_v] = &mut self.residual;
         rows::observe(s, v, d, &mut r_s.0, &mut r_v.0, measured, &self.observers.gain);
+    }
+
+    /// Puts spacing and speed where they were measured at sample t.
+    #[inline(never)]
+    pub fn put_back(&mut self, stream: &Stream<T>, [s, v]: [&mut [T; L]; 2], t: usize) {
+        s.fill(stream.measured[0][t]);
+        v.fill(stream.measured[1][t].larger(T::ZERO));
     }
 
     /// Adds up the squares of the whitened residuals of sample t, in the lanes that went on.

@@ -10,7 +10,12 @@ use std::path::Path;
 
 /// The command, if something is named; `trained` has the window of every file whose end is held back.
 pub fn command(args: &Args, outcome: &Outcome, trained: &[[f64; 2]]) -> Option<Again> {
-    let base = outcome.base.as_ref().filter(|_| !outcome.causes.is_empty())?;
+    let (causes, trained): (Vec<&str>, _) = match &outcome.recommended {
+        // What is recommended was judged on whole files.
+        Some(recommended) => (recommended.causes.iter().map(|cause| cause.name.as_str()).collect(), &[][..]),
+        None => (outcome.causes.iter().map(|cause| cause.name.as_str()).collect(), trained),
+    };
+    let base = outcome.base.as_ref().filter(|_| !causes.is_empty())?;
     let files: Vec<String> = args.trained_on().map(|file| file.display().to_string()).collect();
     let mut words = vec!["leadlag".to_owned(), "calibrate".to_owned()];
     words.extend(files.iter().map(|file| quoted(file)));
@@ -24,15 +29,19 @@ pub fn command(args: &Args, outcome: &Outcome, trained: &[[f64; 2]]) -> Option<A
     let number = outcome.data.first().filter(|_| args.prepare.columns.is_none()).map(|data| data.follower.to_string());
     flag("follower", args.follower.as_deref().map(quoted).or(number));
     flag("model", Some(base.variant.clone()));
-    for cause in &outcome.causes {
-        flag("extend", Some(extension(args, &cause.name)));
+    for cause in causes {
+        flag("extend", Some(extension(args, cause)));
     }
     let one_window = trained.first().filter(|first| trained.iter().all(|window| window == *first));
     data_flags(&args.prepare, one_window, &mut flag);
     flag("bounds", args.bounds.as_deref().map(path));
     flag("seed", (args.seed != 1).then(|| args.seed.to_string()));
     flag("out", Some(args.out.as_ref().map_or("extended".to_owned(), |out| path(&out.join("extended")))));
-    Some(Again { words, on: on(args, trained, one_window) })
+    let on = match &outcome.recommended {
+        Some(_) => "on whole files".to_owned(),
+        None => on(args, trained, one_window),
+    };
+    Some(Again { words, on })
 }
 
 /// What the command calibrates on, in words.

@@ -16,6 +16,8 @@ use std::path::Path;
 /// What is diagnosed.
 pub struct Loaded {
     pub train: Vec<Drive>,
+    /// The same drives whole: `train`, unless their ends are held back.
+    pub whole: Vec<Drive>,
     pub holdout: Vec<Drive>,
     pub data: Vec<DataEntry>,
     pub findings: Vec<FindingEntry>,
@@ -29,6 +31,7 @@ pub struct Loaded {
 pub fn load(args: &Args, variant: Variant) -> anyhow::Result<Loaded> {
     let mut loaded = Loaded {
         train: Vec::new(),
+        whole: Vec::new(),
         holdout: Vec::new(),
         data: Vec::new(),
         findings: Vec::new(),
@@ -50,6 +53,7 @@ pub fn load(args: &Args, variant: Variant) -> anyhow::Result<Loaded> {
         } else {
             loaded.train.extend(drives(&picked.trajectory, &picked)?);
         }
+        loaded.whole.extend(drives(&picked.trajectory, &picked)?);
     }
     for file in &args.holdout {
         let picked = one(args, variant, file, "holdout", &mut loaded)?;
@@ -69,7 +73,7 @@ pub fn load(args: &Args, variant: Variant) -> anyhow::Result<Loaded> {
         }
     }
     if let Some((first, others)) = loaded.train.split_first_mut() {
-        for drives in [others, &mut loaded.holdout] {
+        for drives in [others, &mut loaded.holdout, &mut loaded.whole] {
             for (moved, drive) in on_the_road_of(first, drives).into_iter().zip(drives.iter()) {
                 let own =
                     |entry: &&mut DataEntry| entry.path == drive.file() && entry.follower == drive.trajectory.follower;

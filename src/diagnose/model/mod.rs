@@ -9,12 +9,15 @@ use super::verdict::DiagnoseError;
 use crate::calibrate::Overrides;
 use crate::catalog::Variant;
 use crate::convention::Convention;
-use crate::evaluator::{Case, CaseError, Evaluator, Failure, Innovations, Job, Observer, Population, Residuals};
+use crate::evaluator::{
+    Case, CaseError, Evaluator, Failure, Innovations, Job, Observer, Population, Residuals, Windows,
+};
 use crate::extension::Extension;
 use crate::lanes::{Lanes, LanesPrecision};
 use crate::score::GoodnessOfFit;
 use crate::symbols::{Bounds, Parameters, Symbol};
 use crate::vehicle::Vehicle;
+use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Bounds of the base models in a diagnosis: wide, because a parameter that ends on a bound lets the wrong cause speak for it.
@@ -70,6 +73,15 @@ const BEGIN_S: f64 = 1.5;
 
 fn begun(case: Case) -> Case {
     Case { earliest: (BEGIN_S / case.dt).ceil() as usize + 1, ..case }
+}
+
+/// A free simulation as far as it came.
+#[derive(Debug, Clone)]
+pub struct FreeRun {
+    /// Simulated minus measured spacing \[m\] and speed \[m/s\], sample by sample; without meaning from a failure on.
+    pub errors: Vec<[f64; 2]>,
+    /// Where and why it ended early.
+    pub failed: Option<Failure>,
 }
 
 /// A variant with its axes over drives.
@@ -200,6 +212,31 @@ impl Model {
             all.append(&mut self.lanes.innovations(&Job { case: drive, population: &population }, &observers)?);
         }
         Ok(all)
+    }
+
+    /// Residuals of spacing \[m\] and speed \[m/s\] of free simulations, or of simulations in windows; `None` of a run that failed.
+    ///
+    /// # Errors
+    /// [`DiagnoseError::Evaluate`].
+    pub fn free_runs(
+        &self,
+        drive: usize,
+        candidates: &[Vec<f64>],
+        windows: Option<Windows>,
+    ) -> Result<Vec<FreeRun>, DiagnoseError> {
+        let (population, _) = self.population(drive, candidates, &[]);
+        let mut runs: Vec<FreeRun> = candidates
+            .iter()
+            .map(|_| FreeRun { errors: Vec::with_capacity(self.drives[drive].0), failed: None })
+            .collect();
+        let job = Job { case: drive, population: &population };
+        let failed = self.lanes.free_residuals(&job, windows, &mut |stretch| {
+            runs.par_iter_mut().enumerate().for_each(|(i, run)| run.errors.extend(stretch.of(i)));
+        })?;
+        for (run, failed) in runs.iter_mut().zip(failed) {
+            run.failed = failed;
+        }
+        Ok(runs)
     }
 
     /// Who perceives late by tp and is to read ahead by the lead reads the past at tp - lead: there is no slope to rely on.

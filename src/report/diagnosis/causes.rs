@@ -97,6 +97,7 @@ pub(super) fn verdict(text: &mut String, outcome: &Outcome) -> Result {
         Verdict::NotTestable => "NOT TESTABLE with these data",
         Verdict::Unexplained => "UNEXPLAINED: something is wrong that no cause of the library explains",
         Verdict::BadBase => "NO VERDICT: the base model does not fit",
+        Verdict::Helps => "HELPS: no cause is named, but an extension follows unseen drives better",
     };
     text.push('\n');
     if let Some(first) = outcome.data_first() {

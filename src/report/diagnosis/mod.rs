@@ -2,4 +2,5 @@
 
 pub mod causes;
 pub mod pictures;
+pub mod short;
 pub mod text;

@@ -2,6 +2,7 @@
 
 use super::causes;
 use super::causes::MEND_FIRST;
+use super::short::in_short;
 use crate::diagnose::Verdict;
 use crate::diagnose::budget::{Budget, Share};
 use crate::diagnose::missing::Profiles;
@@ -46,6 +47,16 @@ pub fn diagnosis(outcome: &Outcome, beside: &Beside) -> String {
 }
 
 fn write_all(text: &mut String, outcome: &Outcome, beside: &Beside) -> std::fmt::Result {
+    let short = in_short(outcome);
+    if !short.is_empty() {
+        heading(text, "In short");
+        short.iter().for_each(|sentence| text.push_str(&wrapped(0, 2, sentence)));
+        if let Some(again) = beside.again.as_ref().filter(|_| outcome.recommended.is_some()) {
+            text.push_str(&wrapped(0, 2, &format!("To calibrate it {}:", again.on)));
+            text.push_str(&typed(&again.words));
+        }
+        text.push('\n');
+    }
     text.push_str(&data(&outcome.data, &outcome.data_findings, beside.trained));
     text.push_str(&wrapped(0, 2, &outcome.held_back));
     if let Some(base) = &outcome.base {
@@ -72,7 +83,7 @@ fn write_all(text: &mut String, outcome: &Outcome, beside: &Beside) -> std::fmt:
     causes::ladder(text, &outcome.ladder)?;
     causes::verdict(text, outcome)?;
     heading(text, "5. The extended model");
-    extended(text, outcome, beside.again.as_ref())?;
+    extended(text, outcome, beside.again.as_ref().filter(|_| outcome.recommended.is_none()))?;
     heading(text, "6. Gain on the data held back");
     match (&outcome.gain, outcome.verdict) {
         (Some(gain), _) => {

@@ -7,6 +7,7 @@ use crate::diagnose::gain::Gain;
 use crate::diagnose::outcome::{CauseEntry, Outcome, ParameterEntry};
 use crate::report::diagnosis::causes::{AT_BOUND, MEND_FIRST, equation, meaning, next};
 use crate::report::diagnosis::pictures;
+use crate::report::diagnosis::short::in_short;
 
 /// One HTML file. `charts` are the simulations, drive by drive.
 #[must_use]
@@ -44,11 +45,13 @@ fn title(verdict: Verdict) -> &'static str {
         Verdict::NotTestable => "Not testable.",
         Verdict::Unexplained => "Unexplained.",
         Verdict::BadBase => "No verdict: the base model does not fit.",
+        Verdict::Helps => "It helps.",
     }
 }
 
 fn summary(page: &mut Page, outcome: &Outcome) {
     page.section("summary", "In short");
+    in_short(outcome).iter().for_each(|sentence| page.paragraph(sentence));
     let mut facts = Vec::new();
     for cause in &outcome.causes {
         let parameters: Vec<String> = cause.parameters.iter().map(value).collect();

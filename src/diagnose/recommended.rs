@@ -1,0 +1,133 @@
+//! What the closed loop says, as it stands in `diagnosis.json`.
+
+use super::outcome::ParameterEntry;
+use serde::{Deserialize, Serialize};
+
+/// A cause of the recommended model.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RecommendedCause {
+    /// Its name in the library.
+    pub name: String,
+    /// What it does, in a sentence.
+    pub meaning: String,
+    /// Its parameters; the interval is that of a jackknife over the folds.
+    pub parameters: Vec<ParameterEntry>,
+}
+
+/// By how much the error on unseen drives falls.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ClosedLoopGain {
+    /// What is compared: `nrmse_sva_10s`, the mean over bins of 10 s of the errors of spacing, speed and acceleration, each relative to
+    /// the root mean square of the drive.
+    pub measure: String,
+    /// Of the base.
+    pub base: f64,
+    /// Of the extended model.
+    pub extended: f64,
+    /// 95 % interval of base minus extended.
+    pub interval: [f64; 2],
+}
+
+/// One drive.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PerDrive {
+    /// The file.
+    pub path: String,
+    /// NRMSE(s,v,a) of the base where the drive, or a part of it, was left out.
+    pub base: f64,
+    /// The same of the extended model.
+    pub extended: f64,
+}
+
+/// Runs that ran into the car ahead, or in which no number was left.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Collisions {
+    /// Of the base.
+    pub base: usize,
+    /// Of the extended model.
+    pub extended: usize,
+}
+
+/// Why an extension is recommended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Why {
+    /// The likelihood names it, or one of its family, too.
+    Confirmed,
+    /// It follows unseen drives better; the likelihood names nothing like it.
+    Helps,
+}
+
+/// What to calibrate with.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Recommended {
+    /// The causes, in the order in which they were found.
+    pub causes: Vec<RecommendedCause>,
+    /// Why.
+    pub why: Why,
+    /// Where the gain is clearest: `null` over whole drives, else the length of the windows \[s\].
+    pub horizon_s: Option<f64>,
+    /// Over whole drives.
+    pub gain: ClosedLoopGain,
+    /// Drive by drive, over whole drives.
+    pub per_drive: Vec<PerDrive>,
+    /// Models that cannot be told from the best (90 %): the causes of each.
+    pub confidence_set: Vec<Vec<String>>,
+    /// Over whole drives that were left out.
+    pub collisions: Collisions,
+}
+
+/// Another law on the same drives.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LawEntry {
+    /// Its name.
+    pub name: String,
+    /// Share by which its error on unseen drives is smaller than that of the base; negative: larger.
+    pub gain: f64,
+}
+
+/// A condition with what was found and what was needed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Check {
+    /// What is asked.
+    pub name: String,
+    /// What was found.
+    pub value: f64,
+    /// What was needed.
+    pub limit: f64,
+    /// Whether it was met.
+    pub met: bool,
+}
+
+/// A model of the race at one horizon.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Trial {
+    /// Its causes.
+    pub causes: Vec<String>,
+    /// `null`: whole drives.
+    pub horizon_s: Option<f64>,
+    /// Share by which the geometric mean error on unseen drives falls.
+    pub gain: f64,
+    /// 95 % interval.
+    pub interval: [f64; 2],
+    /// Everything that was asked of it.
+    pub checks: Vec<Check>,
+    /// Whether it passes them all.
+    pub passes: bool,
+}
+
+/// All that the closed loop says.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct ClosedLoopEntry {
+    /// Bins of 10 s in windows, and over whole drives.
+    pub bins: [usize; 2],
+    /// Drives, or parts of them, and folds.
+    pub parts: [usize; 2],
+    /// The numbers that decide.
+    pub policy: serde_json::Value,
+    /// Every model that was tried.
+    pub trials: Vec<Trial>,
+    /// Why nothing could be tried.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub not_testable: Option<String>,
+}

@@ -1,0 +1,20 @@
+//! Which of several models predicts better: tests on the differences of their losses, bin by bin. It knows no cars.
+//!
+//! A loss table has one row per model and one column per bin; bins lie in segments (drives), within which neighbours depend on each
+//! other. [`Resamples`] draws bins by the stationary bootstrap; the tests share these draws.
+
+mod bootstrap;
+mod confidence_set;
+mod step_down;
+mod superior;
+
+pub use bootstrap::{Draw, Resamples};
+pub use confidence_set::confidence_set;
+pub use step_down::{Adjusted, step_down};
+pub use superior::{Superior, superior_predictive_ability};
+
+/// Mean of some numbers; 0 without any.
+#[must_use]
+pub fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len().max(1) as f64
+}

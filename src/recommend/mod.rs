@@ -1,0 +1,329 @@
+//! Which extension follows drives better that a model was not calibrated on, and by how much.
+//!
+//! Every model is fitted in closed loop and judged on what was left out of its fits. One test for all decides
+//! ([`Policy`]), and only what comes through whole drives is recommended. The likelihood of a diagnosis asks another question: which
+//! cause is in the data.
+
+mod answer;
+mod parts;
+mod policy;
+mod race;
+mod rule;
+
+pub use answer::combine;
+pub use parts::Parts;
+pub use policy::Policy;
+
+use crate::calibrate::Overrides;
+use crate::catalog::{BASES, Base, Variant};
+use crate::closed_loop::{ClosedLoop, Horizon, Losses};
+use crate::diagnose::recommended::{Check, ClosedLoopEntry, LawEntry, Trial};
+use crate::diagnose::{DiagnoseError, Drive, Progress};
+use crate::extension::{Extension, Extensions};
+use crate::judge::{Resamples, confidence_set, mean, step_down};
+use race::{Course, Entry, Runner};
+use rayon::prelude::*;
+use rule::{Judged, as_share, checks, differences, least, root_share, whole_drives};
+use std::ops::ControlFlow;
+
+/// What is asked.
+#[derive(Debug, Clone, Copy)]
+pub struct Request<'a> {
+    /// Measured drives, whole.
+    pub drives: &'a [Drive],
+    /// The law that is examined.
+    pub base: Variant,
+    /// Extensions in the race.
+    pub causes: &'a [&'static Extension],
+    /// Bounds of parameters by name, instead of those of a diagnosis.
+    pub bounds: &'a Overrides,
+    /// Decides all random numbers.
+    pub seed: u64,
+    /// Races at most: the first finds a cause or a pair, each further one a cause more.
+    pub rounds: usize,
+}
+
+/// A model that passes, with everything that is known of it.
+#[derive(Debug)]
+pub struct Winner {
+    /// Its causes, in the order in which they were found.
+    pub causes: Vec<&'static Extension>,
+    model: ClosedLoop,
+    /// Fits at both horizons, in the order of [`Horizon`].
+    entries: [Entry; 2],
+    /// Where its gain is clearest.
+    horizon: Horizon,
+    /// Causes of each model that cannot be told from the best one.
+    set: Vec<Vec<String>>,
+}
+
+/// The answer.
+#[derive(Debug)]
+pub struct Answer {
+    /// What to calibrate with; `None` where the base follows unseen drives as well.
+    pub recommended: Option<Winner>,
+    /// Causes that pass at one horizon and are not recommended.
+    pub helps: Vec<Vec<&'static Extension>>,
+    /// The base at both horizons, in the order of [`Horizon`]; `None` where nothing could be fitted.
+    base: Option<(ClosedLoop, [Entry; 2])>,
+    /// Other laws on the same drives.
+    pub laws: Vec<LawEntry>,
+    /// What was tried.
+    pub tried: ClosedLoopEntry,
+    /// Simulated candidates, over one drive or part each.
+    pub simulations: u64,
+    course: Course,
+    resamples: [Resamples; 2],
+}
+
+/// Families of which one member each is tried together: each hides the other.
+const HIDING: [&str; 2] = ["phase", "anticipation"];
+
+/// Everything that is tried with a base: each cause whose size does not depend on a time of one drive, and pairs that hide each other.
+fn sets(causes: &[&'static Extension]) -> Vec<Vec<&'static Extension>> {
+    let lasting: Vec<&'static Extension> = causes
+        .iter()
+        .copied()
+        .filter(|cause| cause.parameters.iter().all(|symbol| symbol.neutral().is_some()))
+        .collect();
+    let of = |family: &str| {
+        let is_of =
+            |cause: &&&'static Extension| cause.cause.as_ref().is_some_and(|c| c.family.as_deref() == Some(family));
+        lasting.iter().filter(is_of).copied().collect::<Vec<_>>()
+    };
+    let [first, second] = HIDING.map(of);
+    let pairs = first.iter().flat_map(|a| second.iter().map(move |b| vec![*a, *b]));
+    lasting.iter().map(|cause| vec![*cause]).chain(pairs).collect()
+}
+
+fn names(causes: &[&'static Extension]) -> Vec<String> {
+    causes.iter().map(|cause| cause.name.clone()).collect()
+}
+
+/// Runs the race.
+///
+/// # Errors
+/// As [`ClosedLoop::new`]; [`DiagnoseError::Stopped`] when `progress` breaks.
+pub fn recommend(
+    request: &Request<'_>,
+    policy: &Policy,
+    progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<Answer, DiagnoseError> {
+    let mut show = |done: f64, stage: &str| match progress(Progress { done, stage: stage.to_owned() }) {
+        ControlFlow::Continue(()) => Ok(()),
+        ControlFlow::Break(()) => Err(DiagnoseError::Stopped),
+    };
+    let course = Course::new(request.drives, request.bounds, request.seed);
+    let base = course.closed_loop(request.base)?;
+    let bins = Horizon::ALL.map(|horizon| base.layouts(horizon).iter().map(|layout| layout.count).collect::<Vec<_>>());
+    let resamples = [&bins[1], &bins[0]].map(|bins| {
+        let block = policy.block_s / crate::closed_loop::BIN_S;
+        Resamples::new(bins, block, policy.resamples, request.seed)
+    });
+    let count = |k: usize| bins[k].iter().sum::<usize>();
+    let tried = ClosedLoopEntry {
+        bins: [count(0), count(1)],
+        parts: [course.parts.drives.len(), course.parts.count],
+        policy: serde_json::to_value(policy).unwrap_or_default(),
+        ..ClosedLoopEntry::default()
+    };
+    let mut answer = Answer {
+        recommended: None,
+        helps: Vec::new(),
+        base: None,
+        laws: Vec::new(),
+        tried,
+        simulations: 0,
+        course,
+        resamples,
+    };
+    if count(0).min(count(1)) < policy.least_bins || answer.course.parts.count < 2 {
+        answer.tried.not_testable = Some(format!(
+            "the drives have {} bins of 10 s in {} folds, at least {} in 2 are needed: give more or longer drives",
+            count(0).min(count(1)),
+            answer.course.parts.count,
+            policy.least_bins
+        ));
+        return Ok(answer);
+    }
+    show(0.0, "closed loop: fitting the base")?;
+    let Some(entries) = law(&answer.course, &base)? else {
+        answer.tried.not_testable = Some(format!("{}: no parameters were found with which it drives", request.base));
+        return Ok(answer);
+    };
+    answer.base = Some((base, entries));
+    show(0.1, "closed loop: other laws")?;
+    let others = laws(&mut answer, request)?;
+    let mut share = 0.2;
+    for _ in 0..request.rounds {
+        show(share, "closed loop: every cause on unseen drives")?;
+        let found = round(&mut answer, request, policy, &others, &mut |part, stage| show(share + 0.4 * part, stage))?;
+        share += 0.4;
+        if !found {
+            break;
+        }
+    }
+    Ok(answer)
+}
+
+/// A law at both horizons; whole drives begin where windows led.
+fn law(course: &Course, model: &ClosedLoop) -> Result<Option<[Entry; 2]>, DiagnoseError> {
+    let (mut known, mut found) = (Vec::new(), Vec::new());
+    for horizon in Horizon::ALL {
+        let Some(point) = course.law(model, horizon, &known)? else { return Ok(None) };
+        known.push(point.values.clone());
+        found.push(course.entry(model, horizon, point)?);
+    }
+    let [window, drive] = found.try_into().expect("both horizons");
+    Ok(Some([drive, window]))
+}
+
+/// The other laws with the same delay, dynamics and constraint, at both horizons.
+fn laws(answer: &mut Answer, request: &Request<'_>) -> Result<Vec<[Entry; 2]>, DiagnoseError> {
+    let course = &answer.course;
+    let others: Vec<&Base> = BASES.iter().filter(|base| **base != request.base.base).collect();
+    let fitted = |base: &&Base| {
+        let variant = Variant { base: **base, extensions: Extensions::NONE, ..request.base };
+        let Ok(model) = course.closed_loop(variant) else { return Ok(None) };
+        Ok(law(course, &model)?.map(|entries| (variant, entries, model.simulations())))
+    };
+    let found: Vec<_> = others.par_iter().map(fitted).collect::<Result<_, DiagnoseError>>()?;
+    let (_, own) = answer.base.as_ref().expect("the base is fitted first");
+    let root = |entry: &Entry| mean(&entry.held.roots());
+    let mut all = Vec::new();
+    for (variant, entries, simulations) in found.into_iter().flatten() {
+        answer.laws.push(LawEntry { name: variant.name(), gain: 1.0 - root(&entries[0]) / root(&own[0]) });
+        answer.simulations += simulations;
+        all.push(entries);
+    }
+    answer.laws.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    Ok(all)
+}
+
+/// What is tried, at both horizons in the order of [`Horizon`]: fits and judgements.
+struct Tried {
+    runner: Runner,
+    entries: [Entry; 2],
+    judged: [Judged; 2],
+}
+
+/// One race: all causes against the model so far. True if one of them is recommended.
+fn round(
+    answer: &mut Answer,
+    request: &Request<'_>,
+    policy: &Policy,
+    laws: &[[Entry; 2]],
+    show: &mut dyn FnMut(f64, &str) -> Result<(), DiagnoseError>,
+) -> Result<bool, DiagnoseError> {
+    let (so_far, own): (Vec<&'static Extension>, (&ClosedLoop, &[Entry; 2])) = match (&answer.recommended, &answer.base)
+    {
+        (Some(winner), _) => (winner.causes.clone(), (&winner.model, &winner.entries)),
+        (None, Some((model, entries))) => (Vec::new(), (model, entries)),
+        (None, None) => return Ok(false),
+    };
+    let new = |set: &Vec<&'static Extension>| {
+        set.iter().all(|cause| !so_far.contains(cause)) && (so_far.is_empty() || set.len() == 1)
+    };
+    let sets: Vec<_> = sets(request.causes).into_iter().filter(new).collect();
+    let runners = answer.course.runners(own.0.model.variant, &sets);
+    let worth = -2.0 * (1.0 - policy.worth_trying).ln();
+    let mut found: Vec<Vec<Option<Entry>>> = Vec::new();
+    for (k, horizon) in Horizon::ALL.into_iter().enumerate() {
+        let known = found.first().map_or(&[][..], Vec::as_slice);
+        let entries = answer.course.race((own.0, &own.1[horizon as usize].whole), horizon, &runners, known, worth)?;
+        found.push(entries);
+        show(0.5 * (k + 1) as f64, "closed loop: every cause on unseen drives")?;
+    }
+    let (drive, window) = (found.pop().expect("both"), found.pop().expect("both"));
+    let both = runners.into_iter().zip(drive.into_iter().zip(window));
+    let ran: Vec<(Runner, [Entry; 2])> =
+        both.filter_map(|(runner, (drive, window))| Some((runner, [drive?, window?]))).collect();
+    answer.simulations += ran.iter().map(|(runner, _)| runner.model.simulations()).sum::<u64>();
+    let [on_drives, on_windows] = [Horizon::Drive, Horizon::Window].map(|horizon| {
+        let k = horizon as usize;
+        let entries: Vec<&Entry> = ran.iter().map(|(_, entries)| &entries[k]).collect();
+        let laws: Vec<&Losses> = laws.iter().map(|entries| &entries[k].held).collect();
+        judged(policy, &own.1[k], &ran, &entries, &laws, &answer.resamples[k])
+    });
+    let tried: Vec<Tried> = ran
+        .into_iter()
+        .zip(on_drives.into_iter().zip(on_windows))
+        .map(|((runner, entries), (drive, window))| Tried { runner, entries, judged: [drive, window] })
+        .collect();
+    let whole: Vec<Vec<Check>> =
+        tried.iter().map(|t| whole_drives(policy, &t.entries[0], &t.judged[0], &t.judged[1])).collect();
+    for (t, whole) in tried.iter().zip(&whole) {
+        answer.tried.trials.extend(trials(&so_far, t, whole));
+    }
+    let passing: Vec<usize> = (0..tried.len()).filter(|&k| tried[k].judged.iter().any(Judged::passes)).collect();
+    let best = passing
+        .iter()
+        .copied()
+        .filter(|&k| whole[k].iter().all(|check| check.met))
+        .max_by(|&a, &b| score(&tried[a]).total_cmp(&score(&tried[b])));
+    if so_far.is_empty() && best.is_none() {
+        answer.helps = passing.iter().map(|&k| tried[k].runner.added.clone()).collect();
+    }
+    let Some(best) = best else { return Ok(false) };
+    let horizon = if tried[best].judged[0].passes() { Horizon::Drive } else { Horizon::Window };
+    let like = |t: &&Tried| t.judged[horizon as usize].in_set;
+    let set = tried.iter().filter(like).map(|t| names(&[&so_far[..], &t.runner.added].concat())).collect();
+    let Tried { runner, entries, .. } = tried.into_iter().nth(best).expect("one of them");
+    let causes = [so_far, runner.added].concat();
+    answer.recommended = Some(Winner { causes, model: runner.model, entries, horizon, set });
+    Ok(true)
+}
+
+/// What a model is chosen by: the gain that holds for both losses at both horizons.
+fn score(tried: &Tried) -> f64 {
+    least(&tried.judged[0], &tried.judged[1])
+}
+
+/// The judgements of one horizon.
+fn judged(
+    policy: &Policy,
+    own: &Entry,
+    ran: &[(Runner, [Entry; 2])],
+    entries: &[&Entry],
+    laws: &[&Losses],
+    resamples: &Resamples,
+) -> Vec<Judged> {
+    let differences: Vec<[Vec<f64>; 2]> = entries.iter().map(|entry| differences(&own.held, &entry.held)).collect();
+    let logs: Vec<Vec<f64>> = differences.iter().map(|[log, _]| log.clone()).collect();
+    let adjusted = step_down(&logs, resamples);
+    let losses: Vec<Vec<f64>> =
+        entries.iter().map(|e| &e.held).chain([&own.held]).chain(laws.iter().copied()).map(Losses::logs).collect();
+    let set = confidence_set(&losses, resamples);
+    let one = |k: usize| {
+        let [log, roots] = &differences[k];
+        let root = root_share(roots, &own.held);
+        let (runner, _) = &ran[k];
+        Judged {
+            gain: as_share(adjusted[k].gain),
+            interval: resamples.interval(log, policy.interval).map(as_share),
+            root,
+            in_set: set[k] > 1.0 - policy.set,
+            checks: checks(policy, &runner.model.model, entries[k], &runner.added, &adjusted[k], log, root),
+        }
+    };
+    (0..entries.len()).map(one).collect()
+}
+
+/// The rows of a model in the list of what was tried.
+fn trials(so_far: &[&'static Extension], tried: &Tried, whole: &[Check]) -> [Trial; 2] {
+    [Horizon::Drive, Horizon::Window].map(|horizon| {
+        let judged = &tried.judged[horizon as usize];
+        let mut checks = judged.checks.clone();
+        if horizon == Horizon::Drive {
+            checks.extend(whole.iter().cloned());
+        }
+        Trial {
+            causes: names(&[so_far, &tried.runner.added].concat()),
+            horizon_s: horizon.seconds(),
+            gain: judged.gain,
+            interval: judged.interval,
+            checks,
+            passes: judged.passes(),
+        }
+    })
+}

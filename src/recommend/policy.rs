@@ -1,0 +1,50 @@
+//! Every number that decides what is recommended, with its unit and its reason.
+
+use serde::{Deserialize, Serialize};
+
+/// When an extension counts as better.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Policy {
+    /// Bins of 10 s at least \[-\]: fewer say nothing about a tail probability of one in a hundred.
+    pub least_bins: usize,
+    /// Mean length of the blocks of the bootstrap \[s\]: errors of a car that follows last for some tens of seconds.
+    pub block_s: f64,
+    /// Resamples of the bootstrap \[-\]: a hundred beyond the strictest probability.
+    pub resamples: usize,
+    /// Probability of a gain by chance, adjusted for all models of a race, over both horizons together \[-\].
+    pub chance: f64,
+    /// Gain of the logarithmic loss at least \[-\]: less is nothing to change a model for.
+    pub least_gain: f64,
+    /// Gain at least on the drives that a model is fitted to, before it is tried on others \[-\]: half of what it has to gain there.
+    pub worth_trying: f64,
+    /// Share of the bins that are better at least \[-\]: one good stretch is no property of a car.
+    pub better: f64,
+    /// The largest size of a cause over the folds is at most so many times the smallest \[-\].
+    pub spread: f64,
+    /// A size nearer to none than this share of its axis is none \[-\].
+    pub none: f64,
+    /// Over whole drives the interval of the gain may reach down to this \[-\]: about the same is good enough there.
+    pub no_loss: f64,
+    /// Level of the confidence set \[-\].
+    pub set: f64,
+    /// Probability that an interval holds \[-\].
+    pub interval: f64,
+}
+
+impl Policy {
+    /// The policy of this state of the program.
+    pub const DEFAULT: Policy = Policy {
+        least_bins: 60,
+        block_s: 60.0,
+        resamples: 9_999,
+        chance: 0.01,
+        least_gain: 0.02,
+        worth_trying: 0.01,
+        better: 0.5,
+        spread: 2.5,
+        none: 0.02,
+        no_loss: -0.01,
+        set: 0.9,
+        interval: 0.95,
+    };
+}

@@ -1,0 +1,123 @@
+//! When a model counts as better: every question with what was found and what is needed.
+
+use super::policy::Policy;
+use super::race::Entry;
+use crate::closed_loop::Losses;
+use crate::diagnose::model::Model;
+use crate::diagnose::recommended::Check;
+use crate::extension::Extension;
+use crate::judge::{Adjusted, mean};
+
+/// What the tests say of a model against another one, at one horizon.
+#[derive(Debug, Clone)]
+pub struct Judged {
+    /// Gain of the logarithmic loss, as a share of the error, and its interval.
+    pub gain: f64,
+    /// See `gain`.
+    pub interval: [f64; 2],
+    /// Gain of the root loss, as a share of the error.
+    pub root: f64,
+    /// True if it cannot be told from the best.
+    pub in_set: bool,
+    /// Everything that was asked.
+    pub checks: Vec<Check>,
+}
+
+impl Judged {
+    /// True if every check is met.
+    #[must_use]
+    pub fn passes(&self) -> bool {
+        self.checks.iter().all(|check| check.met)
+    }
+}
+
+/// A gain of the mean logarithm of squared errors as a share of the error.
+#[must_use]
+pub fn as_share(log: f64) -> f64 {
+    1.0 - (-0.5 * log).exp()
+}
+
+fn at_most(name: &str, value: f64, limit: f64) -> Check {
+    Check { name: name.to_owned(), value, limit, met: value <= limit }
+}
+
+fn at_least(name: &str, value: f64, limit: f64) -> Check {
+    Check { name: name.to_owned(), value, limit, met: value >= limit }
+}
+
+/// What is asked of a model with `added` causes more than the one it is compared with.
+#[must_use]
+pub fn checks(
+    policy: &Policy,
+    model: &Model,
+    entry: &Entry,
+    added: &[&'static Extension],
+    adjusted: &Adjusted,
+    gains: &[f64],
+    root: f64,
+) -> Vec<Check> {
+    let better = gains.iter().filter(|gain| **gain > 0.0).count() as f64 / gains.len().max(1) as f64;
+    let [bounds, spread] = sizes(policy, model, entry, added);
+    vec![
+        // Two horizons are two races.
+        at_most("probability by chance", adjusted.p, 0.5 * policy.chance),
+        at_least("gain of the error", as_share(adjusted.gain), policy.least_gain),
+        at_least("gain of the root loss", root, 0.0),
+        at_least("share of the bins that are better", better, policy.better),
+        at_most("parameters on a bound", bounds, 0.0),
+        at_most("largest size over smallest, over the folds", spread, policy.spread),
+    ]
+}
+
+/// Parameters of the added causes that lie on a bound without being none there, and the largest ratio of their sizes over the folds;
+/// infinite where a sign changes, or where nothing has a size.
+fn sizes(policy: &Policy, model: &Model, entry: &Entry, added: &[&'static Extension]) -> [f64; 2] {
+    let (mut bounds, mut spread) = (0.0, None::<f64>);
+    for k in added.iter().flat_map(|cause| model.positions(cause)) {
+        let axis = &model.axes[k];
+        let neutral = model.symbols[k].neutral().unwrap_or(axis.lower).clamp(axis.lower, axis.upper);
+        let all: Vec<f64> = std::iter::once(&entry.whole.values).chain(&entry.folds).map(|values| values[k]).collect();
+        let is_none = |value: &f64| (axis.coordinate(*value) - axis.coordinate(neutral)).abs() < policy.none;
+        if all.iter().all(is_none) {
+            continue;
+        }
+        bounds += f64::from(u8::from(axis.at_bound(all[0]) && !is_none(&all[0])));
+        // A limit has a size of its own, everything else is counted from where it does nothing.
+        let size = |value: &f64| if axis.log { *value } else { value - neutral };
+        let (least, most) =
+            all.iter().map(size).fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+        let ratio = if least * most > 0.0 { (most / least).max(least / most) } else { f64::INFINITY };
+        spread = Some(spread.map_or(ratio, |spread| spread.max(ratio)));
+    }
+    [bounds, spread.unwrap_or(f64::INFINITY)]
+}
+
+/// What is asked beyond that before a model is recommended: over whole drives it is not worse, and it comes through all of them.
+#[must_use]
+pub fn whole_drives(policy: &Policy, entry: &Entry, drive: &Judged, window: &Judged) -> Vec<Check> {
+    let failures = (entry.held.failures() + entry.trained.failures()) as f64;
+    vec![
+        at_most("collisions over whole drives", failures, 0.0),
+        at_least("lower end of the gain over whole drives", drive.interval[0], policy.no_loss),
+        at_least("least gain of both losses at both horizons", least(drive, window), 0.0),
+    ]
+}
+
+/// The smallest of the gains of both losses at both horizons: what a model is chosen by.
+#[must_use]
+pub fn least(drive: &Judged, window: &Judged) -> f64 {
+    drive.gain.min(drive.root).min(window.gain).min(window.root)
+}
+
+/// Differences of two models, bin by bin: of the logarithmic and of the root loss.
+#[must_use]
+pub fn differences(base: &Losses, other: &Losses) -> [Vec<f64>; 2] {
+    let minus = |a: Vec<f64>, b: Vec<f64>| a.iter().zip(&b).map(|(a, b)| a - b).collect();
+    [minus(base.logs(), other.logs()), minus(base.roots(), other.roots())]
+}
+
+/// Gain of the root loss as a share.
+#[must_use]
+pub fn root_share(differences: &[f64], base: &Losses) -> f64 {
+    mean(differences) / mean(&base.roots()).max(f64::MIN_POSITIVE)
+}
