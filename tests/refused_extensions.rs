@@ -1,5 +1,10 @@
 //! What an extension may not have is said with its place, before anything runs out of stack or memory.
 
+#[path = "refused_extensions/names.rs"]
+mod names;
+#[path = "refused_extensions/nesting.rs"]
+mod nesting;
+
 use leadlag::catalog::Variant;
 use leadlag::convention::Radicand;
 use leadlag::extension::Extension;
@@ -269,105 +274,5 @@ fn what_is_large_but_allowed_is_compiled() {
             let compiled = stack.spawn(move || check_model(&recipe)).expect("a thread").join().expect("no overflow");
             assert_eq!(compiled, Ok(()), "{base}");
         }
-    }
-}
-
-/// Every way in which the grammar lets a text nest: as much as is allowed, and far more, on the smallest stack that is promised.
-#[test]
-fn nothing_that_nests_overflows_a_small_stack() {
-    let chain = |first: &str, link: &str, last: &str, n: usize| format!("{first}{}{last}", link.repeat(n));
-    let nested = |open: &str, inner: &str, close: &str, n: usize| chain("", open, inner, n) + &close.repeat(n);
-    let returned = |value: String| command(&format!("return {value};"));
-    let chained = |last: usize, of: &dyn Fn(usize, usize) -> String| -> String {
-        (1..=last).map(|i| of(i, i - 1) + "\n").collect::<String>() + &command("return a;")
-    };
-    type Kind<'a> = (&'a str, Box<dyn Fn(usize) -> String + 'a>);
-    let kinds: Vec<Kind> = vec![
-        ("elements", Box::new(|n| returned(chain("a", "[0]", "", n)))),
-        (
-            "elements to write",
-            Box::new(|n| command(&format!("var b = a; {} = 1.0; return b;", chain("b", "[0]", "", n)))),
-        ),
-        ("members", Box::new(|n| returned(chain("a", ".s", "", n)))),
-        ("minus", Box::new(|n| returned(chain("", "- ", "a", n)))),
-        ("not", Box::new(|n| returned(chain("f32(", "!", "true)", n)))),
-        ("complements", Box::new(|n| returned(chain("f32(", "~", "1u)", n)))),
-        ("pointers", Box::new(|n| returned(chain("", "*&", "a", n / 2)))),
-        (
-            "pointers to write",
-            Box::new(|n| command(&format!("var b = a; {} = 1.0; return b;", chain("", "*&", "b", n / 2)))),
-        ),
-        ("sums", Box::new(|n| returned(chain("a", "+a", "", n)))),
-        ("powers", Box::new(|n| returned(chain("f32(1u", "<<1u", ")", n)))),
-        ("conditions", Box::new(|n| returned(chain("f32(true", "&&true", ")", n)))),
-        ("comparisons", Box::new(|n| returned(chain("a", "<a", "", n)))),
-        ("parentheses", Box::new(|n| returned(nested("(", "a", ")", n)))),
-        (
-            "parentheses to write",
-            Box::new(|n| command(&format!("var b = a; {} = 1.0; return b;", nested("(", "b", ")", n)))),
-        ),
-        ("calls", Box::new(|n| returned(nested("abs(", "a", ")", n)))),
-        ("calls and operators", Box::new(|n| returned(nested("-abs(a*a+", "a", ").s[0]", n)))),
-        ("elements of elements", Box::new(|n| returned(nested("a[", "0", "]", n)))),
-        ("types", Box::new(|n| command(&format!("var b: {}; return a;", nested("array<", "f32", ",2>", n))))),
-        ("types in brackets", Box::new(|n| returned(nested("(array<f32,1<", "a", ">)", n)))),
-        ("blocks", Box::new(|n| command(&format!("var b = a; {} return b;", nested("{", "", "}", n))))),
-        (
-            "branches",
-            Box::new(|n| command(&format!("var b = a; {} {{ }} return b;", "if b > 1.0 { } else ".repeat(n)))),
-        ),
-        ("loops", Box::new(|n| command(&format!("{} return a;", nested("loop {", "", "}", n))))),
-        ("switches", Box::new(|n| command(&format!("{} return a;", nested("switch 1 { default: {", "", "}}", n / 2))))),
-        ("attributes", Box::new(|n| chain("", "@must_use ", "", n) + &command("return a;"))),
-        ("attributes with expressions", Box::new(|n| nested("@align(", "4", ")", n) + &command("return a;"))),
-        ("comments", Box::new(|n| nested("/*", "", "*/", n) + &command("return a;"))),
-        (
-            "structs",
-            Box::new(|n| {
-                format!("struct S_0 {{ a: f32 }} {}", chained(n, &|i, k| format!("struct S_{i} {{ a: S_{k} }}")))
-            }),
-        ),
-        (
-            "structs backwards",
-            Box::new(|n| {
-                let all: String = (1..=n).rev().map(|i| format!("struct S_{i} {{ a: S_{} }} ", i - 1)).collect();
-                all + "struct S_0 { a: f32 }\n" + &command("return a;")
-            }),
-        ),
-        ("aliases", Box::new(|n| format!("alias T_0 = f32; {}", chained(n, &|i, k| format!("alias T_{i} = T_{k};"))))),
-        (
-            "constants",
-            Box::new(|n| format!("const c_0 = 1.0; {}", chained(n, &|i, k| format!("const c_{i} = c_{k} + 1.0;")))),
-        ),
-        (
-            "constants backwards",
-            Box::new(|n| {
-                let all: String = (1..=n).rev().map(|i| format!("const c_{i} = c_{}; ", i - 1)).collect();
-                all + "const c_0 = 1.0;\n" + &command("return a;")
-            }),
-        ),
-        ("functions", Box::new(|n| functions(n, |f| format!("{f}(a)")))),
-    ];
-    for (kind, text) in &kinds {
-        for n in [50, 90, 98, 99, 100, 101, 198, 249, 250, 480, 498, 499, 500, 501, 2000, 20_000] {
-            let text = text(n);
-            let stack = std::thread::Builder::new().name(format!("{n} {kind}")).stack_size(SMALL_STACK);
-            stack.spawn(move || used(&text)).expect("a thread").join().unwrap_or_else(|_| panic!("{n} {kind}"));
-        }
-    }
-}
-
-/// The stack that every text must do with \[bytes\].
-const SMALL_STACK: usize = 512 << 10;
-
-/// Reads an extension and compiles what it can be part of; it may be refused.
-fn used(text: &str) {
-    match read_extension("x.wgsl", text) {
-        Ok(extension) => {
-            let variant = "gipps".parse::<Variant>().expect("a base").with(extension).expect("no conflict");
-            let recipe = Recipe { variant, precision: Precision::Plain, radicand: Radicand::Measured, observed: true };
-            drop(check_model(&recipe));
-        }
-        Err(error) => assert!(error.line > 0 && error.column > 0, "{error}"),
     }
 }
