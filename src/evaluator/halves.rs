@@ -11,6 +11,9 @@ pub struct Halves {
     sets: [Set; 2],
 }
 
+/// What is done with a piece of the jobs that begins with candidate so and so.
+type Each<'a> = dyn FnMut(&mut dyn Evaluator, &[Job<'_>], usize) -> Result<(), EvaluateError> + 'a;
+
 /// What was submitted with a buffer set.
 #[derive(Default)]
 struct Set {
@@ -36,11 +39,7 @@ impl Halves {
     }
 
     /// Does something with one piece of the jobs after the other.
-    fn in_pieces(
-        &mut self,
-        jobs: &[Job<'_>],
-        each: &mut dyn FnMut(&mut dyn Evaluator, &[Job<'_>], usize) -> Result<(), EvaluateError>,
-    ) -> Result<(), EvaluateError> {
+    fn in_pieces(&mut self, jobs: &[Job<'_>], each: &mut Each<'_>) -> Result<(), EvaluateError> {
         let candidates = Job::candidates(jobs);
         let mut from = 0;
         while from < candidates {

@@ -26,10 +26,13 @@ fn words_of_ours() -> BTreeSet<String> {
     words
 }
 
+/// A kind of thing that has a name, and a text that declares one of a name.
+type Kind<'a> = (&'a str, &'a dyn Fn(&str) -> String);
+
 /// Whatever an extension calls its own things, it hides nothing of ours, and nothing of ours hides them.
 #[test]
 fn every_name_of_ours_may_be_an_extensions_own() {
-    let declare: [(&str, &dyn Fn(&str) -> String); 5] = [
+    let declare: [Kind; 5] = [
         ("a constant", &|n| format!("const {n} = 2.0;\nfn own_command(a: f32) -> f32 {{\n    return a * {n};\n}}\n")),
         ("a function", &|n| {
             format!(
