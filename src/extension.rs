@@ -130,8 +130,6 @@ pub struct Extension {
     pub text: String,
     /// The file it was read from; a path in the project for a built-in one.
     pub file: String,
-    /// Names that its text declares: structs, functions and constants.
-    pub declares: Vec<String>,
     /// Its parameters.
     pub parameters: Vec<Symbol>,
     /// Its stages, in the order of a step.

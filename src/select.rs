@@ -1,6 +1,6 @@
 //! Which evaluator does the work: the one asked for, or under `auto` the one that suits it.
 
-use crate::evaluator::{Case, EvaluateError, Evaluator, Fallback};
+use crate::evaluator::{Case, EvaluateError, Evaluator, Fallback, Halves};
 use crate::gpu::{Adapter, AdapterChoice, Gpu, is_switched_off};
 use crate::lanes::{Lanes, LanesPrecision};
 use crate::reference::Reference;
@@ -96,7 +96,7 @@ impl Selection {
         match self.kind {
             Kind::Reference => Ok(Box::new(Reference::new(cases, gof))),
             Kind::Lanes => Ok(Box::new(Lanes::new(cases, gof, self.precision.unwrap_or_default())?)),
-            Kind::Gpu => Ok(Box::new(Gpu::new(cases, gof, f32_precision, &self.adapter)?)),
+            Kind::Gpu => Ok(Box::new(Halves::new(Box::new(Gpu::new(cases, gof, f32_precision, &self.adapter)?)))),
             Kind::Auto => {
                 let precision = self.precision.unwrap_or(work.precision);
                 let named = self.named()?;
@@ -112,7 +112,7 @@ impl Selection {
                 }
                 match Gpu::new(cases.clone(), gof, f32_precision, &self.adapter) {
                     Ok(gpu) => Ok(Box::new(Fallback::new(
-                        Box::new(gpu),
+                        Box::new(Halves::new(Box::new(gpu))),
                         Box::new(move |error, cases| {
                             warn(&format!("{error}; going on with the CPU evaluator"));
                             lanes(cases)

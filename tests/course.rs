@@ -5,8 +5,8 @@ mod common;
 use leadlag::catalog::Variant;
 use leadlag::convention::{Convention, GradeLookup};
 use leadlag::evaluator::{
-    BufferSet, Case, Course, CourseError, EvaluateError, Evaluator, Fallback, Job, Outcome, Population, Score, Table,
-    Timings,
+    BufferSet, Case, Course, CourseError, EvaluateError, Evaluator, Fallback, Halves, Job, Outcome, Population, Score,
+    Table, Timings,
 };
 use leadlag::reference::Reference;
 use leadlag::score::GoodnessOfFit;
@@ -228,4 +228,82 @@ fn what_was_under_way_when_a_device_failed_is_not_lost() {
     assert_eq!((fallback.name(), &scores[..]), ("reference", &expected[..5]));
     // The first one's times are not forgotten.
     assert_eq!(fallback.timings(), Timings { transfer_s: 2.0, first_dispatch_s: 0.5 });
+}
+
+/// A device with room for some candidates at once.
+struct Small {
+    inner: Reference,
+    room: usize,
+}
+
+impl Small {
+    fn check(&self, jobs: &[Job<'_>]) -> Result<(), EvaluateError> {
+        let (adapter, message) = ("a card".to_owned(), "out of memory".to_owned());
+        if Job::candidates(jobs) > self.room { Err(EvaluateError::Memory { adapter, message }) } else { Ok(()) }
+    }
+}
+
+impl Evaluator for Small {
+    fn cases(&self) -> &[Case] {
+        self.inner.cases()
+    }
+    fn gof(&self) -> &GoodnessOfFit {
+        self.inner.gof()
+    }
+    fn name(&self) -> &'static str {
+        "gpu"
+    }
+    fn precision(&self) -> &'static str {
+        "plain"
+    }
+    fn submit(&mut self, set: BufferSet, jobs: &[Job<'_>]) -> Result<(), EvaluateError> {
+        self.check(jobs)?;
+        self.inner.submit(set, jobs)
+    }
+    fn collect(&mut self, set: BufferSet, scores: &mut [Score]) -> Result<(), EvaluateError> {
+        self.inner.collect(set, scores)
+    }
+    fn outcomes(&mut self, jobs: &[Job<'_>]) -> Result<Vec<Outcome>, EvaluateError> {
+        self.check(jobs)?;
+        self.inner.outcomes(jobs)
+    }
+}
+
+#[test]
+fn what_does_not_fit_into_the_memory_of_a_device_is_halved() {
+    let v: Vec<f64> = (0..200).map(|i| 20.0 + 5.0 * (f64::from(i) / 40.0).sin()).collect();
+    let mut reference = Reference::new(vec![behind(&v), behind(&v[..150])], GoodnessOfFit::NRMSE_SVA);
+    let symbols = [Symbol::k_s, Symbol::k_v, Symbol::k_0, Symbol::v_0, Symbol::d_0, Symbol::t_h];
+    let population = |count: u32| {
+        let mut population = Population::new(&symbols);
+        (0..count).for_each(|i| population.push(&[0.1 + f64::from(i) / 40.0, 0.3, 1.0, 33.0, 2.0, 1.0]));
+        population
+    };
+    let (one, two) = (population(13), population(8));
+    let jobs = [Job { case: 0, population: &one }, Job { case: 1, population: &two }];
+    let mut expected = [Score::Rejected; 21];
+    reference.submit(BufferSet::A, &jobs).expect("it starts");
+    reference.collect(BufferSet::A, &mut expected).expect("it computes");
+    let outcomes = reference.outcomes(&jobs).expect("it computes");
+    for room in [1, 2, 4, 5, 20, 21, 100] {
+        let mut halves = Halves::new(Box::new(Small { inner: reference.clone(), room }));
+        for _ in 0..2 {
+            // Both sets in flight.
+            halves.submit(BufferSet::A, &jobs).expect("it starts");
+            halves.submit(BufferSet::B, &jobs[1..]).expect("it starts");
+            let mut scores = [Score::Rejected; 21];
+            halves.collect(BufferSet::A, &mut scores).expect("in pieces");
+            assert_eq!(scores, expected, "room for {room}");
+            let mut scores = [Score::Rejected; 8];
+            assert!(matches!(halves.collect(BufferSet::B, &mut scores[..3]), Err(EvaluateError::Room { .. })));
+            halves.submit(BufferSet::B, &jobs[1..]).expect("it starts");
+            halves.collect(BufferSet::B, &mut scores).expect("in pieces");
+            assert_eq!(scores, expected[13..], "room for {room}");
+            assert_eq!(halves.outcomes(&jobs).expect("in pieces"), outcomes, "room for {room}");
+        }
+    }
+    let mut none = Halves::new(Box::new(Small { inner: reference, room: 0 }));
+    none.submit(BufferSet::A, &jobs).expect("it may be less");
+    let error = none.collect(BufferSet::A, &mut [Score::Rejected; 21]).expect_err("no room at all").to_string();
+    assert!(error.starts_with("a card has not enough memory: out of memory; "), "{error}");
 }

@@ -70,7 +70,8 @@ fn what_a_probe_finds_decides_what_is_safe() {
     let probes = |found: [ProbeStatus; 4]| -> Vec<Probe> {
         let names = ["nan_by_bits", "own_power", "hidden_error_terms", "unfused_products"];
         let probe = |(name, status)| Probe { name, status, detail: String::new() };
-        let others = ["own_exponential", "own_logarithm"].map(|name| (name, ProbeStatus::Ok));
+        let others = ["own_exponential", "own_logarithm", "rounded_quotients", "rounded_roots"];
+        let others = others.map(|name| (name, ProbeStatus::Ok));
         names.into_iter().zip(found).chain(others).map(probe).collect()
     };
     let safe = |found: [ProbeStatus; 4]| modes(&probes(found)).map(|mode| mode.safe);
@@ -81,6 +82,12 @@ fn what_a_probe_finds_decides_what_is_safe() {
     assert_eq!(safe([Ok, Ok, Fail, Ok]), [true, false, true], "no error terms");
     assert_eq!(safe([Ok, Fail, Ok, Ok]), [false; 3], "wrong powers");
     assert_eq!(safe([Fail, Ok, Ok, Ok]), [false; 3], "NaN unnoticed");
+    for operation in ["rounded_quotients", "rounded_roots"] {
+        let mut inexact = probes([Ok; 4]);
+        let found = inexact.iter_mut().find(|probe| probe.name == operation).expect("among them");
+        found.status = Trap;
+        assert_eq!(modes(&inexact).map(|mode| mode.safe), [true, true, false], "{operation}: other bits");
+    }
     assert_eq!(modes(&[]).map(|mode| mode.safe), [false; 3], "nothing was probed");
 }
 

@@ -188,6 +188,32 @@ fn lanes_and_gpu_give_the_same_bits() {
     assert!(differences.is_empty(), "{} differences:\n{}", differences.len(), differences.join("\n"));
 }
 
+/// What would clash with the time loop if names were shared: all of it in one text, on the device.
+#[test]
+fn an_extension_may_use_the_names_of_the_kernel_on_the_gpu() {
+    let text = "const main = 0.5;\nconst sample = 1.0;\nconst RING = 2.0;\nalias Real = f32;\nalias Job = bool;\nstruct Memory {\n    opaque_zero: f32,\n}\n\
+                struct Parameters {\n    /// share [-], 0 to 1, neutral 0\n    observer_decay: f32,\n}\n\
+                struct State {\n    /// starts at v_f\n    states: f32,\n}\nstruct Step {\n    a: f32,\n    state: State,\n}\n\
+                fn step(candidate: Real) -> Real {\n    return candidate * main * sample * RING;\n}\n\
+                fn power(score: Memory) -> f32 {\n    return score.opaque_zero;\n}\n\
+                fn d_command(own: Parameters, state: State, a: f32) -> Step {\n    let even: Job = a > state.states;\n    \
+                return Step(select(step(a), power(Memory(a)), even) * (1.0 - own.observer_decay), State(state.states + a));\n}\n";
+    let own = read_extension("d.wgsl", text).expect("valid");
+    for base in BASES {
+        let variant = with(base, &[own]);
+        let case = case(variant);
+        let mut cpu = lanes(&case, LanesPrecision::Plain);
+        let Some(mut gpu) = gpu(&case, Precision::Plain) else { return };
+        let population = spread(variant, 40);
+        let job = Job { case: 0, population: &population };
+        assert_eq!(bits(&gpu.raw(&[job]).expect("it runs")), bits(&cpu.raw(&[job]).expect("it runs")), "{base}");
+        let observers = observers(40);
+        let job = Job { case: 0, population: &population };
+        let ours = block_bits(&cpu.observed(&job, &observers, 100).expect("it runs"));
+        assert_eq!(block_bits(&gpu.observed(&job, &observers, 100).expect("it runs")), ours, "{base}, observed");
+    }
+}
+
 #[test]
 fn every_instruction_set_gives_the_same_innovations() {
     let variant = with(

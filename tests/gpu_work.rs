@@ -3,6 +3,7 @@
 mod common;
 mod gpu_common;
 
+use common::program::{ok, scratch, text};
 use gpu_common::{case, gpu, job, population, scores, skipped, space, variant};
 use leadlag::calibrate::{Calibration, OptimizerKind, Replicate, Stop, calibrate};
 use leadlag::catalog::Variant;
@@ -16,6 +17,7 @@ use leadlag::reference::Reference;
 use leadlag::score::GoodnessOfFit;
 use leadlag::symbols::Symbol;
 use leadlag::wgsl::Precision;
+use serde_json::{Value, json};
 use std::ops::ControlFlow;
 
 const PAPER: Convention = Convention::PAPER;
@@ -389,4 +391,34 @@ fn an_adapter_that_is_not_there_is_told_with_those_that_are() {
     assert!(!present.is_empty() && error.to_string().contains(&present[0]), "{error}");
     let first = new("0").unwrap().adapter().unwrap();
     assert!(first.starts_with(present[0].split("  ").nth(1).unwrap().split(" (").next().unwrap()), "{first}");
+}
+
+/// The same candidates as on the CPU, where the device computes the same bits; a result in any case.
+#[test]
+fn a_calibration_on_the_gpu_by_the_command_line() {
+    if skipped("a_calibration_on_the_gpu_by_the_command_line") {
+        return;
+    }
+    let folder = scratch("gpu_work", "calibrated");
+    ok(&["synth", "--out", text(&folder), "--duration", "60"]);
+    let file = folder.join("platoon.csv");
+    for optimizer in ["ga", "auto"] {
+        let calibrated = |evaluator: &str| -> Value {
+            let out = folder.join(format!("{optimizer}_{evaluator}"));
+            let model =
+                ["calibrate", text(&file), "--follower", "1", "--model", "idm+delay", "--max-evaluations", "600"];
+            let how = ["--optimizer", optimizer, "--evaluator", evaluator, "--precision", "plain", "--out", text(&out)];
+            ok(&[model, how].concat());
+            serde_json::from_slice(&std::fs::read(out.join("result.json")).unwrap()).unwrap()
+        };
+        let [on_gpu, on_cpu] = ["gpu", "lanes"].map(calibrated);
+        assert_eq!((&on_gpu["evaluator"], &on_gpu["optimizer"]), (&json!("gpu"), &on_cpu["optimizer"]), "{optimizer}");
+        assert!(on_gpu["score"]["nrmse_sva"].as_f64().is_some_and(|score| score > 0.0), "{optimizer}");
+        let adapter = on_gpu["adapter"].as_str().expect("its name");
+        if adapter.contains("llvmpipe") {
+            for key in ["parameters", "score", "evaluations", "replicates"] {
+                assert_eq!(on_gpu[key], on_cpu[key], "{optimizer}, {key}");
+            }
+        }
+    }
 }

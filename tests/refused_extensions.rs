@@ -1,5 +1,10 @@
 //! What an extension may not have is said with its place, before anything runs out of stack or memory.
 
+#[path = "refused_extensions/names.rs"]
+mod names;
+#[path = "refused_extensions/nesting.rs"]
+mod nesting;
+
 use leadlag::catalog::Variant;
 use leadlag::convention::Radicand;
 use leadlag::extension::Extension;
@@ -229,7 +234,10 @@ fn what_is_too_much_is_said_at_once() {
             command(&format!("var b = a; {} {{ b = 1.0; }} return b;", "if b > 1.0 { } else ".repeat(3_000))),
             "more than 100 brackets and branches of `else`",
         ),
-        (command(&format!("var b: {}f32{}; return a;", "array<".repeat(200), ">".repeat(200))), "x.wgsl:1:1: internal"),
+        (
+            command(&format!("var b: {}f32{}; return a;", "array<".repeat(200), ">".repeat(200))),
+            "x.wgsl:2:611: more than 100 brackets",
+        ),
         (
             format!("const c_0 = 1.0;\n{constants}{}", command("return a;")),
             "x.wgsl:501:20: more than 500 structs, functions",

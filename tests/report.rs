@@ -162,6 +162,11 @@ fn a_calibration_is_shown_in_the_terminal_and_as_a_page() {
     let carried = html.split("id=\"result\">").nth(1).and_then(|rest| rest.split("</script>").next()).expect("a twin");
     let written = fs::read_to_string(&result).expect("written");
     assert_eq!(carried.replace("\\u003c", "<"), written);
+    // Nothing from elsewhere is loaded or run, and who has no scripts is told what is missing.
+    let policy = html.find("Content-Security-Policy\" content=\"default-src 'none'; ").expect("a policy");
+    assert!(["<style", "<script", "<link"].iter().all(|tag| html.find(tag).is_some_and(|at| at > policy)));
+    assert!(!html[policy..].lines().next().expect("a line").contains("http"));
+    assert_eq!(html.matches("<noscript>").count(), html.matches("data-chart=\"").count() + 1);
     for words in
         ["Error by what the car is doing", "Error by frequency", "Residuals over speed", "class=\"number share\""]
     {

@@ -22,3 +22,5 @@ mod report;
 mod schema;
 #[path = "study/shards.rs"]
 mod shards;
+#[path = "study/verify.rs"]
+mod verify;

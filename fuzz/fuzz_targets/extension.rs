@@ -1,4 +1,4 @@
-//! Extensions: whatever the file says, it is refused with its place, or it runs.
+//! Extensions: whatever the file says, it is refused with its place, or it runs, and a small stack is enough for it.
 #![no_main]
 
 use leadlag::catalog::Variant;
@@ -27,7 +27,17 @@ fn middle(symbol: Symbol) -> f64 {
     }
 }
 
+/// What the main thread of a small machine may have \[bytes\].
+const STACK: usize = 512 << 10;
+
 libfuzzer_sys::fuzz_target!(|text: &str| {
+    std::thread::scope(|scope| {
+        // Whatever panics in it panics here.
+        std::thread::Builder::new().stack_size(STACK).spawn_scoped(scope, || used(text)).expect("a thread");
+    });
+});
+
+fn used(text: &str) {
     let Ok(extension) = read_extension("fuzzed.wgsl", text) else { return };
     for base in ["idm", "gipps", "l-cth"] {
         let base: Variant = base.parse().expect("a base");
@@ -43,4 +53,4 @@ libfuzzer_sys::fuzz_target!(|text: &str| {
         let observer = Observer { gain: [0.2, 0.02, -0.05, 0.1, -0.03, 0.2], whitening: [0.7, -0.3, 1.6], decay: 0.95 };
         let _ = lanes.observed(&job, &[observer], 100);
     }
-});
+}

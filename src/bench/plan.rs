@@ -158,7 +158,7 @@ pub fn run(drive: &Drive, effort: Effort, progress: &mut dyn FnMut(&str)) -> Res
                 rows.extend(measurement.as_ref().map(Measurement::row));
             }
             // Such as too little memory; what the others took is not lost for it.
-            Err(BenchError::Evaluate(error @ EvaluateError::Device { .. })) => {
+            Err(BenchError::Evaluate(error @ (EvaluateError::Device { .. } | EvaluateError::Memory { .. }))) => {
                 left_out.push(format!("variant {id} on gpu, {population} candidates: {error}"));
             }
             Err(error) => return Err(error),

@@ -1,6 +1,7 @@
 //! From file names and flags to trajectories with vehicle and grade.
 
 use super::Usage;
+use super::change::settle;
 use super::number::{finite, real, whole};
 use anyhow::Context;
 use clap::ValueEnum;
@@ -232,8 +233,10 @@ pub fn column_map(given: &str) -> anyhow::Result<ColumnMap> {
 }
 
 /// The result of a calibration by its file, or by the folder that `calibrate` wrote it to.
-pub fn result_file(given: &Path) -> PathBuf {
-    if given.is_dir() { given.join("result.json") } else { given.to_owned() }
+pub fn result_file(given: &Path) -> anyhow::Result<PathBuf> {
+    let file = if given.is_dir() { given.join("result.json") } else { given.to_owned() };
+    file.parent().map_or(Ok(()), settle)?;
+    Ok(file)
 }
 
 /// Some pairs of a mapped table are named in messages.

@@ -1,6 +1,7 @@
 //! `leadlag doctor`: GPUs, drivers, and what they do with arithmetic.
 
 use super::output;
+use leadlag::evaluator::EvaluateError;
 use leadlag::gpu::{Adapter, AdapterChoice, Probe, Twins, modes, probes};
 use leadlag::lanes;
 use leadlag::report::text::wrapped;
@@ -25,7 +26,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let chosen = match Adapter::choose(&choice) {
         Ok(adapter) => Some(adapter),
         // Without any adapter the answer is what to install; that is what one asks a doctor for.
-        Err(_) if adapters.is_empty() => None,
+        Err(EvaluateError::Adapter { .. }) if adapters.is_empty() => None,
         Err(e) => return Err(e.into()),
     };
     let found = chosen.as_ref().map_or_else(Vec::new, |adapter| probes(adapter, &TWINS));

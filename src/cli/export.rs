@@ -61,7 +61,7 @@ enum ModelArg {
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let Command::Sumo(args) = &args.command;
-    let file = result_file(&args.result);
+    let file = result_file(&args.result)?;
     let result = ResultFile::read(&file)?;
     let asked = args.to.map(|to| match to {
         ModelArg::Idm => Model::Idm,

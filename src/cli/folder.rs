@@ -1,6 +1,7 @@
 //! Folders of results: each holds one result, whole, and no file of another one under the same names.
 
-use super::{Usage, output};
+use super::Usage;
+use super::change::{Change, settle};
 use std::path::{Path, PathBuf};
 
 /// What a calibration and a diagnosis are known by.
@@ -8,7 +9,8 @@ pub const RESULT: &str = "result.json";
 pub const DIAGNOSIS: &str = "diagnosis.json";
 
 /// Refuses a folder that holds a result of another kind, some of whose files would be overwritten; `own` is a name for a folder in it.
-pub fn refuse(folder: &Path, other: &str, own: &str) -> Result<(), Usage> {
+pub fn refuse(folder: &Path, other: &str, own: &str) -> anyhow::Result<()> {
+    settle(folder)?;
     if !folder.join(other).exists() {
         return Ok(());
     }
@@ -18,7 +20,8 @@ pub fn refuse(folder: &Path, other: &str, own: &str) -> Result<(), Usage> {
         "--out {shown}: the folder holds the {other} of a {kind}, and the files of another result would get mixed with its own; expected \
          a folder for this one, such as --out {}",
         instead.display()
-    )))
+    ))
+    .into())
 }
 
 /// Refuses a folder in which a result would replace one of its own input files; `is_own` tells the names of the result's files.
@@ -67,14 +70,9 @@ fn counted(path: &Path, list: &str) -> usize {
     json[list].as_array().map_or(0, Vec::len)
 }
 
-/// Removes what an earlier result left in a folder, `before`, and the one that was just written has not, and says so.
-pub fn tidy(folder: &Path, before: Vec<String>, written: &[String]) -> anyhow::Result<()> {
-    let is_stale = |name: &String| !written.contains(name) && folder.join(name).is_file();
-    let mut stale: Vec<String> = before.into_iter().filter(is_stale).collect();
-    stale.sort();
-    for name in &stale {
-        output::remove_file(&folder.join(name))?;
-    }
+/// Finishes the change of a folder: what an earlier result left there, `before`, and the new one has not, is removed, and that is said.
+pub fn finish(change: Change, folder: &Path, before: Vec<String>) -> anyhow::Result<()> {
+    let stale = change.finish(before)?;
     if !stale.is_empty() {
         let (shown, names) = (folder.display(), stale.join(", "));
         eprintln!("removed from {shown} what an earlier result had left there: {names}");

@@ -32,7 +32,8 @@ fn watch_termination(then: &'static str) {
     // Where a signal cannot be watched, it ends the program as ever.
     let Ok(mut signals) = signal_hook::iterator::Signals::new([SIGTERM]) else { return };
     let message = format!("stopping: {then} (SIGTERM again ends at once)");
-    std::thread::spawn(move || signals.forever().for_each(|signal| ask(128 + signal, &message)));
+    let each = move || signals.forever().for_each(|signal| ask(128 + signal, &message));
+    let _ = std::thread::Builder::new().spawn(each);
 }
 
 /// True once somebody has asked to stop.

@@ -16,6 +16,7 @@ macro_rules! eprintln {
 mod bench;
 mod bounds;
 mod calibrate;
+mod change;
 mod check;
 mod completions;
 mod data;
@@ -40,6 +41,7 @@ mod simulate;
 mod study;
 mod synth;
 
+use anyhow::Context;
 use clap::{CommandFactory, Parser, Subcommand};
 use leadlag::calibrate::BoundsError;
 use leadlag::plant::PlantError;
@@ -183,9 +185,11 @@ pub fn is_usage(error: &anyhow::Error) -> bool {
 /// Runs one command.
 pub fn run(cli: Cli) -> anyhow::Result<()> {
     output::set_quiet(cli.quiet);
-    if let Some(threads) = cli.threads {
-        rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global()?;
-    }
+    // Now, for where the first work starts them they cannot fail but by a panic.
+    rayon::ThreadPoolBuilder::new().num_threads(cli.threads.map_or(0, usize::from)).build_global().context(
+        "cannot start the threads: ask for fewer with --threads N, or allow this process more threads or memory (`ulimit -u`, \
+         `ulimit -v`)",
+    )?;
     match cli.command {
         Command::Inspect(args) => inspect::run(&args),
         Command::Calibrate(args) => calibrate::run(&args),

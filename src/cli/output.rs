@@ -73,11 +73,6 @@ pub fn write_file(path: &Path, content: &[u8]) -> anyhow::Result<()> {
     written.with_context(|| format!("{}: cannot write the file", path.display()))
 }
 
-/// Removes a file.
-pub fn remove_file(path: &Path) -> anyhow::Result<()> {
-    std::fs::remove_file(path).with_context(|| format!("{}: cannot remove the file", path.display()))
-}
-
 /// A number with the word for what it counts: `1 run`, `2 runs`, `2 trajectories`.
 pub fn counted(number: u64, word: &str) -> String {
     match (number, word.strip_suffix('y')) {

@@ -1,5 +1,6 @@
 //! `leadlag simulate`: a calibrated variant on a trajectory, or a platoon in which each simulated car leads the next.
 
+use super::change::Change;
 use super::data::{DataArgs, Loaded, result_file};
 use super::evaluator::warn;
 use super::{Usage, folder, output};
@@ -121,7 +122,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 }
 
 fn read(given: &Path) -> anyhow::Result<Calibrated> {
-    let path = result_file(given);
+    let path = result_file(given)?;
     let file = ResultFile::read(&path)?;
     let variant = file.calibrated_variant().with_context(|| format!("{}: cannot be simulated", path.display()))?;
     Ok(Calibrated { path, file, variant })
@@ -172,19 +173,19 @@ fn beside(vehicle: &str, result: &Path) -> String {
 
 fn write(args: &Args, done: &[Simulated]) -> anyhow::Result<()> {
     let Some(folder) = &args.out else { return Ok(()) };
-    output::make_folder(folder)?;
+    let mut change = Change::begin(folder)?;
     for one in done {
         let trajectory = &one.loaded.trajectory;
         let suffix = if args.platoon { format!("_follower{}", trajectory.follower) } else { String::new() };
         let mut csv = Vec::new();
         simulation::write_csv(&mut csv, &trajectory.t, &one.case, &one.trace)?;
-        output::write_file(&folder.join(format!("simulation{suffix}.csv")), &csv)?;
+        change.write(&format!("simulation{suffix}.csv"), &csv)?;
         let title = format!("{}, {}: variant {}", one.case.label, trajectory.name, one.case.variant);
         let ahead = if one.follows { "preceding vehicle (simulated)" } else { plot::AHEAD };
         let svg = plot::draw(&title, ahead, &trajectory.t, &one.case, &one.trace, &one.outcome)?;
-        output::write_file(&folder.join(format!("plot{suffix}.svg")), svg.as_bytes())?;
+        change.write(&format!("plot{suffix}.svg"), svg.as_bytes())?;
     }
-    Ok(())
+    change.finish(Vec::new()).map(drop)
 }
 
 fn text(done: &[Simulated]) -> String {

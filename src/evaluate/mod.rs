@@ -72,6 +72,16 @@ pub enum TableError {
         /// Where and why.
         source: csv::Error,
     },
+    /// Far more columns than a table of parameters has.
+    #[error("{path}:1: expected at most {most} columns, found {found}; is this the table of cases?")]
+    Wide {
+        /// The table.
+        path: String,
+        /// Most columns.
+        most: usize,
+        /// Columns there are.
+        found: usize,
+    },
     /// A column that every row needs is missing.
     #[error("{path}:1: column {missing} is missing; the file has {} (needed: model_id or variant, platoon, follower_position; separated by commas)", if found.is_empty() { "nothing".to_owned() } else { found.join(", ") })]
     Column {

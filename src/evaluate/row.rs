@@ -8,6 +8,9 @@ use crate::near::nearest;
 use crate::symbols::{Parameters, Symbol};
 use csv::ByteRecord;
 
+/// Columns of a table at most: its own, and what else a user keeps beside them.
+const COLUMNS: usize = 1000;
+
 /// Where the needed columns are.
 pub(super) struct Columns {
     width: usize,
@@ -22,6 +25,9 @@ pub(super) struct Columns {
 
 impl Columns {
     pub(super) fn find(headers: &ByteRecord, path: &str) -> Result<Columns, TableError> {
+        if headers.len() > COLUMNS {
+            return Err(TableError::Wide { path: path.to_owned(), most: COLUMNS, found: headers.len() });
+        }
         // A byte order mark belongs to no name.
         let names: Vec<String> = headers
             .iter()

@@ -48,7 +48,8 @@ impl Fallback {
     /// Puts the second evaluator in place and gives it all that was under way.
     fn recover(&mut self, error: EvaluateError) -> Result<(), EvaluateError> {
         // Wrong use fails on every evaluator; a device that is gone may take its adapter with it.
-        if !matches!(error, EvaluateError::Device { .. } | EvaluateError::Adapter { .. }) {
+        use EvaluateError::{Adapter, Device, Memory};
+        if !matches!(error, Device { .. } | Adapter { .. } | Memory { .. }) {
             return Err(error);
         }
         let Some(mut replace) = self.replace.take() else { return Err(error) };

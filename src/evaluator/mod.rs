@@ -3,6 +3,7 @@
 mod case;
 mod course;
 mod fallback;
+mod halves;
 mod observer;
 mod raw;
 mod table;
@@ -11,6 +12,7 @@ pub use case::{Case, CaseError, InvalidParameter};
 pub(crate) use course::smoothed_acceleration;
 pub use course::{Course, CourseError, LEADER_SMOOTHING, Pace, WorldSignals};
 pub use fallback::Fallback;
+pub use halves::Halves;
 pub use observer::{Innovations, Observed, Observer, Residuals, Windows};
 pub use raw::{Raw, status};
 pub use table::{Cell, Line, Table};
@@ -243,6 +245,19 @@ pub enum EvaluateError {
         /// The adapters present, one line each.
         present: Vec<String>,
     },
+    /// The process may use too little memory for a driver.
+    #[error(
+        "no GPU: drivers need an address space of {} MiB, found a limit of {} MiB; raise it (`ulimit -v unlimited`), or use \
+         --evaluator lanes",
+        needed >> 20,
+        limit >> 20
+    )]
+    AddressSpace {
+        /// What there is \[bytes\].
+        limit: u64,
+        /// What is needed \[bytes\].
+        needed: u64,
+    },
     /// The reference has only the built-in extensions, written a second time by hand.
     #[error(
         "the reference has no second transcription of extension {extension}, so it cannot simulate variant {variant}; use \
@@ -262,6 +277,14 @@ pub enum EvaluateError {
     Device {
         /// What was being done.
         doing: &'static str,
+        /// The device.
+        adapter: String,
+        /// What it says.
+        message: String,
+    },
+    /// The memory of the device is too small for so many candidates at once.
+    #[error("{adapter} has not enough memory: {message}; close what else uses it, or use --evaluator lanes")]
+    Memory {
         /// The device.
         adapter: String,
         /// What it says.

@@ -33,11 +33,13 @@ impl Limits {
 pub(super) struct Fault {
     pub(super) doing: &'static str,
     pub(super) message: String,
+    /// True if the device has too little memory for what it was to do.
+    pub(super) is_memory: bool,
 }
 
 impl Fault {
     pub(super) fn new(doing: &'static str, message: impl ToString) -> Fault {
-        Fault { doing, message: message.to_string() }
+        Fault { doing, message: message.to_string(), is_memory: false }
     }
 }
 
@@ -215,7 +217,10 @@ impl Device {
         let scopes = filters.map(|filter| self.raw.push_error_scope(filter));
         let made = make();
         match scopes.into_iter().rev().filter_map(|scope| pollster::block_on(scope.pop())).last() {
-            Some(error) => Err(Fault::new(doing, error)),
+            Some(error) => {
+                let is_memory = matches!(error, wgpu::Error::OutOfMemory { .. });
+                Err(Fault { is_memory, ..Fault::new(doing, error) })
+            }
             None => self.check(doing).map(|()| made),
         }
     }

@@ -3,7 +3,7 @@
 use super::device::Windows;
 use crate::extension::{Extension, Initial, Signal};
 use crate::score::Accumulation;
-use crate::wgsl::{Precision, Recipe, ShaderError, Source, check};
+use crate::wgsl::{Precision, Recipe, ShaderError, Source, check, member, memory_of};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
@@ -123,8 +123,8 @@ impl Kernel {
     fn memory(&self) -> Vec<(String, Initial)> {
         let missing = self.recipe.observed.then(|| ("d".to_owned(), Initial::Value(0.0)));
         let of = |extension: &&'static Extension| {
-            let name = &extension.name;
-            extension.state.iter().map(move |(member, initial)| (format!("{name}.{member}"), *initial))
+            let whose = memory_of(extension);
+            extension.state.iter().map(move |(member, initial)| (format!("{whose}.{member}"), *initial))
         };
         let extensions = self.recipe.variant.extensions.list();
         missing.into_iter().chain(extensions.iter().flat_map(of)).collect()
@@ -255,7 +255,8 @@ impl Kernel {
             let all: Vec<String> = names.iter().enumerate().map(|(k, name)| of(k, name)).collect();
             all.join(between)
         };
-        let names: Vec<&str> = parameters.iter().map(|symbol| symbol.name()).collect();
+        let members: Vec<String> = parameters.iter().map(|symbol| member(*symbol)).collect();
+        let names: Vec<&str> = members.iter().map(String::as_str).collect();
         let mut loads = list(&|k, _| format!("candidate({k}u, i)"), &names, ", ");
         if self.recipe.observed {
             // The last of the observer's words.

@@ -264,13 +264,19 @@ impl Gpu {
     }
 
     fn failed(&self, fault: Fault) -> EvaluateError {
+        if fault.is_memory {
+            return EvaluateError::Memory { adapter: self.adapter.clone(), message: fault.message };
+        }
         EvaluateError::Device { doing: fault.doing, adapter: self.adapter.clone(), message: fault.message }
     }
 
     /// Does something on the device; after a failure once more on a new one, on which all that was in flight is repeated.
     fn twice(&mut self, mut run: impl FnMut(&mut Gpu) -> Result<(), Fault>) -> Result<(), EvaluateError> {
-        if run(self).is_ok() {
-            return Ok(());
+        let Err(fault) = run(self) else { return Ok(()) };
+        if fault.is_memory {
+            // The same once more would not fit either; what it took is free again with the device.
+            self.give_up();
+            return Err(self.failed(fault));
         }
         if let Some(context) = &self.context {
             context.device.retire();

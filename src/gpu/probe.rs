@@ -61,7 +61,8 @@ pub fn modes(probes: &[Probe]) -> [Mode; 3] {
     use ProbeStatus::{Ok, Trap};
     let own = ["own_power", "own_exponential", "own_logarithm"];
     let plain = is("nan_by_bits", &[Ok]) && own.iter().all(|name| is(name, &[Ok, Trap]));
-    let same_bits = plain && own.iter().chain(&["unfused_products"]).all(|name| is(name, &[Ok]));
+    let exact = ["unfused_products", "rounded_quotients", "rounded_roots"];
+    let same_bits = plain && own.iter().chain(&exact).all(|name| is(name, &[Ok]));
     [
         Mode { name: "plain", safe: plain, promise: "--precision plain: scores of a search, some 1e-6 from f64" },
         Mode {
@@ -96,17 +97,21 @@ pub(super) const COMMON: &str = "
 @group(0) @binding(0) var<storage, read> x: array<f32>;
 @group(0) @binding(1) var<storage, read_write> y: array<u32>;
 fn hide(value: f32, zero: u32) -> f32 { return bitcast<f32>(bitcast<u32>(value) ^ zero); }
+fn no_number(value: f32) -> u32 { return select(0u, 1u, (bitcast<u32>(value) & 0x7f800000u) == 0x7f800000u); }
 ";
 
 const TRAPS: &[Trap] = &[
     Trap {
         name: "nan_by_bits",
-        body: "y[0] = select(0u, 1u, (bitcast<u32>(x[0]) & 0x7f800000u) == 0x7f800000u);
-               y[1] = select(0u, 1u, (bitcast<u32>(x[1]) & 0x7f800000u) == 0x7f800000u);",
-        inputs: &[f32::NAN, 1.0],
+        // A compiler that takes all results for numbers may drop the test of one that is computed, though not of one that is read.
+        // Not of one value twice: that its difference is 0 some drivers take for granted, which is another matter.
+        body: "y[0] = no_number(x[0]); y[1] = no_number(x[2] - x[3]); y[2] = no_number(x[4] / x[5]);
+               y[3] = no_number(sqrt(x[6])); y[4] = no_number(x[2] * x[4] + x[1]); y[5] = no_number(x[7] * x[8]);
+               y[6] = no_number(x[1]); y[7] = no_number(x[1] - x[7]);",
+        inputs: &[f32::NAN, 1.0, f32::INFINITY, f32::INFINITY, 0.0, 0.0, -1.0, 1e30, 1e30],
         judge: |y| {
             judged(
-                y == [1, 0],
+                y == [1, 1, 1, 1, 1, 1, 0, 0],
                 ProbeStatus::Fail,
                 "a result that is not a number (NaN) is found by its bits, as the kernels do it",
                 "a result that is not a number (NaN) goes unnoticed: do not use this driver",
@@ -254,6 +259,8 @@ pub fn probes(adapter: &Adapter, twins: &Twins) -> Vec<Probe> {
         ("own_power", own_power(&device, twins)),
         ("own_exponential", own_exponential(&device, twins)),
         ("own_logarithm", own_logarithm(&device, twins)),
+        ("rounded_quotients", rounded(&device, "quotients", "x[2u * k] / x[2u * k + 1u]", |x| x[0] / x[1])),
+        ("rounded_roots", rounded(&device, "square roots", "sqrt(x[2u * k])", |x| x[0].sqrt())),
         ("loops", loops(&device)),
     ] {
         found.push(match probed {
@@ -265,6 +272,28 @@ pub fn probes(adapter: &Adapter, twins: &Twins) -> Vec<Probe> {
 }
 
 pub(super) type Finding = Result<(ProbeStatus, String), Fault>;
+
+/// Pairs in the probe of rounding: of results that are off by one digit in five, hardly all would be right.
+const PAIRS: usize = 256;
+
+/// Whether an operation is rounded correctly, which Vulkan asks neither of quotients nor of square roots (2.5 digits of the last place).
+fn rounded(device: &Device, what: &str, operation: &str, expected: fn([f32; 2]) -> f32) -> Finding {
+    // Odd steps through the mantissas, all over eight powers of two.
+    let of = |k: usize, step: u32| f32::from_bits(0x3e00_0000 + (k as u32 * step) % (8 << 23));
+    let pairs: Vec<[f32; 2]> = (0..PAIRS).map(|k| [of(k, 0x000b_3c5d), of(k, 0x0017_a2f1)]).collect();
+    let text = format!(
+        "{COMMON}@compute @workgroup_size(1) fn main() {{
+             for (var k = 0u; k < {PAIRS}u; k++) {{ y[k] = bitcast<u32>({operation}); }}
+         }}"
+    );
+    let found = run(device, &text, pairs.as_flattened(), PAIRS)?;
+    let off = pairs.iter().zip(found).filter(|(pair, bits)| expected(**pair).to_bits() != *bits).count();
+    let (good, trap) = (
+        format!("{what} are rounded as the CPU does it"),
+        format!("{off} of {PAIRS} {what} differ from the CPU's in the last digits, as Vulkan allows; results are good"),
+    );
+    Ok(judged(off == 0, ProbeStatus::Trap, &good, &trap))
+}
 
 /// What wgpu adds to every turn of a loop, so that none is endless; some drivers take it badly. It adds it to both loops here, and
 /// one of them has it once more.

@@ -11,6 +11,7 @@ use super::sums::Settings;
 use crate::evaluator::{
     Case, EvaluateError, Failure, Innovations, Job, Observed, Observer, Population, Raw, Residuals, Score,
 };
+use crate::wgsl::member;
 use rayon::prelude::*;
 use std::sync::Mutex;
 
@@ -90,8 +91,10 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
 
     /// Of each job, the column of each of the model's parameters.
     fn columns(&self, jobs: &[Job<'_>]) -> Vec<Vec<Option<usize>>> {
-        let column = |job: &Job, name: &str| job.population.symbols().iter().position(|symbol| symbol.name() == name);
-        let columns = |job| self.model.parameters.iter().map(|(name, _)| column(job, name)).collect();
+        let columns = |job: &Job| {
+            let members: Vec<String> = job.population.symbols().iter().map(|symbol| member(*symbol)).collect();
+            self.model.parameters.iter().map(|(name, _)| members.iter().position(|member| member == name)).collect()
+        };
         jobs.iter().map(columns).collect()
     }
 

@@ -51,8 +51,9 @@ impl LanesError {
     pub(super) fn unsupported(source: &Source, span: Span, construct: impl Into<String>) -> LanesError {
         let place = span.location(source.text());
         let (line_of_text, column) = (place.line_number as usize, place.line_position as usize);
-        let (file, line) = source.locate(line_of_text);
+        let (file, line, column) = source.written(line_of_text, column);
         let code = source.shown(line_of_text);
-        LanesError::Unsupported { file: file.to_owned(), line, column, construct: construct.into(), code }
+        let construct = source.in_words(construct.into());
+        LanesError::Unsupported { file: file.to_owned(), line, column, construct, code }
     }
 }

@@ -6,7 +6,7 @@ use super::flat::{Flat, Id, Op};
 use super::flatten::{check_all, flatten};
 use super::schedule::{Rows, schedule};
 use crate::extension::Initial;
-use crate::wgsl::{Checked, DECAY, Recipe, Source};
+use crate::wgsl::{Checked, DECAY, Recipe, Source, memory_of};
 use std::collections::HashMap;
 
 /// Rows of the state: spacing, speed, acceleration, then what compensated sums carry, then the memory of extensions.
@@ -249,10 +249,11 @@ pub fn check_model(recipe: &Recipe) -> Result<(), LanesError> {
 
 /// What a part of the memory is at the start; the missing acceleration begins with 0.
 fn initial(recipe: &Recipe, path: &str) -> Initial {
-    let of_extension = path.strip_prefix("memory.").and_then(|path| path.split_once('.')).and_then(|(name, member)| {
-        let extension = recipe.variant.extensions.get(name)?;
-        extension.state.iter().find(|(known, _)| known == member).map(|(_, initial)| *initial)
-    });
+    let of_extension =
+        path.strip_prefix("memory.").and_then(|path| path.split_once('.')).and_then(|(whose, member)| {
+            let extension = recipe.variant.extensions.list().iter().find(|extension| memory_of(extension) == whose)?;
+            extension.state.iter().find(|(known, _)| known == member).map(|(_, initial)| *initial)
+        });
     of_extension.unwrap_or(Initial::Value(0.0))
 }
 

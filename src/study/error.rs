@@ -108,6 +108,14 @@ pub enum StudyError {
         /// This program.
         program: String,
     },
+    /// The system lets this process start no thread.
+    #[error(
+        "cannot start a thread for the calibrations: allow this process more threads or memory (`ulimit -u`, `ulimit -v`)"
+    )]
+    Threads {
+        /// Why.
+        source: std::io::Error,
+    },
     /// No such task.
     #[error("task `{id}`: {found} tasks of this study begin so, expected one{}; tasks.jsonl lists all", listed(first, *found))]
     NoTask {

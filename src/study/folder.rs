@@ -9,6 +9,7 @@
 //!  runs/         what each process has done in which time; no part of any result
 //!  merged/       the tables
 //!  report/       tables and figures beside the paper's
+//!  verify/       parts that are being computed again, to be compared; gone afterwards
 //! ```
 
 use super::drive::DriveEntry;
@@ -248,6 +249,21 @@ impl Folder {
     #[must_use]
     pub fn report(&self) -> PathBuf {
         self.path.join("report")
+    }
+
+    /// A folder within this one in which tasks are computed once more.
+    pub(super) fn again(&self) -> Folder {
+        Folder { path: self.path.join("verify") }
+    }
+
+    /// Removes the folder with all that is in it.
+    pub(super) fn remove(&self) -> Result<(), StudyError> {
+        match fs::remove_dir_all(&self.path) {
+            Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+                Err(StudyError::file(&self.path, "remove the folder")(error))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Removes what processes that were killed while they wrote have left. Nothing need lock these files, so only those go that nobody

@@ -26,6 +26,7 @@ pub mod plan;
 mod run;
 pub mod table;
 mod task;
+mod verify;
 
 pub use claim::count as claimed;
 pub use error::StudyError;
@@ -33,6 +34,7 @@ pub use log::{PastRuns, past_runs};
 pub use plan::{Plan, PlanError};
 pub use run::{Assignment, Event, Progress, RunSettings, Summary, run};
 pub use task::{NotAShard, Shard, Study, Task};
+pub use verify::{Verified, drawn, verify};
 
 use crate::calibrate::PROGRAM;
 

@@ -273,8 +273,16 @@ fn round(
     let mut post = Post::new(evaluator.as_mut());
     let lines: Vec<Line> = (0..threads).map(|_| post.line()).collect();
     let served = std::thread::scope(|scope| {
+        let mut at_work = 0;
         for line in lines {
-            scope.spawn(|| worker(&round, line, &queue, &deferred, shared));
+            let thread = std::thread::Builder::new();
+            let work = || worker(&round, line, &queue, &deferred, shared);
+            // With fewer threads than were wanted it takes longer, and nothing else changes.
+            match thread.spawn_scoped(scope, work) {
+                Ok(_) => at_work += 1,
+                Err(source) if at_work == 0 => shared.fail(StudyError::Threads { source }),
+                Err(_) => {}
+            }
         }
         post.serve(&mut || {
             log.renew();

@@ -53,7 +53,7 @@ pub fn check(source: &Source) -> Result<Checked, ShaderError> {
         };
         match other_precision(source, &message) {
             Some((place, message)) => at(source, Some(place), message),
-            None => at(source, place, no_such_parameter(text, place, &message).unwrap_or(message)),
+            None => at(source, place, no_such_parameter(source, place, &message).unwrap_or(message)),
         }
     })?;
     let info =
@@ -89,7 +89,8 @@ impl Source {
 fn at(source: &Source, place: Option<(usize, usize)>, message: String) -> ShaderError {
     // What was pushed last is what is checked; the texts before it are the program's own.
     let (line_of_text, column) = place.unwrap_or((source.last_start(), 1));
-    let (file, line) = source.locate(line_of_text);
+    let (file, line, column) = source.written(line_of_text, column);
+    let message = source.in_words(message);
     ShaderError { file: file.to_owned(), line, column, message, code: source.shown(line_of_text) }
 }
 
@@ -126,21 +127,22 @@ fn other_precision(source: &Source, message: &str) -> Option<((usize, usize), St
 }
 
 /// What to say where a part reads something that is not there: what is.
-fn no_such_parameter(text: &str, place: Option<(usize, usize)>, message: &str) -> Option<String> {
+fn no_such_parameter(source: &Source, place: Option<(usize, usize)>, message: &str) -> Option<String> {
+    let (text, own) = (source.text(), source.last_prefix());
     let field = message.strip_prefix("invalid field accessor `")?.split('`').next()?;
     let (line, column) = place?;
     let before = text.lines().nth(line - 1)?.get(..column - 1)?;
     let object = before.strip_suffix('.')?.rsplit(|c: char| !c.is_alphanumeric() && c != '_').next()?;
     // What parts and extensions call their arguments.
-    let (kind, whose) = match object {
-        "p" | "q" => ("Params", "this variant has"),
-        "own" => ("Parameters", "it has"),
-        "state" => ("State", "it has"),
-        "w" => ("World", "it has"),
-        "x" => ("Perceived", "it has"),
+    let (prefix, kind, whose) = match object {
+        "p" | "q" => ("", "Params", "this variant has"),
+        "own" => (own, "Parameters", "it has"),
+        "state" => (own, "State", "it has"),
+        "w" => ("", "World", "it has"),
+        "x" => ("", "Perceived", "it has"),
         _ => return None,
     };
-    let fields = text.split_once(&format!("struct {kind} {{"))?.1.split_once('}')?.0;
+    let fields = text.split_once(&format!("struct {prefix}{kind} {{"))?.1.split_once('}')?.0;
     let known: Vec<&str> =
         fields.lines().filter_map(|l| l.trim().strip_suffix(": f32,").filter(|name| !name.contains(' '))).collect();
     Some(format!("{kind} has no field {field}; {whose} {}", known.join(", ")))

@@ -1,5 +1,6 @@
 //! One text per variant: a generated `Params`, then one file of each folder.
 
+use super::own_names::{Prefixed, member};
 use super::stages;
 use crate::catalog::{
     Constraint, Controller, Dynamics, Spacing, Variant, constraint_parts, controller_parts, dynamics_parts,
@@ -96,8 +97,17 @@ impl Recipe {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Source {
     text: String,
-    /// Name of each chunk and the line of the text it begins at, from 1.
-    chunks: Vec<(String, usize)>,
+    chunks: Vec<Chunk>,
+}
+
+/// A part of a composed text.
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct Chunk {
+    name: String,
+    /// The line of the text it begins at, from 1.
+    first: usize,
+    /// What was done to the names of an extension.
+    own: Option<Prefixed>,
 }
 
 impl Source {
@@ -146,7 +156,7 @@ impl Source {
         }
         for extension in variant.extensions.list() {
             let text = replace(&extension.file, &extension.text);
-            source.push(&extension.file, &stages::in_company(extension, text.as_deref().unwrap_or(&extension.text)));
+            source.push_extension(&extension.name, &extension.file, text.as_deref().unwrap_or(&extension.text));
         }
         source.push("generated: stages", &stages::text(recipe));
         let (file, text) = shader!("step_extended.wgsl");
@@ -182,20 +192,33 @@ impl Source {
 
     /// Appends a chunk; `name` stands for it in messages.
     pub fn push(&mut self, name: &str, text: &str) {
-        let line = self.text.lines().count() + 1;
-        self.chunks.push((name.to_owned(), line));
+        let first = self.text.lines().count() + 1;
+        self.chunks.push(Chunk { name: name.to_owned(), first, own: None });
         self.text.push_str(text.trim_end());
         self.text.push('\n');
     }
 
+    /// Appends an extension; what it declares is its own and hides nothing of the rest.
+    pub(super) fn push_extension(&mut self, extension: &str, file: &str, text: &str) {
+        // Comments of the whole file may stand at the top of a text only.
+        let (text, own) = Prefixed::of(extension, &text.replace("//!", "// "));
+        self.push(file, &text);
+        self.chunks.last_mut().expect("just pushed").own = Some(own);
+    }
+
     /// Name of the chunk pushed last.
     pub(super) fn last_chunk(&self) -> &str {
-        self.chunks.last().map_or("", |(name, _)| name)
+        self.chunks.last().map_or("", |chunk| &chunk.name)
     }
 
     /// First line of the chunk pushed last.
     pub(super) fn last_start(&self) -> usize {
-        self.chunks.last().map_or(1, |(_, line)| *line)
+        self.chunks.last().map_or(1, |chunk| chunk.first)
+    }
+
+    /// What the names of the extension that was pushed last begin with.
+    pub(super) fn last_prefix(&self) -> &str {
+        self.chunks.last().and_then(|chunk| chunk.own.as_ref()).map_or("", |own| &own.prefix)
     }
 
     /// The text of the chunk pushed last, and where it begins.
@@ -230,18 +253,38 @@ impl Source {
     /// A line of the whole text as messages show it: cut where it would fill the screen.
     pub(crate) fn shown(&self, line: usize) -> String {
         const LONGEST: usize = 160;
-        let line = self.text.lines().nth(line - 1).unwrap_or_default().trim();
+        let found = self.text.lines().nth(line - 1).unwrap_or_default();
+        let chunk = self.chunk(line);
+        let written = chunk.own.as_ref().map(|own| own.written_line(line - chunk.first + 1, found));
+        let line = written.as_deref().unwrap_or(found).trim();
         match line.char_indices().nth(LONGEST) {
             Some((end, _)) => format!("{} …", &line[..end]),
             None => line.to_owned(),
         }
     }
 
+    fn chunk(&self, line: usize) -> &Chunk {
+        self.chunks.iter().rev().find(|chunk| chunk.first <= line).expect("chunks begin at line 1")
+    }
+
     /// File and line in it of a line of the whole text; both lines count from 1.
     #[must_use]
     pub fn locate(&self, line: usize) -> (&str, usize) {
-        let (name, first) = self.chunks.iter().rev().find(|(_, first)| *first <= line).expect("chunks begin at line 1");
-        (name, line - first + 1)
+        let chunk = self.chunk(line);
+        (&chunk.name, line - chunk.first + 1)
+    }
+
+    /// File, line and column as written of a place in the whole text.
+    pub(crate) fn written(&self, line: usize, column: usize) -> (&str, usize, usize) {
+        let (file, number) = self.locate(line);
+        let own = self.chunk(line).own.as_ref();
+        (file, number, own.map_or(column, |own| own.written(number, column)))
+    }
+
+    /// A message with the names of extensions as written.
+    pub(crate) fn in_words(&self, message: String) -> String {
+        let own = self.chunks.iter().filter_map(|chunk| chunk.own.as_ref());
+        own.fold(message, |message, own| message.replace(&own.prefix, ""))
     }
 }
 
@@ -259,7 +302,7 @@ fn params(symbols: &[Symbol], observed: bool) -> String {
     let mut text = String::from("struct Params {\n");
     for symbol in symbols {
         writeln!(text, "    // {} [{}]", symbol.meaning(), symbol.unit()).expect("a String takes all");
-        writeln!(text, "    {}: f32,", symbol.name()).expect("a String takes all");
+        writeln!(text, "    {}: f32,", member(*symbol)).expect("a String takes all");
     }
     if observed {
         text += "    // share of the missing acceleration that is left after a step [-]\n";

@@ -5,6 +5,7 @@ use super::compose::Source;
 use super::doc;
 use super::limits;
 use super::lint;
+use super::own_names::prefix;
 use crate::extension::{Argument, Extension, LoopNeeds, Stage, StageFunction};
 use crate::near::{nearest, suggestion};
 use crate::symbols::{ExtensionParameter, Role, Symbol};
@@ -118,28 +119,20 @@ struct Reader<'a> {
     name: &'a str,
     source: Source,
     checked: Checked,
-    /// Names of the surrounding text, which the extension does not declare.
-    around: Vec<String>,
 }
 
 impl<'a> Reader<'a> {
     fn read(name: &'a str, file: &str, text: &str) -> Result<Extension, ShaderError> {
-        let around = Source::around_an_extension();
-        let surrounding = check(&around).expect("the shaders are valid");
-        let mut source = around;
-        // Comments of the whole file may stand at the top of a text only.
-        let own = text.replace("//!", "// ");
-        limits::refuse_long_text(file, &own)?;
-        source.push(file, &own);
+        limits::refuse_long_text(file, text)?;
+        let mut source = Source::around_an_extension();
+        source.push_extension(name, file, text);
         let checked = check(&source)?;
-        let reader = Reader { name, source, checked, around: names(&surrounding) };
+        let reader = Reader { name, source, checked };
         reader.refuse_what_cannot_run()?;
         let mut parameters = reader.parameters()?;
         let state = reader.state()?;
         let stages = reader.stages(!state.is_empty())?;
         let head = doc::Head::of(text).map_err(|message| reader.plain(message))?;
-        let declares: Vec<String> =
-            names(&reader.checked).into_iter().filter(|name| !reader.around.contains(name)).collect();
         let position = |wanted: &Option<String>| match wanted {
             None => Ok(None),
             Some(wanted) => match parameters.iter().position(|p| p.name == *wanted) {
@@ -158,18 +151,17 @@ impl<'a> Reader<'a> {
             }
         }
         if stages.is_empty() && needs.delay.is_none() {
-            return Err(reader.no_stage(&declares));
+            return Err(reader.no_stage());
         }
         // Kept for the life of the program, as the extension itself is.
         let parameters: Vec<Symbol> =
             parameters.into_iter().map(|row| Symbol::Extension(Box::leak(Box::new(row)))).collect();
-        let warnings = lint::warnings(name, &reader.source, &reader.checked, &declares, &parameters, needs);
+        let warnings = lint::warnings(name, &reader.source, &reader.checked, &parameters, needs);
         Ok(Extension {
             name: name.to_owned(),
             meaning: head.meaning,
             text: text.to_owned(),
             file: file.to_owned(),
-            declares,
             parameters,
             stages,
             state,
@@ -182,10 +174,10 @@ impl<'a> Reader<'a> {
     }
 
     /// That no function is a stage; at one that may have been meant to be.
-    fn no_stage(&self, own: &[String]) -> ShaderError {
+    fn no_stage(&self) -> ShaderError {
         let stages = lint::stages_of(self.name);
         let message = format!("expected at least one of the functions {}, found none", stages.join(", "));
-        let idle = lint::idle(self.name, &self.checked, own);
+        let idle = lint::idle(self.name, &self.checked);
         let near = idle.iter().find_map(|(name, span)| {
             let stage = nearest(name, stages.iter().map(String::as_str))?;
             Some((*span, format!("{message}, but {name}{}", suggestion(Some(stage)))))
@@ -198,6 +190,11 @@ impl<'a> Reader<'a> {
         ShaderError { file, line: 1, column: 1, message: message.into(), code: String::new() }
     }
 
+    /// The name as written of something of its own.
+    fn own_name<'n>(&self, name: Option<&'n str>) -> Option<&'n str> {
+        name?.strip_prefix(self.source.last_prefix())
+    }
+
     fn refuse<T>(&self, span: Span, message: impl Into<String>) -> Result<T, ShaderError> {
         Err(self.source.error_at(span, message))
     }
@@ -205,7 +202,7 @@ impl<'a> Reader<'a> {
     /// Nothing in it may run for ever, or touch what is not its own.
     fn refuse_what_cannot_run(&self) -> Result<(), ShaderError> {
         let module = &self.checked.module;
-        let foreign = |name: Option<&str>| name.is_some_and(|name| !self.around.iter().any(|known| known == name));
+        let foreign = |name: Option<&str>| self.own_name(name).is_some();
         for (handle, variable) in module.global_variables.iter() {
             if foreign(variable.name.as_deref()) {
                 let span = module.global_variables.get_span(handle);
@@ -248,7 +245,8 @@ impl<'a> Reader<'a> {
     /// Members of one of its structs: name, comment, where.
     fn members(&self, wanted: &str) -> Result<Vec<(String, String, Span)>, ShaderError> {
         let module = &self.checked.module;
-        let Some((handle, ty)) = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some(wanted)) else {
+        let Some((handle, ty)) = module.types.iter().find(|(_, ty)| self.own_name(ty.name.as_deref()) == Some(wanted))
+        else {
             return Ok(Vec::new());
         };
         let TypeInner::Struct { members, .. } = &ty.inner else {
@@ -257,7 +255,10 @@ impl<'a> Reader<'a> {
         let mut found = Vec::new();
         for (k, member) in members.iter().enumerate() {
             let name = member.name.clone().unwrap_or_default();
-            let span = self.source.member_span(wanted, &name).unwrap_or_else(|| module.types.get_span(handle));
+            let span = self
+                .source
+                .member_span(&(prefix(self.name) + wanted), &name)
+                .unwrap_or_else(|| module.types.get_span(handle));
             if module.types[member.ty].inner != TypeInner::Scalar(naga::Scalar::F32) {
                 return self.refuse(span, format!("{wanted}.{name}: expected f32"));
             }
@@ -306,13 +307,14 @@ impl<'a> Reader<'a> {
     fn argument(&self, function: &Function, k: usize, span: Span) -> Result<Argument, ShaderError> {
         let argument = &function.arguments[k];
         let ty = &self.checked.module.types[argument.ty];
-        Ok(match (ty.name.as_deref(), &ty.inner) {
-            (Some("Params"), _) => Argument::Params,
-            (Some("Parameters"), _) => Argument::Own,
-            (Some("State"), _) => Argument::State,
-            (Some("World"), _) => Argument::World,
-            (Some("Perceived"), _) => Argument::Perceived,
-            (_, inner) if *inner == TypeInner::Scalar(naga::Scalar::F32) => Argument::Value,
+        let called = ty.name.as_deref();
+        Ok(match (called, self.own_name(called), &ty.inner) {
+            (Some("Params"), ..) => Argument::Params,
+            (_, Some("Parameters"), _) => Argument::Own,
+            (_, Some("State"), _) => Argument::State,
+            (Some("World"), ..) => Argument::World,
+            (Some("Perceived"), ..) => Argument::Perceived,
+            (.., inner) if *inner == TypeInner::Scalar(naga::Scalar::F32) => Argument::Value,
             _ => {
                 let name = argument.name.as_deref().unwrap_or("an argument");
                 return self.refuse(
@@ -330,7 +332,8 @@ impl<'a> Reader<'a> {
         let mut stages = Vec::new();
         for stage in Stage::ALL {
             let wanted = format!("{}_{}", self.name, stage.name());
-            let Some((handle, function)) = module.functions.iter().find(|(_, f)| f.name.as_deref() == Some(&wanted))
+            let Some((handle, function)) =
+                module.functions.iter().find(|(_, f)| self.own_name(f.name.as_deref()) == Some(&wanted))
             else {
                 continue;
             };
@@ -372,7 +375,7 @@ impl<'a> Reader<'a> {
                 TypeInner::Struct { members, .. }
                     if members.len() == 2
                         && is_value(members[0].ty)
-                        && self.type_called(members[1].ty) == Some("State") =>
+                        && self.own_name(self.type_called(members[1].ty)) == Some("State") =>
                 {
                     Some([0, 1].map(|k| members[k].name.clone().unwrap_or_default()))
                 }
@@ -385,14 +388,4 @@ impl<'a> Reader<'a> {
         }
         Ok(stages)
     }
-}
-
-/// Everything that a text declares.
-fn names(checked: &Checked) -> Vec<String> {
-    let module = &checked.module;
-    let types = module.types.iter().filter(|(_, t)| matches!(t.inner, TypeInner::Struct { .. }));
-    let functions = module.functions.iter().filter_map(|(_, f)| f.name.clone());
-    let constants = module.constants.iter().filter_map(|(_, c)| c.name.clone());
-    let variables = module.global_variables.iter().filter_map(|(_, v)| v.name.clone());
-    types.filter_map(|(_, t)| t.name.clone()).chain(functions).chain(constants).chain(variables).collect()
 }

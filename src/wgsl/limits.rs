@@ -8,11 +8,14 @@ use std::collections::HashMap;
 
 /// Length of a text \[bytes\].
 const BYTES: usize = 64 * 1024;
-/// Brackets and branches of `else` inside one another, and functions that call one another. The parser gives up at 127 blocks and at
-/// 198 brackets, of which it says neither where nor why.
+/// Brackets, `<` and branches of `else` inside one another, and functions that call one another. The parser gives up at 127 blocks and
+/// at 198 brackets, of which it says neither where nor why.
 const DEPTH: usize = 100;
-/// Operators in a statement. With 2000 the parser overflows a stack of 1 MB, the size for a main thread on Windows.
+/// Operators in a statement, members and elements among them. With 2000 the parser overflows a stack of 1 MB, the size for a main
+/// thread on Windows.
 const OPERATORS: usize = 500;
+/// Operators that take as much stack as one level of brackets does.
+const LEVEL: usize = 4;
 /// Declarations in a text. The parser calls itself along a chain of them, and overflows the same stack with 1700 structs.
 const DECLARATIONS: usize = 500;
 /// Instructions of all functions together, each with the calls in it put in, and numbers in a struct: hundreds of times what a
@@ -37,30 +40,38 @@ pub(super) fn refuse_long_text(file: &str, text: &str) -> Result<(), ShaderError
     }
     // For each open bracket, the branches of `else` in the chain that it is in; the first entry stands for the whole file.
     let mut open = vec![0_usize];
-    let (mut operators, mut declarations, mut before) = (0, 0, "");
+    // A `<` may open the arguments of a type, and then `>` closes them; which ones do only the parser tells.
+    let (mut operators, mut angles, mut declarations, mut before) = (0, 0, 0, "");
     for (at, token) in tokens(text) {
+        operators += usize::from(is_operator(token) || token == "[");
+        angles += usize::from(token == "<");
         let top = open.len() - 1;
         match token {
             "(" | "[" | "{" => open.push(0),
             ")" | "]" | "}" if top > 0 => drop(open.pop()),
             "else" => open[top] += 1,
             "if" if before != "else" => open[top] = 0,
-            _ => operators += usize::from(is_operator(token)),
+            _ => {}
         }
         if matches!(token, ";" | "{" | "}") {
-            operators = 0;
+            (operators, angles) = (0, 0);
             declarations += usize::from(open.len() == 1);
         }
         before = token;
-        if open.len() - 1 + open.iter().sum::<usize>() > DEPTH {
+        let depth = open.len() - 1 + open.iter().sum::<usize>() + angles;
+        if depth > DEPTH {
             let message = format!(
-                "more than {DEPTH} brackets and branches of `else` inside one another: give parts of it a name with `let`, or \
-                 move them into functions"
+                "more than {DEPTH} brackets and branches of `else` inside one another, each `<` of a statement among them: give parts \
+                 of it a name with `let`, or move them into functions"
             );
             return refuse(at, message);
         }
-        if operators > OPERATORS {
-            let message = format!("more than {OPERATORS} operators in a statement: give parts of it a name with `let`");
+        // The bracket of the function itself is always open.
+        if operators + LEVEL * depth.saturating_sub(1) > OPERATORS {
+            let message = format!(
+                "more than {OPERATORS} operators in a statement, each open bracket counted as {LEVEL} of them: give parts of it a name \
+                 with `let`"
+            );
             return refuse(at, message);
         }
         if declarations > DECLARATIONS {

@@ -4,6 +4,7 @@
 use super::check::{Checked, ShaderError};
 use super::compose::Source;
 use super::limits::visit;
+use super::own_names::prefix;
 use crate::extension::{LoopNeeds, Stage};
 use crate::near::{nearest, suggestion};
 use crate::symbols::Symbol;
@@ -14,16 +15,15 @@ pub(super) fn stages_of(name: &str) -> Vec<String> {
     Stage::ALL.iter().map(|stage| format!("{name}_{}", stage.name())).collect()
 }
 
-/// Warnings about the extension that was pushed last; `own` are the names that it declares.
+/// Warnings about the extension that was pushed last.
 pub(super) fn warnings(
     name: &str,
     source: &Source,
     checked: &Checked,
-    own: &[String],
     parameters: &[Symbol],
     needs: LoopNeeds,
 ) -> Vec<ShaderError> {
-    let mut warnings: Vec<ShaderError> = idle(name, checked, own)
+    let mut warnings: Vec<ShaderError> = idle(name, checked)
         .into_iter()
         .map(|(function, span)| {
             let stages = stages_of(name);
@@ -34,12 +34,12 @@ pub(super) fn warnings(
             source.error_at(span, format!("{function} is no stage, and nothing calls it, so it does nothing{meant}"))
         })
         .collect();
-    let read = members_read(checked, "Parameters");
+    let read = members_read(checked, &(prefix(name) + "Parameters"));
     let in_loop = |k: usize| [needs.delay, needs.look_back].contains(&Some(k));
     for (k, symbol) in parameters.iter().enumerate() {
         let parameter = symbol.name();
         if !in_loop(k) && !read.iter().any(|member| member == parameter) {
-            let span = source.member_span("Parameters", parameter).unwrap_or_default();
+            let span = source.member_span(&(prefix(name) + "Parameters"), parameter).unwrap_or_default();
             let message = format!(
                 "no function reads the parameter {parameter}, so a calibration searches it in vain: use it or leave it out"
             );
@@ -50,7 +50,7 @@ pub(super) fn warnings(
 }
 
 /// Own functions that are no stage and that nothing calls, and where they are.
-pub(super) fn idle(name: &str, checked: &Checked, own: &[String]) -> Vec<(String, naga::Span)> {
+pub(super) fn idle(name: &str, checked: &Checked) -> Vec<(String, naga::Span)> {
     let functions = &checked.module.functions;
     let mut called = Vec::new();
     for (_, function) in functions.iter() {
@@ -60,10 +60,10 @@ pub(super) fn idle(name: &str, checked: &Checked, own: &[String]) -> Vec<(String
             }
         });
     }
-    let stages = stages_of(name);
+    let (stages, own) = (stages_of(name), prefix(name));
     let left = functions.iter().filter(|(handle, _)| !called.contains(handle)).filter_map(|(handle, function)| {
-        let name = function.name.clone().filter(|name| own.contains(name) && !stages.contains(name))?;
-        Some((name, functions.get_span(handle)))
+        let own = function.name.as_deref()?.strip_prefix(&own)?;
+        (!stages.iter().any(|stage| stage == own)).then(|| (own.to_owned(), functions.get_span(handle)))
     });
     left.collect()
 }

@@ -9,8 +9,10 @@ mod doc;
 mod extension;
 mod limits;
 mod lint;
+mod own_names;
 mod stages;
 
 pub use check::{Checked, ShaderError, check};
 pub use compose::{DECAY, Precision, Recipe, Source};
 pub use extension::{extension_named, library, read_extension};
+pub(crate) use own_names::{member, memory_of};

@@ -1,6 +1,7 @@
 //! The generated part of an extended model: what the extensions remember, and the functions that call them stage by stage.
 
 use super::compose::{DECAY, Recipe};
+use super::own_names::{member, memory_of, prefix};
 use crate::extension::{Argument, Extension, Stage, StageFunction};
 use std::fmt::Write;
 
@@ -32,8 +33,8 @@ pub(super) fn text(recipe: &Recipe) -> String {
         text += "    // Missing acceleration [m/s2].\n    d: f32,\n";
     }
     for extension in extensions.iter().filter(|e| !e.state.is_empty()) {
-        let name = &extension.name;
-        writeln!(text, "    {name}: {name}_State,").expect("a String takes all");
+        let (member, own) = (memory_of(extension), prefix(&extension.name));
+        writeln!(text, "    {member}: {own}State,").expect("a String takes all");
     }
     if !recipe.observed && extensions.iter().all(|e| e.state.is_empty()) {
         text += "    // A struct needs a member.\n    nothing: f32,\n";
@@ -87,19 +88,20 @@ fn call(extension: &Extension, function: &StageFunction, opaque: &str) -> String
         (Argument::Params, _) => "q".to_owned(),
         (Argument::Perceived, _) => "x".to_owned(),
         (Argument::World, _) => "w".to_owned(),
-        (Argument::State, _) => format!("after.{name}"),
+        (Argument::State, _) => format!("after.{}", memory_of(extension)),
         (Argument::Own, _) => {
-            let own: Vec<String> = extension.parameters.iter().map(|p| format!("p.{}", p.name())).collect();
-            format!("{name}_Parameters({})", own.join(", "))
+            let own: Vec<String> = extension.parameters.iter().map(|p| format!("p.{}", member(*p))).collect();
+            format!("{}Parameters({})", prefix(name), own.join(", "))
         }
     };
     let arguments: Vec<String> = function.arguments.iter().map(argument).collect();
     let stage = function.stage.name();
-    let called = format!("{name}_{stage}({})", arguments.join(", "));
+    let called = format!("{}{name}_{stage}({})", prefix(name), arguments.join(", "));
     let (value, state) = match &function.with_state {
         None => (format!("{name}_{stage}_done"), String::new()),
         Some([value, state]) => {
-            (format!("{name}_{stage}_done.{value}"), format!("    after.{name} = {name}_{stage}_done.{state};\n"))
+            let done = format!("{name}_{stage}_done");
+            (format!("{done}.{value}"), format!("    after.{} = {done}.{state};\n", memory_of(extension)))
         }
     };
     // Opaque, or Mesa takes terms of one extension and of what comes after it in another order.
@@ -109,35 +111,4 @@ fn call(extension: &Extension, function: &StageFunction, opaque: &str) -> String
         Stage::Speed | Stage::Command | Stage::Response => format!("{opaque}({value})"),
     };
     format!("    let {name}_{stage}_done = {called};\n    value = {seen};\n{state}")
-}
-
-/// The text of an extension among others: what it declares begins with its name.
-pub(super) fn in_company(extension: &Extension, text: &str) -> String {
-    let prefix = format!("{}_", extension.name);
-    let mine = |word: &str| extension.declares.iter().any(|name| name == word) && !word.starts_with(&prefix);
-    let mut renamed = String::with_capacity(text.len() + 64);
-    let mut word = String::new();
-    let mut before = ' ';
-    let flush = |word: &mut String, before: char, renamed: &mut String| {
-        if before != '.' && mine(word) {
-            renamed.push_str(&prefix);
-        }
-        renamed.push_str(word);
-        word.clear();
-    };
-    for c in text.chars() {
-        if c.is_alphanumeric() || c == '_' {
-            word.push(c);
-        } else {
-            if !word.is_empty() {
-                flush(&mut word, before, &mut renamed);
-            }
-            renamed.push(c);
-            before = c;
-        }
-    }
-    if !word.is_empty() {
-        flush(&mut word, before, &mut renamed);
-    }
-    renamed
 }

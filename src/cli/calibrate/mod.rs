@@ -45,7 +45,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     };
     folders.iter().try_for_each(|folder| {
         folder::refuse(folder, folder::DIAGNOSIS, "calibrated")?;
-        folder::spare(folder, &args.files, is_own)
+        folder::spare(folder, &args.files, is_own)?;
+        anyhow::Ok(())
     })?;
     let overrides = args.overrides()?;
     warnings::of(&args.data, &model, args.convention, &overrides, &loaded).iter().for_each(|text| warn(text));

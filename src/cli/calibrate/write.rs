@@ -1,8 +1,8 @@
 //! The files of a calibration.
 
+use super::super::change::Change;
 use super::super::data::Loaded;
-use super::super::folder::{of_calibration, tidy};
-use super::super::output::write_file;
+use super::super::folder::{RESULT, finish, of_calibration};
 use leadlag::evaluator::Evaluator;
 use leadlag::reference::{Reference, Trace};
 use leadlag::report::result::ResultFile;
@@ -20,8 +20,8 @@ pub fn files(
     loaded: &[Loaded],
     elapsed: Duration,
 ) -> anyhow::Result<()> {
+    let mut change = Change::begin(folder)?;
     let before = of_calibration(folder);
-    write_file(&folder.join("result.json"), result.to_json().as_bytes())?;
     let steps: usize = result.data.iter().map(|d| d.samples).sum();
     let seconds = elapsed.as_secs_f64();
     let timing = serde_json::json!({
@@ -31,9 +31,8 @@ pub fn files(
         "evaluations_per_s": result.evaluations as f64 / seconds,
         "candidate_steps_per_s": result.evaluations as f64 * steps as f64 / seconds,
     });
-    write_file(&folder.join("timing.json"), (serde_json::to_string_pretty(&timing)? + "\n").as_bytes())?;
+    change.write("timing.json", (serde_json::to_string_pretty(&timing)? + "\n").as_bytes())?;
 
-    let mut written = Vec::new();
     let parameters = result.calibrated_variant()?.parameters;
     for (i, (case, one)) in reference.cases().iter().zip(loaded).enumerate() {
         let suffix = if loaded.len() == 1 { String::new() } else { format!("_{}", i + 1) };
@@ -42,12 +41,11 @@ pub fn files(
         let t = &one.trajectory.t;
         let mut csv = Vec::new();
         simulation::write_csv(&mut csv, t, case, &trace)?;
-        let [table, picture] = [format!("simulation{suffix}.csv"), format!("plot{suffix}.svg")];
-        write_file(&folder.join(&table), &csv)?;
+        change.write(&format!("simulation{suffix}.csv"), &csv)?;
         let title = format!("{}, {}: variant {} {}", case.label, one.trajectory.name, result.model_id, result.model());
         let svg = plot::draw(&title, plot::AHEAD, t, case, &trace, &outcome)?;
-        write_file(&folder.join(&picture), svg.as_bytes())?;
-        written.extend([table, picture]);
+        change.write(&format!("plot{suffix}.svg"), svg.as_bytes())?;
     }
-    tidy(folder, before, &written)
+    change.write(RESULT, result.to_json().as_bytes())?;
+    finish(change, folder, before)
 }

@@ -1,47 +1,42 @@
 //! The files of a diagnosis.
 
-use super::super::folder::{of_diagnosis, tidy};
-use super::super::output::write_file;
+use super::super::change::Change;
+use super::super::folder::{DIAGNOSIS, finish, of_diagnosis};
 use leadlag::diagnose::Drive;
 use leadlag::diagnose::describe::{Diagnosis, Series};
 use leadlag::diagnose::free::Free;
 use leadlag::report::diagnosis::pictures;
 use leadlag::report::svg::{Panel, Series as Line, Style, render};
-use std::cell::RefCell;
 use std::path::Path;
 
 /// diagnosis.json, per drive missing_acceleration_N.csv and simulation_N.svg, the pictures, and each adopted cause as NAME.wgsl.
 pub fn files(folder: &Path, diagnosis: &Diagnosis, train: &[Drive], holdout: &[Drive]) -> anyhow::Result<()> {
     let outcome = &diagnosis.outcome;
+    let mut change = Change::begin(folder)?;
     let before = of_diagnosis(folder);
-    let written = RefCell::new(Vec::new());
-    let write = |name: &str, content: &[u8]| {
-        written.borrow_mut().push(name.to_owned());
-        write_file(&folder.join(name), content)
-    };
-    let save = |name: &str, content: &str| write(name, content.as_bytes());
-    save("diagnosis.json", &outcome.to_json())?;
     for adopted in &diagnosis.inference.adopted {
-        save(&format!("{}.wgsl", adopted.extension.name), &adopted.extension.text)?;
+        change.write(&format!("{}.wgsl", adopted.extension.name), adopted.extension.text.as_bytes())?;
     }
     let extended = diagnosis.extended.as_ref();
     for (i, drive) in train.iter().chain(holdout).enumerate() {
         let left = extended.and_then(|e| e.series.get(i));
         let table = table(&diagnosis.base.series[i], left)?;
-        write(&format!("missing_acceleration_{}.csv", i + 1), &table)?;
+        change.write(&format!("missing_acceleration_{}.csv", i + 1), &table)?;
         let runs = [Some(&diagnosis.base.runs[i]), extended.and_then(|e| e.runs.get(i))];
         let role = if i < train.len() { "training" } else { "held back" };
-        save(&format!("simulation_{}.svg", i + 1), &simulation(drive, role, runs)?)?;
-        write(&format!("simulation_{}.csv", i + 1), &states(drive, runs)?)?;
+        change.write(&format!("simulation_{}.svg", i + 1), simulation(drive, role, runs)?.as_bytes())?;
+        change.write(&format!("simulation_{}.csv", i + 1), &states(drive, runs)?)?;
     }
     if let Some(missing) = &outcome.missing {
         let title = "What the missing acceleration depends on";
-        save("missing_acceleration.svg", &pictures::missing(title, missing, outcome.missing_left.as_ref()))?;
+        let picture = pictures::missing(title, missing, outcome.missing_left.as_ref());
+        change.write("missing_acceleration.svg", picture.as_bytes())?;
     }
     if outcome.ladder.iter().any(|rung| rung.evidence.is_some()) {
-        save("ladder.svg", &pictures::ladder("Causes that were tried", &outcome.ladder))?;
+        change.write("ladder.svg", pictures::ladder("Causes that were tried", &outcome.ladder).as_bytes())?;
     }
-    tidy(folder, before, &written.into_inner())
+    change.write(DIAGNOSIS, outcome.to_json().as_bytes())?;
+    finish(change, folder, before)
 }
 
 /// d(t) of base and extended model with what surrounds it.

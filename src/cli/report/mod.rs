@@ -3,6 +3,7 @@
 mod charts;
 mod study;
 
+use super::change::settle;
 use super::demo::quoted;
 use super::folder::{DIAGNOSIS, RESULT};
 use super::{Usage, output};
@@ -10,7 +11,7 @@ use anyhow::{Context, bail};
 use leadlag::diagnose::outcome::Outcome;
 use leadlag::report::html;
 use leadlag::report::residuals::{error_budget, over_speed};
-use leadlag::report::result::ResultFile;
+use leadlag::report::result::{ResultFile, read_bounded};
 use leadlag::report::sumo::Export;
 use leadlag::trajectory::Source;
 use std::path::{Path, PathBuf};
@@ -27,6 +28,12 @@ pub struct Args {
     /// The HTML file: one file, no network needed
     #[arg(short, long, value_name = "FILE.html")]
     pub out: PathBuf,
+}
+
+/// Tells a diagnosis from a calibration.
+#[derive(serde::Deserialize)]
+struct Kind {
+    verdict: Option<serde::de::IgnoredAny>,
 }
 
 /// What makes a folder one of the three kinds.
@@ -49,6 +56,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         ))
         .into());
     }
+    settle(if args.result.is_dir() { &args.result } else { args.result.parent().unwrap_or(Path::new(".")) })?;
     let file = if args.result.is_dir() { result_in(args)? } else { args.result.clone() };
     let folder = file.parent().unwrap_or(Path::new("."));
     let page = if file.file_name().is_some_and(|name| name == "tasks.jsonl") {
@@ -89,15 +97,14 @@ fn result_in(args: &Args) -> anyhow::Result<PathBuf> {
 
 /// The page of a calibration or of a diagnosis.
 fn one(file: &Path, folder: &Path) -> anyhow::Result<String> {
-    let text = std::fs::read_to_string(file).with_context(|| format!("{}: cannot read the result", file.display()))?;
-    let Ok(json) = serde_json::from_str::<serde_json::Value>(&text) else {
+    let text = read_bounded(file)?;
+    let Ok(Kind { verdict }) = serde_json::from_str(&text) else {
         bail!(
             "{}: expected a folder that calibrate, diagnose or study wrote, or its result.json or diagnosis.json; this file is no JSON",
             file.display()
         );
     };
-    let is_diagnosis = json.get("verdict").is_some();
-    if is_diagnosis {
+    if verdict.is_some() {
         let outcome: Outcome = serde_json::from_str(&text)
             .with_context(|| format!("{}: expected a diagnosis of this version of leadlag", file.display()))?;
         return Ok(html::diagnosis(&outcome, charts::of_diagnosis(folder, &outcome)?));

@@ -1,10 +1,11 @@
 //! `leadlag study merge`.
 
+use super::super::change::{Change, settle};
 use super::super::output;
 use super::status::complain;
 use anyhow::bail;
 use leadlag::report::{csv, parquet};
-use leadlag::study::folder::{Folder, write_whole};
+use leadlag::study::folder::Folder;
 use leadlag::study::{SCHEMA_VERSION, inventory, merge};
 use std::fs::File;
 use std::io::{BufRead, BufReader};
@@ -57,6 +58,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         );
     }
     let out = args.out.clone().unwrap_or_else(|| folder.merged());
+    settle(&out)?;
     if inventory.done() == 0 && has_rows(&out) {
         let (out, shown) = (out.display(), args.folder.display());
         bail!(
@@ -66,7 +68,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
     let study = folder.study_file()?;
     let merged = merge::merge(&study, &tasks, &inventory);
-    output::make_folder(&out)?;
+    let mut change = Change::begin(&out)?;
     folder.sweep();
     let mut text = String::new();
     let mut files = Vec::new();
@@ -84,13 +86,12 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         files.push((format!("{name}.parquet"), table, parquet::write(table, &metadata)));
     }
     // Whoever finds the tables finds what they lack, at any moment.
-    let first = if missing > 0 { 0 } else { files.len() };
-    files.insert(first, ("missing.csv".to_owned(), &merged.missing, csv::write(&merged.missing)));
+    files.insert(0, ("missing.csv".to_owned(), &merged.missing, csv::write(&merged.missing)));
     for (name, table, bytes) in files {
-        let path = out.join(name);
-        write_whole(&path, &bytes)?;
-        text += &format!("{}  {}\n", path.display(), output::counted(table.rows() as u64, "row"));
+        change.write(&name, &bytes)?;
+        text += &format!("{}  {}\n", out.join(name).display(), output::counted(table.rows() as u64, "row"));
     }
+    change.finish(Vec::new())?;
     output::print(&text)?;
     let infeasible = inventory.failed();
     eprintln!("{} tasks merged, {missing} missing, {infeasible} without a feasible candidate", inventory.done());

@@ -1,10 +1,11 @@
-//! `leadlag study`: plan, run, status, merge, report.
+//! `leadlag study`: plan, run, status, verify, merge, report.
 
 mod merge;
 mod plan;
 mod report;
 mod run;
 pub mod status;
+mod verify;
 
 use clap::Subcommand;
 use leadlag::study::StudyError;
@@ -33,6 +34,10 @@ enum Command {
     #[command(after_help = "Example:
   leadlag study status study --json")]
     Status(status::Args),
+    /// Compute a share of the parts again and compare: what a checksum cannot tell
+    #[command(after_help = "Example:
+  leadlag study verify study --share 0.05")]
+    Verify(verify::Args),
     /// Write the tables of a finished study
     #[command(after_help = "Example:
   leadlag study merge study")]
@@ -48,6 +53,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         Command::Plan(args) => plan::run(args),
         Command::Run(args) => run::run(args),
         Command::Status(args) => status::run(args),
+        Command::Verify(args) => verify::run(args),
         Command::Merge(args) => merge::run(args),
         Command::Report(args) => report::run(args),
     }

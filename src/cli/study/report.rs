@@ -1,10 +1,11 @@
 //! `leadlag study report`.
 
+use super::super::change::Change;
 use super::super::output;
 use super::status::complain;
 use anyhow::bail;
 use leadlag::report::study;
-use leadlag::study::folder::{Folder, write_whole};
+use leadlag::study::folder::Folder;
 use leadlag::study::inventory;
 use leadlag::study::outcome::Outcomes;
 use std::path::PathBuf;
@@ -42,13 +43,13 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
     let all: Vec<Outcomes> = file.gofs.iter().map(|gof| Outcomes::gather(&tasks, &inventory, gof)).collect();
     let out = args.out.clone().unwrap_or_else(|| folder.report());
-    output::make_folder(&out)?;
+    let mut change = Change::begin(&out)?;
     folder.sweep();
     let mut text = String::new();
     for (name, content) in study::files(&file, &all, missing) {
-        let path = out.join(name);
-        write_whole(&path, content.as_bytes())?;
-        text += &format!("{}\n", path.display());
+        change.write(name, content.as_bytes())?;
+        text += &format!("{}\n", out.join(name).display());
     }
+    change.finish(Vec::new())?;
     output::print(&text)
 }

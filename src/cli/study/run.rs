@@ -68,7 +68,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let mut tell = |event: Event| bar.tell(event, &progress);
     let assignment = Assignment { folder: &folder, study: &study, tasks: &tasks, chosen: &chosen };
     let summary = run_tasks(assignment, &settings, &progress, &interrupt::asked, &mut tell);
-    bar.bar.finish_and_clear();
+    bar.finish();
     let summary = match summary {
         Ok(summary) => summary,
         Err(error) => {
@@ -155,7 +155,8 @@ fn interrupted(progress: &Progress, tasks: usize, again: &str) -> String {
 
 /// Ends the program a moment after Ctrl-C, should the tasks under way not end by themselves. All that is finished is on the disk.
 fn give_up_in_time(progress: Arc<Progress>, tasks: usize, again: String) {
-    std::thread::spawn(move || {
+    // Without a thread to spare it ends when the calibrations under way do.
+    let _ = std::thread::Builder::new().spawn(move || {
         while !interrupt::asked() {
             std::thread::sleep(Duration::from_millis(20));
         }
@@ -167,7 +168,7 @@ fn give_up_in_time(progress: Arc<Progress>, tasks: usize, again: String) {
 }
 
 /// The bar on a terminal; elsewhere lines that say the same.
-struct Bar {
+pub struct Bar {
     bar: ProgressBar,
     lines: Lines,
     /// What a calibration may take; what it does take shows when the first ones have ended.
@@ -175,13 +176,17 @@ struct Bar {
 }
 
 impl Bar {
-    fn new(tasks: usize, max_evaluations: u64) -> Bar {
+    pub fn new(tasks: usize, max_evaluations: u64) -> Bar {
         let style = ProgressStyle::with_template("{bar:24} {human_pos}/{human_len} tasks  {msg}");
         let bar = output::heard(ProgressBar::new(tasks as u64)).with_style(style.expect("the template is valid"));
         Bar { bar, lines: Lines::new(), max_evaluations }
     }
 
-    fn tell(&mut self, event: Event, progress: &Progress) {
+    pub fn finish(&self) {
+        self.bar.finish_and_clear();
+    }
+
+    pub fn tell(&mut self, event: Event, progress: &Progress) {
         let done = progress.done.load(Ordering::SeqCst);
         let message = match event {
             Event::Waiting(count) => format!("waiting for another run on this folder, which works on {count}"),

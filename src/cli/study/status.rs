@@ -1,5 +1,6 @@
 //! `leadlag study status`.
 
+use super::super::change::settle;
 use super::super::demo::quoted;
 use super::super::output;
 use leadlag::study::folder::Folder;
@@ -23,6 +24,7 @@ pub struct Args {
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let folder = Folder::open(&args.folder)?;
+    settle(&folder.merged())?;
     let (tasks, study) = (folder.tasks()?, folder.study_file()?);
     let inventory = inventory::look(&folder, &tasks, &args.parts)?;
     let (claimed, runs) = (claimed(&folder), past_runs(&folder));

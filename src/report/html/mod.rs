@@ -20,6 +20,10 @@ const UPLOT_LICENCE: &str = include_str!("../../../assets/uplot/LICENSE");
 const REPORT_JS: &str = include_str!("../../../assets/report/report.js");
 const REPORT_CSS: &str = include_str!("../../../assets/report/report.css");
 
+/// What a page may load and run: what is in it, and nothing from elsewhere, whatever a result has in its texts.
+const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; \
+                      form-action 'none'";
+
 /// A page under construction.
 #[derive(Debug, Default)]
 pub(in crate::report) struct Page {
@@ -54,7 +58,8 @@ impl Page {
         let (number, title) = (self.charts.len(), escape(&chart.title));
         self.raw(&format!(
             "<figure><figcaption>{title}</figcaption><div class=\"chart\" data-chart=\"{number}\" tabindex=\"0\" role=\"img\" \
-             aria-label=\"{title}\"></div></figure>"
+             aria-label=\"{title}\"></div><noscript><p>This chart is drawn by JavaScript, which is switched off here; the pictures and \
+             tables beside the result show the same.</p></noscript></figure>"
         ));
         self.charts.push(chart);
     }
@@ -91,12 +96,14 @@ impl Page {
         let version = env!("CARGO_PKG_VERSION");
         format!(
             "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n\
+             <meta http-equiv=\"Content-Security-Policy\" content=\"{POLICY}\">\n\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
              <meta name=\"color-scheme\" content=\"light dark\"><meta name=\"generator\" content=\"leadlag {version}\">\n\
              <link rel=\"icon\" href=\"data:,\"><title>{title}</title>\n<style>{UPLOT_CSS}\n{REPORT_CSS}</style></head>\n\
              <body><header><h1>{title}</h1>{lead}<nav aria-label=\"sections\">{links}</nav></header>\n<main>\n{body}</main>\n\
              <footer><p>Made by leadlag {version}. Charts: uPlot. The whole result is in this file: \
-             <button type=\"button\" id=\"save\">save it as JSON</button></p>\
+             <button type=\"button\" id=\"save\">save it as JSON</button>\
+             <noscript> (needs JavaScript)</noscript></p>\
              <details><summary>Licence of uPlot</summary><pre>{licence}</pre></details></footer>\n\
              <script type=\"application/json\" id=\"result\">{twin}</script>\n\
              <script type=\"application/json\" id=\"charts\">{charts}</script>\n\

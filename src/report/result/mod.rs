@@ -1,13 +1,16 @@
 //! `result.json`: what a calibration found and how. The same bytes for the same seed; times go to `timing.json`.
 
-use crate::catalog::{UnknownVariant, Variant};
-use crate::convention::ConventionError;
-use crate::extension::{Extension, ExtensionConflict};
+mod read;
+
+pub use read::{ContentError, ResultFileError, read_bounded};
+
+use crate::catalog::Variant;
+use crate::extension::Extension;
 use crate::identify::Knowledge;
 use crate::simulate::CalibratedVariant;
 use crate::symbols::{Parameters, Symbol};
 use crate::trajectory::{Note, Source, Trajectory};
-use crate::wgsl::{ShaderError, extension_named, read_extension};
+use crate::wgsl::{extension_named, read_extension};
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
@@ -235,35 +238,6 @@ pub struct ReplicateEntry {
     pub convergence: Vec<(u64, f64)>,
 }
 
-/// A result file that cannot be used.
-#[derive(Debug, thiserror::Error)]
-pub enum ResultFileError {
-    /// It cannot be read.
-    #[error("{path}: cannot read the result file")]
-    Read {
-        /// The file.
-        path: String,
-        /// Why.
-        source: std::io::Error,
-    },
-    /// It is not a result file.
-    #[error("{path}: expected a result.json of `leadlag calibrate`")]
-    Json {
-        /// The file.
-        path: String,
-        /// Where and why.
-        source: serde_json::Error,
-    },
-    /// It is of another version.
-    #[error("{path}: schema_version {found}; this program reads version {SCHEMA_VERSION}")]
-    Version {
-        /// The file.
-        path: String,
-        /// Its version.
-        found: u64,
-    },
-}
-
 impl ResultFile {
     /// The lowest score of its replicates in f64: that of the calibrated parameters.
     #[must_use]
@@ -277,24 +251,6 @@ impl ResultFile {
         let mut text = serde_json::to_string_pretty(self).expect("names and finite numbers are valid JSON");
         text.push('\n');
         text
-    }
-
-    /// Reads a result file.
-    ///
-    /// # Errors
-    /// [`ResultFileError`] when it cannot be read, or is of another version.
-    pub fn read(path: &std::path::Path) -> Result<ResultFile, ResultFileError> {
-        let shown = path.display().to_string();
-        let text =
-            std::fs::read_to_string(path).map_err(|source| ResultFileError::Read { path: shown.clone(), source })?;
-        let json = |source| ResultFileError::Json { path: shown.clone(), source };
-        let value: serde_json::Value = serde_json::from_str(&text).map_err(json)?;
-        match value.get("schema_version").and_then(serde_json::Value::as_u64) {
-            Some(version) if version != u64::from(SCHEMA_VERSION) => {
-                Err(ResultFileError::Version { path: shown, found: version })
-            }
-            _ => serde_json::from_value(value).map_err(json),
-        }
     }
 
     /// The variant with its extensions, as people call it.
@@ -334,27 +290,4 @@ impl ResultFile {
         let (convention, extension_delay_upper) = (self.convention.parse()?, delay.map(|b| b[1]));
         Ok(CalibratedVariant { variant, convention, parameters, tau_p_upper, extension_delay_upper })
     }
-}
-
-/// A result file whose content does not fit together.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum ContentError {
-    /// Its variant does not exist.
-    #[error(transparent)]
-    Variant(#[from] UnknownVariant),
-    /// Its convention does not exist.
-    #[error(transparent)]
-    Convention(#[from] ConventionError),
-    /// No built-in extension has this name.
-    #[error("extension {0}: there is no built-in one of this name, and the file has no text of it")]
-    Extension(String),
-    /// The text of an extension is not valid.
-    #[error(transparent)]
-    Shader(#[from] ShaderError),
-    /// Its extensions cannot be in one model.
-    #[error(transparent)]
-    Conflict(#[from] ExtensionConflict),
-    /// A parameter of the variant is missing.
-    #[error("parameter {0} is missing")]
-    Parameter(&'static str),
 }

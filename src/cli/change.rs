@@ -1,0 +1,208 @@
+//! Folders of results that change as a whole: whoever looks, at whatever moment, sees files of one result only.
+//!
+//! ```text
+//!  NEW/      files are written here; a process that is killed meanwhile has changed nothing
+//!  READY/    NEW renamed, in one step: from here on the change is made, by whoever comes next if need be
+//!  the old files are removed, then the new ones moved into their places: never an old one beside a new one
+//! ```
+
+use super::output;
+use anyhow::{Context, ensure};
+use std::collections::BTreeSet;
+use std::fs::{self, File};
+use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+const NEW: &str = ".leadlag-new";
+const READY: &str = ".leadlag-ready";
+/// In `READY`: one name per line, behind `- ` what is removed only, behind `+ ` what is put in its place, in this order.
+const LIST: &str = ".list";
+
+/// New files of a folder, none of which is in its place yet.
+#[derive(Debug)]
+pub struct Change {
+    folder: PathBuf,
+    names: Vec<String>,
+    /// Keeps others from changing the same folder; not every system can lock one.
+    _lock: Option<File>,
+}
+
+impl Change {
+    /// Begins a change of a folder, which is made where it is not there; waits for others that change it.
+    pub fn begin(folder: &Path) -> anyhow::Result<Change> {
+        output::make_folder(folder)?;
+        let lock = locked(folder);
+        clear(folder)?;
+        output::make_folder(&folder.join(NEW))?;
+        Ok(Change { folder: folder.to_owned(), names: Vec::new(), _lock: lock })
+    }
+
+    /// Writes a file; readers see it once the change is finished. The last one is what the result is known by.
+    pub fn write(&mut self, name: &str, content: &[u8]) -> anyhow::Result<()> {
+        let place = self.folder.join(name);
+        ensure!(!place.is_dir(), "{}: cannot write the file, for there is a folder of this name", place.display());
+        flushed(&self.folder.join(NEW).join(name), content)
+            .with_context(|| format!("{}: cannot write the file", place.display()))?;
+        self.names.push(name.to_owned());
+        Ok(())
+    }
+
+    /// Puts the new files in their places. What `before` names and the new result does not have is removed, and returned.
+    pub fn finish(self, before: Vec<String>) -> anyhow::Result<Vec<String>> {
+        let is_stale = |name: &String| !self.names.contains(name) && self.folder.join(name).is_file();
+        let stale: Vec<String> = BTreeSet::from_iter(before).into_iter().filter(is_stale).collect();
+        let removed = stale.iter().map(|name| format!("- {name}\n"));
+        let list: String = removed.chain(self.names.iter().map(|name| format!("+ {name}\n"))).collect();
+        let (new, ready) = (self.folder.join(NEW), self.folder.join(READY));
+        flushed(&new.join(LIST), list.as_bytes())
+            .and_then(|()| fs::rename(&new, &ready))
+            .with_context(|| format!("{}: cannot change the folder", self.folder.display()))?;
+        make(&self.folder)?;
+        Ok(stale)
+    }
+}
+
+impl Drop for Change {
+    fn drop(&mut self) {
+        // Gone if it was finished; else nothing has changed.
+        let _ = fs::remove_dir_all(self.folder.join(NEW));
+    }
+}
+
+/// Completes a change of which a killed process has made a part only. Whoever reads a folder of results does this first.
+pub fn settle(folder: &Path) -> anyhow::Result<()> {
+    if folder.join(READY).exists() {
+        let _lock = locked(folder);
+        make(folder)?;
+    }
+    Ok(())
+}
+
+/// Completes what was begun, and removes what was not.
+fn clear(folder: &Path) -> anyhow::Result<()> {
+    make(folder)?;
+    ignoring_absence(fs::remove_dir_all(folder.join(NEW)))
+        .with_context(|| format!("{}: cannot remove what a killed process has left", folder.join(NEW).display()))
+}
+
+/// Makes the change that is ready, or the rest of it.
+fn make(folder: &Path) -> anyhow::Result<()> {
+    let ready = folder.join(READY);
+    let list = match fs::read_to_string(ready.join(LIST)) {
+        Ok(list) => list,
+        Err(error) if error.kind() == ErrorKind::NotFound => {
+            // The list goes last.
+            return ignoring_absence(fs::remove_dir_all(&ready))
+                .with_context(|| format!("{}: cannot remove the folder", ready.display()));
+        }
+        Err(error) => return Err(error).with_context(|| format!("{}: cannot read the change", ready.display())),
+    };
+    let named = |sign: &str| list.lines().filter_map(|line| line.strip_prefix(sign)).collect::<Vec<_>>();
+    // What has been moved already is new.
+    let waiting: Vec<&str> = named("+ ").into_iter().filter(|name| ready.join(name).exists()).collect();
+    let done = || {
+        for name in named("- ").iter().chain(&waiting) {
+            ignoring_absence(fs::remove_file(folder.join(name)))?;
+        }
+        for name in &waiting {
+            fs::rename(ready.join(name), folder.join(name))?;
+        }
+        if let Ok(folder) = File::open(folder) {
+            // Not every file system can; then a machine that loses its power may lose the names.
+            let _ = folder.sync_all();
+        }
+        fs::remove_file(ready.join(LIST))?;
+        fs::remove_dir_all(&ready)
+    };
+    done().with_context(|| format!("{}: cannot put the new files in their places", folder.display()))
+}
+
+fn flushed(path: &Path, content: &[u8]) -> std::io::Result<()> {
+    let mut file = File::create(path)?;
+    file.write_all(content)?;
+    file.sync_all()
+}
+
+fn ignoring_absence(done: std::io::Result<()>) -> std::io::Result<()> {
+    done.or_else(|error| if error.kind() == ErrorKind::NotFound { Ok(()) } else { Err(error) })
+}
+
+/// The folder, locked until the file is closed; none where folders cannot be locked.
+fn locked(folder: &Path) -> Option<File> {
+    let file = File::open(folder).ok()?;
+    file.lock().ok()?;
+    Some(file)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeMap;
+
+    fn files(folder: &Path) -> BTreeMap<String, String> {
+        let entries = fs::read_dir(folder).expect("it is there").flatten();
+        let visible = entries.filter(|entry| entry.path().is_file());
+        visible
+            .map(|entry| {
+                let content = fs::read_to_string(entry.path()).expect("text");
+                (entry.file_name().into_string().expect("UTF-8"), content)
+            })
+            .collect()
+    }
+
+    fn result(names: &[&str], content: &str) -> BTreeMap<String, String> {
+        names.iter().map(|name| ((*name).to_owned(), content.to_owned())).collect()
+    }
+
+    fn write(change: &mut Change, names: &[&str], content: &str) {
+        names.iter().for_each(|name| change.write(name, content.as_bytes()).expect("room"));
+    }
+
+    /// However far a killed process got, the next one completes the change, and nothing of it is left.
+    #[test]
+    fn a_change_is_completed_from_wherever_it_stopped() {
+        for moved in 0..4 {
+            let folder = tempfile::tempdir().expect("room");
+            let folder = folder.path();
+            let mut change = Change::begin(folder).expect("it is free");
+            write(&mut change, &["a", "b", "c", "old"], "1");
+            assert_eq!(files(folder), result(&[], ""));
+            change.finish(Vec::new()).expect("room");
+            fs::create_dir(folder.join(READY)).expect("room");
+            fs::write(folder.join(READY).join(LIST), "- old\n+ a\n+ b\n+ c\n").expect("room");
+            for (k, name) in ["a", "b", "c"].iter().enumerate() {
+                let place = if k < moved { folder.to_owned() } else { folder.join(READY) };
+                fs::write(place.join(name), "2").expect("room");
+            }
+            settle(folder).expect("it can be completed");
+            assert_eq!(files(folder), result(&["a", "b", "c"], "2"), "{moved} were in their places");
+            assert_eq!(fs::read_dir(folder).expect("it is there").count(), 3);
+        }
+    }
+
+    #[test]
+    fn what_is_given_up_or_killed_early_changes_nothing() {
+        let folder = tempfile::tempdir().expect("room");
+        let folder = folder.path();
+        let mut change = Change::begin(folder).expect("it is free");
+        write(&mut change, &["a", "b"], "1");
+        change.finish(Vec::new()).expect("room");
+        let mut change = Change::begin(folder).expect("it is free");
+        write(&mut change, &["a"], "2");
+        drop(change);
+        assert_eq!(files(folder), result(&["a", "b"], "1"));
+        // A killed process drops nothing.
+        fs::create_dir(folder.join(NEW)).expect("room");
+        fs::write(folder.join(NEW).join("a"), "2").expect("room");
+        settle(folder).expect("nothing to do");
+        assert_eq!(files(folder), result(&["a", "b"], "1"));
+        let mut change = Change::begin(folder).expect("it is free");
+        write(&mut change, &["a"], "3");
+        assert_eq!(change.finish(vec!["b".to_owned(), "none".to_owned()]).expect("room"), ["b"]);
+        assert_eq!(files(folder), result(&["a"], "3"));
+        fs::create_dir(folder.join("d")).expect("room");
+        let mut change = Change::begin(folder).expect("it is free");
+        let error = change.write("d", b"").expect_err("a folder").to_string();
+        assert!(error.contains("there is a folder of this name"), "{error}");
+    }
+}

@@ -1,0 +1,150 @@
+//! An evaluator that is given less at a time once its device has run out of memory.
+
+use super::{BufferSet, Case, EvaluateError, Evaluator, Job, Outcome, Population, Score, Timings};
+use crate::score::GoodnessOfFit;
+
+/// Gives an evaluator whatever fits at once, and the rest afterwards. No score depends on who is simulated with whom.
+pub struct Halves {
+    inner: Box<dyn Evaluator>,
+    /// Candidates that are given to it at once.
+    most: usize,
+    sets: [Set; 2],
+}
+
+/// What is done with a piece of the jobs that begins with candidate so and so.
+type Each<'a> = dyn FnMut(&mut dyn Evaluator, &[Job<'_>], usize) -> Result<(), EvaluateError> + 'a;
+
+/// What was submitted with a buffer set.
+#[derive(Default)]
+struct Set {
+    jobs: Vec<(usize, Population)>,
+    /// True if the evaluator has it all; false if it gets it in pieces.
+    under_way: bool,
+}
+
+impl Halves {
+    /// Gives `inner` everything at once until it says that its memory is too small.
+    #[must_use]
+    pub fn new(inner: Box<dyn Evaluator>) -> Halves {
+        Halves { inner, most: usize::MAX, sets: Default::default() }
+    }
+
+    /// Half of what did not fit; the error where that was one candidate, or where it was about something else.
+    fn halve(&mut self, candidates: usize, error: EvaluateError) -> Result<(), EvaluateError> {
+        if candidates < 2 || !matches!(error, EvaluateError::Memory { .. }) {
+            return Err(error);
+        }
+        self.most = candidates / 2;
+        Ok(())
+    }
+
+    /// Does something with one piece of the jobs after the other.
+    fn in_pieces(&mut self, jobs: &[Job<'_>], each: &mut Each<'_>) -> Result<(), EvaluateError> {
+        let candidates = Job::candidates(jobs);
+        let mut from = 0;
+        while from < candidates {
+            let count = self.most.min(candidates - from);
+            let owned = piece(jobs, from, count);
+            match each(self.inner.as_mut(), &borrowed(&owned), from) {
+                Ok(()) => from += count,
+                Err(error) => self.halve(count, error)?,
+            }
+        }
+        Ok(())
+    }
+}
+
+fn borrowed(jobs: &[(usize, Population)]) -> Vec<Job<'_>> {
+    jobs.iter().map(|(case, population)| Job { case: *case, population }).collect()
+}
+
+/// So many candidates of the jobs, counted through from `from` on.
+fn piece(jobs: &[Job<'_>], from: usize, count: usize) -> Vec<(usize, Population)> {
+    let (mut begin, mut found) = (0, Vec::new());
+    for job in jobs {
+        let of = |at: usize| at.clamp(begin, begin + job.population.len()) - begin;
+        let mut population = Population::new(job.population.symbols());
+        (of(from)..of(from + count)).for_each(|i| population.push(job.population.values(i)));
+        if !population.is_empty() {
+            found.push((job.case, population));
+        }
+        begin += job.population.len();
+    }
+    found
+}
+
+impl Evaluator for Halves {
+    fn cases(&self) -> &[Case] {
+        self.inner.cases()
+    }
+
+    fn gof(&self) -> &GoodnessOfFit {
+        self.inner.gof()
+    }
+
+    fn name(&self) -> &'static str {
+        self.inner.name()
+    }
+
+    fn precision(&self) -> &'static str {
+        self.inner.precision()
+    }
+
+    fn adapter(&self) -> Option<String> {
+        self.inner.adapter()
+    }
+
+    fn timings(&self) -> Timings {
+        self.inner.timings()
+    }
+
+    fn overlaps(&self) -> bool {
+        self.inner.overlaps()
+    }
+
+    fn submit(&mut self, set: BufferSet, jobs: &[Job<'_>]) -> Result<(), EvaluateError> {
+        let kept = &mut self.sets[set as usize];
+        kept.jobs.resize_with(jobs.len(), || (0, Population::new(&[])));
+        for (kept, job) in kept.jobs.iter_mut().zip(jobs) {
+            kept.0 = job.case;
+            kept.1.clone_from(job.population);
+        }
+        let candidates = Job::candidates(jobs);
+        kept.under_way = candidates <= self.most;
+        if kept.under_way
+            && let Err(error) = self.inner.submit(set, jobs)
+        {
+            self.halve(candidates, error)?;
+            self.sets[set as usize].under_way = false;
+        }
+        Ok(())
+    }
+
+    fn collect(&mut self, set: BufferSet, scores: &mut [Score]) -> Result<(), EvaluateError> {
+        if self.sets[set as usize].under_way {
+            match self.inner.collect(set, scores) {
+                Ok(()) => return Ok(()),
+                Err(error) => self.halve(scores.len(), error)?,
+            }
+        }
+        let jobs = std::mem::take(&mut self.sets[set as usize].jobs);
+        let candidates = Job::candidates(&borrowed(&jobs));
+        if scores.len() != candidates {
+            self.sets[set as usize].jobs = jobs;
+            return Err(EvaluateError::Room { candidates, scores: scores.len() });
+        }
+        self.in_pieces(&borrowed(&jobs), &mut |inner, piece, from| {
+            inner.submit(set, piece)?;
+            inner.collect(set, &mut scores[from..from + Job::candidates(piece)])
+        })
+    }
+
+    fn outcomes(&mut self, jobs: &[Job<'_>]) -> Result<Vec<Outcome>, EvaluateError> {
+        let mut all = Vec::new();
+        self.in_pieces(jobs, &mut |inner, piece, _| {
+            all.extend(inner.outcomes(piece)?);
+            Ok(())
+        })?;
+        Ok(all)
+    }
+}

@@ -1,0 +1,202 @@
+//! Reading `result.json`: in bounded memory, and only where its parts fit together.
+
+use super::{ResultFile, SCHEMA_VERSION};
+use crate::catalog::UnknownVariant;
+use crate::convention::ConventionError;
+use crate::extension::ExtensionConflict;
+use crate::simulate::CalibratedVariant;
+use crate::wgsl::ShaderError;
+use serde::Deserialize;
+
+/// A result file that cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum ResultFileError {
+    /// It cannot be read.
+    #[error("{path}: cannot read the result file")]
+    Read {
+        /// The file.
+        path: String,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// It is not a result file.
+    #[error("{path}: expected a result.json of `leadlag calibrate`")]
+    Json {
+        /// The file.
+        path: String,
+        /// Where and why.
+        source: serde_json::Error,
+    },
+    /// It is far larger than any result.
+    #[error("{path}: expected a result file of at most {} MB, found {} MB", LARGEST >> 20, bytes >> 20)]
+    Large {
+        /// The file.
+        path: String,
+        /// Its size.
+        bytes: u64,
+    },
+    /// It is of another version.
+    #[error("{path}: schema_version {found}; this program reads version {SCHEMA_VERSION}")]
+    Version {
+        /// The file.
+        path: String,
+        /// Its version.
+        found: u64,
+    },
+    /// Its content does not fit together.
+    #[error("{path}: the content does not fit together, so the file was changed or damaged; calibrate again")]
+    Content {
+        /// The file.
+        path: String,
+        /// What does not fit.
+        source: ContentError,
+    },
+}
+
+/// Largest result file \[bytes\]: a thousand replicates with their convergence are some megabytes.
+const LARGEST: u64 = 64 << 20;
+
+/// Of any version.
+#[derive(Deserialize)]
+struct Versioned {
+    schema_version: Option<u64>,
+}
+
+/// The text of a file that `calibrate` or `diagnose` wrote; no more of it is read than such a file has.
+///
+/// # Errors
+/// [`ResultFileError::Read`], or [`ResultFileError::Large`].
+pub fn read_bounded(path: &std::path::Path) -> Result<String, ResultFileError> {
+    use std::io::Read;
+    let failed = |source| ResultFileError::Read { path: path.display().to_string(), source };
+    let file = std::fs::File::open(path).map_err(failed)?;
+    let mut content = Vec::new();
+    let mut bounded = file.take(LARGEST + 1);
+    bounded.read_to_end(&mut content).map_err(failed)?;
+    let found = content.len() as u64;
+    if found > LARGEST {
+        let bytes = bounded.into_inner().metadata().map_or(found, |file| file.len().max(found));
+        return Err(ResultFileError::Large { path: path.display().to_string(), bytes });
+    }
+    String::from_utf8(content).map_err(|error| failed(std::io::Error::new(std::io::ErrorKind::InvalidData, error)))
+}
+
+impl ResultFile {
+    /// Reads a result file.
+    ///
+    /// # Errors
+    /// [`ResultFileError`] when it cannot be read, is of another version, or contradicts itself.
+    pub fn read(path: &std::path::Path) -> Result<ResultFile, ResultFileError> {
+        let shown = path.display().to_string();
+        let text = read_bounded(path)?;
+        let json = |source| ResultFileError::Json { path: shown.clone(), source };
+        // Not by way of a tree of all values, which takes many times the memory of the text.
+        let Versioned { schema_version } = serde_json::from_str(&text).map_err(json)?;
+        match schema_version {
+            Some(version) if version != u64::from(SCHEMA_VERSION) => {
+                Err(ResultFileError::Version { path: shown, found: version })
+            }
+            _ => {
+                let result: ResultFile = serde_json::from_str(&text).map_err(json)?;
+                result.check().map_err(|source| ResultFileError::Content { path: shown.clone(), source })?;
+                Ok(result)
+            }
+        }
+    }
+
+    /// What is written more than once must be the same: the variant by name and by id, parameters by their names, with their units.
+    fn check(&self) -> Result<(), ContentError> {
+        let CalibratedVariant { variant, .. } = self.calibrated_variant()?;
+        if variant.id() != self.model_id {
+            let (name, expected) = (self.variant.clone(), variant.id());
+            return Err(ContentError::ModelId { name, expected, found: self.model_id });
+        }
+        let symbols = variant.parameters();
+        let lists: [(&'static str, Vec<&String>); 3] = [
+            ("parameters", self.parameters.keys().collect()),
+            ("units", self.units.keys().collect()),
+            ("bounds", self.bounds.keys().collect()),
+        ];
+        for (list, found) in lists {
+            let foreign = found.iter().find(|name| !symbols.iter().any(|symbol| symbol.name() == **name));
+            let missing = symbols.iter().find(|symbol| !found.iter().any(|name| *name == symbol.name()));
+            match (foreign, missing) {
+                (Some(name), _) => {
+                    let variant = self.model();
+                    return Err(ContentError::Foreign { list, name: (*name).clone(), variant });
+                }
+                (None, Some(symbol)) => return Err(ContentError::Missing { list, name: symbol.name() }),
+                (None, None) => {}
+            }
+        }
+        for symbol in symbols {
+            let found = &self.units[symbol.name()];
+            if found != symbol.unit() {
+                let (name, expected, found) = (symbol.name(), symbol.unit(), found.clone());
+                return Err(ContentError::Unit { name, expected, found });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A result file whose content does not fit together.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum ContentError {
+    /// Its variant does not exist.
+    #[error(transparent)]
+    Variant(#[from] UnknownVariant),
+    /// Its convention does not exist.
+    #[error(transparent)]
+    Convention(#[from] ConventionError),
+    /// No built-in extension has this name.
+    #[error("extension {0}: there is no built-in one of this name, and the file has no text of it")]
+    Extension(String),
+    /// The text of an extension is not valid.
+    #[error(transparent)]
+    Shader(#[from] ShaderError),
+    /// Its extensions cannot be in one model.
+    #[error(transparent)]
+    Conflict(#[from] ExtensionConflict),
+    /// A parameter of the variant is missing.
+    #[error("parameter {0} is missing")]
+    Parameter(&'static str),
+    /// Id and name of the variant are of two variants.
+    #[error("model_id: expected {expected}, the id of variant {name}, found {found}")]
+    ModelId {
+        /// Name of the variant.
+        name: String,
+        /// Its id.
+        expected: u32,
+        /// The id in the file.
+        found: u32,
+    },
+    /// A list has an entry that the variant has not.
+    #[error("{list}: found {name}, which variant {variant} has not")]
+    Foreign {
+        /// The list.
+        list: &'static str,
+        /// The entry.
+        name: String,
+        /// The variant.
+        variant: String,
+    },
+    /// A list lacks a parameter of the variant.
+    #[error("{list}: {name} is missing")]
+    Missing {
+        /// The list.
+        list: &'static str,
+        /// The parameter.
+        name: &'static str,
+    },
+    /// A parameter is in another unit.
+    #[error("units: expected {name} in {expected}, found {found}")]
+    Unit {
+        /// The parameter.
+        name: &'static str,
+        /// Its unit.
+        expected: &'static str,
+        /// The unit in the file.
+        found: String,
+    },
+}

@@ -1,0 +1,80 @@
+//! Parts computed again: a checksum tells a torn file from a whole one, but not a changed number whose checksum was changed with it.
+
+use super::inventory::Inventory;
+use super::part::Part;
+use super::run::{Assignment, Event, Progress, RunSettings, run};
+use super::{StudyError, inventory, sha256};
+
+/// Parts that were computed again.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Verified {
+    /// How many.
+    pub parts: usize,
+    /// Those that came out otherwise: as found, as computed now.
+    pub differing: Vec<(Part, Part)>,
+    /// True if it was interrupted before the last one.
+    pub interrupted: bool,
+}
+
+/// Tasks of a share of the parts that are there, drawn by a seed: at least one of them, in the order of the plan.
+#[must_use]
+pub fn drawn(inventory: &Inventory, share: f64, seed: u64) -> Vec<usize> {
+    let there = inventory.parts.iter().enumerate().filter_map(|(i, part)| Some((i, part.as_ref()?)));
+    let mut shuffled: Vec<(String, usize)> =
+        there.map(|(i, part)| (sha256(format!("{seed} {}", part.id).as_bytes()), i)).collect();
+    shuffled.sort_unstable();
+    shuffled.truncate(((share * shuffled.len() as f64).ceil() as usize).max(1));
+    let mut chosen: Vec<usize> = shuffled.into_iter().map(|(_, i)| i).collect();
+    chosen.sort_unstable();
+    chosen
+}
+
+/// Computes these tasks again, in a folder of their own that is removed afterwards, and compares. Who computed a part may differ.
+///
+/// # Errors
+/// As [`run`].
+pub fn verify(
+    assignment: Assignment,
+    inventory: &Inventory,
+    settings: &RunSettings,
+    progress: &Progress,
+    interrupted: &(dyn Fn() -> bool + Sync),
+    tell: &mut dyn FnMut(Event),
+) -> Result<Verified, StudyError> {
+    let again = assignment.folder.again();
+    again.remove()?;
+    let computed =
+        compared(Assignment { folder: &again, ..assignment }, inventory, settings, progress, interrupted, tell);
+    again.remove()?;
+    computed
+}
+
+fn compared(
+    assignment: Assignment,
+    inventory: &Inventory,
+    settings: &RunSettings,
+    progress: &Progress,
+    interrupted: &(dyn Fn() -> bool + Sync),
+    tell: &mut dyn FnMut(Event),
+) -> Result<Verified, StudyError> {
+    let summary = run(assignment, settings, progress, interrupted, tell)?;
+    let now = inventory::look(assignment.folder, assignment.tasks, &[])?;
+    let pairs = inventory.parts.iter().zip(now.parts).filter_map(|(then, now)| Some((then.clone()?, now?)));
+    let (mut parts, mut differing) = (0, Vec::new());
+    for (then, now) in pairs {
+        parts += 1;
+        if !is_same(&then, &now) {
+            differing.push((then, now));
+        }
+    }
+    Ok(Verified { parts, differing, interrupted: summary.left > 0 })
+}
+
+/// The same result, by whichever program, evaluator and device.
+fn is_same(then: &Part, now: &Part) -> bool {
+    let mut then = then.clone();
+    let (by, of) = (&mut then.calibration, &now.calibration);
+    (by.program, by.evaluator) = (of.program.clone(), of.evaluator.clone());
+    (by.precision, by.adapter) = (of.precision.clone(), of.adapter.clone());
+    then == *now
+}
