@@ -56,6 +56,7 @@
 //! ```
 
 pub mod bench;
+pub mod bounded;
 pub mod calibrate;
 pub mod catalog;
 pub mod convention;
@@ -74,6 +75,7 @@ pub mod report;
 pub mod rescore;
 pub mod score;
 pub mod select;
+pub mod shown;
 pub mod simulate;
 pub mod study;
 pub mod symbols;

@@ -22,7 +22,7 @@ const FLOORS: [&[&str]; 12] = [
 ];
 
 /// The lowest floor, by itself because it has rules of its own.
-const LOWEST: &[&str] = &["symbols", "trajectory", "score", "optimize", "plant", "near"];
+const LOWEST: &[&str] = &["symbols", "trajectory", "score", "optimize", "plant", "near", "bounded", "shown"];
 
 /// Modules that import nothing of the library: they know no cars, or nobody at all.
 const ALONE: [(&str, &str); 2] = [

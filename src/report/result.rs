@@ -1,5 +1,6 @@
 //! `result.json`: what a calibration found and how. The same bytes for the same seed; times go to `timing.json`.
 
+use crate::bounded;
 use crate::catalog::{UnknownVariant, Variant};
 use crate::convention::ConventionError;
 use crate::extension::{Extension, ExtensionConflict};
@@ -285,8 +286,8 @@ impl ResultFile {
     /// [`ResultFileError`] when it cannot be read, or is of another version.
     pub fn read(path: &std::path::Path) -> Result<ResultFile, ResultFileError> {
         let shown = path.display().to_string();
-        let text =
-            std::fs::read_to_string(path).map_err(|source| ResultFileError::Read { path: shown.clone(), source })?;
+        let text = bounded::read_to_string(path, bounded::RESULT_MAX)
+            .map_err(|source| ResultFileError::Read { path: shown.clone(), source })?;
         let json = |source| ResultFileError::Json { path: shown.clone(), source };
         let value: serde_json::Value = serde_json::from_str(&text).map_err(json)?;
         match value.get("schema_version").and_then(serde_json::Value::as_u64) {

@@ -89,7 +89,8 @@ fn result_in(args: &Args) -> anyhow::Result<PathBuf> {
 
 /// The page of a calibration or of a diagnosis.
 fn one(file: &Path, folder: &Path) -> anyhow::Result<String> {
-    let text = std::fs::read_to_string(file).with_context(|| format!("{}: cannot read the result", file.display()))?;
+    let text = leadlag::bounded::read_to_string(file, leadlag::bounded::RESULT_MAX)
+        .with_context(|| format!("{}: cannot read the result", file.display()))?;
     let Ok(json) = serde_json::from_str::<serde_json::Value>(&text) else {
         bail!(
             "{}: expected a folder that calibrate, diagnose or study wrote, or its result.json or diagnosis.json; this file is no JSON",
