@@ -309,6 +309,33 @@ fn numbers_that_come_again_are_other_cars() {
 }
 
 #[test]
+fn groups_of_pairs_that_begin_anew_or_are_broken_do_not_cost_the_others() {
+    let mut table = "drive,t,vl,vf,gap\n".to_owned();
+    // Another gap each: rows that are the same letter by letter would be taken once.
+    for (more, name, broken) in [(0.0, "a", false), (1.0, "a", false), (2.0, "b", true), (3.0, "c", false)] {
+        for (i, [t, v_l, _, v_f, _, gap]) in drive(12.0).into_iter().enumerate() {
+            let v_f = if broken && i == 9 { -7.0 } else { v_f };
+            writeln!(table, "{name},{t:.1},{v_l:.4},{v_f:.4},{:.4}", gap + more).unwrap();
+        }
+    }
+    let map = "rows = \"pairs\"\n[columns]\ngroup = { name = \"drive\" }\ntime = { name = \"t\" }\nlead_speed = { name = \"vl\" }\n\
+               speed = { name = \"vf\" }\ngap = { name = \"gap\" }\n";
+    let said = mapped("groups", &table, map);
+    assert!(said.contains("4 pairs of a follower"), "{said}");
+    let there = Path::new(env!("CARGO_TARGET_TMPDIR")).join("what_people_have/groups");
+    let (file, map) = (there.join("table.csv"), there.join("map.toml"));
+    let columns = ["--columns", text(&map)];
+    let said = inspect(&[&[text(&file), "--trajectory", "a.2,b"], &columns[..]].concat());
+    assert!(said.contains("line 123: the time starts anew, so two trajectories bear the id a"), "{said}");
+    assert!(
+        said.contains("cannot be calibrated as it is") && said.contains("at least -0.5 m/s forwards, found -7"),
+        "{said}"
+    );
+    let (done, said) = calibrate(&[text(&file)], &[&["--joint"], &columns[..]].concat(), &there.join("fit"));
+    assert!(done && said.contains("1 of 4 trajectories cannot be used; the first of them is b"), "{said}");
+}
+
+#[test]
 fn distance_is_not_driven_over_a_pause() {
     let pause = pair(60.0, |row| {
         if row[0] > 30.0 {

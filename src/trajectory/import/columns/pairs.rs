@@ -4,21 +4,29 @@ use super::map::ColumnMap;
 use super::plausible::{self, Pair};
 use super::role::Role;
 use super::rows::{Repeated, Table};
-use crate::trajectory::error::ProblemKind;
+use crate::trajectory::error::{Faults, Problem, ProblemKind};
 use crate::trajectory::import::note_end;
 use crate::trajectory::import::problems::{Problems, Stop};
+use crate::trajectory::prepare::SEGMENT_MIN_S;
 use crate::trajectory::{Car, Note, Platoon};
+use std::collections::HashMap;
 
 /// Backwards faster than this is no sensor noise at standstill \[m/s\].
 const REVERSE_LIMIT: f64 = -0.5;
 
-/// Rows by group, in the order of the file.
-pub(super) type Groups = Vec<(Option<u32>, Vec<usize>)>;
+/// The rows of one group, or of one of several trajectories that bear its name.
+pub(super) struct Group {
+    /// The name, numbered where it is not the first; `None` where no column gives one.
+    pub id: Option<String>,
+    pub rows: Vec<usize>,
+    /// That the name is borne by another one before.
+    pub again: Option<Note>,
+}
 
-/// The rows of each group, whose times must rise; rows that repeat another one are taken once.
-pub(super) fn by_group(table: &Table, problems: &mut Problems) -> Result<(Groups, Repeated), Stop> {
-    let mut groups: Groups = Vec::new();
-    let mut place = std::collections::HashMap::new();
+/// The rows of each group in the order of the file, whose times must rise; rows that repeat another one are taken once.
+pub(super) fn by_group(table: &Table, problems: &mut Problems) -> Result<(Vec<Group>, Repeated), Stop> {
+    let mut groups: Vec<(Option<u32>, Vec<usize>)> = Vec::new();
+    let mut place = HashMap::new();
     for row in 0..table.lines.len() {
         let group = table.names(Role::Group).map(|group| group[row]);
         let at = *place.entry(group).or_insert_with(|| {
@@ -27,44 +35,72 @@ pub(super) fn by_group(table: &Table, problems: &mut Problems) -> Result<(Groups
         });
         groups[at].1.push(row);
     }
-    let time = table.numbers(Role::Time).expect("a map without it is refused");
     let mut repeated = Repeated::default();
-    for (_, rows) in &mut groups {
-        table.take_once(rows, &mut repeated, |first, line, found| {
-            problems.add(line, None, ProblemKind::TimeTwice { column: table.called(Role::Time), found, first });
-        });
-        for pair in rows.windows(2).filter(|pair| time[pair[1]] < time[pair[0]]) {
-            let (previous, found) = (time[pair[0]], time[pair[1]]);
-            let kind = ProblemKind::TimeBack { column: table.called(Role::Time), previous, found };
-            problems.add(table.lines[pair[1]], None, kind);
+    let mut found = Vec::new();
+    for (group, rows) in groups {
+        let pieces = if group.is_some() { pieces(rows, table) } else { vec![rows] };
+        for (number, mut rows) in (1..).zip(pieces) {
+            check_times(&mut rows, table, &mut repeated, problems);
+            let name = group.map(|group| table.dictionary[group as usize].clone());
+            let numbered = name.as_ref().map(|name| format!("{name}.{number}")).filter(|_| number > 1);
+            let again = numbered.clone().zip(name.clone()).map(|(read_as, id)| Note::IdAgain {
+                id,
+                line: table.lines[rows[0]],
+                read_as,
+            });
+            found.push(Group { id: numbered.or(name), rows, again });
         }
     }
     problems.check()?;
-    Ok((groups, repeated))
+    Ok((found, repeated))
+}
+
+/// The rows of a group, cut where its time starts anew: another trajectory bears its name.
+fn pieces(rows: Vec<usize>, table: &Table) -> Vec<Vec<usize>> {
+    let time = table.numbers(Role::Time).expect("a map without it is refused");
+    let mut pieces: Vec<Vec<usize>> = Vec::new();
+    for row in rows {
+        let anew = pieces.last().is_none_or(|piece| {
+            let [first, last] = [piece[0], piece[piece.len() - 1]].map(|row| time[row]);
+            time[row] <= first
+                && last - first >= SEGMENT_MIN_S
+                && !piece.iter().any(|&other| table.is_repeated(other, row))
+        });
+        if anew {
+            pieces.push(Vec::new());
+        }
+        pieces.last_mut().expect("it was just put there").push(row);
+    }
+    pieces
+}
+
+/// Rows that repeat another one are taken out; the times of the others must rise.
+fn check_times(rows: &mut Vec<usize>, table: &Table, repeated: &mut Repeated, problems: &mut Problems) {
+    let time = table.numbers(Role::Time).expect("a map without it is refused");
+    table.take_once(rows, repeated, |first, line, found| {
+        problems.add(line, None, ProblemKind::TimeTwice { column: table.called(Role::Time), found, first });
+    });
+    for pair in rows.windows(2).filter(|pair| time[pair[1]] < time[pair[0]]) {
+        let (previous, found) = (time[pair[0]], time[pair[1]]);
+        let kind = ProblemKind::TimeBack { column: table.called(Role::Time), previous, found };
+        problems.add(table.lines[pair[1]], None, kind);
+    }
 }
 
 /// One platoon per group, in the order of the file.
 pub(super) fn platoons(table: &Table, map: &ColumnMap, problems: &mut Problems) -> Result<Vec<Platoon>, Stop> {
     let (groups, repeated) = by_group(table, problems)?;
-    for role in [Role::Speed, Role::LeadSpeed, Role::Lead2Speed] {
-        for (row, &found) in table.numbers(role).unwrap_or_default().iter().enumerate() {
-            if found < REVERSE_LIMIT {
-                let kind = ProblemKind::MappedReverse { column: table.called(role), limit: REVERSE_LIMIT, found };
-                problems.add(table.lines[row], None, kind);
-            }
-        }
-    }
-    problems.check()?;
     let mut platoons = Vec::new();
     let mut pairs = Vec::new();
-    for (group, rows) in groups.iter().filter(|(_, rows)| rows.len() > 1) {
-        let id = group.map(|group| table.dictionary[group as usize].clone());
-        let (platoon, pair) = platoon(table, map, id, rows);
+    for Group { id, rows, again } in groups.into_iter().filter(|group| group.rows.len() > 1) {
+        let (mut platoon, pair) = platoon(table, map, id, &rows);
+        platoon.notes.extend(again);
         platoons.push(platoon);
         pairs.push(pair);
     }
     if !platoons.iter().any(Platoon::is_usable) {
-        table.refuse(problems)?;
+        problems.adopt(platoons.iter().flat_map(|platoon| &platoon.cars).map(|car| car.faults.clone()));
+        problems.check()?;
     }
     let Some(first) = platoons.first_mut() else {
         return Err(problems.stop(table.lines[0], None, ProblemKind::OneRow));
@@ -77,6 +113,20 @@ pub(super) fn platoons(table: &Table, map: &ColumnMap, problems: &mut Problems) 
     first.notes.extend(table.notes.iter().cloned());
     note_end(table.terminated, &table.lines, &mut first.notes);
     Ok(platoons)
+}
+
+/// What is wrong with the values of some rows: they are broken, or a vehicle drives backwards.
+fn faults(table: &Table, rows: &[usize]) -> Faults {
+    let mut faults = table.faults(table.key(rows[0])).cloned().unwrap_or_default();
+    for role in [Role::Speed, Role::LeadSpeed, Role::Lead2Speed] {
+        let speed = table.numbers(role).unwrap_or_default();
+        for &row in rows.iter().filter(|&&row| speed.get(row).is_some_and(|v| *v < REVERSE_LIMIT)) {
+            let kind =
+                ProblemKind::MappedReverse { column: table.called(role), limit: REVERSE_LIMIT, found: speed[row] };
+            faults.add(Problem { line: table.lines[row], column: None, kind });
+        }
+    }
+    faults
 }
 
 fn platoon(table: &Table, map: &ColumnMap, id: Option<String>, rows: &[usize]) -> (Platoon, Pair) {
@@ -135,7 +185,7 @@ fn platoon(table: &Table, map: &ColumnMap, id: Option<String>, rows: &[usize]) -
         gap: gap.map(positive),
         a: take(Role::Acceleration),
         sin_grade: take(Role::SinGrade),
-        faults: table.faults(table.key(rows[0])).cloned().unwrap_or_default(),
+        faults: faults(table, rows),
         ..Car::new(2, Some("follower"))
     });
     let lines = rows.iter().map(|&row| table.lines[row]).collect();

@@ -1,7 +1,7 @@
 //! Wide tables of more than two cars: one row per time, and for each car columns with its number in the name.
 
 use super::map::ColumnMap;
-use super::pairs::by_group;
+use super::pairs::{Group, by_group};
 use super::plausible::{self, Pair};
 use super::role::Role;
 use super::rows::Table;
@@ -22,13 +22,14 @@ pub(super) fn platoons(table: &Table, map: &ColumnMap, problems: &mut Problems) 
     let (groups, repeated) = by_group(table, problems)?;
     let mut platoons = Vec::new();
     let mut pairs = Vec::new();
-    for (group, rows) in groups.iter().filter(|(_, rows)| rows.len() > 1) {
-        let id = group.map(|group| table.dictionary[group as usize].clone());
-        platoons.push(platoon(table, map, id, rows, &mut pairs));
+    for Group { id, rows, again } in groups.into_iter().filter(|group| group.rows.len() > 1) {
+        let mut platoon = platoon(table, map, id, &rows, &mut pairs);
+        platoon.notes.extend(again);
+        platoons.push(platoon);
     }
     if !platoons.iter().any(Platoon::is_usable) {
         problems.adopt(platoons.iter().flat_map(|platoon| &platoon.cars).map(|car| car.faults.clone()));
-        table.refuse(problems)?;
+        problems.check()?;
     }
     let Some(first) = platoons.first_mut() else {
         return Err(problems.stop(table.lines[0], None, ProblemKind::OneRow));

@@ -80,6 +80,11 @@ impl Table {
         problems.check()
     }
 
+    /// True if one row repeats another one letter by letter.
+    pub fn is_repeated(&self, row: usize, other: usize) -> bool {
+        self.hashes[row] == self.hashes[other]
+    }
+
     /// Those rows that repeat another one letter by letter are taken out and counted. Of others with the same time
     /// `differ` is told: line of the first and of the second, and the time.
     pub fn take_once(&self, rows: &mut Vec<usize>, repeated: &mut Repeated, mut differ: impl FnMut(u64, u64, f64)) {
