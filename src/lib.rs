@@ -56,6 +56,7 @@
 //! ```
 
 pub mod bench;
+pub mod bounded;
 pub mod calibrate;
 pub mod catalog;
 pub mod closed_loop;
@@ -77,6 +78,7 @@ pub mod report;
 pub mod rescore;
 pub mod score;
 pub mod select;
+pub mod shown;
 pub mod simulate;
 pub mod study;
 pub mod symbols;

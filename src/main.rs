@@ -16,7 +16,7 @@ fn main() -> ExitCode {
         }
         Err(error) => {
             // Nobody listening changes nothing about the status.
-            let say = |line: String| drop(writeln!(std::io::stderr(), "{line}"));
+            let say = |line: String| drop(writeln!(std::io::stderr(), "{}", leadlag::shown::lines(&line)));
             say(format!("error: {error}"));
             // A cause that is already quoted is not said twice.
             let said = error.to_string();

@@ -24,7 +24,7 @@ const FLOORS: [&[&str]; 14] = [
 ];
 
 /// The lowest floor, by itself because it has rules of its own.
-const LOWEST: &[&str] = &["symbols", "trajectory", "score", "optimize", "plant", "near", "judge"];
+const LOWEST: &[&str] = &["symbols", "trajectory", "score", "optimize", "plant", "near", "judge", "bounded", "shown"];
 
 /// Modules that import nothing of the library: they know no cars, or nobody at all.
 const ALONE: [(&str, &str); 3] = [

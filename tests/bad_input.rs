@@ -3,7 +3,7 @@
 mod common;
 
 use leadlag::trajectory::import::{self, ColumnMap, Labels, Layout, read_mapped_from};
-use leadlag::trajectory::{Grade, Preparation, prepare};
+use leadlag::trajectory::{Grade, Note, Preparation, inspect, prepare};
 use std::io::{Cursor, Read};
 
 /// Who reads a file.
@@ -80,12 +80,10 @@ type Case = (&'static str, Base, &'static [u8], &'static [u8], &'static str);
 const CASES: &[Case] = &[
     ("wrong header", PAIR, b"time_s,lead_speed_mps,speed_mps,spacing_m", b"a,b,c,d", "bad.csv:1: no known layout has the columns a, b, c, d; expected those of openacc or astazero-rebuilt (metadata lines, then Time, Speed1, IVS1, ...), astazero-processed (Time, X1, SpeedDoppler1, Spacing2, ...), ultra-av (Trajectory_ID, Time_Index, ...) or pair (time_s, speed_mps, spacing_m, lead_speed_mps): rename the columns, or read the table with --columns (`leadlag list columns`: ngsim, highd, sumo-fcd, or a file of your own)"),
     ("missing column", PAIR, b"spacing_m", b"gap", "bad.csv:1: column spacing_m is missing; the file has time_s, lead_speed_mps, speed_mps, gap (needed: time_s, speed_mps, spacing_m, lead_speed_mps); rename gap to spacing_m? Or read the table as it is with --columns (`leadlag list columns`)"),
-    ("text in a number", PAIR, b"0.1,10,9", b"0.1,n/a,9", "bad.csv:3:5: column lead_speed_mps: expected a finite number, found \"n/a\"; leave the field empty if the value is missing"),
+    ("text in a number", PAIR, b"0.1,10,9", b"0.1,far,9", "bad.csv:3:5: column lead_speed_mps: expected a finite number, found \"far\"; leave the field empty if the value is missing"),
     ("infinite", PAIR, b"0.1,10,9", b"0.1,10,inf", "bad.csv:3:8: column speed_mps: expected a finite number, found \"inf\"; leave the field empty if the value is missing"),
-    ("negative spacing", PAIR, b"20.1", b"-0.5", "bad.csv:3:10: column spacing_m: expected a spacing above 0 m, found -0.5; check that it is bumper to bumper, or leave the field empty"),
-    ("zero spacing", PAIR, b"20.1", b"0", "bad.csv:3:10: column spacing_m: expected a spacing above 0 m, found 0; check that it is bumper to bumper, or leave the field empty"),
     ("time going back", PAIR, b"0.2,10", b"0.05,10", "bad.csv:4:1: time_s: expected a time after 0.1, found 0.05; time runs back: sort the rows, or split the file here"),
-    ("duplicate time", PAIR, b"0.2,10", b"0.1,10", "bad.csv:4:1: time_s: expected a time after 0.1, found 0.1 again; remove one of the rows"),
+    ("duplicate time", PAIR, b"0.2,10", b"0.1,10", "bad.csv:4:1: time_s: expected a time after 0.1, found 0.1 again, first in line 3; the two rows differ: remove one of them"),
     ("missing time", PAIR, b"0.1,10,9", b",10,9", "bad.csv:3:1: column time_s: expected a finite number, found nothing; give a number or delete the row"),
     ("km/h given as m/s", PAIR, b"0.1,10,9", b"0.1,100,9", "bad.csv:3:5: column lead_speed_mps: expected at most 90 m/s, found 100; looks like km/h: divide by 3.6"),
     ("driving backwards", PAIR, b"0.1,10,9", b"0.1,10,-3", "bad.csv:3:8: column speed_mps: expected at least -0.5 m/s, found -3; speeds count forwards: check the sign, or leave the field empty"),
@@ -107,7 +105,7 @@ const CASES: &[Case] = &[
     ("one field too many", PAIR, b"0.1,10,9,20.1", b"0.1,10,9,20.1,7", "bad.csv:3:1: expected 4 fields as in the header, found 5; write decimal numbers with a point, and no separator within a number"),
     ("one field too few", PAIR, b"0.1,10,9,20.1", b"0.1,10,9", "bad.csv:3:1: expected 4 fields as in the header, found 3; complete the row (empty fields mean missing values), or delete it"),
     ("quoted decimal comma", PAIR, b"0.1,10,9", b"\"0,1\",10,9", "bad.csv:3:1: column time_s: expected a finite number, found \"0,1\"; write decimal numbers with a point"),
-    ("another word for missing", PAIR, b"0.1,10,9", b"0.1,NULL,9", "bad.csv:3:5: column lead_speed_mps: expected a finite number, found \"NULL\"; leave the field empty if the value is missing"),
+    ("a word that nobody knows", PAIR, b"0.1,10,9", b"0.1,LOST,9", "bad.csv:3:5: column lead_speed_mps: expected a finite number, found \"LOST\"; leave the field empty if the value is missing"),
     ("grade in per cent", PAIR, b"spacing_m\n0,10,9,20\n0.1,10,9,20.1\n0.2,10,9,20.2\n", b"spacing_m,sin_grade\n0,10,9,20,0\n0.1,10,9,20,3.5\n", "bad.csv:3:13: column sin_grade: expected the sine of the grade, between -0.5 and 0.5, found 3.5; divide by 100 if it is in per cent"),
     ("line ends of old Macs", PAIR, b"spacing_m\n0,10,9,20\n", b"spacing_m\r0,10,9,20\r", "bad.csv:1:42: a carriage return inside a line; expected line ends LF or CRLF: convert the line ends of the file"),
     ("latin-1 letter", PAIR, b"0.1,10,9", b"0.1,1\xE9,9", "bad.csv:3:6: byte 0xE9 is not text; expected CSV in UTF-8: convert the file, or unpack it if it is compressed"),
@@ -115,10 +113,8 @@ const CASES: &[Case] = &[
     ("missing column", OPENACC, b"IVS1", b"Lat1", "bad.csv:6: column IVS1 is missing; the file has Time, Speed1, E1, N1, Speed2, E2, N2, Lat1, Driver2 (needed: Time, Speed1, Speed2, IVS1)"),
     ("text in a number", OPENACC, b"1.1,10,", b"1.1,fast,", "bad.csv:8:5: column Speed1: expected a finite number, found \"fast\"; leave the field empty if the value is missing"),
     ("infinite", OPENACC, b"1.1,10,", b"1.1,-inf,", "bad.csv:8:5: column Speed1: expected a finite number, found \"-inf\"; leave the field empty if the value is missing"),
-    ("negative spacing", OPENACC, b"20.1", b"-0.5", "bad.csv:8:20: column IVS1: expected a spacing above 0 m, found -0.5; check that it is bumper to bumper, or leave the field empty"),
-    ("zero spacing", OPENACC, b"20.1", b"0.0", "bad.csv:8:20: column IVS1: expected a spacing above 0 m, found 0; check that it is bumper to bumper, or leave the field empty"),
     ("time going back", OPENACC, b"1.2,10", b"1.05,10", "bad.csv:9:1: Time: expected a time after 1.1, found 1.05; time runs back: sort the rows, or split the file here"),
-    ("duplicate time", OPENACC, b"1.2,10", b"1.1,10", "bad.csv:9:1: Time: expected a time after 1.1, found 1.1 again; remove one of the rows"),
+    ("duplicate time", OPENACC, b"1.2,10", b"1.1,10", "bad.csv:9:1: Time: expected a time after 1.1, found 1.1 again, first in line 8; the two rows differ: remove one of them"),
     ("missing time", OPENACC, b"1.1,10,", b",10,", "bad.csv:8:1: column Time: expected a finite number, found nothing; give a number or delete the row"),
     ("km/h given as m/s", OPENACC, b"1.1,10,", b"1.1,120,", "bad.csv:8:5: column Speed1: expected at most 90 m/s, found 120; looks like km/h: divide by 3.6"),
     ("driving backwards", OPENACC, b"1.1,10,", b"1.1,-10,", "bad.csv:8:5: column Speed1: expected at least -0.5 m/s, found -10; speeds count forwards: check the sign, or leave the field empty"),
@@ -128,7 +124,6 @@ const CASES: &[Case] = &[
     ("one row", OPENACC, b"1.1,10,0,0,9,-25,0,20.1,ACC\r\n1.2,10,0,0,9,-25,0,20.2,ACC\r\n", b"", "bad.csv:7: expected at least 2 rows of numbers, found 1; a trajectory needs more"),
     ("header only", OPENACC, b"1.0,10,0,0,9,-25,0,20,ACC\r\n1.1,10,0,0,9,-25,0,20.1,ACC\r\n1.2,10,0,0,9,-25,0,20.2,ACC\r\n", b"", "bad.csv:6: the file ends after its header; expected rows of numbers"),
     ("metadata line lost", OPENACC, b"ACC,1\r\n", b"", "bad.csv:4:1: expected the metadata line \"ACC,...\", found \"Distance_setting,min\"; OpenACC files have 5 such lines before the header: restore them"),
-    ("no metadata at all", OPENACC, b"Date,1,2,2020\r\nVehicle_order,A,B\r\nNumber_of_vehicles,2\r\nACC,1\r\nDistance_setting,min\r\n", b"", "bad.csv:1:1: expected the metadata line \"Date,...\", found \"Time,Speed1,E1,N1,Speed2,E2,N2,IVS1,Driv...\"; OpenACC files have 5 such lines before the header: restore them; or, of a table that never had them, read the columns as they are with --columns, or rename those of a pair to time_s, lead_speed_mps, speed_mps and spacing_m"),
     ("only metadata", OPENACC, b"Time,Speed1,E1,N1,Speed2,E2,N2,IVS1,Driver2\r\n1.0,10,0,0,9,-25,0,20,ACC\r\n1.1,10,0,0,9,-25,0,20.1,ACC\r\n1.2,10,0,0,9,-25,0,20.2,ACC\r\n", b"", "bad.csv:5: the file ends before its header; expected a header line and rows of numbers after the metadata"),
     ("misspelt speed", OPENACC, b"Speed2", b"Sped2", "bad.csv:6:19: column Sped2 is unknown; did you mean Speed2? Rename it"),
     ("only one car", OPENACC, b"Speed2", b"VE1", "bad.csv:6: column Speed2 is missing; the file has Time, Speed1, E1, N1, VE1, E2, N2, IVS1, Driver2 (needed: Time, Speed1, Speed2, IVS1)"),
@@ -136,10 +131,8 @@ const CASES: &[Case] = &[
     ("missing column", REBUILT, b"IVS1", b"Gap1", "bad.csv:6: column IVS1 is missing; the file has Time, Speed1, Speed2, Gap1 (needed: Time, Speed1, Speed2, IVS1); rename Gap1 to IVS1?"),
     ("text in a number", REBUILT, b"1.1,10,", b"1.1,--,", "bad.csv:8:5: column Speed1: expected a finite number, found \"--\"; leave the field empty if the value is missing"),
     ("infinite", REBUILT, b"1.1,10,", b"1.1,infinity,", "bad.csv:8:5: column Speed1: expected a finite number, found \"infinity\"; leave the field empty if the value is missing"),
-    ("negative spacing", REBUILT, b"20.1", b"-20.1", "bad.csv:8:10: column IVS1: expected a spacing above 0 m, found -20.1; check that it is bumper to bumper, or leave the field empty"),
-    ("zero spacing", REBUILT, b"20.1", b"0", "bad.csv:8:10: column IVS1: expected a spacing above 0 m, found 0; check that it is bumper to bumper, or leave the field empty"),
     ("time going back", REBUILT, b"1.2,10", b"1.05,10", "bad.csv:9:1: Time: expected a time after 1.1, found 1.05; time runs back: sort the rows, or split the file here"),
-    ("duplicate time", REBUILT, b"1.2,10", b"1.1,10", "bad.csv:9:1: Time: expected a time after 1.1, found 1.1 again; remove one of the rows"),
+    ("duplicate time", REBUILT, b"1.2,10", b"1.1,10", "bad.csv:9:1: Time: expected a time after 1.1, found 1.1 again, first in line 8; the two rows differ: remove one of them"),
     ("missing time", REBUILT, b"1.1,10,", b",10,", "bad.csv:8:1: column Time: expected a finite number, found nothing; give a number or delete the row"),
     ("km/h given as m/s", REBUILT, b"1.1,10,", b"1.1,95.5,", "bad.csv:8:5: column Speed1: expected at most 90 m/s, found 95.5; looks like km/h: divide by 3.6"),
     ("driving backwards", REBUILT, b"1.1,10,", b"1.1,-0.6,", "bad.csv:8:5: column Speed1: expected at least -0.5 m/s, found -0.6; speeds count forwards: check the sign, or leave the field empty"),
@@ -152,10 +145,8 @@ const CASES: &[Case] = &[
     ("missing column", PROCESSED, b"Spacing2", b"Gap2", "bad.csv:1: column Spacing2 is missing; the file has Time, X1, X2, SpeedDoppler1, SpeedDoppler2, Accel1, Accel2, Gap2 (needed: Time, X1, X2, SpeedDoppler1, SpeedDoppler2, Spacing2); rename Gap2 to Spacing2? Or read the table as it is with --columns (`leadlag list columns`)"),
     ("text in a number", PROCESSED, b"1.1,101,", b"1.1,x,", "bad.csv:3:5: column X1: expected a finite number, found \"x\"; leave the field empty if the value is missing"),
     ("infinite", PROCESSED, b"1.1,101,", b"1.1,1e999,", "bad.csv:3:5: column X1: expected a finite number, found \"1e999\"; leave the field empty if the value is missing"),
-    ("negative spacing", PROCESSED, b"20.1", b"-20.1", "bad.csv:3:21: column Spacing2: expected a spacing above 0 m, found -20.1; check that it is bumper to bumper, or leave the field empty"),
-    ("zero spacing", PROCESSED, b"20.1", b"0", "bad.csv:3:21: column Spacing2: expected a spacing above 0 m, found 0; check that it is bumper to bumper, or leave the field empty"),
     ("time going back", PROCESSED, b"1.2,102", b"1.05,102", "bad.csv:4:1: Time: expected a time after 1.1, found 1.05; time runs back: sort the rows, or split the file here"),
-    ("duplicate time", PROCESSED, b"1.2,102", b"1.1,102", "bad.csv:4:1: Time: expected a time after 1.1, found 1.1 again; remove one of the rows"),
+    ("duplicate time", PROCESSED, b"1.2,102", b"1.1,102", "bad.csv:4:1: Time: expected a time after 1.1, found 1.1 again, first in line 3; the two rows differ: remove one of them"),
     ("missing time", PROCESSED, b"1.1,101,", b",101,", "bad.csv:3:1: column Time: expected a finite number, found nothing; give a number or delete the row"),
     ("km/h given as m/s", PROCESSED, b"1.1,101,76,10", b"1.1,101,76,100", "bad.csv:3:12: column SpeedDoppler1: expected at most 90 m/s, found 100; looks like km/h: divide by 3.6"),
     ("driving backwards", PROCESSED, b"1.1,101,76,10", b"1.1,101,76,-7", "bad.csv:3:12: column SpeedDoppler1: expected at least -0.5 m/s, found -7; speeds count forwards: check the sign, or leave the field empty"),
@@ -168,10 +159,8 @@ const CASES: &[Case] = &[
     ("missing column", ULTRA, b"Spatial_Gap", b"Gap", "bad.csv:1: column Spatial_Gap is missing; the file has Trajectory_ID, Time_Index, Speed_LV, Speed_FAV, Gap (needed: Trajectory_ID, Time_Index, Speed_LV, Speed_FAV, Spatial_Gap); rename Gap to Spatial_Gap? Or read the table as it is with --columns (`leadlag list columns`)"),
     ("text in a number", ULTRA, b"0,0.2,10", b"0,0.2,ten", "bad.csv:3:7: column Speed_LV: expected a finite number, found \"ten\"; leave the field empty if the value is missing"),
     ("infinite", ULTRA, b"0,0.2,10", b"0,0.2,inf", "bad.csv:3:7: column Speed_LV: expected a finite number, found \"inf\"; leave the field empty if the value is missing"),
-    ("negative spacing", ULTRA, b"20.1", b"-1", "bad.csv:3:12: column Spatial_Gap: expected a spacing above 0 m, found -1; check that it is bumper to bumper, or leave the field empty"),
-    ("zero spacing", ULTRA, b"20.1", b"0", "bad.csv:3:12: column Spatial_Gap: expected a spacing above 0 m, found 0; check that it is bumper to bumper, or leave the field empty"),
     ("time going back", ULTRA, b"0,0.3,10", b"0,0.15,10", "bad.csv:4:3: Time_Index: expected a time after 0.2, found 0.15; time runs back: sort the rows, or split the file here"),
-    ("duplicate time", ULTRA, b"0,0.3,10", b"0,0.2,10", "bad.csv:4:3: Time_Index: expected a time after 0.2, found 0.2 again; remove one of the rows"),
+    ("duplicate time", ULTRA, b"0,0.3,10", b"0,0.2,10", "bad.csv:4:3: Time_Index: expected a time after 0.2, found 0.2 again, first in line 3; the two rows differ: remove one of them"),
     ("missing time", ULTRA, b"0,0.2,10", b"0,,10", "bad.csv:3:3: column Time_Index: expected a finite number, found nothing; give a number or delete the row"),
     ("km/h given as m/s", ULTRA, b"0,0.2,10", b"0,0.2,99", "bad.csv:3:7: column Speed_LV: expected at most 90 m/s, found 99; looks like km/h: divide by 3.6"),
     ("driving backwards", ULTRA, b"0,0.2,10", b"0,0.2,-9", "bad.csv:3:7: column Speed_LV: expected at least -0.5 m/s, found -9; speeds count forwards: check the sign, or leave the field empty"),
@@ -216,6 +205,71 @@ fn every_broken_file_is_refused_with_its_exact_message() {
     assert!(CASES.len() >= 100, "{}", CASES.len());
 }
 
+#[test]
+fn gaps_that_are_not_above_0_count_as_missing_unless_all_are() {
+    for (base, signal, place) in [
+        (PAIR, "spacing_m", "2:8"),
+        (OPENACC, "IVS1", "7:20"),
+        (REBUILT, "IVS1", "7:10"),
+        (PROCESSED, "Spacing2", "2:21"),
+        (ULTRA, "Spatial_Gap", "2:12"),
+    ] {
+        let text = std::str::from_utf8(base.2.as_bytes()).expect("UTF-8");
+        for bad in ["-0.5", "0", "-20.1"] {
+            let recording = import::read_bytes(text.replacen("20.1", bad, 1).as_bytes(), "bad.csv", None);
+            let platoon = recording.unwrap_or_else(|error| panic!("{}: {error}", base.0)).platoons.remove(0);
+            let gap = platoon.cars[1].gap.as_ref().expect("it has a gap");
+            assert!(gap[1].is_nan() && gap[0] == 20.0 && gap[2] == 20.2, "{}: {gap:?}", base.0);
+            let note = Note::NoGap { car: 2, signal: signal.to_owned(), samples: 1 };
+            assert!(platoon.notes.contains(&note), "{}: {:?}", base.0, platoon.notes);
+        }
+        // Ultra-AV has a second trajectory, of which one row is left.
+        let none = text.replace(",20", ",-20");
+        let expected = format!(
+            "bad.csv:{place}: column {signal}: expected a spacing above 0 m, found -20, and none that is; check that it is \
+             bumper to bumper, and its sign"
+        );
+        let said = message(base.1, none.as_bytes());
+        assert_eq!(said.lines().next(), Some(expected.as_str()), "{}", base.0);
+    }
+}
+
+#[test]
+fn a_row_that_repeats_another_one_is_taken_once() {
+    for base in [PAIR, OPENACC, REBUILT, PROCESSED, ULTRA] {
+        let mut lines: Vec<&str> = base.2.lines().collect();
+        // The second of the rows of numbers, again at the end of the first trajectory.
+        let first = lines.len() - if base.0 == "ultra-av" { 4 } else { 3 };
+        lines.insert(first + 3, lines[first + 1]);
+        let text = lines.join("\n") + "\n";
+        let recording = import::read_bytes(text.as_bytes(), "twice.csv", None);
+        let platoon = recording.unwrap_or_else(|error| panic!("{}: {error}", base.0)).platoons.remove(0);
+        assert_eq!(platoon.t.len(), 3, "{}", base.0);
+        let note = Note::RowsRepeated { rows: 1, line: first as u64 + 4 };
+        assert!(platoon.notes.contains(&note), "{}: {:?}", base.0, platoon.notes);
+    }
+}
+
+#[test]
+fn a_follower_with_broken_values_does_not_cost_the_others() {
+    let mut text = "Time,Speed1,Speed2,Speed3,IVS1,IVS2\n".to_owned();
+    for k in 0..50 {
+        let far = if k == 20 { "far" } else { "30" };
+        text += &format!("{:.1},10,10,10,20,{far}\n", f64::from(k) * 0.1);
+    }
+    let recording = import::read_bytes(text.as_bytes(), "p.csv", None).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(prepare(&recording, 1, &Preparation::default()).expect("it is sound")[0].len(), 50);
+    let expected = "p.csv:22:17: column IVS2: expected a finite number, found \"far\"; leave the field empty if the value is missing\n\
+                    p.csv: follower 2 cannot be used; followers that can: 1";
+    let error = prepare(&recording, 2, &Preparation::default()).expect_err("it is broken");
+    assert_eq!(error.to_string(), expected);
+    assert!(inspect(&recording).to_string().contains("cannot be calibrated as it is: p.csv:22:17"));
+    // The speed of the car between two others is needed by both of their pairs.
+    let both = text.replacen("2.0,10,10,10,20,far", "2.0,10,fast,10,20,30", 1);
+    let said = message(Reader::Detect, both.as_bytes());
+    assert!(said.starts_with("bad.csv:22:8: column Speed2: expected a finite number, found \"fast\""), "{said}");
+}
+
 const READERS: [Reader; 8] = [
     Reader::Detect,
     Reader::As(Layout::OpenAcc),
@@ -237,7 +291,7 @@ fn files_that_are_no_csv_at_all_are_refused_by_every_reader() {
         ),
         (
             b"\x1F\x8B\x08\0\0\0",
-            "bad.csv:1:1: byte 0x1F is not text; expected CSV in UTF-8: convert the file, or unpack it if it is compressed",
+            "bad.csv:1:1: this is compressed by gzip; expected a table as text, CSV in UTF-8: unpack it, or let its file be read by its path",
         ),
         (
             b"time_s,\0\0\0\n",
@@ -326,7 +380,11 @@ fn columns_count_characters_not_bytes() {
 fn harmless_differences_are_accepted() {
     let crlf = PAIR.2.replace('\n', "\r\n");
     let quoted = PAIR.2.replace("time_s", "\"time_s\"").replace("\n0.1,10", "\n\"0.1\", 10");
-    let cases: [(&str, String); 8] = [
+    let cases: [(&str, String); 12] = [
+        ("comments before the header", format!("# logger 3\n% lap 2\n\n{}", PAIR.2)),
+        ("a header that is a comment", format!("# {}", PAIR.2)),
+        ("a row of units", PAIR.2.replacen("spacing_m\n", "spacing_m\n[s],[m/s],[m/s],[m]\n", 1)),
+        ("words for missing values", PAIR.2.replace("20.1", "NA").replace("20.2", "#N/A")),
         ("byte order mark", format!("\u{feff}{}", PAIR.2)),
         ("CRLF", crlf),
         ("quotes and blanks", quoted),
@@ -347,6 +405,11 @@ fn harmless_differences_are_accepted() {
         let recording = import::read_bytes(text.as_bytes(), "good.csv", None);
         let recording = recording.unwrap_or_else(|error| panic!("{what}: {error}"));
         assert_eq!(recording.platoons[0].t, [0.0, 0.1, 0.2], "{what}");
+    }
+    for (base, layout) in [(OPENACC, Layout::OpenAcc), (REBUILT, Layout::AstazeroRebuilt)] {
+        let bare = base.2.split_once("min").expect("it has metadata").1.trim_start();
+        let recording = import::read_bytes(bare.as_bytes(), "bare.csv", None).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!((recording.layout, recording.platoons[0].cars[1].name.as_str()), (layout, "car 2"), "no metadata");
     }
     for base in [OPENACC, REBUILT, PROCESSED, ULTRA, GRADE, LABELS] {
         assert_eq!(message(base.1, base.2.as_bytes()), "", "{}", base.0);
@@ -388,7 +451,7 @@ fn what_cannot_be_prepared_is_said() {
             text(0.1, 10),
             1,
             ordinary(),
-            "p.csv: follower 1: expected a stretch of at least 2 s without long gaps, the longest has 0.9 s; a longer --max-gap interpolates more",
+            "p.csv: follower 1: expected at least 2 s, the recording has 0.9 s; give a longer one",
         ),
         (text(0.1, 50), 1, Preparation { max_gap_s: f64::NAN, ..ordinary() }, "max gap: expected 0 to 60 s, found NaN"),
         (
@@ -473,7 +536,11 @@ gap = { name = "gap" }
 
 /// A piece of the map, what replaces it, and the message.
 const MAPS: &[(&str, &str, &str)] = &[
-    ("rows = \"vehicles\"", "rows = \"cars\"", "map.toml:1:8: unknown variant `cars`, expected `vehicles` or `pairs`"),
+    (
+        "rows = \"vehicles\"",
+        "rows = \"cars\"",
+        "map.toml:1:8: unknown variant `cars`, expected one of `vehicles`, `pairs`, `platoon`",
+    ),
     (
         "rows = \"vehicles\"",
         "rows = \"vehicles\"\ndecimal = \"comma\"",
@@ -483,7 +550,7 @@ const MAPS: &[(&str, &str, &str)] = &[
     (
         "rows =",
         "row =",
-        "map.toml:1:1: unknown field `row`, expected one of `title`, `rows`, `separator`, `decimal`, `header`, `nobody`, `direction`, `position_at`, `frame_rate_hz`, `check_units`, `columns`",
+        "map.toml:1:1: unknown field `row`, expected one of `title`, `rows`, `separator`, `decimal`, `header`, `headerless`, `skip_lines`, `units_row`, `missing`, `nobody`, `direction`, `position_at`, `frame_rate`, `frame_rate_hz`, `check_units`, `length`, `lead_length`, `lap_length`, `columns`",
     ),
     (
         "speed =",
@@ -511,12 +578,12 @@ const MAPS: &[(&str, &str, &str)] = &[
     (
         "gap = { name = \"gap\" }\n",
         "",
-        "map.toml: [columns] needs gap, or length with headway or position, found only time, id, ahead, speed; the bumper-to-bumper gap must follow from something",
+        "map.toml: [columns] needs gap, or length with headway or position, found only time, id, ahead, speed; the bumper-to-bumper gap must follow from something; a length that is no column is a number, length = 4.6, or lead_length = 4.6 in a table of pairs",
     ),
     (
         "ahead = { name = \"front\" }\n",
         "",
-        "map.toml: [columns] needs ahead, found only time, id, speed, gap; every row must say whom the vehicle follows",
+        "map.toml: [columns] needs ahead, or lane and position, found only time, id, speed, gap; every row must say whom the vehicle follows, or where the vehicle is",
     ),
     (
         "{ name = \"t\" }",
@@ -529,7 +596,11 @@ const MAPS: &[(&str, &str, &str)] = &[
         "rows = \"pairs\"",
         "map.toml:6: ahead: not in a table with rows = \"pairs\", which takes time, group, lane, position, speed, acceleration, gap, headway, sin_grade, lead_speed, lead_position, lead_length, lead2_speed, lead2_gap",
     ),
-    ("id = { name", "id = { names", "map.toml:5:8: unknown field `names`, expected one of `name`, `unit`, `optional`"),
+    (
+        "id = { name",
+        "id = { names",
+        "map.toml:5:8: unknown field `names`, expected one of `name`, `unit`, `optional`, `hint`",
+    ),
 ];
 
 /// A table for that map, pieces of it, and messages.
@@ -562,8 +633,8 @@ const TABLES: &[(&str, &str, &str)] = &[
     ),
     (
         "1,b,a,72,20",
-        "0,b,a,72,20",
-        "bad.csv:6: vehicle b is at 0 s for the second time, first in line 5; remove one of the rows, or name the column that tells recordings apart as group in the column map",
+        "0,b,a,72,21",
+        "bad.csv:6: vehicle b is at 0 s for the second time, first in line 5, and the two rows differ; remove one of them, or name the column that tells recordings apart as group in the column map",
     ),
     (
         "0,b,a,72,20\n1,b,a,72,20\n2,b,a,72,20\n",
@@ -601,7 +672,7 @@ fn every_broken_column_map_is_refused_with_its_exact_message() {
     for (given, expected) in [
         (
             "ngsm",
-            "no column map ngsm; shipped are ngsim, highd, sumo-fcd, a map of one's own ends in .toml; did you mean ngsim?",
+            "no column map ngsm; shipped are ngsim, highd, sumo-fcd, tgsim, a map of one's own ends in .toml; did you mean ngsim?",
         ),
         ("nowhere.toml", "nowhere.toml: expected a readable column map"),
     ] {

@@ -440,7 +440,7 @@ fn inspection_lists_what_a_calibration_would_choose_from() {
 
     let short = inspect(&pair_file(&steady(tenths(0..15)))).platoons[0].followers[0].clone();
     assert!(short.segments.is_empty());
-    assert!(short.refused.is_some_and(|why| why.contains("expected a stretch of at least 2 s")));
+    assert!(short.refused.is_some_and(|why| why.contains("expected at least 2 s")));
 }
 
 #[test]

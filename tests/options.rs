@@ -129,7 +129,7 @@ fn a_broken_vehicle_says_where_and_what() {
         (broken("[your_car]\n"), "missing field"),
         (
             broken(&CAR.replace("1500.0", "-1.0")),
-            "vehicle my_car: mass_unladen_kg: expected a mass above 0 kg, found -1",
+            "vehicle my_car: mass_unladen_kg: expected a mass of 50 to 200000 kg, found -1",
         ),
         (
             broken(&CAR.replace("[150.0, 160.0]", "[170.0, 160.0]")),

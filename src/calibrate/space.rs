@@ -229,8 +229,8 @@ fn checked(symbol: Symbol, [lower, upper]: [f64; 2]) -> Result<[f64; 2], BoundsE
 /// When the file cannot be read, is no TOML, or an entry is neither a pair of numbers nor a number.
 pub fn read_bounds(path: &Path, variant: &Variant) -> Result<Overrides, BoundsError> {
     let shown = path.display().to_string();
-    let text =
-        std::fs::read_to_string(path).map_err(|e| BoundsError::Read { path: shown.clone(), reason: e.to_string() })?;
+    let text = crate::bounded::read_to_string(path, crate::bounded::TEXT_MAX)
+        .map_err(|e| BoundsError::Read { path: shown.clone(), reason: e.to_string() })?;
     let table: toml::Table = toml::from_str(&text)
         .map_err(|e| BoundsError::Text { path: shown.clone(), reason: e.to_string().trim_end().to_owned() })?;
     let number = |value: &toml::Value| value.as_float().or(value.as_integer().map(|i| i as f64));

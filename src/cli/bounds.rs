@@ -24,7 +24,7 @@ pub fn read_bounds(path: &Path, variant: &Variant) -> anyhow::Result<Overrides> 
 /// `FILE:LINE` of an entry; the file alone where it stands in no line of its own.
 fn place(path: &Path, name: &str) -> String {
     let shown = path.display();
-    let text = std::fs::read_to_string(path).unwrap_or_default();
+    let text = leadlag::bounded::read_to_string(path, leadlag::bounded::TEXT_MAX).unwrap_or_default();
     let is_entry =
         |line: &str| line.split_once('=').is_some_and(|(key, _)| key.trim().trim_matches(['"', '\'']) == name);
     let line = text.lines().position(is_entry);

@@ -6,9 +6,11 @@ use super::number::{finite, real, whole};
 use anyhow::Context;
 use clap::ValueEnum;
 use leadlag::catalog::{Constraint, Variant};
+use leadlag::near::did_you_mean;
 use leadlag::trajectory::import::{ColumnMap, MapError, read_mapped};
 use leadlag::trajectory::{
-    Grade, Layout, Note, Preparation, Reconcile, Recording, Stretch, Trajectory, import, prepare,
+    Grade, Layout, Note, Preparation, PrepareError, Reconcile, Recording, Stretch, Trajectory, import, plausible,
+    prepare,
 };
 use leadlag::vehicle::{self, Vehicle};
 use std::path::{Path, PathBuf};
@@ -23,7 +25,7 @@ pub struct DataArgs {
     /// Column map of a table of another layout: ngsim, highd, sumo-fcd (`leadlag list columns`), or a file of one's own
     #[arg(long, value_name = "NAME|FILE.toml", conflicts_with = "layout")]
     pub columns: Option<String>,
-    /// Trajectory id, in files that hold several
+    /// Trajectory id, in files that hold several; `calibrate` takes several ids with commas between them
     #[arg(long, value_name = "ID")]
     pub trajectory: Option<String>,
     /// Segment between long gaps, from 1, as `leadlag inspect` lists them [default: the longest]
@@ -77,6 +79,8 @@ pub struct Loaded {
     pub trajectory: Trajectory,
     /// The vehicle and how `--vehicle` finds it again.
     pub vehicle: Option<(Vehicle, String)>,
+    /// Which trajectory of its file it is, if that was asked for.
+    pub id: Option<String>,
 }
 
 impl Loaded {
@@ -107,18 +111,15 @@ impl DataArgs {
     /// with a column map, of which only the pairs of that vehicle are kept.
     pub fn read(&self, path: &Path, follower: Option<&str>) -> anyhow::Result<(Recording, Option<usize>)> {
         let Some(map) = self.columns.as_deref().map(column_map).transpose()? else {
-            let number = follower.map(|text| {
-                text.parse().map_err(|_| {
-                    let message = format!(
-                        "--follower: expected a number, 1 right behind the platoon leader, found `{text}`; ids of \
-                         vehicles go with --columns"
-                    );
-                    Usage(message)
-                })
-            });
-            return Ok((import::read(path, self.layout)?, number.transpose()?));
+            let mut recording = import::read(path, self.layout)?;
+            let number = follower.map(|text| numbered(&mut recording, text)).transpose()?;
+            return Ok((recording, number));
         };
-        let mut recording = read_mapped(path, &map)?;
+        let mut recording = read_mapped(path, &map.with_lead_length(self.lead_length))?;
+        if recording.is_of_numbered_cars() {
+            let number = follower.map(|text| numbered(&mut recording, text)).transpose()?;
+            return Ok((recording, number));
+        }
         match follower {
             Some(id) if recording.keep_follower(id) => {}
             Some(id) => {
@@ -126,7 +127,7 @@ impl DataArgs {
                     format!("--follower {id}: not a follower in {}; {}", path.display(), longest_pairs(&recording));
                 return Err(Usage(message).into());
             }
-            None if self.trajectory.is_none() && recording.platoons.len() > 1 => {
+            None if self.trajectory.is_none() && has_several_followers(&recording) => {
                 let message = format!("--follower is needed: {}", longest_pairs(&recording));
                 return Err(Usage(message).into());
             }
@@ -137,8 +138,86 @@ impl DataArgs {
 
     /// One follower of a recording, prepared for a variant; without a number, the only one.
     pub fn pick(&self, recording: &Recording, follower: Option<usize>, variant: &Variant) -> anyhow::Result<Loaded> {
+        match self.ids(recording).as_slice() {
+            [] => self.pick_one(recording, follower, variant, None),
+            [id] => self.pick_one(recording, follower, variant, Some(id)),
+            ids => {
+                let message = format!("--trajectory: expected one id, found {}: {}", ids.len(), ids.join(", "));
+                Err(Usage(message).into())
+            }
+        }
+    }
+
+    /// Every trajectory that is asked for, in that order; with `all` every one of the file that can be used, where none is.
+    pub fn pick_all(
+        &self,
+        recording: &Recording,
+        follower: Option<usize>,
+        variant: &Variant,
+        all: bool,
+    ) -> anyhow::Result<Vec<Loaded>> {
+        let ids = self.ids(recording);
+        if !ids.is_empty() {
+            return ids.iter().map(|id| self.pick_one(recording, follower, variant, Some(id))).collect();
+        }
+        if !all || recording.platoons.len() < 2 {
+            return Ok(vec![self.pick_one(recording, follower, variant, None)?]);
+        }
+        let (mut picked, mut left_out) = (Vec::new(), Vec::new());
+        for id in recording.platoons.iter().filter_map(|platoon| platoon.id.as_deref()) {
+            match self.pick_one(recording, follower, variant, Some(id)) {
+                Ok(loaded) => picked.push(loaded),
+                Err(error) if is_of_one(&error) => left_out.push((id, error)),
+                Err(error) => return Err(error),
+            }
+        }
+        let path = &recording.source.path;
+        match left_out.into_iter().next() {
+            Some((_, error)) if picked.is_empty() => return Err(error),
+            Some((id, error)) => eprintln!(
+                "warning: {path}: {} of {} trajectories cannot be used; the first of them is {id}: {error}",
+                recording.platoons.len() - picked.len(),
+                recording.platoons.len()
+            ),
+            None => {}
+        }
+        let mut names: Vec<&str> = picked.iter().map(|loaded| loaded.trajectory.name.as_str()).collect();
+        names.sort_unstable();
+        names.dedup();
+        if let [one, another, ..] = names.as_slice() {
+            eprintln!(
+                "warning: {path}: the trajectories are those of {} vehicles, such as {one} and {another}, which get the same \
+                 parameters; --follower NAME takes those of one",
+                names.len()
+            );
+        }
+        Ok(picked)
+    }
+
+    /// The ids that are asked for: one of the file as it stands, or several between commas.
+    fn ids(&self, recording: &Recording) -> Vec<String> {
+        let Some(given) = &self.trajectory else { return Vec::new() };
+        if recording.platoons.iter().any(|platoon| platoon.id.as_ref() == Some(given)) {
+            return vec![given.clone()];
+        }
+        given.split(',').map(|id| id.trim().to_owned()).collect()
+    }
+
+    fn pick_one(
+        &self,
+        recording: &Recording,
+        follower: Option<usize>,
+        variant: &Variant,
+        id: Option<&str>,
+    ) -> anyhow::Result<Loaded> {
         let follower = follower.map_or_else(|| only_follower(recording), Ok)?;
-        let trajectory = self.choose(prepare(recording, follower, &self.preparation()?)?)?;
+        let preparation = Preparation { trajectory_id: id.map(str::to_owned), ..self.preparation()? };
+        let trajectory = self.choose(prepare(recording, follower, &preparation)?)?;
+        let platoon = recording.platoons.iter().find(|platoon| id.is_none() || platoon.id.as_deref() == id);
+        let said = platoon.and_then(|platoon| plausible::of_time(&platoon.t)).into_iter();
+        for warning in said.chain(plausible::of_trajectory(&trajectory, recording.layout)) {
+            eprintln!("warning: {}: {warning}", recording.source.path);
+        }
         // A table that lies beside the data by chance must not get in the way of a variant that needs no vehicle.
         let wanted = self.vehicle.is_some() || variant.needs_vehicle();
         let vehicle = if wanted { self.find_vehicle(&trajectory, variant)? } else { None };
@@ -151,7 +230,7 @@ impl DataArgs {
             );
             return Err(Usage(message).into());
         }
-        Ok(Loaded { trajectory, vehicle })
+        Ok(Loaded { trajectory, vehicle, id: id.map(str::to_owned) })
     }
 
     fn preparation(&self) -> anyhow::Result<Preparation> {
@@ -166,7 +245,7 @@ impl DataArgs {
                 ReconcileArg::Gap => Reconcile::Gap,
                 ReconcileArg::Speeds => Reconcile::Speeds,
             },
-            trajectory_id: self.trajectory.clone(),
+            trajectory_id: None,
             grade,
             lead_length: self.lead_length,
             lead_start_m: self.lead_start,
@@ -222,6 +301,52 @@ impl DataArgs {
         }
         Ok(Vehicle::called(&trajectory.name).map(|v| (v.clone(), v.slug)))
     }
+}
+
+/// True if it has to be said which follower is meant.
+fn has_several_followers(recording: &Recording) -> bool {
+    let mut names = recording.platoons.iter().filter_map(|platoon| platoon.cars.last().map(|car| &car.name));
+    let first = names.next();
+    names.any(|name| Some(name) != first)
+}
+
+/// True if an error is that of one trajectory, and says nothing of the others.
+fn is_of_one(error: &anyhow::Error) -> bool {
+    let of_one = |error: &PrepareError| {
+        matches!(
+            error,
+            PrepareError::TooShort { .. }
+                | PrepareError::Short { .. }
+                | PrepareError::EmptyWindow { .. }
+                | PrepareError::Faulty { .. }
+        )
+    };
+    error.downcast_ref().is_some_and(of_one)
+}
+
+/// The follower of a name or number. Of a name, only the platoons in which that car follows are kept.
+fn numbered(recording: &mut Recording, given: &str) -> anyhow::Result<usize> {
+    if let Ok(number) = given.parse() {
+        return Ok(number);
+    }
+    if let Some(number) = recording.keep_car(given) {
+        return Ok(number);
+    }
+    let mut names: Vec<&str> = Vec::new();
+    for car in recording.platoons.iter().flat_map(|platoon| &platoon.cars).filter(|car| car.number > 1) {
+        if !names.contains(&car.name.as_str()) {
+            names.push(&car.name);
+        }
+    }
+    let near = did_you_mean(given, names.iter().copied());
+    names.truncate(PAIRS_NAMED);
+    let message = format!(
+        "--follower: expected a number, 1 right behind the platoon leader, or the name of a car that follows, found `{given}`; \
+         {} has {}{near}; ids of vehicles go with --columns",
+        recording.source.path,
+        names.join(", ")
+    );
+    Err(Usage(message).into())
 }
 
 /// The column map of a flag. That its file is not there is a failure; what else is wrong with it is usage.

@@ -68,7 +68,10 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         ModelArg::Eidm => Model::Eidm,
         ModelArg::Acc => Model::Acc,
     });
-    let vtype = sumo::export(&result.calibrated_variant()?, asked).map_err(|error| Usage(error.to_string()))?;
+    let mut vtype = sumo::export(&result.calibrated_variant()?, asked).map_err(|error| Usage(error.to_string()))?;
+    if let Some(data) = result.data.first() {
+        vtype.mean_for(data.treatment.step_s);
+    }
     let beside = file.parent().unwrap_or(Path::new("."));
     let folder = args.out.clone().unwrap_or_else(|| beside.join("sumo"));
     let measured = if args.no_run { None } else { Some(sumo::find(args.sumo.as_deref())?) };

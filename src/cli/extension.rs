@@ -35,6 +35,7 @@ pub fn find(given: &str) -> anyhow::Result<&'static Extension> {
             Usage(message).into()
         });
     }
-    let text = std::fs::read_to_string(given).with_context(|| format!("{given}: cannot be read"))?;
+    let text = leadlag::bounded::read_to_string(given.as_ref(), leadlag::bounded::TEXT_MAX)
+        .with_context(|| format!("{given}: cannot be read"))?;
     Ok(read_extension(given, &text)?)
 }

@@ -1,9 +1,10 @@
 //! `leadlag inspect`: what a measured file contains.
 
 use super::data::column_map;
+use super::number::real;
 use super::{Usage, output};
 use leadlag::trajectory::import::{ColumnMap, read_mapped};
-use leadlag::trajectory::{Inspection, Layout, import, inspect};
+use leadlag::trajectory::{Inspection, Layout, Preparation, PrepareError, import, inspect};
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
@@ -20,13 +21,19 @@ pub struct Args {
     /// With --columns: only the pairs in which this vehicle follows
     #[arg(long, value_name = "ID", requires = "columns")]
     follower: Option<String>,
+    /// Only these trajectories of files that hold several, by their ids with commas between them
+    #[arg(long, value_name = "ID")]
+    trajectory: Option<String>,
+    /// Length of the vehicle ahead in m, where a column map has none
+    #[arg(long, value_name = "M", value_parser = real(Preparation::LEAD_LENGTH_M, "m"), allow_negative_numbers = true)]
+    lead_length: Option<f64>,
     /// Print JSON: an object for one file, an array for several
     #[arg(long)]
     json: bool,
 }
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
-    let map = args.columns.as_deref().map(column_map).transpose()?;
+    let map = args.columns.as_deref().map(column_map).transpose()?.map(|map| map.with_lead_length(args.lead_length));
     let (mut inspections, mut errors) = (Vec::new(), Vec::new());
     for file in &args.files {
         match one(file, args, map.as_ref()) {
@@ -53,10 +60,20 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 }
 
 fn one(file: &Path, args: &Args, map: Option<&ColumnMap>) -> anyhow::Result<Inspection> {
-    let Some(map) = map else {
-        return Ok(inspect(&import::read(file, args.layout)?));
+    let mut recording = match map {
+        Some(map) => read_mapped(file, map)?,
+        None => import::read(file, args.layout)?,
     };
-    let mut recording = read_mapped(file, map)?;
+    if let Some(given) = &args.trajectory {
+        let ids: Vec<&str> = given.split(',').map(str::trim).collect();
+        let asked = |id: &str| id == given || ids.contains(&id);
+        let known: Vec<String> = recording.platoons.iter().filter_map(|platoon| platoon.id.clone()).collect();
+        recording.platoons.retain(|platoon| platoon.id.as_deref().is_some_and(asked));
+        if recording.platoons.is_empty() {
+            let (path, id) = (file.display().to_string(), given.clone());
+            return Err(PrepareError::NoTrajectory { path, id, available: known }.into());
+        }
+    }
     if let Some(id) = &args.follower
         && !recording.keep_follower(id)
     {

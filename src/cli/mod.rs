@@ -8,7 +8,7 @@ macro_rules! eprintln {
     ($($text:tt)*) => {
         if !$crate::cli::output::is_quiet() {
             // Nobody listening is no reason to stop.
-            let _ = ::std::io::Write::write_fmt(&mut ::std::io::stderr(), format_args!("{}\n", format_args!($($text)*)));
+            let _ = ::std::io::Write::write_fmt(&mut ::std::io::stderr(), format_args!("{}\n", ::leadlag::shown::lines(&::std::format!($($text)*))));
         }
     };
 }
@@ -18,6 +18,7 @@ mod bounds;
 mod calibrate;
 mod change;
 mod check;
+mod columns;
 mod completions;
 mod data;
 mod demo;
@@ -127,6 +128,10 @@ enum Command {
   leadlag list parameters --model 31 --vehicle bmw_x5
   leadlag list causes --json")]
     List(list::Args),
+    /// Print a column map that is part of the program, to begin one's own with
+    #[command(after_help = "Example:
+  leadlag columns ngsim > mine.toml")]
+    Columns(columns::Args),
     /// Show which GPUs and drivers there are, and what to mind with them
     #[command(after_help = "Examples:
   leadlag doctor
@@ -200,6 +205,7 @@ pub fn run(cli: Cli) -> anyhow::Result<()> {
         Command::Report(args) => report::run(&args),
         Command::Export(args) => export::run(&args),
         Command::Check(args) => check::run(&args),
+        Command::Columns(args) => columns::run(&args),
         Command::List(args) => list::run(&args),
         Command::Doctor(args) => doctor::run(&args),
         Command::Bench(args) => bench::run(&args),

@@ -40,8 +40,13 @@ pub fn captured(run: impl FnOnce() -> anyhow::Result<()>) -> anyhow::Result<Stri
     done.map(|()| text)
 }
 
-/// Prints a result to stdout.
+/// Prints a result to stdout; what could move a cursor in it is shown as an escape, which is valid in JSON, too.
 pub fn print(text: &str) -> anyhow::Result<()> {
+    print_as_is(&leadlag::shown::lines(text))
+}
+
+/// Prints text that holds nothing of others.
+pub fn print_as_is(text: &str) -> anyhow::Result<()> {
     if CAPTURED.with_borrow_mut(|captured| captured.as_mut().map(|all| all.push_str(text)).is_some()) {
         return Ok(());
     }

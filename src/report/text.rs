@@ -191,8 +191,11 @@ fn joined(line: &str) -> String {
     text
 }
 
-/// Where a word may end a line: behind a hyphen, but not behind that of an exponent.
+/// Where a word may end a line: behind a hyphen, but not behind that of an exponent, and never in a flag, which is copied.
 fn split_points(word: &str) -> Vec<usize> {
+    if word.contains("--") {
+        return Vec::new();
+    }
     let is_exponent = |at: usize| {
         let digits = word[..at].strip_suffix("e-");
         digits.is_some_and(|digits| digits.ends_with(|c: char| c.is_ascii_digit()))

@@ -5,10 +5,14 @@ use super::{Layout, Note, factor};
 /// Gap rate and speed difference that disagree by more than this do not describe the same cars \[m/s\].
 pub(super) const CONTRADICTION_MPS: f64 = 2.0;
 
-/// Central difference of the gap over time minus the speed difference `shift` samples later, root mean square \[m/s\].
-pub(super) fn rate_rms(t: &[f64], gap: &[f64], dv: &[f64], shift: isize) -> Option<f64> {
+/// Central difference of the gap over time minus the speed difference `shift` samples later, root mean square \[m/s\]. No difference is
+/// taken over more than `longest` on either side \[s\].
+pub(super) fn rate_rms(t: &[f64], gap: &[f64], dv: &[f64], shift: isize, longest: f64) -> Option<f64> {
     rms((1..gap.len().saturating_sub(1)).filter_map(|i| {
         let j = i.checked_add_signed(shift)?;
+        if t[i + 1] - t[i] > longest || t[i] - t[i - 1] > longest {
+            return None;
+        }
         let rate = (gap[i + 1] - gap[i - 1]) / (t[i + 1] - t[i - 1]);
         Some(rate - dv.get(j)?)
     }))

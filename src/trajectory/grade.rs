@@ -2,7 +2,9 @@
 
 use super::Source;
 use super::error::{ImportError, ProblemKind};
-use super::import::{Field, GRADE_LIMIT, Header, Lines, Problems, Stop, column_of, open, present, split};
+use super::import::{
+    Field, GRADE_LIMIT, Header, Lines, POSITION_LIMIT, Problems, Stop, column_of, open, present, split,
+};
 use std::io::Read;
 use std::path::Path;
 
@@ -18,6 +20,9 @@ pub struct Grade {
     /// The file it was read from, if any.
     pub source: Option<Source>,
 }
+
+/// What a lap of a closed track may be \[m\]: from a model on a table to more than any test track.
+pub(super) const LAPS_M: std::ops::RangeInclusive<f64> = 1.0..=1e6;
 
 impl Grade {
     /// A level road.
@@ -110,6 +115,11 @@ fn profile<R: Read>(lines: &mut Lines<R>, problems: &mut Problems) -> Result<Gra
         _ => {}
     }
     let period = x.last().copied().filter(|_| closed);
+    if let Some(found) = period.filter(|period| !LAPS_M.contains(period)) {
+        let column = needed[0].to_owned();
+        let (shortest, longest) = (*LAPS_M.start(), *LAPS_M.end());
+        return Err(problems.stop(lines.number(), None, ProblemKind::Lap { column, shortest, longest, found }));
+    }
     Ok(Grade { x, sin, period, source: None })
 }
 
@@ -117,6 +127,7 @@ fn position(text: &str, name: &str, previous: Option<f64>, closed: bool) -> Resu
     let found = present(text, name)?;
     let column = name.to_owned();
     match previous {
+        _ if found.abs() > POSITION_LIMIT => Err(ProblemKind::TooLong { column, limit: POSITION_LIMIT, found }),
         Some(previous) if found <= previous => Err(ProblemKind::PositionBack { column, previous, found }),
         None if closed && found != 0.0 => Err(ProblemKind::TrackStart { column, found }),
         _ => Ok(found),

@@ -10,10 +10,12 @@ mod grade;
 pub mod import;
 pub mod inspect;
 mod note;
+pub mod plausible;
 pub mod prepare;
 pub(crate) mod savitzky_golay;
+mod steps;
 
-pub use error::{ImportError, PrepareError};
+pub use error::{Faults, ImportError, PrepareError};
 pub use grade::Grade;
 pub use import::Layout;
 pub use inspect::{Inspection, inspect};
@@ -30,6 +32,13 @@ pub struct Source {
 }
 
 impl Source {
+    /// The checksum of a file whose bytes are these.
+    #[must_use]
+    pub fn of_bytes(path: &std::path::Path, bytes: &[u8]) -> Source {
+        use sha2::{Digest, Sha256};
+        Source { path: path.display().to_string(), sha256: hexadecimal(&Sha256::digest(bytes)) }
+    }
+
     /// The checksum of a file, read in pieces.
     ///
     /// # Errors
@@ -113,12 +122,41 @@ pub struct Car {
     pub a: Option<Vec<f64>>,
     /// Sine of the road grade under this car, where the file gives one.
     pub sin_grade: Option<Vec<f64>>,
+    /// What is wrong with its own signals: nothing that needs them can be computed.
+    pub faults: Faults,
+    /// What is wrong with its gap.
+    pub gap_faults: Faults,
 }
 
 /// True for a name that stands for none: files of pairs name no car, tables give a number. Two cars may have it.
 #[must_use]
 pub fn is_nameless(car: &str) -> bool {
     car == "follower" || car.starts_with("car ") || car.starts_with("vehicle ")
+}
+
+impl Platoon {
+    /// What is wrong with the signals that a follower needs; 1 is the car right behind the leader.
+    #[must_use]
+    pub fn faults_of(&self, follower: usize) -> Faults {
+        let mut faults = Faults::default();
+        for car in self.cars.iter().filter(|car| car.number == follower || car.number == follower.saturating_add(1)) {
+            faults.merge(car.faults.clone());
+            if car.number > follower {
+                faults.merge(car.gap_faults.clone());
+            }
+        }
+        faults
+    }
+
+    /// True if there is a follower whose signals are sound, and long enough to be used.
+    fn is_usable(&self) -> bool {
+        let duration = self.t.first().zip(self.t.last()).map_or(0.0, |(first, last)| last - first);
+        if duration < prepare::SEGMENT_MIN_S {
+            return false;
+        }
+        let followers = self.cars.windows(2).filter(|pair| pair[0].number > 0 && pair[1].number == pair[0].number + 1);
+        followers.map(|pair| pair[0].number).any(|follower| self.faults_of(follower).is_empty())
+    }
 }
 
 impl Car {
@@ -136,6 +174,8 @@ impl Car {
             gap: None,
             a: None,
             sin_grade: None,
+            faults: Faults::default(),
+            gap_faults: Faults::default(),
         }
     }
 }

@@ -60,8 +60,18 @@ pub enum Note {
     Mapped { map: String, pair: Option<String> },
     /// Pairs of a long table that are too short to be used.
     ShortPairs { pairs: usize, needed_s: f64 },
-    /// Gaps that are not above 0, which became missing values.
-    NoGap { samples: usize },
+    /// Gaps that are not above 0, which became missing values: of which car, and what its gap is called.
+    NoGap { car: usize, signal: String, samples: usize },
+    /// The time of a trajectory starts anew, so that two bear its id; the second is read as another one.
+    IdAgain { id: String, line: u64, read_as: String },
+    /// Lines around the header that hold no data, from this one on.
+    LinesSkipped { line: u64, lines: u64, what: String },
+    /// Vehicles whose number was borne by another one before.
+    NumbersAgain { vehicles: usize, numbers: usize },
+    /// Vehicles with values that cannot be, whose pairs are left out.
+    BrokenLeftOut { vehicles: usize, problem: String },
+    /// Rows that stand in the file more than once, letter by letter, and were taken once.
+    RowsRepeated { rows: usize, line: u64 },
 }
 
 impl fmt::Display for Note {
@@ -136,8 +146,30 @@ impl fmt::Display for Note {
             Note::ShortPairs { pairs, needed_s } => {
                 write!(f, "{pairs} more pairs of the file are shorter than {needed_s} s")
             }
-            Note::NoGap { samples } => {
-                write!(f, "gap: {samples} samples are not above 0 and count as missing")
+            Note::NoGap { signal, samples, .. } => {
+                write!(f, "{signal}: {samples} samples are not above 0 and count as missing")
+            }
+            Note::IdAgain { id, line, read_as } => write!(
+                f,
+                "line {line}: the time starts anew, so two trajectories bear the id {id}; the one from here on is read as {read_as}"
+            ),
+            Note::LinesSkipped { line, lines: 1, what } => write!(f, "line {line} not read: {what}"),
+            Note::LinesSkipped { line, lines, what } => {
+                write!(f, "lines {line} to {} not read: {what}", line + lines - 1)
+            }
+            Note::NumbersAgain { vehicles, numbers } => write!(
+                f,
+                "numbers come again after a pause, and are taken for other vehicles: {} vehicles bear {numbers} numbers",
+                numbers + vehicles
+            ),
+            Note::BrokenLeftOut { vehicles, problem } => {
+                write!(f, "pairs of {vehicles} vehicles with broken values are left out; {problem}")
+            }
+            Note::RowsRepeated { rows: 1, line } => {
+                write!(f, "line {line} repeats another row letter by letter; taken once")
+            }
+            Note::RowsRepeated { rows, line } => {
+                write!(f, "{rows} rows are repeated letter by letter and taken once, the first in line {line}")
             }
             Note::GradeFromColumn { points } => {
                 write!(f, "grade along the measured path from column sin_grade: {points} points")

@@ -1,6 +1,7 @@
 //! Vehicle tables: TOML (one table per vehicle) and the CSV layout `slug,name,mass_unladen_kg,phi,...`.
 
 use super::{Mfc, Vehicle};
+use crate::bounded;
 use crate::near::did_you_mean;
 use crate::trajectory::Source;
 use serde::Deserialize;
@@ -60,6 +61,18 @@ pub enum VehicleError {
         expected: &'static str,
         /// What was found.
         found: String,
+    },
+    /// A number of a curve that cannot be.
+    #[error("{path}:{line}: expected {expected}, found {found}")]
+    Range {
+        /// The file.
+        path: String,
+        /// Its line, from 1.
+        line: u64,
+        /// Which column, and what it may hold.
+        expected: String,
+        /// What was found.
+        found: f64,
     },
     /// A number of a vehicle that cannot be.
     #[error("{path}: vehicle {slug}: {quantity}: expected {expected}, found {found}")]
@@ -136,39 +149,41 @@ impl Listed {
 }
 
 impl Entry {
-    fn into_listed(self, slug: String, path: &str, folder: Option<&Path>) -> Result<Listed, VehicleError> {
+    /// Checks the numbers; `place` says in which file and line a quantity stands.
+    fn into_listed(
+        self,
+        slug: String,
+        path: &str,
+        folder: Option<&Path>,
+        place: impl Fn(&str) -> String,
+    ) -> Result<Listed, VehicleError> {
         let check = |ok: bool, quantity, expected, found: String| {
             if ok {
                 Ok(())
             } else {
-                Err(VehicleError::Value { path: path.to_owned(), slug: slug.clone(), quantity, expected, found })
+                Err(VehicleError::Value { path: place(quantity), slug: slug.clone(), quantity, expected, found })
             }
         };
-        let positive = |x: f64| x.is_finite() && x > 0.0;
-        check(
-            positive(self.mass_unladen_kg),
-            "mass_unladen_kg",
-            "a mass above 0 kg",
-            self.mass_unladen_kg.to_string(),
-        )?;
-        check(positive(self.phi), "phi", "a factor above 0", self.phi.to_string())?;
-        let length = self.length_m.unwrap_or(1.0);
-        check(positive(length), "length_m", "a length above 0 m", length.to_string())?;
+        let (mass, phi, length) = (self.mass_unladen_kg, self.phi, self.length_m.unwrap_or(1.0));
+        // From a motorcycle to a road train.
+        let is_mass = (50.0..=200_000.0).contains(&mass);
+        check(is_mass, "mass_unladen_kg", "a mass of 50 to 200000 kg", mass.to_string())?;
+        // Rotating parts add a few per cent, in a low gear as much again.
+        check((0.1..=10.0).contains(&phi), "phi", "a factor of 0.1 to 10", phi.to_string())?;
+        check((0.1..=100.0).contains(&length), "length_m", "a length of 0.1 to 100 m", length.to_string())?;
         for (quantity, [lower, upper]) in
             [("f_0_N", self.f_0_N), ("f_1_N_per_kmh", self.f_1_N_per_kmh), ("f_2_N_per_kmh2", self.f_2_N_per_kmh2)]
         {
-            check(
-                lower.is_finite() && upper.is_finite() && lower <= upper,
-                quantity,
-                "[lower, upper] with lower <= upper",
-                format!("[{lower}, {upper}]"),
-            )?;
+            let found = format!("[{lower}, {upper}]");
+            check(lower <= upper, quantity, "[lower, upper] with lower <= upper", found.clone())?;
+            let is_load = ROAD_LOADS.contains(&lower) && ROAD_LOADS.contains(&upper);
+            check(is_load, quantity, "both within -100000 to 100000", found)?;
         }
         // A curve beside the table may lie there under the slug's name without being mentioned.
         let beside = folder.map(|f| f.join(format!("mfc_{slug}.csv"))).filter(|p| p.exists());
         let mfc_path = self.mfc.map(|p| folder.map_or(p.clone(), |f| f.join(p))).or(beside);
         let vehicle = Vehicle {
-            name: self.name.unwrap_or_else(|| slug.clone()),
+            name: crate::shown::name(&self.name.unwrap_or_else(|| slug.clone())).into_owned(),
             aliases: self.aliases,
             m_0: self.mass_unladen_kg,
             phi_f: self.phi,
@@ -184,6 +199,23 @@ impl Entry {
     }
 }
 
+/// What a coefficient of the road load may be, in its unit: ten times that of the heaviest truck.
+const ROAD_LOADS: std::ops::RangeInclusive<f64> = -1e5..=1e5;
+
+/// `FILE:LINE` of a quantity of a vehicle in the text of a TOML table; the file alone where it stands in no line of its own.
+fn place(text: &str, path: &str, slug: &str, quantity: &str) -> String {
+    let unquoted = |text: &str| text.trim().trim_matches(['"', '\'']).to_owned();
+    let mut inside = false;
+    for (line, content) in (1..).zip(text.lines()) {
+        if let Some(name) = content.trim().strip_prefix('[') {
+            inside = unquoted(name.split(']').next().unwrap_or_default()) == slug;
+        } else if inside && content.split_once('=').is_some_and(|(key, _)| unquoted(key) == quantity) {
+            return format!("{path}:{line}");
+        }
+    }
+    path.to_owned()
+}
+
 /// Parses a TOML vehicle table; `path` is for messages, MFC files are looked for in `folder`.
 pub(super) fn parse(text: &str, path: &str, folder: Option<&Path>) -> Result<Vec<Vehicle>, VehicleError> {
     parse_listed(text, path, folder)?.into_iter().map(Listed::whole).collect()
@@ -192,7 +224,11 @@ pub(super) fn parse(text: &str, path: &str, folder: Option<&Path>) -> Result<Vec
 fn parse_listed(text: &str, path: &str, folder: Option<&Path>) -> Result<Vec<Listed>, VehicleError> {
     let entries: BTreeMap<String, Entry> = toml::from_str(text)
         .map_err(|source| VehicleError::Toml { path: path.to_owned(), source: Box::new(source) })?;
-    entries.into_iter().map(|(slug, entry)| entry.into_listed(slug, path, folder)).collect()
+    let listed = |(slug, entry): (String, Entry)| {
+        let own = slug.clone();
+        entry.into_listed(slug, path, folder, |quantity| place(text, path, &own, quantity))
+    };
+    entries.into_iter().map(listed).collect()
 }
 
 /// The columns of `vehicles.csv` that matter here.
@@ -213,13 +249,19 @@ struct CsvRow {
     f_2_ub_N_per_kmh2: f64,
 }
 
-fn parse_csv(path: &Path) -> Result<Vec<Listed>, VehicleError> {
+fn parse_csv(path: &Path, bytes: &[u8]) -> Result<Vec<Listed>, VehicleError> {
     let shown = path.display().to_string();
     let csv_error = |source| VehicleError::Csv { path: shown.clone(), source };
-    let mut reader = csv::Reader::from_path(path).map_err(csv_error)?;
-    let rows = reader.deserialize().collect::<Result<Vec<CsvRow>, _>>().map_err(csv_error)?;
+    let mut reader = csv::Reader::from_reader(bytes);
+    let headers = reader.headers().map_err(csv_error)?.clone();
+    let records = reader.records().collect::<Result<Vec<_>, _>>().map_err(csv_error)?;
+    let row = |record: &csv::StringRecord| {
+        let line = record.position().map_or(0, csv::Position::line);
+        Ok((line, record.deserialize::<CsvRow>(Some(&headers)).map_err(csv_error)?))
+    };
+    let rows = records.iter().map(row).collect::<Result<Vec<(u64, CsvRow)>, _>>()?;
     rows.into_iter()
-        .map(|row| {
+        .map(|(line, row)| {
             // The names that measured files use for the built-in cars stay valid for a table of the same slugs.
             let built_in = Vehicle::built_in().into_iter().find(|v| v.slug == row.slug);
             let mut aliases = built_in.map(|v| v.aliases).unwrap_or_default();
@@ -235,7 +277,7 @@ fn parse_csv(path: &Path) -> Result<Vec<Listed>, VehicleError> {
                 f_2_N_per_kmh2: [row.f_2_lb_N_per_kmh2, row.f_2_ub_N_per_kmh2],
                 mfc: None,
             };
-            entry.into_listed(row.slug, &shown, path.parent())
+            entry.into_listed(row.slug, &shown, path.parent(), |_| format!("{shown}:{line}"))
         })
         .collect()
 }
@@ -251,11 +293,14 @@ pub fn read_table(path: &Path) -> Result<Vec<Vehicle>, VehicleError> {
 fn listed(path: &Path) -> Result<Vec<Listed>, VehicleError> {
     let shown = path.display().to_string();
     let read_error = |source| VehicleError::Read { path: shown.clone(), source };
-    let table = Source::of(path).map_err(read_error)?;
+    let bytes = bounded::read(path, bounded::TEXT_MAX).map_err(read_error)?;
+    let table = Source::of_bytes(path, &bytes);
     let mut vehicles = if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv")) {
-        parse_csv(path)?
+        parse_csv(path, &bytes)?
     } else {
-        parse_listed(&std::fs::read_to_string(path).map_err(read_error)?, &shown, path.parent())?
+        let text = String::from_utf8(bytes)
+            .map_err(|e| read_error(std::io::Error::new(std::io::ErrorKind::InvalidData, e.utf8_error())))?;
+        parse_listed(&text, &shown, path.parent())?
     };
     vehicles.iter_mut().for_each(|listed| listed.vehicle.table = Some(table.clone()));
     Ok(vehicles)

@@ -1,8 +1,14 @@
 //! The MFC curves a_ap(v) and a_dp(v) of Eq. 14, as tables.
 
 use super::VehicleError;
+use crate::bounded;
 use crate::trajectory::Source;
+use std::ops::RangeInclusive;
 use std::path::Path;
+
+/// What the columns may hold \[m/s, m/s², m/s²\]: three times what the strongest road cars do, and no wrong sign.
+const RANGES: [(&str, RangeInclusive<f64>); 3] =
+    [("speed_mps", 0.0..=200.0), ("a_ap", 0.0..=30.0), ("a_dp", -30.0..=0.0)];
 
 /// Acceleration and deceleration potential over speed (Makridis et al., 2019; He et al., 2020a).
 #[derive(Debug, Clone, PartialEq)]
@@ -29,8 +35,9 @@ impl Mfc {
             expected,
             found,
         };
-        let mut reader = csv::Reader::from_path(path)
-            .map_err(|source| VehicleError::Csv { path: path.display().to_string(), source })?;
+        let bytes = bounded::read(path, bounded::TEXT_MAX)
+            .map_err(|source| VehicleError::Read { path: path.display().to_string(), source })?;
+        let mut reader = csv::Reader::from_reader(bytes.as_slice());
         let read_error = |source| VehicleError::Csv { path: path.display().to_string(), source };
         let headers = reader.headers().map_err(read_error)?.clone();
         let mut columns = [0; 3];
@@ -39,7 +46,8 @@ impl Mfc {
                 table(1, headers.iter().collect::<Vec<_>>().join(","), "the columns speed_mps, a_ap, a_dp")
             })?;
         }
-        let mut mfc = Mfc { v: Vec::new(), a_ap: Vec::new(), a_dp: Vec::new(), source: Source::of(path).ok() };
+        let mut mfc =
+            Mfc { v: Vec::new(), a_ap: Vec::new(), a_dp: Vec::new(), source: Some(Source::of_bytes(path, &bytes)) };
         for record in reader.records() {
             let record = record.map_err(read_error)?;
             let line = record.position().map_or(0, csv::Position::line);
@@ -55,6 +63,17 @@ impl Mfc {
             }
             if mfc.v.last().is_some_and(|last| *last >= row[0]) {
                 return Err(table(line, row[0].to_string(), "a speed_mps above that of the row before"));
+            }
+            for (value, (name, range)) in row.iter().zip(RANGES) {
+                if !range.contains(value) {
+                    let expected = format!("{name} from {} to {}", range.start(), range.end());
+                    return Err(VehicleError::Range {
+                        path: path.display().to_string(),
+                        line,
+                        expected,
+                        found: *value,
+                    });
+                }
             }
             mfc.v.push(row[0]);
             mfc.a_ap.push(row[1]);

@@ -9,8 +9,9 @@ pub use flags::Args;
 
 use super::data::Loaded;
 use super::evaluator::{BY_FLAGS, transcribed, warn};
-use super::{Usage, folder, interrupt, output};
+use super::{Usage, folder, interrupt, is_usage, output};
 use leadlag::calibrate::{Calibration, SearchSpace, best, bound_times, calibrate};
+use leadlag::catalog::Variant;
 use leadlag::evaluator::{Case, Evaluator};
 use leadlag::identify::identify;
 use leadlag::lanes::LanesPrecision;
@@ -21,19 +22,30 @@ use leadlag::report::result::ResultFile;
 use leadlag::report::text;
 use leadlag::rescore;
 use leadlag::select::Work;
+use leadlag::trajectory::Trajectory;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let model = args.extended()?;
     transcribed(args.evaluator.selection()?.kind, &model, BY_FLAGS)?;
-    let mut loaded = Vec::new();
+    let (mut loaded, mut unusable) = (Vec::new(), Vec::new());
     for file in &args.files {
-        let (recording, follower) = args.data.read(file, args.follower.as_deref())?;
-        loaded.push(args.data.pick(&recording, follower, &model)?);
+        match load(args, file, &model) {
+            Ok(trajectories) => loaded.extend(trajectories),
+            // Of files that are calibrated one by one, one that cannot be used does not cost the others.
+            Err(error) if args.files.len() > 1 && !args.joint => unusable.push(error),
+            Err(error) => return Err(error),
+        }
     }
+    let named =
+        |unusable: &[anyhow::Error]| unusable.iter().map(|error| format!("{error:#}")).collect::<Vec<_>>().join("\n");
+    if loaded.is_empty() && (unusable.len() == 1 || unusable.iter().any(is_usage)) {
+        return Err(unusable.remove(0));
+    }
+    anyhow::ensure!(!loaded.is_empty(), "{}", named(&unusable));
     // Before the work: a folder that is refused must not cost a calibration.
-    let together = args.joint || loaded.len() == 1;
+    let together = args.joint || (loaded.len() == 1 && unusable.is_empty());
     let folders = if together { vec![args.out.clone()] } else { folders(&args.out, &loaded) };
     if !together {
         folder::refuse(&args.out, folder::RESULT, "each")?;
@@ -71,20 +83,46 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         "interrupted: not calibrated: {}; the same command with these files and another --out does the rest",
         left.join(", ")
     );
+    anyhow::ensure!(
+        unusable.is_empty(),
+        "{}\nnot calibrated: {} of {} files",
+        named(&unusable),
+        unusable.len(),
+        args.files.len()
+    );
     Ok(())
+}
+
+/// The trajectories of one file: the one that is chosen, or each that is asked for, or with --joint every one of a table.
+fn load(args: &Args, file: &Path, model: &Variant) -> anyhow::Result<Vec<Loaded>> {
+    let (recording, follower) = args.data.read(file, args.follower.as_deref())?;
+    args.data.pick_all(&recording, follower, model, args.joint)
 }
 
 /// One folder per calibration, `STEM_followerN` in `out`; numbered in the order of the files where two would be the same.
 fn folders(out: &Path, loaded: &[Loaded]) -> Vec<PathBuf> {
     let mut names: Vec<String> = Vec::new();
-    for Loaded { trajectory, .. } in loaded {
+    for Loaded { trajectory, id, .. } in loaded {
         let stem = Path::new(&trajectory.source.path).file_stem().unwrap_or_default();
-        let name = format!("{}_follower{}", stem.to_string_lossy(), trajectory.follower);
+        let mut name = format!("{}_follower{}", stem.to_string_lossy(), trajectory.follower);
+        if let Some(id) = id.as_ref().filter(|_| is_one_of_several(trajectory, loaded)) {
+            name += &format!("_trajectory{}", file_name(id));
+        }
         let numbered = (2..).map(|k| format!("{name}_{k}"));
         let free = std::iter::once(name.clone()).chain(numbered).find(|n| !names.contains(n));
         names.push(free.expect("one of endlessly many numbers is free"));
     }
     names.iter().map(|name| out.join(name)).collect()
+}
+
+/// True if other trajectories of the same file are calibrated, too.
+fn is_one_of_several(trajectory: &Trajectory, loaded: &[Loaded]) -> bool {
+    loaded.iter().filter(|other| other.trajectory.source.path == trajectory.source.path).count() > 1
+}
+
+/// An id as a part of the name of a folder.
+fn file_name(id: &str) -> String {
+    id.chars().map(|c| if c.is_ascii_alphanumeric() || "-._".contains(c) { c } else { '_' }).collect()
 }
 
 /// One calibration, of one trajectory or of several together, with its files.

@@ -11,6 +11,9 @@ use leadlag::wgsl::extension_named;
 /// A follower that stays below this share of the lowest v_0 drives far below it.
 const FAR_BELOW: f64 = 0.7;
 
+/// Faster than v_0 may be for less than this is noise \[s\].
+const ABOVE_S: f64 = 1.0;
+
 /// What there is to say of a calibration, a line each.
 pub fn of(
     data: &DataArgs,
@@ -24,7 +27,7 @@ pub fn of(
     said.extend(idle_switches(model, convention));
     said.extend(loaded.iter().filter(|_| model.needs_position()).filter_map(Loaded::start_assumed));
     said.extend(level_road(model, overrides, loaded));
-    said.extend(slow(model, convention, overrides, loaded));
+    said.extend(off_bounds(model, convention, overrides, loaded));
     said
 }
 
@@ -92,31 +95,54 @@ fn level_road(model: &Variant, overrides: &Overrides, loaded: &[Loaded]) -> Opti
     Some(format!("{paths}the grade is 0 throughout: {}; --grade FILE tells the slope", idle.join("; ")))
 }
 
-/// A car that never comes near its desired speed says nothing of it, and Table 3 is for cars at 30 m/s and more.
-fn slow(model: &Variant, convention: Convention, overrides: &Overrides, loaded: &[Loaded]) -> Option<String> {
+/// A car that never comes near its desired speed says nothing of it, and Table 3 is for cars at 30 m/s and more; one that is faster than any
+/// desired speed cannot be followed.
+fn off_bounds(model: &Variant, convention: Convention, overrides: &Overrides, loaded: &[Loaded]) -> Vec<String> {
     if !model.parameters().contains(&Symbol::v_0) {
-        return None;
+        return Vec::new();
     }
     let given = overrides.get("v_0").copied();
     let bounds = given.or_else(|| Case::bounds(Symbol::v_0, None, convention));
-    let lower = bounds.filter(|[lower, upper]| lower < upper)?[0];
-    let highest = |l: &Loaded| l.trajectory.v_f.iter().copied().fold(0.0, f64::max);
-    let slow: Vec<&Loaded> = loaded.iter().filter(|l| highest(l) < FAR_BELOW * lower).collect();
-    let fastest = slow.iter().map(|l| highest(l)).reduce(f64::max)?;
-    let remedy = match given {
-        Some(_) => "in the file of --bounds, a lower bound near the speeds that were driven changes that",
-        None => "--bounds FILE.toml with `v_0 = [LOWER, UPPER]` changes that",
+    let Some([lower, upper]) = bounds else { return Vec::new() };
+    let remedy = |which: &str| match given {
+        Some([lower, upper]) if lower == upper => format!("--fix or the file of --bounds sets v_0 to {upper} m/s"),
+        Some(_) => format!("in the file of --bounds, {which} changes that"),
+        None => "--bounds FILE.toml with `v_0 = [LOWER, UPPER]` changes that".to_owned(),
     };
-    Some(format!(
-        "{}: the follower never drives faster than {fastest:.1} m/s, but v_0 is searched from {lower} m/s on: it will not \
-         be the speed that was set; {remedy}",
-        paths(&slow)
-    ))
+    let highest = |l: &Loaded| l.trajectory.v_f.iter().copied().fold(0.0, f64::max);
+    let mut said = Vec::new();
+    let slow: Vec<&Loaded> = loaded.iter().filter(|l| lower < upper && highest(l) < FAR_BELOW * lower).collect();
+    if let Some(fastest) = slow.iter().map(|l| highest(l)).reduce(f64::max) {
+        said.push(format!(
+            "{}: the follower never drives faster than {fastest:.1} m/s, but v_0 is searched from {lower} m/s on: it will not \
+             be the speed that was set; {}",
+            paths(&slow),
+            remedy("a lower bound near the speeds that were driven")
+        ));
+    }
+    let above = |l: &&Loaded| {
+        let seconds = l.trajectory.v_f.iter().filter(|v| **v > upper).count() as f64 * l.trajectory.dt;
+        seconds >= ABOVE_S
+    };
+    let fast: Vec<&Loaded> = loaded.iter().filter(above).collect();
+    if let Some(fastest) = fast.iter().map(|l| highest(l)).reduce(f64::max) {
+        let first = fast[0].trajectory.v_f.iter().position(|v| *v > upper).unwrap_or_default();
+        said.push(format!(
+            "{}: the follower drives up to {fastest:.1} m/s (above {upper} m/s from {:.1} s on), but v_0 is searched up to {upper} m/s \
+             only: the model cannot keep up; {}",
+            paths(&fast),
+            fast[0].trajectory.t[first],
+            remedy("an upper bound above the speeds that were driven")
+        ));
+    }
+    said
 }
 
+/// The files, each once.
 fn paths(loaded: &[&Loaded]) -> String {
-    let one = |l: &&Loaded| l.trajectory.source.path.clone();
-    loaded.iter().map(one).collect::<Vec<_>>().join(", ")
+    let mut paths: Vec<&str> = loaded.iter().map(|l| l.trajectory.source.path.as_str()).collect();
+    paths.dedup();
+    paths.join(", ")
 }
 
 #[cfg(test)]

@@ -113,7 +113,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if let Some(folder) = &args.data {
         plan.data.folder.clone_from(folder);
     }
-    let content = std::fs::read_to_string(&args.plan)?;
+    let content = leadlag::bounded::read_to_string(&args.plan, leadlag::bounded::TEXT_MAX)?;
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from(&plan.name));
     let study = Study::open(plan)?;
     used(&study).lines().for_each(|line| eprintln!("{line}"));

@@ -1,6 +1,7 @@
 //! Tables of a page: sortable, numbers to the right, shares with a bar behind them.
 
 use super::{Page, escape};
+use std::borrow::Cow;
 use std::fmt::Write;
 
 /// Rows from which on a table scrolls by itself.
@@ -48,7 +49,7 @@ impl Page {
             html.push_str("<tr>");
             for (column, cell) in row.iter().enumerate() {
                 // Paths may be broken behind each folder, so that they never make a table wider than a page.
-                let cell = escape(cell).replace('/', "/<wbr>");
+                let cell = escape(&inert(cell)).replace('/', "/<wbr>");
                 let _ = match share(number, column).filter(|share| share.is_finite()) {
                     Some(share) => {
                         let percent = 100.0 * share.clamp(0.0, 1.0);
@@ -62,6 +63,12 @@ impl Page {
         html.push_str("</tbody></table></div>");
         self.raw(&html);
     }
+}
+
+/// A cell of text that a spreadsheet would take for a formula, made plain text by an apostrophe; numbers stay.
+fn inert(cell: &str) -> Cow<'_, str> {
+    let is_formula = cell.starts_with(['=', '+', '-', '@']) && !is_empty(cell) && !is_number(cell);
+    if is_formula { Cow::Owned(format!("'{cell}")) } else { Cow::Borrowed(cell) }
 }
 
 /// True if every cell of a column that says anything is a number or made of numbers; the first column has names.
@@ -97,6 +104,15 @@ mod tests {
         assert!(column(&["1.5", "-", "+3e-7", "−2"]) && column(&["0 of 2", "12 %", "1.5 to 2", "(30) to (35)"]));
         assert!(!column(&["-", "–", ""]) && !column(&["529f2d02c6324f5f"]) && !column(&["1 Synthetic(B)"]));
         assert!(!column(&["1.5", "m/s"]));
+    }
+
+    #[test]
+    fn formulas_are_inert() {
+        assert_eq!(inert("=1+1"), "'=1+1");
+        assert_eq!(inert("@SUM(A1)"), "'@SUM(A1)");
+        for plain in ["-1.5", "+3e-7", "-", "-1.5 to 2", "car = 2", "", "a-b"] {
+            assert_eq!(inert(plain), plain);
+        }
     }
 
     #[test]

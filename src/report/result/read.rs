@@ -1,6 +1,7 @@
 //! Reading `result.json`: in bounded memory, and only where its parts fit together.
 
 use super::{ResultFile, SCHEMA_VERSION};
+use crate::bounded::RESULT_MAX;
 use crate::catalog::UnknownVariant;
 use crate::convention::ConventionError;
 use crate::extension::ExtensionConflict;
@@ -28,7 +29,7 @@ pub enum ResultFileError {
         source: serde_json::Error,
     },
     /// It is far larger than any result.
-    #[error("{path}: expected a result file of at most {} MB, found {} MB", LARGEST >> 20, bytes >> 20)]
+    #[error("{path}: expected a result file of at most {} MB, found {} MB", RESULT_MAX >> 20, bytes >> 20)]
     Large {
         /// The file.
         path: String,
@@ -53,9 +54,6 @@ pub enum ResultFileError {
     },
 }
 
-/// Largest result file \[bytes\]: a thousand replicates with their convergence are some megabytes.
-const LARGEST: u64 = 64 << 20;
-
 /// Of any version.
 #[derive(Deserialize)]
 struct Versioned {
@@ -71,10 +69,10 @@ pub fn read_bounded(path: &std::path::Path) -> Result<String, ResultFileError> {
     let failed = |source| ResultFileError::Read { path: path.display().to_string(), source };
     let file = std::fs::File::open(path).map_err(failed)?;
     let mut content = Vec::new();
-    let mut bounded = file.take(LARGEST + 1);
+    let mut bounded = file.take(RESULT_MAX + 1);
     bounded.read_to_end(&mut content).map_err(failed)?;
     let found = content.len() as u64;
-    if found > LARGEST {
+    if found > RESULT_MAX {
         let bytes = bounded.into_inner().metadata().map_or(found, |file| file.len().max(found));
         return Err(ResultFileError::Large { path: path.display().to_string(), bytes });
     }

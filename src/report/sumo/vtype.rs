@@ -47,6 +47,8 @@ const UPPER: f64 = 5.0;
 const LOWER: f64 = 7.0;
 /// SUMO brakes no harder, whatever happens \[m/s²\]; its default for cars.
 const EMERGENCY: f64 = 9.0;
+/// SUMO's step, if it is told no other \[s\].
+const DEFAULT_STEP_S: f64 = 1.0;
 /// `collisionAvoidanceOverride` of ACC \[m/s\]: so large that its safe speed never replaces the control law.
 const NEVER: f64 = 1000.0;
 
@@ -176,6 +178,24 @@ fn lost(variant: &Variant, calibrated: &CalibratedVariant, model: Model) -> Vec<
 }
 
 impl VehicleType {
+    /// Says for which step of SUMO the type is meant, and what becomes of it at SUMO's default; `step_s` is that of the calibration.
+    pub fn mean_for(&mut self, step_s: f64) {
+        let tau = self.attributes.iter().find(|(name, _)| *name == "tau").and_then(|(_, tau)| tau.parse::<f64>().ok());
+        let below = match tau {
+            Some(tau) if tau < DEFAULT_STEP_S => format!(
+                "; tau = {tau:.3} s is below the {DEFAULT_STEP_S} s that SUMO takes by default, at which followers of this type may run into \
+                 the car ahead"
+            ),
+            _ => format!("; by default SUMO takes {DEFAULT_STEP_S} s, and another update of the positions"),
+        };
+        self.added.insert(
+            0,
+            format!(
+                "the calibration was made at steps of {step_s} s: run SUMO with --step-length {step_s} --step-method.ballistic true{below}"
+            ),
+        );
+    }
+
     /// An additional file of SUMO with this one type; `about` says in a comment where it comes from.
     #[must_use]
     pub fn to_xml(&self, id: &str, about: &str) -> String {
@@ -201,8 +221,9 @@ fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
 }
 
-/// Two hyphens would end a comment.
+/// Two hyphens would end a comment; flags lose theirs.
 fn comment(text: &str) -> String {
+    let text = text.replace(" --", " ");
     // Twice, for three of them are two once more.
     text.replace("--", "- -").replace("--", "- -")
 }

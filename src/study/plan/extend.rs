@@ -84,11 +84,8 @@ impl Reader<'_> {
         }
         let file = self.folder.join(given);
         let shown = file.display().to_string();
-        let text = std::fs::read_to_string(&file).map_err(|source| PlanError::ExtensionFile {
-            path: self.path.to_owned(),
-            file: shown.clone(),
-            source,
-        })?;
+        let text = crate::bounded::read_to_string(&file, crate::bounded::TEXT_MAX)
+            .map_err(|source| PlanError::ExtensionFile { path: self.path.to_owned(), file: shown.clone(), source })?;
         read_extension(&shown, &text).map_err(shader)
     }
 

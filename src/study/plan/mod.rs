@@ -133,8 +133,8 @@ impl Plan {
     /// [`Plan::read`] for a plan whose extensions are known, wherever their files are.
     pub(super) fn read_with(path: &Path, stored: &[StoredExtension]) -> Result<Plan, PlanError> {
         let shown = path.display().to_string();
-        let content =
-            std::fs::read_to_string(path).map_err(|source| PlanError::Read { path: shown.clone(), source })?;
+        let content = crate::bounded::read_to_string(path, crate::bounded::TEXT_MAX)
+            .map_err(|source| PlanError::Read { path: shown.clone(), source })?;
         let folder = path.parent().unwrap_or(Path::new(""));
         let stem = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
         text::read(&content, &shown, folder, &stem, stored)

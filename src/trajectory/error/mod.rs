@@ -2,9 +2,11 @@
 //!
 //! Reading reports the first [`PROBLEMS_SHOWN`] problems of a file, each with line and column.
 
+mod faults;
 mod prepare;
 mod problem;
 
+pub use faults::Faults;
 pub use prepare::PrepareError;
 pub(super) use prepare::step_too_long;
 pub use problem::{Problem, ProblemKind};

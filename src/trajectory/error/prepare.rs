@@ -1,5 +1,7 @@
 //! Why a recording could not be turned into trajectories.
 
+use super::Faults;
+
 /// A recording could not be turned into trajectories.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -22,6 +24,12 @@ pub enum PrepareError {
         "{path}: the length of the car ahead of follower {follower} is unknown, so its positions give no spacing: give the length (--lead-length)"
     )]
     NoLength { path: String, follower: usize },
+    #[error(
+        "{}\n{path}: follower {follower} cannot be used; followers that can: {}",
+        faults.told(path),
+        listed(available)
+    )]
+    Faulty { path: String, follower: usize, faults: Faults, available: Vec<String> },
     #[error("{path}: no rows between {from} s and {to} s; the file runs from {first} s to {last} s")]
     EmptyWindow { path: String, from: f64, to: f64, first: f64, last: f64 },
     #[error(
@@ -38,6 +46,8 @@ pub enum PrepareError {
         "{path}: follower {follower}: expected a stretch of at least {needed} s without long gaps, the longest has {longest} s; a longer --max-gap interpolates more"
     )]
     TooShort { path: String, follower: usize, needed: f64, longest: f64 },
+    #[error("{path}: follower {follower}: expected at least {needed} s, the {what} has {found} s; {}", if *what == "window" { "widen --from and --to" } else { "give a longer one" })]
+    Short { path: String, follower: usize, what: &'static str, needed: f64, found: f64 },
     #[error("{path}: follower {follower}: the spacing is {value} m at {t} s, expected above 0; {advice}")]
     Spacing { path: String, follower: usize, t: f64, value: f64, advice: &'static str },
 }

@@ -22,6 +22,8 @@ pub enum ProblemKind {
     Empty,
     #[error("byte 0x{byte:02X} is not text; expected CSV in UTF-8: convert the file, or unpack it if it is compressed")]
     NotText { byte: u8 },
+    #[error("this is {what}; expected a table as text, CSV in UTF-8: {advice}")]
+    OtherFormat { what: &'static str, advice: &'static str },
     #[error("the file is UTF-16; expected UTF-8: save it again as UTF-8")]
     Utf16,
     #[error("the line is longer than {limit} bytes; expected rows of CSV: is this the right file?")]
@@ -100,16 +102,36 @@ pub enum ProblemKind {
         quoted(found)
     )]
     DecimalPoint { column: String, found: String },
+    #[error("column {column}: expected {expected}, found {}; correct its unit in the column map", quoted(found))]
+    NotATime { column: String, expected: &'static str, found: String },
+    #[error(
+        "column {column}: expected a number, found the time {}; set unit = \"iso\" (date and time) or \"hhmmss\" (time of day) in the column map",
+        quoted(found)
+    )]
+    TimeUnit { column: String, found: String },
+    #[error(
+        "expected columns of at least 2 cars, found those of {found}; {{}} in a name of the column map stands for the number of a car, {{-1}} for that of the car ahead"
+    )]
+    FewCars { found: usize },
+    #[error(
+        "column {column}: expected the unit {expected}, found {}; convert the column, or read the table as it is with --columns",
+        quoted(found)
+    )]
+    OtherUnit { column: String, expected: &'static str, found: String },
+    #[error("the file ends within the first {lines} lines, which skip_lines of the column map leaves out")]
+    AllSkipped { lines: u64 },
     #[error("column {column}: expected a finite number, found nothing; give a number or delete the row")]
     Missing { column: String },
     #[error(
         "{column}: expected a time after {previous}, found {found}; time runs back: sort the rows, or split the file here"
     )]
     TimeBack { column: String, previous: f64, found: f64 },
-    #[error("{column}: expected a time after {found}, found {found} again; remove one of the rows")]
-    TimeTwice { column: String, found: f64 },
     #[error(
-        "column {column}: expected a spacing above 0 m, found {found}; check that it is bumper to bumper, or leave the field empty"
+        "{column}: expected a time after {found}, found {found} again, first in line {first}; the two rows differ: remove one of them"
+    )]
+    TimeTwice { column: String, found: f64, first: u64 },
+    #[error(
+        "column {column}: expected a spacing above 0 m, found {found}, and none that is; check that it is bumper to bumper, and its sign"
     )]
     Spacing { column: String, found: f64 },
     #[error(
@@ -130,6 +152,10 @@ pub enum ProblemKind {
         "column {column}: expected a position after {previous} m, found {found}; sort the rows and remove duplicates"
     )]
     PositionBack { column: String, previous: f64, found: f64 },
+    #[error(
+        "column {column}: expected a lap of {shortest} to {longest} m, found {found}; the last position is the length of the closed track"
+    )]
+    Lap { column: String, shortest: f64, longest: f64, found: f64 },
     #[error(
         "column {column}: expected the track to start at 0 m, found {found}; columns X and Y describe a closed track, position_m and sin_grade an open road"
     )]
@@ -158,9 +184,13 @@ pub enum ProblemKind {
     )]
     UnitsContradict { a: String, b: String, ratio: f64, hint: String },
     #[error(
-        "vehicle {id} is at {found} s for the second time, first in line {first}; remove one of the rows, or name the column that tells recordings apart as group in the column map"
+        "vehicle {id} is at {found} s for the second time, first in line {first}, and the two rows differ; remove one of them, or name the column that tells recordings apart as group in the column map"
     )]
     VehicleTwice { id: String, found: f64, first: u64 },
+    #[error(
+        "no vehicle of {vehicles} drives behind another one in the same lane for {needed} s, the longest for {longest} s; are lane and position the right columns, and is direction?"
+    )]
+    NobodyAhead { vehicles: usize, longest: f64, needed: f64 },
     #[error(
         "no vehicle of {vehicles} follows another one of the table for {needed} s, the longest for {longest} s; is {column} the right column of the vehicle ahead?"
     )]

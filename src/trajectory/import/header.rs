@@ -142,6 +142,14 @@ impl Header {
         self.names.iter().position(|n| n == name)
     }
 
+    /// The same without regard to case, where that is no other column's name.
+    pub fn find_in_any_case(&self, name: &str) -> Option<usize> {
+        self.find(name).or_else(|| {
+            let mut alike = (0..self.names.len()).filter(|&place| self.names[place].eq_ignore_ascii_case(name));
+            alike.next().filter(|_| alike.next().is_none())
+        })
+    }
+
     /// Records a problem if needed columns are missing; `known` columns are never their misspelling, and `advice` is what
     /// else helps.
     pub fn require(&self, needed: &[&str], known: &[&str], advice: &str, problems: &mut Problems) {

@@ -1,5 +1,6 @@
 //! Lines of a text file in bounded memory, with the checksum of everything read.
 
+use super::kind;
 use super::problems::{Problems, Stop};
 use crate::trajectory::error::ProblemKind;
 use crate::trajectory::hexadecimal;
@@ -15,6 +16,8 @@ pub(in crate::trajectory) struct Lines<R> {
     hash: Sha256,
     buffer: Vec<u8>,
     number: u64,
+    /// True if the line in the buffer is to come once more.
+    back: bool,
     /// False if the line read last was ended by the end of the file.
     pub terminated: bool,
 }
@@ -26,6 +29,7 @@ impl<R: Read> Lines<R> {
             hash: Sha256::new(),
             buffer: Vec::new(),
             number: 0,
+            back: false,
             terminated: true,
         }
     }
@@ -37,6 +41,10 @@ impl<R: Read> Lines<R> {
 
     /// The next line without its end (LF or CRLF) and without a byte order mark, or `None` at the end.
     pub fn next(&mut self, problems: &mut Problems) -> Result<Option<&str>, Stop> {
+        if std::mem::take(&mut self.back) {
+            self.number += 1;
+            return self.text(problems).map(Some);
+        }
         self.buffer.clear();
         self.terminated = false;
         while !self.terminated {
@@ -66,11 +74,21 @@ impl<R: Read> Lines<R> {
         self.text(problems).map(Some)
     }
 
+    /// The line read last comes once more.
+    pub fn unread(&mut self) {
+        self.back = true;
+        self.number -= 1;
+    }
+
     fn text(&self, problems: &mut Problems) -> Result<&str, Stop> {
         let mut bytes = self.buffer.as_slice();
         if self.number == 1 {
             if bytes.starts_with(&[0xFF, 0xFE]) || bytes.starts_with(&[0xFE, 0xFF]) {
                 return Err(problems.stop(1, Some(1), ProblemKind::Utf16));
+            }
+            let start = [bytes, self.input.buffer()].concat();
+            if let Some((what, advice)) = kind::of(&start) {
+                return Err(problems.stop(1, Some(1), ProblemKind::OtherFormat { what, advice }));
             }
             bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
         }

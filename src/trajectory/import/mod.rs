@@ -5,11 +5,13 @@
 
 mod columns;
 mod header;
+mod kind;
 mod labels;
 mod layout;
 mod lines;
 mod openacc;
 mod pair;
+mod preamble;
 mod problems;
 mod processed;
 mod table;
@@ -21,12 +23,13 @@ pub use labels::{Label, Labels};
 pub use layout::{Layout, UnknownLayout};
 pub(super) use lines::Lines;
 pub(super) use problems::{Problems, Stop};
-pub(super) use table::{GRADE_LIMIT, present};
+pub(super) use table::{GRADE_LIMIT, POSITION_LIMIT, present};
 
 use super::error::{ImportError, ProblemKind};
 use super::{Grade, Note, Recording, Source};
+use flate2::bufread::MultiGzDecoder;
 use std::fs::File;
-use std::io::Read;
+use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
 /// Reads a file of measured trajectories; without a layout, the header decides.
@@ -104,39 +107,57 @@ fn platoons<R: Read>(
     layout: Option<Layout>,
     problems: &mut Problems,
 ) -> Result<(Layout, Vec<super::Platoon>), Stop> {
-    let Some(first) = lines.next(problems)?.map(str::to_owned) else {
+    let mut notes = Vec::new();
+    let named = |line: &str| {
+        let mut fields = Vec::new();
+        split(line, &mut fields);
+        let known = |field: &&Field| pair::COLUMNS.contains(&field.text) || ultra_av::COLUMNS.contains(&field.text);
+        fields.iter().filter(known).count()
+    };
+    let Some(first) = preamble::header(lines, problems, &mut notes, named)? else {
         return Err(problems.stop(1, None, ProblemKind::Empty));
     };
+    let line = lines.number();
     let mut fields = Vec::new();
     split(&first, &mut fields);
     // Metadata before the header are in the way of a column map.
     let bare = !first.to_ascii_lowercase().starts_with("date");
-    header::check_separator(&first, 1, bare, problems)?;
+    header::check_separator(&first, line, bare, problems)?;
     header::check_names(&fields, problems)?;
     let Some(chosen) = layout.or_else(|| layout::detect(&first)) else {
-        let header = Header::parse(&first, 1, problems)?;
+        let header = Header::parse(&first, line, problems)?;
         let found = header.names;
-        return Err(problems.stop(1, None, ProblemKind::UnknownHeader { found }));
+        return Err(problems.stop(line, None, ProblemKind::UnknownHeader { found }));
     };
-    let platoons = match chosen {
+    let (chosen, mut platoons) = match chosen {
         Layout::OpenAcc | Layout::AstazeroRebuilt => {
-            let (found, platoons) = openacc::read(first, lines, problems)?;
-            return Ok((layout.unwrap_or(found), platoons));
+            let (found, platoons) = openacc::read(first, lines, problems, &mut notes)?;
+            (layout.unwrap_or(found), platoons)
         }
-        Layout::AstazeroProcessed => processed::read(&first, lines, problems)?,
-        Layout::UltraAv => ultra_av::read(&first, lines, problems)?,
-        Layout::Pair => pair::read(&first, lines, problems)?,
+        Layout::AstazeroProcessed => (chosen, processed::read(&first, lines, problems, &mut notes)?),
+        Layout::UltraAv => (chosen, ultra_av::read(&first, lines, problems, &mut notes)?),
+        Layout::Pair => (chosen, pair::read(&first, lines, problems, &mut notes)?),
         Layout::Columns => return Err(problems.stop(1, None, ProblemKind::NeedsMap)),
     };
+    if let Some(first) = platoons.first_mut() {
+        first.notes.splice(0..0, notes);
+    }
     Ok((chosen, platoons))
 }
 
-pub(super) fn open(path: &Path) -> Result<File, ImportError> {
+/// The bytes of a file, unpacked where it is packed by gzip.
+pub(super) fn open(path: &Path) -> Result<Box<dyn Read>, ImportError> {
     if path.is_dir() {
         return Err(ImportError::Folder { path: path.display().to_string() });
     }
-    File::open(path).map_err(|source| ImportError::Open { path: path.display().to_string(), source })
+    let failed = |source| ImportError::Open { path: path.display().to_string(), source };
+    let mut file = BufReader::new(File::open(path).map_err(failed)?);
+    let is_packed = file.fill_buf().map_err(failed)?.starts_with(&GZIP);
+    Ok(if is_packed { Box::new(MultiGzDecoder::new(file)) } else { Box::new(file) })
 }
+
+/// What a file that is packed by gzip begins with.
+const GZIP: [u8; 2] = [0x1F, 0x8B];
 
 /// A last line without an end may have lost digits that nobody can see.
 fn note_end(terminated: bool, lines: &[u64], notes: &mut Vec<Note>) {

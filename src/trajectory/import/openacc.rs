@@ -20,22 +20,45 @@ pub(super) fn read<R: Read>(
     first: String,
     lines: &mut Lines<R>,
     problems: &mut Problems,
+    skipped: &mut Vec<Note>,
 ) -> Result<(Layout, Vec<Platoon>), Stop> {
+    let mut fields = Vec::new();
+    split(&first, &mut fields);
+    // The metadata name the cars, and nothing else of them is needed.
+    if fields.iter().any(|field| field.text.eq_ignore_ascii_case("Time")) {
+        let header = Header::parse(&first, lines.number(), problems)?;
+        return table(&header, &[], lines, problems, skipped);
+    }
     let names = metadata(first, lines, problems)?;
     let Some(text) = lines.next(problems)? else {
         return Err(problems.stop(METADATA.len() as u64, None, ProblemKind::NoHeader));
     };
     let text = text.to_owned();
     let header = Header::parse(&text, lines.number(), problems)?;
-    let columns = Columns::find(&header, problems);
+    table(&header, &names, lines, problems, skipped)
+}
+
+/// The platoon below a header; also tells which of the two layouts it has.
+fn table<R: Read>(
+    header: &Header,
+    names: &[String],
+    lines: &mut Lines<R>,
+    problems: &mut Problems,
+    skipped: &mut Vec<Note>,
+) -> Result<(Layout, Vec<Platoon>), Stop> {
+    let columns = Columns::find(header, problems);
     problems.check()?;
-    let table = read_rows(lines, &header, &columns.wanted(), problems)?;
+    let table = read_rows(lines, header, &columns.wanted(), problems, skipped)?;
     let has_positions = header.names.iter().any(|name| {
         let (signal, number) = signal_and_number(name);
         number.is_some() && !matches!(signal, "Speed" | "IVS" | "Driver")
     });
     let layout = if has_positions { Layout::OpenAcc } else { Layout::AstazeroRebuilt };
-    Ok((layout, vec![columns.platoon(table, &names)]))
+    let platoon = columns.platoon(&table, names);
+    if !platoon.is_usable() {
+        table.refuse(problems)?;
+    }
+    Ok((layout, vec![platoon]))
 }
 
 /// Names of the cars, from the metadata.
@@ -53,7 +76,7 @@ fn metadata<R: Read>(first: String, lines: &mut Lines<R>, problems: &mut Problem
         split(&line, &mut fields);
         if !fields[0].text.eq_ignore_ascii_case(expected) {
             let kind = ProblemKind::Metadata { expected, found: line };
-            return Err(problems.stop(index as u64 + 1, Some(1), kind));
+            return Err(problems.stop(lines.number().max(index as u64 + 1), Some(1), kind));
         }
         if expected == "Vehicle_order" {
             names = fields[1..].iter().map(|f| f.text.to_owned()).collect();
@@ -129,18 +152,23 @@ impl Columns {
         Wanted { numbers, texts: self.driver.values().copied().collect(), group: None }
     }
 
-    fn platoon(&self, table: Table, names: &[String]) -> Platoon {
-        let mut values = table.numbers.into_iter();
-        let t = values.next().unwrap_or_default();
-        let speeds: Vec<Vec<f64>> = values.by_ref().take(self.speed.len()).collect();
-        let mut gaps: BTreeMap<usize, Vec<f64>> = self.gap.keys().copied().zip(values).collect();
-        let cars = self.speed.keys().zip(speeds).map(|(&number, v)| Car {
-            gap: gaps.remove(&number),
-            v,
-            ..Car::new(number, names.get(number - 1).map(String::as_str))
-        });
-        let cars = cars.collect();
-        let mut notes = Vec::new();
+    fn platoon(&self, table: &Table, names: &[String]) -> Platoon {
+        // In the order of `wanted`: the time, the speeds, the gaps.
+        let t = table.numbers[0].clone();
+        let gaps: BTreeMap<usize, usize> = self.gap.keys().copied().zip(1 + self.speed.len()..).collect();
+        let mut notes: Vec<Note> = table.repeated.clone().into_iter().collect();
+        let mut cars = Vec::with_capacity(self.speed.len());
+        for (&number, place) in self.speed.keys().zip(1..) {
+            let gap = gaps.get(&number).copied();
+            cars.push(Car {
+                gap: gap.map(|gap| table.numbers[gap].clone()),
+                v: table.numbers[place].clone(),
+                faults: table.faults("", place),
+                gap_faults: gap.map(|gap| table.faults("", gap)).unwrap_or_default(),
+                ..Car::new(number, names.get(number - 1).map(String::as_str))
+            });
+            notes.extend(gap.and_then(|gap| table.no_gap("", gap, number, &format!("IVS{}", number - 1))));
+        }
         for (&car, changes) in self.driver.keys().zip(&table.texts) {
             notes.extend(changes.iter().map(|(row, mode)| Note::DriverMode { car, t_s: t[*row], mode: mode.clone() }));
         }
@@ -149,6 +177,6 @@ impl Columns {
             notes.push(Note::IgnoredColumns { columns });
         }
         super::note_end(table.terminated, &table.lines, &mut notes);
-        Platoon { id: None, t, lines: table.lines, cars, notes }
+        Platoon { id: None, t, lines: table.lines.clone(), cars, notes }
     }
 }

@@ -32,7 +32,12 @@ fn meaning(name: &str) -> Meaning {
 }
 
 /// Reads the file whose first line is `first`.
-pub(super) fn read<R: Read>(first: &str, lines: &mut Lines<R>, problems: &mut Problems) -> Result<Vec<Platoon>, Stop> {
+pub(super) fn read<R: Read>(
+    first: &str,
+    lines: &mut Lines<R>,
+    problems: &mut Problems,
+    skipped: &mut Vec<Note>,
+) -> Result<Vec<Platoon>, Stop> {
     let header = Header::parse(first, lines.number(), problems)?;
     header.require(NEEDED, COLUMNS, OWN_NAMES, problems);
     let ignored = header.unknown(NEEDED, COLUMNS, problems);
@@ -41,7 +46,14 @@ pub(super) fn read<R: Read>(first: &str, lines: &mut Lines<R>, problems: &mut Pr
         COLUMNS.iter().filter_map(|&name| header.find(name).map(|column| (name, column))).collect();
     let wanted =
         Wanted { numbers: present.iter().map(|&(n, c)| (c, meaning(n))).collect(), texts: Vec::new(), group: None };
-    let mut table = read_rows(lines, &header, &wanted, problems)?;
+    let mut table = read_rows(lines, &header, &wanted, problems, skipped)?;
+    // One pair, so what costs a value costs the file.
+    table.refuse(problems)?;
+    let mut notes: Vec<Note> = table.repeated.clone().into_iter().collect();
+    for (car, signal) in [(1, "lead2_spacing_m"), (2, "spacing_m")] {
+        let place = present.iter().position(|&(name, _)| name == signal);
+        notes.extend(place.and_then(|place| table.no_gap("", place, car, signal)));
+    }
     let mut take = |name: &str| {
         let place = present.iter().position(|&(n, _)| n == name)?;
         Some(std::mem::take(&mut table.numbers[place]))
@@ -67,7 +79,6 @@ pub(super) fn read<R: Read>(first: &str, lines: &mut Lines<R>, problems: &mut Pr
         ..Car::new(2, Some("follower"))
     });
     let t = take("time_s").unwrap_or_default();
-    let mut notes = Vec::new();
     if !ignored.is_empty() {
         notes.push(Note::IgnoredColumns { columns: ignored });
     }

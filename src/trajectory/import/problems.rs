@@ -1,6 +1,6 @@
 //! Collects the problems of one file while it is being read.
 
-use crate::trajectory::error::{ImportError, PROBLEMS_SHOWN, Problem, ProblemKind};
+use crate::trajectory::error::{Faults, ImportError, Problem, ProblemKind};
 use std::io;
 
 /// Reading cannot go on.
@@ -15,18 +15,18 @@ pub(in crate::trajectory) enum Stop {
 /// Problems found so far.
 #[derive(Debug, Default)]
 pub(in crate::trajectory) struct Problems {
-    first: Vec<Problem>,
-    more: u64,
+    found: Faults,
 }
 
 impl Problems {
     /// Records a problem; reading may go on.
     pub fn add(&mut self, line: u64, column: Option<usize>, kind: ProblemKind) {
-        if self.first.len() < PROBLEMS_SHOWN {
-            self.first.push(Problem { line, column, kind });
-        } else {
-            self.more += 1;
-        }
+        self.found.add(Problem { line, column, kind });
+    }
+
+    /// Takes what would have cost single cars, for a file of which none is left.
+    pub fn adopt(&mut self, faults: impl IntoIterator<Item = Faults>) {
+        faults.into_iter().for_each(|faults| self.found.merge(faults));
     }
 
     /// Records a problem after which reading makes no sense.
@@ -37,15 +37,17 @@ impl Problems {
 
     /// Stops if there is any problem so far.
     pub fn check(&self) -> Result<(), Stop> {
-        if self.first.is_empty() { Ok(()) } else { Err(Stop::Rejected) }
+        if self.found.is_empty() { Ok(()) } else { Err(Stop::Rejected) }
     }
 
     /// The result of reading `path`: an error if anything was found.
     pub fn finish<T>(self, path: &str, result: Result<T, Stop>) -> Result<T, ImportError> {
         match result {
             Err(Stop::Io(line, source)) => Err(ImportError::Read { path: path.to_owned(), line, source }),
-            Ok(value) if self.first.is_empty() => Ok(value),
-            _ => Err(ImportError::Rejected { path: path.to_owned(), problems: self.first, more: self.more }),
+            Ok(value) if self.found.is_empty() => Ok(value),
+            _ => {
+                Err(ImportError::Rejected { path: path.to_owned(), problems: self.found.first, more: self.found.more })
+            }
         }
     }
 }

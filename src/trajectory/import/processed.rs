@@ -5,14 +5,19 @@ use super::labels::Labels;
 use super::lines::Lines;
 use super::problems::{Problems, Stop};
 use super::table::{Meaning, Wanted, read_rows};
-use crate::trajectory::{Car, Note, Platoon};
+use crate::trajectory::{Car, Faults, Note, Platoon};
 use std::io::Read;
 
 /// More cars than this in one platoon are not looked for.
 const CARS_MAX: usize = 100;
 
 /// Reads the file whose first line is `first`.
-pub(super) fn read<R: Read>(first: &str, lines: &mut Lines<R>, problems: &mut Problems) -> Result<Vec<Platoon>, Stop> {
+pub(super) fn read<R: Read>(
+    first: &str,
+    lines: &mut Lines<R>,
+    problems: &mut Problems,
+    skipped: &mut Vec<Note>,
+) -> Result<Vec<Platoon>, Stop> {
     let header = Header::parse(first, lines.number(), problems)?;
     let count = (1..=CARS_MAX)
         .take_while(|k| [format!("X{k}"), format!("SpeedDoppler{k}")].iter().any(|name| header.find(name).is_some()))
@@ -41,26 +46,41 @@ pub(super) fn read<R: Read>(first: &str, lines: &mut Lines<R>, problems: &mut Pr
         known.iter().filter_map(|&name| header.find(name).map(|column| (name, column))).collect();
     let wanted =
         Wanted { numbers: present.iter().map(|&(n, c)| (c, meaning(n))).collect(), texts: Vec::new(), group: None };
-    let mut table = read_rows(lines, &header, &wanted, problems)?;
-    let mut take = |name: String| {
-        let place = present.iter().position(|&(n, _)| n == name)?;
-        Some(std::mem::take(&mut table.numbers[place]))
-    };
+    let mut table = read_rows(lines, &header, &wanted, problems, skipped)?;
+    let place = |name: &str| present.iter().position(|&(n, _)| n == name);
+    let mut notes: Vec<Note> = table.repeated.clone().into_iter().collect();
+    let mut faults = Vec::with_capacity(count);
+    for number in 1..=count {
+        let mut own = Faults::default();
+        for name in [format!("SpeedDoppler{number}"), format!("X{number}"), format!("Accel{number}")] {
+            own.merge(place(&name).map(|place| table.faults("", place)).unwrap_or_default());
+        }
+        let signal = format!("Spacing{number}");
+        let gap = place(&signal);
+        notes.extend(gap.and_then(|gap| table.no_gap("", gap, number, &signal)));
+        faults.push((own, gap.map(|gap| table.faults("", gap)).unwrap_or_default()));
+    }
+    let mut take = |name: String| Some(std::mem::take(&mut table.numbers[place(&name)?]));
     let t = take("Time".to_owned()).unwrap_or_default();
-    let cars = (1..=count).map(|number| Car {
+    let cars = (1..=count).zip(faults).map(|(number, (faults, gap_faults))| Car {
         v: take(format!("SpeedDoppler{number}")).unwrap_or_default(),
         x: take(format!("X{number}")),
         gap: take(format!("Spacing{number}")),
         a: take(format!("Accel{number}")),
+        faults,
+        gap_faults,
         ..Car::new(number, None)
     });
     let cars = cars.collect();
-    let mut notes = Vec::new();
     if !ignored.is_empty() {
         notes.push(Note::IgnoredColumns { columns: ignored });
     }
     super::note_end(table.terminated, &table.lines, &mut notes);
-    Ok(vec![Platoon { id: None, t, lines: table.lines, cars, notes }])
+    let platoon = Platoon { id: None, t, lines: table.lines.clone(), cars, notes };
+    if !platoon.is_usable() {
+        table.refuse(problems)?;
+    }
+    Ok(vec![platoon])
 }
 
 /// Names and lengths from the table beside the file; lengths it does not give follow from the positions.

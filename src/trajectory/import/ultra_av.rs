@@ -7,8 +7,8 @@ use super::header::{Header, OWN_NAMES};
 use super::lines::Lines;
 use super::problems::{Problems, Stop};
 use super::table::{Meaning, Table, Wanted, read_rows};
-use crate::trajectory::{Car, Note, Platoon};
-use std::collections::HashMap;
+use crate::trajectory::{Car, Faults, Note, Platoon};
+use std::collections::{HashMap, HashSet};
 use std::io::Read;
 
 pub(super) const COLUMNS: &[&str] = &[
@@ -42,7 +42,12 @@ const NUMBERS: [(&str, Meaning); 9] = [
 ];
 
 /// Reads the file whose first line is `first`; one platoon of two cars per trajectory id.
-pub(super) fn read<R: Read>(first: &str, lines: &mut Lines<R>, problems: &mut Problems) -> Result<Vec<Platoon>, Stop> {
+pub(super) fn read<R: Read>(
+    first: &str,
+    lines: &mut Lines<R>,
+    problems: &mut Problems,
+    skipped: &mut Vec<Note>,
+) -> Result<Vec<Platoon>, Stop> {
     let header = Header::parse(first, lines.number(), problems)?;
     header.require(NEEDED, COLUMNS, OWN_NAMES, problems);
     let ignored = header.unknown(NEEDED, COLUMNS, problems);
@@ -58,14 +63,16 @@ pub(super) fn read<R: Read>(first: &str, lines: &mut Lines<R>, problems: &mut Pr
         texts: texts.iter().map(|&(_, c)| c).collect(),
         group: Some(0),
     };
-    let table = read_rows(lines, &header, &wanted, problems)?;
+    let table = read_rows(lines, &header, &wanted, problems, skipped)?;
     let columns = Columns {
         texts: texts.iter().map(|&(name, _)| name).collect(),
         numbers: numbers.iter().map(|&(name, _, _)| name).collect(),
         table,
     };
-    let mut platoons: Vec<Platoon> =
-        columns.groups().into_iter().map(|(id, rows)| columns.platoon(id, &rows)).collect();
+    let mut platoons: Vec<Platoon> = columns.platoons();
+    if !platoons.iter().any(Platoon::is_usable) {
+        columns.table.refuse(problems)?;
+    }
     for platoon in &mut platoons {
         if !ignored.is_empty() {
             let columns = ignored.clone();
@@ -85,20 +92,60 @@ struct Columns<'a> {
 }
 
 impl Columns<'_> {
-    /// Trajectory ids in order of appearance, each with its rows.
-    fn groups(&self) -> Vec<(&str, Vec<usize>)> {
+    /// One platoon per trajectory, in order of appearance. Of trajectories that bear the same id the later ones are numbered.
+    fn platoons(&self) -> Vec<Platoon> {
+        let groups = self.groups();
+        let ids: HashSet<&str> = groups.iter().map(|(id, ..)| *id).collect();
+        let mut given: HashSet<String> = HashSet::new();
+        let mut platoons = Vec::with_capacity(groups.len());
+        for (id, piece, rows) in &groups {
+            let mut platoon = self.platoon(id, rows);
+            if *piece > 0 {
+                let numbered = (*piece + 1..).map(|number| format!("{id}.{number}"));
+                let free = numbered.into_iter().find(|new| !ids.contains(new.as_str()) && !given.contains(new));
+                let new = free.expect("one of endlessly many numbers is free");
+                let line = self.table.lines[rows[0]];
+                let note = Note::IdAgain { id: (*id).to_owned(), line, read_as: new.clone() };
+                platoon.notes.insert(0, note);
+                given.insert(new.clone());
+                platoon.id = Some(new);
+            }
+            platoons.push(platoon);
+        }
+        if let Some(first) = platoons.first_mut() {
+            first.notes.extend(self.table.repeated.clone());
+        }
+        platoons
+    }
+
+    /// Trajectory ids in order of appearance, each with which of its trajectories it is and its rows.
+    fn groups(&self) -> Vec<(&str, u32, Vec<usize>)> {
         let changes = &self.table.texts[0];
-        let mut order: Vec<(&str, Vec<usize>)> = Vec::new();
-        let mut place: HashMap<&str, usize> = HashMap::new();
+        let mut order: Vec<(&str, u32, Vec<usize>)> = Vec::new();
+        let mut place: HashMap<(&str, u32), usize> = HashMap::new();
         for (i, (start, id)) in changes.iter().enumerate() {
             let end = changes.get(i + 1).map_or(self.table.lines.len(), |next| next.0);
-            let at = *place.entry(id).or_insert_with(|| {
-                order.push((id, Vec::new()));
-                order.len() - 1
-            });
-            order[at].1.extend(*start..end);
+            for row in *start..end {
+                let piece = self.table.pieces[row];
+                let at = *place.entry((id, piece)).or_insert_with(|| {
+                    order.push((id, piece, Vec::new()));
+                    order.len() - 1
+                });
+                order[at].2.push(row);
+            }
         }
         order
+    }
+
+    fn place(&self, name: &str) -> Option<usize> {
+        self.numbers.iter().position(|n| *n == name)
+    }
+
+    /// What is wrong with some of the columns of a trajectory.
+    fn faults(&self, id: &str, names: &[&str]) -> Faults {
+        let mut faults = Faults::default();
+        names.iter().filter_map(|name| self.place(name)).for_each(|place| faults.merge(self.table.faults(id, place)));
+        faults
     }
 
     fn text(&self, name: &str, row: usize) -> Option<&str> {
@@ -108,7 +155,7 @@ impl Columns<'_> {
     }
 
     fn numbers(&self, name: &str, rows: &[usize]) -> Option<Vec<f64>> {
-        let values = &self.table.numbers[self.numbers.iter().position(|n| *n == name)?];
+        let values = &self.table.numbers[self.place(name)?];
         Some(rows.iter().map(|&row| values[row]).collect())
     }
 
@@ -116,7 +163,11 @@ impl Columns<'_> {
         let numbers = |name: &str| self.numbers(name, rows);
         let gap = numbers("Spatial_Gap").unwrap_or_default();
         let headway = numbers("Spatial_Headway");
-        let mut notes = Vec::new();
+        let mut notes: Vec<Note> = self
+            .place("Spatial_Gap")
+            .and_then(|gap| self.table.no_gap(id, gap, 2, "Spatial_Gap"))
+            .into_iter()
+            .collect();
         // Centre to centre minus bumper to bumper is the mean of the two lengths; the files give no more.
         let length = headway.and_then(|h| super::median(h.iter().zip(&gap).map(|(h, g)| h - g)));
         let length = length.filter(|&length| length > 0.0);
@@ -141,6 +192,7 @@ impl Columns<'_> {
                     v: numbers("Speed_LV").unwrap_or_default(),
                     x: numbers("Pos_LV"),
                     a: numbers("Acc_LV"),
+                    faults: self.faults(id, &["Speed_LV", "Pos_LV", "Acc_LV"]),
                     ..Car::new(1, Some(leader.trim()))
                 },
                 Car {
@@ -148,6 +200,8 @@ impl Columns<'_> {
                     v: numbers("Speed_FAV").unwrap_or_default(),
                     x: numbers("Pos_FAV"),
                     a: numbers("Acc_FAV"),
+                    faults: self.faults(id, &["Speed_FAV", "Pos_FAV", "Acc_FAV"]),
+                    gap_faults: self.faults(id, &["Spatial_Gap", "Spatial_Headway"]),
                     gap: Some(gap),
                     ..Car::new(2, Some(follower.trim()))
                 },

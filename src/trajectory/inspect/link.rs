@@ -2,7 +2,9 @@
 
 use super::Axis;
 use crate::trajectory::agreement::{contradiction, gap_column, rate_rms, rms};
+use crate::trajectory::plausible::{self, Signals};
 use crate::trajectory::prepare::slope;
+use crate::trajectory::steps::longest_step;
 use crate::trajectory::{Car, Layout, Note, factor};
 use serde::Serialize;
 use std::ops::Range;
@@ -34,6 +36,9 @@ pub struct LinkInspection {
     /// That they are not of the same cars.
     #[serde(skip)]
     contradiction: Option<Note>,
+    /// What else is not plausible.
+    #[serde(skip)]
+    implausible: Vec<String>,
 }
 
 impl LinkInspection {
@@ -52,6 +57,7 @@ impl LinkInspection {
                 if self.speeds_late_s > 0.0 { "late" } else { "early" }
             ));
         }
+        warnings.extend(self.implausible.iter().cloned());
         warnings
     }
 }
@@ -59,7 +65,8 @@ impl LinkInspection {
 pub(super) fn inspect(lead: &Car, ego: &Car, axis: &Axis, layout: Layout) -> Option<LinkInspection> {
     let gap = ego.gap.as_ref()?;
     let dv: Vec<f64> = lead.v.iter().zip(&ego.v).map(|(v_l, v_f)| v_l - v_f).collect();
-    let disagreement = |shift| rate_rms(axis.t, gap, &dv, shift);
+    let longest = longest_step(axis.t);
+    let disagreement = |shift| rate_rms(axis.t, gap, &dv, shift, longest);
     let aligned = disagreement(0);
     let limit = SHIFT_MAX.min(gap.len() / 4) as isize;
     let best =
@@ -72,6 +79,10 @@ pub(super) fn inspect(lead: &Car, ego: &Car, axis: &Axis, layout: Layout) -> Opt
     let complete = longest_complete(axis, |i| gap[i].is_finite() && dv[i].is_finite());
     let drift = drift(axis.t, gap, &dv, &ego.v, complete.clone());
     let signal = gap_column(ego.number, layout);
+    let gap_factor = factor::of_gap([(axis.t, dv.as_slice(), gap.as_slice())]);
+    let signals = Signals { t: axis.t, v_l: &lead.v, v_f: &ego.v, gap, called: &signal };
+    let mut implausible = plausible::of_signals(&signals, gap_factor.is_some());
+    implausible.extend(plausible::of_acceleration(&ego.v, axis.step));
     Some(LinkInspection {
         follower_car: ego.number,
         contradiction: contradiction(&signal, axis.t, gap, &dv),
@@ -81,7 +92,8 @@ pub(super) fn inspect(lead: &Car, ego: &Car, axis: &Axis, layout: Layout) -> Opt
         gap_rate_rms_aligned_mps: best.1,
         drift_rms_m: drift.map(|drift| drift.0),
         drift_m_per_km: drift.map(|drift| drift.1),
-        gap_factor: factor::of_gap([(axis.t, dv.as_slice(), gap.as_slice())]),
+        gap_factor,
+        implausible,
         longest_complete_s: complete.len().saturating_sub(1) as f64 * axis.step,
     })
 }

@@ -10,7 +10,8 @@ pub use signal::SignalInspection;
 use super::agreement::{CONTRADICTION_MPS, rms};
 use super::error::step_too_long;
 use super::prepare::{STEP_MAX_S, Stretch, median_step, nominal_step, stretches, stretches_of};
-use super::{Car, Layout, Note, Platoon, Preparation, PrepareError, Recording, Source};
+use super::steps::{largest_move, longest_step};
+use super::{Car, Layout, Note, Platoon, Preparation, PrepareError, Recording, Source, plausible};
 use serde::Serialize;
 use std::ops::Range;
 
@@ -98,9 +99,9 @@ pub struct CarInspection {
     pub sin_grade: Option<SignalInspection>,
     /// Time below 0.1 m/s.
     pub standstill_s: f64,
-    /// Integral of the measured speed, missing stretches left out.
+    /// Integral of the measured speed, missing stretches and pauses left out.
     pub driven_m: f64,
-    /// Position change per step minus mean speed of the step.
+    /// Position change per step minus mean speed of the step; pauses and the ends of laps left out.
     pub position_speed_rms_mps: Option<f64>,
     /// Acceleration column minus the difference of the speed to the next sample.
     pub forward_difference_rms_mps2: Option<f64>,
@@ -158,7 +159,10 @@ fn platoon(platoon: &Platoon, recording: &Recording) -> PlatoonInspection {
         t_first_s: first,
         t_last_s: last,
         duration_s: last - first,
-        warnings: warnings(t.len(), &sampling, &cars, &links, &followers),
+        warnings: plausible::of_time(t)
+            .into_iter()
+            .chain(warnings(t.len(), &sampling, &cars, &links, &followers))
+            .collect(),
         sampling,
         cars,
         links,
@@ -186,16 +190,24 @@ fn sampling(axis: &Axis) -> Sampling {
 
 /// What a car is called as a follower.
 fn follower_of(car: &Car, platoon: &Platoon, recording: &Recording) -> Option<usize> {
-    let ahead = car.number.checked_sub(1).filter(|ahead| *ahead > 0 && recording.layout != Layout::Columns)?;
+    let ahead = car
+        .number
+        .checked_sub(1)
+        .filter(|ahead| *ahead > 0 && (recording.layout != Layout::Columns || recording.is_of_numbered_cars()))?;
     platoon.cars.iter().any(|lead| lead.number == ahead).then_some(ahead)
 }
 
 fn car(car: &Car, follower: Option<usize>, axis: &Axis) -> CarInspection {
     let describe = |values: &Vec<f64>| signal::inspect(values, axis);
     let v = &car.v;
-    let pairs = || (1..v.len()).map(|i| (i, axis.t[i] - axis.t[i - 1]));
+    let longest = longest_step(axis.t);
+    let pairs = || (1..v.len()).map(|i| (i, axis.t[i] - axis.t[i - 1])).filter(|(_, dt)| *dt <= longest);
     let driven = pairs().map(|(i, dt)| (v[i - 1] + v[i]) / 2.0 * dt);
-    let position = car.x.as_ref().map(|x| rms(pairs().map(|(i, dt)| (x[i] - x[i - 1]) / dt - (v[i - 1] + v[i]) / 2.0)));
+    let position = car.x.as_ref().map(|x| {
+        let most = largest_move(x);
+        let driving = pairs().filter(|(i, _)| (x[*i] - x[i - 1]).abs() <= most);
+        rms(driving.map(|(i, dt)| (x[i] - x[i - 1]) / dt - (v[i - 1] + v[i]) / 2.0))
+    });
     let difference = |shift: usize| {
         let a = car.a.as_ref()?;
         rms(pairs().map(|(i, dt)| a[i - shift] - (v[i] - v[i - 1]) / dt))

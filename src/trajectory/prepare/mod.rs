@@ -134,7 +134,7 @@ impl Context<'_> {
 /// The trajectories of one follower: one per segment between long gaps, and per trajectory id.
 ///
 /// Follower 1 is the car right behind the platoon leader, car number 2. Where a file holds several trajectories and none
-/// is chosen, those that are too short are left out unless all are.
+/// is chosen, those that are too short, or broken, are left out unless all are.
 ///
 /// # Errors
 /// [`PrepareError`] says which follower, step or time window the file has instead.
@@ -153,7 +153,12 @@ pub fn prepare(
         let context = Context { recording, platoon, follower, preparation };
         match one(&context) {
             Ok(segments) => trajectories.extend(segments),
-            Err(error @ (PrepareError::TooShort { .. } | PrepareError::EmptyWindow { .. })) if chosen.len() > 1 => {
+            Err(
+                error @ (PrepareError::TooShort { .. }
+                | PrepareError::Short { .. }
+                | PrepareError::EmptyWindow { .. }
+                | PrepareError::Faulty { .. }),
+            ) if chosen.len() > 1 => {
                 too_short.get_or_insert(error);
             }
             Err(error) => return Err(error),
@@ -202,7 +207,7 @@ fn one(context: &Context) -> Result<Vec<Trajectory>, PrepareError> {
     let preparation = context.preparation;
     let mut notes = context.platoon.notes.clone();
     let ego = context.follower.saturating_add(1);
-    notes.retain(|note| !matches!(note, Note::DriverMode { car, .. } if *car != ego));
+    notes.retain(|note| !matches!(note, Note::DriverMode { car, .. } | Note::NoGap { car, .. } if *car != ego));
     let (dt, segments) = segments_of(context, &mut notes)?;
     let count = segments.len();
     let mut trajectories = Vec::with_capacity(count);

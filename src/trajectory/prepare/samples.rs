@@ -61,6 +61,12 @@ impl Samples {
         let (Some(lead), Some(ego)) = (car(follower), ego.filter(|_| follower > 0)) else {
             return Err(PrepareError::NoFollower { path: context.path(), follower, available: followers(platoon) });
         };
+        let faults = platoon.faults_of(follower);
+        if !faults.is_empty() {
+            let sound = |name: &String| name.parse().is_ok_and(|number| platoon.faults_of(number).is_empty());
+            let available = followers(platoon).into_iter().filter(sound).collect();
+            return Err(PrepareError::Faulty { path: context.path(), follower, faults, available });
+        }
         let mut channels = vec![
             (Signal::LeadSpeed, lead.v.clone()),
             (Signal::Speed, ego.v.clone()),
@@ -81,8 +87,9 @@ impl Samples {
             add(Signal::LeadPosition, lead.x.clone());
             add(Signal::Position, ego.x.clone());
         }
-        add(Signal::Lead2Speed, car(follower - 1).map(|car| car.v.clone()));
-        add(Signal::Lead2Spacing, lead.gap.clone());
+        let lead2 = car(follower - 1).filter(|car| car.faults.is_empty());
+        add(Signal::Lead2Speed, lead2.map(|car| car.v.clone()));
+        add(Signal::Lead2Spacing, lead.gap.clone().filter(|_| lead.gap_faults.is_empty()));
         add(Signal::SinGrade, ego.sin_grade.clone());
         Ok(Samples { t: platoon.t.clone(), lines: platoon.lines.iter().copied().map(Some).collect(), channels })
     }

@@ -23,6 +23,12 @@ pub(super) fn split(
     let dt = blocks.dt;
     let mut segments = Vec::new();
     let mut longest: f64 = 0.0;
+    let ends = blocks
+        .blocks
+        .first()
+        .and_then(|block| block.t.first())
+        .zip(blocks.blocks.last().and_then(|block| block.t.last()));
+    let whole = ends.map_or(0.0, |(first, last)| last - first);
     for measured in blocks.blocks {
         let mut filled = measured.clone();
         for (_, values) in &mut filled.channels {
@@ -47,12 +53,15 @@ pub(super) fn split(
         }
     }
     if segments.is_empty() {
-        return Err(PrepareError::TooShort {
-            path: context.path(),
-            follower: context.follower,
-            needed: least_s,
-            longest: (longest * 1e6).round() / 1e6,
-        });
+        let (path, follower, needed) = (context.path(), context.follower, least_s);
+        let rounded = |time: f64| (time * 1e6).round() / 1e6;
+        // Where the whole is too short, nothing that is interpolated helps.
+        if whole < least_s - GRID_TOLERANCE_S {
+            let is_cut = context.preparation.from.is_some() || context.preparation.to.is_some();
+            let what = if is_cut { "window" } else { "recording" };
+            return Err(PrepareError::Short { path, follower, what, needed, found: rounded(whole) });
+        }
+        return Err(PrepareError::TooShort { path, follower, needed, longest: rounded(longest) });
     }
     let count = segments.len();
     for (index, segment) in segments.iter_mut().enumerate().filter(|_| count > 1) {

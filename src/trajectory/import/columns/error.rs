@@ -1,5 +1,6 @@
 //! What is wrong with a column map.
 
+use crate::trajectory::grade::LAPS_M;
 use std::io;
 
 /// A column map that cannot be used.
@@ -21,6 +22,14 @@ pub enum MapError {
     Role { path: String, line: usize, found: String, known: Vec<&'static str>, near: Option<String> },
     #[error("{path}:{line}: {role}: expected a name of a column, found none; write {role} = {{ name = \"...\" }}")]
     NoName { path: String, line: usize, role: &'static str },
+    #[error(
+        "{path}:{line}: {role}: expected a column, {role} = {{ name = \"...\" }}, found a number; only length and lead_length may be one"
+    )]
+    Constant { path: String, line: usize, role: &'static str },
+    #[error("{path}: {key}: expected {lowest} to {highest} m, found {found}")]
+    Length { path: String, key: &'static str, found: f64, lowest: f64, highest: f64 },
+    #[error("{path}: lap_length: expected {} to {} m, found {found}", LAPS_M.start(), LAPS_M.end())]
+    Lap { path: String, found: f64 },
     #[error("{path}:{line}: {role}: expected one of the units {}, found {found}", known.join(", "))]
     Unit { path: String, line: usize, role: &'static str, found: String, known: Vec<&'static str> },
     #[error("{path}:{line}: {role}: expected no unit, for it is a name; found {found}")]

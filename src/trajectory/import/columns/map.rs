@@ -2,11 +2,12 @@
 
 use super::error::MapError;
 use super::role::Role;
-use super::unit::Quantity;
+use super::text::{Entry, Headerless, Named, Names, Text};
+use super::unit::Form;
+use crate::trajectory::Preparation;
+use crate::trajectory::grade::LAPS_M;
 use crate::trajectory::import::header::nearest;
 use serde::Deserialize;
-use std::collections::BTreeMap;
-use toml::Spanned;
 
 /// What a row of the table is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
@@ -16,6 +17,8 @@ pub(super) enum Rows {
     Vehicles,
     /// One time of a follower and the vehicle ahead of it.
     Pairs,
+    /// One time of cars that drive one behind the other.
+    Platoon,
 }
 
 impl Rows {
@@ -23,6 +26,7 @@ impl Rows {
         match self {
             Rows::Vehicles => "vehicles",
             Rows::Pairs => "pairs",
+            Rows::Platoon => "platoon",
         }
     }
 }
@@ -76,10 +80,11 @@ pub(super) struct Column {
     /// The column bears one of these names.
     pub names: Vec<String>,
     pub unit: String,
-    /// From the file to SI.
-    pub factor: f64,
+    pub form: Form,
     /// A file may lack it.
     pub optional: bool,
+    /// What to do where it is missing.
+    pub hint: String,
 }
 
 /// Which columns of a table mean what, in which unit.
@@ -93,70 +98,24 @@ pub struct ColumnMap {
     pub(super) separator: Separator,
     pub(super) decimal: Decimal,
     pub(super) header: Option<Vec<String>>,
+    pub(super) headerless: Option<Headerless>,
+    /// Lines before the header.
+    pub(super) skip_lines: u64,
+    /// True if the line behind the header holds units.
+    pub(super) units_row: bool,
+    /// Words for missing values, besides those that are always known.
+    pub(super) missing: Vec<String>,
+    /// Of every vehicle of which no column gives it \[m\].
+    pub(super) length: Option<f64>,
+    /// Of the vehicle ahead in a table of pairs \[m\].
+    pub(super) lead_length: Option<f64>,
+    /// Positions begin anew after this way \[m\].
+    pub(super) lap_length: Option<f64>,
     pub(super) nobody: Vec<String>,
     pub(super) direction: Direction,
     pub(super) position_at: PositionAt,
     pub(super) check_units: bool,
     pub(super) columns: Vec<Column>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Text {
-    #[serde(default)]
-    title: String,
-    rows: Rows,
-    #[serde(default = "comma")]
-    separator: Separator,
-    #[serde(default = "point")]
-    decimal: Decimal,
-    header: Option<Vec<String>>,
-    #[serde(default)]
-    nobody: Vec<String>,
-    #[serde(default = "increasing")]
-    direction: Direction,
-    #[serde(default = "front")]
-    position_at: PositionAt,
-    frame_rate_hz: Option<f64>,
-    #[serde(default = "yes")]
-    check_units: bool,
-    columns: BTreeMap<Spanned<String>, Spanned<Entry>>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Entry {
-    name: Names,
-    unit: Option<String>,
-    #[serde(default)]
-    optional: bool,
-}
-
-#[derive(Deserialize)]
-#[serde(untagged, expecting = "expected a name, or a list of names of which a file has one")]
-enum Names {
-    One(String),
-    Several(Vec<String>),
-}
-
-fn comma() -> Separator {
-    Separator::Comma
-}
-
-fn point() -> Decimal {
-    Decimal::Point
-}
-
-fn increasing() -> Direction {
-    Direction::Increasing
-}
-
-fn front() -> PositionAt {
-    PositionAt::Front
-}
-
-fn yes() -> bool {
-    true
 }
 
 impl ColumnMap {
@@ -178,9 +137,27 @@ impl ColumnMap {
             rate => rate.map(|rate| 1.0 / rate),
         };
         let mut columns = Vec::new();
+        let (mut length, mut lead_length) = (parsed.length, parsed.lead_length);
         for (key, entry) in &parsed.columns {
             let line = text[..key.span().start].matches('\n').count() + 1;
-            columns.push(column(key.as_ref(), entry.as_ref(), parsed.rows, frame_s, name, line)?);
+            let context = Context { rows: parsed.rows, frame_s, name, line };
+            match entry.as_ref() {
+                Entry::Column(named) => columns.push(column(key.as_ref(), named, &context)?),
+                Entry::Constant(value) => match role(key.as_ref(), &context)? {
+                    Role::Length => length = Some(*value),
+                    Role::LeadLength => lead_length = Some(*value),
+                    other => return Err(MapError::Constant { path: path(), line, role: other.name() }),
+                },
+            }
+        }
+        let [lowest, highest] = Preparation::LEAD_LENGTH_M;
+        for (key, value) in [("length", length), ("lead_length", lead_length)] {
+            if let Some(found) = value.filter(|value| !(lowest..=highest).contains(value)) {
+                return Err(MapError::Length { path: path(), key, found, lowest, highest });
+            }
+        }
+        if let Some(found) = parsed.lap_length.filter(|lap| !LAPS_M.contains(lap)) {
+            return Err(MapError::Lap { path: path(), found });
         }
         // In the order of the roles, whatever the order of the file: it is that of the numbers of a row.
         columns.sort_by_key(|column: &Column| Role::ALL.iter().position(|role| *role == column.role));
@@ -191,7 +168,14 @@ impl ColumnMap {
             separator: parsed.separator,
             decimal: parsed.decimal,
             header: parsed.header,
-            nobody: parsed.nobody,
+            headerless: parsed.headerless,
+            skip_lines: parsed.skip_lines,
+            units_row: parsed.units_row,
+            missing: parsed.missing,
+            length,
+            lead_length,
+            lap_length: parsed.lap_length,
+            nobody: parsed.nobody.iter().map(|name| whole(name).to_owned()).collect(),
             direction: parsed.direction,
             position_at: parsed.position_at,
             check_units: parsed.check_units,
@@ -226,46 +210,98 @@ impl ColumnMap {
         if !has(Role::Speed) {
             return missing("speed", "speeds are not derived from positions");
         }
+        let lead_length = has(Role::LeadLength) || self.lead_length.is_some();
+        let length = has(Role::Length) || self.length.is_some();
+        let how = "the bumper-to-bumper gap must follow from something; a length that is no column is a number, length = 4.6, or \
+                   lead_length = 4.6 in a table of pairs";
         match self.rows {
             Rows::Vehicles if !has(Role::Id) => missing("id", "every row must say whose it is"),
-            Rows::Vehicles if !has(Role::Ahead) => missing("ahead", "every row must say whom the vehicle follows"),
-            Rows::Vehicles if has(Role::Gap) => Ok(()),
-            Rows::Vehicles if (has(Role::Headway) || has(Role::Position)) && has(Role::Length) => Ok(()),
-            Rows::Vehicles => missing(
-                "gap, or length with headway or position",
-                "the bumper-to-bumper gap must follow from something",
+            Rows::Vehicles if !has(Role::Ahead) && !self.is_searched() => missing(
+                "ahead, or lane and position",
+                "every row must say whom the vehicle follows, or where the vehicle is",
             ),
+            Rows::Vehicles if has(Role::Gap) => Ok(()),
+            Rows::Vehicles if (has(Role::Headway) || has(Role::Position)) && length => Ok(()),
+            Rows::Vehicles => missing("gap, or length with headway or position", how),
             Rows::Pairs if !has(Role::LeadSpeed) => missing("lead_speed", "the vehicle ahead is what is followed"),
             Rows::Pairs if has(Role::Gap) => Ok(()),
-            Rows::Pairs if has(Role::Headway) && has(Role::LeadLength) => Ok(()),
-            Rows::Pairs if has(Role::Position) && has(Role::LeadPosition) && has(Role::LeadLength) => Ok(()),
-            Rows::Pairs => missing(
-                "gap, or lead_length with headway or both positions",
-                "the bumper-to-bumper gap must follow from something",
-            ),
+            Rows::Pairs if has(Role::Headway) && lead_length => Ok(()),
+            // Without a length preparation asks for one (--lead-length).
+            Rows::Pairs if has(Role::Position) && has(Role::LeadPosition) => Ok(()),
+            Rows::Pairs => missing("gap, or lead_length with headway or both positions", how),
+            Rows::Platoon if has(Role::Gap) || has(Role::Position) => Ok(()),
+            Rows::Platoon if has(Role::Headway) && length => Ok(()),
+            Rows::Platoon => missing("gap, or length with headway, or position", how),
         }
+    }
+
+    /// True if the vehicle ahead is the nearest one in front in the same lane, for no column names it.
+    pub(super) fn is_searched(&self) -> bool {
+        let has = |role: Role| self.column(role).is_some();
+        !has(Role::Ahead) && has(Role::Position) && (has(Role::Lane) || self.lap_length.is_some())
+    }
+
+    /// How far one front is ahead of another one by the difference of their positions \[m\]: on a closed track never behind it.
+    pub(super) fn ahead_by(&self, difference: f64) -> f64 {
+        self.lap_length.map_or(difference, |lap| difference.rem_euclid(lap))
+    }
+
+    /// A change of position, the end of a lap left out \[m\].
+    pub(super) fn moved(&self, change: f64) -> f64 {
+        self.lap_length.map_or(change, |lap| (change + lap / 2.0).rem_euclid(lap) - lap / 2.0)
+    }
+
+    /// The same map with this length of the vehicle ahead \[m\], whatever the columns say.
+    #[must_use]
+    pub fn with_lead_length(mut self, length: Option<f64>) -> ColumnMap {
+        if length.is_some() {
+            (self.length, self.lead_length) = (length, length);
+            self.columns.retain(|column| !matches!(column.role, Role::Length | Role::LeadLength));
+        }
+        self
     }
 }
 
-fn column(
-    key: &str,
-    entry: &Entry,
+/// `11` for `11.0`: tables of programs that know no missing integers write them as decimals.
+pub(super) fn whole(name: &str) -> &str {
+    match name.split_once('.') {
+        Some((number, zeros)) if !zeros.is_empty() && zeros.bytes().all(|b| b == b'0') => {
+            let digits = number.strip_prefix('-').unwrap_or(number);
+            let is_whole = !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit());
+            if is_whole { number } else { name }
+        }
+        _ => name,
+    }
+}
+
+/// Where an entry of a map stands, and what it depends on.
+struct Context<'a> {
     rows: Rows,
     frame_s: Option<f64>,
-    name: &str,
+    name: &'a str,
     line: usize,
-) -> Result<Column, MapError> {
-    let path = || name.to_owned();
-    let allowed = |role: &Role| if rows == Rows::Vehicles { role.in_vehicles() } else { role.in_pairs() };
+}
+
+fn role(key: &str, context: &Context) -> Result<Role, MapError> {
+    let Context { rows, line, .. } = *context;
+    let path = || context.name.to_owned();
+    let allowed = |role: &Role| role.is_in(rows);
     let known = || Role::ALL.iter().filter(|role| allowed(role)).map(|role| role.name()).collect::<Vec<_>>();
     let Some(role) = Role::ALL.into_iter().find(|role| role.name() == key) else {
         let near = nearest(key, known().into_iter()).map(str::to_owned);
         return Err(MapError::Role { path: path(), line, found: key.to_owned(), known: known(), near });
     };
-    let role_name = role.name();
     if !allowed(&role) {
-        return Err(MapError::Misplaced { path: path(), line, role: role_name, rows: rows.name(), known: known() });
+        return Err(MapError::Misplaced { path: path(), line, role: role.name(), rows: rows.name(), known: known() });
     }
+    Ok(role)
+}
+
+fn column(key: &str, entry: &Named, context: &Context) -> Result<Column, MapError> {
+    let Context { frame_s, line, .. } = *context;
+    let path = || context.name.to_owned();
+    let role = role(key, context)?;
+    let role_name = role.name();
     let names = match &entry.name {
         Names::One(name) => vec![name.trim().to_owned()],
         Names::Several(names) => names.iter().map(|name| name.trim().to_owned()).collect(),
@@ -273,21 +309,22 @@ fn column(
     if names.is_empty() || names.iter().any(String::is_empty) {
         return Err(MapError::NoName { path: path(), line, role: role_name });
     }
-    let (unit, factor) = match (role.quantity(), &entry.unit) {
-        (None, None) => (String::new(), 1.0),
+    let (unit, form) = match (role.quantity(), &entry.unit) {
+        (None, None) => (String::new(), Form::Factor(1.0)),
         (None, Some(found)) => {
             return Err(MapError::UnitOfName { path: path(), line, role: role_name, found: found.clone() });
         }
         (Some(quantity), unit) => {
             let unit = unit.as_deref().unwrap_or(quantity.si());
-            let Some(factor) = quantity.factor(unit) else {
-                let known = quantity.units().iter().map(|(name, _)| *name).collect();
+            let Some(form) = quantity.form(unit) else {
+                let known = quantity.names();
                 return Err(MapError::Unit { path: path(), line, role: role_name, found: unit.to_owned(), known });
             };
-            let is_frame = quantity == Quantity::Time && factor.is_nan();
-            let factor = if is_frame { frame_s.ok_or_else(|| MapError::NoRate { path: path() })? } else { factor };
-            (unit.to_owned(), factor)
+            let is_frame = matches!(form, Form::Factor(factor) if factor.is_nan());
+            let form =
+                if is_frame { Form::Factor(frame_s.ok_or_else(|| MapError::NoRate { path: path() })?) } else { form };
+            (unit.to_owned(), form)
         }
     };
-    Ok(Column { role, names, unit, factor, optional: entry.optional })
+    Ok(Column { role, names, unit, form, optional: entry.optional, hint: entry.hint.clone() })
 }

@@ -3,14 +3,18 @@
 //! A map is a TOML file; those of well-known sets are part of the program. Long tables (one row per vehicle and time)
 //! become one platoon of two cars per stretch in which a vehicle follows another one, the longest first.
 
+mod clock;
 mod error;
 mod map;
 mod pairs;
+mod platoon;
 mod plausible;
 mod role;
 mod rows;
+mod text;
 mod unit;
 mod vehicles;
+mod wanted;
 
 pub use error::MapError;
 pub use map::ColumnMap;
@@ -18,15 +22,17 @@ pub use map::ColumnMap;
 use super::header::nearest;
 use super::lines::Lines;
 use super::problems::{Problems, Stop};
+use crate::bounded::TEXT_MAX;
 use crate::trajectory::{ImportError, Layout, Note, Platoon, Recording, Source};
 use std::io::Read;
 use std::path::Path;
 
 /// Name and text of the maps that are part of the program.
-const SHIPPED: [(&str, &str); 3] = [
+const SHIPPED: [(&str, &str); 4] = [
     ("ngsim", include_str!("../../../../examples/columns/ngsim.toml")),
     ("highd", include_str!("../../../../examples/columns/highd.toml")),
     ("sumo-fcd", include_str!("../../../../examples/columns/sumo-fcd.toml")),
+    ("tgsim", include_str!("../../../../examples/columns/tgsim.toml")),
 ];
 
 impl ColumnMap {
@@ -49,8 +55,8 @@ impl ColumnMap {
             let near = nearest(given, known.iter().copied()).map(str::to_owned);
             return Err(MapError::Unknown { name: given.to_owned(), known, near });
         }
-        let text =
-            std::fs::read_to_string(given).map_err(|source| MapError::Open { path: given.to_owned(), source })?;
+        let text = crate::bounded::read_to_string(Path::new(given), TEXT_MAX)
+            .map_err(|source| MapError::Open { path: given.to_owned(), source })?;
         ColumnMap::parse(&text, given)
     }
 }
@@ -89,15 +95,41 @@ fn platoons<R: Read>(lines: &mut Lines<R>, map: &ColumnMap, problems: &mut Probl
     match map.rows {
         map::Rows::Vehicles => vehicles::platoons(&table, map, problems),
         map::Rows::Pairs => pairs::platoons(&table, map, problems),
+        map::Rows::Platoon => platoon::platoons(&table, map, problems),
     }
 }
 
+/// What stands before the id in the name of a vehicle of a long table.
+const BY_ID: &str = "vehicle ";
+
 /// How a vehicle of a long table is called.
 fn vehicle_name(id: &str) -> String {
-    format!("vehicle {id}")
+    format!("{BY_ID}{id}")
 }
 
 impl Recording {
+    /// True of a table of platoons: its cars are numbered, as in the layouts that need no map.
+    #[must_use]
+    pub fn is_of_numbered_cars(&self) -> bool {
+        let by_id = |car: &crate::trajectory::Car| car.name.starts_with(BY_ID) || car.name == "follower";
+        self.platoons.iter().all(|platoon| platoon.cars.last().is_some_and(|car| !by_id(car)))
+    }
+
+    /// Keeps only the platoons in which the car of this name is the follower of one number, which is that of the first: 1 is the car right behind
+    /// the leader. `None`, and nothing changed, if there is none.
+    #[must_use]
+    pub fn keep_car(&mut self, name: &str) -> Option<usize> {
+        let place = |platoon: &Platoon| {
+            let followers = platoon.cars.iter().filter(|car| car.number > 1);
+            let number = |car: &crate::trajectory::Car| car.number;
+            let exact = followers.clone().find(|car| car.name == name).map(number);
+            exact.or_else(|| followers.clone().find(|car| car.name.eq_ignore_ascii_case(name)).map(number))
+        };
+        let car = self.platoons.iter().find_map(place)?;
+        self.platoons.retain(|platoon| place(platoon) == Some(car));
+        Some(car - 1)
+    }
+
     /// Keeps only the pairs in which the vehicle `id` of a mapped table follows; false, and nothing changed, if there are none.
     #[must_use]
     pub fn keep_follower(&mut self, id: &str) -> bool {

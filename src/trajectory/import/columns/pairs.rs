@@ -3,19 +3,30 @@
 use super::map::ColumnMap;
 use super::plausible::{self, Pair};
 use super::role::Role;
-use super::rows::Table;
-use crate::trajectory::error::ProblemKind;
+use super::rows::{Repeated, Table};
+use crate::trajectory::error::{Faults, Problem, ProblemKind};
 use crate::trajectory::import::note_end;
 use crate::trajectory::import::problems::{Problems, Stop};
+use crate::trajectory::prepare::SEGMENT_MIN_S;
 use crate::trajectory::{Car, Note, Platoon};
+use std::collections::HashMap;
 
 /// Backwards faster than this is no sensor noise at standstill \[m/s\].
 const REVERSE_LIMIT: f64 = -0.5;
 
-/// One platoon per group, in the order of the file.
-pub(super) fn platoons(table: &Table, map: &ColumnMap, problems: &mut Problems) -> Result<Vec<Platoon>, Stop> {
+/// The rows of one group, or of one of several trajectories that bear its name.
+pub(super) struct Group {
+    /// The name, numbered where it is not the first; `None` where no column gives one.
+    pub id: Option<String>,
+    pub rows: Vec<usize>,
+    /// That the name is borne by another one before.
+    pub again: Option<Note>,
+}
+
+/// The rows of each group in the order of the file, whose times must rise; rows that repeat another one are taken once.
+pub(super) fn by_group(table: &Table, problems: &mut Problems) -> Result<(Vec<Group>, Repeated), Stop> {
     let mut groups: Vec<(Option<u32>, Vec<usize>)> = Vec::new();
-    let mut place = std::collections::HashMap::new();
+    let mut place = HashMap::new();
     for row in 0..table.lines.len() {
         let group = table.names(Role::Group).map(|group| group[row]);
         let at = *place.entry(group).or_insert_with(|| {
@@ -24,54 +35,104 @@ pub(super) fn platoons(table: &Table, map: &ColumnMap, problems: &mut Problems) 
         });
         groups[at].1.push(row);
     }
-    let time = table.numbers(Role::Time).expect("a map without it is refused");
-    for (_, rows) in &groups {
-        for pair in rows.windows(2) {
-            let (previous, found) = (time[pair[0]], time[pair[1]]);
-            let column = table.called(Role::Time);
-            let kind = match found.total_cmp(&previous) {
-                std::cmp::Ordering::Greater => continue,
-                std::cmp::Ordering::Equal => ProblemKind::TimeTwice { column, found },
-                std::cmp::Ordering::Less => ProblemKind::TimeBack { column, previous, found },
-            };
-            problems.add(table.lines[pair[1]], None, kind);
-        }
-    }
-    for role in [Role::Speed, Role::LeadSpeed, Role::Lead2Speed] {
-        for (row, &found) in table.numbers(role).unwrap_or_default().iter().enumerate() {
-            if found < REVERSE_LIMIT {
-                let kind = ProblemKind::MappedReverse { column: table.called(role), limit: REVERSE_LIMIT, found };
-                problems.add(table.lines[row], None, kind);
-            }
+    let mut repeated = Repeated::default();
+    let mut found = Vec::new();
+    for (group, rows) in groups {
+        let pieces = if group.is_some() { pieces(rows, table) } else { vec![rows] };
+        for (number, mut rows) in (1..).zip(pieces) {
+            check_times(&mut rows, table, &mut repeated, problems);
+            let name = group.map(|group| table.dictionary[group as usize].clone());
+            let numbered = name.as_ref().map(|name| format!("{name}.{number}")).filter(|_| number > 1);
+            let again = numbered.clone().zip(name.clone()).map(|(read_as, id)| Note::IdAgain {
+                id,
+                line: table.lines[rows[0]],
+                read_as,
+            });
+            found.push(Group { id: numbered.or(name), rows, again });
         }
     }
     problems.check()?;
+    Ok((found, repeated))
+}
+
+/// The rows of a group, cut where its time starts anew: another trajectory bears its name.
+fn pieces(rows: Vec<usize>, table: &Table) -> Vec<Vec<usize>> {
+    let time = table.numbers(Role::Time).expect("a map without it is refused");
+    let mut pieces: Vec<Vec<usize>> = Vec::new();
+    for row in rows {
+        let anew = pieces.last().is_none_or(|piece| {
+            let [first, last] = [piece[0], piece[piece.len() - 1]].map(|row| time[row]);
+            time[row] <= first
+                && last - first >= SEGMENT_MIN_S
+                && !piece.iter().any(|&other| table.is_repeated(other, row))
+        });
+        if anew {
+            pieces.push(Vec::new());
+        }
+        pieces.last_mut().expect("it was just put there").push(row);
+    }
+    pieces
+}
+
+/// Rows that repeat another one are taken out; the times of the others must rise.
+fn check_times(rows: &mut Vec<usize>, table: &Table, repeated: &mut Repeated, problems: &mut Problems) {
+    let time = table.numbers(Role::Time).expect("a map without it is refused");
+    table.take_once(rows, repeated, |first, line, found| {
+        problems.add(line, None, ProblemKind::TimeTwice { column: table.called(Role::Time), found, first });
+    });
+    for pair in rows.windows(2).filter(|pair| time[pair[1]] < time[pair[0]]) {
+        let (previous, found) = (time[pair[0]], time[pair[1]]);
+        let kind = ProblemKind::TimeBack { column: table.called(Role::Time), previous, found };
+        problems.add(table.lines[pair[1]], None, kind);
+    }
+}
+
+/// One platoon per group, in the order of the file.
+pub(super) fn platoons(table: &Table, map: &ColumnMap, problems: &mut Problems) -> Result<Vec<Platoon>, Stop> {
+    let (groups, repeated) = by_group(table, problems)?;
     let mut platoons = Vec::new();
     let mut pairs = Vec::new();
-    for (group, rows) in groups.iter().filter(|(_, rows)| rows.len() > 1) {
-        let id = group.map(|group| table.dictionary[group as usize].clone());
-        let (platoon, pair) = platoon(table, id, rows);
+    for Group { id, rows, again } in groups.into_iter().filter(|group| group.rows.len() > 1) {
+        let (mut platoon, pair) = platoon(table, map, id, &rows);
+        platoon.notes.extend(again);
         platoons.push(platoon);
         pairs.push(pair);
+    }
+    if !platoons.iter().any(Platoon::is_usable) {
+        problems.adopt(platoons.iter().flat_map(|platoon| &platoon.cars).map(|car| car.faults.clone()));
+        problems.check()?;
     }
     let Some(first) = platoons.first_mut() else {
         return Err(problems.stop(table.lines[0], None, ProblemKind::OneRow));
     };
+    first.notes.extend(repeated.note());
     if map.check_units {
         plausible::pairs(table, &pairs, problems);
         problems.check()?;
     }
-    if !table.ignored.is_empty() {
-        first.notes.push(Note::IgnoredColumns { columns: table.ignored.clone() });
-    }
+    first.notes.extend(table.notes.iter().cloned());
     note_end(table.terminated, &table.lines, &mut first.notes);
     Ok(platoons)
 }
 
-fn platoon(table: &Table, id: Option<String>, rows: &[usize]) -> (Platoon, Pair) {
+/// What is wrong with the values of some rows: they are broken, or a vehicle drives backwards.
+fn faults(table: &Table, rows: &[usize]) -> Faults {
+    let mut faults = table.faults(table.key(rows[0])).cloned().unwrap_or_default();
+    for role in [Role::Speed, Role::LeadSpeed, Role::Lead2Speed] {
+        let speed = table.numbers(role).unwrap_or_default();
+        for &row in rows.iter().filter(|&&row| speed.get(row).is_some_and(|v| *v < REVERSE_LIMIT)) {
+            let kind =
+                ProblemKind::MappedReverse { column: table.called(role), limit: REVERSE_LIMIT, found: speed[row] };
+            faults.add(Problem { line: table.lines[row], column: None, kind });
+        }
+    }
+    faults
+}
+
+fn platoon(table: &Table, map: &ColumnMap, id: Option<String>, rows: &[usize]) -> (Platoon, Pair) {
     let take = |role: Role| table.numbers(role).map(|all| rows.iter().map(|&row| all[row]).collect::<Vec<f64>>());
     let mut notes = Vec::new();
-    let length = take(Role::LeadLength);
+    let length = take(Role::LeadLength).or_else(|| Some(vec![map.lead_length?; rows.len()]));
     let (x, x_l) = (take(Role::Position), take(Role::LeadPosition));
     let minus_length = |of: &[f64]| -> Vec<f64> {
         let length = length.as_deref().unwrap_or_default();
@@ -80,24 +141,26 @@ fn platoon(table: &Table, id: Option<String>, rows: &[usize]) -> (Platoon, Pair)
     let headway = take(Role::Headway);
     let measured = take(Role::Gap);
     let fronts: Option<Vec<f64>> =
-        x.as_ref().zip(x_l.as_ref()).map(|(x, x_l)| x.iter().zip(x_l).map(|(x, x_l)| x_l - x).collect());
+        x.as_ref().zip(x_l.as_ref()).map(|(x, x_l)| x.iter().zip(x_l).map(|(x, x_l)| map.ahead_by(x_l - x)).collect());
     let mut derived = |from: &str| {
         notes.push(Note::Derived { signal: "gap".to_owned(), from: from.to_owned() });
     };
     let gap = match (&measured, &headway, &fronts) {
-        (Some(gap), ..) => gap.clone(),
-        (None, Some(headway), _) => {
+        (Some(gap), ..) => Some(gap.clone()),
+        (None, Some(headway), _) if length.is_some() => {
             derived("headway minus the length of the vehicle ahead");
-            minus_length(headway)
+            Some(minus_length(headway))
         }
-        (None, None, fronts) => {
+        (None, None, Some(fronts)) if length.is_some() => {
             derived("positions and the length of the vehicle ahead");
-            minus_length(fronts.as_deref().unwrap_or_default())
+            Some(minus_length(fronts))
         }
+        // Without a length preparation asks for one.
+        _ => None,
     };
-    let unusable = gap.iter().filter(|&&gap| gap <= 0.0).count();
+    let unusable = gap.iter().flatten().filter(|&&gap| gap <= 0.0).count();
     if unusable > 0 {
-        notes.push(Note::NoGap { samples: unusable });
+        notes.push(Note::NoGap { car: 2, signal: "gap".to_owned(), samples: unusable });
     }
     let positive = |gap: Vec<f64>| gap.into_iter().map(|gap| if gap > 0.0 { gap } else { f64::NAN }).collect();
     let t = take(Role::Time).unwrap_or_default();
@@ -119,9 +182,10 @@ fn platoon(table: &Table, id: Option<String>, rows: &[usize]) -> (Platoon, Pair)
     cars.push(Car {
         v,
         x,
-        gap: Some(positive(gap)),
+        gap: gap.map(positive),
         a: take(Role::Acceleration),
         sin_grade: take(Role::SinGrade),
+        faults: faults(table, rows),
         ..Car::new(2, Some("follower"))
     });
     let lines = rows.iter().map(|&row| table.lines[row]).collect();

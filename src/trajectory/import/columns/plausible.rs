@@ -1,12 +1,14 @@
 //! Do the units that a map claims agree with each other? Feet taken for metres, km/h for m/s, a wrong frame rate, and a
 //! wrong direction show as a factor between signals that say the same thing twice.
 
+use super::map::ColumnMap;
 use super::role::Role;
 use super::rows::Table;
 use crate::trajectory::error::ProblemKind;
 use crate::trajectory::factor;
 use crate::trajectory::import::median;
 use crate::trajectory::import::problems::Problems;
+use crate::trajectory::steps::{largest_move, longest_step};
 
 /// Signals that say the same may differ by this factor, by noise and smoothing.
 const FACTOR: f64 = 1.25;
@@ -38,13 +40,18 @@ pub(super) struct Pair {
 }
 
 /// Checks what each vehicle says about itself.
-pub(super) fn vehicles(table: &Table, tracks: &[Track], problems: &mut Problems) {
+pub(super) fn vehicles(table: &Table, map: &ColumnMap, tracks: &[Track], problems: &mut Problems) {
     let line = table.header_line.max(1);
     let (mut driven, mut moved) = (0.0, 0.0);
     for track in tracks.iter().filter(|track| track.x.len() == track.t.len()) {
+        let (longest, most) = (longest_step(&track.t), largest_move(&track.x));
         for i in 1..track.t.len() {
             let dt = track.t[i] - track.t[i - 1];
-            let (by_speed, by_position) = ((track.v[i - 1] + track.v[i]) / 2.0 * dt, track.x[i] - track.x[i - 1]);
+            let step = map.moved(track.x[i] - track.x[i - 1]);
+            if dt > longest || step.abs() > most {
+                continue;
+            }
+            let (by_speed, by_position) = ((track.v[i - 1] + track.v[i]) / 2.0 * dt, step);
             if by_speed.is_finite() && by_position.is_finite() {
                 driven += by_speed;
                 moved += by_position;

@@ -1,5 +1,6 @@
 //! What a column of a mapped table says.
 
+use super::map::Rows;
 use super::unit::Quantity;
 
 /// The role of a column.
@@ -86,8 +87,17 @@ impl Role {
         }
     }
 
-    /// True if it makes sense in a table with one row per vehicle and time.
-    pub fn in_vehicles(self) -> bool {
+    /// True if it makes sense in a table with such rows.
+    pub fn is_in(self, rows: Rows) -> bool {
+        match rows {
+            Rows::Vehicles => self.in_vehicles(),
+            Rows::Pairs => self.in_pairs(),
+            Rows::Platoon => self.in_platoon(),
+        }
+    }
+
+    /// With one row per vehicle and time.
+    fn in_vehicles(self) -> bool {
         !matches!(
             self,
             Role::LeadSpeed
@@ -99,8 +109,29 @@ impl Role {
         )
     }
 
-    /// True if it makes sense in a table with one row per time of a pair.
-    pub fn in_pairs(self) -> bool {
+    /// With one row per time of cars one behind the other, each role with a column per car.
+    fn in_platoon(self) -> bool {
+        matches!(
+            self,
+            Role::Time
+                | Role::Group
+                | Role::Position
+                | Role::Speed
+                | Role::Acceleration
+                | Role::Length
+                | Role::Gap
+                | Role::Headway
+                | Role::SinGrade
+        )
+    }
+
+    /// True if there is one of each car of a platoon.
+    pub fn is_of_a_car(self) -> bool {
+        self.in_platoon() && !matches!(self, Role::Time | Role::Group)
+    }
+
+    /// With one row per time of a pair.
+    fn in_pairs(self) -> bool {
         !matches!(self, Role::Id | Role::Ahead | Role::Length)
     }
 }

@@ -1,14 +1,18 @@
 //! The rows of a mapped table: numbers in SI, names as they are.
 
-use super::map::{ColumnMap, Decimal, Separator};
+use super::clock;
+use super::map::{ColumnMap, Decimal, Separator, whole};
 use super::role::Role;
-use super::unit::Quantity;
-use crate::trajectory::error::ProblemKind;
+use super::unit::{Form, Quantity};
+use super::wanted::{Wanted, wanted};
+use crate::trajectory::Note;
+use crate::trajectory::error::{Faults, Problem, ProblemKind};
 use crate::trajectory::import::header::{Field, Header, check_names, check_separator, column_of, split_at};
 use crate::trajectory::import::lines::Lines;
+use crate::trajectory::import::preamble;
 use crate::trajectory::import::problems::{Problems, Stop};
-use crate::trajectory::import::table::{finite, present};
-use std::collections::HashMap;
+use crate::trajectory::import::table::{fingerprint, finite, is_missing, present};
+use std::collections::{BTreeMap, HashMap};
 use std::io::Read;
 
 /// A speed above this is in another unit \[m/s\] (324 km/h).
@@ -20,25 +24,84 @@ pub(super) struct Table {
     pub header_line: u64,
     /// Line of each row.
     pub lines: Vec<u64>,
-    numbers: Vec<(Role, Vec<f64>)>,
+    /// By role and, in a table of platoons, number of the car; 0 elsewhere.
+    numbers: Vec<((Role, usize), Vec<f64>)>,
     names: Vec<(Role, Vec<u32>)>,
     /// Names by number.
     pub dictionary: Vec<String>,
-    /// Columns that were not read.
-    pub ignored: Vec<String>,
+    /// What rows of equal times are told apart by.
+    hashes: Vec<u64>,
+    /// What is wrong with single values, by the names in the columns of group and id.
+    faults: BTreeMap<(u32, u32), Faults>,
+    /// What was done while reading: columns and lines that were not read.
+    pub notes: Vec<Note>,
     /// False if the last row has no line end.
     pub terminated: bool,
-    /// What each role is called in this file.
+    /// What each role is called in this file, in the order of the cars.
     called: Vec<(Role, String)>,
 }
 
 impl Table {
     pub fn numbers(&self, role: Role) -> Option<&[f64]> {
-        self.numbers.iter().find(|(r, _)| *r == role).map(|(_, values)| values.as_slice())
+        self.numbers_of(role, 0)
+    }
+
+    /// Of one car of a platoon, by its number.
+    pub fn numbers_of(&self, role: Role, car: usize) -> Option<&[f64]> {
+        self.numbers.iter().find(|(key, _)| *key == (role, car)).map(|(_, values)| values.as_slice())
+    }
+
+    /// The numbers of the cars of a platoon, front to back.
+    pub fn cars(&self) -> Vec<usize> {
+        let mut cars: Vec<usize> =
+            self.numbers.iter().filter(|((role, _), _)| *role == Role::Speed).map(|((_, car), _)| *car).collect();
+        cars.sort_unstable();
+        cars
     }
 
     pub fn names(&self, role: Role) -> Option<&[u32]> {
         self.names.iter().find(|(r, _)| *r == role).map(|(_, values)| values.as_slice())
+    }
+
+    /// Group and id of a row, 0 where there is no such column.
+    pub fn key(&self, row: usize) -> (u32, u32) {
+        let of = |role| self.names(role).map_or(0, |names| names[row]);
+        (of(Role::Group), of(Role::Id))
+    }
+
+    /// What is wrong with the values of a group and id.
+    pub fn faults(&self, key: (u32, u32)) -> Option<&Faults> {
+        self.faults.get(&key)
+    }
+
+    /// What is wrong with single values is wrong with the file, where nothing else is left of it.
+    pub fn refuse(&self, problems: &mut Problems) -> Result<(), Stop> {
+        problems.adopt(self.faults.values().cloned());
+        problems.check()
+    }
+
+    /// True if one row repeats another one letter by letter.
+    pub fn is_repeated(&self, row: usize, other: usize) -> bool {
+        self.hashes[row] == self.hashes[other]
+    }
+
+    /// Those rows that repeat another one letter by letter are taken out and counted. Of others with the same time
+    /// `differ` is told: line of the first and of the second, and the time.
+    pub fn take_once(&self, rows: &mut Vec<usize>, repeated: &mut Repeated, mut differ: impl FnMut(u64, u64, f64)) {
+        let time = self.numbers(Role::Time).unwrap_or_default();
+        let mut seen: HashMap<u64, usize> = HashMap::with_capacity(rows.len());
+        rows.retain(|&row| {
+            let first = *seen.entry(time[row].to_bits()).or_insert(row);
+            if first == row {
+                return true;
+            }
+            if self.hashes[first] == self.hashes[row] {
+                repeated.add(self.lines[row]);
+            } else {
+                differ(self.lines[first], self.lines[row], time[row]);
+            }
+            false
+        });
     }
 
     /// `NAME (UNIT)` of a role, for messages.
@@ -47,46 +110,121 @@ impl Table {
     }
 }
 
-/// One column of the file that is read.
-struct Wanted {
-    place: usize,
-    role: Role,
-    factor: f64,
-    unit: String,
+/// Rows that stand in a table more than once.
+#[derive(Default)]
+pub(super) struct Repeated {
+    rows: usize,
+    first: u64,
+}
+
+impl Repeated {
+    fn add(&mut self, line: u64) {
+        self.first = if self.rows == 0 { line } else { self.first.min(line) };
+        self.rows += 1;
+    }
+
+    pub fn note(&self) -> Option<Note> {
+        (self.rows > 0).then_some(Note::RowsRepeated { rows: self.rows, line: self.first })
+    }
+}
+
+/// The header, and what separates the fields below it.
+fn header<R: Read>(
+    lines: &mut Lines<R>,
+    map: &ColumnMap,
+    problems: &mut Problems,
+    notes: &mut Vec<Note>,
+) -> Result<(Header, Separator), Stop> {
+    for _ in 0..map.skip_lines {
+        if lines.next(problems)?.is_none() {
+            return Err(problems.stop(lines.number().max(1), None, ProblemKind::AllSkipped { lines: map.skip_lines }));
+        }
+    }
+    if map.skip_lines > 0 {
+        notes.push(Note::LinesSkipped {
+            line: 1,
+            lines: map.skip_lines,
+            what: "skip_lines of the column map".to_owned(),
+        });
+    }
+    if let Some(names) = &map.header {
+        return Ok((Header::named(names), map.separator));
+    }
+    let named = |line: &str| {
+        let mut fields = Vec::new();
+        split_by(line, map.separator, &mut fields);
+        let is_named = |field: &Field| {
+            map.columns.iter().flat_map(|column| &column.names).any(|name| name.eq_ignore_ascii_case(field.text))
+        };
+        fields.iter().filter(|field| is_named(field)).count()
+    };
+    let Some(first) = preamble::header(lines, problems, notes, named)? else {
+        return Err(problems.stop(1, None, ProblemKind::Empty));
+    };
+    let line = lines.number();
+    let mut fields = Vec::new();
+    if let Some(bare) = &map.headerless {
+        split_by(&first, bare.separator, &mut fields);
+        let is_number = |field: &Field| field.text.parse::<f64>().is_ok();
+        if fields.len() == bare.header.len() && fields.iter().all(is_number) {
+            lines.unread();
+            return Ok((Header::named(&bare.header), bare.separator));
+        }
+    }
+    if map.separator == Separator::Comma {
+        check_separator(&first, line, true, problems)?;
+    }
+    split_by(&first, map.separator, &mut fields);
+    check_names(&fields, problems)?;
+    Ok((Header::of(&first, line, &fields, problems)?, map.separator))
+}
+
+/// Skips the row of units behind a header, if there is one, or one is promised.
+fn units_row<R: Read>(
+    lines: &mut Lines<R>,
+    map: &ColumnMap,
+    separator: Separator,
+    problems: &mut Problems,
+    notes: &mut Vec<Note>,
+) -> Result<(), Stop> {
+    let Some(line) = lines.next(problems)?.map(str::to_owned) else {
+        return Ok(());
+    };
+    let mut fields = Vec::new();
+    split_by(&line, separator, &mut fields);
+    if map.units_row || preamble::is_units(&fields) {
+        let what = format!("units, {}", line.trim());
+        notes.push(Note::LinesSkipped { line: lines.number(), lines: 1, what });
+    } else {
+        lines.unread();
+    }
+    Ok(())
 }
 
 /// Reads all rows; problems are collected.
 pub(super) fn read<R: Read>(lines: &mut Lines<R>, map: &ColumnMap, problems: &mut Problems) -> Result<Table, Stop> {
-    let header = match &map.header {
-        Some(names) => Header::named(names),
-        None => {
-            let Some(first) = lines.next(problems)?.map(str::to_owned) else {
-                return Err(problems.stop(1, None, ProblemKind::Empty));
-            };
-            if map.separator == Separator::Comma {
-                check_separator(&first, 1, true, problems)?;
-            }
-            let mut fields = Vec::new();
-            split_by(&first, map.separator, &mut fields);
-            check_names(&fields, problems)?;
-            Header::of(&first, 1, &fields, problems)?
-        }
-    };
+    let mut notes = Vec::new();
+    let (header, separator) = header(lines, map, problems, &mut notes)?;
     let wanted = wanted(&header, map, problems);
     problems.check()?;
+    if header.line > 0 {
+        units_row(lines, map, separator, problems, &mut notes)?;
+    }
     let mut table = Table {
         header_line: header.line,
         lines: Vec::new(),
         numbers: Vec::new(),
         names: Vec::new(),
         dictionary: Vec::new(),
-        ignored: Vec::new(),
+        hashes: Vec::new(),
+        faults: BTreeMap::new(),
+        notes,
         terminated: true,
         called: Vec::new(),
     };
     for column in &wanted {
         match column.role.quantity() {
-            Some(_) => table.numbers.push((column.role, Vec::new())),
+            Some(_) => table.numbers.push(((column.role, column.car), Vec::new())),
             None => table.names.push((column.role, Vec::new())),
         }
         let name = &header.names[column.place];
@@ -95,12 +233,16 @@ pub(super) fn read<R: Read>(lines: &mut Lines<R>, map: &ColumnMap, problems: &mu
     }
     let is_read = |place: usize| wanted.iter().any(|column| column.place == place);
     let unread = header.names.iter().enumerate().filter(|(place, name)| !is_read(*place) && !name.is_empty());
-    table.ignored = unread.map(|(_, name)| name.clone()).collect();
+    let columns: Vec<String> = unread.map(|(_, name)| name.clone()).collect();
+    if !columns.is_empty() {
+        table.notes.push(Note::IgnoredColumns { columns });
+    }
 
     let mut numbers: HashMap<String, u32> = HashMap::new();
+    let mut before = None;
     while let Some(line) = lines.next(problems)?.map(str::to_owned) {
         let mut fields: Vec<Field> = Vec::with_capacity(header.names.len());
-        split_by(&line, map.separator, &mut fields);
+        split_by(&line, separator, &mut fields);
         if fields.iter().all(|field| field.text.is_empty()) {
             continue;
         }
@@ -113,30 +255,47 @@ pub(super) fn read<R: Read>(lines: &mut Lines<R>, map: &ColumnMap, problems: &mu
             continue;
         }
         table.lines.push(lines.number());
+        table.hashes.push(fingerprint(&line));
+        let mut faulty = Vec::new();
         let (mut number, mut name) = (0, 0);
         for column in &wanted {
             let field = fields[column.place];
             if column.role.quantity().is_none() {
+                let nobody = column.role == Role::Ahead && is_word_for_missing(field.text, map);
+                let text = if nobody { "" } else { whole(field.text) };
                 let next = table.dictionary.len() as u32;
-                let known = numbers.get(field.text).copied();
+                let known = numbers.get(text).copied();
                 let id = known.unwrap_or_else(|| {
-                    numbers.insert(field.text.to_owned(), next);
-                    table.dictionary.push(field.text.to_owned());
+                    numbers.insert(text.to_owned(), next);
+                    table.dictionary.push(text.to_owned());
                     next
                 });
                 table.names[name].1.push(id);
                 name += 1;
                 continue;
             }
-            let value = value(field.text, &header.names[column.place], column, map).unwrap_or_else(|kind| {
-                problems.add(lines.number(), Some(column_of(&line, field.start)), kind);
+            let mut value = value(field.text, &header.names[column.place], column, map).unwrap_or_else(|kind| {
+                let problem = Problem { line: lines.number(), column: Some(column_of(&line, field.start)), kind };
+                if column.role == Role::Time {
+                    problems.add(problem.line, problem.column, problem.kind);
+                } else {
+                    faulty.push(problem);
+                }
                 f64::NAN
             });
+            if column.form == Form::Clock && value.is_finite() {
+                value = clock::going_on(value, before);
+                before = Some(value);
+            }
             table.numbers[number].1.push(value);
             number += 1;
         }
+        let key = table.key(table.lines.len() - 1);
+        faulty.into_iter().for_each(|problem| table.faults.entry(key).or_default().add(problem));
     }
-    problems.check()?;
+    if problems.check().is_err() {
+        table.refuse(problems)?;
+    }
     match table.lines.len() {
         0 => Err(problems.stop(header.line.max(1), None, ProblemKind::NoRows)),
         1 => Err(problems.stop(table.lines[0], None, ProblemKind::OneRow)),
@@ -144,36 +303,33 @@ pub(super) fn read<R: Read>(lines: &mut Lines<R>, map: &ColumnMap, problems: &mu
     }
 }
 
-/// The columns that the map names, in the order of its roles.
-fn wanted(header: &Header, map: &ColumnMap, problems: &mut Problems) -> Vec<Wanted> {
-    let mut wanted = Vec::new();
-    let all: Vec<&str> = map.columns.iter().flat_map(|column| column.names.iter().map(String::as_str)).collect();
-    let needed: Vec<&str> =
-        map.columns.iter().filter(|c| !c.optional).filter_map(|c| c.names.first().map(String::as_str)).collect();
-    let mut missing = Vec::new();
-    for column in &map.columns {
-        match column.names.iter().find_map(|name| header.find(name)) {
-            Some(place) => {
-                wanted.push(Wanted { place, role: column.role, factor: column.factor, unit: column.unit.clone() });
-            }
-            None if column.optional => {}
-            None => missing.push(column.names[0].as_str()),
-        }
-    }
-    // One name may be misspelt; when several are missing, the table may be another one.
-    let advice = format!("is {} the right column map? `leadlag list columns` shows those that are built in", map.name);
-    header.missing(&missing, &needed, &all, if missing.len() > 1 { &advice } else { "" }, problems);
-    wanted
+fn is_word_for_missing(text: &str, map: &ColumnMap) -> bool {
+    is_missing(text) || map.missing.iter().any(|word| word.eq_ignore_ascii_case(text))
 }
 
 /// A number in SI, NaN if it is missing, or what is wrong with it.
 fn value(text: &str, name: &str, column: &Wanted, map: &ColumnMap) -> Result<f64, ProblemKind> {
-    let Wanted { role, factor, unit, .. } = column;
+    let Wanted { role, form, unit, .. } = column;
+    let text = if is_word_for_missing(text, map) { "" } else { text };
     let read = |text: &str| if *role == Role::Time { present(text, name) } else { finite(text, name) };
+    let timed = |found: Option<f64>, expected: &'static str| match found {
+        _ if text.is_empty() => Err(ProblemKind::Missing { column: name.to_owned() }),
+        Some(time) => Ok(time),
+        None => Err(ProblemKind::NotATime { column: name.to_owned(), expected, found: text.to_owned() }),
+    };
+    let factor = match form {
+        Form::Factor(factor) => factor,
+        Form::Iso => return timed(clock::iso(text), "a date with a time, such as 2019-10-09T14:58:30.1Z"),
+        Form::Clock => return timed(clock::of_day(text), "a time of day, such as 145830.1 or 14:58:30.1"),
+    };
     let written = match map.decimal {
         Decimal::Point => read(text).map_err(|kind| match kind {
             ProblemKind::DecimalComma { column, found, .. } => {
                 ProblemKind::DecimalComma { column, found, mapped: map.separator != Separator::Comma }
+            }
+            // A clock is no number.
+            ProblemKind::NotANumber { column, found, .. } if *role == Role::Time && is_time(&found) => {
+                ProblemKind::TimeUnit { column, found }
             }
             kind => kind,
         })?,
@@ -193,6 +349,10 @@ fn value(text: &str, name: &str, column: &Wanted, map: &ColumnMap) -> Result<f64
         });
     }
     Ok(si)
+}
+
+fn is_time(text: &str) -> bool {
+    clock::iso(text).is_some() || (text.contains(':') && clock::of_day(text).is_some())
 }
 
 fn split_by<'a>(line: &'a str, separator: Separator, fields: &mut Vec<Field<'a>>) {

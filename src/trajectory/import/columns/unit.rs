@@ -10,6 +10,20 @@ pub(super) enum Quantity {
     Ratio,
 }
 
+/// How the text of a value becomes SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Form {
+    /// A number, times this.
+    Factor(f64),
+    /// A date and a time of day: 2019-10-09T14:58:30.1Z.
+    Iso,
+    /// A time of day: 145830.1 or 14:58:30.1.
+    Clock,
+}
+
+/// Times that are no numbers of a unit.
+const CLOCKS: [(&str, Form); 2] = [("iso", Form::Iso), ("hhmmss", Form::Clock)];
+
 /// International foot, mile and nautical mile \[m\]; standard gravity \[m/s²\].
 const FOOT: f64 = 0.3048;
 const MILE: f64 = 1609.344;
@@ -44,8 +58,19 @@ impl Quantity {
         }
     }
 
-    /// A unit in SI.
-    pub fn factor(self, unit: &str) -> Option<f64> {
-        self.units().iter().find(|(name, _)| *name == unit).map(|(_, factor)| *factor)
+    /// How a value in this unit is read.
+    pub fn form(self, unit: &str) -> Option<Form> {
+        if self == Quantity::Time
+            && let Some((_, form)) = CLOCKS.iter().find(|(name, _)| *name == unit)
+        {
+            return Some(*form);
+        }
+        self.units().iter().find(|(name, _)| *name == unit).map(|(_, factor)| Form::Factor(*factor))
+    }
+
+    /// The names of all its units.
+    pub fn names(self) -> Vec<&'static str> {
+        let clocks = if self == Quantity::Time { &CLOCKS[..] } else { &[] };
+        self.units().iter().map(|(name, _)| *name).chain(clocks.iter().map(|(name, _)| *name)).collect()
     }
 }

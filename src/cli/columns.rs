@@ -1,0 +1,22 @@
+//! `leadlag columns`: a column map that is part of the program, as the text to begin one's own with.
+
+use super::{Usage, output};
+use leadlag::near::did_you_mean;
+use leadlag::trajectory::import::ColumnMap;
+
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Name of a map, such as ngsim (`leadlag list columns`)
+    #[arg(value_name = "NAME")]
+    name: String,
+}
+
+pub fn run(args: &Args) -> anyhow::Result<()> {
+    let shipped = ColumnMap::shipped();
+    let Some((_, text)) = shipped.iter().find(|(name, _)| name.eq_ignore_ascii_case(&args.name)) else {
+        let names: Vec<&str> = shipped.iter().map(|(name, _)| *name).collect();
+        let near = did_you_mean(&args.name, names.iter().copied());
+        return Err(Usage(format!("no column map {}; shipped are {}{near}", args.name, names.join(", "))).into());
+    };
+    output::print(text)
+}

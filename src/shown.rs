@@ -1,0 +1,43 @@
+//! Text of others as people may read it: what moves a cursor, hides or turns letters around is shown as an escape.
+
+use std::borrow::Cow;
+
+/// Control characters, those that set the direction of writing, and invisible ones.
+fn is_unseen(c: char) -> bool {
+    // C0, delete and C1; then marks, embeddings, overrides and isolates of direction, and separators of lines.
+    c.is_control()
+        || matches!(c, '\u{61c}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{2069}' | '\u{feff}')
+}
+
+/// A name on one line: `\u000a` for a line end. What is escaped this way is valid in JSON, too.
+#[must_use]
+pub fn name(text: &str) -> Cow<'_, str> {
+    escaped(text, is_unseen)
+}
+
+/// Text of several lines: line ends and tabs stay.
+#[must_use]
+pub fn lines(text: &str) -> Cow<'_, str> {
+    escaped(text, |c| is_unseen(c) && !matches!(c, '\n' | '\t'))
+}
+
+fn escaped(text: &str, escape: impl Fn(char) -> bool) -> Cow<'_, str> {
+    if !text.chars().any(&escape) {
+        return Cow::Borrowed(text);
+    }
+    let one = |c: char| if escape(c) { format!("\\u{:04x}", u32::from(c)) } else { c.to_string() };
+    Cow::Owned(text.chars().map(one).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_cannot_be_seen_is_shown() {
+        assert_eq!(name("car\u{1b}[2J\n2"), "car\\u001b[2J\\u000a2");
+        assert_eq!(name("a\u{9b}b\u{202e}c\u{7f}"), "a\\u009bb\\u202ec\\u007f");
+        assert_eq!(lines("a\n\tb\r\u{85}"), "a\n\tb\\u000d\\u0085");
+        assert!(matches!(name("Škoda Φ (2)"), Cow::Borrowed(_)));
+    }
+}

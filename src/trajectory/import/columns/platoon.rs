@@ -1,0 +1,101 @@
+//! Wide tables of more than two cars: one row per time, and for each car columns with its number in the name.
+
+use super::map::ColumnMap;
+use super::pairs::{Group, by_group};
+use super::plausible::{self, Pair};
+use super::role::Role;
+use super::rows::Table;
+use crate::trajectory::error::{Problem, ProblemKind};
+use crate::trajectory::import::problems::{Problems, Stop};
+use crate::trajectory::import::{median, note_end};
+use crate::trajectory::{Car, Note, Platoon};
+
+/// Backwards faster than this is no sensor noise at standstill \[m/s\].
+const REVERSE_LIMIT: f64 = -0.5;
+
+/// One platoon per group, in the order of the file.
+pub(super) fn platoons(table: &Table, map: &ColumnMap, problems: &mut Problems) -> Result<Vec<Platoon>, Stop> {
+    if table.cars().len() < 2 {
+        let found = table.cars().len();
+        return Err(problems.stop(table.header_line.max(1), None, ProblemKind::FewCars { found }));
+    }
+    let (groups, repeated) = by_group(table, problems)?;
+    let mut platoons = Vec::new();
+    let mut pairs = Vec::new();
+    for Group { id, rows, again } in groups.into_iter().filter(|group| group.rows.len() > 1) {
+        let mut platoon = platoon(table, map, id, &rows, &mut pairs);
+        platoon.notes.extend(again);
+        platoons.push(platoon);
+    }
+    if !platoons.iter().any(Platoon::is_usable) {
+        problems.adopt(platoons.iter().flat_map(|platoon| &platoon.cars).map(|car| car.faults.clone()));
+        problems.check()?;
+    }
+    let Some(first) = platoons.first_mut() else {
+        return Err(problems.stop(table.lines[0], None, ProblemKind::OneRow));
+    };
+    if map.check_units {
+        plausible::pairs(table, &pairs, problems);
+        problems.check()?;
+    }
+    first.notes.extend(repeated.note());
+    first.notes.extend(table.notes.iter().cloned());
+    note_end(table.terminated, &table.lines, &mut first.notes);
+    Ok(platoons)
+}
+
+fn platoon(table: &Table, map: &ColumnMap, id: Option<String>, rows: &[usize], pairs: &mut Vec<Pair>) -> Platoon {
+    let take = |role: Role, car: usize| {
+        table.numbers_of(role, car).map(|all| rows.iter().map(|&row| all[row]).collect::<Vec<f64>>())
+    };
+    let t: Vec<f64> =
+        table.numbers(Role::Time).map(|all| rows.iter().map(|&row| all[row]).collect()).unwrap_or_default();
+    let faults = table.faults(table.key(rows[0])).cloned().unwrap_or_default();
+    let mut notes = Vec::new();
+    let mut cars: Vec<Car> = Vec::new();
+    for number in table.cars() {
+        let length = take(Role::Length, number).and_then(|length| median(length.into_iter())).or(map.length);
+        let mut car = Car {
+            length: length.filter(|&length| length > 0.0),
+            v: take(Role::Speed, number).unwrap_or_default(),
+            x: take(Role::Position, number),
+            a: take(Role::Acceleration, number),
+            sin_grade: take(Role::SinGrade, number),
+            faults: faults.clone(),
+            ..Car::new(number, None)
+        };
+        if let Some((row, &found)) = rows.iter().zip(&car.v).find(|(_, v)| **v < REVERSE_LIMIT) {
+            let kind = ProblemKind::MappedReverse { column: table.called(Role::Speed), limit: REVERSE_LIMIT, found };
+            car.faults.add(Problem { line: table.lines[*row], column: None, kind });
+        }
+        if let Some(lead) = cars.last() {
+            let measured = take(Role::Gap, number);
+            let headway = take(Role::Headway, number);
+            let gap = measured.clone().or_else(|| {
+                let (headway, length) = (headway.as_ref()?, lead.length?);
+                notes.push(Note::Derived {
+                    signal: format!("gap of car {number}"),
+                    from: format!("headway minus the length of the vehicle ahead, {length} m"),
+                });
+                Some(headway.iter().map(|headway| headway - length).collect())
+            });
+            let samples = gap.iter().flatten().filter(|&&gap| gap <= 0.0).count();
+            if samples > 0 {
+                notes.push(Note::NoGap { car: number, signal: format!("gap of car {number}"), samples });
+            }
+            car.gap = gap.map(|gap| gap.into_iter().map(|gap| if gap > 0.0 { gap } else { f64::NAN }).collect());
+            let fronts = lead.x.as_ref().zip(car.x.as_ref());
+            pairs.push(Pair {
+                t: t.clone(),
+                dv: lead.v.iter().zip(&car.v).map(|(lead, ego)| lead - ego).collect(),
+                gap: measured,
+                headway,
+                fronts: fronts
+                    .map(|(lead, ego)| lead.iter().zip(ego).map(|(lead, ego)| map.ahead_by(lead - ego)).collect()),
+            });
+        }
+        cars.push(car);
+    }
+    let lines = rows.iter().map(|&row| table.lines[row]).collect();
+    Platoon { id, t, lines, cars, notes }
+}

@@ -1,0 +1,124 @@
+//! The keys of a column map, as TOML has them.
+
+use super::map::{Decimal, Direction, PositionAt, Rows, Separator};
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{MapAccess, Visitor};
+use serde::{Deserialize, Deserializer};
+use std::collections::BTreeMap;
+use std::fmt;
+use toml::Spanned;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Text {
+    #[serde(default)]
+    pub title: String,
+    pub rows: Rows,
+    #[serde(default = "comma")]
+    pub separator: Separator,
+    #[serde(default = "point")]
+    pub decimal: Decimal,
+    pub header: Option<Vec<String>>,
+    /// How the same table is read where it has no header line.
+    pub headerless: Option<Headerless>,
+    #[serde(default)]
+    pub skip_lines: u64,
+    #[serde(default)]
+    pub units_row: bool,
+    #[serde(default)]
+    pub missing: Vec<String>,
+    #[serde(default)]
+    pub nobody: Vec<String>,
+    #[serde(default = "increasing")]
+    pub direction: Direction,
+    #[serde(default = "front")]
+    pub position_at: PositionAt,
+    #[serde(alias = "frame_rate")]
+    pub frame_rate_hz: Option<f64>,
+    #[serde(default = "yes")]
+    pub check_units: bool,
+    pub length: Option<f64>,
+    pub lead_length: Option<f64>,
+    pub lap_length: Option<f64>,
+    pub columns: BTreeMap<Spanned<String>, Spanned<Entry>>,
+}
+
+/// A table without a header line.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Headerless {
+    pub separator: Separator,
+    pub header: Vec<String>,
+}
+
+/// What stands behind a role.
+pub(super) enum Entry {
+    /// One value for all rows.
+    Constant(f64),
+    Column(Named),
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Named {
+    pub name: Names,
+    pub unit: Option<String>,
+    #[serde(default)]
+    pub optional: bool,
+    /// What to do where the column is missing.
+    #[serde(default)]
+    pub hint: String,
+}
+
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "expected a name, or a list of names of which a file has one")]
+pub(super) enum Names {
+    One(String),
+    Several(Vec<String>),
+}
+
+impl<'de> Deserialize<'de> for Entry {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Either;
+        impl<'de> Visitor<'de> for Either {
+            type Value = Entry;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("{ name = \"...\" }, or a number that holds for all rows")
+            }
+
+            fn visit_f64<E>(self, value: f64) -> Result<Entry, E> {
+                Ok(Entry::Constant(value))
+            }
+
+            fn visit_i64<E>(self, value: i64) -> Result<Entry, E> {
+                Ok(Entry::Constant(value as f64))
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Entry, A::Error> {
+                Named::deserialize(MapAccessDeserializer::new(map)).map(Entry::Column)
+            }
+        }
+        deserializer.deserialize_any(Either)
+    }
+}
+
+fn comma() -> Separator {
+    Separator::Comma
+}
+
+fn point() -> Decimal {
+    Decimal::Point
+}
+
+fn increasing() -> Direction {
+    Direction::Increasing
+}
+
+fn front() -> PositionAt {
+    PositionAt::Front
+}
+
+fn yes() -> bool {
+    true
+}

@@ -1,0 +1,45 @@
+//! Steps of a signal that no sum may cross: a pause of the recording, a lap that begins anew, a number that another car bears.
+
+use super::prepare::{GRID_TOLERANCE_S, median_step};
+
+/// A step of time that is longer than this, and than usual, is a pause \[s\]: what preparation does not interpolate by itself.
+const PAUSE_S: f64 = 1.0;
+/// ... than usual by this factor, so that a table with one row in two seconds has none.
+const UNUSUAL: f64 = 1.5;
+/// A change of position of more than this many times the usual one is no driving: the end of a lap, or another car.
+const JUMP: f64 = 5.0;
+/// The usual change of position is that which this share of the steps does not exceed: it is not that of a car that mostly stands.
+const USUAL: f64 = 0.9;
+
+/// The longest step of time that is not a pause \[s\].
+pub(super) fn longest_step(t: &[f64]) -> f64 {
+    let usual = median_step(t).unwrap_or(PAUSE_S);
+    PAUSE_S.max(UNUSUAL * usual) + GRID_TOLERANCE_S
+}
+
+/// The largest change of a position from one sample to the next that is driving \[m\]; infinite where nothing moves.
+pub(super) fn largest_move(x: &[f64]) -> f64 {
+    let mut moves: Vec<f64> = x.windows(2).map(|x| (x[1] - x[0]).abs()).filter(|step| step.is_finite()).collect();
+    moves.sort_by(f64::total_cmp);
+    let usual = moves.get((moves.len() as f64 * USUAL) as usize).copied().unwrap_or(0.0);
+    if usual > 0.0 { JUMP * usual } else { f64::INFINITY }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pause_is_longer_than_usual_and_than_a_second() {
+        let every = |dt: f64| (0..100).map(|i| f64::from(i) * dt).collect::<Vec<f64>>();
+        assert!((longest_step(&every(0.1)) - 1.0).abs() < 1e-5);
+        assert!((longest_step(&every(2.0)) - 3.0).abs() < 1e-5);
+    }
+
+    #[test]
+    fn the_end_of_a_lap_is_no_driving() {
+        let x: Vec<f64> = (0..400).map(|i| (f64::from(i) * 1.5) % 260.0).collect();
+        assert!((largest_move(&x) - 7.5).abs() < 1e-9);
+        assert_eq!(largest_move(&[3.0; 5]), f64::INFINITY);
+    }
+}
