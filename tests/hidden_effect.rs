@@ -414,13 +414,13 @@ fn in_closed_loop_nothing_passes_where_nothing_is_hidden() {
     for (base, gusts, seed) in [("l-cth", 0.0, 4203), ("idm", 0.05, 4204)] {
         let (answer, passing) = closed_loop(&long("none", base, &[], gusts, seed));
         assert!(recommended(&answer).is_empty() && passing.is_empty(), "{base}: {passing:?}");
-        assert!(answer.tried.not_testable.is_none() && !answer.tried.trials.is_empty());
+        assert!(answer.tried.not_testable.is_none(), "{base}: {:?}", answer.tried.not_testable);
     }
 }
 
 #[test]
 fn in_closed_loop_short_drives_say_that_they_are_too_short() {
-    let (answer, passing) = closed_loop(&task("none", "idm", &[], 0.0, 4205));
+    let (answer, passing) = closed_loop(&DiagnosisTask { duration_s: 120.0, ..task("none", "idm", &[], 0.0, 4205) });
     let why = answer.tried.not_testable.as_deref().expect("too few bins");
     assert!(why.contains("bins of 10 s") && passing.is_empty() && recommended(&answer).is_empty(), "{why}");
 }

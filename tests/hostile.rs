@@ -75,7 +75,7 @@ fn a_result_without_end_is_not_read_to_its_end() {
 fn a_table_of_cases_of_many_columns_is_refused_in_a_line() {
     let folder = scratch("hostile", "wide");
     let cases = folder.join("cases.csv");
-    fs::write(&cases, vec!["a_column"; 130_000].join(",") + "\n").unwrap();
+    fs::write(&cases, vec!["column"; 130_000].join(",") + "\n").unwrap();
     let (code, said) = fails(&["evaluate", text(&cases), "--data", text(&folder)]);
     assert!(code == 1 && said.contains("expected at most 1000 columns, found 130000") && said.len() < 400, "{said}");
 }
@@ -84,6 +84,8 @@ fn a_table_of_cases_of_many_columns_is_refused_in_a_line() {
 #[cfg(unix)]
 fn limited(limit: &str, arguments: &[&str]) -> String {
     let mut command = Command::new("sh");
+    // A heap per thread takes address space that has nothing to do with what is tested.
+    command.env("RAYON_NUM_THREADS", "1");
     command.args(["-c", &format!("{limit}; exec \"$0\" \"$@\""), env!("CARGO_BIN_EXE_leadlag")]).args(arguments);
     refused(command.output().expect("a shell"))
 }

@@ -83,7 +83,7 @@ impl Contender {
             Contender::Lanes(precision) => Runner::Evaluator(Box::new(Lanes::new(cases, gof, precision)?)),
             Contender::Gpu(_) if is_switched_off() => return Ok(None),
             Contender::Gpu(precision) => match Gpu::new(cases, gof, precision, &AdapterChoice::Best) {
-                Err(EvaluateError::Adapter { .. }) => return Ok(None),
+                Err(EvaluateError::Adapter { .. } | EvaluateError::AddressSpace { .. }) => return Ok(None),
                 gpu => Runner::Evaluator(Box::new(gpu?)),
             },
         }))

@@ -7,11 +7,12 @@
 //! ```
 
 use super::output;
-use anyhow::{Context, ensure};
+use anyhow::{Context, bail, ensure};
+use leadlag::bounded;
 use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::io::{ErrorKind, Write};
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 const NEW: &str = ".leadlag-new";
 const READY: &str = ".leadlag-ready";
@@ -71,6 +72,8 @@ impl Drop for Change {
 
 /// Completes a change of which a killed process has made a part only. Whoever reads a folder of results does this first.
 pub fn settle(folder: &Path) -> anyhow::Result<()> {
+    // What `parent` says of a bare name.
+    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     if folder.join(READY).exists() {
         let _lock = locked(folder);
         make(folder)?;
@@ -88,7 +91,7 @@ fn clear(folder: &Path) -> anyhow::Result<()> {
 /// Makes the change that is ready, or the rest of it.
 fn make(folder: &Path) -> anyhow::Result<()> {
     let ready = folder.join(READY);
-    let list = match fs::read_to_string(ready.join(LIST)) {
+    let list = match bounded::read_to_string(&ready.join(LIST), bounded::TEXT_MAX) {
         Ok(list) => list,
         Err(error) if error.kind() == ErrorKind::NotFound => {
             // The list goes last.
@@ -98,6 +101,10 @@ fn make(folder: &Path) -> anyhow::Result<()> {
         Err(error) => return Err(error).with_context(|| format!("{}: cannot read the change", ready.display())),
     };
     let named = |sign: &str| list.lines().filter_map(|line| line.strip_prefix(sign)).collect::<Vec<_>>();
+    // The folder may come from somebody else, who must not reach what lies beside it.
+    if let Some(name) = named("+ ").into_iter().chain(named("- ")).find(|name| !is_plain(name)) {
+        bail!("{}: expected names of files in this folder, found {name:?}; remove the folder", ready.display());
+    }
     // What has been moved already is new.
     let waiting: Vec<&str> = named("+ ").into_iter().filter(|name| ready.join(name).exists()).collect();
     let done = || {
@@ -115,6 +122,12 @@ fn make(folder: &Path) -> anyhow::Result<()> {
         fs::remove_dir_all(&ready)
     };
     done().with_context(|| format!("{}: cannot put the new files in their places", folder.display()))
+}
+
+/// True for the name of a file, and not of a place elsewhere.
+fn is_plain(name: &str) -> bool {
+    let mut parts = Path::new(name).components();
+    matches!(parts.next(), Some(Component::Normal(_))) && parts.next().is_none()
 }
 
 fn flushed(path: &Path, content: &[u8]) -> std::io::Result<()> {
@@ -177,6 +190,22 @@ mod tests {
             settle(folder).expect("it can be completed");
             assert_eq!(files(folder), result(&["a", "b", "c"], "2"), "{moved} were in their places");
             assert_eq!(fs::read_dir(folder).expect("it is there").count(), 3);
+        }
+    }
+
+    #[test]
+    fn a_list_of_somebody_else_reaches_nothing_outside() {
+        for name in ["../victim", "/etc/hostname", "a/../../victim", ".."] {
+            for sign in ["+", "-"] {
+                let outside = tempfile::tempdir().expect("room");
+                let folder = outside.path().join("result");
+                fs::create_dir_all(folder.join(READY)).expect("room");
+                fs::write(outside.path().join("victim"), "kept").expect("room");
+                fs::write(folder.join(READY).join(LIST), format!("{sign} {name}\n")).expect("room");
+                let error = settle(&folder).expect_err(name).to_string();
+                assert!(error.contains("expected names of files in this folder"), "{error}");
+                assert_eq!(fs::read_to_string(outside.path().join("victim")).expect("untouched"), "kept");
+            }
         }
     }
 

@@ -189,12 +189,17 @@ pub fn is_usage(error: &anyhow::Error) -> bool {
 
 /// Runs one command.
 pub fn run(cli: Cli) -> anyhow::Result<()> {
-    output::set_quiet(cli.quiet);
     // Now, for where the first work starts them they cannot fail but by a panic.
     rayon::ThreadPoolBuilder::new().num_threads(cli.threads.map_or(0, usize::from)).build_global().context(
         "cannot start the threads: ask for fewer with --threads N, or allow this process more threads or memory (`ulimit -u`, \
          `ulimit -v`)",
     )?;
+    command(cli)
+}
+
+/// The same where threads run already: a command within another one.
+fn command(cli: Cli) -> anyhow::Result<()> {
+    output::set_quiet(cli.quiet);
     match cli.command {
         Command::Inspect(args) => inspect::run(&args),
         Command::Calibrate(args) => calibrate::run(&args),

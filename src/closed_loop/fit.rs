@@ -45,7 +45,7 @@ const LONGEST: f64 = 0.3;
 /// Least curvature of a coordinate, so that what does nothing stays where it is.
 const FLAT: f64 = 1e-7;
 /// A slope that is none: one of two neighbours has failed and goes on elsewhere.
-const STEEP: f64 = 1e5;
+const STEEP: f64 = 1e4;
 /// Step of a difference, as a share of an axis; limits that bind now and then need one that is not lost between two samples.
 const STEP: f64 = 1e-4;
 
@@ -229,7 +229,7 @@ fn normal_equations(
         moves.push((first, moved));
     }
     let counts = |i: usize, drive: usize| starts[of[i]].counts[drive];
-    let runs = model.on_drives(&candidates, horizon, &counts, &|_, run| run.clone())?;
+    let runs = model.on_drives(&candidates, horizon, &counts, &|_, run| run)?;
     let m = starts[moving[0]].axes.len();
     let mut bins = vec![0.0; moving.len()];
     let zero = || Normal { gradient: DVector::zeros(m), curvature: DMatrix::zeros(m, m) };

@@ -137,9 +137,9 @@ pub(super) fn root_mean_squares(drive: &Drive) -> [f64; SIGNALS] {
 pub(super) fn errors(run: &FreeRun, layout: &Layout, t: usize) -> [f64; SIGNALS] {
     let held = |t: usize| layout.windows.is_some_and(|windows| windows.holds(t));
     let [s, v] = run.errors[t];
-    let before =
-        t.checked_sub(layout.second).filter(|before| !held(*before)).map_or(0.0, |before| run.errors[before][1]);
-    [s, v, if before.is_nan() { 0.0 } else { v - before }]
+    let is_free = |from: usize| !held(from) && !run.errors[from..t].iter().any(|e| e[0].is_nan());
+    let before = t.checked_sub(layout.second).filter(|before| is_free(*before));
+    [s, v, before.map_or(v, |before| v - run.errors[before][1])]
 }
 
 /// Mean squared errors of a run in bins.
@@ -149,8 +149,12 @@ pub(super) fn of_run(run: &FreeRun, layout: &Layout, rms: &[f64; SIGNALS]) -> Dr
     // Where the run has failed: the end of what counts as lost.
     let (mut lost, mut failures) = (0, 0);
     for (t, bin) in layout.bins.iter().enumerate() {
-        let Some(bin) = *bin else { continue };
         let failed = run.failed.is_some() || run.errors[t][0].is_nan();
+        let Some(bin) = *bin else {
+            // Over a whole drive every sample is one to come through, in a bin or not.
+            failures += usize::from(failed && layout.windows.is_none() && t >= lost && run.failed.is_none());
+            continue;
+        };
         if failed && t >= lost {
             failures += 1;
             lost = layout.lost_until(t);

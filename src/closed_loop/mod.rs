@@ -11,11 +11,10 @@ pub use loss::{Bin, DriveLoss, Losses, SIGNALS};
 
 use crate::calibrate::Overrides;
 use crate::catalog::Variant;
-use crate::diagnose::model::Model;
+use crate::diagnose::model::{FreeRun, Model};
 use crate::diagnose::{DiagnoseError, Drive};
 use crate::evaluator::Windows;
 use rayon::prelude::*;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 /// How long a simulation is left alone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -57,8 +56,6 @@ pub struct Layout {
     pub bins: Vec<Option<u32>>,
     /// Number of bins.
     pub count: usize,
-    /// Begin of each bin \[s\], from the first sample of the drive.
-    pub begins: Vec<f64>,
     /// Samples between two speeds whose difference is the acceleration, 1 s.
     pub second: usize,
 }
@@ -68,7 +65,7 @@ impl Layout {
     #[must_use]
     pub fn new(samples: usize, dt: f64, horizon: Horizon) -> Layout {
         let number = |seconds: f64| ((seconds / dt).round() as usize).max(1);
-        let (from, bin) = ((FROM_S / dt).ceil() as usize, number(BIN_S));
+        let (from, bin) = ((FROM_S / dt).ceil() as usize + 1, number(BIN_S));
         let windows = (horizon == Horizon::Window).then(|| Windows {
             from,
             run_up: number(RUN_UP_S),
@@ -86,13 +83,7 @@ impl Layout {
         places.iter().flatten().for_each(|k| sizes[*k] += 1);
         let full = sizes.iter().take_while(|size| 2 * **size >= bin).count();
         let bins: Vec<Option<u32>> = places.iter().map(|k| k.filter(|k| *k < full).map(|k| k as u32)).collect();
-        let mut begins = vec![0.0; full];
-        for (t, k) in bins.iter().enumerate().rev() {
-            if let Some(k) = k {
-                begins[*k as usize] = t as f64 * dt;
-            }
-        }
-        Layout { windows, bins, count: full, begins, second: number(1.0) }
+        Layout { windows, bins, count: full, second: number(1.0) }
     }
 
     /// The sample to which a run that fails at `t` counts as lost: the end of its window, or of its bin.
@@ -113,7 +104,6 @@ pub struct ClosedLoop {
     layouts: [Vec<Layout>; 2],
     /// Root mean squares of each drive: spacing \[m\], speed \[m/s\], acceleration \[m/s²\].
     rms: Vec<[f64; 3]>,
-    simulations: AtomicU64,
 }
 
 impl ClosedLoop {
@@ -126,7 +116,7 @@ impl ClosedLoop {
         let layouts = [Horizon::Drive, Horizon::Window]
             .map(|horizon| drives.iter().map(|d| Layout::new(d.samples(), d.dt(), horizon)).collect());
         let rms = drives.iter().map(loss::root_mean_squares).collect();
-        Ok(ClosedLoop { model, layouts, rms, simulations: AtomicU64::new(0) })
+        Ok(ClosedLoop { model, layouts, rms })
     }
 
     /// Bins of every drive.
@@ -138,7 +128,7 @@ impl ClosedLoop {
     /// Candidates simulated until now, over one drive each.
     #[must_use]
     pub fn simulations(&self) -> u64 {
-        self.simulations.load(Ordering::Relaxed)
+        self.model.simulations()
     }
 
     /// Losses of some candidates on the drives that `counts`; others have none.
@@ -153,7 +143,8 @@ impl ClosedLoop {
     ) -> Result<Vec<Losses>, DiagnoseError> {
         let empty = || Losses { drives: vec![None; self.rms.len()] };
         let mut all: Vec<Losses> = candidates.iter().map(|_| empty()).collect();
-        let loss = |drive, run: &_| Some(loss::of_run(run, &self.layouts(horizon)[drive], &self.rms[drive]));
+        let loss =
+            |drive: usize, run: FreeRun| Some(loss::of_run(&run, &self.layouts(horizon)[drive], &self.rms[drive]));
         for (drive, mine, found) in self.on_drives(candidates, horizon, counts, &loss)? {
             mine.into_iter().zip(found).for_each(|(i, loss)| all[i].drives[drive] = loss);
         }
@@ -166,7 +157,7 @@ impl ClosedLoop {
         candidates: &[Vec<f64>],
         horizon: Horizon,
         counts: &(dyn Fn(usize, usize) -> bool + Sync),
-        of: &(dyn Fn(usize, &crate::diagnose::model::FreeRun) -> R + Sync),
+        of: &(dyn Fn(usize, FreeRun) -> R + Sync),
     ) -> Result<Vec<(usize, Vec<usize>, Vec<R>)>, DiagnoseError> {
         let one = |drive: usize| {
             let mine: Vec<usize> = (0..candidates.len()).filter(|&i| counts(i, drive)).collect();
@@ -174,9 +165,8 @@ impl ClosedLoop {
             for batch in mine.chunks(BATCH) {
                 let batch: Vec<Vec<f64>> = batch.iter().map(|&i| candidates[i].clone()).collect();
                 let runs = self.model.free_runs(drive, &batch, self.layouts(horizon)[drive].windows)?;
-                found.par_extend(runs.par_iter().map(|run| of(drive, run)));
+                found.par_extend(runs.into_par_iter().map(|run| of(drive, run)));
             }
-            self.simulations.fetch_add(mine.len() as u64, Ordering::Relaxed);
             Ok((drive, mine, found))
         };
         (0..self.rms.len()).into_par_iter().map(one).collect()
@@ -194,7 +184,7 @@ mod tests {
             let whole = Layout::new(samples, dt, Horizon::Drive);
             assert_eq!(whole.count, 20, "{dt}");
             let first = whole.bins.iter().position(Option::is_some).expect("bins");
-            assert!((first as f64 * dt - FROM_S).abs() < dt);
+            assert!((first as f64 * dt - FROM_S).abs() < 2.0 * dt);
             let windows = Layout::new(samples, dt, Horizon::Window);
             let holds = windows.windows.expect("windows");
             for (t, bin) in windows.bins.iter().enumerate() {
@@ -202,7 +192,8 @@ mod tests {
             }
             let free = windows.bins.iter().filter(|bin| **bin == Some(0)).count();
             assert!((free as f64 * dt - BIN_S).abs() < 1e-9);
-            assert!((windows.begins[3] - windows.begins[0] - WINDOW_S - RUN_UP_S).abs() < 1e-9);
+            let begins = |k: u32| windows.bins.iter().position(|bin| *bin == Some(k)).expect("a bin") as f64 * dt;
+            assert!((begins(3) - begins(0) - WINDOW_S - RUN_UP_S).abs() < 1e-9);
         }
     }
 }

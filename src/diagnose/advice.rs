@@ -21,7 +21,8 @@ impl Outcome {
         }
         // A base is not to blame for a gap that it cannot have driven.
         let broken = self.data_findings.iter().any(|f| f.name == "inconsistent");
-        (broken && self.verdict == Verdict::BadBase).then(|| {
+        let shaken = matches!(self.verdict, Verdict::BadBase | Verdict::Unexplained | Verdict::Helps);
+        (broken && shaken).then(|| {
             "The data are broken (section 1: INCONSISTENT), and no base model can follow them: correct the data first (section 1), or cut \
              out what is sound with --from and --to"
                 .to_owned()

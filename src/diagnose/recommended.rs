@@ -52,7 +52,7 @@ pub struct Collisions {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Why {
-    /// The likelihood names it, or one of its family, too.
+    /// The likelihood names all of it, or of its families, too.
     Confirmed,
     /// It follows unseen drives better; the likelihood names nothing like it.
     Helps,
@@ -65,7 +65,7 @@ pub struct Recommended {
     pub causes: Vec<RecommendedCause>,
     /// Why.
     pub why: Why,
-    /// Where the gain is clearest: `null` over whole drives, else the length of the windows \[s\].
+    /// Where it passes: `null` over whole drives, else the length of the windows \[s\].
     pub horizon_s: Option<f64>,
     /// Over whole drives.
     pub gain: ClosedLoopGain,

@@ -34,7 +34,7 @@ impl Halves {
         if candidates < 2 || !matches!(error, EvaluateError::Memory { .. }) {
             return Err(error);
         }
-        self.most = candidates / 2;
+        self.most = self.most.min(candidates / 2);
         Ok(())
     }
 

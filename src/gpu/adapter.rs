@@ -41,7 +41,8 @@ pub struct Adapter {
 /// Address space \[bytes\] in which drivers can be loaded. Software Vulkan compiles with LLVM, has a thread and a heap per core, and ends the
 /// program with a signal where it gets too little: on two cores with 0.4 GB, but not with 0.5 GB (Mesa 22.3).
 fn needed_address_space() -> u64 {
-    let cores = std::thread::available_parallelism().map_or(1, |cores| cores.get() as u64);
+    const MOST_CORES: u64 = 16;
+    let cores = std::thread::available_parallelism().map_or(1, |cores| (cores.get() as u64).min(MOST_CORES));
     (1 << 30) + cores * (128 << 20)
 }
 

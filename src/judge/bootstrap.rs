@@ -88,9 +88,12 @@ impl Resamples {
     }
 
     /// Centred means of the resamples in units of their standard deviation, and the mean itself in the same unit. Without any
-    /// variation a mean that is not 0 is infinite.
+    /// variation a mean that is not 0 is infinite; one that is no number is the worst.
     pub(super) fn studentised(&self, values: &[f64]) -> (f64, Vec<f64>) {
         let centre = mean(values);
+        if !centre.is_finite() {
+            return (f64::NEG_INFINITY, vec![f64::NEG_INFINITY; self.len()]);
+        }
         let mut means = self.means(values);
         means.iter_mut().for_each(|m| *m -= centre);
         let deviation = (means.iter().map(|m| m * m).sum::<f64>() / means.len().max(1) as f64).sqrt();
@@ -118,7 +121,7 @@ fn draw(next: &[usize], ends: f64, rng: &mut ChaCha8Rng) -> Draw {
     for k in 0..next.len() {
         let begins = k == 0 || rng.random::<f64>() < ends;
         at = if begins { ((rng.random::<f64>() * next.len() as f64) as usize).min(next.len() - 1) } else { next[at] };
-        times[at] += 1;
+        times[at] = u16::saturating_add(times[at], 1);
     }
     times
 }

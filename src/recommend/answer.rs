@@ -1,7 +1,7 @@
 //! The answer as it stands in `diagnosis.json`, together with what the likelihood says.
 
 use super::race::Entry;
-use super::{Answer, Winner};
+use super::{Answer, Policy, Winner};
 use crate::closed_loop::{DriveLoss, Horizon, Losses};
 use crate::diagnose::outcome::{Outcome, ParameterEntry};
 use crate::diagnose::recommended::{ClosedLoopGain, Collisions, PerDrive, Recommended, RecommendedCause, Why};
@@ -15,7 +15,8 @@ const TWO_SIDED: f64 = 1.96;
 /// Puts the answer of the closed loop into a diagnosis: the verdict becomes `helps` where the likelihood names nothing and an extension
 /// passes, and a base that could not be trusted becomes a note.
 pub fn combine(outcome: &mut Outcome, answer: &Answer) {
-    let named: Vec<String> = outcome.causes.iter().map(|cause| cause.family.clone()).collect();
+    let named: Vec<String> =
+        outcome.causes.iter().chain(&outcome.confounded_with).map(|cause| cause.family.clone()).collect();
     outcome.base_notes = notes(answer);
     if outcome.verdict == Verdict::BadBase {
         outcome.base_notes.insert(0, std::mem::take(&mut outcome.reason));
@@ -45,7 +46,7 @@ fn recommended(answer: &Answer, winner: &Winner, named: &[String]) -> Option<Rec
     let (before, after) = (base.held.roots(), own.held.roots());
     let differences: Vec<f64> = before.iter().zip(&after).map(|(a, b)| a - b).collect();
     let interval = answer.resamples[Horizon::Drive as usize].interval(&differences, 0.95);
-    let confirmed = winner.causes.iter().any(|cause| named.iter().any(|name| name == family(cause)));
+    let confirmed = winner.causes.iter().all(|cause| named.iter().any(|name| name == family(cause)));
     Some(Recommended {
         causes: winner.causes.iter().map(|cause| entry(winner, cause)).collect(),
         why: if confirmed { Why::Confirmed } else { Why::Helps },
@@ -62,9 +63,9 @@ fn recommended(answer: &Answer, winner: &Winner, named: &[String]) -> Option<Rec
     })
 }
 
-/// A cause with its parameters where the gain is clearest, and the intervals of a jackknife over the folds (Tukey 1958).
+/// A cause with its parameters over whole drives, for which gain and collisions are told, and the intervals of a jackknife over the folds (Tukey 1958).
 fn entry(winner: &Winner, cause: &'static Extension) -> RecommendedCause {
-    let fitted = &winner.entries[winner.horizon as usize];
+    let fitted = &winner.entries[Horizon::Drive as usize];
     let model = &winner.model.model;
     let parameter = |k: usize| {
         let (symbol, axis) = (model.symbols[k], &model.axes[k]);
@@ -117,7 +118,6 @@ fn per_drive(answer: &Answer, base: &Losses, own: &Losses) -> Vec<PerDrive> {
 fn notes(answer: &Answer) -> Vec<String> {
     let mut notes = Vec::new();
     let Some((model, entries)) = &answer.base else {
-        notes.extend(answer.tried.not_testable.clone());
         return notes;
     };
     let (model, values) = (&model.model, &entries[0].whole.values);
@@ -132,7 +132,7 @@ fn notes(answer: &Answer) -> Vec<String> {
             "it runs into the car ahead, or cannot go on, {failures} times on drives that it was not fitted to"
         ));
     }
-    if let Some(best) = answer.laws.first().filter(|law| law.gain > 0.0) {
+    if let Some(best) = answer.laws.first().filter(|law| law.gain >= Policy::DEFAULT.least_gain) {
         notes.push(format!(
             "{} has {:.0} % less error on drives that it was not fitted to",
             best.name,

@@ -16,7 +16,7 @@ pub use policy::Policy;
 
 use crate::calibrate::Overrides;
 use crate::catalog::{BASES, Base, Variant};
-use crate::closed_loop::{ClosedLoop, Horizon, Losses};
+use crate::closed_loop::{ClosedLoop, Horizon, Losses, Point};
 use crate::diagnose::recommended::{Check, ClosedLoopEntry, LawEntry, Trial};
 use crate::diagnose::{DiagnoseError, Drive, Progress};
 use crate::extension::{Extension, Extensions};
@@ -51,7 +51,7 @@ pub struct Winner {
     model: ClosedLoop,
     /// Fits at both horizons, in the order of [`Horizon`].
     entries: [Entry; 2],
-    /// Where its gain is clearest.
+    /// Where it passes: whole drives, or else windows.
     horizon: Horizon,
     /// Causes of each model that cannot be told from the best one.
     set: Vec<Vec<String>>,
@@ -151,6 +151,7 @@ pub fn recommend(
         answer.tried.not_testable = Some(format!("{}: no parameters were found with which it drives", request.base));
         return Ok(answer);
     };
+    answer.simulations += base.simulations();
     answer.base = Some((base, entries));
     show(0.1, "closed loop: other laws")?;
     let others = laws(&mut answer, request)?;
@@ -172,7 +173,8 @@ fn law(course: &Course, model: &ClosedLoop) -> Result<Option<[Entry; 2]>, Diagno
     for horizon in Horizon::ALL {
         let Some(point) = course.law(model, horizon, &known)? else { return Ok(None) };
         known.push(point.values.clone());
-        found.push(course.entry(model, horizon, point)?);
+        let Some(entry) = course.entry(model, horizon, point)? else { return Ok(None) };
+        found.push(entry);
     }
     let [window, drive] = found.try_into().expect("both horizons");
     Ok(Some([drive, window]))
@@ -185,7 +187,9 @@ fn laws(answer: &mut Answer, request: &Request<'_>) -> Result<Vec<[Entry; 2]>, D
     let fitted = |base: &&Base| {
         let variant = Variant { base: **base, extensions: Extensions::NONE, ..request.base };
         let Ok(model) = course.closed_loop(variant) else { return Ok(None) };
-        Ok(law(course, &model)?.map(|entries| (variant, entries, model.simulations())))
+        // A law that cannot be had costs nothing but itself.
+        let entries = law(course, &model).ok().flatten();
+        Ok(entries.map(|entries| (variant, entries, model.simulations())))
     };
     let found: Vec<_> = others.par_iter().map(fitted).collect::<Result<_, DiagnoseError>>()?;
     let (_, own) = answer.base.as_ref().expect("the base is fitted first");
@@ -227,24 +231,37 @@ fn round(
     let sets: Vec<_> = sets(request.causes).into_iter().filter(new).collect();
     let runners = answer.course.runners(own.0.model.variant, &sets);
     let worth = -2.0 * (1.0 - policy.worth_trying).ln();
-    let mut found: Vec<Vec<Option<Entry>>> = Vec::new();
+    let mut found: Vec<Vec<Option<Point>>> = Vec::new();
     for (k, horizon) in Horizon::ALL.into_iter().enumerate() {
         let known = found.first().map_or(&[][..], Vec::as_slice);
-        let entries = answer.course.race((own.0, &own.1[horizon as usize].whole), horizon, &runners, known, worth)?;
-        found.push(entries);
-        show(0.5 * (k + 1) as f64, "closed loop: every cause on unseen drives")?;
+        found.push(answer.course.race((own.0, &own.1[horizon as usize].whole), horizon, &runners, known)?);
+        show(0.4 * (k + 1) as f64, "closed loop: every cause on unseen drives")?;
     }
     let (drive, window) = (found.pop().expect("both"), found.pop().expect("both"));
-    let both = runners.into_iter().zip(drive.into_iter().zip(window));
-    let ran: Vec<(Runner, [Entry; 2])> =
-        both.filter_map(|(runner, (drive, window))| Some((runner, [drive?, window?]))).collect();
-    answer.simulations += ran.iter().map(|(runner, _)| runner.model.simulations()).sum::<u64>();
+    // What gains next to nothing where it was fitted, at either horizon, gains less elsewhere.
+    let is_worth = |point: &Option<Point>, own: &Entry| point.as_ref().is_some_and(|p| own.whole.loss - p.loss > worth);
+    let count = runners.len();
+    let fitted = runners.into_par_iter().zip(drive.into_par_iter().zip(window)).map(|(runner, (drive, window))| {
+        let tried = is_worth(&drive, &own.1[0]) || is_worth(&window, &own.1[1]);
+        let (Some(drive), Some(window), true) = (drive, window, tried) else {
+            return Ok((runner.model.simulations(), None));
+        };
+        let drive = answer.course.entry(&runner.model, Horizon::Drive, drive)?;
+        let window = answer.course.entry(&runner.model, Horizon::Window, window)?;
+        let simulations = runner.model.simulations();
+        Ok((simulations, drive.zip(window).map(|(drive, window)| (runner, [drive, window]))))
+    });
+    let fitted: Vec<(u64, Option<(Runner, [Entry; 2])>)> = fitted.collect::<Result<_, DiagnoseError>>()?;
+    let simulations: u64 = fitted.iter().map(|(simulations, _)| simulations).sum();
+    let ran: Vec<(Runner, [Entry; 2])> = fitted.into_iter().filter_map(|(_, entry)| entry).collect();
     let [on_drives, on_windows] = [Horizon::Drive, Horizon::Window].map(|horizon| {
         let k = horizon as usize;
         let entries: Vec<&Entry> = ran.iter().map(|(_, entries)| &entries[k]).collect();
-        let laws: Vec<&Losses> = laws.iter().map(|entries| &entries[k].held).collect();
-        judged(policy, &own.1[k], &ran, &entries, &laws, &answer.resamples[k])
+        let laws = laws.iter().map(|entries| &entries[k].held).collect();
+        let field = Field { count, so_far: &own.1[k], laws };
+        judged(policy, &field, &ran, &entries, &answer.resamples[k])
     });
+    answer.simulations += simulations;
     let tried: Vec<Tried> = ran
         .into_iter()
         .zip(on_drives.into_iter().zip(on_windows))
@@ -255,12 +272,9 @@ fn round(
     for (t, whole) in tried.iter().zip(&whole) {
         answer.tried.trials.extend(trials(&so_far, t, whole));
     }
-    let passing: Vec<usize> = (0..tried.len()).filter(|&k| tried[k].judged.iter().any(Judged::passes)).collect();
-    let best = passing
-        .iter()
-        .copied()
-        .filter(|&k| whole[k].iter().all(|check| check.met))
-        .max_by(|&a, &b| score(&tried[a]).total_cmp(&score(&tried[b])));
+    let mut passing: Vec<usize> = (0..tried.len()).filter(|&k| tried[k].judged.iter().any(Judged::passes)).collect();
+    passing.sort_by(|&a, &b| score(&tried[b]).total_cmp(&score(&tried[a])));
+    let best = passing.iter().copied().find(|&k| whole[k].iter().all(|check| check.met));
     if so_far.is_empty() && best.is_none() {
         answer.helps = passing.iter().map(|&k| tried[k].runner.added.clone()).collect();
     }
@@ -279,20 +293,38 @@ fn score(tried: &Tried) -> f64 {
     least(&tried.judged[0], &tried.judged[1])
 }
 
+/// Whom the models of a race run against.
+struct Field<'a> {
+    /// Models that were tried, those included that were not worth a judgement.
+    count: usize,
+    /// The model so far.
+    so_far: &'a Entry,
+    /// The losses of the other laws.
+    laws: Vec<&'a Losses>,
+}
+
 /// The judgements of one horizon.
 fn judged(
     policy: &Policy,
-    own: &Entry,
+    field: &Field<'_>,
     ran: &[(Runner, [Entry; 2])],
     entries: &[&Entry],
-    laws: &[&Losses],
     resamples: &Resamples,
 ) -> Vec<Judged> {
+    let own = field.so_far;
     let differences: Vec<[Vec<f64>; 2]> = entries.iter().map(|entry| differences(&own.held, &entry.held)).collect();
     let logs: Vec<Vec<f64>> = differences.iter().map(|[log, _]| log.clone()).collect();
-    let adjusted = step_down(&logs, resamples);
-    let losses: Vec<Vec<f64>> =
-        entries.iter().map(|e| &e.held).chain([&own.held]).chain(laws.iter().copied()).map(Losses::logs).collect();
+    let mut adjusted = step_down(&logs, resamples);
+    // Those that were left out were tried, too.
+    let family = field.count as f64 / entries.len().max(1) as f64;
+    adjusted.iter_mut().for_each(|adjusted| adjusted.p = (adjusted.p * family).min(1.0));
+    let losses: Vec<Vec<f64>> = entries
+        .iter()
+        .map(|e| &e.held)
+        .chain([&own.held])
+        .chain(field.laws.iter().copied())
+        .map(Losses::logs)
+        .collect();
     let set = confidence_set(&losses, resamples);
     let one = |k: usize| {
         let [log, roots] = &differences[k];

@@ -9,9 +9,10 @@ pub struct Policy {
     pub least_bins: usize,
     /// Mean length of the blocks of the bootstrap \[s\]: errors of a car that follows last for some tens of seconds.
     pub block_s: f64,
-    /// Resamples of the bootstrap \[-\]: a hundred beyond the strictest probability.
+    /// Resamples of the bootstrap \[-\]: hundreds beyond the strictest probability.
     pub resamples: usize,
-    /// Probability of a gain by chance, adjusted for all models of a race, over both horizons together \[-\].
+    /// Probability of a gain by chance, adjusted for all models of a race, over both horizons together \[-\]: what else is asked lowers it
+    /// further.
     pub chance: f64,
     /// Gain of the logarithmic loss at least \[-\]: less is nothing to change a model for.
     pub least_gain: f64,
@@ -37,7 +38,7 @@ impl Policy {
         least_bins: 60,
         block_s: 60.0,
         resamples: 9_999,
-        chance: 0.01,
+        chance: 0.05,
         least_gain: 0.02,
         worth_trying: 0.01,
         better: 0.5,

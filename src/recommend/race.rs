@@ -23,6 +23,9 @@ const OF_CAUSE: Plan = Plan { rough: 2, keep: 3, fine: 10 };
 /// See [`OF_BASE`].
 const OF_FOLD: Plan = Plan { rough: 0, keep: 1, fine: 6 };
 
+/// No law is asked to wish for less \[m/s\]; some divide by it.
+const LEAST_V_0: f64 = 5.0;
+
 /// A model at one horizon.
 #[derive(Debug, Clone)]
 pub struct Entry {
@@ -58,7 +61,7 @@ impl Course {
         let fastest = fastest(drives);
         let mut bounds = bounds.clone();
         // A set speed below what was driven is a cause, not a parameter.
-        bounds.entry("v_0".to_owned()).or_insert([fastest, 60.0_f64.max(2.0 * fastest)]);
+        bounds.entry("v_0".to_owned()).or_insert([fastest.max(LEAST_V_0), 60.0_f64.max(2.0 * fastest)]);
         let (whole, trained) = (vec![true; parts.drives.len()], parts.trained());
         Course { parts, bounds, seed, fastest, whole, trained }
     }
@@ -163,20 +166,22 @@ impl Course {
         Ok((0..=kinds.last().copied().unwrap_or(0)).filter_map(best).collect())
     }
 
-    /// The entry of a model that is fitted to all drives: folds begin there.
+    /// The entry of a model that is fitted to all drives: folds begin there. `None` where a fold cannot be fitted.
     ///
     /// # Errors
     /// As [`fit`].
-    pub fn entry(&self, model: &ClosedLoop, horizon: Horizon, whole: Point) -> Result<Entry, DiagnoseError> {
+    pub fn entry(&self, model: &ClosedLoop, horizon: Horizon, whole: Point) -> Result<Option<Entry>, DiagnoseError> {
         let starts: Vec<(usize, Vec<f64>)> = (0..self.trained.len()).map(|fold| (fold, whole.values.clone())).collect();
         let found = fit(model, &model.model.axes, horizon, &self.trained, &starts, OF_FOLD)?;
-        let folds: Vec<Vec<f64>> =
-            found.into_iter().map(|point| point.map_or_else(|| whole.values.clone(), |point| point.values)).collect();
+        // Without a fit of its own a fold would be judged by one that has seen it.
+        let Some(folds) = found.into_iter().map(|point| Some(point?.values)).collect::<Option<Vec<Vec<f64>>>>() else {
+            return Ok(None);
+        };
         let by_fold = model.losses(&folds, horizon, &|fold, part| self.parts.folds[part] == fold)?;
         let part = |part: usize| by_fold[self.parts.folds[part]].drives[part].clone();
         let held = Losses { drives: (0..self.parts.drives.len()).map(part).collect() };
         let trained = model.losses(std::slice::from_ref(&whole.values), horizon, &|_, _| true)?.remove(0);
-        Ok(Entry { whole, trained, folds, held })
+        Ok(Some(Entry { whole, trained, folds, held }))
     }
 
     /// The runners of a race: a variant with each of some sets of causes; those that cannot be simulated here are left out.
@@ -189,8 +194,7 @@ impl Course {
         sets.par_iter().filter_map(runner).collect()
     }
 
-    /// All runners fitted from where a base is, at one horizon, and from where they were at the other one. `None` for those that lower the
-    /// mean logarithmic loss of the drives they are fitted to by less than `worth`.
+    /// All runners fitted to all drives from where a base is, at one horizon, and from where they were at the other one.
     ///
     /// # Errors
     /// As [`fit`].
@@ -199,17 +203,12 @@ impl Course {
         base: (&ClosedLoop, &Point),
         horizon: Horizon,
         runners: &[Runner],
-        known: &[Option<Entry>],
-        worth: f64,
-    ) -> Result<Vec<Option<Entry>>, DiagnoseError> {
+        known: &[Option<Point>],
+    ) -> Result<Vec<Option<Point>>, DiagnoseError> {
         let one = |(k, runner): (usize, &Runner)| {
-            let known: Vec<Vec<f64>> =
-                known.get(k).iter().filter_map(|e| Some(e.as_ref()?.whole.values.clone())).collect();
+            let known: Vec<Vec<f64>> = known.get(k).iter().filter_map(|p| Some(p.as_ref()?.values.clone())).collect();
             let from = (&base.0.model, base.1.values.as_slice());
-            let point = self.with_cause(&runner.model, horizon, from, &runner.added, &known)?;
-            // What gains next to nothing where it was fitted gains less elsewhere.
-            let point = point.filter(|point| base.1.loss - point.loss > worth);
-            point.map(|point| self.entry(&runner.model, horizon, point)).transpose()
+            self.with_cause(&runner.model, horizon, from, &runner.added, &known)
         };
         runners.par_iter().enumerate().map(one).collect()
     }

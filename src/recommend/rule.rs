@@ -38,11 +38,16 @@ pub fn as_share(log: f64) -> f64 {
 }
 
 fn at_most(name: &str, value: f64, limit: f64) -> Check {
-    Check { name: name.to_owned(), value, limit, met: value <= limit }
+    Check { name: name.to_owned(), value: written(value), limit, met: value <= limit }
 }
 
 fn at_least(name: &str, value: f64, limit: f64) -> Check {
-    Check { name: name.to_owned(), value, limit, met: value >= limit }
+    Check { name: name.to_owned(), value: written(value), limit, met: value >= limit }
+}
+
+/// JSON has finite numbers only.
+fn written(value: f64) -> f64 {
+    if value.is_nan() { f64::MAX } else { value.clamp(-f64::MAX, f64::MAX) }
 }
 
 /// What is asked of a model with `added` causes more than the one it is compared with.

@@ -20,7 +20,7 @@ const JUDGES: [&str; 2] = ["reference_paper", "causes"];
 
 /// The modules of the library, and those of `tests/common`, that the judges and what is mutated need: the others would only have
 /// to be compiled, which takes most of the time.
-const NEEDED: [&str; 19] = [
+const NEEDED: [&str; 20] = [
     "calibrate",
     "cars",
     "catalog",
@@ -29,6 +29,7 @@ const NEEDED: [&str; 19] = [
     "extended",
     "extension",
     "lanes",
+    "bounded",
     "near",
     "optimize",
     "plant",

@@ -40,8 +40,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
     let named =
         |unusable: &[anyhow::Error]| unusable.iter().map(|error| format!("{error:#}")).collect::<Vec<_>>().join("\n");
-    if loaded.is_empty() && (unusable.len() == 1 || unusable.iter().any(is_usage)) {
-        return Err(unusable.remove(0));
+    let usage = unusable.iter().position(is_usage);
+    if let Some(first) = usage.or((unusable.len() == 1).then_some(0)).filter(|_| loaded.is_empty()) {
+        return Err(unusable.swap_remove(first));
     }
     anyhow::ensure!(!loaded.is_empty(), "{}", named(&unusable));
     // Before the work: a folder that is refused must not cost a calibration.

@@ -224,7 +224,7 @@ fn causes(args: &Args) -> anyhow::Result<Vec<&'static Extension>> {
             };
             return Err(Usage(message).into());
         }
-        let text = std::fs::read_to_string(path)
+        let text = leadlag::bounded::read_to_string(path, leadlag::bounded::TEXT_MAX)
             .map_err(|e| anyhow::Error::new(e).context(format!("{}: cannot read the cause", path.display())))?;
         let own = read_extension(&path.display().to_string(), &text)?;
         if causes.iter().any(|known| known.name == own.name) {

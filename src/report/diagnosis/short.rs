@@ -1,5 +1,6 @@
 //! What a diagnosis comes to, in words that a driver understands.
 
+use crate::diagnose::Verdict;
 use crate::diagnose::outcome::{Outcome, ParameterEntry};
 use crate::diagnose::recommended::{Recommended, RecommendedCause, Why};
 
@@ -13,7 +14,8 @@ pub fn in_short(outcome: &Outcome) -> Vec<String> {
         (None, Some(why)) => {
             sentences.push(format!("Whether an extension follows unseen drives better was not tested: {why}."))
         }
-        (None, None) if !outcome.closed_loop.trials.is_empty() => {
+        (None, None) if outcome.verdict == Verdict::Helps => sentences.push(format!("{}.", outcome.reason)),
+        (None, None) if outcome.closed_loop.bins != [0, 0] => {
             sentences.push(format!(
                 "{base} follows unseen drives as well as any extension of it that comes through all of them."
             ));
