@@ -194,11 +194,11 @@ pub fn run(cli: Cli) -> anyhow::Result<()> {
         "cannot start the threads: ask for fewer with --threads N, or allow this process more threads or memory (`ulimit -u`, \
          `ulimit -v`)",
     )?;
-    command(cli)
+    nested(cli)
 }
 
 /// The same where threads run already: a command within another one.
-fn command(cli: Cli) -> anyhow::Result<()> {
+fn nested(cli: Cli) -> anyhow::Result<()> {
     output::set_quiet(cli.quiet);
     match cli.command {
         Command::Inspect(args) => inspect::run(&args),

@@ -95,7 +95,7 @@ impl Demo {
         output::print(&tell::command(words, log.as_deref()))?;
         let cli = Cli::try_parse_from(std::iter::once("leadlag").chain(words.iter().copied()))
             .context("a command of the demo")?;
-        let text = output::captured(|| super::command(cli))?;
+        let text = output::captured(|| super::nested(cli))?;
         if let Some(log) = log {
             output::write_file(&log, text.as_bytes())?;
         }
