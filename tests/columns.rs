@@ -122,6 +122,19 @@ fn both_directions_of_a_motorway_are_the_same_drive() {
     }
 }
 
+/// What is measured of the vehicle ahead is its rear on the one side of the road and its front on the other one.
+#[test]
+fn another_length_of_the_vehicle_ahead_leaves_the_follower_its_own() {
+    for (sign, shorter) in [(1.0, 0.0), (-1.0, 6.0 - LENGTHS[0])] {
+        let map = ColumnMap::find("highd").unwrap().with_lead_length(Some(6.0));
+        let recording = read_mapped_from(highd(sign).as_bytes(), "table.csv", &map).unwrap();
+        let [lead, ego] = [0, 1].map(|car| &recording.platoons[0].cars[car]);
+        assert_eq!((lead.length, ego.length), (Some(6.0), Some(LENGTHS[1])), "direction {sign}");
+        let (found, expected) = (ego.gap.as_ref().unwrap()[249], gap(10.0) - shorter);
+        assert!((found - expected).abs() < 1e-3, "direction {sign}: {found} m, expected {expected} m");
+    }
+}
+
 /// Positions fall, speeds have no sign: where the first position is missing, the second one tells.
 #[test]
 fn a_missing_position_does_not_turn_a_vehicle_round() {

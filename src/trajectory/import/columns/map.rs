@@ -109,6 +109,8 @@ pub struct ColumnMap {
     pub(super) length: Option<f64>,
     /// Of the vehicle ahead in a table of pairs \[m\].
     pub(super) lead_length: Option<f64>,
+    /// Of the vehicle ahead \[m\], whatever the columns say.
+    pub(super) lead_override: Option<f64>,
     /// Positions begin anew after this way \[m\].
     pub(super) lap_length: Option<f64>,
     pub(super) nobody: Vec<String>,
@@ -174,6 +176,7 @@ impl ColumnMap {
             missing: parsed.missing,
             length,
             lead_length,
+            lead_override: None,
             lap_length: parsed.lap_length,
             nobody: parsed.nobody.iter().map(|name| whole(name).to_owned()).collect(),
             direction: parsed.direction,
@@ -251,13 +254,10 @@ impl ColumnMap {
         self.lap_length.map_or(change, |lap| (change + lap / 2.0).rem_euclid(lap) - lap / 2.0)
     }
 
-    /// The same map with this length of the vehicle ahead \[m\], whatever the columns say.
+    /// The same map with this length of the vehicle ahead \[m\], whatever the columns say; that of a follower stays its own.
     #[must_use]
     pub fn with_lead_length(mut self, length: Option<f64>) -> ColumnMap {
-        if length.is_some() {
-            (self.length, self.lead_length) = (length, length);
-            self.columns.retain(|column| !matches!(column.role, Role::Length | Role::LeadLength));
-        }
+        self.lead_override = length;
         self
     }
 }

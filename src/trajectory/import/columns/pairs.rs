@@ -132,7 +132,8 @@ fn faults(table: &Table, rows: &[usize]) -> Faults {
 fn platoon(table: &Table, map: &ColumnMap, id: Option<String>, rows: &[usize]) -> (Platoon, Pair) {
     let take = |role: Role| table.numbers(role).map(|all| rows.iter().map(|&row| all[row]).collect::<Vec<f64>>());
     let mut notes = Vec::new();
-    let length = take(Role::LeadLength).or_else(|| Some(vec![map.lead_length?; rows.len()]));
+    let constant = |length: Option<f64>| Some(vec![length?; rows.len()]);
+    let length = constant(map.lead_override).or_else(|| take(Role::LeadLength)).or_else(|| constant(map.lead_length));
     let (x, x_l) = (take(Role::Position), take(Role::LeadPosition));
     let minus_length = |of: &[f64]| -> Vec<f64> {
         let length = length.as_deref().unwrap_or_default();

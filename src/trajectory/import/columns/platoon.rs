@@ -53,8 +53,11 @@ fn platoon(table: &Table, map: &ColumnMap, id: Option<String>, rows: &[usize], p
     let faults = table.faults(table.key(rows[0])).cloned().unwrap_or_default();
     let mut notes = Vec::new();
     let mut cars: Vec<Car> = Vec::new();
-    for number in table.cars() {
+    let numbers = table.cars();
+    for &number in &numbers {
         let length = take(Role::Length, number).and_then(|length| median(length.into_iter())).or(map.length);
+        // Somebody follows every car but the last one.
+        let length = map.lead_override.filter(|_| numbers.last() != Some(&number)).or(length);
         let mut car = Car {
             length: length.filter(|&length| length > 0.0),
             v: take(Role::Speed, number).unwrap_or_default(),
