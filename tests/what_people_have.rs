@@ -251,6 +251,36 @@ fn a_platoon_is_read_by_a_map() {
     assert!(done, "{said}");
 }
 
+#[test]
+fn a_broken_value_of_one_car_does_not_cost_a_platoon_the_others() {
+    let map = "rows = \"platoon\"\n[columns]\ntime = { name = \"t\" }\nspeed = { name = \"v{}\" }\ngap = { name = \"d{}\" }\n";
+    // Each car by its number in the file, with the followers (from 1) that need its speed or its gap.
+    for (broken, needed) in [("v5", &[4, 5][..]), ("d5", &[4][..])] {
+        let names = "t,v1,v2,v3,v4,v5,v6,d2,d3,d4,d5,d6";
+        let mut table = format!("{names}\n");
+        for (i, [t, v_l, _, v_f, _, gap]) in drive(12.0).into_iter().enumerate() {
+            let value = |name: &str| match name {
+                name if name == broken && i == 9 => "?".to_owned(),
+                "t" => format!("{t:.1}"),
+                "v1" => format!("{v_l:.4}"),
+                "d2" => format!("{gap:.4}"),
+                name if name.starts_with('v') => format!("{v_f:.4}"),
+                _ => "25".to_owned(),
+            };
+            table += &(names.split(',').map(value).collect::<Vec<_>>().join(",") + "\n");
+        }
+        let folder = write(&format!("platoon_{broken}"), &[("table.csv", &table), ("map.toml", map)]);
+        let (file, map) = (folder.join("table.csv"), folder.join("map.toml"));
+        for follower in 1..=5 {
+            let chosen = follower.to_string();
+            let extra = ["--columns", text(&map), "--follower", &chosen];
+            let (done, said) = calibrate(&[text(&file)], &extra, &folder.join(format!("fit{follower}")));
+            assert_eq!(done, !needed.contains(&follower), "{broken}, follower {follower}: {said}");
+            assert!(done || said.contains(&format!("column {broken}: expected a finite number")), "{said}");
+        }
+    }
+}
+
 /// Three cars in lane 1 and one that changes from lane 2 to lane 1 between the first two at 10 s; on a ring if `lap` is given.
 fn tracks(lap: Option<f64>) -> String {
     let mut text = "id,time,x,lane,v,length\n".to_owned();

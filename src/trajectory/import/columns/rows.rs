@@ -18,6 +18,14 @@ use std::io::Read;
 /// A speed above this is in another unit \[m/s\] (324 km/h).
 const SPEED_LIMIT: f64 = 90.0;
 
+/// What a broken value costs.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Signal {
+    /// Of a platoon; 0 where the column is not of one car.
+    car: usize,
+    is_gap: bool,
+}
+
 /// All rows, by role.
 pub(super) struct Table {
     /// Line of the header, for messages about the whole table.
@@ -31,8 +39,8 @@ pub(super) struct Table {
     pub dictionary: Vec<String>,
     /// What rows of equal times are told apart by.
     hashes: Vec<u64>,
-    /// What is wrong with single values, by the names in the columns of group and id.
-    faults: BTreeMap<(u32, u32), Faults>,
+    /// What is wrong with single values, by the names in the columns of group and id, and by signal.
+    faults: BTreeMap<((u32, u32), Signal), Faults>,
     /// What was done while reading: columns and lines that were not read.
     pub notes: Vec<Note>,
     /// False if the last row has no line end.
@@ -70,8 +78,22 @@ impl Table {
     }
 
     /// What is wrong with the values of a group and id.
-    pub fn faults(&self, key: (u32, u32)) -> Option<&Faults> {
-        self.faults.get(&key)
+    pub fn faults(&self, key: (u32, u32)) -> Faults {
+        self.faults_where(key, |_| true)
+    }
+
+    /// What is wrong with the signals of one car of a platoon, and with its gap.
+    pub fn faults_of(&self, key: (u32, u32), car: usize) -> [Faults; 2] {
+        let is_its = |signal: Signal| [0, car].contains(&signal.car);
+        [false, true].map(|is_gap| self.faults_where(key, |signal| is_its(signal) && signal.is_gap == is_gap))
+    }
+
+    fn faults_where(&self, key: (u32, u32), is_meant: impl Fn(Signal) -> bool) -> Faults {
+        let [first, last] = [Signal { car: 0, is_gap: false }, Signal { car: usize::MAX, is_gap: true }];
+        let found = self.faults.range((key, first)..=(key, last)).filter(|((_, signal), _)| is_meant(*signal));
+        let mut all = Faults::default();
+        found.for_each(|(_, faults)| all.merge(faults.clone()));
+        all
     }
 
     /// What is wrong with single values is wrong with the file, where nothing else is left of it.
@@ -279,7 +301,7 @@ pub(super) fn read<R: Read>(lines: &mut Lines<R>, map: &ColumnMap, problems: &mu
                 if column.role == Role::Time {
                     problems.add(problem.line, problem.column, problem.kind);
                 } else {
-                    faulty.push(problem);
+                    faulty.push((Signal { car: column.car, is_gap: column.role.is_gap() }, problem));
                 }
                 f64::NAN
             });
@@ -291,7 +313,9 @@ pub(super) fn read<R: Read>(lines: &mut Lines<R>, map: &ColumnMap, problems: &mu
             number += 1;
         }
         let key = table.key(table.lines.len() - 1);
-        faulty.into_iter().for_each(|problem| table.faults.entry(key).or_default().add(problem));
+        for (signal, problem) in faulty {
+            table.faults.entry((key, signal)).or_default().add(problem);
+        }
     }
     if problems.check().is_err() {
         table.refuse(problems)?;
