@@ -366,6 +366,46 @@ fn groups_of_pairs_that_begin_anew_or_are_broken_do_not_cost_the_others() {
 }
 
 #[test]
+fn a_broken_value_does_not_cost_the_later_ones_that_bear_its_name() {
+    // Rows that are the same letter by letter would be taken once.
+    let broken = |piece: usize, i: usize, v_f: f64| {
+        if (piece, i) == (0, 9) { "?".to_owned() } else { format!("{:.4}", v_f + 1e-3 * piece as f64) }
+    };
+    let mut pairs = "drive,t,vl,vf,gap\n".to_owned();
+    let mut own = "Trajectory_ID,Time_Index,ID_LV,Type_LV,Speed_LV,ID_FAV,Speed_FAV,Spatial_Gap\n".to_owned();
+    for piece in [0, 1] {
+        for (i, [t, v_l, _, v_f, _, gap]) in drive(12.0).into_iter().enumerate() {
+            let v_f = broken(piece, i, v_f);
+            writeln!(pairs, "a,{t:.1},{v_l:.4},{v_f},{gap:.4}").unwrap();
+            writeln!(own, "a,{t:.1},-1,0,{v_l:.4},5,{v_f},{gap:.4}").unwrap();
+        }
+    }
+    let map = "rows = \"pairs\"\n[columns]\ngroup = { name = \"drive\" }\ntime = { name = \"t\" }\nlead_speed = { name = \"vl\" }\n\
+               speed = { name = \"vf\" }\ngap = { name = \"gap\" }\n";
+    let folder = write("later", &[("pairs.csv", &pairs), ("own.csv", &own), ("map.toml", map)]);
+    let map = folder.join("map.toml");
+    for (name, columns) in [("pairs.csv", &["--columns", text(&map)][..]), ("own.csv", &[][..])] {
+        let file = folder.join(name);
+        for (id, usable) in [("a", false), ("a.2", true)] {
+            let extra = [&["--trajectory", id], columns].concat();
+            let (done, said) = calibrate(&[text(&file)], &extra, &folder.join(format!("{name}_{id}")));
+            assert!(done == usable && (done || said.contains("found \"?\"")), "{name}, {id}: {said}");
+        }
+    }
+    // Of vehicle 3 at 1 s the speed; the same numbers come again later.
+    let first = tracks(None).replacen("\n3,1.0,10.000,1,10.0,", "\n3,1.0,10.000,1,?,", 1);
+    let later = tracks(None).lines().skip(1).fold(String::new(), |all, row| {
+        let mut fields: Vec<&str> = row.split(',').collect();
+        let later = format!("{:.1}", fields[1].parse::<f64>().unwrap() + 900.0);
+        fields[1] = &later;
+        all + &fields.join(",") + "\n"
+    });
+    let said = mapped("later_vehicles", &(first + &later), TRACKS);
+    let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(said.contains("7 pairs of a follower") && said.contains("found \"?\""), "{said}");
+}
+
+#[test]
 fn distance_is_not_driven_over_a_pause() {
     let pause = pair(60.0, |row| {
         if row[0] > 30.0 {

@@ -117,7 +117,7 @@ pub(super) fn platoons(table: &Table, map: &ColumnMap, problems: &mut Problems) 
 
 /// What is wrong with the values of some rows: they are broken, or a vehicle drives backwards.
 fn faults(table: &Table, rows: &[usize]) -> Faults {
-    let mut faults = table.faults(table.key(rows[0]));
+    let mut faults = table.faults(rows);
     for role in [Role::Speed, Role::LeadSpeed, Role::Lead2Speed] {
         let speed = table.numbers(role).unwrap_or_default();
         for &row in rows.iter().filter(|&&row| speed.get(row).is_some_and(|v| *v < REVERSE_LIMIT)) {

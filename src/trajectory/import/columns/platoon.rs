@@ -58,7 +58,7 @@ fn platoon(table: &Table, map: &ColumnMap, id: Option<String>, rows: &[usize], p
         let length = take(Role::Length, number).and_then(|length| median(length.into_iter())).or(map.length);
         // Somebody follows every car but the last one.
         let length = map.lead_override.filter(|_| numbers.last() != Some(&number)).or(length);
-        let [faults, gap_faults] = table.faults_of(table.key(rows[0]), number);
+        let [faults, gap_faults] = table.faults_of(rows, number);
         let mut car = Car {
             length: length.filter(|&length| length > 0.0),
             v: take(Role::Speed, number).unwrap_or_default(),

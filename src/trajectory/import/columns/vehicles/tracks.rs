@@ -108,7 +108,7 @@ fn vehicle(key: (u32, u32), rows: Vec<usize>, table: &Table, map: &ColumnMap) ->
     let speed = table.numbers(Role::Speed).expect("a map without it is refused");
     let sign = direction(&rows, table, map);
     let forwards = |row: usize| if map.direction == Direction::BySpeed { sign * speed[row] } else { speed[row] };
-    let mut faults = table.faults(key);
+    let mut faults = table.faults(&rows);
     for &row in &rows {
         let found = forwards(row);
         if found < REVERSE_LIMIT {
