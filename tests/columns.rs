@@ -396,6 +396,24 @@ fn units_that_look_wrong_are_refused_with_what_they_look_like() {
 }
 
 #[test]
+fn a_column_of_one_car_is_not_read_as_that_of_every_car() {
+    let map = |speed: &str, gap: &str| {
+        let text = format!(
+            "rows = \"platoon\"\n[columns]\ntime = {{ name = \"t\" }}\nspeed = {{ name = \"{speed}\" }}\ngap = {{ name = \"{gap}\" }}\n"
+        );
+        ColumnMap::parse(&text, "map.toml").map_err(|error| error.to_string())
+    };
+    assert!(map("v{}", "d{}").is_ok() && map("v{}", "d{-1}").is_ok());
+    for (speed, gap, expected) in [("v", "d{}", "speed = { name = \"speed{}\" }, found v"), ("v{}", "d", "found d:")] {
+        let said = map(speed, gap).expect_err("it is that of one car");
+        assert!(
+            said.contains("expected a name with {} for the number of the car") && said.contains(expected),
+            "{said}"
+        );
+    }
+}
+
+#[test]
 fn every_shipped_map_is_sound() {
     for (name, _) in ColumnMap::shipped() {
         let map = ColumnMap::find(name).unwrap_or_else(|error| panic!("{error}"));

@@ -213,6 +213,9 @@ impl ColumnMap {
         if !has(Role::Speed) {
             return missing("speed", "speeds are not derived from positions");
         }
+        if let Some((role, found)) = self.shared().filter(|_| self.rows == Rows::Platoon) {
+            return Err(MapError::NoNumber { path: self.name.clone(), role: role.name(), found: found.to_owned() });
+        }
         let lead_length = has(Role::LeadLength) || self.lead_length.is_some();
         let length = has(Role::Length) || self.length.is_some();
         let how = "the bumper-to-bumper gap must follow from something; a length that is no column is a number, length = 4.6, or \
@@ -236,6 +239,15 @@ impl ColumnMap {
             Rows::Platoon if has(Role::Headway) && length => Ok(()),
             Rows::Platoon => missing("gap, or length with headway, or position", how),
         }
+    }
+
+    /// A column that would be read as that of every car of a platoon although it can be that of one only, with its name.
+    fn shared(&self) -> Option<(Role, &str)> {
+        let own = [Role::Speed, Role::Gap, Role::Headway, Role::Position];
+        let all = self.columns.iter().filter(|column| own.contains(&column.role));
+        let mut named = all.flat_map(|column| column.names.iter().map(|name| (column.role, name.as_str())));
+        // A gap may bear the number of the car ahead.
+        named.find(|(role, name)| !name.contains("{}") && !(role.is_gap() && name.contains("{-1}")))
     }
 
     /// True if the vehicle ahead is the nearest one in front in the same lane, for no column names it.
