@@ -158,6 +158,28 @@ fn a_missing_position_does_not_turn_a_vehicle_round() {
 }
 
 #[test]
+fn a_missing_position_on_a_ring_is_missing_once() {
+    let map = "rows = \"vehicles\"\nlap_length = 160\nlength = 4.5\nnobody = [\"0\"]\n[columns]\ntime = { name = \"t\" }\n\
+               id = { name = \"id\" }\nahead = { name = \"ahead\" }\nposition = { name = \"x\" }\nspeed = { name = \"v\" }\n";
+    let mut text = "t,id,ahead,x,v\n".to_owned();
+    for (id, ahead, start) in [(1, 0, 40.0), (2, 1, 0.0)] {
+        for step in 0..400 {
+            let t = f64::from(step) / 10.0;
+            let x = if (id, step) == (2, 50) { String::new() } else { format!("{:.1}", (start + 10.0 * t) % 160.0) };
+            writeln!(text, "{t},{id},{ahead},{x},10").unwrap();
+        }
+    }
+    let map = ColumnMap::parse(map, "map.toml").unwrap_or_else(|error| panic!("{error}"));
+    let recording = read_mapped_from(text.as_bytes(), "table.csv", &map).unwrap_or_else(|error| panic!("{error}"));
+    for (car, start) in recording.platoons[0].cars.iter().zip([40.0, 0.0]) {
+        for (step, x) in car.x.as_ref().expect("positions").iter().enumerate() {
+            let expected = start + step as f64;
+            assert!(if step == 50 { x.is_nan() } else { (x - expected).abs() < 1e-6 }, "{x} m, expected {expected} m");
+        }
+    }
+}
+
+#[test]
 fn a_change_of_lane_or_of_the_vehicle_ahead_ends_a_pair() {
     let mut rows: Vec<String> = highd(1.0).lines().map(str::to_owned).collect();
     // The second vehicle's rows are 501 to 1000: the lane changes at its frame 201, nobody is ahead from frame 401.

@@ -233,8 +233,13 @@ impl<'a> Long<'a> {
         // On a closed track a position goes on where a lap ends.
         let mut x: Vec<f64> = stretch.rows.iter().filter_map(|rows| self.front(ego, rows.0)).collect();
         if self.map.lap_length.is_some() {
-            for i in 1..x.len() {
-                x[i] = x[i - 1] + self.map.moved(x[i] - x[i - 1]);
+            // The last one that is not missing.
+            let mut last = f64::NAN;
+            for x in x.iter_mut().filter(|x| x.is_finite()) {
+                if last.is_finite() {
+                    *x = last + self.map.moved(*x - last);
+                }
+                last = *x;
             }
         }
         let has_x = x.len() == stretch.rows.len();
