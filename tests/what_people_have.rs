@@ -326,6 +326,17 @@ fn positions_on_a_ring_go_on_where_a_lap_ends() {
 }
 
 #[test]
+fn a_pause_on_a_ring_is_no_other_car() {
+    // All drive on by 100 m of 160 m while nobody looks.
+    let is_seen =
+        |row: &&str| row.split(',').nth(1).is_none_or(|t| t.parse().is_ok_and(|t| !(5.05..14.95).contains(&t)));
+    let table = tracks(Some(160.0));
+    let seen: Vec<&str> = table.lines().take(1).chain(table.lines().skip(1).filter(is_seen)).collect();
+    let said = mapped("ring_pause", &(seen.join("\n") + "\n"), &format!("lap_length = 160\n{TRACKS}"));
+    assert!(said.contains("pairs of a follower") && !said.contains("vehicles bear"), "{said}");
+}
+
+#[test]
 fn numbers_that_come_again_are_other_cars() {
     let mut table = tracks(None);
     for row in tracks(None).lines().skip(1) {
