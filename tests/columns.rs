@@ -436,6 +436,26 @@ fn a_column_of_one_car_is_not_read_as_that_of_every_car() {
 }
 
 #[test]
+fn a_problem_of_one_car_names_its_own_column() {
+    let map = "rows = \"platoon\"\n[columns]\ntime = { name = \"t\" }\nspeed = { name = \"v{}\" }\ngap = { name = \"d{}\" }\n";
+    let table = |third: f64, unit: f64| {
+        (0..300).fold("t,v1,v2,v3,d2,d3\n".to_owned(), |mut text, step| {
+            let t = f64::from(step) / 10.0;
+            let [lead, ego] = drive(t);
+            let last = if step == 100 { third } else { ego.1 };
+            writeln!(text, "{t},{:.4},{:.4},{last:.4},{:.4},20", lead.1, ego.1, gap(t) / unit).unwrap();
+            text
+        })
+    };
+    let said = refused(&table(15.0, FOOT), map);
+    assert!(said.starts_with("table.csv:1: columns d2 (m) and v2 (m/s) contradict each other"), "{said}");
+    let map = ColumnMap::parse(map, "map.toml").unwrap();
+    let recording = read_mapped_from(table(-7.0, 1.0).as_bytes(), "table.csv", &map).unwrap();
+    let said = recording.platoons[0].cars[2].faults.told("table.csv");
+    assert!(said.contains("table.csv:102: column v3 (m/s): expected at least -0.5 m/s forwards, found -7"), "{said}");
+}
+
+#[test]
 fn every_shipped_map_is_sound() {
     for (name, _) in ColumnMap::shipped() {
         let map = ColumnMap::find(name).unwrap_or_else(|error| panic!("{error}"));

@@ -166,8 +166,14 @@ fn platoon(table: &Table, map: &ColumnMap, id: Option<String>, rows: &[usize]) -
     let positive = |gap: Vec<f64>| gap.into_iter().map(|gap| if gap > 0.0 { gap } else { f64::NAN }).collect();
     let t = take(Role::Time).unwrap_or_default();
     let (v, v_l) = (take(Role::Speed).unwrap_or_default(), take(Role::LeadSpeed).unwrap_or_default());
-    let pair =
-        Pair { t: t.clone(), dv: v_l.iter().zip(&v).map(|(v_l, v)| v_l - v).collect(), gap: measured, headway, fronts };
+    let pair = Pair {
+        car: 0,
+        t: t.clone(),
+        dv: v_l.iter().zip(&v).map(|(v_l, v)| v_l - v).collect(),
+        gap: measured,
+        headway,
+        fronts,
+    };
     let mut cars = Vec::new();
     if let Some(v) = take(Role::Lead2Speed) {
         cars.push(Car { v, ..Car::new(0, Some("car two ahead")) });

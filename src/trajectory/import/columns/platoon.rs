@@ -70,7 +70,11 @@ fn platoon(table: &Table, map: &ColumnMap, id: Option<String>, rows: &[usize], p
             ..Car::new(number, None)
         };
         if let Some((row, &found)) = rows.iter().zip(&car.v).find(|(_, v)| **v < REVERSE_LIMIT) {
-            let kind = ProblemKind::MappedReverse { column: table.called(Role::Speed), limit: REVERSE_LIMIT, found };
+            let kind = ProblemKind::MappedReverse {
+                column: table.called_of(Role::Speed, number),
+                limit: REVERSE_LIMIT,
+                found,
+            };
             car.faults.add(Problem { line: table.lines[*row], column: None, kind });
         }
         if let Some(lead) = cars.last() {
@@ -91,6 +95,7 @@ fn platoon(table: &Table, map: &ColumnMap, id: Option<String>, rows: &[usize], p
             car.gap = gap.map(|gap| gap.into_iter().map(|gap| if gap > 0.0 { gap } else { f64::NAN }).collect());
             let fronts = lead.x.as_ref().zip(car.x.as_ref());
             pairs.push(Pair {
+                car: number,
                 t: t.clone(),
                 dv: lead.v.iter().zip(&car.v).map(|(lead, ego)| lead - ego).collect(),
                 gap: measured,

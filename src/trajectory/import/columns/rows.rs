@@ -50,7 +50,7 @@ pub(super) struct Table {
     /// False if the last row has no line end.
     pub terminated: bool,
     /// What each role is called in this file, in the order of the cars.
-    called: Vec<(Role, String)>,
+    called: Vec<((Role, usize), String)>,
 }
 
 impl Table {
@@ -133,7 +133,12 @@ impl Table {
 
     /// `NAME (UNIT)` of a role, for messages.
     pub fn called(&self, role: Role) -> String {
-        self.called.iter().find(|(r, _)| *r == role).map_or_else(String::new, |(_, name)| name.clone())
+        self.called_of(role, 0)
+    }
+
+    /// The same of one car of a platoon, by its number.
+    pub fn called_of(&self, role: Role, car: usize) -> String {
+        self.called.iter().find(|(key, _)| *key == (role, car)).map_or_else(String::new, |(_, name)| name.clone())
     }
 }
 
@@ -257,7 +262,7 @@ pub(super) fn read<R: Read>(lines: &mut Lines<R>, map: &ColumnMap, problems: &mu
         }
         let name = &header.names[column.place];
         let unit = if column.unit.is_empty() { String::new() } else { format!(" ({})", column.unit) };
-        table.called.push((column.role, format!("{name}{unit}")));
+        table.called.push(((column.role, column.car), format!("{name}{unit}")));
     }
     let is_read = |place: usize| wanted.iter().any(|column| column.place == place);
     let unread = header.names.iter().enumerate().filter(|(place, name)| !is_read(*place) && !name.is_empty());

@@ -191,6 +191,7 @@ impl<'a> Long<'a> {
         let headway = self.table.numbers(Role::Headway);
         let rows = &stretch.rows;
         Pair {
+            car: 0,
             t: rows.iter().map(|rows| self.time[rows.0]).collect(),
             dv: rows.iter().map(|&(row, other)| self.forwards(lead, other) - self.forwards(ego, row)).collect(),
             gap: self.table.numbers(Role::Gap).map(|gap| rows.iter().map(|rows| gap[rows.0]).collect()),
