@@ -122,6 +122,19 @@ fn both_directions_of_a_motorway_are_the_same_drive() {
     }
 }
 
+/// What is measured of the vehicle ahead is its rear on the one side of the road and its front on the other one.
+#[test]
+fn another_length_of_the_vehicle_ahead_leaves_the_follower_its_own() {
+    for (sign, shorter) in [(1.0, 0.0), (-1.0, 6.0 - LENGTHS[0])] {
+        let map = ColumnMap::find("highd").unwrap().with_lead_length(Some(6.0));
+        let recording = read_mapped_from(highd(sign).as_bytes(), "table.csv", &map).unwrap();
+        let [lead, ego] = [0, 1].map(|car| &recording.platoons[0].cars[car]);
+        assert_eq!((lead.length, ego.length), (Some(6.0), Some(LENGTHS[1])), "direction {sign}");
+        let (found, expected) = (ego.gap.as_ref().unwrap()[249], gap(10.0) - shorter);
+        assert!((found - expected).abs() < 1e-3, "direction {sign}: {found} m, expected {expected} m");
+    }
+}
+
 /// Positions fall, speeds have no sign: where the first position is missing, the second one tells.
 #[test]
 fn a_missing_position_does_not_turn_a_vehicle_round() {
@@ -142,6 +155,28 @@ fn a_missing_position_does_not_turn_a_vehicle_round() {
     let recording = read_mapped_from(text.as_bytes(), "table.csv", &map).unwrap_or_else(|error| panic!("{error}"));
     let gaps = recording.platoons[0].cars[1].gap.as_ref().expect("from the positions");
     assert!(gaps[0].is_nan() && (gaps[100] - gap(10.0)).abs() < 1e-3, "{} m, {} m", gaps[0], gaps[100]);
+}
+
+#[test]
+fn a_missing_position_on_a_ring_is_missing_once() {
+    let map = "rows = \"vehicles\"\nlap_length = 160\nlength = 4.5\nnobody = [\"0\"]\n[columns]\ntime = { name = \"t\" }\n\
+               id = { name = \"id\" }\nahead = { name = \"ahead\" }\nposition = { name = \"x\" }\nspeed = { name = \"v\" }\n";
+    let mut text = "t,id,ahead,x,v\n".to_owned();
+    for (id, ahead, start) in [(1, 0, 40.0), (2, 1, 0.0)] {
+        for step in 0..400 {
+            let t = f64::from(step) / 10.0;
+            let x = if (id, step) == (2, 50) { String::new() } else { format!("{:.1}", (start + 10.0 * t) % 160.0) };
+            writeln!(text, "{t},{id},{ahead},{x},10").unwrap();
+        }
+    }
+    let map = ColumnMap::parse(map, "map.toml").unwrap_or_else(|error| panic!("{error}"));
+    let recording = read_mapped_from(text.as_bytes(), "table.csv", &map).unwrap_or_else(|error| panic!("{error}"));
+    for (car, start) in recording.platoons[0].cars.iter().zip([40.0, 0.0]) {
+        for (step, x) in car.x.as_ref().expect("positions").iter().enumerate() {
+            let expected = start + step as f64;
+            assert!(if step == 50 { x.is_nan() } else { (x - expected).abs() < 1e-6 }, "{x} m, expected {expected} m");
+        }
+    }
 }
 
 #[test]
@@ -380,6 +415,44 @@ fn units_that_look_wrong_are_refused_with_what_they_look_like() {
     let unchecked = PAIRS.replace("\"ft\"", "\"m\"").replace("rows =", "check_units = false\nrows =");
     let map = ColumnMap::parse(&unchecked, "map.toml").unwrap();
     assert!(read_mapped_from(pairs(FOOT).as_bytes(), "table.csv", &map).is_ok());
+}
+
+#[test]
+fn a_column_of_one_car_is_not_read_as_that_of_every_car() {
+    let map = |speed: &str, gap: &str| {
+        let text = format!(
+            "rows = \"platoon\"\n[columns]\ntime = {{ name = \"t\" }}\nspeed = {{ name = \"{speed}\" }}\ngap = {{ name = \"{gap}\" }}\n"
+        );
+        ColumnMap::parse(&text, "map.toml").map_err(|error| error.to_string())
+    };
+    assert!(map("v{}", "d{}").is_ok() && map("v{}", "d{-1}").is_ok());
+    for (speed, gap, expected) in [("v", "d{}", "speed = { name = \"speed{}\" }, found v"), ("v{}", "d", "found d:")] {
+        let said = map(speed, gap).expect_err("it is that of one car");
+        assert!(
+            said.contains("expected a name with {} for the number of the car") && said.contains(expected),
+            "{said}"
+        );
+    }
+}
+
+#[test]
+fn a_problem_of_one_car_names_its_own_column() {
+    let map = "rows = \"platoon\"\n[columns]\ntime = { name = \"t\" }\nspeed = { name = \"v{}\" }\ngap = { name = \"d{}\" }\n";
+    let table = |third: f64, unit: f64| {
+        (0..300).fold("t,v1,v2,v3,d2,d3\n".to_owned(), |mut text, step| {
+            let t = f64::from(step) / 10.0;
+            let [lead, ego] = drive(t);
+            let last = if step == 100 { third } else { ego.1 };
+            writeln!(text, "{t},{:.4},{:.4},{last:.4},{:.4},20", lead.1, ego.1, gap(t) / unit).unwrap();
+            text
+        })
+    };
+    let said = refused(&table(15.0, FOOT), map);
+    assert!(said.starts_with("table.csv:1: columns d2 (m) and v2 (m/s) contradict each other"), "{said}");
+    let map = ColumnMap::parse(map, "map.toml").unwrap();
+    let recording = read_mapped_from(table(-7.0, 1.0).as_bytes(), "table.csv", &map).unwrap();
+    let said = recording.platoons[0].cars[2].faults.told("table.csv");
+    assert!(said.contains("table.csv:102: column v3 (m/s): expected at least -0.5 m/s forwards, found -7"), "{said}");
 }
 
 #[test]

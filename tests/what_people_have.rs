@@ -251,6 +251,36 @@ fn a_platoon_is_read_by_a_map() {
     assert!(done, "{said}");
 }
 
+#[test]
+fn a_broken_value_of_one_car_does_not_cost_a_platoon_the_others() {
+    let map = "rows = \"platoon\"\n[columns]\ntime = { name = \"t\" }\nspeed = { name = \"v{}\" }\ngap = { name = \"d{}\" }\n";
+    // Each car by its number in the file, with the followers (from 1) that need its speed or its gap.
+    for (broken, needed) in [("v5", &[4, 5][..]), ("d5", &[4][..])] {
+        let names = "t,v1,v2,v3,v4,v5,v6,d2,d3,d4,d5,d6";
+        let mut table = format!("{names}\n");
+        for (i, [t, v_l, _, v_f, _, gap]) in drive(12.0).into_iter().enumerate() {
+            let value = |name: &str| match name {
+                name if name == broken && i == 9 => "?".to_owned(),
+                "t" => format!("{t:.1}"),
+                "v1" => format!("{v_l:.4}"),
+                "d2" => format!("{gap:.4}"),
+                name if name.starts_with('v') => format!("{v_f:.4}"),
+                _ => "25".to_owned(),
+            };
+            table += &(names.split(',').map(value).collect::<Vec<_>>().join(",") + "\n");
+        }
+        let folder = write(&format!("platoon_{broken}"), &[("table.csv", &table), ("map.toml", map)]);
+        let (file, map) = (folder.join("table.csv"), folder.join("map.toml"));
+        for follower in 1..=5 {
+            let chosen = follower.to_string();
+            let extra = ["--columns", text(&map), "--follower", &chosen];
+            let (done, said) = calibrate(&[text(&file)], &extra, &folder.join(format!("fit{follower}")));
+            assert_eq!(done, !needed.contains(&follower), "{broken}, follower {follower}: {said}");
+            assert!(done || said.contains(&format!("column {broken}: expected a finite number")), "{said}");
+        }
+    }
+}
+
 /// Three cars in lane 1 and one that changes from lane 2 to lane 1 between the first two at 10 s; on a ring if `lap` is given.
 fn tracks(lap: Option<f64>) -> String {
     let mut text = "id,time,x,lane,v,length\n".to_owned();
@@ -296,6 +326,17 @@ fn positions_on_a_ring_go_on_where_a_lap_ends() {
 }
 
 #[test]
+fn a_pause_on_a_ring_is_no_other_car() {
+    // All drive on by 100 m of 160 m while nobody looks.
+    let is_seen =
+        |row: &&str| row.split(',').nth(1).is_none_or(|t| t.parse().is_ok_and(|t| !(5.05..14.95).contains(&t)));
+    let table = tracks(Some(160.0));
+    let seen: Vec<&str> = table.lines().take(1).chain(table.lines().skip(1).filter(is_seen)).collect();
+    let said = mapped("ring_pause", &(seen.join("\n") + "\n"), &format!("lap_length = 160\n{TRACKS}"));
+    assert!(said.contains("pairs of a follower") && !said.contains("vehicles bear"), "{said}");
+}
+
+#[test]
 fn numbers_that_come_again_are_other_cars() {
     let mut table = tracks(None);
     for row in tracks(None).lines().skip(1) {
@@ -333,6 +374,46 @@ fn groups_of_pairs_that_begin_anew_or_are_broken_do_not_cost_the_others() {
     );
     let (done, said) = calibrate(&[text(&file)], &[&["--joint"], &columns[..]].concat(), &there.join("fit"));
     assert!(done && said.contains("1 of 4 trajectories cannot be used; the first of them is b"), "{said}");
+}
+
+#[test]
+fn a_broken_value_does_not_cost_the_later_ones_that_bear_its_name() {
+    // Rows that are the same letter by letter would be taken once.
+    let broken = |piece: usize, i: usize, v_f: f64| {
+        if (piece, i) == (0, 9) { "?".to_owned() } else { format!("{:.4}", v_f + 1e-3 * piece as f64) }
+    };
+    let mut pairs = "drive,t,vl,vf,gap\n".to_owned();
+    let mut own = "Trajectory_ID,Time_Index,ID_LV,Type_LV,Speed_LV,ID_FAV,Speed_FAV,Spatial_Gap\n".to_owned();
+    for piece in [0, 1] {
+        for (i, [t, v_l, _, v_f, _, gap]) in drive(12.0).into_iter().enumerate() {
+            let v_f = broken(piece, i, v_f);
+            writeln!(pairs, "a,{t:.1},{v_l:.4},{v_f},{gap:.4}").unwrap();
+            writeln!(own, "a,{t:.1},-1,0,{v_l:.4},5,{v_f},{gap:.4}").unwrap();
+        }
+    }
+    let map = "rows = \"pairs\"\n[columns]\ngroup = { name = \"drive\" }\ntime = { name = \"t\" }\nlead_speed = { name = \"vl\" }\n\
+               speed = { name = \"vf\" }\ngap = { name = \"gap\" }\n";
+    let folder = write("later", &[("pairs.csv", &pairs), ("own.csv", &own), ("map.toml", map)]);
+    let map = folder.join("map.toml");
+    for (name, columns) in [("pairs.csv", &["--columns", text(&map)][..]), ("own.csv", &[][..])] {
+        let file = folder.join(name);
+        for (id, usable) in [("a", false), ("a.2", true)] {
+            let extra = [&["--trajectory", id], columns].concat();
+            let (done, said) = calibrate(&[text(&file)], &extra, &folder.join(format!("{name}_{id}")));
+            assert!(done == usable && (done || said.contains("found \"?\"")), "{name}, {id}: {said}");
+        }
+    }
+    // Of vehicle 3 at 1 s the speed; the same numbers come again later.
+    let first = tracks(None).replacen("\n3,1.0,10.000,1,10.0,", "\n3,1.0,10.000,1,?,", 1);
+    let later = tracks(None).lines().skip(1).fold(String::new(), |all, row| {
+        let mut fields: Vec<&str> = row.split(',').collect();
+        let later = format!("{:.1}", fields[1].parse::<f64>().unwrap() + 900.0);
+        fields[1] = &later;
+        all + &fields.join(",") + "\n"
+    });
+    let said = mapped("later_vehicles", &(first + &later), TRACKS);
+    let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(said.contains("7 pairs of a follower") && said.contains("found \"?\""), "{said}");
 }
 
 #[test]
@@ -422,9 +503,9 @@ fn absurd_tables_are_refused_with_line_value_and_range() {
             curve.to_owned(),
             "cars.toml:4: vehicle my_car: f_0_N: expected both within -100000 to 100000, found [150, 1",
         ),
-        (vehicle.to_owned(), curve.replace("4,-5", "-3,-5"), "curve.csv:2: expected a_ap from 0 to 30, found -3"),
-        (vehicle.to_owned(), curve.replace("2,-4", "1e308,-4"), "curve.csv:3: expected a_ap from 0 to 30, found 1"),
-        (vehicle.to_owned(), curve.replace("-4", "-1e308"), "curve.csv:3: expected a_dp from -30 to 0, found -1"),
+        (vehicle.to_owned(), curve.replace("4,-5", "-3,-5"), "curve.csv:2: expected a_ap from -1 to 30, found -3"),
+        (vehicle.to_owned(), curve.replace("2,-4", "1e308,-4"), "curve.csv:3: expected a_ap from -1 to 30, found 1"),
+        (vehicle.to_owned(), curve.replace("-4", "-1e308"), "curve.csv:3: expected a_dp from -30 to 1, found -1"),
     ];
     for (cars, curve, expected) in cases {
         let folder =
@@ -438,6 +519,9 @@ fn absurd_tables_are_refused_with_line_value_and_range() {
         let output = leadlag(&[&["calibrate", text(&folder.join("pair.csv"))], &model[..], &search].concat());
         assert!(!output.status.success() && stderr(&output).contains(expected), "{expected}\n{}", stderr(&output));
     }
+    let slight = write("slight", &[("curve.csv", &curve.replace("20,2,-4", "20,-0.2,0.1"))]).join("curve.csv");
+    let mfc = leadlag::vehicle::Mfc::read_csv(&slight).expect("a little of the other sign is taken");
+    assert_eq!((mfc.a_ap[1], mfc.a_dp[1]), (-0.2, 0.1));
     for (road, expected) in [
         ("X,Y\n0,0\n0.001,0.01\n", "expected a lap of 1 to 1000000 m, found 0.001"),
         ("X,Y\n0,0\n1e300,0.01\n", "expected at most 1000000000 m in size, found 1"),

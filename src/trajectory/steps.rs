@@ -3,7 +3,7 @@
 use super::prepare::{GRID_TOLERANCE_S, median_step};
 
 /// A step of time that is longer than this, and than usual, is a pause \[s\]: what preparation does not interpolate by itself.
-const PAUSE_S: f64 = 1.0;
+pub(super) const PAUSE_S: f64 = 1.0;
 /// ... than usual by this factor, so that a table with one row in two seconds has none.
 const UNUSUAL: f64 = 1.5;
 /// A change of position of more than this many times the usual one is no driving: the end of a lap, or another car.

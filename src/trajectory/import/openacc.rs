@@ -3,7 +3,7 @@
 use super::header::{Header, nearest, split};
 use super::lines::Lines;
 use super::problems::{Problems, Stop};
-use super::table::{Meaning, Table, Wanted, read_rows};
+use super::table::{Meaning, Table, WHOLE, Wanted, read_rows};
 use crate::trajectory::error::ProblemKind;
 use crate::trajectory::{Car, Layout, Note, Platoon};
 use std::collections::BTreeMap;
@@ -163,11 +163,11 @@ impl Columns {
             cars.push(Car {
                 gap: gap.map(|gap| table.numbers[gap].clone()),
                 v: table.numbers[place].clone(),
-                faults: table.faults("", place),
-                gap_faults: gap.map(|gap| table.faults("", gap)).unwrap_or_default(),
+                faults: table.faults(WHOLE, place),
+                gap_faults: gap.map(|gap| table.faults(WHOLE, gap)).unwrap_or_default(),
                 ..Car::new(number, names.get(number - 1).map(String::as_str))
             });
-            notes.extend(gap.and_then(|gap| table.no_gap("", gap, number, &format!("IVS{}", number - 1))));
+            notes.extend(gap.and_then(|gap| table.no_gap(WHOLE, gap, number, &format!("IVS{}", number - 1))));
         }
         for (&car, changes) in self.driver.keys().zip(&table.texts) {
             notes.extend(changes.iter().map(|(row, mode)| Note::DriverMode { car, t_s: t[*row], mode: mode.clone() }));

@@ -3,7 +3,7 @@
 use super::header::{Header, OWN_NAMES};
 use super::lines::Lines;
 use super::problems::{Problems, Stop};
-use super::table::{Meaning, Wanted, read_rows};
+use super::table::{Meaning, WHOLE, Wanted, read_rows};
 use crate::trajectory::{Car, Note, Platoon};
 use std::io::Read;
 
@@ -52,7 +52,7 @@ pub(super) fn read<R: Read>(
     let mut notes: Vec<Note> = table.repeated.clone().into_iter().collect();
     for (car, signal) in [(1, "lead2_spacing_m"), (2, "spacing_m")] {
         let place = present.iter().position(|&(name, _)| name == signal);
-        notes.extend(place.and_then(|place| table.no_gap("", place, car, signal)));
+        notes.extend(place.and_then(|place| table.no_gap(WHOLE, place, car, signal)));
     }
     let mut take = |name: &str| {
         let place = present.iter().position(|&(n, _)| n == name)?;

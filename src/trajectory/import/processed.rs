@@ -4,7 +4,7 @@ use super::header::{Header, OWN_NAMES};
 use super::labels::Labels;
 use super::lines::Lines;
 use super::problems::{Problems, Stop};
-use super::table::{Meaning, Wanted, read_rows};
+use super::table::{Meaning, WHOLE, Wanted, read_rows};
 use crate::trajectory::{Car, Faults, Note, Platoon};
 use std::io::Read;
 
@@ -53,12 +53,12 @@ pub(super) fn read<R: Read>(
     for number in 1..=count {
         let mut own = Faults::default();
         for name in [format!("SpeedDoppler{number}"), format!("X{number}"), format!("Accel{number}")] {
-            own.merge(place(&name).map(|place| table.faults("", place)).unwrap_or_default());
+            own.merge(place(&name).map(|place| table.faults(WHOLE, place)).unwrap_or_default());
         }
         let signal = format!("Spacing{number}");
         let gap = place(&signal);
-        notes.extend(gap.and_then(|gap| table.no_gap("", gap, number, &signal)));
-        faults.push((own, gap.map(|gap| table.faults("", gap)).unwrap_or_default()));
+        notes.extend(gap.and_then(|gap| table.no_gap(WHOLE, gap, number, &signal)));
+        faults.push((own, gap.map(|gap| table.faults(WHOLE, gap)).unwrap_or_default()));
     }
     let mut take = |name: String| Some(std::mem::take(&mut table.numbers[place(&name)?]));
     let t = take("Time".to_owned()).unwrap_or_default();

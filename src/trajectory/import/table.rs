@@ -63,11 +63,14 @@ pub(super) struct Table {
     pub pieces: Vec<u32>,
     /// Rows that were taken once although they stand there more often.
     pub repeated: Option<Note>,
-    /// What is wrong with single values, by group and place in `Wanted::numbers`.
-    faults: BTreeMap<(String, usize), Faults>,
+    /// What is wrong with single values, by group, piece and place in `Wanted::numbers`.
+    faults: BTreeMap<(String, u32, usize), Faults>,
     /// How many spacings are above 0, how many are not, and the first of those, by the same.
-    spacings: BTreeMap<(String, usize), Spacings>,
+    spacings: BTreeMap<(String, u32, usize), Spacings>,
 }
+
+/// Group and piece of every row of a table without groups.
+pub(super) const WHOLE: (&str, u32) = ("", 0);
 
 #[derive(Default)]
 struct Spacings {
@@ -219,14 +222,14 @@ impl Table {
             let before = axis.times.last().map(|&time| (time, twice.map(|twice| self.lines[axis.rows[twice]])));
             let mut value = number(field.text, &row.header.names[column], meaning, before);
             if meaning == Meaning::Spacing {
-                value = self.positive(value, (group, place), row, column);
+                value = self.positive(value, (group, axis.piece, place), row, column);
             }
             let value = value.unwrap_or_else(|kind| {
                 let at = Some(column_of(row.line, field.start));
                 if meaning == Meaning::Time {
                     problems.add(row.number, at, kind);
                 } else {
-                    let faults = self.faults.entry((group.to_owned(), place)).or_default();
+                    let faults = self.faults.entry((group.to_owned(), axis.piece, place)).or_default();
                     faults.add(Problem { line: row.number, column: at, kind });
                 }
                 f64::NAN
@@ -253,7 +256,7 @@ impl Table {
     fn positive(
         &mut self,
         value: Result<f64, ProblemKind>,
-        (group, place): (&str, usize),
+        (group, piece, place): (&str, u32, usize),
         row: &Row,
         column: usize,
     ) -> Result<f64, ProblemKind> {
@@ -261,7 +264,7 @@ impl Table {
         if found.is_nan() {
             return value;
         }
-        let spacings = self.spacings.entry((group.to_owned(), place)).or_default();
+        let spacings = self.spacings.entry((group.to_owned(), piece, place)).or_default();
         if found > 0.0 {
             spacings.above += 1;
             return value;
@@ -284,14 +287,14 @@ impl Table {
         }
     }
 
-    /// What is wrong with a column of numbers, by its place among those wanted, in a group.
-    pub fn faults(&self, group: &str, place: usize) -> Faults {
-        self.faults.get(&(group.to_owned(), place)).cloned().unwrap_or_default()
+    /// What is wrong with a column of numbers, by its place among those wanted, in a piece of a group.
+    pub fn faults(&self, (group, piece): (&str, u32), place: usize) -> Faults {
+        self.faults.get(&(group.to_owned(), piece, place)).cloned().unwrap_or_default()
     }
 
     /// That spacings of a column are not above 0, if some are not.
-    pub fn no_gap(&self, group: &str, place: usize, car: usize, signal: &str) -> Option<Note> {
-        let samples = self.spacings.get(&(group.to_owned(), place)).map_or(0, |spacings| spacings.not);
+    pub fn no_gap(&self, (group, piece): (&str, u32), place: usize, car: usize, signal: &str) -> Option<Note> {
+        let samples = self.spacings.get(&(group.to_owned(), piece, place)).map_or(0, |spacings| spacings.not);
         (samples > 0).then(|| Note::NoGap { car, signal: signal.to_owned(), samples })
     }
 

@@ -99,7 +99,7 @@ impl Columns<'_> {
         let mut given: HashSet<String> = HashSet::new();
         let mut platoons = Vec::with_capacity(groups.len());
         for (id, piece, rows) in &groups {
-            let mut platoon = self.platoon(id, rows);
+            let mut platoon = self.platoon((id, *piece), rows);
             if *piece > 0 {
                 let numbered = (*piece + 1..).map(|number| format!("{id}.{number}"));
                 let free = numbered.into_iter().find(|new| !ids.contains(new.as_str()) && !given.contains(new));
@@ -142,9 +142,12 @@ impl Columns<'_> {
     }
 
     /// What is wrong with some of the columns of a trajectory.
-    fn faults(&self, id: &str, names: &[&str]) -> Faults {
+    fn faults(&self, piece: (&str, u32), names: &[&str]) -> Faults {
         let mut faults = Faults::default();
-        names.iter().filter_map(|name| self.place(name)).for_each(|place| faults.merge(self.table.faults(id, place)));
+        names
+            .iter()
+            .filter_map(|name| self.place(name))
+            .for_each(|place| faults.merge(self.table.faults(piece, place)));
         faults
     }
 
@@ -159,13 +162,13 @@ impl Columns<'_> {
         Some(rows.iter().map(|&row| values[row]).collect())
     }
 
-    fn platoon(&self, id: &str, rows: &[usize]) -> Platoon {
+    fn platoon(&self, (id, piece): (&str, u32), rows: &[usize]) -> Platoon {
         let numbers = |name: &str| self.numbers(name, rows);
         let gap = numbers("Spatial_Gap").unwrap_or_default();
         let headway = numbers("Spatial_Headway");
         let mut notes: Vec<Note> = self
             .place("Spatial_Gap")
-            .and_then(|gap| self.table.no_gap(id, gap, 2, "Spatial_Gap"))
+            .and_then(|gap| self.table.no_gap((id, piece), gap, 2, "Spatial_Gap"))
             .into_iter()
             .collect();
         // Centre to centre minus bumper to bumper is the mean of the two lengths; the files give no more.
@@ -192,7 +195,7 @@ impl Columns<'_> {
                     v: numbers("Speed_LV").unwrap_or_default(),
                     x: numbers("Pos_LV"),
                     a: numbers("Acc_LV"),
-                    faults: self.faults(id, &["Speed_LV", "Pos_LV", "Acc_LV"]),
+                    faults: self.faults((id, piece), &["Speed_LV", "Pos_LV", "Acc_LV"]),
                     ..Car::new(1, Some(leader.trim()))
                 },
                 Car {
@@ -200,8 +203,8 @@ impl Columns<'_> {
                     v: numbers("Speed_FAV").unwrap_or_default(),
                     x: numbers("Pos_FAV"),
                     a: numbers("Acc_FAV"),
-                    faults: self.faults(id, &["Speed_FAV", "Pos_FAV", "Acc_FAV"]),
-                    gap_faults: self.faults(id, &["Spatial_Gap", "Spatial_Headway"]),
+                    faults: self.faults((id, piece), &["Speed_FAV", "Pos_FAV", "Acc_FAV"]),
+                    gap_faults: self.faults((id, piece), &["Spatial_Gap", "Spatial_Headway"]),
                     gap: Some(gap),
                     ..Car::new(2, Some(follower.trim()))
                 },

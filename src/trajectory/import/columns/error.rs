@@ -36,6 +36,11 @@ pub enum MapError {
     UnitOfName { path: String, line: usize, role: &'static str, found: String },
     #[error("{path}:{line}: {role}: not in a table with rows = \"{rows}\", which takes {}", known.join(", "))]
     Misplaced { path: String, line: usize, role: &'static str, rows: &'static str, known: Vec<&'static str> },
+    #[error(
+        "{path}: {role}: expected a name with {{}} for the number of the car, such as {role} = {{ name = \"{role}{{}}\" }}, found {found}: \
+         every car of a platoon has a column of its own"
+    )]
+    NoNumber { path: String, role: &'static str, found: String },
     #[error("{path}: [columns] needs {needed}, found only {}; {why}", found.join(", "))]
     Missing { path: String, needed: &'static str, found: Vec<&'static str>, why: &'static str },
     #[error("{path}: time is in frames, so the map needs their rate: frame_rate_hz = 25")]

@@ -109,6 +109,8 @@ pub struct ColumnMap {
     pub(super) length: Option<f64>,
     /// Of the vehicle ahead in a table of pairs \[m\].
     pub(super) lead_length: Option<f64>,
+    /// Of the vehicle ahead \[m\], whatever the columns say.
+    pub(super) lead_override: Option<f64>,
     /// Positions begin anew after this way \[m\].
     pub(super) lap_length: Option<f64>,
     pub(super) nobody: Vec<String>,
@@ -174,6 +176,7 @@ impl ColumnMap {
             missing: parsed.missing,
             length,
             lead_length,
+            lead_override: None,
             lap_length: parsed.lap_length,
             nobody: parsed.nobody.iter().map(|name| whole(name).to_owned()).collect(),
             direction: parsed.direction,
@@ -210,6 +213,9 @@ impl ColumnMap {
         if !has(Role::Speed) {
             return missing("speed", "speeds are not derived from positions");
         }
+        if let Some((role, found)) = self.shared().filter(|_| self.rows == Rows::Platoon) {
+            return Err(MapError::NoNumber { path: self.name.clone(), role: role.name(), found: found.to_owned() });
+        }
         let lead_length = has(Role::LeadLength) || self.lead_length.is_some();
         let length = has(Role::Length) || self.length.is_some();
         let how = "the bumper-to-bumper gap must follow from something; a length that is no column is a number, length = 4.6, or \
@@ -235,6 +241,15 @@ impl ColumnMap {
         }
     }
 
+    /// A column that would be read as that of every car of a platoon although it can be that of one only, with its name.
+    fn shared(&self) -> Option<(Role, &str)> {
+        let own = [Role::Speed, Role::Gap, Role::Headway, Role::Position];
+        let all = self.columns.iter().filter(|column| own.contains(&column.role));
+        let mut named = all.flat_map(|column| column.names.iter().map(|name| (column.role, name.as_str())));
+        // A gap may bear the number of the car ahead.
+        named.find(|(role, name)| !name.contains("{}") && !(role.is_gap() && name.contains("{-1}")))
+    }
+
     /// True if the vehicle ahead is the nearest one in front in the same lane, for no column names it.
     pub(super) fn is_searched(&self) -> bool {
         let has = |role: Role| self.column(role).is_some();
@@ -251,13 +266,10 @@ impl ColumnMap {
         self.lap_length.map_or(change, |lap| (change + lap / 2.0).rem_euclid(lap) - lap / 2.0)
     }
 
-    /// The same map with this length of the vehicle ahead \[m\], whatever the columns say.
+    /// The same map with this length of the vehicle ahead \[m\], whatever the columns say; that of a follower stays its own.
     #[must_use]
     pub fn with_lead_length(mut self, length: Option<f64>) -> ColumnMap {
-        if length.is_some() {
-            (self.length, self.lead_length) = (length, length);
-            self.columns.retain(|column| !matches!(column.role, Role::Length | Role::LeadLength));
-        }
+        self.lead_override = length;
         self
     }
 }

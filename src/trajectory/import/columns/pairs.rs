@@ -117,7 +117,7 @@ pub(super) fn platoons(table: &Table, map: &ColumnMap, problems: &mut Problems) 
 
 /// What is wrong with the values of some rows: they are broken, or a vehicle drives backwards.
 fn faults(table: &Table, rows: &[usize]) -> Faults {
-    let mut faults = table.faults(table.key(rows[0])).cloned().unwrap_or_default();
+    let mut faults = table.faults(rows);
     for role in [Role::Speed, Role::LeadSpeed, Role::Lead2Speed] {
         let speed = table.numbers(role).unwrap_or_default();
         for &row in rows.iter().filter(|&&row| speed.get(row).is_some_and(|v| *v < REVERSE_LIMIT)) {
@@ -132,7 +132,8 @@ fn faults(table: &Table, rows: &[usize]) -> Faults {
 fn platoon(table: &Table, map: &ColumnMap, id: Option<String>, rows: &[usize]) -> (Platoon, Pair) {
     let take = |role: Role| table.numbers(role).map(|all| rows.iter().map(|&row| all[row]).collect::<Vec<f64>>());
     let mut notes = Vec::new();
-    let length = take(Role::LeadLength).or_else(|| Some(vec![map.lead_length?; rows.len()]));
+    let constant = |length: Option<f64>| Some(vec![length?; rows.len()]);
+    let length = constant(map.lead_override).or_else(|| take(Role::LeadLength)).or_else(|| constant(map.lead_length));
     let (x, x_l) = (take(Role::Position), take(Role::LeadPosition));
     let minus_length = |of: &[f64]| -> Vec<f64> {
         let length = length.as_deref().unwrap_or_default();
@@ -165,8 +166,14 @@ fn platoon(table: &Table, map: &ColumnMap, id: Option<String>, rows: &[usize]) -
     let positive = |gap: Vec<f64>| gap.into_iter().map(|gap| if gap > 0.0 { gap } else { f64::NAN }).collect();
     let t = take(Role::Time).unwrap_or_default();
     let (v, v_l) = (take(Role::Speed).unwrap_or_default(), take(Role::LeadSpeed).unwrap_or_default());
-    let pair =
-        Pair { t: t.clone(), dv: v_l.iter().zip(&v).map(|(v_l, v)| v_l - v).collect(), gap: measured, headway, fronts };
+    let pair = Pair {
+        car: 0,
+        t: t.clone(),
+        dv: v_l.iter().zip(&v).map(|(v_l, v)| v_l - v).collect(),
+        gap: measured,
+        headway,
+        fronts,
+    };
     let mut cars = Vec::new();
     if let Some(v) = take(Role::Lead2Speed) {
         cars.push(Car { v, ..Car::new(0, Some("car two ahead")) });

@@ -28,7 +28,8 @@ pub(super) fn platoons(table: &Table, map: &ColumnMap, problems: &mut Problems) 
         platoons.push(platoon);
     }
     if !platoons.iter().any(Platoon::is_usable) {
-        problems.adopt(platoons.iter().flat_map(|platoon| &platoon.cars).map(|car| car.faults.clone()));
+        let cars = platoons.iter().flat_map(|platoon| &platoon.cars);
+        problems.adopt(cars.flat_map(|car| [car.faults.clone(), car.gap_faults.clone()]));
         problems.check()?;
     }
     let Some(first) = platoons.first_mut() else {
@@ -50,22 +51,30 @@ fn platoon(table: &Table, map: &ColumnMap, id: Option<String>, rows: &[usize], p
     };
     let t: Vec<f64> =
         table.numbers(Role::Time).map(|all| rows.iter().map(|&row| all[row]).collect()).unwrap_or_default();
-    let faults = table.faults(table.key(rows[0])).cloned().unwrap_or_default();
     let mut notes = Vec::new();
     let mut cars: Vec<Car> = Vec::new();
-    for number in table.cars() {
+    let numbers = table.cars();
+    for &number in &numbers {
         let length = take(Role::Length, number).and_then(|length| median(length.into_iter())).or(map.length);
+        // Somebody follows every car but the last one.
+        let length = map.lead_override.filter(|_| numbers.last() != Some(&number)).or(length);
+        let [faults, gap_faults] = table.faults_of(rows, number);
         let mut car = Car {
             length: length.filter(|&length| length > 0.0),
             v: take(Role::Speed, number).unwrap_or_default(),
             x: take(Role::Position, number),
             a: take(Role::Acceleration, number),
             sin_grade: take(Role::SinGrade, number),
-            faults: faults.clone(),
+            faults,
+            gap_faults,
             ..Car::new(number, None)
         };
         if let Some((row, &found)) = rows.iter().zip(&car.v).find(|(_, v)| **v < REVERSE_LIMIT) {
-            let kind = ProblemKind::MappedReverse { column: table.called(Role::Speed), limit: REVERSE_LIMIT, found };
+            let kind = ProblemKind::MappedReverse {
+                column: table.called_of(Role::Speed, number),
+                limit: REVERSE_LIMIT,
+                found,
+            };
             car.faults.add(Problem { line: table.lines[*row], column: None, kind });
         }
         if let Some(lead) = cars.last() {
@@ -86,6 +95,7 @@ fn platoon(table: &Table, map: &ColumnMap, id: Option<String>, rows: &[usize], p
             car.gap = gap.map(|gap| gap.into_iter().map(|gap| if gap > 0.0 { gap } else { f64::NAN }).collect());
             let fronts = lead.x.as_ref().zip(car.x.as_ref());
             pairs.push(Pair {
+                car: number,
                 t: t.clone(),
                 dv: lead.v.iter().zip(&car.v).map(|(lead, ego)| lead - ego).collect(),
                 gap: measured,

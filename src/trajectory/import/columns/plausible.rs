@@ -9,6 +9,7 @@ use crate::trajectory::factor;
 use crate::trajectory::import::median;
 use crate::trajectory::import::problems::Problems;
 use crate::trajectory::steps::{largest_move, longest_step};
+use std::slice;
 
 /// Signals that say the same may differ by this factor, by noise and smoothing.
 const FACTOR: f64 = 1.25;
@@ -30,6 +31,8 @@ pub(super) struct Track {
 
 /// A follower and the vehicle ahead over time.
 pub(super) struct Pair {
+    /// The follower in a table of platoons; 0 elsewhere.
+    pub car: usize,
     pub t: Vec<f64>,
     /// Speed of the vehicle ahead minus that of the follower.
     pub dv: Vec<f64>,
@@ -84,20 +87,33 @@ pub(super) fn pairs(table: &Table, pairs: &[Pair], problems: &mut Problems) {
         problems.add(line, None, ProblemKind::MappedStep { column, shortest: STEPS[0], longest: STEPS[1], found });
         return;
     }
-    let ratios = pairs.iter().filter_map(|pair| Some((pair.headway.as_ref()?, pair.fronts.as_ref()?)));
-    let ratios =
-        ratios.flat_map(|(headway, fronts)| headway.iter().zip(fronts).map(|(headway, front)| headway / front));
-    if let Some(ratio) = median(ratios).filter(|ratio| !(1.0 / FACTOR..=FACTOR).contains(ratio)) {
-        let (a, b) = (table.called(Role::Headway), table.called(Role::Position));
+    if let Some(ratio) = against_positions(pairs) {
+        let car = first(table, Role::Headway, pairs, |pair| against_positions(slice::from_ref(pair)).is_some());
+        let [a, b] = [Role::Headway, Role::Position].map(|role| table.called_of(role, car));
         let hint = hint(ratio, "check both units, and direction, in the column map");
         problems.add(line, None, ProblemKind::UnitsContradict { a, b, ratio, hint });
     }
     for role in [Role::Gap, Role::Headway] {
         let Some(ratio) = against_speeds(pairs, role) else { continue };
-        let (a, b) = (table.called(role), table.called(Role::Speed));
+        let car = first(table, role, pairs, |pair| against_speeds(slice::from_ref(pair), role).is_some());
+        let [a, b] = [role, Role::Speed].map(|role| table.called_of(role, car));
         let hint = hint(ratio, "check both units in the column map");
         problems.add(line, None, ProblemKind::UnitsContradict { a, b, ratio, hint });
     }
+}
+
+/// The car of the first pair that shows by itself what all of them show; of the first one with such a column where none does.
+fn first(table: &Table, role: Role, pairs: &[Pair], shows: impl Fn(&Pair) -> bool) -> usize {
+    let has = |pair: &&Pair| !table.called_of(role, pair.car).is_empty();
+    pairs.iter().find(|pair| shows(pair)).or_else(|| pairs.iter().find(has)).map_or(0, |pair| pair.car)
+}
+
+/// How many times the distance of the fronts the headway is, where that is not about 1.
+fn against_positions(pairs: &[Pair]) -> Option<f64> {
+    let ratios = pairs.iter().filter_map(|pair| Some((pair.headway.as_ref()?, pair.fronts.as_ref()?)));
+    let ratios =
+        ratios.flat_map(|(headway, fronts)| headway.iter().zip(fronts).map(|(headway, front)| headway / front));
+    median(ratios).filter(|ratio| !(1.0 / FACTOR..=FACTOR).contains(ratio))
 }
 
 /// By how many times the distance changes as much as the speeds say, where that is certain and not about 1.

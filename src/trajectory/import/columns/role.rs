@@ -130,6 +130,11 @@ impl Role {
         self.in_platoon() && !matches!(self, Role::Time | Role::Group)
     }
 
+    /// True if it says how far the vehicle ahead is away.
+    pub fn is_gap(self) -> bool {
+        matches!(self, Role::Gap | Role::Headway)
+    }
+
     /// With one row per time of a pair.
     fn in_pairs(self) -> bool {
         !matches!(self, Role::Id | Role::Ahead | Role::Length)

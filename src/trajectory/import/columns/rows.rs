@@ -12,11 +12,20 @@ use crate::trajectory::import::lines::Lines;
 use crate::trajectory::import::preamble;
 use crate::trajectory::import::problems::{Problems, Stop};
 use crate::trajectory::import::table::{fingerprint, finite, is_missing, present};
-use std::collections::{BTreeMap, HashMap};
+use crate::trajectory::steps::PAUSE_S;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::io::Read;
 
 /// A speed above this is in another unit \[m/s\] (324 km/h).
 const SPEED_LIMIT: f64 = 90.0;
+
+/// What a broken value costs.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Signal {
+    /// Of a platoon; 0 where the column is not of one car.
+    car: usize,
+    is_gap: bool,
+}
 
 /// All rows, by role.
 pub(super) struct Table {
@@ -31,14 +40,17 @@ pub(super) struct Table {
     pub dictionary: Vec<String>,
     /// What rows of equal times are told apart by.
     hashes: Vec<u64>,
-    /// What is wrong with single values, by the names in the columns of group and id.
-    faults: BTreeMap<(u32, u32), Faults>,
+    /// Number of the piece that each row belongs to: rows of one group and id whose time goes on without a pause. What
+    /// is taken for one trajectory, or one vehicle, has whole pieces.
+    pieces: Vec<u32>,
+    /// What is wrong with single values, by piece and signal.
+    faults: BTreeMap<(u32, Signal), Faults>,
     /// What was done while reading: columns and lines that were not read.
     pub notes: Vec<Note>,
     /// False if the last row has no line end.
     pub terminated: bool,
     /// What each role is called in this file, in the order of the cars.
-    called: Vec<(Role, String)>,
+    called: Vec<((Role, usize), String)>,
 }
 
 impl Table {
@@ -69,9 +81,24 @@ impl Table {
         (of(Role::Group), of(Role::Id))
     }
 
-    /// What is wrong with the values of a group and id.
-    pub fn faults(&self, key: (u32, u32)) -> Option<&Faults> {
-        self.faults.get(&key)
+    /// What is wrong with the values of a trajectory or a vehicle.
+    pub fn faults(&self, rows: &[usize]) -> Faults {
+        self.faults_where(rows, |_| true)
+    }
+
+    /// What is wrong with the signals of one car of a platoon, and with its gap.
+    pub fn faults_of(&self, rows: &[usize], car: usize) -> [Faults; 2] {
+        let is_its = |signal: Signal| [0, car].contains(&signal.car);
+        [false, true].map(|is_gap| self.faults_where(rows, |signal| is_its(signal) && signal.is_gap == is_gap))
+    }
+
+    fn faults_where(&self, rows: &[usize], is_meant: impl Fn(Signal) -> bool) -> Faults {
+        let pieces: BTreeSet<u32> = rows.iter().map(|&row| self.pieces[row]).collect();
+        let [first, last] = [Signal { car: 0, is_gap: false }, Signal { car: usize::MAX, is_gap: true }];
+        let found = pieces.into_iter().flat_map(|piece| self.faults.range((piece, first)..=(piece, last)));
+        let mut all = Faults::default();
+        found.filter(|((_, signal), _)| is_meant(*signal)).for_each(|(_, faults)| all.merge(faults.clone()));
+        all
     }
 
     /// What is wrong with single values is wrong with the file, where nothing else is left of it.
@@ -106,7 +133,12 @@ impl Table {
 
     /// `NAME (UNIT)` of a role, for messages.
     pub fn called(&self, role: Role) -> String {
-        self.called.iter().find(|(r, _)| *r == role).map_or_else(String::new, |(_, name)| name.clone())
+        self.called_of(role, 0)
+    }
+
+    /// The same of one car of a platoon, by its number.
+    pub fn called_of(&self, role: Role, car: usize) -> String {
+        self.called.iter().find(|(key, _)| *key == (role, car)).map_or_else(String::new, |(_, name)| name.clone())
     }
 }
 
@@ -217,6 +249,7 @@ pub(super) fn read<R: Read>(lines: &mut Lines<R>, map: &ColumnMap, problems: &mu
         names: Vec::new(),
         dictionary: Vec::new(),
         hashes: Vec::new(),
+        pieces: Vec::new(),
         faults: BTreeMap::new(),
         notes,
         terminated: true,
@@ -229,7 +262,7 @@ pub(super) fn read<R: Read>(lines: &mut Lines<R>, map: &ColumnMap, problems: &mu
         }
         let name = &header.names[column.place];
         let unit = if column.unit.is_empty() { String::new() } else { format!(" ({})", column.unit) };
-        table.called.push((column.role, format!("{name}{unit}")));
+        table.called.push(((column.role, column.car), format!("{name}{unit}")));
     }
     let is_read = |place: usize| wanted.iter().any(|column| column.place == place);
     let unread = header.names.iter().enumerate().filter(|(place, name)| !is_read(*place) && !name.is_empty());
@@ -240,6 +273,9 @@ pub(super) fn read<R: Read>(lines: &mut Lines<R>, map: &ColumnMap, problems: &mu
 
     let mut numbers: HashMap<String, u32> = HashMap::new();
     let mut before = None;
+    // Time of the last row of each group and id, and its piece.
+    let mut latest: HashMap<(u32, u32), (f64, u32)> = HashMap::new();
+    let mut pieces = 0;
     while let Some(line) = lines.next(problems)?.map(str::to_owned) {
         let mut fields: Vec<Field> = Vec::with_capacity(header.names.len());
         split_by(&line, separator, &mut fields);
@@ -279,7 +315,7 @@ pub(super) fn read<R: Read>(lines: &mut Lines<R>, map: &ColumnMap, problems: &mu
                 if column.role == Role::Time {
                     problems.add(problem.line, problem.column, problem.kind);
                 } else {
-                    faulty.push(problem);
+                    faulty.push((Signal { car: column.car, is_gap: column.role.is_gap() }, problem));
                 }
                 f64::NAN
             });
@@ -290,8 +326,18 @@ pub(super) fn read<R: Read>(lines: &mut Lines<R>, map: &ColumnMap, problems: &mu
             table.numbers[number].1.push(value);
             number += 1;
         }
-        let key = table.key(table.lines.len() - 1);
-        faulty.into_iter().for_each(|problem| table.faults.entry(key).or_default().add(problem));
+        let row = table.lines.len() - 1;
+        let time = table.numbers(Role::Time).map_or(f64::NAN, |time| time[row]);
+        let (last, piece) = latest.entry(table.key(row)).or_insert((f64::NAN, 0));
+        if !(0.0..=PAUSE_S).contains(&(time - *last)) {
+            *piece = pieces;
+            pieces += 1;
+        }
+        *last = time;
+        table.pieces.push(*piece);
+        for (signal, problem) in faulty {
+            table.faults.entry((*piece, signal)).or_default().add(problem);
+        }
     }
     if problems.check().is_err() {
         table.refuse(problems)?;

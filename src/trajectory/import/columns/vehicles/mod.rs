@@ -114,8 +114,22 @@ impl<'a> Long<'a> {
 
     /// Position of the front in the direction of driving \[m\].
     fn front(&self, vehicle: &Vehicle, row: usize) -> Option<f64> {
+        self.front_of(vehicle, row, vehicle.length)
+    }
+
+    /// The same of a vehicle that somebody follows.
+    fn lead_front(&self, lead: &Vehicle, row: usize) -> Option<f64> {
+        self.front_of(lead, row, self.lead_length(lead))
+    }
+
+    /// Length of a vehicle that somebody follows \[m\].
+    fn lead_length(&self, lead: &Vehicle) -> Option<f64> {
+        self.map.lead_override.or(lead.length)
+    }
+
+    fn front_of(&self, vehicle: &Vehicle, row: usize, length: Option<f64>) -> Option<f64> {
         let x = vehicle.sign * self.table.numbers(Role::Position)?[row];
-        let length = vehicle.length.unwrap_or(0.0);
+        let length = length.unwrap_or(0.0);
         Some(match self.map.position_at {
             PositionAt::Front => x,
             PositionAt::Centre => x + length / 2.0,
@@ -156,7 +170,7 @@ impl<'a> Long<'a> {
         if let Some(gap) = self.table.numbers(Role::Gap) {
             return (stretch.rows.iter().map(|rows| gap[rows.0]).collect(), None);
         }
-        let length = lead.length.unwrap_or(f64::NAN);
+        let length = self.lead_length(lead).unwrap_or(f64::NAN);
         if let Some(headway) = self.table.numbers(Role::Headway) {
             let from = "headway minus the length of the vehicle ahead".to_owned();
             return (stretch.rows.iter().map(|rows| headway[rows.0] - length).collect(), Some(from));
@@ -167,7 +181,7 @@ impl<'a> Long<'a> {
 
     /// From front to front \[m\]; NaN where there is no position.
     fn between(&self, ego: &Vehicle, row: usize, lead: &Vehicle, lead_row: usize) -> f64 {
-        let fronts = self.front(lead, lead_row).zip(self.front(ego, row));
+        let fronts = self.lead_front(lead, lead_row).zip(self.front(ego, row));
         fronts.map_or(f64::NAN, |(lead, ego)| self.map.ahead_by(lead - ego))
     }
 
@@ -177,6 +191,7 @@ impl<'a> Long<'a> {
         let headway = self.table.numbers(Role::Headway);
         let rows = &stretch.rows;
         Pair {
+            car: 0,
             t: rows.iter().map(|rows| self.time[rows.0]).collect(),
             dv: rows.iter().map(|&(row, other)| self.forwards(lead, other) - self.forwards(ego, row)).collect(),
             gap: self.table.numbers(Role::Gap).map(|gap| rows.iter().map(|rows| gap[rows.0]).collect()),
@@ -219,14 +234,19 @@ impl<'a> Long<'a> {
         // On a closed track a position goes on where a lap ends.
         let mut x: Vec<f64> = stretch.rows.iter().filter_map(|rows| self.front(ego, rows.0)).collect();
         if self.map.lap_length.is_some() {
-            for i in 1..x.len() {
-                x[i] = x[i - 1] + self.map.moved(x[i] - x[i - 1]);
+            // The last one that is not missing.
+            let mut last = f64::NAN;
+            for x in x.iter_mut().filter(|x| x.is_finite()) {
+                if last.is_finite() {
+                    *x = last + self.map.moved(*x - last);
+                }
+                last = *x;
             }
         }
         let has_x = x.len() == stretch.rows.len();
         let ahead = stretch.rows.iter().zip(&x).map(|(&(row, other), x)| match self.map.lap_length {
             Some(_) => x + self.between(ego, row, lead, other),
-            None => self.front(lead, other).unwrap_or(f64::NAN),
+            None => self.lead_front(lead, other).unwrap_or(f64::NAN),
         });
         let x_l: Vec<f64> = ahead.collect();
         let car = |number: usize, vehicle: usize, rows: &mut dyn Iterator<Item = usize>, x: Vec<f64>| {
@@ -242,7 +262,8 @@ impl<'a> Long<'a> {
                 ..Car::new(number, Some(&vehicle_name(self.id(vehicle))))
             }
         };
-        let lead = car(1, stretch.lead, &mut stretch.rows.iter().map(|rows| rows.1), x_l);
+        let length = self.lead_length(lead);
+        let lead = Car { length, ..car(1, stretch.lead, &mut stretch.rows.iter().map(|rows| rows.1), x_l) };
         let ego = car(2, stretch.ego, &mut stretch.rows.iter().map(|rows| rows.0), x);
         let group = self.vehicles[stretch.ego].key.0;
         let group = self.table.names(Role::Group).map(|_| format!("{}:", self.table.dictionary[group as usize]));

@@ -86,9 +86,9 @@ fn split(rows: Vec<usize>, table: &Table, map: &ColumnMap) -> Vec<Vec<usize>> {
     let longest = longest_step(&t);
     let sign = direction(&rows, table, map);
     let back = |before: usize, after: usize| {
-        let x = table.numbers(Role::Position).map(|x| sign * map.moved(x[after] - x[before]));
-        // Where nobody knows in which direction it drives, nobody knows what is back.
-        map.direction != Direction::ByPosition && x.is_some_and(|moved| moved < -BACK_M)
+        let x = table.numbers(Role::Position).map(|x| sign * (x[after] - x[before]));
+        // Where nobody knows in which direction it drives, nobody knows what is back; and on a ring what is back is ahead, too.
+        map.lap_length.is_none() && map.direction != Direction::ByPosition && x.is_some_and(|moved| moved < -BACK_M)
     };
     let mut pieces: Vec<Vec<usize>> = Vec::new();
     for row in rows {
@@ -108,7 +108,7 @@ fn vehicle(key: (u32, u32), rows: Vec<usize>, table: &Table, map: &ColumnMap) ->
     let speed = table.numbers(Role::Speed).expect("a map without it is refused");
     let sign = direction(&rows, table, map);
     let forwards = |row: usize| if map.direction == Direction::BySpeed { sign * speed[row] } else { speed[row] };
-    let mut faults = table.faults(key).cloned().unwrap_or_default();
+    let mut faults = table.faults(&rows);
     for &row in &rows {
         let found = forwards(row);
         if found < REVERSE_LIMIT {
