@@ -403,13 +403,6 @@ fn in_closed_loop_a_lag_or_its_relative_is_recommended() {
 }
 
 #[test]
-fn in_closed_loop_a_limit_of_the_acceleration_is_recommended() {
-    let (answer, passing) = closed_loop(&long("one", "l-cth", &["accel_cap"], 0.0, 4202));
-    let found = recommended(&answer);
-    assert!(found.contains(&"accel_cap") || found.contains(&"power_cap"), "{found:?} of {passing:?}");
-}
-
-#[test]
 fn in_closed_loop_nothing_passes_where_nothing_is_hidden() {
     for (base, gusts, seed) in [("l-cth", 0.0, 4203), ("idm", 0.05, 4204)] {
         let (answer, passing) = closed_loop(&long("none", base, &[], gusts, seed));

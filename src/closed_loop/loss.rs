@@ -188,10 +188,10 @@ mod tests {
         assert!((loss.bins[1].root(&rms) - root).abs() < 1e-12);
 
         let mut broken = errors;
-        broken[125] = [f64::NAN; 2];
+        broken[126] = [f64::NAN; 2];
         let failed = of_run(&FreeRun { errors: broken, failed: None }, &layout, &rms);
         assert!(failed.failures == 1 && failed.bins[0] == loss.bins[0]);
-        // The second bin has the samples 125 to 224: all of it is lost.
+        // The second bin has the samples 126 to 225: all of it is lost.
         assert!(failed.bins[1].mse == rms.map(|r| r * r) && failed.bins[2].mse[0] == loss.bins[2].mse[0]);
         let losses = Losses { drives: vec![Some(failed), None] };
         assert!(losses.log().is_finite() && losses.failures() == 1 && losses.logs().len() == 3);

@@ -16,6 +16,9 @@ use crate::diagnose::{DiagnoseError, Drive};
 use crate::evaluator::Windows;
 use rayon::prelude::*;
 
+/// Of a drive: its number, the candidates that count there, and what was made of the run of each.
+type OnDrive<R> = (usize, Vec<usize>, Vec<R>);
+
 /// How long a simulation is left alone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Horizon {
@@ -158,7 +161,7 @@ impl ClosedLoop {
         horizon: Horizon,
         counts: &(dyn Fn(usize, usize) -> bool + Sync),
         of: &(dyn Fn(usize, FreeRun) -> R + Sync),
-    ) -> Result<Vec<(usize, Vec<usize>, Vec<R>)>, DiagnoseError> {
+    ) -> Result<Vec<OnDrive<R>>, DiagnoseError> {
         let one = |drive: usize| {
             let mine: Vec<usize> = (0..candidates.len()).filter(|&i| counts(i, drive)).collect();
             let mut found = Vec::with_capacity(mine.len());

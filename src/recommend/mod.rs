@@ -251,9 +251,9 @@ fn round(
         let simulations = runner.model.simulations();
         Ok((simulations, drive.zip(window).map(|(drive, window)| (runner, [drive, window]))))
     });
-    let fitted: Vec<(u64, Option<(Runner, [Entry; 2])>)> = fitted.collect::<Result<_, DiagnoseError>>()?;
-    let simulations: u64 = fitted.iter().map(|(simulations, _)| simulations).sum();
-    let ran: Vec<(Runner, [Entry; 2])> = fitted.into_iter().filter_map(|(_, entry)| entry).collect();
+    let (simulations, fitted): (Vec<u64>, Vec<_>) =
+        fitted.collect::<Result<Vec<_>, DiagnoseError>>()?.into_iter().unzip();
+    let ran: Vec<(Runner, [Entry; 2])> = fitted.into_iter().flatten().collect();
     let [on_drives, on_windows] = [Horizon::Drive, Horizon::Window].map(|horizon| {
         let k = horizon as usize;
         let entries: Vec<&Entry> = ran.iter().map(|(_, entries)| &entries[k]).collect();
@@ -261,7 +261,7 @@ fn round(
         let field = Field { count, so_far: &own.1[k], laws };
         judged(policy, &field, &ran, &entries, &answer.resamples[k])
     });
-    answer.simulations += simulations;
+    answer.simulations += simulations.iter().sum::<u64>();
     let tried: Vec<Tried> = ran
         .into_iter()
         .zip(on_drives.into_iter().zip(on_windows))

@@ -247,7 +247,7 @@ impl ColumnMap {
         let all = self.columns.iter().filter(|column| own.contains(&column.role));
         let mut named = all.flat_map(|column| column.names.iter().map(|name| (column.role, name.as_str())));
         // A gap may bear the number of the car ahead.
-        named.find(|(role, name)| !name.contains("{}") && !(role.is_gap() && name.contains("{-1}")))
+        named.find(|(role, name)| !(name.contains("{}") || role.is_gap() && name.contains("{-1}")))
     }
 
     /// True if the vehicle ahead is the nearest one in front in the same lane, for no column names it.
