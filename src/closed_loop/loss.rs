@@ -85,7 +85,7 @@ impl Losses {
         if count > 0.0 && sum.is_finite() { sum / count } else { f64::INFINITY }
     }
 
-    /// What a fit lowers: the mean logarithmic loss, and [`COLLISION`] for every failure.
+    /// What a fit lowers: the mean logarithmic loss, and what every failure costs.
     #[must_use]
     pub fn cost(&self) -> f64 {
         self.log() + COLLISION * self.failures() as f64
