@@ -20,7 +20,7 @@ const JUDGES: [&str; 2] = ["reference_paper", "causes"];
 
 /// The modules of the library, and those of `tests/common`, that the judges and what is mutated need: the others would only have
 /// to be compiled, which takes most of the time.
-const NEEDED: [&str; 20] = [
+const NEEDED: [&str; 21] = [
     "calibrate",
     "cars",
     "catalog",
@@ -36,6 +36,7 @@ const NEEDED: [&str; 20] = [
     "reference",
     "rescore",
     "score",
+    "shown",
     "symbols",
     "tolerance",
     "trajectory",
