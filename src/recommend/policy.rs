@@ -26,6 +26,8 @@ pub struct Policy {
     pub none: f64,
     /// Over whole drives the interval of the gain may reach down to this \[-\]: about the same is good enough there.
     pub no_loss: f64,
+    /// Gain at least of both losses at both horizons \[-\]: what is recommended has to be worth it everywhere.
+    pub least_everywhere: f64,
     /// Level of the confidence set \[-\].
     pub set: f64,
     /// Probability that an interval holds \[-\].
@@ -45,6 +47,7 @@ impl Policy {
         spread: 2.5,
         none: 0.02,
         no_loss: -0.01,
+        least_everywhere: 0.01,
         set: 0.9,
         interval: 0.95,
     };

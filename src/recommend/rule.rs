@@ -104,7 +104,7 @@ pub fn whole_drives(policy: &Policy, entry: &Entry, drive: &Judged, window: &Jud
     vec![
         at_most("collisions over whole drives", failures, 0.0),
         at_least("lower end of the gain over whole drives", drive.interval[0], policy.no_loss),
-        at_least("least gain of both losses at both horizons", least(drive, window), 0.0),
+        at_least("least gain of both losses at both horizons", least(drive, window), policy.least_everywhere),
     ]
 }
 
