@@ -33,6 +33,7 @@ fn outcome(task: &DiagnosisTask, adopted: &[String], off: f64) -> DiagnosisOutco
         base: [1.0, 0.01, 2.0],
         gain: None,
         known: None,
+        recommended: Some(adopted.to_vec()),
         unknown: None,
     }
 }

@@ -242,7 +242,7 @@ fn normal_equations(
             let moved: Vec<(usize, f64, &FreeRun)> = (moved.iter().enumerate())
                 .filter_map(|(n, (j, step))| Some((*j, *step, run_of(first + 1 + n)?)))
                 .collect();
-            let loss = of_run(base, layout, &model.rms[*drive]);
+            let loss = of_run(base, layout, &model.measured[*drive]);
             add(normal, base, &moved, layout, &loss.bins);
             *bins += loss.bins.len() as f64;
         }

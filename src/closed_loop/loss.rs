@@ -50,6 +50,8 @@ pub struct DriveLoss {
     pub rms: [f64; SIGNALS],
     /// How often the car ran into the one ahead, or no number was left; each time it goes on from the measurement.
     pub failures: usize,
+    /// The smallest spacing as a share of the smallest measured one; 0 of a run that fails.
+    pub margin: f64,
 }
 
 impl DriveLoss {
@@ -115,6 +117,12 @@ impl Losses {
         self.drives.iter().flatten().flat_map(of).collect()
     }
 
+    /// The smallest [`DriveLoss::margin`].
+    #[must_use]
+    pub fn margin(&self) -> f64 {
+        self.drives.iter().flatten().map(|drive| drive.margin).fold(f64::INFINITY, f64::min)
+    }
+
     /// How often runs failed.
     #[must_use]
     pub fn failures(&self) -> usize {
@@ -122,15 +130,33 @@ impl Losses {
     }
 }
 
-/// Spacing, speed and acceleration over a second of a drive as it was measured.
-pub(super) fn root_mean_squares(drive: &Drive) -> [f64; SIGNALS] {
-    let (s, v) = (&drive.trajectory.s, &drive.trajectory.v_f);
-    let second = ((1.0 / drive.dt()).round() as usize).max(1);
-    let rms = |sum: f64, count: usize, floor: f64| (sum / count.max(1) as f64).sqrt().max(floor);
-    let squares = |y: &[f64]| y.iter().map(|y| y * y).sum::<f64>();
-    let a: Vec<f64> = v.iter().skip(second).zip(v).map(|(now, then)| now - then).collect();
-    // A car that stands has no speed to be off by a share of: what nobody cares about is the least.
-    [rms(squares(s), s.len(), FLOOR[0]), rms(squares(v), v.len(), FLOOR[1]), rms(squares(&a), a.len(), FLOOR[2])]
+/// A drive as it was measured.
+#[derive(Debug)]
+pub(super) struct Measured {
+    /// Root mean squares: spacing \[m\], speed \[m/s\], acceleration over a second \[m/s²\].
+    rms: [f64; SIGNALS],
+    /// Spacing \[m\].
+    spacing: Vec<f64>,
+    /// The smallest spacing \[m\].
+    least: f64,
+}
+
+impl Measured {
+    pub(super) fn of(drive: &Drive) -> Measured {
+        let (s, v) = (&drive.trajectory.s, &drive.trajectory.v_f);
+        let second = ((1.0 / drive.dt()).round() as usize).max(1);
+        let rms = |sum: f64, count: usize, floor: f64| (sum / count.max(1) as f64).sqrt().max(floor);
+        let squares = |y: &[f64]| y.iter().map(|y| y * y).sum::<f64>();
+        let a: Vec<f64> = v.iter().skip(second).zip(v).map(|(now, then)| now - then).collect();
+        // A car that stands has no speed to be off by a share of: what nobody cares about is the least.
+        let rms = [
+            rms(squares(s), s.len(), FLOOR[0]),
+            rms(squares(v), v.len(), FLOOR[1]),
+            rms(squares(&a), a.len(), FLOOR[2]),
+        ];
+        let least = s.iter().copied().fold(f64::INFINITY, f64::min).max(FLOOR[0]);
+        Measured { rms, spacing: s.clone(), least }
+    }
 }
 
 /// The errors of a sample: those of the run, and that of the acceleration where it was free for a second. NaN where a run failed.
@@ -143,7 +169,8 @@ pub(super) fn errors(run: &FreeRun, layout: &Layout, t: usize) -> [f64; SIGNALS]
 }
 
 /// Mean squared errors of a run in bins.
-pub(super) fn of_run(run: &FreeRun, layout: &Layout, rms: &[f64; SIGNALS]) -> DriveLoss {
+pub(super) fn of_run(run: &FreeRun, layout: &Layout, measured: &Measured) -> DriveLoss {
+    let rms = &measured.rms;
     let mut sums = vec![[0.0; SIGNALS]; layout.count];
     let mut counts = vec![0_u32; layout.count];
     // Where the run has failed: the end of what counts as lost.
@@ -164,7 +191,12 @@ pub(super) fn of_run(run: &FreeRun, layout: &Layout, rms: &[f64; SIGNALS]) -> Dr
         counts[bin as usize] += 1;
     }
     let mean = |(sums, count): (&[f64; SIGNALS], &u32)| Bin { mse: sums.map(|sum| sum / f64::from((*count).max(1))) };
-    DriveLoss { bins: sums.iter().zip(&counts).map(mean).collect(), rms: *rms, failures }
+    let closest = match failures {
+        0 => run.errors.iter().zip(&measured.spacing).map(|([s, _], own)| own + s).fold(f64::INFINITY, f64::min),
+        _ => 0.0,
+    };
+    let margin = closest / measured.least;
+    DriveLoss { bins: sums.iter().zip(&counts).map(mean).collect(), rms: *rms, failures, margin }
 }
 
 #[cfg(test)]
@@ -177,7 +209,9 @@ mod tests {
         let layout = Layout::new(325, 0.1, Horizon::Drive);
         let errors: Vec<[f64; 2]> = (0..325).map(|t| [0.5, 0.1 * f64::from(t) * 0.1]).collect();
         let rms = [20.0, 10.0, 0.5];
-        let loss = of_run(&FreeRun { errors: errors.clone(), failed: None }, &layout, &rms);
+        let measured = Measured { rms, spacing: vec![2.0; 325], least: 2.0 };
+        let loss = of_run(&FreeRun { errors: errors.clone(), failed: None }, &layout, &measured);
+        assert!((loss.margin - 1.25).abs() < 1e-12);
         assert_eq!(loss.bins.len(), 3);
         let [s, v, a] = loss.bins[1].mse;
         // The speed is off by 0.1 m/s more every second, so the acceleration by 0.1 m/s².
@@ -189,8 +223,8 @@ mod tests {
 
         let mut broken = errors;
         broken[126] = [f64::NAN; 2];
-        let failed = of_run(&FreeRun { errors: broken, failed: None }, &layout, &rms);
-        assert!(failed.failures == 1 && failed.bins[0] == loss.bins[0]);
+        let failed = of_run(&FreeRun { errors: broken, failed: None }, &layout, &measured);
+        assert!(failed.failures == 1 && failed.margin == 0.0 && failed.bins[0] == loss.bins[0]);
         // The second bin has the samples 126 to 225: all of it is lost.
         assert!(failed.bins[1].mse == rms.map(|r| r * r) && failed.bins[2].mse[0] == loss.bins[2].mse[0]);
         let losses = Losses { drives: vec![Some(failed), None] };

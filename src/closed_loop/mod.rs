@@ -7,6 +7,7 @@ mod fit;
 mod loss;
 
 pub use fit::{Plan, Point, fit};
+use loss::Measured;
 pub use loss::{Bin, DriveLoss, Losses, SIGNALS};
 
 use crate::calibrate::Overrides;
@@ -105,8 +106,7 @@ pub struct ClosedLoop {
     /// The variant with its bounds.
     pub model: Model,
     layouts: [Vec<Layout>; 2],
-    /// Root mean squares of each drive: spacing \[m\], speed \[m/s\], acceleration \[m/s²\].
-    rms: Vec<[f64; 3]>,
+    measured: Vec<Measured>,
 }
 
 impl ClosedLoop {
@@ -118,8 +118,7 @@ impl ClosedLoop {
         let model = Model::new(variant, drives, bounds, &[])?;
         let layouts = [Horizon::Drive, Horizon::Window]
             .map(|horizon| drives.iter().map(|d| Layout::new(d.samples(), d.dt(), horizon)).collect());
-        let rms = drives.iter().map(loss::root_mean_squares).collect();
-        Ok(ClosedLoop { model, layouts, rms })
+        Ok(ClosedLoop { model, layouts, measured: drives.iter().map(Measured::of).collect() })
     }
 
     /// Bins of every drive.
@@ -144,10 +143,10 @@ impl ClosedLoop {
         horizon: Horizon,
         counts: &(dyn Fn(usize, usize) -> bool + Sync),
     ) -> Result<Vec<Losses>, DiagnoseError> {
-        let empty = || Losses { drives: vec![None; self.rms.len()] };
+        let empty = || Losses { drives: vec![None; self.measured.len()] };
         let mut all: Vec<Losses> = candidates.iter().map(|_| empty()).collect();
         let loss =
-            |drive: usize, run: FreeRun| Some(loss::of_run(&run, &self.layouts(horizon)[drive], &self.rms[drive]));
+            |drive: usize, run: FreeRun| Some(loss::of_run(&run, &self.layouts(horizon)[drive], &self.measured[drive]));
         for (drive, mine, found) in self.on_drives(candidates, horizon, counts, &loss)? {
             mine.into_iter().zip(found).for_each(|(i, loss)| all[i].drives[drive] = loss);
         }
@@ -172,7 +171,7 @@ impl ClosedLoop {
             }
             Ok((drive, mine, found))
         };
-        (0..self.rms.len()).into_par_iter().map(one).collect()
+        (0..self.measured.len()).into_par_iter().map(one).collect()
     }
 }
 

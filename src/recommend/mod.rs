@@ -12,7 +12,7 @@ mod rule;
 
 pub use answer::combine;
 pub use parts::Parts;
-pub use policy::Policy;
+pub use policy::{Policy, races};
 
 use crate::calibrate::Overrides;
 use crate::catalog::{BASES, Base, Variant};
@@ -204,6 +204,14 @@ fn laws(answer: &mut Answer, request: &Request<'_>) -> Result<Vec<[Entry; 2]>, D
     Ok(all)
 }
 
+/// A model that was fitted, at both horizons in the order of [`Horizon`].
+enum Entered {
+    /// Fitted fold by fold, and judged.
+    Judged([Entry; 2]),
+    /// Not worth that: its losses in training.
+    Trained([Losses; 2]),
+}
+
 /// What is tried, at both horizons in the order of [`Horizon`]: fits and judgements.
 struct Tried {
     runner: Runner,
@@ -240,25 +248,34 @@ fn round(
     let (drive, window) = (found.pop().expect("both"), found.pop().expect("both"));
     // What gains next to nothing where it was fitted, at either horizon, gains less elsewhere.
     let is_worth = |point: &Option<Point>, own: &Entry| point.as_ref().is_some_and(|p| own.whole.loss - p.loss > worth);
-    let count = runners.len();
     let fitted = runners.into_par_iter().zip(drive.into_par_iter().zip(window)).map(|(runner, (drive, window))| {
         let tried = is_worth(&drive, &own.1[0]) || is_worth(&window, &own.1[1]);
-        let (Some(drive), Some(window), true) = (drive, window, tried) else {
-            return Ok((runner.model.simulations(), None));
+        let (Some(drive), Some(window)) = (drive, window) else { return Ok((runner.model.simulations(), None)) };
+        let entered = if tried {
+            let drive = answer.course.entry(&runner.model, Horizon::Drive, drive)?;
+            let window = answer.course.entry(&runner.model, Horizon::Window, window)?;
+            drive.zip(window).map(|(drive, window)| Entered::Judged([drive, window]))
+        } else {
+            let on = |horizon, point: Point| answer.course.trained(&runner.model, horizon, &point);
+            Some(Entered::Trained([on(Horizon::Drive, drive)?, on(Horizon::Window, window)?]))
         };
-        let drive = answer.course.entry(&runner.model, Horizon::Drive, drive)?;
-        let window = answer.course.entry(&runner.model, Horizon::Window, window)?;
-        let simulations = runner.model.simulations();
-        Ok((simulations, drive.zip(window).map(|(drive, window)| (runner, [drive, window]))))
+        Ok((runner.model.simulations(), entered.map(|entered| (runner, entered))))
     });
     let (simulations, fitted): (Vec<u64>, Vec<_>) =
         fitted.collect::<Result<Vec<_>, DiagnoseError>>()?.into_iter().unzip();
-    let ran: Vec<(Runner, [Entry; 2])> = fitted.into_iter().flatten().collect();
+    let (mut ran, mut left) = (Vec::new(), Vec::new());
+    for (runner, entered) in fitted.into_iter().flatten() {
+        match entered {
+            Entered::Judged(entries) => ran.push((runner, entries)),
+            Entered::Trained(losses) => left.push(losses),
+        }
+    }
     let [on_drives, on_windows] = [Horizon::Drive, Horizon::Window].map(|horizon| {
         let k = horizon as usize;
         let entries: Vec<&Entry> = ran.iter().map(|(_, entries)| &entries[k]).collect();
         let laws = laws.iter().map(|entries| &entries[k].held).collect();
-        let field = Field { count, so_far: &own.1[k], laws };
+        let left = left.iter().map(|losses| &losses[k]).collect();
+        let field = Field { so_far: &own.1[k], left, laws };
         judged(policy, &field, &ran, &entries, &answer.resamples[k])
     });
     answer.simulations += simulations.iter().sum::<u64>();
@@ -295,10 +312,10 @@ fn score(tried: &Tried) -> f64 {
 
 /// Whom the models of a race run against.
 struct Field<'a> {
-    /// Models that were tried, those included that were not worth a judgement.
-    count: usize,
     /// The model so far.
     so_far: &'a Entry,
+    /// The losses in training of the models that were not worth a judgement.
+    left: Vec<&'a Losses>,
     /// The losses of the other laws.
     laws: Vec<&'a Losses>,
 }
@@ -312,12 +329,11 @@ fn judged(
     resamples: &Resamples,
 ) -> Vec<Judged> {
     let own = field.so_far;
-    let differences: Vec<[Vec<f64>; 2]> = entries.iter().map(|entry| differences(&own.held, &entry.held)).collect();
-    let logs: Vec<Vec<f64>> = differences.iter().map(|[log, _]| log.clone()).collect();
-    let mut adjusted = step_down(&logs, resamples);
-    // Those that were left out were tried, too.
-    let family = field.count as f64 / entries.len().max(1) as f64;
-    adjusted.iter_mut().for_each(|adjusted| adjusted.p = (adjusted.p * family).min(1.0));
+    let gains: Vec<[Vec<f64>; 2]> = entries.iter().map(|entry| differences(&own.held, &entry.held)).collect();
+    let logs: Vec<Vec<f64>> = gains.iter().map(|[log, _]| log.clone()).collect();
+    // What was not worth a judgement was tried, too: it counts in the distribution of the largest gain by chance.
+    let left: Vec<Vec<f64>> = field.left.iter().map(|losses| differences(&own.trained, losses)[0].clone()).collect();
+    let adjusted = step_down(&logs, &left, resamples);
     let losses: Vec<Vec<f64>> = entries
         .iter()
         .map(|e| &e.held)
@@ -327,7 +343,7 @@ fn judged(
         .collect();
     let set = confidence_set(&losses, resamples);
     let one = |k: usize| {
-        let [log, roots] = &differences[k];
+        let [log, roots] = &gains[k];
         let root = root_share(roots, &own.held);
         let (runner, _) = &ran[k];
         Judged {

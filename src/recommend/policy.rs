@@ -1,5 +1,6 @@
 //! Every number that decides what is recommended, with its unit and its reason.
 
+use crate::diagnose::Effort;
 use serde::{Deserialize, Serialize};
 
 /// When an extension counts as better.
@@ -22,12 +23,13 @@ pub struct Policy {
     pub better: f64,
     /// The largest size of a cause over the folds is at most so many times the smallest \[-\].
     pub spread: f64,
-    /// A size nearer to none than this share of its axis is none \[-\].
+    /// A size nearer to none than this share of its axis is none \[-\], and has no ratio to another one.
     pub none: f64,
-    /// Over whole drives the interval of the gain may reach down to this \[-\]: about the same is good enough there.
+    /// Gain at least of both losses at both horizons \[-\]: about the same is good enough where the gain lies elsewhere.
     pub no_loss: f64,
-    /// Gain at least of both losses at both horizons \[-\]: what is recommended has to be worth it everywhere.
-    pub least_everywhere: f64,
+    /// Smallest spacing over a whole drive as a share of the smallest measured one, at least \[-\]: a model that comes through by
+    /// centimetres runs into somebody on the next drive.
+    pub margin: f64,
     /// Level of the confidence set \[-\].
     pub set: f64,
     /// Probability that an interval holds \[-\].
@@ -47,8 +49,14 @@ impl Policy {
         spread: 2.5,
         none: 0.02,
         no_loss: -0.01,
-        least_everywhere: 0.01,
+        margin: 0.25,
         set: 0.9,
         interval: 0.95,
     };
+}
+
+/// Races at most: the first finds a cause or a pair, each further one a cause more, and costs as much.
+#[must_use]
+pub fn races(effort: Effort) -> usize {
+    if effort == Effort::Quick { 1 } else { 2 }
 }

@@ -180,8 +180,16 @@ impl Course {
         let by_fold = model.losses(&folds, horizon, &|fold, part| self.parts.folds[part] == fold)?;
         let part = |part: usize| by_fold[self.parts.folds[part]].drives[part].clone();
         let held = Losses { drives: (0..self.parts.drives.len()).map(part).collect() };
-        let trained = model.losses(std::slice::from_ref(&whole.values), horizon, &|_, _| true)?.remove(0);
+        let trained = self.trained(model, horizon, &whole)?;
         Ok(Some(Entry { whole, trained, folds, held }))
+    }
+
+    /// The losses of a fit to all drives.
+    ///
+    /// # Errors
+    /// As [`ClosedLoop::losses`].
+    pub fn trained(&self, model: &ClosedLoop, horizon: Horizon, whole: &Point) -> Result<Losses, DiagnoseError> {
+        Ok(model.losses(std::slice::from_ref(&whole.values), horizon, &|_, _| true)?.remove(0))
     }
 
     /// The runners of a race: a variant with each of some sets of causes; those that cannot be simulated here are left out.
@@ -205,12 +213,30 @@ impl Course {
         runners: &[Runner],
         known: &[Option<Point>],
     ) -> Result<Vec<Option<Point>>, DiagnoseError> {
-        let one = |(k, runner): (usize, &Runner)| {
-            let known: Vec<Vec<f64>> = known.get(k).iter().filter_map(|p| Some(p.as_ref()?.values.clone())).collect();
+        let one = |k: usize, more: Vec<Vec<f64>>| {
+            let runner = &runners[k];
+            let before = known.get(k).and_then(|point| Some(point.as_ref()?.values.clone()));
+            let known: Vec<Vec<f64>> = before.into_iter().chain(more).collect();
             let from = (&base.0.model, base.1.values.as_slice());
             self.with_cause(&runner.model, horizon, from, &runner.added, &known)
         };
-        runners.par_iter().enumerate().map(one).collect()
+        let is_pair = |k: &usize| runners[*k].added.len() > 1;
+        let (pairs, singles): (Vec<usize>, Vec<usize>) = (0..runners.len()).partition(is_pair);
+        let first: Vec<(usize, Option<Point>)> =
+            singles.into_par_iter().map(|k| Ok((k, one(k, Vec::new())?))).collect::<Result<_, DiagnoseError>>()?;
+        // A pair goes on from where each of its causes led by itself, too.
+        let of_pair = |k: usize| {
+            let pair = &runners[k];
+            let parts = first.iter().filter(|(i, _)| pair.added.contains(&runners[*i].added[0]));
+            let led = parts.filter_map(|(i, point)| Some((&runners[*i], point.as_ref()?)));
+            let starts = led.flat_map(|(part, point)| pair.starts_from(part, &point.values)).collect();
+            Ok((k, one(k, starts)?))
+        };
+        let second: Vec<(usize, Option<Point>)> =
+            pairs.into_par_iter().map(of_pair).collect::<Result<_, DiagnoseError>>()?;
+        let mut all: Vec<(usize, Option<Point>)> = first.into_iter().chain(second).collect();
+        all.sort_by_key(|(k, _)| *k);
+        Ok(all.into_iter().map(|(_, point)| point).collect())
     }
 }
 
@@ -221,4 +247,21 @@ pub struct Runner {
     pub added: Vec<&'static Extension>,
     /// The model over the drives.
     pub model: ClosedLoop,
+}
+
+impl Runner {
+    /// Starts at the parameters of a model that has some of the causes, with the others at every size.
+    fn starts_from(&self, part: &Runner, values: &[f64]) -> Vec<Vec<f64>> {
+        let model = &self.model.model;
+        let start = model.adopt(&part.model.model, values);
+        let others = self.added.iter().filter(|cause| !part.added.contains(cause));
+        others
+            .flat_map(|cause| sizes(model, cause))
+            .map(|size| {
+                let mut start = start.clone();
+                size.iter().for_each(|&(k, value)| start[k] = value);
+                start
+            })
+            .collect()
+    }
 }

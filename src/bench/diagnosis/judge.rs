@@ -9,6 +9,7 @@ use crate::diagnose::known::{Known, known};
 use crate::diagnose::{DiagnoseError, Effort, Inference, PROGRAM, Question, Verdict, family, infer};
 use crate::extension::Extension;
 use crate::plant::Controller;
+use crate::recommend::{Policy, Request, Winner, races, recommend};
 use crate::symbols::Parameters;
 use crate::wgsl::{extension_named, library};
 use serde::{Deserialize, Serialize};
@@ -62,6 +63,9 @@ pub struct DiagnosisOutcome {
     /// Why that could not be had; none where it was, or was not asked for.
     #[serde(default)]
     pub unknown: Option<String>,
+    /// What the closed loop recommends over the training drives: no cause, or some. None where a journal does not say it.
+    #[serde(default)]
+    pub recommended: Option<Vec<String>>,
 }
 
 impl DiagnosisOutcome {
@@ -97,6 +101,7 @@ impl DiagnosisOutcome {
             gain: None,
             known: None,
             unknown: None,
+            recommended: None,
         }
     }
 
@@ -104,6 +109,13 @@ impl DiagnosisOutcome {
     #[must_use]
     pub fn is_diagnosed(&self) -> bool {
         ![FAILED, UNDIAGNOSED].contains(&self.verdict.as_str())
+    }
+
+    /// True if the closed loop recommends something of the family of each planted effect.
+    #[must_use]
+    pub fn is_recommended(&self) -> bool {
+        let has = |truth: &String| self.recommended.iter().flatten().any(|name| family_of(name) == family_of(truth));
+        !self.task.causes.is_empty() && self.task.causes.iter().all(has)
     }
 
     /// What the extended model gains on the hold-out, as a share of what the truth gains; `None` where nothing can be gained.
@@ -251,8 +263,20 @@ pub fn diagnose_task(task: &DiagnosisTask) -> DiagnosisOutcome {
     };
     let clock = cpu_time::ProcessTime::now();
     let inference = infer(&question, &mut |_| ControlFlow::Continue(()));
+    let request = Request {
+        drives: train,
+        base: variant,
+        causes: &causes,
+        bounds: &bounds,
+        seed: task.seed,
+        rounds: races(effort),
+    };
+    let answer = recommend(&request, &Policy::DEFAULT, &mut |_| ControlFlow::Continue(()));
     outcome.cpu_s = clock.elapsed().as_secs_f64();
     fill(&mut outcome, &inference);
+    let names =
+        |winner: Option<Winner>| winner.map_or(Vec::new(), |w| w.causes.iter().map(|c| c.name.clone()).collect());
+    outcome.recommended = answer.ok().map(|answer| names(answer.recommended));
     if ["one", "pair"].contains(&task.kind.as_str()) {
         let mut values = law(&drives.controller);
         let mut planted = Vec::new();

@@ -299,6 +299,18 @@ fn bars(outcomes: &[DiagnosisOutcome]) -> Vec<Bar> {
     bars.push(bar("true cause in the set, medium, all".to_owned(), &medium, &in_set, 0.92, false));
     bars.push(bar("wrong name, one effect of any size".to_owned(), &one, &[Judgement::Wrong], 0.05, true));
     bars.push(bar("false alarm, no effect".to_owned(), &has_no_effect, &[Judgement::Wrong], 0.025, true));
+    let counted = |what: &str,
+                   of: &dyn Fn(&DiagnosisOutcome) -> bool,
+                   is: &dyn Fn(&DiagnosisOutcome) -> bool,
+                   target: f64,
+                   most: bool| {
+        let known: Vec<bool> = outcomes.iter().filter(|o| of(o) && o.recommended.is_some()).map(is).collect();
+        let count = known.iter().filter(|is| **is).count();
+        Bar { what: what.to_owned(), cases: known.len(), count, target, most, interval: interval(known.len(), count) }
+    };
+    let any = |o: &DiagnosisOutcome| o.recommended.as_ref().is_some_and(|names| !names.is_empty());
+    bars.push(counted("recommended, no effect", &has_no_effect, &any, 0.025, true));
+    bars.push(counted("family recommended, medium, shown", &shown, &DiagnosisOutcome::is_recommended, 0.5, false));
     let pair = |o: &DiagnosisOutcome| o.task.kind == "pair";
     let shown = |o: &DiagnosisOutcome| pair(o) && o.is_shown();
     bars.push(bar("both of two effects found, shown".to_owned(), &shown, &right, 0.70, false));

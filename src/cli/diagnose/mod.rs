@@ -17,7 +17,7 @@ use leadlag::diagnose::outcome::has_bad_data;
 use leadlag::diagnose::{Drive, Effort, Question};
 use leadlag::extension::Extension;
 use leadlag::near::did_you_mean;
-use leadlag::recommend::{Policy, Request, combine, recommend};
+use leadlag::recommend::{Policy, Request, combine, races, recommend};
 use leadlag::report::diagnosis::text;
 use leadlag::wgsl::{library, read_extension};
 use std::path::PathBuf;
@@ -156,8 +156,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         causes: &causes,
         bounds: &bounds,
         seed: args.seed,
-        // A second race costs as much as the first one.
-        rounds: if args.effort == EffortArg::Quick { 1 } else { 2 },
+        rounds: races(question.effort),
     };
     let found = describe(&question, loaded.lap, &mut |p| bar.update_part(&p, [0.0, DESCRIBED]))
         .map_err(anyhow::Error::from)
