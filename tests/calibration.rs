@@ -21,7 +21,7 @@ use std::ops::{ControlFlow, Range};
 use std::rc::Rc;
 
 fn run(evaluator: &mut dyn Evaluator, space: &SearchSpace, seed: u64, stop: Stop) -> Replicate {
-    let settings = Calibration { optimizer: OptimizerKind::Ga, seed, replicates: 1, stop };
+    let settings = Calibration { optimizer: OptimizerKind::Ga, seed, stop, ..Calibration::default() };
     let mut found =
         calibrate(evaluator, space, &settings, &mut |_| ControlFlow::Continue(())).expect("a feasible result");
     found.remove(0)
@@ -152,7 +152,7 @@ fn known_parameters_are_found_again() {
                 _ => Box::new(Lanes::new(vec![case.clone()], gof, LanesPrecision::Plain).expect("lanes")),
             };
             let stop = Stop { max_evaluations, ..Stop::default() };
-            let settings = Calibration { optimizer, seed: 1, replicates: 1, stop };
+            let settings = Calibration { optimizer, seed: 1, stop, ..Calibration::default() };
             let go_on = &mut |_| ControlFlow::Continue(());
             let found = calibrate(evaluator.as_mut(), &space, &settings, go_on).expect("feasible").remove(0);
             let Replicate { score, evaluations, stop, .. } = found;
@@ -455,7 +455,7 @@ fn three_replicates(
     let inner = Reference::new(vec![driven_by(variant, Convention::PAPER, &bmw())], GoodnessOfFit::NRMSE_SVA);
     let space = SearchSpace::new(&variant, None, Convention::PAPER, &Overrides::new()).unwrap();
     let stop = Stop { max_evaluations: 280, ..Stop::default() };
-    let settings = Calibration { optimizer: OptimizerKind::Ga, seed: 1, replicates: 3, stop };
+    let settings = Calibration { optimizer: OptimizerKind::Ga, seed: 1, replicates: 3, stop, population: None };
     let mut evaluator = Unlucky { inner, replicates: unlucky.to_vec(), own: Vec::new() };
     calibrate(&mut evaluator, &space, &settings, progress)
 }

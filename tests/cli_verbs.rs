@@ -366,3 +366,20 @@ fn a_table_with_a_column_map_is_inspected_and_calibrated_by_vehicle_id() {
     // The same drive but for the rounding of two conversions, and the same random numbers.
     assert!((mapped - plain).abs() < 1e-3 * plain, "{mapped} by the map, {plain} by the pair file");
 }
+
+/// As many candidates a generation as are asked for, and no other optimiser's number.
+#[test]
+fn the_population_of_a_genetic_algorithm_is_chosen() {
+    let out = scratch("cli_verbs", "population").join("fit");
+    let common = ["calibrate", text(pair()), "--model", "idm", "--no-intervals", "--out", text(&out)];
+    let ga = ["--optimizer", "ga", "--population", "400", "--max-evaluations", "1000"];
+    ok(&[&common[..], &ga].concat());
+    let result: Value = serde_json::from_slice(&fs::read(out.join("result.json")).unwrap()).unwrap();
+    // 400, and as the parents are carried over 280 more in each generation.
+    assert_eq!((&result["population"], &result["evaluations"]), (&400.into(), &960.into()));
+    let default = wrong(&[&common[..], &["--population", "400"]].concat());
+    assert!(default.contains("add --optimizer ga or lshade"), "{default}");
+    let few = ["--optimizer", "lshade", "--population", "400", "--max-evaluations", "300"];
+    let few = wrong(&[&common[..], &few].concat());
+    assert!(few.contains("more candidates than --max-evaluations 300 allows"), "{few}");
+}

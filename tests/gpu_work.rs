@@ -402,17 +402,18 @@ fn a_calibration_on_the_gpu_by_the_command_line() {
     let folder = scratch("gpu_work", "calibrated");
     ok(&["synth", "--out", text(&folder), "--duration", "60"]);
     let file = folder.join("platoon.csv");
-    for optimizer in ["ga", "auto"] {
+    for (optimizer, more) in [("ga", &[][..]), ("ga", &["--population", "300"]), ("auto", &[])] {
         let calibrated = |evaluator: &str| -> Value {
-            let out = folder.join(format!("{optimizer}_{evaluator}"));
+            let out = folder.join(format!("{optimizer}_{evaluator}_{}", more.len()));
             let model =
                 ["calibrate", text(&file), "--follower", "1", "--model", "idm+delay", "--max-evaluations", "600"];
             let how = ["--optimizer", optimizer, "--evaluator", evaluator, "--precision", "plain", "--out", text(&out)];
-            ok(&[model, how].concat());
+            ok(&[&model[..], &how, more].concat());
             serde_json::from_slice(&std::fs::read(out.join("result.json")).unwrap()).unwrap()
         };
         let [on_gpu, on_cpu] = ["gpu", "lanes"].map(calibrated);
         assert_eq!((&on_gpu["evaluator"], &on_gpu["optimizer"]), (&json!("gpu"), &on_cpu["optimizer"]), "{optimizer}");
+        assert_eq!(on_gpu["population"].as_u64(), (!more.is_empty()).then_some(300));
         assert!(on_gpu["score"]["nrmse_sva"].as_f64().is_some_and(|score| score > 0.0), "{optimizer}");
         let adapter = on_gpu["adapter"].as_str().expect("its name");
         if adapter.contains("llvmpipe") {

@@ -48,7 +48,8 @@ fn found(optimizer: OptimizerKind, model: &str, max_evaluations: u64) -> Replica
         OptimizerKind::Ga => Box::new(Reference::new(vec![case], GoodnessOfFit::NRMSE_SVA)),
         _ => Box::new(Lanes::new(vec![case], GoodnessOfFit::NRMSE_SVA, LanesPrecision::Plain).expect("lanes")),
     };
-    let settings = Calibration { optimizer, seed: 1, replicates: 1, stop: Stop { max_evaluations, ..Stop::default() } };
+    let stop = Stop { max_evaluations, ..Stop::default() };
+    let settings = Calibration { optimizer, seed: 1, stop, ..Calibration::default() };
     let progress = &mut |_| ControlFlow::Continue(());
     calibrate(evaluator.as_mut(), &space, &settings, progress).expect("a feasible result").remove(0)
 }

@@ -12,10 +12,19 @@ use std::time::Instant;
 /// Samples of a drive on which simulating takes no time worth mentioning.
 const SHORT: usize = 20;
 
-/// Generations that are timed, after as many that warm up.
+/// Generations that are timed, after as many that warm up, where only what is beside simulating is asked for.
 const GENERATIONS: usize = 100;
 
-/// A calibration of IDM on a drive that is cut to a few samples, so that nothing but the cost around simulating is left.
+/// Samples of a drive of a minute and a half, on which whole generations of large populations are timed.
+const WHOLE: usize = 900;
+
+/// Generations of a large population that are timed, after one that warms up.
+const LARGE: usize = 3;
+
+/// Populations that fill a CPU and a GPU.
+const POPULATIONS: [usize; 2] = [4096, 65_536];
+
+/// Generations of the genetic algorithm on IDM, from asking to telling.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Generation {
     /// As in a row.
@@ -31,21 +40,36 @@ pub struct Generation {
 }
 
 impl Generation {
-    /// Measures; `None` where the machine has no device.
-    pub(super) fn measure(contender: Contender, drive: &Drive) -> Result<Option<Generation>, BenchError> {
-        let short = drive.cut(SHORT);
+    /// Measures what a generation of the paper's size costs on a drive of a few samples, so that nothing but the cost around simulating is
+    /// left, and whole generations of large populations. Nothing where the machine has no device.
+    pub(super) fn measure(contender: Contender, drive: &Drive) -> Result<Vec<Generation>, BenchError> {
+        let large = POPULATIONS.map(|population| (WHOLE, population, 1, LARGE));
+        let of = |(steps, population, warm, timed)| Self::one(contender, drive, steps, population, [warm, timed]);
+        let all = std::iter::once((SHORT, 100, GENERATIONS, GENERATIONS)).chain(large).map(of);
+        Ok(all.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
+    }
+
+    fn one(
+        contender: Contender,
+        drive: &Drive,
+        steps: usize,
+        population: usize,
+        [warm, timed]: [usize; 2],
+    ) -> Result<Option<Generation>, BenchError> {
+        let short = drive.cut(steps);
         let variant = Variant::from_id(1)?;
         let runner = contender.runner(&short.case(variant)?, GoodnessOfFit::NRMSE_SVA)?;
         let Some(mut evaluator) = runner.and_then(Runner::into_evaluator) else { return Ok(None) };
         let stop = Stop { max_evaluations: u64::MAX, max_stall: u64::MAX, ..Stop::default() };
-        let settings = Calibration { optimizer: OptimizerKind::Ga, stop, ..Calibration::default() };
+        let settings =
+            Calibration { optimizer: OptimizerKind::Ga, stop, population: Some(population), ..Calibration::default() };
         let mut ends = Vec::new();
         calibrate(evaluator.as_mut(), &short.space(variant)?, &settings, &mut |_| {
             ends.push(Instant::now());
-            if ends.len() > 2 * GENERATIONS { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            if ends.len() > warm + timed { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         })?;
-        let wall_s = ends[GENERATIONS..].windows(2).map(|pair| (pair[1] - pair[0]).as_secs_f64()).collect();
+        let wall_s = ends[warm..].windows(2).map(|pair| (pair[1] - pair[0]).as_secs_f64()).collect();
         let (evaluator, precision) = (contender.evaluator(), contender.precision());
-        Ok(Some(Generation { evaluator, precision, population: 100, steps: SHORT, wall_s }))
+        Ok(Some(Generation { evaluator, precision, population, steps: short.samples(), wall_s }))
     }
 }

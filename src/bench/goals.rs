@@ -83,7 +83,8 @@ impl Report {
             at_most: true,
             found: self.slowest("lanes", POPULATION).map(|(_, ratio)| ratio),
         });
-        let lanes = self.generations.iter().find(|g| g.evaluator == "lanes" && g.precision == "plain");
+        let lanes =
+            self.generations.iter().find(|g| (g.evaluator, g.precision, g.population) == ("lanes", "plain", 100));
         goals.push(Goal {
             what: "lanes, a generation of 100 beside simulating".to_owned(),
             unit: "ms",

@@ -113,11 +113,13 @@ pub struct Calibration {
     pub replicates: u64,
     /// Stopping rules of each replicate.
     pub stop: Stop,
+    /// Members of a generation of `ga` and of the first one of `lshade`; `None`: the algorithm's own number. The others choose theirs.
+    pub population: Option<usize>,
 }
 
 impl Default for Calibration {
     fn default() -> Self {
-        Calibration { optimizer: OptimizerKind::Auto, seed: 1, replicates: 1, stop: Stop::default() }
+        Calibration { optimizer: OptimizerKind::Auto, seed: 1, replicates: 1, stop: Stop::default(), population: None }
     }
 }
 

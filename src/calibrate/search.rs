@@ -250,10 +250,15 @@ fn optimizer(space: &SearchSpace, settings: &Calibration, number: u64) -> Box<dy
             AutoSettings { floor: FLOOR, ..AutoSettings::new(dimensions, evaluations) },
             origin,
         )),
-        OptimizerKind::Ga => Box::new(Ga::new(search_box, GaSettings::default(), settings.seed, number)),
+        OptimizerKind::Ga => {
+            let own = GaSettings::default();
+            let ga = GaSettings { population_size: settings.population.unwrap_or(own.population_size), ..own };
+            Box::new(Ga::new(search_box, ga, settings.seed, number))
+        }
         OptimizerKind::Lshade => {
-            let settings = LshadeSettings::new(dimensions, evaluations);
-            let lshade = LshadeSettings { tolerance: RESOLUTION, floor: FLOOR, ..settings };
+            let own = LshadeSettings::new(dimensions, evaluations);
+            let first_population = settings.population.unwrap_or(own.first_population);
+            let lshade = LshadeSettings { first_population, tolerance: RESOLUTION, floor: FLOOR, ..own };
             Box::new(Lshade::new(search_box, lshade, origin))
         }
         OptimizerKind::Cmaes => {

@@ -85,6 +85,7 @@ impl Calibrated<'_> {
             }),
             gof: self.gof.to_string(),
             optimizer: self.settings.optimizer.runs().to_owned(),
+            population: self.settings.population.map(|size| size as u64),
             seed: self.settings.seed,
             score: scores(measures.as_ref()),
             parameters: names().zip(winner.candidate.iter().copied()).collect(),

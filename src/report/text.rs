@@ -40,7 +40,12 @@ fn write_calibration(text: &mut String, result: &ResultFile) -> std::fmt::Result
     writeln!(text, "convention   {}", result.convention)?;
     let adapter = result.adapter.as_deref().map_or(String::new(), |a| format!(" on {a}"));
     writeln!(text, "evaluator    {} ({}){adapter}", result.evaluator, result.precision)?;
-    writeln!(text, "optimizer    {}, seed {}, {} evaluations", result.optimizer, result.seed, result.evaluations)?;
+    let population = result.population.map_or(String::new(), |size| format!(", {size} candidates a generation"));
+    writeln!(
+        text,
+        "optimizer    {}{population}, seed {}, {} evaluations",
+        result.optimizer, result.seed, result.evaluations
+    )?;
     for replicate in &result.replicates {
         writeln!(
             text,

@@ -35,7 +35,8 @@ impl Round<'_> {
         let index = self.study.drive_of(task);
         let space = self.study.space(index, &self.variant)?;
         let plan = &self.study.plan.calibration;
-        let settings = Calibration { optimizer: plan.optimizer, seed: plan.seed, replicates: 1, stop: plan.stop };
+        let settings =
+            Calibration { optimizer: plan.optimizer, seed: plan.seed, stop: plan.stop, ..Calibration::default() };
         let mut before = 0;
         let found = calibrate_replicate(evaluator, &space, &settings, task.replicate, &mut |told| {
             let new = told.evaluations - before;

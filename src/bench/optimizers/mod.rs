@@ -235,6 +235,7 @@ fn run(
         seed: task.seed,
         replicates: task.replicates,
         stop: Stop { max_evaluations: task.max_evaluations, ..Stop::default() },
+        population: None,
     };
     let started = Instant::now();
     let mut lanes = Lanes::new(vec![case], GoodnessOfFit::NRMSE_SVA, LanesPrecision::Plain)?;

@@ -61,6 +61,11 @@ pub struct Args {
     pub data: DataArgs,
 }
 
+/// Fewer parents than four breed nothing new.
+const POPULATION_MIN: u64 = 10;
+/// The candidates of a larger population and their scores would take gigabytes.
+const POPULATION_MAX: u64 = 1_000_000;
+
 /// A calibration of this many simulations would take years.
 const EVALUATIONS_MAX: u64 = 1_000_000_000_000;
 
@@ -78,6 +83,9 @@ pub struct SearchArgs {
     #[arg(long, value_name = "R", default_value_t = 1, value_parser = whole(1, REPLICATES_MAX),
           allow_negative_numbers = true)]
     pub replicates: u64,
+    /// Candidates of a generation of ga (the paper's 100 without it), and of the first generation of lshade; 10 to 1000000
+    #[arg(long, value_name = "N", value_parser = whole(POPULATION_MIN, POPULATION_MAX), allow_negative_numbers = true)]
+    pub population: Option<u64>,
     /// Stop a replicate before it would exceed this number of simulations; at least 100
     #[arg(long, value_name = "N", default_value_t = Stop::default().max_evaluations,
           value_parser = whole(EVALUATIONS_MIN, EVALUATIONS_MAX), allow_negative_numbers = true)]
@@ -146,9 +154,24 @@ impl Args {
         Ok(overrides)
     }
 
-    pub fn settings(&self) -> Calibration {
+    /// # Errors
+    /// A population that the optimiser does not take, or that cannot be simulated once.
+    pub fn settings(&self) -> anyhow::Result<Calibration> {
         let search = &self.search;
-        Calibration {
+        if let Some(size) = search.population {
+            if !matches!(search.optimizer, OptimizerKind::Ga | OptimizerKind::Lshade) {
+                let message = "--population: auto and cmaes choose the size of a generation themselves; add --optimizer ga or lshade";
+                return Err(Usage(message.to_owned()).into());
+            }
+            if size > search.max_evaluations {
+                let message = format!(
+                    "--population {size}: a generation has more candidates than --max-evaluations {} allows; raise that",
+                    search.max_evaluations
+                );
+                return Err(Usage(message).into());
+            }
+        }
+        Ok(Calibration {
             optimizer: search.optimizer,
             seed: search.seed,
             replicates: search.replicates,
@@ -158,6 +181,7 @@ impl Args {
                 max_time: search.max_seconds,
                 target: search.target,
             },
-        }
+            population: search.population.map(|size| size as usize),
+        })
     }
 }

@@ -129,7 +129,7 @@ fn file_name(id: &str) -> String {
 /// One calibration, of one trajectory or of several together, with its files.
 fn one(args: &Args, loaded: &[Loaded], folder: &Path) -> anyhow::Result<ResultFile> {
     let (space, reference) = prepare(args, loaded)?;
-    let settings = args.settings();
+    let settings = args.settings()?;
     let mut evaluator = evaluator(args, &reference, &settings)?;
     // Before the work: a folder that cannot be written must not cost a calibration.
     output::make_folder(folder)?;

@@ -46,6 +46,9 @@ pub struct ResultFile {
     pub gof: String,
     /// The algorithm.
     pub optimizer: String,
+    /// Members of a generation, where they were asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub population: Option<u64>,
     /// The seed.
     pub seed: u64,
     /// All measures of the best candidate, by the f64 reference; the mean over `data` if there are several.
