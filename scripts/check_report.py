@@ -79,9 +79,10 @@ class Report:
             self.found(text)
 
     def drawn(self) -> None:
-        panels = sum(len(chart["panels"]) for chart in json.loads(self.page.text_content("#charts")))
+        charts = self.page.query_selector_all(".chart")
         pixels = self.page.evaluate(PIXELS)
-        self.expect(len(pixels) == panels, f"{panels} panels expected, {len(pixels)} are there")
+        self.expect(len(pixels) == len(charts), f"{len(charts)} charts expected, {len(pixels)} are drawn")
+        self.expect(self.page.query_selector(".chart.live") is None, "a legend shows values before the pointer is on it")
         for number, panel in enumerate(pixels):
             self.expect(panel["ink"] > 2000 and panel["colours"] > 5, f"panel {number} is empty: {panel}")
 
@@ -99,7 +100,7 @@ class Report:
             self.name = name
 
     def zooms_in(self, chart) -> None:
-        """Drag, double-click, keys: all panels of a chart follow."""
+        """Drag, double-click, keys: the chart follows."""
         over = chart.query_selector(".u-over")
         over.evaluate("area => area.scrollIntoView({ block: 'center' })")
         before = chart.evaluate(IMAGES)
@@ -115,7 +116,7 @@ class Report:
         self.page.mouse.up()
         self.page.wait_for_timeout(60)
         near = chart.evaluate(IMAGES)
-        self.expect(all(a != b for a, b in zip(before, near)), "a drag does not zoom every panel")
+        self.expect(all(a != b for a, b in zip(before, near)), "a drag does not zoom")
         self.page.mouse.dblclick(at(0.5), y)
         self.page.wait_for_timeout(60)
         self.expect(chart.evaluate(IMAGES) == before, "a double-click does not show all again")
@@ -127,8 +128,22 @@ class Report:
             moved = all(a != b for a, b in zip(before, images)) if changed else images != before
             self.expect(moved == changed, f"key {keys}: panels {'did not follow' if changed else 'did not come back'}")
 
+    def chooses(self) -> None:
+        """Every drive and every signal of every chart is drawn."""
+        for chart in self.page.query_selector_all(".chart"):
+            drive, signal = chart.evaluate_handle("chart => chart.parentElement").as_element().query_selector_all("select")
+            for d in range(drive.evaluate("s => s.options.length")):
+                drive.evaluate("(s, k) => { s.selectedIndex = k; s.onchange(); }", d)
+                for k in range(signal.evaluate("s => s.options.length")):
+                    signal.evaluate("(s, k) => { s.selectedIndex = k; s.onchange(); }", k)
+                    label = signal.evaluate("s => s.value")
+                    shown = chart.evaluate("c => c.querySelectorAll('canvas').length")
+                    self.expect(shown == 1, f"choosing {label} draws {shown} charts")
+            for select in (signal, drive):
+                select.evaluate("s => { s.selectedIndex = 0; s.onchange(); }")
+
     def pinches(self) -> None:
-        """Two fingers that part zoom every panel of the first chart."""
+        """Two fingers that part zoom the first chart."""
         chart = self.page.query_selector(".chart")
         if chart is None:
             return
@@ -270,6 +285,7 @@ def check(browser, axe: Axe, path: Path, twin: Path | None, screenshots: Path | 
             elif width == WIDTHS[0]:
                 report.accessible(axe, {"runOnly": {"type": "rule", "values": COLOURS}})
             if scheme == SCHEMES[0]:
+                report.chooses()
                 report.zooms(every=first)
                 if width == WIDTHS[-1]:
                     report.pinches()

@@ -87,7 +87,7 @@ pub mod validate;
 pub mod vehicle;
 pub mod wgsl;
 
-/// The examples of the README, compiled and run as documentation tests.
+/// The examples of the book, compiled and run as documentation tests.
 #[cfg(doctest)]
-#[doc = include_str!("../README.md")]
-struct Readme;
+#[doc = include_str!("../docs/LIBRARY.md")]
+struct Book;

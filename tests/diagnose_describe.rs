@@ -244,7 +244,7 @@ fn data_that_contradict_themselves_come_before_the_verdict() {
         serde_json::json!([{"name": "inconsistent", "car": "both", "signal": "gap", "value": 62.0, "unit": unit, "interval": null,
             "file": "a.csv", "when_s": [], "sentence": "the gap jumps", "correction": null}])
     };
-    let nothing = "NOTHING FOUND no cause passes";
+    let nothing = "NOTHING IS MISSING that these drives show no cause passes";
     for (fields, first) in [
         (serde_json::json!({ "data": data }), Some("The units of the data contradict each other (section 1)")),
         (

@@ -2,47 +2,34 @@
 (() => {
   const read = (id) => JSON.parse(document.getElementById(id).textContent);
   const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim();
-  // Height of what is drawn; the last panel has numbers and a name below it, too.
-  const HEIGHT = 150, NUMBERS = 32, NAME = 20;
+  const HEIGHT = 340;
 
-  // One plot per panel; those of one chart share cursor and zoom.
-  function draw(place, chart, number) {
+  // One signal of one chart; what is zoomed to stays where it is.
+  function draw(place, chart, panel, zoomed) {
     place.textContent = "";
     const axis = () => ({ stroke: colour("ink"), grid: { stroke: colour("line"), width: 1 }, ticks: { stroke: colour("line") } });
-    const plots = [];
-    let zooming = false;
-    const zoomAll = (from, min, max) => {
-      if (zooming) return;
-      zooming = true;
-      plots.filter((plot) => plot !== from).forEach((plot) => plot.setScale("x", { min, max }));
-      zooming = false;
+    const options = {
+      width: Math.max(place.clientWidth, 200),
+      height: HEIGHT,
+      scales: { x: { time: false } },
+      cursor: { drag: { x: true, y: false }, ...(chart.points ? { dataIdx: nearest } : {}) },
+      axes: [{ ...axis(), label: chart.x_label, labelSize: 20, size: 32 }, { ...axis(), label: panel.label, labelSize: 20, size: 56 }],
+      series: [{ label: chart.x_label, value: (_, x) => (x === null ? "" : String(+x.toPrecision(6))) }].concat(panel.lines.map((line) => ({
+        label: line.name, stroke: colour(line.role), width: line.role === "context" ? 1 : 1.5,
+        points: chart.points ? { show: true, size: 5, fill: colour(line.role) } : { show: false },
+        value: (_, y) => (y === null || y === undefined ? "" : String(+y.toPrecision(4))),
+      }))),
+      // Until the pointer is on the chart its legend has names only.
+      hooks: { setCursor: [(plot) => place.classList.toggle("live", plot.cursor.idx !== null && plot.cursor.left >= 0)] },
     };
-    chart.panels.forEach((panel, k) => {
-      const last = k + 1 === chart.panels.length;
-      const options = {
-        width: Math.max(place.clientWidth, 200),
-        height: HEIGHT + (last ? NUMBERS + NAME : 10),
-        scales: { x: { time: false } },
-        cursor: { sync: { key: "chart" + number }, drag: { x: true, y: false }, ...(chart.points ? { dataIdx: nearest } : {}) },
-        axes: [
-          last ? { ...axis(), label: chart.x_label, labelSize: NAME, size: NUMBERS } : { ...axis(), values: () => [], size: 10 },
-          { ...axis(), label: panel.label, labelSize: 20, size: 56 },
-        ],
-        series: [{ label: chart.x_label, value: (_, x) => (x === null ? "–" : String(+x.toPrecision(6))) }].concat(panel.lines.map((line) => ({
-          label: line.name, stroke: colour(line.role), width: line.role === "context" ? 1 : 1.5,
-          points: chart.points ? { show: true, size: 5, fill: colour(line.role) } : { show: false },
-          value: (_, y) => (y === null || y === undefined ? "–" : String(+y.toPrecision(4))),
-        }))),
-        hooks: { setScale: [(plot, key) => { if (key === "x") zoomAll(plot, plot.scales.x.min, plot.scales.x.max); }] },
-      };
-      plots.push(new uPlot(options, [chart.x].concat(panel.lines.map((line) => line.values)), place));
-    });
+    const plot = new uPlot(options, [chart.x].concat(panel.lines.map((line) => line.values)), place);
     const [first, end] = [chart.x[0], chart.x[chart.x.length - 1]];
-    const show = (middle, half) => plots[0].setScale("x", { min: Math.max(first, middle - half), max: Math.min(end, middle + half) });
-    touch(place, plots[0], show);
+    const show = (middle, half) => plot.setScale("x", { min: Math.max(first, middle - half), max: Math.min(end, middle + half) });
+    if (zoomed) plot.setScale("x", zoomed);
+    touch(place, plot, show);
     // Keys: left and right move, plus and minus zoom, 0 shows all.
     place.onkeydown = (event) => {
-      const { min, max } = plots[0].scales.x;
+      const { min, max } = plot.scales.x;
       const [middle, half] = [(min + max) / 2, (max - min) / 2];
       const keys = {
         ArrowLeft: () => show(Math.max(first + half, middle - half / 2), half),
@@ -51,7 +38,39 @@
       };
       if (keys[event.key]) { event.preventDefault(); keys[event.key](); }
     };
-    return plots;
+    return plot;
+  }
+
+  // A place with its choosers: which drive, which signal.
+  function figure(place) {
+    const mine = place.dataset.chart.split(" ").map((number) => charts[Number(number)]);
+    const bar = place.parentElement.querySelector(".choose");
+    const [drive, signal] = ["drive", "signal"].map((name) => {
+      const label = document.createElement("label");
+      const select = document.createElement("select");
+      label.append(name + " ", select);
+      bar.append(label);
+      return select;
+    });
+    const fill = (select, names) => {
+      const kept = Math.min(Math.max(select.selectedIndex, 0), names.length - 1);
+      select.replaceChildren(...names.map((name) => new Option(name)));
+      select.selectedIndex = kept;
+      select.parentElement.hidden = names.length < 2;
+    };
+    const own = { plot: null };
+    own.draw = (zoomed) => {
+      if (own.plot) own.plot.destroy();
+      const chart = mine[drive.selectedIndex];
+      own.plot = draw(place, chart, chart.panels[signal.selectedIndex], zoomed);
+    };
+    const chosen = () => fill(signal, mine[drive.selectedIndex].panels.map((panel) => panel.label));
+    fill(drive, mine.map((chart) => chart.title));
+    chosen();
+    drive.onchange = () => { chosen(); own.draw(); };
+    signal.onchange = () => { const { min, max } = own.plot.scales.x; own.draw({ min, max }); };
+    own.draw();
+    return own;
   }
 
   // The class beside the pointer, where the one under it has no values.
@@ -93,21 +112,17 @@
 
   const charts = read("charts");
   const places = [...document.querySelectorAll(".chart")];
-  let drawn = [];
-  const all = () => {
-    drawn.flat().forEach((plot) => plot.destroy());
-    drawn = places.map((place) => draw(place, charts[Number(place.dataset.chart)], place.dataset.chart));
-  };
-  all();
+  const figures = places.map(figure);
+  const again = () => figures.forEach((own) => own.draw());
   let waiting = 0;
   window.addEventListener("resize", () => {
     clearTimeout(waiting);
-    waiting = setTimeout(() => drawn.forEach((plots, i) => plots.forEach((plot) =>
-      plot.setSize({ width: Math.max(places[i].clientWidth, 200), height: plot.height }))), 100);
+    waiting = setTimeout(() => figures.forEach((own, i) =>
+      own.plot.setSize({ width: Math.max(places[i].clientWidth, 200), height: HEIGHT })), 100);
   });
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", all);
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", again);
   // Paper is narrower and white: what is printed is drawn again for it.
-  matchMedia("print").addEventListener("change", all);
+  matchMedia("print").addEventListener("change", again);
 
   // A click on a heading sorts its table.
   const key = (cell) => {

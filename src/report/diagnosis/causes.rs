@@ -93,7 +93,7 @@ pub(super) fn verdict(text: &mut String, outcome: &Outcome) -> Result {
     let title = match outcome.verdict {
         Verdict::Named => "NAMED",
         Verdict::Ambiguous => "ONE OF SEVERAL; these data cannot tell which",
-        Verdict::Nothing => "NOTHING FOUND",
+        Verdict::Nothing => "NOTHING IS MISSING that these drives show",
         Verdict::NotTestable => "NOT TESTABLE with these data",
         Verdict::Unexplained => "UNEXPLAINED: something is wrong that no cause of the library explains",
         Verdict::BadBase => "NO VERDICT: the base model does not fit",

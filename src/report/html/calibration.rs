@@ -20,6 +20,76 @@ pub fn calibration(
     twin: &str,
 ) -> String {
     let mut page = Page::default();
+    page.section("parameters", "Parameters");
+    parameters(&mut page, result);
+    let score = |name: &str| result.score.get(name).copied().flatten().map_or("–".to_owned(), short);
+    let rows: Vec<Vec<String>> = [
+        ("NRMSE", ["nrmse_s", "nrmse_v", "nrmse_a", "nrmse_sva"]),
+        ("Theil's U", ["u_s", "u_v", "u_a", "u_sva"]),
+        ("RMSE (SI)", ["rmse_s", "rmse_v", "rmse_a", ""]),
+    ]
+    .map(|(name, keys)| std::iter::once(name.to_owned()).chain(keys.map(score)).collect())
+    .to_vec();
+    page.table("How well", &["measure", "spacing", "speed", "acceleration", "sum"], &rows);
+    page.section("simulation", "Observed against simulated");
+    if charts.is_empty() {
+        page.paragraph("No simulation of this result lies beside it, so there is no chart.");
+    }
+    page.charts("Observed and simulated", charts);
+    if let Some(errors) = errors {
+        page.section("errors", "Where and when it errs");
+        budget(&mut page, errors, "Error of the simulation");
+    }
+    page.section("replicates", "Replicates and convergence");
+    let rows: Vec<Vec<String>> = result
+        .replicates
+        .iter()
+        .map(|r| {
+            let score = r.score.map_or("–".to_owned(), |score| format!("{score:.6}"));
+            vec![r.replicate.to_string(), score, r.evaluations.to_string(), r.stop.to_string()]
+        })
+        .collect();
+    page.table("Replicates", &["replicate", "score", "evaluations", "ended"], &rows);
+    spread(&mut page, result);
+    let convergence = |replicate: &crate::report::result::ReplicateEntry| {
+        let (x, y): (Vec<f64>, Vec<f64>) =
+            replicate.convergence.iter().map(|(evaluations, score)| (*evaluations as f64, *score)).unzip();
+        Chart {
+            title: format!("replicate {}", replicate.replicate),
+            x_label: "evaluations".to_owned(),
+            x,
+            points: false,
+            panels: vec![Panel {
+                label: result.gof.clone(),
+                lines: vec![Line::new("best so far", Role::Simulated, &y)],
+            }],
+        }
+    };
+    let converging = result.replicates.iter().filter(|r| r.convergence.len() > 1);
+    page.charts("Best score over evaluations", converging.map(convergence).collect());
+    fitted(&mut page, result);
+    if let Some((export, charts)) = exported {
+        sumo(&mut page, &export, charts);
+    }
+    let errors = ["rmse_s", "rmse_v", "rmse_a"].map(|name| result.score.get(name).copied().flatten());
+    let off = match errors {
+        [Some(s), Some(v), Some(a)] => {
+            format!(": off by {} m, {} m/s and {} m/s² (root mean square)", short(s), short(v), short(a))
+        }
+        _ => String::new(),
+    };
+    let lead = format!(
+        "<p class=\"verdict\"><strong>{} = {}</strong> with variant {}, {}{off}</p>",
+        escape(&result.gof),
+        result.best_score().map_or("–".to_owned(), short),
+        result.model_id,
+        escape(&result.model())
+    );
+    page.finish(&format!("Calibration of {}", result.model()), &lead, twin)
+}
+
+/// What was fitted to what, and how.
+fn fitted(page: &mut Page, result: &ResultFile) {
     page.section("fit", "What was fitted to what");
     let rows: Vec<Vec<String>> = result
         .data
@@ -47,61 +117,6 @@ pub fn calibration(
         result.evaluations,
         result.program
     ));
-    page.section("simulation", "Observed against simulated");
-    match charts.is_empty() {
-        true => page.paragraph("No simulation of this result lies beside it, so there are no charts."),
-        false => page.usage(""),
-    }
-    charts.into_iter().for_each(|chart| page.chart(chart.thinned()));
-    let score = |name: &str| result.score.get(name).copied().flatten().map_or("–".to_owned(), short);
-    let rows: Vec<Vec<String>> = [
-        ("NRMSE", ["nrmse_s", "nrmse_v", "nrmse_a", "nrmse_sva"]),
-        ("Theil's U", ["u_s", "u_v", "u_a", "u_sva"]),
-        ("RMSE (SI)", ["rmse_s", "rmse_v", "rmse_a", ""]),
-    ]
-    .map(|(name, keys)| std::iter::once(name.to_owned()).chain(keys.map(score)).collect())
-    .to_vec();
-    page.table("How well", &["measure", "spacing", "speed", "acceleration", "sum"], &rows);
-    if let Some(errors) = errors {
-        page.section("errors", "Where and when it errs");
-        budget(&mut page, errors, "Error of the simulation");
-    }
-    page.section("parameters", "Parameters");
-    parameters(&mut page, result);
-    page.section("replicates", "Replicates and convergence");
-    let rows: Vec<Vec<String>> = result
-        .replicates
-        .iter()
-        .map(|r| {
-            let score = r.score.map_or("–".to_owned(), |score| format!("{score:.6}"));
-            vec![r.replicate.to_string(), score, r.evaluations.to_string(), r.stop.to_string()]
-        })
-        .collect();
-    page.table("Replicates", &["replicate", "score", "evaluations", "ended"], &rows);
-    spread(&mut page, result);
-    for replicate in result.replicates.iter().filter(|r| r.convergence.len() > 1) {
-        let (x, y): (Vec<f64>, Vec<f64>) =
-            replicate.convergence.iter().map(|(evaluations, score)| (*evaluations as f64, *score)).unzip();
-        let line = Line::new("best so far", Role::Simulated, &y);
-        page.chart(Chart {
-            title: format!("Replicate {}: best score over evaluations", replicate.replicate),
-            x_label: "evaluations".to_owned(),
-            x,
-            points: false,
-            panels: vec![Panel { label: result.gof.clone(), lines: vec![line] }],
-        });
-    }
-    if let Some((export, charts)) = exported {
-        sumo(&mut page, &export, charts);
-    }
-    let lead = format!(
-        "<p class=\"verdict\"><strong>{} = {}</strong> variant {} {}</p>",
-        escape(&result.gof),
-        result.best_score().map_or("–".to_owned(), short),
-        result.model_id,
-        escape(&result.model())
-    );
-    page.finish(&format!("Calibration of {}", result.model()), &lead, twin)
 }
 
 /// Values, bounds, and how well they are known.

@@ -2,61 +2,43 @@
 
 use super::budget::budget;
 use super::{Chart, Page, between, escape, short};
-use crate::diagnose::Verdict;
 use crate::diagnose::gain::Gain;
 use crate::diagnose::outcome::{CauseEntry, Outcome, ParameterEntry};
 use crate::report::diagnosis::causes::{AT_BOUND, MEND_FIRST, equation, meaning, next};
 use crate::report::diagnosis::pictures;
-use crate::report::diagnosis::short::in_short;
+use crate::report::diagnosis::short::{headline, in_short};
 
 /// One HTML file. `charts` are the simulations, drive by drive.
 #[must_use]
 pub fn diagnosis(outcome: &Outcome, charts: Vec<Chart>) -> String {
     let mut page = Page::default();
     summary(&mut page, outcome);
-    data(&mut page, outcome);
     page.section("simulation", "What the simulation gets wrong");
-    page.usage("Measured car, base model and extended model, each simulated freely behind the measured car ahead. ");
+    page.paragraph("Measured car, base model and extended model, each simulated freely behind the measured car ahead.");
     outcome.broken_off.iter().for_each(|entry| page.paragraph(&format!("{}.", entry.told())));
-    charts.into_iter().for_each(|chart| page.chart(chart.thinned()));
+    page.charts("Measured and simulated", charts);
     errors(&mut page, outcome);
     causes(&mut page, outcome);
     gain(&mut page, outcome);
+    data(&mut page, outcome);
     left(&mut page, outcome);
     let base = outcome.base.as_ref().map_or("", |base| base.variant.as_str());
     let first = outcome.data_first().map_or(String::new(), |first| {
         format!("<strong>The data first.</strong> {}. For what it is worth: ", escape(&first))
     });
-    let next = outcome.likelier_base().map_or(String::new(), |base| format!(". {}", escape(&next(&base))));
+    let next = outcome.likelier_base().map_or(String::new(), |base| format!(" {}.", escape(&next(&base))));
     let lead = format!(
-        "<p class=\"verdict {}\">{first}<strong>{}</strong> {}{next}</p>",
+        "<p class=\"verdict {}\">{first}<strong>{}</strong>{next}</p>",
         outcome.verdict.name(),
-        escape(title(outcome.verdict)),
-        escape(&outcome.reason)
+        escape(&headline(outcome))
     );
     page.finish(&format!("Diagnosis of {base}"), &lead, &outcome.to_json())
-}
-
-fn title(verdict: Verdict) -> &'static str {
-    match verdict {
-        Verdict::Named => "Named.",
-        Verdict::Ambiguous => "One of several.",
-        Verdict::Nothing => "Nothing found.",
-        Verdict::NotTestable => "Not testable.",
-        Verdict::Unexplained => "Unexplained.",
-        Verdict::BadBase => "No verdict: the base model does not fit.",
-        Verdict::Helps => "It helps.",
-    }
 }
 
 fn summary(page: &mut Page, outcome: &Outcome) {
     page.section("summary", "In short");
     in_short(outcome).iter().for_each(|sentence| page.paragraph(sentence));
-    let mut facts = Vec::new();
-    for cause in &outcome.causes {
-        let parameters: Vec<String> = cause.parameters.iter().map(value).collect();
-        facts.push(("cause", format!("{}: {}", cause.name, parameters.join(", "))));
-    }
+    let mut facts = vec![("evidence", outcome.reason.clone())];
     match &outcome.gain {
         Some(gain) => facts.push(("gain on the data held back", gain.sentence.clone())),
         None if outcome.gain_error.is_some() => facts.push(("gain on the data held back", "not measured".to_owned())),
@@ -71,6 +53,14 @@ fn summary(page: &mut Page, outcome: &Outcome) {
     ));
     let list: String = facts.iter().map(|(k, v)| format!("<dt>{k}</dt><dd>{}</dd>", escape(v))).collect();
     page.raw(&format!("<dl>{list}</dl>"));
+    if let Some(missing) = &outcome.missing {
+        page.paragraph(
+            "The missing acceleration is what has to be added to the model's acceleration, moment by moment, so that it keeps to the \
+             measured car. Where it depends on something, that is a hint.",
+        );
+        let svg = pictures::missing("Missing acceleration", missing, outcome.missing_left.as_ref());
+        page.picture("Missing acceleration against what it may depend on", &svg);
+    }
 }
 
 fn value(p: &ParameterEntry) -> String {
@@ -121,14 +111,6 @@ fn errors(page: &mut Page, outcome: &Outcome) {
         budget(page, shares, &format!("Error of the base model's free simulation on the training data{of}"));
     } else if !outcome.broken_off.is_empty() {
         outcome.broken_off.iter().for_each(|entry| page.paragraph(&format!("{}.", entry.told())));
-    }
-    if let Some(missing) = &outcome.missing {
-        page.paragraph(
-            "The missing acceleration is what has to be added to the model's acceleration, moment by moment, so that it keeps to the \
-             measured car. Where it depends on something, that is a hint.",
-        );
-        let svg = pictures::missing("Missing acceleration", missing, outcome.missing_left.as_ref());
-        page.picture("Missing acceleration against what it may depend on", &svg);
     }
 }
 

@@ -53,23 +53,21 @@ impl Page {
         self.raw(&format!("<p>{}</p>", escape(text)));
     }
 
-    /// Adds a time chart.
-    pub fn chart(&mut self, chart: Chart) {
-        let (number, title) = (self.charts.len(), escape(&chart.title));
+    /// Adds one chart, with a chooser for what it shows: one of some drives, one of its signals. Nothing is added without any.
+    pub fn charts(&mut self, caption: &str, charts: Vec<Chart>) {
+        if charts.is_empty() {
+            return;
+        }
+        let caption = escape(caption);
+        let numbers: Vec<String> = (self.charts.len()..).take(charts.len()).map(|number| number.to_string()).collect();
         self.raw(&format!(
-            "<figure><figcaption>{title}</figcaption><div class=\"chart\" data-chart=\"{number}\" tabindex=\"0\" role=\"img\" \
-             aria-label=\"{title}\"></div><noscript><p>This chart is drawn by JavaScript, which is switched off here; the pictures and \
-             tables beside the result show the same.</p></noscript></figure>"
+            "<figure><figcaption>{caption}</figcaption><div class=\"choose\"></div><div class=\"chart\" data-chart=\"{}\" tabindex=\"0\" \
+             role=\"img\" aria-label=\"{caption}\" title=\"Drag to zoom, double-click to see all; two fingers on a touch screen; keys: \
+             arrows, + and −, 0\"></div><noscript><p>This chart is drawn by JavaScript, which is switched off here; the pictures and \
+             tables beside the result show the same.</p></noscript></figure>",
+            numbers.join(" ")
         ));
-        self.charts.push(chart);
-    }
-
-    /// Says once how charts are used.
-    pub fn usage(&mut self, before: &str) {
-        self.paragraph(&format!(
-            "{before}Drag to zoom, double-click to see all again; on a touch screen, two fingers zoom and a double tap shows all; with the keyboard: \
-             arrows move, + and − zoom, 0 shows all. The panels of a chart move together."
-        ));
+        self.charts.extend(charts.into_iter().map(Chart::thinned));
     }
 
     /// Adds a picture that is ready.
