@@ -6,7 +6,7 @@ use std::path::Path;
 
 /// The longest text that people write: maps, plans, bounds, vehicles, curves, extensions \[bytes\].
 pub const TEXT_MAX: u64 = 16 << 20;
-/// The longest text that this program writes and reads again: results, diagnoses \[bytes\]. A thousand replicates with their convergence
+/// The longest text that this program writes and reads again: results, diagnoses, parts of a study \[bytes\]. A thousand replicates with their convergence
 /// are some megabytes.
 pub const RESULT_MAX: u64 = 64 << 20;
 /// The longest line of a table \[bytes\]; 60 columns of 20 digits need about 1 200.
@@ -15,12 +15,13 @@ pub const LINE_MAX: usize = 1 << 20;
 /// The bytes of a file.
 ///
 /// # Errors
-/// When it cannot be read, or has more than `most` bytes.
+/// When it cannot be read, or has more than `most` bytes ([`io::ErrorKind::FileTooLarge`]).
 pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     File::open(path)?.take(most + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > most {
-        return Err(io::Error::other(format!("expected at most {most} bytes, found more; is this the right file?")));
+        let message = format!("expected at most {most} bytes, found more; is this the right file?");
+        return Err(io::Error::new(io::ErrorKind::FileTooLarge, message));
     }
     Ok(bytes)
 }

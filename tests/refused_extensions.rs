@@ -197,6 +197,15 @@ fn functions(last: usize, body: impl Fn(&str) -> String) -> String {
     text + &command(&format!("return f_{last}(a);"))
 }
 
+/// As many functions as that, each of which calls the one before it in so many blocks.
+fn calls_in_blocks(functions: usize, blocks: usize) -> String {
+    let (open, close) = ("{ ".repeat(blocks), " }".repeat(blocks));
+    let one =
+        |i: usize| format!("fn f_{i}(a: f32) -> f32 {{ var b = a; {open}b = f_{}(a);{close} return b; }}\n", i - 1);
+    let all: String = (1..=functions).map(one).collect();
+    format!("fn f_0(a: f32) -> f32 {{ return a + 1.0; }}\n{all}{}", command(&format!("return f_{functions}(a);")))
+}
+
 /// Each of these overflowed the stack, ran for ever, or was refused without a place.
 #[test]
 fn what_is_too_much_is_said_at_once() {
@@ -243,7 +252,15 @@ fn what_is_too_much_is_said_at_once() {
             "x.wgsl:501:20: more than 500 structs, functions",
         ),
         (functions(22, |f| format!("{f}({f}(a))")), "x.wgsl:12:1: f_11: too large after calls are put in"),
-        (functions(400, |f| format!("{f}(a)")), "x.wgsl:102:1: f_101: calls more than 100 deep"),
+        (
+            functions(400, |f| format!("{f}(a)")),
+            "x.wgsl:102:1: f_101: calls more than 100 deep, each block around a call counted",
+        ),
+        (calls_in_blocks(3, 50), "x.wgsl:3:1: f_2: calls more than 100 deep"),
+        (
+            command(&format!("return {}{};", nested("abs(", "a", ")", 90), "+a".repeat(150))),
+            "x.wgsl:2:743: more than 500 operators in a statement, each level of its brackets counted",
+        ),
         (structs + &command("var s: S_24; return a;"), "x.wgsl:16:8: S_15: a struct of more than 20000 numbers"),
     ];
     for (text, expected) in cases {

@@ -82,6 +82,64 @@ fn a_type_has_the_parameters_and_says_what_it_has_not() {
     assert!(!report(&folder).contains("In SUMO"));
 }
 
+/// The names of the files of a folder.
+fn names(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).expect("it is there").flatten();
+    let mut names: Vec<String> = entries.map(|entry| entry.file_name().into_string().expect("UTF-8")).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn an_export_leaves_no_file_of_an_earlier_one() {
+    let folder = calibrated("again", "idm", &[]);
+    let sumo = folder.join("sumo");
+    let export = || json(&["export", "sumo", text(&folder), "--no-run"]);
+    // As a run of SUMO would have left it.
+    let mut ran = export();
+    let loss = serde_json::json!({"rms": 1.0, "largest": 2.0, "at_s": 3.0});
+    ran["sumo"] = "1.28.0".into();
+    ran["loss"] = serde_json::json!([{"samples": 2, "spacing_m": loss, "speed_mps": loss, "accel_mps2": loss,
+        "nrmse_sva": 0.1, "sumo_nrmse_sva": 0.2, "collision": false}]);
+    fs::write(sumo.join("loss.json"), ran.to_string()).expect("writable");
+    for name in ["comparison.csv", "road.net.xml", "demand.rou.xml", "sumo.log", "own.txt"] {
+        fs::write(sumo.join(name), "old").expect("writable");
+    }
+    export();
+    assert_eq!(names(&sumo), ["loss.json", "own.txt", "vtype.add.xml"]);
+    // What a killed export had begun to put in its place is completed by whoever reads it.
+    fs::create_dir(sumo.join(".leadlag-ready")).expect("writable");
+    fs::rename(sumo.join("loss.json"), sumo.join(".leadlag-ready/loss.json")).expect("writable");
+    fs::write(sumo.join(".leadlag-ready/.list"), "+ vtype.add.xml\n+ loss.json\n").expect("writable");
+    assert!(report(&folder).contains("It was not run (--no-run)."));
+    assert_eq!(names(&sumo), ["loss.json", "own.txt", "vtype.add.xml"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn an_export_that_fails_changes_nothing() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = calibrated("failing", "idm", &[]);
+    let sumo = folder.join("sumo");
+    ok(&["export", "sumo", text(&folder), "--no-run"]);
+    let before = fs::read(sumo.join("vtype.add.xml")).expect("it was exported");
+    // Another result, and a SUMO that ends as soon as it is to drive.
+    calibrated("failing", "l-cth", &[]);
+    let program = folder.join("ends");
+    fs::write(
+        &program,
+        "#!/bin/sh\n[ \"$1\" = --version ] && echo Eclipse SUMO 1.28.0 && exit\necho no licence; exit 1\n",
+    )
+    .expect("writable");
+    fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).expect("it is ours");
+    let other = scratch().join("failing_l-cth/result.json");
+    let output = leadlag(&["export", "sumo", text(&other), "--sumo", text(&program), "--out", text(&sumo)]);
+    let message = String::from_utf8(output.stderr).expect("UTF-8");
+    assert!(output.status.code() == Some(1) && message.contains("SUMO ended early: no licence"), "{message}");
+    assert_eq!(fs::read(sumo.join("vtype.add.xml")).expect("it stays"), before);
+    assert_eq!(names(&sumo), ["loss.json", "vtype.add.xml"]);
+}
+
 /// The page of a calibration, which knows of its export.
 fn report(folder: &Path) -> String {
     let page = folder.join("report.html");

@@ -1,6 +1,9 @@
 //! Any file, layout recognised from its first line.
 #![no_main]
 
+#[path = "../../tests/common/all_steps.rs"]
 mod all_steps;
 
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| all_steps::run(bytes, None));
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+    all_steps::run(bytes, None);
+});

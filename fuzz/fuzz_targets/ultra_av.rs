@@ -1,6 +1,9 @@
 //! Ultra-AV tables.
 #![no_main]
 
+#[path = "../../tests/common/all_steps.rs"]
 mod all_steps;
 
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| all_steps::run(bytes, Some("ultra-av")));
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+    all_steps::run(bytes, Some("ultra-av"));
+});

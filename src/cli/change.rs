@@ -5,6 +5,9 @@
 //!  READY/    NEW renamed, in one step: from here on the change is made, by whoever comes next if need be
 //!  the old files are removed, then the new ones moved into their places: never an old one beside a new one
 //! ```
+//!
+//! Commands that change one folder wait for one another by a lock on it. Where folders cannot be locked, two that change one at the
+//! same time may mix their files. A reader holds no lock: what it opens before and after a change is of two results.
 
 use super::output;
 use anyhow::{Context, bail, ensure};
@@ -13,11 +16,15 @@ use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::io::{ErrorKind, Write};
 use std::path::{Component, Path, PathBuf};
+use std::time::{Duration, Instant};
 
 const NEW: &str = ".leadlag-new";
 const READY: &str = ".leadlag-ready";
 /// In `READY`: one name per line, behind `- ` what is removed only, behind `+ ` what is put in its place, in this order.
 const LIST: &str = ".list";
+/// Files that are renamed within a folder are in their places after so long, unless the process was killed: milliseconds on a disk,
+/// a second or two through a network.
+const PATIENCE: Duration = Duration::from_secs(10);
 
 /// New files of a folder, none of which is in its place yet.
 #[derive(Debug)]
@@ -33,17 +40,29 @@ impl Change {
     pub fn begin(folder: &Path) -> anyhow::Result<Change> {
         output::make_folder(folder)?;
         let lock = locked(folder);
-        clear(folder)?;
+        clear(folder, lock.as_ref())?;
         output::make_folder(&folder.join(NEW))?;
         Ok(Change { folder: folder.to_owned(), names: Vec::new(), _lock: lock })
     }
 
     /// Writes a file; readers see it once the change is finished. The last one is what the result is known by.
     pub fn write(&mut self, name: &str, content: &[u8]) -> anyhow::Result<()> {
+        fs::write(self.new_files().join(name), content)
+            .with_context(|| format!("{}: cannot write the file", self.folder.join(name).display()))?;
+        self.take(name)
+    }
+
+    /// The folder of the new files, for another program that writes some of them.
+    pub fn new_files(&self) -> PathBuf {
+        self.folder.join(NEW)
+    }
+
+    /// Makes a file that is there already one of the new ones.
+    pub fn take(&mut self, name: &str) -> anyhow::Result<()> {
         let place = self.folder.join(name);
         ensure!(!place.is_dir(), "{}: cannot write the file, for there is a folder of this name", place.display());
-        flushed(&self.folder.join(NEW).join(name), content)
-            .with_context(|| format!("{}: cannot write the file", place.display()))?;
+        let written = File::options().append(true).open(self.new_files().join(name)).and_then(|file| file.sync_all());
+        written.with_context(|| format!("{}: cannot write the file", place.display()))?;
         self.names.push(name.to_owned());
         Ok(())
     }
@@ -54,7 +73,7 @@ impl Change {
         let stale: Vec<String> = BTreeSet::from_iter(before).into_iter().filter(is_stale).collect();
         let removed = stale.iter().map(|name| format!("- {name}\n"));
         let list: String = removed.chain(self.names.iter().map(|name| format!("+ {name}\n"))).collect();
-        let (new, ready) = (self.folder.join(NEW), self.folder.join(READY));
+        let (new, ready) = (self.new_files(), self.folder.join(READY));
         flushed(&new.join(LIST), list.as_bytes())
             .and_then(|()| fs::rename(&new, &ready))
             .with_context(|| format!("{}: cannot change the folder", self.folder.display()))?;
@@ -66,7 +85,7 @@ impl Change {
 impl Drop for Change {
     fn drop(&mut self) {
         // Gone if it was finished; else nothing has changed.
-        let _ = fs::remove_dir_all(self.folder.join(NEW));
+        let _ = fs::remove_dir_all(self.new_files());
     }
 }
 
@@ -74,16 +93,21 @@ impl Drop for Change {
 pub fn settle(folder: &Path) -> anyhow::Result<()> {
     // What `parent` says of a bare name.
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-    if folder.join(READY).exists() {
-        let _lock = locked(folder);
-        make(folder)?;
+    if folder.join(READY).exists() { complete(folder, locked(folder).as_ref()) } else { Ok(()) }
+}
+
+/// Makes the rest of a change that nobody is making any more: who holds the lock knows that, and who has none waits.
+fn complete(folder: &Path, lock: Option<&File>) -> anyhow::Result<()> {
+    let began = Instant::now();
+    while lock.is_none() && folder.join(READY).exists() && began.elapsed() < PATIENCE {
+        std::thread::sleep(Duration::from_millis(50));
     }
-    Ok(())
+    make(folder)
 }
 
 /// Completes what was begun, and removes what was not.
-fn clear(folder: &Path) -> anyhow::Result<()> {
-    make(folder)?;
+fn clear(folder: &Path, lock: Option<&File>) -> anyhow::Result<()> {
+    complete(folder, lock)?;
     ignoring_absence(fs::remove_dir_all(folder.join(NEW)))
         .with_context(|| format!("{}: cannot remove what a killed process has left", folder.join(NEW).display()))
 }
@@ -191,6 +215,25 @@ mod tests {
             assert_eq!(files(folder), result(&["a", "b", "c"], "2"), "{moved} were in their places");
             assert_eq!(fs::read_dir(folder).expect("it is there").count(), 3);
         }
+    }
+
+    /// Two at once would each remove what the other has just put in its place.
+    #[test]
+    fn without_a_lock_a_change_is_left_to_who_makes_it() {
+        let folder = tempfile::tempdir().expect("room");
+        let folder = folder.path();
+        fs::create_dir(folder.join(READY)).expect("room");
+        fs::write(folder.join(READY).join(LIST), "+ a\n").expect("room");
+        fs::write(folder.join(READY).join("a"), "2").expect("room");
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                std::thread::sleep(Duration::from_millis(200));
+                assert!(folder.join(READY).join("a").exists(), "a reader has meddled");
+                make(folder).expect("nobody else");
+            });
+            complete(folder, None).expect("it was made");
+        });
+        assert_eq!(files(folder), result(&["a"], "2"));
     }
 
     #[test]

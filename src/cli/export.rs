@@ -1,6 +1,8 @@
 //! `leadlag export`: results for other programs.
 
+use super::change::Change;
 use super::data::result_file;
+use super::folder::finish;
 use super::{Usage, output};
 use anyhow::Context;
 use clap::ValueEnum;
@@ -10,6 +12,10 @@ use leadlag::report::text::wrapped;
 use leadlag::trajectory::Source;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
+
+/// The vehicle type, and what the export is known by.
+const TYPE: &str = "vtype.add.xml";
+const LOSS: &str = "loss.json";
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
@@ -75,29 +81,51 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let beside = file.parent().unwrap_or(Path::new("."));
     let folder = args.out.clone().unwrap_or_else(|| beside.join("sumo"));
     let measured = if args.no_run { None } else { Some(sumo::find(args.sumo.as_deref())?) };
-    output::make_folder(&folder)?;
-    let place = folder.join("vtype.add.xml");
+    let mut change = Change::begin(&folder)?;
+    let before = of_export(&folder);
+    let place = folder.join(TYPE);
     let source = result.data.first().map_or("", |data| data.path.as_str());
     let about = format!("{}: variant {} calibrated on {source}", result.program, result.model());
-    output::write_file(&place, vtype.to_xml("leadlag", &about).as_bytes())?;
+    change.write(TYPE, vtype.to_xml("leadlag", &about).as_bytes())?;
 
     let mut losses = Vec::new();
     for (number, data) in result.data.iter().enumerate().take(if measured.is_some() { usize::MAX } else { 0 }) {
-        let suffix = if result.data.len() == 1 { String::new() } else { format!("_{}", number + 1) };
+        let suffix = suffix(number, result.data.len());
         let drive =
             Drive::read(&beside.join(format!("simulation{suffix}.csv")), data.first_scored, data.treatment.step_s)?;
         let sumo = measured.as_ref().context("SUMO was found")?;
-        let motion = sumo.follow(&vtype, &drive, &folder, &suffix)?;
-        output::write_file(&folder.join(format!("comparison{suffix}.csv")), &table(&drive, &motion)?)?;
+        let motion = sumo.follow(&vtype, &drive, &change.new_files(), &suffix)?;
+        sumo::files(&suffix).iter().try_for_each(|name| change.take(name))?;
+        change.write(&comparison(&suffix), &table(&drive, &motion)?)?;
         losses.push(sumo::compare(&drive, &motion));
     }
     let export = Export::new((&result, Source::of(&file)?.sha256), &vtype, &place, measured.as_ref(), losses);
     let written = serde_json::to_string_pretty(&export)? + "\n";
-    output::write_file(&folder.join("loss.json"), written.as_bytes())?;
+    change.write(LOSS, written.as_bytes())?;
+    finish(change, &folder, before)?;
     if args.json {
         return output::print_json(&export);
     }
     output::print(&text(&result, &vtype, &export, &place))
+}
+
+/// Of one of several drives.
+fn suffix(number: usize, of: usize) -> String {
+    if of == 1 { String::new() } else { format!("_{}", number + 1) }
+}
+
+fn comparison(suffix: &str) -> String {
+    format!("comparison{suffix}.csv")
+}
+
+/// The files of the drives that the export which a folder holds was measured on; none without one.
+fn of_export(folder: &Path) -> Vec<String> {
+    let count = Export::read(&folder.join(LOSS)).ok().flatten().map_or(0, |export| export.loss.len());
+    let of_drive = |number| {
+        let suffix = suffix(number, count);
+        sumo::files(&suffix).into_iter().chain([comparison(&suffix)])
+    };
+    (0..count).flat_map(of_drive).collect()
 }
 
 /// Both followers, sample by sample.

@@ -9,13 +9,13 @@
 //!  runs/         what each process has done in which time; no part of any result
 //!  merged/       the tables
 //!  report/       tables and figures beside the paper's
-//!  verify/       parts that are being computed again, to be compared; gone afterwards
 //! ```
 
 use super::drive::DriveEntry;
 use super::plan::StoredExtension;
 use super::task::{Study, Task};
 use super::{PROGRAM, Plan, SCHEMA_VERSION, StudyError, sha256};
+use crate::bounded::{self, RESULT_MAX, TEXT_MAX};
 use crate::symbols::Symbol;
 use serde::{Deserialize, Serialize};
 use std::fs::{self, File};
@@ -83,7 +83,7 @@ impl Folder {
         let folder = Folder { path: path.to_owned() };
         let copy = path.join("plan.toml");
         let is_study = ["study.json", "tasks.jsonl"].iter().any(|name| path.join(name).exists());
-        if !is_study && fs::read(&copy).is_ok_and(|content| content != plan.as_bytes()) {
+        if !is_study && bounded::read(&copy, TEXT_MAX).is_ok_and(|content| content != plan.as_bytes()) {
             return Err(StudyError::ForeignPlan(copy.display().to_string()));
         }
         folder.make()?;
@@ -162,7 +162,7 @@ impl Folder {
     /// When it cannot be read, or is of another version.
     pub fn study_file(&self) -> Result<StudyFile, StudyError> {
         let path = self.path.join("study.json");
-        let text = fs::read_to_string(&path).map_err(StudyError::file(&path, "read the study"))?;
+        let text = bounded::read_to_string(&path, RESULT_MAX).map_err(StudyError::file(&path, "read the study"))?;
         let file: Option<StudyFile> = serde_json::from_str(&text).ok();
         file.filter(|f| f.schema_version == SCHEMA_VERSION)
             .ok_or_else(|| self.content(&path, 1, "a study.json of this version of the program"))
@@ -251,19 +251,9 @@ impl Folder {
         self.path.join("report")
     }
 
-    /// A folder within this one in which tasks are computed once more.
-    pub(super) fn again(&self) -> Folder {
-        Folder { path: self.path.join("verify") }
-    }
-
-    /// Removes the folder with all that is in it.
-    pub(super) fn remove(&self) -> Result<(), StudyError> {
-        match fs::remove_dir_all(&self.path) {
-            Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-                Err(StudyError::file(&self.path, "remove the folder")(error))
-            }
-            _ => Ok(()),
-        }
+    /// A folder without a study, in which tasks are computed once more.
+    pub(super) fn bare(path: &Path) -> Folder {
+        Folder { path: path.to_owned() }
     }
 
     /// Removes what processes that were killed while they wrote have left. Nothing need lock these files, so only those go that nobody

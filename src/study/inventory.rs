@@ -3,7 +3,9 @@
 use super::folder::{Folder, TEMPORARY};
 use super::part::Part;
 use super::{StudyError, Task};
+use crate::bounded::{self, RESULT_MAX};
 use std::collections::HashMap;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 /// The parts of a study.
@@ -58,7 +60,11 @@ pub fn look(folder: &Folder, tasks: &[Task], further: &[PathBuf]) -> Result<Inve
                 inventory.unfinished.push(path);
                 continue;
             }
-            let bytes = std::fs::read(&path).map_err(StudyError::file(&path, "read the part"))?;
+            let bytes = match bounded::read(&path, RESULT_MAX) {
+                // No part is so large.
+                Err(error) if error.kind() == ErrorKind::FileTooLarge => Vec::new(),
+                read => read.map_err(StudyError::file(&path, "read the part"))?,
+            };
             let Some(part) = Part::decode(&bytes) else {
                 inventory.damaged.push(path);
                 continue;

@@ -3,6 +3,7 @@
 use super::folder::{Folder, TEMPORARY, write_whole};
 use super::run::Progress;
 use super::{PROGRAM, SCHEMA_VERSION};
+use crate::bounded::{self, TEXT_MAX};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant, SystemTime};
@@ -87,7 +88,7 @@ pub fn past_runs(folder: &Folder) -> PastRuns {
         if path.extension().is_some_and(|ending| ending == TEMPORARY) {
             continue;
         }
-        let text = std::fs::read_to_string(path).unwrap_or_default();
+        let text = bounded::read_to_string(&path, TEXT_MAX).unwrap_or_default();
         let Ok(run) = serde_json::from_str::<serde_json::Value>(&text) else { continue };
         let whole = |key: &str| run[key].as_u64().unwrap_or(0);
         past.runs += 1;

@@ -8,6 +8,7 @@ use super::folder::{Folder, TEMPORARY, write_whole};
 use super::log::Log;
 use super::part::Part;
 use super::task::{Study, Task};
+use crate::bounded::{self, RESULT_MAX};
 use crate::catalog::Variant;
 use crate::evaluator::EvaluateError;
 use crate::gpu::AdapterChoice;
@@ -223,7 +224,7 @@ fn sweep_parts(folder: &Folder) {
 
 /// True if the part of a task is there and whole.
 fn is_done(folder: &Folder, id: &str) -> bool {
-    let part = std::fs::read(folder.part(id)).ok().and_then(|bytes| Part::decode(&bytes));
+    let part = bounded::read(&folder.part(id), RESULT_MAX).ok().and_then(|bytes| Part::decode(&bytes));
     part.is_some_and(|part| part.id == id)
 }
 

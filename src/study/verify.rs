@@ -1,5 +1,6 @@
 //! Parts computed again: a checksum tells a torn file from a whole one, but not a changed number whose checksum was changed with it.
 
+use super::folder::Folder;
 use super::inventory::Inventory;
 use super::part::Part;
 use super::run::{Assignment, Event, Progress, RunSettings, run};
@@ -29,10 +30,10 @@ pub fn drawn(inventory: &Inventory, share: f64, seed: u64) -> Vec<usize> {
     chosen
 }
 
-/// Computes these tasks again, in a folder of their own that is removed afterwards, and compares. Who computed a part may differ.
+/// Computes these tasks again, in a temporary folder of the system's, and compares. Who computed a part may differ.
 ///
 /// # Errors
-/// As [`run`].
+/// As [`run`], and when no temporary folder can be made.
 pub fn verify(
     assignment: Assignment,
     inventory: &Inventory,
@@ -41,24 +42,12 @@ pub fn verify(
     interrupted: &(dyn Fn() -> bool + Sync),
     tell: &mut dyn FnMut(Event),
 ) -> Result<Verified, StudyError> {
-    let again = assignment.folder.again();
-    again.remove()?;
-    let computed =
-        compared(Assignment { folder: &again, ..assignment }, inventory, settings, progress, interrupted, tell);
-    again.remove()?;
-    computed
-}
-
-fn compared(
-    assignment: Assignment,
-    inventory: &Inventory,
-    settings: &RunSettings,
-    progress: &Progress,
-    interrupted: &(dyn Fn() -> bool + Sync),
-    tell: &mut dyn FnMut(Event),
-) -> Result<Verified, StudyError> {
-    let summary = run(assignment, settings, progress, interrupted, tell)?;
-    let now = inventory::look(assignment.folder, assignment.tasks, &[])?;
+    // Removed when it goes. Not within the study: that may be read-only, or be verified by several at once.
+    let place = tempfile::Builder::new().prefix("leadlag-verify-").tempdir();
+    let place = place.map_err(StudyError::file(&std::env::temp_dir(), "make a temporary folder"))?;
+    let folder = Folder::bare(place.path());
+    let summary = run(Assignment { folder: &folder, ..assignment }, settings, progress, interrupted, tell)?;
+    let now = inventory::look(&folder, assignment.tasks, &[])?;
     let pairs = inventory.parts.iter().zip(now.parts).filter_map(|(then, now)| Some((then.clone()?, now?)));
     let (mut parts, mut differing) = (0, Vec::new());
     for (then, now) in pairs {

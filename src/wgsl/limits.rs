@@ -8,13 +8,14 @@ use std::collections::HashMap;
 
 /// Length of a text \[bytes\].
 const BYTES: usize = 64 * 1024;
-/// Brackets, `<` and branches of `else` inside one another, and functions that call one another. The parser gives up at 127 blocks and
-/// at 198 brackets, of which it says neither where nor why.
+/// Brackets, `<` and branches of `else` inside one another, and calls with the blocks that they stand in. The parser gives up at 127
+/// blocks and at 198 brackets, of which it says neither where nor why.
 const DEPTH: usize = 100;
 /// Operators in a statement, members and elements among them. With 2000 the parser overflows a stack of 1 MB, the size for a main
 /// thread on Windows.
 const OPERATORS: usize = 500;
-/// Operators that take as much stack as one level of brackets does.
+/// Operators that a level of brackets counts as. It takes the parser as much stack as seven of them: 3.6 kB to 0.5 kB. So the
+/// most that may be in a statement, 99 levels and 104 operators, takes 410 of the 512 kB that are promised to be enough.
 const LEVEL: usize = 4;
 /// Declarations in a text. The parser calls itself along a chain of them, and overflows the same stack with 1700 structs.
 const DECLARATIONS: usize = 500;
@@ -41,7 +42,7 @@ pub(super) fn refuse_long_text(file: &str, text: &str) -> Result<(), ShaderError
     // For each open bracket, the branches of `else` in the chain that it is in; the first entry stands for the whole file.
     let mut open = vec![0_usize];
     // A `<` may open the arguments of a type, and then `>` closes them; which ones do only the parser tells.
-    let (mut operators, mut angles, mut declarations, mut before) = (0, 0, 0, "");
+    let (mut operators, mut angles, mut deepest, mut declarations, mut before) = (0, 0, 0, 0, "");
     for (at, token) in tokens(text) {
         operators += usize::from(is_operator(token) || token == "[");
         angles += usize::from(token == "<");
@@ -54,7 +55,7 @@ pub(super) fn refuse_long_text(file: &str, text: &str) -> Result<(), ShaderError
             _ => {}
         }
         if matches!(token, ";" | "{" | "}") {
-            (operators, angles) = (0, 0);
+            (operators, angles, deepest) = (0, 0, 0);
             declarations += usize::from(open.len() == 1);
         }
         before = token;
@@ -66,11 +67,13 @@ pub(super) fn refuse_long_text(file: &str, text: &str) -> Result<(), ShaderError
             );
             return refuse(at, message);
         }
-        // The bracket of the function itself is always open.
-        if operators + LEVEL * depth.saturating_sub(1) > OPERATORS {
+        // The first operand of a chain of operators lies below all of them: brackets that are closed again count, too. That of the
+        // function itself is always open.
+        deepest = deepest.max(depth);
+        if operators + LEVEL * deepest.saturating_sub(1) > OPERATORS {
             let message = format!(
-                "more than {OPERATORS} operators in a statement, each open bracket counted as {LEVEL} of them: give parts of it a name \
-                 with `let`"
+                "more than {OPERATORS} operators in a statement, each level of its brackets counted as {LEVEL} of them: give parts of it \
+                 a name with `let`"
             );
             return refuse(at, message);
         }
@@ -215,11 +218,11 @@ pub(super) fn refuse_large_functions(
         let locals = function.local_variables.iter().map(|(_, local)| width(local.ty)).fold(0, u64::saturating_add);
         let values = function.expressions.iter().map(|(value, _)| info[value].ty.handle().map_or(1, width));
         let (mut size, mut depth) = (values.fold(locals, u64::saturating_add), 0);
-        visit(&function.body, &mut |statement| match statement {
+        visit(&function.body, 0, &mut |statement, blocks| match statement {
             Statement::Call { function, .. } => {
                 let (inside, below) = known[function.index()];
                 size = size.saturating_add(inside);
-                depth = depth.max(below + 1);
+                depth = depth.max(blocks + 1 + below);
             }
             // Every variable may have been changed, and is selected.
             Statement::If { .. } => size = size.saturating_add(locals),
@@ -233,7 +236,10 @@ pub(super) fn refuse_large_functions(
         let span = module.functions.get_span(handle);
         total = total.saturating_add(size);
         if depth > DEPTH {
-            let message = format!("{name}: calls more than {DEPTH} deep: put short functions together");
+            let message = format!(
+                "{name}: calls more than {DEPTH} deep, each block around a call counted: put short functions together, or take calls \
+                 out of their blocks"
+            );
             return Err(source.error_at(span, message));
         }
         if total > INSTRUCTIONS {
@@ -247,15 +253,15 @@ pub(super) fn refuse_large_functions(
     Ok(())
 }
 
-/// Calls `each` with every statement, those in branches included.
-pub(super) fn visit(block: &Block, each: &mut dyn FnMut(&Statement)) {
+/// Calls `each` with every statement, those in branches included, and the number of blocks around it beside `outside`.
+pub(super) fn visit(block: &Block, outside: usize, each: &mut dyn FnMut(&Statement, usize)) {
     for statement in block.iter() {
-        each(statement);
+        each(statement, outside);
         match statement {
-            Statement::Block(inner) => visit(inner, each),
+            Statement::Block(inner) => visit(inner, outside + 1, each),
             Statement::If { accept, reject, .. } => {
-                visit(accept, each);
-                visit(reject, each);
+                visit(accept, outside + 1, each);
+                visit(reject, outside + 1, each);
             }
             _ => {}
         }

@@ -54,7 +54,7 @@ pub(super) fn idle(name: &str, checked: &Checked) -> Vec<(String, naga::Span)> {
     let functions = &checked.module.functions;
     let mut called = Vec::new();
     for (_, function) in functions.iter() {
-        visit(&function.body, &mut |statement| {
+        visit(&function.body, 0, &mut |statement, _| {
             if let Statement::Call { function, .. } = statement {
                 called.push(*function);
             }

@@ -2,7 +2,7 @@
 //!
 //! `LEADLAG_FUZZ_SECONDS=600` makes up texts for so long; without it a second has to do. (fuzz/ has a target that learns from coverage.)
 
-use super::{command, functions};
+use super::{calls_in_blocks, command, functions};
 use leadlag::catalog::Variant;
 use leadlag::convention::Radicand;
 use leadlag::lanes::check_model;
@@ -85,6 +85,8 @@ fn nothing_that_nests_overflows_a_small_stack() {
                 all + "const c_0 = 1.0;\n" + &command("return a;")
             }),
         ),
+        ("operators after brackets", Box::new(|n| returned(nested("abs(", "a", ")", n.min(97)) + &"+a".repeat(n)))),
+        ("calls in blocks", Box::new(|n| calls_in_blocks(n.min(60), n.min(97)))),
         ("functions", Box::new(|n| functions(n, |f| format!("{f}(a)")))),
     ];
     for (kind, text) in &kinds {
@@ -218,12 +220,13 @@ impl Author {
     fn text(&mut self) -> String {
         let mut text = String::new();
         let times = self.often();
-        match if self.is_sane { 3 } else { self.rng.random_range(0..6) } {
+        match if self.is_sane { self.rng.random_range(3..5) } else { self.rng.random_range(0..7) } {
             0 => (0..times).rev().for_each(|i| text += &format!("struct S{} {{ a: S{i} }} ", i + 1)),
             1 => (0..times).rev().for_each(|i| text += &format!("const c{} = c{i} + 1.0; ", i + 1)),
             2 => (0..times).rev().for_each(|i| text += &format!("alias T{} = T{i}; ", i + 1)),
             3 => text = functions(times.min(600), |f| format!("{f}(a)")).replace("x_command", "y"),
-            4 => text = format!("const c0 = {};", self.expression(3)),
+            4 => text = calls_in_blocks(times.min(60), self.often()).replace("x_command", "y"),
+            5 => text = format!("const c0 = {};", self.expression(3)),
             _ => {}
         }
         let body = self.statement(2);

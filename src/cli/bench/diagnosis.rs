@@ -7,6 +7,7 @@ use anyhow::Context;
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use leadlag::bench::Machine;
 use leadlag::bench::{DiagnosisJournal, DiagnosisReport, LARGEST_SEED, SIZES, diagnosis_tasks, run_diagnoses};
+use leadlag::bounded::{self, TEXT_MAX};
 use leadlag::diagnose::PROGRAM;
 use leadlag::report::naming::{self, Provenance};
 use std::ops::ControlFlow;
@@ -84,7 +85,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 /// The page with other results in it.
 fn into_page(page: &Path, part: &str) -> anyhow::Result<String> {
     let name = page.display();
-    let text = std::fs::read_to_string(page).with_context(|| format!("{name}: cannot read the page"))?;
+    let text = bounded::read_to_string(page, TEXT_MAX).with_context(|| format!("{name}: cannot read the page"))?;
     naming::into_page(&text, part).with_context(|| format!("{name}: no place for the results"))
 }
 

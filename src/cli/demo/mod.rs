@@ -12,6 +12,7 @@ use super::{Cli, output};
 use anyhow::Context;
 use clap::Parser;
 use drive::Hidden;
+use leadlag::bounded::{self, RESULT_MAX};
 use leadlag::diagnose::Verdict;
 use leadlag::diagnose::hold_back::TRAINED_ON;
 use leadlag::diagnose::outcome::Outcome;
@@ -177,6 +178,6 @@ impl Demo {
 }
 
 fn read(path: &Path) -> anyhow::Result<Outcome> {
-    let text = std::fs::read_to_string(path).with_context(|| format!("{}: cannot read", path.display()))?;
+    let text = bounded::read_to_string(path, RESULT_MAX).with_context(|| format!("{}: cannot read", path.display()))?;
     Ok(serde_json::from_str(&text)?)
 }

@@ -112,6 +112,7 @@ fn one(file: &Path, folder: &Path) -> anyhow::Result<String> {
     let result = ResultFile::read(file)?;
     let (mut charts, simulated) = charts::of_calibration(folder, &result)?;
     charts.extend(over_speed(&simulated));
+    settle(&folder.join("sumo"))?;
     let mut exported = Export::read(&folder.join("sumo/loss.json"))?;
     if exported.as_ref().is_some_and(|export| Source::of(file).is_ok_and(|now| now.sha256 != export.result_sha256)) {
         let (folder, file) = (folder.join("sumo"), file.display());

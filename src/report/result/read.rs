@@ -1,7 +1,7 @@
 //! Reading `result.json`: in bounded memory, and only where its parts fit together.
 
 use super::{ResultFile, SCHEMA_VERSION};
-use crate::bounded::RESULT_MAX;
+use crate::bounded::{self, RESULT_MAX};
 use crate::catalog::UnknownVariant;
 use crate::convention::ConventionError;
 use crate::extension::ExtensionConflict;
@@ -27,14 +27,6 @@ pub enum ResultFileError {
         path: String,
         /// Where and why.
         source: serde_json::Error,
-    },
-    /// It is far larger than any result.
-    #[error("{path}: expected a result file of at most {} MB, found {} MB", RESULT_MAX >> 20, bytes >> 20)]
-    Large {
-        /// The file.
-        path: String,
-        /// Its size.
-        bytes: u64,
     },
     /// It is of another version.
     #[error("{path}: schema_version {found}; this program reads version {SCHEMA_VERSION}")]
@@ -63,20 +55,10 @@ struct Versioned {
 /// The text of a file that `calibrate` or `diagnose` wrote; no more of it is read than such a file has.
 ///
 /// # Errors
-/// [`ResultFileError::Read`], or [`ResultFileError::Large`].
+/// [`ResultFileError::Read`].
 pub fn read_bounded(path: &std::path::Path) -> Result<String, ResultFileError> {
-    use std::io::Read;
     let failed = |source| ResultFileError::Read { path: path.display().to_string(), source };
-    let file = std::fs::File::open(path).map_err(failed)?;
-    let mut content = Vec::new();
-    let mut bounded = file.take(RESULT_MAX + 1);
-    bounded.read_to_end(&mut content).map_err(failed)?;
-    let found = content.len() as u64;
-    if found > RESULT_MAX {
-        let bytes = bounded.into_inner().metadata().map_or(found, |file| file.len().max(found));
-        return Err(ResultFileError::Large { path: path.display().to_string(), bytes });
-    }
-    String::from_utf8(content).map_err(|error| failed(std::io::Error::new(std::io::ErrorKind::InvalidData, error)))
+    bounded::read_to_string(path, RESULT_MAX).map_err(failed)
 }
 
 impl ResultFile {

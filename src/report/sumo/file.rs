@@ -1,10 +1,10 @@
 //! What an export left behind: `loss.json`.
 
 use super::{Comparison, Sumo, SumoError, VehicleType};
+use crate::bounded::{self, RESULT_MAX};
 use crate::report::result::{DataEntry, ResultFile};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::Path;
 
 /// Version of the file.
@@ -84,7 +84,7 @@ impl Export {
     /// [`SumoError::Io`] where it is there and cannot be read or is of another version.
     pub fn read(path: &Path) -> Result<Option<Export>, SumoError> {
         let what = || format!("{}: expected what `leadlag export sumo` of this version wrote", path.display());
-        let text = match fs::read_to_string(path) {
+        let text = match bounded::read_to_string(path, RESULT_MAX) {
             Ok(text) => text,
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
             Err(source) => return Err(SumoError::Io { what: what(), source }),

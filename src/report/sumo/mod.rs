@@ -11,7 +11,7 @@ mod vtype;
 pub use compare::{Comparison, Loss, compare};
 pub use drive::{Drive, Motion};
 pub use file::{Export, ExportedDrive};
-pub use run::{Sumo, find};
+pub use run::{Sumo, files, find};
 pub use vtype::{Model, VehicleType, export};
 
 use std::io;

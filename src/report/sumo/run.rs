@@ -4,6 +4,7 @@ use super::SumoError;
 use super::drive::{Drive, Motion};
 use super::traci::Traci;
 use super::vtype::VehicleType;
+use crate::bounded::{self, TEXT_MAX};
 use std::fs;
 use std::net::{TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
@@ -53,13 +54,20 @@ pub fn find(told: Option<&Path>) -> Result<Sumo, SumoError> {
     Err(SumoError::NoSumo { tried: format!("{} cannot be run", tried.join(", ")) })
 }
 
+/// Names of the files of a drive for SUMO: road, demand, and what SUMO said.
+#[must_use]
+pub fn files(suffix: &str) -> [String; 3] {
+    [format!("road{suffix}.net.xml"), format!("demand{suffix}.rou.xml"), format!("sumo{suffix}.log")]
+}
+
 impl Sumo {
-    /// The follower of the exported type behind the leader of the drive, from the same first state; the files for SUMO are written
-    /// to `folder`, with a suffix to their names, where `sumo` can be run on them again.
+    /// The follower of the exported type behind the leader of the drive, from the same first state. What SUMO needs and says is written
+    /// to `folder`, by the names of [`files`].
     ///
     /// # Errors
     /// When files cannot be written, or SUMO ends early.
     pub fn follow(&self, vtype: &VehicleType, drive: &Drive, folder: &Path, suffix: &str) -> Result<Motion, SumoError> {
+        let [road_name, demand_name, log_name] = files(suffix);
         let write = |name: &str, text: String| {
             let path = folder.join(name);
             fs::write(&path, text).map_err(|source| SumoError::Io {
@@ -68,9 +76,9 @@ impl Sumo {
             })?;
             Ok(path)
         };
-        let road = write(&format!("road{suffix}.net.xml"), road(drive))?;
-        let demand = write(&format!("demand{suffix}.rou.xml"), demand(vtype, drive))?;
-        let log = folder.join(format!("sumo{suffix}.log"));
+        let road = write(&road_name, road(drive))?;
+        let demand = write(&demand_name, demand(vtype, drive))?;
+        let log = folder.join(log_name);
         let io = |what: &str| {
             let what = what.to_owned();
             move |source| SumoError::Io { what, source }
@@ -96,7 +104,7 @@ impl Sumo {
         let mut running = Running { child };
         let ended = |running: &mut Running, error: SumoError| {
             let gone = running.child.try_wait().ok().flatten().is_some();
-            let said = fs::read_to_string(&log).unwrap_or_default();
+            let said = bounded::read_to_string(&log, TEXT_MAX).unwrap_or_default();
             let said: Vec<&str> = said.lines().filter(|line| !line.trim().is_empty()).take(4).collect();
             if gone { SumoError::Ended { program: self.program.clone(), said: said.join("; ") } } else { error }
         };

@@ -2,13 +2,11 @@
 
 use super::kind;
 use super::problems::{Problems, Stop};
+use crate::bounded::LINE_MAX;
 use crate::trajectory::error::ProblemKind;
 use crate::trajectory::hexadecimal;
 use sha2::{Digest, Sha256};
 use std::io::{BufRead, BufReader, Read};
-
-/// The longest line that is read \[bytes\]; 60 columns of 20 digits need about 1 200.
-pub(in crate::trajectory) const LINE_LIMIT: usize = 1 << 20;
 
 /// A text file, line by line.
 pub(in crate::trajectory) struct Lines<R> {
@@ -62,8 +60,8 @@ impl<R: Read> Lines<R> {
             self.buffer.extend_from_slice(&bytes[..used]);
             self.hash.update(&bytes[..used]);
             self.input.consume(used);
-            if self.buffer.len() > LINE_LIMIT {
-                let kind = ProblemKind::LineTooLong { limit: LINE_LIMIT };
+            if self.buffer.len() > LINE_MAX {
+                let kind = ProblemKind::LineTooLong { limit: LINE_MAX };
                 return Err(problems.stop(self.number + 1, None, kind));
             }
         }

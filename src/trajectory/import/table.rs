@@ -11,10 +11,10 @@ use std::collections::{BTreeMap, HashMap};
 use std::hash::{DefaultHasher, Hasher};
 use std::io::Read;
 
-/// A speed above this is taken for km/h \[m/s\] (324 km/h).
-const SPEED_LIMIT: f64 = 90.0;
+/// A speed above this is in another unit \[m/s\] (324 km/h).
+pub(super) const SPEED_LIMIT: f64 = 90.0;
 /// A speed below this is no sensor noise at standstill \[m/s\].
-const REVERSE_LIMIT: f64 = -0.5;
+pub(super) const REVERSE_LIMIT: f64 = -0.5;
 /// No car follows another from further away \[m\].
 const SPACING_LIMIT: f64 = 1e4;
 /// No road is longer \[m\]; beyond it a double no longer resolves fractions of a millimetre anyway.

@@ -7,12 +7,10 @@ use super::rows::{Repeated, Table};
 use crate::trajectory::error::{Faults, Problem, ProblemKind};
 use crate::trajectory::import::note_end;
 use crate::trajectory::import::problems::{Problems, Stop};
+use crate::trajectory::import::table::REVERSE_LIMIT;
 use crate::trajectory::prepare::SEGMENT_MIN_S;
 use crate::trajectory::{Car, Note, Platoon};
 use std::collections::HashMap;
-
-/// Backwards faster than this is no sensor noise at standstill \[m/s\].
-const REVERSE_LIMIT: f64 = -0.5;
 
 /// The rows of one group, or of one of several trajectories that bear its name.
 pub(super) struct Group {

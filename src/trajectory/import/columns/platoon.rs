@@ -7,11 +7,9 @@ use super::role::Role;
 use super::rows::Table;
 use crate::trajectory::error::{Problem, ProblemKind};
 use crate::trajectory::import::problems::{Problems, Stop};
+use crate::trajectory::import::table::REVERSE_LIMIT;
 use crate::trajectory::import::{median, note_end};
 use crate::trajectory::{Car, Note, Platoon};
-
-/// Backwards faster than this is no sensor noise at standstill \[m/s\].
-const REVERSE_LIMIT: f64 = -0.5;
 
 /// One platoon per group, in the order of the file.
 pub(super) fn platoons(table: &Table, map: &ColumnMap, problems: &mut Problems) -> Result<Vec<Platoon>, Stop> {

@@ -11,13 +11,10 @@ use crate::trajectory::import::header::{Field, Header, check_names, check_separa
 use crate::trajectory::import::lines::Lines;
 use crate::trajectory::import::preamble;
 use crate::trajectory::import::problems::{Problems, Stop};
-use crate::trajectory::import::table::{fingerprint, finite, is_missing, present};
+use crate::trajectory::import::table::{SPEED_LIMIT, fingerprint, finite, is_missing, present};
 use crate::trajectory::steps::PAUSE_S;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::io::Read;
-
-/// A speed above this is in another unit \[m/s\] (324 km/h).
-const SPEED_LIMIT: f64 = 90.0;
 
 /// What a broken value costs.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

@@ -7,13 +7,12 @@ use crate::trajectory::Note;
 use crate::trajectory::error::{Faults, Problem, ProblemKind};
 use crate::trajectory::import::median;
 use crate::trajectory::import::problems::{Problems, Stop};
+use crate::trajectory::import::table::REVERSE_LIMIT;
 use crate::trajectory::steps::longest_step;
 use std::collections::HashMap;
 
 /// A vehicle that is not seen for longer than this begins a new pair \[s\]: what lies between is never interpolated.
 pub(super) const ABSENCE_MAX_S: f64 = 60.0;
-/// Backwards faster than this is no sensor noise at standstill \[m/s\].
-const REVERSE_LIMIT: f64 = -0.5;
 /// A vehicle that is so much further back after a pause is another one \[m\]: more than sensors err by.
 const BACK_M: f64 = 10.0;
 
