@@ -122,6 +122,87 @@ fn both_directions_of_a_motorway_are_the_same_drive() {
     }
 }
 
+/// exiD: frames of 25 Hz, velocities along the lane, who is ahead and how far by columns of their own.
+#[test]
+fn a_table_of_lanes_that_curve_is_read_by_its_own_gap() {
+    let mut text =
+        "recordingId,trackId,frame,trackLifetime,xCenter,yCenter,heading,width,length,lonVelocity,latVelocity,\
+                    lonAcceleration,latAcceleration,laneletId,leadDHW,leadDV,leadTHW,leadTTC,leadId,rearId\n"
+            .to_owned();
+    for (car, id, ahead) in [(0, 4, -1), (1, 5, 4)] {
+        for frame in 0..500 {
+            let t = f64::from(frame) / 25.0;
+            let (_, v) = drive(t)[car];
+            let dhw = if ahead < 0 { -1.0 } else { gap(t) };
+            let row =
+                format!("39,{id},{frame},{frame},0,0,12,1.9,{},{v:.4},0,0.1,0,{}", LENGTHS[car], 1500 + frame / 100);
+            writeln!(text, "{row},{dhw:.4},0,1.5,-1,{ahead},-1").unwrap();
+        }
+    }
+    let trajectory = only(&read(&text, "exid"));
+    assert_eq!((trajectory.len(), trajectory.dt, trajectory.name.as_str()), (500, 0.04, "vehicle 5"));
+    assert_is_drive(&trajectory, 0.0, 2e-4);
+    // Of inD, which has the same columns but for who is ahead.
+    let ind = text.replace("leadDHW", "a").replace("leadId", "b");
+    assert!(refused(&ind, examples("exid").as_str()).contains("inD and rounD do not name the vehicle ahead"));
+}
+
+/// I-24 MOTION as a table: rears in feet, both directions, lanes and speeds added; nobody says who is ahead.
+#[test]
+fn a_table_of_rears_in_both_directions_is_read() {
+    for sign in [1.0, -1.0] {
+        let mut text = "_id,timestamp,x_position,y_position,direction,length,lane,speed\n".to_owned();
+        for frame in 0..500 {
+            let t = f64::from(frame) / 25.0;
+            for (car, id) in [(0, "62a"), (1, "62b")] {
+                let (front, v) = drive(t)[car];
+                let [rear, length, v] =
+                    [300_000.0 + sign * (front - LENGTHS[car]), LENGTHS[car], v].map(|si| si / FOOT);
+                let time = 1_669_000_000.0 + t;
+                writeln!(text, "{id},{time:.2},{rear:.5},18.1,{sign},{length:.5},2,{v:.5}").unwrap();
+            }
+        }
+        let trajectory = only(&read(&text, "i24-motion"));
+        assert_eq!((trajectory.len(), trajectory.name.as_str()), (500, "vehicle 62b"), "direction {sign}");
+        assert_is_drive(&trajectory, 1_669_000_000.0, 2e-4);
+        assert!(
+            refused(&text.replace("speed", "s"), examples("i24-motion").as_str()).contains("the release has no speeds")
+        );
+    }
+}
+
+/// Pairs of the MODES lab: the columns of ULTra-AV, in ms and with positions of three coordinates.
+#[test]
+fn a_table_of_pairs_in_milliseconds_is_read() {
+    let mut text =
+        "Trajectory_ID,Time_Index,ID_LV,Type_LV,Pos_LV,Speed_LV,Acc_LV,ID_FAV,Pos_FAV,Speed_FAV,Acc_FAV,Spatial_Gap,\
+                    Spatial_Headway,Speed_Diff\n"
+            .to_owned();
+    for trajectory in 0..2 {
+        for step in 0..200 {
+            let t = f64::from(step) / 10.0;
+            let [lead, ego] = drive(t);
+            let row = format!("{trajectory},{},12,1,\"[1.5, 2.5, 0.1]\",{:.4},0", 100 * step, lead.1);
+            writeln!(text, "{row},7,\"[0, 0, 0]\",{:.4},0,{:.4},{:.4},0", ego.1, gap(t), lead.0 - ego.0).unwrap();
+        }
+    }
+    let recording = read(&text, "waymo-pairs");
+    assert_eq!(recording.platoons.len(), 2);
+    let trajectories = prepare(&recording, 1, &Preparation::default()).unwrap_or_else(|error| panic!("{error}"));
+    for trajectory in &trajectories {
+        assert_eq!((trajectory.len(), trajectory.dt), (200, 0.1));
+        for (i, t) in trajectory.t.iter().enumerate() {
+            assert!((trajectory.s[i] - gap(*t)).abs() < 2e-4 && (trajectory.v_f[i] - drive(*t)[1].1).abs() < 2e-4);
+        }
+    }
+}
+
+/// The text of a shipped map.
+fn examples(name: &str) -> String {
+    let (_, text) = ColumnMap::shipped().iter().find(|(known, _)| *known == name).expect("a shipped map");
+    (*text).to_owned()
+}
+
 /// What is measured of the vehicle ahead is its rear on the one side of the road and its front on the other one.
 #[test]
 fn another_length_of_the_vehicle_ahead_leaves_the_follower_its_own() {

@@ -66,6 +66,7 @@ fn behind(v: &[f64]) -> Case {
         follower: 1,
         name: "ego".to_owned(),
         dt: 0.1,
+        id: None,
         dt_raw: 0.1,
         t: (0..v.len()).map(|i| i as f64 / 10.0).collect(),
         x_l: x_f.iter().map(|x| x + 25.0).collect(),

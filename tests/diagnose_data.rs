@@ -113,6 +113,35 @@ fn a_speed_scale_is_found_and_the_car_named() {
     }
 }
 
+/// Fifty links of clean drives, each with a scale on the leader, the follower and both: large ones, too.
+#[test]
+fn the_interval_of_a_scale_holds_the_planted_one() {
+    const LINKS: usize = 50;
+    const SCALES: [f64; 7] = [-0.4, -0.2, -0.05, 0.05, 0.1, 0.2, 0.5];
+    let drives: Vec<Recording> =
+        (0..LINKS.div_ceil(4)).map(|k| drive(200 + k as u64, SENSOR, Profile::Cruise)).collect();
+    for (who, cars) in [(Who::Leader, &[0][..]), (Who::Follower, &[1]), (Who::Both, &[0, 1])] {
+        let (mut covered, mut named, mut off) = (0, 0, 0.0);
+        for link in 0..LINKS {
+            let (mut recording, follower, planted) =
+                (drives[link / 4].clone(), link % 4 + 1, SCALES[link % SCALES.len()]);
+            for car in cars {
+                recording.platoons[0].cars[follower - 1 + car].v.iter_mut().for_each(|v| *v *= 1.0 + planted);
+            }
+            let found = findings(&recording, follower);
+            let Some(finding) = found.iter().find(|f| f.kind == FindingKind::SpeedScale) else { continue };
+            let [low, high] = finding.interval.expect("scales have intervals");
+            covered += usize::from((low..=high).contains(&planted));
+            named += usize::from(finding.car == who);
+            off += (finding.value - planted) / (1.0 + planted) / LINKS as f64;
+        }
+        let said = format!("{who:?}: {covered} covered and {named} named of {LINKS}, {off:+.5} off on average");
+        println!("{said}");
+        assert!(covered >= LINKS * 9 / 10 && named >= LINKS * 9 / 10, "{said}");
+        assert!(off.abs() < 0.003, "{said}");
+    }
+}
+
 #[test]
 fn a_late_clock_is_found_and_the_signal_named() {
     for mut recording in clean() {

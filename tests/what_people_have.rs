@@ -3,6 +3,7 @@
 mod common;
 
 use common::program::{fails, leadlag, scratch, stderr, stdout, succeeds, text};
+use leadlag::trajectory::import::ColumnMap;
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -83,14 +84,37 @@ fn a_car_above_the_bound_of_v_0_is_told_before_the_search() {
 }
 
 #[test]
+fn bounds_of_human_drivers_are_a_set_of_their_own() {
+    let folder = write("bounds", &[("pair.csv", &pair(60.0, |_| ())), ("own.toml", "v_0 = [20, 40]\n")]);
+    let (file, own) = (folder.join("pair.csv"), folder.join("own.toml"));
+    let result = |fit: &str, extra: &[&str]| -> serde_json::Value {
+        let (done, said) = calibrate(&[text(&file)], extra, &folder.join(fit));
+        assert!(done, "{said}");
+        serde_json::from_str(&fs::read_to_string(folder.join(fit).join("result.json")).unwrap()).unwrap()
+    };
+    let acc = result("acc", &[]);
+    assert_eq!(acc["bounds"]["v_0"], serde_json::json!([30.0, 35.0]));
+    let from = acc["bounds_from"].as_str().unwrap();
+    assert!(from.starts_with("acc: Table 3, for nothing says who drives"), "{from}");
+    let human = result("human", &["--bounds", "human"]);
+    assert_eq!(human["bounds"]["v_0"], serde_json::json!([1.0, 70.0]));
+    assert_eq!(human["parameters"]["delta"], 4.0);
+    assert!(human["bounds_from"].as_str().unwrap().starts_with("human: Kesting and Treiber (2008)"), "{human}");
+    // A file comes after a set, and a fixed value after both.
+    let both = result("both", &["--bounds", "human", "--bounds", text(&own), "--fix", "delta=2"]);
+    assert_eq!(both["bounds"]["v_0"], serde_json::json!([20.0, 40.0]));
+    assert_eq!((&both["bounds"]["t_h"], &both["parameters"]["delta"]), (&serde_json::json!([0.1, 5.0]), &2.0.into()));
+}
+
+#[test]
 fn one_bad_file_of_a_batch_does_not_cost_the_others() {
     let (good, short) = (pair(20.0, |_| ()), pair(1.3, |_| ()));
-    let folder = write("batch", &[("a.csv", &good), ("b.csv", &short), ("c.csv", &good), ("d.csv", "PAR1")]);
+    let folder = write("batch", &[("a.csv", &good), ("b.csv", &short), ("c.csv", &good), ("d.csv", "MATLAB 5.0")]);
     let files = ["a.csv", "b.csv", "c.csv", "d.csv"].map(|name| folder.join(name));
     let (done, said) = calibrate(&files.each_ref().map(|file| text(file)), &[], &folder.join("fit"));
     assert!(!done && said.contains("b.csv: follower 1: expected at least 2 s, the recording has 1.3 s"), "{said}");
     assert!(
-        said.contains("d.csv:1:1: this is a Parquet file") && said.contains("not calibrated: 2 of 4 files"),
+        said.contains("d.csv:1:1: this is a MATLAB file") && said.contains("not calibrated: 2 of 4 files"),
         "{said}"
     );
     for name in ["a_follower1", "c_follower1"] {
@@ -131,6 +155,19 @@ fn the_pieces_of_a_table_are_calibrated_jointly_or_one_by_one() {
     assert_eq!(trajectories("each/table_follower1_trajectory1"), 1);
     let (done, said) = calibrate(&[text(&table)], &["--trajectory", "3"], &folder.join("broken"));
     assert!(!done && said.contains("column Speed_FAV: expected a finite number, found \"?\""), "{said}");
+    // What is calibrated on one is simulated on several, and all of them are checked.
+    let (fit, out) = (folder.join("each/table_follower1_trajectory1"), folder.join("out"));
+    let again =
+        ["simulate", text(&table), "--result", text(&fit), "--trajectory", "0,1", "--json", "--out", text(&out)];
+    let said: serde_json::Value = serde_json::from_str(&stdout(&succeeds(&again))).unwrap();
+    let ids: Vec<&str> =
+        said["runs"].as_array().unwrap().iter().map(|run| run["trajectory"].as_str().unwrap()).collect();
+    assert_eq!(ids, ["0", "1"]);
+    assert!(out.join("simulation_trajectory0.csv").exists() && out.join("plot_trajectory1.svg").exists());
+    let said = stdout(&succeeds(&["diagnose", "--data-only", text(&table), "--trajectory", "0,1"]));
+    assert!(said.contains("trajectory 0,") && said.contains("trajectory 1,"), "{said}");
+    let (code, said) = fails(&["diagnose", "--data-only", text(&table), "--trajectory", "0,9"]);
+    assert!(code == 2 && said.contains("no trajectory 9"), "{said}");
     let said = inspect(&[text(&table), "--trajectory", "1,3"]);
     assert!(
         !said.contains("trajectory 0\n") && said.contains("trajectory 1\n") && said.contains("trajectory 3\n"),
@@ -458,6 +495,77 @@ fn a_file_packed_by_gzip_is_read_as_it_is() {
     assert!(inspect(&[text(&folder.join("pair.csv.gz"))]).contains("201 rows"));
 }
 
+/// A Parquet file of a table of numbers.
+fn parquet(header: &str, rows: &[Vec<f64>], compression: parquet::basic::Compression, path: &Path) {
+    use parquet::data_type::DoubleType;
+    use parquet::file::{properties::WriterProperties, writer::SerializedFileWriter};
+    use std::sync::Arc;
+    let columns: Vec<String> = header.split(',').map(|name| format!("optional double {name};")).collect();
+    let schema =
+        parquet::schema::parser::parse_message_type(&format!("message table {{ {} }}", columns.join(" "))).unwrap();
+    let properties = WriterProperties::builder().set_compression(compression).build();
+    let file = fs::File::create(path).unwrap();
+    let mut writer = SerializedFileWriter::new(file, Arc::new(schema), Arc::new(properties)).unwrap();
+    let mut group = writer.next_row_group().unwrap();
+    for column in 0..columns.len() {
+        // What is not a number is missing.
+        let present: Vec<i16> = rows.iter().map(|row| i16::from(!row[column].is_nan())).collect();
+        let values: Vec<f64> = rows.iter().map(|row| row[column]).filter(|value| !value.is_nan()).collect();
+        let mut next = group.next_column().unwrap().unwrap();
+        next.typed::<DoubleType>().write_batch(&values, Some(&present), None).unwrap();
+        next.close().unwrap();
+    }
+    group.close().unwrap();
+    writer.close().unwrap();
+}
+
+#[test]
+fn a_parquet_table_is_read_as_the_same_table_of_text_is() {
+    use parquet::basic::{Compression, ZstdLevel};
+    let folder = scratch("what_people_have", "parquet");
+    let written = pair(20.0, |_| ());
+    let numbers = |line: &str| line.split(',').map(|field| field.parse::<f64>().unwrap()).collect::<Vec<f64>>();
+    let rows: Vec<Vec<f64>> = written.lines().skip(1).map(numbers).collect();
+    let plain = folder.join("pair.csv");
+    fs::write(&plain, &written).unwrap();
+    // Behind name, layout and checksum.
+    let told = |said: &str| said.lines().skip(3).map(str::to_owned).collect::<Vec<_>>();
+    let expected = told(&inspect(&[text(&plain)]));
+    for (name, how) in [
+        ("plain", Compression::UNCOMPRESSED),
+        ("snappy", Compression::SNAPPY),
+        ("zstd", Compression::ZSTD(ZstdLevel::default())),
+    ] {
+        let file = folder.join(format!("{name}.parquet"));
+        parquet("time_s,lead_speed_mps,speed_mps,spacing_m", &rows, how, &file);
+        let said = inspect(&[text(&file)]);
+        assert!(said.contains("201 rows, 0.0 .. 20.0 s"), "{name}: {said}");
+        assert_eq!(told(&said), expected, "{name}");
+    }
+    // A missing value, by a map whose separator is that of text files.
+    let mut rows = rows;
+    rows[50][3] = f64::NAN;
+    let file = folder.join("mapped.parquet");
+    parquet("t,v_lead,v,gap", &rows, Compression::SNAPPY, &file);
+    let map = folder.join("map.toml");
+    let columns = "lead_speed = { name = \"v_lead\" }\nspeed = { name = \"v\" }\ngap = { name = \"gap\" }\ntime = { name = \"t\" }\n";
+    fs::write(
+        &map,
+        format!(
+            "title = \"t\"\nrows = \"pairs\"\nseparator = \"semicolon\"\ndecimal = \"comma\"\n[columns]\n{columns}"
+        ),
+    )
+    .unwrap();
+    let said = inspect(&[text(&file), "--columns", text(&map)]);
+    assert!(said.contains("201 rows") && said.contains("1 rows incomplete"), "{said}");
+    // One that is cut off.
+    let whole = fs::read(&file).unwrap();
+    let broken = folder.join("broken.parquet");
+    fs::write(&broken, &whole[..whole.len() / 2]).unwrap();
+    let (code, said) = fails(&["inspect", text(&broken)]);
+    assert!(code == 1 && said.contains("a Parquet file that cannot be read") && said.contains("or as CSV"), "{said}");
+}
+
 #[test]
 fn a_table_of_sumo_without_leaders_says_how_to_get_them() {
     let table = "timestep_time;vehicle_id;vehicle_lane;vehicle_pos;vehicle_speed\n0.00;c0;E0_0;60.0;9.7\n0.10;c0;E0_0;61.0;9.7\n";
@@ -470,6 +578,13 @@ fn a_table_of_sumo_without_leaders_says_how_to_get_them() {
 fn shipped_maps_are_printed_to_begin_with() {
     let printed = stdout(&succeeds(&["columns", "ngsim"]));
     assert!(printed.contains("[headerless]") && printed.contains("ahead = "), "{printed}");
+    // Both helps name all of them.
+    for verb in ["inspect", "calibrate"] {
+        let help = stdout(&succeeds(&[verb, "--help"]));
+        let help = help.split_whitespace().collect::<Vec<_>>().join(" ");
+        let names: Vec<&str> = ColumnMap::shipped().iter().map(|(name, _)| *name).collect();
+        assert!(help.contains(&format!("another layout: {} (`leadlag list", names.join(", "))), "{help}");
+    }
     let (code, said) = fails(&["columns", "ngsm"]);
     assert!(code == 2 && said.contains("did you mean `ngsim`?"), "{said}");
 }

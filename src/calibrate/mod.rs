@@ -1,10 +1,12 @@
 //! Calibration: evaluator + optimiser + replicates = calibrated parameters.
 
+mod bound_set;
 mod exact;
 mod search;
 mod settled;
 mod space;
 
+pub use bound_set::BoundSet;
 pub(crate) use search::program_of;
 pub use search::{PROGRAM, SEARCH_REVISION, merit};
 pub use space::{BoundsError, Overrides, SearchSpace, bound_times, read_bounds};

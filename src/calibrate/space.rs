@@ -231,8 +231,13 @@ pub fn read_bounds(path: &Path, variant: &Variant) -> Result<Overrides, BoundsEr
     let shown = path.display().to_string();
     let text = crate::bounded::read_to_string(path, crate::bounded::TEXT_MAX)
         .map_err(|e| BoundsError::Read { path: shown.clone(), reason: e.to_string() })?;
-    let table: toml::Table = toml::from_str(&text)
-        .map_err(|e| BoundsError::Text { path: shown.clone(), reason: e.to_string().trim_end().to_owned() })?;
+    parse_bounds(&text, &shown, variant)
+}
+
+/// The same from a text; `shown` stands for the file in messages.
+pub(super) fn parse_bounds(text: &str, shown: &str, variant: &Variant) -> Result<Overrides, BoundsError> {
+    let table: toml::Table = toml::from_str(text)
+        .map_err(|e| BoundsError::Text { path: shown.to_owned(), reason: e.to_string().trim_end().to_owned() })?;
     let number = |value: &toml::Value| value.as_float().or(value.as_integer().map(|i| i as f64));
     let mut overrides = Overrides::new();
     for (name, value) in &table {
@@ -241,11 +246,11 @@ pub fn read_bounds(path: &Path, variant: &Variant) -> Result<Overrides, BoundsEr
             Some(_) => None,
             None => number(value).map(|x| [x, x]),
         };
-        let entry = || BoundsError::Entry { path: shown.clone(), name: name.clone(), found: value.to_string() };
+        let entry = || BoundsError::Entry { path: shown.to_owned(), name: name.clone(), found: value.to_string() };
         let own = variant.parameters().into_iter().find(|symbol| symbol.name() == name);
         let symbol = own
             .or_else(|| Symbol::from_name(name))
-            .ok_or_else(|| BoundsError::NoParameter { path: shown.clone(), name: name.clone() })?;
+            .ok_or_else(|| BoundsError::NoParameter { path: shown.to_owned(), name: name.clone() })?;
         overrides.insert(name.clone(), checked(symbol, pair.ok_or_else(entry)?)?);
     }
     Ok(overrides)

@@ -1,12 +1,46 @@
-//! Bounds of parameters from a file: what cannot be is told with file and line.
+//! Bounds of parameters by the name of a set or from files: what cannot be is told with file and line.
 
 use super::Usage;
-use leadlag::calibrate::{self, BoundsError, Overrides};
+use leadlag::calibrate::{self, BoundSet, BoundsError, Overrides};
 use leadlag::catalog::Variant;
+use leadlag::vehicle::Vehicle;
 use std::path::Path;
 
+/// The bounds of sets and files for the parameters of a variant; what comes later replaces what came before.
+pub fn read_bounds(given: &[String], variant: &Variant) -> anyhow::Result<Overrides> {
+    let mut bounds = Overrides::new();
+    for given in given {
+        bounds.extend(match BoundSet::called(given) {
+            Some(set) => set.overrides(variant),
+            None => of_file(Path::new(given), variant)?,
+        });
+    }
+    Ok(bounds)
+}
+
+/// Where bounds are from and why, in words, for the followers of these names.
+pub fn origin<'a>(given: &[String], names: impl IntoIterator<Item = &'a str>) -> String {
+    let told = |given: &String| match BoundSet::called(given) {
+        Some(set) => format!("{}: {}", set.name(), set.source()),
+        None => format!("{given}, for what it names"),
+    };
+    let acc = format!("{}: {}", BoundSet::Acc.name(), BoundSet::Acc.source());
+    if !given.is_empty() {
+        let set = given.iter().any(|given| BoundSet::called(given).is_some());
+        let table = (!set).then_some(acc);
+        return format!(
+            "{}, as asked for",
+            table.into_iter().chain(given.iter().map(told)).collect::<Vec<_>>().join("; ")
+        );
+    }
+    match names.into_iter().find(|name| Vehicle::called(name).is_none()) {
+        None => format!("{acc}, for the follower is known as a car with adaptive cruise control"),
+        Some(_) => format!("{acc}, for nothing says who drives; --bounds human is for human drivers"),
+    }
+}
+
 /// The bounds of a file for the parameters of a variant.
-pub fn read_bounds(path: &Path, variant: &Variant) -> anyhow::Result<Overrides> {
+fn of_file(path: &Path, variant: &Variant) -> anyhow::Result<Overrides> {
     calibrate::read_bounds(path, variant).map_err(|error| match error {
         BoundsError::Impossible { name, expected, lower, upper } => {
             let place = place(path, name);

@@ -22,10 +22,9 @@ pub struct DataArgs {
     /// Layout: openacc, astazero-rebuilt, astazero-processed, ultra-av, pair [default: by the header]
     #[arg(long)]
     pub layout: Option<Layout>,
-    /// Column map of a table of another layout: ngsim, highd, sumo-fcd (`leadlag list columns`), or a file of one's own
-    #[arg(long, value_name = "NAME|FILE.toml", conflicts_with = "layout")]
+    #[arg(long, value_name = "NAME|FILE.toml", conflicts_with = "layout", help = columns_help())]
     pub columns: Option<String>,
-    /// Trajectory id, in files that hold several; `calibrate` takes several ids with commas between them
+    /// Trajectory id, in files that hold several, or several ids with commas between them
     #[arg(long, value_name = "ID")]
     pub trajectory: Option<String>,
     /// Segment between long gaps, from 1, as `leadlag inspect` lists them [default: the longest]
@@ -62,6 +61,13 @@ pub struct DataArgs {
     /// Position of the preceding vehicle on the grade table at the first row of the file, in m
     #[arg(long, value_name = "M", value_parser = real(Preparation::LEAD_START_M, "m"), allow_negative_numbers = true)]
     pub lead_start: Option<f64>,
+}
+
+/// What --columns takes.
+pub fn columns_help() -> String {
+    let shipped: Vec<&str> = ColumnMap::shipped().iter().map(|(name, _)| *name).collect();
+    let shipped = shipped.join(", ");
+    format!("Column map of a table of another layout: {shipped} (`leadlag list columns`), or a file of one's own")
 }
 
 /// What the spacing is anchored to.
@@ -136,18 +142,6 @@ impl DataArgs {
         Ok((recording, Some(1)))
     }
 
-    /// One follower of a recording, prepared for a variant; without a number, the only one.
-    pub fn pick(&self, recording: &Recording, follower: Option<usize>, variant: &Variant) -> anyhow::Result<Loaded> {
-        match self.ids(recording).as_slice() {
-            [] => self.pick_one(recording, follower, variant, None),
-            [id] => self.pick_one(recording, follower, variant, Some(id)),
-            ids => {
-                let message = format!("--trajectory: expected one id, found {}: {}", ids.len(), ids.join(", "));
-                Err(Usage(message).into())
-            }
-        }
-    }
-
     /// Every trajectory that is asked for, in that order; with `all` every one of the file that can be used, where none is.
     pub fn pick_all(
         &self,
@@ -195,7 +189,7 @@ impl DataArgs {
     }
 
     /// The ids that are asked for: one of the file as it stands, or several between commas.
-    fn ids(&self, recording: &Recording) -> Vec<String> {
+    pub fn ids(&self, recording: &Recording) -> Vec<String> {
         let Some(given) = &self.trajectory else { return Vec::new() };
         if recording.platoons.iter().any(|platoon| platoon.id.as_ref() == Some(given)) {
             return vec![given.clone()];
@@ -203,7 +197,8 @@ impl DataArgs {
         given.split(',').map(|id| id.trim().to_owned()).collect()
     }
 
-    fn pick_one(
+    /// One follower of the trajectory of an id, prepared for a variant; without an id of the longest one, without a number the only one.
+    pub fn pick_one(
         &self,
         recording: &Recording,
         follower: Option<usize>,

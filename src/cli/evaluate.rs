@@ -38,10 +38,10 @@ pub struct Args {
     convention: Convention,
     #[command(flatten)]
     evaluator: EvaluatorArgs,
-    /// TOML file whose upper bound of tau_p fixes the scored window of variants with delay
+    /// Bounds, as of calibrate, whose upper bound of tau_p fixes the scored window of variants with delay
     /// [default: 0.8 s, Table 3]
-    #[arg(long, value_name = "FILE.toml")]
-    bounds: Option<PathBuf>,
+    #[arg(long, value_name = "acc|human|FILE.toml")]
+    bounds: Vec<String>,
     /// Grade table for files that have none beside them, or `level`
     #[arg(long, value_name = "FILE|level")]
     grade: Option<String>,
@@ -69,8 +69,9 @@ enum LayoutArg {
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let selection = args.evaluator.selection()?;
-    let any = Variant::from_id(1)?;
-    let overrides = args.bounds.as_deref().map(|path| read_bounds(path, &any)).transpose()?.unwrap_or_default();
+    // Any with a perception delay.
+    let any: Variant = "idm+delay".parse()?;
+    let overrides = read_bounds(&args.bounds, &any)?;
     let table = Case::bounds(Symbol::tau_p, None, args.convention).context("Table 3 bounds tau_p")?;
     let [_, tau_p_upper] = overrides.get(Symbol::tau_p.name()).copied().unwrap_or(table);
     let settings = Settings { convention: args.convention, tau_p_upper, rescore: args.rescore };

@@ -46,6 +46,11 @@ pub fn spare<'a>(
     }
 }
 
+/// An id as a part of the name of a file or folder.
+pub fn part(id: &str) -> String {
+    id.chars().map(|c| if c.is_ascii_alphanumeric() || "-._".contains(c) { c } else { '_' }).collect()
+}
+
 /// The files that the calibration which a folder holds has there by its trajectories; none without a result.
 pub fn of_calibration(folder: &Path) -> Vec<String> {
     let count = counted(&folder.join(RESULT), "data");

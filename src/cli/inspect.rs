@@ -1,6 +1,6 @@
 //! `leadlag inspect`: what a measured file contains.
 
-use super::data::column_map;
+use super::data::{column_map, columns_help};
 use super::number::real;
 use super::{Usage, output};
 use leadlag::trajectory::import::{ColumnMap, read_mapped};
@@ -15,8 +15,7 @@ pub struct Args {
     /// Layout of the files [default: by the header]
     #[arg(long)]
     layout: Option<Layout>,
-    /// Column map of tables of another layout: ngsim, highd, sumo-fcd (`leadlag list columns`), or a file of one's own
-    #[arg(long, value_name = "NAME|FILE.toml", conflicts_with = "layout")]
+    #[arg(long, value_name = "NAME|FILE.toml", conflicts_with = "layout", help = columns_help())]
     columns: Option<String>,
     /// With --columns: only the pairs in which this vehicle follows
     #[arg(long, value_name = "ID", requires = "columns")]

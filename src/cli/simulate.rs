@@ -33,7 +33,7 @@ pub struct Args {
     /// Simulate all followers, each behind the simulated car ahead
     #[arg(long, conflicts_with = "columns")]
     platoon: bool,
-    /// Folder for simulation.csv and plot.svg (numbered by follower with --platoon); not that of a calibration or diagnosis
+    /// Folder for simulation.csv and plot.svg (named by follower with --platoon, by id with several of --trajectory); not that of a calibration or diagnosis
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Print JSON
@@ -70,12 +70,21 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         folder::refuse(out, folder::RESULT, &own)?;
         folder::refuse(out, folder::DIAGNOSIS, &own)?;
         folder::spare(out, [&args.file], |name| {
-            folder::is_of(name, "simulation", "csv") || name.starts_with("simulation_follower")
+            let several = ["simulation_follower", "simulation_trajectory"];
+            folder::is_of(name, "simulation", "csv") || several.iter().any(|start| name.starts_with(start))
         })?;
     }
     let calibrated = args.result.iter().map(|path| read(path)).collect::<anyhow::Result<Vec<_>>>()?;
     let (recording, follower) = args.data.read(&args.file, args.follower.as_deref())?;
     let followers = if args.platoon { followers(&recording) } else { vec![follower] };
+    let ids = args.data.ids(&recording);
+    let runs: Vec<(Option<usize>, Option<&str>)> = match (args.platoon, ids.as_slice()) {
+        (true, [_, _, ..]) => {
+            return Err(Usage("--platoon simulates one trajectory; expected one id in --trajectory".to_owned()).into());
+        }
+        (_, []) => followers.iter().map(|follower| (*follower, None)).collect(),
+        (_, ids) => followers.iter().flat_map(|f| ids.iter().map(|id| (*f, Some(id.as_str())))).collect(),
+    };
     if calibrated.len() != 1 && calibrated.len() != followers.len() {
         let one_each = match (args.platoon, followers.len()) {
             (false, _) => "one, for one follower is simulated; --platoon simulates all".to_owned(),
@@ -86,9 +95,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         return Err(Usage(message).into());
     }
     let mut done: Vec<Simulated> = Vec::new();
-    for (i, follower) in followers.into_iter().enumerate() {
+    for (i, run) in runs.into_iter().enumerate() {
         let model = &calibrated[i.min(calibrated.len() - 1)];
-        let loaded = load(args, model, &recording, follower)?;
+        let loaded = load(args, model, &recording, run)?;
         let parameters = &model.variant.parameters;
         let mut case = model.variant.case(&loaded.trajectory, loaded.vehicle())?;
         // Behind the simulated car ahead, where that one was simulated.
@@ -137,12 +146,17 @@ fn followers(recording: &Recording) -> Vec<Option<usize>> {
 
 /// The follower with the vehicle that was calibrated, unless the flags name another one. What differs from the
 /// calibration is said.
-fn load(args: &Args, model: &Calibrated, recording: &Recording, follower: Option<usize>) -> anyhow::Result<Loaded> {
+fn load(
+    args: &Args,
+    model: &Calibrated,
+    recording: &Recording,
+    (follower, id): (Option<usize>, Option<&str>),
+) -> anyhow::Result<Loaded> {
     let mut data = args.data.clone();
     let entry = model.file.vehicle.as_ref().filter(|_| data.vehicle.is_none());
     data.vehicle = data.vehicle.or(entry.map(|v| beside(&v.from, &model.path)));
     let variant = &model.variant.variant;
-    let loaded = data.pick(recording, follower, variant)?;
+    let loaded = data.pick_one(recording, follower, variant, id)?;
     loaded.start_assumed().filter(|_| variant.needs_position()).iter().for_each(|text| warn(text));
     let path = model.path.display();
     if let (Some(then), Some(now)) = (entry, loaded.vehicle())
@@ -176,7 +190,11 @@ fn write(args: &Args, done: &[Simulated]) -> anyhow::Result<()> {
     let mut change = Change::begin(folder)?;
     for one in done {
         let trajectory = &one.loaded.trajectory;
-        let suffix = if args.platoon { format!("_follower{}", trajectory.follower) } else { String::new() };
+        let suffix = match (args.platoon, &one.loaded.id) {
+            (true, _) => format!("_follower{}", trajectory.follower),
+            (false, Some(id)) if done.len() > 1 => format!("_trajectory{}", folder::part(id)),
+            (false, _) => String::new(),
+        };
         let mut csv = Vec::new();
         simulation::write_csv(&mut csv, &trajectory.t, &one.case, &one.trace)?;
         change.write(&format!("simulation{suffix}.csv"), &csv)?;
@@ -230,7 +248,7 @@ fn json(done: &[Simulated]) -> serde_json::Value {
         let failure = s.outcome.result.err();
         let source = &s.loaded.trajectory.source;
         json!({
-            "path": source.path, "sha256": source.sha256, "follower": s.loaded.trajectory.follower,
+            "path": source.path, "sha256": source.sha256, "follower": s.loaded.trajectory.follower, "trajectory": s.loaded.id,
             "variant": s.case.variant.name(), "convention": s.case.convention.to_string(),
             "preparation": s.loaded.trajectory.notes.iter().map(ToString::to_string).collect::<Vec<_>>(), "success": failure.is_none(),
             "fail_reason": failure.map(|f| f.kind.name()), "fail_step": failure.map(|f| f.step),

@@ -1,5 +1,6 @@
 //! One measured run, ready for diagnosis.
 
+use super::hold_back::TRAINED_ON;
 use super::smoothing::smoothed;
 use super::standstill::with_signs;
 use crate::calibrate::Overrides;
@@ -55,11 +56,8 @@ pub struct Jump {
 /// A trajectory that cannot be diagnosed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum DriveError {
-    /// Nothing is left between jumps of the gap.
-    #[error(
-        "{label}: no piece of {SHORTEST_S} s without a jump of the gap of more than {JUMP_M} m ({jumps} jumps, the longest piece \
-         has {longest:.1} s); give a longer recording, or cut it to where the gap can be trusted"
-    )]
+    /// It is too short, or nothing is left between jumps of the gap.
+    #[error("{label}: {}", too_short(*jumps, *longest))]
     TooShort {
         /// The trajectory.
         label: String,
@@ -68,6 +66,30 @@ pub enum DriveError {
         /// The longest piece \[s\].
         longest: f64,
     },
+    /// It is long enough, but not its parts.
+    #[error(
+        "{label}: it has {whole:.1} s, of which the last third ({held:.1} s) is held back; either part needs a stretch of {SHORTEST_S} s, \
+         so {:.0} s in all; give a longer recording, or --holdout OTHER.csv, which leaves all of this one to the training",
+        SHORTEST_S / (1.0 - TRAINED_ON)
+    )]
+    HeldBack {
+        /// The trajectory.
+        label: String,
+        /// All of it \[s\].
+        whole: f64,
+        /// What is held back \[s\].
+        held: f64,
+    },
+}
+
+fn too_short(jumps: usize, longest: f64) -> String {
+    if jumps == 0 {
+        return format!("expected a stretch of {SHORTEST_S} s, found {longest:.1} s; give a longer recording");
+    }
+    format!(
+        "no piece of {SHORTEST_S} s without a jump of the gap of more than {JUMP_M} m ({jumps} jumps, the longest piece has \
+         {longest:.1} s); give a longer recording, or cut it to where the gap can be trusted"
+    )
 }
 
 impl Drive {
@@ -156,7 +178,8 @@ impl Drive {
     /// The recording that this is a piece of: what happened in one piece of it lies in the past of the next.
     #[must_use]
     pub fn recording(&self) -> String {
-        format!("{} follower {}", self.file(), self.trajectory.follower)
+        let id = self.trajectory.id.as_ref().map_or_else(String::new, |id| format!(" trajectory {id}"));
+        format!("{} follower {}{id}", self.file(), self.trajectory.follower)
     }
 
     /// Number of samples.
@@ -242,6 +265,7 @@ fn piece(whole: &Trajectory, range: &Range<usize>, label: String, vehicle: Optio
         notes: whole.notes.clone(),
         source: whole.source.clone(),
         name: whole.name.clone(),
+        id: whole.id.clone(),
         ..*whole
     };
     Drive { trajectory, v_l_measured, x_road, lap, vehicle }

@@ -225,6 +225,9 @@ pub struct DataEntry {
     pub follower: usize,
     /// The follower's name.
     pub name: String,
+    /// Id of the trajectory, where the file names its trajectories.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub trajectory: Option<String>,
     /// `train` or `holdout`.
     pub role: String,
     /// Window that is used \[s\], in the file's own time.

@@ -29,6 +29,8 @@ pub struct Calibrated<'a> {
     pub vehicle: Option<(&'a Vehicle, &'a str)>,
     /// What was searched.
     pub space: &'a SearchSpace,
+    /// Where the bounds of the space are from, and why those, in words.
+    pub bounds_from: String,
     /// The objective.
     pub gof: GoodnessOfFit,
     /// The settings.
@@ -91,6 +93,7 @@ impl Calibrated<'_> {
             parameters: names().zip(winner.candidate.iter().copied()).collect(),
             units: names().zip(symbols.iter().map(|s| s.unit().to_owned())).collect(),
             bounds: names().zip(self.space.bounds.iter().copied()).collect(),
+            bounds_from: Some(self.bounds_from.clone()),
             at_bound: at_bound.into_iter().map(|s| s.name().to_owned()).collect(),
             intervals: known().map(|k| (k.symbol.name().to_owned(), k.interval)).collect(),
             identifiability: self.knowledge.as_ref().map(|knowledge| self.identifiability(knowledge, winner)),

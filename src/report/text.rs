@@ -38,6 +38,9 @@ fn write_calibration(text: &mut String, result: &ResultFile) -> std::fmt::Result
         text.push_str(&wrapped(INDENT, INDENT + 2, &format!("from {}", vehicle.from)));
     }
     writeln!(text, "convention   {}", result.convention)?;
+    if let Some(from) = &result.bounds_from {
+        text.push_str(&wrapped(0, INDENT, &format!("bounds       {from}")));
+    }
     let adapter = result.adapter.as_deref().map_or(String::new(), |a| format!(" on {a}"));
     writeln!(text, "evaluator    {} ({}){adapter}", result.evaluator, result.precision)?;
     let population = result.population.map_or(String::new(), |size| format!(", {size} candidates a generation"));

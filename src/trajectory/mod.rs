@@ -194,6 +194,8 @@ pub struct Trajectory {
     pub follower: usize,
     /// Name of the follower as in the file.
     pub name: String,
+    /// Its id, where the file names its trajectories.
+    pub id: Option<String>,
     /// Nominal time step \[s\], decimal (0.1, not the difference of two decimal times).
     pub dt: f64,
     /// `t[1] - t[0]` as a double \[s\], which the paper's authors simulate with (0.10000000000000009 for 0.1).

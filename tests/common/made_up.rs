@@ -17,6 +17,7 @@ pub fn trajectory(label: impl Into<String>, dt: f64, leader: Way, follower: Way)
         follower: 1,
         name: String::new(),
         dt,
+        id: None,
         dt_raw: dt,
         t: (0..leader.v.len()).map(|i| i as f64 * dt).collect(),
         s: leader.x.iter().zip(&follower.x).map(|(x_l, x_f)| x_l - x_f - 5.0).collect(),

@@ -35,6 +35,7 @@ pub fn trajectory(samples: &[Sample]) -> Trajectory {
         follower: 1,
         name: "ego".to_owned(),
         dt: 0.1,
+        id: None,
         dt_raw: 0.1,
         t: (0..samples.len()).map(|i| i as f64 / 10.0).collect(),
         x_l: x_f.iter().zip(samples).map(|(x, sample)| x + LEN_L + sample[0]).collect(),

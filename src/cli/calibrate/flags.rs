@@ -6,7 +6,7 @@ use super::super::data::DataArgs;
 use super::super::evaluator::EvaluatorArgs;
 use super::super::extension::extend;
 use super::super::number::{finite, seed, whole};
-use leadlag::calibrate::{Calibration, EVALUATIONS_MIN, OptimizerKind, Overrides, REPLICATES_MAX, Stop};
+use leadlag::calibrate::{BoundSet, Calibration, EVALUATIONS_MIN, OptimizerKind, Overrides, REPLICATES_MAX, Stop};
 use leadlag::catalog::Variant;
 use leadlag::convention::Convention;
 use leadlag::near::did_you_mean;
@@ -41,9 +41,10 @@ pub struct Args {
     /// paper or authors, with single rows changed behind a comma: authors,road_load=si
     #[arg(long, default_value = "paper")]
     pub convention: Convention,
-    /// TOML file of bounds that replace those of Table 3: v_0 = [25, 40]
-    #[arg(long, value_name = "FILE.toml")]
-    pub bounds: Option<PathBuf>,
+    /// acc (Table 3: cars with adaptive cruise control), human (from the literature), or a TOML file of bounds that replace
+    /// those: v_0 = [25, 40]; may be given several times [default: acc]
+    #[arg(long, value_name = "acc|human|FILE.toml")]
+    pub bounds: Vec<String>,
     /// Fix a parameter, within its bounds in --bounds if it has some there; may be given several times
     #[arg(long, value_name = "NAME=VALUE", value_parser = fixed)]
     pub fix: Vec<(String, f64)>,
@@ -123,19 +124,23 @@ impl Args {
         extend(self.model, &self.extend)
     }
 
-    /// Bounds of the file, then fixed values, which must lie within them.
+    /// Bounds of the sets and files, then fixed values, which must lie within those of a file.
     pub fn overrides(&self) -> anyhow::Result<Overrides> {
         let model = self.extended()?;
-        let mut overrides =
-            self.bounds.as_deref().map(|path| read_bounds(path, &model)).transpose()?.unwrap_or_default();
+        let mut overrides = read_bounds(&self.bounds, &model)?;
+        // A set is a start; what a file says is meant.
+        let is_file = |given: &&String| BoundSet::called(given).is_none();
+        let files: Vec<String> = self.bounds.iter().filter(is_file).cloned().collect();
+        let meant = read_bounds(&files, &model)?;
         for (k, (name, value)) in self.fix.iter().enumerate() {
             if let Some((_, before)) = self.fix[..k].iter().find(|(other, _)| other == name) {
                 return Err(Usage(format!("--fix {name} is given twice, as {before} and as {value}")).into());
             }
-            if let Some([lower, upper]) = overrides.insert(name.clone(), [*value, *value])
-                && !(lower..=upper).contains(value)
+            overrides.insert(name.clone(), [*value, *value]);
+            if let Some([lower, upper]) = meant.get(name)
+                && !(lower..=upper).contains(&value)
             {
-                let file = self.bounds.as_deref().map_or_else(String::new, |path| path.display().to_string());
+                let file = files.join(", ");
                 let says = if lower == upper { format!("{lower}") } else { format!("[{lower}, {upper}]") };
                 let message = format!(
                     "--fix {name}={value} contradicts {file}, which says {name} = {says}; fix it within its bounds, or \

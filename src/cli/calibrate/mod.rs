@@ -7,6 +7,7 @@ mod write;
 
 pub use flags::Args;
 
+use super::bounds::origin;
 use super::data::Loaded;
 use super::evaluator::{BY_FLAGS, transcribed, warn};
 use super::{Usage, folder, interrupt, is_usage, output};
@@ -107,7 +108,7 @@ fn folders(out: &Path, loaded: &[Loaded]) -> Vec<PathBuf> {
         let stem = Path::new(&trajectory.source.path).file_stem().unwrap_or_default();
         let mut name = format!("{}_follower{}", stem.to_string_lossy(), trajectory.follower);
         if let Some(id) = id.as_ref().filter(|_| is_one_of_several(trajectory, loaded)) {
-            name += &format!("_trajectory{}", file_name(id));
+            name += &format!("_trajectory{}", folder::part(id));
         }
         let numbered = (2..).map(|k| format!("{name}_{k}"));
         let free = std::iter::once(name.clone()).chain(numbered).find(|n| !names.contains(n));
@@ -119,11 +120,6 @@ fn folders(out: &Path, loaded: &[Loaded]) -> Vec<PathBuf> {
 /// True if other trajectories of the same file are calibrated, too.
 fn is_one_of_several(trajectory: &Trajectory, loaded: &[Loaded]) -> bool {
     loaded.iter().filter(|other| other.trajectory.source.path == trajectory.source.path).count() > 1
-}
-
-/// An id as a part of the name of a folder.
-fn file_name(id: &str) -> String {
-    id.chars().map(|c| if c.is_ascii_alphanumeric() || "-._".contains(c) { c } else { '_' }).collect()
 }
 
 /// One calibration, of one trajectory or of several together, with its files.
@@ -229,6 +225,7 @@ fn search(
         trajectories: &trajectories,
         vehicle: loaded[0].vehicle.as_ref().map(|(v, from)| (v, from.as_str())),
         space,
+        bounds_from: origin(&args.bounds, loaded.iter().map(|l| l.trajectory.name.as_str())),
         gof: args.gof,
         settings,
         replicates,

@@ -34,7 +34,7 @@ pub fn command(args: &Args, outcome: &Outcome, trained: &[[f64; 2]]) -> Option<A
     }
     let one_window = trained.first().filter(|first| trained.iter().all(|window| window == *first));
     data_flags(&args.prepare, one_window, &mut flag);
-    flag("bounds", args.bounds.as_deref().map(path));
+    args.bounds.iter().for_each(|given| flag("bounds", Some(quoted(given))));
     flag("seed", (args.seed != 1).then(|| args.seed.to_string()));
     flag("out", Some(args.out.as_ref().map_or("extended".to_owned(), |out| path(&out.join("extended")))));
     let on = match &outcome.recommended {

@@ -7,10 +7,10 @@ use super::Args;
 use leadlag::catalog::Variant;
 use leadlag::diagnose::Drive;
 use leadlag::diagnose::data::{check, correct};
-use leadlag::diagnose::hold_back::hold_back;
+use leadlag::diagnose::hold_back::{drives_apart, hold_back};
 use leadlag::diagnose::outcome::{DataEntry, FindingEntry};
 use leadlag::diagnose::road::{lap, on_the_road_of};
-use leadlag::trajectory::{Note, Trajectory};
+use leadlag::trajectory::{Note, Recording, Trajectory};
 use std::path::Path;
 
 /// What is diagnosed.
@@ -41,42 +41,52 @@ pub fn load(args: &Args, variant: Variant) -> anyhow::Result<Loaded> {
         lap: None,
     };
     for file in args.trained_on() {
-        let picked = one(args, variant, file, "train", &mut loaded)?;
-        if args.data_only {
-            continue;
+        for picked in all(args, variant, file, "train", &mut loaded)? {
+            if args.data_only {
+                continue;
+            }
+            // First, for what is too short as a whole needs no word of its parts.
+            let whole = drives(&picked)?;
+            if args.holdout.is_empty() {
+                let [beginning, _] = hold_back(&picked.trajectory);
+                let [train, holdout] = drives_apart(&picked.trajectory, picked.vehicle())?;
+                loaded.trained.extend(beginning.t.first().zip(beginning.t.last()).map(|(from, to)| [*from, *to]));
+                loaded.train.extend(train);
+                loaded.holdout.extend(holdout);
+            } else {
+                loaded.train.extend(whole.iter().cloned());
+            }
+            loaded.whole.extend(whole);
         }
-        if args.holdout.is_empty() {
-            let [beginning, end] = hold_back(&picked.trajectory);
-            loaded.trained.extend(beginning.t.first().zip(beginning.t.last()).map(|(from, to)| [*from, *to]));
-            loaded.train.extend(drives(&beginning, &picked)?);
-            loaded.holdout.extend(drives(&end, &picked)?);
-        } else {
-            loaded.train.extend(drives(&picked.trajectory, &picked)?);
-        }
-        loaded.whole.extend(drives(&picked.trajectory, &picked)?);
     }
     for file in &args.holdout {
-        let picked = one(args, variant, file, "holdout", &mut loaded)?;
-        let (last, before) = loaded.data.split_last().expect("it was just read");
-        let same = |entry: &&DataEntry| {
-            entry.sha256 == last.sha256 && entry.follower == last.follower && entry.role == "train"
+        let read = loaded.data.len();
+        let picked = all(args, variant, file, "holdout", &mut loaded)?;
+        let (trained, held) = loaded.data.split_at(read);
+        let both = |held: &&DataEntry| {
+            let same = |entry: &DataEntry| {
+                entry.sha256 == held.sha256 && entry.follower == held.follower && entry.trajectory == held.trajectory
+            };
+            trained.iter().find(|entry| entry.role == "train" && same(entry))
         };
-        if let Some(trained) = before.iter().find(same) {
+        if let Some(trained) = held.iter().find_map(|held| both(&held)) {
             let (held, trained) = (file.display(), &trained.path);
             return Err(Usage(format!(
                 "--holdout {held}: it is trained on, as {trained}; take it out of one of the two"
             ))
             .into());
         }
-        if !args.data_only {
-            loaded.holdout.extend(drives(&picked.trajectory, &picked)?);
+        for picked in picked.iter().filter(|_| !args.data_only) {
+            loaded.holdout.extend(drives(picked)?);
         }
     }
     if let Some((first, others)) = loaded.train.split_first_mut() {
         for drives in [others, &mut loaded.holdout, &mut loaded.whole] {
             for (moved, drive) in on_the_road_of(first, drives).into_iter().zip(drives.iter()) {
-                let own =
-                    |entry: &&mut DataEntry| entry.path == drive.file() && entry.follower == drive.trajectory.follower;
+                let Trajectory { follower, id, .. } = &drive.trajectory;
+                let own = |entry: &&mut DataEntry| {
+                    entry.path == drive.file() && entry.follower == *follower && entry.trajectory == *id
+                };
                 loaded.data.iter_mut().filter(own).for_each(|entry| entry.moved_m = entry.moved_m.or(moved));
             }
         }
@@ -91,34 +101,51 @@ pub fn load(args: &Args, variant: Variant) -> anyhow::Result<Loaded> {
     Ok(loaded)
 }
 
-fn drives(trajectory: &Trajectory, picked: &Picked) -> anyhow::Result<Vec<Drive>> {
-    let (drives, _) = Drive::of(trajectory, picked.vehicle())?;
+fn drives(picked: &Picked) -> anyhow::Result<Vec<Drive>> {
+    let (drives, _) = Drive::of(&picked.trajectory, picked.vehicle())?;
     Ok(drives)
 }
 
-/// One file: its findings go to `loaded`, its trajectory comes back.
-fn one(args: &Args, variant: Variant, file: &Path, role: &str, loaded: &mut Loaded) -> anyhow::Result<Picked> {
+/// One file: the findings of every trajectory that is asked for go to `loaded`, the trajectories come back.
+fn all(args: &Args, variant: Variant, file: &Path, role: &str, loaded: &mut Loaded) -> anyhow::Result<Vec<Picked>> {
     let (mut recording, follower) = args.prepare.read(file, args.follower.as_deref())?;
     let follower = follower.map_or_else(|| only_follower(&recording), Ok)?;
-    let wanted = args.prepare.trajectory.as_deref();
-    let platoon = recording.platoons.iter().position(|p| wanted.is_none() || p.id.as_deref() == wanted).unwrap_or(0);
-    let soundness = match check(&recording, platoon, follower) {
+    let ids = args.prepare.ids(&recording);
+    let ids = if ids.is_empty() { vec![None] } else { ids.iter().map(|id| Some(id.as_str())).collect() };
+    let mut picked = Vec::new();
+    for id in ids {
+        picked.push(one(args, variant, &mut recording, (follower, id), role, loaded)?);
+    }
+    Ok(picked)
+}
+
+fn one(
+    args: &Args,
+    variant: Variant,
+    recording: &mut Recording,
+    (follower, id): (usize, Option<&str>),
+    role: &str,
+    loaded: &mut Loaded,
+) -> anyhow::Result<Picked> {
+    let pick = |recording: &Recording| args.prepare.pick_one(recording, Some(follower), &variant, id);
+    let platoon = recording.platoons.iter().position(|p| id.is_none() || p.id.as_deref() == id).unwrap_or(0);
+    let soundness = match check(recording, platoon, follower) {
         Ok(soundness) => soundness,
         Err(no_link) => {
             // What is missing, and which followers there are instead, is what its preparation says.
-            args.prepare.pick(&recording, Some(follower), &variant)?;
+            pick(recording)?;
             return Err(no_link.into());
         }
     };
     let corrections: Vec<Option<String>> = if args.correct {
-        correct(&mut recording, platoon, follower, &soundness.findings).into_iter().map(Some).collect()
+        correct(recording, platoon, follower, &soundness.findings).into_iter().map(Some).collect()
     } else {
         vec![None; soundness.findings.len()]
     };
-    let picked = args.prepare.pick(&recording, Some(follower), &variant)?;
+    let picked = pick(recording)?;
     // Causes read the grade, whatever the base model does.
     picked.start_assumed().filter(|_| !args.data_only).iter().for_each(|text| warn(text));
-    let path = file.display().to_string();
+    let path = recording.source.path.clone();
     let findings = soundness.findings.iter().zip(corrections);
     loaded.findings.extend(findings.map(|(finding, done)| FindingEntry::new(&path, finding, done)));
     let trajectory = &picked.trajectory;
@@ -127,6 +154,7 @@ fn one(args: &Args, variant: Variant, file: &Path, role: &str, loaded: &mut Load
         sha256: trajectory.source.sha256.clone(),
         follower,
         name: trajectory.name.clone(),
+        trajectory: trajectory.id.clone(),
         role: role.to_owned(),
         window_s: [trajectory.t[0], trajectory.t[trajectory.len() - 1]],
         samples: trajectory.len(),

@@ -63,9 +63,9 @@ pub struct Args {
     /// A cause of your own, as a WGSL part; may be given several times
     #[arg(long, value_name = "FILE.wgsl", conflicts_with = "data_only")]
     pub causes: Vec<PathBuf>,
-    /// TOML file of bounds that replace those of the diagnosis: v_0 = [25, 40]
-    #[arg(long, value_name = "FILE.toml", conflicts_with = "data_only")]
-    pub bounds: Option<PathBuf>,
+    /// acc, human or a TOML file of bounds that replace those of the diagnosis: v_0 = [25, 40]; may be given several times
+    #[arg(long, value_name = "acc|human|FILE.toml", conflicts_with = "data_only")]
+    pub bounds: Vec<String>,
     /// Folder for diagnosis.json, the missing acceleration, the extended model and the pictures
     #[arg(short, long, value_name = "DIR", conflicts_with = "data_only")]
     pub out: Option<PathBuf>,
@@ -120,7 +120,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         }
         return if args.exit_code && faulty { Err(Exit(7).into()) } else { Ok(()) };
     }
-    let bounds = args.bounds.as_deref().map(|path| read_bounds(path, &variant)).transpose()?.unwrap_or_default();
+    let bounds = read_bounds(&args.bounds, &variant)?;
     if let Some(out) = &args.out {
         // Before the work: a folder that is refused or cannot be written must not cost a diagnosis.
         folder::refuse(out, folder::RESULT, "diagnosis")?;

@@ -1,11 +1,15 @@
 //! Speed scales and clocks of a link, by gap = ∫(v_l - v_f) dt.
 //!
-//! With measured speeds (1 + c) too large and late by τ, gap - ∫(v_l - v_f) dt = -c_l ∫v_l + c_f ∫v_f + τ_l v_l - τ_f v_f + constant.
+//! With measured speeds (1 + c) too large and late by τ, gap = ∫v_l dt / (1 + c_l) - ∫v_f dt / (1 + c_f) + constant for τ = 0. So
+//! gap - ∫(v_l - v_f) dt = -D ∫(v_l + v_f) / 2 dt - C gap + τ_l v_l - τ_f v_f + constant, with 1 + c_l = (1 + C) / (1 - D / 2) and
+//! 1 + c_f = (1 + C) / (1 + D / 2). The gap on the right has the noise of the left side in it, which would bias C; its instrument
+//! is the gap averaged over two seconds (Fuller: Measurement Error Models, 1987, Section 1.4).
+//!
 //! Differences of the two cars are told by the way and the speed, sharply; what both have in common only by the changes
 //! of the gap, less sharply: so a contradiction is often plain where the guilty car is not.
 
 use super::finding::{Finding, FindingKind, Who, Z_95, interval};
-use super::level::{self, Usable};
+use super::level::{self, Columns, Usable};
 use super::link::Link;
 use nalgebra::{Matrix2, Vector2};
 
@@ -23,6 +27,10 @@ const DRIVE_S: f64 = 60.0;
 /// Widest clock error that is searched \[s\], and the step of the search.
 const CLOCK_MAX_S: f64 = 3.0;
 const CLOCK_STEP_S: f64 = 0.2;
+/// Most steps of the estimation; each leaves a share of the clock's error that is half the scale's.
+const ROUNDS: usize = 6;
+/// The gap is averaged over so much to either side \[s\].
+const QUIET_S: f64 = 1.0;
 
 /// Estimates of scales (0) and clocks (1): of the leader minus the follower, and of both in common.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,7 +38,7 @@ pub(super) struct Redundancy {
     estimate: [Pair; 2],
 }
 
-/// Difference and mean of the two cars, with covariance.
+/// Difference and mean of the two cars, with covariance: D and C of the scales.
 #[derive(Debug, Clone, PartialEq)]
 struct Pair {
     value: Vector2<f64>,
@@ -41,6 +49,23 @@ struct Pair {
 const EXPLANATIONS: [(Who, [f64; 2]); 3] =
     [(Who::Leader, [1.0, 0.5]), (Who::Follower, [-1.0, 0.5]), (Who::Both, [0.0, 1.0])];
 
+/// The error of the car ahead by (difference, mean), and how it changes with these; of the follower by (-difference, mean).
+type Own = fn(Vector2<f64>) -> (f64, Vector2<f64>);
+
+fn scale_of(at: Vector2<f64>) -> (f64, Vector2<f64>) {
+    let (share, common) = (1.0 - 0.5 * at[0], 1.0 + at[1]);
+    (common / share - 1.0, Vector2::new(0.5 * common / share.powi(2), share.recip()))
+}
+
+fn clock_of(at: Vector2<f64>) -> (f64, Vector2<f64>) {
+    (at[1] + 0.5 * at[0], Vector2::new(0.5, 1.0))
+}
+
+/// As the car sees it: what is the leader's by the difference is the follower's by its negative.
+fn seen_by(who: Who, at: Vector2<f64>) -> Vector2<f64> {
+    if who == Who::Follower { Vector2::new(-at[0], at[1]) } else { at }
+}
+
 impl Redundancy {
     pub fn estimate(link: &Link, usable: &Usable) -> Option<Redundancy> {
         if (usable.samples() as f64) * link.dt < DRIVE_S {
@@ -49,7 +74,7 @@ impl Redundancy {
         let mut late = coarse(link, usable);
         let mut estimate = None;
         // Gauss-Newton: the columns of the clocks are first-order.
-        for _ in 0..4 {
+        for _ in 0..ROUNDS {
             let columns = columns(link, usable, late);
             let fit = level::fit(&columns, usable, link.dt)?;
             let pair = |i: usize, at: Vector2<f64>| Pair {
@@ -71,21 +96,18 @@ impl Redundancy {
     /// What the estimates amount to; `blurred` if a signal is smoothed or resampled, which moves its events a little.
     pub fn findings(&self, link: &Link, blurred: bool) -> Vec<Finding> {
         let [scale, clock] = &self.estimate;
-        let mut findings = scale.explain([SCALE_MIN, COMMON_SCALE_MIN], |who, value, error| {
-            let value = factor(value);
-            Finding {
-                kind: FindingKind::SpeedScale,
-                car: who,
-                signal: "speed",
-                value,
-                unit: "-",
-                interval: interval(value, error),
-                when: Vec::new(),
-                sentence: scale_sentence(who, value, error),
-            }
+        let mut findings = scale.explain([SCALE_MIN, COMMON_SCALE_MIN], scale_of, |who, value, error| Finding {
+            kind: FindingKind::SpeedScale,
+            car: who,
+            signal: "speed",
+            value,
+            unit: "-",
+            interval: interval(value, error),
+            when: Vec::new(),
+            sentence: scale_sentence(who, value, error),
         });
         let least = if blurred { CLOCK_MIN_S.max(link.dt) } else { CLOCK_MIN_S };
-        findings.extend(clock.explain([least, least], |who, value, error| {
+        findings.extend(clock.explain([least, least], clock_of, |who, value, error| {
             // Both speeds late by the same time is one late gap, the other way round.
             let (car, signal, value) =
                 if who == Who::Both { (Who::Follower, "gap", -value) } else { (who, "speed", value) };
@@ -106,8 +128,8 @@ impl Redundancy {
     /// Of the gap rate minus the speed difference, corrected by the estimates: root mean square over a second \[m/s\].
     pub fn residual_rate_rms(&self, link: &Link, usable: &Usable) -> f64 {
         let [scale, clock] = &self.estimate;
-        let both = |pair: &Pair| [pair.value[1] + 0.5 * pair.value[0], pair.value[1] - 0.5 * pair.value[0]];
-        let ([c_l, c_f], [late_l, late_f]) = (both(scale).map(factor), both(clock));
+        let both = |pair: &Pair, own: Own| [Who::Leader, Who::Follower].map(|who| own(seen_by(who, pair.value)).0);
+        let ([c_l, c_f], [late_l, late_f]) = (both(scale, scale_of), both(clock, clock_of));
         let (v_l, v_f) = (shifted(&link.v_l, late_l / link.dt), shifted(&link.v_f, late_f / link.dt));
         let corrected = Link {
             v_l: v_l.iter().map(|v| v / (1.0 + c_l)).collect(),
@@ -118,14 +140,9 @@ impl Redundancy {
     }
 }
 
-/// The scale error c of a car whose share of the mean way is estimated as c / (1 + c / 2): the mean way is c / 2 too long itself.
-fn factor(share: f64) -> f64 {
-    share / (1.0 - 0.5 * share)
-}
-
 impl Pair {
     /// The explanations that the estimate asks for: none, one car or both.
-    fn explain(&self, least: [f64; 2], finding: impl Fn(Who, f64, f64) -> Finding) -> Vec<Finding> {
+    fn explain(&self, least: [f64; 2], own: Own, finding: impl Fn(Who, f64, f64) -> Finding) -> Vec<Finding> {
         let Some(inverse) = self.covariance.try_inverse() else { return Vec::new() };
         let beyond = |i: usize| {
             let error = self.covariance[(i, i)].sqrt();
@@ -140,26 +157,37 @@ impl Pair {
             let precision = (a.transpose() * inverse * a)[0];
             let size = (a.transpose() * inverse * self.value)[0] / precision;
             let left = self.value - a * size;
-            (size, precision.recip().sqrt(), (left.transpose() * inverse * left)[0])
+            (a * size, a * a.transpose() / precision, (left.transpose() * inverse * left)[0])
         };
-        let mut tried: Vec<(Who, (f64, f64, f64))> =
+        // Value and standard error of a car, at a place with this covariance.
+        let sized = |who: Who, at: Vector2<f64>, covariance: Matrix2<f64>| {
+            let (value, slope) = own(seen_by(who, at));
+            let slope = seen_by(who, slope);
+            (value, (slope.transpose() * covariance * slope)[0].sqrt())
+        };
+        let mut tried: Vec<_> =
             EXPLANATIONS.iter().filter(|(who, _)| differ || *who == Who::Both).map(|(who, d)| (*who, of(*d))).collect();
         tried.sort_by(|a, b| a.1.2.total_cmp(&b.1.2));
-        let (who, (size, error, misfit)) = tried[0];
+        let (who, (at, covariance, misfit)) = tried[0];
         let told = tried.get(1).is_none_or(|second| second.1.2 - misfit > TOLD);
-        if told && (misfit < TOLD || !common) {
-            return vec![finding(who, size, error)];
+        // A second fault needs as much as the first one.
+        if told && (misfit < SIGNIFICANT.powi(2) || !(differ && common)) {
+            let (value, error) = sized(who, at, covariance);
+            return vec![finding(who, value, error)];
         }
         if !told || !common {
-            return vec![finding(Who::Either, self.value[0], self.covariance[(0, 0)].sqrt())];
+            // As if it were the leader's.
+            let line = Vector2::new(1.0, 0.5);
+            let (value, error) =
+                sized(Who::Either, line * self.value[0], line * line.transpose() * self.covariance[(0, 0)]);
+            return vec![finding(Who::Either, value, error)];
         }
         // Neither car alone: each its own.
-        [(Who::Leader, 0.5), (Who::Follower, -0.5)]
+        [Who::Leader, Who::Follower]
             .into_iter()
-            .filter_map(|(who, half)| {
-                let a = Vector2::new(half, 1.0);
-                let (size, error) = (a.dot(&self.value), (a.transpose() * self.covariance * a)[0].sqrt());
-                (size.abs() > least[0].max(SIGNIFICANT * error)).then(|| finding(who, size, error))
+            .filter_map(|who| {
+                let (value, error) = sized(who, self.value, self.covariance);
+                (value.abs() > least[0].max(SIGNIFICANT * error)).then(|| finding(who, value, error))
             })
             .collect()
     }
@@ -219,7 +247,7 @@ pub(super) fn shifted(y: &[f64], samples: f64) -> Vec<f64> {
 }
 
 /// The target, then the columns of (difference, mean) of scales and of clocks, for speeds read `late` seconds later.
-fn columns(link: &Link, usable: &Usable, late: [f64; 2]) -> Vec<Vec<f64>> {
+fn columns(link: &Link, usable: &Usable, late: [f64; 2]) -> Columns {
     let read = |v: &[f64], late: f64| {
         // Beyond the ends the measured values have to do; a stretch loses little.
         let moved = shifted(v, late / link.dt);
@@ -228,8 +256,7 @@ fn columns(link: &Link, usable: &Usable, late: [f64; 2]) -> Vec<Vec<f64>> {
     let (v_l, v_f) = (read(&link.v_l, late[0]), read(&link.v_f, late[1]));
     let mut columns = vec![vec![0.0; link.len()]; 5];
     let (smooth_l, smooth_f) = (averaged(&v_l, 4), averaged(&v_f, 4));
-    // The common scale goes with the changes of the gap: the way difference has, integrated, the very noise of the target in it.
-    let gap = averaged(&link.gap, 10);
+    let quiet = averaged(&link.gap, link.samples(QUIET_S)).into_iter().map(|gap| -gap).collect();
     for stretch in &usable.stretches {
         let (mut way_l, mut way_f) = (0.0, 0.0);
         for i in stretch.clone() {
@@ -239,12 +266,12 @@ fn columns(link: &Link, usable: &Usable, late: [f64; 2]) -> Vec<Vec<f64>> {
             }
             columns[0][i] = link.gap[i] - (way_l - way_f);
             columns[1][i] = -0.5 * (way_l + way_f);
-            columns[2][i] = -(gap[i] - gap[stretch.start]);
+            columns[2][i] = -(link.gap[i] - link.gap[stretch.start]);
             columns[3][i] = 0.5 * (smooth_l[i] + smooth_f[i]);
             columns[4][i] = smooth_l[i] - smooth_f[i];
         }
     }
-    columns
+    Columns { values: columns, instrument: (2, quiet) }
 }
 
 /// A symmetric average over `half` samples to either side: the noise of a signal must not look like its changes.

@@ -73,14 +73,22 @@ pub(super) struct Fit {
     pub covariance: DMatrix<f64>,
 }
 
-/// Fits `columns[0] = Σ β_j columns[j + 1]`; each stretch has a level of its own. `None` if the columns depend on each other.
-pub(super) fn fit(columns: &[Vec<f64>], usable: &Usable, dt: f64) -> Option<Fit> {
+/// y and X; a column that has the noise e in it has an instrument that has next to nothing of it.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Columns {
+    /// y, then X.
+    pub values: Vec<Vec<f64>>,
+    /// The place in `values` of the column that has an instrument, and that.
+    pub instrument: (usize, Vec<f64>),
+}
+
+/// Fits y = X β; each stretch has a level of its own. `None` if the columns depend on each other.
+pub(super) fn fit(columns: &Columns, usable: &Usable, dt: f64) -> Option<Fit> {
     // ln of the ratio of variances: walk per sample over gap noise.
     let likelihood = |ratio: f64| regress(columns, usable, ratio.exp(), 0).map_or(f64::NEG_INFINITY, |r| r.likelihood);
     let ratio = golden(likelihood, -16.0, 10.0);
     let lags = (LAG_S / dt).round() as usize;
-    let found = regress(columns, usable, ratio.exp(), lags)?;
-    Some(found.fit)
+    Some(regress(columns, usable, ratio.exp(), lags)?.fit)
 }
 
 struct Regressed {
@@ -108,10 +116,12 @@ fn golden(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
     0.5 * (low + high)
 }
 
-fn regress(columns: &[Vec<f64>], usable: &Usable, ratio: f64, lags: usize) -> Option<Regressed> {
+fn regress(columns: &Columns, usable: &Usable, ratio: f64, lags: usize) -> Option<Regressed> {
+    let (instrumented, instrument) = &columns.instrument;
+    let columns: Vec<&[f64]> = columns.values.iter().chain([instrument]).map(Vec::as_slice).collect();
     let count = columns.len();
     let rows = usable.samples() - usable.stretches.len();
-    let parameters = count - 1;
+    let parameters = count - 2;
     if rows < 10 * count {
         return None;
     }
@@ -139,18 +149,19 @@ fn regress(columns: &[Vec<f64>], usable: &Usable, ratio: f64, lags: usize) -> Op
     }
     let y = white.column(0).clone_owned();
     let x = white.columns(1, parameters).clone_owned();
+    let mut z = x.clone();
+    z.set_column(instrumented - 1, &white.column(count - 1));
     // Columns of very different units: scaled for the solution.
     let scale: Vec<f64> = x.column_iter().map(|c| c.norm().max(1e-300)).collect();
-    let mut normal = x.tr_mul(&x);
+    let mut normal = z.tr_mul(&x);
     for i in 0..parameters {
         for j in 0..parameters {
             normal[(i, j)] /= scale[i] * scale[j];
         }
     }
-    let mut right = x.tr_mul(&y);
+    let mut right = z.tr_mul(&y);
     (0..parameters).for_each(|i| right[i] /= scale[i]);
-    let eigen = normal.clone().symmetric_eigen();
-    if eigen.eigenvalues.min() < 1e-10 {
+    if normal.singular_values().min() < 1e-10 {
         return None;
     }
     let inverse = normal.try_inverse()?;
@@ -164,7 +175,7 @@ fn regress(columns: &[Vec<f64>], usable: &Usable, ratio: f64, lags: usize) -> Op
         let covariance = DMatrix::zeros(parameters, parameters);
         return Some(Regressed { fit: Fit { beta, covariance }, likelihood });
     }
-    let scores = DMatrix::from_fn(rows, parameters, |i, j| x[(i, j)] / scale[j] * residual[i]);
+    let scores = DMatrix::from_fn(rows, parameters, |i, j| z[(i, j)] / scale[j] * residual[i]);
     let mut middle = scores.tr_mul(&scores);
     for lag in 1..=lags.min(rows / 4) {
         let weight = 1.0 - lag as f64 / (lags as f64 + 1.0);
@@ -173,7 +184,7 @@ fn regress(columns: &[Vec<f64>], usable: &Usable, ratio: f64, lags: usize) -> Op
         let cross = early.tr_mul(&late);
         middle += (&cross + cross.transpose()) * weight;
     }
-    let mut covariance = &inverse * middle * &inverse;
+    let mut covariance = &inverse * middle * inverse.transpose();
     for i in 0..parameters {
         for j in 0..parameters {
             covariance[(i, j)] /= scale[i] * scale[j];

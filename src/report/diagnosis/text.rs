@@ -131,7 +131,8 @@ pub fn data(data: &[DataEntry], findings: &[FindingEntry], trained: &[[f64; 2]])
             Some([from, until]) => format!("{from:.1} to {until:.1} s, held back from there to {to:.1} s"),
             None => format!("{from:.1} to {to:.1} s"),
         };
-        let who = if entry.name.is_empty() { String::new() } else { format!(", {}", entry.name) };
+        let mut who = if entry.name.is_empty() { String::new() } else { format!(", {}", entry.name) };
+        who += &entry.trajectory.as_ref().map_or_else(String::new, |id| format!(", trajectory {id}"));
         text.push_str(&wrapped(
             0,
             2,

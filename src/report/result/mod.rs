@@ -59,6 +59,9 @@ pub struct ResultFile {
     pub units: IndexMap<String, String>,
     /// Their bounds; equal bounds mean a fixed value.
     pub bounds: IndexMap<String, [f64; 2]>,
+    /// Where the bounds are from, and why those, in words; none in results of before 0.2.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bounds_from: Option<String>,
     /// Parameters within 0.1 % of the range of a bound, see [`SearchSpace::at_bound`](crate::calibrate::SearchSpace::at_bound).
     pub at_bound: Vec<String>,
     /// Confidence intervals by parameter; an end that is a bound may be the bound's and not the data's, see `identifiability`.

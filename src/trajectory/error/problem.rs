@@ -45,7 +45,7 @@ pub enum ProblemKind {
     )]
     NoNames { found: Vec<String> },
     #[error(
-        "no known layout has the columns {}; expected those of openacc or astazero-rebuilt (metadata lines, then Time, Speed1, IVS1, ...), astazero-processed (Time, X1, SpeedDoppler1, Spacing2, ...), ultra-av (Trajectory_ID, Time_Index, ...) or pair (time_s, speed_mps, spacing_m, lead_speed_mps): rename the columns, or read the table with --columns (`leadlag list columns`: ngsim, highd, sumo-fcd, or a file of your own)",
+        "no known layout has the columns {}; expected those of openacc or astazero-rebuilt (metadata lines, then Time, Speed1, IVS1, ...), astazero-processed (Time, X1, SpeedDoppler1, Spacing2, ...), ultra-av (Trajectory_ID, Time_Index, ...) or pair (time_s, speed_mps, spacing_m, lead_speed_mps): rename the columns, or read the table with --columns (`leadlag list columns`, or a file of your own)",
         some(found)
     )]
     UnknownHeader { found: Vec<String> },

@@ -1,5 +1,7 @@
 //! Files that are no text tables, named for what they are.
 
+use super::parquet::MAGIC;
+
 /// What the first bytes of a file say that it is, and what to do with it; `None` where it may be a table.
 pub(super) fn of(start: &[u8]) -> Option<(&'static str, &'static str)> {
     let text = String::from_utf8_lossy(&start[..start.len().min(LOOKED_AT)]);
@@ -8,7 +10,7 @@ pub(super) fn of(start: &[u8]) -> Option<(&'static str, &'static str)> {
         (start.starts_with(b"PK\x03\x04") && has(b"xl/"), "an Excel workbook", "save the sheet as CSV"),
         (start.starts_with(b"PK\x03\x04"), "a ZIP archive", "unpack it, and give the table in it"),
         (start.starts_with(b"\xD0\xCF\x11\xE0"), "a workbook of old Excel", "save the sheet as CSV"),
-        (start.starts_with(b"PAR1"), "a Parquet file", "write it as CSV"),
+        (start.starts_with(&MAGIC), "a Parquet file", "let it be read by its path, or write it as CSV"),
         (start.starts_with(b"ARROW1") || start.starts_with(b"FEA1"), "a Feather (Arrow) file", "write it as CSV"),
         (start.starts_with(b"MATLAB "), "a MATLAB file", "write its table as CSV (writetable)"),
         (start.starts_with(b"\x89HDF"), "an HDF5 file, or one of MATLAB 7.3", "write its table as CSV"),

@@ -11,6 +11,7 @@ mod layout;
 mod lines;
 mod openacc;
 mod pair;
+mod parquet;
 mod preamble;
 mod problems;
 mod processed;
@@ -145,15 +146,27 @@ fn platoons<R: Read>(
     Ok((chosen, platoons))
 }
 
-/// The bytes of a file, unpacked where it is packed by gzip.
+/// The text of a file: as it is, unpacked where it is packed by gzip, or the rows of a Parquet table.
 pub(super) fn open(path: &Path) -> Result<Box<dyn Read>, ImportError> {
+    Ok(opened(path)?.0)
+}
+
+/// The same, and whether it is a Parquet table, whose text is always written alike.
+fn opened(path: &Path) -> Result<(Box<dyn Read>, bool), ImportError> {
+    let shown = || path.display().to_string();
     if path.is_dir() {
-        return Err(ImportError::Folder { path: path.display().to_string() });
+        return Err(ImportError::Folder { path: shown() });
     }
-    let failed = |source| ImportError::Open { path: path.display().to_string(), source };
+    let failed = |source| ImportError::Open { path: shown(), source };
     let mut file = BufReader::new(File::open(path).map_err(failed)?);
-    let is_packed = file.fill_buf().map_err(failed)?.starts_with(&GZIP);
-    Ok(if is_packed { Box::new(MultiGzDecoder::new(file)) } else { Box::new(file) })
+    let start = file.fill_buf().map_err(failed)?;
+    if start.starts_with(&GZIP) {
+        return Ok((Box::new(MultiGzDecoder::new(file)), false));
+    }
+    if start.starts_with(&parquet::MAGIC) {
+        return Ok((Box::new(parquet::Text::of(file.into_inner(), &shown())?), true));
+    }
+    Ok((Box::new(file), false))
 }
 
 /// What a file that is packed by gzip begins with.

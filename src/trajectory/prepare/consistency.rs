@@ -45,6 +45,7 @@ pub(super) fn trajectory(
         source: context.recording.source.clone(),
         follower: context.follower,
         name: ego.map(|car| car.name.clone()).unwrap_or_default(),
+        id: context.platoon.id.clone(),
         dt,
         dt_raw,
         x_l,

@@ -266,6 +266,12 @@ impl ColumnMap {
         self.lap_length.map_or(change, |lap| (change + lap / 2.0).rem_euclid(lap) - lap / 2.0)
     }
 
+    /// The same map for a table that is written with commas, points and one header line, whatever the map says.
+    pub(super) fn of_plain_csv(self) -> ColumnMap {
+        let (separator, decimal) = (Separator::Comma, Decimal::Point);
+        ColumnMap { separator, decimal, header: None, headerless: None, skip_lines: 0, units_row: false, ..self }
+    }
+
     /// The same map with this length of the vehicle ahead \[m\], whatever the columns say; that of a follower stays its own.
     #[must_use]
     pub fn with_lead_length(mut self, length: Option<f64>) -> ColumnMap {

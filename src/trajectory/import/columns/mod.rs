@@ -28,11 +28,14 @@ use std::io::Read;
 use std::path::Path;
 
 /// Name and text of the maps that are part of the program.
-const SHIPPED: [(&str, &str); 4] = [
+const SHIPPED: [(&str, &str); 7] = [
     ("ngsim", include_str!("../../../../examples/columns/ngsim.toml")),
     ("highd", include_str!("../../../../examples/columns/highd.toml")),
-    ("sumo-fcd", include_str!("../../../../examples/columns/sumo-fcd.toml")),
+    ("exid", include_str!("../../../../examples/columns/exid.toml")),
     ("tgsim", include_str!("../../../../examples/columns/tgsim.toml")),
+    ("i24-motion", include_str!("../../../../examples/columns/i24-motion.toml")),
+    ("waymo-pairs", include_str!("../../../../examples/columns/waymo-pairs.toml")),
+    ("sumo-fcd", include_str!("../../../../examples/columns/sumo-fcd.toml")),
 ];
 
 impl ColumnMap {
@@ -66,7 +69,9 @@ impl ColumnMap {
 /// # Errors
 /// [`ImportError`], with line and column of the first problems of the file.
 pub fn read_mapped(path: &Path, map: &ColumnMap) -> Result<Recording, ImportError> {
-    read_mapped_from(super::open(path)?, &path.display().to_string(), map)
+    let (input, is_parquet) = super::opened(path)?;
+    let written_alike = is_parquet.then(|| map.clone().of_plain_csv());
+    read_mapped_from(input, &path.display().to_string(), written_alike.as_ref().unwrap_or(map))
 }
 
 /// Reads a table by a column map from a stream; `name` stands for the file in messages.

@@ -1,0 +1,79 @@
+//! Parquet files, whose rows are read as lines of a CSV table.
+
+use crate::trajectory::error::ImportError;
+use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::record::reader::RowIter;
+use parquet::record::{Field, Row};
+use std::fs::File;
+use std::io::{self, Read};
+
+/// What a Parquet file begins with.
+pub(super) const MAGIC: [u8; 4] = *b"PAR1";
+
+/// Times since 1970 beyond this are no dates of measurements and stay numbers \[s\]: the beginning of 2200.
+const DATES_S: i64 = 7_258_118_400;
+
+/// The table as text, a row at a time.
+pub(super) struct Text {
+    rows: RowIter<'static>,
+    line: Vec<u8>,
+    /// So much of the line is handed on.
+    done: usize,
+}
+
+impl Text {
+    /// # Errors
+    /// When it is broken, or has columns that hold more than a value.
+    pub fn of(file: File, path: &str) -> Result<Text, ImportError> {
+        let failed = |why: String| {
+            let source =
+                io::Error::other(format!("a Parquet file that cannot be read: {why}; write it again, or as CSV"));
+            ImportError::Open { path: path.to_owned(), source }
+        };
+        let reader = SerializedFileReader::new(file).map_err(|error| failed(error.to_string()))?;
+        let schema = reader.metadata().file_metadata().schema();
+        if let Some(nested) = schema.get_fields().iter().find(|field| !field.is_primitive()) {
+            return Err(failed(format!("column {} holds several values a row, expected one", nested.name())));
+        }
+        let names: Vec<String> = schema.get_fields().iter().map(|field| quoted(field.name())).collect();
+        let line = (names.join(",") + "\n").into_bytes();
+        Ok(Text { rows: RowIter::from_file_into(Box::new(reader)), line, done: 0 })
+    }
+}
+
+impl Read for Text {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        if self.done == self.line.len() {
+            let Some(row) = self.rows.next() else { return Ok(0) };
+            let row = row.map_err(|error| io::Error::other(format!("Parquet: {error}")))?;
+            (self.line, self.done) = (text(&row).into_bytes(), 0);
+        }
+        let length = buffer.len().min(self.line.len() - self.done);
+        buffer[..length].copy_from_slice(&self.line[self.done..self.done + length]);
+        self.done += length;
+        Ok(length)
+    }
+}
+
+fn text(row: &Row) -> String {
+    let fields: Vec<String> = row.get_column_iter().map(|(_, field)| value(field)).collect();
+    fields.join(",") + "\n"
+}
+
+fn value(field: &Field) -> String {
+    match field {
+        Field::Null => String::new(),
+        Field::Str(text) => quoted(text),
+        // The library's texts of dates that are none end in a panic.
+        Field::TimestampMillis(time) if (time / 1000).abs() > DATES_S => time.to_string(),
+        Field::TimestampMicros(time) if (time / 1_000_000).abs() > DATES_S => time.to_string(),
+        Field::Bytes(_) | Field::Decimal(_) => quoted(&field.to_string()),
+        other => other.to_string(),
+    }
+}
+
+/// A text as a field of a line.
+fn quoted(text: &str) -> String {
+    let plain = text.replace(['"', '\n', '\r'], " ");
+    if plain.contains(',') { format!("\"{plain}\"") } else { plain }
+}
