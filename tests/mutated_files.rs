@@ -239,13 +239,16 @@ fn table(map: &str) -> Vec<u8> {
         "ngsim" => "Global_Time,Vehicle_ID,Preceding,Lane_ID,Local_Y,v_Vel,v_Acc,v_Length,Space_Headway",
         "highd" => "frame,id,precedingId,laneId,x,xVelocity,width",
         "sumo-fcd" => "timestep_time;vehicle_id;vehicle_leaderID;vehicle_speed;vehicle_leaderGap",
+        "exid" => "frame,trackId,leadId,leadDHW,lonVelocity,length",
+        "i24-motion" => "timestamp,_id,lane,x_position,speed,length",
+        "waymo-pairs" => "Time_Index,Trajectory_ID,Speed_FAV,Speed_LV,Spatial_Gap",
         "tgsim" => "time,id,lane_kf,xloc_kf,speed_kf,length_smoothed",
         other => panic!("{other}: a table for it is missing here"),
     };
     let mut text = header.to_owned() + "\n";
     for step in 1..=60_u32 {
         for (id, ahead, behind) in [(1, 0, 0.0), (2, 1, 30.0)] {
-            let t = f64::from(step) / if map == "highd" { 25.0 } else { 10.0 };
+            let t = f64::from(step) / if ["highd", "exid"].contains(&map) { 25.0 } else { 10.0 };
             let (x, v) = (50.0 - behind + 15.0 * t + 20.0 * (1.0 - (0.2 * t).cos()), 15.0 + 4.0 * (0.2 * t).sin());
             text += &match map {
                 "ngsim" => {
@@ -256,6 +259,13 @@ fn table(map: &str) -> Vec<u8> {
                     )
                 }
                 "highd" => format!("{step},{id},{ahead},2,{x:.3},{v:.3},4.5\n"),
+                "exid" => format!("{step},{id},{},25.5,{v:.3},4.5\n", if ahead == 0 { -1 } else { ahead }),
+                "i24-motion" => {
+                    let [x, v, length] = [x, v, 4.5].map(|si| si / 0.3048);
+                    format!("{:.1},{id},2,{x:.3},{v:.3},{length:.1}\n", 1.6e9 + t)
+                }
+                "waymo-pairs" if id == 1 => String::new(),
+                "waymo-pairs" => format!("{},7,{v:.3},{v:.3},25.5\n", 100 * step),
                 "sumo-fcd" if id == 1 => format!("{t:.2};lead;;{v:.3};-1\n"),
                 "sumo-fcd" => format!("{t:.2};ego;lead;{v:.3};25.5\n"),
                 _ => format!("{t:.1},{id},2,{x:.3},{v:.3},4.5\n"),
