@@ -261,6 +261,8 @@ fn data_that_contradict_themselves_come_before_the_verdict() {
         let [text, page] = said(&outcome);
         let Some(first) = first else {
             assert!(text.contains(nothing) && !text.contains("DATA FIRST"), "{text}");
+            let (_, lead) = page.split_once("<p class=\"verdict").expect("a verdict");
+            assert!(lead.split("</p>").next().is_some_and(|lead| lead.contains("is enough for these drives")));
             continue;
         };
         let (before, verdict) = text.split_once("For what it is worth: ").expect("a verdict that is not relied on");

@@ -5,6 +5,8 @@
 
 #[path = "common/all_steps.rs"]
 mod all_steps;
+#[path = "common/parquet_table.rs"]
+mod parquet_table;
 
 use cpu_time::ThreadTime;
 use leadlag::trajectory::import::ColumnMap;
@@ -293,5 +295,32 @@ fn broken_column_maps_and_tables() {
         let mut map = map.to_vec();
         (0..=vandal.below(4)).for_each(|_| vandal.breaks(&mut map, &maps));
         all_steps::mapped(&map, table)
+    });
+}
+
+/// The footer, which says where everything is, is broken more often than the pages.
+#[test]
+fn broken_parquet_tables() {
+    use parquet::basic::{Compression, ZstdLevel};
+    let folder = tempfile::tempdir().expect("a folder");
+    let rows: Vec<Vec<f64>> = (0..60).map(|k| vec![0.1 * f64::from(k), 15.0, 15.0, 20.0]).collect();
+    let sound = |how: Compression| {
+        let path = folder.path().join("sound.parquet");
+        parquet_table::parquet("time_s,lead_speed_mps,speed_mps,spacing_m", &rows, how, &path);
+        assert!(all_steps::file(&path), "{how}");
+        std::fs::read(path).expect("it was written")
+    };
+    let ways = [Compression::UNCOMPRESSED, Compression::SNAPPY, Compression::ZSTD(ZstdLevel::default())];
+    let files = ways.map(sound);
+    attack(|vandal| {
+        let mut file = files[vandal.below(files.len())].clone();
+        for _ in 0..=vandal.below(4) {
+            let from = if vandal.below(3) > 0 { file.len().saturating_sub(700) } else { 0 };
+            let at = from + vandal.below(file.len() - from);
+            file[at] = [0, 255, 127, 128, file[at] ^ 1, vandal.below(256) as u8][vandal.below(6)];
+        }
+        let path = folder.path().join(format!("{:?}.parquet", std::thread::current().id()));
+        std::fs::write(&path, file).expect("room");
+        all_steps::file(&path)
     });
 }

@@ -1,9 +1,12 @@
 //! Files that people really have: what is read of them, and what is said of them. Made-up drives, written here.
 
 mod common;
+#[path = "common/parquet_table.rs"]
+mod parquet_table;
 
 use common::program::{fails, leadlag, scratch, stderr, stdout, succeeds, text};
 use leadlag::trajectory::import::ColumnMap;
+use parquet_table::parquet;
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -493,30 +496,6 @@ fn a_file_packed_by_gzip_is_read_as_it_is() {
     packed.write_all(pair(20.0, |_| ()).as_bytes()).unwrap();
     packed.finish().unwrap();
     assert!(inspect(&[text(&folder.join("pair.csv.gz"))]).contains("201 rows"));
-}
-
-/// A Parquet file of a table of numbers.
-fn parquet(header: &str, rows: &[Vec<f64>], compression: parquet::basic::Compression, path: &Path) {
-    use parquet::data_type::DoubleType;
-    use parquet::file::{properties::WriterProperties, writer::SerializedFileWriter};
-    use std::sync::Arc;
-    let columns: Vec<String> = header.split(',').map(|name| format!("optional double {name};")).collect();
-    let schema =
-        parquet::schema::parser::parse_message_type(&format!("message table {{ {} }}", columns.join(" "))).unwrap();
-    let properties = WriterProperties::builder().set_compression(compression).build();
-    let file = fs::File::create(path).unwrap();
-    let mut writer = SerializedFileWriter::new(file, Arc::new(schema), Arc::new(properties)).unwrap();
-    let mut group = writer.next_row_group().unwrap();
-    for column in 0..columns.len() {
-        // What is not a number is missing.
-        let present: Vec<i16> = rows.iter().map(|row| i16::from(!row[column].is_nan())).collect();
-        let values: Vec<f64> = rows.iter().map(|row| row[column]).filter(|value| !value.is_nan()).collect();
-        let mut next = group.next_column().unwrap().unwrap();
-        next.typed::<DoubleType>().write_batch(&values, Some(&present), None).unwrap();
-        next.close().unwrap();
-    }
-    group.close().unwrap();
-    writer.close().unwrap();
 }
 
 #[test]

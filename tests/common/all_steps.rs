@@ -22,6 +22,11 @@ pub fn run(bytes: &[u8], layout: Option<&str>) -> bool {
     taken(import::read_bytes(bytes, "made_up.csv", layout), |recording| check(&recording))
 }
 
+/// A file that is read by its path.
+pub fn file(path: &std::path::Path) -> bool {
+    taken(import::read(path, None), |recording| check(&recording))
+}
+
 /// A table that a column map reads; the map by its text or, where it is a shipped one, by its name.
 pub fn mapped(map: &[u8], table: &[u8]) -> bool {
     let Ok(map) = std::str::from_utf8(map) else { return false };

@@ -370,6 +370,12 @@ mod tests {
             // Named right, though the truth gains less than it needs.
             outcome("one", &["periodic"], &["periodic"], Some(9.0)),
         ];
+        // What was planted, and something else; nothing without an effect, and something.
+        let mut outcomes = outcomes;
+        outcomes[0].recommended = Some(vec!["grade".to_owned()]);
+        outcomes[3].recommended = Some(vec!["dead_zone".to_owned()]);
+        outcomes[4].recommended = Some(Vec::new());
+        outcomes[5].recommended = Some(vec!["periodic".to_owned()]);
         let bars = bars(&outcomes);
         let of = |what: &str| {
             let bar = bars.iter().find(|bar| bar.what.starts_with(what)).expect("a target");
@@ -383,6 +389,8 @@ mod tests {
         assert_eq!(of("both of two effects found, shown"), (1, 1, Some(true)));
         assert_eq!(of("both of two effects found, all"), (1, 2, Some(false)));
         assert_eq!(of("absorbed"), (0, 1, Some(true)));
+        assert_eq!(of("recommended, no effect"), (1, 2, Some(false)));
+        assert_eq!(of("family recommended"), (1, 2, Some(true)));
         // Wilson's interval of 3 of 4: (0.75 + 0.48036 -+ 0.65328...) / 1.96073.
         let [low, high] = interval(4, 3);
         assert!((low - 0.3006).abs() < 1e-4 && (high - 0.9544).abs() < 1e-4, "{low} {high}");
