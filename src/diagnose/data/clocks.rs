@@ -18,8 +18,9 @@ const SIGNIFICANT: f64 = 4.5;
 /// Scales below this (one metre in ten kilometres) and clocks within a fifth of a usual time step do not matter.
 const SCALE_MIN: f64 = 1e-4;
 const CLOCK_MIN_S: f64 = 0.02;
-/// What both cars have in common is told by the changes of the gap, where its own imperfections count: a wider limit.
-const COMMON_SCALE_MIN: f64 = 0.01;
+/// What both cars have in common is told by the changes of the gap, few and large, where its own imperfections count: this
+/// standard error comes to that of the noise, so that a common scale is one of 1 % at least.
+const COMMON_SCALE_ERROR: f64 = 0.01 / SIGNIFICANT;
 /// A car is named if another explanation is worse by so much in chi-squared (three standard errors).
 const TOLD: f64 = 9.0;
 /// Drive needed for an estimate \[s\].
@@ -85,7 +86,9 @@ impl Redundancy {
             let next = [clock.value[1] + 0.5 * clock.value[0], clock.value[1] - 0.5 * clock.value[0]];
             let moved = (next[0] - late[0]).abs().max((next[1] - late[1]).abs());
             late = next.map(|l| l.clamp(-2.0 * CLOCK_MAX_S, 2.0 * CLOCK_MAX_S));
-            estimate = Some(Redundancy { estimate: [pair(0, Vector2::zeros()), clock] });
+            let mut scale = pair(0, Vector2::zeros());
+            scale.covariance[(1, 1)] += COMMON_SCALE_ERROR.powi(2);
+            estimate = Some(Redundancy { estimate: [scale, clock] });
             if moved < 1e-3 {
                 break;
             }
@@ -96,7 +99,7 @@ impl Redundancy {
     /// What the estimates amount to; `blurred` if a signal is smoothed or resampled, which moves its events a little.
     pub fn findings(&self, link: &Link, blurred: bool) -> Vec<Finding> {
         let [scale, clock] = &self.estimate;
-        let mut findings = scale.explain([SCALE_MIN, COMMON_SCALE_MIN], scale_of, |who, value, error| Finding {
+        let mut findings = scale.explain(SCALE_MIN, scale_of, |who, value, error| Finding {
             kind: FindingKind::SpeedScale,
             car: who,
             signal: "speed",
@@ -107,7 +110,7 @@ impl Redundancy {
             sentence: scale_sentence(who, value, error),
         });
         let least = if blurred { CLOCK_MIN_S.max(link.dt) } else { CLOCK_MIN_S };
-        findings.extend(clock.explain([least, least], clock_of, |who, value, error| {
+        findings.extend(clock.explain(least, clock_of, |who, value, error| {
             // Both speeds late by the same time is one late gap, the other way round.
             let (car, signal, value) =
                 if who == Who::Both { (Who::Follower, "gap", -value) } else { (who, "speed", value) };
@@ -142,11 +145,11 @@ impl Redundancy {
 
 impl Pair {
     /// The explanations that the estimate asks for: none, one car or both.
-    fn explain(&self, least: [f64; 2], own: Own, finding: impl Fn(Who, f64, f64) -> Finding) -> Vec<Finding> {
+    fn explain(&self, least: f64, own: Own, finding: impl Fn(Who, f64, f64) -> Finding) -> Vec<Finding> {
         let Some(inverse) = self.covariance.try_inverse() else { return Vec::new() };
         let beyond = |i: usize| {
             let error = self.covariance[(i, i)].sqrt();
-            self.value[i].abs() > least[i].max(SIGNIFICANT * error)
+            self.value[i].abs() > least.max(SIGNIFICANT * error)
         };
         let (differ, common) = (beyond(0), beyond(1));
         if !differ && !common {
@@ -187,7 +190,7 @@ impl Pair {
             .into_iter()
             .filter_map(|who| {
                 let (value, error) = sized(who, self.value, self.covariance);
-                (value.abs() > least[0].max(SIGNIFICANT * error)).then(|| finding(who, value, error))
+                (value.abs() > least.max(SIGNIFICANT * error)).then(|| finding(who, value, error))
             })
             .collect()
     }
