@@ -65,6 +65,7 @@ pub mod diagnose;
 pub mod evaluate;
 pub mod evaluator;
 pub mod extension;
+pub mod fleet;
 pub mod gpu;
 pub mod identify;
 pub mod judge;

@@ -12,7 +12,7 @@ const FLOORS: [&[&str]; 14] = [
     &["report"],
     &["bench"],
     &["recommend"],
-    &["closed_loop"],
+    &["closed_loop", "fleet"],
     &["diagnose", "study"],
     &["identify"],
     &["calibrate", "validate", "evaluate", "simulate", "select"],

@@ -672,7 +672,7 @@ fn every_broken_column_map_is_refused_with_its_exact_message() {
     for (given, expected) in [
         (
             "ngsm",
-            "no column map ngsm; shipped are ngsim, highd, exid, tgsim, i24-motion, waymo-pairs, sumo-fcd, a map of one's own ends in .toml; did you mean ngsim?",
+            "no column map ngsm; shipped are ngsim, highd, exid, tgsim, i24-motion, waymo-pairs, fhwa-cav, sumo-fcd, a map of one's own ends in .toml; did you mean ngsim?",
         ),
         ("nowhere.toml", "nowhere.toml: expected a readable column map"),
     ] {

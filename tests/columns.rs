@@ -197,6 +197,24 @@ fn a_table_of_pairs_in_milliseconds_is_read() {
     }
 }
 
+/// Pairs of FHWA: the released columns that are read, and one that is not.
+#[test]
+fn a_table_of_pairs_with_positions_is_read() {
+    let mut text = "run_no,timestamp,xLeaderReal,vLeaderReal,xFollowerReal,vFollowerReal,aFollowerReal,spacing\n".to_owned();
+    for step in 0..200 {
+        let t = f64::from(step) / 10.0;
+        let [lead, ego] = drive(t);
+        let x = lead.0 - 5.0 - gap(t);
+        writeln!(text, "3,{t:.1},{:.4},{:.4},{x:.4},{:.4},0,{:.4}", lead.0, lead.1, ego.1, gap(t)).unwrap();
+    }
+    let recording = read(&text, "fhwa-cav");
+    let trajectory = only(&recording);
+    assert_eq!((trajectory.len(), trajectory.dt, trajectory.len_l), (200, 0.1, 5.0));
+    for (i, t) in trajectory.t.iter().enumerate() {
+        assert!((trajectory.s[i] - gap(*t)).abs() < 2e-4 && (trajectory.v_f[i] - drive(*t)[1].1).abs() < 2e-4);
+    }
+}
+
 /// The text of a shipped map.
 fn examples(name: &str) -> String {
     let (_, text) = ColumnMap::shipped().iter().find(|(known, _)| *known == name).expect("a shipped map");

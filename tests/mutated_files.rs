@@ -243,6 +243,7 @@ fn table(map: &str) -> Vec<u8> {
         "sumo-fcd" => "timestep_time;vehicle_id;vehicle_leaderID;vehicle_speed;vehicle_leaderGap",
         "exid" => "frame,trackId,leadId,leadDHW,lonVelocity,length",
         "i24-motion" => "timestamp,_id,lane,x_position,speed,length",
+        "fhwa-cav" => "run_no,timestamp,xLeaderReal,vLeaderReal,xFollowerReal,vFollowerReal",
         "waymo-pairs" => "Time_Index,Trajectory_ID,Speed_FAV,Speed_LV,Spatial_Gap",
         "tgsim" => "time,id,lane_kf,xloc_kf,speed_kf,length_smoothed",
         other => panic!("{other}: a table for it is missing here"),
@@ -266,7 +267,8 @@ fn table(map: &str) -> Vec<u8> {
                     let [x, v, length] = [x, v, 4.5].map(|si| si / 0.3048);
                     format!("{:.1},{id},2,{x:.3},{v:.3},{length:.1}\n", 1.6e9 + t)
                 }
-                "waymo-pairs" if id == 1 => String::new(),
+                "fhwa-cav" | "waymo-pairs" if id == 1 => String::new(),
+                "fhwa-cav" => format!("1,{t:.1},{:.3},{v:.3},{x:.3},{v:.3}\n", x + 30.0),
                 "waymo-pairs" => format!("{},7,{v:.3},{v:.3},25.5\n", 100 * step),
                 "sumo-fcd" if id == 1 => format!("{t:.2};lead;;{v:.3};-1\n"),
                 "sumo-fcd" => format!("{t:.2};ego;lead;{v:.3};25.5\n"),

@@ -3,7 +3,7 @@
 use super::space::{Overrides, parse_bounds};
 use crate::catalog::Variant;
 
-/// Bounds of human drivers; each number has its source beside it.
+/// Bounds of human drivers; beside each number is its source, or that it is chosen.
 const HUMAN: &str = include_str!("human.toml");
 
 /// A named set of bounds.
@@ -11,7 +11,7 @@ const HUMAN: &str = include_str!("human.toml");
 pub enum BoundSet {
     /// Table 3 of the paper: cars with adaptive cruise control.
     Acc,
-    /// Human drivers, from the literature.
+    /// Human drivers: wide, partly from papers.
     Human,
 }
 
@@ -33,7 +33,7 @@ impl BoundSet {
     pub fn source(self) -> &'static str {
         match self {
             BoundSet::Acc => "Table 3",
-            BoundSet::Human => "Kesting and Treiber (2008), Gipps (1981), Green (2000); what is the car's by Table 3",
+            BoundSet::Human => "Rafati Fard and Shariat Mohaymany (2019), Green (2000), some chosen wide; what is the car's by Table 3",
         }
     }
 
@@ -78,7 +78,7 @@ mod tests {
         }
     }
 
-    /// Typical drivers: Treiber and Kesting, Traffic Flow Dynamics (2013), Table 11.2; and those of a slow car in a city.
+    /// Typical drivers, and those of a slow car in a city.
     #[test]
     fn human_drivers_are_within_the_human_set() {
         let idm: Variant = "idm".parse().expect("a base");

@@ -1,12 +1,14 @@
 //! Calibration: evaluator + optimiser + replicates = calibrated parameters.
 
 mod bound_set;
+mod each;
 mod exact;
 mod search;
 mod settled;
 mod space;
 
 pub use bound_set::BoundSet;
+pub use each::calibrate_each;
 pub(crate) use search::program_of;
 pub use search::{PROGRAM, SEARCH_REVISION, merit};
 pub use space::{BoundsError, Overrides, SearchSpace, bound_times, read_bounds};
@@ -280,10 +282,11 @@ pub fn calibrate(
 ) -> Result<Vec<Replicate>, CalibrateError> {
     // While the device simulates the generation of one half, the host breeds the other's.
     let halves = if evaluator.overlaps() && settings.replicates > 1 { 2 } else { 1 };
+    let all = 0..evaluator.cases().len();
     let mut groups: Vec<Group> = (0..halves)
         .map(|half| {
             let numbers = (0..settings.replicates).filter(|number| number % halves == half);
-            Group::new(numbers.map(|number| Search::new(space, settings, number)).collect())
+            Group::new(numbers.map(|number| Search::new(space, all.clone(), settings, number)).collect())
         })
         .collect();
     let mut stopped = false;
@@ -317,7 +320,7 @@ pub fn calibrate(
             other => {
                 found = true;
                 let (replicate, rival) = other?;
-                replicates.push(settled(evaluator, space, replicate, rival)?);
+                replicates.push(settled(evaluator.cases(), evaluator.gof(), space, replicate, rival)?);
             }
         }
     }
@@ -337,14 +340,14 @@ pub fn calibrate_replicate(
     progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Replicate, CalibrateError> {
     let mut exact = Exact::default();
-    let mut group = Group::new(vec![Search::new(space, settings, number)]);
+    let mut group = Group::new(vec![Search::new(space, 0..evaluator.cases().len(), settings, number)]);
     group.submit(evaluator, &mut exact, BufferSet::A)?;
     while group.is_running() {
         group.collect(evaluator, BufferSet::A, progress)?;
         group.submit(evaluator, &mut exact, BufferSet::A)?;
     }
     let (replicate, rival) = group.searches.swap_remove(0).finish()?;
-    settled(evaluator, space, replicate, rival)
+    settled(evaluator.cases(), evaluator.gof(), space, replicate, rival)
 }
 
 /// The replicate with the lowest score.

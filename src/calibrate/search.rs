@@ -9,7 +9,8 @@ use crate::lanes::LanesPrecision;
 use crate::optimize::{Auto, AutoSettings, Cmaes, CmaesSettings, Ended, Ga, GaSettings, Lshade, LshadeSettings};
 use crate::optimize::{Member, Merit, Optimizer, Origin};
 use crate::rescore;
-use std::ops::ControlFlow;
+use rayon::prelude::*;
+use std::ops::{ControlFlow, Range};
 use std::sync::LazyLock;
 use std::time::Instant;
 
@@ -29,13 +30,15 @@ pub(crate) fn program_of(revision: u32) -> String {
 /// One replicate.
 pub(super) struct Search<'a> {
     pub(super) number: u64,
-    space: &'a SearchSpace,
+    pub(super) space: &'a SearchSpace,
+    /// The cases of the evaluator that its candidates are simulated on.
+    pub(super) cases: Range<usize>,
     /// True if the optimiser sees logarithms of parameters that span decades.
     ratios: bool,
     free: Vec<usize>,
     stop: Stop,
     started: Instant,
-    optimizer: Box<dyn Optimizer>,
+    optimizer: Box<dyn Optimizer + Send>,
     population: Population,
     /// True if the generation under way is scored by the exact evaluator.
     exact: bool,
@@ -54,12 +57,18 @@ pub(super) struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    pub(super) fn new(space: &'a SearchSpace, settings: &Calibration, number: u64) -> Search<'a> {
+    pub(super) fn new(
+        space: &'a SearchSpace,
+        cases: Range<usize>,
+        settings: &Calibration,
+        number: u64,
+    ) -> Search<'a> {
         let free = space.free();
         let optimizer = optimizer(space, settings, number);
         Search {
             number,
             space,
+            cases,
             ratios: ratios(settings.optimizer),
             free,
             stop: settings.stop,
@@ -93,25 +102,27 @@ impl<'a> Search<'a> {
     }
 
     /// Takes the scores of the generation.
-    fn tell(
-        &mut self,
-        scores: &[Score],
-        evaluator: &dyn Evaluator,
-        progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
-    ) -> Result<(), EvaluateError> {
+    fn take(&mut self, scores: &[Score]) {
         self.evaluations += scores.len() as u64;
         self.optimizer.tell(&scores.iter().map(merit).collect::<Vec<_>>());
         self.tally.add(scores);
         self.remember(scores);
-        let best = self.optimizer.best().and_then(|member| Some((&member.point, value(member)?)));
-        if let Some((point, score)) = best {
+        if let Some((point, score)) = self.optimizer.best().and_then(|member| Some((&member.point, value(member)?))) {
             self.best = Some((self.space.complete(&self.free, point, self.ratios), score));
             if self.convergence.last().is_none_or(|(_, last)| score != *last) {
                 // The best may be worse by a rounding when it is first told exactly: then the curve had fallen too far.
                 fall_to(&mut self.convergence, self.evaluations, score);
             }
         }
-        let best = best.map(|(_, score)| score);
+    }
+
+    /// Decides whether the search goes on.
+    fn decide(
+        &mut self,
+        evaluator: &dyn Evaluator,
+        progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    ) -> Result<(), EvaluateError> {
+        let best = self.optimizer.best().and_then(value);
         let held_out = self.optimizer.rival().and_then(value).or(best);
         let gain = held_out.is_some_and(|score| self.latest.is_none_or(|latest| score < latest));
         self.stall = if gain { 0 } else { self.stall + 1 };
@@ -149,7 +160,7 @@ impl<'a> Search<'a> {
             }
             let candidate = self.space.complete(&self.free, &member.point, self.ratios);
             let parameters = self.space.parameters(&candidate);
-            match rescore::score(evaluator.cases(), evaluator.gof(), &parameters)? {
+            match rescore::score(&evaluator.cases()[self.cases.clone()], evaluator.gof(), &parameters)? {
                 Score::Value(score) if score <= target => return Ok(true),
                 _ => {}
             }
@@ -236,7 +247,7 @@ fn ratios(optimizer: OptimizerKind) -> bool {
 }
 
 /// The optimiser of a replicate.
-fn optimizer(space: &SearchSpace, settings: &Calibration, number: u64) -> Box<dyn Optimizer> {
+fn optimizer(space: &SearchSpace, settings: &Calibration, number: u64) -> Box<dyn Optimizer + Send> {
     let (search_box, evaluations) = (space.search_box(ratios(settings.optimizer)), settings.stop.max_evaluations);
     let (dimensions, origin) = (search_box.dimensions(), Origin::new(settings.seed, number));
     // With every parameter fixed there is one candidate, to be scored once.
@@ -290,16 +301,15 @@ fn most_near(replicates: u64) -> usize {
 /// Searches whose generations are evaluated in one go.
 pub(super) struct Group<'a> {
     pub(super) searches: Vec<Search<'a>>,
-    /// Scores of all jobs as the evaluator gives them, and of the candidates of one search.
+    /// Scores of all jobs as the evaluator gives them.
     by_job: Vec<Score>,
-    scores: Vec<Score>,
     /// The same for searches whose generation is scored exactly.
     exact_by_job: Vec<Score>,
 }
 
 impl<'a> Group<'a> {
     pub(super) fn new(searches: Vec<Search<'a>>) -> Group<'a> {
-        Group { searches, by_job: Vec::new(), scores: Vec::new(), exact_by_job: Vec::new() }
+        Group { searches, by_job: Vec::new(), exact_by_job: Vec::new() }
     }
 
     pub(super) fn is_running(&self) -> bool {
@@ -314,23 +324,20 @@ impl<'a> Group<'a> {
         set: BufferSet,
     ) -> Result<(), EvaluateError> {
         let two_kinds = evaluator.precision() != LanesPrecision::F64.name();
-        self.searches.iter_mut().filter(|search| search.ended.is_none()).for_each(|search| search.ask(two_kinds));
-        if !self.is_running() {
-            return Ok(());
-        }
-        let cases = evaluator.cases().len();
+        let going = self.searches.par_iter_mut().filter(|search| search.ended.is_none());
+        going.for_each(|search| search.ask(two_kinds));
         let (rough, exactly): (Vec<&Search>, Vec<&Search>) =
             self.searches.iter().filter(|search| search.ended.is_none()).partition(|search| !search.exact);
-        let candidates = |searches: &[&Search]| -> usize { searches.iter().map(|s| s.population.len()).sum() };
+        let wanted = |searches: &[&Search]| searches.iter().map(|s| s.cases.len() * s.population.len()).sum();
         self.by_job.clear();
-        self.by_job.resize(cases * candidates(&rough), Score::Rejected);
+        self.by_job.resize(wanted(&rough), Score::Rejected);
         self.exact_by_job.clear();
-        self.exact_by_job.resize(cases * candidates(&exactly), Score::Rejected);
+        self.exact_by_job.resize(wanted(&exactly), Score::Rejected);
         if !rough.is_empty() {
-            evaluator.submit(set, &jobs(&rough, cases))?;
+            evaluator.submit(set, &jobs(&rough))?;
         }
         if !exactly.is_empty() {
-            exact.evaluate(evaluator, &jobs(&exactly, cases), &mut self.exact_by_job)?;
+            exact.evaluate(evaluator, &jobs(&exactly), &mut self.exact_by_job)?;
         }
         Ok(())
     }
@@ -346,21 +353,25 @@ impl<'a> Group<'a> {
             evaluator.collect(set, &mut self.by_job)?;
         }
         let samples: Vec<usize> = evaluator.cases().iter().map(|case| case.s.len()).collect();
-        // Of the rough and of the exact scores.
-        let mut first = [0, 0];
+        // What is left of the rough and of the exact scores.
+        let mut rest = [self.by_job.as_slice(), &self.exact_by_job];
+        let mut told = Vec::new();
         for search in self.searches.iter_mut().filter(|search| search.ended.is_none()) {
-            let candidates = search.population.len();
-            let by_job = if search.exact { &self.exact_by_job } else { &self.by_job };
-            let first = &mut first[usize::from(search.exact)];
-            let of_case = |case: usize, i: usize| (by_job[*first + case * candidates + i], samples[case]);
-            self.scores.clear();
-            self.scores.extend((0..candidates).map(|i| match samples.len() {
-                1 => of_case(0, i).0,
-                cases => Score::joint((0..cases).map(|case| of_case(case, i))),
-            }));
-            *first += candidates * samples.len();
-            search.tell(&self.scores, evaluator, progress)?;
+            let rest = &mut rest[usize::from(search.exact)];
+            let (own, others) = rest.split_at(search.cases.len() * search.population.len());
+            *rest = others;
+            told.push((search, own));
         }
+        told.par_iter_mut().for_each(|(search, own)| match search.cases.len() {
+            1 => search.take(own),
+            _ => {
+                let (candidates, cases) = (search.population.len(), search.cases.clone());
+                let of = |i: usize| cases.clone().enumerate().map(move |(k, case)| (k * candidates + i, case));
+                let joint = |i| Score::joint(of(i).map(|(at, case)| (own[at], samples[case])));
+                search.take(&(0..candidates).map(joint).collect::<Vec<_>>());
+            }
+        });
+        told.into_iter().try_for_each(|(search, _)| search.decide(evaluator, progress))?;
         // Those that were told before the one at which the caller stopped them all.
         if self.searches.iter().any(|search| search.ended == Some(StopReason::Interrupted)) {
             let running = self.searches.iter_mut().filter(|search| search.ended.is_none());
@@ -370,9 +381,13 @@ impl<'a> Group<'a> {
     }
 }
 
-/// Every search on every case.
-fn jobs<'p>(searches: &[&'p Search<'_>], cases: usize) -> Vec<Job<'p>> {
-    searches.iter().flat_map(|search| (0..cases).map(|case| Job { case, population: &search.population })).collect()
+/// Every search on each of its cases.
+fn jobs<'p>(searches: &[&'p Search<'_>]) -> Vec<Job<'p>> {
+    let of = |search: &&'p Search<'_>| {
+        let population = &search.population;
+        search.cases.clone().map(move |case| Job { case, population })
+    };
+    searches.iter().flat_map(of).collect()
 }
 
 /// A score as an optimiser sees it. A rejected candidate survived the whole run, but is infeasible.

@@ -2,8 +2,9 @@
 
 use super::search::fall_to;
 use super::{CalibrateError, Replicate, SearchSpace};
-use crate::evaluator::{EvaluateError, Evaluator, Score};
+use crate::evaluator::{Case, EvaluateError, Score};
 use crate::rescore;
+use crate::score::GoodnessOfFit;
 
 /// Candidates of a replicate that the reference is asked about, at most.
 pub(super) const ASKED: usize = 300;
@@ -12,13 +13,14 @@ pub(super) const ASKED: usize = 300;
 /// an optimum often lies on the edge of what is feasible, and there the last bit of a sum decides. The rival of the best, of a search
 /// that was ended before the two were compared exactly, takes its place where it is better.
 pub(super) fn settled(
-    evaluator: &dyn Evaluator,
+    cases: &[Case],
+    gof: &GoodnessOfFit,
     space: &SearchSpace,
     mut replicate: Replicate,
     rival: Option<Vec<f64>>,
 ) -> Result<Replicate, CalibrateError> {
     let score = |candidate: &[f64]| -> Result<Option<f64>, EvaluateError> {
-        let score = rescore::score(evaluator.cases(), evaluator.gof(), &space.parameters(candidate))?;
+        let score = rescore::score(cases, gof, &space.parameters(candidate))?;
         Ok(match score {
             Score::Value(score) if score.is_finite() => Some(score),
             _ => None,

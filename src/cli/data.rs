@@ -9,8 +9,8 @@ use leadlag::catalog::{Constraint, Variant};
 use leadlag::near::did_you_mean;
 use leadlag::trajectory::import::{ColumnMap, MapError, read_mapped};
 use leadlag::trajectory::{
-    Grade, Layout, Note, Preparation, PrepareError, Reconcile, Recording, Stretch, Trajectory, import, plausible,
-    prepare,
+    Grade, Layout, Note, Platoon, Preparation, PrepareError, Reconcile, Recording, Stretch, Trajectory, import, plausible,
+    prepare, prepare_platoon,
 };
 use leadlag::vehicle::{self, Vehicle};
 use std::path::{Path, PathBuf};
@@ -89,6 +89,23 @@ pub struct Loaded {
     pub id: Option<String>,
 }
 
+/// A pair that a file has, usable or not.
+pub struct Found {
+    pub id: Option<String>,
+    pub follower: usize,
+    pub name: String,
+    pub drive: anyhow::Result<Loaded>,
+    /// What is implausible in it.
+    pub doubts: Vec<String>,
+}
+
+/// What is implausible in a trajectory, as its notes and its signals tell.
+fn doubts(trajectory: &Trajectory, layout: Layout) -> Vec<String> {
+    let is_bad = |note: &&Note| matches!(note, Note::UnitsContradict { .. } | Note::GapContradicts { .. });
+    let notes = trajectory.notes.iter().filter(is_bad).map(ToString::to_string);
+    notes.chain(plausible::of_trajectory(trajectory, layout)).collect()
+}
+
 impl Loaded {
     pub fn vehicle(&self) -> Option<&Vehicle> {
         self.vehicle.as_ref().map(|(vehicle, _)| vehicle)
@@ -140,6 +157,59 @@ impl DataArgs {
             None => {}
         }
         Ok((recording, Some(1)))
+    }
+
+    /// Every pair of a file, or every one that is asked for; `vehicle`: whether the follower's car has to be known. Of a pair that long gaps cut
+    /// into segments, the longest one.
+    pub fn pairs(&self, path: &Path, follower: Option<&str>, vehicle: Option<&Variant>) -> anyhow::Result<Vec<Found>> {
+        let (mut recording, mut number) = match self.columns.as_deref().map(column_map).transpose()? {
+            None => (import::read(path, self.layout)?, None),
+            Some(map) => (read_mapped(path, &map.with_lead_length(self.lead_length))?, None),
+        };
+        if let Some(text) = follower
+            && (self.columns.is_none() || recording.is_of_numbered_cars() || !recording.keep_follower(text))
+        {
+            number = Some(numbered(&mut recording, text)?);
+        }
+        let (ids, preparation) = (self.ids(&recording), self.preparation()?);
+        if let Some(id) = ids.iter().find(|id| recording.platoons.iter().all(|platoon| platoon.id.as_ref() != Some(id))) {
+            let shown = path.display();
+            return Err(Usage(format!("--trajectory {id}: {shown} has no trajectory of this id")).into());
+        }
+        let is_wanted = |platoon: &&Platoon| ids.is_empty() || platoon.id.as_ref().is_some_and(|id| ids.contains(id));
+        let mut pairs = Vec::new();
+        for platoon in recording.platoons.iter().filter(is_wanted) {
+            let followers = platoon.cars.windows(2).filter(|two| two[1].number == two[0].number + 1);
+            for car in followers.map(|two| &two[1]).filter(|car| number.is_none_or(|n| car.number == n + 1)) {
+                // The car ahead of the leader of a pair file is numbered 0.
+                let Some(follower) = car.number.checked_sub(1).filter(|follower| *follower > 0) else { continue };
+                let drive = self.drive_of(&recording, platoon, follower, &preparation, vehicle);
+                let doubts = drive.as_ref().map_or_else(|_| Vec::new(), |one| doubts(&one.trajectory, recording.layout));
+                pairs.push(Found { id: platoon.id.clone(), follower, name: car.name.clone(), drive, doubts });
+            }
+        }
+        Ok(pairs)
+    }
+
+    /// The longest segment of a follower, with his car.
+    fn drive_of(
+        &self,
+        recording: &Recording,
+        platoon: &Platoon,
+        follower: usize,
+        preparation: &Preparation,
+        vehicle: Option<&Variant>,
+    ) -> anyhow::Result<Loaded> {
+        let segments = prepare_platoon(recording, platoon, follower, preparation)?;
+        let longest = segments.into_iter().rev().max_by_key(Trajectory::len).context("no segment is long enough")?;
+        let wanted = vehicle.map(|variant| (variant, self.find_vehicle(&longest, variant)));
+        let vehicle = match wanted {
+            None => None,
+            Some((_, Ok(Some(found)))) => Some(found),
+            Some((variant, Ok(None))) => anyhow::bail!("variant {variant} needs the vehicle, and none is called `{}`", longest.name),
+            Some((_, Err(error))) => return Err(error),
+        };
+        Ok(Loaded { trajectory: longest, vehicle, id: platoon.id.clone() })
     }
 
     /// Every trajectory that is asked for, in that order; with `all` every one of the file that can be used, where none is.

@@ -4,9 +4,10 @@ use super::Usage;
 use super::change::{Change, settle};
 use std::path::{Path, PathBuf};
 
-/// What a calibration and a diagnosis are known by.
+/// What a calibration, a diagnosis and a fleet are known by.
 pub const RESULT: &str = "result.json";
 pub const DIAGNOSIS: &str = "diagnosis.json";
+pub const FLEET: &str = "fleet.json";
 
 /// Refuses a folder that holds a result of another kind, some of whose files would be overwritten; `own` is a name for a folder in it.
 pub fn refuse(folder: &Path, other: &str, own: &str) -> anyhow::Result<()> {

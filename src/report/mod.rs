@@ -7,6 +7,7 @@ pub mod assemble;
 pub mod csv;
 pub mod diagnosis;
 pub mod figure;
+pub mod fleet;
 pub mod html;
 pub mod naming;
 pub mod parquet;

@@ -20,7 +20,7 @@ pub use grade::Grade;
 pub use import::Layout;
 pub use inspect::{Inspection, inspect};
 pub use note::Note;
-pub use prepare::{Preparation, Reconcile, Stretch, prepare};
+pub use prepare::{Preparation, Reconcile, Stretch, prepare, prepare_platoon};
 
 /// Where data came from: enough to find the file again and to notice that it has changed.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]

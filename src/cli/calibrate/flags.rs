@@ -9,6 +9,7 @@ use super::super::number::{finite, seed, whole};
 use leadlag::calibrate::{BoundSet, Calibration, EVALUATIONS_MIN, OptimizerKind, Overrides, REPLICATES_MAX, Stop};
 use leadlag::catalog::Variant;
 use leadlag::convention::Convention;
+use leadlag::fleet;
 use leadlag::near::did_you_mean;
 use leadlag::score::GoodnessOfFit;
 use std::path::PathBuf;
@@ -16,32 +17,35 @@ use std::time::Duration;
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Measured files; several are calibrated one by one, unless --joint
+    /// Measured files; several are calibrated one by one, unless --joint. With --all also folders of them
     #[arg(required = true, value_name = "FILE")]
     pub files: Vec<PathBuf>,
     /// The follower: 1 is right behind the platoon leader; with --columns the id of a vehicle [default: the only one]
     #[arg(long, value_name = "N|ID", allow_negative_numbers = true)]
     pub follower: Option<String>,
-    /// Variant by id (1 to 90) or name, such as gipps+delay+linear+mfc
-    #[arg(long, value_name = "ID|NAME")]
-    pub model: Variant,
+    /// Variant by id (1 to 90) or name, such as gipps+delay+linear+mfc; with --all several, each with a --model
+    #[arg(long = "model", required = true, value_name = "ID|NAME")]
+    pub models: Vec<Variant>,
     /// What the model has beyond its variant: a built-in cause (`leadlag list causes`) or a file of one's own; may be
     /// given several times
     #[arg(long, value_name = "NAME|FILE.wgsl")]
     pub extend: Vec<String>,
-    /// Folder for result.json, timing.json, simulation.csv and plot.svg
+    /// Folder for result.json, timing.json, simulation.csv and plot.svg; with --all for parameters.csv, parameters.parquet and fleet.json
     #[arg(short, long, value_name = "DIR")]
     pub out: PathBuf,
     /// One parameter set for all files
     #[arg(long)]
     pub joint: bool,
-    /// What is minimised: nrmse-sva, rmse-s, u-sv, ...; weights behind a colon: nrmse-sva:1,1,0.5
-    #[arg(long, default_value = "nrmse-sva")]
-    pub gof: GoodnessOfFit,
+    /// Every leader-follower pair of all files, each by itself: one table of parameters. The same command goes on with what was interrupted
+    #[arg(long, conflicts_with_all = ["joint", "plot", "segment", "replicates"])]
+    pub all: bool,
+    /// What is minimised: nrmse-sva, rmse-s, u-sv, ...; weights behind a colon: nrmse-sva:1,1,0.5. With --all several
+    #[arg(long = "gof", default_value = "nrmse-sva")]
+    pub gofs: Vec<GoodnessOfFit>,
     /// paper or authors, with single rows changed behind a comma: authors,road_load=si
     #[arg(long, default_value = "paper")]
     pub convention: Convention,
-    /// acc (Table 3: cars with adaptive cruise control), human (from the literature), or a TOML file of bounds that replace
+    /// acc (Table 3: cars with adaptive cruise control), human (wide, partly from papers), or a TOML file of bounds that replace
     /// those: v_0 = [25, 40]; may be given several times [default: acc]
     #[arg(long, value_name = "acc|human|FILE.toml")]
     pub bounds: Vec<String>,
@@ -87,10 +91,9 @@ pub struct SearchArgs {
     /// Candidates of a generation of ga (the paper's 100 without it), and of the first generation of lshade; 10 to 1000000
     #[arg(long, value_name = "N", value_parser = whole(POPULATION_MIN, POPULATION_MAX), allow_negative_numbers = true)]
     pub population: Option<u64>,
-    /// Stop a replicate before it would exceed this number of simulations; at least 100
-    #[arg(long, value_name = "N", default_value_t = Stop::default().max_evaluations,
-          value_parser = whole(EVALUATIONS_MIN, EVALUATIONS_MAX), allow_negative_numbers = true)]
-    pub max_evaluations: u64,
+    /// Stop a replicate before it would exceed this number of simulations; at least 100 [default: 300000; with --all 12000]
+    #[arg(long, value_name = "N", value_parser = whole(EVALUATIONS_MIN, EVALUATIONS_MAX), allow_negative_numbers = true)]
+    pub max_evaluations: Option<u64>,
     /// Stop a replicate after this many generations without gain; at least 1
     #[arg(long, value_name = "N", default_value_t = Stop::default().max_stall,
           value_parser = whole(1, EVALUATIONS_MAX), allow_negative_numbers = true)]
@@ -119,14 +122,29 @@ fn seconds(text: &str) -> Result<Duration, String> {
 }
 
 impl Args {
-    /// The variant with its extensions.
-    pub fn extended(&self) -> anyhow::Result<Variant> {
-        extend(self.model, &self.extend)
+    /// The variants with their extensions.
+    ///
+    /// # Errors
+    /// Several without --all, one twice, or an extension that cannot be.
+    pub fn extended(&self) -> anyhow::Result<Vec<Variant>> {
+        if let [_, another, ..] = self.models.as_slice()
+            && !self.all
+        {
+            return Err(Usage(format!("--model {another}: one model is calibrated at a time, unless --all")).into());
+        }
+        self.models.iter().map(|model| extend(*model, &self.extend)).collect()
+    }
+
+    /// What is minimised, where it is one thing.
+    pub fn gof(&self) -> anyhow::Result<GoodnessOfFit> {
+        match self.gofs.as_slice() {
+            [gof] => Ok(*gof),
+            all => Err(Usage(format!("--gof {}: one measure is minimised at a time, unless --all", all[1])).into()),
+        }
     }
 
     /// Bounds of the sets and files, then fixed values, which must lie within those of a file.
-    pub fn overrides(&self) -> anyhow::Result<Overrides> {
-        let model = self.extended()?;
+    pub fn overrides(&self, model: Variant) -> anyhow::Result<Overrides> {
         let mut overrides = read_bounds(&self.bounds, &model)?;
         // A set is a start; what a file says is meant.
         let is_file = |given: &&String| BoundSet::called(given).is_none();
@@ -163,15 +181,16 @@ impl Args {
     /// A population that the optimiser does not take, or that cannot be simulated once.
     pub fn settings(&self) -> anyhow::Result<Calibration> {
         let search = &self.search;
+        let own = if self.all { fleet::MAX_EVALUATIONS } else { Stop::default().max_evaluations };
+        let max_evaluations = search.max_evaluations.unwrap_or(own);
         if let Some(size) = search.population {
             if !matches!(search.optimizer, OptimizerKind::Ga | OptimizerKind::Lshade) {
                 let message = "--population: auto and cmaes choose the size of a generation themselves; add --optimizer ga or lshade";
                 return Err(Usage(message.to_owned()).into());
             }
-            if size > search.max_evaluations {
+            if size > max_evaluations {
                 let message = format!(
-                    "--population {size}: a generation has more candidates than --max-evaluations {} allows; raise that",
-                    search.max_evaluations
+                    "--population {size}: a generation has more candidates than --max-evaluations {max_evaluations} allows; raise that"
                 );
                 return Err(Usage(message).into());
             }
@@ -181,7 +200,7 @@ impl Args {
             seed: search.seed,
             replicates: search.replicates,
             stop: Stop {
-                max_evaluations: search.max_evaluations,
+                max_evaluations,
                 max_stall: search.max_stall,
                 max_time: search.max_seconds,
                 target: search.target,

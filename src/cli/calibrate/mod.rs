@@ -1,6 +1,7 @@
 //! `leadlag calibrate`: from measured files to calibrated parameters.
 
 mod flags;
+mod fleet;
 pub mod progress;
 mod warnings;
 mod write;
@@ -28,8 +29,13 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
-    let model = args.extended()?;
-    transcribed(args.evaluator.selection()?.kind, &model, BY_FLAGS)?;
+    let models = args.extended()?;
+    models.iter().try_for_each(|model| transcribed(args.evaluator.selection()?.kind, model, BY_FLAGS))?;
+    if args.all {
+        return fleet::run(args, &models);
+    }
+    let model = models[0];
+    args.gof()?;
     let (mut loaded, mut unusable) = (Vec::new(), Vec::new());
     for file in &args.files {
         match load(args, file, &model) {
@@ -62,8 +68,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         folder::spare(folder, &args.files, is_own)?;
         anyhow::Ok(())
     })?;
-    let overrides = args.overrides()?;
-    warnings::of(&args.data, &model, args.convention, &overrides, &loaded).iter().for_each(|text| warn(text));
+    let overrides = args.overrides(model)?;
+    warnings::of(&args.data, &model, args.convention, &overrides, &loaded.iter().collect::<Vec<_>>()).iter().for_each(|text| warn(text));
     interrupt::watch();
     if together {
         let result = one(args, &loaded, &args.out)?;
@@ -168,7 +174,7 @@ fn plot(result: &ResultFile, reference: &Reference, loaded: &[Loaded]) -> anyhow
 
 /// The search space and the cases. Road loads of a joint calibration are bounded by one vehicle, so there must be one.
 fn prepare(args: &Args, loaded: &[Loaded]) -> anyhow::Result<(SearchSpace, Reference)> {
-    let model = args.extended()?;
+    let model = args.extended()?[0];
     let vehicle = loaded[0].vehicle();
     if let Some(other) = loaded.iter().find(|l| l.vehicle().map(|v| &v.slug) != vehicle.map(|v| &v.slug))
         && model.needs_vehicle()
@@ -178,7 +184,7 @@ fn prepare(args: &Args, loaded: &[Loaded]) -> anyhow::Result<(SearchSpace, Refer
         let message = format!("--joint: variant {model} needs one vehicle, found {one} and {two}; give --vehicle");
         return Err(Usage(message).into());
     }
-    let mut overrides = args.overrides()?;
+    let mut overrides = args.overrides(model)?;
     let ends = |of: fn(&[f64]) -> Option<&f64>| loaded.iter().filter_map(move |l| of(&l.trajectory.t)).copied();
     let window =
         [ends(<[f64]>::first).fold(f64::INFINITY, f64::min), ends(<[f64]>::last).fold(f64::NEG_INFINITY, f64::max)];
@@ -189,7 +195,7 @@ fn prepare(args: &Args, loaded: &[Loaded]) -> anyhow::Result<(SearchSpace, Refer
         let case = Case::new(&l.trajectory, model, l.vehicle(), args.convention, space.tau_p_upper())?;
         cases.push(case.with_extension_delay(space.extension_delay_upper())?);
     }
-    Ok((space, Reference::new(cases, args.gof)))
+    Ok((space, Reference::new(cases, args.gof()?)))
 }
 
 /// The evaluator that simulates the candidates; the reference scores what it finds again.
@@ -197,7 +203,7 @@ fn evaluator(args: &Args, reference: &Reference, settings: &Calibration) -> anyh
     let cases = reference.cases().to_vec();
     let generation = GaSettings::default().population_size * settings.replicates as usize;
     let work = Work { candidates: generation * cases.len(), precision: LanesPrecision::Plain };
-    Ok(args.evaluator.selection()?.build(cases, args.gof, work, warn)?)
+    Ok(args.evaluator.selection()?.build(cases, args.gof()?, work, warn)?)
 }
 
 fn search(
@@ -226,7 +232,7 @@ fn search(
         vehicle: loaded[0].vehicle.as_ref().map(|(v, from)| (v, from.as_str())),
         space,
         bounds_from: origin(&args.bounds, loaded.iter().map(|l| l.trajectory.name.as_str())),
-        gof: args.gof,
+        gof: args.gof()?,
         settings,
         replicates,
         knowledge,

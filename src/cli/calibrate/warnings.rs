@@ -20,19 +20,19 @@ pub fn of(
     model: &Variant,
     convention: Convention,
     overrides: &Overrides,
-    loaded: &[Loaded],
+    loaded: &[&Loaded],
 ) -> Vec<String> {
     let mut said = unused(data, model, loaded);
     said.extend(model.extensions.list().iter().flat_map(|extension| extension.warnings.iter().cloned()));
     said.extend(idle_switches(model, convention));
-    said.extend(loaded.iter().filter(|_| model.needs_position()).filter_map(Loaded::start_assumed));
+    said.extend(loaded.iter().filter(|_| model.needs_position()).filter_map(|one| one.start_assumed()));
     said.extend(level_road(model, overrides, loaded));
     said.extend(off_bounds(model, convention, overrides, loaded));
     said
 }
 
 /// Whoever gives something expects that it does something.
-fn unused(data: &DataArgs, model: &Variant, loaded: &[Loaded]) -> Vec<String> {
+fn unused(data: &DataArgs, model: &Variant, loaded: &[&Loaded]) -> Vec<String> {
     let mut said = Vec::new();
     if data.vehicle.is_some() && !model.needs_vehicle() {
         said.push(format!(
@@ -72,9 +72,9 @@ fn lacks(switch: &str, model: &Variant) -> Option<&'static str> {
 }
 
 /// On a level road an extension that acts by the grade does nothing, and still gets a value.
-fn level_road(model: &Variant, overrides: &Overrides, loaded: &[Loaded]) -> Option<String> {
-    let is_level = |l: &&Loaded| l.trajectory.grade.as_ref().is_some_and(|g| g.sin.iter().all(|sin| *sin == 0.0));
-    let level: Vec<&Loaded> = loaded.iter().filter(is_level).collect();
+fn level_road(model: &Variant, overrides: &Overrides, loaded: &[&Loaded]) -> Option<String> {
+    let is_level = |l: &&&Loaded| l.trajectory.grade.as_ref().is_some_and(|g| g.sin.iter().all(|sin| *sin == 0.0));
+    let level: Vec<&Loaded> = loaded.iter().filter(is_level).copied().collect();
     let is_fixed = |symbol: &Symbol| overrides.get(symbol.name()).is_some_and(|[lower, upper]| lower == upper);
     let reading = model.extensions.list().iter().filter(|e| e.reads("sin_grade"));
     let idle: Vec<String> = reading
@@ -97,7 +97,7 @@ fn level_road(model: &Variant, overrides: &Overrides, loaded: &[Loaded]) -> Opti
 
 /// A car that never comes near its desired speed says nothing of it, and Table 3 is for cars at 30 m/s and more; one that is faster than any
 /// desired speed cannot be followed.
-fn off_bounds(model: &Variant, convention: Convention, overrides: &Overrides, loaded: &[Loaded]) -> Vec<String> {
+fn off_bounds(model: &Variant, convention: Convention, overrides: &Overrides, loaded: &[&Loaded]) -> Vec<String> {
     if !model.parameters().contains(&Symbol::v_0) {
         return Vec::new();
     }
@@ -111,7 +111,8 @@ fn off_bounds(model: &Variant, convention: Convention, overrides: &Overrides, lo
     };
     let highest = |l: &Loaded| l.trajectory.v_f.iter().copied().fold(0.0, f64::max);
     let mut said = Vec::new();
-    let slow: Vec<&Loaded> = loaded.iter().filter(|l| lower < upper && highest(l) < FAR_BELOW * lower).collect();
+    let slow: Vec<&Loaded> =
+        loaded.iter().filter(|l| lower < upper && highest(l) < FAR_BELOW * lower).copied().collect();
     if let Some(fastest) = slow.iter().map(|l| highest(l)).reduce(f64::max) {
         said.push(format!(
             "{}: the follower never drives faster than {fastest:.1} m/s, but v_0 is searched from {lower} m/s on: it will not \
@@ -120,11 +121,11 @@ fn off_bounds(model: &Variant, convention: Convention, overrides: &Overrides, lo
             remedy("a lower bound near the speeds that were driven")
         ));
     }
-    let above = |l: &&Loaded| {
+    let above = |l: &&&Loaded| {
         let seconds = l.trajectory.v_f.iter().filter(|v| **v > upper).count() as f64 * l.trajectory.dt;
         seconds >= ABOVE_S
     };
-    let fast: Vec<&Loaded> = loaded.iter().filter(above).collect();
+    let fast: Vec<&Loaded> = loaded.iter().filter(above).copied().collect();
     if let Some(fastest) = fast.iter().map(|l| highest(l)).reduce(f64::max) {
         let first = fast[0].trajectory.v_f.iter().position(|v| *v > upper).unwrap_or_default();
         said.push(format!(
@@ -138,11 +139,18 @@ fn off_bounds(model: &Variant, convention: Convention, overrides: &Overrides, lo
     said
 }
 
-/// The files, each once.
+/// Files that are named where something is said of several.
+const NAMED: usize = 5;
+
+/// The files, each once; of very many the first ones.
 fn paths(loaded: &[&Loaded]) -> String {
     let mut paths: Vec<&str> = loaded.iter().map(|l| l.trajectory.source.path.as_str()).collect();
     paths.dedup();
-    paths.join(", ")
+    let more = paths.len().saturating_sub(NAMED);
+    paths.truncate(NAMED);
+    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+    let pairs = if loaded.len() > paths.len() { format!(" ({} drives)", loaded.len()) } else { String::new() };
+    format!("{}{more}{pairs}", paths.join(", "))
 }
 
 #[cfg(test)]

@@ -175,6 +175,20 @@ pub fn prepare(
     Ok(trajectories)
 }
 
+/// The trajectories of one follower of one platoon of a recording, one per segment between long gaps; `trajectory_id` is not looked at.
+///
+/// # Errors
+/// As [`prepare`].
+pub fn prepare_platoon(
+    recording: &Recording,
+    platoon: &Platoon,
+    follower: usize,
+    preparation: &Preparation,
+) -> Result<Vec<Trajectory>, PrepareError> {
+    preparation.check()?;
+    one(&Context { recording, platoon, follower, preparation })
+}
+
 /// The stretches between long gaps into which [`prepare`] cuts a follower of a platoon if nothing else is asked for.
 ///
 /// # Errors

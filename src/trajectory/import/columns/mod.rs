@@ -28,13 +28,14 @@ use std::io::Read;
 use std::path::Path;
 
 /// Name and text of the maps that are part of the program.
-const SHIPPED: [(&str, &str); 7] = [
+const SHIPPED: [(&str, &str); 8] = [
     ("ngsim", include_str!("../../../../examples/columns/ngsim.toml")),
     ("highd", include_str!("../../../../examples/columns/highd.toml")),
     ("exid", include_str!("../../../../examples/columns/exid.toml")),
     ("tgsim", include_str!("../../../../examples/columns/tgsim.toml")),
     ("i24-motion", include_str!("../../../../examples/columns/i24-motion.toml")),
     ("waymo-pairs", include_str!("../../../../examples/columns/waymo-pairs.toml")),
+    ("fhwa-cav", include_str!("../../../../examples/columns/fhwa-cav.toml")),
     ("sumo-fcd", include_str!("../../../../examples/columns/sumo-fcd.toml")),
 ];
 

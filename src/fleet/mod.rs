@@ -1,0 +1,175 @@
+//! Fleets: every leader-follower pair of a data set, calibrated by itself with one or several models.
+//!
+//! ```text
+//!  pairs --(some at a time)--> calibrate_each --> rows --> journal, as soon as they are there
+//!                                                   '----> table, in the order of the pairs
+//! ```
+//!
+//! A row depends on its pair, model, measure and settings only, so that threads, interruptions and the other pairs change nothing in it.
+
+mod journal;
+mod table;
+mod work;
+
+pub use journal::{Journal, JournalError};
+pub use table::{Overview, ParameterOverview, Spread, overview, table};
+pub use work::{FleetError, run};
+
+use crate::calibrate::{Calibration, Overrides};
+use crate::catalog::Variant;
+use crate::convention::Convention;
+use crate::score::GoodnessOfFit;
+use crate::select::Selection;
+use crate::symbols::Symbol;
+use crate::trajectory::Trajectory;
+use crate::vehicle::Vehicle;
+use sha2::{Digest, Sha256};
+
+/// Version of the files of a fleet.
+pub const SCHEMA_VERSION: u32 = 1;
+
+/// Simulations of a search unless something else is asked for. With IDM on drives of 30 to 60 s, half of what `calibrate` takes by default
+/// finds nothing better (docs/FLEETS.md has the measurement).
+pub const MAX_EVALUATIONS: u64 = 12_000;
+
+/// A follower behind his leader, as the data have it.
+#[derive(Debug, Clone)]
+pub struct Pair {
+    /// Path of the file.
+    pub file: String,
+    /// Trajectory id of files that hold several.
+    pub trajectory: Option<String>,
+    /// 1: right behind the leader of his platoon.
+    pub follower: usize,
+    /// Name of the follower as in the file.
+    pub name: String,
+    /// What is calibrated, or why nothing can be.
+    pub drive: Result<Drive, String>,
+}
+
+/// A drive that can be calibrated.
+#[derive(Debug, Clone)]
+pub struct Drive {
+    /// The measured signals.
+    pub trajectory: Trajectory,
+    /// The follower's car, where it is known.
+    pub vehicle: Option<Vehicle>,
+}
+
+/// A model with its bounds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Model {
+    /// The variant with its extensions.
+    pub variant: Variant,
+    /// Bounds and fixed values that replace those of Table 3.
+    pub overrides: Overrides,
+}
+
+/// What is done with each pair.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    /// Models, each calibrated on every pair.
+    pub models: Vec<Model>,
+    /// Measures, each minimised with every model.
+    pub measures: Vec<GoodnessOfFit>,
+    /// The convention.
+    pub convention: Convention,
+    /// Optimiser, seed and stopping rules; one replicate.
+    pub calibration: Calibration,
+    /// Whether intervals of the parameters are estimated.
+    pub intervals: bool,
+    /// What simulates.
+    pub selection: Selection,
+}
+
+/// Which calibration a row is of: positions in the lists of pairs, models and measures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
+pub struct Place {
+    /// The pair.
+    pub pair: usize,
+    /// The model.
+    pub model: usize,
+    /// The measure.
+    pub measure: usize,
+}
+
+/// The calibration of one pair.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Row {
+    /// Which one.
+    #[serde(flatten)]
+    pub place: Place,
+    /// What was found, or why nothing was.
+    #[serde(flatten)]
+    pub found: Result<Found, String>,
+}
+
+/// Calibrated parameters of one pair.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Found {
+    /// The minimised measure, by the f64 reference.
+    pub score: f64,
+    /// RMSE of spacing \[m\], speed \[m/s\] and acceleration \[m/s²\].
+    pub rmse: [f64; 3],
+    /// NRMSE of spacing, speed and acceleration.
+    pub nrmse: [f64; 3],
+    /// One value per parameter of the model.
+    pub parameters: Vec<f64>,
+    /// Parameters within 0.1 % of their range of a bound.
+    pub at_bound: Vec<String>,
+    /// 95 % intervals, one per parameter; `None` where it was fixed, or the drive does not determine it.
+    pub intervals: Option<Vec<Option<[f64; 2]>>>,
+    /// Simulated candidates.
+    pub evaluations: u64,
+    /// Why the search ended.
+    pub stop: String,
+}
+
+impl Settings {
+    /// All calibrations, in the order of their rows.
+    pub fn places(&self, pairs: usize) -> impl Iterator<Item = Place> {
+        let (models, measures) = (self.models.len(), self.measures.len());
+        let of_model = move |pair, model| (0..measures).map(move |measure| Place { pair, model, measure });
+        (0..pairs).flat_map(move |pair| (0..models).flat_map(move |model| of_model(pair, model)))
+    }
+
+    /// The parameters of all models, each once, in the order of the models.
+    #[must_use]
+    pub fn symbols(&self) -> Vec<Symbol> {
+        let mut symbols: Vec<Symbol> = Vec::new();
+        for symbol in self.models.iter().flat_map(|model| model.variant.parameters()) {
+            if !symbols.contains(&symbol) {
+                symbols.push(symbol);
+            }
+        }
+        symbols
+    }
+
+    /// What rows depend on, as a checksum: two runs with the same one find the same rows.
+    #[must_use]
+    pub fn key(&self, pairs: &[Pair]) -> String {
+        let mut hash = Sha256::new();
+        let program = &*crate::calibrate::PROGRAM;
+        let Settings { measures, convention, calibration, intervals, selection, .. } = self;
+        hash.update(format!("{SCHEMA_VERSION} {program} {convention} {calibration:?} {intervals} {selection:?}"));
+        measures.iter().for_each(|measure| hash.update(format!(" {measure}")));
+        for model in &self.models {
+            hash.update(format!("\n{} {:?}", model.variant, model.overrides));
+            model.variant.extensions.list().iter().for_each(|extension| hash.update(&extension.text));
+        }
+        for pair in pairs {
+            hash.update(format!("\n{} {:?} {} {}", pair.file, pair.trajectory, pair.follower, pair.name));
+            match &pair.drive {
+                Err(reason) => hash.update(reason),
+                Ok(Drive { trajectory, vehicle }) => {
+                    hash.update(format!("{} {vehicle:?} {:?}", trajectory.source.sha256, trajectory.grade));
+                    let signals = [&trajectory.t, &trajectory.s, &trajectory.v_f, &trajectory.v_l, &trajectory.x_l];
+                    for value in signals.into_iter().flatten() {
+                        hash.update(value.to_bits().to_le_bytes());
+                    }
+                }
+            }
+        }
+        crate::trajectory::hexadecimal(&hash.finalize())
+    }
+}

@@ -1,0 +1,161 @@
+//! The rows as a table, and what they say together.
+
+use super::{Drive, Pair, Row, SCHEMA_VERSION, Settings};
+use crate::study::merge::parameter_column;
+use crate::study::outcome::statistics::quantile;
+use crate::study::table::Table;
+use crate::symbols::Symbol;
+use std::collections::BTreeMap;
+
+/// One row per pair, model and measure; a column per parameter of any of the models, with its unit in its name.
+#[must_use]
+pub fn table(pairs: &[Pair], settings: &Settings, rows: &[Row]) -> Table {
+    let of = |row: &Row| &pairs[row.place.pair];
+    let drive = |row: &Row| of(row).drive.as_ref().ok();
+    let whole = |n: usize| i64::try_from(n).ok();
+    let mut table = Table::default();
+    table.integer("schema_version", rows.iter().map(|_| Some(i64::from(SCHEMA_VERSION))));
+    table.integer("pair", rows.iter().map(|row| whole(row.place.pair + 1)));
+    table.text("file", rows.iter().map(|row| Some(of(row).file.as_str())));
+    table.text("trajectory", rows.iter().map(|row| of(row).trajectory.as_deref()));
+    table.integer("follower", rows.iter().map(|row| whole(of(row).follower)));
+    table.text("name", rows.iter().map(|row| Some(of(row).name.as_str())));
+    table.integer("samples", rows.iter().map(|row| whole(drive(row)?.trajectory.len())));
+    table.number("duration_s", rows.iter().map(|row| Some(duration(drive(row)?))));
+    let models: Vec<String> = settings.models.iter().map(|model| model.variant.name()).collect();
+    let measures: Vec<String> = settings.measures.iter().map(ToString::to_string).collect();
+    table.text("model", rows.iter().map(|row| Some(models[row.place.model].as_str())));
+    table.text("gof", rows.iter().map(|row| Some(measures[row.place.measure].as_str())));
+    let found = || rows.iter().map(|row| row.found.as_ref().ok());
+    table.number("score", found().map(|found| Some(found?.score)));
+    for (k, name) in ["rmse_s_m", "rmse_v_mps", "rmse_a_mps2"].into_iter().enumerate() {
+        table.number(name, found().map(|found| Some(found?.rmse[k])));
+    }
+    for (k, name) in ["nrmse_s", "nrmse_v", "nrmse_a"].into_iter().enumerate() {
+        table.number(name, found().map(|found| Some(found?.nrmse[k])));
+    }
+    let own: Vec<Vec<Symbol>> = settings.models.iter().map(|model| model.variant.parameters()).collect();
+    let at = |row: &Row, symbol| own[row.place.model].iter().position(|own| *own == symbol);
+    for symbol in settings.symbols() {
+        let name = parameter_column(symbol);
+        let value = |row: &Row| Some(row.found.as_ref().ok()?.parameters[at(row, symbol)?]);
+        table.number(&name, rows.iter().map(value));
+        if settings.intervals {
+            for (end, side) in ["low", "high"].into_iter().enumerate() {
+                let value =
+                    |row: &Row| Some(row.found.as_ref().ok()?.intervals.as_ref()?[at(row, symbol)?]?[end]);
+                table.number(&format!("{name}_{side}"), rows.iter().map(value));
+            }
+        }
+    }
+    let at_bound: Vec<Option<String>> =
+        found().map(|found| found.map(|found| found.at_bound.join(" ")).filter(|names| !names.is_empty())).collect();
+    table.text("at_bound", at_bound.iter().map(Option::as_deref));
+    table.integer("evaluations", found().map(|found| i64::try_from(found?.evaluations).ok()));
+    table.text("stop", found().map(|found| Some(found?.stop.as_str())));
+    table.text("reason", rows.iter().map(|row| row.found.as_ref().err().map(String::as_str)));
+    table
+}
+
+fn duration(drive: &Drive) -> f64 {
+    (drive.trajectory.len() - 1) as f64 * drive.trajectory.dt
+}
+
+/// Quantiles of some numbers.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Spread {
+    /// The median.
+    pub median: f64,
+    /// A quarter is below the first, and above the second.
+    pub middle_half: [f64; 2],
+    /// A twentieth is below the first, and above the second.
+    pub nine_tenths: [f64; 2],
+}
+
+impl Spread {
+    /// Of none there is none.
+    #[must_use]
+    pub fn of(values: &[f64]) -> Option<Spread> {
+        let at = |q| quantile(values, q);
+        Some(Spread { median: at(0.5)?, middle_half: [at(0.25)?, at(0.75)?], nine_tenths: [at(0.05)?, at(0.95)?] })
+    }
+}
+
+/// What the rows of a model and measure say together.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Overview {
+    /// The model.
+    pub model: String,
+    /// The measure.
+    pub gof: String,
+    /// Pairs with a result.
+    pub calibrated: usize,
+    /// Pairs on which this model has the lowest score of all models that were calibrated with the measure.
+    pub best: usize,
+    /// The scores.
+    pub score: Option<Spread>,
+    /// The parameters, in the order of the model.
+    pub parameters: Vec<ParameterOverview>,
+}
+
+/// What is known of a parameter over all pairs.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct ParameterOverview {
+    /// Its name.
+    pub name: String,
+    /// Its unit.
+    pub unit: String,
+    /// Its column in the table.
+    pub column: String,
+    /// Its values.
+    pub spread: Option<Spread>,
+    /// Share of the pairs on which it is on a bound.
+    pub at_bound: f64,
+    /// Share of the pairs whose drive determines it; `None` without intervals.
+    pub determined: Option<f64>,
+}
+
+/// One entry per model and measure, measures first.
+#[must_use]
+pub fn overview(settings: &Settings, rows: &[Row]) -> Vec<Overview> {
+    // Of each pair and measure, the lowest score and whose it is.
+    let mut best: BTreeMap<(usize, usize), (f64, usize)> = BTreeMap::new();
+    for row in rows {
+        let Ok(found) = &row.found else { continue };
+        let entry = best.entry((row.place.pair, row.place.measure)).or_insert((found.score, row.place.model));
+        if found.score < entry.0 {
+            *entry = (found.score, row.place.model);
+        }
+    }
+    let mut all = Vec::new();
+    for (k, measure) in settings.measures.iter().enumerate() {
+        for (m, model) in settings.models.iter().enumerate() {
+            let own: Vec<_> = rows
+                .iter()
+                .filter(|row| row.place.model == m && row.place.measure == k)
+                .filter_map(|row| row.found.as_ref().ok())
+                .collect();
+            let share = |count: usize| count as f64 / own.len().max(1) as f64;
+            let parameter = |(i, symbol): (usize, &Symbol)| ParameterOverview {
+                name: symbol.name().to_owned(),
+                unit: symbol.unit().to_owned(),
+                column: parameter_column(*symbol),
+                spread: Spread::of(&own.iter().map(|found| found.parameters[i]).collect::<Vec<_>>()),
+                at_bound: share(own.iter().filter(|found| found.at_bound.iter().any(|name| name == symbol.name())).count()),
+                determined: settings.intervals.then(|| {
+                    let known = |found: &&&super::Found| found.intervals.as_ref().is_some_and(|all| all[i].is_some());
+                    share(own.iter().filter(known).count())
+                }),
+            };
+            all.push(Overview {
+                model: model.variant.name(),
+                gof: measure.to_string(),
+                calibrated: own.len(),
+                best: best.iter().filter(|((_, measure), (_, model))| *measure == k && *model == m).count(),
+                score: Spread::of(&own.iter().map(|found| found.score).collect::<Vec<_>>()),
+                parameters: model.variant.parameters().iter().enumerate().map(parameter).collect(),
+            });
+        }
+    }
+    all
+}

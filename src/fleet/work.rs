@@ -1,0 +1,221 @@
+//! The work: some pairs at a time on one evaluator, several of these side by side where it is the CPU that computes.
+
+use super::{Drive, Found, Journal, JournalError, Pair, Place, Row, Settings};
+use crate::calibrate::{CalibrateError, Replicate, SearchSpace, bound_times, calibrate_each};
+use crate::evaluator::{Case, Course, EvaluateError, Evaluator, View};
+use crate::identify::identify;
+use crate::lanes::LanesPrecision;
+use crate::reference::Trace;
+use crate::rescore;
+use crate::select::{Kind, Work};
+use rayon::{ThreadPoolBuildError, ThreadPoolBuilder};
+use std::collections::BTreeMap;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+/// Pairs that share an evaluator on the CPU: making one takes as long as a hundredth of their searches. What is under way is lost with the
+/// process.
+const ON_THE_CPU: usize = 16;
+/// On a device, which is to have tens of thousands of candidates at a time.
+const ON_A_DEVICE: usize = 1024;
+/// Candidates of a generation of a search, for the choice of the evaluator.
+const GENERATION: usize = 100;
+
+/// A fleet that could not be calibrated.
+#[derive(Debug, thiserror::Error)]
+pub enum FleetError {
+    /// The evaluator failed.
+    #[error(transparent)]
+    Evaluate(#[from] EvaluateError),
+    /// Rows cannot be kept.
+    #[error(transparent)]
+    Journal(#[from] JournalError),
+    /// No more threads.
+    #[error("cannot start the threads: {0}; ask for fewer with --threads N")]
+    Threads(#[from] ThreadPoolBuildError),
+}
+
+/// One calibration that can be done.
+struct Task {
+    place: Place,
+    case: Case,
+    space: SearchSpace,
+}
+
+/// Calibrates all pairs with all models and measures: the rows in order of [`Settings::places`], or `None` for those that `stop` has left out.
+/// Rows that the journal has are taken from it, and others added. `tell` is given the number of rows that are there, from any thread.
+///
+/// # Errors
+/// When the evaluator fails or the journal cannot be written; what was found is in it.
+pub fn run(
+    pairs: &[Pair],
+    settings: &Settings,
+    journal: &Journal,
+    stop: &(dyn Fn() -> bool + Sync),
+    tell: &(dyn Fn(usize) + Sync),
+    warn: fn(&str),
+) -> Result<Vec<Option<Row>>, FleetError> {
+    let places: Vec<Place> = settings.places(pairs.len()).collect();
+    let open = |model, measure| {
+        let own = move |place: &&Place| place.model == model && place.measure == measure;
+        places.iter().filter(own).filter(|place| !journal.known().contains_key(place)).copied().collect::<Vec<_>>()
+    };
+    let rows = Mutex::new(journal.known().clone());
+    let add = |found: Vec<Row>| -> Result<(), JournalError> {
+        journal.add(&found)?;
+        let mut rows = rows.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        rows.extend(found.into_iter().map(|row| (row.place, row)));
+        tell(rows.len());
+        Ok(())
+    };
+    tell(journal.known().len());
+    for model in 0..settings.models.len() {
+        for measure in 0..settings.measures.len() {
+            let open = open(model, measure);
+            if uses_a_device(pairs, settings, &open, warn)? {
+                for places in open.chunks(ON_A_DEVICE).take_while(|_| !stop()) {
+                    add(together(pairs, settings, places, stop, warn)?)?;
+                }
+            } else {
+                side_by_side(&open.chunks(ON_THE_CPU).collect::<Vec<_>>(), stop, &|places| {
+                    Ok(add(together(pairs, settings, places, stop, warn)?)?)
+                })?;
+            }
+        }
+    }
+    let rows = rows.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+    let mut rows: BTreeMap<Place, Row> = rows;
+    Ok(places.iter().map(|place| rows.remove(place)).collect())
+}
+
+/// Does the same with each part, as many at a time as there are threads; each thread works by itself.
+fn side_by_side(
+    parts: &[&[Place]],
+    stop: &(dyn Fn() -> bool + Sync),
+    each: &(dyn Fn(&[Place]) -> Result<(), FleetError> + Sync),
+) -> Result<(), FleetError> {
+    let (next, failed) = (AtomicUsize::new(0), AtomicBool::new(false));
+    let work = || -> Result<(), FleetError> {
+        // What this thread does in parallel elsewhere it does one after the other.
+        let alone = ThreadPoolBuilder::new().num_threads(1).use_current_thread().build()?;
+        while !stop() && !failed.load(Ordering::Relaxed) {
+            let Some(part) = parts.get(next.fetch_add(1, Ordering::Relaxed)) else { break };
+            alone.install(|| each(part)).inspect_err(|_| failed.store(true, Ordering::Relaxed))?;
+        }
+        Ok(())
+    };
+    let threads = rayon::current_num_threads().min(parts.len());
+    std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
+        workers.into_iter().try_for_each(|worker| worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+    })
+}
+
+/// True if so much work goes to a device.
+fn uses_a_device(pairs: &[Pair], settings: &Settings, open: &[Place], warn: fn(&str)) -> Result<bool, FleetError> {
+    if matches!(settings.selection.kind, Kind::Lanes | Kind::Reference) {
+        return Ok(false);
+    }
+    let first = open.iter().find_map(|place| task(pairs, settings, *place).ok());
+    let Some(task) = first else { return Ok(false) };
+    let evaluator = build(settings, vec![task.case], task.place, open.len().min(ON_A_DEVICE), warn)?;
+    Ok(evaluator.name() == "gpu")
+}
+
+fn build(
+    settings: &Settings,
+    cases: Vec<Case>,
+    place: Place,
+    pairs: usize,
+    warn: fn(&str),
+) -> Result<Box<dyn Evaluator>, EvaluateError> {
+    let work = Work { candidates: pairs * GENERATION, precision: LanesPrecision::Plain };
+    settings.selection.build(cases, settings.measures[place.measure], work, warn)
+}
+
+/// The calibration of a place, or why there is none.
+fn task(pairs: &[Pair], settings: &Settings, place: Place) -> Result<Task, String> {
+    let (pair, model) = (&pairs[place.pair], &settings.models[place.model]);
+    let Drive { trajectory, vehicle } = pair.drive.as_ref().map_err(Clone::clone)?;
+    let vehicle = vehicle.as_ref();
+    let mut overrides = model.overrides.clone();
+    let ends = trajectory.t.first().zip(trajectory.t.last());
+    bound_times(&model.variant, ends.map_or([0.0; 2], |(first, last)| [*first, *last]), &mut overrides);
+    let space = SearchSpace::new(&model.variant, vehicle, settings.convention, &overrides).map_err(|e| e.to_string())?;
+    let case = Case::new(trajectory, model.variant, vehicle, settings.convention, space.tau_p_upper())
+        .and_then(|case| case.with_extension_delay(space.extension_delay_upper()))
+        .map_err(|e| e.to_string())?;
+    case.check_clock().and_then(|()| Course::new(&case)).map_err(|e| e.to_string())?;
+    Ok(Task { place, case, space })
+}
+
+/// Calibrates some places of one model and measure on one evaluator. Once stopped, those that have ended.
+fn together(
+    pairs: &[Pair],
+    settings: &Settings,
+    places: &[Place],
+    stop: &(dyn Fn() -> bool + Sync),
+    warn: fn(&str),
+) -> Result<Vec<Row>, FleetError> {
+    let (mut tasks, mut rows) = (Vec::new(), Vec::new());
+    for place in places {
+        match task(pairs, settings, *place) {
+            Ok(task) => tasks.push(task),
+            Err(reason) => rows.push(Row { place: *place, found: Err(reason) }),
+        }
+    }
+    let Some(place) = tasks.first().map(|task| task.place) else { return Ok(rows) };
+    let cases = tasks.iter().map(|task| task.case.clone()).collect();
+    let spaces: Vec<SearchSpace> = tasks.iter().map(|task| task.space.clone()).collect();
+    let mut evaluator = build(settings, cases, place, tasks.len(), warn)?;
+    let replicates = match calibrate_each(evaluator.as_mut(), &spaces, &settings.calibration, stop) {
+        Err(CalibrateError::Evaluate(error)) => return Err(error.into()),
+        Err(_) => return Ok(rows),
+        Ok(replicates) => replicates,
+    };
+    for (case, (task, replicate)) in tasks.iter().zip(replicates).enumerate() {
+        // What was stopped on the way is searched anew by whoever goes on.
+        if stop() {
+            break;
+        }
+        let found = match replicate {
+            Ok(replicate) if replicate.score.is_finite() => {
+                Ok(found(&mut View::new(evaluator.as_mut(), case), task, settings, replicate)?)
+            }
+            Ok(_) => Err("no candidate that passes in f32 passes in f64: they lie on the edge of a crash".to_owned()),
+            Err(CalibrateError::Evaluate(error)) => return Err(error.into()),
+            Err(error) => Err(error.to_string()),
+        };
+        rows.push(Row { place: task.place, found });
+    }
+    Ok(rows)
+}
+
+/// What a search has found, measured in f64, with intervals.
+fn found(
+    evaluator: &mut View<'_>,
+    task: &Task,
+    settings: &Settings,
+    replicate: Replicate,
+) -> Result<Found, EvaluateError> {
+    let Replicate { candidate, score, evaluations, stop, .. } = replicate;
+    let measures = rescore::outcome(&task.case, &task.space.parameters(&candidate), &mut Trace::default())?.result;
+    let signals = measures.map_or([[f64::NAN; 2]; 3], |measures| measures.0.map(|signal| [signal.rmse, signal.nrmse]));
+    let intervals = if settings.intervals {
+        let known = identify(evaluator, &task.space, &candidate, settings.calibration.seed)?.parameters;
+        let of = |symbol| known.iter().find(|one| one.symbol == symbol).map(|one| one.interval);
+        Some(task.space.symbols.iter().map(|symbol| of(*symbol)).collect())
+    } else {
+        None
+    };
+    Ok(Found {
+        score,
+        rmse: signals.map(|[rmse, _]| rmse),
+        nrmse: signals.map(|[_, nrmse]| nrmse),
+        at_bound: task.space.at_bound(&candidate).iter().map(|symbol| symbol.name().to_owned()).collect(),
+        parameters: candidate,
+        intervals,
+        evaluations,
+        stop: stop.to_string(),
+    })
+}

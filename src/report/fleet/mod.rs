@@ -1,0 +1,109 @@
+//! A fleet in words, as a file and as a page: it is about the drivers.
+
+mod text;
+
+pub use text::text;
+
+use crate::fleet::{Overview, Pair, Row, SCHEMA_VERSION, Settings, overview};
+use crate::trajectory::Source;
+use indexmap::IndexMap;
+
+/// `fleet.json`: what was done with which data, and what it says together. The rows are in `parameters.csv`.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct FleetFile {
+    /// Version of the file.
+    pub schema_version: u32,
+    /// The program and the state of its search.
+    pub program: String,
+    /// The files.
+    pub data: Vec<Source>,
+    /// Pairs that the files have.
+    pub pairs: usize,
+    /// Reasons why pairs have no result, without the place, and how many have each; pairs times models and measures.
+    pub reasons: IndexMap<String, usize>,
+    /// The convention.
+    pub convention: String,
+    /// The algorithm.
+    pub optimizer: String,
+    /// The seed.
+    pub seed: u64,
+    /// Simulations of a search at most.
+    pub max_evaluations: u64,
+    /// Whether there are intervals.
+    pub intervals: bool,
+    /// Bounds that differ from Table 3, by model.
+    pub bounds: IndexMap<String, IndexMap<String, [f64; 2]>>,
+    /// Where the bounds are from.
+    pub bounds_from: String,
+    /// One entry per model and measure.
+    pub overview: Vec<Overview>,
+}
+
+impl FleetFile {
+    /// What the rows say.
+    #[must_use]
+    pub fn of(pairs: &[Pair], settings: &Settings, rows: &[Row], bounds_from: String) -> FleetFile {
+        let mut data: Vec<Source> = Vec::new();
+        for drive in pairs.iter().filter_map(|pair| pair.drive.as_ref().ok()) {
+            let source = &drive.trajectory.source;
+            if data.last() != Some(source) && !data.contains(source) {
+                data.push(source.clone());
+            }
+        }
+        let mut reasons: IndexMap<String, usize> = IndexMap::new();
+        for row in rows {
+            if let Err(reason) = &row.found {
+                let place = format!("{}: ", pairs[row.place.pair].file);
+                *reasons.entry(kind(reason.strip_prefix(&place).unwrap_or(reason))).or_default() += 1;
+            }
+        }
+        reasons.sort_by(|a, one, b, another| another.cmp(one).then(a.cmp(b)));
+        let bounds = settings.models.iter().map(|model| {
+            (model.variant.name(), model.overrides.iter().map(|(name, ends)| (name.clone(), *ends)).collect())
+        });
+        FleetFile {
+            schema_version: SCHEMA_VERSION,
+            program: crate::calibrate::PROGRAM.clone(),
+            data,
+            pairs: pairs.len(),
+            reasons,
+            convention: settings.convention.to_string(),
+            optimizer: settings.calibration.optimizer.runs().to_owned(),
+            seed: settings.calibration.seed,
+            max_evaluations: settings.calibration.stop.max_evaluations,
+            intervals: settings.intervals,
+            bounds: bounds.collect(),
+            bounds_from,
+            overview: overview(settings, rows),
+        }
+    }
+
+    /// Calibrations with a result.
+    #[must_use]
+    pub fn calibrated(&self) -> usize {
+        self.overview.iter().map(|one| one.calibrated).sum()
+    }
+
+    /// As JSON, for `fleet.json`.
+    ///
+    /// # Panics
+    /// Never: it is numbers and text.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        serde_json::to_string_pretty(self).expect("numbers and text can be written") + "\n"
+    }
+}
+
+/// A reason without the numbers of the one pair that has it.
+fn kind(reason: &str) -> String {
+    let mut kind = String::new();
+    for c in reason.chars() {
+        match c {
+            '0'..='9' if kind.ends_with('#') => {}
+            '0'..='9' => kind.push('#'),
+            '.' if kind.ends_with('#') => {}
+            c => kind.push(c),
+        }
+    }
+    kind.replace("#.#", "#")
+}

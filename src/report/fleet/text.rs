@@ -1,0 +1,73 @@
+//! A fleet in some ten lines.
+
+use super::FleetFile;
+use crate::fleet::{Overview, Spread};
+use crate::report::html::short;
+use std::fmt::Write;
+
+/// Reasons that are told; the table has all.
+const REASONS: usize = 3;
+
+/// What `calibrate --all` prints.
+#[must_use]
+pub fn text(file: &FleetFile) -> String {
+    let calibrated = file.calibrated();
+    let whole = file.pairs * file.overview.len();
+    let files = if file.data.len() == 1 { "1 file".to_owned() } else { format!("{} files", file.data.len()) };
+    let mut text = format!("{} pairs of {files}: {calibrated} of {whole} calibrations have a result\n", file.pairs);
+    for (reason, count) in file.reasons.iter().take(REASONS) {
+        // Writing to a String cannot fail.
+        let _ = writeln!(text, "  {count} without: {reason}");
+    }
+    if file.overview.len() > 1 {
+        text += &models(&file.overview);
+    }
+    // The one that fits most pairs best is told in full.
+    let gof = file.overview.first().map(|one| one.gof.clone());
+    let own = file.overview.iter().filter(|one| Some(&one.gof) == gof.as_ref());
+    if let Some(best) = own.rev().max_by_key(|one| one.best) {
+        text += &parameters(best, file.intervals);
+    }
+    text
+}
+
+fn models(all: &[Overview]) -> String {
+    let mut text = format!("\n{:<28} {:<12} {:>10} {:>22} {:>10}\n", "model", "minimised", "median", "5 to 95 %", "best on");
+    for one in all {
+        let (median, range) = one.score.map_or(("–".to_owned(), "–".to_owned()), |s| (short(s.median), range(s.nine_tenths)));
+        let best = format!("{} of {}", one.best, one.calibrated);
+        let _ = writeln!(text, "{:<28} {:<12} {median:>10} {range:>22} {best:>10}", one.model, one.gof);
+    }
+    text
+}
+
+fn parameters(one: &Overview, intervals: bool) -> String {
+    let mut text = format!("\n{:<14} {:>10} {:>20} {:>20} {:>10}", one.model, "median", "middle half", "5 to 95 %", "at bound");
+    text += if intervals { "  determined\n" } else { "\n" };
+    let row = |name: &str, spread: &Spread| {
+        let (half, most) = (range(spread.middle_half), range(spread.nine_tenths));
+        format!("{name:<14} {:>10} {half:>20} {most:>20}", short(spread.median))
+    };
+    if let Some(score) = &one.score {
+        text += &(row(&one.gof, score) + "\n");
+    }
+    for parameter in &one.parameters {
+        let Some(spread) = &parameter.spread else { continue };
+        let name = match parameter.unit.as_str() {
+            "-" => parameter.name.clone(),
+            unit => format!("{} [{unit}]", parameter.name),
+        };
+        let at_bound = percent(parameter.at_bound);
+        let determined = parameter.determined.map_or(String::new(), |share| format!("  {:>10}", percent(share)));
+        let _ = writeln!(text, "{} {at_bound:>10}{determined}", row(&name, spread));
+    }
+    text
+}
+
+fn percent(share: f64) -> String {
+    format!("{:.0} %", 100.0 * share)
+}
+
+fn range([low, high]: [f64; 2]) -> String {
+    format!("{} to {}", short(low), short(high))
+}
