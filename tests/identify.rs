@@ -78,7 +78,7 @@ fn known(
         Calibration { seed, stop: Stop { max_evaluations: 2000, ..Stop::default() }, ..Calibration::default() };
     let found =
         calibrate(&mut lanes, &space, &settings, &mut |_| ControlFlow::Continue(())).expect("feasible").remove(0);
-    let knowledge = identify(&mut lanes, &space, &found.candidate, seed).expect("lanes");
+    let knowledge = identify(&lanes, &space, &found.candidate).expect("lanes");
     (found.candidate, knowledge, lanes, space)
 }
 
@@ -152,9 +152,9 @@ fn what_data_do_not_tell_is_left_open() {
 #[test]
 fn a_candidate_beside_the_minimum_is_called_so() {
     let trajectory = drive(1500, 0.2, 4);
-    let (mut candidate, _, mut lanes, space) = known(&trajectory, &[("t_h", [0.3, 3.0]), ("d_0", [0.5, 6.0])], 1);
+    let (mut candidate, _, lanes, space) = known(&trajectory, &[("t_h", [0.3, 3.0]), ("d_0", [0.5, 6.0])], 1);
     candidate[2] += 1.5;
-    let knowledge = identify(&mut lanes, &space, &candidate, 1).expect("lanes");
+    let knowledge = identify(&lanes, &space, &candidate).expect("lanes");
     assert!(knowledge.parameters.is_empty() && knowledge.note.is_some_and(|note| note.contains("not at a minimum")));
 }
 
@@ -193,8 +193,8 @@ fn parameters_that_change_nothing_are_called_so() {
     for drives in [1, 2] {
         let cases = (0..drives)
             .map(|seed| Case::new(&drive(1500, 0.2, seed), variant, None, Convention::PAPER, 0.0).expect("a drive"));
-        let mut lanes = Lanes::new(cases.collect(), GoodnessOfFit::NRMSE_SVA, LanesPrecision::Plain).expect("lanes");
-        let knowledge = identify(&mut lanes, &space, &candidate, 1).expect("lanes");
+        let lanes = Lanes::new(cases.collect(), GoodnessOfFit::NRMSE_SVA, LanesPrecision::Plain).expect("lanes");
+        let knowledge = identify(&lanes, &space, &candidate).expect("lanes");
         assert_eq!(knowledge.note, Some("no parameter changes the score"));
         assert_eq!(knowledge.evaluations, 9, "{drives} drives");
     }

@@ -3,12 +3,14 @@
 mod bound_set;
 mod each;
 mod exact;
+mod one_driver;
 mod search;
 mod settled;
 mod space;
 
 pub use bound_set::BoundSet;
 pub use each::calibrate_each;
+pub use one_driver::{Apart, apart};
 pub(crate) use search::program_of;
 pub use search::{PROGRAM, SEARCH_REVISION, merit};
 pub use space::{BoundsError, Overrides, SearchSpace, bound_times, read_bounds};

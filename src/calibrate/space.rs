@@ -165,6 +165,15 @@ impl SearchSpace {
         }
     }
 
+    /// The share of the searched range of parameter `i` that an interval holds; of the logarithm where that is searched, as all optimisers but
+    /// `ga` do.
+    #[must_use]
+    pub fn share_of_range(&self, i: usize, interval: [f64; 2]) -> f64 {
+        let along = |x: f64| if self.spans_decades(i) { x.ln() } else { x };
+        let ([lower, upper], [low, high]) = (self.bounds[i].map(along), interval.map(along));
+        if upper > lower { (high - low) / (upper - lower) } else { 0.0 }
+    }
+
     /// True for a positive parameter whose bounds are more than two decades apart: equal differences would hardly ever try the
     /// lower ones. Of Table 3 these are the gains of the linear controllers.
     fn spans_decades(&self, i: usize) -> bool {

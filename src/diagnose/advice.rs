@@ -1,5 +1,6 @@
 //! What a result asks its reader to do before anything else, and next.
 
+use super::drivers::DIFFERENT;
 use super::outcome::Outcome;
 use super::verdict::Verdict;
 
@@ -10,6 +11,13 @@ impl Outcome {
         if self.data.iter().any(|entry| entry.units.is_some()) {
             return Some(
                 "The units of the data contradict each other (section 1): no size and no verdict here can be trusted until that is mended"
+                    .to_owned(),
+            );
+        }
+        if self.data_findings.iter().any(|finding| finding.name == DIFFERENT) {
+            return Some(
+                "These drives are hardly of one driver (section 1): what is named here makes up for the difference; diagnose each driver by \
+                 himself"
                     .to_owned(),
             );
         }

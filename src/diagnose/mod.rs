@@ -18,6 +18,7 @@ pub mod data;
 pub mod decide;
 pub mod describe;
 pub mod drive;
+pub mod drivers;
 mod equilibrium;
 mod experiment;
 pub mod family;

@@ -2,6 +2,7 @@
 
 use super::budget::Budget;
 use super::data::{Finding, Soundness};
+use super::drivers::DIFFERENT;
 use super::fate::Untried;
 use super::formula::Formula;
 use super::free::BrokenOffEntry;
@@ -402,9 +403,9 @@ impl Outcome {
     }
 }
 
-/// True if data contradict themselves so much that no verdict can be had from them.
+/// True if data contradict themselves, or are of several drivers, so that no verdict can be had from them.
 #[must_use]
 pub fn has_bad_data(data: &[DataEntry], findings: &[FindingEntry]) -> bool {
     data.iter().any(|entry| entry.units.is_some())
-        || findings.iter().any(|f| f.name == "inconsistent" && f.unit == "m/s")
+        || findings.iter().any(|f| f.name == "inconsistent" && f.unit == "m/s" || f.name == DIFFERENT)
 }

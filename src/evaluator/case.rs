@@ -5,6 +5,7 @@ use crate::convention::{Acceleration, Convention, Delay, RoadLoad, Step};
 use crate::symbols::{Bounds, Parameters, Symbol};
 use crate::trajectory::{Grade, Trajectory};
 use crate::vehicle::Vehicle;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// A trajectory prepared for simulation: measured signals, vehicle, grade and convention in one place.
@@ -135,6 +136,26 @@ impl Case {
             return Err(InvalidParameter::Delay { name: self.delay_name(), upper, found });
         }
         Ok(())
+    }
+
+    /// A piece of it, as if nothing had been measured before and behind.
+    #[must_use]
+    pub fn part(&self, range: Range<usize>) -> Case {
+        let own = |signal: &Arc<[f64]>| -> Arc<[f64]> { signal[range.clone()].into() };
+        Case {
+            x_l: own(&self.x_l),
+            v_l: own(&self.v_l),
+            x_f: own(&self.x_f),
+            v_f: own(&self.v_f),
+            a_f: own(&self.a_f),
+            s: own(&self.s),
+            t_0: self.t_0 + range.start as f64 * self.dt,
+            a_l: self.a_l.as_ref().map(own),
+            v_l2: self.v_l2.as_ref().map(own),
+            s_l2: self.s_l2.as_ref().map(own),
+            earliest: self.earliest.saturating_sub(range.start),
+            ..self.clone()
+        }
     }
 
     /// Prepares a trajectory for a variant. `tau_p_upper` is the upper bound of the perception delay \[s\] (0.8 in Table 3).

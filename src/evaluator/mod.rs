@@ -7,7 +7,6 @@ mod halves;
 mod observer;
 mod raw;
 mod table;
-mod view;
 
 pub use case::{Case, CaseError, InvalidParameter};
 pub(crate) use course::smoothed_acceleration;
@@ -17,7 +16,6 @@ pub use halves::Halves;
 pub use observer::{Innovations, Observed, Observer, Residuals, Windows};
 pub use raw::{Raw, status};
 pub use table::{Cell, Line, Table};
-pub use view::View;
 
 use crate::catalog::Variant;
 use crate::convention::BoundRule;

@@ -1,10 +1,10 @@
 //! The work: some pairs at a time on one evaluator, several of these side by side where it is the CPU that computes.
 
-use super::{Drive, Found, Journal, JournalError, Pair, Place, Row, Settings};
+use super::{Drive, EVALUATIONS_PER_PARAMETER, Found, Journal, JournalError, Pair, Place, Row, Settings};
 use crate::calibrate::{CalibrateError, Replicate, SearchSpace, bound_times, calibrate_each};
-use crate::evaluator::{Case, Course, EvaluateError, Evaluator, View};
-use crate::identify::identify;
-use crate::lanes::LanesPrecision;
+use crate::evaluator::{Case, Course, EvaluateError, Evaluator};
+use crate::identify::{Exactly, identify_on};
+use crate::lanes::{Lanes, LanesPrecision};
 use crate::reference::Trace;
 use crate::rescore;
 use crate::select::{Kind, Work};
@@ -36,10 +36,10 @@ pub enum FleetError {
 }
 
 /// One calibration that can be done.
-struct Task {
+pub(super) struct Task {
     place: Place,
-    case: Case,
-    space: SearchSpace,
+    pub(super) case: Case,
+    pub(super) space: SearchSpace,
 }
 
 /// Calibrates all pairs with all models and measures: the rows in order of [`Settings::places`], or `None` for those that `stop` has left out.
@@ -107,7 +107,9 @@ fn side_by_side(
     let threads = rayon::current_num_threads().min(parts.len());
     std::thread::scope(|scope| {
         let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
-        workers.into_iter().try_for_each(|worker| worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+        workers
+            .into_iter()
+            .try_for_each(|worker| worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
     })
 }
 
@@ -134,14 +136,15 @@ fn build(
 }
 
 /// The calibration of a place, or why there is none.
-fn task(pairs: &[Pair], settings: &Settings, place: Place) -> Result<Task, String> {
+pub(super) fn task(pairs: &[Pair], settings: &Settings, place: Place) -> Result<Task, String> {
     let (pair, model) = (&pairs[place.pair], &settings.models[place.model]);
     let Drive { trajectory, vehicle } = pair.drive.as_ref().map_err(Clone::clone)?;
     let vehicle = vehicle.as_ref();
     let mut overrides = model.overrides.clone();
     let ends = trajectory.t.first().zip(trajectory.t.last());
     bound_times(&model.variant, ends.map_or([0.0; 2], |(first, last)| [*first, *last]), &mut overrides);
-    let space = SearchSpace::new(&model.variant, vehicle, settings.convention, &overrides).map_err(|e| e.to_string())?;
+    let space =
+        SearchSpace::new(&model.variant, vehicle, settings.convention, &overrides).map_err(|e| e.to_string())?;
     let case = Case::new(trajectory, model.variant, vehicle, settings.convention, space.tau_p_upper())
         .and_then(|case| case.with_extension_delay(space.extension_delay_upper()))
         .map_err(|e| e.to_string())?;
@@ -168,11 +171,16 @@ fn together(
     let cases = tasks.iter().map(|task| task.case.clone()).collect();
     let spaces: Vec<SearchSpace> = tasks.iter().map(|task| task.space.clone()).collect();
     let mut evaluator = build(settings, cases, place, tasks.len(), warn)?;
-    let replicates = match calibrate_each(evaluator.as_mut(), &spaces, &settings.calibration, stop) {
+    let mut calibration = settings.calibration;
+    let own = EVALUATIONS_PER_PARAMETER * spaces[0].free().len().max(1) as u64;
+    calibration.stop.max_evaluations = settings.max_evaluations.unwrap_or(own);
+    let replicates = match calibrate_each(evaluator.as_mut(), &spaces, &calibration, stop) {
         Err(CalibrateError::Evaluate(error)) => return Err(error.into()),
         Err(_) => return Ok(rows),
         Ok(replicates) => replicates,
     };
+    let exact = || Lanes::new(evaluator.cases().to_vec(), *evaluator.gof(), LanesPrecision::F64);
+    let exact = settings.intervals.then(exact).transpose()?;
     for (case, (task, replicate)) in tasks.iter().zip(replicates).enumerate() {
         // What was stopped on the way is searched anew by whoever goes on.
         if stop() {
@@ -180,7 +188,8 @@ fn together(
         }
         let found = match replicate {
             Ok(replicate) if replicate.score.is_finite() => {
-                Ok(found(&mut View::new(evaluator.as_mut(), case), task, settings, replicate)?)
+                let exactly = exact.as_ref().map(|lanes| Exactly { lanes, first: case, count: 1 });
+                Ok(found(exactly, task, replicate)?)
             }
             Ok(_) => Err("no candidate that passes in f32 passes in f64: they lie on the edge of a crash".to_owned()),
             Err(CalibrateError::Evaluate(error)) => return Err(error.into()),
@@ -192,18 +201,13 @@ fn together(
 }
 
 /// What a search has found, measured in f64, with intervals.
-fn found(
-    evaluator: &mut View<'_>,
-    task: &Task,
-    settings: &Settings,
-    replicate: Replicate,
-) -> Result<Found, EvaluateError> {
+fn found(exactly: Option<Exactly<'_>>, task: &Task, replicate: Replicate) -> Result<Found, EvaluateError> {
     let Replicate { candidate, score, evaluations, stop, .. } = replicate;
     let measures = rescore::outcome(&task.case, &task.space.parameters(&candidate), &mut Trace::default())?.result;
     let signals = measures.map_or([[f64::NAN; 2]; 3], |measures| measures.0.map(|signal| [signal.rmse, signal.nrmse]));
-    let intervals = if settings.intervals {
-        let known = identify(evaluator, &task.space, &candidate, settings.calibration.seed)?.parameters;
-        let of = |symbol| known.iter().find(|one| one.symbol == symbol).map(|one| one.interval);
+    let intervals = if let Some(exactly) = exactly {
+        let known = identify_on(exactly, &task.space, &candidate)?.parameters;
+        let of = |symbol| known.iter().find(|one| one.symbol == symbol && one.determined).map(|one| one.interval);
         Some(task.space.symbols.iter().map(|symbol| of(*symbol)).collect())
     } else {
         None

@@ -1,12 +1,13 @@
-//! The score near its minimum: a quadratic form, and how far each block of the drive pulls the minimum.
+//! The score near its minimum: a quadratic form, and how far the noise of the drive pulls the minimum.
 //!
 //! The score is Σ_k w_k √m_k over signals (and the mean over cases), where m_k is the mean of squared residuals e². Its second
 //! derivatives are taken without those of e (Gauss and Newton), which keeps the form from falling anywhere.
 
-use super::student;
+use super::noise::{Free, Noise};
+use super::{Exactly, student};
 use crate::calibrate::SearchSpace;
 use crate::convention::Denominators;
-use crate::evaluator::Case;
+use crate::evaluator::{Case, EvaluateError};
 use crate::reference::Trace;
 use crate::rescore;
 use crate::score::{Accumulation, GoodnessOfFit, Measured, denominator, is_relative};
@@ -28,6 +29,10 @@ pub(super) struct Refused {
 
 /// Residuals of one signal of one case, and their derivatives by each searched parameter, in shares of its range.
 struct SignalResiduals {
+    /// 0: spacing, 1: speed, 2: acceleration.
+    signal: usize,
+    /// Derivative of each residual by what is simulated.
+    per_simulated: Vec<f64>,
     /// Weight of √m in the score.
     weight: f64,
     /// 1 / number of samples that count.
@@ -36,26 +41,34 @@ struct SignalResiduals {
     slopes: Vec<Vec<f64>>,
 }
 
-/// Numbers of blocks into which each drive is cut; the one that gives the widest interval counts. Few: blocks must be long against
-/// the memory of the residuals. Three: a variance from so few blocks is sometimes far too small by chance.
-const CUTS: [usize; 3] = [6, 10, 16];
+/// Time between the disturbances whose effect is followed \[s\]: short against what a driver takes to answer.
+const BETWEEN_S: f64 = 1.0;
 
 /// The score of one case near the minimum.
 struct CaseForm {
+    gradient: DVector<f64>,
     curvature: DMatrix<f64>,
-    /// What each sample adds to the gradient, whose mean it is.
-    samples: Vec<DVector<f64>>,
+    /// Derivative of the gradient by the residuals of spacing, speed and acceleration at each sample, from the first that counts on.
+    pulls: [Vec<DVector<f64>>; 3],
+    /// Covariance of the gradient if every sample were by itself.
+    independent: DMatrix<f64>,
+    /// First sample that counts.
+    first: usize,
 }
 
 /// The local picture of a calibrated candidate.
 pub(super) struct Local {
     /// Positions of the searched parameters in the space.
     pub(super) free: Vec<usize>,
-    /// Which of them lie on a bound.
-    on_bound: Vec<bool>,
-    /// Second derivatives of the score by shares of the ranges.
-    pub(super) curvature: DMatrix<f64>,
-    cases: Vec<CaseForm>,
+    /// First derivatives of the score by shares of the ranges, 0 where the parameter lies on a bound, and second ones.
+    gradient: DVector<f64>,
+    curvature: DMatrix<f64>,
+    /// Covariance of the gradient by the noise of the drives, and what it would be if all residuals were independent.
+    noise: DMatrix<f64>,
+    independent: DMatrix<f64>,
+    samples: usize,
+    /// Pieces of the noise that do not depend on each other, less the searched parameters.
+    freedom: f64,
     /// Added to the diagonal of every form.
     ridge: f64,
     /// Steps tried on either side of each searched parameter, of the case that needed most.
@@ -75,42 +88,72 @@ pub(super) struct Spread {
 impl Local {
     /// Refused if the candidate, or all its neighbours in some direction, cannot be simulated, and if the score has no curvature.
     pub(super) fn new(
-        cases: &[Case],
+        exactly: Exactly<'_>,
         gof: &GoodnessOfFit,
         space: &SearchSpace,
         candidate: &[f64],
-    ) -> Result<Local, Refused> {
+    ) -> Result<Result<Local, Refused>, EvaluateError> {
+        let cases = exactly.cases();
         let free = space.free();
-        let on = space.at_bound(candidate);
-        let on_bound = free.iter().map(|&i| on.contains(&space.symbols[i])).collect();
         let n = free.len();
-        let (curvature, tried) = (DMatrix::zeros(n, n), vec![0; n]);
-        let mut local = Local { free, on_bound, curvature, cases: Vec::new(), ridge: 0.0, tried };
-        let mut sloped = false;
+        let on_bound = space.at_bound(candidate);
+        let [curvature, noise, independent] = [0; 3].map(|_| DMatrix::zeros(n, n));
+        let mut local = Local {
+            free,
+            gradient: DVector::zeros(n),
+            curvature,
+            noise,
+            independent,
+            samples: 0,
+            freedom: 0.0,
+            ridge: 0.0,
+            tried: vec![0; n],
+        };
+        let (mut sloped, mut forms) = (false, Vec::new());
         for case in cases {
             let Some(signals) = local.signals(case, gof, space, candidate) else {
-                return Err(local.refused("the score is not defined around the candidate"));
+                return Ok(Err(local.refused("the score is not defined around the candidate")));
             };
-            sloped |= signals.iter().any(|signal| signal.slopes.iter().flatten().any(|slope| *slope != 0.0));
-            local.cases.push(CaseForm::new(&signals, n, cases.len() as f64));
+            sloped |= signals.1.iter().any(|signal| signal.slopes.iter().flatten().any(|slope| *slope != 0.0));
+            forms.push(CaseForm::new(&signals.1, signals.0, n, cases.len() as f64));
         }
-        for case in &local.cases {
-            local.curvature += &case.curvature;
+        for form in &forms {
+            local.gradient += &form.gradient;
+            local.curvature += &form.curvature;
+            local.independent += &form.independent;
+            local.samples += form.pulls[0].len();
+        }
+        for (k, &i) in local.free.iter().enumerate() {
+            if on_bound.contains(&space.symbols[i]) {
+                local.gradient[k] = 0.0;
+            }
         }
         if !sloped {
-            return Err(local.refused("no parameter changes the score"));
+            return Ok(Err(local.refused("no parameter changes the score")));
         }
         let largest = local.curvature.diagonal().max();
         if !largest.is_finite() {
-            return Err(local.refused("the score is not defined around the candidate"));
+            return Ok(Err(local.refused("the score is not defined around the candidate")));
         }
         if largest <= 0.0 {
             // A score of roots has a corner where all residuals are 0.
-            return Err(local.refused("the score has no curvature around the candidate, as where the fit is perfect"));
+            return Ok(Err(
+                local.refused("the score has no curvature around the candidate, as where the fit is perfect")
+            ));
         }
         local.ridge = RIDGE * largest;
         local.curvature += DMatrix::identity(n, n) * local.ridge;
-        Ok(local)
+        for (k, form) in forms.iter().enumerate() {
+            match form.noise(exactly, k, space, candidate)? {
+                Some((noise, pieces)) => {
+                    local.noise += noise;
+                    local.freedom += pieces;
+                }
+                None => return Ok(Err(local.refused("the candidate lies on the very edge of what is feasible"))),
+            }
+        }
+        local.freedom -= n as f64;
+        Ok(Ok(local))
     }
 
     /// Simulated candidates, each on all cases: the one of the middle, and its neighbours.
@@ -129,7 +172,7 @@ impl Local {
         gof: &GoodnessOfFit,
         space: &SearchSpace,
         candidate: &[f64],
-    ) -> Option<Vec<SignalResiduals>> {
+    ) -> Option<(usize, Vec<SignalResiduals>)> {
         let mut trace = Trace::default();
         let mut run = |values: &[f64]| {
             let parameters = space.parameters(values);
@@ -189,65 +232,58 @@ impl Local {
                 weight /= (square * norm.per_count[k]).sqrt() + norm.rms_measured[k];
             }
             let slopes = sides.iter().map(slope).collect();
+            let per_simulated = observed[k][first..].iter().map(|obs| per_simulated(kind, *obs, floor[k])).collect();
             signals.push(SignalResiduals {
+                signal: k,
+                per_simulated,
                 weight,
                 per_count: norm.per_count[k],
                 residual: residual_of(&here[k]),
                 slopes,
             });
         }
-        Some(signals)
+        Some((first, signals))
     }
 
-    /// The parameters inside their bounds, and parameter `k`.
-    fn inside(&self, k: usize) -> Vec<usize> {
-        (0..self.free.len()).filter(|&i| i == k || !self.on_bound[i]).collect()
+    /// Where the score would be lowest if it were the quadratic form.
+    pub(super) fn lowest(&self, space: &SearchSpace, candidate: &[f64]) -> Vec<f64> {
+        let mut moved = candidate.to_vec();
+        for (k, &i) in self.free.iter().enumerate() {
+            let [lower, upper] = space.bounds[i];
+            let step = inverse(&self.curvature, k).dot(&self.gradient);
+            moved[i] = (candidate[i] - step * (upper - lower)).clamp(lower, upper);
+        }
+        moved
     }
 
-    /// How far parameter `k` may be off. Each block of the drive would move the minimum by the sum of its influences; the variance of
-    /// such sums is that of the parameter, whatever the autocorrelation within a block (batch means; H. R. Künsch, Annals of
-    /// Statistics 17, 1989, for estimators such as this one).
+    /// How far parameter `k` may be off: by the covariance of the gradient and the curvature of the score (the sandwich of P. J. Huber,
+    /// 1967, for estimators such as this one).
     pub(super) fn spread(&self, k: usize) -> Spread {
-        let inside = self.inside(k);
-        let row = inside.iter().position(|&i| i == k).expect("k is among them");
-        let inverse = inverse(&self.curvature, &inside);
-        let pull = |g: &DVector<f64>| inside.iter().enumerate().map(|(c, &i)| inverse[(row, c)] * g[i]).sum::<f64>();
-        let influences: Vec<Vec<f64>> = self.cases.iter().map(|case| case.samples.iter().map(pull).collect()).collect();
-
-        let wide = CUTS.map(|blocks| {
-            let variance: f64 = influences.iter().map(|u| variance_of_mean(u, blocks)).sum();
-            (student(((blocks - 1) * influences.len()) as f64) * variance.sqrt(), variance)
-        });
-        let (half, variance) = wide.into_iter().fold((0.0, 0.0), |a, b| if b.0 > a.0 { b } else { a });
+        let pull = inverse(&self.curvature, k);
+        let variance_by = |form: &DMatrix<f64>| (form * &pull).dot(&pull);
+        let variance = variance_by(&self.noise);
+        let half = student(self.freedom) * variance.sqrt();
         // A parameter that changes nothing has the ridge as its curvature, and may be anywhere.
-        if self.curvature[(k, k)] < 10.0 * self.ridge || half <= 0.0 {
+        if self.curvature[(k, k)] < 10.0 * self.ridge || half.is_nan() || half <= 0.0 {
             return Spread { half: 1.0, rise: f64::NAN, effective_samples: 0.0 };
         }
-        let samples: usize = influences.iter().map(Vec::len).sum();
-        let independent: f64 = influences.iter().map(|u| variance_of_mean(u, u.len())).sum();
-        let effective_samples = (samples as f64 * independent / variance).min(samples as f64);
-        let rise = half * half / (2.0 * inverse[(row, row)].max(f64::MIN_POSITIVE));
+        let independent = variance_by(&self.independent);
+        let samples = self.samples as f64;
+        let effective_samples = (samples * independent / variance).min(samples);
+        let rise = half * half / (2.0 * pull[k].max(f64::MIN_POSITIVE));
         Spread { half, rise, effective_samples }
-    }
-
-    /// How the others follow parameter `k` when it moves by 1: the bottom of the quadratic valley.
-    pub(super) fn follow(&self, k: usize) -> DVector<f64> {
-        let inside = self.inside(k);
-        let inverse = inverse(&self.curvature, &inside);
-        let row = inside.iter().position(|&i| i == k).expect("k is among them");
-        let mut direction = DVector::zeros(self.free.len());
-        for (c, &i) in inside.iter().enumerate() {
-            direction[i] = inverse[(c, row)] / inverse[(row, row)];
-        }
-        direction
     }
 }
 
 impl CaseForm {
     /// Of one case of so many.
-    fn new(signals: &[SignalResiduals], n: usize, cases: f64) -> CaseForm {
+    fn new(signals: &[SignalResiduals], first: usize, n: usize, cases: f64) -> CaseForm {
         let count = signals[0].residual.len();
-        let mut form = CaseForm { curvature: DMatrix::zeros(n, n), samples: vec![DVector::zeros(n); count] };
+        let none = || vec![DVector::zeros(n); count];
+        let (curvature, independent) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
+        let mut form =
+            CaseForm { gradient: DVector::zeros(n), curvature, pulls: [none(), none(), none()], independent, first };
+        let mut whole = none();
         for signal in signals {
             let mean_square = signal.residual.iter().map(|e| e * e).sum::<f64>() * signal.per_count;
             if mean_square <= 0.0 {
@@ -257,39 +293,95 @@ impl CaseForm {
             let first = signal.weight / cases / (2.0 * mean_square.sqrt());
             let second = -first / (2.0 * mean_square);
             let (mut mixed, mut square) = (DVector::zeros(n), DMatrix::zeros(n, n));
-            for (t, (e, sample)) in signal.residual.iter().zip(&mut form.samples).enumerate() {
-                let slope = DVector::from_iterator(n, signal.slopes.iter().map(|s| s[t]));
-                mixed.axpy(2.0 * e * signal.per_count, &slope, 1.0);
-                square.ger(2.0 * signal.per_count, &slope, &slope, 1.0);
-                sample.axpy(2.0 * e * first * signal.per_count * count as f64, &slope, 1.0);
+            let slope = |t: usize| DVector::from_iterator(n, signal.slopes.iter().map(|s| s[t]));
+            for (t, e) in signal.residual.iter().enumerate() {
+                mixed.axpy(2.0 * e * signal.per_count, &slope(t), 1.0);
+                square.ger(2.0 * signal.per_count, &slope(t), &slope(t), 1.0);
             }
+            form.gradient += &mixed * first;
             form.curvature += square * first + &mixed * mixed.transpose() * second;
-            // What a sample changes in the weight of the signal.
-            for (e, sample) in signal.residual.iter().zip(&mut form.samples) {
-                sample.axpy(second * (e * e * signal.per_count * count as f64 - mean_square), &mixed, 1.0);
+            for (t, e) in signal.residual.iter().enumerate() {
+                // By the residual itself, and by the weight of the signal, which it changes.
+                let mut by_residual = slope(t) * (2.0 * first * signal.per_count);
+                by_residual.axpy(2.0 * second * e * signal.per_count, &mixed, 1.0);
+                whole[t].axpy(*e, &by_residual, 1.0);
+                form.pulls[signal.signal][t] = by_residual * signal.per_simulated[t];
             }
+        }
+        for pull in &whole {
+            form.independent.ger(1.0, pull, pull, 1.0);
         }
         form
     }
+
+    /// Covariance of the gradient by the noise of the drive: of the measurement, and of the acceleration that the model does not know, whose
+    /// effect goes through the model. Beside it, the pieces of the noise that do not depend on each other. `None` if the run fails.
+    fn noise(
+        &self,
+        exactly: Exactly<'_>,
+        k: usize,
+        space: &SearchSpace,
+        candidate: &[f64],
+    ) -> Result<Option<(DMatrix<f64>, f64)>, EvaluateError> {
+        let (lanes, at) = (exactly.lanes, exactly.first + k);
+        let Some(noise) = Noise::of(lanes, at, space, candidate, STEPS[0])? else { return Ok(None) };
+        let Some(free) = Free::new(lanes, at, space.parameters(candidate))? else { return Ok(None) };
+        let dt = exactly.cases()[k].dt;
+        let n = self.curvature.nrows();
+        let samples = self.pulls[0].len();
+        let gradient = |signal: usize, from: usize| -> Result<DVector<f64>, EvaluateError> {
+            let answer = free.kicked(signal, from)?;
+            let mut sum = DVector::zeros(n);
+            for (t, change) in (answer.from..).zip(&answer.change).filter(|(t, _)| *t >= self.first) {
+                for (pulls, change) in self.pulls.iter().zip(change) {
+                    sum.axpy(*change, &pulls[t - self.first], 1.0);
+                }
+            }
+            Ok(sum)
+        };
+        // The acceleration, as changes of the speed in stretches that follow each other.
+        let every = (BETWEEN_S / dt).round().max(1.0) as usize;
+        let kicks: Vec<DVector<f64>> = (free.first..self.first + samples)
+            .step_by(every)
+            .map(|from| gradient(1, from))
+            .collect::<Result<_, _>>()?;
+        let length = every as f64 * dt;
+        let mut covariance = DMatrix::zeros(n, n);
+        let farthest = (1..kicks.len()).find(|apart| noise.added(length, *apart) < 1e-3 * noise.added(length, 0));
+        for apart in 0..farthest.unwrap_or(kicks.len()) {
+            let added = noise.added(length, apart);
+            for (one, another) in kicks.iter().zip(&kicks[apart..]) {
+                covariance.ger(added, one, another, 1.0);
+                if apart > 0 {
+                    covariance.ger(added, another, one, 1.0);
+                }
+            }
+        }
+        // The measurement: each sample, of which a speed is in two accelerations, and the one from which the run starts.
+        let [by_s, by_v, by_a] = &self.pulls;
+        for t in 0..samples {
+            covariance.ger(noise.spacing.powi(2), &by_s[t], &by_s[t], 1.0);
+            let mut by_speed = &by_v[t] + &by_a[t] / dt;
+            if let Some(next) = by_a.get(t + 1) {
+                by_speed.axpy(-1.0 / dt, next, 1.0);
+            }
+            covariance.ger(noise.speed.powi(2), &by_speed, &by_speed, 1.0);
+        }
+        for (signal, size) in [noise.spacing, noise.speed].into_iter().enumerate() {
+            let start = gradient(signal, free.first)?;
+            covariance.ger(size.powi(2), &start, &start, 1.0);
+        }
+        // What lasts T is as good as forgotten after 2 T.
+        Ok(Some((covariance, samples as f64 * dt / (2.0 * noise.lasts).max(dt))))
+    }
 }
 
-/// Variance of the mean of a series, from the means of so many blocks of it.
-fn variance_of_mean(series: &[f64], blocks: usize) -> f64 {
-    let (n, blocks) = (series.len(), blocks.min(series.len()));
-    let mean = series.iter().sum::<f64>() / n as f64;
-    let edges = (0..blocks).map(|b| (b * n / blocks, (b + 1) * n / blocks));
-    let square: f64 = edges
-        .map(|(from, to)| series[from..to].iter().map(|x| x - mean).sum::<f64>() / n as f64)
-        .map(|pull| pull * pull)
-        .sum();
-    square * blocks as f64 / (blocks as f64 - 1.0).max(1.0)
-}
-
-/// Inverse of a form in some of the parameters. The ridge keeps it from being singular; should it be, each parameter by itself.
-fn inverse(curvature: &DMatrix<f64>, inside: &[usize]) -> DMatrix<f64> {
-    let form = DMatrix::from_fn(inside.len(), inside.len(), |a, b| curvature[(inside[a], inside[b])]);
-    let diagonal = DMatrix::from_diagonal(&form.diagonal().map(|x| 1.0 / x.max(f64::MIN_POSITIVE)));
-    form.cholesky().map_or(diagonal, |c| c.inverse())
+/// Row of the inverse of a form. The ridge keeps it from being singular; should it be, each parameter is by itself.
+fn inverse(form: &DMatrix<f64>, row: usize) -> DVector<f64> {
+    let n = form.nrows();
+    let unit = DVector::from_fn(n, |k, _| f64::from(u8::from(k == row)));
+    let alone = DVector::from_fn(n, |k, _| unit[k] / form[(row, row)].max(f64::MIN_POSITIVE));
+    form.clone().cholesky().map_or(alone, |c| c.solve(&unit))
 }
 
 /// What is squared and averaged.
@@ -299,6 +391,15 @@ fn residual(kind: Accumulation, simulated: f64, observed: f64, floored: bool) ->
         Accumulation::Squared | Accumulation::Theil => simulated - observed,
         Accumulation::Floored => simulated - measured,
         Accumulation::Relative if is_relative(observed, floored) => (simulated - observed) / measured,
+        Accumulation::Relative => 0.0,
+    }
+}
+
+/// Derivative of [`residual`] by what is simulated.
+fn per_simulated(kind: Accumulation, observed: f64, floored: bool) -> f64 {
+    match kind {
+        Accumulation::Squared | Accumulation::Theil | Accumulation::Floored => 1.0,
+        Accumulation::Relative if is_relative(observed, floored) => 1.0 / denominator(observed, floored),
         Accumulation::Relative => 0.0,
     }
 }

@@ -3,24 +3,22 @@
 //! The residuals of a free simulation are far from independent: at ten samples a second one tells nearly what the next one tells.
 //! So nothing here counts samples as if each were new.
 //!
-//! 1. `local`: the score near its minimum as a quadratic form, by differences of the f64 reference. The drive is cut into blocks, and the
-//!    variance of a parameter is told by how differently they pull its minimum.
-//! 2. `profile`: each parameter is moved away and all others are calibrated again. The interval ends where the score has risen by
-//!    what a parameter of that variance explains by chance in 95 of 100 cases (J. T. Kent, Biometrika 69, 1982: the profile of a
-//!    score that is no likelihood). It need not be symmetric, and it ends at a bound where the data do not end it.
-//! 3. `near`: correlations between parameters among the candidates that are nearly as good as the best.
+//! 1. `local`: the score near its minimum as a quadratic form, by differences of the f64 reference, and how far the noise of the drive
+//!    (`noise`) moves the minimum.
+//! 2. `near`: correlations between parameters among the candidates that are nearly as good as the best.
 //!
 //! The intervals say what is known if the variant is right and the drive typical; they do not say that it is right.
 
 mod local;
 mod near;
-mod profile;
+mod noise;
 
 pub use near::correlation;
 
 use crate::calibrate::SearchSpace;
-use crate::evaluator::{EvaluateError, Evaluator};
+use crate::evaluator::{Case, EvaluateError, Evaluator, Score};
 use crate::lanes::{Lanes, LanesPrecision};
+use crate::rescore;
 use crate::symbols::Symbol;
 
 /// Share of cases in which an interval should hold the true value.
@@ -28,6 +26,9 @@ pub const CONFIDENCE: f64 = 0.95;
 
 /// Quantile of the normal distribution that belongs to [`CONFIDENCE`], both sides.
 const NORMAL: f64 = 1.959_963_985;
+
+/// A drive determines a parameter if the interval leaves at least this share of the searched range out.
+const LEFT_OUT: f64 = 0.5;
 
 /// What is known of one parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,6 +39,8 @@ pub struct Knowledge {
     pub interval: [f64; 2],
     /// True where an end is the bound of the search, and not the data's.
     pub open: [bool; 2],
+    /// False where the interval holds more than half of the range that was searched: the drive does not tell the value.
+    pub determined: bool,
     /// Samples, all signals of one time together, that would tell as much if they were independent.
     pub effective_samples: f64,
     /// Rise of the score at which the interval ends, in units of the score.
@@ -55,19 +58,47 @@ pub struct Identifiability {
     pub evaluations: u64,
 }
 
-/// Finds out how well the parameters of a calibrated candidate are known. The evaluator simulates the candidates of the profiles; the
-/// f64 reference does the rest.
+/// The f64 evaluator that tells what disturbances do, and where among its cases are those of the evaluator beside it.
+#[derive(Debug, Clone, Copy)]
+pub struct Exactly<'a> {
+    /// It has all cases that are asked about.
+    pub lanes: &'a Lanes,
+    /// The first of them.
+    pub first: usize,
+    /// How many.
+    pub count: usize,
+}
+
+impl<'a> Exactly<'a> {
+    fn cases(self) -> &'a [Case] {
+        &self.lanes.cases()[self.first..self.first + self.count]
+    }
+}
+
+/// Finds out how well the parameters of a calibrated candidate are known.
 ///
 /// # Errors
-/// When the evaluator fails.
+/// When the evaluator in f64 fails.
 pub fn identify(
-    evaluator: &mut dyn Evaluator,
+    evaluator: &dyn Evaluator,
     space: &SearchSpace,
     candidate: &[f64],
-    seed: u64,
+) -> Result<Identifiability, EvaluateError> {
+    let lanes = Lanes::new(evaluator.cases().to_vec(), *evaluator.gof(), LanesPrecision::F64)?;
+    identify_on(Exactly { lanes: &lanes, first: 0, count: evaluator.cases().len() }, space, candidate)
+}
+
+/// The same for some of the cases of an evaluator in f64.
+///
+/// # Errors
+/// As [`identify`].
+pub fn identify_on(
+    exactly: Exactly<'_>,
+    space: &SearchSpace,
+    candidate: &[f64],
 ) -> Result<Identifiability, EvaluateError> {
     let none = |note, evaluations| Ok(Identifiability { parameters: Vec::new(), note: Some(note), evaluations });
-    let local = match local::Local::new(evaluator.cases(), evaluator.gof(), space, candidate) {
+    let local = match local::Local::new(exactly, exactly.lanes.gof(), space, candidate)? {
         Ok(local) => local,
         Err(refused) => return none(refused.note, refused.evaluations),
     };
@@ -80,41 +111,50 @@ pub fn identify(
     for spread in spreads.iter_mut().filter(|s| !(s.rise.is_finite() && s.rise > 0.0)) {
         spread.rise = deepest;
     }
-    let mut profiles = profile::profiles(evaluator, space, candidate, &local, &spreads, seed)?;
-    if !profiles.start.is_finite() {
-        // On the edge of what is feasible f32 may find it infeasible.
-        let mut exact = Lanes::new(evaluator.cases().to_vec(), *evaluator.gof(), LanesPrecision::F64)?;
-        let before = profiles.evaluations;
-        profiles = profile::profiles(&mut exact, space, candidate, &local, &spreads, seed)?;
-        profiles.evaluations += before;
-    }
-    let evaluations = local.evaluations() + profiles.evaluations;
-    if !profiles.start.is_finite() {
-        return none("the candidate lies on the very edge of what is feasible", evaluations);
-    }
     // A tenth of the rise: it shifts an interval by less than a tenth of its half.
-    if profiles.lowest < profiles.start - 0.1 * deepest {
-        return none("the candidate is not at a minimum: a better one lies close by, so search longer", evaluations);
+    let score = |values: &[f64]| -> Result<f64, EvaluateError> {
+        Ok(match rescore::score(exactly.cases(), exactly.lanes.gof(), &space.parameters(values))? {
+            Score::Value(value) => value,
+            _ => f64::INFINITY,
+        })
+    };
+    if score(&local.lowest(space, candidate))? < score(candidate)? - 0.1 * deepest {
+        let note = "the candidate is not at a minimum: a better one lies close by, so search longer";
+        return none(note, local.evaluations() + 1);
     }
-    let parameters = spreads.iter().zip(&profiles.ends).enumerate().map(|(k, (spread, ends))| {
-        let i = local.free[k];
-        let [lower, upper] = space.bounds[i];
-        let at = |side: usize| (lower + ends[side].at * (upper - lower)).clamp(lower, upper);
+    let parameters = spreads.iter().zip(&local.free).map(|(spread, &i)| {
+        let ([lower, upper], x) = (space.bounds[i], candidate[i]);
+        let ends = ends(x, spread.half * (upper - lower), [lower, upper]);
+        let interval = ends.map(|end| end.clamp(lower, upper));
         Knowledge {
             symbol: space.symbols[i],
-            interval: [at(0).min(candidate[i]), at(1).max(candidate[i])],
-            open: [ends[0].open, ends[1].open],
+            interval,
+            open: [ends[0] < lower, ends[1] > upper],
+            determined: space.share_of_range(i, interval) <= 1.0 - LEFT_OUT,
             effective_samples: spread.effective_samples,
             rise: spread.rise,
         }
     });
-    Ok(Identifiability { parameters: parameters.collect(), note: None, evaluations })
+    Ok(Identifiability { parameters: parameters.collect(), note: None, evaluations: local.evaluations() + 1 })
+}
+
+/// Ends of an interval whose half is so wide at the value. Of a parameter that cannot be 0 by its bounds the error grows with the value, so that
+/// the end away from 0 is a multiple; the other one stays a difference, which is the wider of the two there.
+fn ends(x: f64, half: f64, [lower, upper]: [f64; 2]) -> [f64; 2] {
+    let far = x * (half / x.abs()).exp();
+    if lower > 0.0 {
+        [x - half, far]
+    } else if upper < 0.0 {
+        [far, x + half]
+    } else {
+        [x - half, x + half]
+    }
 }
 
 /// Quantile of Student's t distribution for [`CONFIDENCE`]: the first terms of the expansion of E. A. Cornish and R. A. Fisher (1938);
-/// good to 1 % from 4 degrees of freedom on.
+/// good to 1 % from 4 degrees of freedom on, and not asked for fewer.
 fn student(freedom: f64) -> f64 {
-    let (z, nu) = (NORMAL, freedom.max(3.0));
+    let (z, nu) = (NORMAL, freedom.max(4.0));
     let (z3, z5, z7) = (z.powi(3), z.powi(5), z.powi(7));
     z + (z3 + z) / (4.0 * nu)
         + (5.0 * z5 + 16.0 * z3 + 3.0 * z) / (96.0 * nu * nu)
@@ -123,12 +163,20 @@ fn student(freedom: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::student;
+    use super::{ends, student};
 
     #[test]
     fn the_quantiles_are_those_of_the_tables() {
         for (freedom, expected) in [(4.0, 2.776), (5.0, 2.571), (10.0, 2.228), (30.0, 2.042), (1e9, 1.960)] {
             assert!((student(freedom) / expected - 1.0).abs() < 0.01, "{freedom}: {}", student(freedom));
         }
+    }
+
+    #[test]
+    fn intervals_of_what_cannot_be_zero_reach_farther_away_from_it() {
+        let e = 0.5_f64.exp();
+        assert_eq!(ends(2.0, 1.0, [0.1, 8.0]), [1.0, 2.0 * e]);
+        assert_eq!(ends(-2.0, 1.0, [-6.0, -0.1]), [-2.0 * e, -1.0]);
+        assert_eq!(ends(0.3, 0.5, [0.0, 1.5]), [0.3 - 0.5, 0.8]);
     }
 }

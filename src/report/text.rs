@@ -105,6 +105,9 @@ fn write_parameters(text: &mut String, result: &ResultFile) -> std::fmt::Result 
         let meaning = result.meaning(name);
         text.push_str(&wrapped(0, row.chars().count(), &format!("{row}{meaning}")));
     }
+    if let Some(drivers) = &result.drivers {
+        text.push_str(&wrapped(0, 2, &format!("\nNOT ONE DRIVER: {drivers}")));
+    }
     if !result.at_bound.is_empty() {
         text.push_str(&wrapped(
             0,
@@ -141,15 +144,25 @@ fn write_identifiability(
         let [lower, upper] = result.intervals.get(name).copied().unwrap_or([f64::NAN; 2]);
         let end = |x: f64, open: bool| if open { format!("({})", short(x)) } else { short(x) };
         let [open_lower, open_upper] = knowledge.open;
-        let interval = format!("{} .. {}", end(lower, open_lower), end(upper, open_upper));
+        let interval = match knowledge.determined {
+            true => format!("{} .. {}", end(lower, open_lower), end(upper, open_upper)),
+            false => UNDETERMINED.to_owned(),
+        };
         let partner = identifiability.correlation.as_ref().and_then(|c| partner(c, name)).unwrap_or_default();
         writeln!(text, "{name:<10}{interval:>24}{:>14.0}  {partner}", knowledge.effective_samples)?;
     }
-    if identifiability.parameters.values().any(|k| k.open != [false; 2]) {
+    let known = identifiability.parameters.values();
+    if known.clone().any(|k| k.determined && k.open != [false; 2]) {
         writeln!(text, "{OPEN}")?;
+    }
+    if known.clone().any(|k| !k.determined) {
+        writeln!(text, "{UNDETERMINED}: the interval would hold more than half of the bounds")?;
     }
     Ok(())
 }
+
+/// What stands in place of an interval that says next to nothing.
+pub(super) const UNDETERMINED: &str = "not determined";
 
 /// What parentheses around the end of an interval mean.
 pub(super) const OPEN: &str = "in parentheses: the bound of the search; the data do not end the interval there";

@@ -1,11 +1,13 @@
 //! The trajectories of a plan: read and prepared, with vehicle and fingerprint.
 
 use super::plan::{DataPlan, PlatoonPlan};
+use super::several;
 use crate::trajectory::import::{ColumnMap, MapError, read_mapped};
 use crate::trajectory::{Grade, ImportError, Platoon, Preparation, PrepareError, Recording, Trajectory};
-use crate::trajectory::{import, prepare};
+use crate::trajectory::{import, is_nameless, prepare, prepare_platoon};
 use crate::vehicle::{Vehicle, VehicleError, read_table};
 use serde::{Deserialize, Serialize};
+use std::collections::HashSet;
 use std::path::Path;
 
 /// So many trajectories are named where one has to be chosen.
@@ -100,6 +102,24 @@ pub enum DriveError {
         /// The first of them.
         labels: Vec<String>,
     },
+    /// A pattern that no file has.
+    #[error("platoon {platoon}: expected files {pattern}, found none")]
+    NoFile {
+        /// The platoon.
+        platoon: String,
+        /// The pattern.
+        pattern: String,
+    },
+    /// None of the trajectories of an entry can be used.
+    #[error("platoon {platoon}: none of {count} trajectories can be used; the first: {reason}")]
+    NoneUsable {
+        /// The platoon.
+        platoon: String,
+        /// How many there are.
+        count: usize,
+        /// What is wrong with the first.
+        reason: String,
+    },
     /// The vehicle is not known, or its table is broken.
     #[error(transparent)]
     Vehicle(#[from] VehicleError),
@@ -119,25 +139,69 @@ fn missing(path: &Path) -> Option<String> {
     (!path.exists()).then(|| path.display().to_string())
 }
 
-/// Reads every trajectory of a plan, in its order.
+/// A trajectory of an entry that stands for many, which cannot be used.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LeftOut {
+    /// The platoon.
+    pub platoon: String,
+    /// What is wrong with it.
+    pub reason: String,
+}
+
+/// Reads every trajectory of a plan, in its order, and each file once where entries of one file follow each other. Beside them, what was left out
+/// of entries that stand for many.
 ///
 /// # Errors
 /// [`DriveError`] with the platoon it concerns.
-pub fn read(data: &DataPlan) -> Result<Vec<Drive>, DriveError> {
+pub fn read(data: &DataPlan) -> Result<(Vec<Drive>, Vec<LeftOut>), DriveError> {
     let vehicles = match &data.vehicles {
         Some(table) => read_table(&data.folder.join(table))?,
         None => Vehicle::built_in(),
     };
-    let mut drives = Vec::new();
-    for plan in &data.platoons {
-        let recording = recording(data, plan)?;
-        let cars = chosen(&recording, plan).cars.iter();
-        let all: Vec<usize> = cars.filter_map(|car| car.number.checked_sub(1)).filter(|f| *f > 0).collect();
-        for &follower in plan.followers.as_ref().unwrap_or(&all) {
-            drives.push(one(data, plan, &recording, follower, &vehicles)?);
+    let (mut drives, mut left_out) = (Vec::new(), Vec::new());
+    let mut names: HashSet<String> = data.platoons.iter().map(|plan| plan.name.clone()).collect();
+    // The one read last, and what it was read by.
+    let mut last: Option<(PlatoonPlan, Recording)> = None;
+    for entry in &data.platoons {
+        let many = entry.all || entry.is_pattern;
+        let before = (drives.len(), left_out.len());
+        for file in several::files(&data.folder, entry)? {
+            let plan = PlatoonPlan { file: file.clone(), ..entry.clone() };
+            let is_same = |other: &PlatoonPlan| {
+                (&other.file, &other.layout, &other.columns) == (&plan.file, &plan.layout, &plan.columns)
+            };
+            if !last.as_ref().is_some_and(|(other, _)| is_same(other)) {
+                last = Some((plan.clone(), recording(data, &plan)?));
+            }
+            let recording = last.as_ref().map(|(_, recording)| recording).expect("read above");
+            let own = if many { several::trajectories(entry, &file, recording, &mut names) } else { vec![plan] };
+            for plan in &own {
+                let cars = chosen(recording, plan).cars.iter();
+                let all: Vec<usize> = cars.filter_map(|car| car.number.checked_sub(1)).filter(|f| *f > 0).collect();
+                for &follower in plan.followers.as_ref().unwrap_or(&all) {
+                    match one(data, plan, recording, follower, &vehicles, entry.all) {
+                        Ok(mut drive) => {
+                            // Of many pairs nobody knows that two followers without a name are one.
+                            if many && is_nameless(&drive.entry.vehicle) {
+                                drive.entry.vehicle.clone_from(&plan.name);
+                            }
+                            drives.push(drive);
+                        }
+                        Err(DriveError::Prepare { source, .. }) if many => {
+                            left_out.push(LeftOut { platoon: plan.name.clone(), reason: source.to_string() });
+                        }
+                        Err(error) => return Err(error),
+                    }
+                }
+            }
+        }
+        if drives.len() == before.0 && many {
+            let reason = left_out.get(before.1).map_or("no followers".to_owned(), |left: &LeftOut| left.reason.clone());
+            let (platoon, count) = (entry.name.clone(), left_out.len() - before.1);
+            return Err(DriveError::NoneUsable { platoon, count, reason });
         }
     }
-    Ok(drives)
+    Ok((drives, left_out))
 }
 
 fn recording(data: &DataPlan, plan: &PlatoonPlan) -> Result<Recording, DriveError> {
@@ -166,6 +230,7 @@ fn one(
     recording: &Recording,
     follower: usize,
     vehicles: &[Vehicle],
+    of_many: bool,
 ) -> Result<Drive, DriveError> {
     let platoon = || plan.name.clone();
     let grade = match plan.grade.as_deref() {
@@ -198,8 +263,12 @@ fn one(
         lead_start_m: start,
         ..Preparation::default()
     };
-    let mut segments = prepare(recording, follower, &preparation)
-        .map_err(|source| DriveError::Prepare { platoon: platoon(), source: Box::new(source) })?;
+    let prepared = match of_many {
+        true => prepare_platoon(recording, cars, follower, &preparation),
+        false => prepare(recording, follower, &preparation),
+    };
+    let mut segments =
+        prepared.map_err(|source| DriveError::Prepare { platoon: platoon(), source: Box::new(source) })?;
     if segments.len() != 1 {
         let labels = segments.iter().take(NAMED).map(|segment| segment.label.clone()).collect();
         return Err(DriveError::Several { platoon: platoon(), follower, count: segments.len(), labels });

@@ -24,6 +24,7 @@ pub mod paper;
 pub mod part;
 pub mod plan;
 mod run;
+mod several;
 pub mod table;
 mod task;
 mod verify;

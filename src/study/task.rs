@@ -1,6 +1,6 @@
 //! Tasks: one calibration each, named by a hash of all that decides its result.
 
-use super::drive::{self, Drive, DriveEntry};
+use super::drive::{self, Drive, LeftOut};
 use super::plan::{Plan, Validation, overrides_for};
 use super::{PROGRAM, SCHEMA_VERSION, StudyError, sha256};
 use crate::calibrate::{Overrides, SearchSpace, bound_times};
@@ -10,6 +10,7 @@ use crate::lanes::LanesPrecision;
 use crate::score::GoodnessOfFit;
 use crate::select::Kind;
 use serde::{Deserialize, Serialize};
+use std::collections::HashMap;
 use std::str::FromStr;
 
 /// One calibration, with the validation runs of what it finds: a line of `tasks.jsonl`.
@@ -66,6 +67,11 @@ pub struct Study {
     pub plan: Plan,
     /// The trajectories.
     pub drives: Vec<Drive>,
+    /// What was left out of entries that stand for many trajectories.
+    pub left_out: Vec<LeftOut>,
+    /// Place of each drive by platoon and follower, and places of the drives of each vehicle.
+    places: HashMap<(String, usize), usize>,
+    by_vehicle: HashMap<String, Vec<usize>>,
     /// One case per drive, whose signals the cases of all variants share.
     bases: Vec<Case>,
 }
@@ -76,14 +82,18 @@ impl Study {
     /// # Errors
     /// When data are missing or broken, or a variant lacks something.
     pub fn open(plan: Plan) -> Result<Study, StudyError> {
-        let drives = drive::read(&plan.data)?;
+        let (drives, left_out) = drive::read(&plan.data)?;
         let any = Variant::from_id(1).expect("variant 1 exists");
         let bases = drives.iter().map(|drive| {
             let case = Case::new(&drive.trajectory, any, drive.vehicle.as_ref(), plan.calibration.convention, 0.0)?;
             Ok(Case { label: drive.entry.label().as_str().into(), ..case })
         });
         let bases = bases.collect::<Result<_, StudyError>>()?;
-        let study = Study { plan, drives, bases };
+        let entries = || drives.iter().map(|drive| &drive.entry).enumerate();
+        let places = entries().map(|(i, entry)| ((entry.platoon.clone(), entry.follower), i)).collect();
+        let mut by_vehicle: HashMap<String, Vec<usize>> = HashMap::new();
+        entries().for_each(|(i, entry)| by_vehicle.entry(entry.vehicle.clone()).or_default().push(i));
+        let study = Study { plan, drives, left_out, places, by_vehicle, bases };
         for variant in &study.plan.calibration.variants {
             for drive in 0..study.drives.len() {
                 study.check(drive, variant)?;
@@ -141,18 +151,19 @@ impl Study {
 
     /// Index of the drive that a task calibrates on.
     pub(super) fn drive_of(&self, task: &Task) -> usize {
-        let is = |drive: &Drive| drive.entry.platoon == task.platoon && drive.entry.follower == task.follower;
-        self.drives.iter().position(is).expect("a task of this study has a drive of it")
+        *self.places.get(&(task.platoon.clone(), task.follower)).expect("a task of this study has a drive of it")
     }
 
     /// The drives that a calibration on drive `index` is validated on.
     #[must_use]
     pub fn validated_on(&self, index: usize) -> Vec<usize> {
         let own = &self.drives[index].entry;
-        let same = |other: &DriveEntry| other.vehicle == own.vehicle && other.platoon != own.platoon;
         match self.plan.validation {
             Validation::None => Vec::new(),
-            Validation::SameVehicle => (0..self.drives.len()).filter(|&i| same(&self.drives[i].entry)).collect(),
+            Validation::SameVehicle => {
+                let same = self.by_vehicle.get(&own.vehicle).into_iter().flatten().copied();
+                same.filter(|&i| self.drives[i].entry.platoon != own.platoon).collect()
+            }
         }
     }
 

@@ -9,7 +9,6 @@ use super::super::number::{finite, seed, whole};
 use leadlag::calibrate::{BoundSet, Calibration, EVALUATIONS_MIN, OptimizerKind, Overrides, REPLICATES_MAX, Stop};
 use leadlag::catalog::Variant;
 use leadlag::convention::Convention;
-use leadlag::fleet;
 use leadlag::near::did_you_mean;
 use leadlag::score::GoodnessOfFit;
 use std::path::PathBuf;
@@ -91,7 +90,7 @@ pub struct SearchArgs {
     /// Candidates of a generation of ga (the paper's 100 without it), and of the first generation of lshade; 10 to 1000000
     #[arg(long, value_name = "N", value_parser = whole(POPULATION_MIN, POPULATION_MAX), allow_negative_numbers = true)]
     pub population: Option<u64>,
-    /// Stop a replicate before it would exceed this number of simulations; at least 100 [default: 300000; with --all 12000]
+    /// Stop a replicate before it would exceed this number of simulations; at least 100 [default: 300000; with --all 2000 per parameter]
     #[arg(long, value_name = "N", value_parser = whole(EVALUATIONS_MIN, EVALUATIONS_MAX), allow_negative_numbers = true)]
     pub max_evaluations: Option<u64>,
     /// Stop a replicate after this many generations without gain; at least 1
@@ -181,8 +180,7 @@ impl Args {
     /// A population that the optimiser does not take, or that cannot be simulated once.
     pub fn settings(&self) -> anyhow::Result<Calibration> {
         let search = &self.search;
-        let own = if self.all { fleet::MAX_EVALUATIONS } else { Stop::default().max_evaluations };
-        let max_evaluations = search.max_evaluations.unwrap_or(own);
+        let max_evaluations = search.max_evaluations.unwrap_or(Stop::default().max_evaluations);
         if let Some(size) = search.population {
             if !matches!(search.optimizer, OptimizerKind::Ga | OptimizerKind::Lshade) {
                 let message = "--population: auto and cmaes choose the size of a generation themselves; add --optimizer ga or lshade";

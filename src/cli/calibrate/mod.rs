@@ -12,7 +12,7 @@ use super::bounds::origin;
 use super::data::Loaded;
 use super::evaluator::{BY_FLAGS, transcribed, warn};
 use super::{Usage, folder, interrupt, is_usage, output};
-use leadlag::calibrate::{Calibration, SearchSpace, best, bound_times, calibrate};
+use leadlag::calibrate::{Calibration, SearchSpace, apart, best, bound_times, calibrate};
 use leadlag::catalog::Variant;
 use leadlag::evaluator::{Case, Evaluator};
 use leadlag::identify::identify;
@@ -69,7 +69,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         anyhow::Ok(())
     })?;
     let overrides = args.overrides(model)?;
-    warnings::of(&args.data, &model, args.convention, &overrides, &loaded.iter().collect::<Vec<_>>()).iter().for_each(|text| warn(text));
+    warnings::of(&args.data, &model, args.convention, &overrides, &loaded.iter().collect::<Vec<_>>())
+        .iter()
+        .for_each(|text| warn(text));
     interrupt::watch();
     if together {
         let result = one(args, &loaded, &args.out)?;
@@ -136,7 +138,15 @@ fn one(args: &Args, loaded: &[Loaded], folder: &Path) -> anyhow::Result<ResultFi
     // Before the work: a folder that cannot be written must not cost a calibration.
     output::make_folder(folder)?;
     let started = Instant::now();
-    let result = search(evaluator.as_mut(), &reference, loaded, &space, args, &settings)?;
+    let apart = apart(reference.cases(), &space, settings.seed)?.map(|apart| {
+        let labels: Vec<&str> = loaded.iter().map(|l| l.trajectory.label.as_str()).collect();
+        apart.told(&space, &labels)
+    });
+    if let Some(apart) = &apart {
+        warn(&format!("--joint: {apart}; without --joint each gets parameters of its own"));
+    }
+    let mut result = search(evaluator.as_mut(), &reference, loaded, &space, args, &settings)?;
+    result.drivers = apart;
     let written = write::files(folder, &result, &reference, loaded, started.elapsed());
     if !args.json {
         output::print(&text::calibration(&result))?;
@@ -223,7 +233,7 @@ fn search(
         return Err(anyhow::anyhow!(message));
     };
     let wanted = !args.search.no_intervals && !space.free().is_empty() && !interrupt::asked();
-    let knowledge = if wanted { Some(identify(evaluator, space, &winner.candidate, settings.seed)?) } else { None };
+    let knowledge = if wanted { Some(identify(evaluator, space, &winner.candidate)?) } else { None };
     let trajectories: Vec<_> = loaded.iter().map(|l| &l.trajectory).collect();
     let calibrated = Calibrated {
         evaluator,

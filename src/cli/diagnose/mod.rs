@@ -12,6 +12,7 @@ use super::{Exit, Usage, folder, interrupt, output};
 use clap::ValueEnum;
 use leadlag::catalog::Variant;
 use leadlag::diagnose::describe::{Diagnosis, describe};
+use leadlag::diagnose::drivers::different_drivers;
 use leadlag::diagnose::free::Free;
 use leadlag::diagnose::outcome::has_bad_data;
 use leadlag::diagnose::{Drive, Effort, Question};
@@ -158,6 +159,12 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         seed: args.seed,
         rounds: races(question.effort),
     };
+    let all: Vec<&Drive> = if loaded.trained.is_empty() {
+        loaded.whole.iter().chain(&loaded.holdout).collect()
+    } else {
+        loaded.whole.iter().collect()
+    };
+    let different = different_drivers(&all, variant, &bounds, args.seed)?;
     let found = describe(&question, loaded.lap, &mut |p| bar.update_part(&p, [0.0, DESCRIBED]))
         .map_err(anyhow::Error::from)
         .and_then(|found| {
@@ -168,6 +175,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     combine(&mut diagnosis.outcome, &answer);
     diagnosis.outcome.data = loaded.data;
     diagnosis.outcome.data_findings = loaded.findings;
+    diagnosis.outcome.data_findings.extend(different);
     diagnosis.outcome.held_back = loaded.held_back;
     if let Some(out) = &args.out {
         write::files(out, &diagnosis, &loaded.train, &loaded.holdout)?;

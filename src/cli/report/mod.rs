@@ -1,11 +1,12 @@
-//! `leadlag report`: a calibration, a study or a diagnosis as one HTML file.
+//! `leadlag report`: a calibration, a fleet, a study or a diagnosis as one HTML file.
 
 mod charts;
+mod fleet;
 mod study;
 
 use super::change::settle;
 use super::demo::quoted;
-use super::folder::{DIAGNOSIS, RESULT};
+use super::folder::{DIAGNOSIS, FLEET, RESULT};
 use super::{Usage, output};
 use anyhow::{Context, bail};
 use leadlag::diagnose::outcome::Outcome;
@@ -20,9 +21,10 @@ use std::path::{Path, PathBuf};
 #[command(after_help = "Examples:
   leadlag report result/result.json -o report.html
   leadlag report diagnosis -o report.html
-  leadlag report study -o report.html")]
+  leadlag report study -o report.html
+  leadlag report fleet -o report.html")]
 pub struct Args {
-    /// Folder (or its result.json or diagnosis.json) that calibrate or diagnose wrote with --out, or folder of a study
+    /// Folder (or its result.json, diagnosis.json or fleet.json) that calibrate or diagnose wrote with --out, or folder of a study
     #[arg(value_name = "RESULT|STUDY|DIAGNOSIS")]
     pub result: PathBuf,
     /// The HTML file: one file, no network needed
@@ -36,8 +38,8 @@ struct Kind {
     verdict: Option<serde::de::IgnoredAny>,
 }
 
-/// What makes a folder one of the three kinds.
-const FILES: [&str; 3] = [DIAGNOSIS, RESULT, "tasks.jsonl"];
+/// What makes a folder one of the four kinds.
+const FILES: [&str; 4] = [DIAGNOSIS, RESULT, FLEET, "tasks.jsonl"];
 /// Folders that are named where one of them has to be chosen.
 const NAMED: usize = 5;
 
@@ -59,10 +61,10 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     settle(if args.result.is_dir() { &args.result } else { args.result.parent().unwrap_or(Path::new(".")) })?;
     let file = if args.result.is_dir() { result_in(args)? } else { args.result.clone() };
     let folder = file.parent().unwrap_or(Path::new("."));
-    let page = if file.file_name().is_some_and(|name| name == "tasks.jsonl") {
-        study::page(folder)?
-    } else {
-        one(&file, folder)?
+    let page = match file.file_name().and_then(|name| name.to_str()) {
+        Some("tasks.jsonl") => study::page(folder)?,
+        Some(FLEET) => fleet::page(folder)?,
+        _ => one(&file, folder)?,
     };
     output::write_file(&args.out, page.as_bytes())?;
     eprintln!("{} ({} kB)", args.out.display(), page.len() / 1000);
@@ -90,7 +92,7 @@ fn result_in(args: &Args) -> anyhow::Result<PathBuf> {
         format!("; {}{more} {hold}: `leadlag report {} -o {}`", named.join(", "), quoted(&named[0]), quoted(&out))
     };
     Err(Usage(format!(
-        "{shown}: expected a folder with result.json, diagnosis.json or tasks.jsonl (of a study), found none of them{instead}"
+        "{shown}: expected a folder with result.json, diagnosis.json, fleet.json or tasks.jsonl (of a study), found none of them{instead}"
     ))
     .into())
 }

@@ -33,17 +33,29 @@ fn lines_within(indent: usize) -> textwrap::Options<'static> {
     textwrap::Options::new(WIDTH).initial_indent(indent).subsequent_indent(indent).break_words(false)
 }
 
+/// Trajectories of which it is told what was done to them.
+const LISTED: usize = 60;
+
 /// Which files are used, for whom, and what was done to the data before.
 fn used(study: &Study) -> String {
     let mut text = String::new();
     let mut platoon = "";
-    for entry in study.drives.iter().map(|drive| &drive.entry) {
+    for entry in study.drives.iter().map(|drive| &drive.entry).take(LISTED) {
         if platoon != entry.platoon {
             platoon = &entry.platoon;
             text += &format!("{platoon} uses {}\n  sha256 {}\n", entry.file, entry.sha256);
         }
         text += &format!("  follower {}, {}\n", entry.follower, entry.vehicle);
         entry.notes.iter().for_each(|note| text += &format!("{}\n", fill(note, lines_within(4))));
+    }
+    if study.drives.len() > LISTED {
+        text += &format!("and {} more trajectories; study.json lists them all\n", study.drives.len() - LISTED);
+    }
+    if let Some(first) = study.left_out.first() {
+        let (count, whole) = (study.left_out.len(), study.left_out.len() + study.drives.len());
+        let said =
+            format!("left out: {count} of {whole} trajectories; the first is {}: {}", first.platoon, first.reason);
+        text += &format!("{}\n", fill(&said, lines_within(0)));
     }
     for extend in &study.plan.calibration.extend {
         text += &format!("every variant is extended by {}\n", extend.extension.name);

@@ -1,10 +1,13 @@
 //! A fleet in words, as a file and as a page: it is about the drivers.
 
+mod figures;
+mod page;
 mod text;
 
+pub use page::{Fit, Shown, page};
 pub use text::text;
 
-use crate::fleet::{Overview, Pair, Row, SCHEMA_VERSION, Settings, overview};
+use crate::fleet::{EVALUATIONS_PER_PARAMETER, Overview, Pair, Row, SCHEMA_VERSION, Settings, overview};
 use crate::trajectory::Source;
 use indexmap::IndexMap;
 
@@ -27,8 +30,10 @@ pub struct FleetFile {
     pub optimizer: String,
     /// The seed.
     pub seed: u64,
-    /// Simulations of a search at most.
-    pub max_evaluations: u64,
+    /// Simulations of a search at most, if a number was asked for.
+    pub max_evaluations: Option<u64>,
+    /// Simulations of a search per parameter that is searched, else.
+    pub evaluations_per_parameter: u64,
     /// Whether there are intervals.
     pub intervals: bool,
     /// Bounds that differ from Table 3, by model.
@@ -70,7 +75,8 @@ impl FleetFile {
             convention: settings.convention.to_string(),
             optimizer: settings.calibration.optimizer.runs().to_owned(),
             seed: settings.calibration.seed,
-            max_evaluations: settings.calibration.stop.max_evaluations,
+            max_evaluations: settings.max_evaluations,
+            evaluations_per_parameter: EVALUATIONS_PER_PARAMETER,
             intervals: settings.intervals,
             bounds: bounds.collect(),
             bounds_from,

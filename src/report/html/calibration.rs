@@ -7,7 +7,7 @@ use crate::diagnose::budget::Budget;
 use crate::identify::CONFIDENCE;
 use crate::report::result::{KnowledgeEntry, ResultFile};
 use crate::report::sumo::Export;
-use crate::report::text::{OPEN, partner};
+use crate::report::text::{OPEN, UNDETERMINED, partner};
 
 /// One HTML file. `charts` are the simulations, trajectory by trajectory, `errors` the budget of all of them, `exported` what SUMO
 /// makes of it, with charts; `twin` is the text of result.json.
@@ -85,7 +85,10 @@ pub fn calibration(
         result.model_id,
         escape(&result.model())
     );
-    page.finish(&format!("Calibration of {}", result.model()), &lead, twin)
+    let warning = result.drivers.as_ref().map_or(String::new(), |told| {
+        format!("<p class=\"verdict bad_base\"><strong>Not one driver.</strong> {}.</p>", escape(told))
+    });
+    page.finish(&format!("Calibration of {}", result.model()), &format!("{lead}{warning}"), twin)
 }
 
 /// What was fitted to what, and how.
@@ -126,6 +129,7 @@ fn parameters(page: &mut Page, result: &ResultFile) {
     let row = |(name, value): (&String, &f64)| {
         let end = |value: f64, open: bool| if open { format!("({})", short(value)) } else { short(value) };
         let interval = match (result.intervals.get(name), known(name)) {
+            (_, Some(KnowledgeEntry { determined: false, .. })) => UNDETERMINED.to_owned(),
             (Some([lower, upper]), Some(KnowledgeEntry { open, .. })) => {
                 format!("{} to {}", end(*lower, open[0]), end(*upper, open[1]))
             }
@@ -158,7 +162,7 @@ fn parameters(page: &mut Page, result: &ResultFile) {
         "warning",
     ];
     page.table("Calibrated parameters", &head, &rows);
-    if result.parameters.keys().filter_map(known).any(|known| known.open != [false; 2]) {
+    if result.parameters.keys().filter_map(known).any(|known| known.determined && known.open != [false; 2]) {
         page.paragraph(&format!("{interval}, {OPEN}."));
     }
 }

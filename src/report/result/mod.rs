@@ -64,6 +64,9 @@ pub struct ResultFile {
     pub bounds_from: Option<String>,
     /// Parameters within 0.1 % of the range of a bound, see [`SearchSpace::at_bound`](crate::calibrate::SearchSpace::at_bound).
     pub at_bound: Vec<String>,
+    /// That the drives are hardly of one driver, in words; `None` where nothing says so.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drivers: Option<String>,
     /// Confidence intervals by parameter; an end that is a bound may be the bound's and not the data's, see `identifiability`.
     pub intervals: IndexMap<String, [f64; 2]>,
     /// How well the parameters are known; none if it was not asked for.
@@ -199,18 +202,26 @@ pub struct IdentifiabilityEntry {
 pub struct KnowledgeEntry {
     /// Lower and upper end of the interval: true if it is the bound of the search that ends it, not the data.
     pub open: [bool; 2],
+    /// False where the drive does not determine the parameter, so that `intervals` has none.
+    #[serde(default = "yes")]
+    pub determined: bool,
     /// Samples that would tell as much if they were independent.
     pub effective_samples: f64,
-    /// Rise of the score, all others calibrated again, at which the interval ends.
+    /// Rise of the score, all others at their best, at which the interval ends.
     pub rise: f64,
+}
+
+/// What results say that were written before there was a question.
+fn yes() -> bool {
+    true
 }
 
 impl KnowledgeEntry {
     /// Of what was found out.
     #[must_use]
     pub fn of(knowledge: &Knowledge) -> KnowledgeEntry {
-        let Knowledge { open, effective_samples, rise, .. } = *knowledge;
-        KnowledgeEntry { open, effective_samples, rise }
+        let Knowledge { open, determined, effective_samples, rise, .. } = *knowledge;
+        KnowledgeEntry { open, determined, effective_samples, rise }
     }
 }
 

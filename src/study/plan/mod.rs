@@ -50,14 +50,18 @@ pub struct DataPlan {
 pub struct PlatoonPlan {
     /// Short name in all tables, such as `P3`.
     pub name: String,
-    /// The file.
+    /// The file; with `is_pattern` a `*` in its name stands for anything.
     pub file: PathBuf,
+    /// True if it stands for all files of the pattern.
+    pub is_pattern: bool,
     /// Its layout; `None`: by its header.
     pub layout: Option<Layout>,
     /// Column map of a table of another layout: a shipped one, or a `.toml` in the data folder.
     pub columns: Option<String>,
     /// Id of the one trajectory that is meant in a file that holds several; `None`: the only one.
     pub trajectory: Option<String>,
+    /// True if it stands for every trajectory of the file; those that cannot be used are left out.
+    pub all: bool,
     /// The followers, 1 = right behind the platoon leader; `None`: all.
     pub followers: Option<Vec<usize>>,
     /// Smooth as the paper's authors did.

@@ -44,10 +44,13 @@ struct DataText {
 #[serde(deny_unknown_fields)]
 struct PlatoonText {
     name: String,
-    file: PathBuf,
+    file: Option<PathBuf>,
+    table: Option<PathBuf>,
+    files: Option<PathBuf>,
     layout: Option<String>,
     columns: Option<String>,
     trajectory: Option<String>,
+    trajectories: Option<String>,
     followers: Option<Several<usize>>,
     #[serde(default)]
     smooth: bool,
@@ -197,6 +200,27 @@ impl Reader<'_> {
                     return Err(self.value(key("followers"), format!("{reason}, found {followers:?}"), None));
                 }
             }
+            let named = [&entry.file, &entry.table, &entry.files].into_iter().flatten().count();
+            if named != 1 {
+                let reason = format!("expected one of file, table and files, found {named} of them");
+                return Err(self.value(key("file"), reason, None));
+            }
+            let is_pattern = entry.files.is_some();
+            let stars = |file: &PathBuf| {
+                let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+                [file.to_string_lossy().matches('*').count(), name.matches('*').count()]
+            };
+            if let Some(files) = entry.files.as_ref().filter(|files| stars(files) != [1, 1]) {
+                let reason =
+                    format!("expected one * in the name of the file, such as pairs/*.csv, found {}", files.display());
+                return Err(self.value(key("files"), reason, None));
+            }
+            if let Some(found) = entry.trajectories.as_deref().filter(|text| *text != "all") {
+                return Err(self.word(&key("trajectories"), found, "all; one is chosen by trajectory", ["all"]));
+            }
+            if entry.trajectories.is_some() && entry.trajectory.is_some() {
+                return Err(self.value(key("trajectories"), "not together with trajectory", None));
+            }
             if entry.columns.is_some() && entry.layout.is_some() {
                 return Err(self.value(
                     key("layout"),
@@ -209,8 +233,10 @@ impl Reader<'_> {
                 layout,
                 columns: entry.columns,
                 trajectory: entry.trajectory,
+                all: entry.trajectories.is_some(),
+                is_pattern,
                 name: entry.name,
-                file: entry.file,
+                file: entry.file.or(entry.table).or(entry.files).expect("one of them is there"),
                 followers,
                 smooth: entry.smooth,
                 from: entry.from_s,

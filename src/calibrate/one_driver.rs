@@ -1,0 +1,134 @@
+//! Whether drives are of one driver: who knows half of a drive knows the other half, and of another driver's drive he knows less.
+
+use super::{CalibrateError, Calibration, SearchSpace, Stop, calibrate_each};
+use crate::evaluator::{Case, EvaluateError, Evaluator, Job, Population};
+use crate::lanes::{Lanes, LanesPrecision};
+use crate::score::GoodnessOfFit;
+
+/// Shorter halves tell too little of a driver \[s\].
+const HALF_S: f64 = 30.0;
+/// More drives are not looked at: so many are compared with each other.
+const MOST: usize = 10;
+/// The error of the spacing on others' drives is at least so many times that on the own one. Of three drives of each of four cars with adaptive
+/// cruise control, none of which any law follows well, it is at most 1.5 times.
+const TIMES: f64 = 2.5;
+/// And larger by at least this \[m\]: smaller differences are those of the measurement.
+const LARGER_M: f64 = 1.0;
+/// Simulations per parameter of a half: it is to be close, not exact.
+const PER_PARAMETER: u64 = 1_000;
+
+/// Drives that are hardly of one driver.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Apart {
+    /// Root mean square error of the spacing in the half of a drive that was not calibrated on, by what the other half gave \[m\].
+    pub own_m: f64,
+    /// The same by what the halves of other drives gave.
+    pub other_m: f64,
+    /// The parameter that differs most, and its value on each drive that was looked at: the place of the drive, and the mean of its halves.
+    pub parameter: usize,
+    /// See `parameter`.
+    pub values: Vec<(usize, f64)>,
+}
+
+/// Compares drives, each by itself in halves; `None` where they may well be of one driver, or are too few or too short to tell.
+///
+/// # Errors
+/// When the evaluator fails.
+pub fn apart(cases: &[Case], space: &SearchSpace, seed: u64) -> Result<Option<Apart>, EvaluateError> {
+    let long = |case: &Case| case.s.len() as f64 * case.dt >= 2.0 * HALF_S;
+    let drives: Vec<usize> = (0..cases.len()).filter(|&i| long(&cases[i])).take(MOST).collect();
+    let free = space.free();
+    if drives.len() < 2 || free.is_empty() {
+        return Ok(None);
+    }
+    let halves: Vec<Case> = drives
+        .iter()
+        .flat_map(|&i| {
+            let (case, whole) = (&cases[i], cases[i].s.len());
+            [case.part(0..whole / 2), case.part(whole / 2..whole)]
+        })
+        .collect();
+    let gof: GoodnessOfFit = "nrmse-sv".parse().expect("it is known");
+    let mut lanes = Lanes::new(halves, gof, LanesPrecision::Plain)?;
+    let stop = Stop { max_evaluations: PER_PARAMETER * free.len() as u64, ..Stop::default() };
+    let calibration = Calibration { seed, stop, ..Calibration::default() };
+    let spaces = vec![space.clone(); 2 * drives.len()];
+    let found = match calibrate_each(&mut lanes, &spaces, &calibration, &|| false) {
+        Err(CalibrateError::Evaluate(error)) => return Err(error),
+        found => found.unwrap_or_default(),
+    };
+    let found: Vec<Option<Vec<f64>>> = found.into_iter().map(|one| one.ok().map(|one| one.candidate)).collect();
+    let mut population = Population::new(&space.symbols);
+    found.iter().flatten().for_each(|candidate| population.push(candidate));
+    let jobs: Vec<Job> = (0..found.len()).map(|case| Job { case, population: &population }).collect();
+    let outcomes = lanes.outcomes(&jobs)?;
+    // Mean square error of each candidate on each half; one that does not come through has none.
+    let places: Vec<usize> = (0..found.len()).filter(|&k| found[k].is_some()).collect();
+    let square = |case: usize, by: usize| {
+        let column = places.iter().position(|&k| k == by)?;
+        let measures = outcomes[case * places.len() + column].result.ok()?;
+        Some(measures.0[0].rmse.powi(2))
+    };
+    let (mut own, mut other) = (Vec::new(), Vec::new());
+    for half in 0..found.len() {
+        let Some(by_own) = square(half, half ^ 1) else { continue };
+        let mut by_others: Vec<f64> =
+            places.iter().filter(|&&by| by / 2 != half / 2).filter_map(|&by| square(half, by)).collect();
+        by_others.sort_by(f64::total_cmp);
+        if let Some(middle) = by_others.get(by_others.len() / 2) {
+            own.push(by_own);
+            other.push(*middle);
+        }
+    }
+    let root = |squares: &[f64]| (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt();
+    let (own_m, other_m) = (root(&own), root(&other));
+    if own.is_empty() || other_m < TIMES * own_m || other_m < own_m + LARGER_M {
+        return Ok(None);
+    }
+    let value = |place: usize, i: usize| {
+        let halves: Vec<f64> = found[2 * place..2 * place + 2].iter().flatten().map(|candidate| candidate[i]).collect();
+        (!halves.is_empty()).then(|| halves.iter().sum::<f64>() / halves.len() as f64)
+    };
+    let values = |i: usize| -> Vec<(usize, f64)> {
+        (0..drives.len()).filter_map(|place| Some((drives[place], value(place, i)?))).collect()
+    };
+    // Against how far the halves of one drive are apart: what no drive determines differs, too.
+    let told = |i: usize| {
+        let all = values(i);
+        let range = |values: &mut dyn Iterator<Item = f64>| {
+            let [low, high] =
+                values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)]);
+            high - low
+        };
+        let within = (0..drives.len())
+            .map(|place| range(&mut found[2 * place..2 * place + 2].iter().flatten().map(|c| c[i])))
+            .fold(1e-3 * (space.bounds[i][1] - space.bounds[i][0]), f64::max);
+        range(&mut all.iter().map(|(_, x)| *x)) / within
+    };
+    let parameter = free.iter().copied().max_by(|a, b| told(*a).total_cmp(&told(*b))).expect("some are searched");
+    Ok(Some(Apart { own_m, other_m, parameter, values: values(parameter) }))
+}
+
+impl Apart {
+    /// In words; `labels` name the drives.
+    #[must_use]
+    pub fn told(&self, space: &SearchSpace, labels: &[&str]) -> String {
+        let symbol = space.symbols[self.parameter];
+        let low = self.values.iter().min_by(|a, b| a.1.total_cmp(&b.1));
+        let high = self.values.iter().max_by(|a, b| a.1.total_cmp(&b.1));
+        let at = |entry: Option<&(usize, f64)>| {
+            entry.map_or(String::new(), |(drive, x)| {
+                format!("{x:.2} {} in {}", symbol.unit(), labels.get(*drive).unwrap_or(&""))
+            })
+        };
+        format!(
+            "the drives are hardly of one driver with one setting: half of a drive tells the spacing of its other half within {:.1} m, and that of \
+             other drives within {:.1} m (root mean square); {} is about {} and {}",
+            self.own_m,
+            self.other_m,
+            symbol.name(),
+            at(low),
+            at(high)
+        )
+    }
+}

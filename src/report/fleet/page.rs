@@ -1,0 +1,195 @@
+//! The page of a fleet: the drivers first, then how well they are described, then which data.
+
+use super::FleetFile;
+use super::figures::{self, Distribution};
+use crate::fleet::Overview;
+use crate::report::html::{Page, escape, short};
+
+/// A row of the table.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shown {
+    /// The pair, from 1.
+    pub pair: usize,
+    /// Its file and trajectory.
+    pub label: String,
+    /// The model.
+    pub model: String,
+    /// What was minimised.
+    pub gof: String,
+    /// The score; NaN without a result.
+    pub score: f64,
+    /// The parameters in the order of the overview of the model.
+    pub values: Vec<f64>,
+}
+
+/// The signals of a fit: time, measured and simulated spacing, measured and simulated speed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fit {
+    /// The pair, from 1.
+    pub pair: usize,
+    /// \[s\], \[m\], \[m\], \[m/s\], \[m/s\].
+    pub signals: [Vec<f64>; 5],
+}
+
+/// One HTML page; `twin` is the text of `fleet.json`.
+#[must_use]
+pub fn page(file: &FleetFile, rows: &[Shown], fits: &[Fit], twin: &str) -> String {
+    let mut page = Page::default();
+    let first = file.overview.first().map_or("", |one| one.gof.as_str());
+    let models: Vec<&Overview> = file.overview.iter().filter(|one| one.gof == first).collect();
+    let best = models.iter().rev().max_by_key(|one| one.best);
+    if let Some(one) = best {
+        drivers(&mut page, one, rows);
+    }
+    if file.overview.len() > 1 {
+        compared(&mut page, &file.overview);
+    }
+    if let Some(one) = best {
+        scores(&mut page, one, rows, fits);
+    }
+    data(&mut page, file);
+    let lead = best.map_or(String::new(), |one| lead(file, one, models.len()));
+    page.finish("Many drivers", &lead, twin)
+}
+
+/// The answer in a sentence or two.
+fn lead(file: &FleetFile, one: &Overview, models: usize) -> String {
+    let mut facts = Vec::new();
+    for parameter in &one.parameters {
+        if let Some(spread) = parameter.spread.filter(|spread| spread.nine_tenths[0] < spread.nine_tenths[1]) {
+            let unit = if parameter.unit == "-" { String::new() } else { format!(" {}", parameter.unit) };
+            facts.push(format!("{} {}{unit}", parameter.name, short(spread.median)));
+        }
+    }
+    let wins =
+        if models > 1 { format!("; it fits {} of them best of {models} models", one.best) } else { String::new() };
+    format!(
+        "<p class=\"verdict\"><strong>{} of {} pairs calibrated with {}</strong>{}. The driver in the middle: {}.</p>",
+        one.calibrated,
+        file.pairs,
+        escape(&one.model),
+        escape(&wins),
+        escape(&facts.join(", "))
+    )
+}
+
+fn values(one: &Overview, rows: &[Shown]) -> Vec<Vec<f64>> {
+    let own = |row: &&Shown| row.model == one.model && row.gof == one.gof && row.score.is_finite();
+    (0..one.parameters.len()).map(|i| rows.iter().filter(own).map(|row| row.values[i]).collect()).collect()
+}
+
+fn drivers(page: &mut Page, one: &Overview, rows: &[Shown]) {
+    page.section("drivers", "The drivers");
+    let values = values(one, rows);
+    // A parameter that is fixed tells nothing of anybody.
+    let varies = |values: &Vec<f64>| values.iter().any(|x| *x != values[0]);
+    let shown: Vec<Distribution> = one
+        .parameters
+        .iter()
+        .zip(&values)
+        .filter(|(_, values)| varies(values))
+        .map(|(parameter, values)| Distribution {
+            name: match parameter.unit.as_str() {
+                "-" => parameter.name.clone(),
+                unit => format!("{} [{unit}]", parameter.name),
+            },
+            values,
+            spread: parameter.spread,
+        })
+        .collect();
+    page.picture("How the parameters are spread over the drivers", &figures::histograms(&shown));
+    page.paragraph("The line is the median; half of the drivers are in the dark part.");
+    let percent = |share: f64| format!("{:.0} %", 100.0 * share);
+    let row = |parameter: &crate::fleet::ParameterOverview| {
+        let spread = parameter.spread?;
+        let range = |[low, high]: [f64; 2]| format!("{} to {}", short(low), short(high));
+        Some(vec![
+            parameter.name.clone(),
+            short(spread.median),
+            parameter.unit.clone(),
+            range(spread.middle_half),
+            range(spread.nine_tenths),
+            percent(parameter.at_bound),
+            parameter.determined.map_or("–".to_owned(), percent),
+        ])
+    };
+    let table: Vec<Vec<String>> = one.parameters.iter().filter_map(row).collect();
+    let share = |row: usize, column: usize| match column {
+        5 => Some(one.parameters[row].at_bound),
+        6 => one.parameters[row].determined,
+        _ => None,
+    };
+    let head = ["parameter", "median", "unit", "middle half", "5 to 95 %", "at a bound", "determined"];
+    page.table_with("Parameters over all pairs", &head, &table, &share);
+    page.paragraph(
+        "At a bound: the drive wants more than the bounds allow, or does not care. Determined: the drive tells the value; its 95 % interval leaves \
+         out at least half of the bounds.",
+    );
+    if shown.len() > 1 {
+        page.picture("Which parameters go together", &figures::together(&shown));
+        page.paragraph(
+            "Darker: more drivers. The number is the rank correlation. It holds the errors of the estimates, too: parameters of one drive make up \
+             for each other.",
+        );
+    }
+}
+
+fn compared(page: &mut Page, all: &[Overview]) {
+    page.section("models", "Which model fits best");
+    let row = |one: &Overview| {
+        let score = one.score.map_or(["–".to_owned(), "–".to_owned()], |s| {
+            [short(s.median), format!("{} to {}", short(s.nine_tenths[0]), short(s.nine_tenths[1]))]
+        });
+        let [median, range] = score;
+        vec![one.model.clone(), one.gof.clone(), median, range, format!("{} of {}", one.best, one.calibrated)]
+    };
+    let rows: Vec<Vec<String>> = all.iter().map(row).collect();
+    let share =
+        |row: usize, column: usize| (column == 4).then(|| all[row].best as f64 / all[row].calibrated.max(1) as f64);
+    page.table_with("Models", &["model", "minimised", "median score", "5 to 95 %", "best on"], &rows, &share);
+}
+
+fn scores(page: &mut Page, one: &Overview, rows: &[Shown], fits: &[Fit]) {
+    page.section("fits", "How well it fits");
+    let own: Vec<f64> = rows
+        .iter()
+        .filter(|row| row.model == one.model && row.gof == one.gof && row.score.is_finite())
+        .map(|row| row.score)
+        .collect();
+    let name = format!("{} (lower is better)", one.gof);
+    page.picture("The scores", &figures::histograms(&[Distribution { name, values: &own, spread: one.score }]));
+    if fits.is_empty() {
+        return;
+    }
+    let of =
+        |pair: usize| rows.iter().filter(move |row| row.pair == pair && row.gof == one.gof && row.score.is_finite());
+    let named: Vec<(String, &Fit)> = fits
+        .iter()
+        .map(|fit| {
+            let best = of(fit.pair).min_by(|a, b| a.score.total_cmp(&b.score));
+            (best.map_or(String::new(), |row| format!("pair {}: {} {}", row.pair, row.model, short(row.score))), fit)
+        })
+        .collect();
+    page.picture("The worst fits", &figures::fits(&named));
+    let row = |fit: &Fit| of(fit.pair).next().map(|row| vec![row.pair.to_string(), row.label.clone()]);
+    page.table("Where they are", &["pair", "file and trajectory"], &fits.iter().filter_map(row).collect::<Vec<_>>());
+}
+
+fn data(page: &mut Page, file: &FleetFile) {
+    page.section("data", "Data and settings");
+    let reasons: Vec<Vec<String>> =
+        file.reasons.iter().map(|(reason, count)| vec![reason.clone(), count.to_string()]).collect();
+    page.table("Without a result", &["why", "calibrations"], &reasons);
+    let files: Vec<Vec<String>> =
+        file.data.iter().map(|source| vec![source.path.clone(), source.sha256.chars().take(16).collect()]).collect();
+    page.table("Files", &["file", "sha256"], &files);
+    page.paragraph(&format!("Bounds: {}.", file.bounds_from));
+    let searched = file.max_evaluations.map_or_else(
+        || format!("{} simulations per parameter", file.evaluations_per_parameter),
+        |most| format!("{most} simulations"),
+    );
+    page.paragraph(&format!(
+        "Convention {}; optimizer {}, seed {}, at most {searched}; {}.",
+        file.convention, file.optimizer, file.seed, file.program
+    ));
+}
