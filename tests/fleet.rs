@@ -220,3 +220,31 @@ fn a_killed_fleet_goes_on() {
         fs::remove_dir_all(&out).expect("it can be removed");
     }
 }
+
+/// Of drivers whose parameters are known: what is called determined lies in its interval as often as it should, and not all is called so.
+#[test]
+fn intervals_of_short_drives_hold_the_truth() {
+    let folder = scratch("fleet", "coverage");
+    let table = folder.join("pairs.csv");
+    fs::write(&table, HEADER.to_owned() + &drives(100..180, 400)).expect("room");
+    let out = folder.join("out");
+    ok(&["calibrate", text(&table), "--all", "--model", "idm", "--bounds", "human", "--out", text(&out)]);
+    let (mut held, mut all) = (0, 0);
+    for row in rows(&out) {
+        let number: u64 = row["trajectory"].parse().expect("a number");
+        let truth = driver(number);
+        let signs = [1.0, 1.0, 1.0, 1.0, -1.0];
+        let columns = ["v_0_mps", "t_h_s", "d_0_m", "a_max_mps2", "a_min_mps2"];
+        for (column, truth) in columns.iter().zip(truth.iter().zip(signs).map(|(x, sign)| x * sign)) {
+            let end = |side: &str| row[&format!("{column}_{side}")].parse::<f64>().ok();
+            if let (Some(low), Some(high)) = (end("low"), end("high")) {
+                held += i32::from(low <= truth && truth <= high);
+                all += 1;
+            }
+        }
+    }
+    println!("{held} of {all} intervals hold the truth");
+    // 95 % should; those of one drive come together, so that 90 % is two standard deviations below.
+    assert!(held * 10 >= all * 9, "{held} of {all} intervals hold the truth");
+    assert!((100..400).contains(&all), "{all} of 400 parameters are determined");
+}

@@ -17,8 +17,8 @@ const HELD: Observer = Observer { gain: [1.0, 0.0, 0.0, 1.0, 0.0, 0.0], ..Observ
 const LASTS_S: [f64; 3] = [0.05, 8.0, 1.6];
 /// Speed that it adds in a sample as a multiple of the error of a measured speed: first, last and factor of what is tried, besides none.
 const RATIO: [f64; 3] = [0.003, 1000.0, 2.0];
-/// Values on either side between one that is tried and the next, once the best is known.
-const FINER: i32 = 3;
+/// Once the best is known, so fine a part of a step.
+const FINER: f64 = 0.25;
 /// A parameter is not taken out if so small a share of what it does is its own: what it does is what others do, too.
 const OWN: f64 = 1e-10;
 
@@ -74,14 +74,18 @@ impl Noise {
             told.max_by(|((one, _), _), ((another, _), _)| one.total_cmp(another)).expect("something is tried")
         };
         let ratios = std::iter::once(0.0).chain(geometric(RATIO));
-        let (_, rough) = best(ratios.flat_map(|ratio| geometric(LASTS_S).map(move |lasts| [ratio, lasts])).collect());
-        // And between its neighbours.
-        let finer = |middle: f64, factor: f64| {
-            (-FINER..=FINER).map(move |k| middle * factor.powf(f64::from(k) / f64::from(FINER + 1)))
-        };
-        let around =
-            finer(rough[0], RATIO[2]).flat_map(|ratio| finer(rough[1], LASTS_S[2]).map(move |lasts| [ratio, lasts]));
-        let ((_, speed), [ratio, lasts]) = best(around.collect());
+        let rough = ratios.flat_map(|ratio| geometric(LASTS_S).map(move |lasts| [ratio, lasts]));
+        let mut found = best(rough.collect());
+        // And between its neighbours, twice.
+        let (mut of_ratio, mut of_time) = (RATIO[2], LASTS_S[2]);
+        for _ in 0..2 {
+            (of_ratio, of_time) = (of_ratio.powf(FINER), of_time.powf(FINER));
+            let near = |middle: f64, factor: f64| (-3..=3).map(move |k| middle * factor.powi(k));
+            let (_, [ratio, lasts]) = found;
+            let around = near(ratio, of_ratio).flat_map(|ratio| near(lasts, of_time).map(move |lasts| [ratio, lasts]));
+            found = best(around.collect());
+        }
+        let ((_, speed), [ratio, lasts]) = found;
         Noise { acceleration: ratio * speed / dt, lasts, spacing: 0.0, speed }
     }
 
