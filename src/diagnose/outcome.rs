@@ -274,6 +274,17 @@ pub struct DriveEntry {
     pub role: String,
 }
 
+/// The base model, as fitted, on a drive that it was not fitted to.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct HeldBackEntry {
+    /// The drive, as in `drives`.
+    pub label: String,
+    /// Root mean square error of spacing \[m\], speed \[m/s\] and acceleration \[m/s²\]; none if the run does not come to the end.
+    pub rms: Option<[f64; 3]>,
+    /// NRMSE(s,v,a) of the same run.
+    pub nrmse_sva: Option<f64>,
+}
+
 /// A model as fitted.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ModelEntry {
@@ -314,6 +325,9 @@ pub struct Outcome {
     pub data_findings: Vec<FindingEntry>,
     /// Gain on the hold-out; `null` where nothing was adopted, or where it could not be measured.
     pub gain: Option<Gain>,
+    /// The base model on every drive held back, whatever is found.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub base_held_back: Vec<HeldBackEntry>,
     /// What to calibrate with; `null` where the base follows unseen drives as well.
     #[serde(default)]
     pub recommended: Option<Recommended>,
