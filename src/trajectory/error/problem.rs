@@ -244,14 +244,33 @@ fn missing(
     if columns.len() < needed.len() {
         let _ = write!(text, " (needed: {})", needed.join(", "));
     }
-    if !renames.is_empty() {
-        let pairs: Vec<String> = renames.iter().map(|(from, to)| format!("{} to {to}", clipped(from))).collect();
+    // A new name would not change the unit.
+    let (in_kmh, same): (Vec<_>, Vec<_>) = renames.iter().partition(|(from, to)| to.ends_with("mps") && says_kmh(from));
+    if !same.is_empty() {
+        let pairs: Vec<String> = same.iter().map(|(from, to)| format!("{} to {to}", clipped(from))).collect();
         let _ = write!(text, "; rename {}?", listed(&pairs));
+    }
+    if !in_kmh.is_empty() {
+        let names: Vec<String> = in_kmh.iter().map(|(from, _)| clipped(from)).collect();
+        let needed: Vec<String> = in_kmh.iter().map(|(_, to)| to.clone()).collect();
+        let joint = if same.is_empty() { ";" } else { "" };
+        let _ = write!(
+            text,
+            "{joint} divide {} by 3.6 for {}, or give the unit km/h in a map.",
+            listed(&names),
+            listed(&needed)
+        );
     }
     if !advice.is_empty() {
         let _ = write!(text, "{} {advice}", if renames.is_empty() { ";" } else { " Or" });
     }
     text
+}
+
+/// True for the name of a column of speeds in km/h.
+fn says_kmh(name: &str) -> bool {
+    let name = name.to_lowercase();
+    ["kmh", "km/h", "km_h", "kph", "kmph"].iter().any(|unit| name.contains(unit))
 }
 
 /// `a`, `a and b`, `a, b and c`.
