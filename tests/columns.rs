@@ -200,7 +200,8 @@ fn a_table_of_pairs_in_milliseconds_is_read() {
 /// Pairs of FHWA: the released columns that are read, and one that is not.
 #[test]
 fn a_table_of_pairs_with_positions_is_read() {
-    let mut text = "run_no,timestamp,xLeaderReal,vLeaderReal,xFollowerReal,vFollowerReal,aFollowerReal,spacing\n".to_owned();
+    let mut text =
+        "run_no,timestamp,xLeaderReal,vLeaderReal,xFollowerReal,vFollowerReal,aFollowerReal,spacing\n".to_owned();
     for step in 0..200 {
         let t = f64::from(step) / 10.0;
         let [lead, ego] = drive(t);

@@ -102,7 +102,10 @@ fn bounds_of_human_drivers_are_a_set_of_their_own() {
     let human = result("human", &["--bounds", "human"]);
     assert_eq!(human["bounds"]["v_0"], serde_json::json!([1.0, 70.0]));
     assert_eq!(human["parameters"]["delta"], 4.0);
-    assert!(human["bounds_from"].as_str().unwrap().starts_with("human: Rafati Fard and Shariat Mohaymany (2019)"), "{human}");
+    assert!(
+        human["bounds_from"].as_str().unwrap().starts_with("human: Rafati Fard and Shariat Mohaymany (2019)"),
+        "{human}"
+    );
     // A file comes after a set, and a fixed value after both.
     let both = result("both", &["--bounds", "human", "--bounds", text(&own), "--fix", "delta=2"]);
     assert_eq!(both["bounds"]["v_0"], serde_json::json!([20.0, 40.0]));

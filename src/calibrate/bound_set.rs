@@ -33,7 +33,9 @@ impl BoundSet {
     pub fn source(self) -> &'static str {
         match self {
             BoundSet::Acc => "Table 3",
-            BoundSet::Human => "Rafati Fard and Shariat Mohaymany (2019), Green (2000), some chosen wide; what is the car's by Table 3",
+            BoundSet::Human => {
+                "Rafati Fard and Shariat Mohaymany (2019), Green (2000), some chosen wide; what is the car's by Table 3"
+            }
         }
     }
 

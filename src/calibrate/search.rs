@@ -57,12 +57,7 @@ pub(super) struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    pub(super) fn new(
-        space: &'a SearchSpace,
-        cases: Range<usize>,
-        settings: &Calibration,
-        number: u64,
-    ) -> Search<'a> {
+    pub(super) fn new(space: &'a SearchSpace, cases: Range<usize>, settings: &Calibration, number: u64) -> Search<'a> {
         let free = space.free();
         let optimizer = optimizer(space, settings, number);
         Search {

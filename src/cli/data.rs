@@ -9,8 +9,8 @@ use leadlag::catalog::{Constraint, Variant};
 use leadlag::near::did_you_mean;
 use leadlag::trajectory::import::{ColumnMap, MapError, read_mapped};
 use leadlag::trajectory::{
-    Grade, Layout, Note, Platoon, Preparation, PrepareError, Reconcile, Recording, Stretch, Trajectory, import, plausible,
-    prepare, prepare_platoon,
+    Grade, Layout, Note, Platoon, Preparation, PrepareError, Reconcile, Recording, Stretch, Trajectory, import,
+    plausible, prepare, prepare_platoon,
 };
 use leadlag::vehicle::{self, Vehicle};
 use std::path::{Path, PathBuf};
@@ -172,7 +172,8 @@ impl DataArgs {
             number = Some(numbered(&mut recording, text)?);
         }
         let (ids, preparation) = (self.ids(&recording), self.preparation()?);
-        if let Some(id) = ids.iter().find(|id| recording.platoons.iter().all(|platoon| platoon.id.as_ref() != Some(id))) {
+        if let Some(id) = ids.iter().find(|id| recording.platoons.iter().all(|platoon| platoon.id.as_ref() != Some(id)))
+        {
             let shown = path.display();
             return Err(Usage(format!("--trajectory {id}: {shown} has no trajectory of this id")).into());
         }
@@ -184,7 +185,8 @@ impl DataArgs {
                 // The car ahead of the leader of a pair file is numbered 0.
                 let Some(follower) = car.number.checked_sub(1).filter(|follower| *follower > 0) else { continue };
                 let drive = self.drive_of(&recording, platoon, follower, &preparation, vehicle);
-                let doubts = drive.as_ref().map_or_else(|_| Vec::new(), |one| doubts(&one.trajectory, recording.layout));
+                let doubts =
+                    drive.as_ref().map_or_else(|_| Vec::new(), |one| doubts(&one.trajectory, recording.layout));
                 pairs.push(Found { id: platoon.id.clone(), follower, name: car.name.clone(), drive, doubts });
             }
         }
@@ -206,7 +208,9 @@ impl DataArgs {
         let vehicle = match wanted {
             None => None,
             Some((_, Ok(Some(found)))) => Some(found),
-            Some((variant, Ok(None))) => anyhow::bail!("variant {variant} needs the vehicle, and none is called `{}`", longest.name),
+            Some((variant, Ok(None))) => {
+                anyhow::bail!("variant {variant} needs the vehicle, and none is called `{}`", longest.name)
+            }
             Some((_, Err(error))) => return Err(error),
         };
         Ok(Loaded { trajectory: longest, vehicle, id: platoon.id.clone() })

@@ -64,8 +64,7 @@ impl Journal {
     pub fn open(path: &Path, key: &str) -> Result<Journal, JournalError> {
         let shown = || path.display().to_string();
         let io = |doing| move |source| JournalError::Io { path: path.display().to_string(), doing, source };
-        let file =
-            File::options().read(true).append(true).create(true).open(path).map_err(io("open"))?;
+        let file = File::options().read(true).append(true).create(true).open(path).map_err(io("open"))?;
         if let Err(TryLockError::WouldBlock) = file.try_lock() {
             return Err(JournalError::Busy(shown()));
         }
@@ -84,8 +83,8 @@ impl Journal {
                     return Err(JournalError::Other(shown()));
                 }
             } else {
-                let row: Row = serde_json::from_slice(&line)
-                    .map_err(|_| JournalError::Broken { path: shown(), line: number })?;
+                let row: Row =
+                    serde_json::from_slice(&line).map_err(|_| JournalError::Broken { path: shown(), line: number })?;
                 known.insert(row.place, row);
             }
             whole += line.len() as u64 + 1;

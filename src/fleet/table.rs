@@ -42,8 +42,7 @@ pub fn table(pairs: &[Pair], settings: &Settings, rows: &[Row]) -> Table {
         table.number(&name, rows.iter().map(value));
         if settings.intervals {
             for (end, side) in ["low", "high"].into_iter().enumerate() {
-                let value =
-                    |row: &Row| Some(row.found.as_ref().ok()?.intervals.as_ref()?[at(row, symbol)?]?[end]);
+                let value = |row: &Row| Some(row.found.as_ref().ok()?.intervals.as_ref()?[at(row, symbol)?]?[end]);
                 table.number(&format!("{name}_{side}"), rows.iter().map(value));
             }
         }
@@ -141,7 +140,9 @@ pub fn overview(settings: &Settings, rows: &[Row]) -> Vec<Overview> {
                 unit: symbol.unit().to_owned(),
                 column: parameter_column(*symbol),
                 spread: Spread::of(&own.iter().map(|found| found.parameters[i]).collect::<Vec<_>>()),
-                at_bound: share(own.iter().filter(|found| found.at_bound.iter().any(|name| name == symbol.name())).count()),
+                at_bound: share(
+                    own.iter().filter(|found| found.at_bound.iter().any(|name| name == symbol.name())).count(),
+                ),
                 determined: settings.intervals.then(|| {
                     let known = |found: &&&super::Found| found.intervals.as_ref().is_some_and(|all| all[i].is_some());
                     share(own.iter().filter(known).count())

@@ -107,7 +107,9 @@ fn side_by_side(
     let threads = rayon::current_num_threads().min(parts.len());
     std::thread::scope(|scope| {
         let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
-        workers.into_iter().try_for_each(|worker| worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+        workers
+            .into_iter()
+            .try_for_each(|worker| worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
     })
 }
 
@@ -141,7 +143,8 @@ fn task(pairs: &[Pair], settings: &Settings, place: Place) -> Result<Task, Strin
     let mut overrides = model.overrides.clone();
     let ends = trajectory.t.first().zip(trajectory.t.last());
     bound_times(&model.variant, ends.map_or([0.0; 2], |(first, last)| [*first, *last]), &mut overrides);
-    let space = SearchSpace::new(&model.variant, vehicle, settings.convention, &overrides).map_err(|e| e.to_string())?;
+    let space =
+        SearchSpace::new(&model.variant, vehicle, settings.convention, &overrides).map_err(|e| e.to_string())?;
     let case = Case::new(trajectory, model.variant, vehicle, settings.convention, space.tau_p_upper())
         .and_then(|case| case.with_extension_delay(space.extension_delay_upper()))
         .map_err(|e| e.to_string())?;

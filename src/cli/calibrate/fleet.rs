@@ -47,7 +47,11 @@ pub fn run(args: &Args, models: &[Variant]) -> anyhow::Result<()> {
     let usable = pairs.iter().filter(|pair| pair.drive.is_ok()).count();
     if usable == 0 {
         let first = pairs.iter().find_map(|pair| pair.drive.as_ref().err()).cloned();
-        anyhow::bail!("none of {} can be used{}", output::counted(pairs.len() as u64, "pair"), first.map_or(String::new(), |why| format!("; the first: {why}")));
+        anyhow::bail!(
+            "none of {} can be used{}",
+            output::counted(pairs.len() as u64, "pair"),
+            first.map_or(String::new(), |why| format!("; the first: {why}"))
+        );
     }
     output::make_folder(&args.out)?;
     let journal = Journal::open(&args.out.join(JOURNAL), &settings.key(&pairs))?;
@@ -64,12 +68,7 @@ pub fn run(args: &Args, models: &[Variant]) -> anyhow::Result<()> {
     output::print(&if args.json { file.to_json() } else { text(&file) })?;
     let seconds = started.elapsed().as_secs_f64();
     eprintln!("{seconds:.1} s, {:.0} pairs/s; files in {}", whole as f64 / seconds, args.out.display());
-    anyhow::ensure!(
-        unreadable.is_empty(),
-        "{}\nnot read: {} of the files",
-        unreadable.join("\n"),
-        unreadable.len()
-    );
+    anyhow::ensure!(unreadable.is_empty(), "{}\nnot read: {} of the files", unreadable.join("\n"), unreadable.len());
     anyhow::ensure!(file.calibrated() > 0, "no pair could be calibrated; parameters.csv has the reasons");
     Ok(())
 }
@@ -105,9 +104,10 @@ fn read(args: &Args, settings: &Settings) -> anyhow::Result<(Vec<Pair>, Vec<Stri
         warn(&format!("{} of {} pairs have implausible signals; the first: {first}", doubts.len(), pairs.len()));
     }
     let loaded: Vec<&Loaded> = pairs.iter().filter_map(|(.., drive)| drive.as_ref().ok()).collect();
-    let said = settings.models.iter().flat_map(|model| {
-        warnings::of(&args.data, &model.variant, args.convention, &model.overrides, &loaded)
-    });
+    let said = settings
+        .models
+        .iter()
+        .flat_map(|model| warnings::of(&args.data, &model.variant, args.convention, &model.overrides, &loaded));
     said.for_each(|text| warn(&text));
     let pair = |(file, trajectory, follower, name, drive): (String, _, _, _, Result<Loaded, String>)| {
         let drive = drive.map(|l| Drive { trajectory: l.trajectory, vehicle: l.vehicle.map(|(vehicle, _)| vehicle) });
@@ -136,7 +136,11 @@ fn files(given: &[PathBuf]) -> anyhow::Result<Vec<PathBuf>> {
         };
         let mut inside: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).filter(is_table).collect();
         inside.sort();
-        anyhow::ensure!(!inside.is_empty(), "{shown}: the folder has no tables ({})", ENDINGS.map(|e| format!(".{e}")).join(", "));
+        anyhow::ensure!(
+            !inside.is_empty(),
+            "{shown}: the folder has no tables ({})",
+            ENDINGS.map(|e| format!(".{e}")).join(", ")
+        );
         files.append(&mut inside);
     }
     Ok(files)
@@ -164,7 +168,8 @@ struct Bar {
 
 impl Bar {
     fn new(whole: usize, before: usize) -> Bar {
-        let style = ProgressStyle::with_template("{bar:20} {human_pos}/{human_len} calibrations, {per_sec}, {eta} left");
+        let style =
+            ProgressStyle::with_template("{bar:20} {human_pos}/{human_len} calibrations, {per_sec}, {eta} left");
         let bar = output::heard(ProgressBar::new(whole as u64)).with_style(style.expect("the template is valid"));
         if before > 0 {
             eprintln!("{before} of {whole} calibrations are there already");

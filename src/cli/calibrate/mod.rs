@@ -69,7 +69,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         anyhow::Ok(())
     })?;
     let overrides = args.overrides(model)?;
-    warnings::of(&args.data, &model, args.convention, &overrides, &loaded.iter().collect::<Vec<_>>()).iter().for_each(|text| warn(text));
+    warnings::of(&args.data, &model, args.convention, &overrides, &loaded.iter().collect::<Vec<_>>())
+        .iter()
+        .for_each(|text| warn(text));
     interrupt::watch();
     if together {
         let result = one(args, &loaded, &args.out)?;

@@ -95,6 +95,11 @@ pub fn of_sumo(folder: &Path, export: &Export) -> anyhow::Result<Vec<Chart>> {
     Ok(charts)
 }
 
+/// The file without its folders, for a label.
+fn file_name(path: &str) -> String {
+    Path::new(path).file_name().map_or(path.to_owned(), |name| name.to_string_lossy().into_owned())
+}
+
 /// Charts and residuals of each trajectory.
 pub fn of_calibration(folder: &Path, result: &ResultFile) -> anyhow::Result<(Vec<Chart>, Vec<Simulated>)> {
     let count = result.data.len();
@@ -112,7 +117,7 @@ pub fn of_calibration(folder: &Path, result: &ResultFile) -> anyhow::Result<(Vec
         let column = |name: &str| table.get(name).cloned().unwrap_or_default();
         let signals = |prefix: &str| SIGNALS.map(|(_, name)| column(&format!("{prefix}{name}")));
         let one = Simulated {
-            label: format!("{} {}", entry.follower, entry.name),
+            label: format!("{}, follower {}", file_name(&entry.path), entry.follower),
             t: column("time_s"),
             v_l: column("lead_speed_mps"),
             measured: signals(""),

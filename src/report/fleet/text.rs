@@ -32,9 +32,11 @@ pub fn text(file: &FleetFile) -> String {
 }
 
 fn models(all: &[Overview]) -> String {
-    let mut text = format!("\n{:<28} {:<12} {:>10} {:>22} {:>10}\n", "model", "minimised", "median", "5 to 95 %", "best on");
+    let mut text =
+        format!("\n{:<28} {:<12} {:>10} {:>22} {:>10}\n", "model", "minimised", "median", "5 to 95 %", "best on");
     for one in all {
-        let (median, range) = one.score.map_or(("–".to_owned(), "–".to_owned()), |s| (short(s.median), range(s.nine_tenths)));
+        let (median, range) =
+            one.score.map_or(("–".to_owned(), "–".to_owned()), |s| (short(s.median), range(s.nine_tenths)));
         let best = format!("{} of {}", one.best, one.calibrated);
         let _ = writeln!(text, "{:<28} {:<12} {median:>10} {range:>22} {best:>10}", one.model, one.gof);
     }
@@ -42,7 +44,8 @@ fn models(all: &[Overview]) -> String {
 }
 
 fn parameters(one: &Overview, intervals: bool) -> String {
-    let mut text = format!("\n{:<14} {:>10} {:>20} {:>20} {:>10}", one.model, "median", "middle half", "5 to 95 %", "at bound");
+    let mut text =
+        format!("\n{:<14} {:>10} {:>20} {:>20} {:>10}", one.model, "median", "middle half", "5 to 95 %", "at bound");
     text += if intervals { "  determined\n" } else { "\n" };
     let row = |name: &str, spread: &Spread| {
         let (half, most) = (range(spread.middle_half), range(spread.nine_tenths));
