@@ -230,7 +230,7 @@ fn a_joint_calibration_is_told_as_a_whole_and_file_by_file() {
     };
     let off = number(": off by ", " m");
     assert_eq!(off, number("root mean square: spacing ", " m"), "the headline and the budget say the same");
-    let row = format!("<td class=\"words\">RMSE [m, m/<wbr>s, m/<wbr>s²]</td><td class=\"number\">{off}</td>");
+    let row = format!("<td class=\"words\">RMSE [m, m/s, m/s²]</td><td class=\"number\">{off}</td>");
     assert!(html.contains(&row), "{row}");
     for file in &files {
         let name = format!("{}, follower 1", file.replace('/', "/<wbr>"));
