@@ -283,6 +283,21 @@ fn the_verdict_and_whole_drives_agree_in_what_comes_first() {
     }
 }
 
+/// Where nothing is named, what is recommended is the answer.
+#[test]
+fn a_recommendation_without_a_name_is_the_answer() {
+    let recommended = serde_json::json!({
+        "causes": [{"name": "dead_zone", "meaning": "", "parameters": []}], "why": "helps", "horizon_s": null,
+        "gain": {"measure": "nrmse_sva_10s", "base": 1.0, "extended": 0.9, "interval": [0.05, 0.15]}, "per_drive": [],
+        "confidence_set": [], "collisions": {"base": 0, "extended": 0}
+    });
+    let [text, page] = said(&outcome(serde_json::json!({ "verdict": "helps", "recommended": recommended })));
+    let first = "An extension follows unseen drives better than idm+delay; no cause is named.";
+    let then = "Recommended: idm+delay with dead_zone (small errors of the gap are not corrected).";
+    assert!(text.starts_with(&format!("In short -------- {first} {then} With it the error")), "{text}");
+    assert!(page.contains(&format!("<strong>{first}</strong> {then}</p>")), "{page}");
+}
+
 /// What the base is worth on a drive that it was not fitted to is told whether or not something is found.
 #[test]
 fn the_base_on_what_is_held_back_is_always_told() {

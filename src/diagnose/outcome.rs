@@ -325,9 +325,6 @@ pub struct Outcome {
     pub data_findings: Vec<FindingEntry>,
     /// Gain on the hold-out; `null` where nothing was adopted, or where it could not be measured.
     pub gain: Option<Gain>,
-    /// The base model on every drive held back, whatever is found.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub base_held_back: Vec<HeldBackEntry>,
     /// What to calibrate with; `null` where the base follows unseen drives as well.
     #[serde(default)]
     pub recommended: Option<Recommended>,
@@ -347,6 +344,9 @@ pub struct Outcome {
     /// Why the gain could not be measured, where something was adopted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gain_error: Option<String>,
+    /// The base model on every drive held back, whatever is found.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub base_held_back: Vec<HeldBackEntry>,
     /// Causes that could not be tried.
     #[serde(default)]
     pub not_tried: Vec<NotTriedEntry>,

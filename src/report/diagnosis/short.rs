@@ -65,7 +65,16 @@ pub fn in_short(outcome: &Outcome) -> Short {
     answer.push(verdict(outcome));
     answer.extend(whole_drives(outcome));
     let mut more = match &outcome.recommended {
-        Some(recommended) => recommendation(base(outcome), recommended),
+        Some(recommended) => {
+            let [what, gain] = recommendation(base(outcome), recommended);
+            // Where nothing is named, it is the answer.
+            if is_named(outcome) {
+                vec![what, gain]
+            } else {
+                answer.push(what);
+                vec![gain]
+            }
+        }
         None => held_back(outcome).into_iter().collect(),
     };
     more.extend(outcome.likelier_base().map(|base| format!("{}.", next(&base))));
@@ -73,10 +82,14 @@ pub fn in_short(outcome: &Outcome) -> Short {
     Short { answer, more }
 }
 
+fn is_named(outcome: &Outcome) -> bool {
+    matches!(outcome.verdict, Verdict::Named | Verdict::Ambiguous)
+}
+
 /// Whether the closed loop agrees with the verdict. It asks whole drives, and decides what is recommended.
 fn whole_drives(outcome: &Outcome) -> Option<String> {
     let base = base(outcome);
-    let is_named = matches!(outcome.verdict, Verdict::Named | Verdict::Ambiguous);
+    let is_named = is_named(outcome);
     let several = outcome.causes.len() + outcome.confounded_with.len() > 1;
     let it = if several { "them" } else { "it" };
     match (&outcome.recommended, &outcome.closed_loop.not_testable) {
@@ -129,7 +142,7 @@ fn held_back(outcome: &Outcome) -> Option<String> {
     ))
 }
 
-fn recommendation(base: &str, recommended: &Recommended) -> Vec<String> {
+fn recommendation(base: &str, recommended: &Recommended) -> [String; 2] {
     let causes: Vec<String> = recommended.causes.iter().map(cause).collect();
     let gain = &recommended.gain;
     let percent = |share: f64| 100.0 * share / gain.base;
@@ -139,7 +152,7 @@ fn recommendation(base: &str, recommended: &Recommended) -> Vec<String> {
         Why::Confirmed => "The likelihood finds it in the data, too.",
         Why::Helps => "The likelihood does not name it as the cause.",
     };
-    vec![
+    [
         format!("Recommended: {base} with {}.", causes.join(" and ")),
         format!(
             "With it the error on unseen drives falls by {:.0} % [{low:.0}, {high:.0}]; better in {better} of {}. {why}",

@@ -65,7 +65,7 @@ fn answer(own: &Outcomes) -> (String, String) {
     let mut then = format!("{} {}{mean}", own.gof, short(score));
     if let Some(&(second, next)) = ranked.get(1) {
         let less = 100.0 * (1.0 - score / next);
-        then += &format!(", {less:.0} % less than {} ({})", own.variants[second], short(next));
+        then += &format!(", {less:.1} % less than {} ({})", own.variants[second], short(next));
     }
     then += ". ";
     let unseen = |v: usize| median(&validated(own, v, &|_| true).0).map(|median| (v, median));

@@ -245,24 +245,24 @@ fn missing(
         let _ = write!(text, " (needed: {})", needed.join(", "));
     }
     // A new name would not change the unit.
-    let (in_kmh, same): (Vec<_>, Vec<_>) = renames.iter().partition(|(from, to)| to.ends_with("mps") && says_kmh(from));
+    let speed = |name: &String| name.ends_with("mps");
+    let same: Vec<String> = renames
+        .iter()
+        .filter(|(from, to)| !(speed(to) && says_kmh(from)))
+        .map(|(from, to)| format!("{} to {to}", clipped(from)))
+        .collect();
+    let in_kmh: Vec<String> = has.iter().filter(|name| says_kmh(name)).map(|name| clipped(name)).collect();
+    let in_kmh = if columns.iter().any(speed) { in_kmh } else { Vec::new() };
     if !same.is_empty() {
-        let pairs: Vec<String> = same.iter().map(|(from, to)| format!("{} to {to}", clipped(from))).collect();
-        let _ = write!(text, "; rename {}?", listed(&pairs));
+        let _ = write!(text, "; rename {}?", listed(&same));
     }
     if !in_kmh.is_empty() {
-        let names: Vec<String> = in_kmh.iter().map(|(from, _)| clipped(from)).collect();
-        let needed: Vec<String> = in_kmh.iter().map(|(_, to)| to.clone()).collect();
-        let joint = if same.is_empty() { ";" } else { "" };
-        let _ = write!(
-            text,
-            "{joint} divide {} by 3.6 for {}, or give the unit km/h in a map.",
-            listed(&names),
-            listed(&needed)
-        );
+        let joint = if same.is_empty() { "; speeds" } else { " Speeds" };
+        let _ =
+            write!(text, "{joint} are needed in m/s: divide {} by 3.6, or give the unit in a map.", listed(&in_kmh));
     }
     if !advice.is_empty() {
-        let _ = write!(text, "{} {advice}", if renames.is_empty() { ";" } else { " Or" });
+        let _ = write!(text, "{} {advice}", if same.is_empty() && in_kmh.is_empty() { ";" } else { " Or" });
     }
     text
 }
