@@ -255,7 +255,7 @@ fn the_verdict_and_whole_drives_agree_in_what_comes_first() {
     });
     let named = "The likelihood names dead_zone (small errors of the gap are not corrected) as what idm+delay lacks.";
     let once = "The likelihood names headway_mode_change (another gap setting was chosen) as what idm+delay lacks.";
-    let falls = "On the data held back the error with it is 7 % smaller (95 %: 1 to 13 % smaller). That is one part of the data";
+    let falls = "On the data held back the error with it is 7 % smaller (95 %: 1 to 13 % smaller).";
     for (name, closed_loop, recommended, sentences) in [
         ("dead_zone", &tested, None, [named, "Whole drives do not confirm it: do not use it yet.", falls]),
         ("dead_zone", &untested, None, [named, "Whole drives could not test it: the drives have 32 bins.", falls]),

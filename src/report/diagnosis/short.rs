@@ -98,13 +98,13 @@ fn whole_drives(outcome: &Outcome) -> Option<String> {
             Why::Helps => format!("Whole drives ask for another extension: {}.", names(recommended)),
         }),
         (Some(_), _) => None,
+        (None, _) if is_named && once(outcome) => {
+            Some(format!("What happens at one time only, whole drives cannot test: do not use {it} for other drives."))
+        }
         (None, Some(why)) if is_named => Some(format!("Whole drives could not test {it}: {why}.")),
         (None, Some(why)) => Some(format!("Whether an extension follows unseen drives better was not tested: {why}.")),
         (None, None) if outcome.verdict == Verdict::Helps => Some(format!("{}.", outcome.reason)),
         (None, None) if outcome.closed_loop.bins == [0, 0] => None,
-        (None, None) if is_named && outcome.causes.iter().all(|cause| happens_once(&cause.name)) => {
-            Some(format!("What happens at one time only, whole drives cannot test: do not use {it} for other drives."))
-        }
         (None, None) if is_named => Some(format!("Whole drives do not confirm {it}: do not use {it} yet.")),
         (None, None) => {
             Some(format!("{base} follows unseen drives as well as any extension of it that comes through all of them."))
@@ -114,6 +114,11 @@ fn whole_drives(outcome: &Outcome) -> Option<String> {
 
 fn names(recommended: &Recommended) -> String {
     recommended.causes.iter().map(|cause| cause.name.as_str()).collect::<Vec<_>>().join(" and ")
+}
+
+/// True where all that is named happens at one time of one drive.
+fn once(outcome: &Outcome) -> bool {
+    !outcome.causes.is_empty() && outcome.causes.iter().all(|cause| happens_once(&cause.name))
 }
 
 /// True for a cause that begins at a time of one drive; the closed loop does not try these.
@@ -131,8 +136,8 @@ fn held_back(outcome: &Outcome) -> Option<String> {
     let change = percent(base - extended);
     let more = if change < 0.0 { "larger" } else { "smaller" };
     let tested = outcome.closed_loop.not_testable.is_none() && outcome.closed_loop.bins != [0, 0];
-    let but = match (change > 0.0, tested && !outcome.causes.iter().all(|cause| happens_once(&cause.name))) {
-        (true, true) => " That is one part of the data. With each drive left out in turn, no extension passes.",
+    let but = match (change > 0.0 && !once(outcome), tested) {
+        (true, true) => " That is one part of the data. With each drive left out in turn, no extension is recommended.",
         (true, false) => " That is one part of the data: check it on further drives.",
         (false, _) => "",
     };

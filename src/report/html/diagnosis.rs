@@ -210,11 +210,12 @@ fn gain(page: &mut Page, outcome: &Outcome) {
     };
     let rows: Vec<Vec<String>> = outcome.base_held_back.iter().map(row).collect();
     let head = ["drive", "spacing [m]", "speed [m/s]", "acceleration [m/s²]", "NRMSE(s,v,a)"];
-    page.table(
-        "The base model on the drives held back, root mean square (–: the run does not come to the end)",
-        &head,
-        &rows,
-    );
+    if !rows.is_empty() {
+        page.paragraph(
+            "Below: root mean square errors of the base model's free simulation. A dash: the run does not come to the end.",
+        );
+    }
+    page.table("The base model on the drives held back", &head, &rows);
 }
 
 /// Errors of both models where both come to the end of what was held back, and crashes in any case.
