@@ -200,7 +200,11 @@ fn switches_and_bounds_that_make_no_sense_are_warned_of_once() {
     fs::write(&slow, halved.collect::<String>()).unwrap();
     let without = ["calibrate", text(&slow), "--model", "idm", "--max-evaluations", "100", "--no-intervals", "-o"];
     let told = stderr(&succeeds(&[&without[..], &[text(&out)]].concat()));
-    assert!(told.contains("searched from 30 m/s on") && told.contains("; --bounds FILE.toml with `v_0 = ["), "{told}");
+    assert!(
+        told.contains("searched from 30 m/s on")
+            && told.contains("; --bounds human (of human drivers) or --bounds FILE.toml with `v_0 = ["),
+        "{told}"
+    );
     // Two files of one name: which folder is whose.
     for (file, folder) in [(&one, "pair_follower1_follower1"), (&two, "pair_follower1_follower1_2")] {
         let line = format!("files of {}, follower 1, in {}", file.display(), other.join(folder).display());
@@ -208,6 +212,24 @@ fn switches_and_bounds_that_make_no_sense_are_warned_of_once() {
         let result: Value = serde_json::from_slice(&fs::read(other.join(folder).join("result.json")).unwrap()).unwrap();
         assert_eq!(result["data"][0]["path"], text(file));
     }
+}
+
+/// Who drives is asked before a file of bounds is written.
+#[test]
+fn at_a_bound_of_acc_the_set_of_human_drivers_is_named() {
+    let folder = scratch("cli_warnings", "at_bound");
+    let (bounds, drive) = (folder.join("slow.toml"), drive().join("pair_follower1.csv"));
+    fs::write(&bounds, "t_h = [2.9, 3.0]\n").unwrap();
+    let told = |more: &[&str]| {
+        let own = ["calibrate", text(&drive), "--model", "idm", "--max-evaluations", "1500", "--no-intervals"];
+        let output =
+            succeeds(&[&own[..], more, &["--bounds", text(&bounds), "-o", text(&folder.join("fit"))]].concat());
+        String::from_utf8(output.stdout).unwrap().split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    let human = "or do not care; --bounds human is for a human driver, and --bounds FILE.toml widens them";
+    let (acc, own) = (told(&[]), told(&["--bounds", "human"]));
+    assert!(acc.contains(human), "{acc}");
+    assert!(own.contains("or do not care; --bounds FILE.toml widens them"), "{own}");
 }
 
 #[test]

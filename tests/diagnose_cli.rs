@@ -199,6 +199,10 @@ fn a_diagnosis_has_the_fields_of_its_contract() {
             assert!(!cause[key].is_null(), "{key} of {cause}");
         }
     }
+    // What the base is worth on the last third stands there whatever the verdict.
+    let held = json["base_held_back"].as_array().expect("a list");
+    assert!(held.len() == 1 && held[0]["nrmse_sva"].as_f64().is_some_and(|nrmse| nrmse > 0.0), "{held:?}");
+    assert_eq!(held[0]["rms"].as_array().map(Vec::len), Some(3));
     assert!(json["held_back"].as_str().is_some_and(|text| text.contains("last third")));
     assert_eq!(fs::read_to_string(Path::new(out).join("diagnosis.json")).expect("written"), text);
     // What is read back is the whole of it.

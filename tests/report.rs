@@ -181,7 +181,7 @@ fn a_calibration_is_shown_in_the_terminal_and_as_a_page() {
         let row = html.split(&format!("<tr><td>{name}</td>")).nth(1).and_then(|row| row.split("</tr>").next());
         let cells: Vec<&str> = row.expect("a row").split("</td>").collect();
         let samples = known["effective_samples"].as_f64().expect("a number");
-        assert_eq!(cells[3].contains('('), is_open(known), "{name}: {}", cells[3]);
+        assert_eq!(cells[1].contains('('), is_open(known), "{name}: {}", cells[1]);
         assert!(cells[4].ends_with(&format!(">{samples:.0}")), "{name}: {}", cells[4]);
     }
     assert!(html.contains("goes with (correlation)"));
@@ -214,6 +214,31 @@ fn two_drives(name: &str) -> (PathBuf, [String; 2]) {
 }
 
 const QUICK: [&str; 5] = ["--model", "idm", "--max-evaluations", "300", "--no-intervals"];
+
+/// One error with one meaning, and its parts by file.
+#[test]
+fn a_joint_calibration_is_told_as_a_whole_and_file_by_file() {
+    let (folder, files) = two_drives("joint");
+    let (fit, page) = (folder.join("fit"), folder.join("page.html"));
+    let more = ["--joint", "--fix", "delta=4", "--out", text(&fit)];
+    ok(&[&["calibrate", &files[0], &files[1]][..], &QUICK, &more].concat());
+    ok(&["report", text(&fit), "-o", text(&page)]);
+    let html = fs::read_to_string(&page).expect("written");
+    let number = |before: &str, unit: &str| {
+        let rest = html.split(before).nth(1).expect("an error");
+        rest.split(unit).next().expect("a number").to_owned()
+    };
+    let off = number(": off by ", " m");
+    assert_eq!(off, number("root mean square: spacing ", " m"), "the headline and the budget say the same");
+    let row = format!("<td class=\"words\">RMSE [m, m/s, m/s²]</td><td class=\"number\">{off}</td>");
+    assert!(html.contains(&row), "{row}");
+    for file in &files {
+        let name = format!("{}, follower 1", file.replace('/', "/<wbr>"));
+        assert!(html.contains(&format!("RMSE of {name}</td>")) && html.contains(&format!("of {name}</td>")), "{name}");
+    }
+    assert!(html.contains("<p>Bounds: acc: ") && html.contains("<p>Fixed, so not calibrated: delta.</p>"));
+    assert!(html.contains("data-of=\"replicate\"") && html.contains("data-of=\"show\""));
+}
 
 #[test]
 fn a_simulation_of_another_drive_is_neither_mixed_with_a_calibration_nor_drawn_with_it() {

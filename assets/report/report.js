@@ -41,11 +41,11 @@
     return plot;
   }
 
-  // A place with its choosers: which drive, which signal.
+  // A place with its choosers: which drive or the like, which signal.
   function figure(place) {
     const mine = place.dataset.chart.split(" ").map((number) => charts[Number(number)]);
     const bar = place.parentElement.querySelector(".choose");
-    const [drive, signal] = ["drive", "signal"].map((name) => {
+    const [drive, signal] = [bar.dataset.of, "signal"].map((name) => {
       const label = document.createElement("label");
       const select = document.createElement("select");
       label.append(name + " ", select);
@@ -155,6 +155,17 @@
       const shown = rows.filter((row) => !row.hidden).length;
       label.querySelector("output").textContent = shown < rows.length ? shown + " of " + rows.length : "";
     });
+  });
+
+  // What scrolls fades out at the side where more follows.
+  document.querySelectorAll(".table, .svg").forEach((box) => {
+    const tell = () => {
+      box.classList.toggle("more-right", box.scrollLeft + box.clientWidth < box.scrollWidth - 2);
+      box.classList.toggle("more-below", box.scrollTop + box.clientHeight < box.scrollHeight - 2);
+    };
+    box.addEventListener("scroll", tell, { passive: true });
+    new ResizeObserver(tell).observe(box);
+    tell();
   });
 
   // What a part of a picture says about itself: at once, and on touch screens, too; without scripts the browser shows it after a while.

@@ -4,12 +4,13 @@ use super::budget::{Errors, budget};
 use super::drive::Drive;
 use super::formula::formula;
 use super::free::{BrokenOffEntry, Free, free};
-use super::gain::{Gain, GainError, GainSettings, gain};
+use super::gain::{Gain, GainError, GainSettings, gain, nrmse_of};
 use super::infer;
 use super::missing::{Missing, Profiles, profiles};
 use super::observer::{Noise, design};
 use super::outcome::{
-    CauseEntry, DriveEntry, LeftOverEntry, NotTestableEntry, NotTriedEntry, Outcome, RungEntry, SCHEMA_VERSION,
+    CauseEntry, DriveEntry, HeldBackEntry, LeftOverEntry, NotTestableEntry, NotTriedEntry, Outcome, RungEntry,
+    SCHEMA_VERSION,
 };
 use super::recommended::ClosedLoopEntry;
 use super::scene::Scene;
@@ -133,6 +134,7 @@ pub fn describe(
         data_findings: Vec::new(),
         gain: measured,
         gain_error,
+        base_held_back: held_back(question, &base.runs[trained..]),
         recommended: None,
         base_laws: Vec::new(),
         base_notes: Vec::new(),
@@ -188,6 +190,20 @@ fn broken_off(question: &Question<'_>, model: &Described) -> Vec<BrokenOffEntry>
         BrokenOffEntry { label: drive.label().to_owned(), time_s: drive.trajectory.t[last], crash }
     };
     question.train.iter().zip(&model.runs).filter(|(_, run)| !run.complete).map(entry).collect()
+}
+
+/// The base model on the drives that it was not fitted to.
+fn held_back(question: &Question<'_>, runs: &[Free]) -> Vec<HeldBackEntry> {
+    let entry = |(drive, run): (&Drive, &Free)| {
+        let rms = |errors: &Vec<f64>| (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt();
+        let [s, v, a] = &run.errors;
+        HeldBackEntry {
+            label: drive.label().to_owned(),
+            rms: run.complete.then(|| [rms(s), rms(v), rms(a)]),
+            nrmse_sva: nrmse_of(std::slice::from_ref(drive), std::slice::from_ref(run)),
+        }
+    };
+    question.holdout.iter().zip(runs).map(entry).collect()
 }
 
 /// Where the missing acceleration is largest: drives and times, with their shares of its square.

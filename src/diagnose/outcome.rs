@@ -275,6 +275,17 @@ pub struct DriveEntry {
     pub role: String,
 }
 
+/// The base model, as fitted, on a drive that it was not fitted to.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct HeldBackEntry {
+    /// The drive, as in `drives`.
+    pub label: String,
+    /// Root mean square error of spacing \[m\], speed \[m/s\] and acceleration \[m/s²\]; none if the run does not come to the end.
+    pub rms: Option<[f64; 3]>,
+    /// NRMSE(s,v,a) of the same run.
+    pub nrmse_sva: Option<f64>,
+}
+
 /// A model as fitted.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ModelEntry {
@@ -334,6 +345,9 @@ pub struct Outcome {
     /// Why the gain could not be measured, where something was adopted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gain_error: Option<String>,
+    /// The base model on every drive held back, whatever is found.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub base_held_back: Vec<HeldBackEntry>,
     /// Causes that could not be tried.
     #[serde(default)]
     pub not_tried: Vec<NotTriedEntry>,

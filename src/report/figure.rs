@@ -115,12 +115,32 @@ impl Figure {
         ));
     }
 
+    /// A triangle at the upper edge of a plot, with the value that lies beyond it.
+    pub fn beyond(&mut self, [x, y]: [f64; 2], radius: f64, value: &str) {
+        let r = radius;
+        self.push(format_args!(
+            "<path d=\"M{:.1} {:.1}L{:.1} {:.1}L{x:.1} {:.1}Z\" fill=\"white\" stroke=\"{PAPER}\" stroke-width=\"1.4\"/>",
+            x - r,
+            y + r,
+            x + r,
+            y + r,
+            y - r
+        ));
+        self.rising([x + 3.0, y - r - 2.0], 10.0, value);
+    }
+
     /// What is drawn within belongs together; whoever points at it is told this text.
     pub fn told(&mut self, text: &str, draw: impl FnOnce(&mut Figure)) {
         let text = escape(text);
         self.push(format_args!("<g><title>{text}</title>"));
         draw(self);
         self.push(format_args!("</g>"));
+    }
+
+    /// A name in the ink of all text, with a square of its colour before it, both centred at a point.
+    pub fn named(&mut self, [x, y]: [f64; 2], name: &str, colour: &str) {
+        let width = 15.0 + 7.2 * name.chars().count() as f64;
+        self.legend([x - width / 2.0, y], &[(name, colour)]);
     }
 
     /// A legend on one line: coloured squares with names.

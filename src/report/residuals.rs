@@ -59,6 +59,12 @@ impl Simulated {
         })
     }
 
+    /// Root mean square error of spacing \[m\], speed \[m/s\] and acceleration \[m/s²\].
+    #[must_use]
+    pub fn rms(&self) -> [f64; 3] {
+        self.errors().map(|errors| (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt())
+    }
+
     fn scene(&self) -> Scene {
         let dt = self.t.get(1).map_or(1.0, |t| t - self.t[0]);
         let [s, v, _] = &self.measured;

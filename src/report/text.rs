@@ -109,11 +109,14 @@ fn write_parameters(text: &mut String, result: &ResultFile) -> std::fmt::Result 
         text.push_str(&wrapped(0, 2, &format!("\nNOT ONE DRIVER: {drivers}")));
     }
     if !result.at_bound.is_empty() {
+        // Bounds of cars with adaptive cruise control, of Table 3 or as asked for.
+        let acc = result.bounds_from.as_ref().is_some_and(|from| from.starts_with("acc:") && !from.contains("human:"));
+        let human = if acc { "--bounds human is for a human driver, and " } else { "" };
         text.push_str(&wrapped(
             0,
             2,
             &format!(
-                "{AT_BOUND}: the data want more than the bounds allow, or do not care; --bounds FILE.toml widens them \
+                "{AT_BOUND}: the data want more than the bounds allow, or do not care; {human}--bounds FILE.toml widens them \
                  (docs/FIRST_CALIBRATION.md, \"Bounds for your car\")"
             ),
         ));

@@ -102,6 +102,12 @@ const NEAR: f64 = 0.05;
 /// The units that explain a ratio, in words.
 pub(super) fn explain(ratio: f64) -> Option<String> {
     let near = |size: f64| (ratio / size - 1.0).abs() < NEAR;
+    if ratio < 0.0 {
+        return Some("the two speed columns look swapped".to_owned());
+    }
+    if near(1.0 / 3.6) {
+        return Some("the speeds look like km/h".to_owned());
+    }
     // A thousand has no name of its own; what is meant is said instead.
     if near(1000.0) {
         return Some("a thousand times: is the gap in millimetres?".to_owned());
@@ -137,7 +143,10 @@ mod tests {
         assert_eq!(explain(ratio).as_deref(), Some("3.2808 is feet per metre"));
         let kmh: Vec<f64> = dv.iter().map(|dv| dv * 3.6).collect();
         let ratio = of_gap([(&t[..], &kmh[..], &gap[..])]).expect("km/h differ");
-        assert_eq!(explain(ratio).as_deref(), Some("1/3.6000 is the inverse of km/h per m/s"));
+        assert_eq!(explain(ratio).as_deref(), Some("the speeds look like km/h"));
+        let swapped: Vec<f64> = dv.iter().map(|dv| -dv).collect();
+        let ratio = of_gap([(&t[..], &swapped[..], &gap[..])]).expect("the sign differs");
+        assert_eq!(explain(ratio).as_deref(), Some("the two speed columns look swapped"));
     }
 
     #[test]

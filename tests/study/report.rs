@@ -124,6 +124,12 @@ fn numbers_follow_from_the_tables_and_stand_beside_the_papers() {
     ok(&["report", text(&study), "-o", text(&page)]);
     let html = fs::read_to_string(&page).unwrap();
     assert!(html.contains("<h1>Study ") && html.contains("<title>1 idm: median "), "figures tell their numbers");
+    // The answer comes first, and what the study cannot tell is one line.
+    let (before, rest) = html.split_once(" has the lowest error.</strong> ").expect("an answer");
+    assert!(before.contains("<p class=\"verdict\">") && !before.contains("</section>") && rest.contains("% less than"));
+    assert!(!html.contains("<td>cannot tell</td>") && html.contains(" statements cannot be told from this study"));
+    let [ranking, paper] = ["id=\"vehicles\"", "id=\"paper\""].map(|id| html.find(id));
+    assert!(ranking.is_some() && ranking < paper, "the own ranking stands before the paper's statements");
     let twin = html.split("id=\"result\">").nth(1).and_then(|rest| rest.split("</script>").next()).unwrap();
     let twin: serde_json::Value = serde_json::from_str(twin).unwrap();
     for (row, own) in four.iter().zip(twin["table4"].as_array().unwrap()) {

@@ -107,7 +107,8 @@ fn off_bounds(model: &Variant, convention: Convention, overrides: &Overrides, lo
     let remedy = |which: &str| match given {
         Some([lower, upper]) if lower == upper => format!("--fix or the file of --bounds sets v_0 to {upper} m/s"),
         Some(_) => format!("in the file of --bounds, {which} changes that"),
-        None => "--bounds FILE.toml with `v_0 = [LOWER, UPPER]` changes that".to_owned(),
+        None => "--bounds human (of human drivers) or --bounds FILE.toml with `v_0 = [LOWER, UPPER]` changes that"
+            .to_owned(),
     };
     let highest = |l: &Loaded| l.trajectory.v_f.iter().copied().fold(0.0, f64::max);
     let mut said = Vec::new();

@@ -4,7 +4,7 @@ use anyhow::Context;
 use leadlag::diagnose::outcome::Outcome;
 use leadlag::report::html::{Chart, Line, Panel, Role};
 use leadlag::report::residuals::{Simulated, other_errors};
-use leadlag::report::result::ResultFile;
+use leadlag::report::result::{DataEntry, ResultFile};
 use leadlag::report::sumo::Export;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -95,6 +95,14 @@ pub fn of_sumo(folder: &Path, export: &Export) -> anyhow::Result<Vec<Chart>> {
     Ok(charts)
 }
 
+/// File and follower of a trajectory; the folders of the file only where another one has the same name.
+fn label(entry: &DataEntry, all: &[DataEntry]) -> String {
+    let name = |entry: &DataEntry| Path::new(&entry.path).file_name().map(ToOwned::to_owned);
+    let alike = all.iter().any(|other| other.path != entry.path && name(other) == name(entry));
+    let file = name(entry).filter(|_| !alike).map(|name| name.to_string_lossy().into_owned());
+    format!("{}, follower {}", file.unwrap_or_else(|| entry.path.clone()), entry.follower)
+}
+
 /// Charts and residuals of each trajectory.
 pub fn of_calibration(folder: &Path, result: &ResultFile) -> anyhow::Result<(Vec<Chart>, Vec<Simulated>)> {
     let count = result.data.len();
@@ -112,7 +120,7 @@ pub fn of_calibration(folder: &Path, result: &ResultFile) -> anyhow::Result<(Vec
         let column = |name: &str| table.get(name).cloned().unwrap_or_default();
         let signals = |prefix: &str| SIGNALS.map(|(_, name)| column(&format!("{prefix}{name}")));
         let one = Simulated {
-            label: format!("{} {}", entry.follower, entry.name),
+            label: label(entry, &result.data),
             t: column("time_s"),
             v_l: column("lead_speed_mps"),
             measured: signals(""),

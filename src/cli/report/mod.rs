@@ -10,7 +10,7 @@ use super::folder::{DIAGNOSIS, FLEET, RESULT};
 use super::{Usage, output};
 use anyhow::{Context, bail};
 use leadlag::diagnose::outcome::Outcome;
-use leadlag::report::html;
+use leadlag::report::html::{self, DriveErrors};
 use leadlag::report::residuals::{error_budget, over_speed};
 use leadlag::report::result::{ResultFile, read_bounded};
 use leadlag::report::sumo::Export;
@@ -123,5 +123,7 @@ fn one(file: &Path, folder: &Path) -> anyhow::Result<String> {
     }
     let exported =
         exported.map(|export| charts::of_sumo(folder, &export).map(|charts| (export, charts))).transpose()?;
-    Ok(html::calibration(&result, charts, error_budget(&simulated).as_ref(), exported, &text))
+    let errors = error_budget(&simulated)
+        .map(|all| DriveErrors { all, each: simulated.iter().map(|one| (one.label.clone(), one.rms())).collect() });
+    Ok(html::calibration(&result, charts, errors.as_ref(), exported, &text))
 }

@@ -1,32 +1,27 @@
 //! What a diagnosis comes to, in words that a driver understands.
 
-use super::causes::equation;
+use super::causes::{equation, next};
 use crate::diagnose::Verdict;
-use crate::diagnose::outcome::{CauseEntry, Outcome, ParameterEntry};
+use crate::diagnose::outcome::{Outcome, ParameterEntry};
 use crate::diagnose::recommended::{Recommended, RecommendedCause, Why};
+use crate::wgsl::library;
 
 fn base(outcome: &Outcome) -> &str {
     outcome.base.as_ref().map_or("the base", |base| base.variant.as_str())
 }
 
-/// The conclusion in one or two sentences.
-#[must_use]
-pub fn headline(outcome: &Outcome) -> String {
+/// What the likelihood says, in one sentence.
+fn verdict(outcome: &Outcome) -> String {
     let base = base(outcome);
     let list = |joint: &str| {
         let causes = outcome.causes.iter().chain(&outcome.confounded_with);
         causes.map(|cause| named(&cause.name, "", &cause.parameters)).collect::<Vec<_>>().join(joint)
     };
-    let of = |cause: &CauseEntry| named(&cause.name, "", &cause.parameters);
     match outcome.verdict {
         Verdict::Named => {
-            let causes: Vec<String> = outcome.causes.iter().map(of).collect();
-            let gain = outcome.gain.as_ref().and_then(|gain| Some((gain.base?, gain.extended?)));
-            let fall = |(base, extended): (f64, f64)| {
-                format!(" With that the error on data held back falls by {:.0} %.", 100.0 * (1.0 - extended / base))
-            };
-            let fall = gain.filter(|(base, extended)| extended < base).map_or(String::new(), fall);
-            format!("{base} lacks {}.{fall}", causes.join(", and "))
+            let causes: Vec<String> =
+                outcome.causes.iter().map(|cause| named(&cause.name, "", &cause.parameters)).collect();
+            format!("The likelihood names {} as what {base} lacks.", causes.join(", and "))
         }
         Verdict::Ambiguous => {
             format!("{base} lacks one of several, which these data cannot tell apart: {}.", list("; or "))
@@ -47,29 +42,112 @@ fn named(name: &str, own: &str, parameters: &[ParameterEntry]) -> String {
     format!("{name} ({})", what.join("; "))
 }
 
-/// Sentences, the most important first.
-#[must_use]
-pub fn in_short(outcome: &Outcome) -> Vec<String> {
-    let base = base(outcome);
-    let mut sentences = Vec::new();
-    match (&outcome.recommended, &outcome.closed_loop.not_testable) {
-        (Some(recommended), _) => sentences.extend(recommendation(base, recommended)),
-        (None, Some(why)) => {
-            sentences.push(format!("Whether an extension follows unseen drives better was not tested: {why}."))
-        }
-        (None, None) if outcome.verdict == Verdict::Helps => sentences.push(format!("{}.", outcome.reason)),
-        (None, None) if outcome.closed_loop.bins != [0, 0] => {
-            sentences.push(format!(
-                "{base} follows unseen drives as well as any extension of it that comes through all of them."
-            ));
-        }
-        (None, None) => {}
-    }
-    sentences.extend(outcome.base_notes.iter().map(|note| format!("The base model: {note}.")));
-    sentences
+/// What a diagnosis comes to.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Short {
+    /// What has to be known of the data first, the verdict, and whether whole drives confirm it.
+    pub answer: Vec<String>,
+    /// What follows from it.
+    pub more: Vec<String>,
 }
 
-fn recommendation(base: &str, recommended: &Recommended) -> Vec<String> {
+impl Short {
+    /// All sentences, the most important first.
+    pub fn sentences(&self) -> impl Iterator<Item = &String> {
+        self.answer.iter().chain(&self.more)
+    }
+}
+
+/// The conclusion, as the terminal and the page tell it.
+#[must_use]
+pub fn in_short(outcome: &Outcome) -> Short {
+    let mut answer: Vec<String> = outcome.data_first().map(|first| format!("{first}.")).into_iter().collect();
+    answer.push(verdict(outcome));
+    answer.extend(whole_drives(outcome));
+    let mut more = match &outcome.recommended {
+        Some(recommended) => {
+            let [what, gain] = recommendation(base(outcome), recommended);
+            // Where nothing is named, it is the answer.
+            if is_named(outcome) {
+                vec![what, gain]
+            } else {
+                answer.push(what);
+                vec![gain]
+            }
+        }
+        None => held_back(outcome).into_iter().collect(),
+    };
+    more.extend(outcome.likelier_base().map(|base| format!("{}.", next(&base))));
+    more.extend(outcome.base_notes.iter().map(|note| format!("The base model: {note}.")));
+    Short { answer, more }
+}
+
+fn is_named(outcome: &Outcome) -> bool {
+    matches!(outcome.verdict, Verdict::Named | Verdict::Ambiguous)
+}
+
+/// Whether the closed loop agrees with the verdict. It asks whole drives, and decides what is recommended.
+fn whole_drives(outcome: &Outcome) -> Option<String> {
+    let base = base(outcome);
+    let is_named = is_named(outcome);
+    let several = outcome.causes.len() + outcome.confounded_with.len() > 1;
+    let it = if several { "them" } else { "it" };
+    match (&outcome.recommended, &outcome.closed_loop.not_testable) {
+        (Some(recommended), _) if is_named => Some(match recommended.why {
+            Why::Confirmed => format!("Whole drives confirm {}.", names(recommended)),
+            Why::Helps => format!("Whole drives ask for another extension: {}.", names(recommended)),
+        }),
+        (Some(_), _) => None,
+        (None, _) if is_named && once(outcome) => {
+            Some(format!("What happens at one time only, whole drives cannot test: do not use {it} for other drives."))
+        }
+        (None, Some(why)) if is_named => Some(format!("Whole drives could not test {it}: {why}.")),
+        (None, Some(why)) => Some(format!("Whether an extension follows unseen drives better was not tested: {why}.")),
+        (None, None) if outcome.verdict == Verdict::Helps => Some(format!("{}.", outcome.reason)),
+        (None, None) if outcome.closed_loop.bins == [0, 0] => None,
+        (None, None) if is_named => Some(format!("Whole drives do not confirm {it}: do not use {it} yet.")),
+        (None, None) => {
+            Some(format!("{base} follows unseen drives as well as any extension of it that comes through all of them."))
+        }
+    }
+}
+
+fn names(recommended: &Recommended) -> String {
+    recommended.causes.iter().map(|cause| cause.name.as_str()).collect::<Vec<_>>().join(" and ")
+}
+
+/// True where all that is named happens at one time of one drive.
+fn once(outcome: &Outcome) -> bool {
+    !outcome.causes.is_empty() && outcome.causes.iter().all(|cause| happens_once(&cause.name))
+}
+
+/// True for a cause that begins at a time of one drive; the closed loop does not try these.
+fn happens_once(cause: &str) -> bool {
+    let own = library().iter().find(|extension| extension.name == cause);
+    own.is_some_and(|extension| extension.parameters.iter().any(|symbol| symbol.is_time()))
+}
+
+/// What a named cause is worth on the data held back, and that it is not enough by itself.
+fn held_back(outcome: &Outcome) -> Option<String> {
+    let gain = outcome.gain.as_ref()?;
+    let (base, extended, [low, high]) = (gain.base?, gain.extended?, gain.interval?);
+    let percent = |difference: f64| 100.0 * difference / base;
+    let [low, high] = [low, high].map(percent);
+    let change = percent(base - extended);
+    let more = if change < 0.0 { "larger" } else { "smaller" };
+    let tested = outcome.closed_loop.not_testable.is_none() && outcome.closed_loop.bins != [0, 0];
+    let but = match (change > 0.0 && !once(outcome), tested) {
+        (true, true) => " That is one part of the data. With each drive left out in turn, no extension is recommended.",
+        (true, false) => " That is one part of the data: check it on further drives.",
+        (false, _) => "",
+    };
+    Some(format!(
+        "On the data held back the error with it is {:.0} % {more} (95 %: {low:.0} to {high:.0} % smaller).{but}",
+        change.abs()
+    ))
+}
+
+fn recommendation(base: &str, recommended: &Recommended) -> [String; 2] {
     let causes: Vec<String> = recommended.causes.iter().map(cause).collect();
     let gain = &recommended.gain;
     let percent = |share: f64| 100.0 * share / gain.base;
@@ -79,7 +157,7 @@ fn recommendation(base: &str, recommended: &Recommended) -> Vec<String> {
         Why::Confirmed => "The likelihood finds it in the data, too.",
         Why::Helps => "The likelihood does not name it as the cause.",
     };
-    vec![
+    [
         format!("Recommended: {base} with {}.", causes.join(" and ")),
         format!(
             "With it the error on unseen drives falls by {:.0} % [{low:.0}, {high:.0}]; better in {better} of {}. {why}",

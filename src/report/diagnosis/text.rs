@@ -6,7 +6,7 @@ use super::short::in_short;
 use crate::diagnose::Verdict;
 use crate::diagnose::budget::{Budget, Share};
 use crate::diagnose::missing::Profiles;
-use crate::diagnose::outcome::{DataEntry, FindingEntry, ModelEntry, Outcome};
+use crate::diagnose::outcome::{DataEntry, FindingEntry, HeldBackEntry, ModelEntry, Outcome};
 use crate::report::text::wrapped;
 use std::fmt::Write;
 
@@ -47,16 +47,13 @@ pub fn diagnosis(outcome: &Outcome, beside: &Beside) -> String {
 }
 
 fn write_all(text: &mut String, outcome: &Outcome, beside: &Beside) -> std::fmt::Result {
-    let short = in_short(outcome);
-    if !short.is_empty() {
-        heading(text, "In short");
-        short.iter().for_each(|sentence| text.push_str(&wrapped(0, 2, sentence)));
-        if let Some(again) = beside.again.as_ref().filter(|_| outcome.recommended.is_some()) {
-            text.push_str(&wrapped(0, 2, &format!("To calibrate it {}:", again.on)));
-            text.push_str(&typed(&again.words));
-        }
-        text.push('\n');
+    heading(text, "In short");
+    in_short(outcome).sentences().for_each(|sentence| text.push_str(&wrapped(0, 2, sentence)));
+    if let Some(again) = beside.again.as_ref().filter(|_| outcome.recommended.is_some()) {
+        text.push_str(&wrapped(0, 2, &format!("To calibrate it {}:", again.on)));
+        text.push_str(&typed(&again.words));
     }
+    text.push('\n');
     text.push_str(&data(&outcome.data, &outcome.data_findings, beside.trained));
     text.push_str(&wrapped(0, 2, &outcome.held_back));
     if let Some(base) = &outcome.base {
@@ -104,6 +101,7 @@ fn write_all(text: &mut String, outcome: &Outcome, beside: &Beside) -> std::fmt:
         (None, Verdict::Named) => text.push_str("not measured\n"),
         (None, _) => text.push_str("nothing is named, so there is nothing to gain\n"),
     }
+    held_back(text, &outcome.base_held_back)?;
     heading(text, "7. What is left");
     left(text, outcome)?;
     let Outcome { simulations, seed, effort, program, evaluator, precision, convention, .. } = outcome;
@@ -222,6 +220,25 @@ fn extended(text: &mut String, outcome: &Outcome, again: Option<&Again>) -> std:
     if let Some(again) = again {
         text.push_str(&wrapped(0, 2, &format!("To calibrate it {}:", again.on)));
         text.push_str(&typed(&again.words));
+    }
+    Ok(())
+}
+
+/// Errors of the base model on the drives that it was not fitted to.
+fn held_back(text: &mut String, drives: &[HeldBackEntry]) -> std::fmt::Result {
+    if drives.is_empty() {
+        return Ok(());
+    }
+    text.push_str("\nThe base model of section 2 on the drives held back, root mean square:\n");
+    writeln!(text, "{:<NAME$}{:>10} {:>10} {:>11}{:>9}", "", "spacing", "speed", "accel.", "NRMSE")?;
+    for drive in drives {
+        let name: String = drive.label.chars().take(NAME).collect();
+        match (drive.rms, drive.nrmse_sva) {
+            (Some([s, v, a]), Some(nrmse)) => {
+                writeln!(text, "{name:<NAME$}{s:>8.3} m {v:>6.3} m/s {a:>6.3} m/s²{nrmse:>9.4}")?;
+            }
+            _ => text.push_str(&wrapped(0, 2, &format!("{}: the run does not come to the end", drive.label))),
+        }
     }
     Ok(())
 }

@@ -9,36 +9,37 @@ use crate::report::result::{KnowledgeEntry, ResultFile};
 use crate::report::sumo::Export;
 use crate::report::text::{OPEN, UNDETERMINED, partner};
 
-/// One HTML file. `charts` are the simulations, trajectory by trajectory, `errors` the budget of all of them, `exported` what SUMO
-/// makes of it, with charts; `twin` is the text of result.json.
+/// Errors of the simulations of a calibration.
+#[derive(Debug)]
+pub struct DriveErrors {
+    /// Of all compared samples together.
+    pub all: Budget,
+    /// Name of each drive, and its root mean square error of spacing \[m\], speed \[m/s\] and acceleration \[m/s²\].
+    pub each: Vec<(String, [f64; 3])>,
+}
+
+/// One HTML file. `charts` are the simulations, trajectory by trajectory, `errors` what they err by, `exported` what SUMO makes of it,
+/// with charts; `twin` is the text of result.json.
 #[must_use]
 pub fn calibration(
     result: &ResultFile,
     charts: Vec<Chart>,
-    errors: Option<&Budget>,
+    errors: Option<&DriveErrors>,
     exported: Option<(Export, Vec<Chart>)>,
     twin: &str,
 ) -> String {
     let mut page = Page::default();
     page.section("parameters", "Parameters");
     parameters(&mut page, result);
-    let score = |name: &str| result.score.get(name).copied().flatten().map_or("–".to_owned(), short);
-    let rows: Vec<Vec<String>> = [
-        ("NRMSE", ["nrmse_s", "nrmse_v", "nrmse_a", "nrmse_sva"]),
-        ("Theil's U", ["u_s", "u_v", "u_a", "u_sva"]),
-        ("RMSE (SI)", ["rmse_s", "rmse_v", "rmse_a", ""]),
-    ]
-    .map(|(name, keys)| std::iter::once(name.to_owned()).chain(keys.map(score)).collect())
-    .to_vec();
-    page.table("How well", &["measure", "spacing", "speed", "acceleration", "sum"], &rows);
+    scores(&mut page, result, errors);
     page.section("simulation", "Observed against simulated");
     if charts.is_empty() {
         page.paragraph("No simulation of this result lies beside it, so there is no chart.");
     }
-    page.charts("Observed and simulated", charts);
+    page.charts("Observed and simulated", "show", charts);
     if let Some(errors) = errors {
         page.section("errors", "Where and when it errs");
-        budget(&mut page, errors, "Error of the simulation");
+        budget(&mut page, &errors.all, "Error of the simulation");
     }
     page.section("replicates", "Replicates and convergence");
     let rows: Vec<Vec<String>> = result
@@ -55,7 +56,7 @@ pub fn calibration(
         let (x, y): (Vec<f64>, Vec<f64>) =
             replicate.convergence.iter().map(|(evaluations, score)| (*evaluations as f64, *score)).unzip();
         Chart {
-            title: format!("replicate {}", replicate.replicate),
+            title: replicate.replicate.to_string(),
             x_label: "evaluations".to_owned(),
             x,
             points: false,
@@ -66,13 +67,12 @@ pub fn calibration(
         }
     };
     let converging = result.replicates.iter().filter(|r| r.convergence.len() > 1);
-    page.charts("Best score over evaluations", converging.map(convergence).collect());
+    page.charts("Best score over evaluations", "replicate", converging.map(convergence).collect());
     fitted(&mut page, result);
     if let Some((export, charts)) = exported {
         sumo(&mut page, &export, charts);
     }
-    let errors = ["rmse_s", "rmse_v", "rmse_a"].map(|name| result.score.get(name).copied().flatten());
-    let off = match errors {
+    let off = match off(result, errors) {
         [Some(s), Some(v), Some(a)] => {
             format!(": off by {} m, {} m/s and {} m/s² (root mean square)", short(s), short(v), short(a))
         }
@@ -89,6 +89,35 @@ pub fn calibration(
         format!("<p class=\"verdict bad_base\"><strong>Not one driver.</strong> {}.</p>", escape(told))
     });
     page.finish(&format!("Calibration of {}", result.model()), &format!("{lead}{warning}"), twin)
+}
+
+/// Root mean square errors of all drives: of their samples together where these are at hand, as in the budget, else as scored.
+fn off(result: &ResultFile, errors: Option<&DriveErrors>) -> [Option<f64>; 3] {
+    match errors.filter(|errors| errors.each.len() == result.data.len()) {
+        Some(errors) => errors.all.rms.map(Some),
+        None => ["rmse_s", "rmse_v", "rmse_a"].map(|name| result.score.get(name).copied().flatten()),
+    }
+}
+
+/// The measures, and the errors drive by drive where there are several.
+fn scores(page: &mut Page, result: &ResultFile, errors: Option<&DriveErrors>) {
+    let shown = |value: Option<f64>| value.map_or("–".to_owned(), short);
+    let several = if result.data.len() > 1 { ", mean over the drives" } else { "" };
+    let row = |(name, keys): (&str, [&str; 4])| -> Vec<String> {
+        let values = keys.map(|key| shown(result.score.get(key).copied().flatten()));
+        std::iter::once(format!("{name}{several}")).chain(values).collect()
+    };
+    let mut rows =
+        [("NRMSE", ["nrmse_s", "nrmse_v", "nrmse_a", "nrmse_sva"]), ("Theil's U", ["u_s", "u_v", "u_a", "u_sva"])]
+            .map(row)
+            .to_vec();
+    let rmse = |name: String, values: [Option<f64>; 3]| -> Vec<String> {
+        std::iter::once(name).chain(values.map(shown)).chain(["–".to_owned()]).collect()
+    };
+    rows.push(rmse("RMSE [m, m/s, m/s²]".to_owned(), off(result, errors)));
+    let each = errors.iter().flat_map(|errors| &errors.each).filter(|_| !several.is_empty());
+    rows.extend(each.map(|(name, values)| rmse(format!("RMSE of {name}"), values.map(Some))));
+    page.table("How well", &["measure", "spacing", "speed", "acceleration", "sum"], &rows);
 }
 
 /// What was fitted to what, and how.
@@ -135,12 +164,16 @@ fn parameters(page: &mut Page, result: &ResultFile) {
             }
             (interval, _) => between(interval.copied()),
         };
+        let bounds = match result.bounds.get(name) {
+            Some([lower, upper]) if lower == upper => "fixed".to_owned(),
+            bounds => between(bounds.copied()),
+        };
         vec![
             name.clone(),
             short(*value),
-            result.units.get(name).cloned().unwrap_or_default(),
-            between(result.bounds.get(name).copied()),
             interval,
+            result.units.get(name).cloned().unwrap_or_default(),
+            bounds,
             known(name).map_or("–".to_owned(), |known| format!("{:.0}", known.effective_samples)),
             correlation.and_then(|correlation| partner(correlation, name)).unwrap_or_default(),
             result.meaning(name).to_owned(),
@@ -153,15 +186,23 @@ fn parameters(page: &mut Page, result: &ResultFile) {
     let head = [
         "parameter",
         "value",
+        &interval,
         "unit",
         "bounds",
-        &interval,
         "eff. samples",
         "goes with (correlation)",
         "meaning",
         "warning",
     ];
     page.table("Calibrated parameters", &head, &rows);
+    if let Some(from) = &result.bounds_from {
+        page.paragraph(&format!("Bounds: {from}."));
+    }
+    let fixed = result.bounds.iter().filter(|(_, [lower, upper])| lower == upper).map(|(name, _)| name.as_str());
+    let fixed: Vec<&str> = fixed.collect();
+    if !fixed.is_empty() {
+        page.paragraph(&format!("Fixed, so not calibrated: {}.", fixed.join(", ")));
+    }
     if result.parameters.keys().filter_map(known).any(|known| known.determined && known.open != [false; 2]) {
         page.paragraph(&format!("{interval}, {OPEN}."));
     }

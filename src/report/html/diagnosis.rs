@@ -3,10 +3,10 @@
 use super::budget::budget;
 use super::{Chart, Page, between, escape, short};
 use crate::diagnose::gain::Gain;
-use crate::diagnose::outcome::{CauseEntry, Outcome, ParameterEntry};
-use crate::report::diagnosis::causes::{AT_BOUND, MEND_FIRST, equation, meaning, next};
+use crate::diagnose::outcome::{CauseEntry, HeldBackEntry, Outcome, ParameterEntry};
+use crate::report::diagnosis::causes::{AT_BOUND, MEND_FIRST, equation, meaning};
 use crate::report::diagnosis::pictures;
-use crate::report::diagnosis::short::{headline, in_short};
+use crate::report::diagnosis::short::in_short;
 
 /// One HTML file. `charts` are the simulations, drive by drive.
 #[must_use]
@@ -16,28 +16,28 @@ pub fn diagnosis(outcome: &Outcome, charts: Vec<Chart>) -> String {
     page.section("simulation", "What the simulation gets wrong");
     page.paragraph("Measured car, base model and extended model, each simulated freely behind the measured car ahead.");
     outcome.broken_off.iter().for_each(|entry| page.paragraph(&format!("{}.", entry.told())));
-    page.charts("Measured and simulated", charts);
+    page.charts("Measured and simulated", "drive", charts);
     errors(&mut page, outcome);
     causes(&mut page, outcome);
     gain(&mut page, outcome);
     data(&mut page, outcome);
     left(&mut page, outcome);
     let base = outcome.base.as_ref().map_or("", |base| base.variant.as_str());
-    let first = outcome.data_first().map_or(String::new(), |first| {
-        format!("<strong>The data first.</strong> {}. For what it is worth: ", escape(&first))
-    });
-    let next = outcome.likelier_base().map_or(String::new(), |base| format!(" {}.", escape(&next(&base))));
+    let short = in_short(outcome);
+    let answer: Vec<String> = short.answer.iter().map(|sentence| escape(sentence)).collect();
+    let (first, rest) = answer.split_first().expect("there is always a verdict");
     let lead = format!(
-        "<p class=\"verdict {}\">{first}<strong>{}</strong>{next}</p>",
+        "<p class=\"verdict {}{}\"><strong>{first}</strong> {}</p>",
         outcome.verdict.name(),
-        escape(&headline(outcome))
+        if outcome.recommended.is_some() { " recommended" } else { "" },
+        rest.join(" ")
     );
     page.finish(&format!("Diagnosis of {base}"), &lead, &outcome.to_json())
 }
 
 fn summary(page: &mut Page, outcome: &Outcome) {
-    page.section("summary", "In short");
-    in_short(outcome).iter().for_each(|sentence| page.paragraph(sentence));
+    page.section("summary", "What follows from it");
+    in_short(outcome).more.iter().for_each(|sentence| page.paragraph(sentence));
     let mut facts = vec![("evidence", outcome.reason.clone())];
     match &outcome.gain {
         Some(gain) => facts.push(("gain on the data held back", gain.sentence.clone())),
@@ -158,8 +158,8 @@ fn causes(page: &mut Page, outcome: &Outcome) {
                 name.to_owned(),
                 p.name.clone(),
                 value,
-                p.unit.clone(),
                 interval,
+                p.unit.clone(),
                 meaning(&p.name).to_owned(),
                 if p.at_bound { AT_BOUND } else { "" }.to_owned(),
             ]);
@@ -167,7 +167,7 @@ fn causes(page: &mut Page, outcome: &Outcome) {
     }
     page.table(
         "Parameters of both models",
-        &["model", "parameter", "value", "unit", "95 % interval", "meaning", "warning"],
+        &["model", "parameter", "value", "95 % interval", "unit", "meaning", "warning"],
         &models,
     );
 }
@@ -194,12 +194,28 @@ fn entries(page: &mut Page, caption: &str, causes: &[CauseEntry]) {
 
 fn gain(page: &mut Page, outcome: &Outcome) {
     page.section("gain", "Gain on the data held back");
-    let Some(gain) = &outcome.gain else {
-        page.paragraph(outcome.gain_error.as_deref().unwrap_or("Nothing is named, so there is nothing to gain."));
-        return;
+    match &outcome.gain {
+        Some(gain) => {
+            page.paragraph(&gain.sentence);
+            scores(page, gain);
+        }
+        None => {
+            page.paragraph(outcome.gain_error.as_deref().unwrap_or("Nothing is named, so there is nothing to gain."))
+        }
+    }
+    let row = |drive: &HeldBackEntry| {
+        let [s, v, a] = drive.rms.map_or([None; 3], |rms| rms.map(Some));
+        let errors = [s, v, a, drive.nrmse_sva].map(|error| error.map_or("–".to_owned(), short));
+        std::iter::once(drive.label.clone()).chain(errors).collect()
     };
-    page.paragraph(&gain.sentence);
-    scores(page, gain);
+    let rows: Vec<Vec<String>> = outcome.base_held_back.iter().map(row).collect();
+    let head = ["drive", "spacing [m]", "speed [m/s]", "acceleration [m/s²]", "NRMSE(s,v,a)"];
+    if !rows.is_empty() {
+        page.paragraph(
+            "Below: root mean square errors of the base model's free simulation. A dash: the run does not come to the end.",
+        );
+    }
+    page.table("The base model on the drives held back", &head, &rows);
 }
 
 /// Errors of both models where both come to the end of what was held back, and crashes in any case.

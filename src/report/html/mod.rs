@@ -10,7 +10,7 @@ mod diagnosis;
 mod sumo;
 mod table;
 
-pub use calibration::calibration;
+pub use calibration::{DriveErrors, calibration};
 pub use chart::{Chart, Line, Panel, Role};
 pub use diagnosis::diagnosis;
 
@@ -53,18 +53,20 @@ impl Page {
         self.raw(&format!("<p>{}</p>", escape(text)));
     }
 
-    /// Adds one chart, with a chooser for what it shows: one of some drives, one of its signals. Nothing is added without any.
-    pub fn charts(&mut self, caption: &str, charts: Vec<Chart>) {
+    /// Adds one chart, with choosers for what it shows: one of several (`of`, such as drives), and one of its signals. Nothing is added
+    /// without any.
+    pub fn charts(&mut self, caption: &str, of: &str, charts: Vec<Chart>) {
         if charts.is_empty() {
             return;
         }
         let caption = escape(caption);
         let numbers: Vec<String> = (self.charts.len()..).take(charts.len()).map(|number| number.to_string()).collect();
         self.raw(&format!(
-            "<figure><figcaption>{caption}</figcaption><div class=\"choose\"></div><div class=\"chart\" data-chart=\"{}\" tabindex=\"0\" \
+            "<figure><figcaption>{caption}</figcaption><div class=\"choose\" data-of=\"{}\"></div><div class=\"chart\" data-chart=\"{}\" tabindex=\"0\" \
              role=\"img\" aria-label=\"{caption}\" title=\"Drag to zoom, double-click to see all; two fingers on a touch screen; keys: \
              arrows, + and −, 0\"></div><noscript><p>This chart is drawn by JavaScript, which is switched off here; the pictures and \
              tables beside the result show the same.</p></noscript></figure>",
+            escape(of),
             numbers.join(" ")
         ));
         self.charts.extend(charts.into_iter().map(Chart::thinned));

@@ -41,7 +41,7 @@ pub fn sumo(page: &mut Page, export: &Export, charts: Vec<Chart>) {
         ];
         page.table("SUMO against leadlag", &head, &rows);
     }
-    page.charts("leadlag and SUMO", charts);
+    page.charts("leadlag and SUMO", "drive", charts);
     let rows: Vec<Vec<String>> =
         export.attributes.iter().map(|(name, value)| vec![name.clone(), value.clone()]).collect();
     page.table("Attributes of the vehicle type", &["attribute", "value"], &rows);

@@ -85,7 +85,7 @@ pub fn variations(material: &Material) -> String {
             let anchor = if k == 2 { Anchor::End } else { Anchor::Middle };
             figure.text([x, 348.0], 11.5, anchor, INK, &format!("{above}{text}"));
         }
-        figure.text([left, 84.0], 14.0, Anchor::Start, colour(base), base.paper);
+        figure.legend([left, 84.0], &[(base.paper, colour(base))]);
         let rate = mean(&values).filter(|mean| *mean > 0.0).map_or("-".to_owned(), |mean| short(100.0 / mean));
         let worst = short(values.iter().copied().fold(0.0, f64::max));
         figure.text([left, 102.0], 11.5, Anchor::Start, INK, &format!("max {worst} %, λ {rate}"));
@@ -188,7 +188,7 @@ fn ids(figure: &mut Figure, own: &Outcomes, plot: &Plot, x: &[f64], unit: f64) {
         }
         let (first, last) = (x[class[0]], x[class[class.len() - 1]]);
         let middle = [(first + last) / 2.0, plot.y[1] + 36.0];
-        figure.text(middle, 13.0, Anchor::Middle, colour(&own.variants[class[0]].base), base.paper);
+        figure.named(middle, base.paper, colour(base));
     }
 }
 
@@ -201,7 +201,8 @@ fn counted(outliers: usize) -> String {
 pub fn boxes(material: &Material) -> String {
     let own = material.own;
     let boxes: Vec<_> = (0..own.variants.len()).map(|v| box_statistics(&own.normalized(v))).collect();
-    let diamonds = "Open diamonds: the paper's medians over 28 trajectories (Table 4). ";
+    let diamonds =
+        "Open diamonds: the paper's medians over 28 trajectories (Table 4); triangles with a number: beyond the axis. ";
     let lines = [
         "Score over the lowest score of the same trajectory, minus 1 (Eq. 19). Box: quartiles and median; small square: mean; whiskers: 1.5 interquartile ranges; dots: outliers.",
         &format!("{}Numbers below: ids of Table 1.", if material.paper.is_empty() { "" } else { diamonds }),
@@ -210,7 +211,7 @@ pub fn boxes(material: &Material) -> String {
     let whiskers = boxes.iter().flatten().map(|b| b.whiskers[1]).fold(0.0, f64::max);
     let outliers = || boxes.iter().flatten().flat_map(|b| &b.outliers);
     let highest = outliers().copied().fold(whiskers, f64::max).min(1.6 * whiskers.max(1e-9));
-    let plot = Plot::new([LEFT, RIGHT], [90.0, 420.0], highest);
+    let plot = Plot::new([LEFT, RIGHT], [104.0, 420.0], highest);
     plot.axis(&mut figure, "normalised error");
     let (x, unit) = positions(own, &plot);
     let half = (0.38 * unit).min(14.0);
@@ -239,7 +240,10 @@ pub fn boxes(material: &Material) -> String {
                 figure.dot([x, y(*outlier)], 1.8, INK);
             }
             if let Some(printed) = material.paper.get(&own.variants[v].id()) {
-                figure.diamond([x, y(printed.median)], 3.2);
+                match printed.median > plot.top {
+                    true => figure.beyond([x, plot.y[0]], 3.2, &format!("{:.2}", printed.median)),
+                    false => figure.diamond([x, y(printed.median)], 3.2),
+                }
             }
         });
     }

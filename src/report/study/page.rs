@@ -15,7 +15,6 @@ pub fn write(material: &Material, inventory: &Inventory, past: &PastRuns) -> Str
     let study = material.study;
     let mut page = Page::default();
     summary(&mut page, material);
-    claims(&mut page, material);
     page.section("variants", "The variants");
     overall(&mut page, material);
     page.picture("Normalised calibration errors of the variants", &figures::boxes(material));
@@ -26,6 +25,7 @@ pub fn write(material: &Material, inventory: &Inventory, past: &PastRuns) -> Str
     let matrix = matrix(inventory, &material.own.gof);
     validation(&mut page, &matrix);
     page.picture("Collisions in validation", &figures::collisions(material));
+    claims(&mut page, material);
     page.section("replicates", "Replicates");
     page.picture("Coefficient of variation over replicates", &figures::variations(material));
     page.section("cost", "Compute used");
@@ -34,33 +34,71 @@ pub fn write(material: &Material, inventory: &Inventory, past: &PastRuns) -> Str
     data(&mut page, material);
     let missing = match material.missing {
         0 => String::new(),
-        n => format!("; {n} tasks are missing, so these numbers are preliminary"),
+        n => format!(" {n} tasks are missing, so these numbers are preliminary."),
     };
     let own = material.own;
-    let lead = format!(
-        "<p class=\"verdict\"><strong>{} variants on {} trajectories</strong> {} replicates each, {}{}</p>",
-        own.variants.len(),
-        own.drives.len(),
-        study.replicates,
-        escape(&own.gof),
-        escape(&missing)
-    );
+    let (first, then) = answer(own);
+    let lead =
+        format!("<p class=\"verdict\"><strong>{}</strong> {}{}</p>", escape(&first), escape(&then), escape(&missing));
     page.finish(&format!("Study {}", study.name), &lead, &twin(material, &matrix, past))
+}
+
+/// Mean score of each variant that has one on every trajectory, the lowest first.
+fn ranked(own: &Outcomes) -> Vec<(usize, f64)> {
+    let score = |v: usize| {
+        let scores: Option<Vec<f64>> = own.cells[v].iter().map(|cell| cell.score).collect();
+        Some((v, mean(&scores?)?))
+    };
+    let mut ranked: Vec<(usize, f64)> = (0..own.variants.len()).filter_map(score).collect();
+    ranked.sort_by(|a, b| a.1.total_cmp(&b.1));
+    ranked
+}
+
+/// Which variant errs least, by how much, and which one on trajectories that it was not calibrated on.
+fn answer(own: &Outcomes) -> (String, String) {
+    let ranked = ranked(own);
+    let Some(&(best, score)) = ranked.first() else {
+        return ("No variant has a score on every trajectory.".to_owned(), String::new());
+    };
+    let count = own.drives.len();
+    let mean = if count == 1 { "".to_owned() } else { format!(" in the mean over {count} trajectories") };
+    let mut then = format!("{} {}{mean}", own.gof, short(score));
+    if let Some(&(second, next)) = ranked.get(1) {
+        let less = 100.0 * (1.0 - score / next);
+        then += &format!(", {less:.1} % less than {} ({})", own.variants[second], short(next));
+    }
+    then += ". ";
+    let unseen = |v: usize| median(&validated(own, v, &|_| true).0).map(|median| (v, median));
+    let lowest = (0..own.variants.len()).filter_map(unseen).min_by(|a, b| a.1.total_cmp(&b.1));
+    then += &match (lowest, unseen(best)) {
+        (Some((v, median)), _) if v == best => {
+            format!(
+                "It is also the lowest on trajectories that it was not calibrated on: median NRMSE(s,v,a) {}.",
+                short(median)
+            )
+        }
+        (Some((v, median)), own_median) => format!(
+            "On trajectories that it was not calibrated on, {} is the lowest: median NRMSE(s,v,a) {}, of {} {}.",
+            own.variants[v],
+            short(median),
+            own.variants[best],
+            optional(own_median.map(|(_, median)| median))
+        ),
+        (None, _) => "No variant was tried on trajectories that it was not calibrated on.".to_owned(),
+    };
+    (format!("{} has the lowest error.", own.variants[best]), then)
 }
 
 fn summary(page: &mut Page, material: &Material) {
     let (study, own) = (material.study, material.own);
     page.section("summary", "In short");
-    let best = (0..own.variants.len())
-        .filter_map(|v| Some((material.four[v].median?, v)))
-        .min_by(|a, b| a.0.total_cmp(&b.0))
-        .map_or("–".to_owned(), |(median, v)| {
-            format!(
-                "{} (median normalised error {}: so much above the best of each trajectory)",
-                own.variants[v],
-                short(median)
-            )
-        });
+    let size = format!(
+        "{} variants on {} trajectories, {} replicates each, scored by {}",
+        own.variants.len(),
+        own.drives.len(),
+        study.replicates,
+        own.gof
+    );
     let of = |agrees: Option<bool>| material.claims.iter().filter(|claim| claim.agrees == agrees).count();
     let claims =
         format!("{} agree, {} differ, {} cannot be told from this study", of(Some(true)), of(Some(false)), of(None));
@@ -68,7 +106,7 @@ fn summary(page: &mut Page, material: &Material) {
         "at most {} simulations per calibration by {}, seed {}, convention {}, {}",
         study.max_evaluations, study.optimizer, study.seed, study.convention, study.program
     );
-    let facts = [("best on the whole", best), ("beside the paper", claims), ("settings", settings)];
+    let facts = [("what was compared", size), ("beside the paper", claims), ("settings", settings)];
     let list: String = facts.iter().map(|(k, v)| format!("<dt>{k}</dt><dd>{}</dd>", escape(v))).collect();
     page.raw(&format!("<dl>{list}</dl>"));
 }
@@ -76,16 +114,18 @@ fn summary(page: &mut Page, material: &Material) {
 fn claims(page: &mut Page, material: &Material) {
     page.section("paper", "Where it agrees with the paper, and where not");
     let row = |claim: &crate::study::outcome::claims::Claim| {
-        let mark = match claim.agrees {
-            Some(true) => "agrees",
-            Some(false) => "differs",
-            None => "cannot tell",
-        };
+        let mark = if claim.agrees == Some(true) { "agrees" } else { "differs" };
         vec![mark.to_owned(), claim.paper.to_owned(), claim.found.clone(), claim.why.clone().unwrap_or_default()]
     };
-    let rows: Vec<Vec<String>> = material.claims.iter().map(row).collect();
+    let told = material.claims.iter().filter(|claim| claim.agrees.is_some());
+    let rows: Vec<Vec<String>> = told.map(row).collect();
     let head = ["verdict", "the paper says", "this study", "what lies behind a difference"];
     page.table("Statements of the paper", &head, &rows);
+    let open = material.claims.len() - rows.len();
+    if open > 0 {
+        let are = if open == 1 { "statement cannot" } else { "statements cannot" };
+        page.paragraph(&format!("{open} {are} be told from this study, for it has too few variants or measures."));
+    }
 }
 
 fn optional(value: Option<f64>) -> String {
@@ -111,16 +151,22 @@ fn validated(own: &Outcomes, variant: usize, wanted: &dyn Fn(usize) -> bool) -> 
 /// Tables 4 and 5 in one, beside the paper's numbers.
 fn overall(page: &mut Page, material: &Material) {
     let own = material.own;
-    let rows: Vec<Vec<String>> = own
-        .variants
-        .iter()
-        .enumerate()
-        .map(|(v, variant)| {
+    let ranked = ranked(own);
+    let score = |v: usize| ranked.iter().find(|(ranked, _)| *ranked == v).map(|(_, score)| *score);
+    let mut order: Vec<usize> = (0..own.variants.len()).collect();
+    // Those without a score on every trajectory come last.
+    let place = |v: &usize| ranked.iter().position(|(ranked, _)| ranked == v).unwrap_or(usize::MAX);
+    order.sort_by_key(place);
+    let rows: Vec<Vec<String>> = order
+        .into_iter()
+        .map(|v| {
+            let variant = &own.variants[v];
             let (four, paper) = (&material.four[v], material.paper.get(&variant.id()));
             let (scores, collisions, runs) = validated(own, v, &|_| true);
             vec![
                 variant.name(),
                 variant.id().to_string(),
+                optional(score(v)),
                 optional(four.median),
                 optional(paper.map(|p| p.median)),
                 signed(four.change),
@@ -131,10 +177,12 @@ fn overall(page: &mut Page, material: &Material) {
             ]
         })
         .collect();
+    let score_name = format!("mean {}", own.gof);
     let head = [
         "variant",
         "id",
-        "median normalised error",
+        &score_name,
+        "median share above the best",
         "paper",
         "change against its base [%]",
         "paper",
@@ -142,7 +190,7 @@ fn overall(page: &mut Page, material: &Material) {
         "collisions",
         "paper",
     ];
-    page.table("All variants beside the paper's Tables 4 and 5", &head, &rows);
+    page.table("All variants, the lowest error first, beside the paper's Tables 4 and 5", &head, &rows);
 }
 
 fn rankings(page: &mut Page, own: &Outcomes) {

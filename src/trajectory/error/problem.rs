@@ -244,14 +244,33 @@ fn missing(
     if columns.len() < needed.len() {
         let _ = write!(text, " (needed: {})", needed.join(", "));
     }
-    if !renames.is_empty() {
-        let pairs: Vec<String> = renames.iter().map(|(from, to)| format!("{} to {to}", clipped(from))).collect();
-        let _ = write!(text, "; rename {}?", listed(&pairs));
+    // A new name would not change the unit.
+    let speed = |name: &String| name.ends_with("mps");
+    let same: Vec<String> = renames
+        .iter()
+        .filter(|(from, to)| !(speed(to) && says_kmh(from)))
+        .map(|(from, to)| format!("{} to {to}", clipped(from)))
+        .collect();
+    let in_kmh: Vec<String> = has.iter().filter(|name| says_kmh(name)).map(|name| clipped(name)).collect();
+    let in_kmh = if columns.iter().any(speed) { in_kmh } else { Vec::new() };
+    if !same.is_empty() {
+        let _ = write!(text, "; rename {}?", listed(&same));
+    }
+    if !in_kmh.is_empty() {
+        let joint = if same.is_empty() { "; speeds" } else { " Speeds" };
+        let _ =
+            write!(text, "{joint} are needed in m/s: divide {} by 3.6, or give the unit in a map.", listed(&in_kmh));
     }
     if !advice.is_empty() {
-        let _ = write!(text, "{} {advice}", if renames.is_empty() { ";" } else { " Or" });
+        let _ = write!(text, "{} {advice}", if same.is_empty() && in_kmh.is_empty() { ";" } else { " Or" });
     }
     text
+}
+
+/// True for the name of a column of speeds in km/h.
+fn says_kmh(name: &str) -> bool {
+    let name = name.to_lowercase();
+    ["kmh", "km/h", "km_h", "kph", "kmph"].iter().any(|unit| name.contains(unit))
 }
 
 /// `a`, `a and b`, `a, b and c`.
