@@ -248,3 +248,47 @@ fn intervals_of_short_drives_hold_the_truth() {
     assert!(held * 10 >= all * 9, "{held} of {all} intervals hold the truth");
     assert!((100..400).contains(&all), "{all} of 400 parameters are determined");
 }
+
+/// A plan names a table or a pattern once, and every trajectory is a platoon of its own.
+#[test]
+fn a_study_takes_every_trajectory_of_a_table_or_pattern() {
+    let folder = scratch("fleet", "study");
+    fs::write(folder.join("pairs.csv"), HEADER.to_owned() + &drives(0..3, 150) + &drives(3..4, 8)).expect("room");
+    for name in ["one", "two"] {
+        let numbers = if name == "one" { 5..6 } else { 6..7 };
+        fs::write(folder.join(format!("own_{name}.csv")), HEADER.to_owned() + &drives(numbers, 150)).expect("room");
+    }
+    let plan = |entry: &str| {
+        let calibration = "[calibration]\nvariants = [\"idm\"]\nmax_evaluations = 500\n";
+        format!("schema_version = 1\n[data]\n[[platoon]]\nname = \"P\"\n{entry}\n{calibration}")
+    };
+    let file = folder.join("plan.toml");
+    let all = "table = \"pairs.csv\"\ntrajectories = \"all\"";
+    for (entry, platoons) in [(all, &["P-0", "P-1", "P-2"][..]), ("files = \"own_*.csv\"", &["P-own_one", "P-own_two"])]
+    {
+        fs::write(&file, plan(entry)).expect("room");
+        let out = folder.join(format!("study{}", platoons.len()));
+        let output = leadlag(&["study", "plan", text(&file), "--out", text(&out)]);
+        assert!(output.status.success(), "{}", stderr(&output));
+        let planned = program::stdout(&output);
+        let names: Vec<&str> = planned.lines().filter_map(|line| line.split('\t').nth(1)).collect();
+        assert_eq!(names, platoons);
+        assert_eq!(stderr(&output).contains("left out: 1 of 4 trajectories"), entry == all, "{}", stderr(&output));
+        // Followers without a name are not taken for one driver.
+        assert!(stderr(&output).contains("0 validation runs"), "{}", stderr(&output));
+        ok(&["study", "run", text(&out)]);
+        ok(&["study", "merge", text(&out)]);
+        let merged = fs::read_to_string(out.join("merged/calibrations.csv")).expect("merged");
+        assert_eq!(merged.lines().count(), 1 + platoons.len());
+    }
+    for (entry, expected) in [
+        ("files = \"pairs.csv\"", "expected one * in the name of the file"),
+        ("files = \"none_*.csv\"", "expected files"),
+        ("table = \"pairs.csv\"\ntrajectories = \"some\"", "expected all"),
+        ("table = \"pairs.csv\"\nfile = \"pairs.csv\"", "expected one of file, table and files, found 2"),
+    ] {
+        fs::write(&file, plan(entry)).expect("room");
+        let (_, said) = fails(&["study", "plan", text(&file), "--out", text(&folder.join("no"))]);
+        assert!(said.contains(expected), "{entry}: {said}");
+    }
+}

@@ -175,13 +175,17 @@ fn a_calibration_is_shown_in_the_terminal_and_as_a_page() {
     // How well parameters are known, as the terminal says it: bounds in parentheses, samples, what each goes with.
     let fitted: Value = serde_json::from_str(&written).expect("JSON");
     let known = fitted["identifiability"]["parameters"].as_object().expect("intervals");
-    let is_open = |known: &Value| known["open"] != serde_json::json!([false, false]);
+    let is_determined = |known: &Value| known["determined"] == true;
+    let is_open = |known: &Value| is_determined(known) && known["open"] != serde_json::json!([false, false]);
+    assert!(known.values().any(is_determined), "{known:?}");
     assert_eq!(html.contains("in parentheses: the bound of the search"), known.values().any(is_open));
     for (name, known) in known {
         let row = html.split(&format!("<tr><td>{name}</td>")).nth(1).and_then(|row| row.split("</tr>").next());
         let cells: Vec<&str> = row.expect("a row").split("</td>").collect();
         let samples = known["effective_samples"].as_f64().expect("a number");
         assert_eq!(cells[1].contains('('), is_open(known), "{name}: {}", cells[1]);
+        let said = cells.iter().any(|cell| cell.contains("not determined"));
+        assert_eq!(said, !is_determined(known), "{name}: {cells:?}");
         assert!(cells[4].ends_with(&format!(">{samples:.0}")), "{name}: {}", cells[4]);
     }
     assert!(html.contains("goes with (correlation)"));

@@ -143,10 +143,13 @@ pub fn overview(settings: &Settings, rows: &[Row]) -> Vec<Overview> {
                 at_bound: share(
                     own.iter().filter(|found| found.at_bound.iter().any(|name| name == symbol.name())).count(),
                 ),
-                determined: settings.intervals.then(|| {
-                    let known = |found: &&&super::Found| found.intervals.as_ref().is_some_and(|all| all[i].is_some());
-                    share(own.iter().filter(known).count())
-                }),
+                // Of a fixed parameter there is nothing to be determined.
+                determined: (settings.intervals && own.iter().any(|found| found.parameters[i] != own[0].parameters[i]))
+                    .then(|| {
+                        let known =
+                            |found: &&&super::Found| found.intervals.as_ref().is_some_and(|all| all[i].is_some());
+                        share(own.iter().filter(known).count())
+                    }),
             };
             all.push(Overview {
                 model: model.variant.name(),

@@ -38,11 +38,10 @@ impl Distribution<'_> {
 
 /// One histogram per parameter.
 pub fn histograms(all: &[Distribution]) -> String {
-    let columns = all.len().clamp(1, IN_A_ROW);
-    let rows = all.len().div_ceil(columns);
-    let mut figure = Figure::new(columns as f64 * SIZE[0], rows as f64 * SIZE[1], "", &[]);
+    let rows = all.len().div_ceil(IN_A_ROW);
+    let mut figure = Figure::new(IN_A_ROW as f64 * SIZE[0], rows as f64 * SIZE[1], "", &[]);
     for (k, one) in all.iter().enumerate() {
-        let corner = [(k % columns) as f64 * SIZE[0] + 16.0, (k / columns) as f64 * SIZE[1] + 14.0];
+        let corner = [(k % IN_A_ROW) as f64 * SIZE[0] + 16.0, (k / IN_A_ROW) as f64 * SIZE[1] + 14.0];
         histogram(&mut figure, corner, one);
     }
     figure.finish()
@@ -86,11 +85,11 @@ fn histogram(figure: &mut Figure, [left, top]: [f64; 2], one: &Distribution) {
 pub fn together(all: &[Distribution]) -> String {
     const CELL: f64 = 130.0;
     let n = all.len();
-    let side = 90.0 + CELL * (n - 1) as f64;
-    let mut figure = Figure::new(side + 20.0, side + 10.0, "", &[]);
+    let side = CELL * (n - 1) as f64;
+    let mut figure = Figure::new((side + 60.0).max(IN_A_ROW as f64 * SIZE[0]), side + 44.0, "", &[]);
     for (row, down) in all.iter().enumerate().skip(1) {
-        let top = 14.0 + CELL * (row - 1) as f64;
-        figure.upright([24.0, top + CELL / 2.0 - 4.0], 12.5, &down.name);
+        let top = 20.0 + CELL * (row - 1) as f64;
+        figure.upright([24.0, top + CELL / 2.0 - 10.0], 12.5, &down.name);
         for (column, right) in all.iter().enumerate().take(row) {
             let left = 40.0 + CELL * column as f64;
             let pairs: Vec<(f64, f64)> = right
@@ -100,11 +99,11 @@ pub fn together(all: &[Distribution]) -> String {
                 .filter(|(x, y)| x.is_finite() && y.is_finite())
                 .map(|(x, y)| (*x, *y))
                 .collect();
-            density(&mut figure, [left, top, CELL - 10.0], &pairs, [right, down]);
+            density(&mut figure, [left, top, CELL - 20.0], &pairs, [right, down]);
             let rank = spearman(&pairs).map_or("–".to_owned(), |r| format!("{r:+.2}"));
-            figure.text([left + CELL - 16.0, top + 13.0], 12.0, Anchor::End, INK, &rank);
+            figure.text([left + CELL - 20.0, top - 4.0], 12.0, Anchor::End, INK, &rank);
             if row == n - 1 {
-                figure.text([left + CELL / 2.0 - 5.0, top + CELL + 10.0], 12.5, Anchor::Middle, INK, &right.name);
+                figure.text([left + CELL / 2.0 - 10.0, top + CELL - 2.0], 12.5, Anchor::Middle, INK, &right.name);
             }
         }
     }
@@ -137,8 +136,7 @@ fn shade(share: f64) -> String {
 
 /// Small pictures of fits: measured and simulated spacing.
 pub fn fits(all: &[(String, &Fit)]) -> String {
-    let columns = all.len().clamp(1, IN_A_ROW);
-    let rows = all.len().div_ceil(columns);
+    let (columns, rows) = (IN_A_ROW, all.len().div_ceil(IN_A_ROW));
     let mut figure = Figure::new(columns as f64 * SIZE[0], rows as f64 * SIZE[1] + 26.0, "", &[]);
     figure.legend([16.0, 18.0], &[("measured spacing", INK), ("simulated", PALETTE[1])]);
     for (k, (name, fit)) in all.iter().enumerate() {
