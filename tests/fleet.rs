@@ -39,7 +39,9 @@ fn drives(numbers: std::ops::Range<u64>, samples: usize) -> String {
             let gap = x_l - 4.6 - x;
             writeln!(
                 table,
-                "{number},{t:.1},1,1,{x_l:.4},{v_l:.4},0,2,{x:.4},{v:.4},0,{gap:.4},{:.4},{:.4}",
+                "{number},{t:.1},{},1,{x_l:.4},{v_l:.4},0,{},{x:.4},{v:.4},0,{gap:.4},{:.4},{:.4}",
+                2 * number,
+                2 * number + 1,
                 x_l - x,
                 v_l - v
             )
@@ -274,7 +276,7 @@ fn a_study_takes_every_trajectory_of_a_table_or_pattern() {
         let names: Vec<&str> = planned.lines().filter_map(|line| line.split('\t').nth(1)).collect();
         assert_eq!(names, platoons);
         assert_eq!(stderr(&output).contains("left out: 1 of 4 trajectories"), entry == all, "{}", stderr(&output));
-        // Followers without a name are not taken for one driver.
+        // Different vehicles are not tried on each other.
         assert!(stderr(&output).contains("0 validation runs"), "{}", stderr(&output));
         ok(&["study", "run", text(&out)]);
         ok(&["study", "merge", text(&out)]);

@@ -174,3 +174,15 @@ fn the_score_is_continuous_in_tau_p() {
         );
     }
 }
+
+/// Samples 1 to 3 at 0.1 s: the clock goes on, and the signals are those of the samples.
+#[test]
+fn a_piece_of_a_case_keeps_its_times() {
+    let mut data = trajectory(&SAMPLES);
+    data.t.iter_mut().for_each(|t| *t += 10.0);
+    let begin = data.t[0];
+    let case = Case::new(&data, variant("l-cth"), None, Convention::PAPER, 0.0).expect("complete");
+    let piece = Case { earliest: 3, ..case }.part(1..4);
+    assert_eq!((piece.s.len(), piece.s[1], piece.v_f[0], piece.earliest), (3, 33.0, 21.0, 2));
+    assert!((piece.t_0 - begin - 0.1).abs() < 1e-12, "{} and {begin}", piece.t_0);
+}
