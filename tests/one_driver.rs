@@ -1,8 +1,6 @@
 //! Drives of different drivers that are given as one car are noticed, and drives of one are not.
 
 #[allow(dead_code, reason = "every test file uses some of it")]
-mod common;
-#[allow(dead_code, reason = "every test file uses some of it")]
 #[path = "common/program.rs"]
 mod program;
 

@@ -138,9 +138,9 @@ fn restricted(series: &[Vec<f64>], ratio: f64, keep: f64) -> (f64, f64) {
     let at = |products: &[f64], a: usize, b: usize| products[a.max(b) * n + a.min(b)];
     let whole: Vec<f64> = (0..n).map(|a| at(&products, a, a)).collect();
     let (mut taken, mut determinant) = (0, 0.0);
-    for pivot in 1..n {
+    for (pivot, whole) in whole.iter().enumerate().skip(1) {
         let own = at(&products, pivot, pivot);
-        if own <= OWN * whole[pivot] {
+        if own <= OWN * whole {
             continue;
         }
         determinant += own.ln();
