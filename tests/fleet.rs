@@ -96,6 +96,7 @@ fn every_pair_is_a_row() {
     let said = ok(&[&all[..], &[text(&out), "--threads", "1"]].concat());
     let begin = "8 pairs of 1 file: 12 of 16 calibrations have a result\n";
     assert!(said.starts_with(begin), "{said}");
+    assert!(said.lines().all(|line| line.chars().count() <= 80), "{said}");
     let found = rows(&out);
     assert_eq!(found.len(), 16);
     for (k, row) in found.iter().enumerate() {
@@ -148,6 +149,12 @@ fn files_of_a_folder_are_one_fleet() {
     assert_eq!(output.status.code(), Some(1));
     assert!(stderr(&output).contains("c.csv"), "{}", stderr(&output));
     assert_eq!(rows(&other).len(), 2);
+    // A result does not replace what it is made of.
+    let inside = data.join("parameters.csv");
+    fs::copy(data.join("a.csv"), &inside).expect("room");
+    let (code, said) = fails(&["calibrate", text(&inside), "--all", "--model", "idm", "--out", text(&data)]);
+    assert!(code == 2 && said.contains("would replace the input"), "{said}");
+    fs::remove_file(inside).expect("it can be removed");
     // Another data set does not go into the same folder.
     let (code, said) = fails(&[&all[..], &[text(&out), "--seed", "2"]].concat());
     assert!(code == 1 && said.contains("a fleet of other data, settings or program"), "{said}");

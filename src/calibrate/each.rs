@@ -1,10 +1,9 @@
 //! Many calibrations that have nothing to do with each other but the evaluator.
 
-use super::exact::Exact;
-use super::search::{Group, Search};
+use super::search::{Group, Search, advance};
 use super::settled::settled;
 use super::{CalibrateError, Calibration, Replicate, SearchSpace};
-use crate::evaluator::{BufferSet, Evaluator};
+use crate::evaluator::Evaluator;
 use std::ops::ControlFlow;
 
 /// Calibrates each case of an evaluator by itself, in the search space of the same place; all generations of a time are simulated together.
@@ -23,7 +22,6 @@ pub fn calibrate_each(
     stop: &dyn Fn() -> bool,
 ) -> Result<Vec<Result<Replicate, CalibrateError>>, CalibrateError> {
     assert_eq!(spaces.len(), evaluator.cases().len(), "one search space per case");
-    // While the device simulates the generations of one half, the host breeds the other's.
     let halves = if evaluator.overlaps() { 2 } else { 1 };
     let half = spaces.len().div_ceil(halves).max(1);
     let search = |case: usize| Search::new(&spaces[case], case..case + 1, settings, 0);
@@ -32,17 +30,7 @@ pub fn calibrate_each(
         .map(|first| Group::new((first..spaces.len().min(first + half)).map(search).collect()))
         .collect();
     let mut go_on = |_| if stop() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
-    let sets = [BufferSet::A, BufferSet::B];
-    let mut exact = Exact::default();
-    for (group, set) in groups.iter_mut().zip(sets) {
-        group.submit(evaluator, &mut exact, set)?;
-    }
-    while groups.iter().any(Group::is_running) {
-        for (group, set) in groups.iter_mut().zip(sets).filter(|(group, _)| group.is_running()) {
-            group.collect(evaluator, set, &mut go_on)?;
-            group.submit(evaluator, &mut exact, set)?;
-        }
-    }
+    advance(&mut groups, evaluator, &mut go_on)?;
     let settle = |search: Search| {
         let (cases, space) = (search.cases.clone(), search.space);
         let (replicate, rival) = search.finish()?;

@@ -15,10 +15,9 @@ pub(crate) use search::program_of;
 pub use search::{PROGRAM, SEARCH_REVISION, merit};
 pub use space::{BoundsError, Overrides, SearchSpace, bound_times, read_bounds};
 
-use crate::evaluator::{BufferSet, EvaluateError, Evaluator, Failure, Score};
+use crate::evaluator::{EvaluateError, Evaluator, Failure, Score};
 use crate::near::did_you_mean;
-use exact::Exact;
-use search::{Group, Search};
+use search::{Group, Search, advance};
 use settled::settled;
 use std::fmt;
 use std::ops::ControlFlow;
@@ -282,7 +281,6 @@ pub fn calibrate(
     settings: &Calibration,
     progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Vec<Replicate>, CalibrateError> {
-    // While the device simulates the generation of one half, the host breeds the other's.
     let halves = if evaluator.overlaps() && settings.replicates > 1 { 2 } else { 1 };
     let all = 0..evaluator.cases().len();
     let mut groups: Vec<Group> = (0..halves)
@@ -296,17 +294,7 @@ pub fn calibrate(
         stopped |= progress(told).is_break();
         if stopped { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
-    let sets = [BufferSet::A, BufferSet::B];
-    let mut exact = Exact::default();
-    for (group, set) in groups.iter_mut().zip(sets) {
-        group.submit(evaluator, &mut exact, set)?;
-    }
-    while groups.iter().any(Group::is_running) {
-        for (group, set) in groups.iter_mut().zip(sets).filter(|(group, _)| group.is_running()) {
-            group.collect(evaluator, set, &mut progress)?;
-            group.submit(evaluator, &mut exact, set)?;
-        }
-    }
+    advance(&mut groups, evaluator, &mut progress)?;
     let mut searches: Vec<Search> = groups.into_iter().flat_map(|group| group.searches).collect();
     searches.sort_by_key(|search| search.number);
     let (mut replicates, mut found, mut infeasible) = (Vec::new(), false, None);
@@ -341,14 +329,9 @@ pub fn calibrate_replicate(
     number: u64,
     progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Replicate, CalibrateError> {
-    let mut exact = Exact::default();
-    let mut group = Group::new(vec![Search::new(space, 0..evaluator.cases().len(), settings, number)]);
-    group.submit(evaluator, &mut exact, BufferSet::A)?;
-    while group.is_running() {
-        group.collect(evaluator, BufferSet::A, progress)?;
-        group.submit(evaluator, &mut exact, BufferSet::A)?;
-    }
-    let (replicate, rival) = group.searches.swap_remove(0).finish()?;
+    let mut groups = [Group::new(vec![Search::new(space, 0..evaluator.cases().len(), settings, number)])];
+    advance(&mut groups, evaluator, progress)?;
+    let (replicate, rival) = groups[0].searches.swap_remove(0).finish()?;
     settled(evaluator.cases(), evaluator.gof(), space, replicate, rival)
 }
 

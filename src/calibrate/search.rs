@@ -307,12 +307,12 @@ impl<'a> Group<'a> {
         Group { searches, by_job: Vec::new(), exact_by_job: Vec::new() }
     }
 
-    pub(super) fn is_running(&self) -> bool {
+    fn is_running(&self) -> bool {
         self.searches.iter().any(|search| search.ended.is_none())
     }
 
     /// Breeds the next generation of every search that goes on, and starts its simulation.
-    pub(super) fn submit(
+    fn submit(
         &mut self,
         evaluator: &mut dyn Evaluator,
         exact: &mut Exact,
@@ -338,7 +338,7 @@ impl<'a> Group<'a> {
     }
 
     /// Waits for the generation and hands each search its scores.
-    pub(super) fn collect(
+    fn collect(
         &mut self,
         evaluator: &mut dyn Evaluator,
         set: BufferSet,
@@ -374,6 +374,26 @@ impl<'a> Group<'a> {
         }
         Ok(())
     }
+}
+
+/// Advances groups until none runs: while the device simulates the generations of one, the host breeds the other's. Two at most.
+pub(super) fn advance(
+    groups: &mut [Group<'_>],
+    evaluator: &mut dyn Evaluator,
+    progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<(), EvaluateError> {
+    let sets = [BufferSet::A, BufferSet::B];
+    let mut exact = Exact::default();
+    for (group, set) in groups.iter_mut().zip(sets) {
+        group.submit(evaluator, &mut exact, set)?;
+    }
+    while groups.iter().any(Group::is_running) {
+        for (group, set) in groups.iter_mut().zip(sets).filter(|(group, _)| group.is_running()) {
+            group.collect(evaluator, set, progress)?;
+            group.submit(evaluator, &mut exact, set)?;
+        }
+    }
+    Ok(())
 }
 
 /// Every search on each of its cases.

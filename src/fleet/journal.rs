@@ -68,12 +68,18 @@ impl Journal {
         if let Err(TryLockError::WouldBlock) = file.try_lock() {
             return Err(JournalError::Busy(shown()));
         }
+        let head = Head { schema_version: SCHEMA_VERSION, key: key.to_owned() };
+        let own = serde_json::to_string(&head).expect("numbers and text can be written");
         let (mut whole, mut known, mut number) = (0, BTreeMap::new(), 0);
         let mut lines = BufReader::new(Lines::new(&file));
         loop {
             let mut line = Vec::new();
             lines.read_until(b'\n', &mut line).map_err(io("read"))?;
-            if line.pop() != Some(b'\n') {
+            if line.pop_if(|last| *last == b'\n').is_none() {
+                // Of a file without a whole line, only the beginning of an own one is taken for a journal.
+                if number == 0 && !own.as_bytes().starts_with(&line) {
+                    return Err(JournalError::Other(shown()));
+                }
                 break;
             }
             number += 1;
@@ -92,7 +98,7 @@ impl Journal {
         file.set_len(whole).map_err(io("repair"))?;
         let journal = Journal { path: path.to_owned(), file: Mutex::new(file), known };
         if number == 0 {
-            journal.write(&Head { schema_version: SCHEMA_VERSION, key: key.to_owned() })?;
+            journal.write(&head)?;
         }
         Ok(journal)
     }
@@ -161,6 +167,9 @@ mod tests {
         let held = Journal::open(&path, "k").expect("whole");
         assert!(matches!(Journal::open(&path, "k"), Err(JournalError::Busy(_))));
         drop(held);
+        std::fs::write(&path, "notes of somebody").expect("room");
+        assert!(matches!(Journal::open(&path, "k"), Err(JournalError::Other(_))));
+        assert_eq!(std::fs::read(&path).expect("there"), b"notes of somebody", "it is left alone");
         std::fs::write(&path, [&text[..], b"what?\n"].concat()).expect("room");
         assert!(matches!(Journal::open(&path, "k"), Err(JournalError::Broken { line: 6, .. })));
     }

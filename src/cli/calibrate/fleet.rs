@@ -19,6 +19,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 const JOURNAL: &str = "journal.jsonl";
+const TABLES: [&str; 3] = ["parameters.csv", "parameters.parquet", "fits.csv"];
 
 /// What a folder may hold of tables.
 const ENDINGS: [&str; 4] = ["csv", "txt", "gz", "parquet"];
@@ -44,7 +45,9 @@ pub fn run(args: &Args, models: &[Variant]) -> anyhow::Result<()> {
     folder::refuse(&args.out, folder::RESULT, "fleet")?;
     folder::refuse(&args.out, folder::DIAGNOSIS, "fleet")?;
     interrupt::watch_saying("what was calibrated is kept; the same command goes on");
-    let (pairs, unreadable) = read(args, &settings)?;
+    let inputs = files(&args.files)?;
+    folder::spare(&args.out, &inputs, |name| [TABLES.as_slice(), &[folder::FLEET, JOURNAL]].concat().contains(&name))?;
+    let (pairs, unreadable) = read(args, &settings, &inputs)?;
     let usable = pairs.iter().filter(|pair| pair.drive.is_ok()).count();
     if usable == 0 {
         let first = pairs.iter().find_map(|pair| pair.drive.as_ref().err()).cloned();
@@ -75,11 +78,10 @@ pub fn run(args: &Args, models: &[Variant]) -> anyhow::Result<()> {
 }
 
 /// The pairs of all files, and what is wrong with files that cannot be read.
-fn read(args: &Args, settings: &Settings) -> anyhow::Result<(Vec<Pair>, Vec<String>)> {
+fn read(args: &Args, settings: &Settings, files: &[PathBuf]) -> anyhow::Result<(Vec<Pair>, Vec<String>)> {
     let needing = settings.models.iter().map(|model| &model.variant).find(|variant| variant.needs_vehicle());
     let (mut pairs, mut unreadable, mut doubts) = (Vec::new(), Vec::new(), Vec::new());
-    let files = files(&args.files)?;
-    for path in &files {
+    for path in files {
         let file = path.display().to_string();
         let found = match args.data.pairs(path, args.follower.as_deref(), needing) {
             Ok(found) => found,
@@ -150,9 +152,9 @@ fn files(given: &[PathBuf]) -> anyhow::Result<Vec<PathBuf>> {
 fn write(folder: &Path, file: &FleetFile, pairs: &[Pair], settings: &Settings, rows: &[Row]) -> anyhow::Result<()> {
     let table = fleet::table(pairs, settings, rows);
     let mut change = Change::begin(folder)?;
-    change.write("parameters.csv", &csv::write(&table))?;
-    change.write("parameters.parquet", &parquet::write(&table, &[("program", &file.program)]))?;
-    change.write("fits.csv", &csv::write(&fleet::fits(pairs, settings, rows)?))?;
+    change.write(TABLES[0], &csv::write(&table))?;
+    change.write(TABLES[1], &parquet::write(&table, &[("program", &file.program)]))?;
+    change.write(TABLES[2], &csv::write(&fleet::fits(pairs, settings, rows)?))?;
     change.write(folder::FLEET, file.to_json().as_bytes())?;
     folder::finish(change, folder, Vec::new())
 }

@@ -58,8 +58,9 @@ impl FleetFile {
         let mut reasons: IndexMap<String, usize> = IndexMap::new();
         for row in rows {
             if let Err(reason) = &row.found {
-                let place = format!("{}: ", pairs[row.place.pair].file);
-                *reasons.entry(kind(reason.strip_prefix(&place).unwrap_or(reason))).or_default() += 1;
+                let first = reason.lines().next().unwrap_or_default();
+                let told = first.strip_prefix(&pairs[row.place.pair].file).unwrap_or(first);
+                *reasons.entry(kind(told.trim_start_matches([':', ' ']))).or_default() += 1;
             }
         }
         reasons.sort_by(|a, one, b, another| another.cmp(one).then(a.cmp(b)));

@@ -3,6 +3,7 @@
 use super::FleetFile;
 use crate::fleet::{Overview, Spread};
 use crate::report::html::short;
+use crate::report::text::wrapped;
 use std::fmt::Write;
 
 /// Reasons that are told; the table has all.
@@ -16,8 +17,7 @@ pub fn text(file: &FleetFile) -> String {
     let files = if file.data.len() == 1 { "1 file".to_owned() } else { format!("{} files", file.data.len()) };
     let mut text = format!("{} pairs of {files}: {calibrated} of {whole} calibrations have a result\n", file.pairs);
     for (reason, count) in file.reasons.iter().take(REASONS) {
-        // Writing to a String cannot fail.
-        let _ = writeln!(text, "  {count} without: {reason}");
+        text += &wrapped(2, 4, &format!("{count} without: {reason}"));
     }
     if file.overview.len() > 1 {
         text += &models(&file.overview);
@@ -33,23 +33,24 @@ pub fn text(file: &FleetFile) -> String {
 
 fn models(all: &[Overview]) -> String {
     let mut text =
-        format!("\n{:<28} {:<12} {:>10} {:>22} {:>10}\n", "model", "minimised", "median", "5 to 95 %", "best on");
+        format!("\n{:<26} {:<10} {:>9} {:>17} {:>13}\n", "model", "minimised", "median", "5 to 95 %", "best on");
     for one in all {
         let (median, range) =
             one.score.map_or(("–".to_owned(), "–".to_owned()), |s| (short(s.median), range(s.nine_tenths)));
         let best = format!("{} of {}", one.best, one.calibrated);
-        let _ = writeln!(text, "{:<28} {:<12} {median:>10} {range:>22} {best:>10}", one.model, one.gof);
+        // Writing to a String cannot fail.
+        let _ = writeln!(text, "{:<26} {:<10} {median:>9} {range:>17} {best:>13}", one.model, one.gof);
     }
     text
 }
 
 fn parameters(one: &Overview, intervals: bool) -> String {
     let mut text =
-        format!("\n{:<14} {:>10} {:>20} {:>20} {:>10}", one.model, "median", "middle half", "5 to 95 %", "at bound");
-    text += if intervals { "  determined\n" } else { "\n" };
+        format!("\n{:<12} {:>9} {:>17} {:>17} {:>8}", one.model, "median", "middle half", "5 to 95 %", "at bound");
+    text += if intervals { " determined\n" } else { "\n" };
     let row = |name: &str, spread: &Spread| {
         let (half, most) = (range(spread.middle_half), range(spread.nine_tenths));
-        format!("{name:<14} {:>10} {half:>20} {most:>20}", short(spread.median))
+        format!("{name:<12} {:>9} {half:>17} {most:>17}", short(spread.median))
     };
     if let Some(score) = &one.score {
         text += &(row(&one.gof, score) + "\n");
@@ -61,8 +62,8 @@ fn parameters(one: &Overview, intervals: bool) -> String {
             unit => format!("{} [{unit}]", parameter.name),
         };
         let at_bound = percent(parameter.at_bound);
-        let determined = parameter.determined.map_or(String::new(), |share| format!("  {:>10}", percent(share)));
-        let _ = writeln!(text, "{} {at_bound:>10}{determined}", row(&name, spread));
+        let determined = parameter.determined.map_or(String::new(), |share| format!(" {:>10}", percent(share)));
+        let _ = writeln!(text, "{} {at_bound:>8}{determined}", row(&name, spread));
     }
     text
 }
