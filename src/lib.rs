@@ -55,10 +55,13 @@
 //! # }
 //! ```
 
+#[cfg(feature = "cli")]
 pub mod bench;
 pub mod bounded;
 pub mod calibrate;
 pub mod catalog;
+#[cfg(feature = "cli")]
+pub mod cli;
 pub mod closed_loop;
 pub mod convention;
 pub mod diagnose;
@@ -66,6 +69,7 @@ pub mod evaluate;
 pub mod evaluator;
 pub mod extension;
 pub mod fleet;
+#[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod identify;
 pub mod judge;
@@ -75,8 +79,10 @@ pub mod optimize;
 pub mod plant;
 pub mod recommend;
 pub mod reference;
+#[cfg(feature = "report")]
 pub mod report;
 pub mod rescore;
+pub mod result;
 pub mod score;
 pub mod select;
 pub mod shown;

@@ -1,30 +1,10 @@
-//! The command line: arguments, library call, report. The only place that exits.
+//! The program: the command line of the library.
 
-mod cli;
-
-use clap::Parser;
-use std::io::Write;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
     quiet_device_selection();
-    match cli::run(cli::Cli::parse()) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) if cli::output::is_broken_pipe(&error) => ExitCode::SUCCESS,
-        Err(error) if error.is::<cli::Exit>() => {
-            ExitCode::from(error.downcast_ref().map_or(1, |cli::Exit(code)| *code))
-        }
-        Err(error) => {
-            // Nobody listening changes nothing about the status.
-            let say = |line: String| drop(writeln!(std::io::stderr(), "{}", leadlag::shown::lines(&line)));
-            say(format!("error: {error}"));
-            // A cause that is already quoted is not said twice.
-            let said = error.to_string();
-            let causes = error.chain().skip(1).map(ToString::to_string);
-            causes.filter(|c| !said.contains(c.as_str())).for_each(|c| say(format!("  because: {c}")));
-            ExitCode::from(if cli::is_usage(&error) { 2 } else { 1 })
-        }
-    }
+    ExitCode::from(leadlag::cli::run(std::env::args_os()))
 }
 
 /// Mesa's layer for choosing among devices looks for a Wayland display and, where there is no desktop session, prints an error for each try.

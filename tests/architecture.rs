@@ -13,7 +13,7 @@ const FLOORS: [&[&str]; 14] = [
     &["bench"],
     &["recommend"],
     &["closed_loop", "fleet"],
-    &["diagnose", "study"],
+    &["diagnose", "result", "study"],
     &["identify"],
     &["calibrate", "validate", "evaluate", "simulate", "select"],
     &["rescore"],

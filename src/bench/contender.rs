@@ -1,11 +1,12 @@
 //! What is measured, by name. The one place where evaluators are made.
 
 use super::native::Native;
+use crate::evaluator::AdapterChoice;
 use crate::evaluator::{Case, EvaluateError, Evaluator, Population, Score, Timings};
-use crate::gpu::{Adapter, AdapterChoice, Gpu, is_switched_off};
 use crate::lanes::{Lanes, LanesPrecision};
 use crate::reference::Reference;
 use crate::score::GoodnessOfFit;
+use crate::select::device;
 use crate::wgsl::Precision;
 
 /// Something that simulates candidates.
@@ -81,10 +82,12 @@ impl Contender {
             Contender::NativeF64 => Runner::NativeF64(Native::new(case, &gof)?),
             Contender::Reference => Runner::Evaluator(Box::new(Reference::new(cases, gof))),
             Contender::Lanes(precision) => Runner::Evaluator(Box::new(Lanes::new(cases, gof, precision)?)),
-            Contender::Gpu(_) if is_switched_off() => return Ok(None),
-            Contender::Gpu(precision) => match Gpu::new(cases, gof, precision, &AdapterChoice::Best) {
-                Err(EvaluateError::Adapter { .. } | EvaluateError::AddressSpace { .. }) => return Ok(None),
-                gpu => Runner::Evaluator(Box::new(gpu?)),
+            Contender::Gpu(_) if device::is_switched_off() => return Ok(None),
+            Contender::Gpu(precision) => match device::open(cases, gof, precision, &AdapterChoice::Best) {
+                Err(EvaluateError::Adapter { .. } | EvaluateError::AddressSpace { .. } | EvaluateError::NoGpuBuilt) => {
+                    return Ok(None);
+                }
+                gpu => Runner::Evaluator(gpu?),
             },
         }))
     }
@@ -92,7 +95,7 @@ impl Contender {
 
 /// True if the GPU evaluator runs on hardware here.
 pub(super) fn has_hardware() -> bool {
-    !is_switched_off() && Adapter::choose(&AdapterChoice::Best).is_ok_and(|adapter| adapter.is_hardware())
+    !device::is_switched_off() && device::find(&AdapterChoice::Best).is_ok_and(|device| device.is_hardware)
 }
 
 /// A contender ready to run on one case.

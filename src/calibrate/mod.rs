@@ -11,6 +11,7 @@ mod space;
 pub use bound_set::BoundSet;
 pub use each::calibrate_each;
 pub use one_driver::{Apart, apart};
+#[cfg(feature = "cli")]
 pub(crate) use search::program_of;
 pub use search::{PROGRAM, SEARCH_REVISION, merit};
 pub use space::{BoundsError, Overrides, SearchSpace, bound_times, read_bounds};

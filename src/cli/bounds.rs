@@ -1,9 +1,9 @@
 //! Bounds of parameters by the name of a set or from files: what cannot be is told with file and line.
 
 use super::Usage;
-use leadlag::calibrate::{self, BoundSet, BoundsError, Overrides};
-use leadlag::catalog::Variant;
-use leadlag::vehicle::Vehicle;
+use crate::calibrate::{self, BoundSet, BoundsError, Overrides};
+use crate::catalog::Variant;
+use crate::vehicle::Vehicle;
 use std::path::Path;
 
 /// The bounds of sets and files for the parameters of a variant; what comes later replaces what came before.
@@ -58,7 +58,7 @@ fn of_file(path: &Path, variant: &Variant) -> anyhow::Result<Overrides> {
 /// `FILE:LINE` of an entry; the file alone where it stands in no line of its own.
 fn place(path: &Path, name: &str) -> String {
     let shown = path.display();
-    let text = leadlag::bounded::read_to_string(path, leadlag::bounded::TEXT_MAX).unwrap_or_default();
+    let text = crate::bounded::read_to_string(path, crate::bounded::TEXT_MAX).unwrap_or_default();
     let is_entry =
         |line: &str| line.split_once('=').is_some_and(|(key, _)| key.trim().trim_matches(['"', '\'']) == name);
     let line = text.lines().position(is_entry);

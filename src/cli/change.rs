@@ -10,8 +10,8 @@
 //! same time may mix their files. A reader holds no lock: what it opens before and after a change is of two results.
 
 use super::output;
+use crate::bounded;
 use anyhow::{Context, bail, ensure};
-use leadlag::bounded;
 use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::io::{ErrorKind, Write};

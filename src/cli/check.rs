@@ -2,13 +2,13 @@
 
 use super::extension::find;
 use super::output;
-use leadlag::catalog::{BASES, Variant};
-use leadlag::convention::Radicand;
-use leadlag::extension::Extension;
-use leadlag::lanes::check_model;
-use leadlag::report::text::wrapped;
-use leadlag::symbols::{Bounds, Symbol};
-use leadlag::wgsl::{Precision, Recipe};
+use crate::catalog::{BASES, Variant};
+use crate::convention::Radicand;
+use crate::extension::Extension;
+use crate::lanes::check_model;
+use crate::report::text::wrapped;
+use crate::symbols::{Bounds, Symbol};
+use crate::wgsl::{Precision, Recipe};
 use serde_json::json;
 use std::fmt::Write;
 use std::path::PathBuf;

@@ -1,8 +1,8 @@
 //! `leadlag columns`: a column map that is part of the program, as the text to begin one's own with.
 
 use super::{Usage, output};
-use leadlag::near::did_you_mean;
-use leadlag::trajectory::import::ColumnMap;
+use crate::near::did_you_mean;
+use crate::trajectory::import::ColumnMap;
 
 #[derive(Debug, clap::Args)]
 pub struct Args {

@@ -3,16 +3,16 @@
 use super::Usage;
 use super::change::settle;
 use super::number::{finite, real, whole};
-use anyhow::Context;
-use clap::ValueEnum;
-use leadlag::catalog::{Constraint, Variant};
-use leadlag::near::did_you_mean;
-use leadlag::trajectory::import::{ColumnMap, MapError, read_mapped};
-use leadlag::trajectory::{
+use crate::catalog::{Constraint, Variant};
+use crate::near::did_you_mean;
+use crate::trajectory::import::{ColumnMap, MapError, read_mapped};
+use crate::trajectory::{
     Grade, Layout, Note, Platoon, Preparation, PrepareError, Reconcile, Recording, Stretch, Trajectory, import,
     plausible, prepare, prepare_platoon,
 };
-use leadlag::vehicle::{self, Vehicle};
+use crate::vehicle::{self, Vehicle};
+use anyhow::Context;
+use clap::ValueEnum;
 use std::path::{Path, PathBuf};
 
 /// How measured files are read and prepared.
@@ -437,7 +437,7 @@ pub fn result_file(given: &Path) -> anyhow::Result<PathBuf> {
 const PAIRS_NAMED: usize = 5;
 
 fn longest_pairs(recording: &Recording) -> String {
-    let name = |platoon: &leadlag::trajectory::Platoon| {
+    let name = |platoon: &crate::trajectory::Platoon| {
         let duration = platoon.t.last().unwrap_or(&0.0) - platoon.t.first().unwrap_or(&0.0);
         let follower = platoon.cars.last().map_or("", |car| car.name.as_str());
         format!("{follower} ({duration:.1} s)")

@@ -1,10 +1,10 @@
 //! `leadlag doctor`: GPUs, drivers, and what they do with arithmetic.
 
 use super::output;
-use leadlag::evaluator::EvaluateError;
-use leadlag::gpu::{Adapter, AdapterChoice, Probe, Twins, modes, probes};
-use leadlag::lanes;
-use leadlag::report::text::wrapped;
+use crate::evaluator::EvaluateError;
+use crate::gpu::{Adapter, AdapterChoice, Probe, Twins, modes, probes};
+use crate::lanes;
+use crate::report::text::wrapped;
 use serde_json::{Map, Value, json};
 use std::fmt::Write;
 

@@ -6,18 +6,18 @@ use super::data::read_grade;
 use super::evaluator::EvaluatorArgs;
 use super::lines::Lines;
 use super::{evaluator, interrupt, output};
+use crate::catalog::Variant;
+use crate::convention::Convention;
+use crate::evaluate::{DataLayout, Library, Settings, TableError, evaluate_table};
+use crate::evaluator::Case;
+use crate::lanes::LanesPrecision;
+use crate::score::GoodnessOfFit;
+use crate::select::Work;
+use crate::symbols::Symbol;
+use crate::trajectory::Preparation;
 use anyhow::{Context, bail};
 use clap::ValueEnum;
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
-use leadlag::catalog::Variant;
-use leadlag::convention::Convention;
-use leadlag::evaluate::{DataLayout, Library, Settings, TableError, evaluate_table};
-use leadlag::evaluator::Case;
-use leadlag::lanes::LanesPrecision;
-use leadlag::score::GoodnessOfFit;
-use leadlag::select::Work;
-use leadlag::symbols::Symbol;
-use leadlag::trajectory::Preparation;
 use std::fs::File;
 use std::io::{BufReader, BufWriter, Write};
 use std::path::PathBuf;
@@ -113,7 +113,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         }
         Ok(evaluator)
     };
-    let input = BufReader::new(leadlag::bounded::Lines::new(input));
+    let input = BufReader::new(crate::bounded::Lines::new(input));
     let result = evaluate_table(input, &shown, output, &mut library, &settings, &mut build, &mut progress);
     bar.finish_and_clear();
     for source in library.sources() {

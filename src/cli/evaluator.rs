@@ -1,13 +1,13 @@
 //! Choice of the evaluator.
 
 use super::Usage;
+use crate::catalog::Variant;
+use crate::evaluator::AdapterChoice;
+use crate::lanes::LanesPrecision;
+use crate::reference::knows;
+use crate::select::{Kind, Selection};
+use crate::wgsl::extension_named;
 use clap::ValueEnum;
-use leadlag::catalog::Variant;
-use leadlag::gpu::AdapterChoice;
-use leadlag::lanes::LanesPrecision;
-use leadlag::reference::knows;
-use leadlag::select::{Kind, Selection};
-use leadlag::wgsl::extension_named;
 use std::collections::BTreeSet;
 use std::sync::Mutex;
 

@@ -4,12 +4,12 @@ use super::change::Change;
 use super::data::result_file;
 use super::folder::finish;
 use super::{Usage, output};
+use crate::report::sumo::{self, Drive, Export, Loss, Model, Motion, VehicleType};
+use crate::report::text::wrapped;
+use crate::result::ResultFile;
+use crate::trajectory::Source;
 use anyhow::Context;
 use clap::ValueEnum;
-use leadlag::report::result::ResultFile;
-use leadlag::report::sumo::{self, Drive, Export, Loss, Model, Motion, VehicleType};
-use leadlag::report::text::wrapped;
-use leadlag::trajectory::Source;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 

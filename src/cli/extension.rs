@@ -1,11 +1,11 @@
 //! Extensions on the command line: names of built-in ones, or files.
 
 use super::Usage;
+use crate::catalog::Variant;
+use crate::extension::Extension;
+use crate::near::did_you_mean;
+use crate::wgsl::{extension_named, library, read_extension};
 use anyhow::Context;
-use leadlag::catalog::Variant;
-use leadlag::extension::Extension;
-use leadlag::near::did_you_mean;
-use leadlag::wgsl::{extension_named, library, read_extension};
 use std::path::Path;
 
 /// A variant with extensions, each given by name or file.
@@ -35,7 +35,7 @@ pub fn find(given: &str) -> anyhow::Result<&'static Extension> {
             Usage(message).into()
         });
     }
-    let text = leadlag::bounded::read_to_string(given.as_ref(), leadlag::bounded::TEXT_MAX)
+    let text = crate::bounded::read_to_string(given.as_ref(), crate::bounded::TEXT_MAX)
         .with_context(|| format!("{given}: cannot be read"))?;
     Ok(read_extension(given, &text)?)
 }

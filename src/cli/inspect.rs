@@ -3,8 +3,8 @@
 use super::data::{column_map, columns_help};
 use super::number::real;
 use super::{Usage, output};
-use leadlag::trajectory::import::{ColumnMap, read_mapped};
-use leadlag::trajectory::{Inspection, Layout, Preparation, PrepareError, import, inspect};
+use crate::trajectory::import::{ColumnMap, read_mapped};
+use crate::trajectory::{Inspection, Layout, Preparation, PrepareError, import, inspect};
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]

@@ -1,17 +1,17 @@
 //! `leadlag list`: variants, parameters, causes, vehicles, goodness-of-fit functions, conventions.
 
 use super::{Usage, output};
+use crate::catalog::Variant;
+use crate::convention::Convention;
+use crate::evaluator::Case;
+use crate::extension::Extension;
+use crate::report::text::wrapped;
+use crate::score::Measures;
+use crate::symbols::{Bounds, Symbol};
+use crate::trajectory::import::ColumnMap;
+use crate::vehicle::Vehicle;
+use crate::wgsl::library;
 use clap::ValueEnum;
-use leadlag::catalog::Variant;
-use leadlag::convention::Convention;
-use leadlag::evaluator::Case;
-use leadlag::extension::Extension;
-use leadlag::report::text::wrapped;
-use leadlag::score::Measures;
-use leadlag::symbols::{Bounds, Symbol};
-use leadlag::trajectory::import::ColumnMap;
-use leadlag::vehicle::Vehicle;
-use leadlag::wgsl::library;
 use serde_json::{Value, json};
 
 #[derive(Debug, clap::Args)]
@@ -86,7 +86,7 @@ fn variant(v: &Variant) -> Entry {
 }
 
 fn parameters(args: &Args) -> anyhow::Result<Vec<Entry>> {
-    let vehicle = args.vehicle.as_deref().map(|text| leadlag::vehicle::find_for(text, false)).transpose()?;
+    let vehicle = args.vehicle.as_deref().map(|text| crate::vehicle::find_for(text, false)).transpose()?;
     let symbols = args.model.map_or_else(|| Symbol::ALL.to_vec(), |m| m.parameters());
     let entry = |symbol: Symbol| {
         let bounds = Case::bounds(symbol, vehicle.as_ref(), args.convention);
@@ -186,7 +186,7 @@ fn measure(name: &str) -> Entry {
 }
 
 fn conventions() -> Vec<Entry> {
-    let entry = |row: &leadlag::convention::Row| {
+    let entry = |row: &crate::convention::Row| {
         let ((paper, paper_is), (authors, authors_is)) = (row.paper, row.authors);
         let value = json!({
             "row": row.name, "meaning": row.meaning, "paper": paper, "paper_meaning": paper_is,

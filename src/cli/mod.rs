@@ -1,4 +1,4 @@
-//! One file per verb: flags, library call, output.
+//! The command line: one file per verb, with flags, library call and output.
 //!
 //! Results go to stdout, progress and warnings to stderr; exit 0 done, 1 failed, 2 wrong usage.
 
@@ -8,7 +8,7 @@ macro_rules! eprintln {
     ($($text:tt)*) => {
         if !$crate::cli::output::is_quiet() {
             // Nobody listening is no reason to stop.
-            let _ = ::std::io::Write::write_fmt(&mut ::std::io::stderr(), format_args!("{}\n", ::leadlag::shown::lines(&::std::format!($($text)*))));
+            let _ = ::std::io::Write::write_fmt(&mut ::std::io::stderr(), format_args!("{}\n", $crate::shown::lines(&::std::format!($($text)*))));
         }
     };
 }
@@ -23,6 +23,7 @@ mod completions;
 mod data;
 mod demo;
 mod diagnose;
+#[cfg(feature = "gpu")]
 mod doctor;
 mod evaluate;
 mod evaluator;
@@ -35,19 +36,21 @@ mod lines;
 mod list;
 mod man;
 mod number;
-pub mod output;
+mod output;
 mod plot;
 mod report;
 mod simulate;
 mod study;
 mod synth;
 
+use crate::calibrate::BoundsError;
+use crate::plant::PlantError;
+use crate::trajectory::PrepareError;
+use crate::vehicle::VehicleError;
 use anyhow::Context;
 use clap::{CommandFactory, Parser, Subcommand};
-use leadlag::calibrate::BoundsError;
-use leadlag::plant::PlantError;
-use leadlag::trajectory::PrepareError;
-use leadlag::vehicle::VehicleError;
+use std::ffi::OsString;
+use std::io::Write;
 
 const EXAMPLES: &str = "Examples:
   leadlag demo                # no data needed
@@ -70,7 +73,7 @@ const GLOBAL: &str = "Global options";
 /// Calibrates and validates car-following and ACC models against measured trajectories.
 #[derive(Debug, Parser)]
 #[command(name = "leadlag", version, propagate_version = true, max_term_width = help_width(), after_help = EXAMPLES)]
-pub struct Cli {
+struct Cli {
     /// Number of threads; results do not depend on it
     #[arg(long, global = true, help_heading = GLOBAL, value_name = "N", allow_negative_numbers = true,
           value_parser = number::whole(1_u16, 1024))]
@@ -132,6 +135,7 @@ enum Command {
     #[command(after_help = "Example:
   leadlag columns ngsim > mine.toml")]
     Columns(columns::Args),
+    #[cfg(feature = "gpu")]
     /// Show which GPUs and drivers there are, and what to mind with them
     #[command(after_help = "Examples:
   leadlag doctor
@@ -163,15 +167,15 @@ fn command() -> clap::Command {
 /// Wrong usage that the argument parser cannot see.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
-pub struct Usage(pub String);
+pub(crate) struct Usage(pub String);
 
 /// A command that was done, and whose exit code says more.
 #[derive(Debug, thiserror::Error)]
 #[error("exit code {0}")]
-pub struct Exit(pub u8);
+pub(crate) struct Exit(pub u8);
 
 /// True if the command line itself asked for something that cannot be, whatever the data.
-pub fn is_usage(error: &anyhow::Error) -> bool {
+pub(crate) fn is_usage(error: &anyhow::Error) -> bool {
     let bounds = |e: &BoundsError| !matches!(e, BoundsError::Read { .. });
     error.is::<Usage>()
         || error.downcast_ref().is_some_and(bounds)
@@ -187,8 +191,36 @@ pub fn is_usage(error: &anyhow::Error) -> bool {
         })
 }
 
-/// Runs one command.
-pub fn run(cli: Cli) -> anyhow::Result<()> {
+/// Runs the command line of these words, of which the first is the name of the program. Results go to stdout, all else to stderr.
+///
+/// Returns the exit code: 0 done, 1 failed, 2 wrong usage; with `diagnose --exit-code` the verdict.
+pub fn run<Word: Into<OsString> + Clone>(words: impl IntoIterator<Item = Word>) -> u8 {
+    let cli = match Cli::try_parse_from(words) {
+        Ok(cli) => cli,
+        Err(error) => {
+            // Nobody listening changes nothing about the status.
+            let _ = error.print();
+            return u8::try_from(error.exit_code()).unwrap_or(1);
+        }
+    };
+    let Err(error) = start(cli) else { return 0 };
+    if output::is_broken_pipe(&error) {
+        return 0;
+    }
+    if let Some(Exit(code)) = error.downcast_ref() {
+        return *code;
+    }
+    let say = |line: String| drop(writeln!(std::io::stderr(), "{}", crate::shown::lines(&line)));
+    say(format!("error: {error}"));
+    // A cause that is already quoted is not said twice.
+    let said = error.to_string();
+    let causes = error.chain().skip(1).map(ToString::to_string);
+    causes.filter(|cause| !said.contains(cause.as_str())).for_each(|cause| say(format!("  because: {cause}")));
+    if is_usage(&error) { 2 } else { 1 }
+}
+
+/// Starts the threads and runs one command.
+fn start(cli: Cli) -> anyhow::Result<()> {
     // Now, for where the first work starts them they cannot fail but by a panic.
     rayon::ThreadPoolBuilder::new().num_threads(cli.threads.map_or(0, usize::from)).build_global().context(
         "cannot start the threads: ask for fewer with --threads N, or allow this process more threads or memory (`ulimit -u`, \
@@ -212,6 +244,7 @@ fn nested(cli: Cli) -> anyhow::Result<()> {
         Command::Check(args) => check::run(&args),
         Command::Columns(args) => columns::run(&args),
         Command::List(args) => list::run(&args),
+        #[cfg(feature = "gpu")]
         Command::Doctor(args) => doctor::run(&args),
         Command::Bench(args) => bench::run(&args),
         Command::Synth(args) => synth::run(&args),

@@ -1,7 +1,7 @@
 //! `--plot`: spacing and speed as text charts, as wide as the terminal.
 
 use super::output;
-use leadlag::report::terminal::{Curve, chart};
+use crate::report::terminal::{Curve, chart};
 use std::io::IsTerminal;
 
 /// Columns where stdout is no terminal.
@@ -18,7 +18,7 @@ pub fn print(title: &str, t: &[f64], lines: &[Line]) -> anyhow::Result<()> {
     let columns = terminal_size::terminal_size().filter(|_| terminal).map_or(COLUMNS, |(width, _)| width.0.into());
     // https://no-color.org: set and not empty.
     let colours = terminal && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
-    let mut text = format!("\n{}\n", leadlag::shown::name(title));
+    let mut text = format!("\n{}\n", crate::shown::name(title));
     for (k, label) in ["spacing s [m]", "speed v [m/s]"].into_iter().enumerate() {
         let mut curves: Vec<Curve> = Vec::new();
         for ((name, values), (mark, colour)) in lines.iter().zip(STYLES) {

@@ -2,14 +2,14 @@
 
 use super::number::{real, seed, whole};
 use super::{Usage, output};
-use anyhow::Context;
-use clap::ValueEnum;
-use leadlag::near::did_you_mean;
-use leadlag::plant::{
+use crate::near::did_you_mean;
+use crate::plant::{
     Base, Effect, EffectError, EffectKind, Gusts, Noise, Profile, Scenario, at_amplitude, drawn, run as drive,
     write_openacc, write_pair, write_slope,
 };
-use leadlag::trajectory::{Preparation, Trajectory, import, prepare};
+use crate::trajectory::{Preparation, Trajectory, import, prepare};
+use anyhow::Context;
+use clap::ValueEnum;
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]

@@ -63,6 +63,7 @@ mod undisturbed;
 pub mod verdict;
 
 pub use adopt::family;
+#[cfg(feature = "cli")]
 pub(crate) use bootstrap::{JUDGED, one_in_a_hundred};
 pub use drive::{Drive, DriveError, Jump};
 pub use infer::{infer, infer_with};

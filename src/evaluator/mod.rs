@@ -1,5 +1,6 @@
 //! What the evaluators share: candidates in, outcomes and scores out.
 
+mod adapter;
 mod case;
 mod course;
 mod fallback;
@@ -8,6 +9,7 @@ mod observer;
 mod raw;
 mod table;
 
+pub use adapter::AdapterChoice;
 pub use case::{Case, CaseError, InvalidParameter};
 pub(crate) use course::smoothed_acceleration;
 pub use course::{Course, CourseError, LEADER_SMOOTHING, Pace, WorldSignals};
@@ -76,12 +78,13 @@ impl Population {
     }
 
     /// The place of a parameter among the values of a candidate; of several the last, as [`Population::parameters`] has it.
-    #[must_use]
+    #[cfg(feature = "gpu")]
     pub(crate) fn column_of(&self, symbol: Symbol) -> Option<usize> {
         self.symbols.iter().rposition(|own| *own == symbol)
     }
 
     /// The values at one place, of all candidates.
+    #[cfg(feature = "gpu")]
     pub(crate) fn column(&self, place: usize) -> impl Iterator<Item = f64> {
         self.values[place.min(self.values.len())..].iter().step_by(self.symbols.len()).copied()
     }
@@ -245,6 +248,9 @@ pub enum EvaluateError {
         /// The adapters present, one line each.
         present: Vec<String>,
     },
+    /// The library was built without the feature `gpu`.
+    #[error("no GPU: leadlag was built without the feature `gpu`; use --evaluator lanes")]
+    NoGpuBuilt,
     /// The process may use too little memory for a driver.
     #[error(
         "no GPU: drivers need an address space of {} MiB, found a limit of {} MiB; raise it (`ulimit -v unlimited`), or use \

@@ -1,27 +1,8 @@
 //! Adapters: what is there, and which one is taken.
 
-use crate::evaluator::EvaluateError;
+use crate::evaluator::{AdapterChoice, EvaluateError};
 use std::fmt;
-use std::str::FromStr;
 use std::sync::OnceLock;
-
-/// Which adapter is to be used (`--gpu`).
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub enum AdapterChoice {
-    /// The best one: hardware before software.
-    #[default]
-    Best,
-    /// The one with this index, PCI address or name (a part of it is enough).
-    Named(String),
-}
-
-impl FromStr for AdapterChoice {
-    type Err = std::convert::Infallible;
-
-    fn from_str(text: &str) -> Result<Self, Self::Err> {
-        Ok(AdapterChoice::Named(text.trim().to_owned()))
-    }
-}
 
 /// True if no GPU is to be used: `LEADLAG_NO_GPU`.
 pub(crate) fn is_switched_off() -> bool {

@@ -16,8 +16,9 @@ mod slot;
 mod tables;
 mod twins;
 
+pub use crate::evaluator::AdapterChoice;
+pub use adapter::Adapter;
 pub(crate) use adapter::is_switched_off;
-pub use adapter::{Adapter, AdapterChoice};
 pub use device::Limits;
 pub use kernel::kernel_text;
 pub use probe::{Mode, Probe, ProbeStatus, modes, probes, values};

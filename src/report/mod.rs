@@ -3,17 +3,17 @@
 //! A format knows nothing of how a result was computed; it gets plain numbers and writes them.
 //! Formats return text and never touch the file system, so that the same result gives the same bytes.
 
-pub mod assemble;
 pub mod csv;
 pub mod diagnosis;
 pub mod figure;
 pub mod fleet;
 pub mod html;
+#[cfg(feature = "cli")]
 pub mod naming;
+#[cfg(feature = "parquet")]
 pub mod parquet;
 pub mod plot;
 pub mod residuals;
-pub mod result;
 pub mod simulation;
 pub mod study;
 pub mod sumo;

@@ -3,7 +3,7 @@
 use super::html::{Chart, Line, Panel, Role};
 use crate::diagnose::budget::{Budget, Errors, budget};
 use crate::diagnose::scene::Scene;
-use crate::report::result::{DataEntry, ResultFile};
+use crate::result::{DataEntry, ResultFile};
 
 /// Width of the classes of speed \[m/s\].
 const CLASS: f64 = 1.0;

@@ -1,6 +1,6 @@
 //! A calibration as text for a terminal of 80 columns.
 
-use super::result::{CorrelationEntry, IdentifiabilityEntry, ReplicateEntry, ResultFile};
+use crate::result::{CorrelationEntry, IdentifiabilityEntry, ReplicateEntry, ResultFile};
 use std::fmt::Write;
 use textwrap::{Options, WordSplitter};
 

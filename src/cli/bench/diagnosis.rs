@@ -3,13 +3,13 @@
 use super::super::lines::Lines;
 use super::super::number::whole;
 use super::super::{interrupt, output};
+use crate::bench::Machine;
+use crate::bench::{DiagnosisJournal, DiagnosisReport, LARGEST_SEED, SIZES, diagnosis_tasks, run_diagnoses};
+use crate::bounded::{self, TEXT_MAX};
+use crate::diagnose::PROGRAM;
+use crate::report::naming::{self, Provenance};
 use anyhow::Context;
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
-use leadlag::bench::Machine;
-use leadlag::bench::{DiagnosisJournal, DiagnosisReport, LARGEST_SEED, SIZES, diagnosis_tasks, run_diagnoses};
-use leadlag::bounded::{self, TEXT_MAX};
-use leadlag::diagnose::PROGRAM;
-use leadlag::report::naming::{self, Provenance};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 

@@ -5,10 +5,10 @@ mod optimizers;
 
 use super::lines::Lines;
 use super::output;
+use crate::bench::{Drive, Effort, run as measure, table};
+use crate::catalog::Variant;
+use crate::trajectory::import;
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
-use leadlag::bench::{Drive, Effort, run as measure, table};
-use leadlag::catalog::Variant;
-use leadlag::trajectory::import;
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
@@ -64,7 +64,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     };
     if let Some(folder) = &args.export {
         output::make_folder(folder)?;
-        return Ok(leadlag::bench::export(&drive, folder)?);
+        return Ok(crate::bench::export(&drive, folder)?);
     }
     let whole = if args.quick { Effort::Quick } else { Effort::Full };
     let effort = args.model.map_or(whole, Effort::Variant);

@@ -2,9 +2,9 @@
 
 use super::super::lines::Lines;
 use super::super::{interrupt, output};
+use crate::bench::{Journal, OptimizerReport, optimizer_tasks, run_optimizers};
+use crate::calibrate::OptimizerKind;
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
-use leadlag::bench::{Journal, OptimizerReport, optimizer_tasks, run_optimizers};
-use leadlag::calibrate::OptimizerKind;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 

@@ -6,11 +6,11 @@ use super::super::data::DataArgs;
 use super::super::evaluator::EvaluatorArgs;
 use super::super::extension::extend;
 use super::super::number::{finite, seed, whole};
-use leadlag::calibrate::{BoundSet, Calibration, EVALUATIONS_MIN, OptimizerKind, Overrides, REPLICATES_MAX, Stop};
-use leadlag::catalog::Variant;
-use leadlag::convention::Convention;
-use leadlag::near::did_you_mean;
-use leadlag::score::GoodnessOfFit;
+use crate::calibrate::{BoundSet, Calibration, EVALUATIONS_MIN, OptimizerKind, Overrides, REPLICATES_MAX, Stop};
+use crate::catalog::Variant;
+use crate::convention::Convention;
+use crate::near::did_you_mean;
+use crate::score::GoodnessOfFit;
 use std::path::PathBuf;
 use std::time::Duration;
 

@@ -12,19 +12,19 @@ use super::bounds::origin;
 use super::data::Loaded;
 use super::evaluator::{BY_FLAGS, transcribed, warn};
 use super::{Usage, folder, interrupt, is_usage, output};
-use leadlag::calibrate::{Calibration, SearchSpace, apart, best, bound_times, calibrate};
-use leadlag::catalog::Variant;
-use leadlag::evaluator::{Case, Evaluator};
-use leadlag::identify::identify;
-use leadlag::lanes::LanesPrecision;
-use leadlag::optimize::GaSettings;
-use leadlag::reference::{Reference, Trace};
-use leadlag::report::assemble::Calibrated;
-use leadlag::report::result::ResultFile;
-use leadlag::report::text;
-use leadlag::rescore;
-use leadlag::select::Work;
-use leadlag::trajectory::Trajectory;
+use crate::calibrate::{Calibration, SearchSpace, apart, best, bound_times, calibrate};
+use crate::catalog::Variant;
+use crate::evaluator::{Case, Evaluator};
+use crate::identify::identify;
+use crate::lanes::LanesPrecision;
+use crate::optimize::GaSettings;
+use crate::reference::{Reference, Trace};
+use crate::report::text;
+use crate::rescore;
+use crate::result::ResultFile;
+use crate::result::assemble::Calibrated;
+use crate::select::Work;
+use crate::trajectory::Trajectory;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -189,7 +189,7 @@ fn prepare(args: &Args, loaded: &[Loaded]) -> anyhow::Result<(SearchSpace, Refer
     if let Some(other) = loaded.iter().find(|l| l.vehicle().map(|v| &v.slug) != vehicle.map(|v| &v.slug))
         && model.needs_vehicle()
     {
-        let name = |v: Option<&leadlag::vehicle::Vehicle>| v.map_or("unknown".to_owned(), |v| v.slug.clone());
+        let name = |v: Option<&crate::vehicle::Vehicle>| v.map_or("unknown".to_owned(), |v| v.slug.clone());
         let (one, two) = (name(vehicle), name(other.vehicle()));
         let message = format!("--joint: variant {model} needs one vehicle, found {one} and {two}; give --vehicle");
         return Err(Usage(message).into());

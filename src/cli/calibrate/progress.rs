@@ -2,8 +2,8 @@
 
 use super::super::lines::Lines;
 use super::super::{interrupt, output};
+use crate::calibrate::{Calibration, Progress};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
-use leadlag::calibrate::{Calibration, Progress};
 use std::fmt::Write;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};

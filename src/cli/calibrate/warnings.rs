@@ -1,12 +1,12 @@
 //! What was given and changes nothing, or is likely a mistake: said once, before the work.
 
 use super::super::data::{DataArgs, Loaded};
-use leadlag::calibrate::Overrides;
-use leadlag::catalog::{Constraint, Controller, Dynamics, Variant};
-use leadlag::convention::Convention;
-use leadlag::evaluator::Case;
-use leadlag::symbols::Symbol;
-use leadlag::wgsl::extension_named;
+use crate::calibrate::Overrides;
+use crate::catalog::{Constraint, Controller, Dynamics, Variant};
+use crate::convention::Convention;
+use crate::evaluator::Case;
+use crate::symbols::Symbol;
+use crate::wgsl::extension_named;
 
 /// A follower that stays below this share of the lowest v_0 drives far below it.
 const FAR_BELOW: f64 = 0.7;

@@ -3,11 +3,11 @@
 use super::super::change::Change;
 use super::super::data::Loaded;
 use super::super::folder::{RESULT, finish, of_calibration};
-use leadlag::evaluator::Evaluator;
-use leadlag::reference::{Reference, Trace};
-use leadlag::report::result::ResultFile;
-use leadlag::report::{plot, simulation};
-use leadlag::rescore;
+use crate::evaluator::Evaluator;
+use crate::reference::{Reference, Trace};
+use crate::report::{plot, simulation};
+use crate::rescore;
+use crate::result::ResultFile;
 use std::path::Path;
 use std::time::Duration;
 

@@ -2,7 +2,7 @@
 
 use super::super::{output, synth};
 use super::Args;
-use leadlag::plant::{Base, Effect, EffectKind, Profile, Scenario, drawn, run, write_openacc, write_slope};
+use crate::plant::{Base, Effect, EffectKind, Profile, Scenario, drawn, run, write_openacc, write_slope};
 use std::str::FromStr;
 
 /// What is hidden, as on the command line.

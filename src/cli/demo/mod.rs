@@ -9,14 +9,14 @@ pub use tell::quoted;
 
 use super::extension::extend;
 use super::{Cli, output};
+use crate::bounded::{self, RESULT_MAX};
+use crate::diagnose::Verdict;
+use crate::diagnose::hold_back::TRAINED_ON;
+use crate::diagnose::outcome::Outcome;
+use crate::result::ResultFile;
 use anyhow::Context;
 use clap::Parser;
 use drive::Hidden;
-use leadlag::bounded::{self, RESULT_MAX};
-use leadlag::diagnose::Verdict;
-use leadlag::diagnose::hold_back::TRAINED_ON;
-use leadlag::diagnose::outcome::Outcome;
-use leadlag::report::result::ResultFile;
 use std::path::{Path, PathBuf};
 
 /// Simulations that a calibration of the demo may cost: about half of what the optimiser would take, and enough for six parameters.

@@ -3,9 +3,9 @@
 use super::super::data::{DataArgs, ReconcileArg};
 use super::super::demo::quoted;
 use super::Args;
-use leadlag::diagnose::outcome::Outcome;
-use leadlag::report::diagnosis::text::Again;
-use leadlag::wgsl::extension_named;
+use crate::diagnose::outcome::Outcome;
+use crate::report::diagnosis::text::Again;
+use crate::wgsl::extension_named;
 use std::path::Path;
 
 /// The command, if something is named; `trained` has the window of every file whose end is held back.

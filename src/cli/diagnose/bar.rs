@@ -2,8 +2,8 @@
 
 use super::super::lines::Lines;
 use super::super::{interrupt, output};
+use crate::diagnose::Progress;
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
-use leadlag::diagnose::Progress;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 

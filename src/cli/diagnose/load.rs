@@ -4,13 +4,13 @@ use super::super::Usage;
 use super::super::data::{Loaded as Picked, only_follower};
 use super::super::evaluator::warn;
 use super::Args;
-use leadlag::catalog::Variant;
-use leadlag::diagnose::Drive;
-use leadlag::diagnose::data::{check, correct};
-use leadlag::diagnose::hold_back::{drives_apart, hold_back};
-use leadlag::diagnose::outcome::{DataEntry, FindingEntry};
-use leadlag::diagnose::road::{lap, on_the_road_of};
-use leadlag::trajectory::{Note, Recording, Trajectory};
+use crate::catalog::Variant;
+use crate::diagnose::Drive;
+use crate::diagnose::data::{check, correct};
+use crate::diagnose::hold_back::{drives_apart, hold_back};
+use crate::diagnose::outcome::{DataEntry, FindingEntry};
+use crate::diagnose::road::{lap, on_the_road_of};
+use crate::trajectory::{Note, Recording, Trajectory};
 use std::path::Path;
 
 /// What is diagnosed.

@@ -9,18 +9,18 @@ use super::bounds::read_bounds;
 use super::data::DataArgs;
 use super::evaluator::warn;
 use super::{Exit, Usage, folder, interrupt, output};
+use crate::catalog::Variant;
+use crate::diagnose::describe::{Diagnosis, describe};
+use crate::diagnose::drivers::different_drivers;
+use crate::diagnose::free::Free;
+use crate::diagnose::outcome::has_bad_data;
+use crate::diagnose::{Drive, Effort, Question};
+use crate::extension::Extension;
+use crate::near::did_you_mean;
+use crate::recommend::{Policy, Request, combine, races, recommend};
+use crate::report::diagnosis::text;
+use crate::wgsl::{library, read_extension};
 use clap::ValueEnum;
-use leadlag::catalog::Variant;
-use leadlag::diagnose::describe::{Diagnosis, describe};
-use leadlag::diagnose::drivers::different_drivers;
-use leadlag::diagnose::free::Free;
-use leadlag::diagnose::outcome::has_bad_data;
-use leadlag::diagnose::{Drive, Effort, Question};
-use leadlag::extension::Extension;
-use leadlag::near::did_you_mean;
-use leadlag::recommend::{Policy, Request, combine, races, recommend};
-use leadlag::report::diagnosis::text;
-use leadlag::wgsl::{library, read_extension};
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
@@ -112,7 +112,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if args.data_only {
         let faulty = has_bad_data(&loaded.data, &loaded.findings);
         if args.json {
-            let version = leadlag::diagnose::outcome::SCHEMA_VERSION;
+            let version = crate::diagnose::outcome::SCHEMA_VERSION;
             let (findings, data) = (&loaded.findings, &loaded.data);
             let report = serde_json::json!({"schema_version": version, "data_findings": findings, "data": data});
             output::print_json(&report)?;
@@ -231,7 +231,7 @@ fn causes(args: &Args) -> anyhow::Result<Vec<&'static Extension>> {
             };
             return Err(Usage(message).into());
         }
-        let text = leadlag::bounded::read_to_string(path, leadlag::bounded::TEXT_MAX)
+        let text = crate::bounded::read_to_string(path, crate::bounded::TEXT_MAX)
             .map_err(|e| anyhow::Error::new(e).context(format!("{}: cannot read the cause", path.display())))?;
         let own = read_extension(&path.display().to_string(), &text)?;
         if causes.iter().any(|known| known.name == own.name) {

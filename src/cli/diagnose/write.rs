@@ -2,11 +2,11 @@
 
 use super::super::change::Change;
 use super::super::folder::{DIAGNOSIS, finish, of_diagnosis};
-use leadlag::diagnose::Drive;
-use leadlag::diagnose::describe::{Diagnosis, Series};
-use leadlag::diagnose::free::Free;
-use leadlag::report::diagnosis::pictures;
-use leadlag::report::svg::{Panel, Series as Line, Style, render};
+use crate::diagnose::Drive;
+use crate::diagnose::describe::{Diagnosis, Series};
+use crate::diagnose::free::Free;
+use crate::report::diagnosis::pictures;
+use crate::report::svg::{Panel, Series as Line, Style, render};
 use std::path::Path;
 
 /// diagnosis.json, per drive missing_acceleration_N.csv and simulation_N.svg, the pictures, and each adopted cause as NAME.wgsl.

@@ -1,11 +1,11 @@
 //! The time charts of a report, from the tables that calibrate and diagnose leave behind.
 
+use crate::diagnose::outcome::Outcome;
+use crate::report::html::{Chart, Line, Panel, Role};
+use crate::report::residuals::{Simulated, other_errors};
+use crate::report::sumo::Export;
+use crate::result::{DataEntry, ResultFile};
 use anyhow::Context;
-use leadlag::diagnose::outcome::Outcome;
-use leadlag::report::html::{Chart, Line, Panel, Role};
-use leadlag::report::residuals::{Simulated, other_errors};
-use leadlag::report::result::{DataEntry, ResultFile};
-use leadlag::report::sumo::Export;
 use std::collections::BTreeMap;
 use std::path::Path;
 

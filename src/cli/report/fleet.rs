@@ -1,8 +1,8 @@
 //! The page of a fleet, from its files.
 
+use crate::report::fleet::{Fit, FleetFile, Shown, page as write};
+use crate::result::read_bounded;
 use anyhow::Context;
-use leadlag::report::fleet::{Fit, FleetFile, Shown, page as write};
-use leadlag::report::result::read_bounded;
 use std::collections::BTreeMap;
 use std::path::Path;
 

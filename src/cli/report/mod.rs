@@ -8,13 +8,13 @@ use super::change::settle;
 use super::demo::quoted;
 use super::folder::{DIAGNOSIS, FLEET, RESULT};
 use super::{Usage, output};
+use crate::diagnose::outcome::Outcome;
+use crate::report::html::{self, DriveErrors};
+use crate::report::residuals::{error_budget, over_speed};
+use crate::report::sumo::Export;
+use crate::result::{ResultFile, read_bounded};
+use crate::trajectory::Source;
 use anyhow::{Context, bail};
-use leadlag::diagnose::outcome::Outcome;
-use leadlag::report::html::{self, DriveErrors};
-use leadlag::report::residuals::{error_budget, over_speed};
-use leadlag::report::result::{ResultFile, read_bounded};
-use leadlag::report::sumo::Export;
-use leadlag::trajectory::Source;
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]

@@ -1,11 +1,11 @@
 //! A study as one HTML file.
 
 use super::super::study::status::complain;
+use crate::report::study;
+use crate::study::folder::Folder;
+use crate::study::outcome::Outcomes;
+use crate::study::{inventory, past_runs};
 use anyhow::bail;
-use leadlag::report::study;
-use leadlag::study::folder::Folder;
-use leadlag::study::outcome::Outcomes;
-use leadlag::study::{inventory, past_runs};
 use std::path::Path;
 
 pub fn page(path: &Path) -> anyhow::Result<String> {

@@ -3,10 +3,10 @@
 use super::super::change::{Change, settle};
 use super::super::output;
 use super::status::complain;
+use crate::report::{csv, parquet};
+use crate::study::folder::Folder;
+use crate::study::{SCHEMA_VERSION, inventory, merge};
 use anyhow::bail;
-use leadlag::report::{csv, parquet};
-use leadlag::study::folder::Folder;
-use leadlag::study::{SCHEMA_VERSION, inventory, merge};
 use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};

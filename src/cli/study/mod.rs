@@ -7,11 +7,11 @@ mod run;
 pub mod status;
 mod verify;
 
+use crate::study::StudyError;
+use crate::study::drive::DriveError;
+use crate::trajectory::PrepareError;
+use crate::vehicle::VehicleError;
 use clap::Subcommand;
-use leadlag::study::StudyError;
-use leadlag::study::drive::DriveError;
-use leadlag::trajectory::PrepareError;
-use leadlag::vehicle::VehicleError;
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
@@ -63,7 +63,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 pub fn is_usage(error: &StudyError) -> bool {
     use StudyError::{Bounds, Drive, ForeignPlan, Missing, NoTask, Plan, PlanForFolder};
     match error {
-        Plan(plan) => !matches!(plan, leadlag::study::PlanError::Read { .. }),
+        Plan(plan) => !matches!(plan, crate::study::PlanError::Read { .. }),
         Drive(DriveError::Prepare { source, .. }) => super::is_usage(&PrepareError::clone(source).into()),
         // What the plan must say for these data, and does not.
         Drive(DriveError::Several { .. } | DriveError::Map { .. }) | Missing { .. } => true,

@@ -2,9 +2,9 @@
 
 use super::super::evaluator::{BY_PLAN, transcribed, warn};
 use super::super::output::{self, counted};
-use leadlag::study::folder::Folder;
-use leadlag::study::{Plan, Study, StudyError, Task};
-use leadlag::trajectory::is_nameless;
+use crate::study::folder::Folder;
+use crate::study::{Plan, Study, StudyError, Task};
+use crate::trajectory::is_nameless;
 use std::io::IsTerminal;
 use std::path::PathBuf;
 use textwrap::fill;
@@ -125,7 +125,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if let Some(folder) = &args.data {
         plan.data.folder.clone_from(folder);
     }
-    let content = leadlag::bounded::read_to_string(&args.plan, leadlag::bounded::TEXT_MAX)?;
+    let content = crate::bounded::read_to_string(&args.plan, crate::bounded::TEXT_MAX)?;
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from(&plan.name));
     let study = Study::open(plan)?;
     used(&study).lines().for_each(|line| eprintln!("{line}"));

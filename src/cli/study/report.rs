@@ -3,11 +3,11 @@
 use super::super::change::Change;
 use super::super::output;
 use super::status::complain;
+use crate::report::study;
+use crate::study::folder::Folder;
+use crate::study::inventory;
+use crate::study::outcome::Outcomes;
 use anyhow::bail;
-use leadlag::report::study;
-use leadlag::study::folder::Folder;
-use leadlag::study::inventory;
-use leadlag::study::outcome::Outcomes;
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]

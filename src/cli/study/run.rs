@@ -3,12 +3,12 @@
 use super::super::demo::quoted;
 use super::super::lines::Lines;
 use super::super::{Usage, evaluator, interrupt, output};
+use crate::evaluator::AdapterChoice;
+use crate::select::Kind;
+use crate::study::folder::Folder;
+use crate::study::{Assignment, Event, Progress, RunSettings, Shard, StudyError, Summary, Task, run as run_tasks};
 use anyhow::bail;
 use indicatif::{ProgressBar, ProgressStyle};
-use leadlag::gpu::AdapterChoice;
-use leadlag::select::Kind;
-use leadlag::study::folder::Folder;
-use leadlag::study::{Assignment, Event, Progress, RunSettings, Shard, StudyError, Summary, Task, run as run_tasks};
 use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Arc;

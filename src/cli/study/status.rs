@@ -3,9 +3,9 @@
 use super::super::change::settle;
 use super::super::demo::quoted;
 use super::super::output;
-use leadlag::study::folder::Folder;
-use leadlag::study::inventory::{self, Inventory};
-use leadlag::study::{SCHEMA_VERSION, claimed, past_runs};
+use crate::study::folder::Folder;
+use crate::study::inventory::{self, Inventory};
+use crate::study::{SCHEMA_VERSION, claimed, past_runs};
 use std::fmt::Write;
 use std::path::PathBuf;
 

@@ -3,11 +3,11 @@
 use super::super::{Usage, evaluator, interrupt, output};
 use super::run::Bar;
 use super::status::complain;
+use crate::evaluator::AdapterChoice;
+use crate::study::folder::Folder;
+use crate::study::part::Part;
+use crate::study::{Assignment, Event, Progress, RunSettings, drawn, inventory, verify};
 use anyhow::{bail, ensure};
-use leadlag::gpu::AdapterChoice;
-use leadlag::study::folder::Folder;
-use leadlag::study::part::Part;
-use leadlag::study::{Assignment, Event, Progress, RunSettings, drawn, inventory, verify};
 use serde_json::Value;
 use std::path::PathBuf;
 use std::time::{SystemTime, UNIX_EPOCH};

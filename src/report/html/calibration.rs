@@ -5,9 +5,9 @@ use super::sumo::sumo;
 use super::{Chart, Line, Page, Panel, Role, between, escape, short};
 use crate::diagnose::budget::Budget;
 use crate::identify::CONFIDENCE;
-use crate::report::result::{KnowledgeEntry, ResultFile};
 use crate::report::sumo::Export;
 use crate::report::text::{OPEN, UNDETERMINED, partner};
+use crate::result::{KnowledgeEntry, ResultFile};
 
 /// Errors of the simulations of a calibration.
 #[derive(Debug)]
@@ -52,7 +52,7 @@ pub fn calibration(
         .collect();
     page.table("Replicates", &["replicate", "score", "evaluations", "ended"], &rows);
     spread(&mut page, result);
-    let convergence = |replicate: &crate::report::result::ReplicateEntry| {
+    let convergence = |replicate: &crate::result::ReplicateEntry| {
         let (x, y): (Vec<f64>, Vec<f64>) =
             replicate.convergence.iter().map(|(evaluations, score)| (*evaluations as f64, *score)).unzip();
         Chart {

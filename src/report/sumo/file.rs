@@ -2,7 +2,7 @@
 
 use super::{Comparison, Sumo, SumoError, VehicleType};
 use crate::bounded::{self, RESULT_MAX};
-use crate::report::result::{DataEntry, ResultFile};
+use crate::result::{DataEntry, ResultFile};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;

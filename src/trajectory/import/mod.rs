@@ -11,6 +11,7 @@ mod layout;
 mod lines;
 mod openacc;
 mod pair;
+#[cfg_attr(not(feature = "parquet"), path = "no_parquet.rs")]
 mod parquet;
 mod preamble;
 mod problems;

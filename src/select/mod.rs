@@ -1,11 +1,14 @@
 //! Which evaluator does the work: the one asked for, or under `auto` the one that suits it.
 
-use crate::evaluator::{Case, EvaluateError, Evaluator, Fallback, Halves};
-use crate::gpu::{Adapter, AdapterChoice, Gpu, is_switched_off};
+#[cfg_attr(not(feature = "gpu"), path = "no_device.rs")]
+pub(crate) mod device;
+
+use crate::evaluator::{AdapterChoice, Case, EvaluateError, Evaluator, Fallback, Halves};
 use crate::lanes::{Lanes, LanesPrecision};
 use crate::reference::Reference;
 use crate::score::GoodnessOfFit;
 use crate::wgsl::Precision;
+use device::Device;
 
 /// An evaluator by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -96,7 +99,7 @@ impl Selection {
         match self.kind {
             Kind::Reference => Ok(Box::new(Reference::new(cases, gof))),
             Kind::Lanes => Ok(Box::new(Lanes::new(cases, gof, self.precision.unwrap_or_default())?)),
-            Kind::Gpu => Ok(Box::new(Halves::new(Box::new(Gpu::new(cases, gof, f32_precision, &self.adapter)?)))),
+            Kind::Gpu => Ok(Box::new(Halves::new(device::open(cases, gof, f32_precision, &self.adapter)?))),
             Kind::Auto => {
                 let precision = self.precision.unwrap_or(work.precision);
                 let named = self.named()?;
@@ -104,15 +107,14 @@ impl Selection {
                     Ok(Box::new(Lanes::new(cases, gof, precision)?))
                 };
                 if let Some(reason) = self.against_a_gpu(precision, work) {
-                    if let Some(adapter) = named {
-                        let name = &adapter.info.name;
+                    if let Some(Device { name, .. }) = named {
                         warn(&format!("--gpu: {name} is not used: {reason}; --evaluator gpu would use it, in f32"));
                     }
                     return lanes(cases);
                 }
-                match Gpu::new(cases.clone(), gof, f32_precision, &self.adapter) {
+                match device::open(cases.clone(), gof, f32_precision, &self.adapter) {
                     Ok(gpu) => Ok(Box::new(Fallback::new(
-                        Box::new(Halves::new(Box::new(gpu))),
+                        Box::new(Halves::new(gpu)),
                         Box::new(move |error, cases| {
                             warn(&format!("{error}; going on with the CPU evaluator"));
                             lanes(cases)
@@ -128,9 +130,9 @@ impl Selection {
     }
 
     /// The adapter that was asked for by name.
-    fn named(&self) -> Result<Option<Adapter>, EvaluateError> {
+    fn named(&self) -> Result<Option<Device>, EvaluateError> {
         let is_named = self.adapter != AdapterChoice::Best;
-        is_named.then(|| Adapter::choose(&self.adapter)).transpose()
+        is_named.then(|| device::find(&self.adapter)).transpose()
     }
 
     /// Why `auto` takes no GPU; `None` if there is one in hardware, and work enough for it.
@@ -143,18 +145,18 @@ impl Selection {
         if work.candidates < FOR_A_DISCRETE_GPU {
             return SMALL;
         }
-        if is_switched_off() {
+        if device::is_switched_off() {
             return Some("LEADLAG_NO_GPU is set");
         }
-        match Adapter::choose(&self.adapter) {
-            Ok(adapter) if adapter.is_discrete() => None,
-            Ok(adapter) if adapter.is_hardware() => SMALL.filter(|_| work.candidates < FOR_ANOTHER_GPU),
+        match device::find(&self.adapter) {
+            Ok(device) if device.is_discrete => None,
+            Ok(device) if device.is_hardware => SMALL.filter(|_| work.candidates < FOR_ANOTHER_GPU),
             _ => Some("it is not hardware, and the CPU is faster by itself"),
         }
     }
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "gpu"))]
 mod tests {
     use super::*;
 

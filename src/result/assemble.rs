@@ -1,8 +1,8 @@
 //! From a finished calibration to its result file; every score is computed again by the f64 reference.
 
-use super::result::ExtensionEntry;
-use super::result::{CorrelationEntry, DataEntry, IdentifiabilityEntry, KnowledgeEntry, ReplicateEntry, ResultFile};
-use super::result::{SCHEMA_VERSION, Treatment, VehicleEntry};
+use super::ExtensionEntry;
+use super::{CorrelationEntry, DataEntry, IdentifiabilityEntry, KnowledgeEntry, ReplicateEntry, ResultFile};
+use super::{SCHEMA_VERSION, Treatment, VehicleEntry};
 use crate::calibrate::{Calibration, Replicate, SearchSpace, best, coefficient_of_variation};
 use crate::catalog::Variant;
 use crate::evaluator::Evaluator;

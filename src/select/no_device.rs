@@ -1,0 +1,37 @@
+//! Stands in for the devices where the library is built without the feature `gpu`: there is none.
+
+use crate::evaluator::{AdapterChoice, Case, EvaluateError, Evaluator};
+use crate::score::GoodnessOfFit;
+use crate::wgsl::Precision;
+
+/// None exists.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Device {
+    /// Its name.
+    pub name: String,
+    /// False for software.
+    pub is_hardware: bool,
+    /// True for one with memory of its own.
+    pub is_discrete: bool,
+}
+
+pub fn is_switched_off() -> bool {
+    false
+}
+
+/// # Errors
+/// Always.
+pub fn find(_: &AdapterChoice) -> Result<Device, EvaluateError> {
+    Err(EvaluateError::NoGpuBuilt)
+}
+
+/// # Errors
+/// Always.
+pub fn open(
+    _: Vec<Case>,
+    _: GoodnessOfFit,
+    _: Precision,
+    _: &AdapterChoice,
+) -> Result<Box<dyn Evaluator>, EvaluateError> {
+    Err(EvaluateError::NoGpuBuilt)
+}
