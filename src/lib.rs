@@ -55,6 +55,7 @@
 //! # }
 //! ```
 
+mod api;
 #[cfg(feature = "cli")]
 pub mod bench;
 pub mod bounded;
@@ -93,6 +94,11 @@ pub mod trajectory;
 pub mod validate;
 pub mod vehicle;
 pub mod wgsl;
+
+pub use api::{
+    Calibration, Diagnosis, Drive, Error, Evaluator, Findings, Fit, Fleet, Pairs, Reading, Recording, Simulation, read,
+};
+pub use study::table::Table;
 
 /// The examples of the book, compiled and run as documentation tests.
 #[cfg(doctest)]

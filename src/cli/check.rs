@@ -1,7 +1,7 @@
 //! `leadlag check`: is a file an extension, and what does it bring along?
 
-use super::extension::find;
 use super::output;
+use crate::api::extension::find;
 use crate::catalog::{BASES, Variant};
 use crate::convention::Radicand;
 use crate::extension::Extension;

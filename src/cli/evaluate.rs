@@ -1,11 +1,11 @@
 //! `leadlag evaluate`: scores of parameter vectors that are given as rows.
 
-use super::bounds::read_bounds;
 use super::calibrate::progress::rate;
-use super::data::read_grade;
 use super::evaluator::EvaluatorArgs;
 use super::lines::Lines;
 use super::{evaluator, interrupt, output};
+use crate::api::bounds::read_bounds;
+use crate::api::reading::read_grade;
 use crate::catalog::Variant;
 use crate::convention::Convention;
 use crate::evaluate::{DataLayout, Library, Settings, TableError, evaluate_table};

@@ -1,8 +1,9 @@
 //! `leadlag inspect`: what a measured file contains.
 
-use super::data::{column_map, columns_help};
+use super::data::columns_help;
 use super::number::real;
 use super::{Usage, output};
+use crate::api::reading::column_map;
 use crate::trajectory::import::{ColumnMap, read_mapped};
 use crate::trajectory::{Inspection, Layout, Preparation, PrepareError, import, inspect};
 use std::path::{Path, PathBuf};

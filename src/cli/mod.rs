@@ -14,7 +14,6 @@ macro_rules! eprintln {
 }
 
 mod bench;
-mod bounds;
 mod calibrate;
 mod change;
 mod check;
@@ -28,7 +27,6 @@ mod doctor;
 mod evaluate;
 mod evaluator;
 mod export;
-mod extension;
 mod folder;
 mod inspect;
 mod interrupt;
@@ -43,10 +41,7 @@ mod simulate;
 mod study;
 mod synth;
 
-use crate::calibrate::BoundsError;
-use crate::plant::PlantError;
-use crate::trajectory::PrepareError;
-use crate::vehicle::VehicleError;
+use crate::api::error::Usage;
 use anyhow::Context;
 use clap::{CommandFactory, Parser, Subcommand};
 use std::ffi::OsString;
@@ -164,31 +159,14 @@ fn command() -> clap::Command {
     Cli::command()
 }
 
-/// Wrong usage that the argument parser cannot see.
-#[derive(Debug, thiserror::Error)]
-#[error("{0}")]
-pub(crate) struct Usage(pub String);
-
 /// A command that was done, and whose exit code says more.
 #[derive(Debug, thiserror::Error)]
 #[error("exit code {0}")]
 pub(crate) struct Exit(pub u8);
 
 /// True if the command line itself asked for something that cannot be, whatever the data.
-pub(crate) fn is_usage(error: &anyhow::Error) -> bool {
-    let bounds = |e: &BoundsError| !matches!(e, BoundsError::Read { .. });
-    error.is::<Usage>()
-        || error.downcast_ref().is_some_and(bounds)
-        || error.downcast_ref().is_some_and(study::is_usage)
-        || error.downcast_ref().is_some_and(|e| matches!(e, VehicleError::Unknown { .. }))
-        || error.downcast_ref().is_some_and(|e| {
-            use PrepareError::{Backwards, NoFollower, NoTrajectory, Option};
-            matches!(e, Option { .. } | Backwards { .. } | NoFollower { .. } | NoTrajectory { .. })
-        })
-        || error.downcast_ref().is_some_and(|e| {
-            use PlantError::{NobodyAhead, OutOfRange, TooLate};
-            matches!(e, OutOfRange { .. } | NobodyAhead { .. } | TooLate { .. })
-        })
+fn is_usage(error: &anyhow::Error) -> bool {
+    crate::api::error::is_usage(error) || error.downcast_ref().is_some_and(study::is_usage)
 }
 
 /// Runs the command line of these words, of which the first is the name of the program. Results go to stdout, all else to stderr.

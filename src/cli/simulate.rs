@@ -1,9 +1,10 @@
 //! `leadlag simulate`: a calibrated variant on a trajectory, or a platoon in which each simulated car leads the next.
 
 use super::change::Change;
-use super::data::{DataArgs, Loaded, result_file};
+use super::data::{DataArgs, result_file};
 use super::evaluator::warn;
 use super::{Usage, folder, output};
+use crate::api::reading::{Input, Loaded, start_assumed};
 use crate::evaluator::{Case, Outcome};
 use crate::reference::Trace;
 use crate::report::text::wrapped;
@@ -75,9 +76,10 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         })?;
     }
     let calibrated = args.result.iter().map(|path| read(path)).collect::<anyhow::Result<Vec<_>>>()?;
-    let (recording, follower) = args.data.read(&args.file, args.follower.as_deref())?;
+    let reading = args.data.reading();
+    let (recording, follower) = reading.read(Input::File(&args.file), args.follower.as_deref())?;
     let followers = if args.platoon { followers(&recording) } else { vec![follower] };
-    let ids = args.data.ids(&recording);
+    let ids = reading.ids(&recording);
     let runs: Vec<(Option<usize>, Option<&str>)> = match (args.platoon, ids.as_slice()) {
         (true, [_, _, ..]) => {
             return Err(Usage("--platoon simulates one trajectory; expected one id in --trajectory".to_owned()).into());
@@ -152,12 +154,12 @@ fn load(
     recording: &Recording,
     (follower, id): (Option<usize>, Option<&str>),
 ) -> anyhow::Result<Loaded> {
-    let mut data = args.data.clone();
-    let entry = model.file.vehicle.as_ref().filter(|_| data.vehicle.is_none());
-    data.vehicle = data.vehicle.or(entry.map(|v| beside(&v.from, &model.path)));
+    let mut reading = args.data.reading();
+    let entry = model.file.vehicle.as_ref().filter(|_| reading.vehicle.is_none());
+    reading.vehicle = reading.vehicle.or(entry.map(|v| beside(&v.from, &model.path)));
     let variant = &model.variant.variant;
-    let loaded = data.pick_one(recording, follower, variant, id)?;
-    loaded.start_assumed().filter(|_| variant.needs_position()).iter().for_each(|text| warn(text));
+    let loaded = reading.pick_one(recording, follower, variant, id, &mut |text| warn(&text))?;
+    start_assumed(&loaded.trajectory).filter(|_| variant.needs_position()).iter().for_each(|text| warn(text));
     let path = model.path.display();
     if let (Some(then), Some(now)) = (entry, loaded.vehicle())
         && (then.m_0, then.phi_f) != (now.m_0, now.phi_f)
@@ -190,7 +192,7 @@ fn write(args: &Args, done: &[Simulated]) -> anyhow::Result<()> {
     let mut change = Change::begin(folder)?;
     for one in done {
         let trajectory = &one.loaded.trajectory;
-        let suffix = match (args.platoon, &one.loaded.id) {
+        let suffix = match (args.platoon, &trajectory.id) {
             (true, _) => format!("_follower{}", trajectory.follower),
             (false, Some(id)) if done.len() > 1 => format!("_trajectory{}", folder::part(id)),
             (false, _) => String::new(),
@@ -248,7 +250,7 @@ fn json(done: &[Simulated]) -> serde_json::Value {
         let failure = s.outcome.result.err();
         let source = &s.loaded.trajectory.source;
         json!({
-            "path": source.path, "sha256": source.sha256, "follower": s.loaded.trajectory.follower, "trajectory": s.loaded.id,
+            "path": source.path, "sha256": source.sha256, "follower": s.loaded.trajectory.follower, "trajectory": s.loaded.trajectory.id,
             "variant": s.case.variant.name(), "convention": s.case.convention.to_string(),
             "preparation": s.loaded.trajectory.notes.iter().map(ToString::to_string).collect::<Vec<_>>(), "success": failure.is_none(),
             "fail_reason": failure.map(|f| f.kind.name()), "fail_step": failure.map(|f| f.step),

@@ -360,7 +360,7 @@ impl std::ops::Add for Timings {
 }
 
 /// Simulates populations of one variant over its cases.
-pub trait Evaluator {
+pub trait Evaluator: Send {
     /// The cases; all of one variant.
     fn cases(&self) -> &[Case];
     /// What is minimised.

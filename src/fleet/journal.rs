@@ -13,8 +13,8 @@ use std::sync::Mutex;
 /// The file.
 #[derive(Debug)]
 pub struct Journal {
-    path: PathBuf,
-    file: Mutex<File>,
+    /// None: nothing is kept.
+    file: Option<(PathBuf, Mutex<File>)>,
     /// The rows that it had when it was opened.
     known: BTreeMap<Place, Row>,
 }
@@ -96,11 +96,17 @@ impl Journal {
             whole += line.len() as u64 + 1;
         }
         file.set_len(whole).map_err(io("repair"))?;
-        let journal = Journal { path: path.to_owned(), file: Mutex::new(file), known };
+        let journal = Journal { file: Some((path.to_owned(), Mutex::new(file))), known };
         if number == 0 {
             journal.write(&head)?;
         }
         Ok(journal)
+    }
+
+    /// A journal that keeps nothing.
+    #[must_use]
+    pub fn none() -> Journal {
+        Journal { file: None, known: BTreeMap::new() }
     }
 
     /// The rows that were there when it was opened.
@@ -118,11 +124,12 @@ impl Journal {
     }
 
     fn write(&self, entry: &impl serde::Serialize) -> Result<(), JournalError> {
+        let Some((path, file)) = &self.file else { return Ok(()) };
         let line = serde_json::to_string(entry).expect("numbers and text can be written") + "\n";
-        let mut file = self.file.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let mut file = file.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         // One call per line: a process that is killed cuts the last one at most.
         file.write_all(line.as_bytes()).map_err(|source| JournalError::Io {
-            path: self.path.display().to_string(),
+            path: path.display().to_string(),
             doing: "write",
             source,
         })

@@ -11,9 +11,11 @@ use crate::evaluator::{
     BufferSet, Case, Course, EvaluateError, Evaluator, Failure, Innovations, Job, Observed, Observer, Outcome, Windows,
 };
 use crate::evaluator::{Population, Raw, Residuals, Score};
+use crate::near::did_you_mean;
 use crate::score::GoodnessOfFit;
 use crate::symbols::Parameters;
 use crate::wgsl::{Precision, Recipe, Source, check};
+use std::str::FromStr;
 use std::sync::OnceLock;
 
 /// Precision of a run on the CPU.
@@ -29,6 +31,9 @@ pub enum LanesPrecision {
 }
 
 impl LanesPrecision {
+    /// All of them.
+    pub const ALL: [LanesPrecision; 3] = [LanesPrecision::Plain, LanesPrecision::Compensated, LanesPrecision::F64];
+
     /// As on the command line and in results.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -37,6 +42,20 @@ impl LanesPrecision {
             LanesPrecision::Compensated => Precision::Compensated.name(),
             LanesPrecision::F64 => "f64",
         }
+    }
+}
+
+/// A precision that does not exist.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("precision `{found}`: expected plain, compensated or f64{near}", found = .0, near = did_you_mean(.0, LanesPrecision::ALL.map(LanesPrecision::name)))]
+pub struct UnknownPrecision(String);
+
+impl FromStr for LanesPrecision {
+    type Err = UnknownPrecision;
+
+    fn from_str(text: &str) -> Result<LanesPrecision, UnknownPrecision> {
+        let known = LanesPrecision::ALL.into_iter().find(|precision| precision.name() == text);
+        known.ok_or_else(|| UnknownPrecision(text.to_owned()))
     }
 }
 

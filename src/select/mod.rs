@@ -5,10 +5,12 @@ pub(crate) mod device;
 
 use crate::evaluator::{AdapterChoice, Case, EvaluateError, Evaluator, Fallback, Halves};
 use crate::lanes::{Lanes, LanesPrecision};
+use crate::near::did_you_mean;
 use crate::reference::Reference;
 use crate::score::GoodnessOfFit;
 use crate::wgsl::Precision;
 use device::Device;
+use std::str::FromStr;
 
 /// An evaluator by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -22,6 +24,26 @@ pub enum Kind {
     Lanes,
     /// The WGSL text on a GPU, lavapipe included; never the CPU evaluator instead.
     Gpu,
+}
+
+impl Kind {
+    /// All of them, as they are named in plans and on the command line.
+    pub const ALL: [(&str, Kind); 4] =
+        [("lanes", Kind::Lanes), ("reference", Kind::Reference), ("gpu", Kind::Gpu), ("auto", Kind::Auto)];
+}
+
+/// An evaluator that does not exist.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("evaluator `{found}`: expected lanes, reference, gpu or auto{near}", found = .0, near = did_you_mean(.0, Kind::ALL.map(|(name, _)| name)))]
+pub struct UnknownKind(String);
+
+impl FromStr for Kind {
+    type Err = UnknownKind;
+
+    fn from_str(text: &str) -> Result<Kind, UnknownKind> {
+        let known = Kind::ALL.into_iter().find(|(name, _)| *name == text);
+        known.map(|(_, kind)| kind).ok_or_else(|| UnknownKind(text.to_owned()))
+    }
 }
 
 /// Which evaluator, in which precision, on which device.

@@ -1,15 +1,14 @@
 //! The flags of `leadlag calibrate`.
 
 use super::super::Usage;
-use super::super::bounds::read_bounds;
 use super::super::data::DataArgs;
-use super::super::evaluator::EvaluatorArgs;
-use super::super::extension::extend;
+use super::super::evaluator::{EvaluatorArgs, warn};
 use super::super::number::{finite, seed, whole};
-use crate::calibrate::{BoundSet, Calibration, EVALUATIONS_MIN, OptimizerKind, Overrides, REPLICATES_MAX, Stop};
+use crate::api::Calibration;
+use crate::api::extension::extend;
+use crate::calibrate::{self, EVALUATIONS_MIN, OptimizerKind, REPLICATES_MAX, Stop};
 use crate::catalog::Variant;
 use crate::convention::Convention;
-use crate::near::did_you_mean;
 use crate::score::GoodnessOfFit;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -142,43 +141,27 @@ impl Args {
         }
     }
 
-    /// Bounds of the sets and files, then fixed values, which must lie within those of a file.
-    pub fn overrides(&self, model: Variant) -> anyhow::Result<Overrides> {
-        let mut overrides = read_bounds(&self.bounds, &model)?;
-        // A set is a start; what a file says is meant.
-        let is_file = |given: &&String| BoundSet::called(given).is_none();
-        let files: Vec<String> = self.bounds.iter().filter(is_file).cloned().collect();
-        let meant = read_bounds(&files, &model)?;
-        for (k, (name, value)) in self.fix.iter().enumerate() {
-            if let Some((_, before)) = self.fix[..k].iter().find(|(other, _)| other == name) {
-                return Err(Usage(format!("--fix {name} is given twice, as {before} and as {value}")).into());
-            }
-            overrides.insert(name.clone(), [*value, *value]);
-            if let Some([lower, upper]) = meant.get(name)
-                && !(lower..=upper).contains(&value)
-            {
-                let file = files.join(", ");
-                let says = if lower == upper { format!("{lower}") } else { format!("[{lower}, {upper}]") };
-                let message = format!(
-                    "--fix {name}={value} contradicts {file}, which says {name} = {says}; fix it within its bounds, or \
-                     change one of the two"
-                );
-                return Err(Usage(message).into());
-            }
-        }
-        let parameters = model.parameters();
-        if let Some((name, _)) = self.fix.iter().find(|(n, _)| !parameters.iter().any(|s| s.name() == n)) {
-            let known: Vec<&str> = parameters.iter().map(|s| s.name()).collect();
-            let near = did_you_mean(name, known.iter().copied());
-            let message = format!("--fix {name}: variant {model} has the parameters {}{near}", known.join(", "));
-            return Err(Usage(message).into());
-        }
-        Ok(overrides)
+    /// The calibration that the flags ask for, of one of the models.
+    ///
+    /// # Errors
+    /// As [`Args::settings`], and where evaluator and precision contradict each other.
+    pub fn calibration(&self, model: Variant) -> anyhow::Result<Calibration> {
+        let mut calibration = Calibration::of_variant(model);
+        calibration.bounds.clone_from(&self.bounds);
+        calibration.fixed.clone_from(&self.fix);
+        calibration.gof = self.gofs[0];
+        calibration.convention = self.convention;
+        calibration.search = self.settings()?;
+        calibration.evaluations = self.search.max_evaluations;
+        calibration.selection = self.evaluator.selection()?;
+        calibration.intervals = !self.search.no_intervals;
+        calibration.warn = warn;
+        Ok(calibration)
     }
 
     /// # Errors
     /// A population that the optimiser does not take, or that cannot be simulated once.
-    pub fn settings(&self) -> anyhow::Result<Calibration> {
+    fn settings(&self) -> anyhow::Result<calibrate::Calibration> {
         let search = &self.search;
         let max_evaluations = search.max_evaluations.unwrap_or(Stop::default().max_evaluations);
         if let Some(size) = search.population {
@@ -193,7 +176,7 @@ impl Args {
                 return Err(Usage(message).into());
             }
         }
-        Ok(Calibration {
+        Ok(calibrate::Calibration {
             optimizer: search.optimizer,
             seed: search.seed,
             replicates: search.replicates,

@@ -1,17 +1,18 @@
 //! `leadlag calibrate --all`: every pair of a data set, one table of parameters.
 
 use super::super::change::Change;
-use super::super::data::Loaded;
 use super::super::evaluator::warn;
 use super::super::lines::Lines;
 use super::super::{Usage, folder, interrupt, output};
-use super::{Args, warnings};
+use super::Args;
+use crate::api::bounds::origin;
+use crate::api::fleet::{Pairs, files};
+use crate::api::{Calibration, warnings};
 use crate::catalog::Variant;
-use crate::cli::bounds::origin;
-use crate::fleet::{self, Drive, Journal, Model, Pair, Row, Settings};
+use crate::fleet::{self, Journal, Model, Pair, Row, Settings};
 use crate::report::fleet::{FleetFile, text};
 use crate::report::{csv, parquet};
-use anyhow::Context;
+use crate::trajectory::Trajectory;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -21,22 +22,18 @@ use std::time::Instant;
 const JOURNAL: &str = "journal.jsonl";
 const TABLES: [&str; 3] = ["parameters.csv", "parameters.parquet", "fits.csv"];
 
-/// What a folder may hold of tables.
-const ENDINGS: [&str; 4] = ["csv", "txt", "gz", "parquet"];
-
 pub fn run(args: &Args, models: &[Variant]) -> anyhow::Result<()> {
     let started = Instant::now();
+    let calibrations = models.iter().map(|model| args.calibration(*model)).collect::<anyhow::Result<Vec<_>>>()?;
+    let model = |one: &Calibration| Ok(Model { variant: one.model, overrides: one.overrides()? });
     let settings = Settings {
-        models: models
-            .iter()
-            .map(|variant| Ok(Model { variant: *variant, overrides: args.overrides(*variant)? }))
-            .collect::<anyhow::Result<_>>()?,
+        models: calibrations.iter().map(model).collect::<anyhow::Result<_>>()?,
         measures: args.gofs.clone(),
         convention: args.convention,
-        calibration: args.settings()?,
+        calibration: calibrations[0].search,
         max_evaluations: args.search.max_evaluations,
         intervals: !args.search.no_intervals,
-        selection: args.evaluator.selection()?,
+        selection: calibrations[0].selection.clone(),
     };
     let twice = |k: &usize| settings.models[..*k].iter().any(|model| model.variant == settings.models[*k].variant);
     if let Some(k) = (0..models.len()).find(twice) {
@@ -47,7 +44,7 @@ pub fn run(args: &Args, models: &[Variant]) -> anyhow::Result<()> {
     interrupt::watch_saying("what was calibrated is kept; the same command goes on");
     let inputs = files(&args.files)?;
     folder::spare(&args.out, &inputs, |name| [TABLES.as_slice(), &[folder::FLEET, JOURNAL]].concat().contains(&name))?;
-    let (pairs, unreadable) = read(args, &settings, &inputs)?;
+    let Pairs { pairs, unreadable, .. } = read(args, &settings, &inputs)?;
     let usable = pairs.iter().filter(|pair| pair.drive.is_ok()).count();
     if usable == 0 {
         let first = pairs.iter().find_map(|pair| pair.drive.as_ref().err()).cloned();
@@ -77,76 +74,19 @@ pub fn run(args: &Args, models: &[Variant]) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The pairs of all files, and what is wrong with files that cannot be read.
-fn read(args: &Args, settings: &Settings, files: &[PathBuf]) -> anyhow::Result<(Vec<Pair>, Vec<String>)> {
+/// The pairs of all files; what is doubtful in them is said.
+fn read(args: &Args, settings: &Settings, files: &[PathBuf]) -> anyhow::Result<Pairs> {
+    let reading = args.data.reading();
     let needing = settings.models.iter().map(|model| &model.variant).find(|variant| variant.needs_vehicle());
-    let (mut pairs, mut unreadable, mut doubts) = (Vec::new(), Vec::new(), Vec::new());
-    for path in files {
-        let file = path.display().to_string();
-        let found = match args.data.pairs(path, args.follower.as_deref(), needing) {
-            Ok(found) => found,
-            Err(error) if files.len() == 1 => return Err(error),
-            Err(error) => {
-                unreadable.push(format!("{error:#}"));
-                continue;
-            }
-        };
-        for one in found {
-            doubts.extend(one.doubts.first().map(|doubt| format!("{file}{}: {doubt}", named(one.id.as_deref()))));
-            let drive = match one.drive {
-                Ok(loaded) => Ok(loaded),
-                Err(error) => Err(format!("{error:#}")),
-            };
-            pairs.push((file.clone(), one.id, one.follower, one.name, drive));
-        }
-        if interrupt::asked() {
-            anyhow::bail!("interrupted while reading; nothing was calibrated");
-        }
+    let pairs = Pairs::of_files(&reading, files, args.follower.as_deref(), needing, &interrupt::asked)?;
+    pairs.doubtful().iter().for_each(|text| warn(text));
+    let usable = pairs.pairs.iter().filter_map(|pair| pair.drive.as_ref().ok());
+    let trajectories: Vec<&Trajectory> = usable.map(|drive| &drive.trajectory).collect();
+    for Model { variant, overrides } in &settings.models {
+        let said = warnings::of(&reading, variant, args.convention, overrides, &trajectories);
+        said.iter().for_each(|text| warn(text));
     }
-    if let Some(first) = doubts.first() {
-        warn(&format!("{} of {} pairs have implausible signals; the first: {first}", doubts.len(), pairs.len()));
-    }
-    let loaded: Vec<&Loaded> = pairs.iter().filter_map(|(.., drive)| drive.as_ref().ok()).collect();
-    let said = settings
-        .models
-        .iter()
-        .flat_map(|model| warnings::of(&args.data, &model.variant, args.convention, &model.overrides, &loaded));
-    said.for_each(|text| warn(&text));
-    let pair = |(file, trajectory, follower, name, drive): (String, _, _, _, Result<Loaded, String>)| {
-        let drive = drive.map(|l| Drive { trajectory: l.trajectory, vehicle: l.vehicle.map(|(vehicle, _)| vehicle) });
-        Pair { file, trajectory, follower, name, drive }
-    };
-    Ok((pairs.into_iter().map(pair).collect(), unreadable))
-}
-
-fn named(id: Option<&str>) -> String {
-    id.map_or(String::new(), |id| format!(" trajectory {id}"))
-}
-
-/// The files, with the tables of folders in the order of their names.
-fn files(given: &[PathBuf]) -> anyhow::Result<Vec<PathBuf>> {
-    let mut files = Vec::new();
-    for path in given {
-        if !path.is_dir() {
-            files.push(path.clone());
-            continue;
-        }
-        let shown = path.display();
-        let entries = std::fs::read_dir(path).with_context(|| format!("{shown}: cannot list the folder"))?;
-        let is_table = |path: &PathBuf| {
-            let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
-            path.is_file() && ending.is_some_and(|ending| ENDINGS.contains(&ending.as_str()))
-        };
-        let mut inside: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).filter(is_table).collect();
-        inside.sort();
-        anyhow::ensure!(
-            !inside.is_empty(),
-            "{shown}: the folder has no tables ({})",
-            ENDINGS.map(|e| format!(".{e}")).join(", ")
-        );
-        files.append(&mut inside);
-    }
-    Ok(files)
+    Ok(pairs)
 }
 
 fn write(folder: &Path, file: &FleetFile, pairs: &[Pair], settings: &Settings, rows: &[Row]) -> anyhow::Result<()> {

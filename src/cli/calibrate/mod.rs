@@ -3,27 +3,21 @@
 mod flags;
 mod fleet;
 pub mod progress;
-mod warnings;
 mod write;
 
 pub use flags::Args;
 
-use super::bounds::origin;
-use super::data::Loaded;
 use super::evaluator::{BY_FLAGS, transcribed, warn};
-use super::{Usage, folder, interrupt, is_usage, output};
-use crate::calibrate::{Calibration, SearchSpace, apart, best, bound_times, calibrate};
+use super::{folder, interrupt, is_usage, output};
+use crate::api::calibration::{Calibration, Prepared};
+use crate::api::reading::{Input, Loaded};
+use crate::api::warnings;
 use crate::catalog::Variant;
-use crate::evaluator::{Case, Evaluator};
-use crate::identify::identify;
-use crate::lanes::LanesPrecision;
-use crate::optimize::GaSettings;
+use crate::evaluator::Evaluator;
 use crate::reference::{Reference, Trace};
 use crate::report::text;
 use crate::rescore;
 use crate::result::ResultFile;
-use crate::result::assemble::Calibrated;
-use crate::select::Work;
 use crate::trajectory::Trajectory;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -68,18 +62,19 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         folder::spare(folder, &args.files, is_own)?;
         anyhow::Ok(())
     })?;
-    let overrides = args.overrides(model)?;
-    warnings::of(&args.data, &model, args.convention, &overrides, &loaded.iter().collect::<Vec<_>>())
+    let calibration = args.calibration(model)?;
+    let trajectories: Vec<&Trajectory> = loaded.iter().map(|one| &one.trajectory).collect();
+    warnings::of(&args.data.reading(), &model, args.convention, &calibration.overrides()?, &trajectories)
         .iter()
         .for_each(|text| warn(text));
     interrupt::watch();
     if together {
-        let result = one(args, &loaded, &args.out)?;
+        let result = one(args, &calibration, &loaded, &args.out)?;
         return if args.json { output::print(&result.to_json()) } else { Ok(()) };
     }
     let mut results = Vec::new();
     for (trajectory, folder) in loaded.iter().zip(&folders) {
-        results.push(one(args, std::slice::from_ref(trajectory), folder)?);
+        results.push(one(args, &calibration, std::slice::from_ref(trajectory), folder)?);
         if interrupt::asked() {
             break;
         }
@@ -105,17 +100,18 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 
 /// The trajectories of one file: the one that is chosen, or each that is asked for, or with --joint every one of a table.
 fn load(args: &Args, file: &Path, model: &Variant) -> anyhow::Result<Vec<Loaded>> {
-    let (recording, follower) = args.data.read(file, args.follower.as_deref())?;
-    args.data.pick_all(&recording, follower, model, args.joint)
+    let reading = args.data.reading();
+    let (recording, follower) = reading.read(Input::File(file), args.follower.as_deref())?;
+    reading.pick_all(&recording, follower, model, args.joint, &mut |text| warn(&text))
 }
 
 /// One folder per calibration, `STEM_followerN` in `out`; numbered in the order of the files where two would be the same.
 fn folders(out: &Path, loaded: &[Loaded]) -> Vec<PathBuf> {
     let mut names: Vec<String> = Vec::new();
-    for Loaded { trajectory, id, .. } in loaded {
+    for Loaded { trajectory, .. } in loaded {
         let stem = Path::new(&trajectory.source.path).file_stem().unwrap_or_default();
         let mut name = format!("{}_follower{}", stem.to_string_lossy(), trajectory.follower);
-        if let Some(id) = id.as_ref().filter(|_| is_one_of_several(trajectory, loaded)) {
+        if let Some(id) = trajectory.id.as_ref().filter(|_| is_one_of_several(trajectory, loaded)) {
             name += &format!("_trajectory{}", folder::part(id));
         }
         let numbered = (2..).map(|k| format!("{name}_{k}"));
@@ -131,22 +127,22 @@ fn is_one_of_several(trajectory: &Trajectory, loaded: &[Loaded]) -> bool {
 }
 
 /// One calibration, of one trajectory or of several together, with its files.
-fn one(args: &Args, loaded: &[Loaded], folder: &Path) -> anyhow::Result<ResultFile> {
-    let (space, reference) = prepare(args, loaded)?;
-    let settings = args.settings()?;
-    let mut evaluator = evaluator(args, &reference, &settings)?;
+fn one(args: &Args, calibration: &Calibration, loaded: &[Loaded], folder: &Path) -> anyhow::Result<ResultFile> {
+    let prepared = calibration.prepare(loaded)?;
+    let mut evaluator = calibration.build(&prepared.reference)?;
     // Before the work: a folder that cannot be written must not cost a calibration.
     output::make_folder(folder)?;
     let started = Instant::now();
-    let apart = apart(reference.cases(), &space, settings.seed)?.map(|apart| {
-        let labels: Vec<&str> = loaded.iter().map(|l| l.trajectory.label.as_str()).collect();
-        apart.told(&space, &labels)
-    });
+    let apart = calibration.apart(&prepared, loaded)?;
     if let Some(apart) = &apart {
         warn(&format!("--joint: {apart}; without --joint each gets parameters of its own"));
     }
-    let mut result = search(evaluator.as_mut(), &reference, loaded, &space, args, &settings)?;
+    let mut bar = progress::Bar::new(&calibration.search);
+    let found = calibration.search(evaluator.as_mut(), &prepared, loaded, &mut |progress| bar.update(progress));
+    bar.finish();
+    let mut result = found?;
     result.drivers = apart;
+    let Prepared { reference, .. } = prepared;
     let written = write::files(folder, &result, &reference, loaded, started.elapsed());
     if !args.json {
         output::print(&text::calibration(&result))?;
@@ -180,72 +176,4 @@ fn plot(result: &ResultFile, reference: &Reference, loaded: &[Loaded]) -> anyhow
         super::plot::print(&one.trajectory.label, &one.trajectory.t, &lines)?;
     }
     Ok(())
-}
-
-/// The search space and the cases. Road loads of a joint calibration are bounded by one vehicle, so there must be one.
-fn prepare(args: &Args, loaded: &[Loaded]) -> anyhow::Result<(SearchSpace, Reference)> {
-    let model = args.extended()?[0];
-    let vehicle = loaded[0].vehicle();
-    if let Some(other) = loaded.iter().find(|l| l.vehicle().map(|v| &v.slug) != vehicle.map(|v| &v.slug))
-        && model.needs_vehicle()
-    {
-        let name = |v: Option<&crate::vehicle::Vehicle>| v.map_or("unknown".to_owned(), |v| v.slug.clone());
-        let (one, two) = (name(vehicle), name(other.vehicle()));
-        let message = format!("--joint: variant {model} needs one vehicle, found {one} and {two}; give --vehicle");
-        return Err(Usage(message).into());
-    }
-    let mut overrides = args.overrides(model)?;
-    let ends = |of: fn(&[f64]) -> Option<&f64>| loaded.iter().filter_map(move |l| of(&l.trajectory.t)).copied();
-    let window =
-        [ends(<[f64]>::first).fold(f64::INFINITY, f64::min), ends(<[f64]>::last).fold(f64::NEG_INFINITY, f64::max)];
-    bound_times(&model, window, &mut overrides);
-    let space = SearchSpace::new(&model, vehicle, args.convention, &overrides)?;
-    let mut cases = Vec::new();
-    for l in loaded {
-        let case = Case::new(&l.trajectory, model, l.vehicle(), args.convention, space.tau_p_upper())?;
-        cases.push(case.with_extension_delay(space.extension_delay_upper())?);
-    }
-    Ok((space, Reference::new(cases, args.gof()?)))
-}
-
-/// The evaluator that simulates the candidates; the reference scores what it finds again.
-fn evaluator(args: &Args, reference: &Reference, settings: &Calibration) -> anyhow::Result<Box<dyn Evaluator>> {
-    let cases = reference.cases().to_vec();
-    let generation = GaSettings::default().population_size * settings.replicates as usize;
-    let work = Work { candidates: generation * cases.len(), precision: LanesPrecision::Plain };
-    Ok(args.evaluator.selection()?.build(cases, args.gof()?, work, warn)?)
-}
-
-fn search(
-    evaluator: &mut dyn Evaluator,
-    reference: &Reference,
-    loaded: &[Loaded],
-    space: &SearchSpace,
-    args: &Args,
-    settings: &Calibration,
-) -> anyhow::Result<ResultFile> {
-    let mut bar = progress::Bar::new(settings);
-    let replicates = calibrate(evaluator, space, settings, &mut |p| bar.update(p))?;
-    bar.finish();
-    let Some(winner) = best(&replicates).filter(|winner| winner.score.is_finite()) else {
-        let message = "no replicate found a candidate that passes in f64; those that pass in f32 lie on the edge \
-                       of a crash; try --optimizer auto, --precision compensated or another --seed";
-        return Err(anyhow::anyhow!(message));
-    };
-    let wanted = !args.search.no_intervals && !space.free().is_empty() && !interrupt::asked();
-    let knowledge = if wanted { Some(identify(evaluator, space, &winner.candidate)?) } else { None };
-    let trajectories: Vec<_> = loaded.iter().map(|l| &l.trajectory).collect();
-    let calibrated = Calibrated {
-        evaluator,
-        reference,
-        trajectories: &trajectories,
-        vehicle: loaded[0].vehicle.as_ref().map(|(v, from)| (v, from.as_str())),
-        space,
-        bounds_from: origin(&args.bounds, loaded.iter().map(|l| l.trajectory.name.as_str())),
-        gof: args.gof()?,
-        settings,
-        replicates,
-        knowledge,
-    };
-    Ok(calibrated.into_result())
 }

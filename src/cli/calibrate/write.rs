@@ -1,8 +1,8 @@
 //! The files of a calibration.
 
 use super::super::change::Change;
-use super::super::data::Loaded;
 use super::super::folder::{RESULT, finish, of_calibration};
+use crate::api::reading::Loaded;
 use crate::evaluator::Evaluator;
 use crate::reference::{Reference, Trace};
 use crate::report::{plot, simulation};

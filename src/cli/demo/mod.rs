@@ -7,8 +7,8 @@ mod tell;
 
 pub use tell::quoted;
 
-use super::extension::extend;
 use super::{Cli, output};
+use crate::api::extension::extend;
 use crate::bounded::{self, RESULT_MAX};
 use crate::diagnose::Verdict;
 use crate::diagnose::hold_back::TRAINED_ON;

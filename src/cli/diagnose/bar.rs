@@ -37,11 +37,6 @@ impl Bar {
         if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 
-    /// The same for work that is this part of the whole.
-    pub fn update_part(&mut self, progress: &Progress, [from, to]: [f64; 2]) -> ControlFlow<()> {
-        self.update(&Progress { done: from + (to - from) * progress.done, stage: progress.stage.clone() })
-    }
-
     pub fn finish(&self) {
         self.bar.finish_and_clear();
     }

@@ -5,21 +5,20 @@ mod bar;
 mod load;
 mod write;
 
-use super::bounds::read_bounds;
 use super::data::DataArgs;
 use super::evaluator::warn;
 use super::{Exit, Usage, folder, interrupt, output};
+use crate::api::bounds::read_bounds;
+use crate::api::diagnosis::{Asked, built_in};
 use crate::catalog::Variant;
-use crate::diagnose::describe::{Diagnosis, describe};
-use crate::diagnose::drivers::different_drivers;
+use crate::diagnose::describe::Diagnosis;
 use crate::diagnose::free::Free;
 use crate::diagnose::outcome::has_bad_data;
-use crate::diagnose::{Drive, Effort, Question};
+use crate::diagnose::{Drive, Effort};
 use crate::extension::Extension;
 use crate::near::did_you_mean;
-use crate::recommend::{Policy, Request, combine, races, recommend};
 use crate::report::diagnosis::text;
-use crate::wgsl::{library, read_extension};
+use crate::wgsl::read_extension;
 use clap::ValueEnum;
 use std::path::PathBuf;
 
@@ -101,14 +100,11 @@ pub enum EffortArg {
     Thorough,
 }
 
-/// Share of a diagnosis that the likelihood takes, as the bar shows it; the rest is the closed loop's.
-const DESCRIBED: f64 = 0.7;
-
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let causes = causes(args)?;
     // The check of the data needs no variant; the one it is prepared for then only says what it has to have.
     let variant = args.base.unwrap_or(Variant::from_id(1)?);
-    let loaded = load::load(args, variant)?;
+    let mut loaded = load::load(args, variant)?;
     if args.data_only {
         let faulty = has_bad_data(&loaded.data, &loaded.findings);
         if args.json {
@@ -132,51 +128,21 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         output::make_folder(out)?;
     }
     let kept = args.out.as_ref().map(|out| out.join("bootstrap.jsonl"));
-    let question = Question {
-        train: &loaded.train,
-        holdout: &loaded.holdout,
-        base: variant,
-        effort: match args.effort {
-            EffortArg::Quick => Effort::Quick,
-            EffortArg::Normal => Effort::Normal,
-            EffortArg::Thorough => Effort::Thorough,
-        },
-        seed: args.seed,
-        causes: &causes,
-        bounds: &bounds,
-        kept: kept.as_deref(),
+    let effort = match args.effort {
+        EffortArg::Quick => Effort::Quick,
+        EffortArg::Normal => Effort::Normal,
+        EffortArg::Thorough => Effort::Thorough,
     };
-    interrupt::watch_saying(match (&question.kept, question.effort) {
+    interrupt::watch_saying(match (&kept, effort) {
         (Some(_), Effort::Thorough) => "nothing is kept but what the bootstrap has finished",
         _ => "a diagnosis keeps nothing",
     });
+    let asked =
+        Asked { base: variant, effort, seed: args.seed, causes: &causes, bounds: &bounds, kept: kept.as_deref() };
     let mut bar = bar::Bar::new();
-    let request = Request {
-        drives: &loaded.whole,
-        base: variant,
-        causes: &causes,
-        bounds: &bounds,
-        seed: args.seed,
-        rounds: races(question.effort),
-    };
-    let all: Vec<&Drive> = if loaded.trained.is_empty() {
-        loaded.whole.iter().chain(&loaded.holdout).collect()
-    } else {
-        loaded.whole.iter().collect()
-    };
-    let different = different_drivers(&all, variant, &bounds, args.seed)?;
-    let found = describe(&question, loaded.lap, &mut |p| bar.update_part(&p, [0.0, DESCRIBED]))
-        .map_err(anyhow::Error::from)
-        .and_then(|found| {
-            Ok((found, recommend(&request, &Policy::DEFAULT, &mut |p| bar.update_part(&p, [DESCRIBED, 1.0]))?))
-        });
+    let found = asked.answer(&mut loaded, &mut |progress| bar.update(&progress));
     bar.finish();
-    let (mut diagnosis, answer) = found?;
-    combine(&mut diagnosis.outcome, &answer);
-    diagnosis.outcome.data = loaded.data;
-    diagnosis.outcome.data_findings = loaded.findings;
-    diagnosis.outcome.data_findings.extend(different);
-    diagnosis.outcome.held_back = loaded.held_back;
+    let diagnosis = found?;
     if let Some(out) = &args.out {
         write::files(out, &diagnosis, &loaded.train, &loaded.holdout)?;
     }
@@ -215,7 +181,7 @@ fn plot(diagnosis: &Diagnosis, train: &[Drive], holdout: &[Drive]) -> anyhow::Re
 
 /// The causes of the library, and the user's own.
 fn causes(args: &Args) -> anyhow::Result<Vec<&'static Extension>> {
-    let mut causes: Vec<&'static Extension> = library().iter().copied().filter(|e| e.cause.is_some()).collect();
+    let mut causes = built_in();
     for path in &args.causes {
         let given = path.to_string_lossy();
         if !path.exists() && path.extension().is_none() {

@@ -344,13 +344,12 @@ impl Reader<'_> {
         name: Option<&str>,
         precision: Option<&str>,
     ) -> Result<(Kind, Option<LanesPrecision>), PlanError> {
-        let kinds = [("lanes", Kind::Lanes), ("reference", Kind::Reference), ("gpu", Kind::Gpu), ("auto", Kind::Auto)];
+        let kinds = Kind::ALL;
         let name = name.unwrap_or("lanes");
         let kind = kinds.iter().find(|(known, _)| *known == name).map(|(_, kind)| *kind).ok_or_else(|| {
             self.word("calibration.evaluator", name, "lanes, reference, gpu or auto", kinds.map(|(known, _)| known))
         })?;
-        let precisions =
-            [LanesPrecision::Plain, LanesPrecision::Compensated, LanesPrecision::F64].map(|p| (p.name(), p));
+        let precisions = LanesPrecision::ALL.map(|p| (p.name(), p));
         let precision = match precision {
             None => None,
             Some(text) => {

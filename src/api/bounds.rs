@@ -1,6 +1,6 @@
 //! Bounds of parameters by the name of a set or from files: what cannot be is told with file and line.
 
-use super::Usage;
+use super::error::Usage;
 use crate::calibrate::{self, BoundSet, BoundsError, Overrides};
 use crate::catalog::Variant;
 use crate::vehicle::Vehicle;

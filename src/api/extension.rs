@@ -1,6 +1,6 @@
 //! Extensions on the command line: names of built-in ones, or files.
 
-use super::Usage;
+use super::error::Usage;
 use crate::catalog::Variant;
 use crate::extension::Extension;
 use crate::near::did_you_mean;

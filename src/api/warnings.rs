@@ -1,11 +1,12 @@
 //! What was given and changes nothing, or is likely a mistake: said once, before the work.
 
-use super::super::data::{DataArgs, Loaded};
+use super::reading::{Reading, start_assumed};
 use crate::calibrate::Overrides;
 use crate::catalog::{Constraint, Controller, Dynamics, Variant};
 use crate::convention::Convention;
 use crate::evaluator::Case;
 use crate::symbols::Symbol;
+use crate::trajectory::Trajectory;
 use crate::wgsl::extension_named;
 
 /// A follower that stays below this share of the lowest v_0 drives far below it.
@@ -16,32 +17,32 @@ const ABOVE_S: f64 = 1.0;
 
 /// What there is to say of a calibration, a line each.
 pub fn of(
-    data: &DataArgs,
+    reading: &Reading,
     model: &Variant,
     convention: Convention,
     overrides: &Overrides,
-    loaded: &[&Loaded],
+    loaded: &[&Trajectory],
 ) -> Vec<String> {
-    let mut said = unused(data, model, loaded);
+    let mut said = unused(reading, model, loaded);
     said.extend(model.extensions.list().iter().flat_map(|extension| extension.warnings.iter().cloned()));
     said.extend(idle_switches(model, convention));
-    said.extend(loaded.iter().filter(|_| model.needs_position()).filter_map(|one| one.start_assumed()));
+    said.extend(loaded.iter().filter(|_| model.needs_position()).filter_map(|one| start_assumed(one)));
     said.extend(level_road(model, overrides, loaded));
     said.extend(off_bounds(model, convention, overrides, loaded));
     said
 }
 
 /// Whoever gives something expects that it does something.
-fn unused(data: &DataArgs, model: &Variant, loaded: &[&Loaded]) -> Vec<String> {
+fn unused(reading: &Reading, model: &Variant, loaded: &[&Trajectory]) -> Vec<String> {
     let mut said = Vec::new();
-    if data.vehicle.is_some() && !model.needs_vehicle() {
+    if reading.vehicle.is_some() && !model.needs_vehicle() {
         said.push(format!(
             "--vehicle changes nothing: variant {model} has neither nonlinear dynamics nor the constraint mfc"
         ));
     }
     // Where only the position is read, the table still says how long a lap is.
-    let lap = loaded.iter().any(|l| l.trajectory.grade.as_ref().is_some_and(|grade| grade.period.is_some()));
-    if data.grade.is_some() && !model.needs_grade() && !(model.needs_position() && lap) {
+    let lap = loaded.iter().any(|l| l.grade.as_ref().is_some_and(|grade| grade.period.is_some()));
+    if reading.grade.is_some() && !model.needs_grade() && !(model.needs_position() && lap) {
         said.push(format!(
             "--grade changes nothing: variant {model} has neither nonlinear dynamics nor an extension that reads it"
         ));
@@ -72,9 +73,9 @@ fn lacks(switch: &str, model: &Variant) -> Option<&'static str> {
 }
 
 /// On a level road an extension that acts by the grade does nothing, and still gets a value.
-fn level_road(model: &Variant, overrides: &Overrides, loaded: &[&Loaded]) -> Option<String> {
-    let is_level = |l: &&&Loaded| l.trajectory.grade.as_ref().is_some_and(|g| g.sin.iter().all(|sin| *sin == 0.0));
-    let level: Vec<&Loaded> = loaded.iter().filter(is_level).copied().collect();
+fn level_road(model: &Variant, overrides: &Overrides, loaded: &[&Trajectory]) -> Option<String> {
+    let is_level = |l: &&&Trajectory| l.grade.as_ref().is_some_and(|g| g.sin.iter().all(|sin| *sin == 0.0));
+    let level: Vec<&Trajectory> = loaded.iter().filter(is_level).copied().collect();
     let is_fixed = |symbol: &Symbol| overrides.get(symbol.name()).is_some_and(|[lower, upper]| lower == upper);
     let reading = model.extensions.list().iter().filter(|e| e.reads("sin_grade"));
     let idle: Vec<String> = reading
@@ -97,7 +98,7 @@ fn level_road(model: &Variant, overrides: &Overrides, loaded: &[&Loaded]) -> Opt
 
 /// A car that never comes near its desired speed says nothing of it, and Table 3 is for cars at 30 m/s and more; one that is faster than any
 /// desired speed cannot be followed.
-fn off_bounds(model: &Variant, convention: Convention, overrides: &Overrides, loaded: &[&Loaded]) -> Vec<String> {
+fn off_bounds(model: &Variant, convention: Convention, overrides: &Overrides, loaded: &[&Trajectory]) -> Vec<String> {
     if !model.parameters().contains(&Symbol::v_0) {
         return Vec::new();
     }
@@ -110,9 +111,9 @@ fn off_bounds(model: &Variant, convention: Convention, overrides: &Overrides, lo
         None => "--bounds human (of human drivers) or --bounds FILE.toml with `v_0 = [LOWER, UPPER]` changes that"
             .to_owned(),
     };
-    let highest = |l: &Loaded| l.trajectory.v_f.iter().copied().fold(0.0, f64::max);
+    let highest = |l: &Trajectory| l.v_f.iter().copied().fold(0.0, f64::max);
     let mut said = Vec::new();
-    let slow: Vec<&Loaded> =
+    let slow: Vec<&Trajectory> =
         loaded.iter().filter(|l| lower < upper && highest(l) < FAR_BELOW * lower).copied().collect();
     if let Some(fastest) = slow.iter().map(|l| highest(l)).reduce(f64::max) {
         said.push(format!(
@@ -122,18 +123,18 @@ fn off_bounds(model: &Variant, convention: Convention, overrides: &Overrides, lo
             remedy("a lower bound near the speeds that were driven")
         ));
     }
-    let above = |l: &&&Loaded| {
-        let seconds = l.trajectory.v_f.iter().filter(|v| **v > upper).count() as f64 * l.trajectory.dt;
+    let above = |l: &&&Trajectory| {
+        let seconds = l.v_f.iter().filter(|v| **v > upper).count() as f64 * l.dt;
         seconds >= ABOVE_S
     };
-    let fast: Vec<&Loaded> = loaded.iter().filter(above).copied().collect();
+    let fast: Vec<&Trajectory> = loaded.iter().filter(above).copied().collect();
     if let Some(fastest) = fast.iter().map(|l| highest(l)).reduce(f64::max) {
-        let first = fast[0].trajectory.v_f.iter().position(|v| *v > upper).unwrap_or_default();
+        let first = fast[0].v_f.iter().position(|v| *v > upper).unwrap_or_default();
         said.push(format!(
             "{}: the follower drives up to {fastest:.1} m/s (above {upper} m/s from {:.1} s on), but v_0 is searched up to {upper} m/s \
              only: the model cannot keep up; {}",
             paths(&fast),
-            fast[0].trajectory.t[first],
+            fast[0].t[first],
             remedy("an upper bound above the speeds that were driven")
         ));
     }
@@ -144,8 +145,8 @@ fn off_bounds(model: &Variant, convention: Convention, overrides: &Overrides, lo
 const NAMED: usize = 5;
 
 /// The files, each once; of very many the first ones.
-fn paths(loaded: &[&Loaded]) -> String {
-    let mut paths: Vec<&str> = loaded.iter().map(|l| l.trajectory.source.path.as_str()).collect();
+fn paths(loaded: &[&Trajectory]) -> String {
+    let mut paths: Vec<&str> = loaded.iter().map(|l| l.source.path.as_str()).collect();
     paths.dedup();
     let more = paths.len().saturating_sub(NAMED);
     paths.truncate(NAMED);

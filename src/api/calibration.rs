@@ -1,0 +1,374 @@
+//! A calibration: a model, what is minimised, bounds, and the search.
+
+use super::bounds::{origin, read_bounds};
+use super::drive::Drive;
+use super::error::{Error, Usage, usage};
+use super::extension::extend;
+use super::fit::Fit;
+use super::reading::Loaded;
+use crate::calibrate::{
+    self, Apart, BoundSet, OptimizerKind, Overrides, Progress, SearchSpace, apart, best, bound_times, calibrate,
+};
+use crate::catalog::Variant;
+use crate::convention::Convention;
+use crate::evaluator::{Case, Evaluator};
+use crate::identify::identify;
+use crate::lanes::LanesPrecision;
+use crate::near::did_you_mean;
+use crate::optimize::GaSettings;
+use crate::reference::Reference;
+use crate::result::ResultFile;
+use crate::result::assemble::Calibrated;
+use crate::score::GoodnessOfFit;
+use crate::select::{Selection, Work};
+use crate::trajectory::Trajectory;
+use std::ops::ControlFlow;
+
+/// A calibration to be made. Every setting has a default; the same settings find the same parameters, to the bit, on any number of threads.
+///
+/// ```no_run
+/// let drive = leadlag::read("platoon.csv")?.follower(1)?;
+/// let fit = leadlag::Calibration::of("idm+linear")?.bounds("human").seed(1).run(&drive)?;
+/// println!("{fit}");
+/// # Ok::<(), leadlag::Error>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct Calibration {
+    pub(crate) model: Variant,
+    /// Names of sets and files.
+    pub(crate) bounds: Vec<String>,
+    /// Bounds of single parameters, which replace those of sets and files.
+    pub(crate) single: Overrides,
+    pub(crate) fixed: Vec<(String, f64)>,
+    pub(crate) gof: GoodnessOfFit,
+    pub(crate) convention: Convention,
+    pub(crate) search: calibrate::Calibration,
+    pub(crate) selection: Selection,
+    pub(crate) intervals: bool,
+    /// Simulations of a replicate at most, where a number was asked for.
+    pub(crate) evaluations: Option<u64>,
+    pub(crate) warn: fn(&str),
+}
+
+/// What a calibration is searched in and scored by.
+pub(crate) struct Prepared {
+    pub(crate) space: SearchSpace,
+    pub(crate) reference: Reference,
+}
+
+impl Calibration {
+    /// A calibration of a model by name or id: `idm`, `gipps+delay+linear+mfc`, `31`.
+    ///
+    /// # Errors
+    /// When there is no such model.
+    pub fn of(model: &str) -> Result<Calibration, Error> {
+        Ok(Calibration::of_variant(model.parse().map_err(usage)?))
+    }
+
+    pub(crate) fn of_variant(model: Variant) -> Calibration {
+        Calibration {
+            model,
+            bounds: Vec::new(),
+            single: Overrides::new(),
+            fixed: Vec::new(),
+            gof: GoodnessOfFit::NRMSE_SVA,
+            convention: Convention::PAPER,
+            search: calibrate::Calibration::default(),
+            selection: Selection::default(),
+            intervals: true,
+            evaluations: None,
+            warn: |_| {},
+        }
+    }
+
+    /// Adds an extension: the name of a built-in cause, such as `actuation_lag`, or a WGSL file of one's own.
+    ///
+    /// # Errors
+    /// When there is none of that name, or its text is faulty.
+    pub fn extend(mut self, extension: &str) -> Result<Calibration, Error> {
+        self.model = extend(self.model, &[extension.to_owned()])?;
+        Ok(self)
+    }
+
+    /// Adds bounds: `acc` (the paper's, the default), `human`, or a TOML file. What comes later replaces what came before.
+    #[must_use]
+    pub fn bounds(mut self, bounds: &str) -> Calibration {
+        self.bounds.push(bounds.to_owned());
+        self
+    }
+
+    /// Bounds of one parameter, in its unit.
+    #[must_use]
+    pub fn bound(mut self, parameter: &str, lower: f64, upper: f64) -> Calibration {
+        self.single.insert(parameter.to_owned(), [lower, upper]);
+        self
+    }
+
+    /// Fixes a parameter.
+    #[must_use]
+    pub fn fix(mut self, parameter: &str, value: f64) -> Calibration {
+        self.fixed.push((parameter.to_owned(), value));
+        self
+    }
+
+    /// What is minimised: `nrmse-sva` (the default), `rmse-s`, `u-sv`, ...
+    ///
+    /// # Errors
+    /// When there is no such measure.
+    pub fn minimise(mut self, measure: &str) -> Result<Calibration, Error> {
+        self.gof = measure.parse().map_err(usage)?;
+        Ok(self)
+    }
+
+    /// The convention: `paper` (the default) or `authors`, with single rows changed behind a comma.
+    ///
+    /// # Errors
+    /// When there is no such convention.
+    pub fn convention(mut self, convention: &str) -> Result<Calibration, Error> {
+        self.convention = convention.parse().map_err(usage)?;
+        Ok(self)
+    }
+
+    /// The optimiser: `auto` (the default), `ga` (the paper's), `lshade` or `cmaes`.
+    ///
+    /// # Errors
+    /// When there is no such optimiser.
+    pub fn optimizer(mut self, name: &str) -> Result<Calibration, Error> {
+        self.search.optimizer = name.parse::<OptimizerKind>().map_err(usage)?;
+        Ok(self)
+    }
+
+    /// The one seed of all random numbers; 1 by default.
+    #[must_use]
+    pub fn seed(mut self, seed: u64) -> Calibration {
+        self.search.seed = seed;
+        self
+    }
+
+    /// Independent repetitions; 1 by default.
+    #[must_use]
+    pub fn replicates(mut self, replicates: u64) -> Calibration {
+        self.search.replicates = replicates.clamp(1, calibrate::REPLICATES_MAX);
+        self
+    }
+
+    /// Simulations of a replicate at most.
+    #[must_use]
+    pub fn max_evaluations(mut self, simulations: u64) -> Calibration {
+        let simulations = simulations.max(calibrate::EVALUATIONS_MIN);
+        self.search.stop.max_evaluations = simulations;
+        self.evaluations = Some(simulations);
+        self
+    }
+
+    /// Whether intervals of the parameters are estimated; they are by default.
+    #[must_use]
+    pub fn intervals(mut self, wanted: bool) -> Calibration {
+        self.intervals = wanted;
+        self
+    }
+
+    /// The evaluator: `auto` (the default), `lanes`, `gpu` or `reference`.
+    ///
+    /// # Errors
+    /// When there is no such evaluator.
+    pub fn evaluator(mut self, name: &str) -> Result<Calibration, Error> {
+        self.selection.kind = name.parse().map_err(usage)?;
+        self.selection.check().map_err(usage)?;
+        Ok(self)
+    }
+
+    /// The precision of `lanes` and `gpu`: `plain` (f32, the default), `compensated` or `f64`.
+    ///
+    /// # Errors
+    /// When there is no such precision, or the evaluator does not have it.
+    pub fn precision(mut self, name: &str) -> Result<Calibration, Error> {
+        let precision: LanesPrecision = name.parse().map_err(usage)?;
+        self.selection.precision = Some(precision);
+        self.selection.check().map_err(usage)?;
+        Ok(self)
+    }
+
+    /// Who is told that an evaluator is replaced by another one under `auto`; nobody by default.
+    #[must_use]
+    pub fn warn(mut self, warn: fn(&str)) -> Calibration {
+        self.warn = warn;
+        self
+    }
+
+    /// The model, by its name.
+    #[must_use]
+    pub fn model(&self) -> String {
+        self.model.to_string()
+    }
+
+    /// Calibrates on a drive.
+    ///
+    /// # Errors
+    /// When a bound cannot be, the drive lacks what the model needs, or no candidate is feasible.
+    pub fn run(&self, drive: &Drive) -> Result<Fit, Error> {
+        self.run_on(&[drive], &mut |_| ControlFlow::Continue(()))
+    }
+
+    /// Calibrates one parameter set on several drives together. `progress` is told how far the search is; where it breaks, what was found so
+    /// far is the result, without intervals.
+    ///
+    /// # Errors
+    /// As [`Calibration::run`].
+    ///
+    /// # Panics
+    /// Without a drive.
+    pub fn run_on(
+        &self,
+        drives: &[&Drive],
+        progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    ) -> Result<Fit, Error> {
+        let loaded = drives.iter().map(|drive| drive.for_model(&self.model)).collect::<anyhow::Result<Vec<_>>>()?;
+        let prepared = self.prepare(&loaded)?;
+        let mut evaluator = self.build(&prepared.reference)?;
+        let apart = self.apart(&prepared, &loaded)?;
+        let mut result = self.search(evaluator.as_mut(), &prepared, &loaded, progress)?;
+        result.drivers = apart;
+        Ok(Fit::of(result)?)
+    }
+
+    /// What is doubtful about calibrating this on these drives, a line each.
+    ///
+    /// # Errors
+    /// When a bound cannot be, or a drive lacks what the model needs.
+    pub fn warnings(&self, drives: &[&Drive]) -> Result<Vec<String>, Error> {
+        let loaded = drives.iter().map(|drive| drive.for_model(&self.model)).collect::<anyhow::Result<Vec<_>>>()?;
+        let Some(first) = drives.first() else { return Ok(Vec::new()) };
+        let trajectories: Vec<&Trajectory> = loaded.iter().map(|one| &one.trajectory).collect();
+        Ok(super::warnings::of(
+            &first.recording.reading,
+            &self.model,
+            self.convention,
+            &self.overrides()?,
+            &trajectories,
+        ))
+    }
+
+    /// Bounds of the sets and files, of single parameters, then fixed values, which must lie within those of a file.
+    pub(crate) fn overrides(&self) -> anyhow::Result<Overrides> {
+        let mut overrides = read_bounds(&self.bounds, &self.model)?;
+        // A set is a start; what a file says is meant.
+        let is_file = |given: &&String| BoundSet::called(given).is_none();
+        let files: Vec<String> = self.bounds.iter().filter(is_file).cloned().collect();
+        let meant = read_bounds(&files, &self.model)?;
+        let known = self.model.parameters();
+        let known: Vec<&str> = known.iter().map(|symbol| symbol.name()).collect();
+        for (name, bounds) in &self.single {
+            if !known.contains(&name.as_str()) {
+                return Err(self.unknown(&format!("bounds of {name}"), name, &known).into());
+            }
+            overrides.insert(name.clone(), *bounds);
+        }
+        for (k, (name, value)) in self.fixed.iter().enumerate() {
+            if let Some((_, before)) = self.fixed[..k].iter().find(|(other, _)| other == name) {
+                return Err(Usage(format!("--fix {name} is given twice, as {before} and as {value}")).into());
+            }
+            overrides.insert(name.clone(), [*value, *value]);
+            if let Some([lower, upper]) = meant.get(name)
+                && !(lower..=upper).contains(&value)
+            {
+                let file = files.join(", ");
+                let says = if lower == upper { format!("{lower}") } else { format!("[{lower}, {upper}]") };
+                let message = format!(
+                    "--fix {name}={value} contradicts {file}, which says {name} = {says}; fix it within its bounds, or \
+                     change one of the two"
+                );
+                return Err(Usage(message).into());
+            }
+        }
+        match self.fixed.iter().find(|(name, _)| !known.contains(&name.as_str())) {
+            Some((name, _)) => Err(self.unknown(&format!("--fix {name}"), name, &known).into()),
+            None => Ok(overrides),
+        }
+    }
+
+    fn unknown(&self, what: &str, name: &str, known: &[&str]) -> Usage {
+        let near = did_you_mean(name, known.iter().copied());
+        Usage(format!("{what}: variant {} has the parameters {}{near}", self.model, known.join(", ")))
+    }
+
+    /// The search space and the cases. Road loads of a joint calibration are bounded by one vehicle, so there must be one.
+    pub(crate) fn prepare(&self, loaded: &[Loaded]) -> anyhow::Result<Prepared> {
+        let model = self.model;
+        let vehicle = loaded[0].vehicle();
+        if let Some(other) = loaded.iter().find(|l| l.vehicle().map(|v| &v.slug) != vehicle.map(|v| &v.slug))
+            && model.needs_vehicle()
+        {
+            let name = |v: Option<&crate::vehicle::Vehicle>| v.map_or("unknown".to_owned(), |v| v.slug.clone());
+            let (one, two) = (name(vehicle), name(other.vehicle()));
+            let message = format!("--joint: variant {model} needs one vehicle, found {one} and {two}; give --vehicle");
+            return Err(Usage(message).into());
+        }
+        let mut overrides = self.overrides()?;
+        let ends = |of: fn(&[f64]) -> Option<&f64>| loaded.iter().filter_map(move |l| of(&l.trajectory.t)).copied();
+        let window =
+            [ends(<[f64]>::first).fold(f64::INFINITY, f64::min), ends(<[f64]>::last).fold(f64::NEG_INFINITY, f64::max)];
+        bound_times(&model, window, &mut overrides);
+        let space = SearchSpace::new(&model, vehicle, self.convention, &overrides)?;
+        let mut cases = Vec::new();
+        for l in loaded {
+            let case = Case::new(&l.trajectory, model, l.vehicle(), self.convention, space.tau_p_upper())?;
+            cases.push(case.with_extension_delay(space.extension_delay_upper())?);
+        }
+        Ok(Prepared { space, reference: Reference::new(cases, self.gof) })
+    }
+
+    /// The evaluator that simulates the candidates; the reference scores what it finds again.
+    pub(crate) fn build(&self, reference: &Reference) -> anyhow::Result<Box<dyn Evaluator>> {
+        let cases = reference.cases().to_vec();
+        let generation = GaSettings::default().population_size * self.search.replicates as usize;
+        let work = Work { candidates: generation * cases.len(), precision: LanesPrecision::Plain };
+        Ok(self.selection.build(cases, self.gof, work, self.warn)?)
+    }
+
+    /// That the drives are hardly of one driver, in words.
+    pub(crate) fn apart(&self, prepared: &Prepared, loaded: &[Loaded]) -> anyhow::Result<Option<String>> {
+        let Prepared { space, reference } = prepared;
+        let labels: Vec<&str> = loaded.iter().map(|l| l.trajectory.label.as_str()).collect();
+        let found: Option<Apart> = apart(reference.cases(), space, self.search.seed)?;
+        Ok(found.map(|apart| apart.told(space, &labels)))
+    }
+
+    /// The search, and the intervals unless `progress` has asked to stop.
+    pub(crate) fn search(
+        &self,
+        evaluator: &mut dyn Evaluator,
+        prepared: &Prepared,
+        loaded: &[Loaded],
+        progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    ) -> anyhow::Result<ResultFile> {
+        let Prepared { space, reference } = prepared;
+        let mut stopped = false;
+        let replicates = calibrate(evaluator, space, &self.search, &mut |told| {
+            let flow = progress(told);
+            stopped |= flow.is_break();
+            flow
+        })?;
+        let Some(winner) = best(&replicates).filter(|winner| winner.score.is_finite()) else {
+            let message = "no replicate found a candidate that passes in f64; those that pass in f32 lie on the edge \
+                           of a crash; try --optimizer auto, --precision compensated or another --seed";
+            return Err(anyhow::anyhow!(message));
+        };
+        let wanted = self.intervals && !space.free().is_empty() && !stopped;
+        let knowledge = if wanted { Some(identify(evaluator, space, &winner.candidate)?) } else { None };
+        let trajectories: Vec<&Trajectory> = loaded.iter().map(|l| &l.trajectory).collect();
+        let calibrated = Calibrated {
+            evaluator,
+            reference,
+            trajectories: &trajectories,
+            vehicle: loaded[0].vehicle.as_ref().map(|(v, from)| (v, from.as_str())),
+            space,
+            bounds_from: origin(&self.bounds, loaded.iter().map(|l| l.trajectory.name.as_str())),
+            gof: self.gof,
+            settings: &self.search,
+            replicates,
+            knowledge,
+        };
+        Ok(calibrated.into_result())
+    }
+}

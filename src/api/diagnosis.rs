@@ -1,0 +1,402 @@
+//! A diagnosis: what the data and the simulation get wrong, which cause explains it, and what it is worth.
+
+use super::bounds::read_bounds;
+use super::drive::Drive;
+use super::error::{Error, Usage, usage};
+use super::reading::{Loaded as Picked, Reading, start_assumed};
+use crate::calibrate::Overrides;
+use crate::catalog::Variant;
+use crate::diagnose::data::{check, correct};
+use crate::diagnose::describe::{Diagnosis as Described, describe};
+use crate::diagnose::drivers::different_drivers;
+use crate::diagnose::hold_back::{drives_apart, hold_back};
+use crate::diagnose::outcome::{DataEntry, FindingEntry, Outcome};
+use crate::diagnose::road::{lap, on_the_road_of};
+use crate::diagnose::{Drive as Diagnosed, Effort, Progress, Question};
+use crate::extension::Extension;
+use crate::recommend::{Policy, Request, combine, races, recommend};
+use crate::trajectory::{Note, Recording, Trajectory};
+use crate::wgsl::{library, read_extension};
+use std::fmt;
+use std::ops::ControlFlow;
+use std::path::Path;
+
+/// A diagnosis to be made.
+///
+/// ```no_run
+/// let drives = ["a.csv", "b.csv"].map(|file| leadlag::read(file)?.follower(1));
+/// let [a, b] = drives.map(Result::unwrap);
+/// let findings = leadlag::Diagnosis::of("l-cth")?.effort("quick")?.run(&[&a, &b], &[])?;
+/// println!("{findings}");
+/// # Ok::<(), leadlag::Error>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct Diagnosis {
+    base: Variant,
+    effort: Effort,
+    seed: u64,
+    causes: Vec<&'static Extension>,
+    bounds: Vec<String>,
+    correct: bool,
+}
+
+/// What a diagnosis found.
+#[derive(Debug, Clone)]
+pub struct Findings {
+    outcome: Outcome,
+}
+
+/// A follower of a recording.
+pub(crate) struct Source<'a> {
+    pub(crate) recording: Recording,
+    pub(crate) reading: &'a Reading,
+    pub(crate) follower: usize,
+    pub(crate) id: Option<String>,
+}
+
+/// A follower whose data were looked at.
+struct Examined {
+    picked: Picked,
+    entry: DataEntry,
+    findings: Vec<FindingEntry>,
+}
+
+/// How drives are loaded.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Loading {
+    pub(crate) variant: Variant,
+    /// Correct what is wrong with the data, where it can be.
+    pub(crate) correct: bool,
+    /// Look at the data, and stop there.
+    pub(crate) data_only: bool,
+}
+
+/// What is diagnosed.
+#[derive(Debug)]
+pub(crate) struct Loaded {
+    pub(crate) train: Vec<Diagnosed>,
+    /// The same drives whole: `train`, unless their ends are held back.
+    pub(crate) whole: Vec<Diagnosed>,
+    pub(crate) holdout: Vec<Diagnosed>,
+    pub(crate) data: Vec<DataEntry>,
+    pub(crate) findings: Vec<FindingEntry>,
+    pub(crate) held_back: String,
+    /// Window of every drive to train on whose end is held back \[s\]; empty if drives of their own are.
+    pub(crate) trained: Vec<[f64; 2]>,
+    /// Length of a lap \[m\], where the track is closed or its grade repeats.
+    pub(crate) lap: Option<f64>,
+}
+
+impl Loading {
+    /// Drives to train on, and drives that are held back; without any, the last third of each is.
+    pub(crate) fn load(
+        self,
+        train: Vec<Source<'_>>,
+        holdout: Vec<Source<'_>>,
+        warn: &mut dyn FnMut(String),
+    ) -> anyhow::Result<Loaded> {
+        let mut loaded = Loaded {
+            train: Vec::new(),
+            whole: Vec::new(),
+            holdout: Vec::new(),
+            data: Vec::new(),
+            findings: Vec::new(),
+            held_back: "Held back: the files marked so. No model is calibrated on them; they decide whether a cause carries over, and the gain \
+                        is measured on them.".to_owned(),
+            trained: Vec::new(),
+            lap: None,
+        };
+        let ends_held_back = holdout.is_empty();
+        for source in train {
+            let Examined { picked, entry, findings } = self.examine(source, "train", warn)?;
+            loaded.data.push(entry);
+            loaded.findings.extend(findings);
+            if self.data_only {
+                continue;
+            }
+            // First, for what is too short as a whole needs no word of its parts.
+            let whole = drives(&picked)?;
+            if ends_held_back {
+                let [beginning, _] = hold_back(&picked.trajectory);
+                let [train, holdout] = drives_apart(&picked.trajectory, picked.vehicle())?;
+                loaded.trained.extend(beginning.t.first().zip(beginning.t.last()).map(|(from, to)| [*from, *to]));
+                loaded.train.extend(train);
+                loaded.holdout.extend(holdout);
+            } else {
+                loaded.train.extend(whole.iter().cloned());
+            }
+            loaded.whole.extend(whole);
+        }
+        for source in holdout {
+            let Examined { picked, entry, findings } = self.examine(source, "holdout", warn)?;
+            let same = |other: &&DataEntry| {
+                other.role == "train"
+                    && other.sha256 == entry.sha256
+                    && other.follower == entry.follower
+                    && other.trajectory == entry.trajectory
+            };
+            if let Some(trained) = loaded.data.iter().find(same) {
+                let (held, trained) = (&entry.path, &trained.path);
+                return Err(Usage(format!(
+                    "--holdout {held}: it is trained on, as {trained}; take it out of one of the two"
+                ))
+                .into());
+            }
+            loaded.data.push(entry);
+            loaded.findings.extend(findings);
+            if !self.data_only {
+                loaded.holdout.extend(drives(&picked)?);
+            }
+        }
+        if let Some((first, others)) = loaded.train.split_first_mut() {
+            for drives in [others, &mut loaded.holdout, &mut loaded.whole] {
+                for (moved, drive) in on_the_road_of(first, drives).into_iter().zip(drives.iter()) {
+                    let Trajectory { follower, id, .. } = &drive.trajectory;
+                    let own = |entry: &&mut DataEntry| {
+                        entry.path == drive.file() && entry.follower == *follower && entry.trajectory == *id
+                    };
+                    loaded.data.iter_mut().filter(own).for_each(|entry| entry.moved_m = entry.moved_m.or(moved));
+                }
+            }
+            loaded.lap = lap(&loaded.train);
+        }
+        if ends_held_back {
+            loaded.held_back =
+                "No file was held back by --holdout, so the last third of every file is. No model is calibrated on it; it decides \
+                 whether a cause carries over, and the gain is measured on it."
+                    .to_owned();
+        }
+        Ok(loaded)
+    }
+
+    /// One follower: what is wrong with his data, and what is left after it was corrected.
+    fn examine(self, source: Source<'_>, role: &str, warn: &mut dyn FnMut(String)) -> anyhow::Result<Examined> {
+        let Source { mut recording, reading, follower, id } = source;
+        let id = id.as_deref();
+        let variant = self.variant;
+        let mut pick = |recording: &Recording| reading.pick_one(recording, Some(follower), &variant, id, warn);
+        let platoon = recording.platoons.iter().position(|p| id.is_none() || p.id.as_deref() == id).unwrap_or(0);
+        let soundness = match check(&recording, platoon, follower) {
+            Ok(soundness) => soundness,
+            Err(no_link) => {
+                // What is missing, and which followers there are instead, is what its preparation says.
+                pick(&recording)?;
+                return Err(no_link.into());
+            }
+        };
+        let corrections: Vec<Option<String>> = if self.correct {
+            correct(&mut recording, platoon, follower, &soundness.findings).into_iter().map(Some).collect()
+        } else {
+            vec![None; soundness.findings.len()]
+        };
+        let picked = pick(&recording)?;
+        // Causes read the grade, whatever the base model does.
+        start_assumed(&picked.trajectory).filter(|_| !self.data_only).into_iter().for_each(&mut *warn);
+        let path = recording.source.path.clone();
+        let findings = soundness.findings.iter().zip(corrections);
+        let findings = findings.map(|(finding, done)| FindingEntry::new(&path, finding, done)).collect();
+        let trajectory = &picked.trajectory;
+        let mut entry = DataEntry {
+            path,
+            sha256: trajectory.source.sha256.clone(),
+            follower,
+            name: trajectory.name.clone(),
+            trajectory: trajectory.id.clone(),
+            role: role.to_owned(),
+            window_s: [trajectory.t[0], trajectory.t[trajectory.len() - 1]],
+            samples: trajectory.len(),
+            gap_rate_rms_mps: None,
+            unseen: Vec::new(),
+            units: trajectory.notes.iter().find(|n| matches!(n, Note::UnitsContradict { .. })).map(ToString::to_string),
+            moved_m: None,
+        };
+        entry.take(&soundness);
+        Ok(Examined { picked, entry, findings })
+    }
+}
+
+fn drives(picked: &Picked) -> anyhow::Result<Vec<Diagnosed>> {
+    let (drives, _) = Diagnosed::of(&picked.trajectory, picked.vehicle())?;
+    Ok(drives)
+}
+
+/// Share of a diagnosis that the likelihood takes, as its progress is told; the rest is the closed loop's.
+const DESCRIBED: f64 = 0.7;
+
+/// What is asked of loaded drives.
+pub(crate) struct Asked<'a> {
+    pub(crate) base: Variant,
+    pub(crate) effort: Effort,
+    pub(crate) seed: u64,
+    pub(crate) causes: &'a [&'static Extension],
+    pub(crate) bounds: &'a Overrides,
+    /// Where the bootstrap of `thorough` keeps what it has.
+    pub(crate) kept: Option<&'a Path>,
+}
+
+impl Asked<'_> {
+    /// Both judges, and what the data say; data and findings of `loaded` are taken.
+    pub(crate) fn answer(
+        &self,
+        loaded: &mut Loaded,
+        progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    ) -> anyhow::Result<Described> {
+        let Asked { base, effort, seed, causes, bounds, kept } = *self;
+        let question =
+            Question { train: &loaded.train, holdout: &loaded.holdout, base, effort, seed, causes, bounds, kept };
+        let request = Request { drives: &loaded.whole, base, causes, bounds, seed, rounds: races(effort) };
+        let all: Vec<&Diagnosed> = if loaded.trained.is_empty() {
+            loaded.whole.iter().chain(&loaded.holdout).collect()
+        } else {
+            loaded.whole.iter().collect()
+        };
+        let different = different_drivers(&all, base, bounds, seed)?;
+        let part = |p: Progress, [from, to]: [f64; 2]| Progress { done: from + (to - from) * p.done, ..p };
+        let mut found = describe(&question, loaded.lap, &mut |p| progress(part(p, [0.0, DESCRIBED])))?;
+        let answer = recommend(&request, &Policy::DEFAULT, &mut |p| progress(part(p, [DESCRIBED, 1.0])))?;
+        combine(&mut found.outcome, &answer);
+        found.outcome.data = std::mem::take(&mut loaded.data);
+        found.outcome.data_findings = std::mem::take(&mut loaded.findings);
+        found.outcome.data_findings.extend(different);
+        found.outcome.held_back = std::mem::take(&mut loaded.held_back);
+        Ok(found)
+    }
+}
+
+fn sources<'a>(drives: &[&'a Drive]) -> Vec<Source<'a>> {
+    drives.iter().map(|drive| drive.source()).collect()
+}
+
+/// The causes of the library.
+pub(crate) fn built_in() -> Vec<&'static Extension> {
+    library().iter().copied().filter(|extension| extension.cause.is_some()).collect()
+}
+
+impl Diagnosis {
+    /// A diagnosis of what a model lacks.
+    ///
+    /// # Errors
+    /// When there is no such model.
+    pub fn of(base: &str) -> Result<Diagnosis, Error> {
+        let base = base.parse().map_err(usage)?;
+        let (effort, causes) = (Effort::Normal, built_in());
+        Ok(Diagnosis { base, effort, seed: 1, causes, bounds: Vec::new(), correct: false })
+    }
+
+    /// How hard to search: `quick` (some seconds), `normal` (about a minute, the default) or `thorough`.
+    ///
+    /// # Errors
+    /// When there is no such effort.
+    pub fn effort(mut self, name: &str) -> Result<Diagnosis, Error> {
+        let known = [Effort::Quick, Effort::Normal, Effort::Thorough].into_iter().find(|effort| effort.name() == name);
+        let message = || format!("effort `{name}`: expected quick, normal or thorough");
+        self.effort = known.ok_or_else(|| anyhow::Error::from(Usage(message())))?;
+        Ok(self)
+    }
+
+    /// The one seed of all random numbers; 1 by default.
+    #[must_use]
+    pub fn seed(mut self, seed: u64) -> Diagnosis {
+        self.seed = seed;
+        self
+    }
+
+    /// Adds a cause of one's own by its WGSL text.
+    ///
+    /// # Errors
+    /// When the text is faulty, or there is a cause of its name already.
+    pub fn cause(mut self, name: &str, text: &str) -> Result<Diagnosis, Error> {
+        let own = read_extension(name, text).map_err(anyhow::Error::from)?;
+        if self.causes.iter().any(|known| known.name == own.name) {
+            return Err(anyhow::Error::from(Usage(format!("there is a cause {} already", own.name))).into());
+        }
+        self.causes.push(own);
+        Ok(self)
+    }
+
+    /// Adds bounds that replace those of the diagnosis: `acc`, `human` or a TOML file.
+    #[must_use]
+    pub fn bounds(mut self, bounds: &str) -> Diagnosis {
+        self.bounds.push(bounds.to_owned());
+        self
+    }
+
+    /// Whether faults of the data are corrected, where they can be; they are not by default.
+    #[must_use]
+    pub fn correct(mut self, wanted: bool) -> Diagnosis {
+        self.correct = wanted;
+        self
+    }
+
+    /// Diagnoses. Without drives that are held back, the last third of each is.
+    ///
+    /// # Errors
+    /// When a drive is too short, or lacks what the model needs.
+    pub fn run(&self, drives: &[&Drive], holdout: &[&Drive]) -> Result<Findings, Error> {
+        self.run_on(drives, holdout, &mut |_| ControlFlow::Continue(()))
+    }
+
+    /// The same. `progress` is told how far it is; where it breaks, the diagnosis ends with an error.
+    ///
+    /// # Errors
+    /// As [`Diagnosis::run`].
+    pub fn run_on(
+        &self,
+        drives: &[&Drive],
+        holdout: &[&Drive],
+        progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    ) -> Result<Findings, Error> {
+        let loading = Loading { variant: self.base, correct: self.correct, data_only: false };
+        let mut loaded = loading.load(sources(drives), sources(holdout), &mut |_| {})?;
+        let bounds = read_bounds(&self.bounds, &self.base)?;
+        let Diagnosis { base, effort, seed, ref causes, .. } = *self;
+        let asked = Asked { base, effort, seed, causes, bounds: &bounds, kept: None };
+        Ok(Findings { outcome: asked.answer(&mut loaded, progress)?.outcome })
+    }
+}
+
+impl Findings {
+    /// The answer in a word: `named`, `helps`, `nothing`, `ambiguous`, `unexplained`, `not_testable`.
+    #[must_use]
+    pub fn verdict(&self) -> &'static str {
+        self.outcome.verdict.name()
+    }
+
+    /// Why, in a sentence.
+    #[must_use]
+    pub fn reason(&self) -> &str {
+        &self.outcome.reason
+    }
+
+    /// The causes with which the model follows unseen drives better; empty where the base does as well.
+    #[must_use]
+    pub fn recommended(&self) -> Vec<&str> {
+        let recommended = self.outcome.recommended.iter();
+        recommended.flat_map(|recommended| &recommended.causes).map(|cause| cause.name.as_str()).collect()
+    }
+
+    /// The text of `diagnosis.json`: all that was found.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        self.outcome.to_json()
+    }
+
+    /// The whole answer in words, as the command line prints it.
+    #[cfg(feature = "report")]
+    #[must_use]
+    pub fn text(&self) -> String {
+        use crate::report::diagnosis::text::{Beside, diagnosis};
+        diagnosis(&self.outcome, &Beside { trained: &[], again: None })
+    }
+}
+
+/// The verdict with its reason, and what is recommended.
+impl fmt::Display for Findings {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}: {}", self.verdict(), self.reason())?;
+        match self.recommended().as_slice() {
+            [] => Ok(()),
+            causes => writeln!(f, "recommended: {}", causes.join(", ")),
+        }
+    }
+}

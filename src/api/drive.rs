@@ -1,0 +1,169 @@
+//! Measured drives.
+
+use super::diagnosis::Source;
+use super::error::{Error, Usage};
+use super::reading::{Input, Loaded, Reading};
+use crate::catalog::Variant;
+use crate::trajectory::{Recording as Read, Trajectory};
+use std::path::Path;
+use std::sync::Arc;
+
+/// Reads a file of measured trajectories: the layouts that leadlag knows, with gzip or as Parquet, too. For other tables, other gaps or
+/// resampling see [`Reading`].
+///
+/// # Errors
+/// When it cannot be read, with line and column of the first problems of the file.
+pub fn read(path: impl AsRef<Path>) -> Result<Recording, Error> {
+    Reading::default().file(path)
+}
+
+/// A measured file: cars that drive one behind the other, or many pairs of them.
+#[derive(Debug, Clone)]
+pub struct Recording {
+    pub(super) read: Arc<Read>,
+    pub(super) reading: Arc<Reading>,
+}
+
+/// One measured follower behind its leader, prepared: gaps filled, one segment, one time step.
+#[derive(Debug, Clone)]
+pub struct Drive {
+    pub(super) recording: Recording,
+    pub(super) trajectory: Arc<Trajectory>,
+    warnings: Vec<String>,
+}
+
+impl Reading {
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// When it cannot be read, with line and column of the first problems of the file.
+    pub fn file(&self, path: impl AsRef<Path>) -> Result<Recording, Error> {
+        self.recording(Input::File(path.as_ref()))
+    }
+
+    /// Reads the text of a table, as a file would have it; `name` stands for the file in messages and results.
+    ///
+    /// # Errors
+    /// As [`Reading::file`].
+    pub fn text(&self, text: &[u8], name: &str) -> Result<Recording, Error> {
+        self.recording(Input::Text(text, name))
+    }
+
+    fn recording(&self, input: Input<'_>) -> Result<Recording, Error> {
+        Ok(Recording { read: Arc::new(self.open(input)?), reading: Arc::new(self.clone()) })
+    }
+}
+
+impl Recording {
+    /// The followers, by the numbers and names that [`Recording::follower`] takes; of a table of many pairs those of the first.
+    #[must_use]
+    pub fn followers(&self) -> Vec<(usize, String)> {
+        let cars = self.read.platoons[0].cars.iter().filter(|car| car.number > 1);
+        cars.map(|car| (car.number - 1, car.name.clone())).collect()
+    }
+
+    /// The drive of a follower: 1 is right behind the platoon leader.
+    ///
+    /// # Errors
+    /// When there is no such follower, or none of its segments is long enough.
+    pub fn follower(&self, number: usize) -> Result<Drive, Error> {
+        self.drive(Some(&number.to_string()))
+    }
+
+    /// The drive of a follower by its number or name, or by the id of its vehicle in a table with a column map; `None`: the only one.
+    ///
+    /// # Errors
+    /// As [`Recording::follower`], and when several followers could be meant.
+    pub fn drive(&self, follower: Option<&str>) -> Result<Drive, Error> {
+        let mut read = (*self.read).clone();
+        let number = self.reading.chosen(&mut read, follower)?;
+        let ids = self.reading.ids(&read);
+        if let [_, another, ..] = ids.as_slice() {
+            let message = format!("a drive is of one trajectory, and {another} is asked for, too");
+            return Err(anyhow::Error::from(Usage(message)).into());
+        }
+        let mut warnings = Vec::new();
+        let id = ids.first().map(String::as_str);
+        let trajectory = self.reading.trajectory_of(&read, number, id, &mut |text| warnings.push(text))?;
+        // Of a table of thousands of pairs, a drive keeps its own only.
+        read.platoons.retain(|platoon| trajectory.id.is_none() || platoon.id == trajectory.id);
+        let recording = Recording { read: Arc::new(read), reading: Arc::clone(&self.reading) };
+        Ok(Drive { recording, trajectory: Arc::new(trajectory), warnings })
+    }
+}
+
+impl Drive {
+    /// `FILE follower N`, with trajectory id and segment where there are several.
+    #[must_use]
+    pub fn label(&self) -> &str {
+        &self.trajectory.label
+    }
+
+    /// Name of the follower as in the file.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.trajectory.name
+    }
+
+    /// Number of samples.
+    #[must_use]
+    #[expect(clippy::len_without_is_empty, reason = "a drive has at least two samples")]
+    pub fn len(&self) -> usize {
+        self.trajectory.len()
+    }
+
+    /// Time step \[s\].
+    #[must_use]
+    pub fn time_step(&self) -> f64 {
+        self.trajectory.dt
+    }
+
+    /// Times \[s\], as in the file.
+    #[must_use]
+    pub fn time(&self) -> &[f64] {
+        &self.trajectory.t
+    }
+
+    /// Bumper-to-bumper spacing \[m\].
+    #[must_use]
+    pub fn spacing(&self) -> &[f64] {
+        &self.trajectory.s
+    }
+
+    /// Speed of the follower \[m/s\].
+    #[must_use]
+    pub fn speed(&self) -> &[f64] {
+        &self.trajectory.v_f
+    }
+
+    /// Speed of the preceding vehicle \[m/s\].
+    #[must_use]
+    pub fn lead_speed(&self) -> &[f64] {
+        &self.trajectory.v_l
+    }
+
+    /// What was done to the data, a line each: filled, cut, smoothed, resampled.
+    #[must_use]
+    pub fn preparation(&self) -> Vec<String> {
+        self.trajectory.notes.iter().map(ToString::to_string).collect()
+    }
+
+    /// What is doubtful in the data, a line each.
+    #[must_use]
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
+    /// The drive as a model sees it: with the car, where the model needs one.
+    pub(super) fn for_model(&self, model: &Variant) -> anyhow::Result<Loaded> {
+        let vehicle = self.recording.reading.vehicle_for(&self.trajectory, model)?;
+        Ok(Loaded { trajectory: (*self.trajectory).clone(), vehicle })
+    }
+
+    /// The drive with all that was measured around it.
+    pub(super) fn source(&self) -> Source<'_> {
+        let Recording { read, reading } = &self.recording;
+        let Trajectory { follower, id, .. } = &*self.trajectory;
+        Source { recording: (**read).clone(), reading, follower: *follower, id: id.clone() }
+    }
+}

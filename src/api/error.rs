@@ -1,0 +1,72 @@
+//! What can go wrong, and whose fault it is.
+
+use crate::calibrate::BoundsError;
+use crate::plant::PlantError;
+use crate::trajectory::PrepareError;
+use crate::vehicle::VehicleError;
+use std::fmt;
+
+/// Why something could not be done: where, what was expected, what was found, what to do.
+pub struct Error(anyhow::Error);
+
+impl Error {
+    /// True if what was asked for cannot be, whatever the data.
+    #[must_use]
+    pub fn is_usage(&self) -> bool {
+        is_usage(&self.0)
+    }
+}
+
+impl From<anyhow::Error> for Error {
+    fn from(error: anyhow::Error) -> Error {
+        Error(error)
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.0)?;
+        // A cause that is already quoted is not said twice.
+        let said = self.0.to_string();
+        self.0
+            .chain()
+            .skip(1)
+            .map(ToString::to_string)
+            .filter(|cause| !said.contains(cause.as_str()))
+            .try_for_each(|cause| write!(f, "; because: {cause}"))
+    }
+}
+
+impl fmt::Debug for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
+    }
+}
+
+impl std::error::Error for Error {}
+
+/// Something was asked for that cannot be, whatever the data.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub(crate) struct Usage(pub(crate) String);
+
+/// True for an error of what was asked for.
+pub(crate) fn is_usage(error: &anyhow::Error) -> bool {
+    let bounds = |e: &BoundsError| !matches!(e, BoundsError::Read { .. });
+    error.is::<Usage>()
+        || error.downcast_ref().is_some_and(bounds)
+        || error.downcast_ref().is_some_and(|e| matches!(e, VehicleError::Unknown { .. }))
+        || error.downcast_ref().is_some_and(|e| {
+            use PrepareError::{Backwards, NoFollower, NoTrajectory, Option};
+            matches!(e, Option { .. } | Backwards { .. } | NoFollower { .. } | NoTrajectory { .. })
+        })
+        || error.downcast_ref().is_some_and(|e| {
+            use PlantError::{NobodyAhead, OutOfRange, TooLate};
+            matches!(e, OutOfRange { .. } | NobodyAhead { .. } | TooLate { .. })
+        })
+}
+
+/// What was asked for cannot be.
+pub(crate) fn usage(error: impl std::error::Error) -> Error {
+    anyhow::Error::from(Usage(error.to_string())).into()
+}

@@ -1,0 +1,170 @@
+//! What a calibration found.
+
+use super::calibration::Calibration;
+use super::drive::Drive;
+use super::error::Error;
+use crate::reference::Trace;
+use crate::rescore;
+use crate::result::{ResultFile, Treatment};
+use crate::score::Measures;
+use crate::simulate::CalibratedVariant;
+use indexmap::IndexMap;
+use std::fmt;
+use std::path::Path;
+
+/// Calibrated parameters with what is known of them.
+#[derive(Debug, Clone)]
+pub struct Fit {
+    result: ResultFile,
+    variant: CalibratedVariant,
+}
+
+/// A run of a calibrated model on a drive.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Simulation {
+    /// Times \[s\] of the samples that were reached.
+    pub time: Vec<f64>,
+    /// Simulated spacing \[m\].
+    pub spacing: Vec<f64>,
+    /// Simulated speed \[m/s\].
+    pub speed: Vec<f64>,
+    /// Simulated acceleration \[m/s²\].
+    pub acceleration: Vec<f64>,
+    /// Every measure of the error by name, such as `nrmse_sva` or `rmse_s`; those that do not exist for the drive are left out, all of them
+    /// where the run ended early.
+    pub scores: IndexMap<&'static str, f64>,
+    /// Why the run ended early: a crash, for example.
+    pub ended: Option<String>,
+    /// How the drive was treated otherwise than what was calibrated on, a line each.
+    pub warnings: Vec<String>,
+}
+
+impl Fit {
+    pub(super) fn of(result: ResultFile) -> anyhow::Result<Fit> {
+        let variant = result.calibrated_variant()?;
+        Ok(Fit { result, variant })
+    }
+
+    /// Reads a `result.json` that a calibration wrote.
+    ///
+    /// # Errors
+    /// When it is none, or of a model that this version does not have.
+    pub fn read(path: impl AsRef<Path>) -> Result<Fit, Error> {
+        Ok(Fit::of(ResultFile::read(path.as_ref()).map_err(anyhow::Error::from)?)?)
+    }
+
+    /// Reads the text of a `result.json`.
+    ///
+    /// # Errors
+    /// As [`Fit::read`].
+    pub fn from_json(text: &str) -> Result<Fit, Error> {
+        Ok(Fit::of(serde_json::from_str(text).map_err(anyhow::Error::from)?)?)
+    }
+
+    /// The text of `result.json`: all that is known of the fit, and how it was found.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        self.result.to_json()
+    }
+
+    /// The model, by its name.
+    #[must_use]
+    pub fn model(&self) -> String {
+        self.result.model()
+    }
+
+    /// What was minimised, by the f64 reference.
+    #[must_use]
+    pub fn score(&self) -> f64 {
+        let gof = self.result.gof.replace('-', "_");
+        let best = self.result.replicates.iter().filter_map(|replicate| replicate.score).reduce(f64::min);
+        self.result.score.get(&gof).copied().flatten().or(best).unwrap_or(f64::NAN)
+    }
+
+    /// The calibrated parameters by the paper's symbols, in SI units.
+    #[must_use]
+    pub fn parameters(&self) -> &IndexMap<String, f64> {
+        &self.result.parameters
+    }
+
+    /// 95 % intervals of the parameters that the data determine.
+    #[must_use]
+    pub fn intervals(&self) -> &IndexMap<String, [f64; 2]> {
+        &self.result.intervals
+    }
+
+    /// Parameters within 0.1 % of their range of a bound.
+    #[must_use]
+    pub fn at_bound(&self) -> &[String] {
+        &self.result.at_bound
+    }
+
+    /// The units of the parameters.
+    #[must_use]
+    pub fn units(&self) -> &IndexMap<String, String> {
+        &self.result.units
+    }
+
+    /// Simulates the calibrated model on a drive, by the f64 reference.
+    ///
+    /// # Errors
+    /// When the drive lacks what the model needs.
+    pub fn simulate(&self, drive: &Drive) -> Result<Simulation, Error> {
+        let CalibratedVariant { variant, parameters, .. } = &self.variant;
+        let mut reading = (*drive.recording.reading).clone();
+        reading.vehicle = reading.vehicle.or_else(|| self.result.vehicle.as_ref().map(|vehicle| vehicle.from.clone()));
+        let vehicle = reading.vehicle_for(&drive.trajectory, variant)?.map(|(vehicle, _)| vehicle);
+        let case = self.variant.case(&drive.trajectory, vehicle.as_ref()).map_err(anyhow::Error::from)?;
+        case.check(parameters).map_err(anyhow::Error::from)?;
+        let mut trace = Trace::default();
+        let outcome = rescore::outcome(&case, parameters, &mut trace).map_err(anyhow::Error::from)?;
+        let now = Treatment::of(&drive.trajectory);
+        let then = self.result.data.first().map(|data| &data.treatment).filter(|then| **then != now);
+        let warnings = then.map(|then| format!("calibrated on data treated otherwise: {then}; now: {now}"));
+        let scores = outcome.result.map_or_else(
+            |_| IndexMap::new(),
+            |measures| {
+                let finite = |(name, value): (&&'static str, f64)| value.is_finite().then_some((*name, value));
+                Measures::NAMES.iter().zip(measures.values()).filter_map(finite).collect()
+            },
+        );
+        let ended = outcome.result.err().map(|failure| {
+            let t = drive.trajectory.t.get(failure.step).copied().unwrap_or(f64::NAN);
+            format!("{} at sample {} ({t:.1} s)", failure.kind, failure.step)
+        });
+        let time = drive.trajectory.t[..trace.s.len()].to_vec();
+        let Trace { s: spacing, v: speed, a: acceleration, .. } = trace;
+        Ok(Simulation { time, spacing, speed, acceleration, scores, ended, warnings: warnings.into_iter().collect() })
+    }
+
+    /// The calibration that would find the same, but for the data.
+    ///
+    /// # Errors
+    /// When its model is none of this version.
+    pub fn calibration(&self) -> Result<Calibration, Error> {
+        let mut calibration = Calibration::of_variant(self.variant.variant);
+        calibration.convention = self.variant.convention;
+        calibration.search.seed = self.result.seed;
+        calibration.single = self.result.bounds.iter().map(|(name, bounds)| (name.clone(), *bounds)).collect();
+        calibration.minimise(&self.result.gof)
+    }
+}
+
+/// Model and score, then a parameter a line with its unit and 95 % interval.
+impl fmt::Display for Fit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}: {} {:.6}", self.model(), self.result.gof, self.score())?;
+        for (name, value) in self.parameters() {
+            let unit = self.result.units.get(name).map_or("", String::as_str);
+            let known = match (self.result.intervals.get(name), &self.result.identifiability) {
+                (Some([lower, upper]), _) => format!("  [{lower:.4}, {upper:.4}]"),
+                (None, Some(_)) => "  not determined".to_owned(),
+                (None, None) => String::new(),
+            };
+            let bound = if self.result.at_bound.contains(name) { "  at bound" } else { "" };
+            writeln!(f, "  {name:<8} {value:>10.4} {unit}{known}{bound}")?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,23 @@
+//! What a user of the library asks for, in the words of the field: read a drive, calibrate a model on it, simulate the result on another
+//! drive, score a population, diagnose. The command line and the Python package are built on it.
+
+pub(crate) mod bounds;
+pub(crate) mod calibration;
+pub(crate) mod diagnosis;
+mod drive;
+pub(crate) mod error;
+pub(crate) mod extension;
+mod fit;
+pub(crate) mod fleet;
+mod population;
+pub(crate) mod reading;
+pub(crate) mod warnings;
+
+pub use calibration::Calibration;
+pub use diagnosis::{Diagnosis, Findings};
+pub use drive::{Drive, Recording, read};
+pub use error::Error;
+pub use fit::{Fit, Simulation};
+pub use fleet::{Fleet, Pairs};
+pub use population::Evaluator;
+pub use reading::Reading;

@@ -1,0 +1,137 @@
+//! Scores of many candidates: what an optimiser of one's own calls.
+
+use super::calibration::{Calibration, Prepared};
+use super::drive::Drive;
+use super::error::{Error, Usage};
+use crate::evaluator::{Evaluator as Inner, Population, Score};
+use crate::reference::Trace;
+use crate::rescore;
+
+/// Scores candidates of one model on one or several drives.
+///
+/// ```no_run
+/// let drive = leadlag::read("platoon.csv")?.follower(1)?;
+/// let mut evaluator = leadlag::Calibration::of("idm")?.evaluate_on(&[&drive])?;
+/// let candidates = [evaluator.lower(), evaluator.upper()].concat();
+/// println!("{:?}", evaluator.scores(&candidates)?);
+/// # Ok::<(), leadlag::Error>(())
+/// ```
+pub struct Evaluator {
+    inner: Box<dyn Inner>,
+    prepared: Prepared,
+    free: Vec<usize>,
+    population: Population,
+    scores: Vec<Score>,
+}
+
+impl Calibration {
+    /// An evaluator of candidates with the model, bounds, measure and evaluator of this calibration.
+    ///
+    /// # Errors
+    /// When a bound cannot be, a drive lacks what the model needs, or the evaluator cannot be made.
+    ///
+    /// # Panics
+    /// Without a drive.
+    pub fn evaluate_on(&self, drives: &[&Drive]) -> Result<Evaluator, Error> {
+        let loaded = drives.iter().map(|drive| drive.for_model(&self.model)).collect::<anyhow::Result<Vec<_>>>()?;
+        let prepared = self.prepare(&loaded)?;
+        let inner = self.build(&prepared.reference)?;
+        let free = prepared.space.free();
+        let population = Population::new(&prepared.space.symbols);
+        Ok(Evaluator { inner, prepared, free, population, scores: Vec::new() })
+    }
+}
+
+impl Evaluator {
+    /// The parameters that a candidate has a value of, in order: those that are not fixed.
+    #[must_use]
+    pub fn parameters(&self) -> Vec<&'static str> {
+        self.free.iter().map(|&i| self.prepared.space.symbols[i].name()).collect()
+    }
+
+    /// Their units.
+    #[must_use]
+    pub fn units(&self) -> Vec<&'static str> {
+        self.free.iter().map(|&i| self.prepared.space.symbols[i].unit()).collect()
+    }
+
+    /// Their lower bounds.
+    #[must_use]
+    pub fn lower(&self) -> Vec<f64> {
+        self.free.iter().map(|&i| self.prepared.space.bounds[i][0]).collect()
+    }
+
+    /// Their upper bounds.
+    #[must_use]
+    pub fn upper(&self) -> Vec<f64> {
+        self.free.iter().map(|&i| self.prepared.space.bounds[i][1]).collect()
+    }
+
+    /// One score per candidate: what is minimised, the mean over the drives. Infinite where a run ends early or the score is undefined.
+    /// `candidates` has them one behind the other, each with a value per parameter in the order of [`Evaluator::parameters`].
+    ///
+    /// # Errors
+    /// When the number of values is no multiple of the number of parameters, or the evaluator fails.
+    pub fn scores(&mut self, candidates: &[f64]) -> Result<Vec<f64>, Error> {
+        let whole = self.whole(candidates)?;
+        self.population.clear();
+        whole.iter().for_each(|candidate| self.population.push(candidate));
+        self.scores.clear();
+        self.scores.resize(whole.len(), Score::Rejected);
+        self.inner.evaluate(&self.population, &mut self.scores).map_err(anyhow::Error::from)?;
+        let value = |score: &Score| match score {
+            Score::Value(value) if value.is_finite() => *value,
+            _ => f64::INFINITY,
+        };
+        Ok(self.scores.iter().map(value).collect())
+    }
+
+    /// Simulated spacing \[m\], speed \[m/s\] and acceleration \[m/s²\] of one candidate on one drive, by the f64 reference, as far as the run
+    /// goes. The first sample is the measured one.
+    ///
+    /// # Errors
+    /// As [`Evaluator::scores`].
+    ///
+    /// # Panics
+    /// Without a drive of this number, from 0.
+    pub fn simulate(&self, candidate: &[f64], drive: usize) -> Result<[Vec<f64>; 3], Error> {
+        let whole = self.whole(candidate)?;
+        let [one] = whole.as_slice() else {
+            let message = format!("one candidate is simulated at a time, found {}", whole.len());
+            return Err(anyhow::Error::from(Usage(message)).into());
+        };
+        let parameters = self.prepared.space.parameters(one);
+        let case = &self.prepared.reference.cases()[drive];
+        case.check(&parameters).map_err(anyhow::Error::from)?;
+        let mut trace = Trace::default();
+        rescore::outcome(case, &parameters, &mut trace).map_err(anyhow::Error::from)?;
+        Ok([trace.s, trace.v, trace.a])
+    }
+
+    /// What computes, for the record: `lanes (plain)`, `gpu (plain) on NVIDIA ...`.
+    #[must_use]
+    pub fn device(&self) -> String {
+        let on = self.inner.adapter().map_or(String::new(), |adapter| format!(" on {adapter}"));
+        format!("{} ({}){on}", self.inner.name(), self.inner.precision())
+    }
+
+    /// Candidates with the fixed parameters in their places.
+    fn whole(&self, candidates: &[f64]) -> Result<Vec<Vec<f64>>, Error> {
+        let width = self.free.len();
+        if width == 0 || !candidates.len().is_multiple_of(width) {
+            let names = self.parameters().join(", ");
+            let message = format!(
+                "candidates: expected {width} values each ({names}), found {} values altogether",
+                candidates.len()
+            );
+            return Err(anyhow::Error::from(Usage(message)).into());
+        }
+        let space = &self.prepared.space;
+        let whole = |candidate: &[f64]| {
+            let mut all: Vec<f64> = space.bounds.iter().map(|bounds| bounds[0]).collect();
+            self.free.iter().zip(candidate).for_each(|(&i, value)| all[i] = *value);
+            all
+        };
+        Ok(candidates.chunks_exact(width).map(whole).collect())
+    }
+}
