@@ -18,87 +18,91 @@
 //!
 //! # Example
 //!
-//! A synthetic platoon instead of a file, so that the example runs anywhere:
-//!
+//! ```no_run
+//! let drive = leadlag::read("platoon.csv")?.follower(1)?;
+//! let fit = leadlag::Calibration::of("idm+linear")?.seed(1).run(&drive)?;
+//! println!("{fit}");
+//! let other = leadlag::read("other.csv")?.follower(1)?;
+//! println!("NRMSE(s,v,a) {}", fit.simulate(&other)?.scores["nrmse_sva"]);
+//! # Ok::<(), leadlag::Error>(())
 //! ```
-//! use leadlag::calibrate::{Calibration, Overrides, SearchSpace, Stop, best, calibrate};
-//! use leadlag::catalog::Variant;
-//! use leadlag::convention::Convention;
-//! use leadlag::evaluator::Case;
-//! use leadlag::plant;
-//! use leadlag::reference::Reference;
-//! use leadlag::score::GoodnessOfFit;
-//! use leadlag::trajectory::{Preparation, import, prepare};
-//! use std::ops::ControlFlow;
 //!
-//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! let platoon = plant::run(&plant::Scenario { duration_s: 120.0, ..Default::default() })?;
-//! let mut file = Vec::new();
-//! plant::write_pair(&platoon, 1, &mut file)?;
+//! [`Calibration::evaluate_on`] makes an [`Evaluator`], which scores populations for an optimiser of one's own; [`Fleet`] calibrates thousands of
+//! pairs; [`Diagnosis`] says what a model lacks. What they share is [`Drive`], a measured follower, which [`Reading`] says how to read.
 //!
-//! let recording = import::read_bytes(&file, "pair.csv", None)?; // or import::read(Path::new("pair.csv"), None)
-//! let trajectory = &prepare(&recording, 1, &Preparation::default())?[0];
+//! # Features
 //!
-//! let variant: Variant = "idm+linear".parse()?; // or Variant::from_id(4)
-//! let space = SearchSpace::new(&variant, None, Convention::PAPER, &Overrides::new())?;
-//! let case = Case::new(trajectory, variant, None, Convention::PAPER, space.tau_p_upper())?;
-//! let mut evaluator = Reference::new(vec![case], GoodnessOfFit::NRMSE_SVA);
+//! | feature | what it adds |
+//! |---|---|
+//! | `gpu` | the evaluator `gpu`, by wgpu |
+//! | `parquet` | reading and writing Parquet tables |
+//! | `report` | texts, pictures and pages |
+//! | `cli` | the command line, [`cli::run`]; `report` and `parquet` with it |
 //!
-//! let settings = Calibration { seed: 1, stop: Stop { max_evaluations: 2_000, ..Stop::default() }, ..Default::default() };
-//! let replicates = calibrate(&mut evaluator, &space, &settings, &mut |_| ControlFlow::Continue(()))?;
-//! let found = best(&replicates).expect("one replicate");
-//! for (symbol, value) in space.symbols.iter().zip(&found.candidate) {
-//!     println!("{symbol:?} = {value} {}", symbol.unit());
-//! }
-//! assert!(found.score < 0.3, "NRMSE(s,v,a) = {}", found.score);
-//! # Ok(())
-//! # }
-//! ```
+//! All are on by default. Without any, what computes on the CPU is left, in f32 and f64.
 
 mod api;
 #[cfg(feature = "cli")]
-pub mod bench;
-pub mod bounded;
-pub mod calibrate;
-pub mod catalog;
-#[cfg(feature = "cli")]
 pub mod cli;
-pub mod closed_loop;
-pub mod convention;
-pub mod diagnose;
-pub mod evaluate;
-pub mod evaluator;
-pub mod extension;
-pub mod fleet;
-#[cfg(feature = "gpu")]
-pub mod gpu;
-pub mod identify;
-pub mod judge;
-pub mod lanes;
-pub mod near;
-pub mod optimize;
-pub mod plant;
-pub mod recommend;
-pub mod reference;
-#[cfg(feature = "report")]
-pub mod report;
-pub mod rescore;
-pub mod result;
-pub mod score;
-pub mod select;
-pub mod shown;
-pub mod simulate;
-pub mod study;
-pub mod symbols;
-pub mod trajectory;
-pub mod validate;
-pub mod vehicle;
-pub mod wgsl;
 
 pub use api::{
     Calibration, Diagnosis, Drive, Error, Evaluator, Findings, Fit, Fleet, Pairs, Reading, Recording, Simulation, read,
 };
-pub use study::table::Table;
+pub use study::table::{Column, Table, Values};
+
+/// The rooms of the library, which the tests, benches and examples of this repository look into. They may change with any version.
+#[doc(hidden)]
+#[path = "."]
+pub mod internal {
+    #[cfg(feature = "cli")]
+    pub mod bench;
+    pub mod bounded;
+    pub mod calibrate;
+    pub mod catalog;
+    pub mod closed_loop;
+    pub mod convention;
+    pub mod diagnose;
+    pub mod evaluate;
+    pub mod evaluator;
+    pub mod extension;
+    pub mod fleet;
+    #[cfg(feature = "gpu")]
+    pub mod gpu;
+    pub mod identify;
+    pub mod judge;
+    pub mod lanes;
+    pub mod near;
+    pub mod optimize;
+    pub mod plant;
+    pub mod recommend;
+    pub mod reference;
+    #[cfg(feature = "report")]
+    pub mod report;
+    pub mod rescore;
+    pub mod result;
+    pub mod score;
+    pub mod select;
+    pub mod shown;
+    pub mod simulate;
+    pub mod study;
+    pub mod symbols;
+    pub mod trajectory;
+    pub mod validate;
+    pub mod vehicle;
+    pub mod wgsl;
+}
+
+#[cfg(feature = "cli")]
+use internal::bench;
+#[cfg(feature = "gpu")]
+use internal::gpu;
+#[cfg(feature = "report")]
+use internal::report;
+use internal::{
+    bounded, calibrate, catalog, closed_loop, convention, diagnose, evaluate, evaluator, extension, fleet, identify,
+    judge, lanes, near, optimize, plant, recommend, reference, rescore, result, score, select, shown, simulate, study,
+    symbols, trajectory, validate, vehicle, wgsl,
+};
 
 /// The examples of the book, compiled and run as documentation tests.
 #[cfg(doctest)]

@@ -22,6 +22,7 @@ use crate::result::assemble::Calibrated;
 use crate::score::GoodnessOfFit;
 use crate::select::{Selection, Work};
 use crate::trajectory::Trajectory;
+use crate::wgsl::read_extension;
 use std::ops::ControlFlow;
 
 /// A calibration to be made. Every setting has a default; the same settings find the same parameters, to the bit, on any number of threads.
@@ -87,6 +88,16 @@ impl Calibration {
     /// When there is none of that name, or its text is faulty.
     pub fn extend(mut self, extension: &str) -> Result<Calibration, Error> {
         self.model = extend(self.model, &[extension.to_owned()])?;
+        Ok(self)
+    }
+
+    /// Adds an extension of one's own by its WGSL text; `name` is what its functions begin with.
+    ///
+    /// # Errors
+    /// When the text is faulty, or the model has the extension already.
+    pub fn extend_text(mut self, name: &str, text: &str) -> Result<Calibration, Error> {
+        let own = read_extension(&format!("{name}.wgsl"), text).map_err(anyhow::Error::from)?;
+        self.model = self.model.with(own).map_err(usage)?;
         Ok(self)
     }
 
@@ -194,6 +205,12 @@ impl Calibration {
     pub fn warn(mut self, warn: fn(&str)) -> Calibration {
         self.warn = warn;
         self
+    }
+
+    /// Simulations of all replicates at most.
+    #[must_use]
+    pub fn most_evaluations(&self) -> u64 {
+        self.search.stop.max_evaluations.saturating_mul(self.search.replicates)
     }
 
     /// The model, by its name.

@@ -20,6 +20,7 @@ use crate::wgsl::{library, read_extension};
 use std::fmt;
 use std::ops::ControlFlow;
 use std::path::Path;
+use std::sync::Arc;
 
 /// A diagnosis to be made.
 ///
@@ -43,7 +44,9 @@ pub struct Diagnosis {
 /// What a diagnosis found.
 #[derive(Debug, Clone)]
 pub struct Findings {
-    outcome: Outcome,
+    described: Arc<Described>,
+    /// Those that were trained on, and those held back.
+    drives: Arc<[Vec<Diagnosed>; 2]>,
 }
 
 /// A follower of a recording.
@@ -351,34 +354,45 @@ impl Diagnosis {
         let bounds = read_bounds(&self.bounds, &self.base)?;
         let Diagnosis { base, effort, seed, ref causes, .. } = *self;
         let asked = Asked { base, effort, seed, causes, bounds: &bounds, kept: None };
-        Ok(Findings { outcome: asked.answer(&mut loaded, progress)?.outcome })
+        let described = Arc::new(asked.answer(&mut loaded, progress)?);
+        Ok(Findings { described, drives: Arc::new([loaded.train, loaded.holdout]) })
     }
 }
 
 impl Findings {
+    fn outcome(&self) -> &Outcome {
+        &self.described.outcome
+    }
+
+    /// All that is written of it: the diagnosis, and the drives that it is of.
+    #[cfg(feature = "cli")]
+    pub(crate) fn parts(&self) -> (&Described, &[Vec<Diagnosed>; 2]) {
+        (&self.described, &self.drives)
+    }
+
     /// The answer in a word: `named`, `helps`, `nothing`, `ambiguous`, `unexplained`, `not_testable`.
     #[must_use]
     pub fn verdict(&self) -> &'static str {
-        self.outcome.verdict.name()
+        self.outcome().verdict.name()
     }
 
     /// Why, in a sentence.
     #[must_use]
     pub fn reason(&self) -> &str {
-        &self.outcome.reason
+        &self.outcome().reason
     }
 
     /// The causes with which the model follows unseen drives better; empty where the base does as well.
     #[must_use]
     pub fn recommended(&self) -> Vec<&str> {
-        let recommended = self.outcome.recommended.iter();
+        let recommended = self.outcome().recommended.iter();
         recommended.flat_map(|recommended| &recommended.causes).map(|cause| cause.name.as_str()).collect()
     }
 
     /// The text of `diagnosis.json`: all that was found.
     #[must_use]
     pub fn to_json(&self) -> String {
-        self.outcome.to_json()
+        self.outcome().to_json()
     }
 
     /// The whole answer in words, as the command line prints it.
@@ -386,7 +400,7 @@ impl Findings {
     #[must_use]
     pub fn text(&self) -> String {
         use crate::report::diagnosis::text::{Beside, diagnosis};
-        diagnosis(&self.outcome, &Beside { trained: &[], again: None })
+        diagnosis(self.outcome(), &Beside { trained: &[], again: None })
     }
 }
 

@@ -3,6 +3,9 @@
 use super::calibration::Calibration;
 use super::drive::Drive;
 use super::error::Error;
+use super::reading::Loaded;
+#[cfg(feature = "cli")]
+use crate::evaluator::Case;
 use crate::reference::Trace;
 use crate::rescore;
 use crate::result::{ResultFile, Treatment};
@@ -111,11 +114,9 @@ impl Fit {
     /// # Errors
     /// When the drive lacks what the model needs.
     pub fn simulate(&self, drive: &Drive) -> Result<Simulation, Error> {
-        let CalibratedVariant { variant, parameters, .. } = &self.variant;
-        let mut reading = (*drive.recording.reading).clone();
-        reading.vehicle = reading.vehicle.or_else(|| self.result.vehicle.as_ref().map(|vehicle| vehicle.from.clone()));
-        let vehicle = reading.vehicle_for(&drive.trajectory, variant)?.map(|(vehicle, _)| vehicle);
-        let case = self.variant.case(&drive.trajectory, vehicle.as_ref()).map_err(anyhow::Error::from)?;
+        let one = self.on(drive)?;
+        let parameters = &self.variant.parameters;
+        let case = self.variant.case(&one.trajectory, one.vehicle()).map_err(anyhow::Error::from)?;
         case.check(parameters).map_err(anyhow::Error::from)?;
         let mut trace = Trace::default();
         let outcome = rescore::outcome(&case, parameters, &mut trace).map_err(anyhow::Error::from)?;
@@ -136,6 +137,44 @@ impl Fit {
         let time = drive.trajectory.t[..trace.s.len()].to_vec();
         let Trace { s: spacing, v: speed, a: acceleration, .. } = trace;
         Ok(Simulation { time, spacing, speed, acceleration, scores, ended, warnings: warnings.into_iter().collect() })
+    }
+
+    /// The drives with their cars, and as their runs see them.
+    #[cfg(feature = "cli")]
+    pub(crate) fn cases(&self, drives: &[&Drive]) -> anyhow::Result<(Vec<Loaded>, Vec<Case>)> {
+        let loaded = drives.iter().map(|drive| self.on(drive)).collect::<anyhow::Result<Vec<Loaded>>>()?;
+        let case = |one: &Loaded| Ok(self.variant.case(&one.trajectory, one.vehicle())?);
+        let cases = loaded.iter().map(case).collect::<anyhow::Result<_>>()?;
+        Ok((loaded, cases))
+    }
+
+    /// The result file.
+    #[cfg(feature = "cli")]
+    pub(crate) fn result(&self) -> &ResultFile {
+        &self.result
+    }
+
+    /// A drive with the car that was calibrated, unless it has another one.
+    fn on(&self, drive: &Drive) -> anyhow::Result<Loaded> {
+        let mut reading = (*drive.recording.reading).clone();
+        reading.vehicle = reading.vehicle.or_else(|| self.result.vehicle.as_ref().map(|vehicle| vehicle.from.clone()));
+        let vehicle = reading.vehicle_for(&drive.trajectory, &self.variant.variant)?;
+        Ok(Loaded { trajectory: (*drive.trajectory).clone(), vehicle })
+    }
+
+    /// Spacing, speed and acceleration on a drive over time, measured and simulated, as SVG.
+    ///
+    /// # Errors
+    /// As [`Fit::simulate`].
+    #[cfg(feature = "report")]
+    pub fn picture(&self, drive: &Drive) -> Result<String, Error> {
+        use crate::report::plot::{AHEAD, draw};
+        let one = self.on(drive)?;
+        let case = self.variant.case(&one.trajectory, one.vehicle()).map_err(anyhow::Error::from)?;
+        let mut trace = Trace::default();
+        let outcome = rescore::outcome(&case, &self.variant.parameters, &mut trace).map_err(anyhow::Error::from)?;
+        let title = format!("{}: {}", drive.label(), self.model());
+        Ok(draw(&title, AHEAD, drive.time(), &case, &trace, &outcome).map_err(anyhow::Error::from)?)
     }
 
     /// The calibration that would find the same, but for the data.

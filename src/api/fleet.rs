@@ -179,11 +179,18 @@ impl Fleet {
     /// # Errors
     /// When there is no such model, or none is given, or one twice.
     pub fn of(models: &[&str]) -> Result<Fleet, Error> {
-        let calibrations = models.iter().map(|model| Calibration::of(model)).collect::<Result<Vec<_>, _>>()?;
+        Fleet::of_calibrations(models.iter().map(|model| Calibration::of(model)).collect::<Result<Vec<_>, _>>()?)
+    }
+
+    /// The same of calibrations, a model each. Seed, measure, convention and evaluator are those of the first one.
+    ///
+    /// # Errors
+    /// When none is given, or one model twice.
+    pub fn of_calibrations(calibrations: Vec<Calibration>) -> Result<Fleet, Error> {
         let twice = |k: &usize| calibrations[..*k].iter().any(|other| other.model == calibrations[*k].model);
         let wrong = match (calibrations.is_empty(), (0..calibrations.len()).find(twice)) {
             (true, _) => "no model is given".to_owned(),
-            (_, Some(k)) => format!("--model {} is given twice", models[k]),
+            (_, Some(k)) => format!("--model {} is given twice", calibrations[k].model),
             _ => return Ok(Fleet { calibrations }),
         };
         Err(anyhow::Error::from(Usage(wrong)).into())

@@ -6,6 +6,7 @@ use super::error::{Error, Usage};
 use crate::evaluator::{Evaluator as Inner, Population, Score};
 use crate::reference::Trace;
 use crate::rescore;
+use rayon::prelude::*;
 
 /// Scores candidates of one model on one or several drives.
 ///
@@ -86,26 +87,30 @@ impl Evaluator {
         Ok(self.scores.iter().map(value).collect())
     }
 
-    /// Simulated spacing \[m\], speed \[m/s\] and acceleration \[m/s²\] of one candidate on one drive, by the f64 reference, as far as the run
-    /// goes. The first sample is the measured one.
+    /// Simulated spacing \[m\], speed \[m/s\] and acceleration \[m/s²\] of each candidate on one drive, by the f64 reference, as far as the
+    /// run goes. The first sample is the measured one.
     ///
     /// # Errors
     /// As [`Evaluator::scores`].
     ///
     /// # Panics
     /// Without a drive of this number, from 0.
-    pub fn simulate(&self, candidate: &[f64], drive: usize) -> Result<[Vec<f64>; 3], Error> {
-        let whole = self.whole(candidate)?;
-        let [one] = whole.as_slice() else {
-            let message = format!("one candidate is simulated at a time, found {}", whole.len());
-            return Err(anyhow::Error::from(Usage(message)).into());
+    pub fn simulate(&self, candidates: &[f64], drive: usize) -> Result<Vec<[Vec<f64>; 3]>, Error> {
+        let (case, space) = (&self.prepared.reference.cases()[drive], &self.prepared.space);
+        let one = |candidate: &Vec<f64>| -> anyhow::Result<[Vec<f64>; 3]> {
+            let parameters = space.parameters(candidate);
+            case.check(&parameters)?;
+            let mut trace = Trace::default();
+            rescore::outcome(case, &parameters, &mut trace)?;
+            Ok([trace.s, trace.v, trace.a])
         };
-        let parameters = self.prepared.space.parameters(one);
-        let case = &self.prepared.reference.cases()[drive];
-        case.check(&parameters).map_err(anyhow::Error::from)?;
-        let mut trace = Trace::default();
-        rescore::outcome(case, &parameters, &mut trace).map_err(anyhow::Error::from)?;
-        Ok([trace.s, trace.v, trace.a])
+        Ok(self.whole(candidates)?.par_iter().map(one).collect::<anyhow::Result<_>>()?)
+    }
+
+    /// Number of drives.
+    #[must_use]
+    pub fn drives(&self) -> usize {
+        self.prepared.reference.cases().len()
     }
 
     /// What computes, for the record: `lanes (plain)`, `gpu (plain) on NVIDIA ...`.

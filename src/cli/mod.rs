@@ -42,10 +42,12 @@ mod study;
 mod synth;
 
 use crate::api::error::Usage;
+use crate::api::{Drive, Error, Findings, Fit};
 use anyhow::Context;
 use clap::{CommandFactory, Parser, Subcommand};
 use std::ffi::OsString;
 use std::io::Write;
+use std::path::Path;
 
 const EXAMPLES: &str = "Examples:
   leadlag demo                # no data needed
@@ -195,6 +197,32 @@ pub fn run<Word: Into<OsString> + Clone>(words: impl IntoIterator<Item = Word>) 
     let causes = error.chain().skip(1).map(ToString::to_string);
     causes.filter(|cause| !said.contains(cause.as_str())).for_each(|cause| say(format!("  because: {cause}")));
     if is_usage(&error) { 2 } else { 1 }
+}
+
+/// Writes what `calibrate --out` writes, but for the time that it took: `result.json`, and per drive the simulation as table and picture.
+///
+/// # Errors
+/// When a drive lacks what the model needs, or the folder cannot be written.
+pub fn save(fit: &Fit, drives: &[&Drive], folder: &Path) -> Result<(), Error> {
+    let (loaded, cases) = fit.cases(drives)?;
+    Ok(calibrate::write::files(folder, fit.result(), &cases, &loaded, None)?)
+}
+
+/// Writes what `diagnose --out` writes: `diagnosis.json`, tables and pictures.
+///
+/// # Errors
+/// When the folder cannot be written.
+pub fn save_findings(findings: &Findings, folder: &Path) -> Result<(), Error> {
+    let (diagnosis, [train, holdout]) = findings.parts();
+    Ok(diagnose::write::files(folder, diagnosis, train, holdout)?)
+}
+
+/// The page that `report` makes of the main file of a folder: `result.json`, `diagnosis.json`, `fleet.json` or `tasks.jsonl`.
+///
+/// # Errors
+/// When the file is none of these.
+pub fn page(file: &Path) -> Result<String, Error> {
+    Ok(report::page(file)?)
 }
 
 /// Starts the threads and runs one command.

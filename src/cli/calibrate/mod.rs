@@ -3,7 +3,7 @@
 mod flags;
 mod fleet;
 pub mod progress;
-mod write;
+pub mod write;
 
 pub use flags::Args;
 
@@ -143,7 +143,7 @@ fn one(args: &Args, calibration: &Calibration, loaded: &[Loaded], folder: &Path)
     let mut result = found?;
     result.drivers = apart;
     let Prepared { reference, .. } = prepared;
-    let written = write::files(folder, &result, &reference, loaded, started.elapsed());
+    let written = write::files(folder, &result, reference.cases(), loaded, Some(started.elapsed()));
     if !args.json {
         output::print(&text::calibration(&result))?;
     } else if written.is_err() {

@@ -3,38 +3,40 @@
 use super::super::change::Change;
 use super::super::folder::{RESULT, finish, of_calibration};
 use crate::api::reading::Loaded;
-use crate::evaluator::Evaluator;
-use crate::reference::{Reference, Trace};
+use crate::evaluator::Case;
+use crate::reference::Trace;
 use crate::report::{plot, simulation};
 use crate::rescore;
 use crate::result::ResultFile;
 use std::path::Path;
 use std::time::Duration;
 
-/// result.json, timing.json, and per trajectory simulation.csv and plot.svg (numbered if there are several). What another number of
+/// result.json, timing.json (where the time is known), and per trajectory simulation.csv and plot.svg (numbered if there are several). What another number of
 /// trajectories left there is removed.
 pub fn files(
     folder: &Path,
     result: &ResultFile,
-    reference: &Reference,
+    cases: &[Case],
     loaded: &[Loaded],
-    elapsed: Duration,
+    elapsed: Option<Duration>,
 ) -> anyhow::Result<()> {
     let mut change = Change::begin(folder)?;
     let before = of_calibration(folder);
-    let steps: usize = result.data.iter().map(|d| d.samples).sum();
-    let seconds = elapsed.as_secs_f64();
-    let timing = serde_json::json!({
-        "schema_version": result.schema_version,
-        "wall_s": seconds,
-        "threads": rayon::current_num_threads(),
-        "evaluations_per_s": result.evaluations as f64 / seconds,
-        "candidate_steps_per_s": result.evaluations as f64 * steps as f64 / seconds,
-    });
-    change.write("timing.json", (serde_json::to_string_pretty(&timing)? + "\n").as_bytes())?;
+    if let Some(elapsed) = elapsed {
+        let steps: usize = result.data.iter().map(|d| d.samples).sum();
+        let seconds = elapsed.as_secs_f64();
+        let timing = serde_json::json!({
+            "schema_version": result.schema_version,
+            "wall_s": seconds,
+            "threads": rayon::current_num_threads(),
+            "evaluations_per_s": result.evaluations as f64 / seconds,
+            "candidate_steps_per_s": result.evaluations as f64 * steps as f64 / seconds,
+        });
+        change.write("timing.json", (serde_json::to_string_pretty(&timing)? + "\n").as_bytes())?;
+    }
 
     let parameters = result.calibrated_variant()?.parameters;
-    for (i, (case, one)) in reference.cases().iter().zip(loaded).enumerate() {
+    for (i, (case, one)) in cases.iter().zip(loaded).enumerate() {
         let suffix = if loaded.len() == 1 { String::new() } else { format!("_{}", i + 1) };
         let mut trace = Trace::default();
         let outcome = rescore::outcome(case, &parameters, &mut trace)?;

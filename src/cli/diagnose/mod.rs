@@ -3,7 +3,7 @@
 mod again;
 mod bar;
 mod load;
-mod write;
+pub mod write;
 
 use super::data::DataArgs;
 use super::evaluator::warn;

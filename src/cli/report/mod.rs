@@ -59,16 +59,20 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         .into());
     }
     settle(if args.result.is_dir() { &args.result } else { args.result.parent().unwrap_or(Path::new(".")) })?;
-    let file = if args.result.is_dir() { result_in(args)? } else { args.result.clone() };
-    let folder = file.parent().unwrap_or(Path::new("."));
-    let page = match file.file_name().and_then(|name| name.to_str()) {
-        Some("tasks.jsonl") => study::page(folder)?,
-        Some(FLEET) => fleet::page(folder)?,
-        _ => one(&file, folder)?,
-    };
+    let page = page(&if args.result.is_dir() { result_in(args)? } else { args.result.clone() })?;
     output::write_file(&args.out, page.as_bytes())?;
     eprintln!("{} ({} kB)", args.out.display(), page.len() / 1000);
     Ok(())
+}
+
+/// The page of what a file is the main one of.
+pub fn page(file: &Path) -> anyhow::Result<String> {
+    let folder = file.parent().unwrap_or(Path::new("."));
+    match file.file_name().and_then(|name| name.to_str()) {
+        Some("tasks.jsonl") => study::page(folder),
+        Some(FLEET) => fleet::page(folder),
+        _ => one(file, folder),
+    }
 }
 
 /// The file that makes a folder what it is.

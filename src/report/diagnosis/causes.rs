@@ -67,9 +67,9 @@ fn bar(evidence: f64, threshold: f64) -> String {
 }
 
 /// The mark of a parameter on a bound.
-pub(in crate::report) const AT_BOUND: &str = "at its bound";
+pub(in crate::internal::report) const AT_BOUND: &str = "at its bound";
 /// What follows from units that contradict each other.
-pub(in crate::report) const MEND_FIRST: &str = "Mend that first: no size below can be trusted until then";
+pub(in crate::internal::report) const MEND_FIRST: &str = "Mend that first: no size below can be trusted until then";
 
 /// Parameters with their intervals; those at a bound are marked.
 pub(super) fn parameters(text: &mut String, parameters: &[ParameterEntry]) -> Result {
@@ -83,7 +83,7 @@ pub(super) fn parameters(text: &mut String, parameters: &[ParameterEntry]) -> Re
 }
 
 /// What a parameter of a model or of a built-in cause means; nothing of a user's own one.
-pub(in crate::report) fn meaning(parameter: &str) -> &'static str {
+pub(in crate::internal::report) fn meaning(parameter: &str) -> &'static str {
     let mut built_in = library().iter().flat_map(|extension| extension.parameters.iter().copied());
     let own = || built_in.find(|symbol| symbol.name() == parameter);
     Symbol::from_name(parameter).or_else(own).map_or("", Symbol::meaning)
@@ -134,7 +134,7 @@ pub(super) fn verdict(text: &mut String, outcome: &Outcome) -> Result {
 }
 
 /// What to do where the car follows the law of another base.
-pub(in crate::report) fn next(base: &str) -> String {
+pub(in crate::internal::report) fn next(base: &str) -> String {
     format!("Next: the same command with --base {base}")
 }
 

@@ -26,7 +26,7 @@ const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 
 
 /// A page under construction.
 #[derive(Debug, Default)]
-pub(in crate::report) struct Page {
+pub(in crate::internal::report) struct Page {
     body: String,
     charts: Vec<Chart>,
     sections: Vec<(String, String)>,
@@ -118,7 +118,7 @@ impl Page {
 }
 
 /// Text in HTML.
-pub(in crate::report) fn escape(text: &str) -> String {
+pub(in crate::internal::report) fn escape(text: &str) -> String {
     crate::shown::lines(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
@@ -128,7 +128,7 @@ fn unscripted(json: &str) -> String {
 }
 
 /// Four significant digits; what only the order of a sum makes differ from 0 is 0.
-pub(in crate::report) fn short(value: f64) -> String {
+pub(in crate::internal::report) fn short(value: f64) -> String {
     if value.abs() < 1e-12 {
         return "0".to_owned();
     }

@@ -6,8 +6,8 @@ use super::{PROBLEMS_SHOWN, list};
 /// The first problems of some of a file's values, and how many there are beyond them.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Faults {
-    pub(in crate::trajectory) first: Vec<Problem>,
-    pub(in crate::trajectory) more: u64,
+    pub(in crate::internal::trajectory) first: Vec<Problem>,
+    pub(in crate::internal::trajectory) more: u64,
 }
 
 impl Faults {
@@ -23,7 +23,7 @@ impl Faults {
         list(path, &self.first, self.more)
     }
 
-    pub(in crate::trajectory) fn add(&mut self, problem: Problem) {
+    pub(in crate::internal::trajectory) fn add(&mut self, problem: Problem) {
         if self.first.len() < PROBLEMS_SHOWN {
             self.first.push(problem);
         } else {
@@ -32,7 +32,7 @@ impl Faults {
     }
 
     /// Takes the problems of `other` as well; what is kept is the first in file order.
-    pub(in crate::trajectory) fn merge(&mut self, other: Faults) {
+    pub(in crate::internal::trajectory) fn merge(&mut self, other: Faults) {
         self.first.extend(other.first);
         self.first.sort_by_key(|problem| (problem.line, problem.column));
         let beyond = self.first.len().saturating_sub(PROBLEMS_SHOWN);

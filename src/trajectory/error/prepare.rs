@@ -60,7 +60,7 @@ fn why_not(follower: usize) -> String {
 }
 
 /// What a time step of more than `limit` s is told, whoever meets it.
-pub(in crate::trajectory) fn step_too_long(step: f64, limit: f64) -> String {
+pub(in crate::internal::trajectory) fn step_too_long(step: f64, limit: f64) -> String {
     format!("expected a time step of at most {limit} s, found {step}; is the time in milliseconds?")
 }
 

@@ -6,19 +6,19 @@ use crate::trajectory::error::ProblemKind;
 
 /// One field of a line: its text without blanks and quotes around it, and where it starts.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::trajectory) struct Field<'a> {
+pub(in crate::internal::trajectory) struct Field<'a> {
     pub text: &'a str,
     /// Byte of the line at which it starts.
     pub start: usize,
 }
 
 /// Splits `line` at its commas; a field may be in double quotes, which then hide commas.
-pub(in crate::trajectory) fn split<'a>(line: &'a str, fields: &mut Vec<Field<'a>>) {
+pub(in crate::internal::trajectory) fn split<'a>(line: &'a str, fields: &mut Vec<Field<'a>>) {
     split_at(line, ',', fields);
 }
 
 /// The same at another separator.
-pub(in crate::trajectory) fn split_at<'a>(line: &'a str, separator: char, fields: &mut Vec<Field<'a>>) {
+pub(in crate::internal::trajectory) fn split_at<'a>(line: &'a str, separator: char, fields: &mut Vec<Field<'a>>) {
     fields.clear();
     let mut start = 0;
     loop {
@@ -44,12 +44,12 @@ pub(in crate::trajectory) fn split_at<'a>(line: &'a str, separator: char, fields
 }
 
 /// Character of the line, counted from 1, at byte `start`.
-pub(in crate::trajectory) fn column_of(line: &str, start: usize) -> usize {
+pub(in crate::internal::trajectory) fn column_of(line: &str, start: usize) -> usize {
     line[..start].chars().count() + 1
 }
 
 /// Stops if the line is separated by semicolons or tabs; `mapped` if a column map could read the file all the same.
-pub(in crate::trajectory) fn check_separator(
+pub(in crate::internal::trajectory) fn check_separator(
     line: &str,
     number: u64,
     mapped: bool,
@@ -74,7 +74,7 @@ fn is_number(text: &str) -> bool {
 }
 
 /// Stops if the first line of a table, which names the columns, is one of numbers.
-pub(in crate::trajectory) fn check_names(fields: &[Field], problems: &mut Problems) -> Result<(), Stop> {
+pub(in crate::internal::trajectory) fn check_names(fields: &[Field], problems: &mut Problems) -> Result<(), Stop> {
     let mut texts = fields.iter().map(|field| field.text).filter(|text| !text.is_empty()).peekable();
     if texts.peek().is_some() && texts.all(is_number) {
         let found = fields.iter().map(|field| field.text.to_owned()).collect();
@@ -85,7 +85,7 @@ pub(in crate::trajectory) fn check_names(fields: &[Field], problems: &mut Proble
 
 /// The header line of a table.
 #[derive(Debug, Clone)]
-pub(in crate::trajectory) struct Header {
+pub(in crate::internal::trajectory) struct Header {
     /// Line of the file, counted from 1.
     pub line: u64,
     /// Names without blanks around them; trailing nameless columns are cut.
@@ -94,7 +94,7 @@ pub(in crate::trajectory) struct Header {
 }
 
 /// For tables of one's own with other names.
-pub(in crate::trajectory) const OWN_NAMES: &str = "read the table as it is with --columns (`leadlag list columns`)";
+pub(in crate::internal::trajectory) const OWN_NAMES: &str = "read the table as it is with --columns (`leadlag list columns`)";
 
 /// Nine cars of OpenACC have 71 columns; what is done per column and name must not grow into hours.
 const COLUMNS_MAX: usize = 2000;
@@ -205,7 +205,7 @@ impl Header {
 }
 
 /// The candidate that `name` is a likely misspelling of: at most two edits apart, case and blanks not counted.
-pub(in crate::trajectory) fn nearest<'a>(name: &str, candidates: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+pub(in crate::internal::trajectory) fn nearest<'a>(name: &str, candidates: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     // The distance takes quadratic time; no known column is longer.
     if name.len() > 40 {
         return None;

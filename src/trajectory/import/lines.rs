@@ -9,7 +9,7 @@ use sha2::{Digest, Sha256};
 use std::io::{BufRead, BufReader, Read};
 
 /// A text file, line by line.
-pub(in crate::trajectory) struct Lines<R> {
+pub(in crate::internal::trajectory) struct Lines<R> {
     input: BufReader<R>,
     hash: Sha256,
     buffer: Vec<u8>,

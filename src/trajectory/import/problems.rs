@@ -5,7 +5,7 @@ use std::io;
 
 /// Reading cannot go on.
 #[derive(Debug)]
-pub(in crate::trajectory) enum Stop {
+pub(in crate::internal::trajectory) enum Stop {
     /// The reason is the last of the collected problems.
     Rejected,
     /// The medium failed at this line.
@@ -14,7 +14,7 @@ pub(in crate::trajectory) enum Stop {
 
 /// Problems found so far.
 #[derive(Debug, Default)]
-pub(in crate::trajectory) struct Problems {
+pub(in crate::internal::trajectory) struct Problems {
     found: Faults,
 }
 

@@ -18,9 +18,9 @@ pub(super) const REVERSE_LIMIT: f64 = -0.5;
 /// No car follows another from further away \[m\].
 const SPACING_LIMIT: f64 = 1e4;
 /// No road is longer \[m\]; beyond it a double no longer resolves fractions of a millimetre anyway.
-pub(in crate::trajectory) const POSITION_LIMIT: f64 = 1e9;
+pub(in crate::internal::trajectory) const POSITION_LIMIT: f64 = 1e9;
 /// The sine of no road's grade is beyond this.
-pub(in crate::trajectory) const GRADE_LIMIT: f64 = 0.5;
+pub(in crate::internal::trajectory) const GRADE_LIMIT: f64 = 0.5;
 
 /// What the numbers of a column mean, so what they may be.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -309,12 +309,12 @@ impl Table {
 const MISSING: [&str; 8] = ["", "nan", "na", "n/a", "#n/a", "null", "none", "-"];
 
 /// True for an empty field, and for a word that means the same.
-pub(in crate::trajectory) fn is_missing(text: &str) -> bool {
+pub(in crate::internal::trajectory) fn is_missing(text: &str) -> bool {
     MISSING.iter().any(|word| text.eq_ignore_ascii_case(word))
 }
 
 /// A number, NaN if it is missing, or what is wrong with it.
-pub(in crate::trajectory) fn finite(text: &str, column: &str) -> Result<f64, ProblemKind> {
+pub(in crate::internal::trajectory) fn finite(text: &str, column: &str) -> Result<f64, ProblemKind> {
     if is_missing(text) {
         return Ok(f64::NAN);
     }
@@ -328,7 +328,7 @@ pub(in crate::trajectory) fn finite(text: &str, column: &str) -> Result<f64, Pro
 }
 
 /// A number that must be there.
-pub(in crate::trajectory) fn present(text: &str, column: &str) -> Result<f64, ProblemKind> {
+pub(in crate::internal::trajectory) fn present(text: &str, column: &str) -> Result<f64, ProblemKind> {
     match finite(text, column) {
         Ok(value) if value.is_nan() => Err(ProblemKind::Missing { column: column.to_owned() }),
         Err(ProblemKind::NotANumber { column, found, .. }) => {

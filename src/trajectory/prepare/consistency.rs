@@ -139,7 +139,7 @@ fn residual(gap: &[f64], integrated: &[f64], x_f: &[f64], anchor: &str) -> Note 
 }
 
 /// Slope of the least-squares line of `y` over `x`; 0 where `x` does not move.
-pub(in crate::trajectory) fn slope(x: &[f64], y: &[f64]) -> f64 {
+pub(in crate::internal::trajectory) fn slope(x: &[f64], y: &[f64]) -> f64 {
     let n = x.len() as f64;
     let (x_mean, y_mean) = (x.iter().sum::<f64>() / n, y.iter().sum::<f64>() / n);
     let spread: f64 = x.iter().map(|x| (x - x_mean).powi(2)).sum();

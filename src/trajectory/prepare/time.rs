@@ -6,9 +6,9 @@ use crate::trajectory::{Note, PrepareError};
 use std::ops::Range;
 
 /// Times may lie this far off the uniform grid \[s\]: files write 6 decimals, or sums of 0.1 with rounding dust.
-pub(in crate::trajectory) const GRID_TOLERANCE_S: f64 = 1e-6;
+pub(in crate::internal::trajectory) const GRID_TOLERANCE_S: f64 = 1e-6;
 /// A longer time step says that the unit is wrong \[s\].
-pub(in crate::trajectory) const STEP_MAX_S: f64 = 5.0;
+pub(in crate::internal::trajectory) const STEP_MAX_S: f64 = 5.0;
 /// More samples than this are refused: 139 hours at 10 Hz.
 const SAMPLES_MAX: usize = 5_000_000;
 
@@ -64,7 +64,7 @@ pub(super) fn uniform(samples: Samples, context: &Context, notes: &mut Vec<Note>
 }
 
 /// Median difference of successive times \[s\].
-pub(in crate::trajectory) fn median_step(t: &[f64]) -> Option<f64> {
+pub(in crate::internal::trajectory) fn median_step(t: &[f64]) -> Option<f64> {
     let mut steps: Vec<f64> = t.windows(2).map(|pair| pair[1] - pair[0]).collect();
     steps.sort_by(f64::total_cmp);
     let middle = steps.get(steps.len() / 2).copied();
@@ -72,7 +72,7 @@ pub(in crate::trajectory) fn median_step(t: &[f64]) -> Option<f64> {
 }
 
 /// Ranges of rows between which time jumps by more than `max_gap_s`.
-pub(in crate::trajectory) fn stretches(t: &[f64], max_gap_s: f64) -> Vec<Range<usize>> {
+pub(in crate::internal::trajectory) fn stretches(t: &[f64], max_gap_s: f64) -> Vec<Range<usize>> {
     let mut ranges = Vec::new();
     let mut start = 0;
     for i in 1..=t.len() {
@@ -85,7 +85,7 @@ pub(in crate::trajectory) fn stretches(t: &[f64], max_gap_s: f64) -> Vec<Range<u
 }
 
 /// The step that the longest stretch keeps \[s\]: a decimal of up to 6 places where one fits all its rows.
-pub(in crate::trajectory) fn nominal_step(t: &[f64], ranges: &[Range<usize>], step: f64) -> f64 {
+pub(in crate::internal::trajectory) fn nominal_step(t: &[f64], ranges: &[Range<usize>], step: f64) -> f64 {
     let Some(longest) = ranges.iter().max_by_key(|range| range.len()) else {
         return step;
     };

@@ -1,0 +1,38 @@
+"""Calibrates car-following and adaptive-cruise-control models on measured trajectories.
+
+    import leadlag as ll
+
+    drive = ll.Drive(frame)                  # or ll.read("platoon.csv", follower=1)
+    fit = ll.calibrate(drive, "idm+delay", bounds="human", seed=1)
+    fit.parameters, fit.intervals, fit.score
+    fit.simulate(other).to_pandas()
+
+Lengths are metres, times seconds, speeds m/s, accelerations m/s². The same seed gives the same result to the bit as the command ``leadlag``,
+whatever the number of threads. Errors are :class:`Error`, or :class:`UsageError` where something was asked for that cannot be.
+"""
+
+from ._api import (
+    Drive,
+    Evaluator,
+    Model,
+    calibrate,
+    calibrate_all,
+    diagnose,
+)
+from ._native import Error, Findings, Fit, Simulation, UsageError, __version__, read
+
+__all__ = [
+    "Drive",
+    "Error",
+    "Evaluator",
+    "Findings",
+    "Fit",
+    "Model",
+    "Simulation",
+    "UsageError",
+    "__version__",
+    "calibrate",
+    "calibrate_all",
+    "diagnose",
+    "read",
+]

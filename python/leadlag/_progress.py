@@ -1,0 +1,49 @@
+"""How far long work is: tqdm's bar where tqdm is installed, else a line that is written again and again. Nothing in the first two seconds."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable
+from typing import Any
+
+#: Seconds of work that need no bar.
+PATIENCE = 2.0
+
+
+class Bar:
+    """A bar on stderr, or in the notebook. To be closed by ``with``."""
+
+    def __init__(self, what: str, wanted: bool) -> None:
+        self.what = what
+        self.started = time.monotonic()
+        self.wanted = wanted
+        self.bar: Any = None
+        self.line = False
+
+    def __enter__(self) -> Callable[[float, str], None] | None:
+        return self.tell if self.wanted else None
+
+    def tell(self, done: float, text: str) -> None:
+        """Shows the share that is done."""
+        if time.monotonic() - self.started < PATIENCE:
+            return
+        if self.bar is None and not self.line:
+            try:
+                from tqdm.auto import tqdm
+
+                form = "{desc} {percentage:3.0f} %|{bar}| {elapsed} {postfix}"
+                self.bar = tqdm(total=1.0, desc=self.what, bar_format=form, leave=False)
+            except ImportError:
+                self.line = True
+        if self.bar is not None:
+            self.bar.set_postfix_str(text, refresh=False)
+            self.bar.update(max(0.0, min(done, 1.0) - self.bar.n))
+        elif sys.stderr.isatty():
+            print(f"\r{self.what} {100 * min(done, 1.0):3.0f} %  {text}\x1b[K", end="", file=sys.stderr, flush=True)
+
+    def __exit__(self, *_: object) -> None:
+        if self.bar is not None:
+            self.bar.close()
+        elif self.line and sys.stderr.isatty():
+            print("\r\x1b[K", end="", file=sys.stderr, flush=True)

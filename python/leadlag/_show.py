@@ -1,0 +1,82 @@
+"""Pictures and pages: nothing here is needed to compute."""
+
+from __future__ import annotations
+
+import base64
+import html
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from . import _native
+
+
+class Page:
+    """A page that a notebook shows in a frame."""
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+
+    def _repr_html_(self) -> str:
+        whole = html.escape(self.text, quote=True)
+        return f'<iframe srcdoc="{whole}" style="width:100%;height:40rem;border:1px solid #ccc"></iframe>'
+
+    def __repr__(self) -> str:
+        return f"<page of {len(self.text) // 1000} kB; give a path to write it to a file>"
+
+
+def report(what: Any, main: str, path: Path | None) -> Page | Path:
+    """The page of a fit or of findings."""
+    with tempfile.TemporaryDirectory() as folder:
+        what.save(folder)
+        text = _native.page(Path(folder) / main)
+    if path is None:
+        return Page(text)
+    path = Path(path)
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def fit_html(fit: _native.Fit) -> str:
+    """Parameters as a table, and the picture of the first drive."""
+    rows = []
+    for name, value in fit.parameters.items():
+        interval = fit.intervals.get(name)
+        known = f"{interval[0]:.4g} to {interval[1]:.4g}" if interval else ""
+        bound = "at bound" if name in fit.at_bound else ""
+        cells = (name, f"{value:.4g}", fit.units.get(name, ""), known, bound)
+        rows.append("<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in cells) + "</tr>")
+    picture = fit._picture()
+    image = ""
+    if picture is not None:
+        data = base64.b64encode(picture.encode()).decode()
+        title = f"spacing, speed and acceleration, measured and simulated by {fit.model}"
+        image = f'<img alt="{html.escape(title)}" style="max-width:100%" src="data:image/svg+xml;base64,{data}">'
+    head = "".join(f"<th>{name}</th>" for name in ("parameter", "value", "unit", "95 % interval", ""))
+    return (
+        f"<p><b>{html.escape(fit.model)}</b>, score {fit.score:.4f}</p>"
+        f"<table><thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table>{image}"
+    )
+
+
+def plot(fit: _native.Fit) -> Any:
+    """Spacing, speed and acceleration of every drive of the fit, measured and simulated; a matplotlib figure."""
+    import matplotlib.pyplot as plt
+    import numpy as np
+
+    drives = fit.drives
+    size = (6.4 * len(drives), 6.4)
+    figure, axes = plt.subplots(3, len(drives), sharex="col", squeeze=False, figsize=size, layout="constrained")
+    for column, drive in enumerate(drives):
+        simulation = fit.simulate(drive)
+        measured = (drive.spacing, drive.speed, np.gradient(drive.speed, drive.time_step))
+        simulated = (simulation.spacing, simulation.speed, simulation.acceleration)
+        for row, label in enumerate(("spacing [m]", "speed [m/s]", "acceleration [m/s²]")):
+            axis = axes[row][column]
+            axis.plot(drive.time, measured[row], color="black", linewidth=1.2, label="measured")
+            axis.plot(simulation.time, simulated[row], color="#d55e00", linewidth=1, label=fit.model)
+            axis.set_ylabel(label)
+        axes[0][column].set_title(drive.label)
+        axes[2][column].set_xlabel("time [s]")
+    axes[0][0].legend()
+    return figure

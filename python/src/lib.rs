@@ -1,0 +1,59 @@
+//! The extension module `leadlag._native`: the facade of the library as Python classes. What is Python's own, such as data frames and pictures,
+//! is in the Python files beside it.
+
+mod drive;
+mod evaluator;
+mod findings;
+mod fit;
+mod model;
+mod watch;
+
+use pyo3::create_exception;
+use pyo3::exceptions::PyException;
+use pyo3::prelude::*;
+use std::path::PathBuf;
+
+create_exception!(
+    leadlag,
+    Error,
+    PyException,
+    "What could not be done: where, what was expected, what was found, what to do."
+);
+create_exception!(leadlag, UsageError, Error, "Something was asked for that cannot be, whatever the data.");
+
+/// An error of the library as a Python exception of the same text.
+fn raised(error: leadlag::Error) -> PyErr {
+    if error.is_usage() { UsageError::new_err(error.to_string()) } else { Error::new_err(error.to_string()) }
+}
+
+/// Runs the command line with these words, the first of which is the name of the program; returns the exit code.
+#[pyfunction]
+fn run(py: Python<'_>, words: Vec<String>) -> u8 {
+    py.detach(|| leadlag::cli::run(words))
+}
+
+/// The page of the main file of a folder that `save` wrote.
+#[pyfunction]
+fn page(py: Python<'_>, file: PathBuf) -> PyResult<String> {
+    py.detach(|| leadlag::cli::page(&file)).map_err(raised)
+}
+
+#[pymodule]
+fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<drive::Drive>()?;
+    module.add_class::<fit::Fit>()?;
+    module.add_class::<fit::Simulation>()?;
+    module.add_class::<evaluator::Evaluator>()?;
+    module.add_class::<findings::Findings>()?;
+    module.add_class::<model::Calibration>()?;
+    module.add_function(wrap_pyfunction!(run, module)?)?;
+    module.add_function(wrap_pyfunction!(page, module)?)?;
+    module.add_function(wrap_pyfunction!(drive::read, module)?)?;
+    module.add_function(wrap_pyfunction!(drive::again, module)?)?;
+    module.add_function(wrap_pyfunction!(model::calibrate_files, module)?)?;
+    module.add_function(wrap_pyfunction!(model::calibrate_drives, module)?)?;
+    module.add_function(wrap_pyfunction!(findings::diagnose, module)?)?;
+    module.add("Error", module.py().get_type::<Error>())?;
+    module.add("UsageError", module.py().get_type::<UsageError>())?;
+    module.add("__version__", env!("CARGO_PKG_VERSION"))
+}

@@ -1,0 +1,221 @@
+//! Calibrations: the settings, one fit, and a table of many.
+
+use crate::drive::{Drive, options, reading};
+use crate::evaluator::Evaluator;
+use crate::fit::Fit;
+use crate::raised;
+use crate::watch::{Watch, watched};
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+
+/// Settings of a calibration, which every method changes for a copy.
+#[pyclass(module = "leadlag", frozen)]
+#[derive(Clone)]
+pub struct Calibration {
+    pub inner: leadlag::Calibration,
+    /// Simulations of all replicates at most, for the share that is done.
+    most: u64,
+}
+
+impl Calibration {
+    fn with(&self, inner: leadlag::Calibration) -> Calibration {
+        Calibration { inner, most: self.most }
+    }
+}
+
+#[pymethods]
+impl Calibration {
+    /// Of a model by its name, with extensions: names of built-in causes, paths of WGSL files, or (name, text).
+    #[new]
+    fn new(model: &str, extensions: Vec<Extension>) -> PyResult<Calibration> {
+        let mut inner = leadlag::Calibration::of(model).map_err(raised)?;
+        for extension in extensions {
+            inner = match extension {
+                Extension::Text(name, text) => inner.extend_text(&name, &text),
+                Extension::Named(name) => inner.extend(&name),
+            }
+            .map_err(raised)?;
+        }
+        let most = inner.most_evaluations();
+        Ok(Calibration { inner, most })
+    }
+
+    fn bounds(&self, given: &str) -> Calibration {
+        self.with(self.inner.clone().bounds(given))
+    }
+
+    fn bound(&self, parameter: &str, lower: f64, upper: f64) -> Calibration {
+        self.with(self.inner.clone().bound(parameter, lower, upper))
+    }
+
+    fn fix(&self, parameter: &str, value: f64) -> Calibration {
+        self.with(self.inner.clone().fix(parameter, value))
+    }
+
+    /// What is minimised, convention, optimiser, evaluator and precision, each None for the default.
+    fn words(
+        &self,
+        gof: Option<&str>,
+        convention: Option<&str>,
+        optimizer: Option<&str>,
+        evaluator: Option<&str>,
+        precision: Option<&str>,
+    ) -> PyResult<Calibration> {
+        let mut inner = self.inner.clone();
+        let given = |inner: leadlag::Calibration, word: Option<&str>, set: Setter| match word {
+            Some(word) => set(inner, word).map_err(raised),
+            None => Ok(inner),
+        };
+        inner = given(inner, gof, leadlag::Calibration::minimise)?;
+        inner = given(inner, convention, leadlag::Calibration::convention)?;
+        inner = given(inner, optimizer, leadlag::Calibration::optimizer)?;
+        inner = given(inner, evaluator, leadlag::Calibration::evaluator)?;
+        inner = given(inner, precision, leadlag::Calibration::precision)?;
+        Ok(self.with(inner))
+    }
+
+    /// Seed, replicates, evaluations at most, and whether intervals are estimated, each None for the default.
+    fn numbers(
+        &self,
+        seed: Option<u64>,
+        replicates: Option<u64>,
+        max_evaluations: Option<u64>,
+        intervals: Option<bool>,
+    ) -> Calibration {
+        let mut inner = self.inner.clone();
+        inner = seed.map_or(inner.clone(), |seed| inner.seed(seed));
+        inner = replicates.map_or(inner.clone(), |replicates| inner.replicates(replicates));
+        inner = max_evaluations.map_or(inner.clone(), |most| inner.max_evaluations(most));
+        inner = intervals.map_or(inner.clone(), |wanted| inner.intervals(wanted));
+        let most = inner.most_evaluations();
+        Calibration { inner, most }
+    }
+
+    /// The name of the model.
+    #[getter]
+    fn model(&self) -> String {
+        self.inner.model()
+    }
+
+    /// What is doubtful about it on these drives.
+    fn warnings(&self, drives: Vec<Py<Drive>>) -> PyResult<Vec<String>> {
+        let drives: Vec<&leadlag::Drive> = drives.iter().map(|drive| &drive.get().inner).collect();
+        self.inner.warnings(&drives).map_err(raised)
+    }
+
+    /// Calibrates one parameter set on these drives; the fit, and whether it was interrupted.
+    fn run(
+        &self,
+        py: Python<'_>,
+        drives: Vec<Py<Drive>>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<(Fit, Option<PyErr>)> {
+        let own = drives;
+        let drives: Vec<leadlag::Drive> = own.iter().map(|drive| drive.get().inner.clone()).collect();
+        let refs: Vec<&leadlag::Drive> = drives.iter().collect();
+        let search = |watch: &Watch| {
+            let mut evaluations = Vec::new();
+            self.inner.run_on(&refs, &mut |told| {
+                let replicate = told.replicate as usize;
+                evaluations.resize(evaluations.len().max(replicate + 1), 0);
+                evaluations[replicate] = told.evaluations;
+                let done = evaluations.iter().sum::<u64>();
+                watch.tell(done as f64 / self.most as f64, || match told.best {
+                    Some(best) => format!("{done} simulations, best {best:.6}"),
+                    None => format!("{done} simulations, none feasible yet"),
+                });
+                if watch.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            })
+        };
+        let (inner, interrupted) = watched(py, progress.as_ref(), search)?;
+        Ok((Fit::of(inner, drives, own), interrupted))
+    }
+
+    /// An evaluator of candidates on these drives.
+    fn evaluate_on(&self, py: Python<'_>, drives: Vec<Py<Drive>>) -> PyResult<Evaluator> {
+        let drives: Vec<leadlag::Drive> = drives.iter().map(|drive| drive.get().inner.clone()).collect();
+        let refs: Vec<&leadlag::Drive> = drives.iter().collect();
+        Ok(Evaluator::of(py.detach(|| self.inner.evaluate_on(&refs)).map_err(raised)?, &drives))
+    }
+}
+
+type Setter = fn(leadlag::Calibration, &str) -> Result<leadlag::Calibration, leadlag::Error>;
+
+/// An extension by its name, path or text.
+#[derive(FromPyObject)]
+pub enum Extension {
+    Text(String, String),
+    Named(String),
+}
+
+type Columns<'py> = Bound<'py, PyDict>;
+
+/// Calibrates every pair of files, folders, or of one text; columns by name, and whether it was interrupted.
+#[pyfunction]
+pub fn calibrate_files<'py>(
+    py: Python<'py>,
+    paths: Vec<PathBuf>,
+    text: Option<Vec<u8>>,
+    calibrations: Vec<Py<Calibration>>,
+    settings: &Bound<'py, PyDict>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<(Columns<'py>, Vec<String>, Option<PyErr>)> {
+    let reading = reading(&options(Some(settings))?)?;
+    let pairs = py
+        .detach(|| match text {
+            Some(text) => leadlag::Pairs::of_text(&reading, &text, "table"),
+            None => leadlag::Pairs::read(&reading, &paths),
+        })
+        .map_err(raised)?;
+    fleet(py, &pairs, &calibrations, progress.as_ref())
+}
+
+/// The same of drives at hand.
+#[pyfunction]
+pub fn calibrate_drives<'py>(
+    py: Python<'py>,
+    drives: Vec<Py<Drive>>,
+    calibrations: Vec<Py<Calibration>>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<(Columns<'py>, Vec<String>, Option<PyErr>)> {
+    let drives: Vec<&leadlag::Drive> = drives.iter().map(|drive| &drive.get().inner).collect();
+    fleet(py, &leadlag::Pairs::of_drives(&drives), &calibrations, progress.as_ref())
+}
+
+fn fleet<'py>(
+    py: Python<'py>,
+    pairs: &leadlag::Pairs,
+    calibrations: &[Py<Calibration>],
+    progress: Option<&Py<PyAny>>,
+) -> PyResult<(Columns<'py>, Vec<String>, Option<PyErr>)> {
+    let each = calibrations.iter().map(|one| one.get().inner.clone()).collect();
+    let fleet = leadlag::Fleet::of_calibrations(each).map_err(raised)?;
+    let (table, interrupted) = watched(py, progress, |watch| {
+        fleet.run_on(pairs, &|| watch.stopped(), &|done, whole| {
+            watch.tell(done as f64 / whole.max(1) as f64, || format!("{done} of {whole} calibrations"));
+        })
+    })?;
+    let columns = PyDict::new(py);
+    for column in &table.columns {
+        use leadlag::Values::{Flag, Integer, Number, Text};
+        let values = match &column.values {
+            Number(values) => numbers(py, values.iter().map(|value| value.unwrap_or(f64::NAN))),
+            // Without a gap they stay whole.
+            Integer(values) => match values.iter().copied().collect::<Option<Vec<i64>>>() {
+                Some(whole) => PyArray1::from_vec(py, whole).into_any(),
+                None => numbers(py, values.iter().map(|value| value.map_or(f64::NAN, |value| value as f64))),
+            },
+            Flag(values) => PyList::new(py, values)?.into_any(),
+            Text(values) => PyList::new(py, values)?.into_any(),
+        };
+        columns.set_item(&column.name, values)?;
+    }
+    Ok((columns, pairs.warnings(), interrupted))
+}
+
+fn numbers(py: Python<'_>, values: impl Iterator<Item = f64>) -> Bound<'_, PyAny> {
+    PyArray1::from_vec(py, values.collect()).into_any()
+}

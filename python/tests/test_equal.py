@@ -1,0 +1,87 @@
+"""What Python finds is what the command line finds, to the bit."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from conftest import run
+
+import leadlag as ll
+
+FEW = {"max_evaluations": 3000, "progress": False}
+
+
+def results(text: str) -> dict[str, Any]:
+    """A result without what tells where the data came from."""
+    result = json.loads(text)
+    for data in result["data"]:
+        del data["path"], data["sha256"]
+    return result
+
+
+@pytest.mark.parametrize("model", ["idm", "gipps+delay+linear"])
+def test_a_calibration(pair: Path, tmp_path: Path, model: str) -> None:
+    words = ["calibrate", str(pair), "--model", model, "--seed", "3", "--max-evaluations", "3000", "--out", str(tmp_path)]
+    run(*words)
+    told = (tmp_path / "result.json").read_text()
+    fit = ll.calibrate(ll.read(pair), model, seed=3, **FEW)
+    assert fit.to_json() == told
+    frames = pytest.importorskip("pandas")
+    frame = frames.read_csv(pair)
+    assert results(ll.calibrate(ll.Drive(frame), model, seed=3, **FEW).to_json()) == results(told)
+    arrays = {name: frame[name].to_numpy() for name in frame.columns}
+    assert results(ll.calibrate(ll.Drive(arrays), model, seed=3, **FEW).to_json()) == results(told)
+    fit.save(tmp_path / "saved")
+    for name in ("result.json", "simulation.csv", "plot.svg"):
+        assert (tmp_path / "saved" / name).read_bytes() == (tmp_path / name).read_bytes(), name
+
+
+def test_polars_and_arrow(pair: Path) -> None:
+    polars = pytest.importorskip("polars")
+    frame = polars.read_csv(pair)
+    drives = [ll.Drive(frame)]
+    try:
+        drives.append(ll.Drive(frame.to_arrow()))
+    except ModuleNotFoundError:
+        pass
+    for drive in drives:
+        assert np.array_equal(drive.speed, ll.read(pair).speed)
+        assert np.array_equal(drive.time, ll.read(pair).time)
+
+
+def test_several_drives_and_bounds(folder: Path, tmp_path: Path) -> None:
+    files = [str(folder / f"drive{seed}" / "pair_follower2.csv") for seed in (1, 2)]
+    run("calibrate", *files, "--joint", "--model", "idm", "--bounds", "human", "--fix", "delta=4", "--max-evaluations",
+        "3000", "--no-intervals", "--out", str(tmp_path))  # fmt: skip
+    drives = [ll.read(file) for file in files]
+    fit = ll.calibrate(drives, "idm", bounds="human", fix={"delta": 4}, intervals=False, **FEW)
+    assert fit.to_json() == (tmp_path / "result.json").read_text()
+    assert fit.intervals == {}
+
+
+def test_a_fleet(folder: Path, tmp_path: Path) -> None:
+    pandas = pytest.importorskip("pandas")
+    run("calibrate", str(folder / "drive1"), "--all", "--model", "idm", "--model", "gipps", "--out", str(tmp_path))
+    told = pandas.read_csv(tmp_path / "parameters.csv", float_precision="round_trip")
+    found = ll.calibrate_all(folder / "drive1", ["idm", "gipps"], progress=False)
+    assert list(found.columns) == list(told.columns)
+    for name in told.columns:
+        same = [(a == b) or (a != a or a is None) and (b != b or b is None) for a, b in zip(found[name], told[name])]
+        assert all(same), name
+    drives = [ll.read(path) for path in sorted((folder / "drive1").glob("pair_*.csv"))]
+    own = ll.calibrate_all(drives, ["idm", "gipps"], progress=False)
+    assert np.array_equal(own["score"], [s for s, file in zip(found["score"], found["file"]) if "pair_" in file])
+
+
+def test_a_diagnosis(folder: Path, tmp_path: Path) -> None:
+    files = [str(folder / f"drive{seed}" / "pair_follower1.csv") for seed in (1, 2)]
+    out = run("diagnose", *files, "--base", "l-cth", "--effort", "quick", "--json")
+    findings = ll.diagnose([ll.read(file) for file in files], base="l-cth", effort="quick", progress=False)
+    assert findings.to_json() == out
+    assert findings.verdict == json.loads(out)["verdict"]
+    page = findings.report(tmp_path / "page.html")
+    assert page.read_text().startswith("<!DOCTYPE html>")

@@ -1,0 +1,188 @@
+"""The package as people use it: arrays in and out, copies, threads, errors, Ctrl-C."""
+
+from __future__ import annotations
+
+import copy
+import os
+import pickle
+import signal
+import threading
+import time
+import warnings
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import leadlag as ll
+
+FEW = {"max_evaluations": 2000, "progress": False}
+
+
+@pytest.fixture(scope="module")
+def drive(pair: Path) -> ll.Drive:
+    return ll.read(pair)
+
+
+@pytest.fixture(scope="module")
+def fit(drive: ll.Drive) -> ll.Fit:
+    return ll.calibrate(drive, "idm", **FEW)
+
+
+def test_a_fit_tells_what_it_found(fit: ll.Fit, drive: ll.Drive) -> None:
+    assert list(fit.parameters) == ["v_0", "a_max", "a_min", "d_0", "t_h", "delta"]
+    assert fit.units["t_h"] == "s"
+    assert 0 < fit.score < 0.3
+    assert all(low <= fit.parameters[name] <= high for name, (low, high) in fit.intervals.items())
+    simulation = fit.simulate(drive)
+    assert simulation.scores["nrmse_sva"] == pytest.approx(fit.score)
+    assert len(simulation.time) == len(drive) == len(simulation.speed)
+    assert simulation.ended is None
+    assert "idm" in repr(fit) and "t_h" in fit._repr_html_()
+    assert "svg" in fit._repr_html_()
+
+
+def test_tables_of_simulations(fit: ll.Fit, drive: ll.Drive) -> None:
+    pytest.importorskip("pandas")
+    frame = fit.simulate(drive).to_pandas()
+    assert list(frame.columns) == ["time_s", "spacing_m", "speed_mps", "acceleration_mps2"]
+    assert len(frame) == len(drive)
+
+
+def test_an_evaluator_scores_what_a_calibration_finds(fit: ll.Fit, drive: ll.Drive) -> None:
+    evaluator = ll.Evaluator(drive, "idm", precision="f64")
+    best = np.array([fit.parameters[name] for name in evaluator.parameters])
+    scores = evaluator(np.vstack([best, evaluator.lower, evaluator.upper]))
+    assert scores.shape == (3,)
+    assert scores[0] == pytest.approx(fit.score, rel=1e-9)
+    assert (scores[1:] >= scores[0]).all()
+    spacing, speed, acceleration = evaluator.simulate(best)
+    assert spacing.shape == speed.shape == acceleration.shape == (1, len(drive))
+    assert np.array_equal(spacing[0], fit.simulate(drive).spacing)
+    # Neither layout nor type of the array changes anything.
+    many = evaluator.lower + np.random.default_rng(1).random((50, 6)) * (evaluator.upper - evaluator.lower)
+    assert np.array_equal(evaluator(many), evaluator(np.asfortranarray(many)))
+    assert np.array_equal(evaluator(many), evaluator(many.tolist()))
+
+
+def test_fixed_parameters_are_no_columns(drive: ll.Drive) -> None:
+    evaluator = ll.Evaluator(drive, "idm", fix={"delta": 4})
+    assert evaluator.parameters == ["v_0", "a_max", "a_min", "d_0", "t_h"]
+    assert evaluator.lower.shape == (5,)
+
+
+@pytest.mark.parametrize("again", [copy.copy, copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one))])
+def test_copies(fit: ll.Fit, drive: ll.Drive, again) -> None:
+    assert np.array_equal(again(drive).speed, drive.speed)
+    table = {"time_s": drive.time, "lead_speed_mps": drive.lead_speed, "speed_mps": drive.speed, "spacing_m": drive.spacing}
+    assert np.array_equal(again(ll.Drive(table, max_gap=2)).spacing, drive.spacing)
+    other = again(fit)
+    assert other.to_json() == fit.to_json() and len(other.drives) == 1
+    evaluator = ll.Evaluator(drive, "idm")
+    assert np.array_equal(again(evaluator)(evaluator.upper), evaluator(evaluator.upper))
+
+
+def test_other_processes(drive: ll.Drive) -> None:
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
+        scores = list(pool.map(_score, [drive, drive]))
+    assert scores == [_score(drive)] * 2
+
+
+def _score(drive: ll.Drive) -> float:
+    return ll.calibrate(drive, "idm", **FEW, intervals=False).score
+
+
+def test_threads_work_side_by_side(drive: ll.Drive) -> None:
+    evaluator = ll.Evaluator(drive, "idm")
+    many = evaluator.lower + np.random.default_rng(2).random((200, 6)) * (evaluator.upper - evaluator.lower)
+    with ThreadPoolExecutor(4) as pool:
+        found = list(pool.map(evaluator, [many] * 8))
+        fits = list(pool.map(lambda seed: ll.calibrate(drive, "idm", seed=seed, **FEW).score, [1, 1, 2]))
+    assert all(np.array_equal(scores, found[0]) for scores in found)
+    assert fits[0] == fits[1]
+
+
+def test_extensions_by_name_and_text(drive: ll.Drive) -> None:
+    text = """//! The car brakes less than it is told to.
+struct Parameters {
+    /// share of the braking that is lost [-], 0 to 0.9, neutral 0
+    lost: f32,
+}
+
+fn soft_command(own: Parameters, a_cmd: f32) -> f32 {
+    return select(a_cmd, (1.0 - own.lost) * a_cmd, a_cmd < 0.0);
+}
+"""
+    fit = ll.calibrate(drive, ll.Model("idm", [("soft", text), "actuation_lag"]), **FEW, intervals=False)
+    assert {"lost", "tau_lag"} & set(fit.parameters)
+    assert pickle.loads(pickle.dumps(fit)).simulate(drive).scores == fit.simulate(drive).scores
+
+
+def test_errors_say_what_to_do(drive: ll.Drive, tmp_path: Path) -> None:
+    with pytest.raises(ll.UsageError, match="did you mean"):
+        ll.calibrate(drive, "idn")
+    with pytest.raises(ll.UsageError, match="has the parameters"):
+        ll.calibrate(drive, "idm", fix={"T": 1})
+    with pytest.raises(ll.UsageError, match="different lengths"):
+        ll.Drive({"time_s": [0.0, 0.1], "speed_mps": [1.0]})
+    with pytest.raises(ll.Error, match="spacing_m"):
+        ll.Drive({"time_s": [0.0, 0.1], "lead_speed_mps": [1.0, 1.0], "speed_mps": [1.0, 1.0]})
+    with pytest.raises(ll.Error, match="no.csv"):
+        ll.read(tmp_path / "no.csv")
+    with pytest.raises(ll.UsageError, match="no option"):
+        ll.read(tmp_path / "no.csv", folower=2)
+    with pytest.raises(ll.UsageError, match=r"shape \(n, 6\)"):
+        ll.Evaluator(drive, "idm")(np.zeros((3, 5)))
+    with pytest.raises(TypeError, match="expected a Drive"):
+        ll.calibrate("platoon.csv", "idm")  # type: ignore[arg-type]
+
+
+def test_doubts_are_warnings(drive: ll.Drive) -> None:
+    slow = {"time_s": drive.time, "lead_speed_mps": drive.lead_speed / 3, "speed_mps": drive.speed / 3, "spacing_m": drive.spacing}
+    with pytest.warns(UserWarning, match="v_0"):
+        ll.calibrate(ll.Drive(slow, reconcile="gap"), "idm", **FEW, intervals=False)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
+def test_ctrl_c_keeps_what_was_found(drive: ll.Drive) -> None:
+    threading.Timer(1.0, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+    started = time.monotonic()
+    with pytest.warns(UserWarning, match="interrupted"):
+        fit = ll.calibrate(drive, "idm", replicates=1000, progress=False)
+    assert time.monotonic() - started < 10
+    assert fit.score < 1 and fit.intervals == {}
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
+def test_ctrl_c_ends_a_diagnosis(drive: ll.Drive) -> None:
+    threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+    with pytest.raises(KeyboardInterrupt):
+        ll.diagnose(drive, base="l-cth", effort="normal", progress=False)
+
+
+def test_progress_is_told_and_may_stop(drive: ll.Drive) -> None:
+    settings = ll._api._settings("idm", replicates=300)
+    told: list[tuple[float, str]] = []
+    _, interrupted = settings.run([drive], lambda done, text: told.append((done, text)) or (1 / 0 if len(told) > 2 else None))
+    assert isinstance(interrupted, ZeroDivisionError)
+    assert all(0 <= done <= 1 for done, _ in told) and "simulations" in told[0][1]
+
+
+def test_pages(fit: ll.Fit, tmp_path: Path) -> None:
+    path = fit.report(tmp_path / "fit.html")
+    assert path.read_text().startswith("<!DOCTYPE html>")
+    assert "iframe" in fit.report()._repr_html_()
+
+
+def test_pictures(fit: ll.Fit) -> None:
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
+    assert len(fit.plot().axes) == 3
+
+
+def test_no_warning_without_a_reason(drive: ll.Drive) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        ll.calibrate(drive, "idm", **FEW, intervals=False)
