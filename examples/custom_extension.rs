@@ -1,17 +1,8 @@
-//! An extension of one's own, from a text to a calibrated model.
+//! A term of one's own in the model: does it follow another drive better?
 //!
 //!     cargo run --release --example custom_extension
 
-use leadlag::calibrate::{Calibration, Overrides, SearchSpace, best, calibrate};
-use leadlag::catalog::Variant;
-use leadlag::convention::Convention;
-use leadlag::evaluator::Case;
-use leadlag::lanes::{Lanes, LanesPrecision};
-use leadlag::plant;
-use leadlag::score::GoodnessOfFit;
-use leadlag::trajectory::{Preparation, import, prepare};
-use leadlag::wgsl::read_extension;
-use std::ops::ControlFlow;
+use leadlag::{Calibration, Error, synthetic};
 
 /// The car brakes less than it is told to.
 const SOFT: &str = "
@@ -25,27 +16,13 @@ fn soft_command(own: Parameters, a_cmd: f32) -> f32 {
 }
 ";
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    // A synthetic platoon, read as a measured one would be.
-    let platoon = plant::run(&plant::Scenario { duration_s: 300.0, ..Default::default() })?;
-    let mut file = Vec::new();
-    plant::write_pair(&platoon, 1, &mut file)?;
-    let recording = import::read_bytes(&file, "pair.csv", None)?;
-    let trajectory = prepare(&recording, 1, &Preparation::default())?.remove(0);
-
-    let base: Variant = "l-cth".parse()?;
-    let soft = read_extension("soft.wgsl", SOFT)?;
-    for variant in [base, base.with(soft)?] {
-        let convention = Convention::PAPER;
-        let space = SearchSpace::new(&variant, None, convention, &Overrides::new())?;
-        let case = Case::new(&trajectory, variant, None, convention, space.tau_p_upper())?;
-        let mut lanes = Lanes::new(vec![case], GoodnessOfFit::NRMSE_SVA, LanesPrecision::Plain)?;
-        let replicates = calibrate(&mut lanes, &space, &Calibration::default(), &mut |_| ControlFlow::Continue(()))?;
-        let best = best(&replicates).expect("there is one replicate");
-        println!("{:<12} NRMSE(s,v,a) {:.4}", variant.name(), best.score);
-        for (symbol, value) in space.symbols.iter().zip(&best.candidate) {
-            println!("  {:<6} {value:>9.4} {}", symbol.name(), symbol.unit());
-        }
+fn main() -> Result<(), Error> {
+    let [drive, other] = [synthetic(1, 300.0)?.follower(1)?, synthetic(2, 300.0)?.follower(1)?];
+    let base = Calibration::of("l-cth")?;
+    for calibration in [base.clone(), base.extend_text("soft", SOFT)?] {
+        let fit = calibration.run(&drive)?;
+        print!("{fit}");
+        println!("  on another drive {:.6}", fit.simulate(&other)?.scores["nrmse_sva"]);
     }
     Ok(())
 }

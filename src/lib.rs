@@ -46,7 +46,7 @@ mod api;
 pub mod cli;
 
 pub use api::{
-    Calibration, Diagnosis, Drive, Error, Evaluator, Findings, Fit, Fleet, Pairs, Reading, Recording, Simulation, read,
+    Calibration, Diagnosis, Drive, Error, Evaluator, Findings, Fit, Fleet, Pairs, Reading, Recording, Simulation, read, synthetic,
 };
 pub use study::table::{Column, Table, Values};
 

@@ -84,4 +84,4 @@ def test_a_diagnosis(folder: Path, tmp_path: Path) -> None:
     assert findings.to_json() == out
     assert findings.verdict == json.loads(out)["verdict"]
     page = findings.report(tmp_path / "page.html")
-    assert page.read_text().startswith("<!DOCTYPE html>")
+    assert page.read_text().startswith("<!doctype html>")

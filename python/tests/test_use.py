@@ -32,7 +32,7 @@ def fit(drive: ll.Drive) -> ll.Fit:
 
 
 def test_a_fit_tells_what_it_found(fit: ll.Fit, drive: ll.Drive) -> None:
-    assert list(fit.parameters) == ["v_0", "a_max", "a_min", "d_0", "t_h", "delta"]
+    assert list(fit.parameters) == ["delta", "v_0", "d_0", "t_h", "a_max", "a_min"]
     assert fit.units["t_h"] == "s"
     assert 0 < fit.score < 0.3
     assert all(low <= fit.parameters[name] <= high for name, (low, high) in fit.intervals.items())
@@ -69,7 +69,7 @@ def test_an_evaluator_scores_what_a_calibration_finds(fit: ll.Fit, drive: ll.Dri
 
 def test_fixed_parameters_are_no_columns(drive: ll.Drive) -> None:
     evaluator = ll.Evaluator(drive, "idm", fix={"delta": 4})
-    assert evaluator.parameters == ["v_0", "a_max", "a_min", "d_0", "t_h"]
+    assert evaluator.parameters == ["v_0", "d_0", "t_h", "a_max", "a_min"]
     assert evaluator.lower.shape == (5,)
 
 
@@ -172,7 +172,7 @@ def test_progress_is_told_and_may_stop(drive: ll.Drive) -> None:
 
 def test_pages(fit: ll.Fit, tmp_path: Path) -> None:
     path = fit.report(tmp_path / "fit.html")
-    assert path.read_text().startswith("<!DOCTYPE html>")
+    assert path.read_text().startswith("<!doctype html>")
     assert "iframe" in fit.report()._repr_html_()
 
 

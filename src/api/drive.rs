@@ -4,6 +4,7 @@ use super::diagnosis::Source;
 use super::error::{Error, Usage};
 use super::reading::{Input, Loaded, Reading};
 use crate::catalog::Variant;
+use crate::plant::{self, Scenario};
 use crate::trajectory::{Recording as Read, Trajectory};
 use std::path::Path;
 use std::sync::Arc;
@@ -15,6 +16,17 @@ use std::sync::Arc;
 /// When it cannot be read, with line and column of the first problems of the file.
 pub fn read(path: impl AsRef<Path>) -> Result<Recording, Error> {
     Reading::default().file(path)
+}
+
+/// A made-up drive of one car behind another, to try things without data: what a file of it would have. The same seed gives the same drive.
+///
+/// # Errors
+/// When the duration \[s\] is not one of 20 s to some hours.
+pub fn synthetic(seed: u64, duration_s: f64) -> Result<Recording, Error> {
+    let platoon = plant::run(&Scenario { seed, duration_s, ..Scenario::default() }).map_err(anyhow::Error::from)?;
+    let mut text = Vec::new();
+    plant::write_pair(&platoon, 1, &mut text).map_err(anyhow::Error::from)?;
+    Reading::default().text(&text, &format!("synthetic_{seed}.csv"))
 }
 
 /// A measured file: cars that drive one behind the other, or many pairs of them.

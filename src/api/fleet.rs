@@ -7,6 +7,7 @@ use super::reading::{Input, Reading};
 use crate::catalog::Variant;
 use crate::fleet::{self, Journal, Model, Pair, Settings};
 use crate::study::table::Table;
+use crate::trajectory::import::is_companion;
 use anyhow::Context;
 use std::path::{Path, PathBuf};
 
@@ -145,7 +146,7 @@ pub(crate) fn files<P: AsRef<Path>>(given: &[P]) -> anyhow::Result<Vec<PathBuf>>
         let entries = std::fs::read_dir(path).with_context(|| format!("{shown}: cannot list the folder"))?;
         let is_table = |path: &PathBuf| {
             let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
-            path.is_file() && ending.is_some_and(|ending| ENDINGS.contains(&ending.as_str()))
+            path.is_file() && !is_companion(path) && ending.is_some_and(|ending| ENDINGS.contains(&ending.as_str()))
         };
         let mut inside: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).filter(is_table).collect();
         inside.sort();

@@ -15,7 +15,7 @@ pub(crate) mod warnings;
 
 pub use calibration::Calibration;
 pub use diagnosis::{Diagnosis, Findings};
-pub use drive::{Drive, Recording, read};
+pub use drive::{Drive, Recording, read, synthetic};
 pub use error::Error;
 pub use fit::{Fit, Simulation};
 pub use fleet::{Fleet, Pairs};

@@ -34,6 +34,17 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
+/// Names and lengths of the cars, beside the files of the authors' processed layout.
+const LABELS: &str = "Labels.csv";
+/// The grade of the road, likewise.
+const SLOPE: &str = "Slope.csv";
+
+/// True for a table that is read with others and has no trajectories itself.
+#[must_use]
+pub fn is_companion(path: &Path) -> bool {
+    path.file_name().is_some_and(|name| name == LABELS || name == SLOPE)
+}
+
 /// Reads a file of measured trajectories; without a layout, the header decides.
 ///
 /// For the authors' processed layout `Labels.csv` (names, lengths) and `Slope.csv` (grade) are read from the
@@ -45,7 +56,7 @@ pub fn read(path: &Path, layout: Option<Layout>) -> Result<Recording, ImportErro
     let name = path.display().to_string();
     let mut recording = read_from(open(path)?, &name, layout)?;
     if recording.layout == Layout::AstazeroProcessed {
-        let labels_path = path.with_file_name("Labels.csv");
+        let labels_path = path.with_file_name(LABELS);
         let labels = if labels_path.exists() {
             let name = labels_path.display().to_string();
             Some(Labels::read_from(open(&labels_path)?, &name)?)
@@ -53,7 +64,7 @@ pub fn read(path: &Path, layout: Option<Layout>) -> Result<Recording, ImportErro
             None
         };
         add_labels(&mut recording, labels.as_ref());
-        let slope_path = path.with_file_name("Slope.csv");
+        let slope_path = path.with_file_name(SLOPE);
         if slope_path.exists() {
             let grade = Grade::read_csv(&slope_path)?;
             recording.companions.extend(grade.source.clone());

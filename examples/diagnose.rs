@@ -1,0 +1,12 @@
+//! What does a model lack? The made-up car has a lag and feels half of the slope.
+//!
+//!     cargo run --release --example diagnose
+
+use leadlag::{Diagnosis, Error, synthetic};
+
+fn main() -> Result<(), Error> {
+    let [first, second, held] = [1, 2, 3].map(|seed| synthetic(seed, 300.0).and_then(|drive| drive.follower(1)));
+    let findings = Diagnosis::of("l-cth")?.effort("quick")?.run(&[&first?, &second?], &[&held?])?;
+    print!("{findings}");
+    Ok(())
+}
