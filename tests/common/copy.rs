@@ -37,8 +37,8 @@ pub fn copy(inside: &str, to: &Path, change: &mut Change<'_>) {
 }
 
 /// Copies the library as `leadlag-NAME`, without its tests, program and lints; `change` sees every file. What a copy of an earlier state
-/// had beyond that goes.
-pub fn package(name: &str, to: &Path, change: &mut Change<'_>) {
+/// had beyond that goes. `level` is how far the copy itself is optimised.
+pub fn package(name: &str, to: &Path, level: i64, change: &mut Change<'_>) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let list = to.join("copied.txt");
     let before = fs::read_to_string(&list).unwrap_or_default();
@@ -70,11 +70,12 @@ pub fn package(name: &str, to: &Path, change: &mut Change<'_>) {
     }
     write(&list, copied.join("\n").as_bytes());
     let original = fs::read_to_string(root.join("Cargo.toml")).expect("Cargo.toml is readable");
-    write(&to.join("Cargo.toml"), manifest(&original, name).as_bytes());
+    write(&to.join("Cargo.toml"), manifest(&original, name, level).as_bytes());
 }
 
-/// The manifest of the copy: another name, the library only, no lints; dependencies, features and profiles as they are.
-fn manifest(original: &str, name: &str) -> String {
+/// The manifest of the copy: another name, the library only, no lints. All dependencies are there whatever the features: one
+/// that is left out may change how others are compiled, and all are compiled already.
+fn manifest(original: &str, name: &str, level: i64) -> String {
     let mut table: toml::Table = original.parse().expect("Cargo.toml is valid");
     for key in ["lints", "bin", "bench", "test", "example", "workspace"] {
         table.remove(key);
@@ -89,6 +90,23 @@ fn manifest(original: &str, name: &str) -> String {
     set(&mut table, "package", &[("name", format!("leadlag-{name}").into()), ("autobins", false.into())]);
     set(&mut table, "lib", &[("name", format!("leadlag_{name}").into()), ("doctest", false.into())]);
     set(&mut table, "workspace", &[]);
+    let targets = table["target"].as_table().expect("targets are a table").keys().cloned().collect::<Vec<_>>();
+    let everywhere = [vec!["dependencies"]].into_iter();
+    for path in everywhere.chain(targets.iter().map(|target| vec!["target", target, "dependencies"])) {
+        let first = table.get_mut(path[0]).expect("the manifest has dependencies");
+        let section = path[1..].iter().fold(first, |section, key| &mut section[*key]);
+        for (_, dependency) in section.as_table_mut().expect("dependencies are a table") {
+            dependency.as_table_mut().and_then(|settings| settings.remove("optional"));
+        }
+    }
+    for (_, needs) in table["features"].as_table_mut().expect("features are a table") {
+        let needs = needs.as_array_mut().expect("a feature has a list");
+        needs.retain(|need| need.as_str().is_some_and(|need| !need.starts_with("dep:")));
+    }
+    let own: toml::Table =
+        [("opt-level".to_owned(), level.into()), ("debug".to_owned(), false.into())].into_iter().collect();
+    let dev = table["profile"]["dev"]["package"].as_table_mut().expect("packages have profiles");
+    dev.insert(format!("leadlag-{name}"), own.into());
     table.to_string()
 }
 
@@ -97,13 +115,14 @@ pub fn text(bytes: &[u8]) -> &str {
     std::str::from_utf8(bytes).expect("source files are UTF-8")
 }
 
-/// Compiles tests of the copy and returns the test programs.
-pub fn compile<const N: usize>(folder: &Path, tests: [&str; N]) -> [PathBuf; N] {
+/// Compiles tests of the copy with these features only, and returns the test programs.
+pub fn compile<const N: usize>(folder: &Path, features: &str, tests: [&str; N]) -> [PathBuf; N] {
     // The build lock of the outer cargo is free while tests run, so its target folder can be shared.
     let target = Path::new(env!("CARGO_TARGET_TMPDIR")).parent().expect("the scratch folder lies in the target folder");
     let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     cargo
         .args(["test", "--offline", "--no-run", "--message-format=json-render-diagnostics"])
+        .args(["--no-default-features", "--features", features])
         .args(tests.iter().flat_map(|test| ["--test", *test]))
         .current_dir(folder)
         .env("CARGO_TARGET_DIR", target);

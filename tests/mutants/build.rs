@@ -44,8 +44,14 @@ const NEEDED: [&str; 21] = [
     "wgsl",
 ];
 
-/// True for all lines but those of modules that are not needed.
+/// How far the copy is optimised. The judges run so often that compiling and judging together are shortest so.
+const LEVEL: i64 = 2;
+
+/// True for all lines but those of modules that are not needed, and what says of which feature they are.
 fn keep(line: &&str) -> bool {
+    if line.starts_with("#[cfg(feature") {
+        return false;
+    }
     let module = line.strip_prefix("pub mod ").and_then(|rest| rest.strip_suffix(';'));
     module.is_none_or(|name| NEEDED.contains(&name))
 }
@@ -59,7 +65,7 @@ fn needed(text: &str) -> String {
 pub fn build() -> Built {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("mutants");
     let mut mutants = Vec::new();
-    package("mutants", &folder, &mut |inside, bytes| {
+    package("mutants", &folder, LEVEL, &mut |inside, bytes| {
         let below = inside.strip_prefix("src/").filter(|file| MUTATED.iter().any(|m| file.starts_with(m)));
         if let Some(file) = below {
             return Some(instrument(file, text(&bytes), &mut mutants).into_bytes());
@@ -94,6 +100,6 @@ pub fn build() -> Built {
             Some(bytes)
         });
     }
-    let judges = compile(&folder, JUDGES);
+    let judges = compile(&folder, "", JUDGES);
     Built { folder, judges, mutants }
 }

@@ -1,9 +1,13 @@
 //! Compiled in the copy of the crate that tests/toy.rs makes, where there is a sixth base model, `fvd`.
 
-use leadlag_toy as leadlag;
+extern crate leadlag_toy as leadlag;
 
-use leadlag::bench::{Drive, candidates};
+#[allow(dead_code, reason = "other tests use the rest")]
+#[path = "../common/cars.rs"]
+mod cars;
+
 use leadlag::catalog::Variant;
+use leadlag::convention::Convention;
 use leadlag::evaluator::{Evaluator, Score};
 use leadlag::gpu::{AdapterChoice, Gpu};
 use leadlag::lanes::{Lanes, LanesPrecision};
@@ -19,14 +23,15 @@ const CLOSE: [(&str, f64); 3] = [("f64", 1e-9), ("plain", 1e-4), ("compensated",
 
 #[test]
 fn all_evaluators_agree_on_the_new_variants() {
-    let drive = Drive::synthetic().expect("the scenario is fixed").cut(1000);
+    let drive = cars::drive(99.9);
+    assert_eq!(drive.len(), 1000);
     let variants: Vec<Variant> = Variant::all().filter(|v| v.base.name == "fvd").collect();
     assert_eq!(variants.len(), 18);
     for variant in variants {
         assert_eq!(variant.name().parse(), Ok(variant));
         assert!(variant.id() > 90 && Variant::from_id(variant.id()) == Ok(variant));
-        let case = drive.case(variant).expect("the drive has all that a variant needs");
-        let population = candidates(&drive.space(variant).expect("every parameter has bounds"), 40);
+        let case = cars::case(&drive, variant, Convention::PAPER);
+        let population = cars::spread(variant, Convention::PAPER, 40, 1, 0.0);
         let mut evaluators: Vec<Box<dyn Evaluator>> = Vec::new();
         for precision in [LanesPrecision::F64, LanesPrecision::Plain, LanesPrecision::Compensated] {
             evaluators
