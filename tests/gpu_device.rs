@@ -1,10 +1,9 @@
-//! Evaluators share a device; one that is lost is replaced for all of them. In a file of its own, because its device is lost to
+//! Evaluators share a device; one that is lost is replaced for all of them. In a program of its own, because its device is lost to
 //! everybody in the process.
 
 mod common;
-mod gpu_common;
 
-use gpu_common::{case, gpu, population, scores, skipped, variant};
+use common::gpu::{case, gpu, population, scores, skipped, variant};
 use leadlag::convention::Convention;
 use leadlag::gpu::{Gpu, Limits};
 use leadlag::wgsl::Precision;

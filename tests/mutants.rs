@@ -1,5 +1,5 @@
 //! Are the proofs sharp? Every constant, operator, comparison, minimum and maximum of `src/reference`, `src/score.rs` and
-//! `src/evaluator/case.rs` is changed, one at a time, and `tests/reference_paper.rs` or `tests/causes.rs` must fail each time. What survives is listed below,
+//! `src/evaluator/case.rs` is changed, one at a time, and `tests/model/reference_paper` or `tests/equality/causes.rs` must fail each time. What survives is listed below,
 //! with the reason.
 //!
 //! The crate is copied to `target/tmp/mutants` with all changes in it at once, each behind a switch that an environment variable
@@ -29,7 +29,7 @@ struct Survivor {
 }
 
 /// Where the two sides of a comparison share what is changed.
-const SHARED: &str = "for extensions only, and what tests/causes.rs compares has it on both sides";
+const SHARED: &str = "for extensions only, and what tests/equality/causes.rs compares has it on both sides";
 
 const SURVIVORS: &[Survivor] = &[
     Survivor {
@@ -174,7 +174,7 @@ const SURVIVORS: &[Survivor] = &[
         file: "reference/extension.rs",
         line: "Controller::Idm => (p.d_0 + p.t_h * v) / (1.0 - (v.max(0.0) / p.v_0).powf(p.delta)).max(0.01).sqrt(),",
         change: "0.01 -> 0.01 * 1.01",
-        reason: "a guard against a root of nothing; the cars of tests/causes.rs stay below the desired speed",
+        reason: "a guard against a root of nothing; the cars of tests/equality/causes.rs stay below the desired speed",
     },
     Survivor {
         file: "reference/extension.rs",

@@ -10,7 +10,6 @@ mod common;
 mod exact;
 #[path = "shader_mutants/extended.rs"]
 mod extended;
-mod gpu_common;
 #[path = "shader_mutants/judge.rs"]
 mod judge;
 #[path = "shader_mutants/kernel.rs"]
@@ -22,6 +21,7 @@ mod text;
 #[path = "shader_mutants/values.rs"]
 mod values;
 
+use common::gpu;
 use rayon::prelude::*;
 use std::path::Path;
 use std::sync::Mutex;
@@ -442,7 +442,7 @@ const ENDLESS: &[(&str, &str, &str)] = &[("shaders/kernel.wgsl", "for (; t < to 
 
 #[test]
 fn every_change_of_the_kernel_is_noticed() {
-    if gpu_common::skipped("every_change_of_the_kernel_is_noticed") {
+    if gpu::skipped("every_change_of_the_kernel_is_noticed") {
         return;
     }
     let start = Instant::now();
@@ -559,7 +559,7 @@ const SURVIVORS_AMONG_FUNCTIONS: &[Survivor] = &[
 
 #[test]
 fn every_change_of_our_functions_is_noticed() {
-    if gpu_common::skipped("every_change_of_our_functions_is_noticed") {
+    if gpu::skipped("every_change_of_our_functions_is_noticed") {
         return;
     }
     let shaders = shaders();

@@ -1,6 +1,6 @@
 """Optimisers by others on the two jobs that leadlag's `auto` and `cmaes` are made of.
 
-    optimizers.py restarts                 evaluations of pycma's BIPOP-CMA-ES on Rastrigin's function (tests/optimize.rs holds leadlag's to it)
+    optimizers.py restarts                 evaluations of pycma's BIPOP-CMA-ES on Rastrigin's function (tests/model/optimize.rs holds leadlag's to it)
     optimizers.py polish LEADLAG DATA      evaluations from close to an optimum to its last digits, by three methods
 
 The authors of CMA-ES keep pycma. A polish begins where f32 cannot tell candidates apart any more, 1e-5 above the optimum of a calibration

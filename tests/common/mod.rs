@@ -1,10 +1,12 @@
-//! Helpers that several test files share.
-#![allow(dead_code, reason = "every test file uses some of them")]
+//! Helpers that several test programs share.
+#![allow(dead_code, reason = "every test program uses some of them")]
 
 pub mod cars;
 pub mod extended;
 pub mod followers;
+pub mod gpu;
 pub mod made_up;
+pub mod parquet_table;
 pub mod program;
 pub mod tolerance;
 

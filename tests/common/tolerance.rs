@@ -1,4 +1,3 @@
-#![allow(dead_code, reason = "every test file uses some of them")]
 //! Every tolerance of the tests, with the reason why it is not smaller. Never widen one to make a test pass.
 
 /// Hand-worked numbers: relative to the larger of 1 and the expected value. Not smaller: the stored acceleration is a

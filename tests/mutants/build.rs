@@ -16,7 +16,8 @@ pub struct Built {
 const MUTATED: [&str; 3] = ["reference/", "score.rs", "evaluator/case.rs"];
 
 /// What judges: hand-worked numbers, and for the causes, which have none, their WGSL text (of which tests/shader_mutants.rs changes every place).
-const JUDGES: [&str; 2] = ["reference_paper", "causes"];
+const JUDGES: [(&str, &str); 2] =
+    [("reference_paper", "tests/model/reference_paper"), ("causes", "tests/equality/causes.rs")];
 
 /// The modules of the library, and those of `tests/common`, that the judges and what is mutated need: the others would only have
 /// to be compiled, which takes most of the time.
@@ -87,19 +88,20 @@ pub fn build() -> Built {
          pub fn on(id: usize) -> bool {{ *ON == id }}\n"
     );
     write(&folder.join("src/mutant_switch.rs"), switch.as_bytes());
-    for name in ["tests/reference_paper.rs", "tests/reference_paper", "tests/causes.rs", "tests/common"] {
-        copy(name, &folder, &mut |inside, bytes| {
-            if inside == "tests/reference_paper.rs" || inside == "tests/causes.rs" {
-                let renamed = "#![allow(warnings)]\nextern crate leadlag_mutants as leadlag;\n";
-                let (docs, code) = text(&bytes).split_once("\nmod ").expect("the test has modules");
-                return Some(format!("{docs}\n{renamed}mod {code}").into_bytes());
-            }
-            if inside == "tests/common/mod.rs" {
-                return Some(needed(text(&bytes)).into_bytes());
-            }
-            Some(bytes)
+    for name in JUDGES.map(|(_, file)| file).into_iter().chain(["tests/common"]) {
+        copy(name, &folder, &mut |inside, bytes| match inside {
+            "tests/common/mod.rs" => Some(needed(text(&bytes)).into_bytes()),
+            _ => Some(bytes),
         });
     }
-    let judges = compile(&folder, "", JUDGES);
+    for (name, file) in JUDGES {
+        let module = file.strip_prefix("tests/").expect("judges are tests");
+        let module = if module.ends_with(".rs") { module.to_owned() } else { format!("{module}/mod.rs") };
+        let judge = format!(
+            "#![allow(warnings)]\nextern crate leadlag_mutants as leadlag;\nmod common;\n#[path = \"{module}\"]\nmod {name};\n"
+        );
+        write(&folder.join(format!("tests/{name}.rs")), judge.as_bytes());
+    }
+    let judges = compile(&folder, "", JUDGES.map(|(name, _)| name));
     Built { folder, judges, mutants }
 }

@@ -2,8 +2,8 @@
 //!
 //! That the unchanged text is right is for other tests to say: they compare its bits with `lanes` and its scores with the reference.
 
-use super::gpu_common::{case, job, population, vehicle};
 use super::text::Mutant;
+use crate::common::gpu::{case, job, population, vehicle};
 use leadlag::catalog::Variant;
 use leadlag::convention::{BoundRule, Convention};
 use leadlag::evaluator::{BufferSet, Case, Evaluator, Job, Observer, Population, Score};

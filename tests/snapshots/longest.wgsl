@@ -1,4 +1,4 @@
-// Variant gipps+delay+nonlinear+mfc, precision compensated. Made by tests/wgsl.rs; do not edit.
+// Variant gipps+delay+nonlinear+mfc, precision compensated. Made by tests/model/wgsl.rs; do not edit.
 
 struct Params {
     // additional delay in Gipps' model [s]

@@ -1,4 +1,4 @@
-// Variant l-cth, precision plain. Made by tests/wgsl.rs; do not edit.
+// Variant l-cth, precision plain. Made by tests/model/wgsl.rs; do not edit.
 
 struct Params {
     // gain for the spacing error [1/s²]

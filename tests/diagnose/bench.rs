@@ -1,0 +1,182 @@
+//! `leadlag bench diagnosis`: what its journal is worth, and what it writes into a page.
+
+use crate::common::made_up;
+use leadlag::bench::{DiagnosisJournal, DiagnosisOutcome, DiagnosisTask, SIZES, diagnosis_tasks, planted};
+use leadlag::calibrate::Overrides;
+use leadlag::diagnose::known::known;
+use leadlag::diagnose::{Effort, PROGRAM, Question};
+use leadlag::report::naming::{BEGIN, END};
+use leadlag::wgsl::extension_named;
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::process::{Command, Output};
+
+/// A case that was named so; its parameters are off by `off`.
+fn outcome(task: &DiagnosisTask, adopted: &[String], off: f64) -> DiagnosisOutcome {
+    let names = || adopted.iter().map(|cause| format!("{cause}.size"));
+    DiagnosisOutcome {
+        program: PROGRAM.clone(),
+        task: task.clone(),
+        truth: names().map(|name| (name, 1.0)).collect(),
+        verdict: if adopted.is_empty() { "nothing" } else { "named" }.to_owned(),
+        reason: String::new(),
+        adopted: adopted.to_vec(),
+        confounded_with: Vec::new(),
+        not_testable: Vec::new(),
+        estimates: names().map(|name| (name, [1.0 + off, 0.01])).collect::<BTreeMap<_, _>>(),
+        simulations: 1000,
+        cpu_s: 2.0,
+        // Of 16 nats needed, the likeliest cause has 4.
+        tried: vec![(1, "periodic".to_owned(), [Some(9.0), Some(4.0), Some(16.0)], "4.0 nats, 16.0 needed".to_owned())],
+        base: [1.0, 0.01, 2.0],
+        gain: None,
+        known: None,
+        recommended: Some(adopted.to_vec()),
+        unknown: None,
+    }
+}
+
+/// A journal in which everything is named as planted, but for the first two single effects: one silent, one wrong.
+fn journal(folder: &Path) -> usize {
+    let tasks = diagnosis_tasks(1, 900.0, "normal", &SIZES).expect("few cases");
+    let singles: Vec<&DiagnosisTask> = tasks.iter().filter(|task| task.kind == "one").collect();
+    let said = |task: &DiagnosisTask| match task {
+        task if task == singles[0] => Vec::new(),
+        task if task == singles[1] => vec!["gain_mass".to_owned()],
+        task if ["one", "pair"].contains(&task.kind.as_str()) => task.causes.clone(),
+        _ => Vec::new(),
+    };
+    let off = |task: &DiagnosisTask| if task == singles[2] { 0.2 } else { 0.02 };
+    let line =
+        |task: &DiagnosisTask| serde_json::to_string(&outcome(task, &said(task), off(task))).expect("JSON") + "\n";
+    std::fs::write(folder.join("diagnosis.jsonl"), tasks.iter().map(line).collect::<String>()).expect("written");
+    tasks.len()
+}
+
+fn bench(folder: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_leadlag"));
+    command.args(["bench", "diagnosis"]).args(arguments).current_dir(folder);
+    command.output().expect("leadlag starts")
+}
+
+#[test]
+fn a_page_gets_tables_and_pictures() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let count = journal(folder.path());
+    let page = folder.path().join("page.md");
+    std::fs::write(&page, format!("# Page\n\n{BEGIN}\nold\n{END}\n\nafter\n")).expect("written");
+    let output = bench(folder.path(), &["--page", "page.md"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = std::fs::read_to_string(&page).expect("a page");
+    assert!(text.starts_with("# Page\n") && text.ends_with("after\n") && !text.contains("\nold\n"), "{text}");
+    let tasks = diagnosis_tasks(1, 900.0, "normal", &SIZES).expect("few cases");
+    let of = |kinds: &[&str]| tasks.iter().filter(|task| kinds.contains(&task.kind.as_str())).count();
+    let (singles, silent) = (of(&["one"]), of(&["none", "coloured"]));
+    for part in [
+        format!("`leadlag bench diagnosis --seed 1`: all {count} cases."),
+        format!("| wrong name, one effect of any size | 1 of {singles} |"),
+        format!("in {} of ", text_of_close(&output)),
+        "![What was planted, and what was named](images/diagnosis_names.svg)".to_owned(),
+        "| one effect, named right | 0.03 m/s | 0.1 m/s |".to_owned(),
+        // Nothing is seen below half of what is needed.
+        format!("| all bases | {silent} | 0.25 | 0.25 | 0.25 | 0.50 |"),
+    ] {
+        assert!(text.contains(&part), "no `{part}` in {text}");
+    }
+    for name in ["names", "power"] {
+        let svg =
+            std::fs::read_to_string(folder.path().join(format!("images/diagnosis_{name}.svg"))).expect("a picture");
+        assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"), "{svg}");
+    }
+    let names = std::fs::read_to_string(folder.path().join("images/diagnosis_names.svg")).expect("a picture");
+    assert!(names.contains(">gain_mass</text>") && names.contains(">no name</text>"), "{names}");
+    // Twice the same but for what the first line may say of the day.
+    assert!(bench(folder.path(), &["--page", "page.md"]).status.success());
+    let again = std::fs::read_to_string(&page).expect("a page");
+    let tables = |text: &str| text.lines().filter(|line| line.starts_with('|')).map(str::to_owned).collect::<Vec<_>>();
+    assert_eq!(tables(&again), tables(&text));
+}
+
+/// How many estimates the terminal says are close.
+fn text_of_close(output: &Output) -> String {
+    let text = String::from_utf8_lossy(&output.stdout);
+    let line = text.lines().find(|line| line.starts_with("of the planted ones")).expect("a line on the estimates");
+    let [close, all] = ["planted ones: ", " of "].map(|before| {
+        let rest = line.rsplit(before).next().expect("numbers");
+        rest.split(' ').next().expect("a number").parse::<usize>().expect("a number")
+    });
+    assert_eq!(all - close, 1, "one estimate is 20 % off: {line}");
+    close.to_string()
+}
+
+#[test]
+fn a_part_of_the_cases_says_so() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let count = journal(folder.path());
+    let output = bench(folder.path(), &["--cases", "40"]);
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(text.contains(&format!("\n40 of {count} cases, 0 of them could not be made\n")), "{text}");
+}
+
+#[test]
+fn lines_of_another_state_of_the_diagnosis_are_passed_over() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let count = journal(folder.path());
+    let path = folder.path().join("diagnosis.jsonl");
+    let text = std::fs::read_to_string(&path).expect("a journal");
+    let lines = || DiagnosisJournal::open(&path).expect("a journal");
+    let tasks = diagnosis_tasks(1, 900.0, "normal", &SIZES).expect("few cases");
+    let kept = |journal: &DiagnosisJournal| tasks.iter().filter(|task| journal.get(task).is_some()).count();
+    assert_eq!(kept(&lines()), count);
+    let before = text.replacen(PROGRAM.as_str(), concat!("leadlag ", env!("CARGO_PKG_VERSION")), 3);
+    std::fs::write(&path, before).expect("written");
+    assert_eq!(kept(&lines()), count - 3);
+}
+
+#[test]
+fn a_page_without_a_place_is_refused_before_anything_is_run() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("page.md"), "# Page\n").expect("written");
+    for (page, expected) in [("page.md", "no place for the results"), ("none.md", "cannot read the page")] {
+        let output = bench(folder.path(), &["--page", page]);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(!output.status.success() && said.contains(page) && said.contains(expected), "{said}");
+        assert!(!folder.path().join("diagnosis.jsonl").exists(), "nothing was begun");
+    }
+}
+
+#[test]
+fn seeds_and_sizes_that_give_no_seeds_of_their_own_are_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let many: Vec<String> = (1..=20).map(|i| format!("0.{i:02}")).collect();
+    let many = many.join(",");
+    for (arguments, expected) in [
+        (["--seed", "18446744073709551615"], "expected a whole number from 0 to 18446744073709550"),
+        (["--sizes", &many], "a seed has at most 1000: give fewer sizes"),
+    ] {
+        let output = bench(folder.path(), &arguments);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(!output.status.success() && said.contains(expected), "{said}");
+        assert!(!folder.path().join("diagnosis.jsonl").exists(), "nothing was begun");
+    }
+}
+
+/// An event is excused from what other causes have to show: held-out stretches, and the hold-out. Beside an event, they are not.
+#[test]
+fn the_evidence_for_two_effects_does_not_depend_on_their_order() {
+    let data = planted(&made_up::hidden("dead_zone", "l-cth")).expect("a scenario that can be driven");
+    let [event, zone] = ["set_speed_change", "dead_zone"].map(|name| extension_named(name).expect("in the library"));
+    let (train, holdout) = (&data.train[..1], &data.holdout[..]);
+    let base = "l-cth".parse().expect("a base");
+    let (causes, bounds) = ([event, zone], Overrides::new());
+    let question =
+        Question { train, holdout, base, effort: Effort::Quick, seed: 5, causes: &causes, bounds: &bounds, kept: None };
+    let values = [("w", data.effects[0].values()[0]), ("vlim", 25.0), ("t1", 40.0), ("dur", 30.0)];
+    let values = values.map(|(name, value)| (name.to_owned(), value));
+    let [one, other] = [[event, zone], [zone, event]]
+        .map(|causes| known(&question, &causes, &values).expect("no error").expect("both can be driven"));
+    assert_eq!(one, other);
+    assert_eq!(one.parts.len(), 2);
+    // What all of the data gain is no evidence for a cause that lasts.
+    assert!(one.evidence <= one.folds[0] + one.folds[1], "{one:?}");
+}

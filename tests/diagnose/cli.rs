@@ -1,0 +1,235 @@
+//! `leadlag diagnose` as a program: its JSON, its text, its files, its exit codes.
+
+use crate::common::program::{fails, leadlag, ok, scratch};
+use leadlag::diagnose::outcome::Outcome;
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+
+/// The first follower of a synthetic drive as a pair file.
+fn pair(folder: &Path, seed: u64, seconds: u64, more: &[&str]) -> String {
+    let drive = folder.join(format!("drive{seed}"));
+    let (seed, seconds, out) = (seed.to_string(), seconds.to_string(), drive.to_str().expect("UTF-8").to_owned());
+    let mut arguments = vec!["synth", "--out", &out, "--seed", &seed, "--duration", &seconds, "--pairs"];
+    arguments.extend(more);
+    ok(&arguments);
+    drive.join("pair_follower1.csv").to_str().expect("UTF-8").to_owned()
+}
+
+/// The same file with the leader's speeds multiplied.
+fn scaled(path: &str, factor: f64) -> String {
+    scaled_in(path, &[1], factor)
+}
+
+/// The same file with these columns multiplied.
+fn scaled_in(path: &str, columns: &[usize], factor: f64) -> String {
+    let text = fs::read_to_string(path).expect("written");
+    let changed = text.lines().enumerate().map(|(i, line)| {
+        let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
+        if i > 0 {
+            for field in columns.iter().copied() {
+                fields[field] = (fields[field].parse::<f64>().expect("a number") * factor).to_string();
+            }
+        }
+        fields.join(",") + "\n"
+    });
+    let to = path.replace(".csv", "_scaled.csv");
+    fs::write(&to, changed.collect::<String>()).expect("writable");
+    to
+}
+
+#[test]
+fn the_data_alone_can_be_checked() {
+    let folder = scratch("diagnose_cli", "data_only");
+    let clean = pair(&folder, 1, 300, &[]);
+    let text = ok(&["diagnose", "--data", &clean, "--data-only"]);
+    assert!(text.contains("nothing contradicts itself"), "{text}");
+    assert!(text.lines().all(|line| line.chars().count() <= 80 || line.contains(&clean[..40])), "{text}");
+    let faulty = scaled(&clean, 1.03);
+    let both = format!("{clean},{faulty}");
+    let json: Value = serde_json::from_str(&ok(&["diagnose", "--data", &both, "--data-only", "--json"])).expect("JSON");
+    let findings = json["data_findings"].as_array().expect("a list");
+    assert_eq!(findings.len(), 1, "{findings:?}");
+    assert_eq!((findings[0]["name"].as_str(), findings[0]["car"].as_str()), (Some("speed_scale"), Some("leader")));
+    let value = findings[0]["value"].as_f64().expect("a number");
+    assert!((value - 0.03).abs() < 0.002, "{value}");
+    assert_eq!(findings[0]["file"].as_str(), Some(faulty.as_str()));
+    let corrected = ok(&["diagnose", "--data", &faulty, "--data-only", "--correct"]);
+    assert!(corrected.contains("corrected as asked"), "{corrected}");
+}
+
+#[test]
+fn units_that_contradict_each_other_are_told_before_any_size() {
+    let folder = scratch("diagnose_cli", "units");
+    let clean = pair(&folder, 1, 300, &["--leader", "stop-and-go"]);
+    // Speeds in km/h, and a gap in feet.
+    for (columns, factor) in [(&[1, 2][..], 3.6), (&[3], 1.0 / 0.3048)] {
+        let faulty = scaled_in(&clean, columns, factor);
+        let output = leadlag(&["diagnose", &faulty, "--data-only", "--exit-code"]);
+        let text = String::from_utf8(output.stdout).expect("UTF-8");
+        assert_eq!(output.status.code(), Some(7), "{text}");
+        let (units, sizes) = (text.find("UNITS: the gap changes"), text.find("SPEED_SCALE"));
+        assert!(units.is_some() && units < sizes, "{text}");
+        let text = ok(&["diagnose", &faulty, "--base", "idm", "--effort", "quick"]);
+        let (first, verdict) = (text.find("THE DATA FIRST. The units"), text.find("For what it is worth: "));
+        assert!(first.is_some() && first < verdict, "{text}");
+    }
+}
+
+#[test]
+fn files_are_taken_as_arguments_as_by_every_other_verb() {
+    let folder = scratch("diagnose_cli", "arguments");
+    let [one, two] = [1, 2].map(|seed| pair(&folder, seed, 120, &[]));
+    let by_flag = ok(&["diagnose", "--data", &format!("{one},{two}"), "--data-only"]);
+    assert_eq!(ok(&["diagnose", &one, &two, "--data-only"]), by_flag);
+    assert_eq!(ok(&["diagnose", "--data", &one, &two, "--data-only"]), by_flag);
+    assert!(!by_flag.contains("held back"), "a check of the data holds nothing back: {by_flag}");
+    let (code, message) = fails(&["diagnose", "--base", "idm"]);
+    assert!(code == 2 && message.contains("<FILE>"), "{message}");
+    let help = ok(&["diagnose", "--help"]);
+    assert!(help.contains("--base <NAME|ID> <FILE>...") && help.contains("--data-only <FILE>..."), "{help}");
+    let faulty = scaled(&one, 1.03);
+    let said = ok(&["diagnose", &faulty, "--data-only"]);
+    assert!(said.contains("The data were left as they are. --correct repairs what can be repaired."), "{said}");
+}
+
+#[test]
+fn wrong_usage_is_said() {
+    let folder = scratch("diagnose_cli", "usage");
+    let file = pair(&folder, 2, 120, &[]);
+    let (code, message) = fails(&["diagnose", "--data", &file]);
+    assert!(code == 2 && message.contains("--base"), "{message}");
+    let (code, message) = fails(&["diagnose", "--data", &file, "--base", "l-cht"]);
+    assert!(code == 2 && message.contains("l-cth"), "{message}");
+    let (code, message) = fails(&["diagnose", "--data", "none.csv", "--base", "idm"]);
+    assert!(code == 1 && message.contains("none.csv"), "{message}");
+    let (code, message) = fails(&["diagnose", "--data", &file, "--follower", "3", "--data-only"]);
+    assert!(code != 0 && message.contains("follower 3"), "{message}");
+    let (code, message) = fails(&["diagnose", "--data", &file, "--holdout", &file, "--base", "idm"]);
+    assert!(code == 2 && message.contains("it is trained on"), "{message}");
+    let (code, message) = fails(&["diagnose", "--data", &file, "--data-only", "--out", "nowhere"]);
+    assert!(code == 2 && message.contains("--data-only"), "{message}");
+    let own = folder.join("mine.wgsl");
+    fs::write(&own, "fn nothing() {}\n").expect("writable");
+    let own = own.to_str().expect("UTF-8");
+    let (code, message) = fails(&["diagnose", "--data", &file, "--base", "idm", "--causes", own]);
+    assert!(code != 0 && message.contains("mine.wgsl"), "{message}");
+}
+
+/// What is hidden is found in one drive as `synth` writes it. Sensors of millimetres make a rugged likelihood, and a base takes a
+/// change this large for a missing acceleration of 0.2 m/s² over minutes: searches from there alone have missed each of these.
+#[test]
+fn large_effects_are_found_with_precise_sensors() {
+    let folder = scratch("diagnose_cli", "precise");
+    let value = |base: &str, seed: u64, seconds: u64, effect: &str, parameter: &str| -> f64 {
+        let file = pair(&folder, seed, seconds, &["--base", base, "--effect", effect]);
+        let arguments = ["diagnose", "--data", &file, "--base", base, "--effort", "quick", "--json"];
+        let json: Value = serde_json::from_str(&ok(&arguments)).expect("JSON");
+        let (verdict, cause) = (&json["verdict"], &json["causes"][0]);
+        assert_eq!((verdict.as_str(), json["causes"].as_array().map(Vec::len)), (Some("named"), Some(1)), "{json}");
+        assert!(effect.starts_with(cause["name"].as_str().expect("a name")), "{cause}");
+        let parameters = cause["parameters"].as_array().expect("a list");
+        let own = parameters.iter().find(|p| p["name"] == parameter).expect("its parameter");
+        // What began in the first two thirds goes on in the last one, where the gain is measured.
+        assert!(json["gain"]["interval"][0].as_f64().is_some_and(|low| low > 0.0), "{}", json["gain"]);
+        own["value"].as_f64().expect("a number")
+    };
+    let r = value("l-cth", 23, 300, "headway_mode_change:r=0.3,t0=120", "r");
+    assert!((r - 0.3).abs() < 0.003, "{r}");
+    let w = value("gipps", 12, 600, "dead_zone:w=1.34", "w");
+    assert!((w - 1.34).abs() < 0.013, "{w}");
+}
+
+/// An IDM car under Gipps' law: no cause passes, and still Gipps' law is not enough.
+#[test]
+fn a_car_of_another_law_is_not_called_nothing() {
+    let folder = scratch("diagnose_cli", "other_law");
+    let noise = ["--base", "idm", "--leader", "restless", "--gap-noise", "0.02", "--speed-noise", "0.02"];
+    let file = pair(&folder, 3, 300, &noise);
+    for (base, verdict) in [("gipps", "unexplained"), ("idm", "nothing")] {
+        let text = ok(&["diagnose", "--data", &file, "--base", base, "--effort", "quick", "--json"]);
+        let json: Value = serde_json::from_str(&text).expect("JSON");
+        assert_eq!(json["verdict"], verdict, "{base}: {}", json["reason"]);
+        let named =
+            json["left_over"].as_array().expect("a list").iter().any(|l| l["kind"] == "family" && l["where"] == "idm");
+        assert_eq!(named, base == "gipps", "{base}: {}", json["left_over"]);
+    }
+}
+
+#[test]
+fn a_diagnosis_has_the_fields_of_its_contract() {
+    let folder = scratch("diagnose_cli", "whole");
+    let file =
+        pair(&folder, 3, 300, &["--effect", "actuation_lag:ta=0.8", "--gap-noise", "0.02", "--speed-noise", "0.02"]);
+    let out = folder.join("out");
+    let out = out.to_str().expect("UTF-8");
+    let arguments =
+        ["diagnose", "--data", &file, "--base", "idm", "--effort", "quick", "--json", "--exit-code", "--out", out];
+    let output = leadlag(&arguments);
+    let text = String::from_utf8(output.stdout).expect("UTF-8");
+    let json: Value = serde_json::from_str(&text).expect("JSON");
+    let keys: Vec<&str> = json.as_object().expect("an object").keys().map(String::as_str).collect();
+    let contract = [
+        "schema_version",
+        "verdict",
+        "reason",
+        "causes",
+        "confounded_with",
+        "not_testable",
+        "data_findings",
+        "gain",
+        "recommended",
+        "base_laws",
+        "base_notes",
+        "left_over",
+        "simulations",
+    ];
+    assert_eq!(&keys[..contract.len()], contract);
+    let verdict = json["verdict"].as_str().expect("a word");
+    let codes = [("named", 0), ("nothing", 3), ("ambiguous", 4), ("unexplained", 5), ("not_testable", 6), ("helps", 8)];
+    let code = codes.iter().find(|(name, _)| *name == verdict).expect("a verdict of the contract").1;
+    assert_eq!(output.status.code(), Some(code));
+    // A lag of 0.8 s is found, be it with a relative as likely: there is a cause to look at.
+    let causes = json["causes"].as_array().expect("a list");
+    assert!(["named", "ambiguous"].contains(&verdict) && !causes.is_empty(), "{verdict}: {causes:?}");
+    for cause in causes {
+        for key in ["name", "family", "parameters", "evidence", "threshold", "threshold_kind"] {
+            assert!(!cause[key].is_null(), "{key} of {cause}");
+        }
+    }
+    // What the base is worth on the last third stands there whatever the verdict.
+    let held = json["base_held_back"].as_array().expect("a list");
+    assert!(held.len() == 1 && held[0]["nrmse_sva"].as_f64().is_some_and(|nrmse| nrmse > 0.0), "{held:?}");
+    assert_eq!(held[0]["rms"].as_array().map(Vec::len), Some(3));
+    assert!(json["held_back"].as_str().is_some_and(|text| text.contains("last third")));
+    assert_eq!(fs::read_to_string(Path::new(out).join("diagnosis.json")).expect("written"), text);
+    // What is read back is the whole of it.
+    let outcome: Outcome = serde_json::from_str(&text).expect("as written");
+    assert_eq!(serde_json::to_value(&outcome).expect("finite numbers"), json);
+    let table = fs::read_to_string(Path::new(out).join("missing_acceleration_1.csv")).expect("written");
+    assert!(table.starts_with("time_s,missing_accel_mps2,missing_accel_sd_mps2") && table.lines().count() > 1900);
+    for name in ["simulation_1.svg", "simulation_2.svg", "missing_acceleration.svg"] {
+        assert!(fs::read_to_string(Path::new(out).join(name)).expect(name).contains("</svg>"), "{name}");
+    }
+    // The report needs nothing but itself, and carries the whole result.
+    let page = Path::new(out).join("report.html");
+    ok(&["report", out, "-o", page.to_str().expect("UTF-8")]);
+    let html = fs::read_to_string(page).expect("written");
+    for outside in ["src=\"http", "href=\"http", "url(http", "@import", "<link rel=\"stylesheet"] {
+        assert!(!html.contains(outside), "{outside}");
+    }
+    let embedded = |id: &str| {
+        let start = html.find(&format!("id=\"{id}\">")).expect("a script") + id.len() + 6;
+        let end = start + html[start..].find("</script>").expect("its end");
+        serde_json::from_str::<Value>(&html[start..end]).expect("JSON")
+    };
+    assert_eq!(embedded("result"), json);
+    let charts = embedded("charts");
+    assert_eq!(charts.as_array().map(Vec::len), Some(2));
+    assert_eq!(charts[0]["panels"].as_array().map(Vec::len), Some(4));
+    assert!(html.len() < 5_000_000 && html.contains("MIT License"), "{} bytes", html.len());
+    // The same bytes for the same seed, whatever the number of threads.
+    let again =
+        leadlag(&["--threads", "1", "diagnose", "--data", &file, "--base", "idm", "--effort", "quick", "--json"]);
+    assert_eq!(String::from_utf8(again.stdout).expect("UTF-8"), text);
+}

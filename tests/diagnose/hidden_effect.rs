@@ -1,0 +1,437 @@
+//! Effects hidden in synthetic drives are named, drives without an effect name none.
+//!
+//! The truth is made by the plant, which shares no code with what diagnoses it. Seeds are fixed and were not used for tuning, unless said;
+//! `leadlag bench diagnosis` is the same with as many cases as one likes.
+
+use crate::common;
+use leadlag::bench::{DiagnosisOutcome, DiagnosisTask, Judgement, diagnose_task, judge, planted};
+use leadlag::calibrate::Overrides;
+use leadlag::diagnose::Drive;
+use leadlag::recommend::{Answer, Policy, Request, recommend};
+use leadlag::trajectory::{Preparation, import, prepare};
+use leadlag::wgsl::library;
+use std::ops::ControlFlow;
+
+/// Share by which an estimate may be off, and standard errors; the larger of the two counts.
+const WITHIN: f64 = 0.10;
+const ERRORS: f64 = 3.0;
+
+/// Share of what the truth gains on the hold-out that the extended model has to gain.
+const GAINED: f64 = 0.8;
+
+fn task(kind: &str, base: &str, causes: &[&str], gusts_mps2: f64, seed: u64) -> DiagnosisTask {
+    DiagnosisTask {
+        kind: kind.to_owned(),
+        base: base.to_owned(),
+        causes: causes.iter().map(|&cause| cause.to_owned()).collect(),
+        rms_mps: 0.10,
+        gusts_mps2,
+        duration_s: 240.0,
+        seed,
+        effort: "quick".to_owned(),
+    }
+}
+
+fn told(outcome: &DiagnosisOutcome) -> String {
+    format!(
+        "{} on {}, seed {}: {} ({}), adopted {:?}, or {:?}; planted {:?}, estimated {:?}; NRMSE(s,v,a) of base, extended and truth {:?}; \
+         fitted from the truth: {:?}",
+        outcome.task.kind,
+        outcome.task.base,
+        outcome.task.seed,
+        outcome.verdict,
+        outcome.reason,
+        outcome.adopted,
+        outcome.confounded_with,
+        outcome.truth,
+        outcome.estimates,
+        outcome.gain,
+        outcome.known
+    )
+}
+
+/// The cause is named, its size is right, and the extended model gains most of what the truth gains.
+fn named(base: &str, cause: &str, seed: u64) {
+    let outcome = sized(&task("one", base, &[cause], 0.0, seed));
+    let share = outcome.share_of_gain().unwrap_or_else(|| panic!("a crash, or nothing to gain: {}", told(&outcome)));
+    assert!(share >= GAINED, "{:.0} % of the possible gain: {}", 100.0 * share, told(&outcome));
+}
+
+/// Named, and with the right size.
+fn sized(task: &DiagnosisTask) -> DiagnosisOutcome {
+    let outcome = diagnose_task(task);
+    assert_eq!(judge(&outcome), Judgement::Right, "{}", told(&outcome));
+    assert_eq!(outcome.adopted[..1], task.causes, "{}", told(&outcome));
+    // The first parameter says how strong it is.
+    let sizes = outcome.truth.iter().filter(|(name, _)| !name.ends_with(".t1") && !name.ends_with(".dur"));
+    for (name, truth) in sizes {
+        let [value, error] = outcome.estimates[name];
+        let off = (value - truth).abs();
+        assert!(off < (WITHIN * truth.abs()).max(ERRORS * error), "{name}: {}", told(&outcome));
+    }
+    outcome
+}
+
+fn silent(kind: &str, base: &str, causes: &[&str], gusts: f64, seed: u64) {
+    let outcome = diagnose_task(&task(kind, base, causes, gusts, seed));
+    assert_eq!(judge(&outcome), Judgement::Right, "{}", told(&outcome));
+    assert!(outcome.adopted.is_empty(), "{}", told(&outcome));
+}
+
+/// On IDM, tests/program/report.rs finds one by the demo. Its gain is left out: no training drive accelerates freely, so that v_0 (24.9 m/s
+/// instead of 31.6) and a_max stay open, on which the hold-out depends more than on the grade.
+#[test]
+fn a_grade_that_is_not_made_up_for() {
+    sized(&task("one", "gipps", &["grade"], 0.0, 9101));
+}
+
+#[test]
+fn a_dead_zone() {
+    named("idm", "dead_zone", 9102);
+}
+
+#[test]
+fn a_largest_acceleration() {
+    named("l-cth", "accel_cap", 9103);
+}
+
+#[test]
+fn a_change_of_the_headway() {
+    named("idm", "headway_mode_change", 9104);
+}
+
+#[test]
+fn a_limit_of_the_jerk() {
+    named("gipps", "jerk_limit", 9105);
+}
+
+#[test]
+fn a_lag_or_one_of_its_family() {
+    let outcome = diagnose_task(&task("one", "l-cth", &["actuation_lag"], 0.0, 9107));
+    assert!(matches!(judge(&outcome), Judgement::Right | Judgement::InSet), "{}", told(&outcome));
+}
+
+/// These 240 s do not show the lag: fitted from the planted values, the model with it is no likelier than the one without.
+#[test]
+fn nothing_where_the_truth_has_no_evidence() {
+    let outcome = diagnose_task(&task("one", "l-cth", &["actuation_lag"], 0.0, 9106));
+    let known = outcome.known.as_ref().expect("fitted from the truth, for it was not named");
+    assert!(known.evidence < known.threshold, "{}", told(&outcome));
+    assert_eq!(judge(&outcome), Judgement::Silent, "{}", told(&outcome));
+}
+
+#[test]
+fn nothing_in_white_noise() {
+    silent("none", "idm", &[], 0.0, 9111);
+    silent("none", "gipps", &[], 0.0, 9112);
+}
+
+#[test]
+fn nothing_in_gusts() {
+    silent("none", "l-cth", &[], 0.05, 9113);
+}
+
+#[test]
+fn nothing_in_coloured_noise() {
+    silent("coloured", "idm", &[], 0.0, 9114);
+}
+
+#[test]
+fn what_a_calibration_absorbs_is_not_named() {
+    silent("absorbed", "l-cth", &["range_scale"], 0.0, 9115);
+}
+
+#[test]
+fn two_at_once() {
+    let outcome = diagnose_task(&task("pair", "l-cth", &["periodic", "multi_anticipation"], 0.0, 9116));
+    assert_eq!(judge(&outcome), Judgement::Right, "{}", told(&outcome));
+}
+
+/// Ten minutes, for two drives have to show the same places.
+#[test]
+fn what_no_cause_explains() {
+    let outcome = diagnose_task(&DiagnosisTask { duration_s: 600.0, ..task("outside", "idm", &[], 0.0, 9117) });
+    assert_eq!(outcome.verdict, "unexplained", "{}", told(&outcome));
+    assert!(outcome.reason.contains("road"), "{}", told(&outcome));
+}
+
+/// An IDM car, of which the linear law is said to be the base, and the other way round with Gipps' law.
+#[test]
+fn another_law_is_not_papered_over() {
+    for base in ["idm", "l-cth"] {
+        let outcome = diagnose_task(&task("family", base, &[], 0.0, 9118));
+        assert_eq!(judge(&outcome), Judgement::Right, "{}", told(&outcome));
+    }
+}
+
+/// A sensor without a sign reads the size of its noise where a car stands. For that a dead zone had 19 nats on this seed (16 needed), as
+/// if the car did not mind to be off its place.
+#[test]
+fn a_standing_car_has_no_dead_zone() {
+    let task = task("none", "gipps", &[], 0.05, 6_174_270);
+    let outcome = diagnose_task(&DiagnosisTask { duration_s: 900.0, ..task });
+    assert_eq!(outcome.verdict, "nothing", "{}", told(&outcome));
+    let dead_zone = outcome.tried.iter().find(|(round, name, ..)| *round == 1 && name == "dead_zone").expect("tried");
+    assert!(dead_zone.2[0].is_some_and(|gain| gain < 3.0), "{dead_zone:?}");
+}
+
+/// Noise of 2 cm/s that lasts for a second makes an answer to the car two ahead worth 38 nats, 25 needed without it; this seed showed it.
+#[test]
+fn nothing_in_noise_that_lasts() {
+    let task = task("coloured", "l-cth", &[], 0.0, 5_851_181);
+    let outcome = diagnose_task(&DiagnosisTask { duration_s: 900.0, ..task });
+    assert_eq!(outcome.verdict, "nothing", "{}", told(&outcome));
+}
+
+/// Both of two effects, in fifteen minutes of driving.
+fn both(base: &str, causes: &[&str], gusts: f64, seed: u64) {
+    let outcome = diagnose_task(&DiagnosisTask { duration_s: 900.0, ..task("pair", base, causes, gusts, seed) });
+    assert_eq!(judge(&outcome), Judgement::Right, "{}", told(&outcome));
+}
+
+/// A cap of the braking alone gains a thousand nats in training and loses on the hold-out, where drag is missing as well; this seed
+/// showed it.
+#[test]
+fn two_of_which_one_alone_does_not_carry_over() {
+    both("gipps", &["decel_cap", "aero_drag"], 0.0, 8_086_289);
+}
+
+/// 2178 nats that a search did not see: with a base that is off by a little, steps of the right size are worse than none. Once they are
+/// found a limited jerk seems to smooth them over two samples, which is the model's own coarse step and no name.
+#[test]
+fn steps_of_the_command() {
+    sized(&DiagnosisTask { duration_s: 900.0, ..task("one", "idm", &["quantised_accel"], 0.0, 4_471_039) });
+}
+
+/// A heavier car, of which a calibration has nearly everything, is likelier by a hundred nats than a headway that depends on speed,
+/// which must then not be named in its place; this seed showed it.
+#[test]
+fn what_is_less_likely_than_something_absorbed_is_not_named() {
+    let heavy = task("absorbed", "gipps", &["gain_mass"], 0.0, 8_086_282);
+    let outcome = diagnose_task(&DiagnosisTask { duration_s: 900.0, ..heavy });
+    assert_eq!(outcome.verdict, "not_testable", "{}", told(&outcome));
+    assert!(outcome.not_testable.contains(&"gain_mass".to_owned()), "{}", told(&outcome));
+}
+
+/// The long version (`cargo test --test diagnose hidden_effect:: -- --ignored`): more causes, in fifteen minutes of driving each, and pairs that
+/// searches and thresholds of before did not find. The share of the gain is left out: `quick` calibrates with 4000 evaluations, which
+/// for integral action on Gipps brings 41 % of it.
+mod in_fifteen_minutes {
+    use super::*;
+
+    fn sized_in_fifteen_minutes(base: &str, cause: &str, seed: u64) {
+        sized(&DiagnosisTask { duration_s: 900.0, ..task("one", base, &[cause], 0.0, seed) });
+    }
+
+    #[test]
+    #[ignore = "a minute"]
+    fn aero_drag() {
+        sized_in_fifteen_minutes("idm", "aero_drag", 9121);
+    }
+
+    #[test]
+    #[ignore = "a minute"]
+    fn sensor_lowpass() {
+        sized_in_fifteen_minutes("l-cth", "sensor_lowpass", 9122);
+    }
+
+    #[test]
+    #[ignore = "a minute"]
+    fn integral_action() {
+        sized_in_fifteen_minutes("gipps", "integral_action", 9123);
+    }
+
+    #[test]
+    #[ignore = "a minute"]
+    fn power_cap() {
+        sized_in_fifteen_minutes("idm", "power_cap", 9124);
+    }
+
+    #[test]
+    #[ignore = "a minute"]
+    fn asym_lag() {
+        sized_in_fifteen_minutes("gipps", "asym_lag", 9126);
+    }
+
+    #[test]
+    #[ignore = "a minute"]
+    fn periodic() {
+        sized_in_fifteen_minutes("idm", "periodic", 9127);
+    }
+
+    #[test]
+    #[ignore = "a minute"]
+    fn decel_cap() {
+        sized_in_fifteen_minutes("gipps", "decel_cap", 9128);
+    }
+
+    #[test]
+    #[ignore = "a minute"]
+    fn quantised_accel() {
+        sized_in_fifteen_minutes("l-cth", "quantised_accel", 9125);
+    }
+
+    #[test]
+    #[ignore = "a minute"]
+    fn quantised_accel_on_gipps() {
+        sized_in_fifteen_minutes("gipps", "quantised_accel", 9129);
+    }
+}
+
+/// 2143 nats on which the hold-out was silent: there, too, the base has to be found without derivatives. (Steps were called 0.446 m/s2
+/// then, for no part of a time step was between two of them.)
+#[test]
+#[ignore = "a minute"]
+fn steps_of_the_command_that_carry_over() {
+    let steps = task("one", "l-cth", &["quantised_accel"], 0.05, 6_689_139);
+    sized(&DiagnosisTask { duration_s: 900.0, ..steps });
+}
+
+/// A limit that braking reaches in one fold only.
+#[test]
+#[ignore = "half a minute"]
+fn a_limit_that_one_fold_shows() {
+    sized(&DiagnosisTask { duration_s: 900.0, ..task("one", "l-cth", &["decel_cap"], 0.05, 6_689_119) });
+}
+
+/// The hold-out has few blocks in which the jerk is limited: bootstraps without them have no vote.
+#[test]
+#[ignore = "half a minute"]
+fn a_limit_that_few_blocks_show() {
+    sized(&DiagnosisTask { duration_s: 900.0, ..task("one", "l-cth", &["jerk_limit"], 0.05, 7_703_121) });
+}
+
+/// 1897 nats, which Gipps' own spacing explains as well: a law that is ahead of the named cause by a hundredth of that is no objection.
+#[test]
+#[ignore = "half a minute"]
+fn a_headway_that_another_law_has() {
+    sized(&DiagnosisTask { duration_s: 900.0, ..task("one", "l-cth", &["speed_dep_headway"], 0.0, 4_471_125) });
+}
+
+/// Half a minute behind a lower set speed, with a long way to catch up: calibrated with it the base has its gain on the bound, and from
+/// there a search sees 284 of 2050 nats.
+#[test]
+#[ignore = "half a minute"]
+fn a_stretch_that_spoils_the_base() {
+    let spoilt = task("one", "l-cth", &["set_speed_change"], 0.05, 4_471_130);
+    sized(&DiagnosisTask { duration_s: 900.0, rms_mps: 0.03, ..spoilt });
+}
+
+#[test]
+#[ignore = "two minutes"]
+fn two_of_which_neither_is_seen_alone() {
+    both("idm", &["speed_dep_headway", "dead_zone"], 0.0, 6_174_089);
+}
+
+/// The integral has a gain of 3e-5: 354 nats beside the headway, and a search that begins at larger gains does not see it.
+#[test]
+#[ignore = "a minute"]
+fn two_of_which_one_is_slow() {
+    both("idm", &["speed_dep_headway", "integral_action"], 0.0, 2_718_089);
+}
+
+/// A limit of the power has 39 nats beside a dead zone of 311: a share that no first cause leaves behind.
+#[test]
+#[ignore = "a minute"]
+fn two_of_which_one_is_small() {
+    both("gipps", &["dead_zone", "power_cap"], 0.05, 1_122_289);
+}
+
+/// The filter is taken for an offset of time at first, beside which steps of the command are found a fortieth too small; beside these no
+/// other relative is likelier.
+#[test]
+#[ignore = "a minute"]
+fn a_filter_beside_steps_of_the_command() {
+    both("idm", &["sensor_lowpass", "quantised_accel"], 0.0, 9_587_089);
+}
+
+/// A change of the headway in the first seconds stands in for the drag and the dead zone until both are found, and is not needed then.
+#[test]
+#[ignore = "a minute"]
+fn two_without_what_stood_in_for_them() {
+    both("gipps", &["aero_drag", "dead_zone"], 0.0, 9_587_289);
+}
+
+/// A scaled gap, for which an answer to the acceleration ahead beside a filter has 357 nats: less than three absorbed causes have.
+#[test]
+#[ignore = "half a minute"]
+fn a_pair_less_likely_than_something_absorbed() {
+    let scaled = task("absorbed", "gipps", &["range_scale"], 0.0, 9_643_284);
+    let outcome = diagnose_task(&DiagnosisTask { duration_s: 900.0, ..scaled });
+    assert!(outcome.adopted.is_empty() && outcome.confounded_with.is_empty(), "{}", told(&outcome));
+}
+
+/// Beside a base that makes up for a part of it the integral is found with 538 nats, does not carry over, and is searched anew.
+#[test]
+#[ignore = "a minute"]
+fn an_integral_that_is_found_from_elsewhere() {
+    sized(&DiagnosisTask { duration_s: 900.0, ..task("one", "l-cth", &["integral_action"], 0.0, 3_391_136) });
+}
+
+/// What the closed loop says of a planted task; all three drives are given, none is held out.
+fn closed_loop(task: &DiagnosisTask) -> (Answer, Vec<Vec<String>>) {
+    let planted = planted(task).expect("drivable");
+    let drives: Vec<Drive> = planted.train.into_iter().chain(planted.holdout).collect();
+    judged_in_closed_loop(&drives, &task.base)
+}
+
+fn judged_in_closed_loop(drives: &[Drive], base: &str) -> (Answer, Vec<Vec<String>>) {
+    let causes: Vec<_> = library().iter().copied().filter(|extension| extension.cause.is_some()).collect();
+    let (base, bounds) = (base.parse().expect("a base"), Overrides::new());
+    let request = Request { drives, base, causes: &causes, bounds: &bounds, seed: 1, rounds: 1 };
+    let answer = recommend(&request, &Policy::DEFAULT, &mut |_| ControlFlow::Continue(())).expect("can be run");
+    let passing = answer.tried.trials.iter().filter(|trial| trial.passes).map(|trial| trial.causes.clone()).collect();
+    (answer, passing)
+}
+
+fn recommended(answer: &Answer) -> Vec<&str> {
+    answer.recommended.iter().flat_map(|winner| &winner.causes).map(|cause| cause.name.as_str()).collect()
+}
+
+/// Long enough for the bins that a test needs.
+fn long(kind: &str, base: &str, causes: &[&str], gusts: f64, seed: u64) -> DiagnosisTask {
+    DiagnosisTask { duration_s: 420.0, ..task(kind, base, causes, gusts, seed) }
+}
+
+#[test]
+fn in_closed_loop_a_lag_or_its_relative_is_recommended() {
+    let (answer, passing) = closed_loop(&long("one", "l-cth", &["actuation_lag"], 0.0, 4201));
+    let phase = ["actuation_lag", "asym_lag", "perception_delay", "sensor_lowpass", "time_offset"];
+    let found = recommended(&answer);
+    assert!(found.iter().any(|name| phase.contains(name)), "{found:?} of {passing:?}");
+}
+
+#[test]
+fn in_closed_loop_nothing_passes_where_nothing_is_hidden() {
+    for (base, gusts, seed) in [("l-cth", 0.0, 4203), ("idm", 0.05, 4204)] {
+        let (answer, passing) = closed_loop(&long("none", base, &[], gusts, seed));
+        assert!(recommended(&answer).is_empty() && passing.is_empty(), "{base}: {passing:?}");
+        assert!(answer.tried.not_testable.is_none(), "{base}: {:?}", answer.tried.not_testable);
+    }
+}
+
+#[test]
+fn in_closed_loop_short_drives_say_that_they_are_too_short() {
+    let (answer, passing) = closed_loop(&DiagnosisTask { duration_s: 120.0, ..task("none", "idm", &[], 0.0, 4205) });
+    let why = answer.tried.not_testable.as_deref().expect("too few bins");
+    assert!(why.contains("bins of 10 s") && passing.is_empty() && recommended(&answer).is_empty(), "{why}");
+}
+
+/// The Tesla of the AstaZero platoons answers about a second late.
+#[test]
+fn in_closed_loop_the_tesla_has_a_lag() {
+    let Some(shared) = common::shared("in_closed_loop_the_tesla_has_a_lag") else { return };
+    let drive = |platoon: u32| {
+        let file = shared.join(format!("data/astazero_rebuilt/ASta_040719_platoon{platoon}.csv"));
+        let recording = import::read(&file, None).expect("a platoon");
+        let preparation = Preparation { from: Some(61.0), ..Preparation::default() };
+        let trajectory = prepare(&recording, 1, &preparation).expect("complete").remove(0);
+        Drive::of(&trajectory, None).expect("no jump").0
+    };
+    let drives: Vec<Drive> = [7, 8, 9].into_iter().flat_map(drive).collect();
+    let (answer, passing) = judged_in_closed_loop(&drives, "l-cth");
+    let found = recommended(&answer);
+    let late = |name: &&str| ["actuation_lag", "asym_lag", "perception_delay"].contains(name);
+    assert!(found.iter().any(late), "{found:?} of {passing:?}");
+    assert!(passing.iter().any(|causes| causes.iter().any(|name| name == "actuation_lag")), "{passing:?}");
+}

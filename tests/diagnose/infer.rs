@@ -1,0 +1,233 @@
+//! The inference as its callers see it: what it refuses, how it is stopped, and that threads do not change it.
+
+use crate::common::made_up;
+use leadlag::bench::{DiagnosisTask, Planted, planted};
+use leadlag::calibrate::Overrides;
+use leadlag::diagnose::decide::Evidence;
+use leadlag::diagnose::fate::Objection;
+use leadlag::diagnose::spending::Spending;
+use leadlag::diagnose::{DiagnoseError, Drive, Effort, Inference, Progress, Question, infer, infer_with};
+use leadlag::extension::Extension;
+use leadlag::plant;
+use leadlag::trajectory::{Preparation, import, prepare};
+use leadlag::wgsl::extension_named;
+use std::ops::ControlFlow;
+
+fn drives(base: &str, cause: &str) -> Planted {
+    planted(&made_up::hidden(cause, base)).expect("a scenario that can be driven")
+}
+
+/// What to ask of a linear car.
+fn question<'a>(
+    train: &'a [Drive],
+    holdout: &'a [Drive],
+    causes: &'a [&'static Extension],
+    bounds: &'a Overrides,
+) -> Question<'a> {
+    let base = "l-cth".parse().expect("a base");
+    Question { train, holdout, base, effort: Effort::Quick, seed: 5, causes, bounds, kept: None }
+}
+
+fn causes(names: &[&str]) -> Vec<&'static Extension> {
+    names.iter().map(|name| extension_named(name).expect("in the library")).collect()
+}
+
+fn ask(
+    train: &[Drive],
+    holdout: &[Drive],
+    bounds: &Overrides,
+    progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<Inference, DiagnoseError> {
+    infer(&question(train, holdout, &causes(&["dead_zone", "actuation_lag"]), bounds), progress)
+}
+
+#[test]
+fn the_same_for_any_number_of_threads() {
+    let data = drives("l-cth", "dead_zone");
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        pool.install(|| ask(&data.train, &data.holdout, &Overrides::new(), &mut |_| ControlFlow::Continue(())))
+            .expect("a diagnosis")
+    };
+    let (one, three) = (run(1), run(3));
+    assert_eq!((one.verdict, &one.reason, one.simulations), (three.verdict, &three.reason, three.simulations));
+    assert_eq!(one.extended.log_likelihood.to_bits(), three.extended.log_likelihood.to_bits());
+    assert_eq!(one.extended.noise, three.extended.noise);
+    assert_eq!(one.adopted, three.adopted);
+    assert_eq!(one.adopted.first().map(|cause| cause.extension.name.as_str()), Some("dead_zone"), "{}", one.reason);
+    // What others need of it: runs over all three drives, and a model that they can simulate.
+    assert_eq!(one.extended.innovations.len(), 3);
+    assert!(one.extended.variant.extensions.get("lead").is_none());
+    assert!(one.extended.parameters.get(one.adopted[0].extension.parameters[0]) > 0.0);
+}
+
+/// A linear car behind such a leader, that perceives late by 0.8 s and answers to the leader's acceleration.
+fn late_and_looking_ahead(profile: plant::Profile) -> Drive {
+    let effect = |text: &str| text.parse().expect("an effect of the plant");
+    let mut follower = plant::drawn(plant::Base::LCth, 11, 1);
+    follower.gusts = Some(plant::Gusts { sigma_mps2: 0.05, time_constant_s: 2.0 });
+    follower.effects = vec![effect("perception_delay:tp=0.8"), effect("leader_accel_ff:ka=0.65")];
+    let scenario = plant::Scenario {
+        seed: 11,
+        duration_s: 300.0,
+        noise: plant::Noise { speed_mps: 0.02, gap_m: 0.02 },
+        profile,
+        followers: vec![follower],
+        ..plant::Scenario::default()
+    };
+    let mut file = Vec::new();
+    plant::write_pair(&plant::run(&scenario).expect("drives"), 1, &mut file).expect("memory");
+    let recording = import::read_bytes(&file, "made_up.csv", None).expect("a pair file");
+    let trajectory = prepare(&recording, 1, &Preparation::default()).expect("complete").remove(0);
+    Drive::of(&trajectory, None).expect("no jump").0.remove(0)
+}
+
+/// The answer makes up for what the delay takes: alone it gains next to nothing, and the delay looks like a lag.
+#[test]
+fn two_that_hide_each_other() {
+    let train = [plant::Profile::Restless, plant::Profile::Cruise].map(late_and_looking_ahead);
+    let holdout = [late_and_looking_ahead(plant::Profile::StopAndGo)];
+    let causes = causes(&["actuation_lag", "perception_delay", "leader_accel_ff", "dead_zone"]);
+    let bounds = Overrides::new();
+    let question = question(&train, &holdout, &causes, &bounds);
+    let found = infer(&question, &mut |_| ControlFlow::Continue(())).expect("a diagnosis");
+    let alone = found.ladder.iter().find(|row| row.round == 1 && row.name == "leader_accel_ff").expect("tried");
+    assert!(alone.gain < alone.threshold, "found alone, it shows nothing here: {alone:?}");
+    // Whoever reads the ladder sees what the two are worth together.
+    let together = found.ladder.iter().find(|row| row.fate.to_string().contains("hides the other"));
+    assert!(together.is_some_and(|row| row.evidence > row.threshold), "{:?}", found.ladder);
+    let mut sizes: Vec<_> =
+        found.adopted.iter().map(|cause| (cause.extension.name.as_str(), cause.parameters[0].value)).collect();
+    sizes.sort_by_key(|(name, _)| *name);
+    let [("leader_accel_ff", ka), ("perception_delay", tp)] = sizes[..] else {
+        panic!("{}, {sizes:?}, {:?}", found.reason, found.ladder)
+    };
+    assert!((ka - 0.65).abs() < 0.05 && (tp - 0.8).abs() < 0.05, "{sizes:?}");
+}
+
+/// Beside two causes it ends where enough was simulated, and says so; the same two otherwise.
+#[test]
+fn it_ends_when_enough_was_simulated() {
+    let task = DiagnosisTask {
+        kind: "pair".to_owned(),
+        base: "l-cth".to_owned(),
+        causes: vec!["periodic".to_owned(), "multi_anticipation".to_owned()],
+        rms_mps: 0.10,
+        gusts_mps2: 0.0,
+        duration_s: 240.0,
+        seed: 9116,
+        effort: "quick".to_owned(),
+    };
+    let data = planted(&task).expect("a scenario that can be driven");
+    let causes = causes(&["periodic", "multi_anticipation", "dead_zone"]);
+    let bounds = Overrides::new();
+    let question = question(&data.train, &data.holdout, &causes, &bounds);
+    let quick = Spending::of(Effort::Quick);
+    let run = |enough| {
+        let spending = Spending { enough, ..quick };
+        infer_with(&question, &spending, &mut |_| ControlFlow::Continue(())).expect("a diagnosis")
+    };
+    let (short, long) = (run(0), run(u64::MAX));
+    let rounds = |found: &Inference| found.ladder.iter().map(|row| row.round).max();
+    assert_eq!((rounds(&short), rounds(&long)), (Some(2), Some(3)), "{}, {}", short.reason, long.reason);
+    let names = |found: &Inference| found.adopted.iter().map(|c| c.extension.name.clone()).collect::<Vec<_>>();
+    assert_eq!((names(&short).len(), names(&short)), (2, names(&long)));
+    let asked_no_more = "whether more is missing was not asked any more: `--effort quick` has simulated enough, `--effort normal` goes on";
+    assert!(!short.complete && short.reason.ends_with(asked_no_more), "{}", short.reason);
+    assert!(long.complete && !long.reason.contains("not asked any more"), "{}", long.reason);
+    assert!(short.simulations < long.simulations);
+}
+
+#[test]
+fn it_stops_when_asked_to() {
+    let data = drives("l-cth", "dead_zone");
+    let mut told = Vec::new();
+    let stopped = ask(&data.train, &[], &Overrides::new(), &mut |progress| {
+        told.push(progress);
+        ControlFlow::Break(())
+    });
+    assert!(matches!(stopped, Err(DiagnoseError::Stopped)), "{stopped:?}");
+    assert_eq!(told.len(), 1);
+}
+
+#[test]
+fn it_needs_data() {
+    let nothing = ask(&[], &[], &Overrides::new(), &mut |_| ControlFlow::Continue(()));
+    assert!(matches!(nothing, Err(DiagnoseError::NoData)));
+}
+
+#[test]
+fn bounds_that_the_data_contradict_are_a_bad_base() {
+    let data = drives("l-cth", "dead_zone");
+    let bounds = Overrides::from([("v_0".to_owned(), [8.0, 12.0])]);
+    let found = ask(&data.train, &[], &bounds, &mut |_| ControlFlow::Continue(())).expect("a diagnosis");
+    assert_eq!(found.verdict.name(), "bad_base", "{}", found.reason);
+    assert!(found.reason.contains("v_0"), "{}", found.reason);
+}
+
+/// Stopped in the middle, with a line that a killed run left half-written, it goes on and comes to the same thresholds.
+#[test]
+fn a_bootstrap_goes_on_where_it_was_stopped() {
+    let data = drives("l-cth", "dead_zone");
+    let folder = tempfile::tempdir().expect("a folder");
+    let causes = [extension_named("dead_zone").expect("in the library")];
+    let run = |file: &str, stop_at: Option<&str>| {
+        let kept = folder.path().join(file);
+        let question = Question {
+            train: &data.train[..1],
+            holdout: &[],
+            base: "l-cth".parse().expect("a base"),
+            effort: Effort::Thorough,
+            seed: 5,
+            causes: &causes,
+            bounds: &Overrides::new(),
+            kept: Some(&kept),
+        };
+        let mut stages = Vec::new();
+        let found = infer(&question, &mut |progress| {
+            let stop = stop_at.is_some_and(|at| progress.stage.starts_with(at));
+            stages.push(progress.stage);
+            if stop { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        (found, stages)
+    };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().expect("threads");
+    pool.install(|| {
+        let (stopped, _) = run("a.jsonl", Some("bootstrap: 10 of 40"));
+        assert!(matches!(stopped, Err(DiagnoseError::Stopped)));
+        let a = folder.path().join("a.jsonl");
+        let text = std::fs::read_to_string(&a).expect("it was kept");
+        assert_eq!(text.lines().filter(|line| !line.is_empty()).count(), 10);
+        std::fs::write(&a, text + "{\"key\":\"torn").expect("a line that is not whole");
+        let (whole, stages) = run("a.jsonl", None);
+        let first = stages.iter().find(|stage| stage.starts_with("bootstrap")).expect("it is said");
+        assert!(first.starts_with("bootstrap: 10 of 40"), "{first}");
+        assert!(stages.iter().any(|stage| stage.ends_with("min left")), "{stages:?}");
+        let (again, _) = run("b.jsonl", None);
+        let (whole, again) = (whole.expect("a diagnosis"), again.expect("a diagnosis"));
+        let threshold = whole.bootstrapped.expect("thorough has one");
+        assert!((4.0..100.0).contains(&threshold), "{threshold}");
+        assert_eq!(Some(threshold.to_bits()), again.bootstrapped.map(f64::to_bits));
+        assert_eq!(whole.adopted, again.adopted);
+        assert_eq!(
+            whole.adopted.first().map(|cause| cause.extension.name.as_str()),
+            Some("dead_zone"),
+            "{}",
+            whole.reason
+        );
+    });
+}
+
+/// What a fold without the effect loses is no objection where the other one leaves no doubt.
+#[test]
+fn a_fold_that_says_nothing_does_not_object() {
+    let objection = |folds: [f64; 2]| {
+        let held = folds[0] + folds[1];
+        Evidence { gain: 200.0, held, folds, trimmed: 0.8 * held, local: None }.objection(20.0)
+    };
+    assert_eq!(objection([30.0, 12.0]), None);
+    assert_eq!(objection([60.0, -2.0]), None);
+    assert_eq!(objection([60.0, -7.0]), Some(Objection::OneFold));
+    // Evidence of less than twice the need.
+    assert_eq!(objection([36.0, -1.0]), Some(Objection::OneFold));
+}

@@ -1,0 +1,152 @@
+//! Causes of one's own in a diagnosis: one that acts is named, and one that cannot be tried is not passed over in silence.
+
+use crate::common::made_up;
+use leadlag::bench::planted;
+use leadlag::calibrate::Overrides;
+use leadlag::diagnose::{Effort, Question, Verdict, infer};
+use leadlag::extension::Extension;
+use leadlag::wgsl::{extension_named, read_extension};
+use serde_json::Value;
+use std::fs;
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::process::Command;
+
+/// What `dead_zone` of the library does, under other names.
+const BLIND_ZONE: &str = "//! Small errors of the gap are not seen.
+struct Parameters {
+    /// half width of what is not seen [m], 0 to 8, neutral 0
+    width: f32,
+}
+
+fn blind_zone_perception(p: Params, own: Parameters, x: Perceived) -> Perceived {
+    let error = x.s - equilibrium_spacing(p, x.v_f);
+    return Perceived(x.s - clamp(error, -own.width, own.width), x.v_f, x.v_l);
+}
+";
+
+/// NaN at every size, that of nothing included.
+const BROKEN: &str = "struct Parameters {
+    /// size [-], 0 to 1, neutral 0
+    q: f32,
+}
+
+fn broken_command(own: Parameters, a_cmd: f32) -> f32 {
+    return a_cmd + sqrt(-own.q) + own.q / 0.0;
+}
+";
+
+/// Nobody knows with which speed to begin.
+const LATE: &str = "struct Parameters {
+    /// share that is lost [-], 0 to 1, neutral 0
+    share: f32,
+    /// speed from which on [m/s], 0 to 40
+    v_on: f32,
+}
+
+fn late_command(own: Parameters, x: Perceived, a_cmd: f32) -> f32 {
+    return select(a_cmd, (1.0 - own.share) * a_cmd, x.v_f > own.v_on);
+}
+";
+
+/// Has nothing that could be fitted.
+const FIXED: &str = "fn fixed_command(a_cmd: f32) -> f32 {
+    return 0.9 * a_cmd;
+}
+";
+
+/// What `leadlag diagnose` makes of a synthetic drive of 200 s with these causes of one's own: its text, and its JSON.
+fn diagnosed(name: &str, effect: &[&str], causes: &[(&str, &str)]) -> (String, Value) {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("own_cause").join(name);
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).expect("a folder");
+    let run = |arguments: &[&str]| {
+        let mut program = Command::new(env!("CARGO_BIN_EXE_leadlag"));
+        let output = program.current_dir(&folder).args(arguments).output().expect("the program starts");
+        assert!(output.status.success(), "{arguments:?}\n{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).expect("UTF-8")
+    };
+    let mut drive = vec!["synth", "--out", "drive", "--seed", "23", "--duration", "200", "--pairs", "--base", "l-cth"];
+    drive.extend(effect);
+    run(&drive);
+    let mut arguments =
+        vec!["diagnose", "--data", "drive/pair_follower1.csv", "--base", "l-cth", "--effort", "quick", "--out", "out"];
+    for (file, text) in causes {
+        fs::write(folder.join(file), text).expect("writable");
+        arguments.extend(["--causes", file]);
+    }
+    let text = run(&arguments);
+    let json = fs::read_to_string(folder.join("out/diagnosis.json")).expect("written");
+    (text, serde_json::from_str(&json).expect("JSON"))
+}
+
+fn names(list: &Value) -> Vec<&str> {
+    list.as_array().expect("a list").iter().filter_map(|entry| entry["name"].as_str()).collect()
+}
+
+/// The data cannot tell two texts apart that do the same, and the diagnosis says so.
+#[test]
+fn a_copy_of_the_planted_cause_is_as_likely_as_it() {
+    let (text, json) = diagnosed("copy", &["--effect", "dead_zone:w=1.3"], &[("blind_zone.wgsl", BLIND_ZONE)]);
+    assert_eq!(json["verdict"].as_str(), Some("ambiguous"), "{text}");
+    let mut both = [names(&json["causes"]), names(&json["confounded_with"])].concat();
+    both.sort_unstable();
+    assert_eq!(both, ["blind_zone", "dead_zone"], "{text}");
+    for entry in [&json["causes"][0], &json["confounded_with"][0]] {
+        let width = entry["parameters"][0]["value"].as_f64().expect("a number");
+        assert!((width - 1.3).abs() < 0.02, "{entry}");
+    }
+    assert!(text.contains("blind_zone"), "{text}");
+}
+
+/// Where the library's own is not in the race, nothing but the user's explains the data.
+#[test]
+fn a_cause_of_ones_own_is_named() {
+    let data = planted(&made_up::hidden("dead_zone", "l-cth")).expect("a scenario that can be driven");
+    let own = read_extension("blind_zone.wgsl", BLIND_ZONE).expect("valid");
+    let broken = read_extension("broken.wgsl", BROKEN).expect("valid");
+    let library = |name| extension_named(name).expect("in the library");
+    let causes: Vec<&'static Extension> = vec![library("actuation_lag"), own, library("aero_drag"), broken];
+    let question = Question {
+        train: &data.train,
+        holdout: &data.holdout,
+        base: "l-cth".parse().expect("a base"),
+        effort: Effort::Quick,
+        seed: 5,
+        causes: &causes,
+        bounds: &Overrides::new(),
+        kept: None,
+    };
+    let found = infer(&question, &mut |_| ControlFlow::Continue(())).expect("a diagnosis");
+    assert_eq!(found.verdict, Verdict::Named, "{}", found.reason);
+    assert_eq!(found.adopted.iter().map(|cause| cause.extension).collect::<Vec<_>>(), [own], "{}", found.reason);
+    // What could not be tried changes nothing for the others.
+    let without: Vec<&'static Extension> = causes[..3].to_vec();
+    let again = infer(&Question { causes: &without, ..question }, &mut |_| ControlFlow::Continue(()));
+    let again = again.expect("a diagnosis");
+    assert_eq!(found.extended.log_likelihood.to_bits(), again.extended.log_likelihood.to_bits());
+    assert_eq!(found.untried.iter().map(|(cause, _)| *cause).collect::<Vec<_>>(), [broken]);
+    assert!(again.untried.is_empty(), "{:?}", again.untried);
+}
+
+#[test]
+fn what_could_not_be_tried_is_listed_with_its_reason() {
+    let (text, json) =
+        diagnosed("untried", &[], &[("broken.wgsl", BROKEN), ("late.wgsl", LATE), ("fixed.wgsl", FIXED)]);
+    let listed = json["not_tried"].as_array().expect("a list");
+    let expected = [
+        ("broken", "gives no finite result at any size tried"),
+        ("late", "nothing in the data tells with which v_on to begin"),
+        ("fixed", "has no parameter to be fitted"),
+        // A pair file of two cars has no car further ahead.
+        ("multi_anticipation", "needs the speed of the car ahead of the preceding vehicle"),
+    ];
+    for (name, reason) in expected {
+        let entry = listed.iter().find(|entry| entry["name"] == name).unwrap_or_else(|| panic!("{name}: {json}"));
+        assert_eq!(entry["reason"].as_str(), Some(reason));
+        assert!(entry["remedy"].as_str().is_some_and(|remedy| !remedy.is_empty()), "{entry}");
+        assert!(text.contains(&format!("{name}: {}", &reason[..20])), "{text}");
+        assert!(names(&json["ladder"]).iter().all(|tried| *tried != name), "{name} was tried");
+    }
+    assert!(names(&json["causes"]).is_empty(), "{text}");
+}

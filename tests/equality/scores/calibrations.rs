@@ -1,0 +1,75 @@
+//! Calibrations on the reference, in lanes and on the GPU, over all of Table 3 and as a user starts them, end at the same optimum.
+
+use crate::common;
+use crate::common::followers::{self, Follower};
+use crate::common::gpu::skipped;
+use crate::common::tolerance::SAME_OPTIMUM;
+use leadlag::calibrate::{Calibration, Stop, calibrate};
+use leadlag::catalog::Variant;
+use leadlag::convention::Convention;
+use leadlag::evaluator::Evaluator;
+use leadlag::gpu::{AdapterChoice, Gpu};
+use leadlag::lanes::{Lanes, LanesPrecision};
+use leadlag::reference::Reference;
+use leadlag::score::GoodnessOfFit;
+use leadlag::wgsl::Precision;
+use std::ops::ControlFlow;
+use std::time::Instant;
+
+const AUTHORS: Convention = Convention::AUTHORS;
+const GOF: GoodnessOfFit = GoodnessOfFit::NRMSE_SVA;
+
+/// Samples of the trajectory, and evaluations: enough for a surface with one basin, and few enough for the reference. On the first 1500
+/// samples IDM has two, 5 % apart.
+const SAMPLES: usize = 3000;
+const EVALUATIONS: u64 = 16_000;
+
+#[test]
+fn calibrations_end_at_the_same_optimum() {
+    let name = "calibrations_end_at_the_same_optimum";
+    let Some(shared) = common::shared(name) else { return };
+    let no_gpu = skipped(name);
+    // Threads of its own: the other test fills the common ones with long work.
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().expect("two threads");
+    let follower = followers::all(&shared).remove(0).cut(SAMPLES);
+    let wrong: Vec<String> =
+        pool.install(|| [1, 4, 37].into_iter().flat_map(|id| compare(&follower, id, no_gpu)).collect());
+    assert!(wrong.is_empty(), "other optima, after scoring in f64:\n{}", wrong.join("\n"));
+}
+
+/// What is wrong with the optima of a variant: each evaluator calibrates with the settings of `leadlag calibrate`.
+fn compare(follower: &Follower, id: u32, no_gpu: bool) -> Vec<String> {
+    let variant = Variant::from_id(id).expect("a variant of the paper");
+    let (case, space) = (follower.case(variant, AUTHORS), follower.space(variant, AUTHORS));
+    let cases = || vec![case.clone()];
+    let mut evaluators: Vec<Box<dyn Evaluator>> = vec![
+        Box::new(Reference::new(cases(), GOF)),
+        Box::new(Lanes::new(cases(), GOF, LanesPrecision::Plain).expect("a variant that runs")),
+    ];
+    if !no_gpu {
+        let gpu = Gpu::new(cases(), GOF, Precision::Plain, &AdapterChoice::Best).unwrap_or_else(|e| panic!("{e}"));
+        evaluators.push(Box::new(gpu));
+    }
+    let (mut wrong, mut first) = (Vec::new(), None);
+    for evaluator in &mut evaluators {
+        let started = Instant::now();
+        let stop = Stop { max_evaluations: EVALUATIONS, ..Stop::default() };
+        let settings = Calibration { seed: 1, stop, ..Calibration::default() };
+        let found = calibrate(evaluator.as_mut(), &space, &settings, &mut |_| ControlFlow::Continue(()))
+            .unwrap_or_else(|e| panic!("{variant}: {e}"))
+            .remove(0);
+        let expected = *first.get_or_insert(found.score);
+        let (difference, seconds) = ((found.score - expected) / expected, started.elapsed().as_secs_f64());
+        let line = format!(
+            "{variant}, {}: {:.9} after {} evaluations, {difference:+.1e} from the reference's, {seconds:.1} s",
+            evaluator.name(),
+            found.score,
+            found.evaluations
+        );
+        println!("{line}");
+        if difference.abs() > SAME_OPTIMUM {
+            wrong.push(line);
+        }
+    }
+    wrong
+}

@@ -1,0 +1,280 @@
+//! The two transcriptions of the paper agree: the WGSL text in f64 and the reference.
+
+use crate::common;
+use crate::common::cars;
+use crate::common::tolerance::{AMPLIFIED, NUDGE, PART, WHOLE_RUN};
+use leadlag::catalog::{Constraint, Controller, Dynamics, Spacing, Variant};
+use leadlag::convention::{Convention, Radicand};
+use leadlag::evaluator::{Case, Evaluator, Job, Outcome, Population};
+use leadlag::lanes::{Function, Lanes, LanesPrecision};
+use leadlag::reference::{Reference, Trace, parts};
+use leadlag::score::GoodnessOfFit;
+use leadlag::symbols::{Parameters, Symbol};
+use leadlag::trajectory::Trajectory;
+use leadlag::wgsl::{Precision, Recipe, Source, check};
+
+/// At most one run in this many may amplify rounding beyond the tolerance: a third of the values lie on a bound, so that many
+/// linear controllers swing with the largest gains.
+const SENSITIVE_ONE_IN: usize = 10;
+
+/// Largest relative difference of the measures; 0 for runs that failed alike, `None` if they ended differently.
+fn difference(ours: &Outcome, reference: &Outcome) -> Option<f64> {
+    match (&ours.result, &reference.result) {
+        (Ok(ours), Ok(reference)) => {
+            let pairs = ours.values().into_iter().zip(reference.values());
+            Some(
+                pairs
+                    .map(|(a, b)| if a.to_bits() == b.to_bits() { 0.0 } else { ((a - b) / b).abs() })
+                    .fold(0.0, f64::max),
+            )
+        }
+        (Err(ours), Err(reference)) => (ours == reference).then_some(0.0),
+        _ => None,
+    }
+}
+
+/// By how much the reference itself changes if its parameters move by almost nothing; `None` if it then ends differently.
+fn amplification(case: &Case, population: &Population, candidate: usize, reference: &Outcome) -> Option<f64> {
+    let mut trace = Trace::default();
+    let symbols = population.symbols();
+    let mut largest = 0.0_f64;
+    for pattern in 0..4_usize {
+        let mut parameters = population.parameters(candidate);
+        // The delay stays: it may not leave its bounds.
+        for (k, symbol) in symbols.iter().enumerate().filter(|(_, s)| **s != Symbol::tau_p) {
+            let sign = if (k + pattern).is_multiple_of(pattern + 1) { 1.0 } else { -1.0 };
+            parameters.set(*symbol, parameters.get(*symbol) * (1.0 + sign * NUDGE));
+        }
+        largest = largest.max(difference(&Reference::outcome(case, &parameters, &mut trace), reference)?);
+    }
+    Some(largest)
+}
+
+/// Both evaluators on all variants; returns how many of the runs were compared, and how many were only close.
+fn compare(trajectory: &Trajectory, convention: Convention, count: usize) -> (usize, usize) {
+    let (mut compared, mut sensitive) = (0, 0);
+    let mut wrong = Vec::new();
+    for variant in Variant::all() {
+        let case = cars::case(trajectory, variant, convention);
+        let population = cars::population(variant, convention, count, u64::from(variant.id()));
+        let jobs = [Job { case: 0, population: &population }];
+        let gof = GoodnessOfFit::NRMSE_SVA;
+        let ours =
+            Lanes::new(vec![case.clone()], gof, LanesPrecision::F64).expect("every variant runs").outcomes(&jobs);
+        let reference = Reference::new(vec![case.clone()], gof).outcomes(&jobs).expect("the reference runs");
+        for (i, (ours, reference)) in ours.expect("delays are within bounds").iter().zip(&reference).enumerate() {
+            compared += 1;
+            let values = population.values(i);
+            if ours.delay_steps != reference.delay_steps {
+                wrong.push(format!("{variant} {values:?}: delay {} not {}", ours.delay_steps, reference.delay_steps));
+            }
+            match difference(ours, reference) {
+                Some(d) if d <= WHOLE_RUN => {
+                    let cuts = |o: &Outcome| (o.n_cut_acc, o.n_cut_dec);
+                    sensitive += usize::from(cuts(ours) != cuts(reference));
+                }
+                d if amplification(&case, &population, i, reference)
+                    .is_none_or(|change| d.is_some_and(|d| d <= AMPLIFIED * change)) =>
+                {
+                    sensitive += 1;
+                }
+                d => wrong.push(format!("{variant} {values:?}: {d:?}: {ours:?} not {reference:?}")),
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{} of {compared} runs:\n{}", wrong.len(), wrong[..wrong.len().min(5)].join("\n"));
+    (compared, sensitive)
+}
+
+#[test]
+fn whole_runs_of_every_variant() {
+    let trajectory = cars::drive(200.0);
+    for convention in [Convention::PAPER, Convention::AUTHORS] {
+        let (compared, sensitive) = compare(&trajectory, convention, 24);
+        println!("{compared} runs, {sensitive} of them sensitive");
+        assert!(
+            sensitive * SENSITIVE_ONE_IN <= compared,
+            "{sensitive} of {compared} runs differ by more than {WHOLE_RUN:e}"
+        );
+    }
+}
+
+#[test]
+fn whole_runs_on_measured_data() {
+    let Some(shared) = common::shared("whole_runs_on_measured_data") else { return };
+    let trajectory = cars::measured(&shared);
+    for convention in [Convention::PAPER, Convention::AUTHORS] {
+        let (compared, sensitive) = compare(&trajectory, convention, 4);
+        println!("{compared} runs, {sensitive} of them sensitive");
+        assert!(
+            sensitive * SENSITIVE_ONE_IN <= compared,
+            "{sensitive} of {compared} runs differ by more than {WHOLE_RUN:e}"
+        );
+    }
+}
+
+/// Values of all arguments, by path.
+struct Draw {
+    parameters: Parameters,
+    /// Perceived spacing, speed, speed of the preceding vehicle; then the undelayed speed and acceleration.
+    x: [f64; 3],
+    v_f: f64,
+    a_f: f64,
+    s_des: f64,
+    a: f64,
+    /// sin_grade, a_dp, a_ap.
+    road: [f64; 3],
+    /// m_0, phi_f, dt.
+    job: [f64; 3],
+}
+
+impl Draw {
+    /// Edges in a third of the draws: bounds, standstill, tiny and negative gaps, speeds a little below 0 and above v_0, both
+    /// signs of what minima and maxima compare.
+    fn new(random: &mut cars::Random) -> Draw {
+        let mut pick = |edges: &[f64], low: f64, high: f64| {
+            if random.next() < 1.0 / 3.0 {
+                edges[(random.next() * edges.len() as f64) as usize]
+            } else {
+                low + (high - low) * random.next()
+            }
+        };
+        let mut parameters = Parameters::NONE;
+        for symbol in Symbol::ALL {
+            let [low, high] =
+                Case::bounds(*symbol, Some(&cars::vehicle()), Convention::PAPER).expect("the vehicle has road loads");
+            parameters.set(*symbol, pick(&[low, high], low, high));
+        }
+        let v_0 = parameters.v_0;
+        let speeds = [0.0, -1e-9, -1e-4, 1e-6, 0.01, v_0, v_0 * 1.01, v_0 * 1.2];
+        let gaps = [1e-3, 0.1, -0.1, -5.0, 1.0, parameters.d_0, 500.0];
+        Draw {
+            x: [pick(&gaps, 0.5, 120.0), pick(&speeds, 0.0, 36.0), pick(&speeds, 0.0, 36.0)],
+            v_f: pick(&speeds, 0.0, 36.0),
+            a_f: pick(&[0.0, -7.0, 5.0], -8.0, 6.0),
+            s_des: pick(&gaps, 0.5, 120.0),
+            a: pick(&[-7.0, 5.0, -7.000001, 5.000001, 0.0, -6.0, 3.5], -9.0, 7.0),
+            road: [pick(&[0.0, 0.03, -0.03], -0.1, 0.1), pick(&[-6.0, -3.0], -8.0, -1.0), pick(&[3.5, 0.5], 0.2, 5.0)],
+            job: [pick(&[1500.0], 900.0, 2500.0), pick(&[1.0, 1.05], 1.0, 1.2), pick(&[0.1], 0.02, 1.0)],
+            parameters,
+        }
+    }
+
+    fn get(&self, path: &str) -> f64 {
+        if let Some(name) = path.strip_prefix("p.") {
+            return self.parameters.get(Symbol::from_name(name).expect("a symbol"));
+        }
+        match path {
+            "x.s" => self.x[0],
+            "x.v_f" => self.x[1],
+            "x.v_l" => self.x[2],
+            "s_des" => self.s_des,
+            "v_f" | "ego.v_f" => self.v_f,
+            "ego.a_f" => self.a_f,
+            "a" | "a_cmd" => self.a,
+            "road.sin_grade" => self.road[0],
+            "road.a_dp" => self.road[1],
+            "road.a_ap" => self.road[2],
+            "ego.m_0" => self.job[0],
+            "ego.phi_f" => self.job[1],
+            "ego.dt" => self.job[2],
+            _ => panic!("no value for {path}"),
+        }
+    }
+
+    fn set(&mut self, path: &str, value: f64) {
+        if let Some(name) = path.strip_prefix("p.") {
+            self.parameters.set(Symbol::from_name(name).expect("a symbol"), value);
+            return;
+        }
+        match path {
+            "x.s" => self.x[0] = value,
+            "x.v_f" => self.x[1] = value,
+            "x.v_l" => self.x[2] = value,
+            "s_des" => self.s_des = value,
+            "v_f" | "ego.v_f" => self.v_f = value,
+            "ego.a_f" => self.a_f = value,
+            "a" | "a_cmd" => self.a = value,
+            "road.sin_grade" => self.road[0] = value,
+            "road.a_dp" => self.road[1] = value,
+            "road.a_ap" => self.road[2] = value,
+            "ego.m_0" => self.job[0] = value,
+            "ego.phi_f" => self.job[1] = value,
+            "ego.dt" => self.job[2] = value,
+            _ => panic!("no value for {path}"),
+        }
+    }
+}
+
+/// Compares a function of a variant's text with its transcription: numbers within the tolerance, truth values unless the
+/// arguments are on the edge.
+fn compare_part(variant: &Variant, function: &str, reference: &dyn Fn(&Draw) -> Vec<f64>) {
+    let recipe =
+        Recipe { variant: *variant, precision: Precision::Plain, radicand: Radicand::Measured, observed: false };
+    let source = Source::model(&recipe);
+    let part = Function::compile(&source, &check(&source).expect("valid"), function).expect("runs on the CPU");
+    let mut random = cars::Random(42);
+    for draw in 0..3_000 {
+        let mut at = Draw::new(&mut random);
+        let arguments: Vec<f64> = part.inputs().iter().map(|path| at.get(path)).collect();
+        let (ours, theirs) = (part.call_f64(&arguments), reference(&at));
+        for (k, (a, b)) in ours.iter().zip(&theirs).enumerate() {
+            let mut tolerance = PART * b.abs();
+            if a.to_bits() != b.to_bits() && (a - b).abs() > tolerance {
+                for (path, value) in part.inputs().iter().zip(&arguments) {
+                    for nudge in [1.0 - PART, 1.0 + PART] {
+                        at.set(path, value * nudge);
+                        tolerance += (reference(&at)[k] - b).abs();
+                    }
+                    at.set(path, *value);
+                }
+            }
+            let values: Vec<_> = part.inputs().iter().zip(&arguments).collect();
+            assert!(
+                (a.is_nan() && b.is_nan()) || a == b || (a - b).abs() <= tolerance,
+                "{variant} {function}[{k}], draw {draw}: {a:?} not {b:?} (tolerance {tolerance:e})\n{values:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn spacing_policies() {
+    for &part in Spacing::ALL.iter().filter(|part| **part != Spacing::Inherent) {
+        let variant = Variant::all().find(|v| v.base.spacing == part).expect("every part is in a variant");
+        compare_part(&variant, "desired_spacing", &|at| vec![parts::desired_spacing(part, &at.parameters, at.x)]);
+    }
+}
+
+#[test]
+fn controllers() {
+    for &part in Controller::ALL {
+        let variant = Variant::all().find(|v| v.base.controller == part).expect("every part is in a variant");
+        compare_part(&variant, "commanded_acceleration", &|at| {
+            let (a, feasible) = parts::commanded_acceleration(part, &at.parameters, at.x, at.s_des, at.v_f);
+            // The text clamps the root of Eq. 4 where a speed is far below 0, which no simulated speed is.
+            vec![a, f64::from(u8::from(feasible))]
+        });
+    }
+}
+
+#[test]
+fn vehicle_dynamics() {
+    for &part in Dynamics::ALL {
+        let variant = Variant::all().find(|v| v.dynamics == part).expect("every part is in a variant");
+        compare_part(&variant, "vehicle_response", &|at| {
+            let ego = [at.v_f, at.a_f, at.job[0], at.job[1], at.job[2]];
+            vec![parts::vehicle_response(part, &at.parameters, at.a, ego, at.road[0])]
+        });
+    }
+}
+
+#[test]
+fn constraints() {
+    for &part in Constraint::ALL {
+        let variant = Variant::all().find(|v| v.constraint == part).expect("every part is in a variant");
+        compare_part(&variant, "constrained_acceleration", &|at| {
+            vec![parts::constrained_acceleration(part, at.a, [at.road[1], at.road[2]])]
+        });
+    }
+}

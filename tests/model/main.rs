@@ -1,0 +1,21 @@
+//! What is computed before any two evaluators are compared: the catalog, the reference, searches, what identifies a parameter, the plant.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod calibration;
+mod catalog;
+mod course;
+mod exact_times;
+mod functions;
+mod identify;
+mod observer;
+mod optimize;
+mod options;
+mod plant;
+mod plant_effects;
+mod reference_paper;
+mod refused_extensions;
+mod revision;
+mod svg;
+mod wgsl;

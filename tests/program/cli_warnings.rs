@@ -1,0 +1,317 @@
+//! What the command line refuses before the work, and what it warns of: options that do nothing, parameters that nothing tells, tables
+//! of which no row can be simulated.
+
+use crate::common::program::{leadlag, scratch, stderr, succeeds, text};
+use leadlag::score::GoodnessOfFit;
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+/// A short synthetic drive, made once: platoon.csv, pair_follower1.csv, Slope.csv.
+fn drive() -> &'static Path {
+    static FOLDER: OnceLock<PathBuf> = OnceLock::new();
+    FOLDER.get_or_init(|| {
+        let folder = scratch("cli_warnings", "drive");
+        succeeds(&["synth", "--out", text(&folder), "--duration", "60", "--pairs"]);
+        folder
+    })
+}
+
+/// stderr of a short calibration of `idm`.
+fn calibrate(extra: &[&str]) -> String {
+    static CALLS: AtomicU32 = AtomicU32::new(0);
+    let call = CALLS.fetch_add(1, Ordering::Relaxed);
+    let (pair, out) = (drive().join("pair_follower1.csv"), scratch("cli_warnings", &format!("fit{call}")));
+    let search = ["--model", "idm", "--max-evaluations", "100", "--no-intervals", "--out", text(&out)];
+    stderr(&succeeds(&[&["calibrate", text(&pair)], &search[..], extra].concat()))
+}
+
+const SOFT: &str = "//! The car brakes less than it is told to.
+struct Parameters {
+    /// share of the braking that is lost [-], 0 to 0.9, neutral 0
+    lost: f32,
+}
+
+fn soft_command(own: Parameters, a_cmd: f32) -> f32 {
+    return select(a_cmd, (1.0 - own.lost) * a_cmd, a_cmd < 0.0);
+}
+";
+
+/// Reads the position, and no grade.
+const PLACE: &str = "//! Slower behind a certain place.
+struct Parameters {
+    /// loss [m/s2], 0 to 1, neutral 0
+    loss: f32,
+}
+
+fn place_command(own: Parameters, w: World, a_cmd: f32) -> f32 {
+    return select(a_cmd, a_cmd - own.loss, w.x_f > 500.0);
+}
+";
+
+#[test]
+fn the_reference_refuses_extensions_of_ones_own_before_the_work() {
+    let folder = scratch("cli_warnings", "own");
+    let (soft, out) = (folder.join("soft.wgsl"), folder.join("never"));
+    fs::write(&soft, SOFT).unwrap();
+    let pair = drive().join("pair_follower1.csv");
+    let with = ["calibrate", text(&pair), "--model", "idm", "--extend", text(&soft), "--out", text(&out)];
+    let refused = leadlag(&[&with[..], &["--evaluator", "reference"]].concat());
+    assert_eq!(refused.status.code(), Some(2), "{}", stderr(&refused));
+    let expected = "knows the built-in causes only; ";
+    let remedy = "soft.wgsl is your own: use `--evaluator lanes --precision f64`";
+    assert!(stderr(&refused).contains(expected) && stderr(&refused).contains(remedy), "{}", stderr(&refused));
+    assert!(!out.exists(), "a command that is refused leaves no files");
+    // What is proposed works, and so does the reference with what is built in.
+    calibrate(&["--extend", text(&soft), "--evaluator", "lanes", "--precision", "f64"]);
+    calibrate(&["--extend", "actuation_lag", "--evaluator", "reference"]);
+
+    let plan = folder.join("plan.toml");
+    let platoon = "schema_version = 1\n[data]\nfolder = \".\"\n[[platoon]]\nname = \"S\"\nfile = \"platoon.csv\"\n";
+    let calibration = "[calibration]\nvariants = [\"idm\"]\nextend = [\"soft.wgsl\"]\nevaluator = \"reference\"\n";
+    fs::write(&plan, format!("{platoon}{calibration}")).unwrap();
+    fs::copy(drive().join("platoon.csv"), folder.join("platoon.csv")).unwrap();
+    let refused = leadlag(&["study", "plan", text(&plan), "--out", text(&out)]);
+    assert_eq!(refused.status.code(), Some(2), "{}", stderr(&refused));
+    assert!(stderr(&refused).contains("soft.wgsl is your own: use `evaluator = \"lanes\" and"), "{}", stderr(&refused));
+}
+
+#[test]
+fn a_grade_that_is_nowhere_is_told_and_one_that_gives_the_lap_is_not_called_useless() {
+    let level = calibrate(&["--extend", "grade", "--grade", "level"]);
+    assert!(level.contains("warning: the grade is 0 throughout: gg has no effect"), "{level}");
+    assert!(!calibrate(&["--extend", "grade", "--grade", "level", "--fix", "gg=0"]).contains("gg has no effect"));
+    assert!(!calibrate(&["--extend", "grade"]).contains("the grade is 0"), "the file has a slope");
+    let place = scratch("cli_warnings", "place").join("place.wgsl");
+    fs::write(&place, PLACE).unwrap();
+    let lap = drive().join("Slope.csv");
+    let said = calibrate(&["--extend", text(&place), "--grade", text(&lap)]);
+    assert!(!said.contains("--grade changes nothing"), "the position counts modulo the lap: {said}");
+    let said = calibrate(&["--extend", text(&place), "--grade", "level"]);
+    assert!(said.contains("--grade changes nothing"), "there is no lap: {said}");
+}
+
+#[test]
+fn a_road_that_nobody_has_placed_is_warned_of_by_every_verb_that_reads_it() {
+    let (platoon, out) = (drive().join("platoon.csv"), scratch("cli_warnings", "placed"));
+    let (table, fit) = (drive().join("Slope.csv"), out.join("fit"));
+    let drive = [text(&platoon), "--follower", "1", "--grade"];
+    let search =
+        ["--model", "idm", "--extend", "grade", "--max-evaluations", "100", "--no-intervals", "-o", text(&fit)];
+    let warning = format!(
+        "warning: {}: it has no positions, so the preceding vehicle is assumed to start at 0 m of {}; ",
+        platoon.display(),
+        table.display()
+    );
+    let calibrate =
+        |road: &[&str], search: &[&str]| stderr(&succeeds(&[&["calibrate"], &drive[..], road, search].concat()));
+    let said = calibrate(&[text(&table)], &search);
+    assert!(said.contains(&warning) && said.contains("--lead-start M tells where it starts\n"), "{said}");
+    assert!(!calibrate(&[text(&table), "--lead-start", "0"], &search).contains("it has no positions"));
+    assert!(!calibrate(&["level"], &search).contains("it has no positions"), "level is level everywhere");
+    let plain = [&["--model", "idm"], &search[4..]].concat();
+    assert!(!calibrate(&[text(&table)], &plain).contains("it has no positions"), "nothing reads the road");
+    calibrate(&[text(&table)], &search);
+    let said = stderr(&succeeds(&[&["simulate"], &drive[..], &[text(&table), "--result", text(&fit)]].concat()));
+    assert!(said.contains(&warning), "{said}");
+    // A diagnosis tries the grade whatever its base model is; of this one the data are too short.
+    let said = stderr(&leadlag(&[&["diagnose"], &drive[..], &[text(&table), "--base", "idm"]].concat()));
+    assert!(said.contains(&warning), "{said}");
+}
+
+#[test]
+fn a_broken_gap_is_warned_of_in_the_words_of_inspect() {
+    let folder = scratch("cli_warnings", "broken");
+    let (file, fit) = (folder.join("broken.csv"), folder.join("fit"));
+    let sound = fs::read_to_string(drive().join("pair_follower1.csv")).unwrap();
+    let broken = sound.lines().enumerate().map(|(i, line)| {
+        let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
+        if i > 0 && i % 4 < 2 {
+            fields[3] = (fields[3].parse::<f64>().unwrap() + 3.0).to_string();
+        }
+        fields.join(",") + "\n"
+    });
+    fs::write(&file, broken.collect::<String>()).unwrap();
+    let shown = String::from_utf8(succeeds(&["inspect", text(&file)]).stdout).unwrap();
+    let warned = shown.lines().find(|line| line.contains("contradicts the speeds")).expect("a warning");
+    let warning = warned.replacen("warning: ", &format!("warning: {}: ", file.display()), 1);
+    let search = ["--model", "idm", "--max-evaluations", "100", "--no-intervals", "-o", text(&fit)];
+    let said = stderr(&succeeds(&[&["calibrate", text(&file)], &search[..]].concat()));
+    assert!(said.contains(&warning), "{said}");
+    let result: Value = serde_json::from_slice(&fs::read(fit.join("result.json")).unwrap()).unwrap();
+    let kept = result["data"][0]["preparation"].as_array().unwrap();
+    assert!(kept.iter().any(|note| warned.ends_with(note.as_str().unwrap())), "{kept:?}");
+    let said = stderr(&succeeds(&["simulate", text(&file), "--result", text(&fit)]));
+    assert!(said.contains(&warning), "{said}");
+    let said = stderr(&succeeds(&["diagnose", text(&file), "--data-only"]));
+    assert!(said.contains(&warning), "{said}");
+    assert!(!calibrate(&[]).contains("contradicts"), "the drive itself is sound");
+}
+
+/// Followers are numbered by what `--follower` takes, in text and JSON.
+#[test]
+fn inspect_says_what_follower_each_car_is() {
+    let platoon = drive().join("platoon.csv");
+    let shown = String::from_utf8(succeeds(&["inspect", text(&platoon)]).stdout).unwrap();
+    assert!(shown.contains("      gap of follower 1 [m] ") && shown.contains(": car 5 is follower 4\n"), "{shown}");
+    assert!(shown.lines().all(|line| line.chars().count() <= 80 || line.starts_with(text(&platoon))), "{shown}");
+    let json: Value = serde_json::from_slice(&succeeds(&["inspect", text(&platoon), "--json"]).stdout).unwrap();
+    let cars = json["platoons"][0]["cars"].as_array().unwrap();
+    let followers: Vec<Option<u64>> = cars.iter().map(|car| car["follower"].as_u64()).collect();
+    assert_eq!(followers, [None, Some(1), Some(2), Some(3), Some(4)]);
+}
+
+#[test]
+fn switches_and_bounds_that_make_no_sense_are_warned_of_once() {
+    let said = calibrate(&["--convention", "authors,road_load=si"]);
+    assert!(
+        said.contains("--convention road_load=si changes nothing: variant idm has no nonlinear dynamics"),
+        "{said}"
+    );
+    assert!(!calibrate(&["--convention", "authors"]).contains("--convention"));
+    let bounds = scratch("cli_warnings", "bounds").join("fast.toml");
+    fs::write(&bounds, "v_0 = [40, 50]\n").unwrap();
+    let (one, out) = (drive().join("pair_follower1.csv"), scratch("cli_warnings", "twice"));
+    let (two, other) = (out.join("pair_follower1.csv"), out.join("fits"));
+    fs::copy(&one, &two).unwrap();
+    let search = ["--model", "idm", "--max-evaluations", "100", "--no-intervals", "--bounds", text(&bounds)];
+    let arguments = [&["calibrate", text(&one), text(&two), "--out", text(&other)], &search[..]].concat();
+    let output = succeeds(&arguments);
+    let said = stderr(&output);
+    assert_eq!(
+        said.matches("never drives faster than 21.9 m/s, but v_0 is searched from 40 m/s on").count(),
+        1,
+        "{said}"
+    );
+    assert!(said.contains("in the file of --bounds, a lower bound near the speeds that were driven"), "{said}");
+    let slow = scratch("cli_warnings", "slow").join("slow.csv");
+    let whole = fs::read_to_string(&one).unwrap();
+    let halved = whole.lines().map(|line| {
+        let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
+        for field in &mut fields[1..3] {
+            *field = field.parse::<f64>().map_or(field.clone(), |speed| (speed / 2.0).to_string());
+        }
+        fields.join(",") + "\n"
+    });
+    fs::write(&slow, halved.collect::<String>()).unwrap();
+    let without = ["calibrate", text(&slow), "--model", "idm", "--max-evaluations", "100", "--no-intervals", "-o"];
+    let told = stderr(&succeeds(&[&without[..], &[text(&out)]].concat()));
+    assert!(
+        told.contains("searched from 30 m/s on")
+            && told.contains("; --bounds human (of human drivers) or --bounds FILE.toml with `v_0 = ["),
+        "{told}"
+    );
+    // Two files of one name: which folder is whose.
+    for (file, folder) in [(&one, "pair_follower1_follower1"), (&two, "pair_follower1_follower1_2")] {
+        let line = format!("files of {}, follower 1, in {}", file.display(), other.join(folder).display());
+        assert!(said.contains(&line), "expected {line:?} in:\n{said}");
+        let result: Value = serde_json::from_slice(&fs::read(other.join(folder).join("result.json")).unwrap()).unwrap();
+        assert_eq!(result["data"][0]["path"], text(file));
+    }
+}
+
+/// Who drives is asked before a file of bounds is written.
+#[test]
+fn at_a_bound_of_acc_the_set_of_human_drivers_is_named() {
+    let folder = scratch("cli_warnings", "at_bound");
+    let (bounds, drive) = (folder.join("slow.toml"), drive().join("pair_follower1.csv"));
+    fs::write(&bounds, "t_h = [2.9, 3.0]\n").unwrap();
+    let told = |more: &[&str]| {
+        let own = ["calibrate", text(&drive), "--model", "idm", "--max-evaluations", "1500", "--no-intervals"];
+        let output =
+            succeeds(&[&own[..], more, &["--bounds", text(&bounds), "-o", text(&folder.join("fit"))]].concat());
+        String::from_utf8(output.stdout).unwrap().split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    let human = "or do not care; --bounds human is for a human driver, and --bounds FILE.toml widens them";
+    let (acc, own) = (told(&[]), told(&["--bounds", "human"]));
+    assert!(acc.contains(human), "{acc}");
+    assert!(own.contains("or do not care; --bounds FILE.toml widens them"), "{own}");
+}
+
+#[test]
+fn every_goodness_of_fit_is_listed_with_its_unit() {
+    let output = succeeds(&["list", "gof", "--json"]);
+    let listed: Vec<Value> = serde_json::from_slice(&output.stdout).expect("JSON");
+    let mut named: Vec<String> = listed.iter().map(|entry| entry["name"].as_str().unwrap().to_owned()).collect();
+    for name in &named {
+        assert_eq!(name.parse::<GoodnessOfFit>().map(|gof| gof.to_string()).as_deref(), Ok(name.as_str()));
+    }
+    named.sort();
+    named.dedup();
+    assert_eq!(named.len(), 4 * 7 + 2, "every kind of every choice of signals, and two of their own");
+    let entry = |name: &str| listed.iter().find(|entry| entry["name"] == name).expect(name);
+    assert_eq!((&entry("rmse-v")["unit"], &entry("rmse-v")["column"]), (&"m/s".into(), &"rmse_v".into()));
+    assert_eq!((&entry("rmse-sva")["unit"], &entry("rmse-sva")["column"]), (&"m + m/s + m/s²".into(), &Value::Null));
+    assert_eq!(entry("rmse-sn-vn-an")["unit"], "-");
+    assert!(entry("rmse-sva")["meaning"].as_str().unwrap().contains("although the units differ"));
+    assert!(!entry("nrmse-sva")["meaning"].as_str().unwrap().contains("differ"));
+    let shown = String::from_utf8(succeeds(&["list", "gof"]).stdout).unwrap();
+    assert!(shown.lines().all(|line| line.chars().count() <= 80), "{shown}");
+    assert!(shown.contains("root mean square error of spacing") && shown.contains("error of speed"), "{shown}");
+}
+
+/// Exit code, stdout and stderr of `evaluate` on rows for the drive, IDM.
+fn evaluate(name: &str, header: &str, rows: &[&str]) -> (Option<i32>, String, String) {
+    let cases = scratch("cli_warnings", name).join("cases.csv");
+    fs::write(&cases, format!("model_id,platoon,follower_position,{header}\n{}\n", rows.join("\n"))).unwrap();
+    let output = leadlag(&["evaluate", text(&cases), "--data", text(drive())]);
+    let said = stderr(&output);
+    (output.status.code(), String::from_utf8(output.stdout).unwrap(), said)
+}
+
+#[test]
+fn a_table_of_which_no_row_can_be_simulated_is_a_failure() {
+    const GOOD: &str = "delta,v_0,d_0,t_h,a_max,a_min";
+    const CAR: &str = "4,33,2,1.2,1.4,-2";
+    let row = |start: &str| format!("{start},{CAR}");
+    for (name, header, start, expected) in [
+        ("column", "dleta,v_0,d_0,t_h,a_max,a_min", "1,platoon,1", "did you mean delta by the column `dleta`?"),
+        ("file", GOOD, "1,nowhere,1", "no file nowhere.csv in "),
+        ("follower", GOOD, "1,platoon,9", "platoon"),
+    ] {
+        let (code, table, said) = evaluate(name, header, &[&row(start), &row(start)]);
+        assert_eq!(code, Some(1), "{name}: {said}");
+        assert!(said.contains("no row could be simulated; the first of the invalid rows is row 1: "), "{said}");
+        assert!(said.contains(expected), "expected {expected:?} in:\n{said}");
+        assert_eq!(table.matches("invalid: ").count(), 2, "the table is written all the same: {table}");
+    }
+    let (code, _, said) = evaluate("mixed", GOOD, &[&row("1,platoon,1"), &row("1,nowhere,1")]);
+    assert_eq!(code, Some(0), "one bad row is marked: {said}");
+    assert!(said.contains("\nthe first of the invalid rows is row 2: platoon nowhere"), "{said}");
+    assert_eq!(evaluate("empty", GOOD, &[]).0, Some(0));
+}
+
+#[test]
+fn evaluate_says_once_which_parameters_their_variant_does_not_have() {
+    const HEADER: &str = "delta,v_0,d_0,t_h,a_max,a_min,tau_p,tau_a,k_s";
+    let row = |more: &str| format!("1,platoon,1,4,33,2,1.2,1.4,-2,{more}");
+    let (code, _, said) = evaluate("surplus", HEADER, &[&row("0.4,,"), &row("0.3,0.2,"), &row(",NaN,0")]);
+    assert_eq!(code, Some(0), "{said}");
+    let warning = "2 of 3 rows give parameters that their variant does not have, which changes nothing: tau_a, tau_p\n";
+    assert!(said.contains(warning) && said.matches("warning: ").count() == 1, "{said}");
+    let (_, _, said) = evaluate("absent", HEADER, &[&row("nan,0,"), &row(",0.0,NaN")]);
+    assert!(!said.contains("warning: "), "that is how tables with all columns say that there is none: {said}");
+}
+
+#[test]
+fn evaluate_lists_the_files_of_a_vehicle_where_they_were_used() {
+    let folder = scratch("cli_warnings", "vehicles");
+    fs::create_dir_all(folder.join("vehicles")).unwrap();
+    fs::copy(drive().join("platoon.csv"), folder.join("platoon.csv")).unwrap();
+    let columns = "slug,name,paper_name,mass_unladen_kg,phi,length_m,f_0_lb_N,f_0_ub_N,f_1_lb_N_per_kmh,f_1_ub_N_per_kmh,\
+                   f_2_lb_N_per_kmh2,f_2_ub_N_per_kmh2";
+    let car = "made_up,Synthetic(B),,1500,1.05,4.5,100,200,0,1,0.02,0.04";
+    fs::write(folder.join("vehicles/vehicles.csv"), format!("{columns}\n{car}\n")).unwrap();
+    fs::write(folder.join("vehicles/mfc_made_up.csv"), "speed_mps,a_ap,a_dp\n0,5,-8\n25,3,-8\n50,1,-8\n").unwrap();
+    let used = |variant: &str| {
+        let cases = folder.join("cases.csv");
+        let header = "variant,platoon,follower_position,delta,v_0,d_0,t_h,a_max,a_min";
+        fs::write(&cases, format!("{header}\n{variant},platoon,1,4,33,2,1.2,1.4,-2\n")).unwrap();
+        let said = stderr(&succeeds(&["evaluate", text(&cases), "--data", text(&folder)]));
+        (said.contains("vehicles.csv sha256"), said.contains("mfc_made_up.csv sha256"))
+    };
+    assert_eq!(used("idm"), (false, false));
+    assert_eq!(used("idm+mfc"), (true, true));
+}

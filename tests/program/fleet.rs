@@ -1,0 +1,299 @@
+//! Every pair of a table by `calibrate --all`: one row each, whatever else is in the table, and nothing lost.
+//!
+//! `LEADLAG_KILLS=100` kills so often; without it a few kills have to do.
+
+use crate::common::program::{self, fails, leadlag, ok, scratch, stderr, text};
+use leadlag::optimize::{normal, stream};
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::thread::sleep;
+use std::time::Duration;
+
+/// v_0, t_h, d_0, a_max, a_min of the drivers, who differ.
+fn driver(number: u64) -> [f64; 5] {
+    let mut rng = stream(7, number, 0, 0);
+    [31.0, 1.2, 2.2, 1.3, 1.8].map(|middle| middle * (0.2 * normal(&mut rng)).exp())
+}
+
+const HEADER: &str = "Trajectory_ID,Time_Index,ID_LV,Type_LV,Pos_LV,Speed_LV,Acc_LV,ID_FAV,Pos_FAV,Speed_FAV,Acc_FAV,Spatial_Gap,\
+                      Spatial_Headway,Speed_Diff\n";
+
+/// Rows of drives of so many samples at 10 Hz, each of a driver of his own behind a leader of his own.
+fn drives(numbers: std::ops::Range<u64>, samples: usize) -> String {
+    let mut table = String::new();
+    for number in numbers {
+        let [v_0, t_h, d_0, a_max, a_min] = driver(number);
+        let mut rng = stream(8, number, 0, 0);
+        let (mut x_l, mut v_l, mut v) = (100.0, 15.0, 14.0);
+        let mut x = x_l - 4.6 - d_0 - t_h * v - 4.0;
+        let mut lasting = 0.0;
+        for k in 0..samples {
+            let t = k as f64 * 0.1;
+            let gap = x_l - 4.6 - x;
+            writeln!(
+                table,
+                "{number},{t:.1},{},1,{x_l:.4},{v_l:.4},0,{},{x:.4},{v:.4},0,{gap:.4},{:.4},{:.4}",
+                2 * number,
+                2 * number + 1,
+                x_l - x,
+                v_l - v
+            )
+            .expect("a String takes all");
+            lasting = 0.93 * lasting + 0.03 * normal(&mut rng);
+            let wanted = d_0 + (t_h * v + v * (v - v_l) / (2.0 * (a_max * a_min).sqrt())).max(0.0);
+            let a = a_max * (1.0 - (v / v_0).powi(4) - (wanted / gap).powi(2)) + lasting;
+            let ahead = 15.0 + 7.0 * (t / 9.0 + number as f64).sin() + 4.0 * (t / 4.0).cos();
+            let next = (v + 0.1 * a).max(0.0);
+            (x, v) = (x + 0.05 * (v + next), next);
+            let next = v_l + 0.1 * (ahead - v_l).clamp(-2.5, 1.5);
+            (x_l, v_l) = (x_l + 0.05 * (v_l + next), next);
+        }
+    }
+    table
+}
+
+/// The rows of a table of parameters, by column.
+fn rows(folder: &Path) -> Vec<BTreeMap<String, String>> {
+    let mut reader = csv::Reader::from_path(folder.join("parameters.csv")).expect("it was written");
+    let names = reader.headers().expect("a header").clone();
+    let row =
+        |row: csv::StringRecord| names.iter().zip(row.iter()).map(|(n, x)| (n.to_owned(), x.to_owned())).collect();
+    reader.records().map(|record| row(record.expect("a row"))).collect()
+}
+
+/// Files of the result but for the journal, whose order is that of the threads.
+fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    ["parameters.csv", "parameters.parquet", "fleet.json", "fits.csv"]
+        .into_iter()
+        .map(|name| (name.to_owned(), fs::read(folder.join(name)).unwrap_or_else(|e| panic!("{name}: {e}"))))
+        .collect()
+}
+
+/// Each row is what the pair gives alone; what cannot be calibrated is a row with its reason; threads change nothing.
+#[test]
+fn every_pair_is_a_row() {
+    let folder = scratch("fleet", "rows");
+    let (table, out) = (folder.join("pairs.csv"), folder.join("one"));
+    // The last but one is too short, the last one stops before it begins: a gap below 0.
+    let mut content = HEADER.to_owned() + &drives(0..6, 300) + &drives(6..7, 8);
+    content += &drives(7..8, 100)
+        .lines()
+        .map(|line| {
+            let mut fields: Vec<&str> = line.split(',').collect();
+            fields[11] = "-1";
+            fields.join(",") + "\n"
+        })
+        .collect::<String>();
+    fs::write(&table, content).expect("room");
+    let all = ["calibrate", text(&table), "--all", "--model", "idm", "--model", "l-cth", "--bounds", "human", "--out"];
+    let said = ok(&[&all[..], &[text(&out), "--threads", "1"]].concat());
+    let begin = "8 pairs of 1 file: 12 of 16 calibrations have a result\n";
+    assert!(said.starts_with(begin), "{said}");
+    assert!(said.lines().all(|line| line.chars().count() <= 80), "{said}");
+    let found = rows(&out);
+    assert_eq!(found.len(), 16);
+    for (k, row) in found.iter().enumerate() {
+        assert_eq!(row["trajectory"], (k / 2).to_string());
+        assert_eq!(row["model"], ["idm", "l-cth"][k % 2]);
+        assert_eq!(row["reason"].is_empty(), k < 12, "{row:?}");
+        assert_eq!(row["score"].is_empty(), k >= 12, "{row:?}");
+        // A parameter of the other model is no number.
+        assert_eq!(row["a_max_mps2"].is_empty(), k % 2 == 1 || k >= 12, "{row:?}");
+    }
+    assert!(found[12]["reason"].contains("at least 2 s"), "{:?}", found[12]);
+
+    let again = folder.join("two");
+    ok(&[&all[..], &[text(&again), "--threads", "3"]].concat());
+    assert!(files(&out) == files(&again), "threads change nothing");
+
+    let alone = folder.join("alone");
+    let row = &found[4];
+    let one = ["calibrate", text(&table), "--trajectory", "2", "--model", "idm", "--bounds", "human"];
+    let result = ok(&[&one[..], &["--max-evaluations", "10000", "--json", "--out", text(&alone)]].concat());
+    let result: serde_json::Value = serde_json::from_str(&result).expect("JSON");
+    for (column, name) in [("t_h_s", "t_h"), ("v_0_mps", "v_0"), ("a_min_mps2", "a_min")] {
+        assert_eq!(row[column].parse::<f64>().ok(), result["parameters"][name].as_f64(), "{name}");
+        let low = row[&format!("{column}_low")].parse::<f64>().ok();
+        assert_eq!(low, result["intervals"][name][0].as_f64(), "{name}");
+    }
+
+    let page = folder.join("page.html");
+    ok(&["report", text(&out), "--out", text(&page)]);
+    let html = fs::read_to_string(&page).expect("written");
+    assert!(html.contains("6 of 8 pairs calibrated with"), "the answer first");
+    assert!(html.contains("expected at least"), "reasons are told");
+}
+
+/// A table of its own pairs is found in a folder, and a file that is none costs nothing but its own.
+#[test]
+fn files_of_a_folder_are_one_fleet() {
+    let folder = scratch("fleet", "folder");
+    let data = folder.join("data");
+    fs::create_dir(&data).expect("room");
+    fs::write(data.join("a.csv"), HEADER.to_owned() + &drives(0..1, 200)).expect("room");
+    fs::write(data.join("b.csv"), HEADER.to_owned() + &drives(1..2, 200)).expect("room");
+    fs::write(data.join("notes.md"), "not a table").expect("room");
+    let all = ["calibrate", text(&data), "--all", "--model", "idm", "--no-intervals", "--out"];
+    let out = folder.join("out");
+    assert!(ok(&[&all[..], &[text(&out)]].concat()).starts_with("2 pairs of 2 files: 2 of 2"));
+    fs::write(data.join("c.csv"), "what,is,this\n1,2,3\n").expect("room");
+    let other = folder.join("other");
+    let output = leadlag(&[&all[..], &[text(&other)]].concat());
+    assert_eq!(output.status.code(), Some(1));
+    assert!(stderr(&output).contains("c.csv"), "{}", stderr(&output));
+    assert_eq!(rows(&other).len(), 2);
+    // A result does not replace what it is made of.
+    let inside = data.join("parameters.csv");
+    fs::copy(data.join("a.csv"), &inside).expect("room");
+    let (code, said) = fails(&["calibrate", text(&inside), "--all", "--model", "idm", "--out", text(&data)]);
+    assert!(code == 2 && said.contains("would replace the input"), "{said}");
+    fs::remove_file(inside).expect("it can be removed");
+    // Another data set does not go into the same folder.
+    let (code, said) = fails(&[&all[..], &[text(&out), "--seed", "2"]].concat());
+    assert!(code == 1 && said.contains("a fleet of other data, settings or program"), "{said}");
+}
+
+#[test]
+fn what_does_not_go_with_many_pairs_is_told() {
+    let folder = scratch("fleet", "usage");
+    let table = folder.join("pairs.csv");
+    fs::write(&table, HEADER.to_owned() + &drives(0..1, 100)).expect("room");
+    let out = folder.join("out");
+    let one = ["calibrate", text(&table), "--out", text(&out), "--model", "idm"];
+    for (more, expected) in [
+        (&["--model", "gipps"][..], "one model is calibrated at a time, unless --all"),
+        (&["--gof", "nrmse-s", "--gof", "nrmse-v"], "one measure is minimised at a time, unless --all"),
+        (&["--all", "--joint"], "cannot be used with"),
+        (&["--all", "--replicates", "3"], "cannot be used with"),
+        (&["--all", "--model", "idm"], "--model idm is given twice"),
+    ] {
+        let (code, said) = fails(&[&one[..], more].concat());
+        assert!(code == 2 && said.contains(expected), "{more:?}: {said}");
+    }
+}
+
+/// Killed at any moment and begun again, a fleet ends with the same bytes, and what was calibrated is not calibrated again.
+#[test]
+fn a_killed_fleet_goes_on() {
+    let kills: usize = std::env::var("LEADLAG_KILLS").map_or(5, |kills| kills.parse().expect("a number"));
+    let folder = scratch("fleet", "killed");
+    let table = folder.join("pairs.csv");
+    fs::write(&table, HEADER.to_owned() + &drives(0..120, 150)).expect("room");
+    let command = |out: &Path| {
+        let words =
+            ["calibrate", text(&table), "--all", "--model", "idm", "--max-evaluations", "4000", "--no-intervals"];
+        [&words[..], &["--out", text(out)]].concat().iter().map(|&word| word.to_owned()).collect::<Vec<_>>()
+    };
+    let whole = folder.join("whole");
+    let begun = std::time::Instant::now();
+    ok(&command(&whole).iter().map(String::as_str).collect::<Vec<_>>());
+    let lasts = begun.elapsed();
+    let expected = files(&whole);
+    let mut killed = 0;
+    for turn in 0.. {
+        assert!(turn < 20 * kills, "the run is hardly ever hit");
+        if killed >= kills {
+            break;
+        }
+        let out = folder.join(format!("killed{turn}"));
+        let mut lines = 0;
+        // Until it is through: each time it is hit somewhat later.
+        for time in 1.. {
+            let mut child = Command::new(env!("CARGO_BIN_EXE_leadlag"))
+                .args(command(&out))
+                .stdin(Stdio::null())
+                .stdout(Stdio::null())
+                .stderr(Stdio::null())
+                .spawn()
+                .expect("the program starts");
+            sleep(lasts.mul_f64(0.13 * f64::from(time) + 0.01 * turn as f64).max(Duration::from_millis(20)));
+            child.kill().expect("SIGKILL can be sent");
+            let hit = child.wait().expect("it ends").code().is_none();
+            let journal = fs::read_to_string(out.join("journal.jsonl")).unwrap_or_default();
+            let now = journal.lines().count();
+            assert!(now + 1 >= lines, "rows were lost: {lines} lines, then {now}");
+            lines = now;
+            if !hit {
+                break;
+            }
+            killed += 1;
+        }
+        assert!(files(&out) == expected, "after {killed} kills");
+        fs::remove_dir_all(&out).expect("it can be removed");
+    }
+}
+
+/// Of drivers whose parameters are known: what is called determined lies in its interval as often as it should, and not all is called so.
+#[test]
+fn intervals_of_short_drives_hold_the_truth() {
+    let folder = scratch("fleet", "coverage");
+    let table = folder.join("pairs.csv");
+    fs::write(&table, HEADER.to_owned() + &drives(100..180, 400)).expect("room");
+    let out = folder.join("out");
+    ok(&["calibrate", text(&table), "--all", "--model", "idm", "--bounds", "human", "--out", text(&out)]);
+    let (mut held, mut all) = (0, 0);
+    for row in rows(&out) {
+        let number: u64 = row["trajectory"].parse().expect("a number");
+        let truth = driver(number);
+        let signs = [1.0, 1.0, 1.0, 1.0, -1.0];
+        let columns = ["v_0_mps", "t_h_s", "d_0_m", "a_max_mps2", "a_min_mps2"];
+        for (column, truth) in columns.iter().zip(truth.iter().zip(signs).map(|(x, sign)| x * sign)) {
+            let end = |side: &str| row[&format!("{column}_{side}")].parse::<f64>().ok();
+            if let (Some(low), Some(high)) = (end("low"), end("high")) {
+                held += i32::from(low <= truth && truth <= high);
+                all += 1;
+            }
+        }
+    }
+    println!("{held} of {all} intervals hold the truth");
+    // 95 % should; those of one drive come together, so that 90 % is two standard deviations below.
+    assert!(held * 10 >= all * 9, "{held} of {all} intervals hold the truth");
+    assert!((100..400).contains(&all), "{all} of 400 parameters are determined");
+}
+
+/// A plan names a table or a pattern once, and every trajectory is a platoon of its own.
+#[test]
+fn a_study_takes_every_trajectory_of_a_table_or_pattern() {
+    let folder = scratch("fleet", "study");
+    fs::write(folder.join("pairs.csv"), HEADER.to_owned() + &drives(0..3, 150) + &drives(3..4, 8)).expect("room");
+    for name in ["one", "two"] {
+        let numbers = if name == "one" { 5..6 } else { 6..7 };
+        fs::write(folder.join(format!("own_{name}.csv")), HEADER.to_owned() + &drives(numbers, 150)).expect("room");
+    }
+    let plan = |entry: &str| {
+        let calibration = "[calibration]\nvariants = [\"idm\"]\nmax_evaluations = 500\n";
+        format!("schema_version = 1\n[data]\n[[platoon]]\nname = \"P\"\n{entry}\n{calibration}")
+    };
+    let file = folder.join("plan.toml");
+    let all = "table = \"pairs.csv\"\ntrajectories = \"all\"";
+    for (entry, platoons) in [(all, &["P-0", "P-1", "P-2"][..]), ("files = \"own_*.csv\"", &["P-own_one", "P-own_two"])]
+    {
+        fs::write(&file, plan(entry)).expect("room");
+        let out = folder.join(format!("study{}", platoons.len()));
+        let output = leadlag(&["study", "plan", text(&file), "--out", text(&out)]);
+        assert!(output.status.success(), "{}", stderr(&output));
+        let planned = program::stdout(&output);
+        let names: Vec<&str> = planned.lines().filter_map(|line| line.split('\t').nth(1)).collect();
+        assert_eq!(names, platoons);
+        assert_eq!(stderr(&output).contains("left out: 1 of 4 trajectories"), entry == all, "{}", stderr(&output));
+        // Different vehicles are not tried on each other.
+        assert!(stderr(&output).contains("0 validation runs"), "{}", stderr(&output));
+        ok(&["study", "run", text(&out)]);
+        ok(&["study", "merge", text(&out)]);
+        let merged = fs::read_to_string(out.join("merged/calibrations.csv")).expect("merged");
+        assert_eq!(merged.lines().count(), 1 + platoons.len());
+    }
+    for (entry, expected) in [
+        ("files = \"pairs.csv\"", "expected one * in the name of the file"),
+        ("files = \"none_*.csv\"", "expected files"),
+        ("table = \"pairs.csv\"\ntrajectories = \"some\"", "expected all"),
+        ("table = \"pairs.csv\"\nfile = \"pairs.csv\"", "expected one of file, table and files, found 2"),
+    ] {
+        fs::write(&file, plan(entry)).expect("room");
+        let (_, said) = fails(&["study", "plan", text(&file), "--out", text(&folder.join("no"))]);
+        assert!(said.contains(expected), "{entry}: {said}");
+    }
+}

@@ -1,0 +1,127 @@
+//! Files and surroundings that mean no good: each ends in a message, in bounded memory, never in a panic or a signal.
+
+use crate::common::program::{fails, ok, scratch, stderr, text};
+use serde_json::{Value, json};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::OnceLock;
+
+/// A drive and what was calibrated on it, made once.
+fn calibrated() -> &'static Path {
+    static FOLDER: OnceLock<PathBuf> = OnceLock::new();
+    FOLDER.get_or_init(|| {
+        let folder = scratch("hostile", "calibrated");
+        ok(&["synth", "--out", text(&folder), "--duration", "60"]);
+        let (file, fit) = (folder.join("platoon.csv"), folder.join("fit"));
+        let model = ["calibrate", text(&file), "--follower", "1", "--model", "idm+linear"];
+        ok(&[&model[..], &["--max-evaluations", "300", "--no-intervals", "--out", text(&fit)]].concat());
+        folder
+    })
+}
+
+#[test]
+fn a_result_that_contradicts_itself_is_refused() {
+    type Change = fn(&mut Value);
+    let changes: [(&str, Change, &str); 9] = [
+        ("id", |r| r["model_id"] = json!(2), "model_id: expected 4, the id of variant idm+linear, found 2"),
+        ("no_id", |r| r["model_id"] = json!(4711), "found 4711"),
+        ("variant", |r| r["variant"] = json!("idn"), "idn"),
+        ("unit", |r| r["units"]["v_0"] = json!("km/h"), "units: expected v_0 in m/s, found km/h"),
+        ("foreign_unit", |r| r["units"]["k_s"] = json!("-"), "units: found k_s, which variant idm+linear has not"),
+        ("foreign", |r| r["parameters"]["k_s"] = json!(1.0), "parameters: found k_s, which variant idm+linear has not"),
+        ("missing", |r| drop(r["parameters"].as_object_mut().unwrap().remove("v_0")), "parameter v_0 is missing"),
+        ("bounds", |r| drop(r["bounds"].as_object_mut().unwrap().remove("v_0")), "bounds: v_0 is missing"),
+        ("extension", |r| r["extensions"] = json!([{"name": "none"}]), "extension none: there is no built-in one"),
+    ];
+    let (file, fit) = (calibrated().join("platoon.csv"), calibrated().join("fit"));
+    let result: Value = serde_json::from_slice(&fs::read(fit.join("result.json")).unwrap()).unwrap();
+    for (name, change, expected) in changes {
+        let folder = scratch("hostile", name);
+        let (changed, page) = (folder.join("result.json"), folder.join("page.html"));
+        let mut content = result.clone();
+        change(&mut content);
+        fs::write(&changed, serde_json::to_vec(&content).unwrap()).unwrap();
+        let verbs: [&[&str]; 3] = [
+            &["report", text(&changed), "--out", text(&page)],
+            &["simulate", text(&file), "--follower", "1", "--result", text(&changed)],
+            &["export", "sumo", text(&changed), "--no-run"],
+        ];
+        for verb in verbs {
+            let (code, said) = fails(verb);
+            assert!(code == 1 && said.contains("does not fit together") && said.contains(expected), "{name}: {said}");
+        }
+        assert!(!page.exists());
+    }
+}
+
+#[test]
+fn a_result_without_end_is_not_read_to_its_end() {
+    let folder = scratch("hostile", "large");
+    for name in ["result.json", "diagnosis.json"] {
+        let file = folder.join(name);
+        fs::File::create(&file).unwrap().set_len(200 << 20).unwrap();
+        let said = limited("ulimit -v 1500000", &["report", text(&file), "--out", text(&folder.join("page.html"))]);
+        let expected = ["cannot read the result file", "expected at most 67108864 bytes, found more"];
+        assert!(expected.iter().all(|part| said.contains(part)), "{said}");
+        fs::remove_file(&file).unwrap();
+    }
+}
+
+#[test]
+fn a_table_of_cases_of_many_columns_is_refused_in_a_line() {
+    let folder = scratch("hostile", "wide");
+    let cases = folder.join("cases.csv");
+    fs::write(&cases, vec!["column"; 130_000].join(",") + "\n").unwrap();
+    let (code, said) = fails(&["evaluate", text(&cases), "--data", text(&folder)]);
+    assert!(code == 1 && said.contains("expected at most 1000 columns, found 130000") && said.len() < 400, "{said}");
+}
+
+/// What a command says that must fail under a limit of the shell, by itself and not by a signal.
+#[cfg(unix)]
+fn limited(limit: &str, arguments: &[&str]) -> String {
+    let mut command = Command::new("sh");
+    // A heap per thread takes address space that has nothing to do with what is tested.
+    command.env("RAYON_NUM_THREADS", "1");
+    command.args(["-c", &format!("{limit}; exec \"$0\" \"$@\""), env!("CARGO_BIN_EXE_leadlag")]).args(arguments);
+    refused(command.output().expect("a shell"))
+}
+
+#[cfg(not(unix))]
+fn limited(_: &str, arguments: &[&str]) -> String {
+    refused(Command::new(env!("CARGO_BIN_EXE_leadlag")).args(arguments).output().expect("it starts"))
+}
+
+fn refused(output: Output) -> String {
+    let said = stderr(&output);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(!said.contains("panicked"), "{said}");
+    said
+}
+
+/// Stacks that no machine has room for stand for a system that lets a process start no thread.
+#[test]
+fn without_threads_there_is_a_message() {
+    let file = calibrated().join("platoon.csv");
+    let out = scratch("hostile", "threads");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_leadlag"));
+    command.env("RUST_MIN_STACK", (1_u64 << 50).to_string());
+    let arguments = ["calibrate", text(&file), "--follower", "1", "--model", "idm", "--out", text(&out)];
+    let said = refused(command.args(arguments).output().expect("it starts"));
+    assert!(said.contains("cannot start the threads") && said.contains("ulimit -u"), "{said}");
+}
+
+/// Software Vulkan ends the program with a signal where it gets too little address space.
+#[cfg(target_os = "linux")]
+#[test]
+fn drivers_are_not_loaded_into_too_little_memory() {
+    let said = limited("ulimit -v 1000000", &["doctor"]);
+    let expected = "drivers need an address space of ";
+    assert!(said.contains(expected) && said.contains("MiB, found a limit of 976 MiB; raise it"), "{said}");
+    let file = calibrated().join("platoon.csv");
+    let out = scratch("hostile", "memory");
+    let arguments =
+        ["calibrate", text(&file), "--follower", "1", "--model", "idm", "--evaluator", "gpu", "--out", text(&out)];
+    let said = limited("ulimit -v 1000000", &arguments);
+    assert!(said.contains(expected), "{said}");
+}

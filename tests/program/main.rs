@@ -1,0 +1,19 @@
+//! The program as its users start it.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod bench;
+mod bench_optimizers;
+mod cli;
+mod cli_mistakes;
+mod cli_verbs;
+mod cli_warnings;
+mod doctor;
+mod fleet;
+mod hostile;
+mod killed;
+mod one_driver;
+mod report;
+mod sumo;
+mod what_people_have;

@@ -1,0 +1,69 @@
+//! Drives of different drivers that are given as one car are noticed, and drives of one are not.
+
+use crate::common::program::{leadlag, scratch, stderr, stdout, text};
+use leadlag::optimize::{normal, stream};
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+/// A pair file of an IDM driver with this time gap [s], noise and a leader of his own.
+fn file(folder: &Path, name: &str, t_h: f64, seed: u64) -> PathBuf {
+    let mut rng = stream(seed, 0, 0, 0);
+    let mut table = "time_s,lead_speed_mps,speed_mps,spacing_m\n".to_owned();
+    let (mut v_l, mut v, mut s, mut lasting) = (15.0, 15.0, 2.5 + t_h * 15.0 + 4.0, 0.0);
+    for k in 0..2400 {
+        let t = k as f64 * 0.1;
+        let [seen_l, seen, gap] = [v_l, v, s].map(|x| x + 0.03 * normal(&mut rng));
+        writeln!(table, "{t:.1},{seen_l:.3},{:.3},{gap:.3}", seen.max(0.0)).expect("a String takes all");
+        lasting = 0.93 * lasting + 0.04 * normal(&mut rng);
+        let wanted = 2.5 + (t_h * v + v * (v - v_l) / (2.0 * 1.4_f64.sqrt() * 1.5_f64.sqrt())).max(0.0);
+        let a = 1.4 * (1.0 - (v / 33.0).powi(4) - (wanted / s).powi(2)) + lasting;
+        let ahead = 15.0 + 6.0 * (t / 11.0 + seed as f64).sin() + 3.0 * (t / 4.7).cos();
+        let next_l = v_l + 0.1 * (ahead - v_l).clamp(-2.0, 1.5);
+        let next = (v + 0.1 * a).max(0.0);
+        s += 0.05 * (v_l + next_l - v - next);
+        (v_l, v) = (next_l, next);
+    }
+    let path = folder.join(name);
+    std::fs::write(&path, table).expect("room");
+    path
+}
+
+#[test]
+fn a_joint_calibration_says_so() {
+    let folder = scratch("one_driver", "joint");
+    let close = file(&folder, "close.csv", 1.0, 1);
+    let [same, far] = [file(&folder, "same.csv", 1.0, 2), file(&folder, "far.csv", 1.5, 3)];
+    for (other, is_one) in [(&same, true), (&far, false)] {
+        let out = folder.join(if is_one { "one" } else { "two" });
+        let given = ["calibrate", text(&close), text(other), "--joint", "--model", "idm", "--bounds", "human"];
+        let output =
+            leadlag(&[&given[..], &["--max-evaluations", "6000", "--no-intervals", "--out", text(&out)]].concat());
+        assert!(output.status.success(), "{}", stderr(&output));
+        let (said, result) =
+            (stderr(&output) + &stdout(&output), std::fs::read_to_string(out.join("result.json")).expect("written"));
+        assert_eq!(!said.contains("hardly of one driver"), is_one, "{said}");
+        assert_eq!(!result.contains("hardly of one driver"), is_one);
+        if !is_one {
+            assert!(result.contains("t_h is about 1.") && result.contains("s in far follower 1"), "{result}");
+        }
+    }
+}
+
+#[test]
+fn a_diagnosis_says_so_before_all_else() {
+    let folder = scratch("one_driver", "diagnosis");
+    let close = file(&folder, "close.csv", 1.0, 4);
+    let [same, far] = [file(&folder, "same.csv", 1.0, 5), file(&folder, "far.csv", 1.5, 6)];
+    for (other, flag, is_one) in [(&same, "--data", true), (&far, "--data", false), (&far, "--holdout", false)] {
+        let both = format!("{},{}", text(&close), text(other));
+        let given = match flag {
+            "--data" => vec!["diagnose", "--data", &both],
+            _ => vec!["diagnose", text(&close), "--holdout", text(other)],
+        };
+        let more = ["--base", "idm", "--effort", "quick", "--exit-code", "--json"];
+        let output = leadlag(&[&given[..], &more].concat());
+        let said = stdout(&output);
+        assert_eq!(!said.contains("different_drivers"), is_one, "{flag}: {said}");
+        assert_eq!(output.status.code() != Some(7), is_one, "{flag}: {}", stderr(&output));
+    }
+}
