@@ -1,6 +1,6 @@
 //! `cargo bench`: what `leadlag bench` measures, on the synthetic drive. `cargo bench -- --quick` takes under a minute.
 
-use leadlag::bench::{Drive, Effort, run, table};
+use leadlag::internal::bench::{Drive, Effort, run, table};
 
 fn main() {
     let quick = std::env::args().any(|argument| argument == "--quick");

@@ -46,7 +46,8 @@ mod api;
 pub mod cli;
 
 pub use api::{
-    Calibration, Diagnosis, Drive, Error, Evaluator, Findings, Fit, Fleet, Pairs, Reading, Recording, Simulation, read, synthetic,
+    Calibration, Diagnosis, Drive, Error, Evaluator, Findings, Fit, Fleet, Pairs, Reading, Recording, Simulation, read,
+    synthetic,
 };
 pub use study::table::{Column, Table, Values};
 

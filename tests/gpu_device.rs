@@ -4,9 +4,9 @@
 mod common;
 
 use common::gpu::{case, gpu, population, scores, skipped, variant};
-use leadlag::convention::Convention;
-use leadlag::gpu::{Gpu, Limits};
-use leadlag::wgsl::Precision;
+use leadlag::internal::convention::Convention;
+use leadlag::internal::gpu::{Gpu, Limits};
+use leadlag::internal::wgsl::Precision;
 
 #[test]
 fn a_shared_device_that_is_lost_is_replaced_for_all() {

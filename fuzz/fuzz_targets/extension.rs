@@ -1,15 +1,15 @@
 //! Extensions: whatever the file says, it is refused with its place, or it runs, and a small stack is enough for it.
 #![no_main]
 
-use leadlag::catalog::Variant;
-use leadlag::convention::Convention;
-use leadlag::evaluator::{Case, Job, Observer, Population};
-use leadlag::lanes::{Lanes, LanesPrecision};
-use leadlag::plant;
-use leadlag::score::GoodnessOfFit;
-use leadlag::symbols::{Bounds, Symbol};
-use leadlag::trajectory::{Preparation, Trajectory, import, prepare};
-use leadlag::wgsl::read_extension;
+use leadlag::internal::catalog::Variant;
+use leadlag::internal::convention::Convention;
+use leadlag::internal::evaluator::{Case, Job, Observer, Population};
+use leadlag::internal::lanes::{Lanes, LanesPrecision};
+use leadlag::internal::plant;
+use leadlag::internal::score::GoodnessOfFit;
+use leadlag::internal::symbols::{Bounds, Symbol};
+use leadlag::internal::trajectory::{Preparation, Trajectory, import, prepare};
+use leadlag::internal::wgsl::read_extension;
 use std::sync::LazyLock;
 
 static DRIVE: LazyLock<Trajectory> = LazyLock::new(|| {

@@ -19,7 +19,7 @@ from ._api import (
     calibrate_all,
     diagnose,
 )
-from ._native import Error, Findings, Fit, Simulation, UsageError, __version__, read
+from ._native import Error, Findings, Fit, Simulation, UsageError, __version__, read, synthetic
 
 __all__ = [
     "Drive",
@@ -35,4 +35,5 @@ __all__ = [
     "calibrate_all",
     "diagnose",
     "read",
+    "synthetic",
 ]

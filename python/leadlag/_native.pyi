@@ -205,6 +205,9 @@ def read(
 ) -> Drive:
     """Reads the drive of a follower from a file."""
 
+def synthetic(seed: int = 1, duration: float = 120.0) -> Drive:
+    """A made-up drive of one car behind another, to try things without data. ``duration``: 20 s to some hours [s]."""
+
 def calibrate_files(
     paths: Sequence[str | os.PathLike[str]],
     text: bytes | None,

@@ -160,6 +160,22 @@ pub fn read(
     Drive::warned(py, Origin::File(path), follower, options)
 }
 
+/// A made-up drive of one car behind another, to try things without data. `duration`: 20 s to some hours [s]. The same seed gives the same drive.
+#[pyfunction]
+#[pyo3(signature = (seed=1, duration=120.0))]
+pub fn synthetic(py: Python<'_>, seed: u64, duration: f64) -> PyResult<Drive> {
+    py.detach(|| {
+        let made = leadlag::synthetic(seed, duration).and_then(|made| made.follower(1)).map_err(raised)?;
+        let mut text = String::from("time_s,lead_speed_mps,speed_mps,spacing_m\n");
+        let columns = [made.time(), made.lead_speed(), made.speed(), made.spacing()];
+        for row in 0..made.len() {
+            text += &columns.map(|column| column[row].to_string()).join(",");
+            text.push('\n');
+        }
+        Drive::of(Origin::Text(text.into_bytes(), format!("synthetic_{seed}.csv")), None, Vec::new())
+    })
+}
+
 #[pymethods]
 impl Drive {
     /// The drive of a follower from a table in memory.

@@ -50,6 +50,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(page, module)?)?;
     module.add_function(wrap_pyfunction!(drive::read, module)?)?;
     module.add_function(wrap_pyfunction!(drive::again, module)?)?;
+    module.add_function(wrap_pyfunction!(drive::synthetic, module)?)?;
     module.add_function(wrap_pyfunction!(model::calibrate_files, module)?)?;
     module.add_function(wrap_pyfunction!(model::calibrate_drives, module)?)?;
     module.add_function(wrap_pyfunction!(findings::diagnose, module)?)?;

@@ -1,8 +1,8 @@
 //! Everything that is done to a file: reading, inspection, preparation in its variants. The fuzz targets call this, too.
 #![allow(dead_code, reason = "each fuzz target calls some of it")]
 
-use leadlag::trajectory::import::{ColumnMap, Labels, read_mapped_from};
-use leadlag::trajectory::{Grade, Preparation, Reconcile, Recording, import, inspect, prepare};
+use leadlag::internal::trajectory::import::{ColumnMap, Labels, read_mapped_from};
+use leadlag::internal::trajectory::{Grade, Preparation, Reconcile, Recording, import, inspect, prepare};
 use std::fmt::Display;
 
 /// False if a file is refused, which is said with some words.

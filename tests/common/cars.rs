@@ -1,12 +1,12 @@
 //! A synthetic drive with everything that a variant may need, and random candidates.
 
-use leadlag::calibrate::{Overrides, SearchSpace};
-use leadlag::catalog::Variant;
-use leadlag::convention::Convention;
-use leadlag::evaluator::{Case, Population};
-use leadlag::plant;
-use leadlag::trajectory::{Grade, Preparation, Trajectory, import, prepare};
-use leadlag::vehicle::{Mfc, Vehicle};
+use leadlag::internal::calibrate::{Overrides, SearchSpace};
+use leadlag::internal::catalog::Variant;
+use leadlag::internal::convention::Convention;
+use leadlag::internal::evaluator::{Case, Population};
+use leadlag::internal::plant;
+use leadlag::internal::trajectory::{Grade, Preparation, Trajectory, import, prepare};
+use leadlag::internal::vehicle::{Mfc, Vehicle};
 use std::path::Path;
 
 /// Behind the leader of a made-up platoon on a hilly closed track.

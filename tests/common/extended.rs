@@ -1,12 +1,12 @@
 //! Models with extensions on a drive that has everything an extension may read.
 
 use super::cars;
-use leadlag::catalog::Variant;
-use leadlag::convention::Convention;
-use leadlag::evaluator::{Case, Population};
-use leadlag::extension::Extension;
-use leadlag::symbols::{Bounds, Symbol};
-use leadlag::trajectory::Trajectory;
+use leadlag::internal::catalog::Variant;
+use leadlag::internal::convention::Convention;
+use leadlag::internal::evaluator::{Case, Population};
+use leadlag::internal::extension::Extension;
+use leadlag::internal::symbols::{Bounds, Symbol};
+use leadlag::internal::trajectory::Trajectory;
 use std::sync::LazyLock;
 
 /// All base models, one with delay.

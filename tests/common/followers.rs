@@ -1,11 +1,11 @@
 //! The measured followers of the shared data with their vehicles and road, and candidates for them.
 
-use leadlag::calibrate::{Overrides, SearchSpace};
-use leadlag::catalog::Variant;
-use leadlag::convention::Convention;
-use leadlag::evaluator::{Case, Population};
-use leadlag::trajectory::{Preparation, Trajectory, import, prepare};
-use leadlag::vehicle::{Vehicle, read_table};
+use leadlag::internal::calibrate::{Overrides, SearchSpace};
+use leadlag::internal::catalog::Variant;
+use leadlag::internal::convention::Convention;
+use leadlag::internal::evaluator::{Case, Population};
+use leadlag::internal::trajectory::{Preparation, Trajectory, import, prepare};
+use leadlag::internal::vehicle::{Vehicle, read_table};
 use std::path::Path;
 
 use super::cars::Random;

@@ -1,15 +1,15 @@
 //! What the tests of the GPU evaluator share: cases without any file, random candidates, and a guard for missing adapters.
 
 use super::made_up::{self, Way};
-use leadlag::calibrate::{Overrides, SearchSpace};
-use leadlag::catalog::Variant;
-use leadlag::convention::Convention;
-use leadlag::evaluator::{Case, Evaluator, Job, Population, Score};
-use leadlag::gpu::{Adapter, AdapterChoice, Gpu, Limits};
-use leadlag::score::GoodnessOfFit;
-use leadlag::trajectory::{Grade, Trajectory, integrate};
-use leadlag::vehicle::{Mfc, Vehicle};
-use leadlag::wgsl::Precision;
+use leadlag::internal::calibrate::{Overrides, SearchSpace};
+use leadlag::internal::catalog::Variant;
+use leadlag::internal::convention::Convention;
+use leadlag::internal::evaluator::{Case, Evaluator, Job, Population, Score};
+use leadlag::internal::gpu::{Adapter, AdapterChoice, Gpu, Limits};
+use leadlag::internal::score::GoodnessOfFit;
+use leadlag::internal::trajectory::{Grade, Trajectory, integrate};
+use leadlag::internal::vehicle::{Mfc, Vehicle};
+use leadlag::internal::wgsl::Precision;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

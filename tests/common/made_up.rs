@@ -1,7 +1,7 @@
 //! What several tests make up: a drive, and one in which something is hidden.
 
-use leadlag::bench::DiagnosisTask;
-use leadlag::trajectory::{Source, Trajectory};
+use leadlag::internal::bench::DiagnosisTask;
+use leadlag::internal::trajectory::{Source, Trajectory};
 
 /// Positions [m] and speeds [m/s] of one car.
 pub struct Way {

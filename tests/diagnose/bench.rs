@@ -1,12 +1,12 @@
 //! `leadlag bench diagnosis`: what its journal is worth, and what it writes into a page.
 
 use crate::common::made_up;
-use leadlag::bench::{DiagnosisJournal, DiagnosisOutcome, DiagnosisTask, SIZES, diagnosis_tasks, planted};
-use leadlag::calibrate::Overrides;
-use leadlag::diagnose::known::known;
-use leadlag::diagnose::{Effort, PROGRAM, Question};
-use leadlag::report::naming::{BEGIN, END};
-use leadlag::wgsl::extension_named;
+use leadlag::internal::bench::{DiagnosisJournal, DiagnosisOutcome, DiagnosisTask, SIZES, diagnosis_tasks, planted};
+use leadlag::internal::calibrate::Overrides;
+use leadlag::internal::diagnose::known::known;
+use leadlag::internal::diagnose::{Effort, PROGRAM, Question};
+use leadlag::internal::report::naming::{BEGIN, END};
+use leadlag::internal::wgsl::extension_named;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::{Command, Output};

@@ -1,9 +1,9 @@
 //! The check of the data: silent on clean drives, and planted faults are found, named and sized.
 
 use crate::common;
-use leadlag::diagnose::data::{Finding, FindingKind, Who, check, correct};
-use leadlag::plant::{self, Noise, Profile, Scenario};
-use leadlag::trajectory::{Recording, import, prepare};
+use leadlag::internal::diagnose::data::{Finding, FindingKind, Who, check, correct};
+use leadlag::internal::plant::{self, Noise, Profile, Scenario};
+use leadlag::internal::trajectory::{Recording, import, prepare};
 
 const SENSOR: Noise = Noise { speed_mps: 0.02, gap_m: 0.02 };
 

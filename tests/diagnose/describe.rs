@@ -1,13 +1,13 @@
 //! The description of an error: its budget, its profiles, its formula, on made-up series whose answer is known.
 
-use leadlag::diagnose::budget::{Errors, Regime, budget};
-use leadlag::diagnose::formula::formula;
-use leadlag::diagnose::missing::{Class, Missing, Profile, Profiles, profiles};
-use leadlag::diagnose::outcome::Outcome;
-use leadlag::diagnose::scene::Scene;
-use leadlag::report::diagnosis::pictures;
-use leadlag::report::diagnosis::text::{Again, Beside, diagnosis};
-use leadlag::report::html;
+use leadlag::internal::diagnose::budget::{Errors, Regime, budget};
+use leadlag::internal::diagnose::formula::formula;
+use leadlag::internal::diagnose::missing::{Class, Missing, Profile, Profiles, profiles};
+use leadlag::internal::diagnose::outcome::Outcome;
+use leadlag::internal::diagnose::scene::Scene;
+use leadlag::internal::report::diagnosis::pictures;
+use leadlag::internal::report::diagnosis::text::{Again, Beside, diagnosis};
+use leadlag::internal::report::html;
 
 const DT: f64 = 0.1;
 

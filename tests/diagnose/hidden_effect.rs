@@ -4,12 +4,12 @@
 //! `leadlag bench diagnosis` is the same with as many cases as one likes.
 
 use crate::common;
-use leadlag::bench::{DiagnosisOutcome, DiagnosisTask, Judgement, diagnose_task, judge, planted};
-use leadlag::calibrate::Overrides;
-use leadlag::diagnose::Drive;
-use leadlag::recommend::{Answer, Policy, Request, recommend};
-use leadlag::trajectory::{Preparation, import, prepare};
-use leadlag::wgsl::library;
+use leadlag::internal::bench::{DiagnosisOutcome, DiagnosisTask, Judgement, diagnose_task, judge, planted};
+use leadlag::internal::calibrate::Overrides;
+use leadlag::internal::diagnose::Drive;
+use leadlag::internal::recommend::{Answer, Policy, Request, recommend};
+use leadlag::internal::trajectory::{Preparation, import, prepare};
+use leadlag::internal::wgsl::library;
 use std::ops::ControlFlow;
 
 /// Share by which an estimate may be off, and standard errors; the larger of the two counts.

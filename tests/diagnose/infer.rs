@@ -1,16 +1,16 @@
 //! The inference as its callers see it: what it refuses, how it is stopped, and that threads do not change it.
 
 use crate::common::made_up;
-use leadlag::bench::{DiagnosisTask, Planted, planted};
-use leadlag::calibrate::Overrides;
-use leadlag::diagnose::decide::Evidence;
-use leadlag::diagnose::fate::Objection;
-use leadlag::diagnose::spending::Spending;
-use leadlag::diagnose::{DiagnoseError, Drive, Effort, Inference, Progress, Question, infer, infer_with};
-use leadlag::extension::Extension;
-use leadlag::plant;
-use leadlag::trajectory::{Preparation, import, prepare};
-use leadlag::wgsl::extension_named;
+use leadlag::internal::bench::{DiagnosisTask, Planted, planted};
+use leadlag::internal::calibrate::Overrides;
+use leadlag::internal::diagnose::decide::Evidence;
+use leadlag::internal::diagnose::fate::Objection;
+use leadlag::internal::diagnose::spending::Spending;
+use leadlag::internal::diagnose::{DiagnoseError, Drive, Effort, Inference, Progress, Question, infer, infer_with};
+use leadlag::internal::extension::Extension;
+use leadlag::internal::plant;
+use leadlag::internal::trajectory::{Preparation, import, prepare};
+use leadlag::internal::wgsl::extension_named;
 use std::ops::ControlFlow;
 
 fn drives(base: &str, cause: &str) -> Planted {

@@ -1,11 +1,11 @@
 //! Causes of one's own in a diagnosis: one that acts is named, and one that cannot be tried is not passed over in silence.
 
 use crate::common::made_up;
-use leadlag::bench::planted;
-use leadlag::calibrate::Overrides;
-use leadlag::diagnose::{Effort, Question, Verdict, infer};
-use leadlag::extension::Extension;
-use leadlag::wgsl::{extension_named, read_extension};
+use leadlag::internal::bench::planted;
+use leadlag::internal::calibrate::Overrides;
+use leadlag::internal::diagnose::{Effort, Question, Verdict, infer};
+use leadlag::internal::extension::Extension;
+use leadlag::internal::wgsl::{extension_named, read_extension};
 use serde_json::Value;
 use std::fs;
 use std::ops::ControlFlow;

@@ -2,12 +2,12 @@
 //! expects this to fail.
 
 use crate::common::extended::{BASES, WHOLE_RUN, WHOLE_RUN_PERIODIC, case, spread, with};
-use leadlag::evaluator::{Evaluator, Job, Population, Score};
-use leadlag::extension::Extension;
-use leadlag::lanes::{Lanes, LanesPrecision};
-use leadlag::reference::{Reference, knows};
-use leadlag::score::{GoodnessOfFit, Measures};
-use leadlag::wgsl::{extension_named, library, read_extension};
+use leadlag::internal::evaluator::{Evaluator, Job, Population, Score};
+use leadlag::internal::extension::Extension;
+use leadlag::internal::lanes::{Lanes, LanesPrecision};
+use leadlag::internal::reference::{Reference, knows};
+use leadlag::internal::score::{GoodnessOfFit, Measures};
+use leadlag::internal::wgsl::{extension_named, library, read_extension};
 
 #[test]
 fn lanes_in_f64_equal_the_reference() {

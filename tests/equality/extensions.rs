@@ -2,17 +2,19 @@
 //! reference.)
 
 use crate::common::extended::{BASES, bounds, case, spread, with};
-use leadlag::calibrate::{Overrides, SearchSpace};
-use leadlag::catalog::Variant;
-use leadlag::convention::Convention;
-use leadlag::evaluator::{Case, CourseError, Evaluator, Job, Observed, Observer, Population, Raw, Residuals, Score};
-use leadlag::extension::Extension;
-use leadlag::gpu::{AdapterChoice, Gpu};
-use leadlag::lanes::{InstructionSet, Lanes, LanesPrecision};
-use leadlag::reference::{Reference, Trace, simulate};
-use leadlag::score::GoodnessOfFit;
-use leadlag::simulate::{Ahead, follow};
-use leadlag::wgsl::{Precision, extension_named, library, read_extension};
+use leadlag::internal::calibrate::{Overrides, SearchSpace};
+use leadlag::internal::catalog::Variant;
+use leadlag::internal::convention::Convention;
+use leadlag::internal::evaluator::{
+    Case, CourseError, Evaluator, Job, Observed, Observer, Population, Raw, Residuals, Score,
+};
+use leadlag::internal::extension::Extension;
+use leadlag::internal::gpu::{AdapterChoice, Gpu};
+use leadlag::internal::lanes::{InstructionSet, Lanes, LanesPrecision};
+use leadlag::internal::reference::{Reference, Trace, simulate};
+use leadlag::internal::score::GoodnessOfFit;
+use leadlag::internal::simulate::{Ahead, follow};
+use leadlag::internal::wgsl::{Precision, extension_named, library, read_extension};
 
 fn lanes(case: &Case, precision: LanesPrecision) -> Lanes {
     Lanes::new(vec![case.clone()], GoodnessOfFit::default(), precision).expect("a valid text")
@@ -30,7 +32,7 @@ fn observers(count: usize) -> Vec<Observer> {
 #[test]
 fn the_library_is_complete_and_documented() {
     let names: Vec<&str> = library().iter().map(|extension| extension.name.as_str()).collect();
-    for kind in leadlag::plant::EffectKind::ALL {
+    for kind in leadlag::internal::plant::EffectKind::ALL {
         let extension = extension_named(kind.name()).unwrap_or_else(|| panic!("{kind} is missing in {names:?}"));
         let own: Vec<(&str, &str)> = extension.parameters.iter().map(|p| (p.name(), p.unit())).collect();
         let planted: Vec<(&str, &str)> = kind.parameters().iter().map(|p| (p.name, p.unit)).collect();
@@ -42,7 +44,7 @@ fn the_library_is_complete_and_documented() {
         assert!(!cause.looks_like.is_empty() && !extension.meaning.is_empty(), "{kind}");
     }
     let causes = library().iter().filter(|extension| extension.cause.is_some()).count();
-    assert_eq!(causes, leadlag::plant::EffectKind::ALL.len(), "every cause can be planted");
+    assert_eq!(causes, leadlag::internal::plant::EffectKind::ALL.len(), "every cause can be planted");
 }
 
 /// Largest difference of a score that a neutral extension may make, relative: one more rounding per step.

@@ -9,18 +9,18 @@ use crate::common::tolerance::{
     GOLDEN_CHAOTIC, GOLDEN_F32, GOLDEN_F32_MEDIAN, GOLDEN_MEASURE, GOLDEN_STATE, NINE_DIGITS, SAME_STATUS,
     SAME_STATUS_FUSED,
 };
-use leadlag::catalog::Variant;
-use leadlag::convention::Convention;
-use leadlag::evaluate::{Build, DataLayout, Library, Settings, evaluate_table};
-use leadlag::evaluator::{Case, EvaluateError, Evaluator};
-use leadlag::gpu::{Adapter, AdapterChoice, Gpu};
-use leadlag::lanes::{Lanes, LanesPrecision};
-use leadlag::reference::{Reference, Trace};
-use leadlag::score::{GoodnessOfFit, Measures};
-use leadlag::symbols::Parameters;
-use leadlag::trajectory::{Preparation, import, prepare};
-use leadlag::vehicle::read_table;
-use leadlag::wgsl::Precision;
+use leadlag::internal::catalog::Variant;
+use leadlag::internal::convention::Convention;
+use leadlag::internal::evaluate::{Build, DataLayout, Library, Settings, evaluate_table};
+use leadlag::internal::evaluator::{Case, EvaluateError, Evaluator};
+use leadlag::internal::gpu::{Adapter, AdapterChoice, Gpu};
+use leadlag::internal::lanes::{Lanes, LanesPrecision};
+use leadlag::internal::reference::{Reference, Trace};
+use leadlag::internal::score::{GoodnessOfFit, Measures};
+use leadlag::internal::symbols::Parameters;
+use leadlag::internal::trajectory::{Preparation, import, prepare};
+use leadlag::internal::vehicle::read_table;
+use leadlag::internal::wgsl::Precision;
 use std::collections::HashMap;
 use std::fs;
 use std::io::Read;

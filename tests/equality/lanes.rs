@@ -1,13 +1,13 @@
 //! Lanes: the same bits whatever the instruction set, block size, thread or company of a candidate, and clear refusals.
 
 use crate::common::cars;
-use leadlag::catalog::Variant;
-use leadlag::convention::Convention;
-use leadlag::evaluator::{Case, Evaluator, Failure, FailureKind, Job, Observer, Population, Raw, Score};
-use leadlag::lanes::{Function, InstructionSet, Lanes, LanesPrecision};
-use leadlag::reference::{Reference, Trace, simulate};
-use leadlag::score::GoodnessOfFit;
-use leadlag::wgsl::{Source, check};
+use leadlag::internal::catalog::Variant;
+use leadlag::internal::convention::Convention;
+use leadlag::internal::evaluator::{Case, Evaluator, Failure, FailureKind, Job, Observer, Population, Raw, Score};
+use leadlag::internal::lanes::{Function, InstructionSet, Lanes, LanesPrecision};
+use leadlag::internal::reference::{Reference, Trace, simulate};
+use leadlag::internal::score::GoodnessOfFit;
+use leadlag::internal::wgsl::{Source, check};
 
 const PRECISIONS: [LanesPrecision; 3] = [LanesPrecision::Plain, LanesPrecision::Compensated, LanesPrecision::F64];
 

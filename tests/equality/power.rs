@@ -1,6 +1,6 @@
 //! The functions that replace `pow`, `exp` and `log`: close to the true values, and exact where they have to be.
 
-use leadlag::lanes::{exponential, exponential_f64, logarithm, logarithm_f64, power, power_f64};
+use leadlag::internal::lanes::{exponential, exponential_f64, logarithm, logarithm_f64, power, power_f64};
 
 /// Relative error of `power` against f64.
 fn error(x: f32, y: f32) -> Option<f64> {

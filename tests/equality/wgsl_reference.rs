@@ -3,15 +3,15 @@
 use crate::common;
 use crate::common::cars;
 use crate::common::tolerance::{AMPLIFIED, NUDGE, PART, WHOLE_RUN};
-use leadlag::catalog::{Constraint, Controller, Dynamics, Spacing, Variant};
-use leadlag::convention::{Convention, Radicand};
-use leadlag::evaluator::{Case, Evaluator, Job, Outcome, Population};
-use leadlag::lanes::{Function, Lanes, LanesPrecision};
-use leadlag::reference::{Reference, Trace, parts};
-use leadlag::score::GoodnessOfFit;
-use leadlag::symbols::{Parameters, Symbol};
-use leadlag::trajectory::Trajectory;
-use leadlag::wgsl::{Precision, Recipe, Source, check};
+use leadlag::internal::catalog::{Constraint, Controller, Dynamics, Spacing, Variant};
+use leadlag::internal::convention::{Convention, Radicand};
+use leadlag::internal::evaluator::{Case, Evaluator, Job, Outcome, Population};
+use leadlag::internal::lanes::{Function, Lanes, LanesPrecision};
+use leadlag::internal::reference::{Reference, Trace, parts};
+use leadlag::internal::score::GoodnessOfFit;
+use leadlag::internal::symbols::{Parameters, Symbol};
+use leadlag::internal::trajectory::Trajectory;
+use leadlag::internal::wgsl::{Precision, Recipe, Source, check};
 
 /// At most one run in this many may amplify rounding beyond the tolerance: a third of the values lie on a bound, so that many
 /// linear controllers swing with the largest gains.

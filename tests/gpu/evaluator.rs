@@ -3,14 +3,14 @@
 
 use crate::common::gpu::{case, gpu, job, population, scores, skipped, variant};
 use crate::common::tolerance;
-use leadlag::catalog::Variant;
-use leadlag::convention::Convention;
-use leadlag::evaluator::{BufferSet, Case, Evaluator, Failure, FailureKind, Observer, Population, Score};
-use leadlag::gpu::Limits;
-use leadlag::reference::Reference;
-use leadlag::score::GoodnessOfFit;
-use leadlag::symbols::Symbol;
-use leadlag::wgsl::Precision;
+use leadlag::internal::catalog::Variant;
+use leadlag::internal::convention::Convention;
+use leadlag::internal::evaluator::{BufferSet, Case, Evaluator, Failure, FailureKind, Observer, Population, Score};
+use leadlag::internal::gpu::Limits;
+use leadlag::internal::reference::Reference;
+use leadlag::internal::score::GoodnessOfFit;
+use leadlag::internal::symbols::Symbol;
+use leadlag::internal::wgsl::Precision;
 
 const PAPER: Convention = Convention::PAPER;
 
@@ -169,7 +169,7 @@ fn rejected_candidates_and_outcomes_are_those_of_the_reference() {
             "candidate {i}"
         );
         let (Ok(a), Ok(b)) = (a.result, b.result) else { continue };
-        for (name, (a, b)) in leadlag::score::Measures::NAMES.iter().zip(a.values().iter().zip(b.values())) {
+        for (name, (a, b)) in leadlag::internal::score::Measures::NAMES.iter().zip(a.values().iter().zip(b.values())) {
             assert!((a - b).abs() <= tolerance::GPU_SCORE * a.abs(), "candidate {i}, {name}: {a}, {b}");
         }
     }

@@ -3,18 +3,18 @@
 use crate::common;
 use crate::common::gpu::{case, gpu, job, population, scores, skipped, space, variant};
 use crate::common::program::{ok, scratch, text};
-use leadlag::calibrate::{Calibration, OptimizerKind, Replicate, Stop, calibrate};
-use leadlag::catalog::Variant;
-use leadlag::convention::Convention;
-use leadlag::evaluator::{
+use leadlag::internal::calibrate::{Calibration, OptimizerKind, Replicate, Stop, calibrate};
+use leadlag::internal::catalog::Variant;
+use leadlag::internal::convention::Convention;
+use leadlag::internal::evaluator::{
     BufferSet, Case, Course, EvaluateError, Evaluator, Fallback, Job, Observer, Outcome, Population, Raw, Score,
 };
-use leadlag::gpu::{AdapterChoice, Gpu, Limits};
-use leadlag::lanes::{Lanes, LanesPrecision};
-use leadlag::reference::Reference;
-use leadlag::score::GoodnessOfFit;
-use leadlag::symbols::Symbol;
-use leadlag::wgsl::Precision;
+use leadlag::internal::gpu::{AdapterChoice, Gpu, Limits};
+use leadlag::internal::lanes::{Lanes, LanesPrecision};
+use leadlag::internal::reference::Reference;
+use leadlag::internal::score::GoodnessOfFit;
+use leadlag::internal::symbols::Symbol;
+use leadlag::internal::wgsl::Precision;
 use serde_json::{Value, json};
 use std::ops::ControlFlow;
 

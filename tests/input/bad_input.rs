@@ -1,8 +1,8 @@
 //! Broken files, each with the exact message: file, line, column, expected, found, what to do.
 
 use crate::common;
-use leadlag::trajectory::import::{self, ColumnMap, Labels, Layout, read_mapped_from};
-use leadlag::trajectory::{Grade, Note, Preparation, inspect, prepare};
+use leadlag::internal::trajectory::import::{self, ColumnMap, Labels, Layout, read_mapped_from};
+use leadlag::internal::trajectory::{Grade, Note, Preparation, inspect, prepare};
 use std::io::{Cursor, Read};
 
 /// Who reads a file.

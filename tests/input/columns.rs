@@ -1,7 +1,7 @@
 //! Tables of other layouts, read by column maps: made-up drives written in the layouts that NGSIM, highD and SUMO document.
 
-use leadlag::trajectory::import::{self, ColumnMap, read_mapped_from};
-use leadlag::trajectory::{Note, Preparation, Recording, Trajectory, inspect, prepare};
+use leadlag::internal::trajectory::import::{self, ColumnMap, read_mapped_from};
+use leadlag::internal::trajectory::{Note, Preparation, Recording, Trajectory, inspect, prepare};
 use std::fmt::Write;
 
 const FOOT: f64 = 0.3048;

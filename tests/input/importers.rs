@@ -1,8 +1,8 @@
 //! Every file of the shared data is read, with the figures of its README; and what preparation does to made-up files.
 
 use crate::common;
-use leadlag::trajectory::import::{self, Layout};
-use leadlag::trajectory::{
+use leadlag::internal::trajectory::import::{self, Layout};
+use leadlag::internal::trajectory::{
     Grade, Note, Preparation, PrepareError, Reconcile, Recording, Stretch, Trajectory, inspect, integrate, prepare,
 };
 use std::path::Path;

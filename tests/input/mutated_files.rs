@@ -6,7 +6,7 @@
 use crate::all_steps;
 use crate::common::parquet_table;
 use cpu_time::ThreadTime;
-use leadlag::trajectory::import::ColumnMap;
+use leadlag::internal::trajectory::import::ColumnMap;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::time::{Duration, Instant};

@@ -2,22 +2,24 @@
 
 use crate::common;
 use crate::common::made_up::{self, Way};
-use leadlag::calibrate::{
+use leadlag::internal::calibrate::{
     CalibrateError, Calibration, OptimizerKind, Overrides, Replicate, SearchSpace, Stop, StopReason, best, calibrate,
     coefficient_of_variation,
 };
-use leadlag::catalog::Variant;
-use leadlag::convention::Convention;
-use leadlag::evaluator::{BufferSet, Case, EvaluateError, Evaluator, Failure, FailureKind, Job, Outcome, Score};
-use leadlag::lanes::{Lanes, LanesPrecision};
-use leadlag::reference::{Reference, Trace, simulate};
-use leadlag::score::GoodnessOfFit;
-use leadlag::symbols::{Parameters, Symbol};
-use leadlag::trajectory::{Preparation, Trajectory, import, integrate, prepare};
-use leadlag::vehicle::Vehicle;
-use std::cell::Cell;
+use leadlag::internal::catalog::Variant;
+use leadlag::internal::convention::Convention;
+use leadlag::internal::evaluator::{
+    BufferSet, Case, EvaluateError, Evaluator, Failure, FailureKind, Job, Outcome, Score,
+};
+use leadlag::internal::lanes::{Lanes, LanesPrecision};
+use leadlag::internal::reference::{Reference, Trace, simulate};
+use leadlag::internal::score::GoodnessOfFit;
+use leadlag::internal::symbols::{Parameters, Symbol};
+use leadlag::internal::trajectory::{Preparation, Trajectory, import, integrate, prepare};
+use leadlag::internal::vehicle::Vehicle;
 use std::ops::{ControlFlow, Range};
-use std::rc::Rc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
 
 fn run(evaluator: &mut dyn Evaluator, space: &SearchSpace, seed: u64, stop: Stop) -> Replicate {
     let settings = Calibration { optimizer: OptimizerKind::Ga, seed, stop, ..Calibration::default() };
@@ -90,7 +92,7 @@ fn truth(variant: &Variant) -> Parameters {
 fn driven_by(variant: Variant, convention: Convention, vehicle: &Vehicle) -> Case {
     let n = leader().len();
     let mut start = trajectory(leader(), integrate(0.0, &vec![20.0; n], 0.1), vec![20.0; n]);
-    start.grade = Some(leadlag::trajectory::Grade::level());
+    start.grade = Some(leadlag::internal::trajectory::Grade::level());
     let case = Case::new(&start, variant, Some(vehicle), convention, 0.8).unwrap();
     let mut trace = Trace::default();
     let run = simulate(&case, &truth(&variant), &mut trace);
@@ -108,7 +110,7 @@ fn driven_by(variant: Variant, convention: Convention, vehicle: &Vehicle) -> Cas
 fn bmw() -> Vehicle {
     let mut vehicle = Vehicle::called("bmw_x5").expect("a built-in vehicle");
     let (v, a_ap, a_dp) = (vec![0.0, 40.0], vec![4.0, 1.0], vec![-6.0, -3.0]);
-    vehicle.mfc = Some(leadlag::vehicle::Mfc { v, a_ap, a_dp, source: None });
+    vehicle.mfc = Some(leadlag::internal::vehicle::Mfc { v, a_ap, a_dp, source: None });
     vehicle
 }
 
@@ -181,18 +183,18 @@ fn known_parameters_are_found_again() {
 struct Rough {
     inner: Lanes,
     told: fn(f64) -> f64,
-    other: Rc<Cell<bool>>,
+    other: Arc<AtomicBool>,
     /// Candidates that it scored, and the lowest score that was the drive's own.
-    scored: Rc<Cell<u64>>,
-    lowest: Rc<Cell<f64>>,
+    scored: Arc<AtomicU64>,
+    lowest: Arc<Mutex<f64>>,
 }
 
 impl Rough {
     fn new(case: Case, told: fn(f64) -> f64) -> Rough {
         let inner = Lanes::new(vec![case], GoodnessOfFit::NRMSE_SVA, LanesPrecision::Plain).expect("lanes");
-        let other = Rc::new(Cell::new(true));
-        let lowest = Rc::new(Cell::new(f64::INFINITY));
-        Rough { inner, told, other, scored: Rc::default(), lowest }
+        let other = Arc::new(AtomicBool::new(true));
+        let lowest = Arc::new(Mutex::new(f64::INFINITY));
+        Rough { inner, told, other, scored: Arc::default(), lowest }
     }
 }
 
@@ -219,12 +221,13 @@ impl Evaluator for Rough {
 
     fn collect(&mut self, set: BufferSet, scores: &mut [Score]) -> Result<(), EvaluateError> {
         self.inner.collect(set, scores)?;
-        self.scored.set(self.scored.get() + scores.len() as u64);
+        self.scored.fetch_add(scores.len() as u64, Ordering::Relaxed);
+        let mut lowest = self.lowest.lock().expect("one thread");
         for score in scores {
             if let Score::Value(value) = score {
-                match self.other.get() {
+                match self.other.load(Ordering::Relaxed) {
                     true => *value = (self.told)(*value),
-                    false => self.lowest.set(self.lowest.get().min(*value)),
+                    false => *lowest = lowest.min(*value),
                 }
             }
         }
@@ -273,18 +276,26 @@ fn a_search_stopped_in_a_later_round_keeps_what_that_has_found() {
     let mut evaluator = Rough::new(case, |score| 1.0 + (1e6 * score).fract());
     let (scored, other, lowest) = (evaluator.scored.clone(), evaluator.other.clone(), evaluator.lowest.clone());
     let mut best = f64::INFINITY;
-    let progress = &mut |told: leadlag::calibrate::Progress| {
+    let progress = &mut |told: leadlag::internal::calibrate::Progress| {
         // Some were scored elsewhere: the first rounds have come to their exact scores.
-        if told.evaluations > scored.get() {
-            other.set(false);
+        if told.evaluations > scored.load(Ordering::Relaxed) {
+            other.store(false, Ordering::Relaxed);
         }
         best = told.best.unwrap_or(best);
-        if lowest.get() < 0.25 * best { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        if *lowest.lock().expect("one thread") < 0.25 * best {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
     };
     let found = calibrate(&mut evaluator, &space, &Calibration::default(), progress).expect("feasible").remove(0);
     assert_eq!(found.stop, StopReason::Interrupted);
     println!("{best} told exactly, {} found", found.score);
-    assert!((found.score / evaluator.lowest.get() - 1.0).abs() < 0.01, "{} of {best}", found.score);
+    assert!(
+        (found.score / *evaluator.lowest.lock().expect("one thread") - 1.0).abs() < 0.01,
+        "{} of {best}",
+        found.score
+    );
     assert_falls(&found);
 }
 
@@ -320,8 +331,8 @@ fn an_infeasible_search_says_how_far_it_came() {
 /// Two cases: the later crash is the better one, whichever case it is in; a crash outranks a touched bound.
 #[test]
 fn a_joint_score_counts_on_through_the_cases() {
-    use leadlag::convention::BoundRule;
-    use leadlag::score::{Measures, SignalMeasures};
+    use leadlag::internal::convention::BoundRule;
+    use leadlag::internal::score::{Measures, SignalMeasures};
     let signal = |nrmse| SignalMeasures { rmse: 0.0, nrmse, rmspe: 0.0, u: 0.0, rmse_n: 0.0 };
     let whole = |nrmse, n_cut_acc| {
         let result = Ok(Measures([signal(nrmse), signal(0.0), signal(0.0)]));
@@ -448,7 +459,7 @@ impl Evaluator for Unlucky {
 /// Three replicates of 280 evaluations by the genetic algorithm.
 fn three_replicates(
     unlucky: &[usize],
-    progress: &mut dyn FnMut(leadlag::calibrate::Progress) -> ControlFlow<()>,
+    progress: &mut dyn FnMut(leadlag::internal::calibrate::Progress) -> ControlFlow<()>,
 ) -> Result<Vec<Replicate>, CalibrateError> {
     let variant = Variant::from_id(1).unwrap();
     let inner = Reference::new(vec![driven_by(variant, Convention::PAPER, &bmw())], GoodnessOfFit::NRMSE_SVA);

@@ -2,14 +2,14 @@
 
 use crate::common;
 use crate::common::made_up::{self, Way};
-use leadlag::catalog::{Constraint, Controller, Dynamics, Spacing, Variant};
-use leadlag::convention::{Convention, Radicand};
-use leadlag::evaluator::Case;
-use leadlag::reference::{Trace, simulate};
-use leadlag::symbols::{Bounds, Parameters, Symbol};
-use leadlag::trajectory::{Grade, Trajectory};
-use leadlag::vehicle::{Mfc, Vehicle};
-use leadlag::wgsl::{Precision, Recipe, Source as Shader, check};
+use leadlag::internal::catalog::{Constraint, Controller, Dynamics, Spacing, Variant};
+use leadlag::internal::convention::{Convention, Radicand};
+use leadlag::internal::evaluator::Case;
+use leadlag::internal::reference::{Trace, simulate};
+use leadlag::internal::symbols::{Bounds, Parameters, Symbol};
+use leadlag::internal::trajectory::{Grade, Trajectory};
+use leadlag::internal::vehicle::{Mfc, Vehicle};
+use leadlag::internal::wgsl::{Precision, Recipe, Source as Shader, check};
 use std::path::Path;
 
 /// Table 1: per base model its name here, controller, spacing policy, first id and calibration parameters.
@@ -175,7 +175,7 @@ fn drive() -> Trajectory {
     let t: Vec<f64> = (0..samples).map(|i| i as f64 * dt).collect();
     let v_l: Vec<f64> = t.iter().map(|t| if *t < 40.0 { 18.0 + 4.0 * (t / 3.0).sin() } else { 34.0 }).collect();
     let v_f: Vec<f64> = v_l.iter().map(|v| v + 0.5).collect();
-    let integrate = |x_0, v: &[f64]| leadlag::trajectory::integrate(x_0, v, dt);
+    let integrate = |x_0, v: &[f64]| leadlag::internal::trajectory::integrate(x_0, v, dt);
     let (x_l, x_f) = (integrate(65.0, &v_l), integrate(0.0, &v_f));
     let grade = Grade { x: vec![0.0, 250.0, 500.0], sin: vec![0.0, 0.03, -0.02], period: Some(700.0), source: None };
     Trajectory {

@@ -1,16 +1,16 @@
 //! Cases laid out for the evaluators that run the WGSL text, and the evaluator that steps in for a failed one.
 
 use crate::common;
-use leadlag::catalog::Variant;
-use leadlag::convention::{Convention, GradeLookup};
-use leadlag::evaluator::{
+use leadlag::internal::catalog::Variant;
+use leadlag::internal::convention::{Convention, GradeLookup};
+use leadlag::internal::evaluator::{
     BufferSet, Case, Course, CourseError, EvaluateError, Evaluator, Fallback, Halves, Job, Outcome, Population, Score,
     Table, Timings,
 };
-use leadlag::reference::Reference;
-use leadlag::score::GoodnessOfFit;
-use leadlag::symbols::Symbol;
-use leadlag::trajectory::{Grade, Preparation, Source, Trajectory, import, integrate, prepare};
+use leadlag::internal::reference::Reference;
+use leadlag::internal::score::GoodnessOfFit;
+use leadlag::internal::symbols::Symbol;
+use leadlag::internal::trajectory::{Grade, Preparation, Source, Trajectory, import, integrate, prepare};
 use proptest::prelude::*;
 use std::fmt::Write;
 

@@ -5,17 +5,17 @@
 //! of 0.1 s with the law reading half a step ahead (an acceleration that holds for a step comes late by as much), has to be closest to it
 //! at the planted value.
 
-use leadlag::calibrate::Overrides;
-use leadlag::catalog::Variant;
-use leadlag::convention::Convention;
-use leadlag::diagnose::Drive;
-use leadlag::evaluator::{Case, Evaluator, Job, Population};
-use leadlag::lanes::{Lanes, LanesPrecision};
-use leadlag::plant::{self, CarTruth, Controller, Noise, Profile, Scenario};
-use leadlag::reference::Reference;
-use leadlag::score::GoodnessOfFit;
-use leadlag::trajectory::{Preparation, Trajectory, import, prepare};
-use leadlag::wgsl::extension_named;
+use leadlag::internal::calibrate::Overrides;
+use leadlag::internal::catalog::Variant;
+use leadlag::internal::convention::Convention;
+use leadlag::internal::diagnose::Drive;
+use leadlag::internal::evaluator::{Case, Evaluator, Job, Population};
+use leadlag::internal::lanes::{Lanes, LanesPrecision};
+use leadlag::internal::plant::{self, CarTruth, Controller, Noise, Profile, Scenario};
+use leadlag::internal::reference::Reference;
+use leadlag::internal::score::GoodnessOfFit;
+use leadlag::internal::trajectory::{Preparation, Trajectory, import, prepare};
+use leadlag::internal::wgsl::extension_named;
 
 /// Largest error of a time that is found \[s\]; a scheme that is off by half a step has 0.05.
 const MOST: f64 = 0.012;

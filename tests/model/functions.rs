@@ -2,7 +2,7 @@
 //! four as in the CEC 2014 and BBOB-2009 collections). Those whose minimum lies in the middle of the box are shifted, so that an
 //! optimiser that likes the middle gains nothing by it.
 
-use leadlag::optimize::SearchBox;
+use leadlag::internal::optimize::SearchBox;
 use std::f64::consts::{PI, TAU};
 
 /// A function of any number of dimensions, or of a fixed one.

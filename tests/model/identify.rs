@@ -1,16 +1,16 @@
 //! What a calibration tells besides the optimum: intervals hold the truth as often as they say, and say so where data are silent.
 
 use crate::common::made_up::{self, Way};
-use leadlag::calibrate::{Calibration, Overrides, SearchSpace, Stop, calibrate};
-use leadlag::catalog::Variant;
-use leadlag::convention::Convention;
-use leadlag::evaluator::Case;
-use leadlag::identify::{Identifiability, Knowledge, correlation, identify};
-use leadlag::lanes::{Lanes, LanesPrecision};
-use leadlag::optimize::stream;
-use leadlag::score::GoodnessOfFit;
-use leadlag::symbols::Symbol;
-use leadlag::trajectory::{Trajectory, integrate};
+use leadlag::internal::calibrate::{Calibration, Overrides, SearchSpace, Stop, calibrate};
+use leadlag::internal::catalog::Variant;
+use leadlag::internal::convention::Convention;
+use leadlag::internal::evaluator::Case;
+use leadlag::internal::identify::{Identifiability, Knowledge, correlation, identify};
+use leadlag::internal::lanes::{Lanes, LanesPrecision};
+use leadlag::internal::optimize::stream;
+use leadlag::internal::score::GoodnessOfFit;
+use leadlag::internal::symbols::Symbol;
+use leadlag::internal::trajectory::{Trajectory, integrate};
 use rand::RngExt;
 use std::ops::ControlFlow;
 

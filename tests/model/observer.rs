@@ -2,12 +2,12 @@
 //! anything of the program in it but the data: its gains, its innovations, its states.
 
 use crate::common::cars;
-use leadlag::convention::Convention;
-use leadlag::diagnose::Noise;
-use leadlag::diagnose::observer::design;
-use leadlag::evaluator::{Case, Innovations, Job, Observer, Population};
-use leadlag::lanes::{Lanes, LanesPrecision};
-use leadlag::score::GoodnessOfFit;
+use leadlag::internal::convention::Convention;
+use leadlag::internal::diagnose::Noise;
+use leadlag::internal::diagnose::observer::design;
+use leadlag::internal::evaluator::{Case, Innovations, Job, Observer, Population};
+use leadlag::internal::lanes::{Lanes, LanesPrecision};
+use leadlag::internal::score::GoodnessOfFit;
 
 /// Runs of 900 steps, in which roundings add up but are corrected at every sample; gains by some ten thousand steps of an iteration.
 const EQUAL: f64 = 1e-9;

@@ -1,7 +1,7 @@
 //! The optimisers: standard functions, bounds, independence of everything but the seed, and feasibility by rule.
 
 use crate::functions::{self, ALL, Function};
-use leadlag::optimize::{
+use leadlag::internal::optimize::{
     Auto, AutoSettings, Cmaes, CmaesSettings, Descent, DescentSettings, Ended, Ga, GaSettings, Lshade, LshadeSettings,
     Member, Merit, Optimizer, Origin, SearchBox, Start, stream,
 };

@@ -1,11 +1,11 @@
 //! Conventions, goodness-of-fit functions, vehicles and bounds as users write them.
 
 use crate::common;
-use leadlag::calibrate::{Overrides, SearchSpace, read_bounds};
-use leadlag::catalog::Variant;
-use leadlag::convention::{Convention, Delay, RoadLoad};
-use leadlag::score::{GoodnessOfFit, Measures};
-use leadlag::vehicle::{Vehicle, find, find_for, read_table};
+use leadlag::internal::calibrate::{Overrides, SearchSpace, read_bounds};
+use leadlag::internal::catalog::Variant;
+use leadlag::internal::convention::{Convention, Delay, RoadLoad};
+use leadlag::internal::score::{GoodnessOfFit, Measures};
+use leadlag::internal::vehicle::{Vehicle, find, find_for, read_table};
 use std::fs;
 use std::path::{Path, PathBuf};
 

@@ -1,6 +1,6 @@
 //! The synthetic truth: reproducible, physically sane, converged, and independent of the rest of the crate.
 
-use leadlag::plant::{self, Controller, Noise, PlantError, Road, Scenario, Synthetic};
+use leadlag::internal::plant::{self, Controller, Noise, PlantError, Road, Scenario, Synthetic};
 
 /// A 10 Hz trapezoid misses an integral by dt²/12 times the change of the slope, summed over the bends of the
 /// speed: largest where a car comes to rest within a sample, at most 0.1² / 8 * 7 m/s² there.

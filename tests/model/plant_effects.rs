@@ -1,6 +1,8 @@
 //! The effects of the synthetic truth do what they are said to do, as strongly as they are asked to.
 
-use leadlag::plant::{self, Base, Effect, EffectKind, Gusts, Noise, PlantError, Profile, Scenario, Synthetic};
+use leadlag::internal::plant::{
+    self, Base, Effect, EffectKind, Gusts, Noise, PlantError, Profile, Scenario, Synthetic,
+};
 
 const BASES: [Base; 3] = [Base::Idm, Base::LCth, Base::Gipps];
 

@@ -6,18 +6,18 @@
 #![cfg(all(target_os = "linux", target_arch = "x86_64"))]
 
 use crate::common::made_up::{self, Way};
-use leadlag::bench::planted;
-use leadlag::calibrate::{Calibration, OptimizerKind, Overrides, Replicate, SEARCH_REVISION, SearchSpace};
-use leadlag::calibrate::{Stop, StopReason, calibrate};
-use leadlag::catalog::Variant;
-use leadlag::convention::Convention;
-use leadlag::diagnose::{DIAGNOSIS_REVISION, Effort, Question, infer};
-use leadlag::evaluator::{Case, Evaluator};
-use leadlag::lanes::{Lanes, LanesPrecision};
-use leadlag::reference::Reference;
-use leadlag::score::GoodnessOfFit;
-use leadlag::trajectory::{Trajectory, integrate};
-use leadlag::wgsl::extension_named;
+use leadlag::internal::bench::planted;
+use leadlag::internal::calibrate::{Calibration, OptimizerKind, Overrides, Replicate, SEARCH_REVISION, SearchSpace};
+use leadlag::internal::calibrate::{Stop, StopReason, calibrate};
+use leadlag::internal::catalog::Variant;
+use leadlag::internal::convention::Convention;
+use leadlag::internal::diagnose::{DIAGNOSIS_REVISION, Effort, Question, infer};
+use leadlag::internal::evaluator::{Case, Evaluator};
+use leadlag::internal::lanes::{Lanes, LanesPrecision};
+use leadlag::internal::reference::Reference;
+use leadlag::internal::score::GoodnessOfFit;
+use leadlag::internal::trajectory::{Trajectory, integrate};
+use leadlag::internal::wgsl::extension_named;
 use std::fmt::Write;
 use std::ops::ControlFlow;
 

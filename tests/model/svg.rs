@@ -1,6 +1,6 @@
 //! The plot: small, the same every time, and well-formed whatever is drawn.
 
-use leadlag::report::svg::{Panel, Series, Style, SvgError, render};
+use leadlag::internal::report::svg::{Panel, Series, Style, SvgError, render};
 
 fn series(name: &str, style: Style, values: Vec<f64>) -> Series {
     Series { name: name.to_owned(), values, style }

@@ -1,8 +1,8 @@
 //! Every composed text is valid WGSL, errors point into the file that they are in, and a review sees the text that runs.
 
-use leadlag::catalog::Variant;
-use leadlag::convention::Radicand;
-use leadlag::wgsl::{Precision, Recipe, Source, check};
+use leadlag::internal::catalog::Variant;
+use leadlag::internal::convention::Radicand;
+use leadlag::internal::wgsl::{Precision, Recipe, Source, check};
 use std::path::Path;
 
 fn recipe(variant: &str, precision: Precision) -> Recipe {

@@ -19,18 +19,15 @@ const MUTATED: [&str; 3] = ["reference/", "score.rs", "evaluator/case.rs"];
 const JUDGES: [(&str, &str); 2] =
     [("reference_paper", "tests/model/reference_paper"), ("causes", "tests/equality/causes.rs")];
 
-/// The modules of the library, and those of `tests/common`, that the judges and what is mutated need: the others would only have
-/// to be compiled, which takes most of the time.
-const NEEDED: [&str; 21] = [
+/// The rooms of the library that the judges and what is mutated need: the others would only have to be compiled, which takes most of the time.
+const ROOMS: [&str; 18] = [
+    "bounded",
     "calibrate",
-    "cars",
     "catalog",
     "convention",
     "evaluator",
-    "extended",
     "extension",
     "lanes",
-    "bounded",
     "near",
     "optimize",
     "plant",
@@ -39,26 +36,32 @@ const NEEDED: [&str; 21] = [
     "score",
     "shown",
     "symbols",
-    "tolerance",
     "trajectory",
     "vehicle",
     "wgsl",
 ];
 
+/// The modules of `tests/common` that the judges need.
+const HELPERS: [&str; 3] = ["cars", "extended", "tolerance"];
+
 /// How far the copy is optimised. The judges run so often that compiling and judging together are shortest so.
 const LEVEL: i64 = 2;
 
-/// True for all lines but those of modules that are not needed, and what says of which feature they are.
-fn keep(line: &&str) -> bool {
-    if line.starts_with("#[cfg(feature") {
-        return false;
-    }
-    let module = line.strip_prefix("pub mod ").and_then(|rest| rest.strip_suffix(';'));
-    module.is_none_or(|name| NEEDED.contains(&name))
+/// The text of the copy's `lib.rs`: the rooms that are needed, at the root as well.
+fn library() -> String {
+    let rooms = ROOMS.map(|room| format!("pub mod {room};")).join(" ");
+    let used = ROOMS.join(", ");
+    format!(
+        "#![allow(warnings)]\n#[path = \".\"]\npub mod internal {{ {rooms} }}\nuse internal::{{{used}}};\npub mod mutant_switch;\n"
+    )
 }
 
-/// The text of a `lib.rs` or `mod.rs` without the modules that are not needed.
+/// The text of a `mod.rs` without the modules that are not needed.
 fn needed(text: &str) -> String {
+    let keep = |line: &&str| {
+        let module = line.strip_prefix("pub mod ").and_then(|rest| rest.strip_suffix(';'));
+        !line.starts_with("#[cfg(feature") && module.is_none_or(|name| HELPERS.contains(&name))
+    };
     text.lines().filter(keep).map(|line| format!("{line}\n")).collect()
 }
 
@@ -72,8 +75,7 @@ pub fn build() -> Built {
             return Some(instrument(file, text(&bytes), &mut mutants).into_bytes());
         }
         if inside == "src/lib.rs" {
-            let modules = needed(text(&bytes));
-            return Some(format!("#![allow(warnings)]\n{modules}\npub mod mutant_switch;\n").into_bytes());
+            return Some(library().into_bytes());
         }
         Some(bytes)
     });

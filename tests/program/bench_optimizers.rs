@@ -1,8 +1,10 @@
 //! `leadlag bench optimizers`: what is planned, what is taken again after a stop, and what the report says.
 
 use crate::common;
-use leadlag::bench::{Journal, OptimizerOutcome, OptimizerReport, OptimizerTask, optimizer_tasks, run_optimizers};
-use leadlag::calibrate::PROGRAM;
+use leadlag::internal::bench::{
+    Journal, OptimizerOutcome, OptimizerReport, OptimizerTask, optimizer_tasks, run_optimizers,
+};
+use leadlag::internal::calibrate::PROGRAM;
 use std::io::Write;
 use std::ops::ControlFlow;
 use std::path::Path;

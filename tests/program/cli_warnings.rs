@@ -2,7 +2,7 @@
 //! of which no row can be simulated.
 
 use crate::common::program::{leadlag, scratch, stderr, succeeds, text};
-use leadlag::score::GoodnessOfFit;
+use leadlag::internal::score::GoodnessOfFit;
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};

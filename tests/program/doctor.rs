@@ -1,6 +1,6 @@
 //! `leadlag doctor`: what it prints with and without an adapter.
 
-use leadlag::gpu::{Probe, ProbeStatus, modes};
+use leadlag::internal::gpu::{Probe, ProbeStatus, modes};
 use serde_json::Value;
 use std::process::{Command, Output};
 

@@ -3,7 +3,7 @@
 //! `LEADLAG_KILLS=100` kills so often; without it a few kills have to do.
 
 use crate::common::program::{self, fails, leadlag, ok, scratch, stderr, text};
-use leadlag::optimize::{normal, stream};
+use leadlag::internal::optimize::{normal, stream};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::fs;

@@ -1,7 +1,7 @@
 //! Drives of different drivers that are given as one car are noticed, and drives of one are not.
 
 use crate::common::program::{leadlag, scratch, stderr, stdout, text};
-use leadlag::optimize::{normal, stream};
+use leadlag::internal::optimize::{normal, stream};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 

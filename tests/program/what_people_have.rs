@@ -2,7 +2,7 @@
 
 use crate::common::parquet_table::parquet;
 use crate::common::program::{fails, leadlag, scratch, stderr, stdout, succeeds, text};
-use leadlag::trajectory::import::ColumnMap;
+use leadlag::internal::trajectory::import::ColumnMap;
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -613,7 +613,7 @@ fn absurd_tables_are_refused_with_line_value_and_range() {
         assert!(!output.status.success() && stderr(&output).contains(expected), "{expected}\n{}", stderr(&output));
     }
     let slight = write("slight", &[("curve.csv", &curve.replace("20,2,-4", "20,-0.2,0.1"))]).join("curve.csv");
-    let mfc = leadlag::vehicle::Mfc::read_csv(&slight).expect("a little of the other sign is taken");
+    let mfc = leadlag::internal::vehicle::Mfc::read_csv(&slight).expect("a little of the other sign is taken");
     assert_eq!((mfc.a_ap[1], mfc.a_dp[1]), (-0.2, 0.1));
     for (road, expected) in [
         ("X,Y\n0,0\n0.001,0.01\n", "expected a lap of 1 to 1000000 m, found 0.001"),

@@ -3,8 +3,8 @@
 //! Speeds near 2^30 m/s have a last bit of 2^-22 in f64, so that steps of 2^-30 are lost unless they are carried on. All
 //! products are exact by the choice of the numbers, so that whole numbers of 2^-60 say what the sum is.
 
-use leadlag::lanes::Function;
-use leadlag::optimize::stream;
+use leadlag::internal::lanes::Function;
+use leadlag::internal::optimize::stream;
 use rand::RngExt;
 
 /// Fractional bits of the whole numbers.

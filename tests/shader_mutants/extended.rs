@@ -1,11 +1,11 @@
 //! Tells whether the text of an extension, or of what all extensions share, computes what the reference computes.
 
 use crate::common::extended::{BASES, WHOLE_RUN, WHOLE_RUN_PERIODIC, case, spread, with};
-use leadlag::evaluator::{Case, Evaluator, Job, Outcome, Population};
-use leadlag::lanes::{Lanes, LanesPrecision};
-use leadlag::reference::{Reference, knows};
-use leadlag::score::GoodnessOfFit;
-use leadlag::wgsl::extension_named;
+use leadlag::internal::evaluator::{Case, Evaluator, Job, Outcome, Population};
+use leadlag::internal::lanes::{Lanes, LanesPrecision};
+use leadlag::internal::reference::{Reference, knows};
+use leadlag::internal::score::GoodnessOfFit;
+use leadlag::internal::wgsl::extension_named;
 
 /// Candidates of a judge.
 const CANDIDATES: usize = 12;
@@ -79,6 +79,6 @@ impl Judge {
 fn lanes(
     case: &Case,
     replace: &dyn Fn(&str, &str) -> Option<String>,
-) -> Result<Lanes, leadlag::evaluator::EvaluateError> {
+) -> Result<Lanes, leadlag::internal::evaluator::EvaluateError> {
     Lanes::with_texts(vec![case.clone()], GoodnessOfFit::default(), LanesPrecision::F64, replace)
 }

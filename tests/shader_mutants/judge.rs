@@ -3,9 +3,9 @@
 use super::exact;
 use super::shots::{Shot, shots};
 use crate::common::tolerance::HAND_WORKED;
-use leadlag::convention::Radicand;
-use leadlag::lanes::Function;
-use leadlag::wgsl::{Checked, Precision, Recipe, Source, check};
+use leadlag::internal::convention::Radicand;
+use leadlag::internal::lanes::Function;
+use leadlag::internal::wgsl::{Checked, Precision, Recipe, Source, check};
 
 /// Steps per recipe.
 const SHOTS: usize = 1000;

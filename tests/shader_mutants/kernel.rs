@@ -4,14 +4,14 @@
 
 use super::text::Mutant;
 use crate::common::gpu::{case, job, population, vehicle};
-use leadlag::catalog::Variant;
-use leadlag::convention::{BoundRule, Convention};
-use leadlag::evaluator::{BufferSet, Case, Evaluator, Job, Observer, Population, Score};
-use leadlag::gpu::{AdapterChoice, Gpu, Limits};
-use leadlag::symbols::Symbol;
-use leadlag::trajectory::integrate;
-use leadlag::vehicle::{Mfc, Vehicle};
-use leadlag::wgsl::{Precision, read_extension};
+use leadlag::internal::catalog::Variant;
+use leadlag::internal::convention::{BoundRule, Convention};
+use leadlag::internal::evaluator::{BufferSet, Case, Evaluator, Job, Observer, Population, Score};
+use leadlag::internal::gpu::{AdapterChoice, Gpu, Limits};
+use leadlag::internal::symbols::Symbol;
+use leadlag::internal::trajectory::integrate;
+use leadlag::internal::vehicle::{Mfc, Vehicle};
+use leadlag::internal::wgsl::{Precision, read_extension};
 use std::sync::Arc;
 
 /// Samples of a submission, so that every longer run is interrupted, and never at the end of a block or of the ring.

@@ -1,13 +1,13 @@
 //! Single steps from states that no drive would show one after the other, and what the reference makes of them.
 
-use leadlag::catalog::{Controller, Variant};
-use leadlag::convention::{Convention, Radicand};
-use leadlag::evaluator::{Case, FailureKind};
-use leadlag::optimize::stream;
-use leadlag::reference::{Trace, simulate};
-use leadlag::symbols::{Bounds, Parameters, Symbol};
-use leadlag::trajectory::Grade;
-use leadlag::vehicle::{Mfc, Vehicle};
+use leadlag::internal::catalog::{Controller, Variant};
+use leadlag::internal::convention::{Convention, Radicand};
+use leadlag::internal::evaluator::{Case, FailureKind};
+use leadlag::internal::optimize::stream;
+use leadlag::internal::reference::{Trace, simulate};
+use leadlag::internal::symbols::{Bounds, Parameters, Symbol};
+use leadlag::internal::trajectory::Grade;
+use leadlag::internal::vehicle::{Mfc, Vehicle};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use std::sync::Arc;

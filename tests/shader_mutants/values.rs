@@ -3,7 +3,7 @@
 //!
 //! That the unchanged text is right is for tests/equality/power.rs to say, and for the probes of `leadlag doctor`, which compare it with its twin.
 
-use leadlag::gpu::{Adapter, AdapterChoice, values};
+use leadlag::internal::gpu::{Adapter, AdapterChoice, values};
 use std::collections::BTreeMap;
 use std::f32::consts::{FRAC_1_SQRT_2, SQRT_2};
 

@@ -6,7 +6,7 @@
 #![cfg(unix)]
 
 use super::common::{expected, files, leadlag, merged, ok, part_names, same, scratch, small, stderr, text};
-use leadlag::study::folder::write_whole;
+use leadlag::internal::study::folder::write_whole;
 use std::fs;
 use std::path::Path;
 use std::process::Command;

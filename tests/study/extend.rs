@@ -1,7 +1,7 @@
 //! Plans with extensions: part of what a task is, kept with the study, columns of their own.
 
 use super::common::{fails, leadlag, ok, plan_text, scratch, stderr, text};
-use leadlag::study::{Plan, Study};
+use leadlag::internal::study::{Plan, Study};
 use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::fs;

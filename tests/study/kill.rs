@@ -4,8 +4,8 @@ use super::common::{
     command, data, expected, fails, files, merged, number_before, ok, part_names, plan_by, plan_text, planned, same,
 };
 use super::common::{scratch, small, stderr, text};
-use leadlag::study::claimed;
-use leadlag::study::folder::Folder;
+use leadlag::internal::study::claimed;
+use leadlag::internal::study::folder::Folder;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;

@@ -4,7 +4,7 @@ use super::common::{
     expected, fails, files, merged, number_before, ok, part_names, plan_text, planned, same, small, text,
 };
 use super::common::{leadlag, stderr};
-use leadlag::study::part::Part;
+use leadlag::internal::study::part::Part;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};

@@ -1,7 +1,7 @@
 //! Plans: what they make, and what is said about those that cannot be.
 
 use super::common::{data, fails, leadlag, ok, plan_text, scratch, stderr, text};
-use leadlag::study::{Plan, Study};
+use leadlag::internal::study::{Plan, Study};
 use std::collections::BTreeSet;
 use std::fs;
 
@@ -268,7 +268,7 @@ fn the_plans_that_come_with_the_program_can_be_read() {
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).expect("examples/plans is there") {
         let path = entry.unwrap().path();
-        let plan = leadlag::study::Plan::read(&path).unwrap_or_else(|e| panic!("{e}"));
+        let plan = leadlag::internal::study::Plan::read(&path).unwrap_or_else(|e| panic!("{e}"));
         found.push((plan.name.clone(), plan.per_trajectory(), plan.data.platoons.len()));
     }
     found.sort();

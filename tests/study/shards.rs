@@ -4,8 +4,8 @@ use super::common::{
     expected, fails, files, merged, ok, part_names, plan_by, planned, same, scratch, small, stderr, text,
 };
 use super::common::{leadlag, number_before};
-use leadlag::catalog::Variant;
-use leadlag::study::{Shard, Task};
+use leadlag::internal::catalog::Variant;
+use leadlag::internal::study::{Shard, Task};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 

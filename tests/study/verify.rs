@@ -1,7 +1,7 @@
 //! What a checksum cannot tell: numbers that were changed together with it.
 
 use super::common::{fails, ok, part_names, small, stderr, text};
-use leadlag::study::part::Part;
+use leadlag::internal::study::part::Part;
 use std::fs;
 
 #[test]

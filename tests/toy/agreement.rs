@@ -6,14 +6,14 @@ extern crate leadlag_toy as leadlag;
 #[path = "../common/cars.rs"]
 mod cars;
 
-use leadlag::catalog::Variant;
-use leadlag::convention::Convention;
-use leadlag::evaluator::{Evaluator, Score};
-use leadlag::gpu::{AdapterChoice, Gpu};
-use leadlag::lanes::{Lanes, LanesPrecision};
-use leadlag::reference::Reference;
-use leadlag::score::GoodnessOfFit;
-use leadlag::wgsl::Precision;
+use leadlag::internal::catalog::Variant;
+use leadlag::internal::convention::Convention;
+use leadlag::internal::evaluator::{Evaluator, Score};
+use leadlag::internal::gpu::{AdapterChoice, Gpu};
+use leadlag::internal::lanes::{Lanes, LanesPrecision};
+use leadlag::internal::reference::Reference;
+use leadlag::internal::score::GoodnessOfFit;
+use leadlag::internal::wgsl::Precision;
 
 const GOF: GoodnessOfFit = GoodnessOfFit::NRMSE_SVA;
 
@@ -69,7 +69,7 @@ fn all_evaluators_agree_on_the_new_variants() {
     }
 }
 
-fn scores(evaluator: &mut dyn Evaluator, population: &leadlag::evaluator::Population) -> Vec<Score> {
+fn scores(evaluator: &mut dyn Evaluator, population: &leadlag::internal::evaluator::Population) -> Vec<Score> {
     let mut scores = vec![Score::Rejected; population.len()];
     evaluator.evaluate(population, &mut scores).expect("it evaluates");
     scores

@@ -94,7 +94,8 @@ pub(in crate::internal::trajectory) struct Header {
 }
 
 /// For tables of one's own with other names.
-pub(in crate::internal::trajectory) const OWN_NAMES: &str = "read the table as it is with --columns (`leadlag list columns`)";
+pub(in crate::internal::trajectory) const OWN_NAMES: &str =
+    "read the table as it is with --columns (`leadlag list columns`)";
 
 /// Nine cars of OpenACC have 71 columns; what is done per column and name must not grow into hours.
 const COLUMNS_MAX: usize = 2000;
@@ -205,7 +206,10 @@ impl Header {
 }
 
 /// The candidate that `name` is a likely misspelling of: at most two edits apart, case and blanks not counted.
-pub(in crate::internal::trajectory) fn nearest<'a>(name: &str, candidates: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+pub(in crate::internal::trajectory) fn nearest<'a>(
+    name: &str,
+    candidates: impl Iterator<Item = &'a str>,
+) -> Option<&'a str> {
     // The distance takes quadratic time; no known column is longer.
     if name.len() > 40 {
         return None;

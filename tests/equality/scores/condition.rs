@@ -3,10 +3,10 @@
 use super::{ending, lanes};
 use crate::common::cars::Random;
 use crate::common::gpu::scores;
-use leadlag::evaluator::{Case, Population, Score};
-use leadlag::lanes::LanesPrecision;
-use leadlag::reference::{Reference, Trace};
-use leadlag::symbols::{Parameters, Symbol};
+use leadlag::internal::evaluator::{Case, Population, Score};
+use leadlag::internal::lanes::LanesPrecision;
+use leadlag::internal::reference::{Reference, Trace};
+use leadlag::internal::symbols::{Parameters, Symbol};
 
 /// Relative changes of the parameters: far above the roundings of f64, and five roundings of f32.
 const CHANGES: [f64; 2] = [1e-9, 3e-7];

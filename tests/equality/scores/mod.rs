@@ -18,14 +18,14 @@ use crate::common::tolerance::{
     CHAOTIC, CONDITIONED, CONDITIONED_IN_F64, DISTANCE_TO_BOUNDARY, LARGEST_EXCEPTION, SAME_IN_F64, SAME_STATUS,
     SCORE_COMPENSATED, SCORE_PLAIN, UNSTABLE_SHARE, WHOLE_RUN,
 };
-use leadlag::catalog::Variant;
-use leadlag::convention::Convention;
-use leadlag::evaluator::{BufferSet, Case, Evaluator, Population, Score};
-use leadlag::gpu::{AdapterChoice, Gpu};
-use leadlag::lanes::{Lanes, LanesPrecision};
-use leadlag::reference::{Reference, Trace};
-use leadlag::score::GoodnessOfFit;
-use leadlag::wgsl::Precision;
+use leadlag::internal::catalog::Variant;
+use leadlag::internal::convention::Convention;
+use leadlag::internal::evaluator::{BufferSet, Case, Evaluator, Population, Score};
+use leadlag::internal::gpu::{AdapterChoice, Gpu};
+use leadlag::internal::lanes::{Lanes, LanesPrecision};
+use leadlag::internal::reference::{Reference, Trace};
+use leadlag::internal::score::GoodnessOfFit;
+use leadlag::internal::wgsl::Precision;
 use rayon::prelude::*;
 use report::Report;
 use window::Largest;

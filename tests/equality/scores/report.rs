@@ -3,7 +3,7 @@
 use super::window::Largest;
 use super::{CONDITIONED, Judged, PRECISIONS, ending};
 use crate::common::followers::Follower;
-use leadlag::evaluator::Score;
+use leadlag::internal::evaluator::Score;
 use std::fs;
 use std::path::Path;
 
@@ -68,7 +68,8 @@ impl<'a> Report<'a> {
 
     fn candidate(&self, j: &Judged, precision: usize) -> Vec<String> {
         let population = j.population(self.followers, self.count);
-        let parameter = |(symbol, value): (&leadlag::symbols::Symbol, &f64)| format!("{}={value}", symbol.name());
+        let parameter =
+            |(symbol, value): (&leadlag::internal::symbols::Symbol, &f64)| format!("{}={value}", symbol.name());
         let parameters: Vec<String> =
             population.symbols().iter().zip(population.values(j.candidate)).map(parameter).collect();
         vec![
@@ -100,7 +101,7 @@ impl<'a> Report<'a> {
     pub fn by_variant(&mut self, judged: &[Judged]) {
         for (precision, (_, in_lanes, limit)) in PRECISIONS.iter().enumerate() {
             let mut worst = (1.0, String::new());
-            for variant in leadlag::catalog::Variant::all() {
+            for variant in leadlag::internal::catalog::Variant::all() {
                 let of = judged.iter().filter(|j| j.variant == variant && j.condition <= CONDITIONED);
                 let mut errors: Vec<f64> = of.filter_map(|j| j.error(precision)).collect();
                 errors.sort_by(f64::total_cmp);

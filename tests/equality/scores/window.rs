@@ -1,11 +1,11 @@
 //! Short runs from the reference's own state: what f32 does wrong in a few steps, whatever the run makes of it later.
 
 use crate::common::tolerance::{FIRST_STEP, UNSTABLE, WINDOW};
-use leadlag::evaluator::Case;
-use leadlag::evaluator::Outcome;
-use leadlag::lanes::Lanes;
-use leadlag::reference::Trace;
-use leadlag::symbols::{Parameters, Symbol};
+use leadlag::internal::evaluator::Case;
+use leadlag::internal::evaluator::Outcome;
+use leadlag::internal::lanes::Lanes;
+use leadlag::internal::reference::Trace;
+use leadlag::internal::symbols::{Parameters, Symbol};
 
 /// Samples between restarts.
 const LENGTH: usize = 50;

@@ -1,13 +1,13 @@
 //! The test bench: hand-built trajectories, and runs of which one sample is checked.
 
 use crate::common::tolerance::HAND_WORKED;
-use leadlag::catalog::Variant;
-use leadlag::convention::Convention;
-use leadlag::evaluator::Case;
-use leadlag::reference::{Run, Trace, simulate};
-use leadlag::symbols::Parameters;
-use leadlag::trajectory::{Grade, Source, Trajectory};
-use leadlag::vehicle::{Mfc, Vehicle};
+use leadlag::internal::catalog::Variant;
+use leadlag::internal::convention::Convention;
+use leadlag::internal::evaluator::Case;
+use leadlag::internal::reference::{Run, Trace, simulate};
+use leadlag::internal::symbols::Parameters;
+use leadlag::internal::trajectory::{Grade, Source, Trajectory};
+use leadlag::internal::vehicle::{Mfc, Vehicle};
 
 /// Nothing set: the start of every parameter list below.
 pub const NONE: Parameters = Parameters::NONE;

@@ -1,8 +1,8 @@
 //! Eqs. 12 to 14: bounds on the acceleration, and the count of cuts.
 
 use super::bench::{NONE, X_0, case, close, run, trajectory};
-use leadlag::convention::Convention;
-use leadlag::symbols::Parameters;
+use leadlag::internal::convention::Convention;
+use leadlag::internal::symbols::Parameters;
 
 /// a_cmd = min(10*(s - 32), 50) at v_f = 20.
 const P: Parameters = Parameters { k_s: 10.0, k_v: 0.0, k_0: 5.0, v_0: 30.0, d_0: 2.0, t_h: 1.5, ..NONE };

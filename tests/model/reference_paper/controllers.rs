@@ -1,7 +1,7 @@
 //! Eqs. 2 to 8: what the five base models command.
 
 use super::bench::{NONE, commands};
-use leadlag::symbols::Parameters;
+use leadlag::internal::symbols::Parameters;
 
 const IDM: Parameters = Parameters { delta: 4.0, v_0: 30.0, d_0: 2.0, t_h: 1.5, a_max: 1.2, a_min: -3.0, ..NONE };
 

@@ -2,12 +2,12 @@
 
 use super::bench::{NONE, Sample, case, close, run, steady, trajectory, variant, vehicle};
 use crate::common::tolerance::CONTINUOUS;
-use leadlag::convention::{Convention, Delay};
-use leadlag::evaluator::Case;
-use leadlag::reference::{Reference, Trace};
-use leadlag::score::GoodnessOfFit;
-use leadlag::symbols::Parameters;
-use leadlag::vehicle::Mfc;
+use leadlag::internal::convention::{Convention, Delay};
+use leadlag::internal::evaluator::Case;
+use leadlag::internal::reference::{Reference, Trace};
+use leadlag::internal::score::GoodnessOfFit;
+use leadlag::internal::symbols::Parameters;
+use leadlag::internal::vehicle::Mfc;
 
 /// Time step of the authors' program: difference of the first two times of its files in floating point \[s\].
 const DT_RAW: f64 = 0.100_000_000_000_000_09;

@@ -1,9 +1,9 @@
 //! Eqs. 9 to 11: from the commanded to the actual acceleration.
 
 use super::bench::{NONE, case, close, run, trajectory};
-use leadlag::convention::Convention;
-use leadlag::symbols::Parameters;
-use leadlag::trajectory::Grade;
+use leadlag::internal::convention::Convention;
+use leadlag::internal::symbols::Parameters;
+use leadlag::internal::trajectory::Grade;
 
 /// a_cmd = 0.8 in the state s = 30, v_f = 20, v_l = 22 (see the controllers); R = tau_a/dt = 4.
 const P: Parameters = Parameters {

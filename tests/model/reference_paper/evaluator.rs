@@ -1,11 +1,11 @@
 //! The reference as an evaluator: which samples are scored, means over cases, failures, rejection.
 
 use super::bench::{LEN_L, NONE, Sample, X_0, case, close, steady, trajectory};
-use leadlag::convention::{BoundRule, Convention};
-use leadlag::evaluator::{Evaluator, Failure, FailureKind, Job, Population, Score};
-use leadlag::reference::{Reference, Trace};
-use leadlag::score::{GoodnessOfFit, Signal};
-use leadlag::symbols::{Parameters, Symbol};
+use leadlag::internal::convention::{BoundRule, Convention};
+use leadlag::internal::evaluator::{Evaluator, Failure, FailureKind, Job, Population, Score};
+use leadlag::internal::reference::{Reference, Trace};
+use leadlag::internal::score::{GoodnessOfFit, Signal};
+use leadlag::internal::symbols::{Parameters, Symbol};
 
 /// No gains: the simulated car keeps 20 m/s: x_f = 100, 102, 104, 106.
 const COAST: Parameters = Parameters { k_s: 0.0, k_v: 0.0, k_0: 0.0, v_0: 30.0, d_0: 2.0, t_h: 1.5, ..NONE };
@@ -62,7 +62,7 @@ fn scores(evaluator: &mut Reference, candidates: &[Parameters]) -> Vec<Score> {
 }
 
 /// Measured: 20 m/s throughout, and a spacing that the coasting car keeps up to `error` metres.
-fn keeps(error: f64) -> leadlag::trajectory::Trajectory {
+fn keeps(error: f64) -> leadlag::internal::trajectory::Trajectory {
     let mut data = steady([30.0, 20.0, 20.0]);
     for s in &mut data.s {
         *s = 30.0 - error;

@@ -1,9 +1,9 @@
 //! Runs that end early: why, and at which step.
 
 use super::bench::{LEN_L, NONE, X_0, case, close, run, steady, trajectory};
-use leadlag::convention::Convention;
-use leadlag::evaluator::{Failure, FailureKind};
-use leadlag::symbols::Parameters;
+use leadlag::internal::convention::Convention;
+use leadlag::internal::evaluator::{Failure, FailureKind};
+use leadlag::internal::symbols::Parameters;
 
 /// No gains: the speed stays.
 const COAST: Parameters = Parameters { k_s: 0.0, k_v: 0.0, k_0: 0.0, v_0: 30.0, d_0: 2.0, t_h: 1.5, ..NONE };
@@ -61,7 +61,7 @@ fn eq_5_a_negative_radicand_is_infeasible() {
 }
 
 /// A pair from position 0 with a preceding vehicle of no length: the spacing is exactly the number given.
-fn exact(s: f64, v_f: f64, p: &Parameters) -> (leadlag::reference::Run, leadlag::reference::Trace) {
+fn exact(s: f64, v_f: f64, p: &Parameters) -> (leadlag::internal::reference::Run, leadlag::internal::reference::Trace) {
     let mut data = trajectory(&[[s, v_f, 0.0]; 3]);
     data.x_f.fill(0.0);
     data.x_l.fill(s);

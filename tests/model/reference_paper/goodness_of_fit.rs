@@ -1,7 +1,9 @@
 //! Eq. 18 and the other goodness-of-fit functions, on three samples.
 
 use super::bench::close;
-use leadlag::score::{Accumulation, GoodnessOfFit, Measured, Measures, SignalMeasures, denominator, is_relative};
+use leadlag::internal::score::{
+    Accumulation, GoodnessOfFit, Measured, Measures, SignalMeasures, denominator, is_relative,
+};
 
 /// Errors of spacing 1, -2, 2: squares sum to 9. Measured squares: 100 + 400 + 400 = 900, simulated: 121 + 324 + 484 = 929.
 const SPACING: ([f64; 3], [f64; 3]) = ([11.0, 18.0, 22.0], [10.0, 20.0, 20.0]);

@@ -1,11 +1,11 @@
 //! The tables: MFC curves by speed (Eq. 14), road grade by position.
 
 use super::bench::{NONE, close, run, trajectory, variant, vehicle};
-use leadlag::convention::{Convention, GradeLookup, MfcLookup};
-use leadlag::evaluator::Case;
-use leadlag::symbols::Parameters;
-use leadlag::trajectory::Grade;
-use leadlag::vehicle::Mfc;
+use leadlag::internal::convention::{Convention, GradeLookup, MfcLookup};
+use leadlag::internal::evaluator::Case;
+use leadlag::internal::symbols::Parameters;
+use leadlag::internal::trajectory::Grade;
+use leadlag::internal::vehicle::Mfc;
 
 /// Nodes with a kink at each.
 fn curve() -> Mfc {
@@ -98,7 +98,7 @@ fn sin_at(x: f64, grade: &Grade, rule: GradeLookup) -> f64 {
         *position += x - 100.0;
     }
     data.grade = Some(grade.clone());
-    let car = leadlag::vehicle::Vehicle { phi_f: 1.0, ..vehicle() };
+    let car = leadlag::internal::vehicle::Vehicle { phi_f: 1.0, ..vehicle() };
     let convention = Convention { grade: rule, ..Convention::PAPER };
     let case = Case::new(&data, variant("l-cth+nonlinear"), Some(&car), convention, 0.8).expect("complete");
     run(&case, &p).1.a[1] * -5.0 / 9.80665

@@ -1,9 +1,9 @@
 //! Eq. 1: the ballistic scheme, step by step, and what happens at standstill.
 
 use super::bench::{NONE, case, close, run, trajectory};
-use leadlag::convention::Convention;
-use leadlag::reference::{Trace, disturbed};
-use leadlag::symbols::Parameters;
+use leadlag::internal::convention::Convention;
+use leadlag::internal::reference::{Trace, disturbed};
+use leadlag::internal::symbols::Parameters;
 
 const LINEAR: Parameters = Parameters { k_s: 0.1, k_v: 0.5, k_0: 0.2, v_0: 30.0, d_0: 2.0, t_h: 1.5, ..NONE };
 

@@ -1,10 +1,10 @@
 //! What is prepared before a run: bounds (Table 3) and measured accelerations.
 
 use super::bench::{NONE, case, close, run, steady, trajectory};
-use leadlag::convention::Convention;
-use leadlag::evaluator::{Case, CaseError, InvalidParameter};
-use leadlag::symbols::{Parameters, Symbol};
-use leadlag::vehicle::Vehicle;
+use leadlag::internal::convention::Convention;
+use leadlag::internal::evaluator::{Case, CaseError, InvalidParameter};
+use leadlag::internal::symbols::{Parameters, Symbol};
+use leadlag::internal::vehicle::Vehicle;
 
 /// Table 3: name, then lower and upper bounds of Tesla, BMW, Audi A6, Mercedes.
 const ROAD_LOADS: [(Symbol, [[f64; 2]; 4]); 3] = [

@@ -1,9 +1,9 @@
 //! The samples before the first simulated one: measured; Gipps' shifted start of the authors.
 
 use super::bench::{NONE, case, close, run, steady, trajectory};
-use leadlag::convention::{Convention, Radicand};
-use leadlag::evaluator::{Failure, FailureKind};
-use leadlag::symbols::Parameters;
+use leadlag::internal::convention::{Convention, Radicand};
+use leadlag::internal::evaluator::{Failure, FailureKind};
+use leadlag::internal::symbols::Parameters;
 
 /// h = t_h/2 + theta = 0.4 + 0.6 = 1 s
 const P: Parameters = Parameters {

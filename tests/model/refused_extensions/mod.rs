@@ -3,11 +3,11 @@
 mod names;
 mod nesting;
 
-use leadlag::catalog::Variant;
-use leadlag::convention::Radicand;
-use leadlag::extension::Extension;
-use leadlag::lanes::check_model;
-use leadlag::wgsl::{Precision, Recipe, extension_named, read_extension};
+use leadlag::internal::catalog::Variant;
+use leadlag::internal::convention::Radicand;
+use leadlag::internal::extension::Extension;
+use leadlag::internal::lanes::check_model;
+use leadlag::internal::wgsl::{Precision, Recipe, extension_named, read_extension};
 use std::fmt::Write;
 
 #[test]
@@ -157,7 +157,7 @@ fn what_does_nothing_is_warned_of_with_its_place() {
         assert!(found.iter().zip(expected).all(|(found, expected)| found.starts_with(expected)), "{found:?}");
     }
     // Those that the time loop uses are used, and the built-in ones have nothing to be warned of.
-    for extension in leadlag::wgsl::library() {
+    for extension in leadlag::internal::wgsl::library() {
         assert_eq!(extension.warnings, [""; 0], "{}", extension.name);
     }
 }

@@ -1,10 +1,10 @@
 //! An extension's names are its own: they hide nothing of the program's, and errors show them as they were written.
 
-use leadlag::catalog::Variant;
-use leadlag::convention::Radicand;
-use leadlag::gpu::kernel_text;
-use leadlag::lanes::check_model;
-use leadlag::wgsl::{Precision, Recipe, extension_named, read_extension};
+use leadlag::internal::catalog::Variant;
+use leadlag::internal::convention::Radicand;
+use leadlag::internal::gpu::kernel_text;
+use leadlag::internal::lanes::check_model;
+use leadlag::internal::wgsl::{Precision, Recipe, extension_named, read_extension};
 use std::collections::BTreeSet;
 
 /// Every word of the longest kernel: what our shaders and the generated texts are made of, predeclared names among it.

@@ -3,10 +3,10 @@
 //! `LEADLAG_FUZZ_SECONDS=600` makes up texts for so long; without it a second has to do. (fuzz/ has a target that learns from coverage.)
 
 use super::{calls_in_blocks, command, functions};
-use leadlag::catalog::Variant;
-use leadlag::convention::Radicand;
-use leadlag::lanes::check_model;
-use leadlag::wgsl::{Precision, Recipe, library, read_extension};
+use leadlag::internal::catalog::Variant;
+use leadlag::internal::convention::Radicand;
+use leadlag::internal::lanes::check_model;
+use leadlag::internal::wgsl::{Precision, Recipe, library, read_extension};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::time::{Duration, Instant};
