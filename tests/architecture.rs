@@ -1,6 +1,6 @@
 //! The floors of the library: a file imports from floors below its own only, and no two modules import each other.
 //!
-//! It reads the paths that begin with `crate::` (and, in the program, `leadlag::`) in src/**/*.rs outside of comments.
+//! It reads the paths that begin with `crate::` in src/**/*.rs outside of comments. And the facade is small.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -102,17 +102,14 @@ fn imports() -> Vec<Import> {
         let first = inside.components().next().expect("a file has a name").as_os_str();
         let from = Path::new(first).file_stem().expect("a file has a name").to_string_lossy().into_owned();
         let text = without_comments(&std::fs::read_to_string(&path).expect("source files are readable"));
-        for prefix in ["crate::", "leadlag::"] {
-            // The binary's own modules are reached by `crate::` too; `leadlag::` is the library from there.
-            for (at, _) in text.match_indices(prefix) {
-                if text[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_' || c == '$') {
-                    continue;
-                }
-                let line = text[..at].matches('\n').count() + 1;
-                for to in names_after(&text[at + prefix.len()..]) {
-                    let file = path.strip_prefix(root).expect("found below the root").to_owned();
-                    imports.push(Import { from: from.clone(), to, file, line });
-                }
+        for (at, prefix) in text.match_indices("crate::") {
+            if text[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_' || c == '$') {
+                continue;
+            }
+            let line = text[..at].matches('\n').count() + 1;
+            for to in names_after(&text[at + prefix.len()..]) {
+                let file = path.strip_prefix(root).expect("found below the root").to_owned();
+                imports.push(Import { from: from.clone(), to, file, line });
             }
         }
     }
@@ -191,4 +188,31 @@ fn the_reader_of_imports_reads_groups() {
         ["catalog", "score", "trajectory"]
     );
     assert!(imports().iter().any(|i| i.from == "evaluator" && i.to == "catalog"), "known imports are found");
+}
+
+/// Types, functions and methods that a user of the library can reach, apart from those of traits. Who needs more than these looks for long.
+const FACADE: usize = 300;
+
+#[test]
+fn the_facade_is_small() {
+    use syn::{ImplItem, Item, Visibility};
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut files = vec![root.join("study/table.rs"), root.join("cli/mod.rs")];
+    rust_files(&root.join("api"), &mut files);
+    let is_public = |visibility: &Visibility| matches!(visibility, Visibility::Public(_));
+    let count = |path: &PathBuf| -> usize {
+        let text = std::fs::read_to_string(path).expect("source files are readable");
+        let of = |item: &Item| match item {
+            Item::Impl(of) if of.trait_.is_none() => {
+                of.items.iter().filter(|item| matches!(item, ImplItem::Fn(f) if is_public(&f.vis))).count()
+            }
+            Item::Struct(one) => usize::from(is_public(&one.vis)),
+            Item::Enum(one) => usize::from(is_public(&one.vis)),
+            Item::Fn(one) => usize::from(is_public(&one.vis)),
+            _ => 0,
+        };
+        syn::parse_file(&text).expect("it compiles").items.iter().map(of).sum()
+    };
+    let reached: usize = files.iter().map(count).sum();
+    assert!((50..=FACADE).contains(&reached), "{reached} types, functions and methods");
 }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+import warnings
 from collections.abc import Callable
 from typing import Any
 
@@ -30,7 +31,10 @@ class Bar:
             return
         if self.bar is None and not self.line:
             try:
-                from tqdm.auto import tqdm
+                with warnings.catch_warnings():
+                    # That a notebook lacks the widgets of its bar is no fault of the work.
+                    warnings.simplefilter("ignore")
+                    from tqdm.auto import tqdm
 
                 form = "{desc} {percentage:3.0f} %|{bar}| {elapsed} {postfix}"
                 self.bar = tqdm(total=1.0, desc=self.what, bar_format=form, leave=False)

@@ -12,6 +12,7 @@ use crate::reference::Trace;
 use crate::rescore;
 use crate::score::{Accumulation, GoodnessOfFit, Measured, denominator, is_relative};
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
 /// Steps of the differences, shares of a parameter's range: the first one at which anything changes.
 const STEPS: [f64; 4] = [1e-3, 1e-2, 0.1, 0.3];
@@ -341,10 +342,9 @@ impl CaseForm {
         };
         // The acceleration, as changes of the speed in stretches that follow each other.
         let every = (BETWEEN_S / dt).round().max(1.0) as usize;
-        let kicks: Vec<DVector<f64>> = (free.first..self.first + samples)
-            .step_by(every)
-            .map(|from| gradient(1, from))
-            .collect::<Result<_, _>>()?;
+        let starts: Vec<usize> = (free.first..self.first + samples).step_by(every).collect();
+        let kicks: Vec<DVector<f64>> =
+            starts.into_par_iter().map(|from| gradient(1, from)).collect::<Result<_, _>>()?;
         let length = every as f64 * dt;
         let mut covariance = DMatrix::zeros(n, n);
         let farthest = (1..kicks.len()).find(|apart| noise.added(length, *apart) < 1e-3 * noise.added(length, 0));

@@ -9,6 +9,7 @@ use crate::calibrate::SearchSpace;
 use crate::evaluator::{Case, EvaluateError, Evaluator, Job, Observer, Population};
 use crate::lanes::Lanes;
 use crate::symbols::Parameters;
+use rayon::prelude::*;
 
 /// An observer that puts the state on the measurement after each step.
 const HELD: Observer = Observer { gain: [1.0, 0.0, 0.0, 1.0, 0.0, 0.0], ..Observer::NONE };
@@ -70,8 +71,11 @@ impl Noise {
     /// By the errors of the speed in one step, and what each parameter changes of them.
     fn told_by(series: &[Vec<f64>], dt: f64) -> Noise {
         let best = |tried: Vec<[f64; 2]>| {
-            let told = tried.into_iter().map(|at| (restricted(series, at[0], (-dt / at[1]).exp()), at));
-            told.max_by(|((one, _), _), ((another, _), _)| one.total_cmp(another)).expect("something is tried")
+            let told = tried.into_par_iter().map(|at| (restricted(series, at[0], (-dt / at[1]).exp()), at));
+            let told: Vec<_> = told.collect();
+            told.into_iter()
+                .max_by(|((one, _), _), ((another, _), _)| one.total_cmp(another))
+                .expect("something is tried")
         };
         let ratios = std::iter::once(0.0).chain(geometric(RATIO));
         let rough = ratios.flat_map(|ratio| geometric(LASTS_S).map(move |lasts| [ratio, lasts]));

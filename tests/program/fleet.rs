@@ -2,6 +2,7 @@
 //!
 //! `LEADLAG_KILLS=100` kills so often; without it a few kills have to do.
 
+use crate::common::gpu::skipped;
 use crate::common::program::{self, fails, leadlag, ok, scratch, stderr, text};
 use leadlag::internal::optimize::{normal, stream};
 use std::collections::BTreeMap;
@@ -136,6 +137,7 @@ fn files_of_a_folder_are_one_fleet() {
     fs::write(data.join("a.csv"), HEADER.to_owned() + &drives(0..1, 200)).expect("room");
     fs::write(data.join("b.csv"), HEADER.to_owned() + &drives(1..2, 200)).expect("room");
     fs::write(data.join("notes.md"), "not a table").expect("room");
+    fs::write(data.join("Slope.csv"), "X,Y\n0,0\n1,0\n").expect("room");
     let all = ["calibrate", text(&data), "--all", "--model", "idm", "--no-intervals", "--out"];
     let out = folder.join("out");
     assert!(ok(&[&all[..], &[text(&out)]].concat()).starts_with("2 pairs of 2 files: 2 of 2"));
@@ -176,6 +178,27 @@ fn what_does_not_go_with_many_pairs_is_told() {
 }
 
 /// Killed at any moment and begun again, a fleet ends with the same bytes, and what was calibrated is not calibrated again.
+/// Many pairs share an evaluator on a device, and few do on the CPU: the same bytes.
+#[test]
+fn a_device_finds_what_the_cpu_finds() {
+    if skipped("a_device_finds_what_the_cpu_finds") {
+        return;
+    }
+    let folder = scratch("fleet", "device");
+    let table = folder.join("pairs.csv");
+    fs::write(&table, HEADER.to_owned() + &drives(0..6, 200)).expect("room");
+    let found = ["lanes", "gpu"].map(|evaluator| {
+        let out = folder.join(evaluator);
+        let words = ["--model", "idm", "--evaluator", evaluator, "--max-evaluations", "2000", "--out", text(&out)];
+        ok(&[&["calibrate", text(&table), "--all"][..], &words].concat());
+        files(&out)
+    });
+    assert!(!found[0].is_empty());
+    for (name, bytes) in &found[0] {
+        assert!(bytes == &found[1][name], "{name} differs");
+    }
+}
+
 #[test]
 fn a_killed_fleet_goes_on() {
     let kills: usize = std::env::var("LEADLAG_KILLS").map_or(5, |kills| kills.parse().expect("a number"));

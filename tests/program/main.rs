@@ -13,6 +13,7 @@ mod doctor;
 mod fleet;
 mod hostile;
 mod killed;
+mod library;
 mod one_driver;
 mod report;
 mod sumo;

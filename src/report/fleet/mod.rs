@@ -8,6 +8,7 @@ pub use page::{Fit, Shown, page};
 pub use text::text;
 
 use crate::fleet::{EVALUATIONS_PER_PARAMETER, Overview, Pair, Row, SCHEMA_VERSION, Settings, overview};
+use crate::identify::{SHORT, SHORT_S};
 use crate::trajectory::Source;
 use indexmap::IndexMap;
 
@@ -36,6 +37,9 @@ pub struct FleetFile {
     pub evaluations_per_parameter: u64,
     /// Whether there are intervals.
     pub intervals: bool,
+    /// What to mind with them, in words.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub note: Option<String>,
     /// Bounds that differ from Table 3, by model.
     pub bounds: IndexMap<String, IndexMap<String, [f64; 2]>>,
     /// Where the bounds are from.
@@ -67,6 +71,9 @@ impl FleetFile {
         let bounds = settings.models.iter().map(|model| {
             (model.variant.name(), model.overrides.iter().map(|(name, ends)| (name.clone(), *ends)).collect())
         });
+        let mut drives = pairs.iter().filter_map(|pair| pair.drive.as_ref().ok());
+        let short =
+            settings.intervals && drives.any(|drive| drive.trajectory.len() as f64 * drive.trajectory.dt < SHORT_S);
         FleetFile {
             schema_version: SCHEMA_VERSION,
             program: crate::calibrate::PROGRAM.clone(),
@@ -79,6 +86,7 @@ impl FleetFile {
             max_evaluations: settings.max_evaluations,
             evaluations_per_parameter: EVALUATIONS_PER_PARAMETER,
             intervals: settings.intervals,
+            note: short.then(|| SHORT.to_owned()),
             bounds: bounds.collect(),
             bounds_from,
             overview: overview(settings, rows),

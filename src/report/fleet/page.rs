@@ -41,6 +41,9 @@ pub fn page(file: &FleetFile, rows: &[Shown], fits: &[Fit], twin: &str) -> Strin
     if let Some(one) = best {
         drivers(&mut page, one, rows);
     }
+    if let Some(note) = &file.note {
+        page.paragraph(&format!("What to mind: {note}."));
+    }
     if file.overview.len() > 1 {
         compared(&mut page, &file.overview);
     }

@@ -28,6 +28,9 @@ pub fn text(file: &FleetFile) -> String {
     if let Some(best) = own.rev().max_by_key(|one| one.best) {
         text += &parameters(best, file.intervals);
     }
+    if let Some(note) = &file.note {
+        text += &wrapped(0, 2, note);
+    }
     text
 }
 

@@ -1,0 +1,87 @@
+//! What the library finds by its facade is what the program finds, to the byte.
+
+use crate::common::program::{ok, scratch, text};
+use leadlag::{Calibration, Diagnosis, Evaluator, Fit, Fleet, Pairs, Reading, Values, read, synthetic};
+use std::fs;
+use std::ops::ControlFlow;
+
+#[test]
+fn a_calibration() {
+    let folder = scratch("library", "calibration");
+    ok(&["synth", "--out", text(&folder), "--seed", "1", "--duration", "60", "--pairs"]);
+    let file = folder.join("pair_follower1.csv");
+    let out = folder.join("out");
+    let words = ["--model", "gipps+delay", "--bounds", "human", "--fix", "theta=0.5", "--seed", "2"];
+    ok(&[&["calibrate", text(&file)][..], &words, &["--max-evaluations", "2000", "--out", text(&out)]].concat());
+    let told = fs::read_to_string(out.join("result.json")).expect("it was written");
+
+    let drive = read(&file).expect("sound").follower(1).expect("there");
+    let calibration = Calibration::of("gipps+delay").expect("a variant").bounds("human").fix("theta", 0.5);
+    let calibration = calibration.seed(2).max_evaluations(2000);
+    let fit = calibration.run(&drive).expect("feasible");
+    assert_eq!(fit.to_json(), told);
+    assert_eq!(Fit::read(out.join("result.json")).expect("sound").to_json(), told);
+    let simulated = fit.simulate(&drive).expect("it can be");
+    assert!((simulated.scores["nrmse_sva"] - fit.score()).abs() < 1e-12);
+    assert_eq!(simulated.time.len(), drive.len());
+    assert!(fit.to_string().contains("theta"), "{fit}");
+
+    // The rest of the calibration is in the result, too.
+    let again = Fit::from_json(&told).expect("sound").calibration().expect("known").max_evaluations(2000);
+    assert_eq!(again.run(&drive).expect("feasible").parameters(), fit.parameters());
+
+    let mut evaluator: Evaluator =
+        calibration.precision("f64").expect("there is").evaluate_on(&[&drive]).expect("it can be");
+    let names = evaluator.parameters();
+    assert!(!names.contains(&"theta"), "{names:?}");
+    let best: Vec<f64> = names.iter().map(|name| fit.parameters()[*name]).collect();
+    let scores = evaluator.scores(&[best.clone(), evaluator.upper()].concat()).expect("they can be");
+    assert!((scores[0] - fit.score()).abs() < 1e-9 && scores[1] >= scores[0], "{scores:?}");
+    assert_eq!(evaluator.simulate(&best, 0).expect("it can be")[0][0], simulated.spacing);
+    assert!(evaluator.scores(&best[1..]).expect_err("a value is missing").is_usage());
+
+    // A break keeps what was found so far.
+    let stopped = calibration_of("idm").run_on(&[&drive], &mut |_| ControlFlow::Break(())).expect("one generation");
+    assert!(stopped.intervals().is_empty() && stopped.score().is_finite());
+}
+
+fn calibration_of(model: &str) -> Calibration {
+    Calibration::of(model).expect("a variant")
+}
+
+#[test]
+fn a_fleet() {
+    let folder = scratch("library", "fleet");
+    ok(&["synth", "--out", text(&folder), "--seed", "3", "--duration", "40", "--pairs"]);
+    let file = folder.join("platoon.csv");
+    ok(&["calibrate", text(&file), "--all", "--model", "idm", "--model", "gipps", "--out", text(&folder.join("out"))]);
+    let pairs = Pairs::read(&Reading::default(), &[&file]).expect("sound");
+    let table = Fleet::of(&["idm", "gipps"]).expect("variants").run(&pairs).expect("it can be");
+    let csv = leadlag::internal::report::csv::write(&table);
+    assert!(csv == fs::read(folder.join("out/parameters.csv")).expect("it was written"));
+    assert!(matches!(table.columns[0].values, Values::Integer(_)));
+    assert!(Fleet::of(&["idm", "idm"]).expect_err("twice").is_usage());
+}
+
+#[test]
+fn a_diagnosis() {
+    let drives = [1, 2].map(|seed| synthetic(seed, 120.0).and_then(|made| made.follower(1)).expect("sound"));
+    let diagnosis = Diagnosis::of("l-cth").and_then(|one| one.effort("quick")).expect("known");
+    let findings = diagnosis.run(&[&drives[0], &drives[1]], &[]).expect("long enough");
+    assert!(findings.to_string().starts_with(findings.verdict()));
+    assert!(findings.to_json().contains("\"verdict\""));
+    let held_back_twice = diagnosis.run(&[&drives[0]], &[&drives[0]]).expect_err("it is trained on");
+    assert!(held_back_twice.is_usage(), "{held_back_twice}");
+}
+
+#[test]
+fn errors_say_what_to_do() {
+    for (error, part) in [
+        (Calibration::of("idn").expect_err("no variant"), "did you mean"),
+        (calibration_of("idm").evaluator("cpu").expect_err("no evaluator"), "expected lanes, reference, gpu or auto"),
+        (read("no_such.csv").expect_err("no file"), "no_such.csv"),
+        (synthetic(1, 60.0).expect("sound").follower(2).expect_err("one follower"), "follower"),
+    ] {
+        assert!(error.to_string().contains(part), "{error}");
+    }
+}
