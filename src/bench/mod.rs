@@ -23,8 +23,8 @@ pub use contender::Contender;
 pub use data::{Drive, candidates};
 pub use diagnosis::{Bar, DiagnosisJournal, DiagnosisOutcome, DiagnosisReport, DiagnosisTask, Judgement, Planted};
 pub use diagnosis::{
-    Gains, LARGEST_SEED, MOST_OF_IT, Power, PowerAt, SIZES, Silence, diagnose_task, diagnosis_tasks, judge, planted,
-    run_diagnoses,
+    Gains, LARGEST_SEED, MOST_OF_IT, Power, PowerAt, SIZES, Silence, diagnose_task, diagnosis_tasks, infer_task, judge,
+    planted, run_diagnoses,
 };
 pub use export::export;
 pub use generation::Generation;

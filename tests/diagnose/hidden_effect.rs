@@ -4,7 +4,7 @@
 //! `leadlag bench diagnosis` is the same with as many cases as one likes.
 
 use crate::common;
-use leadlag::internal::bench::{DiagnosisOutcome, DiagnosisTask, Judgement, diagnose_task, judge, planted};
+use leadlag::internal::bench::{DiagnosisOutcome, DiagnosisTask, Judgement, infer_task, judge, planted};
 use leadlag::internal::calibrate::Overrides;
 use leadlag::internal::diagnose::Drive;
 use leadlag::internal::recommend::{Answer, Policy, Request, recommend};
@@ -59,7 +59,7 @@ fn named(base: &str, cause: &str, seed: u64) {
 
 /// Named, and with the right size.
 fn sized(task: &DiagnosisTask) -> DiagnosisOutcome {
-    let outcome = diagnose_task(task);
+    let outcome = infer_task(task);
     assert_eq!(judge(&outcome), Judgement::Right, "{}", told(&outcome));
     assert_eq!(outcome.adopted[..1], task.causes, "{}", told(&outcome));
     // The first parameter says how strong it is.
@@ -73,7 +73,7 @@ fn sized(task: &DiagnosisTask) -> DiagnosisOutcome {
 }
 
 fn silent(kind: &str, base: &str, causes: &[&str], gusts: f64, seed: u64) {
-    let outcome = diagnose_task(&task(kind, base, causes, gusts, seed));
+    let outcome = infer_task(&task(kind, base, causes, gusts, seed));
     assert_eq!(judge(&outcome), Judgement::Right, "{}", told(&outcome));
     assert!(outcome.adopted.is_empty(), "{}", told(&outcome));
 }
@@ -107,14 +107,14 @@ fn a_limit_of_the_jerk() {
 
 #[test]
 fn a_lag_or_one_of_its_family() {
-    let outcome = diagnose_task(&task("one", "l-cth", &["actuation_lag"], 0.0, 9107));
+    let outcome = infer_task(&task("one", "l-cth", &["actuation_lag"], 0.0, 9107));
     assert!(matches!(judge(&outcome), Judgement::Right | Judgement::InSet), "{}", told(&outcome));
 }
 
 /// These 240 s do not show the lag: fitted from the planted values, the model with it is no likelier than the one without.
 #[test]
 fn nothing_where_the_truth_has_no_evidence() {
-    let outcome = diagnose_task(&task("one", "l-cth", &["actuation_lag"], 0.0, 9106));
+    let outcome = infer_task(&task("one", "l-cth", &["actuation_lag"], 0.0, 9106));
     let known = outcome.known.as_ref().expect("fitted from the truth, for it was not named");
     assert!(known.evidence < known.threshold, "{}", told(&outcome));
     assert_eq!(judge(&outcome), Judgement::Silent, "{}", told(&outcome));
@@ -143,14 +143,14 @@ fn what_a_calibration_absorbs_is_not_named() {
 
 #[test]
 fn two_at_once() {
-    let outcome = diagnose_task(&task("pair", "l-cth", &["periodic", "multi_anticipation"], 0.0, 9116));
+    let outcome = infer_task(&task("pair", "l-cth", &["periodic", "multi_anticipation"], 0.0, 9116));
     assert_eq!(judge(&outcome), Judgement::Right, "{}", told(&outcome));
 }
 
 /// Ten minutes, for two drives have to show the same places.
 #[test]
 fn what_no_cause_explains() {
-    let outcome = diagnose_task(&DiagnosisTask { duration_s: 600.0, ..task("outside", "idm", &[], 0.0, 9117) });
+    let outcome = infer_task(&DiagnosisTask { duration_s: 600.0, ..task("outside", "idm", &[], 0.0, 9117) });
     assert_eq!(outcome.verdict, "unexplained", "{}", told(&outcome));
     assert!(outcome.reason.contains("road"), "{}", told(&outcome));
 }
@@ -159,7 +159,7 @@ fn what_no_cause_explains() {
 #[test]
 fn another_law_is_not_papered_over() {
     for base in ["idm", "l-cth"] {
-        let outcome = diagnose_task(&task("family", base, &[], 0.0, 9118));
+        let outcome = infer_task(&task("family", base, &[], 0.0, 9118));
         assert_eq!(judge(&outcome), Judgement::Right, "{}", told(&outcome));
     }
 }
@@ -169,7 +169,7 @@ fn another_law_is_not_papered_over() {
 #[test]
 fn a_standing_car_has_no_dead_zone() {
     let task = task("none", "gipps", &[], 0.05, 6_174_270);
-    let outcome = diagnose_task(&DiagnosisTask { duration_s: 900.0, ..task });
+    let outcome = infer_task(&DiagnosisTask { duration_s: 900.0, ..task });
     assert_eq!(outcome.verdict, "nothing", "{}", told(&outcome));
     let dead_zone = outcome.tried.iter().find(|(round, name, ..)| *round == 1 && name == "dead_zone").expect("tried");
     assert!(dead_zone.2[0].is_some_and(|gain| gain < 3.0), "{dead_zone:?}");
@@ -179,13 +179,13 @@ fn a_standing_car_has_no_dead_zone() {
 #[test]
 fn nothing_in_noise_that_lasts() {
     let task = task("coloured", "l-cth", &[], 0.0, 5_851_181);
-    let outcome = diagnose_task(&DiagnosisTask { duration_s: 900.0, ..task });
+    let outcome = infer_task(&DiagnosisTask { duration_s: 900.0, ..task });
     assert_eq!(outcome.verdict, "nothing", "{}", told(&outcome));
 }
 
 /// Both of two effects, in fifteen minutes of driving.
 fn both(base: &str, causes: &[&str], gusts: f64, seed: u64) {
-    let outcome = diagnose_task(&DiagnosisTask { duration_s: 900.0, ..task("pair", base, causes, gusts, seed) });
+    let outcome = infer_task(&DiagnosisTask { duration_s: 900.0, ..task("pair", base, causes, gusts, seed) });
     assert_eq!(judge(&outcome), Judgement::Right, "{}", told(&outcome));
 }
 
@@ -208,7 +208,7 @@ fn steps_of_the_command() {
 #[test]
 fn what_is_less_likely_than_something_absorbed_is_not_named() {
     let heavy = task("absorbed", "gipps", &["gain_mass"], 0.0, 8_086_282);
-    let outcome = diagnose_task(&DiagnosisTask { duration_s: 900.0, ..heavy });
+    let outcome = infer_task(&DiagnosisTask { duration_s: 900.0, ..heavy });
     assert_eq!(outcome.verdict, "not_testable", "{}", told(&outcome));
     assert!(outcome.not_testable.contains(&"gain_mass".to_owned()), "{}", told(&outcome));
 }
@@ -357,7 +357,7 @@ fn two_without_what_stood_in_for_them() {
 #[ignore = "half a minute"]
 fn a_pair_less_likely_than_something_absorbed() {
     let scaled = task("absorbed", "gipps", &["range_scale"], 0.0, 9_643_284);
-    let outcome = diagnose_task(&DiagnosisTask { duration_s: 900.0, ..scaled });
+    let outcome = infer_task(&DiagnosisTask { duration_s: 900.0, ..scaled });
     assert!(outcome.adopted.is_empty() && outcome.confounded_with.is_empty(), "{}", told(&outcome));
 }
 

@@ -219,9 +219,19 @@ pub fn judge(outcome: &DiagnosisOutcome) -> Judgement {
     }
 }
 
-/// Makes the drives of a case and diagnoses them.
+/// Makes the drives of a case and diagnoses them; what is recommended in closed loop, too.
 #[must_use]
 pub fn diagnose_task(task: &DiagnosisTask) -> DiagnosisOutcome {
+    diagnosed(task, true)
+}
+
+/// The same without what is recommended, which takes longer than the rest.
+#[must_use]
+pub fn infer_task(task: &DiagnosisTask) -> DiagnosisOutcome {
+    diagnosed(task, false)
+}
+
+fn diagnosed(task: &DiagnosisTask, recommends: bool) -> DiagnosisOutcome {
     let mut outcome = DiagnosisOutcome::failed(task.clone());
     let drives = match planted(task) {
         Ok(drives) => drives,
@@ -271,12 +281,12 @@ pub fn diagnose_task(task: &DiagnosisTask) -> DiagnosisOutcome {
         seed: task.seed,
         rounds: races(effort),
     };
-    let answer = recommend(&request, &Policy::DEFAULT, &mut |_| ControlFlow::Continue(()));
+    let answer = recommends.then(|| recommend(&request, &Policy::DEFAULT, &mut |_| ControlFlow::Continue(())));
     outcome.cpu_s = clock.elapsed().as_secs_f64();
     fill(&mut outcome, &inference);
     let names =
         |winner: Option<Winner>| winner.map_or(Vec::new(), |w| w.causes.iter().map(|c| c.name.clone()).collect());
-    outcome.recommended = answer.ok().map(|answer| names(answer.recommended));
+    outcome.recommended = answer.and_then(Result::ok).map(|answer| names(answer.recommended));
     if ["one", "pair"].contains(&task.kind.as_str()) {
         let mut values = law(&drives.controller);
         let mut planted = Vec::new();

@@ -9,7 +9,7 @@ mod plant;
 mod report;
 mod text;
 
-pub use judge::{DiagnosisOutcome, Judgement, diagnose_task, judge};
+pub use judge::{DiagnosisOutcome, Judgement, diagnose_task, infer_task, judge};
 pub use plan::{DiagnosisTask, LARGEST_SEED, SIZES, diagnosis_tasks};
 pub use plant::{Planted, planted};
 pub use report::{Bar, DiagnosisReport, Gains, MOST_OF_IT, Power, PowerAt, Silence};
