@@ -11,6 +11,13 @@ Lengths are metres, times seconds, speeds m/s, accelerations m/s². The same see
 whatever the number of threads. Errors are :class:`Error`, or :class:`UsageError` where something was asked for that cannot be.
 """
 
+import os as _os
+import sys as _sys
+
+# Mesa's layer for choosing among GPUs prints an error where there is no desktop session. leadlag chooses by itself.
+if _sys.platform == "linux" and not {"XDG_RUNTIME_DIR", "MESA_VK_DEVICE_SELECT"} & _os.environ.keys():
+    _os.environ["NODEVICE_SELECT"] = "1"
+
 from ._api import (
     Drive,
     Evaluator,

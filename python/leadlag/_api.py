@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import difflib
 import os
 import warnings
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypedDict
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,6 +15,9 @@ from numpy.typing import ArrayLike, NDArray
 from . import _native
 from ._frames import table_like, text_of
 from ._progress import Bar
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 Drive = _native.Drive
 Extension = str | os.PathLike[str] | tuple[str, str]
@@ -39,41 +43,67 @@ class Model:
 
 
 ModelLike = str | int | Model
-BoundsLike = str | os.PathLike[str] | dict[str, tuple[float, float]]
+BoundsLike = str | os.PathLike[str] | dict[str, tuple[float, float] | float]
 
 
-def _settings(
-    model: ModelLike,
-    *,
-    bounds: BoundsLike | Iterable[BoundsLike] | None = None,
-    fix: dict[str, float] | None = None,
-    gof: str | None = None,
-    convention: str | None = None,
-    optimizer: str | None = None,
-    seed: int | None = None,
-    replicates: int | None = None,
-    max_evaluations: int | None = None,
-    intervals: bool | None = None,
-    device: str | None = None,
-    precision: str | None = None,
-) -> _native.Calibration:
+class Settings(TypedDict, total=False):
+    """Settings of a calibration, each a keyword; see :func:`calibrate`."""
+
+    bounds: BoundsLike | Iterable[BoundsLike] | None
+    fix: dict[str, float] | None
+    gof: str | None
+    convention: str | None
+    optimizer: str | None
+    seed: int | None
+    replicates: int | None
+    max_evaluations: int | None
+    intervals: bool | None
+    device: str | None
+    precision: str | None
+
+
+def _bounds(
+    given: BoundsLike | Iterable[BoundsLike] | None,
+) -> tuple[list[str], list[tuple[str, float, float]]]:
+    """Sets and files by name, and bounds of single parameters; one number fixes a parameter."""
+    if given is None:
+        given = ()
+    each: Iterable[BoundsLike] = [given] if isinstance(given, (str, os.PathLike, dict)) else given
+    names: list[str] = []
+    single: list[tuple[str, float, float]] = []
+    for one in each:
+        if not isinstance(one, dict):
+            names.append(os.fspath(one))
+            continue
+        for name, ends in one.items():
+            lower, upper = (ends, ends) if isinstance(ends, (int, float)) else ends
+            single.append((name, float(lower), float(upper)))
+    return names, single
+
+
+def _settings(model: ModelLike, given: Settings) -> _native.Calibration:
     """The settings of a calibration; what is None is left as it is by default."""
+    known = list(Settings.__annotations__)
+    for name in given:
+        if name not in known:
+            near = difflib.get_close_matches(name, known, 1)
+            hint = f"; did you mean {near[0]}?" if near else ""
+            raise _native.UsageError(f"no setting is called {name}: expected {', '.join(known)}{hint}")
     asked = model if isinstance(model, Model) else Model(model)
     one = _native.Calibration(asked.base, asked.extend)
-    if bounds is None:
-        bounds = []
-    elif isinstance(bounds, (str, os.PathLike, dict)):
-        bounds = [bounds]
-    for given in bounds:
-        if isinstance(given, dict):
-            for name, (lower, upper) in given.items():
-                one = one.bound(name, float(lower), float(upper))
-        else:
-            one = one.bounds(os.fspath(given))
-    for name, value in (fix or {}).items():
+    names, single = _bounds(given.get("bounds"))
+    for name in names:
+        one = one.bounds(name)
+    for name, lower, upper in single:
+        one = one.bound(name, lower, upper)
+    for name, value in (given.get("fix") or {}).items():
         one = one.fix(name, float(value))
-    one = one.words(gof, convention, optimizer, device, precision)
-    return one.numbers(seed, replicates, max_evaluations, intervals)
+    one = one.words(
+        given.get("gof"), given.get("convention"), given.get("optimizer"), given.get("device"), given.get("precision")
+    )
+    return one.numbers(
+        given.get("seed"), given.get("replicates"), given.get("max_evaluations"), given.get("intervals")
+    )
 
 
 def _many(drives: Drive | Iterable[Drive]) -> list[Drive]:
@@ -93,13 +123,13 @@ def _warn(texts: Iterable[str]) -> None:
 
 
 def calibrate(
-    drive: Drive | Iterable[Drive], model: ModelLike, *, progress: bool = True, **settings: Any
+    drive: Drive | Iterable[Drive], model: ModelLike, *, progress: bool = True, **settings: Unpack[Settings]
 ) -> _native.Fit:
     """Calibrates a model on a drive; on several, one parameter set for all.
 
     ``model``: a variant by name or id, or a :class:`Model` with extensions. Settings, each a keyword:
 
-    - ``bounds``: ``"acc"`` (the paper's, the default), ``"human"``, the path of a TOML file, ``{"v_0": (25, 40)}``, or several of these;
+    - ``bounds``: ``"acc"`` (the paper's, the default), ``"human"``, the path of a TOML file, ``{"v_0": (25, 40)}``, where one number fixes a parameter, or several of these;
     - ``fix``: values of parameters that are not searched, by name;
     - ``gof``: what is minimised, such as ``"nrmse-sva"`` (the default) or ``"rmse-s"``;
     - ``convention``: ``"paper"`` or ``"authors"``;
@@ -113,7 +143,7 @@ def calibrate(
     Raises :class:`leadlag.UsageError` for settings that cannot be, :class:`leadlag.Error` where no candidate is feasible.
     """
     drives = _many(drive)
-    one = _settings(model, **settings)
+    one = _settings(model, settings)
     _warn(one.warnings(drives))
     with Bar(one.model, progress) as tell:
         fit, interrupted = one.run(drives, tell)
@@ -130,7 +160,7 @@ def calibrate_all(
     *,
     progress: bool = True,
     reading: dict[str, Any] | None = None,
-    **settings: Any,
+    **settings: Unpack[Settings],
 ) -> Any:
     """Calibrates every leader-follower pair by itself: a row per pair and model.
 
@@ -142,12 +172,14 @@ def calibrate_all(
     of their intervals, and in ``reason`` why a pair has none. Ctrl-C returns the rows that are there, with a warning.
     """
     several = [models] if isinstance(models, (str, int, Model)) else list(models)
-    each = [_settings(model, **settings) for model in several]
+    each = [_settings(model, settings) for model in several]
     options = dict(reading or {})
+    if options and _are_drives(pairs):
+        raise _native.UsageError("reading: drives are read already; give it to leadlag.read or leadlag.Drive")
     with Bar("calibrations", progress) as tell:
         if isinstance(pairs, (str, os.PathLike)):
             found = _native.calibrate_files([os.fspath(pairs)], None, each, options, tell)
-        elif isinstance(pairs, Drive) or (isinstance(pairs, Sequence) and all(isinstance(p, Drive) for p in pairs)):
+        elif _are_drives(pairs):
             found = _native.calibrate_drives(_many(pairs), each, tell)
         elif isinstance(pairs, Sequence) and all(isinstance(p, (str, Path)) for p in pairs):
             found = _native.calibrate_files([os.fspath(p) for p in pairs], None, each, options, tell)
@@ -162,6 +194,11 @@ def calibrate_all(
     return table_like(columns, pairs)
 
 
+def _are_drives(pairs: Any) -> bool:
+    several = isinstance(pairs, Sequence) and not isinstance(pairs, str) and len(pairs) > 0
+    return isinstance(pairs, Drive) or (several and all(isinstance(pair, Drive) for pair in pairs))
+
+
 class Evaluator:
     """Scores populations of candidates: the objective for an optimiser of your own.
 
@@ -169,9 +206,9 @@ class Evaluator:
     values, one per entry of ``parameters``.
     """
 
-    def __init__(self, drives: Drive | Iterable[Drive], model: ModelLike, **settings: Any) -> None:
+    def __init__(self, drives: Drive | Iterable[Drive], model: ModelLike, **settings: Unpack[Settings]) -> None:
         self._again = (_many(drives), model, settings)
-        self._native = _settings(model, **settings).evaluate_on(self._again[0])
+        self._native = _settings(model, settings).evaluate_on(self._again[0])
         #: Names of the parameters that are searched.
         self.parameters: list[str] = self._native.parameters
         #: Their units.
@@ -217,7 +254,7 @@ class Evaluator:
         return repr(self._native)
 
 
-def _evaluator(drives: list[Drive], model: ModelLike, settings: dict[str, Any]) -> Evaluator:
+def _evaluator(drives: list[Drive], model: ModelLike, settings: Settings) -> Evaluator:
     return Evaluator(drives, model, **settings)
 
 
@@ -229,7 +266,7 @@ def diagnose(
     effort: str = "normal",
     seed: int = 1,
     causes: Iterable[str | os.PathLike[str] | tuple[str, str]] = (),
-    bounds: str | os.PathLike[str] | Iterable[str | os.PathLike[str]] = (),
+    bounds: BoundsLike | Iterable[BoundsLike] | None = None,
     correct: bool = False,
     progress: bool = True,
 ) -> _native.Findings:
@@ -239,10 +276,8 @@ def diagnose(
     ``"thorough"``. ``causes``: WGSL files, or pairs ``(name, text)``, that are tried beside the built-in ones. ``correct``: correct faults of the
     data where they can be.
     """
-    if isinstance(bounds, (str, os.PathLike)):
-        bounds = [bounds]
+    names, single = _bounds(bounds)
     held = [holdout] if isinstance(holdout, Drive) else list(holdout)
     own = [(str(c[0]), str(c[1])) if isinstance(c, tuple) else (Path(c).stem, Path(c).read_text()) for c in causes]
-    given = [os.fspath(bound) for bound in bounds]
     with Bar(f"diagnosis of {base}", progress) as tell:
-        return _native.diagnose(_many(drives), held, str(base), effort, seed, own, given, correct, tell)
+        return _native.diagnose(_many(drives), held, str(base), effort, seed, own, names, single, correct, tell)

@@ -63,6 +63,12 @@ class Drive:
     def lead_speed(self) -> NDArray[np.float64]:
         """Speed of the preceding vehicle [m/s], shape (samples,)."""
     @property
+    def position(self) -> NDArray[np.float64]:
+        """Position of the follower along the road [m], shape (samples,)."""
+    @property
+    def lead_position(self) -> NDArray[np.float64]:
+        """Position of the preceding vehicle [m], of its rear bumper where its length is not known, shape (samples,)."""
+    @property
     def preparation(self) -> list[str]:
         """What was done to the data, a line each."""
     @property
@@ -140,6 +146,9 @@ class Findings:
     @property
     def reason(self) -> str:
         """Why, in a sentence."""
+    @property
+    def causes(self) -> list[str]:
+        """The causes that the likelihood adopts, in order."""
     @property
     def recommended(self) -> list[str]:
         """The causes with which the model follows unseen drives better."""
@@ -226,6 +235,7 @@ def diagnose(
     seed: int,
     causes: Sequence[tuple[str, str]],
     bounds: Sequence[str],
+    single: Sequence[tuple[str, float, float]],
     correct: bool,
     progress: Progress | None,
 ) -> Findings: ...

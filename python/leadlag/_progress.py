@@ -36,12 +36,12 @@ class Bar:
                     warnings.simplefilter("ignore")
                     from tqdm.auto import tqdm
 
-                form = "{desc} {percentage:3.0f} %|{bar}| {elapsed} {postfix}"
+                form = "{percentage:3.0f} %|{bar}| {elapsed}  {desc}"
                 self.bar = tqdm(total=1.0, desc=self.what, bar_format=form, leave=False)
             except ImportError:
                 self.line = True
         if self.bar is not None:
-            self.bar.set_postfix_str(text, refresh=False)
+            self.bar.set_description_str(f"{self.what}: {text}", refresh=False)
             self.bar.update(max(0.0, min(done, 1.0) - self.bar.n))
         elif sys.stderr.isatty():
             print(f"\r{self.what} {100 * min(done, 1.0):3.0f} %  {text}\x1b[K", end="", file=sys.stderr, flush=True)

@@ -6,7 +6,7 @@ use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use std::ffi::CString;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// How a drive is made again in another process.
 #[derive(Clone)]
@@ -127,6 +127,13 @@ impl Drive {
         Ok(drive)
     }
 
+    /// The text of a file that is all that was read, so that other machines need no file.
+    fn alone(&self, path: &Path) -> Option<Vec<u8>> {
+        let text = std::fs::read(path).ok().filter(|_| !self.inner.has_companions())?;
+        let is_packed = text.starts_with(&[0x1F, 0x8B]) || text.starts_with(b"PAR1");
+        (!is_packed).then_some(text)
+    }
+
     fn of(origin: Origin, follower: Option<String>, options: Vec<(String, Setting)>) -> PyResult<Drive> {
         let reading = reading(&options)?;
         let recording = match &origin {
@@ -236,6 +243,16 @@ impl Drive {
     }
 
     #[getter]
+    fn position<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_slice(py, self.inner.position())
+    }
+
+    #[getter]
+    fn lead_position<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_slice(py, self.inner.lead_position())
+    }
+
+    #[getter]
     fn preparation(&self) -> Vec<String> {
         self.inner.preparation()
     }
@@ -262,7 +279,10 @@ impl Drive {
         }
         let module = py.import("leadlag._native")?;
         let (origin, name) = match &self.origin {
-            Origin::File(path) => (path.into_pyobject(py)?.into_any(), None),
+            Origin::File(path) => match self.alone(path) {
+                Some(text) => (PyBytes::new(py, &text).into_any(), Some(path.display().to_string())),
+                None => (std::path::absolute(path)?.into_pyobject(py)?.into_any(), None),
+            },
             Origin::Text(text, name) => (PyBytes::new(py, text).into_any(), Some(name.clone())),
         };
         let follower = self.follower.clone();
@@ -291,5 +311,7 @@ pub fn again(
 /// Texts as warnings.
 pub fn warn(py: Python<'_>, texts: &[String]) -> PyResult<()> {
     let category = py.get_type::<PyUserWarning>();
-    texts.iter().try_for_each(|text| PyErr::warn(py, &category, &CString::new(text.replace('\0', " "))?, 1))
+    texts
+        .iter()
+        .try_for_each(|text| PyErr::warn(py, &category, &CString::new(crate::in_keywords(text).replace('\0', " "))?, 1))
 }

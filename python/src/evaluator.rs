@@ -84,6 +84,10 @@ impl Evaluator {
 
     fn __repr__(&self) -> String {
         let parameters = self.parameters().join(", ");
-        format!("<Evaluator of ({parameters}) on {} drives: {}>", self.samples.len(), self.device())
+        let drives = match self.samples.len() {
+            1 => "1 drive".to_owned(),
+            several => format!("{several} drives"),
+        };
+        format!("<Evaluator of ({parameters}) on {drives}: {}>", self.device())
     }
 }

@@ -25,6 +25,7 @@ pub fn diagnose(
     seed: u64,
     causes: Vec<(String, String)>,
     bounds: Vec<String>,
+    single: Vec<(String, f64, f64)>,
     correct: bool,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Findings> {
@@ -35,6 +36,9 @@ pub fn diagnose(
     }
     for given in bounds {
         diagnosis = diagnosis.bounds(&given);
+    }
+    for (parameter, lower, upper) in single {
+        diagnosis = diagnosis.bound(&parameter, lower, upper);
     }
     let drives: Vec<&leadlag::Drive> = drives.iter().map(|drive| &drive.get().inner).collect();
     let holdout: Vec<&leadlag::Drive> = holdout.iter().map(|drive| &drive.get().inner).collect();
@@ -57,6 +61,11 @@ impl Findings {
     #[getter]
     fn reason(&self) -> &str {
         self.inner.reason()
+    }
+
+    #[getter]
+    fn causes(&self) -> Vec<&str> {
+        self.inner.causes()
     }
 
     #[getter]

@@ -23,7 +23,36 @@ create_exception!(leadlag, UsageError, Error, "Something was asked for that cann
 
 /// An error of the library as a Python exception of the same text.
 fn raised(error: leadlag::Error) -> PyErr {
-    if error.is_usage() { UsageError::new_err(error.to_string()) } else { Error::new_err(error.to_string()) }
+    let text = in_keywords(&error.to_string());
+    if error.is_usage() { UsageError::new_err(text) } else { Error::new_err(text) }
+}
+
+/// Flags of the command line that have another name in Python; of the others only the dashes are different.
+const RENAMED: [(&str, &str); 5] =
+    [("from", "start"), ("to", "end"), ("evaluator", "device"), ("extend", "Model(extend=...)"), ("gpu", "device")];
+
+/// A message of the command line in the words of Python: `--max-gap` is `max_gap`. A command in backticks stays what it is.
+fn in_keywords(text: &str) -> String {
+    let mut told = String::with_capacity(text.len());
+    for (k, part) in text.split('`').enumerate() {
+        if k > 0 {
+            told.push('`');
+        }
+        if k % 2 == 1 {
+            told += part;
+            continue;
+        }
+        let mut pieces = part.split("--");
+        told += pieces.next().unwrap_or_default();
+        for piece in pieces {
+            let end = piece.find(|c: char| !(c.is_ascii_lowercase() || c == '-')).unwrap_or(piece.len());
+            let (name, rest) = piece.split_at(end);
+            let renamed = RENAMED.iter().find(|(flag, _)| *flag == name).map(|(_, keyword)| (*keyword).to_owned());
+            told += &renamed.unwrap_or_else(|| name.replace('-', "_"));
+            told += rest;
+        }
+    }
+    told
 }
 
 /// Runs the command line with these words, the first of which is the name of the program; returns the exit code.

@@ -3,8 +3,8 @@
 use crate::drive::{Drive, options, reading};
 use crate::evaluator::Evaluator;
 use crate::fit::Fit;
-use crate::raised;
 use crate::watch::{Watch, watched};
+use crate::{in_keywords, raised};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -103,7 +103,8 @@ impl Calibration {
     /// What is doubtful about it on these drives.
     fn warnings(&self, drives: Vec<Py<Drive>>) -> PyResult<Vec<String>> {
         let drives: Vec<&leadlag::Drive> = drives.iter().map(|drive| &drive.get().inner).collect();
-        self.inner.warnings(&drives).map_err(raised)
+        let said = self.inner.warnings(&drives).map_err(raised)?;
+        Ok(said.iter().map(|text| in_keywords(text)).collect())
     }
 
     /// Calibrates one parameter set on these drives; the fit, and whether it was interrupted.
@@ -213,7 +214,8 @@ fn fleet<'py>(
         };
         columns.set_item(&column.name, values)?;
     }
-    Ok((columns, pairs.warnings(), interrupted))
+    let said = pairs.warnings().iter().map(|text| in_keywords(text)).collect();
+    Ok((columns, said, interrupted))
 }
 
 fn numbers(py: Python<'_>, values: impl Iterator<Item = f64>) -> Bound<'_, PyAny> {

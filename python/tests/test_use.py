@@ -68,6 +68,9 @@ def test_an_evaluator_scores_what_a_calibration_finds(fit: ll.Fit, drive: ll.Dri
 
 
 def test_fixed_parameters_are_no_columns(drive: ll.Drive) -> None:
+    same = ll.Evaluator(drive, "idm", bounds={"delta": 4, "v_0": (20, 40)})
+    assert same.parameters == ["v_0", "d_0", "t_h", "a_max", "a_min"] and same.lower[0] == 20
+    assert "fixed" in repr(ll.calibrate(drive, "idm", bounds={"delta": 4}, **FEW))
     evaluator = ll.Evaluator(drive, "idm", fix={"delta": 4})
     assert evaluator.parameters == ["v_0", "d_0", "t_h", "a_max", "a_min"]
     assert evaluator.lower.shape == (5,)
@@ -135,6 +138,14 @@ def test_errors_say_what_to_do(drive: ll.Drive, tmp_path: Path) -> None:
         ll.read(tmp_path / "no.csv", folower=2)
     with pytest.raises(ll.UsageError, match=r"shape \(n, 6\)"):
         ll.Evaluator(drive, "idm")(np.zeros((3, 5)))
+    with pytest.raises(ll.UsageError, match="did you mean replicates"):
+        ll.calibrate(drive, "idm", replicate=2)  # type: ignore[call-arg]
+    with pytest.raises(ll.UsageError, match="read already"):
+        ll.calibrate_all([drive], "idm", reading={"columns": "highd"})
+    table = {"time_s": drive.time, "lead_speed_mps": drive.lead_speed, "speed_mps": drive.speed, "spacing_m": drive.spacing}
+    with pytest.raises(ll.UsageError, match="segment 9") as error:
+        ll.Drive(table, segment=9)
+    assert "--" not in str(error.value)
     with pytest.raises(TypeError, match="expected a Drive"):
         ll.calibrate("platoon.csv", "idm")  # type: ignore[arg-type]
 
@@ -163,7 +174,7 @@ def test_ctrl_c_ends_a_diagnosis(drive: ll.Drive) -> None:
 
 
 def test_progress_is_told_and_may_stop(drive: ll.Drive) -> None:
-    settings = ll._api._settings("idm", replicates=300)
+    settings = ll._api._settings("idm", {"replicates": 300})
     told: list[tuple[float, str]] = []
     _, interrupted = settings.run([drive], lambda done, text: told.append((done, text)) or (1 / 0 if len(told) > 2 else None))
     assert isinstance(interrupted, ZeroDivisionError)

@@ -38,6 +38,8 @@ pub struct Diagnosis {
     seed: u64,
     causes: Vec<&'static Extension>,
     bounds: Vec<String>,
+    /// Bounds of single parameters, which replace those of sets and files.
+    single: Overrides,
     correct: bool,
 }
 
@@ -137,6 +139,8 @@ impl Loading {
                     && other.sha256 == entry.sha256
                     && other.follower == entry.follower
                     && other.trajectory == entry.trajectory
+                    && other.window_s[0] <= entry.window_s[1]
+                    && entry.window_s[0] <= other.window_s[1]
             };
             if let Some(trained) = loaded.data.iter().find(same) {
                 let (held, trained) = (&entry.path, &trained.path);
@@ -283,7 +287,7 @@ impl Diagnosis {
     pub fn of(base: &str) -> Result<Diagnosis, Error> {
         let base = base.parse().map_err(usage)?;
         let (effort, causes) = (Effort::Normal, built_in());
-        Ok(Diagnosis { base, effort, seed: 1, causes, bounds: Vec::new(), correct: false })
+        Ok(Diagnosis { base, effort, seed: 1, causes, bounds: Vec::new(), single: Overrides::new(), correct: false })
     }
 
     /// How hard to search: `quick` (some seconds), `normal` (about a minute, the default) or `thorough`.
@@ -324,6 +328,13 @@ impl Diagnosis {
         self
     }
 
+    /// Bounds of one parameter, in its unit.
+    #[must_use]
+    pub fn bound(mut self, parameter: &str, lower: f64, upper: f64) -> Diagnosis {
+        self.single.insert(parameter.to_owned(), [lower, upper]);
+        self
+    }
+
     /// Whether faults of the data are corrected, where they can be; they are not by default.
     #[must_use]
     pub fn correct(mut self, wanted: bool) -> Diagnosis {
@@ -351,7 +362,8 @@ impl Diagnosis {
     ) -> Result<Findings, Error> {
         let loading = Loading { variant: self.base, correct: self.correct, data_only: false };
         let mut loaded = loading.load(sources(drives), sources(holdout), &mut |_| {})?;
-        let bounds = read_bounds(&self.bounds, &self.base)?;
+        let mut bounds = read_bounds(&self.bounds, &self.base)?;
+        bounds.extend(self.single.iter().map(|(name, ends)| (name.clone(), *ends)));
         let Diagnosis { base, effort, seed, ref causes, .. } = *self;
         let asked = Asked { base, effort, seed, causes, bounds: &bounds, kept: None };
         let described = Arc::new(asked.answer(&mut loaded, progress)?);
@@ -387,6 +399,12 @@ impl Findings {
     pub fn recommended(&self) -> Vec<&str> {
         let recommended = self.outcome().recommended.iter();
         recommended.flat_map(|recommended| &recommended.causes).map(|cause| cause.name.as_str()).collect()
+    }
+
+    /// The causes that the likelihood adopts, in order.
+    #[must_use]
+    pub fn causes(&self) -> Vec<&str> {
+        self.outcome().causes.iter().map(|cause| cause.name.as_str()).collect()
     }
 
     /// The text of `diagnosis.json`: all that was found.

@@ -154,6 +154,24 @@ impl Drive {
         &self.trajectory.v_l
     }
 
+    /// Position of the follower along the road \[m\].
+    #[must_use]
+    pub fn position(&self) -> &[f64] {
+        &self.trajectory.x_f
+    }
+
+    /// Position of the preceding vehicle \[m\]: of its rear bumper where its length is not known.
+    #[must_use]
+    pub fn lead_position(&self) -> &[f64] {
+        &self.trajectory.x_l
+    }
+
+    /// True if other files were read with the one that holds the drive.
+    #[must_use]
+    pub fn has_companions(&self) -> bool {
+        !self.recording.read.companions.is_empty()
+    }
+
     /// What was done to the data, a line each: filled, cut, smoothed, resampled.
     #[must_use]
     pub fn preparation(&self) -> Vec<String> {

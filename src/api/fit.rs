@@ -196,12 +196,14 @@ impl fmt::Display for Fit {
         writeln!(f, "{}: {} {:.6}", self.model(), self.result.gof, self.score())?;
         for (name, value) in self.parameters() {
             let unit = self.result.units.get(name).map_or("", String::as_str);
+            let is_fixed = self.result.bounds.get(name).is_some_and(|[lower, upper]| lower == upper);
             let known = match (self.result.intervals.get(name), &self.result.identifiability) {
+                _ if is_fixed => "  fixed".to_owned(),
                 (Some([lower, upper]), _) => format!("  [{lower:.4}, {upper:.4}]"),
                 (None, Some(_)) => "  not determined".to_owned(),
                 (None, None) => String::new(),
             };
-            let bound = if self.result.at_bound.contains(name) { "  at bound" } else { "" };
+            let bound = if !is_fixed && self.result.at_bound.contains(name) { "  at bound" } else { "" };
             writeln!(f, "  {name:<8} {value:>10.4} {unit}{known}{bound}")?;
         }
         Ok(())
