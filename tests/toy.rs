@@ -65,12 +65,12 @@ fn the_worked_example_of_contributing_works() {
             copy::write(&folder.join(path), text.as_bytes());
         }
     }
-    for (from, to) in [("toy/agreement.rs", "agreement/main.rs"), ("common/cars.rs", "common/cars.rs")] {
+    for (from, to) in [("toy/agreement.rs", "agree/main.rs"), ("common/cars.rs", "common/cars.rs")] {
         let text = std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests").join(from));
         copy::write(&folder.join("tests").join(to), &text.expect("the test is readable"));
     }
 
-    let [program] = copy::compile(&folder, "gpu", ["agreement"]);
+    let [program] = copy::compile(&folder, "gpu", ["agree"]);
     let output = Command::new(&program).arg("--nocapture").output().expect("the test program starts");
     let (out, err) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     assert!(output.status.success(), "{}:\n{out}\n{err}", program.display());

@@ -6,8 +6,21 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Entries of the package that a copy does without. `tests` is copied separately.
-const LEFT_OUT: [&str; 10] =
-    [".git", ".ci", "target", "tests", "benches", "examples", "fuzz", "shared", "out", "Cargo.toml"];
+const LEFT_OUT: [&str; 13] = [
+    ".git",
+    ".github",
+    ".ci",
+    "target",
+    "tests",
+    "benches",
+    "examples",
+    "fuzz",
+    "packaging",
+    "python",
+    "shared",
+    "out",
+    "Cargo.toml",
+];
 
 /// What becomes of a file, given its path in the package: its new text, or nothing.
 pub type Change<'a> = dyn FnMut(&str, Vec<u8>) -> Option<Vec<u8>> + 'a;
