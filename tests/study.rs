@@ -22,5 +22,7 @@ mod report;
 mod schema;
 #[path = "study/shards.rs"]
 mod shards;
+#[path = "study/submit.rs"]
+mod submit;
 #[path = "study/verify.rs"]
 mod verify;

@@ -52,6 +52,12 @@ impl Claim {
     }
 }
 
+/// False where the folder has no locks, so that runs on it do not notice each other. The folder of claims must be there.
+#[must_use]
+pub fn locks(folder: &Folder) -> bool {
+    Claim::work(folder)
+}
+
 /// Number of tasks that running processes have claimed.
 #[must_use]
 pub fn count(folder: &Folder) -> usize {

@@ -29,7 +29,7 @@ pub mod table;
 mod task;
 mod verify;
 
-pub use claim::count as claimed;
+pub use claim::{count as claimed, locks};
 pub use error::StudyError;
 pub use log::{PastRuns, past_runs};
 pub use plan::{Plan, PlanError};

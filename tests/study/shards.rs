@@ -53,6 +53,25 @@ fn single_tasks_in_reverse_order_merge_to_the_same_bytes() {
 }
 
 #[test]
+fn several_tasks_are_computed_at_once() {
+    let study = small("some_tasks");
+    let tasks = fs::read_to_string(study.join("tasks.jsonl")).unwrap();
+    let ids: Vec<String> = tasks.lines().map(|line| serde_json::from_str::<Task>(line).unwrap().id).collect();
+    // In any order, one of them twice.
+    let words = ["--task", &ids[9], "--task", &ids[2], "--task", &ids[23], "--task", &ids[2]];
+    let said = stderr(&leadlag(&[&["study", "run", text(&study)], &words[..]].concat()));
+    assert_eq!((number_before(&said, "tasks"), number_before(&said, "computed")), (3, 3), "{said}");
+    let mut names = part_names(&study);
+    names.sort();
+    let mut expected = [9, 2, 23].map(|i: usize| format!("{}.json", ids[i]));
+    expected.sort();
+    assert_eq!(names, expected);
+    let (code, said) = fails(&["study", "run", text(&study), "--task", &ids[0], "--task", "nonsense"]);
+    assert_eq!(code, 2);
+    assert!(said.contains("task `nonsense`: 0 tasks"), "{said}");
+}
+
+#[test]
 fn shards_computed_in_several_folders_are_merged_from_all_of_them() {
     let (here, there) = (small("here"), small("there"));
     ok(&["study", "run", text(&here), "--shard", "1/2"]);

@@ -1,10 +1,11 @@
-//! `leadlag study`: plan, run, status, verify, merge, report.
+//! `leadlag study`: plan, run, submit, status, verify, merge, report.
 
 mod merge;
 mod plan;
 mod report;
 mod run;
 pub mod status;
+mod submit;
 mod verify;
 
 use crate::study::StudyError;
@@ -30,6 +31,11 @@ enum Command {
   leadlag study run study
   leadlag study run study --shard 2/5")]
     Run(run::Args),
+    /// Write what a scheduler needs to run it on a cluster; submits nothing
+    #[command(after_help = "Examples:
+  leadlag study submit study --slurm
+  leadlag study submit study --slurm --cpus 8 --sbatch --partition=short | sh")]
+    Submit(submit::Args),
     /// Show what is done, missing or damaged
     #[command(after_help = "Example:
   leadlag study status study --json")]
@@ -52,6 +58,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     match &args.command {
         Command::Plan(args) => plan::run(args),
         Command::Run(args) => run::run(args),
+        Command::Submit(args) => submit::run(args),
         Command::Status(args) => status::run(args),
         Command::Verify(args) => verify::run(args),
         Command::Merge(args) => merge::run(args),

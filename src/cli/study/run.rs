@@ -28,9 +28,9 @@ pub struct Args {
     /// The I-th of N shares of the tasks
     #[arg(long, value_name = "I/N", conflicts_with = "task")]
     shard: Option<Shard>,
-    /// One task, by its id or the beginning of it
+    /// One task, by its id or the beginning of it; may be given several times
     #[arg(long, value_name = "ID")]
-    task: Option<String>,
+    task: Vec<String>,
     /// Leave tasks that other runs work on to them, instead of waiting for them
     #[arg(long)]
     no_wait: bool,
@@ -97,33 +97,42 @@ fn again(args: &Args) -> String {
     let mut command = format!("leadlag study run {}", shown(args));
     let flags = [
         ("--shard", args.shard.map(|shard| shard.to_string())),
-        ("--task", args.task.clone()),
         ("--data", args.data.as_ref().map(|folder| folder.display().to_string())),
         ("--batch", args.batch.map(|batch| batch.to_string())),
         ("--gpu", args.gpu.clone()),
     ];
-    for (flag, value) in flags {
+    let tasks = args.task.iter().map(|id| ("--task", Some(id.clone())));
+    for (flag, value) in flags.into_iter().chain(tasks) {
         command += &value.map_or(String::new(), |value| format!(" {flag} {}", quoted(&value)));
     }
     command + if args.no_wait { " --no-wait" } else { "" }
 }
 
+/// Indices of the tasks that were asked for, in their order.
 fn choose(args: &Args, tasks: &[Task]) -> anyhow::Result<Vec<usize>> {
-    match (&args.shard, &args.task) {
-        (Some(shard), _) => Ok(shard.of(tasks)),
-        (None, Some(id)) => {
-            let found: Vec<usize> = (0..tasks.len()).filter(|&i| tasks[i].id.starts_with(id.as_str())).collect();
-            if id.is_empty() {
-                return Err(Usage("--task: expected an id, found nothing".to_owned()).into());
-            }
-            if found.len() != 1 {
-                let first = found.iter().take(LISTED).map(|&i| tasks[i].id.clone()).collect();
-                return Err(StudyError::NoTask { id: id.clone(), found: found.len(), first }.into());
-            }
-            Ok(found)
-        }
-        (None, None) => Ok((0..tasks.len()).collect()),
+    if let Some(shard) = &args.shard {
+        return Ok(shard.of(tasks));
     }
+    if args.task.is_empty() {
+        return Ok((0..tasks.len()).collect());
+    }
+    let mut chosen = args.task.iter().map(|id| named(id, tasks)).collect::<anyhow::Result<Vec<_>>>()?;
+    chosen.sort_unstable();
+    chosen.dedup();
+    Ok(chosen)
+}
+
+/// Index of the one task whose id begins so.
+fn named(id: &str, tasks: &[Task]) -> anyhow::Result<usize> {
+    if id.is_empty() {
+        return Err(Usage("--task: expected an id, found nothing".to_owned()).into());
+    }
+    let found: Vec<usize> = (0..tasks.len()).filter(|&i| tasks[i].id.starts_with(id)).collect();
+    if let [one] = found[..] {
+        return Ok(one);
+    }
+    let first = found.iter().take(LISTED).map(|&i| tasks[i].id.clone()).collect();
+    Err(StudyError::NoTask { id: id.to_owned(), found: found.len(), first }.into())
 }
 
 /// What was done, to stderr.
