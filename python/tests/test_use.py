@@ -67,6 +67,21 @@ def test_an_evaluator_scores_what_a_calibration_finds(fit: ll.Fit, drive: ll.Dri
     assert np.array_equal(evaluator(many), evaluator(many.tolist()))
 
 
+@pytest.mark.skipif("LEADLAG_NO_GPU" in os.environ, reason="LEADLAG_NO_GPU is set")
+def test_a_gpu_gives_the_bits_of_the_cpu(drive: ll.Drive) -> None:
+    try:
+        gpu = ll.Evaluator(drive, "idm", device="gpu")
+    except ll.Error as error:
+        pytest.skip(f"no GPU, not even a software one: {error}")
+    lanes = ll.Evaluator(drive, "idm", device="lanes")
+    many = lanes.lower + np.random.default_rng(3).random((100, 6)) * (lanes.upper - lanes.lower)
+    found = gpu(many)
+    if "llvmpipe" in gpu.device:
+        assert np.array_equal(found, lanes(many))
+    else:
+        assert np.allclose(found, lanes(many), rtol=1e-4)
+
+
 def test_fixed_parameters_are_no_columns(drive: ll.Drive) -> None:
     same = ll.Evaluator(drive, "idm", bounds={"delta": 4, "v_0": (20, 40)})
     assert same.parameters == ["v_0", "d_0", "t_h", "a_max", "a_min"] and same.lower[0] == 20
