@@ -138,7 +138,7 @@ fn write_identifiability(
     identifiability: &IdentifiabilityEntry,
 ) -> std::fmt::Result {
     let confidence = format!("{:.0} % interval", 100.0 * identifiability.confidence);
-    if let Some(note) = &identifiability.note {
+    if let Some(note) = identifiability.note.as_ref().filter(|_| identifiability.parameters.is_empty()) {
         text.push_str(&wrapped(0, 2, &format!("\nno {confidence}s: {note}")));
         return Ok(());
     }
@@ -160,6 +160,9 @@ fn write_identifiability(
     }
     if known.clone().any(|k| !k.determined) {
         writeln!(text, "{UNDETERMINED}: the interval would hold more than half of the bounds")?;
+    }
+    if let Some(note) = &identifiability.note {
+        text.push_str(&wrapped(0, 2, note));
     }
     Ok(())
 }
@@ -265,6 +268,31 @@ mod tests {
         // Columns keep their distance, and other hyphens are as good as ever.
         assert_eq!(wrapped(0, 0, "v_0  30.5  m/s  desired"), "v_0  30.5  m/s  desired\n");
         assert_eq!(split_points("well-known"), [5]);
+    }
+
+    #[test]
+    fn what_to_mind_with_intervals_stands_below_them() {
+        let told = |note: &str, parameters: serde_json::Value| {
+            let result: ResultFile = serde_json::from_value(serde_json::json!({
+                "schema_version": 1, "program": "", "model_id": 1, "variant": "idm", "convention": "paper", "extensions": [],
+                "evaluator": "lanes", "precision": "plain", "adapter": null, "data": [], "vehicle": null, "gof": "nrmse-sva",
+                "optimizer": "ga", "seed": 1, "score": {}, "parameters": {"t_h": 1.0}, "units": {"t_h": "s"},
+                "bounds": {"t_h": [0.1, 3.0]}, "at_bound": [], "intervals": {"t_h": [0.9, 1.1]}, "evaluations": 1,
+                "replicates": [], "cv": null, "identifiability": {"confidence": 0.95, "parameters": parameters,
+                "correlation": null, "replicate_range": {}, "evaluations": 1, "note": note}
+            }))
+            .expect("a result");
+            let mut text = String::new();
+            let known = result.identifiability.as_ref().expect("it is there");
+            write_identifiability(&mut text, &result, known).expect("a String takes everything");
+            text
+        };
+        let known = serde_json::json!({"t_h": {"open": [false, false], "effective_samples": 9.0, "rise": 0.1,
+            "determined": true}});
+        let text = told("the drive is short", known);
+        assert!(text.contains("0.9 .. 1.1") && text.ends_with("the drive is short\n"), "{text}");
+        let text = told("the score has no curvature", serde_json::json!({}));
+        assert!(text.contains("no 95 % intervals: the score has no curvature"), "{text}");
     }
 
     #[test]
