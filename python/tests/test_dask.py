@@ -126,13 +126,13 @@ def same(found: Any, expected: Any) -> None:
 def test_a_fleet_whose_workers_are_killed(client: Any, folder: Path) -> None:
     files = sorted(str(path) for path in folder.glob("drive*/p*.csv"))
     models = ["idm", ll.Model("gipps+delay", extend=["actuation_lag"])]
-    settings: dict[str, Any] = {"seed": 2, "max_evaluations": 2000, "progress": False}
+    settings: dict[str, Any] = {"seed": 2, "max_evaluations": 3000, "intervals": False, "progress": False}
     expected = ll.calibrate_all(files, models, **settings)
     ended, killed = threading.Event(), list[int]()
     killer = threading.Thread(target=kill_some, args=(client, ended, killed))
     killer.start()
     try:
-        found = leadlag.study.fleet(files, models, client, batch_seconds=0.5, **settings)
+        found = leadlag.study.fleet(files, models, client, batch_seconds=2, **settings)
     finally:
         ended.set()
         killer.join()
@@ -156,7 +156,7 @@ def test_a_fleet_of_drives_and_of_a_table(client: Any, folder: Path, tmp_path: P
     settings |= {"reading": {"columns": str(columns)}, "bounds": ["human", bounds]}
     expected = ll.calibrate_all(table, ["idm", "l-cth"], **settings)
     assert len(set(expected["trajectory"])) == len(tables) > 2
-    same(leadlag.study.fleet(table, ["idm", "l-cth"], client, batch_seconds=0.01, **settings), expected)
+    same(leadlag.study.fleet(table, ["idm", "l-cth"], client, batch_seconds=1, **settings), expected)
     path = tmp_path / "table.csv"
     table.to_csv(path, index=False)
     same(leadlag.study.fleet(path, "idm", client, **settings), ll.calibrate_all(path, "idm", **settings))
