@@ -39,7 +39,7 @@ file = "two/platoon.csv"
 followers = [1, 2]
 [calibration]
 variants = ["idm", "gipps+delay", "l-cth+linear"]
-replicates = 3
+replicates = 2
 max_evaluations = 4000
 """
 
@@ -101,7 +101,7 @@ def test_a_study_whose_workers_are_killed(client: Any, plan: Path, tmp_path: Pat
     assert len(killed) >= 2, "the study was over before workers were killed"
     assert bytes_of(merged) == expected
     assert not list((tmp_path / "many").rglob("*.tmp"))
-    assert tasks_of(tmp_path / "many") >= 36, "the folder says what the workers did"
+    assert tasks_of(tmp_path / "many") >= 24, "the folder says what the workers did"
     # Again: there is nothing left to do, and the same comes of it.
     assert bytes_of(leadlag.study.run(plan, client, tmp_path / "many", progress=False)) == expected
     deadline = time.monotonic() + 10
@@ -124,7 +124,7 @@ def same(found: Any, expected: Any) -> None:
 
 
 def test_a_fleet_whose_workers_are_killed(client: Any, folder: Path) -> None:
-    files = sorted(str(path) for path in folder.glob("drive*/p*.csv"))
+    files = sorted(str(path) for path in folder.glob("drive1/p*.csv"))
     models = ["idm", ll.Model("gipps+delay", extend=["actuation_lag"])]
     settings: dict[str, Any] = {"seed": 2, "max_evaluations": 3000, "intervals": False, "progress": False}
     expected = ll.calibrate_all(files, models, **settings)
@@ -191,15 +191,17 @@ def test_what_cannot_be_is_told(client: Any, plan: Path, tmp_path: Path) -> None
 def test_a_worker_of_another_version_is_refused(client: Any, plan: Path, tmp_path: Path) -> None:
     worker = sorted(client.nthreads())[0]
 
-    def older() -> None:
+    def says(version: str) -> None:
         import leadlag._native
 
-        leadlag._native.__version__ = "0.0.9"
+        leadlag._native.__version__ = version
 
-    client.run(older, workers=[worker])
-    with pytest.raises(ll.Error, match=f"worker {worker} has leadlag 0.0.9, and this process has {ll.__version__}"):
-        leadlag.study.run(plan, client, tmp_path / "refused", progress=False)
-    client.restart()
+    client.run(says, "0.0.9", workers=[worker])
+    try:
+        with pytest.raises(ll.Error, match=f"worker {worker} has leadlag 0.0.9, and this process has {ll.__version__}"):
+            leadlag.study.run(plan, client, tmp_path / "refused", progress=False)
+    finally:
+        client.run(says, ll.__version__, workers=[worker])
 
 
 def test_without_dask_it_says_so() -> None:
