@@ -59,8 +59,9 @@ def cpu_seconds(folder: Path) -> float:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--workers", default="1,2,4", help="numbers of worker processes [1,2,4]")
-    parser.add_argument("--replicates", type=int, default=4, help="of each calibration of the study [4]")
+    parser.add_argument("--replicates", type=int, default=8, help="of each calibration of the study [8]")
     parser.add_argument("--evaluations", type=int, default=8000, help="simulations of a calibration [8000]")
+    parser.add_argument("--copies", type=int, default=12, help="of each of eight pairs in the fleet [12]")
     parser.add_argument("--json", action="store_true", help="print JSON")
     asked = parser.parse_args()
     rows: list[dict[str, Any]] = []
@@ -87,7 +88,7 @@ def main() -> None:
         program("study", "merge", str(alone))
         study = f"study of {tasks(alone)} tasks"
         row(study, 0, time.monotonic() - began, cpu_seconds(alone))
-        files = sorted(str(path) for path in (folder / "data").glob("*/pair_*.csv")) * 4
+        files = sorted(str(path) for path in (folder / "data").glob("*/pair_*.csv")) * asked.copies
         fleet = f"fleet of {len(files)} pairs"
         os.environ["RAYON_NUM_THREADS"] = "1"
         began, cpu = time.monotonic(), time.process_time()

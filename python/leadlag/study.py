@@ -49,6 +49,8 @@ AHEAD = 2
 FIRST = 4
 #: Files that leadlag reads where they lie beside one that it is given.
 COMPANIONS = ("Labels.csv", "Slope.csv", "mfc_*.csv")
+#: Files that one command looks at.
+AT_ONCE = 100
 #: Larger tables name no other files.
 SMALL = 1 << 20
 
@@ -353,16 +355,26 @@ def _ids(files: Sequence[Path], reading: dict[str, Any]) -> tuple[list[list[str 
             flags += [flag, str(reading[option])]
     found: list[list[str | None] | None] = []
     told: list[str] = []
-    for path in files:
+
+    def look(some: Sequence[Path]) -> None:
         try:
-            seen = json.loads(_program(["inspect", os.fspath(path), "--json", *flags]))
+            seen = json.loads(_program(["inspect", *map(os.fspath, some), "--json", *flags]))
         except _native.Error as error:
-            found.append(None)
-            told.append(str(error))
-            continue
-        ids = [platoon.get("id") for platoon in seen["platoons"]]
-        whole = len(set(ids)) < len(ids) or any(one is None or "," in one or one.strip() != one for one in ids)
-        found.append([None] if whole else ids)
+            if len(some) == 1:
+                found.append(None)
+                told.append(str(error))
+                return
+            # One of them cannot be read: which?
+            for one in some:
+                look([one])
+            return
+        for file in [seen] if len(some) == 1 else seen:
+            ids = [platoon.get("id") for platoon in file["platoons"]]
+            whole = len(set(ids)) < len(ids) or any(one is None or "," in one or one.strip() != one for one in ids)
+            found.append([None] if whole else ids)
+
+    for start in range(0, len(files), AT_ONCE):
+        look(files[start : start + AT_ONCE])
     return found, told
 
 

@@ -1,6 +1,6 @@
 //! What a simulation gets wrong, and why: from measured drives to a named cause, an extended model and its gain.
 //!
-//! A [`Drive`] is one measured run ready for diagnosis, [`infer`] the search for the cause; the method and its figures are in
+//! A [`Drive`] is one measured run ready for diagnosis, [`infer()`] the search for the cause; the method and its figures are in
 //! `docs/DIAGNOSIS.md`.
 
 use std::sync::LazyLock;
