@@ -79,9 +79,9 @@ def kill_some(client: Any, ended: threading.Event, killed: list[int]) -> None:
 
 
 def children() -> list[str]:
-    """The processes that compute for workers."""
+    """The processes of this environment that compute for workers."""
     found = subprocess.run(["ps", "-e", "-o", "args"], capture_output=True, text=True, check=True)
-    return [line for line in found.stdout.splitlines() if line.endswith("-m leadlag.study")]
+    return [line for line in found.stdout.splitlines() if line == f"{sys.executable} -m leadlag.study"]
 
 
 def test_a_study_whose_workers_are_killed(client: Any, plan: Path, tmp_path: Path) -> None:
