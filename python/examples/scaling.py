@@ -96,7 +96,7 @@ def main() -> None:
         row(fleet, 0, time.monotonic() - began, time.process_time() - cpu)
         for workers in map(int, asked.workers.split(",")):
             with (
-                distributed.LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None) as cluster,
+                distributed.LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=":0") as cluster,
                 distributed.Client(cluster) as client,
             ):
                 client.wait_for_workers(workers)

@@ -48,7 +48,7 @@ max_evaluations = 4000
 def client() -> Iterator[Any]:
     """Four worker processes of one thread each, which come back when they are killed."""
     with (
-        distributed.LocalCluster(n_workers=4, threads_per_worker=1, dashboard_address=None) as cluster,
+        distributed.LocalCluster(n_workers=4, threads_per_worker=1, dashboard_address=":0") as cluster,
         distributed.Client(cluster) as client,
     ):
         yield client
