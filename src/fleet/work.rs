@@ -18,7 +18,8 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 const ON_THE_CPU: usize = 16;
 /// On a device, which is to have tens of thousands of candidates at a time.
 const ON_A_DEVICE: usize = 1024;
-/// Candidates of a generation of a search, for the choice of the evaluator.
+/// Candidates of a generation of a search, for the choice of the evaluator: too few for `auto` to take a GPU, however many the pairs. Drives
+/// of a minute are simulated in less time than optimisers and intervals take, which are the CPU's.
 const GENERATION: usize = 100;
 
 /// A fleet that could not be calibrated.
@@ -72,7 +73,7 @@ pub fn run(
     for model in 0..settings.models.len() {
         for measure in 0..settings.measures.len() {
             let open = open(model, measure);
-            if uses_a_device(pairs, settings, &open, warn)? {
+            if settings.selection.kind == Kind::Gpu {
                 for places in open.chunks(ON_A_DEVICE).take_while(|_| !stop()) {
                     add(together(pairs, settings, places, stop, warn)?)?;
                 }
@@ -113,25 +114,13 @@ fn side_by_side(
     })
 }
 
-/// True if so much work goes to a device.
-fn uses_a_device(pairs: &[Pair], settings: &Settings, open: &[Place], warn: fn(&str)) -> Result<bool, FleetError> {
-    if matches!(settings.selection.kind, Kind::Lanes | Kind::Reference) {
-        return Ok(false);
-    }
-    let first = open.iter().find_map(|place| task(pairs, settings, *place).ok());
-    let Some(task) = first else { return Ok(false) };
-    let evaluator = build(settings, vec![task.case], task.place, open.len().min(ON_A_DEVICE), warn)?;
-    Ok(evaluator.name() == "gpu")
-}
-
 fn build(
     settings: &Settings,
     cases: Vec<Case>,
     place: Place,
-    pairs: usize,
     warn: fn(&str),
 ) -> Result<Box<dyn Evaluator>, EvaluateError> {
-    let work = Work { candidates: pairs * GENERATION, precision: LanesPrecision::Plain };
+    let work = Work { candidates: GENERATION, precision: LanesPrecision::Plain };
     settings.selection.build(cases, settings.measures[place.measure], work, warn)
 }
 
@@ -170,7 +159,7 @@ fn together(
     let Some(place) = tasks.first().map(|task| task.place) else { return Ok(rows) };
     let cases = tasks.iter().map(|task| task.case.clone()).collect();
     let spaces: Vec<SearchSpace> = tasks.iter().map(|task| task.space.clone()).collect();
-    let mut evaluator = build(settings, cases, place, tasks.len(), warn)?;
+    let mut evaluator = build(settings, cases, place, warn)?;
     let mut calibration = settings.calibration;
     let own = EVALUATIONS_PER_PARAMETER * spaces[0].free().len().max(1) as u64;
     calibration.stop.max_evaluations = settings.max_evaluations.unwrap_or(own);
