@@ -12,7 +12,7 @@ struct Step {
 }
 
 // The order of the paper, each extension right after the stage that it changes (`stage_...` are generated and call them).
-// An observer's missing acceleration comes on top of what the model does, and is no part of its a_f.
+// `driven` is generated, too: an observer's missing acceleration comes on top of what the model does, and is no part of its a_f.
 fn step(
     p: Params, x: Perceived, now: Motion, memory: Memory, m_0: f32, phi_f: f32, road: Road, given: Given, dx_l: f32, dt: f32,
 ) -> Step {
@@ -27,13 +27,12 @@ fn step(
     let s_des = desired_spacing(q, seen);
     let own = stage_speed(p, q, w, seen, now.v_f, perception.memory);
     let command = commanded_acceleration(q, seen, s_des, own.value);
-    let wanted = stage_command(p, q, w, seen, command.a_cmd, own.memory);
+    let law = stage_law(p, q, w, seen, command.a_cmd, own.memory);
+    let wanted = stage_command(p, q, w, seen, law.value, law.memory);
     let ego = Ego(now.v_f, now.a_f, m_0, phi_f, dt);
     let response = stage_response(p, q, w, seen, vehicle_response(q, wanted.value, ego, road), wanted.memory);
     let a_free = response.value;
     let a = constrained_acceleration(a_free, road);
-    let missing = missing_acceleration(memory);
-    var next = moved(now, a + missing, dx_l, dt);
-    next.a_f = next.a_f - missing;
+    let next = driven(now, a, memory, dx_l, dt);
     return Step(next, forgetting(p, response.memory), a_free, a, command.feasible);
 }

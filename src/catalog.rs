@@ -2,13 +2,12 @@
 //!
 //! A part is one file of one folder (`src/reference/<folder>/<part>.rs`); a row here names it and the parameters it
 //! reads. The tables are macros because two places need the rows: the enums below, and the reference evaluator, which
-//! declares its modules and picks its functions from the same rows. Adding a part is adding its row and its file.
+//! declares its modules and picks its functions from the same rows. Adding a part is adding its row and its file; so is adding a law.
 
 use crate::extension::{Extension, ExtensionConflict, Extensions};
 use crate::near::{nearest, suggestion};
 use crate::symbols::{EXTENSION_PARAMETERS, Symbol};
 use std::fmt;
-use std::str::FromStr;
 
 /// Rows of the folder `controller`: type name, file name, paper, parameters read.
 macro_rules! controller_parts {
@@ -18,6 +17,7 @@ macro_rules! controller_parts {
             Idm, idm, "Eq. 2", [delta, v_0, a_max];
             Gipps, gipps, "Eqs. 4 and 5", [theta, v_0, d_0, t_h, a_max, a_min, a_hat_min];
             Linear, linear, "Eq. 6", [k_s, k_v, k_0, v_0];
+            Law, law, "none: a law of its own, in one WGSL file", [];
         }
     };
 }
@@ -59,7 +59,14 @@ macro_rules! constraint_parts {
     };
 }
 
-pub(crate) use {constraint_parts, controller_parts, dynamics_parts, spacing_parts};
+/// The laws that are no models of the paper: the names of their files in `shaders/law` and `src/reference/law`.
+macro_rules! law_files {
+    ($use:ident) => {
+        $use! { ovm, fvdm, iidm, acc_kesting, krauss, newell, helly, acc_milanes, w99 }
+    };
+}
+
+pub(crate) use {constraint_parts, controller_parts, dynamics_parts, law_files, spacing_parts};
 
 macro_rules! part_enum {
     ($folder:ident, $doc:literal; $($part:ident, $file:ident, $paper:literal, [$($symbol:ident),*];)*) => {
@@ -93,12 +100,12 @@ spacing_parts!(part_enum);
 dynamics_parts!(part_enum);
 constraint_parts!(part_enum);
 
-/// A base model of the paper: a controller with its spacing policy.
+/// A base model: a controller with its spacing policy, or a law.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Base {
-    /// `idm`, `gipps`, `l-cth`, `l-idm`, `l-gipps`.
+    /// `idm`, `gipps`, `l-cth`, `l-idm`, `l-gipps`, or the name of a law.
     pub name: &'static str,
-    /// As the paper writes it.
+    /// As the paper writes it; the name of a law.
     pub paper: &'static str,
     /// Its controller.
     pub controller: Controller,
@@ -116,6 +123,14 @@ pub const BASES: &[Base] = &[
     Base { name: "l-gipps", paper: "L-Gipps", controller: Controller::Linear, spacing: Spacing::GippsEquilibrium },
 ];
 
+impl Base {
+    /// The base model that a law is.
+    #[must_use]
+    pub fn of_law(law: &'static Extension) -> Base {
+        Base { name: &law.name, paper: &law.name, controller: Controller::Law, spacing: Spacing::Inherent }
+    }
+}
+
 /// One of the ninety model variants of Table 1, or of those of a further base model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Variant {
@@ -127,7 +142,7 @@ pub struct Variant {
     pub dynamics: Dynamics,
     /// Acceleration constraint.
     pub constraint: Constraint,
-    /// What none of the ninety has.
+    /// What none of the ninety has; the law comes first, where the base model is one.
     pub extensions: Extensions,
 }
 
@@ -143,7 +158,7 @@ pub enum UnknownVariant {
     /// A word of the name is not known.
     #[error(
         "variant `{name}`: `{word}` is not a part; expected BASE[+delay][+linear|+nonlinear][+constant|+mfc] \
-         with BASE one of {}{}",
+         with BASE one of {}, a law of `leadlag list laws`, or FILE.wgsl{}",
         BASES.iter().map(|b| b.name).collect::<Vec<_>>().join(", "),
         suggestion(*nearest)
     )]
@@ -208,14 +223,23 @@ impl Variant {
         (1..=Self::COUNT).map(|id| Variant::from_id(id).expect("ids up to COUNT exist"))
     }
 
-    /// The id; that of Table 1 from 1 to 90. Extensions do not change it.
+    /// The id; that of Table 1 from 1 to 90, and 0 for a law. Extensions do not change it.
     #[must_use]
     pub fn id(&self) -> u32 {
+        let Some(base) = BASES.iter().position(|b| *b == self.base) else { return 0 };
         let position = |found: Option<usize>| found.expect("a variant is made of catalogued parts");
-        let base = position(BASES.iter().position(|b| *b == self.base));
         let dynamics = position(Dynamics::ALL.iter().position(|d| *d == self.dynamics));
         let constraint = position(Constraint::ALL.iter().position(|c| *c == self.constraint));
         (base * Self::PER_BASE + usize::from(self.delay) * 9 + dynamics * 3 + constraint) as u32 + 1
+    }
+
+    /// The id as people read it; a dash for a law.
+    #[must_use]
+    pub fn shown_id(&self) -> String {
+        match self.id() {
+            0 => "–".to_owned(),
+            id => id.to_string(),
+        }
     }
 
     /// The name, such as `gipps+delay+linear+mfc`; parts that are absent are not named, extensions come last.
@@ -234,11 +258,49 @@ impl Variant {
                 name += part;
             }
         }
-        for extension in self.extensions.list() {
+        for extension in self.causes() {
             name.push('+');
             name += &extension.name;
         }
         name
+    }
+
+    /// A law with nothing else.
+    ///
+    /// # Errors
+    /// [`ExtensionConflict::Many`].
+    pub fn of_law(law: &'static Extension) -> Result<Variant, ExtensionConflict> {
+        let nothing = Extensions::NONE;
+        let (dynamics, constraint) = (Dynamics::None, Constraint::None);
+        let bare = Variant { base: Base::of_law(law), delay: false, dynamics, constraint, extensions: nothing };
+        bare.and(law)
+    }
+
+    /// The law, where the base model is one.
+    #[must_use]
+    pub fn law(&self) -> Option<&'static Extension> {
+        self.extensions.list().first().copied().filter(|first| first.is_law())
+    }
+
+    /// The base model with nothing else.
+    #[must_use]
+    pub fn bare(&self) -> Variant {
+        let extensions = self.law().map_or(Extensions::NONE, |law| Extensions::NONE.with(law));
+        Variant { delay: false, dynamics: Dynamics::None, constraint: Constraint::None, extensions, ..*self }
+    }
+
+    /// The extensions, without the law.
+    pub fn causes(&self) -> impl Iterator<Item = &'static Extension> {
+        self.extensions.list().iter().copied().filter(|extension| !extension.is_law())
+    }
+
+    /// True for a parameter of the variant without its extensions.
+    #[must_use]
+    pub fn is_of_base(&self, symbol: Symbol) -> bool {
+        match symbol {
+            Symbol::Extension(row) => self.law().is_some_and(|law| law.name == row.extension),
+            _ => true,
+        }
     }
 
     /// The same with one more extension.
@@ -246,6 +308,14 @@ impl Variant {
     /// # Errors
     /// [`ExtensionConflict`].
     pub fn with(self, extension: &'static Extension) -> Result<Variant, ExtensionConflict> {
+        if extension.is_law() {
+            return Err(ExtensionConflict::Law { name: extension.name.clone() });
+        }
+        self.and(extension)
+    }
+
+    /// The same with one more law or extension.
+    fn and(self, extension: &'static Extension) -> Result<Variant, ExtensionConflict> {
         let name = extension.name.clone();
         if self.extensions.get(&name).is_some() {
             return Err(ExtensionConflict::Twice { name });
@@ -264,7 +334,7 @@ impl Variant {
             return Err(conflict);
         }
         let extensions = self.extensions.with(extension);
-        let found = extensions.list().iter().map(|e| e.parameters.len()).sum();
+        let found = extensions.list().iter().map(|e| e.own_parameters().count()).sum();
         if found > EXTENSION_PARAMETERS {
             return Err(ExtensionConflict::Many { name, limit: EXTENSION_PARAMETERS, found });
         }
@@ -289,9 +359,11 @@ impl Variant {
             self.constraint.parameters(),
         ];
         let mut symbols: Vec<Symbol> = read.concat();
+        let of_law = self.law().map_or(&[][..], |law| &law.parameters);
+        symbols.extend(of_law.iter().filter(|symbol| !matches!(symbol, Symbol::Extension(_))));
         symbols.sort_unstable();
         symbols.dedup();
-        symbols.extend(self.extensions.list().iter().flat_map(|extension| &extension.parameters));
+        symbols.extend(self.extensions.list().iter().flat_map(|extension| extension.own_parameters()));
         symbols
     }
 
@@ -320,11 +392,12 @@ impl fmt::Display for Variant {
     }
 }
 
-impl FromStr for Variant {
-    type Err = UnknownVariant;
-
-    /// An id or a name; case and the order of the extensions do not matter.
-    fn from_str(text: &str) -> Result<Variant, UnknownVariant> {
+impl Variant {
+    /// The variant that a name says: an id, or a base model and its parts. Case does not matter. `laws` are base models, too.
+    ///
+    /// # Errors
+    /// [`UnknownVariant`].
+    pub fn named(text: &str, laws: &[&'static Extension]) -> Result<Variant, UnknownVariant> {
         let text = text.trim();
         if let Ok(id) = text.parse() {
             return Variant::from_id(id);
@@ -337,18 +410,13 @@ impl FromStr for Variant {
             nearest,
         };
         let first = words.next().unwrap_or_default();
-        let no_base = || match PARTS.contains(&first) {
+        let base = BASES.iter().copied().find(|b| b.name == first);
+        let of_law = || laws.iter().find(|law| law.name == first).and_then(|law| Variant::of_law(law).ok());
+        let bare = base.map(Variant::of_base).or_else(of_law);
+        let mut variant = bare.ok_or_else(|| match PARTS.contains(&first) {
             true => UnknownVariant::NoBase { name: text.to_owned(), part: first.to_owned() },
-            false => unknown(first, nearest_base(first)),
-        };
-        let base = BASES.iter().copied().find(|b| b.name == first).ok_or_else(no_base)?;
-        let mut variant = Variant {
-            base,
-            delay: false,
-            dynamics: Dynamics::None,
-            constraint: Constraint::None,
-            extensions: Extensions::NONE,
-        };
+            false => unknown(first, nearest_base(first, laws)),
+        })?;
         for word in words {
             let twice = match word {
                 "delay" => std::mem::replace(&mut variant.delay, true),
@@ -364,14 +432,19 @@ impl FromStr for Variant {
         }
         Ok(variant)
     }
+
+    fn of_base(base: Base) -> Variant {
+        let (dynamics, constraint) = (Dynamics::None, Constraint::None);
+        Variant { base, delay: false, dynamics, constraint, extensions: Extensions::NONE }
+    }
 }
 
 /// What may follow the base model in a name.
 const PARTS: [&str; 5] = ["delay", "linear", "nonlinear", "constant", "mfc"];
 
 /// The base model that looks like a word, or ends with it: `l-cth` for `cth`.
-fn nearest_base(word: &str) -> Option<&'static str> {
-    let bases = || BASES.iter().map(|b| b.name);
+fn nearest_base(word: &str, laws: &[&'static Extension]) -> Option<&'static str> {
+    let bases = || BASES.iter().map(|b| b.name).chain(laws.iter().map(|law| law.name.as_str()));
     let ends = |base: &&str| base.rsplit_once('-').is_some_and(|(_, end)| end == word);
     nearest(word, bases()).or_else(|| bases().find(ends))
 }

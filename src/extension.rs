@@ -1,4 +1,5 @@
-//! Extensions: parts of a model that no base model has, each one WGSL file, built in or the user's own.
+//! Extensions: parts of a model that no base model has, and laws, which are base models of their own. Each is one WGSL file, built in or the
+//! user's own.
 //!
 //! Here is what the rest of the program needs to know of one; `wgsl` reads it from the text. An extension is read once and kept
 //! for the life of the program, so that variants and symbols that name it stay plain values.
@@ -14,8 +15,10 @@ pub enum Stage {
     Policy,
     /// Changes what is perceived.
     Perception,
-    /// Changes the present own speed that a controller starts from (Gipps'; no other reads it).
+    /// Changes the present own speed that a controller starts from (Gipps', and laws that command a speed).
     Speed,
+    /// Is the controller: the present own speed becomes the commanded acceleration.
+    Law,
     /// Changes the commanded acceleration.
     Command,
     /// Changes the response of the vehicle, before its acceleration is constrained.
@@ -24,7 +27,8 @@ pub enum Stage {
 
 impl Stage {
     /// In the order of a step.
-    pub const ALL: [Stage; 5] = [Stage::Policy, Stage::Perception, Stage::Speed, Stage::Command, Stage::Response];
+    pub const ALL: [Stage; 6] =
+        [Stage::Policy, Stage::Perception, Stage::Speed, Stage::Law, Stage::Command, Stage::Response];
 
     /// What a function of this stage is called after the extension's name and `_`.
     #[must_use]
@@ -33,6 +37,7 @@ impl Stage {
             Stage::Policy => "policy",
             Stage::Perception => "perception",
             Stage::Speed => "speed",
+            Stage::Law => "law",
             Stage::Command => "command",
             Stage::Response => "response",
         }
@@ -115,8 +120,6 @@ pub struct Cause {
     pub looks_like: String,
     /// Causes and parameters that it is confused with.
     pub confounded_with: Vec<String>,
-    /// Where it is described.
-    pub reference: Option<String>,
 }
 
 /// An extension.
@@ -126,6 +129,8 @@ pub struct Extension {
     pub name: String,
     /// What it does, in words.
     pub meaning: String,
+    /// Where it is described.
+    pub reference: Option<String>,
     /// Its text as written.
     pub text: String,
     /// The file it was read from; a path in the project for a built-in one.
@@ -140,15 +145,28 @@ pub struct Extension {
     pub reads: Vec<String>,
     /// What the time loop does for it.
     pub needs: LoopNeeds,
-    /// The cause it stands for; `None` for the tools of a diagnosis.
+    /// True if it says at which spacing a constant speed is kept (`NAME_equilibrium`); of a law without, the spacing is searched.
+    pub equilibrium: bool,
+    /// The cause it stands for; `None` for laws and for the tools of a diagnosis.
     pub cause: Option<Cause>,
     /// What is probably a mistake of its author, each with its place.
     pub warnings: Vec<String>,
-    /// Position in the loop among the built-in ones; a user's come after them.
+    /// Position in the loop: laws first, then the built-in extensions in their order, then a user's.
     pub rank: usize,
 }
 
 impl Extension {
+    /// True for a base model of its own.
+    #[must_use]
+    pub fn is_law(&self) -> bool {
+        self.stages.iter().any(|function| function.stage == Stage::Law)
+    }
+
+    /// Its parameters that are not in the paper's table.
+    pub fn own_parameters(&self) -> impl Iterator<Item = Symbol> {
+        self.parameters.iter().copied().filter(|symbol| matches!(symbol, Symbol::Extension(_)))
+    }
+
     /// True if it reads this member of `World`.
     #[must_use]
     pub fn reads(&self, member: &str) -> bool {
@@ -181,6 +199,12 @@ pub enum ExtensionConflict {
     /// The same one twice.
     #[error("extension {name}: it is part of the model already")]
     Twice {
+        /// Its name.
+        name: String,
+    },
+    /// A law is no extension.
+    #[error("{name} is a law, a base model of its own: give it as the model, such as `--model {name}.wgsl`")]
+    Law {
         /// Its name.
         name: String,
     },

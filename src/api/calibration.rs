@@ -22,7 +22,7 @@ use crate::result::assemble::Calibrated;
 use crate::score::GoodnessOfFit;
 use crate::select::{Selection, Work};
 use crate::trajectory::Trajectory;
-use crate::wgsl::read_extension;
+use crate::wgsl::{law_with, read_extension, read_law, read_model};
 use std::ops::ControlFlow;
 
 /// A calibration to be made. Every setting has a default; the same settings find the same parameters, to the bit, on any number of threads.
@@ -58,12 +58,22 @@ pub(crate) struct Prepared {
 }
 
 impl Calibration {
-    /// A calibration of a model by name or id: `idm`, `gipps+delay+linear+mfc`, `31`.
+    /// A calibration of a model by name or id: `idm`, `gipps+delay+linear+mfc`, `31`, or by the file of a law of one's own: `my_law.wgsl+delay`.
     ///
     /// # Errors
-    /// When there is no such model.
+    /// When there is no such model, or the text of the law is faulty.
     pub fn of(model: &str) -> Result<Calibration, Error> {
-        Ok(Calibration::of_variant(model.parse().map_err(usage)?))
+        Ok(Calibration::of_variant(read_model(model).map_err(usage)?))
+    }
+
+    /// A calibration of a law of one's own by its WGSL text; `name` is what its functions begin with, and `parts` what comes with it, such as
+    /// `+delay+linear`.
+    ///
+    /// # Errors
+    /// When the text is faulty or no law, or there is no such part.
+    pub fn of_law(name: &str, text: &str, parts: &str) -> Result<Calibration, Error> {
+        let law = read_law(&format!("{name}.wgsl"), text).map_err(usage)?;
+        Ok(Calibration::of_variant(law_with(law, parts).map_err(usage)?))
     }
 
     pub(crate) fn of_variant(model: Variant) -> Calibration {

@@ -16,7 +16,7 @@ use crate::diagnose::{Drive as Diagnosed, Effort, Progress, Question};
 use crate::extension::Extension;
 use crate::recommend::{Policy, Request, combine, races, recommend};
 use crate::trajectory::{Note, Recording, Trajectory};
-use crate::wgsl::{library, read_extension};
+use crate::wgsl::{library, read_extension, read_model};
 use std::fmt;
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -280,12 +280,12 @@ pub(crate) fn built_in() -> Vec<&'static Extension> {
 }
 
 impl Diagnosis {
-    /// A diagnosis of what a model lacks.
+    /// A diagnosis of what a model lacks; models are given as to [`Calibration::of`](crate::Calibration::of).
     ///
     /// # Errors
     /// When there is no such model.
     pub fn of(base: &str) -> Result<Diagnosis, Error> {
-        let base = base.parse().map_err(usage)?;
+        let base = read_model(base).map_err(usage)?;
         let (effort, causes) = (Effort::Normal, built_in());
         Ok(Diagnosis { base, effort, seed: 1, causes, bounds: Vec::new(), single: Overrides::new(), correct: false })
     }

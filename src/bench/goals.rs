@@ -54,7 +54,7 @@ impl Report {
         let mut goals: Vec<Goal> = SPEEDS
             .iter()
             .map(|&(evaluator, precision, id, wanted)| {
-                let row = self.row(evaluator, precision, id, POPULATION).filter(|_| evaluator != "gpu" || software);
+                let row = self.row_of(evaluator, precision, id, POPULATION).filter(|_| evaluator != "gpu" || software);
                 let on = if evaluator == "gpu" { " on lavapipe" } else { "" };
                 Goal {
                     what: format!("{evaluator} {precision}{on}, variant {id}"),
@@ -66,7 +66,8 @@ impl Report {
             })
             .collect();
         for precision in ["plain", "f64"] {
-            let rate = |evaluator, precision| Some(self.row(evaluator, precision, 1, POPULATION)?.mcs_per_core_second);
+            let rate =
+                |evaluator, precision| Some(self.row_of(evaluator, precision, 1, POPULATION)?.mcs_per_core_second);
             let native = rate("native", if precision == "f64" { "f64" } else { "f32" });
             goals.push(Goal {
                 what: format!("lanes {precision}, variant 1: share of the hand-written loop"),
@@ -97,7 +98,7 @@ impl Report {
 
     /// Id of the slowest variant on an evaluator and how much slower than variant 1 it is; `None` unless all ninety were measured.
     pub(super) fn slowest(&self, evaluator: &str, population: usize) -> Option<(u32, f64)> {
-        let rate = |id| Some(self.row(evaluator, "plain", id, population)?.mcs_per_core_second);
+        let rate = |id| Some(self.row_of(evaluator, "plain", id, population)?.mcs_per_core_second);
         let base = rate(1)?;
         let ratio = |id| Some((id, base / rate(id)?));
         let all: Option<Vec<(u32, f64)>> = (1..=crate::catalog::Variant::COUNT).map(ratio).collect();

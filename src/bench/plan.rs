@@ -6,6 +6,7 @@ use super::measure::{Measurement, median};
 use super::{BenchError, Contender, Drive, Machine, Row};
 use crate::catalog::Variant;
 use crate::evaluator::EvaluateError;
+use crate::reference::knows;
 use serde_json::{Value, json};
 
 /// How much is measured.
@@ -44,8 +45,8 @@ pub struct Report {
     pub adapter: Option<String>,
     /// The drive.
     pub data: String,
-    /// Variants that the text shows line by line.
-    pub shown: Vec<u32>,
+    /// Names of the variants that the text shows line by line.
+    pub shown: Vec<String>,
     /// Contenders on variants.
     pub rows: Vec<Row>,
     /// What a generation costs beside simulating.
@@ -66,33 +67,47 @@ impl Report {
         })
     }
 
+    /// The row of a contender on a variant of Table 1.
+    pub(super) fn row_of(&self, evaluator: &str, precision: &str, id: u32, population: usize) -> Option<&Row> {
+        self.row(evaluator, precision, &Variant::from_id(id).ok()?.name(), population)
+    }
+
     /// The row of a contender.
-    pub(super) fn row(&self, evaluator: &str, precision: &str, model_id: u32, population: usize) -> Option<&Row> {
+    pub(super) fn row(&self, evaluator: &str, precision: &str, variant: &str, population: usize) -> Option<&Row> {
         let is = |r: &&Row| {
-            (r.evaluator, r.precision, r.model_id, r.population) == (evaluator, precision, model_id, population)
+            (r.evaluator, r.precision, r.variant.as_str(), r.population) == (evaluator, precision, variant, population)
         };
         self.rows.iter().find(is)
     }
 }
 
+/// The variants that are measured by every contender: IDM first, where nothing else is said.
+fn shown(effort: Effort) -> Vec<Variant> {
+    match effort {
+        Effort::Variant(variant) => vec![variant],
+        Effort::Quick | Effort::Full => VARIANTS.map(|id| Variant::from_id(id).expect("of Table 1")).to_vec(),
+    }
+}
+
 /// Contender, variant and number of candidates of everything that is timed, none twice.
-fn plan(effort: Effort, has_hardware: bool) -> Vec<(Contender, u32, usize)> {
+fn plan(effort: Effort, has_hardware: bool) -> Vec<(Contender, Variant, usize)> {
     let mut plan = Vec::new();
-    let mut add = |contender: Contender, id, population| {
-        let can = !contender.is_native() || id == 1;
-        if can && !plan.contains(&(contender, id, population)) {
-            plan.push((contender, id, population));
+    let mut add = |contender: Contender, variant: Variant, population| {
+        let can = match contender {
+            Contender::Reference => knows(&variant),
+            _ => !contender.is_native() || variant.id() == 1,
+        };
+        if can && !plan.contains(&(contender, variant, population)) {
+            plan.push((contender, variant, population));
         }
     };
     let populations: &[usize] = if effort == Effort::Quick { &[POPULATION] } else { &[100, 1024, POPULATION] };
-    let (first, others): (u32, &[u32]) = match effort {
-        Effort::Variant(variant) => (variant.id(), &[]),
-        Effort::Quick | Effort::Full => (VARIANTS[0], &VARIANTS[1..]),
-    };
+    let shown = shown(effort);
+    let (first, others) = (shown[0], &shown[1..]);
     for &contender in Contender::ALL {
         if contender == Contender::Reference {
             add(contender, first, POPULATION_OF_REFERENCE);
-            others.iter().for_each(|&id| add(contender, id, POPULATION_OF_REFERENCE));
+            others.iter().for_each(|&variant| add(contender, variant, POPULATION_OF_REFERENCE));
             continue;
         }
         let on_hardware = has_hardware && contender.is_gpu();
@@ -101,12 +116,12 @@ fn plan(effort: Effort, has_hardware: bool) -> Vec<(Contender, u32, usize)> {
         if contender.precision() != "plain" {
             continue;
         }
-        for &id in others {
-            [POPULATION].iter().chain(large).for_each(|&population| add(contender, id, population));
+        for &variant in others {
+            [POPULATION].iter().chain(large).for_each(|&population| add(contender, variant, population));
         }
         if effort == Effort::Full && (on_hardware || contender.evaluator() == "lanes") {
             let population = if on_hardware { MANY } else { POPULATION };
-            (1..=Variant::COUNT).for_each(|id| add(contender, id, population));
+            Variant::all().for_each(|variant| add(contender, variant, population));
         }
     }
     plan
@@ -123,9 +138,9 @@ pub fn run(drive: &Drive, effort: Effort, progress: &mut dyn FnMut(&str)) -> Res
     let has_hardware = has_hardware();
     let (by_itself, in_turns): (Vec<_>, Vec<_>) =
         plan(effort, has_hardware).into_iter().partition(|(contender, ..)| has_hardware && contender.is_gpu());
-    for (k, &(contender, id, population)) in in_turns.iter().enumerate() {
+    for (k, &(contender, variant, population)) in in_turns.iter().enumerate() {
         progress(&format!("warming up {} of {}", k + 1, in_turns.len()));
-        measurements.extend(Measurement::new(contender, Variant::from_id(id)?, drive, population)?);
+        measurements.extend(Measurement::new(contender, variant, drive, population)?);
     }
     let rounds = if effort == Effort::Quick { 5 } else { 9 };
     for round in 1..=rounds {
@@ -136,7 +151,7 @@ pub fn run(drive: &Drive, effort: Effort, progress: &mut dyn FnMut(&str)) -> Res
     let mut adapter = measurements.iter().find_map(Measurement::adapter);
     let mut left_out = Vec::new();
     // One after the other, for a small GPU could not hold all large populations at once.
-    for (k, &(contender, id, population)) in by_itself.iter().enumerate() {
+    for (k, &(contender, variant, population)) in by_itself.iter().enumerate() {
         progress(&format!("on the GPU, {} of {}", k + 1, by_itself.len()));
         if expected_s(&rows, population).is_some_and(|expected| expected > LONGEST_S) {
             let reason = format!("{population} candidates on the GPU: more than {LONGEST_S} s a repetition");
@@ -146,7 +161,7 @@ pub fn run(drive: &Drive, effort: Effort, progress: &mut dyn FnMut(&str)) -> Res
             continue;
         }
         let measured = || -> Result<Option<Measurement>, BenchError> {
-            let measurement = Measurement::new(contender, Variant::from_id(id)?, drive, population)?;
+            let measurement = Measurement::new(contender, variant, drive, population)?;
             let Some(mut measurement) = measurement else { return Ok(None) };
             measurement.wake()?;
             (0..rounds).try_for_each(|_| measurement.repeat())?;
@@ -159,7 +174,7 @@ pub fn run(drive: &Drive, effort: Effort, progress: &mut dyn FnMut(&str)) -> Res
             }
             // Such as too little memory; what the others took is not lost for it.
             Err(BenchError::Evaluate(error @ (EvaluateError::Device { .. } | EvaluateError::Memory { .. }))) => {
-                left_out.push(format!("variant {id} on gpu, {population} candidates: {error}"));
+                left_out.push(format!("variant {variant} on gpu, {population} candidates: {error}"));
             }
             Err(error) => return Err(error),
         }
@@ -171,16 +186,16 @@ pub fn run(drive: &Drive, effort: Effort, progress: &mut dyn FnMut(&str)) -> Res
         generations.extend(Generation::measure(contender, drive)?);
     }
     let data = format!("{}, {} samples", drive.name, drive.samples());
-    let shown = if let Effort::Variant(variant) = effort { vec![variant.id()] } else { VARIANTS.to_vec() };
+    let shown = shown(effort).iter().map(Variant::name).collect();
     Ok(Report { machine, adapter, data, shown, rows, generations, left_out })
 }
 
 /// A repetition that takes longer \[s\] is not worth it: a small GPU would take hours over ninety large populations.
 const LONGEST_S: f64 = 1.0;
 
-/// Time \[s\] that this many candidates take the GPU, by what fewer took with variant 1; `None` before those are measured.
+/// Time \[s\] that this many candidates take the GPU, by what fewer took with the first variant; `None` before those are measured.
 fn expected_s(rows: &[Row], population: usize) -> Option<f64> {
-    let fewer = |row: &&Row| row.evaluator == "gpu" && row.precision == "plain" && row.model_id == 1;
+    let fewer = |row: &&Row| row.evaluator == "gpu" && row.precision == "plain" && row.variant == rows[0].variant;
     let largest = rows.iter().filter(fewer).max_by_key(|row| row.population)?;
     Some(median(&largest.wall_s) * population as f64 / largest.population as f64)
 }
@@ -192,9 +207,9 @@ mod tests {
 
     #[test]
     fn hardware_gets_populations_that_fill_it_and_all_variants() {
-        let plain = |plan: &[(Contender, u32, usize)], gpu: bool| -> Vec<(u32, usize)> {
+        let plain = |plan: &[(Contender, Variant, usize)], gpu: bool| -> Vec<(u32, usize)> {
             let all = plan.iter().filter(|(c, ..)| c.is_gpu() == gpu && c.precision() == "plain");
-            all.map(|&(_, id, population)| (id, population)).collect()
+            all.map(|(_, variant, population)| (variant.id(), *population)).collect()
         };
         let (without, with) = (plan(Effort::Full, false), plan(Effort::Full, true));
         assert_eq!(plain(&without, false), plain(&with, false), "what the CPU does is the same");

@@ -36,10 +36,10 @@ fn write_table(text: &mut String, report: &Report) -> std::fmt::Result {
     writeln!(text, "reference  plain scalar f64 code, the oracle of the tests")?;
     writeln!(text, "done       share of the steps that were simulated; crashed candidates end early")?;
 
-    for &id in &report.shown {
-        let rows: Vec<&Row> = report.rows.iter().filter(|r| r.model_id == id).collect();
+    for shown in &report.shown {
+        let rows: Vec<&Row> = report.rows.iter().filter(|r| r.variant == *shown).collect();
         let Some(first) = rows.first() else { continue };
-        writeln!(text, "\nvariant {id}, {}", first.variant)?;
+        writeln!(text, "\n{}", numbered(first))?;
         writeln!(
             text,
             "{:<10}{:<12}{:>6}{:>10}{:>8}{:>9}{:>8}{:>6}{:>10}",
@@ -70,13 +70,13 @@ fn write_table(text: &mut String, report: &Report) -> std::fmt::Result {
     }
     // Of several evaluators with the same kernel the first one had it compiled.
     let mut told = Vec::new();
-    for row in report.rows.iter().filter(|r| r.first_dispatch_s > 0.0 && report.shown.contains(&r.model_id)) {
-        if told.contains(&(row.precision, row.model_id)) {
+    for row in report.rows.iter().filter(|r| r.first_dispatch_s > 0.0 && report.shown.contains(&r.variant)) {
+        if told.contains(&(row.precision, &row.variant)) {
             continue;
         }
-        told.push((row.precision, row.model_id));
-        let (evaluator, precision, id, ms) = (row.evaluator, row.precision, row.model_id, 1e3 * row.first_dispatch_s);
-        writeln!(text, "first dispatch of {evaluator} {precision}, variant {id}: {ms:.0} ms")?;
+        told.push((row.precision, &row.variant));
+        let (evaluator, precision, ms) = (row.evaluator, row.precision, 1e3 * row.first_dispatch_s);
+        writeln!(text, "first dispatch of {evaluator} {precision}, {}: {ms:.0} ms", numbered(row))?;
     }
     write_ninety(text, report)?;
     if report.generations.is_empty() {
@@ -122,13 +122,21 @@ fn write_table(text: &mut String, report: &Report) -> std::fmt::Result {
 fn write_against_lanes(text: &mut String, report: &Report, rows: &[&Row]) -> std::fmt::Result {
     let on_device = |row: &&&Row| row.core_second_of == "device" && row.precision == "plain";
     let Some(first) = rows.iter().find(on_device) else { return Ok(()) };
-    let Some(lanes) = report.row("lanes", "plain", first.model_id, POPULATION) else { return Ok(()) };
+    let Some(lanes) = report.row("lanes", "plain", &first.variant, POPULATION) else { return Ok(()) };
     let ratio = |row: &&Row| format!("{:.1} x with {}", row.mcs_wall / lanes.mcs_wall, row.population);
     let ratios: Vec<String> = rows.iter().filter(on_device).map(ratio).collect();
     let threads = report.machine.threads;
     let line =
         format!("gpu plain against lanes plain with {POPULATION} on {threads} threads, Mcs/s: {}", ratios.join(", "));
     textwrap::wrap(&line, 80).iter().try_for_each(|line| writeln!(text, "{line}"))
+}
+
+/// A variant as the table names it; a law has no id.
+fn numbered(row: &Row) -> String {
+    match row.model_id {
+        0 => row.variant.clone(),
+        id => format!("variant {id}, {}", row.variant),
+    }
 }
 
 /// A share of the ceiling of one core; a GPU is many times beyond it.
@@ -158,7 +166,7 @@ fn write_ninety_on(
             (0..BASES.len() as u32).filter_map(|base| Variant::from_id(base * 18 + k + 1).ok()).collect();
         write!(text, "{:<28}", extensions(&line[0]))?;
         for variant in line {
-            let speed = report.row(evaluator, "plain", variant.id(), population).map(|row| row.mcs_per_core_second);
+            let speed = report.row(evaluator, "plain", &variant.name(), population).map(|row| row.mcs_per_core_second);
             write!(text, "{:>10}", speed.map_or("-".to_owned(), |x| format!("{x:.0}")))?;
         }
         writeln!(text)?;
@@ -191,8 +199,8 @@ impl Report {
     /// Speed of the hand-fused loop of the same width on as many candidates; there is one for variant 1 only.
     fn ceiling(&self, row: &Row) -> Option<f64> {
         let width = if row.precision == "f64" { "f64" } else { "f32" };
-        let exact = self.row("native", width, row.model_id, row.population);
-        let native = exact.or_else(|| self.row("native", width, row.model_id, POPULATION))?;
+        let exact = self.row("native", width, &row.variant, row.population);
+        let native = exact.or_else(|| self.row("native", width, &row.variant, POPULATION))?;
         Some(native.mcs_per_core_second)
     }
 }

@@ -1,14 +1,14 @@
-//! `leadlag check`: is a file an extension, and what does it bring along?
+//! `leadlag check`: is a file a law or an extension, and what does it bring along?
 
-use super::output;
+use super::{Usage, output};
 use crate::api::extension::find;
 use crate::catalog::{BASES, Variant};
 use crate::convention::Radicand;
 use crate::extension::Extension;
-use crate::lanes::check_model;
+use crate::lanes::{Function, check_model};
 use crate::report::text::wrapped;
 use crate::symbols::{Bounds, Symbol};
-use crate::wgsl::{Precision, Recipe};
+use crate::wgsl::{Precision, Recipe, Source, member};
 use serde_json::json;
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -16,11 +16,15 @@ use std::path::PathBuf;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   leadlag check my_cause.wgsl
+  leadlag check --plot my_law.wgsl
   leadlag calibrate drive.csv --model l-cth --extend my_cause.wgsl --out fit")]
 pub struct Args {
-    /// Extensions: one WGSL file each
+    /// Laws and extensions: one WGSL file each; built-in ones by name
     #[arg(required = true, value_name = "FILE.wgsl")]
     files: Vec<PathBuf>,
+    /// Show the acceleration that a law commands over spacing, speed and speed difference, with parameters in the middle of their bounds
+    #[arg(long, conflicts_with = "json")]
+    plot: bool,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -32,9 +36,14 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     for file in &args.files {
         let extension = find(&file.display().to_string())?;
         let bases = fitting_bases(extension)?;
+        if args.plot && !extension.is_law() {
+            let message = format!("--plot shows laws, and {} is an extension of other laws", extension.name);
+            return Err(Usage(message).into());
+        }
         extension.warnings.iter().for_each(|text| eprintln!("warning: {text}"));
         entries.push(json!({
             "name": extension.name,
+            "kind": kind(extension),
             "meaning": extension.meaning,
             "parameters": extension.parameters.iter().map(|p| parameter(*p)).collect::<Vec<_>>(),
             "stages": extension.stages.iter().map(|s| s.stage.name()).collect::<Vec<_>>(),
@@ -45,23 +54,92 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         }));
         text += &described(extension, &bases)?;
     }
-    if args.json { output::print_json(&entries) } else { output::print(&text) }
+    if args.json {
+        return output::print_json(&entries);
+    }
+    output::print(&text)?;
+    if args.plot {
+        for file in &args.files {
+            let law = find(&file.display().to_string())?;
+            plot(law)?;
+        }
+    }
+    Ok(())
 }
 
-/// The base models that it can be part of; an error if it can be part of none.
+/// What a file is, in a word.
+fn kind(extension: &Extension) -> &'static str {
+    match &extension.cause {
+        _ if extension.is_law() => "law",
+        Some(_) => "cause",
+        None => "tool",
+    }
+}
+
+/// Speeds \[m/s\] that have a chart each, and the leader's speed beside it in each line.
+const SPEEDS_MPS: [f64; 3] = [5.0, 15.0, 25.0];
+const DIFFERENCES_MPS: [(&str, f64); 3] = [("as fast", 0.0), ("3 m/s slower", -3.0), ("3 m/s faster", 3.0)];
+/// Longest spacing of a chart \[m\].
+const LONGEST_M: usize = 100;
+
+/// Draws the accelerations that a law commands.
+fn plot(law: &'static Extension) -> anyhow::Result<()> {
+    let variant = Variant::of_law(law)?;
+    let recipe = Recipe { variant, precision: Precision::Plain, radicand: Radicand::Measured, observed: true };
+    let source = Source::model(&recipe);
+    let function = Function::compile(&source, &crate::wgsl::check(&source)?, "law_at")?;
+    let values: Vec<(Symbol, f64)> = variant.parameters().into_iter().map(|symbol| (symbol, middle(symbol))).collect();
+    let at = |s: f64, v: f64, v_l: f64| {
+        let input = |path: &String| match path.as_str() {
+            "s" => s,
+            "v" => v,
+            "v_l" => v_l,
+            path => values
+                .iter()
+                .find(|(symbol, _)| path.strip_prefix("p.") == Some(&member(*symbol)))
+                .map_or(0.0, |(_, x)| *x),
+        };
+        function.call_f64(&function.inputs().iter().map(input).collect::<Vec<_>>())[0]
+    };
+    let spacings: Vec<f64> = (1..=LONGEST_M).map(|s| s as f64).collect();
+    let charts = SPEEDS_MPS.map(|v| {
+        let line = |(name, difference)| {
+            let values = spacings.iter().map(|s| at(*s, v, v + difference).clamp(-SHOWN_MPS2, SHOWN_MPS2));
+            (name, values.collect())
+        };
+        (format!("{v} m/s: acceleration [m/s2], the leader"), DIFFERENCES_MPS.map(line).to_vec())
+    });
+    let given: Vec<String> = values.iter().map(|(symbol, x)| format!("{} {x:.3}", symbol.name())).collect();
+    let title = format!("{}, over the spacing, at {}", law.name, given.join(", "));
+    super::plot::print_accelerations(&title, &spacings, &charts)
+}
+
+/// Accelerations are shown up to this one, either way \[m/s²\]: what is beyond would flatten the rest.
+const SHOWN_MPS2: f64 = 6.0;
+
+/// The middle of the bounds of a parameter; of wide ones the geometric one.
+fn middle(symbol: Symbol) -> f64 {
+    let middle = |[lower, upper]: [f64; 2]| {
+        if lower > 0.0 && upper > 10.0 * lower { (lower * upper).sqrt() } else { f64::midpoint(lower, upper) }
+    };
+    bounds(symbol).map_or(0.0, middle)
+}
+
+/// The base models that an extension can be part of, or the parts that go with a law; an error if it can be part of none.
 fn fitting_bases(extension: &'static Extension) -> anyhow::Result<Vec<&'static str>> {
     let mut fitting = Vec::new();
     let mut first_problem = None;
-    for base in BASES {
-        let variant: Variant = base.name.parse()?;
-        let recipe = Recipe {
-            variant: variant.with(extension)?,
-            precision: Precision::Plain,
-            radicand: Radicand::Measured,
-            observed: true,
-        };
+    let whole = format!("{}+delay+linear+mfc", extension.name);
+    let variants = if extension.is_law() {
+        vec![("+delay+linear+mfc", Variant::named(&whole, &[extension])?)]
+    } else {
+        let with = |base: &crate::catalog::Base| Ok((base.name, base.name.parse::<Variant>()?.with(extension)?));
+        BASES.iter().map(with).collect::<anyhow::Result<_>>()?
+    };
+    for (name, variant) in variants {
+        let recipe = Recipe { variant, precision: Precision::Plain, radicand: Radicand::Measured, observed: true };
         match check_model(&recipe) {
-            Ok(()) => fitting.push(base.name),
+            Ok(()) => fitting.push(name),
             Err(problem) => first_problem = first_problem.or(Some(problem)),
         }
     }
@@ -87,9 +165,12 @@ fn parameter(symbol: Symbol) -> serde_json::Value {
 
 fn described(extension: &Extension, bases: &[&str]) -> Result<String, std::fmt::Error> {
     let mut text = String::new();
-    writeln!(text, "{}: valid", extension.name)?;
+    writeln!(text, "{}: valid, a {}", extension.name, kind(extension))?;
     if !extension.meaning.is_empty() {
         text += &wrapped(2, 2, &extension.meaning);
+    }
+    if let Some(reference) = extension.reference.as_ref().filter(|_| extension.is_law()) {
+        text += &wrapped(2, 2, reference);
     }
     for symbol in &extension.parameters {
         let [lower, upper] = bounds(*symbol).unwrap_or_default();
@@ -106,6 +187,11 @@ fn described(extension: &Extension, bases: &[&str]) -> Result<String, std::fmt::
     if !extension.reads.is_empty() {
         writeln!(text, "  reads of the world: {}", extension.reads.join(", "))?;
     }
-    writeln!(text, "  fits: {}", bases.join(", "))?;
+    if extension.is_law() {
+        let said = if extension.equilibrium { "as the file says" } else { "searched where it is needed" };
+        writeln!(text, "  spacing at constant speed: {said}")?;
+    } else {
+        writeln!(text, "  fits: {}", bases.join(", "))?;
+    }
     Ok(text)
 }

@@ -10,7 +10,7 @@ use crate::score::Measures;
 use crate::symbols::{Bounds, Symbol};
 use crate::trajectory::import::ColumnMap;
 use crate::vehicle::Vehicle;
-use crate::wgsl::library;
+use crate::wgsl::{laws, library, read_model};
 use clap::ValueEnum;
 use serde_json::{Value, json};
 
@@ -20,7 +20,7 @@ pub struct Args {
     #[arg(value_enum, default_value_t = Topic::Variants)]
     topic: Topic,
     /// Only the parameters of this variant
-    #[arg(long, value_name = "ID|NAME")]
+    #[arg(long, value_name = "ID|NAME|FILE.wgsl", value_parser = read_model)]
     model: Option<Variant>,
     /// Vehicle whose road loads are bounded: a built-in one or FILE#NAME
     #[arg(long, value_name = "NAME|FILE#NAME")]
@@ -39,6 +39,8 @@ enum Topic {
     Variants,
     /// Calibration parameters with units and the bounds of Table 3
     Parameters,
+    /// Built-in laws: base models that are not of the paper
+    Laws,
     /// Built-in causes: what a car may do and no base model does
     Causes,
     /// Built-in vehicles
@@ -62,6 +64,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let entries = match args.topic {
         Topic::Variants => Variant::all().map(|v| variant(&v)).collect(),
         Topic::Parameters => parameters(args)?,
+        Topic::Laws => laws().iter().map(|law| entry_of_law(law)).collect(),
         Topic::Causes => library().iter().filter_map(|e| cause(e)).collect(),
         Topic::Vehicles => Vehicle::built_in().iter().map(vehicle).collect(),
         Topic::Gof => gof(),
@@ -101,6 +104,17 @@ fn parameters(args: &Args) -> anyhow::Result<Vec<Entry>> {
     Ok(symbols.into_iter().map(entry).collect())
 }
 
+fn entry_of_law(law: &Extension) -> Entry {
+    let names: Vec<&str> = law.parameters.iter().map(|symbol| symbol.name()).collect();
+    let value = json!({"name": law.name, "meaning": law.meaning, "parameters": names, "reference": law.reference});
+    let mut text = format!("{}: {}\n", law.name, names.join(" "));
+    text += &wrapped(4, 4, &law.meaning);
+    if let Some(reference) = &law.reference {
+        text += &wrapped(4, 4, reference);
+    }
+    (value, text.trim_end().to_owned())
+}
+
 fn cause(extension: &Extension) -> Option<Entry> {
     let cause = extension.cause.as_ref()?;
     let parameters = extension.parameters.iter().map(|p| {
@@ -113,7 +127,7 @@ fn cause(extension: &Extension) -> Option<Entry> {
     let (values, texts): (Vec<Value>, Vec<String>) = parameters.unzip();
     let value = json!({
         "name": extension.name, "meaning": extension.meaning, "family": cause.family, "parameters": values,
-        "looks_like": cause.looks_like, "confounded_with": cause.confounded_with, "reference": cause.reference,
+        "looks_like": cause.looks_like, "confounded_with": cause.confounded_with, "reference": extension.reference,
     });
     let mut text = format!("{}: {}\n", extension.name, texts.join(", "));
     text += &wrapped(4, 4, &extension.meaning);

@@ -1,4 +1,4 @@
-//! `--plot`: spacing and speed as text charts, as wide as the terminal.
+//! `--plot`: spacing and speed, or the acceleration of a law, as text charts as wide as the terminal.
 
 use super::output;
 use crate::report::terminal::{Curve, chart};
@@ -12,19 +12,45 @@ const STYLES: [(char, Option<u8>); 3] = [('.', None), ('x', Some(33)), ('o', Som
 /// A name with spacing and speed.
 type Line = (&'static str, [Vec<f64>; 2]);
 
-/// Prints both signals; `lines` are names with spacing and speed, the measured car first.
-pub fn print(title: &str, t: &[f64], lines: &[Line]) -> anyhow::Result<()> {
+/// Columns of the terminal, and whether it shows colours.
+fn terminal() -> (usize, bool) {
     let terminal = std::io::stdout().is_terminal();
     let columns = terminal_size::terminal_size().filter(|_| terminal).map_or(COLUMNS, |(width, _)| width.0.into());
     // https://no-color.org: set and not empty.
-    let colours = terminal && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
+    (columns, terminal && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty()))
+}
+
+/// Prints accelerations over spacings: a chart per label, a line per name.
+pub fn print_accelerations(
+    title: &str,
+    s: &[f64],
+    charts: &[(String, Vec<(&'static str, Vec<f64>)>)],
+) -> anyhow::Result<()> {
+    let (columns, colours) = terminal();
+    let mut text = format!("\n{title}\n");
+    for (label, lines) in charts {
+        let of = |((name, values), (mark, colour)): (&(&'static str, Vec<f64>), (char, Option<u8>))| Curve {
+            name,
+            mark,
+            colour,
+            values: values.clone(),
+        };
+        let curves: Vec<Curve> = lines.iter().zip(STYLES).map(of).collect();
+        text += &chart(label, (s, "m"), &curves, columns, colours);
+    }
+    output::print_as_is(&text)
+}
+
+/// Prints both signals; `lines` are names with spacing and speed, the measured car first.
+pub fn print(title: &str, t: &[f64], lines: &[Line]) -> anyhow::Result<()> {
+    let (columns, colours) = terminal();
     let mut text = format!("\n{}\n", crate::shown::name(title));
     for (k, label) in ["spacing s [m]", "speed v [m/s]"].into_iter().enumerate() {
         let mut curves: Vec<Curve> = Vec::new();
         for ((name, values), (mark, colour)) in lines.iter().zip(STYLES) {
             curves.push(Curve { name, mark, colour, values: values[k].clone() });
         }
-        text += &chart(label, t, &curves, columns, colours);
+        text += &chart(label, (t, "s"), &curves, columns, colours);
     }
     // Its colours are meant.
     output::print_as_is(&text)

@@ -14,7 +14,6 @@ use super::streams;
 use super::verdict::DiagnoseError;
 use crate::extension::Extension;
 use crate::optimize::stream;
-use crate::symbols::Symbol;
 use rand::RngExt;
 use rayon::prelude::*;
 use std::sync::atomic::Ordering;
@@ -121,7 +120,7 @@ fn from_anywhere(
                 let neutral = axis.coordinate(neutral);
                 let bound = if here < neutral { 0.0 } else { 1.0 };
                 start.values[k] = axis.value(neutral + rng.random::<f64>().powi(2) * (bound - neutral));
-            } else if matches!(model.symbols[k], Symbol::Extension(_)) {
+            } else if !model.variant.is_of_base(model.symbols[k]) {
                 start.values[k] = fit.point.values[k];
             }
         }

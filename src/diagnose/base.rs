@@ -132,7 +132,7 @@ pub fn contradiction(setting: &Setting<'_>, candidate: &Candidate) -> Option<Str
     for (k, axis) in candidate.model.axes.iter().enumerate() {
         let symbol = candidate.model.symbols[k];
         // Of a cause the decision looks at bounds itself; when something begins says nothing of the base.
-        if matches!(symbol, Symbol::Extension(_))
+        if !candidate.model.variant.is_of_base(symbol)
             || !axis.at_bound(candidate.fit.point.values[k])
             || candidate.fit.gradient.is_empty()
         {

@@ -201,8 +201,7 @@ impl Candidate {
             return None;
         }
         let lead = |k: usize| matches!(self.model.symbols[k], Symbol::Extension(row) if row.extension == LEAD);
-        let borrows =
-            |k: usize| self.model.symbols.get(k).is_none_or(|s| !matches!(s, Symbol::Extension(_)) || lead(k));
+        let borrows = |k: usize| self.model.symbols.get(k).is_none_or(|s| self.model.variant.is_of_base(*s) || lead(k));
         let weight = |j: usize, k: usize| if borrows(j) && borrows(k) { BORROWED * information[(j, k)] } else { 0.0 };
         let information = nalgebra::DMatrix::from_fn(information.nrows(), information.ncols(), weight);
         Some(Prior { centre: self.fit.coordinates.clone(), information })

@@ -2,8 +2,9 @@
 
 use super::drive::Drive;
 use super::model::Model;
-use crate::reference::equilibrium;
-use crate::symbols::Symbol;
+use crate::convention::Radicand;
+use crate::lanes::{Function, LanesError};
+use crate::wgsl::{Precision, Recipe, Source, check, member};
 use nalgebra::{DMatrix, DVector};
 
 /// Samples looked at, at most.
@@ -24,14 +25,14 @@ const LONGEST: f64 = 0.3;
 pub fn at_equilibrium(model: &Model, values: &[f64], drives: &[Drive]) -> Vec<f64> {
     let samples = steady(drives);
     let moved: Vec<usize> = (0..values.len())
-        .filter(|&k| !matches!(model.symbols[k], Symbol::Extension(_)) && !model.axes[k].is_fixed())
+        .filter(|&k| model.variant.is_of_base(model.symbols[k]) && !model.axes[k].is_fixed())
         .collect();
     if samples.is_empty() || moved.is_empty() {
         return values.to_vec();
     }
+    let Ok(equilibrium) = Equilibrium::of(model) else { return values.to_vec() };
     let residuals = |values: &[f64]| {
-        let parameters = model.parameters(values);
-        let residual = |(v, s): &(f64, f64)| equilibrium(&model.variant, &parameters, *v) - s;
+        let residual = |(v, s): &(f64, f64)| equilibrium.spacing(values, *v) - s;
         DVector::from_iterator(samples.len(), samples.iter().map(residual))
     };
     let mut best = values.to_vec();
@@ -67,6 +68,36 @@ pub fn at_equilibrium(model: &Model, values: &[f64], drives: &[Drive]) -> Vec<f6
     best
 }
 
+/// The spacing at which a model keeps a constant speed, as its text says.
+struct Equilibrium {
+    function: Function,
+    /// Where among a model's values each input of the function is; `None` for the speed.
+    inputs: Vec<Option<usize>>,
+}
+
+impl Equilibrium {
+    fn of(model: &Model) -> Result<Equilibrium, LanesError> {
+        // With an observer, for which every text has the function.
+        let (precision, radicand) = (Precision::Plain, Radicand::Measured);
+        let source = Source::model(&Recipe { variant: model.variant, precision, radicand, observed: true });
+        let function = Function::compile(&source, &check(&source)?, "equilibrium_spacing")?;
+        let place = |path: &String| {
+            let name = path.strip_prefix("p.")?;
+            model.symbols.iter().position(|symbol| member(*symbol) == name)
+        };
+        let inputs = function.inputs().iter().map(place).collect();
+        Ok(Equilibrium { function, inputs })
+    }
+
+    /// At a speed \[m/s\]; in m.
+    fn spacing(&self, values: &[f64], v: f64) -> f64 {
+        let speed = self.function.inputs().iter().map(|path| if path == "v" { v } else { 0.0 });
+        let arguments: Vec<f64> =
+            self.inputs.iter().zip(speed).map(|(place, speed)| place.map_or(speed, |k| values[k])).collect();
+        self.function.call_f64(&arguments)[0]
+    }
+}
+
 /// Speed \[m/s\] and spacing \[m\] of samples in which the speeds of both cars differ less than in half of all.
 fn steady(drives: &[Drive]) -> Vec<(f64, f64)> {
     let moving = drives.iter().flat_map(|drive| {
@@ -89,13 +120,13 @@ mod tests {
     #[test]
     fn the_equilibrium_of_each_base_comes_to_what_was_measured() {
         let drives = [made_up::drive("made_up.csv", 0.0)];
-        for base in ["l-cth", "gipps", "idm"] {
+        for base in ["l-cth", "gipps", "idm", "krauss", "w99"] {
             let variant = base.parse().expect("a base");
             let model = Model::new(variant, &drives, &Overrides::new(), &[]).expect("a model");
             let values: Vec<f64> = model.axes.iter().map(|axis| axis.value(0.4)).collect();
             let off = |values: &[f64]| {
-                let parameters = model.parameters(values);
-                let gaps = [8.0, 15.0, 22.0].map(|v| equilibrium(&variant, &parameters, v) - (3.0 + 1.5 * v));
+                let equilibrium = Equilibrium::of(&model).expect("a valid text");
+                let gaps = [8.0, 15.0, 22.0].map(|v| equilibrium.spacing(values, v) - (3.0 + 1.5 * v));
                 gaps.iter().fold(0.0_f64, |most, gap| most.max(gap.abs()))
             };
             let found = at_equilibrium(&model, &values, &drives);

@@ -10,7 +10,6 @@ use super::spending::Spending;
 use super::start::{fastest, highest, steps, with_textbook_values};
 use super::verdict::DiagnoseError;
 use crate::extension::Extension;
-use crate::symbols::Symbol;
 use std::sync::atomic::Ordering;
 
 /// Of the sizes that were held, so many are followed when they are set free.
@@ -71,7 +70,7 @@ pub fn within_bounds(setting: &Setting<'_>, current: &Candidate) -> Result<Vec<P
     const SHARES: [f64; 4] = [0.15, 0.3, 0.5, 0.7];
     let Candidate { model, fit, causes, .. } = current;
     let before = model.simulations();
-    let of_base = |k: &usize| !matches!(model.symbols[*k], Symbol::Extension(_));
+    let of_base = |k: &usize| model.variant.is_of_base(model.symbols[*k]);
     let on_bound = (0..model.axes.len()).filter(of_base).filter(|&k| model.axes[k].at_bound(fit.point.values[k]));
     let sizes = on_bound.flat_map(|k| SHARES.map(|share| vec![(k, model.axes[k].value(share))])).collect();
     let points = held(setting, model, &fit.point, sizes, causes.iter().any(|cause| is_rugged(cause)))?;

@@ -9,7 +9,6 @@ use super::spending::Spending;
 use super::start::{NEARLY_FREE, first_noise};
 use super::verdict::{DiagnoseError, Question};
 use crate::extension::Extension;
-use crate::symbols::Symbol;
 use crate::wgsl::extension_named;
 use serde::{Deserialize, Serialize};
 
@@ -121,7 +120,7 @@ fn fitted_from(
     for (name, value) in values {
         if let Some(k) = model.symbols.iter().position(|symbol| symbol.name() == name) {
             planted[k] = value.clamp(model.axes[k].lower, model.axes[k].upper);
-            if matches!(model.symbols[k], Symbol::Extension(_)) {
+            if !model.variant.is_of_base(model.symbols[k]) {
                 added[k] = planted[k];
             }
         }

@@ -204,7 +204,7 @@ impl From<&Fitted> for ModelEntry {
     fn from(fitted: &Fitted) -> ModelEntry {
         ModelEntry {
             variant: fitted.variant.name(),
-            extensions: fitted.variant.extensions.list().iter().map(|e| e.name.clone()).collect(),
+            extensions: fitted.variant.causes().map(|e| e.name.clone()).collect(),
             parameters: fitted.estimates.iter().map(ParameterEntry::from).collect(),
             sigma_d_mps2: fitted.noise.sigma_d,
             tau_d_s: fitted.noise.tau_d,

@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 /// The evaluators made so far, by variant.
 #[derive(Default)]
 pub(super) struct Batch {
-    evaluators: BTreeMap<u32, Box<dyn Evaluator>>,
+    evaluators: BTreeMap<String, Box<dyn Evaluator>>,
 }
 
 /// The rows of one variant on one case.
@@ -37,15 +37,18 @@ impl Batch {
     ) -> Result<Vec<Result<Computed, String>>, EvaluateError> {
         let mut results: Vec<Option<Result<Computed, String>>> = tasks.iter().map(|_| None).collect();
         // Ordered by variant, then by first row: which rows share a population must not hang on chance.
-        let mut by_variant: BTreeMap<u32, Vec<Group>> = BTreeMap::new();
+        let mut by_variant: BTreeMap<(u32, String), Vec<Group>> = BTreeMap::new();
         for (row, task) in tasks.into_iter().enumerate() {
             match task.0 {
                 Err(reason) => results[row] = Some(Err(reason.to_string())),
-                Ok((case, parameters)) => add(by_variant.entry(case.variant.id()).or_default(), row, case, &parameters),
+                Ok((case, parameters)) => {
+                    let key = (case.variant.id(), case.variant.name());
+                    add(by_variant.entry(key).or_default(), row, case, &parameters);
+                }
             }
         }
-        for (id, groups) in by_variant {
-            let evaluator = self.evaluator(id, &groups, build)?;
+        for ((_, name), groups) in by_variant {
+            let evaluator = self.evaluator(name, &groups, build)?;
             let index = |group: &Group| {
                 evaluator.cases().iter().position(|case| same(case, &group.case)).expect("the evaluator has every case")
             };
@@ -65,11 +68,11 @@ impl Batch {
     /// The evaluator of a variant that has at least the cases of these groups.
     fn evaluator(
         &mut self,
-        id: u32,
+        variant: String,
         groups: &[Group],
         build: &mut Build,
     ) -> Result<&mut Box<dyn Evaluator>, EvaluateError> {
-        let mut cases = self.evaluators.get(&id).map_or(Vec::new(), |e| e.cases().to_vec());
+        let mut cases = self.evaluators.get(&variant).map_or(Vec::new(), |e| e.cases().to_vec());
         let known = cases.len();
         for group in groups {
             if !cases.iter().any(|case| same(case, &group.case)) {
@@ -77,9 +80,9 @@ impl Batch {
             }
         }
         if cases.len() > known {
-            self.evaluators.insert(id, build(cases)?);
+            self.evaluators.insert(variant.clone(), build(cases)?);
         }
-        Ok(self.evaluators.get_mut(&id).expect("made above at the latest"))
+        Ok(self.evaluators.get_mut(&variant).expect("made above at the latest"))
     }
 }
 

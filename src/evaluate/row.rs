@@ -2,10 +2,11 @@
 
 use super::library::{Library, LibraryError};
 use super::{Settings, TableError};
-use crate::catalog::{UnknownVariant, Variant};
+use crate::catalog::Variant;
 use crate::evaluator::{Case, CaseError, InvalidParameter};
 use crate::near::nearest;
 use crate::symbols::{Parameters, Symbol};
+use crate::wgsl::{ModelError, read_model};
 use csv::ByteRecord;
 
 /// Columns of a table at most: its own, and what else a user keeps beside them.
@@ -19,8 +20,8 @@ pub(super) struct Columns {
     platoon: usize,
     follower: usize,
     parameters: Vec<(Symbol, usize)>,
-    /// Names of columns that are none of these: the user's own, or misspelt.
-    others: Vec<String>,
+    /// Columns that are none of these: parameters of laws, the user's own, or misspelt.
+    others: Vec<(String, usize)>,
 }
 
 impl Columns {
@@ -53,8 +54,20 @@ impl Columns {
             platoon: need(position("platoon"), "platoon")?,
             follower: need(position("follower_position"), "follower_position")?,
             parameters: parameters.collect(),
-            others: names.iter().filter(|name| !known(name)).cloned().collect(),
+            others: names
+                .iter()
+                .cloned()
+                .enumerate()
+                .filter(|(_, name)| !known(name))
+                .map(|(k, name)| (name, k))
+                .collect(),
         })
+    }
+
+    /// The column of a parameter; that of a law's own is called like it.
+    fn of(&self, symbol: Symbol) -> Option<usize> {
+        let known = self.parameters.iter().find(|(known, _)| *known == symbol).map(|(_, column)| *column);
+        known.or_else(|| self.others.iter().find(|(name, _)| name == symbol.name()).map(|(_, column)| *column))
     }
 
     /// Parameters that a row gives and its variant does not have. Nothing, NaN and 0 stand for a parameter that is not there.
@@ -70,7 +83,7 @@ impl Columns {
 
     /// A column that may have been meant to have this name, for the end of a message.
     fn near(&self, missing: &str) -> String {
-        let near = nearest(missing, self.others.iter().map(String::as_str));
+        let near = nearest(missing, self.others.iter().map(|(name, _)| name.as_str()));
         near.map_or_else(String::new, |near| format!("; did you mean {missing} by the column `{near}`?"))
     }
 }
@@ -81,7 +94,7 @@ pub(super) enum InvalidRow {
     #[error("expected {expected} fields as in the header, found {found}")]
     Width { expected: usize, found: usize },
     #[error(transparent)]
-    Variant(#[from] UnknownVariant),
+    Variant(#[from] ModelError),
     #[error("follower_position: expected 1 or more (1 = right behind the platoon leader), found `{0}`")]
     Follower(String),
     #[error("{name}: expected a number for variant {variant}, found `{found}`")]
@@ -116,16 +129,16 @@ fn parse(
     }
     let text = |column: usize| String::from_utf8_lossy(record.get(column).unwrap_or_default()).trim().to_owned();
     let named = columns.variant.iter().map(|&column| text(column)).find(|text| !text.is_empty());
-    let variant: Variant = named.unwrap_or_default().parse()?;
+    let variant = read_model(&named.unwrap_or_default())?;
     let follower = text(columns.follower);
     let follower = follower.parse().ok().filter(|f| *f > 0).ok_or(InvalidRow::Follower(follower))?;
     let mut parameters = Parameters::NONE;
     for symbol in variant.parameters() {
         let name = symbol.name();
-        let Some((_, column)) = columns.parameters.iter().find(|(s, _)| *s == symbol) else {
+        let Some(column) = columns.of(symbol) else {
             return Err(InvalidRow::NoColumn { name, variant: variant.name(), near: columns.near(name) });
         };
-        let found = text(*column);
+        let found = text(column);
         let Ok(value) = found.parse() else {
             return Err(InvalidRow::Number { name, variant: variant.name(), found });
         };

@@ -1,7 +1,8 @@
 //! The built-in causes once more, by hand in f64: what shaders/extension/ is compared with.
 //!
-//! One function per stage; each names its causes in the order in which they act.
+//! One function per stage; each names its causes in the order in which they act. A law has a file of its own.
 
+use super::law::{self, Law, Seen};
 use super::spacing;
 use super::types::Perceived;
 use crate::catalog::{Controller, Variant};
@@ -54,9 +55,11 @@ pub fn knows(variant: &Variant) -> bool {
     untranscribed(variant).is_none()
 }
 
-/// The first extension of the variant that is none of those transcribed here.
+/// The first law or extension of the variant that is none of those transcribed here.
 pub fn untranscribed(variant: &Variant) -> Option<&'static Extension> {
-    variant.extensions.list().iter().copied().find(|e| !KNOWN.contains(&e.name.as_str()))
+    let known =
+        |e: &Extension| if e.is_law() { law::named(&e.name).is_some() } else { KNOWN.contains(&e.name.as_str()) };
+    variant.extensions.list().iter().copied().find(|e| !known(e))
 }
 
 /// What an extension may know at a step.
@@ -78,9 +81,19 @@ struct One {
     memory: [f64; 2],
 }
 
-/// The extensions of a run.
+/// The law of a run.
+struct OwnLaw {
+    law: &'static Law,
+    own: Vec<f64>,
+    /// How far back it looks \[s\].
+    look_back: f64,
+    memory: law::Memory,
+}
+
+/// The law and the extensions of a run.
 pub struct Extended<'a> {
     case: &'a Case,
+    law: Option<OwnLaw>,
     all: Vec<One>,
 }
 
@@ -91,7 +104,7 @@ impl<'a> Extended<'a> {
     /// With an extension that has no transcription: see [`knows`].
     pub fn new(case: &'a Case, p: &Parameters, sample: usize) -> Extended<'a> {
         assert!(knows(&case.variant), "the reference has no transcription of all of {}", case.variant);
-        let one = |extension: &&'static Extension| {
+        let one = |extension: &'static Extension| {
             let mut own = [0.0; 3];
             for (value, symbol) in own.iter_mut().zip(&extension.parameters) {
                 *value = p.get(*symbol);
@@ -103,7 +116,13 @@ impl<'a> Extended<'a> {
             };
             One { extension, own, memory }
         };
-        Extended { case, all: case.variant.extensions.list().iter().map(one).collect() }
+        let law = case.variant.law().map(|extension| OwnLaw {
+            law: law::named(&extension.name).expect("known"),
+            own: own_values(extension, p),
+            look_back: extension.needs.look_back.map_or(0.0, |k| p.get(extension.parameters[k])),
+            memory: law::Memory::default(),
+        });
+        Extended { case, law, all: case.variant.causes().map(one).collect() }
     }
 
     fn each(&mut self) -> impl Iterator<Item = (&'static str, [f64; 3], &mut [f64; 2])> {
@@ -178,6 +197,25 @@ impl<'a> Extended<'a> {
             }
         }
         v_f
+    }
+
+    /// The acceleration that the law commands, if there is one; else what was given.
+    pub fn law(&mut self, q: &Parameters, x: Perceived, given: f64, now: Now) -> f64 {
+        let case = self.case;
+        let Some(OwnLaw { law, own, look_back, memory }) = &mut self.law else { return given };
+        let earlier = |share: f64| at(&case.v_l, now.perceived - share * *look_back / case.dt);
+        let seen = Seen {
+            p: q,
+            own,
+            x,
+            v_f: given,
+            a_f: now.a_f,
+            a_l: leader_acceleration(case, now.perceived),
+            v_l_then: earlier(1.0),
+            v_l_half: earlier(0.5),
+            dt: case.dt,
+        };
+        (law.acceleration)(&seen, memory)
     }
 
     /// The commanded acceleration.
@@ -283,9 +321,20 @@ fn leader_acceleration(case: &Case, index: f64) -> f64 {
     smooth(older) + (smooth(younger) - smooth(older)) * (index - older)
 }
 
+/// A law's own parameters, in the order of its file.
+fn own_values(law: &Extension, p: &Parameters) -> Vec<f64> {
+    law.own_parameters().map(|symbol| p.get(symbol)).collect()
+}
+
 /// Spacing at which a car at constant speed v \[m/s\] behind another at that speed does not change it \[m\].
-#[must_use]
-pub fn equilibrium(variant: &Variant, p: &Parameters, v: f64) -> f64 {
+///
+/// # Panics
+/// With a law that has no transcription: see [`knows`].
+fn equilibrium(variant: &Variant, p: &Parameters, v: f64) -> f64 {
+    if let Some(extension) = variant.law() {
+        let law = law::named(&extension.name).expect("known");
+        return (law.equilibrium)(p, &own_values(extension, p), v);
+    }
     match variant.base.controller {
         Controller::Idm => (p.d_0 + p.t_h * v) / (1.0 - (v.max(0.0) / p.v_0).powf(p.delta)).max(0.01).sqrt(),
         Controller::Gipps => p.d_0 + (p.t_h + p.theta) * v + v * v * (1.0 / p.a_hat_min - 1.0 / p.a_min) / 2.0,

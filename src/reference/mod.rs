@@ -7,6 +7,8 @@ mod controller;
 mod dynamics;
 mod evaluate;
 mod extension;
+#[doc(hidden)]
+pub mod law;
 mod lookup;
 #[doc(hidden)]
 pub mod parts;
@@ -15,5 +17,6 @@ mod spacing;
 mod types;
 
 pub use evaluate::Reference;
-pub use extension::{equilibrium, knows};
+pub use extension::knows;
 pub use simulate::{Run, Trace, disturbed, simulate};
+pub use types::Perceived;

@@ -80,7 +80,8 @@ pub fn disturbed(case: &Case, p: &Parameters, disturbance: &[f64], trace: &mut T
             let x = extended.as_mut().map_or(x, |e| e.perception(p, x, here));
             let own = extended.as_mut().map_or(v_f, |e| e.speed(v_f, here));
             let command = commanded_acceleration(p, &x, desired_spacing(p, &x), own);
-            let a_cmd = extended.as_mut().map_or(command.a_cmd, |e| e.command(&x, command.a_cmd, here));
+            let a_cmd = extended.as_mut().map_or(command.a_cmd, |e| e.law(p, x, command.a_cmd, here));
+            let a_cmd = extended.as_mut().map_or(a_cmd, |e| e.command(&x, a_cmd, here));
             let a = vehicle_response(p, a_cmd, &ego, &road);
             let a = extended.as_mut().map_or(a, |e| e.response(a, here));
             if !a.is_finite() {

@@ -24,9 +24,10 @@ pub struct Curve<'a> {
     pub values: Vec<f64>,
 }
 
-/// A chart of so many columns; every column shows the lowest and the highest of its samples and all between them. Empty without a value.
+/// A chart of so many columns over a signal and its unit; every column shows the lowest and the highest of its samples and all between them.
+/// Empty without a value.
 #[must_use]
-pub fn chart(label: &str, t: &[f64], curves: &[Curve], columns: usize, colours: bool) -> String {
+pub fn chart(label: &str, (t, unit): (&[f64], &str), curves: &[Curve], columns: usize, colours: bool) -> String {
     let finite = || curves.iter().flat_map(|curve| &curve.values).copied().filter(|value| value.is_finite());
     let (low, high) = finite().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
     if low > high || t.is_empty() {
@@ -51,7 +52,7 @@ pub fn chart(label: &str, t: &[f64], curves: &[Curve], columns: usize, colours: 
         }
         text.push('\n');
     }
-    let (from, to) = (format!("{:.0}", t[0]), format!("{:.0} s", t[t.len() - 1]));
+    let (from, to) = (format!("{:.0}", t[0]), format!("{:.0} {unit}", t[t.len() - 1]));
     let _ = writeln!(text, "{:>NUMBERS$} +{}", "", "-".repeat(width));
     let _ = writeln!(text, "{:>NUMBERS$}  {from}{to:>room$}", "", room = width.saturating_sub(from.len()));
     text
@@ -114,27 +115,27 @@ mod tests {
     fn a_chart_has_the_width_that_it_is_given_and_shows_both_lines() {
         let t: Vec<f64> = (0..1000).map(|i| f64::from(i) * 0.1).collect();
         for width in [40, 80, 200] {
-            let text = chart("spacing s [m]", &t, &curves(), width, false);
+            let text = chart("spacing s [m]", (&t, "s"), &curves(), width, false);
             assert!(text.lines().all(|line| line.chars().count() <= width.max(60)), "{text}");
             assert!(text.lines().skip(1).all(|line| line.chars().count() <= width), "{text}");
             assert_eq!(text.lines().count(), 1 + ROWS + 2);
         }
-        let text = chart("spacing s [m]", &t, &curves(), 80, false);
+        let text = chart("spacing s [m]", (&t, "s"), &curves(), 80, false);
         let rows: Vec<&str> = text.lines().skip(1).take(ROWS).collect();
         // Measured ends at the top, simulated half-way up, both begin at the bottom.
         assert!(rows[0].starts_with("    10.0 |") && rows[0].ends_with('.'), "{text}");
         assert!(rows[ROWS / 2].starts_with("     5.0 |") && rows[ROWS / 2].ends_with('x'), "{text}");
         assert!(rows[ROWS - 1].starts_with("     0.0 |#"), "{text}");
         assert!(text.ends_with("100 s\n") && !text.contains('\x1b'), "{text}");
-        assert!(chart("s", &t, &curves(), 80, true).contains("\x1b[33mx\x1b[0m"));
+        assert!(chart("s", (&t, "s"), &curves(), 80, true).contains("\x1b[33mx\x1b[0m"));
     }
 
     #[test]
     fn gaps_constants_and_nothing_are_drawn_too() {
         let line = |values: Vec<f64>| vec![Curve { name: "s", mark: '.', colour: None, values }];
-        assert_eq!(chart("s", &[0.0, 1.0], &line(vec![f64::NAN; 2]), 80, false), "");
-        assert_eq!(chart("s", &[], &line(Vec::new()), 80, false), "");
-        let text = chart("s", &[0.0, 1.0, 2.0], &line(vec![3.0, f64::NAN, 3.0]), 50, false);
+        assert_eq!(chart("s", (&[0.0, 1.0], "s"), &line(vec![f64::NAN; 2]), 80, false), "");
+        assert_eq!(chart("s", (&[], "s"), &line(Vec::new()), 80, false), "");
+        let text = chart("s", (&[0.0, 1.0, 2.0], "s"), &line(vec![3.0, f64::NAN, 3.0]), 50, false);
         let bottom = text.lines().nth(ROWS).expect("the lowest row");
         assert!(bottom.starts_with("     3.0 |.") && bottom.contains(". "), "{text}");
     }

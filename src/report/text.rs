@@ -14,7 +14,7 @@ pub fn calibration(result: &ResultFile) -> String {
 }
 
 fn write_calibration(text: &mut String, result: &ResultFile) -> std::fmt::Result {
-    writeln!(text, "variant      {} {}", result.model_id, result.model())?;
+    writeln!(text, "variant      {}", result.numbered_model())?;
     for data in &result.data {
         let [from, to] = data.window_s;
         writeln!(text, "data         {}", data.path)?;

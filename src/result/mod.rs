@@ -25,12 +25,15 @@ pub struct ResultFile {
     pub schema_version: u32,
     /// The program that wrote it, `leadlag 0.1.0`.
     pub program: String,
-    /// Id of Table 1.
+    /// Id of Table 1; 0 for a law.
     pub model_id: u32,
     /// Name of the variant.
     pub variant: String,
     /// The convention, as `--convention` takes it.
     pub convention: String,
+    /// The law, where the base model is none of the paper.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub law: Option<ExtensionEntry>,
     /// What the model has beyond its variant.
     pub extensions: Vec<ExtensionEntry>,
     /// What simulated the candidates.
@@ -81,7 +84,7 @@ pub struct ResultFile {
     pub cv: Option<f64>,
 }
 
-/// What the model has beyond its variant.
+/// A law, or what the model has beyond its variant.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ExtensionEntry {
     /// Its name.
@@ -278,11 +281,20 @@ impl ResultFile {
         std::iter::once(self.variant.clone()).chain(extensions).collect()
     }
 
+    /// The same, with the id of Table 1 before it.
+    #[must_use]
+    pub fn numbered_model(&self) -> String {
+        match self.model_id {
+            0 => self.model(),
+            id => format!("{id} {}", self.model()),
+        }
+    }
+
     /// What a parameter means, in words; empty where nobody says.
     #[must_use]
     pub fn meaning(&self, parameter: &str) -> &'static str {
         let own = || {
-            let extensions = self.extensions.iter().filter_map(|extension| extension.read().ok());
+            let extensions = self.law.iter().chain(&self.extensions).filter_map(|extension| extension.read().ok());
             let mut symbols = extensions.flat_map(|extension| extension.parameters.iter().copied());
             symbols.find(|symbol| symbol.name() == parameter)
         };
@@ -294,7 +306,10 @@ impl ResultFile {
     /// # Errors
     /// [`ContentError`] when the content does not fit together.
     pub fn calibrated_variant(&self) -> Result<CalibratedVariant, ContentError> {
-        let mut variant: Variant = self.variant.parse()?;
+        let mut variant = match &self.law {
+            Some(law) => Variant::named(&self.variant, &[law.read()?])?,
+            None => self.variant.parse()?,
+        };
         for extension in &self.extensions {
             variant = variant.with(extension.read()?)?;
         }

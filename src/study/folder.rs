@@ -16,6 +16,7 @@ use super::plan::StoredExtension;
 use super::task::{Study, Task};
 use super::{PROGRAM, Plan, SCHEMA_VERSION, StudyError, sha256};
 use crate::bounded::{self, RESULT_MAX, TEXT_MAX};
+use crate::extension::Extension;
 use crate::symbols::Symbol;
 use serde::{Deserialize, Serialize};
 use std::fs::{self, File};
@@ -51,6 +52,9 @@ pub struct StudyFile {
     /// What every variant has beyond those of Table 1.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub extensions: Vec<StoredExtension>,
+    /// The laws among the base models.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub laws: Vec<StoredExtension>,
     /// Calibrations per trajectory, variant and goodness of fit.
     pub replicates: u64,
     /// The one seed.
@@ -66,11 +70,24 @@ pub struct StudyFile {
 }
 
 impl StudyFile {
-    /// Parameters of the extensions; of those that this program can read.
+    /// Parameters of extensions and laws that are not in the paper's table; of those that this program can read.
     #[must_use]
-    pub fn extension_parameters(&self) -> Vec<Symbol> {
-        let read = self.extensions.iter().filter_map(|stored| stored.read().ok().flatten());
-        read.flat_map(|extension| &extension.parameters).copied().collect()
+    pub fn own_parameters(&self) -> Vec<Symbol> {
+        let extensions = self.extensions.iter().filter_map(|stored| stored.read().ok().flatten());
+        let mut own: Vec<Symbol> = Vec::new();
+        for symbol in extensions.chain(self.read_laws()).flat_map(Extension::own_parameters) {
+            // Laws may have a parameter of the same name; the plan sees to it that it has the same unit.
+            if !own.iter().any(|known| known.name() == symbol.name()) {
+                own.push(symbol);
+            }
+        }
+        own
+    }
+
+    /// The laws among the base models; of those that this program can read.
+    #[must_use]
+    pub fn read_laws(&self) -> Vec<&'static Extension> {
+        self.laws.iter().filter_map(|stored| stored.read().ok().flatten()).collect()
     }
 }
 
@@ -101,6 +118,7 @@ impl Folder {
             gofs: settings.gofs.iter().map(ToString::to_string).collect(),
             variants: settings.variants.iter().map(ToString::to_string).collect(),
             extensions: settings.extend.iter().map(StoredExtension::of).collect(),
+            laws: settings.laws.iter().map(StoredExtension::of).collect(),
             replicates: settings.replicates,
             seed: settings.seed,
             optimizer: settings.optimizer.runs().to_owned(),
@@ -174,7 +192,7 @@ impl Folder {
     /// When it cannot be read, or cannot be any more.
     pub fn plan(&self) -> Result<Plan, StudyError> {
         let file = self.study_file()?;
-        let mut plan = Plan::read_with(&self.path.join("plan.toml"), &file.extensions)?;
+        let mut plan = Plan::read_with(&self.path.join("plan.toml"), &[file.extensions, file.laws].concat())?;
         plan.name = file.name;
         plan.data.folder = file.data_folder;
         Ok(plan)

@@ -7,6 +7,7 @@ use super::table::Table;
 use super::task::without_extensions;
 use super::{SCHEMA_VERSION, Task};
 use crate::catalog::Variant;
+use crate::extension::Extension;
 use crate::score::Measures;
 use crate::symbols::Symbol;
 use std::collections::HashMap;
@@ -53,12 +54,13 @@ pub fn parameter_column(symbol: Symbol) -> String {
 pub fn merge(study: &StudyFile, tasks: &[Task], inventory: &Inventory) -> Merged {
     let parts: Vec<&Part> = inventory.parts.iter().flatten().collect();
     let winners = winners(tasks, inventory);
-    let calibrations = calibrations(&parts, &winners, &study.extension_parameters());
+    let laws = study.read_laws();
+    let calibrations = calibrations(&parts, &winners, &study.own_parameters(), &laws);
     let won = parts.iter().filter(|part| winners.contains(&part.id.as_str()));
     let rows: Vec<(&Part, &ValidationRow)> =
         won.flat_map(|part| part.validations.iter().map(move |row| (*part, row))).collect();
     let missing: Vec<&Task> = inventory.missing.iter().map(|&i| &tasks[i]).collect();
-    Merged { calibrations, validations: validations(&rows), missing: task_list(&missing) }
+    Merged { calibrations, validations: validations(&rows, &laws), missing: task_list(&missing) }
 }
 
 fn task_list(tasks: &[&Task]) -> Table {
@@ -76,12 +78,12 @@ fn task_list(tasks: &[&Task]) -> Table {
 
 /// Ids of the best replicate of each goodness of fit, variant and trajectory; of equal ones the first.
 fn winners<'a>(tasks: &[Task], inventory: &'a Inventory) -> std::collections::HashSet<&'a str> {
-    let mut best: HashMap<(&str, u32, &str, usize), (f64, &str)> = HashMap::new();
+    let mut best: HashMap<(&str, &str, &str, usize), (f64, &str)> = HashMap::new();
     for (task, part) in tasks.iter().zip(&inventory.parts) {
         let Some((part, score)) = part.as_ref().and_then(|part| Some((part, part.calibration.score?))) else {
             continue;
         };
-        let key = (task.gof.as_str(), task.model_id, task.platoon.as_str(), task.follower);
+        let key = (task.gof.as_str(), task.variant.as_str(), task.platoon.as_str(), task.follower);
         let place = best.entry(key).or_insert((score, &part.id));
         if score < place.0 {
             *place = (score, &part.id);
@@ -92,10 +94,15 @@ fn winners<'a>(tasks: &[Task], inventory: &'a Inventory) -> std::collections::Ha
 
 /// Names of the columns that a table of calibrations has with any extension.
 pub(super) fn calibration_columns() -> impl Iterator<Item = String> {
-    calibrations(&[], &std::collections::HashSet::new(), &[]).columns.into_iter().map(|column| column.name)
+    calibrations(&[], &std::collections::HashSet::new(), &[], &[]).columns.into_iter().map(|column| column.name)
 }
 
-fn calibrations(parts: &[&Part], winners: &std::collections::HashSet<&str>, further: &[Symbol]) -> Table {
+fn calibrations(
+    parts: &[&Part],
+    winners: &std::collections::HashSet<&str>,
+    further: &[Symbol],
+    laws: &[&'static Extension],
+) -> Table {
     let rows: Vec<&CalibrationRow> = parts.iter().map(|part| &part.calibration).collect();
     let mut table = Table::default();
     table.integer("schema_version", rows.iter().map(|_| Some(i64::from(SCHEMA_VERSION))));
@@ -107,7 +114,7 @@ fn calibrations(parts: &[&Part], winners: &std::collections::HashSet<&str>, furt
     table.text("data_sha256", rows.iter().map(|r| Some(r.data_sha256.as_str())));
     table.integer("samples", rows.iter().map(|r| whole(r.samples)));
     table.number("dt_s", rows.iter().map(|r| Some(r.dt_s)));
-    variant_columns(&mut table, &rows.iter().map(|r| (r.model_id, r.variant.as_str())).collect::<Vec<_>>());
+    variant_columns(&mut table, &rows.iter().map(|r| (r.model_id, r.variant.as_str())).collect::<Vec<_>>(), laws);
     table.text("gof", rows.iter().map(|r| Some(r.gof.as_str())));
     table.text("convention", rows.iter().map(|r| Some(r.convention.as_str())));
     table.text("optimizer", rows.iter().map(|r| Some(r.optimizer.as_str())));
@@ -132,7 +139,7 @@ fn calibrations(parts: &[&Part], winners: &std::collections::HashSet<&str>, furt
     table
 }
 
-fn validations(rows: &[(&Part, &ValidationRow)]) -> Table {
+fn validations(rows: &[(&Part, &ValidationRow)], laws: &[&'static Extension]) -> Table {
     let own = || rows.iter().map(|(part, _)| &part.calibration);
     let on = || rows.iter().map(|(_, row)| *row);
     let mut table = Table::default();
@@ -141,7 +148,7 @@ fn validations(rows: &[(&Part, &ValidationRow)]) -> Table {
     table.text("platoon", own().map(|r| Some(r.platoon.as_str())));
     table.integer("follower_position", own().map(|r| whole(r.follower)));
     table.text("vehicle", own().map(|r| Some(r.vehicle.as_str())));
-    variant_columns(&mut table, &own().map(|r| (r.model_id, r.variant.as_str())).collect::<Vec<_>>());
+    variant_columns(&mut table, &own().map(|r| (r.model_id, r.variant.as_str())).collect::<Vec<_>>(), laws);
     table.text("gof", own().map(|r| Some(r.gof.as_str())));
     table.integer("replicate", own().map(|r| i64::try_from(r.replicate).ok()));
     table.text("validation_platoon", on().map(|r| Some(r.platoon.as_str())));
@@ -155,8 +162,8 @@ fn validations(rows: &[(&Part, &ValidationRow)]) -> Table {
 }
 
 /// The variant, and the parts it is made of.
-fn variant_columns(table: &mut Table, rows: &[(u32, &str)]) {
-    let variants: Vec<Option<Variant>> = rows.iter().map(|(_, name)| without_extensions(name)).collect();
+fn variant_columns(table: &mut Table, rows: &[(u32, &str)], laws: &[&'static Extension]) {
+    let variants: Vec<Option<Variant>> = rows.iter().map(|(_, name)| without_extensions(name, laws)).collect();
     let each = || variants.iter().map(Option::as_ref);
     table.integer("model_id", rows.iter().map(|(id, _)| Some(i64::from(*id))));
     table.text("variant", rows.iter().map(|(_, name)| Some(*name)));

@@ -168,7 +168,7 @@ pub fn run(
     while !left.is_empty() && !shared.stopped() {
         let waiting = left.len();
         let mut deferred = Vec::new();
-        for group in left.chunk_by(|&a, &b| (tasks[a].model_id, &tasks[a].gof) == (tasks[b].model_id, &tasks[b].gof)) {
+        for group in left.chunk_by(|&a, &b| (&tasks[a].variant, &tasks[a].gof) == (&tasks[b].variant, &tasks[b].gof)) {
             if shared.stopped() {
                 deferred.extend(group);
                 continue;

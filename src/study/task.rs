@@ -6,6 +6,7 @@ use super::{PROGRAM, SCHEMA_VERSION, StudyError, sha256};
 use crate::calibrate::{Overrides, SearchSpace, bound_times};
 use crate::catalog::{Constraint, Variant};
 use crate::evaluator::Case;
+use crate::extension::Extension;
 use crate::lanes::LanesPrecision;
 use crate::score::GoodnessOfFit;
 use crate::select::Kind;
@@ -236,11 +237,11 @@ impl Study {
     }
 }
 
-/// The variant of Table 1 that a name means; extensions come last in a name and are left out.
+/// The variant that a name means, of Table 1 or of one of the laws; extensions come last in a name and are left out.
 #[must_use]
-pub fn without_extensions(name: &str) -> Option<Variant> {
-    let parsed = name.parse().ok();
-    parsed.or_else(|| without_extensions(name.rsplit_once('+')?.0))
+pub fn without_extensions(name: &str, laws: &[&'static Extension]) -> Option<Variant> {
+    let parsed = Variant::named(name, laws).ok();
+    parsed.or_else(|| without_extensions(name.rsplit_once('+')?.0, laws))
 }
 
 /// One of several shares of the tasks of a study.

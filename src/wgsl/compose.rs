@@ -149,9 +149,11 @@ impl Source {
             source.push(file, replace(file, text).as_deref().unwrap_or(text));
             return source;
         }
-        for (file, text) in
-            [shader!("exponential.wgsl"), shader!("between.wgsl"), shader!("world.wgsl"), equilibrium(variant)]
-        {
+        for (file, text) in [shader!("exponential.wgsl"), shader!("between.wgsl"), shader!("world.wgsl")] {
+            source.push(file, replace(file, text).as_deref().unwrap_or(text));
+        }
+        if variant.law().is_none() {
+            let (file, text) = equilibrium(variant);
             source.push(file, replace(file, text).as_deref().unwrap_or(text));
         }
         for extension in variant.extensions.list() {
@@ -159,6 +161,9 @@ impl Source {
             source.push_extension(&extension.name, &extension.file, text.as_deref().unwrap_or(&extension.text));
         }
         source.push("generated: stages", &stages::text(recipe));
+        if let Some(law) = variant.law() {
+            source.push("generated: equilibrium", &stages::equilibrium(law));
+        }
         let (file, text) = shader!("step_extended.wgsl");
         source.push(file, replace(file, text).as_deref().unwrap_or(text));
         source
@@ -227,16 +232,22 @@ impl Source {
         (start, &self.text[start..])
     }
 
-    /// Where a member of a struct of the last chunk is declared.
-    pub(super) fn member_span(&self, of: &str, member: &str) -> Option<naga::Span> {
+    /// Where a member of a struct of the last chunk is declared, and the `///` lines above it. (naga counts comments, not members, and gives
+    /// a member without one that of the next.)
+    pub(super) fn member(&self, of: &str, member: &str) -> Option<(naga::Span, String)> {
         let (mut at, text) = self.last_text();
         let mut inside = false;
+        let mut comment: Vec<&str> = Vec::new();
         for line in text.lines() {
             let words = line.trim_start();
             inside |= words.strip_prefix("struct ").is_some_and(|rest| rest.trim_start().starts_with(of));
             if inside && words.split(':').next().is_some_and(|name| name.trim() == member) {
                 let from = at + line.len() - words.len();
-                return Some(naga::Span::new(from as u32, (from + member.len()) as u32));
+                return Some((naga::Span::new(from as u32, (from + member.len()) as u32), comment.join(" ")));
+            }
+            match words.strip_prefix("///") {
+                Some(words) => comment.push(words.trim()),
+                None => comment.clear(),
             }
             inside &= !words.starts_with('}');
             at += line.len() + 1;

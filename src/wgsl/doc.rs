@@ -72,6 +72,7 @@ pub(super) fn initial(comment: &str) -> Result<Initial, String> {
 pub(super) struct Head {
     pub(super) meaning: String,
     pub(super) cause: Option<Cause>,
+    pub(super) reference: Option<String>,
     pub(super) delay: Option<String>,
     pub(super) look_back: Option<String>,
 }
@@ -109,7 +110,7 @@ impl Head {
                 "confounded with" => {
                     cause.confounded_with = value.split(',').map(|name| name.trim().to_owned()).collect();
                 }
-                "reference" => cause.reference = Some(value),
+                "reference" => head.reference = Some(value),
                 "tool" => tool = true,
                 _ => {
                     if let Some(parameter) = value.strip_prefix("delay by ") {

@@ -1,4 +1,4 @@
-//! Extensions read from WGSL: stages by the names of functions, parameters and state by the doc comments of two structs.
+//! Extensions and laws read from WGSL: stages by the names of functions, parameters and state by the doc comments of two structs.
 
 use super::check::{Checked, ShaderError, check};
 use super::compose::Source;
@@ -6,25 +6,36 @@ use super::doc;
 use super::limits;
 use super::lint;
 use super::own_names::prefix;
+use crate::catalog::{BASES, UnknownVariant, Variant, law_files};
 use crate::extension::{Argument, Extension, LoopNeeds, Stage, StageFunction};
 use crate::near::{nearest, suggestion};
 use crate::symbols::{ExtensionParameter, Role, Symbol};
 use naga::{Function, Handle, Span, Statement, Type, TypeInner};
+use std::str::FromStr;
 use std::sync::{LazyLock, Mutex};
 
+/// Name, path and text of what is built in.
+type BuiltIn = &'static [(&'static str, &'static str, &'static str)];
+
 macro_rules! built_in {
-    ($($name:ident),* $(,)?) => {
-        /// Name, path and text of the built-in extensions, in the order in which they act.
-        const BUILT_IN: &[(&str, &str, &str)] = &[$((
+    ($folder:literal; $($name:ident),* $(,)?) => {
+        &[$((
             stringify!($name),
-            concat!("shaders/extension/", stringify!($name), ".wgsl"),
-            include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/shaders/extension/", stringify!($name), ".wgsl")),
-        )),*];
+            concat!("shaders/", $folder, "/", stringify!($name), ".wgsl"),
+            include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/shaders/", $folder, "/", stringify!($name), ".wgsl")),
+        )),*]
     };
 }
 
-// The order of a step: what is known, the policy, what is seen, what is wanted, what is done.
-built_in! {
+macro_rules! built_in_laws {
+    ($($name:ident),*) => { built_in! { "law"; $($name),* } };
+}
+
+const LAWS: BuiltIn = law_files!(built_in_laws);
+
+/// The order of a step: what is known, the policy, what is seen, what is wanted, what is done.
+const EXTENSIONS: BuiltIn = built_in! {
+    "extension";
     speed_dep_headway,
     headway_mode_change,
     perception_delay,
@@ -57,29 +68,48 @@ built_in! {
     probe_gap,
     probe_closing,
     probe_history,
-}
+};
 
-/// Everything built in: the causes that a diagnosis knows, and its tools.
+/// All extensions that are built in: the causes that a diagnosis knows, and its tools.
 ///
 /// # Panics
 /// If one of them is not valid, which a test would have noticed.
 pub fn library() -> &'static [&'static Extension] {
-    static LIBRARY: LazyLock<Vec<&'static Extension>> = LazyLock::new(|| {
-        let read = |(rank, (name, file, text)): (usize, &(&str, &str, &str))| {
-            kept(name, file, text, rank).expect("tests read all of them")
-        };
-        BUILT_IN.iter().enumerate().map(read).collect()
-    });
+    static LIBRARY: LazyLock<Vec<&'static Extension>> = LazyLock::new(|| all(EXTENSIONS));
     &LIBRARY
 }
 
-/// The built-in extension with this name.
-#[must_use]
-pub fn extension_named(name: &str) -> Option<&'static Extension> {
-    library().iter().copied().find(|extension| extension.name == name)
+/// All laws that are built in.
+///
+/// # Panics
+/// As [`library`].
+pub fn laws() -> &'static [&'static Extension] {
+    static LIBRARY: LazyLock<Vec<&'static Extension>> = LazyLock::new(|| all(LAWS));
+    &LIBRARY
 }
 
-/// Reads an extension of one's own; `file` is what messages call it, its name without folder and `.wgsl` is the extension's.
+fn all(files: BuiltIn) -> Vec<&'static Extension> {
+    // A law comes before all of them.
+    let read = |(k, (name, file, text)): (usize, &(&str, &str, &str))| kept(name, file, text, k + 1);
+    files.iter().enumerate().map(|file| read(file).expect("tests read all of them")).collect()
+}
+
+impl FromStr for Variant {
+    type Err = UnknownVariant;
+
+    /// An id or a name; the base model may be a built-in law.
+    fn from_str(text: &str) -> Result<Variant, UnknownVariant> {
+        Variant::named(text, laws())
+    }
+}
+
+/// The built-in extension or law with this name.
+#[must_use]
+pub fn extension_named(name: &str) -> Option<&'static Extension> {
+    library().iter().chain(laws()).copied().find(|extension| extension.name == name)
+}
+
+/// Reads an extension or a law of one's own; `file` is what messages call it, its name without folder and `.wgsl` is the extension's.
 ///
 /// # Errors
 /// [`ShaderError`] at the first thing that an extension may not have.
@@ -97,8 +127,9 @@ pub fn read_extension(file: &str, text: &str) -> Result<&'static Extension, Shad
              found `{name}`"
         )));
     }
-    if extension_named(name).is_some_and(|known| known.text != text) {
-        return Err(plain(format!("there is a built-in extension `{name}`; give the file another name")));
+    let taken = extension_named(name).is_some_and(|known| known.text != text);
+    if taken || BASES.iter().any(|base| base.name == name) {
+        return Err(plain(format!("`{name}` is built in; give the file another name")));
     }
     kept(name, file, text, usize::MAX)
 }
@@ -110,9 +141,37 @@ fn kept(name: &str, file: &str, text: &str, rank: usize) -> Result<&'static Exte
     if let Some(one) = known.iter().find(|one| one.name == name && one.text == text) {
         return Ok(one);
     }
-    let extension: &'static Extension = Box::leak(Box::new(Extension { rank, ..Reader::read(name, file, text)? }));
+    let read = Reader::read(name, file, text)?;
+    let rank = if read.is_law() { 0 } else { rank };
+    let extension: &'static Extension = Box::leak(Box::new(Extension { rank, ..read }));
     known.push(extension);
     Ok(extension)
+}
+
+/// What the function is called that gives the spacing at constant speed, after the law's name and `_`.
+pub(super) const EQUILIBRIUM: &str = "equilibrium";
+
+/// Parameters of the paper that a law may read. The others belong to the perception delay and the vehicle dynamics.
+const LAWS_MAY_HAVE: [Symbol; 11] = [
+    Symbol::delta,
+    Symbol::k_s,
+    Symbol::k_v,
+    Symbol::k_0,
+    Symbol::theta,
+    Symbol::v_0,
+    Symbol::d_0,
+    Symbol::t_h,
+    Symbol::a_max,
+    Symbol::a_min,
+    Symbol::a_hat_min,
+];
+
+/// A parameter as a file declares it.
+enum Declared {
+    /// One of the paper, by its name; laws only.
+    Table(Symbol),
+    /// One of its own.
+    Own(ExtensionParameter),
 }
 
 struct Reader<'a> {
@@ -129,19 +188,24 @@ impl<'a> Reader<'a> {
         let checked = check(&source)?;
         let reader = Reader { name, source, checked };
         reader.refuse_what_cannot_run()?;
-        let mut parameters = reader.parameters()?;
         let state = reader.state()?;
         let stages = reader.stages(!state.is_empty())?;
+        let is_law = stages.iter().any(|function| function.stage == Stage::Law);
+        let mut parameters = reader.parameters(is_law)?;
         let head = doc::Head::of(text).map_err(|message| reader.plain(message))?;
         let position = |wanted: &Option<String>| match wanted {
             None => Ok(None),
-            Some(wanted) => match parameters.iter().position(|p| p.name == *wanted) {
-                Some(k) => Ok(Some(k)),
-                None => Err(reader.plain(format!("`loop:` names {wanted}, which is no parameter of this extension"))),
-            },
+            Some(wanted) => {
+                match parameters.iter().position(|p| matches!(p, Declared::Own(row) if row.name == *wanted)) {
+                    Some(k) => Ok(Some(k)),
+                    None => {
+                        Err(reader.plain(format!("`loop:` names {wanted}, which is no parameter of this file's own")))
+                    }
+                }
+            }
         };
         let needs = LoopNeeds { delay: position(&head.delay)?, look_back: position(&head.look_back)? };
-        if let Some(delay) = needs.delay.map(|k| &mut parameters[k]) {
+        if let Some(Declared::Own(delay)) = needs.delay.map(|k| &mut parameters[k]) {
             delay.role = Role::Delay;
             if delay.lower < 0.0 {
                 let ExtensionParameter { name, lower, upper, .. } = delay;
@@ -154,12 +218,16 @@ impl<'a> Reader<'a> {
             return Err(reader.no_stage());
         }
         // Kept for the life of the program, as the extension itself is.
-        let parameters: Vec<Symbol> =
-            parameters.into_iter().map(|row| Symbol::Extension(Box::leak(Box::new(row)))).collect();
+        let symbol = |declared| match declared {
+            Declared::Table(symbol) => symbol,
+            Declared::Own(row) => Symbol::Extension(Box::leak(Box::new(row))),
+        };
+        let parameters: Vec<Symbol> = parameters.into_iter().map(symbol).collect();
         let warnings = lint::warnings(name, &reader.source, &reader.checked, &parameters, needs);
         Ok(Extension {
             name: name.to_owned(),
             meaning: head.meaning,
+            reference: head.reference,
             text: text.to_owned(),
             file: file.to_owned(),
             parameters,
@@ -167,7 +235,8 @@ impl<'a> Reader<'a> {
             state,
             reads: lint::members_read(&reader.checked, "World"),
             needs,
-            cause: head.cause,
+            equilibrium: is_law && reader.equilibrium()?,
+            cause: head.cause.filter(|_| !is_law),
             rank: usize::MAX,
             warnings: warnings.iter().map(ToString::to_string).collect(),
         })
@@ -253,27 +322,22 @@ impl<'a> Reader<'a> {
             return self.refuse(module.types.get_span(handle), format!("`{wanted}`: expected a struct"));
         };
         let mut found = Vec::new();
-        for (k, member) in members.iter().enumerate() {
+        for member in members {
             let name = member.name.clone().unwrap_or_default();
-            let span = self
-                .source
-                .member_span(&(prefix(self.name) + wanted), &name)
-                .unwrap_or_else(|| module.types.get_span(handle));
+            let declared = self.source.member(&(prefix(self.name) + wanted), &name);
+            let (span, comment) = declared.unwrap_or_else(|| (module.types.get_span(handle), String::new()));
             if module.types[member.ty].inner != TypeInner::Scalar(naga::Scalar::F32) {
                 return self.refuse(span, format!("{wanted}.{name}: expected f32"));
             }
-            let comments = module.doc_comments.as_ref().and_then(|docs| docs.struct_members.get(&(handle, k)));
-            let words = |line: &String| line.trim_start_matches('/').trim().to_owned();
-            let comment: Vec<String> = comments.into_iter().flatten().map(words).collect();
-            found.push((name, comment.join(" "), span));
+            found.push((name, comment, span));
         }
         Ok(found)
     }
 
-    fn parameters(&self) -> Result<Vec<ExtensionParameter>, ShaderError> {
+    fn parameters(&self, is_law: bool) -> Result<Vec<Declared>, ShaderError> {
         let read = |(name, comment, span): (String, String, Span)| {
-            if Symbol::from_name(&name).is_some() {
-                return self.refuse(span, format!("{name} is a parameter of the base models; give yours another name"));
+            if let Some(symbol) = Symbol::from_name(&name) {
+                return self.of_the_table(symbol, is_law, &comment, span);
             }
             let about =
                 doc::parameter(&comment).map_err(|message| self.source.error_at(span, format!("{name}: {message}")))?;
@@ -287,9 +351,53 @@ impl<'a> Reader<'a> {
                 neutral: about.neutral,
                 role: if about.is_length { Role::Length } else { Role::Value },
             };
-            Ok(row)
+            Ok(Declared::Own(row))
         };
         self.members("Parameters")?.into_iter().map(read).collect()
+    }
+
+    /// A parameter that is called like one of the paper.
+    fn of_the_table(&self, symbol: Symbol, is_law: bool, comment: &str, span: Span) -> Result<Declared, ShaderError> {
+        let name = symbol.name();
+        if !is_law {
+            return self.refuse(span, format!("{name} is a parameter of the base models; give yours another name"));
+        }
+        if !LAWS_MAY_HAVE.contains(&symbol) {
+            return self.refuse(
+                span,
+                format!("{name} belongs to the perception delay or the vehicle dynamics, which a variant may have beside your law; give yours another name"),
+            );
+        }
+        if comment.contains('[') {
+            let unit = symbol.unit();
+            return self.refuse(
+                span,
+                format!("{name} is the paper's parameter: its unit is {unit}, and its bounds are those of `--bounds`; leave its comment out, or give yours another name"),
+            );
+        }
+        Ok(Declared::Table(symbol))
+    }
+
+    /// True if the law says at which spacing a constant speed is kept.
+    fn equilibrium(&self) -> Result<bool, ShaderError> {
+        let module = &self.checked.module;
+        let wanted = format!("{}_{EQUILIBRIUM}", self.name);
+        let found = module.functions.iter().find(|(_, f)| self.own_name(f.name.as_deref()) == Some(&wanted));
+        let Some((handle, function)) = found else { return Ok(false) };
+        let span = module.functions.get_span(handle);
+        let arguments: Vec<Argument> =
+            (0..function.arguments.len()).map(|k| self.argument(function, k, span)).collect::<Result<_, _>>()?;
+        let is_number = |ty: Handle<Type>| module.types[ty].inner == TypeInner::Scalar(naga::Scalar::F32);
+        let returns = function.result.as_ref().is_some_and(|result| is_number(result.ty));
+        if arguments != [Argument::Own, Argument::Value] || !returns {
+            return self.refuse(
+                span,
+                format!(
+                    "expected `fn {wanted}(own: Parameters, v: f32) -> f32`: the spacing at which the speed v is kept"
+                ),
+            );
+        }
+        Ok(true)
     }
 
     fn state(&self) -> Result<Vec<(String, crate::extension::Initial)>, ShaderError> {
@@ -343,7 +451,7 @@ impl<'a> Reader<'a> {
             let value = match stage {
                 Stage::Policy => "Params",
                 Stage::Perception => "Perceived",
-                Stage::Speed | Stage::Command | Stage::Response => "f32",
+                Stage::Speed | Stage::Law | Stage::Command | Stage::Response => "f32",
             };
             if arguments.contains(&Argument::Value) && matches!(stage, Stage::Policy | Stage::Perception) {
                 return self.refuse(
@@ -365,6 +473,7 @@ impl<'a> Reader<'a> {
                     Stage::Policy => "the parameters",
                     Stage::Perception => "what is perceived",
                     Stage::Speed => "the present speed",
+                    Stage::Law => "the present speed into the commanded acceleration",
                     Stage::Command => "the commanded acceleration",
                     Stage::Response => "the acceleration of the vehicle",
                 }

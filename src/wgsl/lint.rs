@@ -3,6 +3,7 @@
 
 use super::check::{Checked, ShaderError};
 use super::compose::Source;
+use super::extension::EQUILIBRIUM;
 use super::limits::visit;
 use super::own_names::prefix;
 use crate::extension::{LoopNeeds, Stage};
@@ -39,7 +40,8 @@ pub(super) fn warnings(
     for (k, symbol) in parameters.iter().enumerate() {
         let parameter = symbol.name();
         if !in_loop(k) && !read.iter().any(|member| member == parameter) {
-            let span = source.member_span(&(prefix(name) + "Parameters"), parameter).unwrap_or_default();
+            let span =
+                source.member(&(prefix(name) + "Parameters"), parameter).map(|(span, _)| span).unwrap_or_default();
             let message = format!(
                 "no function reads the parameter {parameter}, so a calibration searches it in vain: use it or leave it out"
             );
@@ -60,7 +62,8 @@ pub(super) fn idle(name: &str, checked: &Checked) -> Vec<(String, naga::Span)> {
             }
         });
     }
-    let (stages, own) = (stages_of(name), prefix(name));
+    let (mut stages, own) = (stages_of(name), prefix(name));
+    stages.push(format!("{name}_{EQUILIBRIUM}"));
     let left = functions.iter().filter(|(handle, _)| !called.contains(handle)).filter_map(|(handle, function)| {
         let own = function.name.as_deref()?.strip_prefix(&own)?;
         (!stages.iter().any(|stage| stage == own)).then(|| (own.to_owned(), functions.get_span(handle)))

@@ -9,10 +9,12 @@ mod doc;
 mod extension;
 mod limits;
 mod lint;
+mod model;
 mod own_names;
 mod stages;
 
 pub use check::{Checked, ShaderError, check};
 pub use compose::{DECAY, Precision, Recipe, Source};
-pub use extension::{extension_named, library, read_extension};
+pub use extension::{extension_named, laws, library, read_extension};
+pub use model::{ModelError, law_file, law_with, read_law, read_model};
 pub(crate) use own_names::{member, memory_of};

@@ -1,16 +1,25 @@
 //! The generated part of an extended model: what the extensions remember, and the functions that call them stage by stage.
 
 use super::compose::{DECAY, Recipe};
+use super::extension::EQUILIBRIUM;
 use super::own_names::{member, memory_of, prefix};
-use crate::extension::{Argument, Extension, Stage, StageFunction};
+use crate::extension::{Argument, Extension, Initial, Signal, Stage, StageFunction};
+use crate::symbols::Symbol;
 use std::fmt::Write;
+
+/// Within this spacing \[m\] an equilibrium is searched: further than any sensor sees.
+const EQUILIBRIUM_REACH_M: f32 = 300.0;
+/// So often the interval is halved: to 0.02 mm.
+const HALVINGS: usize = 24;
+/// The time step \[s\] for laws that command a speed.
+const STEADY_STEP_S: f32 = 0.1;
 
 /// Type of the value that a stage changes.
 fn value_type(stage: Stage) -> &'static str {
     match stage {
         Stage::Policy => "Params",
         Stage::Perception => "Perceived",
-        Stage::Speed | Stage::Command | Stage::Response => "f32",
+        Stage::Speed | Stage::Law | Stage::Command | Stage::Response => "f32",
     }
 }
 
@@ -20,12 +29,13 @@ fn handed_on(stage: Stage) -> &'static str {
         Stage::Policy => "PolicyStage",
         Stage::Perception => "PerceptionStage",
         Stage::Speed => "SpeedStage",
+        Stage::Law => "LawStage",
         Stage::Command => "CommandStage",
         Stage::Response => "ResponseStage",
     }
 }
 
-/// `Memory` and the functions `stage_...`, `missing_acceleration` and `forgetting` that step_extended.wgsl calls.
+/// `Memory` and the functions `stage_...`, `driven` and `forgetting` that step_extended.wgsl calls.
 pub(super) fn text(recipe: &Recipe) -> String {
     let extensions = recipe.variant.extensions.list();
     let mut text = String::from("struct Memory {\n");
@@ -43,12 +53,14 @@ pub(super) fn text(recipe: &Recipe) -> String {
     for stage in Stage::ALL {
         text += &stage_text(stage, extensions);
     }
-    let (missing, kept) = match recipe.observed {
-        true => ("memory.d", format!("    after.d = after.d * p.{DECAY};\n")),
-        false => ("0.0", String::new()),
+    let (driven, kept) = match recipe.observed {
+        true => (
+            "    var next = moved(now, a + memory.d, dx_l, dt);\n    next.a_f = next.a_f - memory.d;\n    return next;\n",
+            format!("    after.d = after.d * p.{DECAY};\n"),
+        ),
+        false => ("    return moved(now, a, dx_l, dt);\n", String::new()),
     };
-    text += "fn missing_acceleration(memory: Memory) -> f32 {\n";
-    text += &format!("    return {missing};\n}}\n");
+    text += &format!("fn driven(now: Motion, a: f32, memory: Memory, dx_l: f32, dt: f32) -> Motion {{\n{driven}}}\n");
     text += "fn forgetting(p: Params, memory: Memory) -> Memory {\n";
     text += &format!("    var after = memory;\n{kept}    return after;\n}}\n");
     text
@@ -61,13 +73,13 @@ fn stage_text(stage: Stage, extensions: &[&'static Extension]) -> String {
     let (seen, last) = match stage {
         Stage::Policy => ("x: Perceived", ""),
         Stage::Perception => ("x: Perceived", ""),
-        Stage::Speed | Stage::Command | Stage::Response => ("x: Perceived", ", given: f32"),
+        Stage::Speed | Stage::Law | Stage::Command | Stage::Response => ("x: Perceived", ", given: f32"),
     };
     let name = stage.name();
     let given = match stage {
         Stage::Policy => "q",
         Stage::Perception => "x",
-        Stage::Speed | Stage::Command | Stage::Response => "given",
+        Stage::Speed | Stage::Law | Stage::Command | Stage::Response => "given",
     };
     text += &format!("fn stage_{name}(p: Params, q: Params, w: World, {seen}{last}, memory: Memory) -> {handed} {{\n");
     text += &format!("    var value = {given};\n    var after = memory;\n");
@@ -76,6 +88,57 @@ fn stage_text(stage: Stage, extensions: &[&'static Extension]) -> String {
         text += &call(extension, function, if k % 2 == 0 { "opaque_even" } else { "opaque_odd" });
     }
     text + &format!("    return {handed}(value, after);\n}}\n")
+}
+
+/// `law_at`, the acceleration that a law commands in steady driving, and `equilibrium_spacing`: what the law says itself, or where it neither
+/// accelerates nor brakes, found by halving.
+pub(super) fn equilibrium(law: &Extension) -> String {
+    let (name, own) = (&law.name, own(law, "p"));
+    let prefix = prefix(name);
+    let function = law.stages.iter().find(|f| f.stage == Stage::Law).expect("a law has the stage");
+    let start = |(_, initial): &(String, Initial)| match initial {
+        Initial::Value(value) => format!("{value:?}"),
+        Initial::Measured(Signal::S) => "s".to_owned(),
+        Initial::Measured(Signal::Vf) => "v".to_owned(),
+        Initial::Measured(Signal::Vl) => "v_l".to_owned(),
+        Initial::Measured(Signal::Af) => "0.0".to_owned(),
+    };
+    let argument = |argument: &Argument| match argument {
+        Argument::Params => "p".to_owned(),
+        Argument::Own => own.clone(),
+        Argument::State => format!("{prefix}State({})", law.state.iter().map(start).collect::<Vec<_>>().join(", ")),
+        Argument::World => format!("World(0.0, {STEADY_STEP_S:?}, 0.0, 0.0, s, v, 0.0, 0.0, v_l, s, v_l, v_l)"),
+        Argument::Perceived => "Perceived(s, v, v_l)".to_owned(),
+        Argument::Value => "v".to_owned(),
+    };
+    let arguments: Vec<String> = function.arguments.iter().map(argument).collect();
+    let value = function.with_state.as_ref().map_or(String::new(), |[value, _]| format!(".{value}"));
+    let mut text = format!(
+        "fn law_at(p: Params, s: f32, v: f32, v_l: f32) -> f32 {{\n    return {prefix}{name}_law({}){value};\n}}\n",
+        arguments.join(", ")
+    );
+    text += "fn equilibrium_spacing(p: Params, v: f32) -> f32 {\n";
+    if law.equilibrium {
+        return text + &format!("    return {prefix}{name}_{EQUILIBRIUM}({own}, v);\n}}\n");
+    }
+    text += &format!("    var low = 0.0;\n    var high = {EQUILIBRIUM_REACH_M:?};\n");
+    for k in 0..HALVINGS {
+        text += &format!(
+            "    let middle_{k} = 0.5 * (low + high);\n    let is_far_{k} = law_at(p, middle_{k}, v, v) > 0.0;\n    \
+             low = select(middle_{k}, low, is_far_{k});\n    high = select(high, middle_{k}, is_far_{k});\n"
+        );
+    }
+    text + "    return 0.5 * (low + high);\n}\n"
+}
+
+/// The `Parameters` of an extension. Those of a law that are in the paper's table are what the policy has made of them.
+fn own(extension: &Extension, policy: &str) -> String {
+    let value = |symbol: &Symbol| match symbol {
+        Symbol::Extension(_) => format!("p.{}", member(*symbol)),
+        _ => format!("{policy}.{}", member(*symbol)),
+    };
+    let values: Vec<String> = extension.parameters.iter().map(value).collect();
+    format!("{}Parameters({})", prefix(&extension.name), values.join(", "))
 }
 
 /// The call of one stage function, on `value` and `after`; what it gives goes on through `opaque`.
@@ -89,10 +152,8 @@ fn call(extension: &Extension, function: &StageFunction, opaque: &str) -> String
         (Argument::Perceived, _) => "x".to_owned(),
         (Argument::World, _) => "w".to_owned(),
         (Argument::State, _) => format!("after.{}", memory_of(extension)),
-        (Argument::Own, _) => {
-            let own: Vec<String> = extension.parameters.iter().map(|p| format!("p.{}", member(*p))).collect();
-            format!("{}Parameters({})", prefix(name), own.join(", "))
-        }
+        (Argument::Own, Stage::Policy) => own(extension, "value"),
+        (Argument::Own, _) => own(extension, "q"),
     };
     let arguments: Vec<String> = function.arguments.iter().map(argument).collect();
     let stage = function.stage.name();
@@ -108,7 +169,7 @@ fn call(extension: &Extension, function: &StageFunction, opaque: &str) -> String
     let seen = match function.stage {
         Stage::Policy => value,
         Stage::Perception => format!("Perceived({opaque}({value}.s), {opaque}({value}.v_f), {opaque}({value}.v_l))"),
-        Stage::Speed | Stage::Command | Stage::Response => format!("{opaque}({value})"),
+        Stage::Speed | Stage::Law | Stage::Command | Stage::Response => format!("{opaque}({value})"),
     };
     format!("    let {name}_{stage}_done = {called};\n    value = {seen};\n{state}")
 }

@@ -57,13 +57,14 @@ fn calm(symbol: Symbol) -> [f64; 2] {
         Symbol::a_hat_min => [-2.6, -2.0],
         Symbol::tau_p => [0.1, 0.4],
         Symbol::tau_a => [0.3, 0.5],
+        // A law's own: the middle of its bounds.
+        Symbol::Extension(row) => [0.4, 0.6].map(|share| row.lower + (row.upper - row.lower) * share),
         other => panic!("{} is not a parameter of these bases", other.name()),
     }
 }
 
 /// Candidates with sensible values, and the extensions' parameters spread over a part of their bounds around the neutral value.
 pub fn spread(variant: Variant, count: usize) -> Population {
-    let base = Variant { extensions: Default::default(), ..variant };
     let mut random = cars::Random(5);
     let mut population = Population::new(&variant.parameters());
     for i in 0..count {
@@ -71,7 +72,8 @@ pub fn spread(variant: Variant, count: usize) -> Population {
             let [lower, upper] = calm(*symbol);
             lower + (upper - lower) * random.next()
         };
-        let mut candidate: Vec<f64> = base.parameters().iter().map(value).collect();
+        let of_base = |symbol: &&Symbol| variant.is_of_base(**symbol);
+        let mut candidate: Vec<f64> = variant.parameters().iter().filter(of_base).map(value).collect();
         for (k, symbol) in variant.parameters()[candidate.len()..].iter().enumerate() {
             let [lower, upper] = bounds(*symbol);
             // A number between 0 and 1 that differs from candidate to candidate and from parameter to parameter.

@@ -5,6 +5,7 @@ pub mod cars;
 pub mod extended;
 pub mod followers;
 pub mod gpu;
+pub mod laws;
 pub mod made_up;
 pub mod parquet_table;
 pub mod program;

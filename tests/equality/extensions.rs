@@ -14,7 +14,7 @@ use leadlag::internal::lanes::{InstructionSet, Lanes, LanesPrecision};
 use leadlag::internal::reference::{Reference, Trace, simulate};
 use leadlag::internal::score::GoodnessOfFit;
 use leadlag::internal::simulate::{Ahead, follow};
-use leadlag::internal::wgsl::{Precision, extension_named, library, read_extension};
+use leadlag::internal::wgsl::{Precision, extension_named, laws, library, read_extension};
 
 fn lanes(case: &Case, precision: LanesPrecision) -> Lanes {
     Lanes::new(vec![case.clone()], GoodnessOfFit::default(), precision).expect("a valid text")
@@ -142,6 +142,12 @@ fn lanes_and_gpu_give_the_same_bits() {
         .push(with("idm", &pick(&["sensor_lowpass", "integral_action", "actuation_lag", "multi_anticipation"])));
     combinations.push(with("gipps+delay", &pick(&["dead_zone", "leader_accel_ff", "jerk_limit", "probe_road"])));
     combinations.push(with("l-idm+linear+constant", &pick(&["asym_lag", "aero_drag", "periodic"])));
+    for (k, law) in laws().iter().enumerate() {
+        let parts = ["", "+delay", "+linear+constant"][k % 3];
+        combinations
+            .push(with(&format!("{}{parts}", law.name), &pick(&[["grade"], ["dead_zone"], ["range_bias"]][k % 3])));
+        combinations.push(law.name.parse().expect("a law"));
+    }
     let smooth = read_extension("smooth.wgsl", SMOOTH).expect("a valid extension");
     combinations.push("idm".parse::<Variant>().expect("a variant").with(smooth).expect("no conflict"));
     let (mut exact, mut differences) = (0, Vec::new());

@@ -42,7 +42,7 @@ const ROOMS: [&str; 18] = [
 ];
 
 /// The modules of `tests/common` that the judges need.
-const HELPERS: [&str; 3] = ["cars", "extended", "tolerance"];
+const HELPERS: [&str; 4] = ["cars", "extended", "laws", "tolerance"];
 
 /// How far the copy is optimised. The judges run so often that compiling and judging together are shortest so.
 const LEVEL: i64 = 2;

@@ -15,6 +15,7 @@ mod hostile;
 mod killed;
 mod library;
 mod one_driver;
+mod own_law;
 mod report;
 mod sumo;
 mod what_people_have;

@@ -21,11 +21,17 @@ pub struct Judge {
 
 /// True for the files that are judged here.
 pub fn judges_file(file: &str) -> bool {
-    ["shaders/extension/", "shaders/equilibrium/"].iter().any(|part| file.starts_with(part))
+    ["shaders/extension/", "shaders/equilibrium/", LAW].iter().any(|part| file.starts_with(part))
 }
+
+/// What all laws begin with.
+const LAW: &str = "shaders/controller/law.wgsl";
 
 /// Those who judge a file.
 pub fn judges(file: &str) -> Vec<Judge> {
+    if file == LAW {
+        return vec![Judge::new("krauss", "grade")];
+    }
     let name = file.strip_prefix("shaders/extension/").and_then(|name| name.strip_suffix(".wgsl"));
     let names: Vec<&str> = match name {
         Some(name) => vec![name],

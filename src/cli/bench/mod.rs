@@ -8,6 +8,7 @@ use super::output;
 use crate::bench::{Drive, Effort, run as measure, table};
 use crate::catalog::Variant;
 use crate::trajectory::import;
+use crate::wgsl::read_model;
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use std::path::PathBuf;
 
@@ -20,7 +21,7 @@ pub struct Args {
     #[arg(long)]
     quick: bool,
     /// Only this variant, with 100, 1024 and 4096 candidates, on a hardware GPU also with 32768 and 262144
-    #[arg(long, value_name = "ID|NAME", conflicts_with = "quick")]
+    #[arg(long, value_name = "ID|NAME|FILE.wgsl", value_parser = read_model, conflicts_with = "quick")]
     model: Option<Variant>,
     /// Print JSON
     #[arg(long)]

@@ -10,6 +10,7 @@ use crate::calibrate::{self, EVALUATIONS_MIN, OptimizerKind, REPLICATES_MAX, Sto
 use crate::catalog::Variant;
 use crate::convention::Convention;
 use crate::score::GoodnessOfFit;
+use crate::wgsl::read_model;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -21,8 +22,9 @@ pub struct Args {
     /// The follower: 1 is right behind the platoon leader; with --columns the id of a vehicle [default: the only one]
     #[arg(long, value_name = "N|ID", allow_negative_numbers = true)]
     pub follower: Option<String>,
-    /// Variant by id (1 to 90) or name, such as gipps+delay+linear+mfc; with --all several, each with a --model
-    #[arg(long = "model", required = true, value_name = "ID|NAME")]
+    /// Variant by id (1 to 90) or name, such as gipps+delay+linear+mfc; a law of `leadlag list laws`, or a file of one's own with one, such as
+    /// my_law.wgsl+delay; with --all several, each with a --model
+    #[arg(long = "model", required = true, value_name = "ID|NAME|FILE.wgsl", value_parser = read_model)]
     pub models: Vec<Variant>,
     /// What the model has beyond its variant: a built-in cause (`leadlag list causes`) or a file of one's own; may be
     /// given several times

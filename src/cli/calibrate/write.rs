@@ -44,7 +44,7 @@ pub fn files(
         let mut csv = Vec::new();
         simulation::write_csv(&mut csv, t, case, &trace)?;
         change.write(&format!("simulation{suffix}.csv"), &csv)?;
-        let title = format!("{}, {}: variant {} {}", case.label, one.trajectory.name, result.model_id, result.model());
+        let title = format!("{}, {}: variant {}", case.label, one.trajectory.name, result.numbered_model());
         let svg = plot::draw(&title, plot::AHEAD, t, case, &trace, &outcome)?;
         change.write(&format!("plot{suffix}.svg"), svg.as_bytes())?;
     }

@@ -18,7 +18,7 @@ use crate::diagnose::{Drive, Effort};
 use crate::extension::Extension;
 use crate::near::did_you_mean;
 use crate::report::diagnosis::text;
-use crate::wgsl::read_extension;
+use crate::wgsl::{read_extension, read_model};
 use clap::ValueEnum;
 use std::path::PathBuf;
 
@@ -45,8 +45,8 @@ pub struct Args {
     /// The follower: 1 is right behind the platoon leader; with --columns the id of a vehicle [default: the only one]
     #[arg(long, value_name = "N")]
     pub follower: Option<String>,
-    /// Base model to examine: idm, gipps, l-cth, l-idm, l-gipps, or any variant by id or name
-    #[arg(long, visible_alias = "model", value_name = "NAME|ID", required_unless_present = "data_only")]
+    /// Base model to examine: idm, gipps, l-cth, l-idm, l-gipps, or any variant by id or name, or a file with a law of one's own
+    #[arg(long, visible_alias = "model", value_name = "NAME|ID|FILE.wgsl", value_parser = read_model, required_unless_present = "data_only")]
     pub base: Option<Variant>,
     /// Check the data, and stop there
     #[arg(long)]

@@ -41,7 +41,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if inventory.done() == 0 {
         bail!("no task is done yet; `leadlag study run {shown}` computes them");
     }
-    let all: Vec<Outcomes> = file.gofs.iter().map(|gof| Outcomes::gather(&tasks, &inventory, gof)).collect();
+    let laws = file.read_laws();
+    let all: Vec<Outcomes> = file.gofs.iter().map(|gof| Outcomes::gather(&tasks, &inventory, gof, &laws)).collect();
     let out = args.out.clone().unwrap_or_else(|| folder.report());
     let mut change = Change::begin(&out)?;
     folder.sweep();

@@ -4,7 +4,7 @@ use crate::diagnose::Verdict;
 use crate::diagnose::outcome::{CauseEntry, Outcome, ParameterEntry, RungEntry};
 use crate::report::text::wrapped;
 use crate::symbols::Symbol;
-use crate::wgsl::library;
+use crate::wgsl::{laws, library};
 use std::fmt::{Result, Write};
 
 /// Columns of the longest bar.
@@ -82,9 +82,9 @@ pub(super) fn parameters(text: &mut String, parameters: &[ParameterEntry]) -> Re
     Ok(())
 }
 
-/// What a parameter of a model or of a built-in cause means; nothing of a user's own one.
+/// What a parameter of a model, a built-in law or a built-in cause means; nothing of a user's own one.
 pub(in crate::internal::report) fn meaning(parameter: &str) -> &'static str {
-    let mut built_in = library().iter().flat_map(|extension| extension.parameters.iter().copied());
+    let mut built_in = library().iter().chain(laws()).flat_map(|extension| extension.own_parameters());
     let own = || built_in.find(|symbol| symbol.name() == parameter);
     Symbol::from_name(parameter).or_else(own).map_or("", Symbol::meaning)
 }

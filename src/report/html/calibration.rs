@@ -79,11 +79,10 @@ pub fn calibration(
         _ => String::new(),
     };
     let lead = format!(
-        "<p class=\"verdict\"><strong>{} = {}</strong> with variant {}, {}{off}</p>",
+        "<p class=\"verdict\"><strong>{} = {}</strong> with variant {}{off}</p>",
         escape(&result.gof),
         result.best_score().map_or("–".to_owned(), short),
-        result.model_id,
-        escape(&result.model())
+        escape(&result.numbered_model())
     );
     let warning = result.drivers.as_ref().map_or(String::new(), |told| {
         format!("<p class=\"verdict bad_base\"><strong>Not one driver.</strong> {}.</p>", escape(told))

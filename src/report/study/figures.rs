@@ -11,24 +11,22 @@ const WIDTH: f64 = 1100.0;
 const LEFT: f64 = 76.0;
 const RIGHT: f64 = WIDTH - 20.0;
 
-fn colour(base: &Base) -> &'static str {
-    let index = BASES.iter().position(|b| b.name == base.name).unwrap_or(0);
+/// Those of Table 1 have the same colour in all studies.
+fn colour(own: &Outcomes, base: &Base) -> &'static str {
+    let of_table = BASES.iter().position(|known| known == base);
+    let of_study = || own.bases().iter().filter(|known| !BASES.contains(known)).position(|known| known == base);
+    let index = of_table.or_else(|| Some(BASES.len() + of_study()?)).unwrap_or(0);
     PALETTE[index % PALETTE.len()]
 }
 
-/// The base models of a study, in the order of Table 1.
-fn bases(own: &Outcomes) -> Vec<&'static Base> {
-    BASES.iter().filter(|base| own.variants.iter().any(|v| v.base.name == base.name)).collect()
-}
-
 fn legend(own: &Outcomes) -> Vec<(&'static str, &'static str)> {
-    bases(own).into_iter().map(|base| (base.paper, colour(base))).collect()
+    own.bases().into_iter().map(|base| (base.paper, colour(own, &base))).collect()
 }
 
 /// Figure 4: histograms of the coefficient of variation.
 pub fn variations(material: &Material) -> String {
     let own = material.own;
-    let bases = bases(own);
+    let bases = own.bases();
     let count: usize = (0..own.variants.len()).map(|v| own.variations(v).len()).sum();
     let line = format!(
         "{count} values, each of one variant on one trajectory: standard deviation over mean of the replicates' scores. λ: 1/mean, as of \
@@ -68,7 +66,7 @@ pub fn variations(material: &Material) -> String {
             let beyond = if k + 1 == BARS && most > end { " and above" } else { "" };
             let text = format!("{}: {count} of {} with CV {from} to {to} %{beyond}", base.paper, values.len());
             figure.told(&text, |figure| {
-                figure.bar([x, plot.height(share(*count))], [to_x, plot.y[1]], colour(base), "none");
+                figure.bar([x, plot.height(share(*count))], [to_x, plot.y[1]], colour(own, base), "none");
             });
         }
         for k in 0..=2 {
@@ -85,7 +83,7 @@ pub fn variations(material: &Material) -> String {
             let anchor = if k == 2 { Anchor::End } else { Anchor::Middle };
             figure.text([x, 348.0], 11.5, anchor, INK, &format!("{above}{text}"));
         }
-        figure.legend([left, 84.0], &[(base.paper, colour(base))]);
+        figure.legend([left, 84.0], &[(base.paper, colour(own, base))]);
         let rate = mean(&values).filter(|mean| *mean > 0.0).map_or("-".to_owned(), |mean| short(100.0 / mean));
         let worst = short(values.iter().copied().fold(0.0, f64::max));
         figure.text([left, 102.0], 11.5, Anchor::Start, INK, &format!("max {worst} %, λ {rate}"));
@@ -137,13 +135,13 @@ pub fn trajectories(material: &Material) -> String {
         figure.text([left + 6.0, top - 2.0], 14.0, Anchor::Start, INK, platoon);
         let drives: Vec<usize> = (0..own.drives.len()).filter(|d| own.drives[*d].platoon == *platoon).collect();
         for (place, &drive) in drives.iter().enumerate() {
-            let base = |base: &&'static Base| {
+            let base = |base: &Base| {
                 let index = own.variants.iter().position(|v| v.name() == base.name)?;
-                Some((own.cells[index][drive].score?, colour(base), base.paper))
+                Some((own.cells[index][drive].score?, colour(own, base), base.paper))
             };
             let range = own.range(drive);
             let mut bars: Vec<Option<(f64, &str, &str)>> = vec![range.map(|range| (range[0], "white", "lowest"))];
-            bars.extend(bases(own).iter().map(base));
+            bars.extend(own.bases().iter().map(base));
             bars.push(range.map(|range| (range[1], "#f0c800", "highest")));
             let count = bars.len();
             let name = &own.drives[drive].vehicle;
@@ -161,7 +159,7 @@ pub fn trajectories(material: &Material) -> String {
 
 /// Positions of the variants along x: the classes side by side, with a gap.
 fn positions(own: &Outcomes, plot: &Plot) -> (Vec<f64>, f64) {
-    let bases = bases(own);
+    let bases = own.bases();
     let gap = 1.0;
     let total = own.variants.len() as f64 + gap * (bases.len() as f64 - 1.0);
     let unit = (plot.x[1] - plot.x[0]) / total.max(1.0);
@@ -180,15 +178,15 @@ fn positions(own: &Outcomes, plot: &Plot) -> (Vec<f64>, f64) {
 /// Ids below, as many as there is room for, and names of the classes.
 fn ids(figure: &mut Figure, own: &Outcomes, plot: &Plot, x: &[f64], unit: f64) {
     let every = (22.0 / unit).ceil().max(1.0) as usize;
-    for base in bases(own) {
+    for base in own.bases() {
         let class = own.class(base.name);
         for &variant in class.iter().step_by(every) {
-            let id = own.variants[variant].id().to_string();
+            let id = own.variants[variant].shown_id();
             figure.text([x[variant], plot.y[1] + 16.0], 11.0, Anchor::Middle, INK, &id);
         }
         let (first, last) = (x[class[0]], x[class[class.len() - 1]]);
         let middle = [(first + last) / 2.0, plot.y[1] + 36.0];
-        figure.named(middle, base.paper, colour(base));
+        figure.named(middle, base.paper, colour(own, &base));
     }
 }
 
@@ -217,12 +215,12 @@ pub fn boxes(material: &Material) -> String {
     let half = (0.38 * unit).min(14.0);
     for (v, b) in boxes.iter().enumerate() {
         let Some(b) = b else { continue };
-        let (x, fill, y) = (x[v], colour(&own.variants[v].base), |value: f64| plot.height(value));
+        let (x, fill, y) = (x[v], colour(own, &own.variants[v].base), |value: f64| plot.height(value));
         let paper =
             material.paper.get(&own.variants[v].id()).map_or("–".to_owned(), |paper| format!("{:.3}", paper.median));
         let text = format!(
             "{} {}: median {:.3} (paper {paper}), quartiles {:.3} and {:.3}, mean {:.3}, {}",
-            own.variants[v].id(),
+            own.variants[v].shown_id(),
             own.variants[v],
             b.quartiles[1],
             b.quartiles[0],
@@ -286,7 +284,7 @@ pub fn collisions(material: &Material) -> String {
     for (k, outcomes) in material.all.iter().enumerate() {
         let colour = PALETTE[k % PALETTE.len()];
         entries.push((outcomes.gof.as_str(), colour));
-        for base in bases(own) {
+        for base in own.bases() {
             let class = outcomes.class(base.name);
             let places = class.iter().filter_map(|&v| {
                 let at = own.variants.iter().position(|variant| *variant == outcomes.variants[v])?;
@@ -296,7 +294,8 @@ pub fn collisions(material: &Material) -> String {
             figure.polyline(&points, 1.4, colour);
             for (v, point) in variants.into_iter().zip(points) {
                 let ((collisions, _, runs), variant) = (outcomes.collisions(v), &outcomes.variants[v]);
-                let text = format!("{} {variant}, {}: {collisions} of {runs} runs collide", variant.id(), outcomes.gof);
+                let text =
+                    format!("{} {variant}, {}: {collisions} of {runs} runs collide", variant.shown_id(), outcomes.gof);
                 figure.told(&text, |figure| figure.dot(point, 2.6, colour));
             }
         }

@@ -165,7 +165,7 @@ fn overall(page: &mut Page, material: &Material) {
             let (scores, collisions, runs) = validated(own, v, &|_| true);
             vec![
                 variant.name(),
-                variant.id().to_string(),
+                variant.shown_id(),
                 optional(score(v)),
                 optional(four.median),
                 optional(paper.map(|p| p.median)),

@@ -129,9 +129,9 @@ fn table4(material: &Material, text: &mut String) -> std::fmt::Result {
     }
     for (v, variant) in material.own.variants.iter().enumerate() {
         let (four, five) = (&material.four[v], &material.five[v]);
-        let (id, median, change) = (variant.id(), shown(four.median, 3), signed(four.change));
+        let (id, median, change) = (variant.shown_id(), shown(four.median, 3), signed(four.change));
         let (collisions, runs) = (five.collisions, five.runs);
-        match material.paper.get(&id) {
+        match material.paper.get(&variant.id()) {
             None => writeln!(text, "| {id} | `{variant}` | {median} | {change} | {collisions}/{runs} |")?,
             Some(paper) => writeln!(
                 text,

@@ -86,7 +86,8 @@ pub fn trajectories(material: &Material) -> Table {
     table.text("vehicle", own.drives.iter().map(|d| Some(d.vehicle.as_str())));
     let range = |i: usize| (0..own.drives.len()).map(move |d| own.range(d).map(|range| range[i]));
     table.number("score_min", range(0));
-    for base in BASES {
+    let laws = own.bases().into_iter().filter(|base| !BASES.contains(base));
+    for base in BASES.iter().copied().chain(laws) {
         let index = own.variants.iter().position(|v| v.name() == base.name);
         table.number(
             &format!("score_{}", base.name.replace('-', "_")),

@@ -173,7 +173,7 @@ fn lost(variant: &Variant, calibrated: &CalibratedVariant, model: Model) -> Vec<
         Constraint::Constant => lost.push("the constant bounds on the acceleration".to_owned()),
         Constraint::Mfc => lost.push("the acceleration curves of the vehicle (MFC)".to_owned()),
     }
-    lost.extend(variant.extensions.list().iter().map(|extension| format!("the extension {}", extension.name)));
+    lost.extend(variant.causes().map(|extension| format!("the extension {}", extension.name)));
     lost
 }
 

@@ -10,7 +10,8 @@ use super::inventory::Inventory;
 use super::part::{Part, RunRow};
 use super::task::{Task, without_extensions};
 use crate::calibrate::coefficient_of_variation;
-use crate::catalog::Variant;
+use crate::catalog::{BASES, Base, Variant};
+use crate::extension::Extension;
 use crate::score::Measures;
 
 /// A trajectory.
@@ -64,7 +65,7 @@ pub struct Outcomes {
     pub gof: String,
     /// The trajectories, in the order of the plan.
     pub drives: Vec<DriveName>,
-    /// The variants of Table 1, in the order of the plan; extensions, which all variants of a study share, are left out.
+    /// The variants, in the order of the plan; extensions, which all variants of a study share, are left out.
     pub variants: Vec<Variant>,
     /// One row per variant, one cell per trajectory.
     pub cells: Vec<Vec<Cell>>,
@@ -73,12 +74,12 @@ pub struct Outcomes {
 impl Outcomes {
     /// Everything of one goodness of fit that is there.
     #[must_use]
-    pub fn gather(tasks: &[Task], inventory: &Inventory, gof: &str) -> Outcomes {
+    pub fn gather(tasks: &[Task], inventory: &Inventory, gof: &str, laws: &[&'static Extension]) -> Outcomes {
         let (mut drives, mut variants): (Vec<DriveName>, Vec<Variant>) = (Vec::new(), Vec::new());
         let mut found: Vec<(usize, usize, &Part)> = Vec::new();
         for (task, part) in tasks.iter().zip(&inventory.parts) {
             let Some(part) = part.as_ref().filter(|_| task.gof == gof) else { continue };
-            let Some(variant) = without_extensions(&task.variant) else { continue };
+            let Some(variant) = without_extensions(&task.variant, laws) else { continue };
             let vehicle = part.calibration.vehicle.clone();
             let drive = DriveName { platoon: task.platoon.clone(), follower: task.follower, vehicle };
             found.push((place(&mut variants, variant), place(&mut drives, drive), part));
@@ -103,6 +104,19 @@ impl Outcomes {
     pub fn base_of(&self, variant: usize) -> Option<usize> {
         let name = self.variants[variant].base.name;
         self.variants.iter().position(|v| v.name() == name)
+    }
+
+    /// The base models: those of Table 1 in its order, then laws in that of the plan.
+    #[must_use]
+    pub fn bases(&self) -> Vec<Base> {
+        let is_here = |base: &&Base| self.variants.iter().any(|v| v.base == **base);
+        let mut bases: Vec<Base> = BASES.iter().filter(is_here).copied().collect();
+        for variant in &self.variants {
+            if !bases.contains(&variant.base) {
+                bases.push(variant.base);
+            }
+        }
+        bases
     }
 
     /// Indices of the variants of a base model.

@@ -28,21 +28,25 @@ pub enum PlanError {
         /// A known key that looks like the unknown one.
         nearest: Option<String>,
     },
-    /// The file of an extension cannot be read.
-    #[error("{path}: calibration.extend: {file}: cannot be read; its name starts from the folder of the plan")]
+    /// The file of an extension or a law cannot be read.
+    #[error("{path}: {key}: {file}: cannot be read; its name starts from the folder of the plan")]
     ExtensionFile {
         /// The plan.
         path: String,
+        /// Which key.
+        key: &'static str,
         /// The file of the extension.
         file: String,
         /// Why.
         source: std::io::Error,
     },
-    /// The text of an extension is not valid.
-    #[error("{path}: calibration.extend")]
+    /// The text of an extension or a law is not valid.
+    #[error("{path}: {key}")]
     Extension {
         /// The plan.
         path: String,
+        /// Which key.
+        key: &'static str,
         /// What is wrong, and where.
         source: Box<ShaderError>,
     },

@@ -1,4 +1,4 @@
-//! Extensions of a plan: built-in ones by name, files of one's own.
+//! Extensions and laws of a plan: built-in ones by name, files of one's own.
 
 use super::super::merge::{calibration_columns, parameter_column};
 use super::text::Reader;
@@ -6,11 +6,13 @@ use super::{Extend, PlanError};
 use crate::catalog::Variant;
 use crate::extension::Extension;
 use crate::near::nearest;
-use crate::wgsl::{ShaderError, extension_named, library, read_extension};
+use crate::symbols::Symbol;
+use crate::wgsl::{ShaderError, extension_named, law_file, law_with, library, read_extension};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-const KEY: &str = "calibration.extend";
+const EXTEND: &str = "calibration.extend";
+pub(super) const VARIANTS: &str = "calibration.variants";
 
 /// An extension as the files of a study keep it, so that they need no other file.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -49,28 +51,77 @@ impl StoredExtension {
 impl Reader<'_> {
     pub(super) fn extensions(&self, entries: Vec<String>) -> Result<Vec<Extend>, PlanError> {
         let read = |given: String| {
-            let extension = self.extension(&given)?;
-            // Names of variants would no longer say what a variant is made of.
-            if format!("idm+{}", extension.name).parse::<Variant>().is_ok() {
-                let reason =
-                    format!("{} is a part of the paper's variants; give the file another name", extension.name);
-                return Err(self.value(KEY, reason, None));
-            }
-            let column = extension.parameters.iter().map(|symbol| parameter_column(*symbol));
-            if let Some(twice) = column.into_iter().find(|name| calibration_columns().any(|other| other == *name)) {
-                let reason = format!(
-                    "a parameter of {} would be the column {twice}, which the tables of a study have already; give it another name",
-                    extension.name
-                );
-                return Err(self.value(KEY, reason, None));
-            }
+            let extension = self.extension(EXTEND, &given)?;
+            self.has_own_columns(EXTEND, extension)?;
             Ok(Extend { given, extension })
         };
         entries.into_iter().map(read).collect()
     }
 
-    fn extension(&self, given: &str) -> Result<&'static Extension, PlanError> {
-        let shader = |source| PlanError::Extension { path: self.path.to_owned(), source: Box::new(source) };
+    /// A variant whose base model may be a file with a law, which is added to `laws`.
+    pub(super) fn variant(&self, name: &str, laws: &mut Vec<Extend>) -> Result<Variant, PlanError> {
+        let mut given = name;
+        let variant = if let Some((file, parts)) = law_file(name) {
+            given = file;
+            let law = self.extension(VARIANTS, file)?;
+            if !law.is_law() {
+                let reason = format!("{file} is an extension, no law: give it as calibration.extend");
+                return Err(self.value(VARIANTS, reason, None));
+            }
+            law_with(law, parts).map_err(|e| self.value(VARIANTS, e, None))?
+        } else {
+            self.parse(VARIANTS, name, &[])?
+        };
+        if let Some(law) = variant.law().filter(|law| !laws.iter().any(|known| known.extension == *law)) {
+            self.has_own_columns(VARIANTS, law)?;
+            for other in laws.iter().map(|known| known.extension) {
+                Self::go_together(law, other).map_err(|reason| self.value(VARIANTS, reason, None))?;
+            }
+            laws.push(Extend { given: given.to_owned(), extension: law });
+        }
+        Ok(variant)
+    }
+
+    /// Two laws of one study: by their names they are told apart, and parameters of one name share a column.
+    fn go_together(law: &Extension, other: &Extension) -> Result<(), String> {
+        if law.name == other.name {
+            return Err(format!("there are two laws of the name {}; give one of the files another name", law.name));
+        }
+        let clash =
+            |one: Symbol| other.own_parameters().find(|two| two.name() == one.name() && two.unit() != one.unit());
+        match law.own_parameters().find_map(|one| Some((one, clash(one)?))) {
+            None => Ok(()),
+            Some((one, two)) => Err(format!(
+                "{} is in {} in {} and in {} in {}, and both would be one column of the tables; give one another name",
+                one.name(),
+                one.unit(),
+                law.name,
+                two.unit(),
+                other.name
+            )),
+        }
+    }
+
+    /// Refuses names that would be those of something else in the tables.
+    fn has_own_columns(&self, key: &'static str, extension: &Extension) -> Result<(), PlanError> {
+        let name = &extension.name;
+        // Names of variants would no longer say what a variant is made of.
+        if format!("idm+{name}").parse::<Variant>().is_ok() {
+            let reason = format!("{name} is a part of the paper's variants; give the file another name");
+            return Err(self.value(key, reason, None));
+        }
+        let mut columns = extension.own_parameters().map(parameter_column);
+        if let Some(twice) = columns.find(|name| calibration_columns().any(|other| other == *name)) {
+            let reason = format!(
+                "a parameter of {name} would be the column {twice}, which the tables of a study have already; give it another name"
+            );
+            return Err(self.value(key, reason, None));
+        }
+        Ok(())
+    }
+
+    fn extension(&self, key: &'static str, given: &str) -> Result<&'static Extension, PlanError> {
+        let shader = |source| PlanError::Extension { path: self.path.to_owned(), key, source: Box::new(source) };
         let stored = self.stored.iter().find(|stored| stored.given == given);
         if let Some(extension) = stored.map(StoredExtension::read).transpose().map_err(shader)?.flatten() {
             return Ok(extension);
@@ -80,12 +131,13 @@ impl Reader<'_> {
             let reason = format!(
                 "expected a built-in extension (`leadlag list causes`) or a file that ends in .wgsl, found `{given}`"
             );
-            return extension_named(given).ok_or_else(|| self.value(KEY, reason, nearest(given, names)));
+            return extension_named(given).ok_or_else(|| self.value(key, reason, nearest(given, names)));
         }
         let file = self.folder.join(given);
         let shown = file.display().to_string();
-        let text = crate::bounded::read_to_string(&file, crate::bounded::TEXT_MAX)
-            .map_err(|source| PlanError::ExtensionFile { path: self.path.to_owned(), file: shown.clone(), source })?;
+        let text = crate::bounded::read_to_string(&file, crate::bounded::TEXT_MAX).map_err(|source| {
+            PlanError::ExtensionFile { path: self.path.to_owned(), key, file: shown.clone(), source }
+        })?;
         read_extension(&shown, &text).map_err(shader)
     }
 
@@ -93,7 +145,7 @@ impl Reader<'_> {
     pub(super) fn extended(&self, variants: Vec<Variant>, extend: &[Extend]) -> Result<Vec<Variant>, PlanError> {
         let all = |variant: Variant| {
             let with = |variant: Variant, one: &Extend| variant.with(one.extension);
-            extend.iter().try_fold(variant, with).map_err(|conflict| self.value(KEY, conflict, None))
+            extend.iter().try_fold(variant, with).map_err(|conflict| self.value(EXTEND, conflict, None))
         };
         variants.into_iter().map(all).collect()
     }

@@ -85,6 +85,8 @@ pub struct CalibrationPlan {
     pub variants: Vec<Variant>,
     /// What every variant has beyond those of Table 1.
     pub extend: Vec<Extend>,
+    /// The laws among the base models.
+    pub laws: Vec<Extend>,
     /// What is minimised, one study each.
     pub gofs: Vec<GoodnessOfFit>,
     /// The convention.

@@ -1,5 +1,6 @@
 //! The TOML of a plan, and its checks.
 
+use super::extend::VARIANTS;
 use super::several::Several;
 use super::{CalibrationPlan, DataPlan, Extend, PLAN_VERSION, Plan, PlanError, PlatoonPlan};
 use super::{StoredExtension, Validation};
@@ -172,7 +173,12 @@ impl Reader<'_> {
         self.value(key, format!("expected {expected}, found `{found}`"), nearest(found, known))
     }
 
-    fn parse<T: FromStr<Err: Display>>(&self, key: &str, text: &str, known: &[&str]) -> Result<T, PlanError> {
+    pub(super) fn parse<T: FromStr<Err: Display>>(
+        &self,
+        key: &str,
+        text: &str,
+        known: &[&str],
+    ) -> Result<T, PlanError> {
         text.parse().map_err(|e| self.value(key, e, nearest(text, known.iter().copied())))
     }
 
@@ -258,8 +264,10 @@ impl Reader<'_> {
         let optimizer = entry.optimizer.as_deref().unwrap_or("auto");
         let (evaluator, precision) = self.evaluator(entry.evaluator.as_deref(), entry.precision.as_deref())?;
         let extend = self.extensions(entry.extend.0)?;
+        let mut laws = Vec::new();
+        let variants = self.variants(&entry.variants.0, &mut laws)?;
         Ok(CalibrationPlan {
-            variants: self.extended(self.variants(&entry.variants.0)?, &extend)?,
+            variants: self.extended(variants, &extend)?,
             gofs,
             convention: self.parse("calibration.convention", convention, &["paper", "authors"])?,
             replicates: self.within("calibration.replicates", entry.replicates.unwrap_or(1), [1, REPLICATES_MAX])?,
@@ -282,8 +290,9 @@ impl Reader<'_> {
                 )?,
                 ..default
             },
-            bounds: self.bounds(&entry.bounds, &extend)?,
+            bounds: self.bounds(&entry.bounds, &extend, &laws)?,
             extend,
+            laws,
             evaluator,
             precision,
         })
@@ -309,9 +318,9 @@ impl Reader<'_> {
         }
     }
 
-    /// Ids, names, `all` and ranges of ids such as `1-90`.
-    fn variants(&self, entries: &[VariantText]) -> Result<Vec<Variant>, PlanError> {
-        let key = "calibration.variants";
+    /// Ids, names, `all`, ranges of ids such as `1-90`, and files with a law.
+    fn variants(&self, entries: &[VariantText], laws: &mut Vec<Extend>) -> Result<Vec<Variant>, PlanError> {
+        let key = VARIANTS;
         let by_id = |id| Variant::from_id(id).map_err(|e| self.value(key, e, None));
         let mut variants: Vec<Variant> = Vec::new();
         for entry in entries {
@@ -330,7 +339,7 @@ impl Reader<'_> {
                         by_id(last)?;
                         variants.extend((first..=last).map(by_id).collect::<Result<Vec<_>, _>>()?);
                     }
-                    None => variants.push(self.parse(key, name, &[])?),
+                    None => variants.push(self.variant(name, laws)?),
                 },
             }
         }
@@ -365,12 +374,12 @@ impl Reader<'_> {
         Ok((kind, precision))
     }
 
-    fn bounds(&self, table: &toml::Table, extend: &[Extend]) -> Result<Overrides, PlanError> {
+    fn bounds(&self, table: &toml::Table, extend: &[Extend], laws: &[Extend]) -> Result<Overrides, PlanError> {
         let number = |value: &toml::Value| value.as_float().or(value.as_integer().map(|i| i as f64));
         let mut bounds = Overrides::new();
         for (name, value) in table {
             let key = format!("calibration.bounds.{name}");
-            let own = || extend.iter().flat_map(|e| &e.extension.parameters).copied();
+            let own = || extend.iter().chain(laws).flat_map(|e| e.extension.own_parameters());
             let of_extension = || own().find(|symbol| symbol.name() == name);
             let symbol = Symbol::from_name(name).or_else(of_extension).ok_or_else(|| {
                 let known = Symbol::ALL.iter().copied().chain(own()).map(Symbol::name);

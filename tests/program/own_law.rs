@@ -1,0 +1,214 @@
+//! A law of one's own, in a file: everything that a base model of the paper can do, it can.
+
+use crate::common::program::{fails, ok, scratch, text};
+use leadlag::{Calibration, read};
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// The full velocity difference model (Jiang, Wu, Zhu 2001), as a user would write it.
+const FVDM: &str = "//! Full velocity difference model with a linear optimal speed.
+struct Parameters {
+    v_0: f32,
+    d_0: f32,
+    t_h: f32,
+    /// rate of the relaxation to the optimal speed [1/s], 0.01 to 3
+    kappa: f32,
+    /// gain for the speed difference [1/s], 0 to 3
+    lambda: f32,
+}
+
+fn my_fvdm_law(own: Parameters, x: Perceived) -> f32 {
+    let optimal = clamp((x.s - own.d_0) / own.t_h, 0.0, own.v_0);
+    return own.kappa * (optimal - x.v_f) + own.lambda * (x.v_l - x.v_f);
+}
+";
+
+struct Drive {
+    folder: PathBuf,
+    file: PathBuf,
+    law: PathBuf,
+}
+
+fn drive(name: &str, duration: &str) -> Drive {
+    let folder = scratch("own_law", name);
+    ok(&["synth", "--out", text(&folder), "--seed", "1", "--duration", duration, "--pairs"]);
+    let law = folder.join("my_fvdm.wgsl");
+    fs::write(&law, FVDM).expect("the folder can be written");
+    Drive { file: folder.join("pair_follower1.csv"), folder, law }
+}
+
+fn json(file: &Path) -> Value {
+    serde_json::from_str(&fs::read_to_string(file).expect("it was written")).expect("JSON")
+}
+
+#[test]
+fn it_is_calibrated_and_its_result_needs_no_file() {
+    let Drive { folder, file, law } = drive("calibrated", "60");
+    let out = folder.join("out");
+    let model = format!("{}+delay+linear", text(&law));
+    let words = ["--model", &model, "--bounds", "human", "--max-evaluations", "2000", "--out", text(&out)];
+    let told = ok(&[&["calibrate", text(&file)][..], &words].concat());
+    assert!(told.contains("my_fvdm+delay+linear") && told.contains("gain for the speed difference"), "{told}");
+    let result = json(&out.join("result.json"));
+    // The parameters of the paper that it names, the parts', and its own: none that nothing reads.
+    let names: Vec<&str> = result["parameters"].as_object().expect("a table").keys().map(String::as_str).collect();
+    assert_eq!(names, ["v_0", "d_0", "t_h", "tau_p", "tau_a", "kappa", "lambda"]);
+    assert_eq!(result["bounds"]["v_0"], serde_json::json!([1.0, 70.0]), "of the set, as for every model");
+    assert_eq!(result["law"]["text"], FVDM);
+    assert_eq!((&result["model_id"], &result["extensions"]), (&Value::from(0), &serde_json::json!([])));
+    fs::remove_file(&law).expect("it is there");
+
+    let other = folder.join("pair_follower2.csv");
+    let (result, simulated) = (out.join("result.json"), folder.join("simulated.csv"));
+    let told = ok(&["simulate", "--result", text(&result), text(&other), "--out", text(&simulated)]);
+    assert!(told.contains("NRMSE"), "{told}");
+    let page = folder.join("page.html");
+    ok(&["report", text(&out), "--out", text(&page)]);
+    assert!(fs::read_to_string(page).expect("it was written").contains("my_fvdm+delay+linear"));
+
+    // By its text in the library: the same bytes.
+    let parts = Calibration::of_law("my_fvdm", FVDM, "+delay+linear").expect("a law").bounds("human");
+    let fit = parts.max_evaluations(2000).run(&read(&file).expect("sound").follower(1).expect("there"));
+    let written = fs::read_to_string(out.join("result.json")).expect("it was written");
+    assert_eq!(fit.expect("feasible").to_json(), written);
+}
+
+#[test]
+fn it_is_evaluated_in_tables_and_computed_alike_by_all() {
+    let Drive { folder, law, .. } = drive("evaluated", "40");
+    let table = folder.join("cases.csv");
+    let model = format!("{}+delay", text(&law));
+    let lines = [
+        "variant,platoon,follower_position,v_0,d_0,t_h,tau_p,kappa,lambda,delta,a_max,a_min".to_owned(),
+        format!("{model},platoon,1,30,2,1.2,0.3,0.3,0.6,,,"),
+        "idm,platoon,1,30,2,1.2,,,,4,1.5,-2".to_owned(),
+        "fvdm,platoon,1,30,,,,0.3,0.6,,,".to_owned(),
+    ];
+    fs::write(&table, lines.join("\n") + "\n").expect("the folder can be written");
+    let told = |evaluator: &[&str]| {
+        let out = folder.join("out.csv");
+        let words = ["evaluate", text(&table), "--data", text(&folder), "--out", text(&out)];
+        ok(&[&words[..], evaluator].concat());
+        fs::read_to_string(out).expect("it was written")
+    };
+    let exact = told(&["--evaluator", "lanes", "--precision", "f64"]);
+    let rows: Vec<&str> = exact.lines().collect();
+    assert_eq!(rows.len(), 4, "{exact}");
+    assert!(rows[3].contains("ds: variant fvdm needs this parameter, but there is no such column"), "{exact}");
+    let score = |text: &str, row: usize| -> f64 {
+        let mut reader = csv::Reader::from_reader(text.as_bytes());
+        let column = reader.headers().expect("a header").iter().position(|name| name == "nrmse_sva").expect("there");
+        let found = reader.records().nth(row).expect("a row").expect("sound")[column].to_owned();
+        found.parse().unwrap_or_else(|_| panic!("{found}: {text}"))
+    };
+    let plain = told(&["--evaluator", "lanes"]);
+    assert!((score(&plain, 0) / score(&exact, 0) - 1.0).abs() < 1e-4, "{plain}{exact}");
+    assert!(score(&exact, 1) > 0.0);
+}
+
+#[test]
+fn it_is_studied_beside_others() {
+    let Drive { folder, law, .. } = drive("studied", "40");
+    let plan = folder.join("plan.toml");
+    fs::write(
+        &plan,
+        r#"schema_version = 1
+[data]
+folder = "."
+[[platoon]]
+name = "A"
+file = "pair_follower1.csv"
+[[platoon]]
+name = "B"
+file = "pair_follower2.csv"
+[calibration]
+variants = ["idm", "my_fvdm.wgsl", "my_fvdm.wgsl+delay", "ovm", "krauss"]
+max_evaluations = 500
+bounds = { kappa = [0.1, 1.0] }
+"#,
+    )
+    .expect("the folder can be written");
+    let study = folder.join("study");
+    ok(&["study", "plan", text(&plan), "--out", text(&study)]);
+    // What the study keeps is enough.
+    fs::remove_file(&law).expect("it is there");
+    fs::remove_file(&plan).expect("it is there");
+    ok(&["study", "run", text(&study)]);
+    ok(&["study", "merge", text(&study)]);
+    ok(&["study", "report", text(&study), "--out", text(&folder.join("report"))]);
+    let mut merged = csv::Reader::from_path(study.join("merged/calibrations.csv")).expect("it was written");
+    let header = merged.headers().expect("a header").clone();
+    let of = |row: &csv::StringRecord, name: &str| row[header.iter().position(|h| h == name).expect(name)].to_owned();
+    let rows: Vec<csv::StringRecord> = merged.records().map(|row| row.expect("sound")).collect();
+    assert_eq!(rows.len(), 10);
+    for row in &rows {
+        let (base, own) = (of(row, "base"), of(row, "kappa_per_s"));
+        assert_eq!(own.is_empty(), base == "idm" || base == "krauss", "{base}: kappa {own}");
+        assert!(own.is_empty() || (0.1..=1.0).contains(&own.parse().expect("a number")), "{own}");
+        // One of each variant on each trajectory, and it is the best of itself.
+        assert_eq!(of(row, "is_best"), "true", "{row:?}");
+    }
+    let bases: std::collections::BTreeSet<String> = rows.iter().map(|row| of(row, "base")).collect();
+    assert_eq!(bases.into_iter().collect::<Vec<_>>(), ["idm", "krauss", "my_fvdm", "ovm"]);
+}
+
+#[test]
+fn it_is_diagnosed() {
+    let Drive { folder, file, law } = drive("diagnosed", "120");
+    let out = folder.join("out");
+    let words = ["--base", text(&law), "--bounds", "human", "--effort", "quick", "--out", text(&out)];
+    let told = ok(&[&["diagnose", "--data", text(&file)][..], &words].concat());
+    assert!(told.contains("my_fvdm"), "{told}");
+    let diagnosis = json(&out.join("diagnosis.json"));
+    let base = &diagnosis["base"];
+    assert_eq!((&base["variant"], &base["extensions"]), (&Value::from("my_fvdm"), &serde_json::json!([])));
+    let names: Vec<&str> =
+        base["parameters"].as_array().expect("a list").iter().filter_map(|p| p["name"].as_str()).collect();
+    assert!(names.contains(&"kappa") && names.contains(&"t_h"), "{names:?}");
+}
+
+#[test]
+fn a_file_is_told_for_what_it_is() {
+    let Drive { folder, file, law } = drive("told", "40");
+    let told = ok(&["check", text(&law), "--plot"]);
+    for expected in ["my_fvdm: valid, a law", "t_h [s]", "searched where it is needed", "15 m/s: acceleration"] {
+        assert!(told.contains(expected), "{expected}: {told}");
+    }
+    assert!(ok(&["check", "krauss"]).contains("as the file says"));
+    assert!(ok(&["list", "laws"]).contains("krauss: v_0 d_0 t_h a_max a_min"));
+
+    let write = |name: &str, text: &str| {
+        let path = folder.join(name);
+        fs::write(&path, text).expect("the folder can be written");
+        path
+    };
+    let calibrate = |model: &str, more: &[&str]| {
+        let out = folder.join("no");
+        let words = ["calibrate", text(&file), "--model", model, "--out", text(&out)];
+        let (code, told) = fails(&[&words[..], more].concat());
+        assert_eq!(code, 2, "{told}");
+        told
+    };
+    let extension = write("slow.wgsl", "fn slow_command(a: f32) -> f32 {\n    return 0.9 * a;\n}\n");
+    assert!(calibrate(text(&extension), &[]).contains("is an extension: it has no function `slow_law`"));
+    assert!(calibrate("idm", &["--extend", text(&law)]).contains("my_fvdm is a law, a base model of its own"));
+    assert!(calibrate("no_such.wgsl", &[]).contains("no_such.wgsl: cannot be read"));
+    assert!(calibrate("kraus", &[]).contains("did you mean `krauss`?"));
+    let taken = write("idm.wgsl", &FVDM.replace("my_fvdm", "idm"));
+    assert!(calibrate(text(&taken), &[]).contains("`idm` is built in; give the file another name"));
+    for (name, from, to, expected) in [
+        ("a.wgsl", "t_h", "tau_p", "tau_p belongs to the perception delay or the vehicle dynamics"),
+        (
+            "b.wgsl",
+            "    t_h: f32,",
+            "    /// gap [s], 0.5 to 2\n    t_h: f32,",
+            "t_h is the paper's parameter: its unit is s",
+        ),
+        ("c.wgsl", "own.t_h", "own.t_head", "Parameters has no field t_head; it has v_0"),
+    ] {
+        let own = FVDM.replace("my_fvdm", &name[..1]).replace(from, to);
+        let told = calibrate(text(&write(name, &own)), &[]);
+        assert!(told.contains(expected) && told.contains(&format!("{name}:")), "{expected}: {told}");
+    }
+}
