@@ -62,7 +62,17 @@ macro_rules! constraint_parts {
 /// The laws that are no models of the paper: the names of their files in `shaders/law` and `src/reference/law`.
 macro_rules! law_files {
     ($use:ident) => {
-        $use! { ovm, fvdm, iidm, acc_kesting, krauss, newell, helly, acc_milanes, w99 }
+        $use! {
+            ovm,
+            fvdm,
+            iidm,
+            acc_kesting,
+            krauss,
+            newell,
+            helly,
+            acc_milanes,
+            w99,
+        }
     };
 }
 

@@ -1,10 +1,17 @@
-//! The number that is reported: in f64, by the reference, or by lanes where a user's extension has no second transcription.
+//! The number that is reported: in f64, by the reference, or by lanes where a user's law or extension has no second transcription.
 
+use crate::catalog::Variant;
 use crate::evaluator::{Case, EvaluateError, Evaluator, Job, Outcome, Population, Score};
 use crate::lanes::{Lanes, LanesPrecision};
 use crate::reference::{Reference, Trace, knows};
 use crate::score::GoodnessOfFit;
 use crate::symbols::Parameters;
+
+/// Who computes that number for a variant.
+#[must_use]
+pub fn evaluator(variant: &Variant) -> &'static str {
+    if knows(variant) { "reference" } else { "lanes" }
+}
 
 /// Simulates one candidate on one case and measures it; `trace` is overwritten.
 ///

@@ -1,5 +1,5 @@
 //! The worked example of CONTRIBUTING.md works: what it says is applied to a copy of the crate, word for word, and the new
-//! variants are evaluated by every evaluator, which must agree.
+//! law is evaluated by every evaluator, which must agree.
 
 #[path = "common/copy.rs"]
 mod copy;
@@ -16,9 +16,9 @@ enum Edit {
     Behind { path: String, line: String, text: String },
 }
 
-/// The changes in the section on adding a part, in order.
+/// The changes in the section on adding a law, in order.
 fn edits(document: &str) -> Vec<Edit> {
-    let section = document.split("\n## ").find(|s| s.starts_with("Add a variant part")).expect("the section is there");
+    let section = document.split("\n## ").find(|s| s.starts_with("Add a law")).expect("the section is there");
     let mut edits = Vec::new();
     let mut quoted: Vec<String> = Vec::new();
     let mut lines = section.lines();
@@ -43,7 +43,7 @@ fn the_worked_example_of_contributing_works() {
     let edits = edits(&document.expect("CONTRIBUTING.md is readable"));
     let count = |is: fn(&Edit) -> bool| edits.iter().filter(|e| is(e)).count();
     let (new, behind) = (count(|e| matches!(e, Edit::New { .. })), count(|e| matches!(e, Edit::Behind { .. })));
-    assert_eq!((new, behind), (2, 2), "two files and two rows, and nothing else: {edits:#?}");
+    assert_eq!((new, behind), (2, 1), "two files and a row, and nothing else: {edits:#?}");
 
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("toy");
     // Compiling takes far longer than the test: not optimised.
@@ -79,7 +79,7 @@ fn the_worked_example_of_contributing_works() {
 
 #[test]
 fn changes_are_read_from_the_document() {
-    let document = "# A\n\n## Add a variant part\n\nNew file `a/b.wgsl`:\n\n```wgsl\none\n\ntwo\n```\n\nIn `c.rs`, behind the line that \
+    let document = "# A\n\n## Add a law\n\nNew file `a/b.wgsl`:\n\n```wgsl\none\n\ntwo\n```\n\nIn `c.rs`, behind the line that \
                     begins with `Row, 1`, the row:\n\n```rust\n    Row, 2\n```\n\n## Another\n\n```sh\nno\n```\n";
     let new = Edit::New { path: "a/b.wgsl".to_owned(), text: "one\n\ntwo\n".to_owned() };
     let (path, line, text) = ("c.rs".to_owned(), "Row, 1".to_owned(), "    Row, 2\n".to_owned());

@@ -22,7 +22,7 @@ use crate::result::assemble::Calibrated;
 use crate::score::GoodnessOfFit;
 use crate::select::{Selection, Work};
 use crate::trajectory::Trajectory;
-use crate::wgsl::{law_with, read_extension, read_law, read_model};
+use crate::wgsl::read_extension;
 use std::ops::ControlFlow;
 
 /// A calibration to be made. Every setting has a default; the same settings find the same parameters, to the bit, on any number of threads.
@@ -51,6 +51,12 @@ pub struct Calibration {
     pub(crate) warn: fn(&str),
 }
 
+/// The program and the state of its searches, such as `leadlag 0.1.0+search6`: with the same one, the same seed finds the same.
+#[must_use]
+pub fn program() -> &'static str {
+    &calibrate::PROGRAM
+}
+
 /// What a calibration is searched in and scored by.
 pub(crate) struct Prepared {
     pub(crate) space: SearchSpace,
@@ -63,17 +69,7 @@ impl Calibration {
     /// # Errors
     /// When there is no such model, or the text of the law is faulty.
     pub fn of(model: &str) -> Result<Calibration, Error> {
-        Ok(Calibration::of_variant(read_model(model).map_err(usage)?))
-    }
-
-    /// A calibration of a law of one's own by its WGSL text; `name` is what its functions begin with, and `parts` what comes with it, such as
-    /// `+delay+linear`.
-    ///
-    /// # Errors
-    /// When the text is faulty or no law, or there is no such part.
-    pub fn of_law(name: &str, text: &str, parts: &str) -> Result<Calibration, Error> {
-        let law = read_law(&format!("{name}.wgsl"), text).map_err(usage)?;
-        Ok(Calibration::of_variant(law_with(law, parts).map_err(usage)?))
+        Ok(Calibration::of_variant(super::model::model(model)?))
     }
 
     pub(crate) fn of_variant(model: Variant) -> Calibration {
@@ -166,17 +162,16 @@ impl Calibration {
         self
     }
 
-    /// Independent repetitions; 1 by default.
+    /// Independent repetitions, 1 to 100,000; 1 by default.
     #[must_use]
     pub fn replicates(mut self, replicates: u64) -> Calibration {
-        self.search.replicates = replicates.clamp(1, calibrate::REPLICATES_MAX);
+        self.search.replicates = replicates;
         self
     }
 
-    /// Simulations of a replicate at most.
+    /// Simulations of a replicate at most; 100 at least.
     #[must_use]
     pub fn max_evaluations(mut self, simulations: u64) -> Calibration {
-        let simulations = simulations.max(calibrate::EVALUATIONS_MIN);
         self.search.stop.max_evaluations = simulations;
         self.evaluations = Some(simulations);
         self
@@ -321,6 +316,7 @@ impl Calibration {
 
     /// The search space and the cases. Road loads of a joint calibration are bounded by one vehicle, so there must be one.
     pub(crate) fn prepare(&self, loaded: &[Loaded]) -> anyhow::Result<Prepared> {
+        self.check_numbers()?;
         let model = self.model;
         let vehicle = loaded[0].vehicle();
         if let Some(other) = loaded.iter().find(|l| l.vehicle().map(|v| &v.slug) != vehicle.map(|v| &v.slug))
@@ -343,6 +339,18 @@ impl Calibration {
             cases.push(case.with_extension_delay(space.extension_delay_upper())?);
         }
         Ok(Prepared { space, reference: Reference::new(cases, self.gof) })
+    }
+
+    /// Refuses numbers of replicates and simulations that cannot be.
+    pub(crate) fn check_numbers(&self) -> anyhow::Result<()> {
+        let (replicates, simulations) = (self.search.replicates, self.search.stop.max_evaluations);
+        let (most, least) = (calibrate::REPLICATES_MAX, calibrate::EVALUATIONS_MIN);
+        let message = match (replicates, simulations) {
+            (found, _) if !(1..=most).contains(&found) => format!("--replicates {found}: expected 1 to {most}"),
+            (_, found) if found < least => format!("--max-evaluations {found}: expected at least {least}"),
+            _ => return Ok(()),
+        };
+        Err(Usage(message).into())
     }
 
     /// The evaluator that simulates the candidates; the reference scores what it finds again.

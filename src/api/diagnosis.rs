@@ -2,7 +2,7 @@
 
 use super::bounds::read_bounds;
 use super::drive::Drive;
-use super::error::{Error, Usage, usage};
+use super::error::{Error, Usage};
 use super::reading::{Loaded as Picked, Reading, start_assumed};
 use crate::calibrate::Overrides;
 use crate::catalog::Variant;
@@ -16,7 +16,7 @@ use crate::diagnose::{Drive as Diagnosed, Effort, Progress, Question};
 use crate::extension::Extension;
 use crate::recommend::{Policy, Request, combine, races, recommend};
 use crate::trajectory::{Note, Recording, Trajectory};
-use crate::wgsl::{library, read_extension, read_model};
+use crate::wgsl::{library, read_extension};
 use std::fmt;
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -285,9 +285,12 @@ impl Diagnosis {
     /// # Errors
     /// When there is no such model.
     pub fn of(base: &str) -> Result<Diagnosis, Error> {
-        let base = read_model(base).map_err(usage)?;
+        Ok(Diagnosis::of_variant(super::model::model(base)?))
+    }
+
+    pub(crate) fn of_variant(base: Variant) -> Diagnosis {
         let (effort, causes) = (Effort::Normal, built_in());
-        Ok(Diagnosis { base, effort, seed: 1, causes, bounds: Vec::new(), single: Overrides::new(), correct: false })
+        Diagnosis { base, effort, seed: 1, causes, bounds: Vec::new(), single: Overrides::new(), correct: false }
     }
 
     /// How hard to search: `quick` (some seconds), `normal` (about a minute, the default) or `thorough`.

@@ -237,7 +237,10 @@ impl Fleet {
 
     fn settings(&self) -> anyhow::Result<Settings> {
         let Calibration { gof, convention, search, evaluations, intervals, selection, .. } = self.first();
-        let model = |one: &Calibration| Ok(Model { variant: one.model, overrides: one.overrides()? });
+        let model = |one: &Calibration| {
+            one.check_numbers()?;
+            Ok(Model { variant: one.model, overrides: one.overrides()? })
+        };
         Ok(Settings {
             models: self.calibrations.iter().map(model).collect::<anyhow::Result<_>>()?,
             measures: vec![*gof],

@@ -1,6 +1,7 @@
 //! `leadlag list`: variants, parameters, causes, vehicles, goodness-of-fit functions, conventions.
 
 use super::{Usage, output};
+use crate::api::model::{known, model};
 use crate::catalog::Variant;
 use crate::convention::Convention;
 use crate::evaluator::Case;
@@ -10,7 +11,7 @@ use crate::score::Measures;
 use crate::symbols::{Bounds, Symbol};
 use crate::trajectory::import::ColumnMap;
 use crate::vehicle::Vehicle;
-use crate::wgsl::{laws, library, read_model};
+use crate::wgsl::{laws, library};
 use clap::ValueEnum;
 use serde_json::{Value, json};
 
@@ -20,8 +21,8 @@ pub struct Args {
     #[arg(value_enum, default_value_t = Topic::Variants)]
     topic: Topic,
     /// Only the parameters of this variant
-    #[arg(long, value_name = "ID|NAME|FILE.wgsl", value_parser = read_model)]
-    model: Option<Variant>,
+    #[arg(long, value_name = "ID|NAME|FILE.wgsl", value_parser = known)]
+    model: Option<String>,
     /// Vehicle whose road loads are bounded: a built-in one or FILE#NAME
     #[arg(long, value_name = "NAME|FILE#NAME")]
     vehicle: Option<String>,
@@ -90,7 +91,8 @@ fn variant(v: &Variant) -> Entry {
 
 fn parameters(args: &Args) -> anyhow::Result<Vec<Entry>> {
     let vehicle = args.vehicle.as_deref().map(|text| crate::vehicle::find_for(text, false)).transpose()?;
-    let symbols = args.model.map_or_else(|| Symbol::ALL.to_vec(), |m| m.parameters());
+    let asked = args.model.as_deref().map(model).transpose()?;
+    let symbols = asked.map_or_else(|| Symbol::ALL.to_vec(), |m| m.parameters());
     let entry = |symbol: Symbol| {
         let bounds = Case::bounds(symbol, vehicle.as_ref(), args.convention);
         let shown = bounds.map_or("by --vehicle".to_owned(), |[lower, upper]| format!("{lower:.5} .. {upper:.5}"));

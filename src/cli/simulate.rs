@@ -224,7 +224,11 @@ fn text(done: &[Simulated]) -> String {
                 let nrmse = |signal| number(m.signal(signal).nrmse);
                 let (s, v, a) = (nrmse(Signal::Spacing), nrmse(Signal::Speed), nrmse(Signal::Acceleration));
                 let sum = number(GoodnessOfFit::NRMSE_SVA.of(&m));
-                writeln!(text, "  NRMSE(s,v,a) {sum} = s {s} + v {v} + a {a}\n  evaluator reference (f64)")
+                writeln!(
+                    text,
+                    "  NRMSE(s,v,a) {sum} = s {s} + v {v} + a {a}\n  evaluator {} (f64)",
+                    rescore::evaluator(variant)
+                )
             }
             Err(failure) => {
                 let t = trajectory.t.get(failure.step).copied().unwrap_or(f64::NAN);
@@ -254,7 +258,7 @@ fn json(done: &[Simulated]) -> serde_json::Value {
             "variant": s.case.variant.name(), "convention": s.case.convention.to_string(),
             "preparation": s.loaded.trajectory.notes.iter().map(ToString::to_string).collect::<Vec<_>>(), "success": failure.is_none(),
             "fail_reason": failure.map(|f| f.kind.name()), "fail_step": failure.map(|f| f.step),
-            "score": measures, "evaluator": "reference", "precision": "f64",
+            "score": measures, "evaluator": rescore::evaluator(&s.case.variant), "precision": "f64",
         })
     };
     json!({"schema_version": 1, "runs": done.iter().map(one).collect::<Vec<_>>()})

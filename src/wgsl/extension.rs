@@ -28,7 +28,7 @@ macro_rules! built_in {
 }
 
 macro_rules! built_in_laws {
-    ($($name:ident),*) => { built_in! { "law"; $($name),* } };
+    ($($name:ident,)*) => { built_in! { "law"; $($name),* } };
 }
 
 const LAWS: BuiltIn = law_files!(built_in_laws);
@@ -99,14 +99,16 @@ impl FromStr for Variant {
 
     /// An id or a name; the base model may be a built-in law.
     fn from_str(text: &str) -> Result<Variant, UnknownVariant> {
-        Variant::named(text, laws())
+        // Laws are read when one is asked for.
+        Variant::named(text, &[]).or_else(|_| Variant::named(text, laws()))
     }
 }
 
 /// The built-in extension or law with this name.
 #[must_use]
 pub fn extension_named(name: &str) -> Option<&'static Extension> {
-    library().iter().chain(laws()).copied().find(|extension| extension.name == name)
+    let named = |all: &[&'static Extension]| all.iter().copied().find(|extension| extension.name == name);
+    named(library()).or_else(|| named(laws()))
 }
 
 /// Reads an extension or a law of one's own; `file` is what messages call it, its name without folder and `.wgsl` is the extension's.

@@ -17,7 +17,7 @@ pub enum ModelError {
     #[error(transparent)]
     Unknown(#[from] UnknownVariant),
     /// The file of a law cannot be read.
-    #[error("{file}: cannot be read: {source}")]
+    #[error("{file}: cannot be read")]
     File {
         /// The file.
         file: String,

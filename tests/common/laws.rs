@@ -11,7 +11,7 @@ use leadlag::internal::symbols::{Bounds, Parameters, Symbol};
 use leadlag::internal::wgsl::{Precision, Recipe, Source, check, laws};
 
 /// States of a law.
-const POINTS: usize = 4000;
+const POINTS: usize = 2500;
 /// Largest difference relative to the size of what is subtracted on the way.
 const TOLERANCE: f64 = 1e-12;
 /// Of the spacing at constant speed: an inverse hyperbolic tangent next to one loses digits.

@@ -9,7 +9,7 @@ use leadlag::internal::reference::{Trace, simulate};
 use leadlag::internal::symbols::{Bounds, Parameters, Symbol};
 use leadlag::internal::trajectory::{Grade, Trajectory};
 use leadlag::internal::vehicle::{Mfc, Vehicle};
-use leadlag::internal::wgsl::{Precision, Recipe, Source as Shader, check};
+use leadlag::internal::wgsl::{Precision, Recipe, Source as Shader, check, laws};
 use std::path::Path;
 
 /// Table 1: per base model its name here, controller, spacing policy, first id and calibration parameters.
@@ -285,7 +285,10 @@ struct Part {
 }
 
 fn parts() -> Vec<Part> {
-    let with = |is: &dyn Fn(&Variant) -> bool| Variant::all().find(|v| is(v)).expect("every part is in some variant");
+    let law = || laws().iter().map(|law| Variant::of_law(law).expect("few parameters"));
+    let with = |is: &dyn Fn(&Variant) -> bool| {
+        Variant::all().chain(law()).find(|v| is(v)).expect("every part is in some variant")
+    };
     let part = |folder, name, parameters, variant| Part { folder, name, parameters, variant };
     let controllers = Controller::ALL
         .iter()

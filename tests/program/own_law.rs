@@ -1,7 +1,7 @@
 //! A law of one's own, in a file: everything that a base model of the paper can do, it can.
 
 use crate::common::program::{fails, ok, scratch, text};
-use leadlag::{Calibration, read};
+use leadlag::{Law, Study, read};
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -68,8 +68,12 @@ fn it_is_calibrated_and_its_result_needs_no_file() {
     assert!(fs::read_to_string(page).expect("it was written").contains("my_fvdm+delay+linear"));
 
     // By its text in the library: the same bytes.
-    let parts = Calibration::of_law("my_fvdm", FVDM, "+delay+linear").expect("a law").bounds("human");
-    let fit = parts.max_evaluations(2000).run(&read(&file).expect("sound").follower(1).expect("there"));
+    let model = Law::from_text("my_fvdm", FVDM).and_then(|law| law.with("+delay+linear")).expect("a law");
+    let fit = model
+        .calibration()
+        .bounds("human")
+        .max_evaluations(2000)
+        .run(&read(&file).expect("sound").follower(1).expect("there"));
     let written = fs::read_to_string(out.join("result.json")).expect("it was written");
     assert_eq!(fit.expect("feasible").to_json(), written);
 }
@@ -134,8 +138,13 @@ bounds = { kappa = [0.1, 1.0] }
     // What the study keeps is enough.
     fs::remove_file(&law).expect("it is there");
     fs::remove_file(&plan).expect("it is there");
+    let by_library = Study::open(&study).expect("it is there");
+    by_library.run(&|| false, &mut |_, _| ()).expect("it can be");
     ok(&["study", "run", text(&study)]);
     ok(&["study", "merge", text(&study)]);
+    let [calibrations, _] = by_library.merged().expect("they are there");
+    let merged = fs::read(study.join("merged/calibrations.csv")).expect("it was written");
+    assert_eq!(leadlag::internal::report::csv::write(&calibrations), merged);
     ok(&["study", "report", text(&study), "--out", text(&folder.join("report"))]);
     let mut merged = csv::Reader::from_path(study.join("merged/calibrations.csv")).expect("it was written");
     let header = merged.headers().expect("a header").clone();
@@ -186,17 +195,20 @@ fn a_file_is_told_for_what_it_is() {
     let calibrate = |model: &str, more: &[&str]| {
         let out = folder.join("no");
         let words = ["calibrate", text(&file), "--model", model, "--out", text(&out)];
-        let (code, told) = fails(&[&words[..], more].concat());
-        assert_eq!(code, 2, "{told}");
-        told
+        fails(&[&words[..], more].concat())
     };
     let extension = write("slow.wgsl", "fn slow_command(a: f32) -> f32 {\n    return 0.9 * a;\n}\n");
-    assert!(calibrate(text(&extension), &[]).contains("is an extension: it has no function `slow_law`"));
-    assert!(calibrate("idm", &["--extend", text(&law)]).contains("my_fvdm is a law, a base model of its own"));
-    assert!(calibrate("no_such.wgsl", &[]).contains("no_such.wgsl: cannot be read"));
-    assert!(calibrate("kraus", &[]).contains("did you mean `krauss`?"));
     let taken = write("idm.wgsl", &FVDM.replace("my_fvdm", "idm"));
-    assert!(calibrate(text(&taken), &[]).contains("`idm` is built in; give the file another name"));
+    for (model, more, code, expected) in [
+        (text(&extension), &[][..], 2, "is an extension: it has no function `slow_law`"),
+        ("idm", &["--extend", text(&law)][..], 2, "my_fvdm is a law, a base model of its own"),
+        ("kraus", &[][..], 2, "did you mean `krauss`?"),
+        ("no_such.wgsl", &[][..], 1, "no_such.wgsl: cannot be read"),
+        (text(&taken), &[][..], 1, "`idm` is built in; give the file another name"),
+    ] {
+        let (found, told) = calibrate(model, more);
+        assert!(found == code && told.contains(expected), "{model}: {found}: {told}");
+    }
     for (name, from, to, expected) in [
         ("a.wgsl", "t_h", "tau_p", "tau_p belongs to the perception delay or the vehicle dynamics"),
         (
@@ -208,7 +220,7 @@ fn a_file_is_told_for_what_it_is() {
         ("c.wgsl", "own.t_h", "own.t_head", "Parameters has no field t_head; it has v_0"),
     ] {
         let own = FVDM.replace("my_fvdm", &name[..1]).replace(from, to);
-        let told = calibrate(text(&write(name, &own)), &[]);
-        assert!(told.contains(expected) && told.contains(&format!("{name}:")), "{expected}: {told}");
+        let (code, told) = calibrate(text(&write(name, &own)), &[]);
+        assert!(code == 1 && told.contains(expected) && told.contains(&format!("{name}:")), "{expected}: {told}");
     }
 }

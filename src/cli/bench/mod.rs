@@ -5,10 +5,9 @@ mod optimizers;
 
 use super::lines::Lines;
 use super::output;
+use crate::api::model::{known, model};
 use crate::bench::{Drive, Effort, run as measure, table};
-use crate::catalog::Variant;
 use crate::trajectory::import;
-use crate::wgsl::read_model;
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use std::path::PathBuf;
 
@@ -21,8 +20,8 @@ pub struct Args {
     #[arg(long)]
     quick: bool,
     /// Only this variant, with 100, 1024 and 4096 candidates, on a hardware GPU also with 32768 and 262144
-    #[arg(long, value_name = "ID|NAME|FILE.wgsl", value_parser = read_model, conflicts_with = "quick")]
-    model: Option<Variant>,
+    #[arg(long, value_name = "ID|NAME|FILE.wgsl", value_parser = known, conflicts_with = "quick")]
+    model: Option<String>,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -68,7 +67,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         return Ok(crate::bench::export(&drive, folder)?);
     }
     let whole = if args.quick { Effort::Quick } else { Effort::Full };
-    let effort = args.model.map_or(whole, Effort::Variant);
+    let asked = args.model.as_deref().map(model).transpose()?;
+    let effort = asked.map_or(whole, Effort::Variant);
     let bar = ProgressBar::new_spinner().with_style(ProgressStyle::with_template("{spinner} {msg}, {elapsed}")?);
     let mut lines = Lines::new();
     let report = measure(&drive, effort, &mut |what| {

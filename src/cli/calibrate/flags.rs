@@ -6,11 +6,11 @@ use super::super::evaluator::{EvaluatorArgs, warn};
 use super::super::number::{finite, seed, whole};
 use crate::api::Calibration;
 use crate::api::extension::extend;
+use crate::api::model::{known, model};
 use crate::calibrate::{self, EVALUATIONS_MIN, OptimizerKind, REPLICATES_MAX, Stop};
 use crate::catalog::Variant;
 use crate::convention::Convention;
 use crate::score::GoodnessOfFit;
-use crate::wgsl::read_model;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -24,8 +24,8 @@ pub struct Args {
     pub follower: Option<String>,
     /// Variant by id (1 to 90) or name, such as gipps+delay+linear+mfc; a law of `leadlag list laws`, or a file of one's own with one, such as
     /// my_law.wgsl+delay; with --all several, each with a --model
-    #[arg(long = "model", required = true, value_name = "ID|NAME|FILE.wgsl", value_parser = read_model)]
-    pub models: Vec<Variant>,
+    #[arg(long = "model", required = true, value_name = "ID|NAME|FILE.wgsl", value_parser = known)]
+    pub models: Vec<String>,
     /// What the model has beyond its variant: a built-in cause (`leadlag list causes`) or a file of one's own; may be
     /// given several times
     #[arg(long, value_name = "NAME|FILE.wgsl")]
@@ -132,7 +132,7 @@ impl Args {
         {
             return Err(Usage(format!("--model {another}: one model is calibrated at a time, unless --all")).into());
         }
-        self.models.iter().map(|model| extend(*model, &self.extend)).collect()
+        self.models.iter().map(|asked| extend(model(asked)?, &self.extend)).collect()
     }
 
     /// What is minimised, where it is one thing.

@@ -10,6 +10,7 @@ use super::evaluator::warn;
 use super::{Exit, Usage, folder, interrupt, output};
 use crate::api::bounds::read_bounds;
 use crate::api::diagnosis::{Asked, built_in};
+use crate::api::model::{known, model};
 use crate::catalog::Variant;
 use crate::diagnose::describe::Diagnosis;
 use crate::diagnose::free::Free;
@@ -18,7 +19,7 @@ use crate::diagnose::{Drive, Effort};
 use crate::extension::Extension;
 use crate::near::did_you_mean;
 use crate::report::diagnosis::text;
-use crate::wgsl::{read_extension, read_model};
+use crate::wgsl::read_extension;
 use clap::ValueEnum;
 use std::path::PathBuf;
 
@@ -46,8 +47,8 @@ pub struct Args {
     #[arg(long, value_name = "N")]
     pub follower: Option<String>,
     /// Base model to examine: idm, gipps, l-cth, l-idm, l-gipps, or any variant by id or name, or a file with a law of one's own
-    #[arg(long, visible_alias = "model", value_name = "NAME|ID|FILE.wgsl", value_parser = read_model, required_unless_present = "data_only")]
-    pub base: Option<Variant>,
+    #[arg(long, visible_alias = "model", value_name = "NAME|ID|FILE.wgsl", value_parser = known, required_unless_present = "data_only")]
+    pub base: Option<String>,
     /// Check the data, and stop there
     #[arg(long)]
     pub data_only: bool,
@@ -103,7 +104,7 @@ pub enum EffortArg {
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let causes = causes(args)?;
     // The check of the data needs no variant; the one it is prepared for then only says what it has to have.
-    let variant = args.base.unwrap_or(Variant::from_id(1)?);
+    let variant = args.base.as_deref().map_or_else(|| Ok(Variant::from_id(1)?), model)?;
     let mut loaded = load::load(args, variant)?;
     if args.data_only {
         let faulty = has_bad_data(&loaded.data, &loaded.findings);

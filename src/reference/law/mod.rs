@@ -42,7 +42,7 @@ pub struct Law {
 }
 
 macro_rules! laws {
-    ($($file:ident),*) => {
+    ($($file:ident,)*) => {
         $(mod $file;)*
 
         static ALL: &[Law] = &[

@@ -42,12 +42,12 @@ fn what_an_extension_may_not_have_is_said() {
         (
             "x.wgsl",
             "fn y_command(a: f32) -> f32 {\n    return a;\n}\n",
-            "x.wgsl:1:1: expected at least one of the functions x_policy, x_perception, x_speed, x_command, x_response, found none",
+            "x.wgsl:1:1: expected at least one of the functions x_policy, x_perception, x_speed, x_law, x_command, x_response, found none",
         ),
         (
             "x.wgsl",
             "const c = 1.0;\nfn x_comand(a: f32) -> f32 {\n    return a * c;\n}\n",
-            "x.wgsl:2:1: expected at least one of the functions x_policy, x_perception, x_speed, x_command, x_response, found none, but \
+            "x.wgsl:2:1: expected at least one of the functions x_policy, x_perception, x_speed, x_law, x_command, x_response, found none, but \
              x_comand; did you mean `x_command`?",
         ),
         (
@@ -104,7 +104,7 @@ fn what_an_extension_may_not_have_is_said() {
         (
             "grade.wgsl",
             "fn grade_command(a: f32) -> f32 {\n    return a;\n}\n",
-            "there is a built-in extension `grade`",
+            "`grade` is built in; give the file another name",
         ),
         ("My Cause.wgsl", "", "the file's name is the extension's"),
         (
@@ -141,7 +141,7 @@ fn what_does_nothing_is_warned_of_with_its_place() {
         (
             format!("{}fn x_brakes() -> f32 {{ return 1.0; }}\n", command("return a;")),
             &[
-                "x.wgsl:4:1: x_brakes is no stage, and nothing calls it, so it does nothing; the stages are x_policy, x_perception, x_speed, x_command, x_response",
+                "x.wgsl:4:1: x_brakes is no stage, and nothing calls it, so it does nothing; the stages are x_policy, x_perception, x_speed, x_law, x_command, x_response",
             ],
         ),
         (

@@ -1,0 +1,189 @@
+//! Models: the ninety variants, laws, and what they are extended by.
+
+use super::calibration::Calibration;
+use super::diagnosis::Diagnosis;
+use super::error::{Error, Usage, usage};
+use super::extension::extend;
+use crate::bounded::{TEXT_MAX, read_to_string};
+use crate::catalog;
+#[cfg(feature = "cli")]
+use crate::catalog::UnknownVariant;
+use crate::extension::Extension;
+#[cfg(feature = "cli")]
+use crate::wgsl::law_file;
+use crate::wgsl::{ModelError, law_with, laws, read_extension, read_law, read_model};
+use anyhow::Context;
+use std::fmt;
+use std::path::Path;
+
+/// A model: a base, with or without perception delay, vehicle dynamics, an acceleration constraint and extensions.
+///
+/// ```
+/// let model = leadlag::Variant::named("gipps+delay+linear+mfc")?.extend("leader_accel_ff")?;
+/// assert_eq!((model.id(), model.parameters().len()), (Some(33), 10));
+/// # Ok::<(), leadlag::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Variant(pub(crate) catalog::Variant);
+
+/// A model by its id, its name or the file of a law. Whoever asks for one that there is not is told so; a file that cannot be read, or is faulty,
+/// is an error of the file.
+pub(crate) fn model(asked: &str) -> anyhow::Result<catalog::Variant> {
+    read_model(asked).map_err(|error| match error {
+        ModelError::Unknown(_) | ModelError::NoLaw { .. } => Usage(error.to_string()).into(),
+        ModelError::File { .. } | ModelError::Shader(_) => error.into(),
+    })
+}
+
+/// Refuses names of models that there are not; files are read where they are needed.
+#[cfg(feature = "cli")]
+pub(crate) fn known(asked: &str) -> Result<String, UnknownVariant> {
+    if law_file(asked).is_none() {
+        asked.parse::<catalog::Variant>()?;
+    }
+    Ok(asked.to_owned())
+}
+
+impl Variant {
+    /// A model by name or id, `idm`, `gipps+delay+linear+mfc`, `31`, or by the file of a law: `my_law.wgsl+delay`.
+    ///
+    /// # Errors
+    /// When there is no such model, or the text of the law is faulty.
+    pub fn named(model: &str) -> Result<Variant, Error> {
+        Ok(Variant(self::model(model)?))
+    }
+
+    /// The ninety of the paper's Table 1, in its order.
+    pub fn all() -> impl Iterator<Item = Variant> {
+        catalog::Variant::all().map(Variant)
+    }
+
+    /// The same with an extension: the name of a built-in cause, such as `actuation_lag`, or a WGSL file of one's own.
+    ///
+    /// # Errors
+    /// When there is none of that name, its text is faulty, or the model has it already.
+    pub fn extend(self, extension: &str) -> Result<Variant, Error> {
+        Ok(Variant(extend(self.0, &[extension.to_owned()])?))
+    }
+
+    /// The same with an extension of one's own by its WGSL text; `name` is what its functions begin with.
+    ///
+    /// # Errors
+    /// When the text is faulty, or the model has the extension already.
+    pub fn extend_text(self, name: &str, text: &str) -> Result<Variant, Error> {
+        let own = read_extension(&format!("{name}.wgsl"), text).map_err(anyhow::Error::from)?;
+        self.0.with(own).map(Variant).map_err(usage)
+    }
+
+    /// A calibration of it, with all settings at their defaults.
+    #[must_use]
+    pub fn calibration(self) -> Calibration {
+        Calibration::of_variant(self.0)
+    }
+
+    /// A diagnosis of what it lacks, with all settings at their defaults.
+    #[must_use]
+    pub fn diagnosis(self) -> Diagnosis {
+        Diagnosis::of_variant(self.0)
+    }
+
+    /// Its id in Table 1; none for a law.
+    #[must_use]
+    pub fn id(&self) -> Option<u32> {
+        Some(self.0.id()).filter(|id| *id > 0)
+    }
+
+    /// Its name, such as `gipps+delay+linear+mfc`; extensions come last.
+    #[must_use]
+    pub fn name(&self) -> String {
+        self.0.name()
+    }
+
+    /// The names of its parameters, in the order of all tables.
+    #[must_use]
+    pub fn parameters(&self) -> Vec<&'static str> {
+        self.0.parameters().into_iter().map(crate::symbols::Symbol::name).collect()
+    }
+}
+
+impl fmt::Display for Variant {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+/// A law: a base model that is none of the paper's, built in or in a WGSL file of one's own.
+///
+/// ```
+/// let text = "
+/// struct Parameters {
+///     v_0: f32,
+///     /// gain for the speed [1/s], 0.05 to 2
+///     gain: f32,
+/// }
+/// fn cruise_law(own: Parameters, x: Perceived) -> f32 {
+///     return own.gain * (own.v_0 - x.v_f);
+/// }";
+/// let model = leadlag::Law::from_text("cruise", text)?.with("+delay")?;
+/// assert_eq!(model.parameters(), ["v_0", "tau_p", "gain"]);
+/// # Ok::<(), leadlag::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Law(&'static Extension);
+
+impl Law {
+    /// The laws that are built in.
+    pub fn built_in() -> impl Iterator<Item = Law> {
+        laws().iter().copied().map(Law)
+    }
+
+    /// Reads a file; its name without `.wgsl` is the law's, and what its functions begin with.
+    ///
+    /// # Errors
+    /// When it cannot be read, is faulty, or is no law.
+    pub fn read(file: impl AsRef<Path>) -> Result<Law, Error> {
+        let shown = file.as_ref().display().to_string();
+        let text = read_to_string(file.as_ref(), TEXT_MAX).with_context(|| format!("{shown}: cannot be read"))?;
+        read_law(&shown, &text).map(Law).map_err(usage)
+    }
+
+    /// A law by its WGSL text; `name` is what its functions begin with.
+    ///
+    /// # Errors
+    /// When the text is faulty, or is no law.
+    pub fn from_text(name: &str, text: &str) -> Result<Law, Error> {
+        read_law(&format!("{name}.wgsl"), text).map(Law).map_err(usage)
+    }
+
+    /// The model that it is with other parts, such as `+delay+linear`, or with none: "".
+    ///
+    /// # Errors
+    /// When there is no such part.
+    pub fn with(&self, parts: &str) -> Result<Variant, Error> {
+        law_with(self.0, parts).map(Variant).map_err(usage)
+    }
+
+    /// Its name.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        &self.0.name
+    }
+
+    /// What it does, in words.
+    #[must_use]
+    pub fn meaning(&self) -> &'static str {
+        &self.0.meaning
+    }
+
+    /// Where it is described, if its text says so.
+    #[must_use]
+    pub fn reference(&self) -> Option<&'static str> {
+        self.0.reference.as_deref()
+    }
+
+    /// Its text.
+    #[must_use]
+    pub fn text(&self) -> &'static str {
+        &self.0.text
+    }
+}
