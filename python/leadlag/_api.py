@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import os
+import re
 import warnings
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -24,22 +25,42 @@ Extension = str | os.PathLike[str] | tuple[str, str]
 
 
 class Model:
-    """A model: a base variant with extensions.
+    """A model: a base with parts and extensions.
 
-    ``base``: a variant by name or id, such as ``"idm+delay"``, ``"gipps+delay+linear+mfc"`` or ``31``.
+    ``base``: a variant by name or id, such as ``"idm+delay"``, ``"gipps+delay+linear+mfc"`` or ``31``; a built-in law, such as ``"krauss"``; a file
+    with a law of your own, ``"my_law.wgsl+delay"``; or the WGSL text of one, whose function ``NAME_law`` gives it its name.
     ``extend``: what the model has beyond it, each the name of a built-in cause (``"actuation_lag"``), the path of a WGSL file, or a pair
     ``(name, text)`` of WGSL text whose functions begin with that name.
+    ``parts``: what goes with a law that is given as text, such as ``"delay+linear"``.
     """
 
-    def __init__(self, base: str | int, extend: Iterable[Extension] = ()) -> None:
+    base: str | tuple[str, str, str]
+
+    def __init__(
+        self, base: str | int | tuple[str, str, str], extend: Iterable[Extension] = (), parts: str = ""
+    ) -> None:
         if isinstance(extend, (str, os.PathLike)):
             extend = [extend]
-        self.base = str(base)
         self.extend = [(str(e[0]), str(e[1])) if isinstance(e, tuple) else os.fspath(e) for e in extend]
+        parts = f"+{parts.lstrip('+')}" if parts else ""
+        if isinstance(base, tuple):
+            self.base = base
+            return
+        text = str(base)
+        if "\n" not in text:
+            self.base = text + parts
+            return
+        law = re.search(r"\bfn\s+([a-z][a-z0-9_]*)_law\s*\(", text)
+        if law is None:
+            raise _native.UsageError(
+                "the text has no function NAME_law, so it is no law; an extension is given by extend=[(name, text)]"
+            )
+        self.base = (law[1], text, parts)
 
     def __repr__(self) -> str:
+        base = self.base[0] + self.base[2] if isinstance(self.base, tuple) else self.base
         names = [e[0] if isinstance(e, tuple) else e for e in self.extend]
-        return f"Model({', '.join([self.base, *names])})"
+        return f"Model({', '.join([base, *names])})"
 
 
 ModelLike = str | int | Model
@@ -104,6 +125,12 @@ def _settings(model: ModelLike, given: Settings) -> _native.Calibration:
     return one.numbers(
         given.get("seed"), given.get("replicates"), given.get("max_evaluations"), given.get("intervals")
     )
+
+
+def _several(models: ModelLike | Sequence[ModelLike]) -> list[Model]:
+    """One model or several, as a list."""
+    several = [models] if isinstance(models, (str, int, Model)) else models
+    return [model if isinstance(model, Model) else Model(model) for model in several]
 
 
 def _many(drives: Drive | Iterable[Drive]) -> list[Drive]:
@@ -171,11 +198,8 @@ def calibrate_all(
     Returns a table like the one that was given, else of pandas, else a dictionary of columns: ids, scores, parameters with units in their names, ends
     of their intervals, and in ``reason`` why a pair has none. Ctrl-C returns the rows that are there, with a warning.
     """
-    several = [models] if isinstance(models, (str, int, Model)) else list(models)
-    each = [_settings(model, settings) for model in several]
-    options = dict(reading or {})
-    if options and _are_drives(pairs):
-        raise _native.UsageError("reading: drives are read already; give it to leadlag.read or leadlag.Drive")
+    each = [_settings(model, settings) for model in _several(models)]
+    options = _options(pairs, reading)
     with Bar("calibrations", progress) as tell:
         if isinstance(pairs, (str, os.PathLike)):
             found = _native.calibrate_files([os.fspath(pairs)], None, each, options, tell)
@@ -197,6 +221,13 @@ def calibrate_all(
 def _are_drives(pairs: Any) -> bool:
     several = isinstance(pairs, Sequence) and not isinstance(pairs, str) and len(pairs) > 0
     return isinstance(pairs, Drive) or (several and all(isinstance(pair, Drive) for pair in pairs))
+
+
+def _options(pairs: Any, reading: dict[str, Any] | None) -> dict[str, Any]:
+    """The options of reading these pairs."""
+    if reading and _are_drives(pairs):
+        raise _native.UsageError("reading: drives are read already; give it to leadlag.read or leadlag.Drive")
+    return dict(reading or {})
 
 
 class Evaluator:
@@ -262,7 +293,7 @@ def diagnose(
     drives: Drive | Iterable[Drive],
     holdout: Drive | Iterable[Drive] = (),
     *,
-    base: str | int,
+    base: ModelLike,
     effort: str = "normal",
     seed: int = 1,
     causes: Iterable[str | os.PathLike[str] | tuple[str, str]] = (),
@@ -272,12 +303,15 @@ def diagnose(
 ) -> _native.Findings:
     """What the best simulation with ``base`` still gets wrong, which cause explains it, and what it is worth on drives that it was not fitted to.
 
-    Without ``holdout`` the last third of each drive is held back. ``effort``: ``"quick"`` (some seconds), ``"normal"`` (about a minute) or
+    ``base``: a model as :func:`calibrate` takes it. Without ``holdout`` the last third of each drive is held back. ``effort``: ``"quick"`` (some seconds), ``"normal"`` (about a minute) or
     ``"thorough"``. ``causes``: WGSL files, or pairs ``(name, text)``, that are tried beside the built-in ones. ``correct``: correct faults of the
     data where they can be.
     """
     names, single = _bounds(bounds)
     held = [holdout] if isinstance(holdout, Drive) else list(holdout)
     own = [(str(c[0]), str(c[1])) if isinstance(c, tuple) else (Path(c).stem, Path(c).read_text()) for c in causes]
-    with Bar(f"diagnosis of {base}", progress) as tell:
-        return _native.diagnose(_many(drives), held, str(base), effort, seed, own, names, single, correct, tell)
+    asked = base if isinstance(base, Model) else Model(base)
+    with Bar(f"diagnosis of {asked!r}", progress) as tell:
+        return _native.diagnose(
+            _many(drives), held, asked.base, asked.extend, effort, seed, own, names, single, correct, tell
+        )

@@ -2,12 +2,14 @@
 
 import os
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import Unpack
 
 __version__: str
+PROGRAM: str
 
 Progress = Callable[[float, str], None]
 
@@ -16,6 +18,38 @@ class Error(Exception):
 
 class UsageError(Error):
     """Something was asked for that cannot be, whatever the data."""
+
+class _Reading(TypedDict, total=False):
+    """Options of reading, each a keyword; None stands for the default."""
+
+    columns: str | os.PathLike[str] | None
+    """Column map of a table, by name or file."""
+    layout: str | None
+    """Layout of the file; by default its header tells."""
+    trajectory: str | int | None
+    """Id of the trajectory, in files that hold several."""
+    segment: int | None
+    """Segment between long gaps, from 1; by default the longest."""
+    start: float | None
+    """First time to use [s], as in the file."""
+    end: float | None
+    """Last time to use [s], as in the file."""
+    max_gap: float | None
+    """Gaps up to this are interpolated [s]; 1 by default."""
+    smooth: bool | None
+    """Whether signals are smoothed as the paper's authors did."""
+    resample: float | None
+    """Time step to resample to [s]."""
+    reconcile: str | None
+    """What the spacing is anchored to: "gap" (the default) or "speeds"."""
+    vehicle: str | None
+    """The follower's car: a built-in one, or FILE#NAME."""
+    grade: str | os.PathLike[str] | None
+    """Grade table, or "level"."""
+    lead_length: float | None
+    """Length of the preceding vehicle [m]."""
+    lead_start: float | None
+    """Position of the preceding vehicle on the grade table at the first row [m]."""
 
 class Drive:
     """One measured follower behind its leader, prepared: gaps filled, one segment, one time step."""
@@ -26,20 +60,7 @@ class Drive:
         follower: int | str | None = None,
         *,
         name: str = "table",
-        columns: str | os.PathLike[str] | None = None,
-        layout: str | None = None,
-        trajectory: str | int | None = None,
-        segment: int | None = None,
-        start: float | None = None,
-        end: float | None = None,
-        max_gap: float | None = None,
-        smooth: bool = False,
-        resample: float | None = None,
-        reconcile: str | None = None,
-        vehicle: str | None = None,
-        grade: str | os.PathLike[str] | None = None,
-        lead_length: float | None = None,
-        lead_start: float | None = None,
+        **options: Unpack[_Reading],
     ) -> Drive: ...
     @property
     def label(self) -> str:
@@ -177,7 +198,7 @@ class Evaluator:
     def simulate(self, x: NDArray[np.float64], drive: int) -> list[NDArray[np.float64]]: ...
 
 class Calibration:
-    def __new__(cls, model: str, extensions: Sequence[str | tuple[str, str]]) -> Calibration: ...
+    def __new__(cls, model: str | tuple[str, str, str], extensions: Sequence[str | tuple[str, str]]) -> Calibration: ...
     @property
     def model(self) -> str: ...
     def bounds(self, given: str) -> Calibration: ...
@@ -196,23 +217,9 @@ class Calibration:
 def read(
     path: str | os.PathLike[str],
     follower: int | str | None = None,
-    *,
-    columns: str | os.PathLike[str] | None = None,
-    layout: str | None = None,
-    trajectory: str | int | None = None,
-    segment: int | None = None,
-    start: float | None = None,
-    end: float | None = None,
-    max_gap: float | None = None,
-    smooth: bool = False,
-    resample: float | None = None,
-    reconcile: str | None = None,
-    vehicle: str | None = None,
-    grade: str | os.PathLike[str] | None = None,
-    lead_length: float | None = None,
-    lead_start: float | None = None,
+    **options: Unpack[_Reading],
 ) -> Drive:
-    """Reads the drive of a follower from a file."""
+    """Reads the drive of a follower from a file. ``follower``: 1 is right behind the platoon leader; or a name or id."""
 
 def synthetic(seed: int = 1, duration: float = 120.0) -> Drive:
     """A made-up drive of one car behind another, to try things without data. ``duration``: 20 s to some hours [s]."""
@@ -230,7 +237,8 @@ def calibrate_drives(
 def diagnose(
     drives: Sequence[Drive],
     holdout: Sequence[Drive],
-    base: str,
+    base: str | tuple[str, str, str],
+    extend: Sequence[str | tuple[str, str]],
     effort: str,
     seed: int,
     causes: Sequence[tuple[str, str]],

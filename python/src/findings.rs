@@ -1,6 +1,7 @@
 //! Diagnoses.
 
 use crate::drive::Drive;
+use crate::model::{Base, Extension, variant};
 use crate::raised;
 use crate::watch::watched;
 use pyo3::prelude::*;
@@ -20,7 +21,8 @@ pub fn diagnose(
     py: Python<'_>,
     drives: Vec<Py<Drive>>,
     holdout: Vec<Py<Drive>>,
-    base: &str,
+    base: Base,
+    extend: Vec<Extension>,
     effort: &str,
     seed: u64,
     causes: Vec<(String, String)>,
@@ -29,7 +31,7 @@ pub fn diagnose(
     correct: bool,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Findings> {
-    let mut diagnosis = leadlag::Diagnosis::of(base).and_then(|one| one.effort(effort)).map_err(raised)?;
+    let mut diagnosis = variant(&base, &extend)?.diagnosis().effort(effort).map_err(raised)?;
     diagnosis = diagnosis.seed(seed).correct(correct);
     for (name, text) in causes {
         diagnosis = diagnosis.cause(&name, &text).map_err(raised)?;

@@ -26,6 +26,9 @@ impl Fit {
     }
 }
 
+/// What pickles: a constructor, and what it is called with.
+type Reduced = (Py<PyAny>, (String, Vec<Py<Drive>>));
+
 #[pymethods]
 impl Fit {
     /// Of the text of a result.json, on these drives.
@@ -116,7 +119,7 @@ impl Fit {
         self.inner.to_string().trim_end().to_owned()
     }
 
-    fn __reduce__(slf: PyRef<'_, Self>) -> PyResult<(Py<PyAny>, (String, Vec<Py<Drive>>))> {
+    fn __reduce__(slf: PyRef<'_, Self>) -> PyResult<Reduced> {
         let make = slf.py().import("leadlag._native")?.getattr("Fit")?.getattr("of_json")?;
         Ok((make.unbind(), (slf.to_json(), slf.drives(slf.py()))))
     }

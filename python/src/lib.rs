@@ -85,5 +85,6 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(findings::diagnose, module)?)?;
     module.add("Error", module.py().get_type::<Error>())?;
     module.add("UsageError", module.py().get_type::<UsageError>())?;
+    module.add("PROGRAM", leadlag::program())?;
     module.add("__version__", env!("CARGO_PKG_VERSION"))
 }

@@ -26,19 +26,33 @@ impl Calibration {
     }
 }
 
+/// A model as Python gives it.
+#[derive(FromPyObject)]
+pub enum Base {
+    Law(String, String, String),
+    Named(String),
+}
+
+/// The model of a base and extensions.
+pub fn variant(base: &Base, extensions: &[Extension]) -> PyResult<leadlag::Variant> {
+    let bare = match base {
+        Base::Named(name) => leadlag::Variant::named(name),
+        Base::Law(name, text, parts) => leadlag::Law::from_text(name, text).and_then(|law| law.with(parts)),
+    };
+    let all = extensions.iter().try_fold(bare.map_err(raised)?, |model, extension| match extension {
+        Extension::Text(name, text) => model.extend_text(name, text),
+        Extension::Named(name) => model.extend(name),
+    });
+    all.map_err(raised)
+}
+
 #[pymethods]
 impl Calibration {
-    /// Of a model by its name, with extensions: names of built-in causes, paths of WGSL files, or (name, text).
+    /// Of a model by its name, or by (name, text, parts) of a law, with extensions: names of built-in causes, paths of WGSL files, or
+    /// (name, text).
     #[new]
-    fn new(model: &str, extensions: Vec<Extension>) -> PyResult<Calibration> {
-        let mut inner = leadlag::Calibration::of(model).map_err(raised)?;
-        for extension in extensions {
-            inner = match extension {
-                Extension::Text(name, text) => inner.extend_text(&name, &text),
-                Extension::Named(name) => inner.extend(&name),
-            }
-            .map_err(raised)?;
-        }
+    fn new(model: Base, extensions: Vec<Extension>) -> PyResult<Calibration> {
+        let inner = variant(&model, &extensions)?.calibration();
         let most = inner.most_evaluations();
         Ok(Calibration { inner, most })
     }

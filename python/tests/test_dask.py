@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import random
+import re
 import signal
 import subprocess
 import sys
@@ -175,6 +176,24 @@ lead_speed = { name = "lead_speed_mps", unit = "m/s" }
 """
 
 
+def test_what_is_doubtful_or_unreadable_is_told_as_by_one_process(client: Any, folder: Path, tmp_path: Path) -> None:
+    frames = pytest.importorskip("pandas")
+    for path in sorted((folder / "drive1").glob("pair_*.csv")):
+        table = frames.read_csv(path)
+        table.to_csv(tmp_path / path.name, index=False)
+        table.assign(speed_mps=3 * table["speed_mps"]).to_csv(tmp_path / f"fast_{path.name}", index=False)
+    (tmp_path / "broken.csv").write_text("a,b\n1,2\n")
+    settings: dict[str, Any] = {"max_evaluations": 500, "intervals": False, "progress": False}
+    with pytest.warns(UserWarning) as expected_said:
+        expected = ll.calibrate_all(tmp_path, "idm", **settings)
+    with pytest.warns(UserWarning) as said:
+        same(leadlag.study.fleet(tmp_path, "idm", client, batch_seconds=1, **settings), expected)
+    assert [str(one.message) for one in said] == [str(one.message) for one in expected_said]
+    assert len(said) == 2 and "implausible" in str(said[1].message)
+    with pytest.raises(ll.Error, match="broken.csv"):
+        leadlag.study.fleet(tmp_path / "broken.csv", "idm", client, **settings)
+
+
 def test_what_cannot_be_is_told(client: Any, plan: Path, tmp_path: Path) -> None:
     bad = tmp_path / "bad.toml"
     bad.write_text(PLAN.replace('"idm"', '"idn"'))
@@ -190,18 +209,39 @@ def test_what_cannot_be_is_told(client: Any, plan: Path, tmp_path: Path) -> None
 
 def test_a_worker_of_another_version_is_refused(client: Any, plan: Path, tmp_path: Path) -> None:
     worker = sorted(client.nthreads())[0]
+    here = leadlag.study._program()
 
-    def says(version: str) -> None:
+    def says(program: str) -> None:
         import leadlag._native
 
-        leadlag._native.__version__ = version
+        leadlag._native.PROGRAM = program
 
-    client.run(says, "0.0.9", workers=[worker])
+    # The same version, whose search is in another state.
+    client.run(says, f"leadlag {ll.__version__}+search0", workers=[worker])
+    refused = re.escape(f"worker {worker} has leadlag {ll.__version__}+search0, and this process has {here}: ")
     try:
-        with pytest.raises(ll.Error, match=f"worker {worker} has leadlag 0.0.9, and this process has {ll.__version__}"):
+        with pytest.raises(ll.Error, match=refused):
             leadlag.study.run(plan, client, tmp_path / "refused", progress=False)
+        with pytest.raises(ll.Error, match=refused):
+            leadlag.study.fleet([ll.synthetic(k, 60) for k in range(4)], "idm", client, progress=False)
     finally:
-        client.run(says, ll.__version__, workers=[worker])
+        client.run(says, here, workers=[worker])
+
+
+def test_a_worker_without_leadlag_is_named(client: Any) -> None:
+    worker = sorted(client.nthreads())[0]
+
+    def lacks(yes: bool) -> None:
+        sys.modules.pop("leadlag.study", None)
+        if yes:
+            sys.modules["leadlag.study"] = None  # type: ignore[assignment]
+
+    client.run(lacks, True, workers=[worker])
+    try:
+        with pytest.raises(ll.Error, match=f"worker {worker} has no such leadlag"):
+            leadlag.study.fleet([ll.synthetic(k, 60) for k in range(4)], "idm", client, progress=False)
+    finally:
+        client.run(lacks, False, workers=[worker])
 
 
 def test_without_dask_it_says_so() -> None:
