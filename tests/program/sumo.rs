@@ -152,6 +152,8 @@ fn what_sumo_has_not_is_refused() {
         ("l-idm", &[], "SUMO has no car-following model like l-idm"),
         ("l-cth", &["--to", "idm"], "--to IDM: l-cth can be exported as ACC"),
         ("idm", &["--to", "acc"], "--to ACC: idm can be exported as IDM or EIDM"),
+        ("krauss", &["--to", "idm"], "--to IDM: krauss can be exported as KraussOrig1"),
+        ("fvdm", &[], "SUMO has no car-following model like fvdm"),
     ] {
         let folder = calibrated("refused", model, &[]);
         let output = leadlag(&[&["export", "sumo", text(&folder), "--no-run"], extra].concat());
@@ -221,6 +223,25 @@ fn the_acc_of_sumo_keeps_a_larger_gap_at_low_speed_as_is_said() {
         "{followed} of {} steps follow the law as described",
         rows.len()
     );
+}
+
+/// Laws that SUMO has, and by how much its spacing may differ \[m, root mean square\]: the ACC by rounding; Krauss' model, whose positions follow
+/// by another speed of the step; Wiedemann 99, for which SUMO draws random numbers.
+const LAWS_OF_SUMO: [(&str, f64); 3] = [("acc_milanes", ROUNDING), ("krauss", 0.5), ("w99", 1.0)];
+
+#[test]
+fn laws_that_sumo_has_drive_like_its_own() {
+    if !sumo("laws_that_sumo_has_drive_like_its_own") {
+        return;
+    }
+    for (law, tolerance) in LAWS_OF_SUMO {
+        let folder = calibrated("run", law, &["--bounds", "human"]);
+        let loss = &json(&["export", "sumo", text(&folder)])["loss"][0];
+        let rms = loss["spacing_m"]["rms"].as_f64().expect("a number");
+        println!("{law}: {rms} m");
+        assert!(rms < tolerance, "{law}: {loss}");
+        assert_eq!(loss["collision"], false, "{law}");
+    }
 }
 
 #[test]

@@ -89,7 +89,14 @@ impl Sumo {
         let sink = fs::File::create(&log).map_err(io("the log of SUMO cannot be written"))?;
         let errors = sink.try_clone().map_err(io("the log of SUMO cannot be written"))?;
         let child = Command::new(&self.program)
-            .args(["--step-method.ballistic", "true", "--collision.action", "none", "--time-to-teleport", "-1"])
+            .args([
+                "--step-method.ballistic",
+                vtype.model.ballistic(),
+                "--collision.action",
+                "none",
+                "--time-to-teleport",
+                "-1",
+            ])
             .args(["--no-step-log", "true", "--xml-validation", "never", "--step-length", &drive.dt.to_string()])
             .args(["--remote-port", &port.to_string(), "--num-clients", "1"])
             .arg("--net-file")

@@ -15,9 +15,20 @@ pub enum Model {
     Eidm,
     /// Milanes and Shladover: linear in gap and speed difference, Eqs. 6 and 7 within its limits.
     Acc,
+    /// Krauss' model of 1998.
+    Krauss,
+    /// Wiedemann 99.
+    W99,
 }
 
 impl Model {
+    /// `--step-method.ballistic` for which SUMO has the equations of leadlag: positions by the mean speed of a step, as Eq. 1. With it
+    /// SUMO's Krauss has another safe speed.
+    #[must_use]
+    pub fn ballistic(self) -> &'static str {
+        if self == Model::Krauss { "false" } else { "true" }
+    }
+
     /// Its name in SUMO.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -25,6 +36,8 @@ impl Model {
             Model::Idm => "IDM",
             Model::Eidm => "EIDM",
             Model::Acc => "ACC",
+            Model::Krauss => "KraussOrig1",
+            Model::W99 => "W99",
         }
     }
 }
@@ -65,8 +78,12 @@ pub fn export(calibrated: &CalibratedVariant, asked: Option<Model>) -> Result<Ve
         ("idm", None | Some(Model::Idm)) => idm(calibrated, Model::Idm),
         ("idm", Some(Model::Eidm)) => idm(calibrated, Model::Eidm),
         ("idm", Some(other)) => return wrong(other, "IDM or EIDM"),
-        ("l-cth", None | Some(Model::Acc)) => acc(calibrated),
-        ("l-cth", Some(other)) => return wrong(other, "ACC"),
+        ("l-cth" | "acc_milanes", None | Some(Model::Acc)) => acc(calibrated),
+        ("l-cth" | "acc_milanes", Some(other)) => return wrong(other, "ACC"),
+        ("krauss", None | Some(Model::Krauss)) => krauss(calibrated),
+        ("krauss", Some(other)) => return wrong(other, "KraussOrig1"),
+        ("w99", None | Some(Model::W99)) => w99(calibrated),
+        ("w99", Some(other)) => return wrong(other, "W99"),
         ("gipps", _) => {
             return refused(
                 "its Krauss model descends from Gipps', but has no theta, no speed dependent acceleration and no a_hat_min",
@@ -134,14 +151,66 @@ fn acc(calibrated: &CalibratedVariant) -> VehicleType {
         attributes.push((name, k_v.clone()));
     }
     attributes.push(("collisionAvoidanceOverride", NEVER.to_string()));
-    let added = vec![
-        format!("acceleration is limited to {UPPER}, braking to {EMERGENCY} m/s2"),
-        "the desired spacing has a margin of clamp(75/v - 5, 0, 2) m on top: 2 m below 10.7 m/s, none above 15 m/s".to_owned(),
-        "the law for the speed is used beyond a gap of 120 m instead of wherever it asks for less (Eq. 6), and the speed \
-         never exceeds v_0"
-            .to_owned(),
-    ];
+    let mut added = vec![format!("acceleration is limited to {UPPER}, braking to {EMERGENCY} m/s2")];
+    if calibrated.variant.law().is_some() {
+        added.push("the speed never exceeds v_0".to_owned());
+    } else {
+        added.push(
+            "the desired spacing has a margin of clamp(75/v - 5, 0, 2) m on top: 2 m below 10.7 m/s, none above 15 m/s"
+                .to_owned(),
+        );
+        added.push(
+            "the law for the speed is used beyond a gap of 120 m instead of wherever it asks for less (Eq. 6), and the \
+             speed never exceeds v_0"
+                .to_owned(),
+        );
+    }
     VehicleType { model: Model::Acc, attributes, lost: Vec::new(), added }
+}
+
+fn krauss(calibrated: &CalibratedVariant) -> VehicleType {
+    let p = |symbol: Symbol| calibrated.parameters.get(symbol);
+    let decel = -p(Symbol::a_min);
+    let attributes = vec![
+        ("carFollowModel", Model::Krauss.name().to_owned()),
+        ("accel", p(Symbol::a_max).to_string()),
+        ("decel", decel.to_string()),
+        ("emergencyDecel", decel.max(EMERGENCY).to_string()),
+        ("tau", p(Symbol::t_h).to_string()),
+        ("minGap", p(Symbol::d_0).to_string()),
+        ("sigma", "0".to_owned()),
+        ("maxSpeed", p(Symbol::v_0).to_string()),
+        ("speedFactor", "1".to_owned()),
+        ("speedDev", "0".to_owned()),
+    ];
+    let added = vec![
+        "positions follow by the new speed of a step, which is SUMO's default: with the ballistic update it has another safe speed"
+            .to_owned(),
+        format!("braking is limited to {} m/s2", decel.max(EMERGENCY)),
+    ];
+    VehicleType { model: Model::Krauss, attributes, lost: Vec::new(), added }
+}
+
+/// The parameters of W99 that are its law's own, in the order of its file.
+const CC: [&str; 9] = ["cc1", "cc2", "cc3", "cc4", "cc5", "cc6", "cc7", "cc8", "cc9"];
+
+fn w99(calibrated: &CalibratedVariant) -> VehicleType {
+    let p = |symbol: Symbol| calibrated.parameters.get(symbol);
+    let own = calibrated.variant.law().into_iter().flat_map(|law| law.own_parameters());
+    let values: Vec<String> = own.map(|symbol| p(symbol).to_string()).collect();
+    let mut attributes = vec![
+        ("carFollowModel", Model::W99.name().to_owned()),
+        ("accel", values[7].clone()),
+        ("decel", EMERGENCY.to_string()),
+        ("emergencyDecel", EMERGENCY.to_string()),
+        ("minGap", p(Symbol::d_0).to_string()),
+        ("maxSpeed", p(Symbol::v_0).to_string()),
+        ("speedFactor", "1".to_owned()),
+        ("speedDev", "0".to_owned()),
+    ];
+    attributes.extend(CC.into_iter().zip(values));
+    let added = vec!["SUMO draws random numbers, for which the law has their means".to_owned()];
+    VehicleType { model: Model::W99, attributes, lost: Vec::new(), added }
 }
 
 /// What no model of SUMO has.
@@ -191,7 +260,8 @@ impl VehicleType {
         self.added.insert(
             0,
             format!(
-                "the calibration was made at steps of {step_s} s: run SUMO with --step-length {step_s} --step-method.ballistic true{below}"
+                "the calibration was made at steps of {step_s} s: run SUMO with --step-length {step_s} --step-method.ballistic {}{below}",
+                self.model.ballistic()
             ),
         );
     }
