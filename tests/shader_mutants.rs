@@ -195,6 +195,30 @@ const SURVIVORS: &[Survivor] = &[
         reason: "1 % of a term that is 1e-5 at most",
     },
     Survivor {
+        file: "shaders/law/acc_kesting.wgsl",
+        line: "let eased = a_free * (1.0 - power(min(z, 1.0), 2.0 * own.a_max / max(a_free, 1e-12)));",
+        change: "1.0 -> 1.0 * 1.01 (2)",
+        reason: "taken where z is below 1 only",
+    },
+    Survivor {
+        file: "shaders/law/acc_kesting.wgsl",
+        line: "let eased = a_free * (1.0 - power(min(z, 1.0), 2.0 * own.a_max / max(a_free, 1e-12)));",
+        change: "1e-12 -> 1e-12 * 1.01",
+        reason: "a guard of a division; only a speed at v_0 meets it, where the power is that of nothing",
+    },
+    Survivor {
+        file: "shaders/law/acc_kesting.wgsl",
+        line: "let stopping = x.v_f * x.v_f * a_l / select(1.0, apart, stops);",
+        change: "1.0 -> 1.0 * 1.01",
+        reason: "a guard of a division, whose result is not taken then",
+    },
+    Survivor {
+        file: "shaders/law/acc_kesting.wgsl",
+        line: "let e = exponential(2.0 * min(a_iidm - a_cah, 0.0) / b);",
+        change: "0.0 -> 0.01",
+        reason: "a guard: where the difference is above 0 the IIDM is taken",
+    },
+    Survivor {
         file: "shaders/law/acc_milanes.wgsl",
         line: "return clamp(75.0 / max(v, 1.0) - 5.0, 0.0, 2.0);",
         change: "1.0 -> 1.0 * 1.01",

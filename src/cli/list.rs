@@ -21,7 +21,7 @@ pub struct Args {
     #[arg(value_enum, default_value_t = Topic::Variants)]
     topic: Topic,
     /// Only the parameters of this variant
-    #[arg(long, value_name = "ID|NAME|FILE.wgsl", value_parser = known)]
+    #[arg(long, value_name = "MODEL", value_parser = known)]
     model: Option<String>,
     /// Vehicle whose road loads are bounded: a built-in one or FILE#NAME
     #[arg(long, value_name = "NAME|FILE#NAME")]

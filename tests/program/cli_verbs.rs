@@ -226,7 +226,7 @@ fn check_describes_a_good_extension_and_names_the_place_of_a_bad_one() {
     fs::write(&good, SOFT).unwrap();
     fs::write(&bad, SOFT.replace("own.lost", "own.lots")).unwrap();
     let printed = ok(&["check", text(&good)]);
-    assert!(printed.starts_with("soft: valid\n"), "{printed}");
+    assert!(printed.starts_with("soft: valid, a cause\n"), "{printed}");
     assert!(printed.contains("lost [-] 0 to 0.9, does nothing at 0: share of the braking that is lost"), "{printed}");
     let entries: Value = serde_json::from_str(&ok(&["check", text(&good), "--json"])).unwrap();
     assert_eq!(entries[0]["parameters"][0]["bounds"], serde_json::json!([0.0, 0.9]));

@@ -274,11 +274,12 @@ fn the_plans_that_come_with_the_program_can_be_read() {
     found.sort();
     assert_eq!(
         found.iter().map(|(name, ..)| name.as_str()).collect::<Vec<_>>(),
-        ["figure7", "paper", "processed", "small"]
+        ["figure7", "laws", "paper", "processed", "small"]
     );
     assert_eq!((found[0].1, found[0].2), (180, 3), "30 variants, 6 goodness-of-fit functions, 3 platoons");
-    assert_eq!((found[1].1, found[1].2), (900, 7), "the paper: 90 variants, 10 replicates, 7 platoons");
-    assert_eq!((found[2].1, found[2].2), (270, 3), "90 variants, 3 replicates, 3 platoons");
+    assert_eq!((found[1].1, found[1].2), (42, 7), "five base models and nine laws, 3 replicates, 7 platoons");
+    assert_eq!((found[2].1, found[2].2), (900, 7), "the paper: 90 variants, 10 replicates, 7 platoons");
+    assert_eq!((found[3].1, found[3].2), (270, 3), "90 variants, 3 replicates, 3 platoons");
 }
 
 /// Cars 1, 2, 3 in a row, of 4, 12 and 5 m; the pair that is named, not the first of the file, says who is ahead.

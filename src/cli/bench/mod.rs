@@ -20,7 +20,7 @@ pub struct Args {
     #[arg(long)]
     quick: bool,
     /// Only this variant, with 100, 1024 and 4096 candidates, on a hardware GPU also with 32768 and 262144
-    #[arg(long, value_name = "ID|NAME|FILE.wgsl", value_parser = known, conflicts_with = "quick")]
+    #[arg(long, value_name = "MODEL", value_parser = known, conflicts_with = "quick")]
     model: Option<String>,
     /// Print JSON
     #[arg(long)]

@@ -24,7 +24,7 @@ pub struct Args {
     pub follower: Option<String>,
     /// Variant by id (1 to 90) or name, such as gipps+delay+linear+mfc; a law of `leadlag list laws`, or a file of one's own with one, such as
     /// my_law.wgsl+delay; with --all several, each with a --model
-    #[arg(long = "model", required = true, value_name = "ID|NAME|FILE.wgsl", value_parser = known)]
+    #[arg(long = "model", required = true, value_name = "MODEL", value_parser = known)]
     pub models: Vec<String>,
     /// What the model has beyond its variant: a built-in cause (`leadlag list causes`) or a file of one's own; may be
     /// given several times

@@ -47,7 +47,7 @@ pub struct Args {
     #[arg(long, value_name = "N")]
     pub follower: Option<String>,
     /// Base model to examine: idm, gipps, l-cth, l-idm, l-gipps, or any variant by id or name, or a file with a law of one's own
-    #[arg(long, visible_alias = "model", value_name = "NAME|ID|FILE.wgsl", value_parser = known, required_unless_present = "data_only")]
+    #[arg(long, visible_alias = "model", value_name = "MODEL", value_parser = known, required_unless_present = "data_only")]
     pub base: Option<String>,
     /// Check the data, and stop there
     #[arg(long)]
