@@ -20,23 +20,19 @@ fn terminal() -> (usize, bool) {
     (columns, terminal && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty()))
 }
 
-/// Prints accelerations over spacings: a chart per label, a line per name.
-pub fn print_accelerations(
-    title: &str,
-    s: &[f64],
-    charts: &[(String, Vec<(&'static str, Vec<f64>)>)],
-) -> anyhow::Result<()> {
+/// A label, and lines with a name each.
+pub type Chart = (String, Vec<(&'static str, Vec<f64>)>);
+
+/// Prints accelerations over spacings \[m\].
+pub fn print_accelerations(title: &str, s: &[f64], charts: &[Chart]) -> anyhow::Result<()> {
     let (columns, colours) = terminal();
     let mut text = format!("\n{title}\n");
     for (label, lines) in charts {
-        let of = |((name, values), (mark, colour)): (&(&'static str, Vec<f64>), (char, Option<u8>))| Curve {
-            name,
-            mark,
-            colour,
-            values: values.clone(),
-        };
-        let curves: Vec<Curve> = lines.iter().zip(STYLES).map(of).collect();
-        text += &chart(label, (s, "m"), &curves, columns, colours);
+        let curves = lines.iter().zip(STYLES).map(|((name, values), (mark, colour))| {
+            let values = values.clone();
+            Curve { name, mark, colour, values }
+        });
+        text += &chart(label, (s, "m"), &curves.collect::<Vec<_>>(), columns, colours);
     }
     output::print_as_is(&text)
 }

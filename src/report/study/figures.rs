@@ -37,7 +37,7 @@ pub fn variations(material: &Material) -> String {
     let of = |base: &Base| -> Vec<f64> {
         own.class(base.name).into_iter().flat_map(|v| own.variations(v)).map(|cv| 100.0 * cv).collect()
     };
-    let all: Vec<f64> = bases.iter().flat_map(|base| of(base)).collect();
+    let all: Vec<f64> = bases.iter().flat_map(of).collect();
     if all.is_empty() {
         figure.text([WIDTH / 2.0, 220.0], 14.0, Anchor::Middle, INK, "no variant has two replicates on a trajectory");
         return figure.finish();
