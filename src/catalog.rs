@@ -292,13 +292,6 @@ impl Variant {
         self.extensions.list().first().copied().filter(|first| first.is_law())
     }
 
-    /// The base model with nothing else.
-    #[must_use]
-    pub fn bare(&self) -> Variant {
-        let extensions = self.law().map_or(Extensions::NONE, |law| Extensions::NONE.with(law));
-        Variant { delay: false, dynamics: Dynamics::None, constraint: Constraint::None, extensions, ..*self }
-    }
-
     /// The extensions, without the law.
     pub fn causes(&self) -> impl Iterator<Item = &'static Extension> {
         self.extensions.list().iter().copied().filter(|extension| !extension.is_law())

@@ -42,7 +42,9 @@ impl Batch {
             match task.0 {
                 Err(reason) => results[row] = Some(Err(reason.to_string())),
                 Ok((case, parameters)) => {
-                    let key = (case.variant.id(), case.variant.name());
+                    // Two files with laws may have one name.
+                    let texts = case.variant.law().map_or("", |law| law.text.as_str());
+                    let key = (case.variant.id(), format!("{} {texts}", case.variant));
                     add(by_variant.entry(key).or_default(), row, case, &parameters);
                 }
             }
