@@ -88,7 +88,11 @@ fn it_is_evaluated_in_tables_and_computed_alike_by_all() {
         format!("{model},platoon,1,30,2,1.2,0.3,0.3,0.6,,,"),
         "idm,platoon,1,30,2,1.2,,,,4,1.5,-2".to_owned(),
         "fvdm,platoon,1,30,,,,0.3,0.6,,,".to_owned(),
+        format!("{},platoon,1,30,2,1.2,0.3,0.3,0.6,,,", model.replace("my_fvdm.wgsl", "other/my_fvdm.wgsl")),
     ];
+    // Another law of the same name.
+    fs::create_dir(folder.join("other")).expect("the folder can be written");
+    fs::write(folder.join("other/my_fvdm.wgsl"), FVDM.replace("own.kappa *", "0.5 * own.kappa *")).expect("it can");
     fs::write(&table, lines.join("\n") + "\n").expect("the folder can be written");
     let told = |evaluator: &[&str]| {
         let out = folder.join("out.csv");
@@ -98,7 +102,7 @@ fn it_is_evaluated_in_tables_and_computed_alike_by_all() {
     };
     let exact = told(&["--evaluator", "lanes", "--precision", "f64"]);
     let rows: Vec<&str> = exact.lines().collect();
-    assert_eq!(rows.len(), 4, "{exact}");
+    assert_eq!(rows.len(), 5, "{exact}");
     assert!(rows[3].contains("ds: variant fvdm needs this parameter, but there is no such column"), "{exact}");
     let score = |text: &str, row: usize| -> f64 {
         let mut reader = csv::Reader::from_reader(text.as_bytes());
@@ -109,6 +113,7 @@ fn it_is_evaluated_in_tables_and_computed_alike_by_all() {
     let plain = told(&["--evaluator", "lanes"]);
     assert!((score(&plain, 0) / score(&exact, 0) - 1.0).abs() < 1e-4, "{plain}{exact}");
     assert!(score(&exact, 1) > 0.0);
+    assert!((score(&exact, 3) / score(&exact, 0) - 1.0).abs() > 1e-3, "each row has its own law: {exact}");
 }
 
 #[test]
