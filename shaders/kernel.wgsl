@@ -1,4 +1,4 @@
-// The time loop: one invocation, one candidate. `src/lanes/run.rs` does the same, operation for operation, on the CPU; the
+// The time loop: one invocation, one candidate. `src/lanes/run/time_loop.rs` does the same, operation for operation, on the CPU; the
 // tests compare every bit. Generated in front of this file (src/gpu/kernel.rs), one set per pipeline: the constants DELAY,
 // GRADE, MFC, REJECT, COMPENSATED, OBSERVER, EXTENDED, WORLD, LOOKS_BACK, RING_IN_STATES, WINDOW, PAST_IN_WINDOW (bool),
 // ACCUMULATION (src/score.rs; ALL: everything the measures need, for `evaluate`), RING (a power of two), WORKGROUP,

@@ -5,8 +5,8 @@
 //! declares its modules and picks its functions from the same rows. Adding a part is adding its row and its file; so is adding a law.
 
 use crate::extension::{Extension, ExtensionConflict, Extensions};
-use crate::near::{nearest, suggestion};
 use crate::symbols::{EXTENSION_PARAMETERS, Symbol};
+use crate::text::spelling::{nearest, suggestion};
 use std::fmt;
 
 /// Rows of the folder `controller`: type name, file name, paper, parameters read.

@@ -1,6 +1,6 @@
 //! Where the paper and its authors' program differ: one switch per difference, two presets.
 
-use crate::near::did_you_mean;
+use crate::text::spelling::did_you_mean;
 use std::fmt;
 use std::str::FromStr;
 

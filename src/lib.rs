@@ -58,7 +58,6 @@ pub use study::table::{Column, Table, Values};
 pub mod internal {
     #[cfg(feature = "cli")]
     pub mod bench;
-    pub mod bounded;
     pub mod calibrate;
     pub mod catalog;
     pub mod closed_loop;
@@ -73,7 +72,6 @@ pub mod internal {
     pub mod identify;
     pub mod judge;
     pub mod lanes;
-    pub mod near;
     pub mod optimize;
     pub mod plant;
     pub mod recommend;
@@ -84,27 +82,28 @@ pub mod internal {
     pub mod result;
     pub mod score;
     pub mod select;
-    pub mod shown;
     pub mod simulate;
     pub mod study;
+    #[cfg(feature = "report")]
+    pub mod sumo;
     pub mod symbols;
+    pub mod text;
     pub mod trajectory;
-    pub mod validate;
     pub mod vehicle;
     pub mod wgsl;
 }
 
-#[cfg(feature = "cli")]
-use internal::bench;
 #[cfg(feature = "gpu")]
 use internal::gpu;
-#[cfg(feature = "report")]
-use internal::report;
+#[cfg(feature = "cli")]
+use internal::{bench, evaluate};
 use internal::{
-    bounded, calibrate, catalog, closed_loop, convention, diagnose, evaluate, evaluator, extension, fleet, identify,
-    judge, lanes, near, optimize, plant, recommend, reference, rescore, result, score, select, shown, simulate, study,
-    symbols, trajectory, validate, vehicle, wgsl,
+    calibrate, catalog, closed_loop, convention, diagnose, evaluator, extension, fleet, identify, judge, lanes,
+    optimize, plant, recommend, reference, rescore, result, score, select, simulate, study, symbols, text, trajectory,
+    vehicle, wgsl,
 };
+#[cfg(feature = "report")]
+use internal::{report, sumo};
 
 /// The examples of the book, compiled and run as documentation tests.
 #[cfg(doctest)]

@@ -40,6 +40,16 @@ pub fn outcome(case: &Case, parameters: &Parameters, trace: &mut Trace) -> Resul
     Ok(outcome)
 }
 
+/// Simulates and measures one candidate on each case: calibrated parameters on drives they were not calibrated on (paper, Section 6).
+/// The outcomes are in the order of the cases.
+///
+/// # Errors
+/// As [`outcome`].
+pub fn outcomes(cases: &[Case], parameters: &Parameters) -> Result<Vec<Outcome>, EvaluateError> {
+    let mut trace = Trace::default();
+    cases.iter().map(|case| outcome(case, parameters, &mut trace)).collect()
+}
+
 /// The score of one candidate over all cases.
 ///
 /// # Errors
@@ -48,10 +58,6 @@ pub fn outcome(case: &Case, parameters: &Parameters, trace: &mut Trace) -> Resul
 /// # Panics
 /// Without a case.
 pub fn score(cases: &[Case], gof: &GoodnessOfFit, parameters: &Parameters) -> Result<Score, EvaluateError> {
-    let mut trace = Trace::default();
-    let outcomes: Vec<(Outcome, usize)> = cases
-        .iter()
-        .map(|case| Ok((outcome(case, parameters, &mut trace)?, case.s.len())))
-        .collect::<Result<_, EvaluateError>>()?;
-    Ok(Score::of(outcomes, gof, cases[0].convention.bounds))
+    let lengths = cases.iter().map(|case| case.s.len());
+    Ok(Score::of(outcomes(cases, parameters)?.into_iter().zip(lengths), gof, cases[0].convention.bounds))
 }

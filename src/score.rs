@@ -1,6 +1,6 @@
 //! Goodness of fit: how far a simulated follower is from the measured one (paper, Section 4.1; Punzo et al., 2021).
 
-use crate::near::did_you_mean;
+use crate::text::spelling::did_you_mean;
 use std::fmt;
 use std::str::FromStr;
 

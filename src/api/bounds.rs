@@ -58,7 +58,7 @@ fn of_file(path: &Path, variant: &Variant) -> anyhow::Result<Overrides> {
 /// `FILE:LINE` of an entry; the file alone where it stands in no line of its own.
 fn place(path: &Path, name: &str) -> String {
     let shown = path.display();
-    let text = crate::bounded::read_to_string(path, crate::bounded::TEXT_MAX).unwrap_or_default();
+    let text = crate::text::bounded::read_to_string(path, crate::text::bounded::TEXT_MAX).unwrap_or_default();
     let is_entry =
         |line: &str| line.split_once('=').is_some_and(|(key, _)| key.trim().trim_matches(['"', '\'']) == name);
     let line = text.lines().position(is_entry);

@@ -8,8 +8,8 @@ use crate::calibrate::Overrides;
 use crate::catalog::Variant;
 use crate::diagnose::data::{check, correct};
 use crate::diagnose::describe::{Diagnosis as Described, describe};
+use crate::diagnose::drive::{drives_apart, hold_back};
 use crate::diagnose::drivers::different_drivers;
-use crate::diagnose::hold_back::{drives_apart, hold_back};
 use crate::diagnose::outcome::{DataEntry, FindingEntry, Outcome};
 use crate::diagnose::road::{lap, on_the_road_of};
 use crate::diagnose::{Drive as Diagnosed, Effort, Progress, Question};
@@ -48,6 +48,7 @@ pub struct Diagnosis {
 pub struct Findings {
     described: Arc<Described>,
     /// Those that were trained on, and those held back.
+    #[cfg_attr(not(feature = "cli"), expect(dead_code, reason = "the command line writes them"))]
     drives: Arc<[Vec<Diagnosed>; 2]>,
 }
 

@@ -3,7 +3,7 @@
 use super::error::Usage;
 use crate::catalog::Variant;
 use crate::extension::Extension;
-use crate::near::did_you_mean;
+use crate::text::spelling::did_you_mean;
 use crate::wgsl::{extension_named, library, read_extension};
 use anyhow::Context;
 use std::path::Path;
@@ -35,7 +35,7 @@ pub fn find(given: &str) -> anyhow::Result<&'static Extension> {
             Usage(message).into()
         });
     }
-    let text = crate::bounded::read_to_string(given.as_ref(), crate::bounded::TEXT_MAX)
+    let text = crate::text::bounded::read_to_string(given.as_ref(), crate::text::bounded::TEXT_MAX)
         .with_context(|| format!("{given}: cannot be read"))?;
     Ok(read_extension(given, &text)?)
 }

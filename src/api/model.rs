@@ -4,11 +4,11 @@ use super::calibration::Calibration;
 use super::diagnosis::Diagnosis;
 use super::error::{Error, Usage, usage};
 use super::extension::extend;
-use crate::bounded::{TEXT_MAX, read_to_string};
 use crate::catalog;
 #[cfg(feature = "cli")]
 use crate::catalog::UnknownVariant;
 use crate::extension::Extension;
+use crate::text::bounded::{TEXT_MAX, read_to_string};
 #[cfg(feature = "cli")]
 use crate::wgsl::law_file;
 use crate::wgsl::{ModelError, law_with, laws, read_extension, read_law, read_model};

@@ -2,7 +2,7 @@
 
 use super::error::Usage;
 use crate::catalog::{Constraint, Variant};
-use crate::near::did_you_mean;
+use crate::text::spelling::did_you_mean;
 use crate::trajectory::import::{ColumnMap, MapError, read_mapped, read_mapped_from};
 use crate::trajectory::{
     Grade, Layout, Note, Platoon, Preparation, Reconcile, Recording, Stretch, Trajectory, import, plausible, prepare,

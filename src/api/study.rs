@@ -27,7 +27,8 @@ impl Study {
     pub fn create(plan: impl AsRef<Path>, folder: impl AsRef<Path>) -> Result<Study, Error> {
         let file = plan.as_ref();
         let plan = Plan::read(file).map_err(usage)?;
-        let content = crate::bounded::read_to_string(file, crate::bounded::TEXT_MAX).map_err(anyhow::Error::from)?;
+        let content =
+            crate::text::bounded::read_to_string(file, crate::text::bounded::TEXT_MAX).map_err(anyhow::Error::from)?;
         let study = crate::study::Study::open(plan).map_err(anyhow::Error::from)?;
         Folder::create(folder.as_ref(), &content, &study).map(Study).map_err(|error| anyhow::Error::from(error).into())
     }

@@ -17,7 +17,7 @@ pub use search::{PROGRAM, SEARCH_REVISION, merit};
 pub use space::{BoundsError, Overrides, SearchSpace, bound_times, read_bounds};
 
 use crate::evaluator::{EvaluateError, Evaluator, Failure, Score};
-use crate::near::did_you_mean;
+use crate::text::spelling::did_you_mean;
 use search::{Group, Search, advance};
 use settled::settled;
 use std::fmt;

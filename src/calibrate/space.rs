@@ -3,9 +3,9 @@
 use crate::catalog::Variant;
 use crate::convention::Convention;
 use crate::evaluator::Case;
-use crate::near::did_you_mean;
 use crate::optimize::SearchBox;
 use crate::symbols::{Bounds, Parameters, Symbol};
+use crate::text::spelling::did_you_mean;
 use crate::vehicle::Vehicle;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -238,7 +238,7 @@ fn checked(symbol: Symbol, [lower, upper]: [f64; 2]) -> Result<[f64; 2], BoundsE
 /// When the file cannot be read, is no TOML, or an entry is neither a pair of numbers nor a number.
 pub fn read_bounds(path: &Path, variant: &Variant) -> Result<Overrides, BoundsError> {
     let shown = path.display().to_string();
-    let text = crate::bounded::read_to_string(path, crate::bounded::TEXT_MAX)
+    let text = crate::text::bounded::read_to_string(path, crate::text::bounded::TEXT_MAX)
         .map_err(|e| BoundsError::Read { path: shown.clone(), reason: e.to_string() })?;
     parse_bounds(&text, &shown, variant)
 }

@@ -10,7 +10,7 @@
 //! same time may mix their files. A reader holds no lock: what it opens before and after a change is of two results.
 
 use super::output;
-use crate::bounded;
+use crate::text::bounded;
 use anyhow::{Context, bail, ensure};
 use std::collections::BTreeSet;
 use std::fs::{self, File};

@@ -1,7 +1,7 @@
 //! `leadlag columns`: a column map that is part of the program, as the text to begin one's own with.
 
 use super::{Usage, output};
-use crate::near::did_you_mean;
+use crate::text::spelling::did_you_mean;
 use crate::trajectory::import::ColumnMap;
 
 #[derive(Debug, clap::Args)]

@@ -113,7 +113,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         }
         Ok(evaluator)
     };
-    let input = BufReader::new(crate::bounded::Lines::new(input));
+    let input = BufReader::new(crate::text::bounded::Lines::new(input));
     let result = evaluate_table(input, &shown, output, &mut library, &settings, &mut build, &mut progress);
     bar.finish_and_clear();
     for source in library.sources() {

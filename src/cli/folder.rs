@@ -71,7 +71,7 @@ pub fn of_diagnosis(folder: &Path) -> Vec<String> {
 
 /// Number of entries of a list in a JSON file; 0 if there is none.
 fn counted(path: &Path, list: &str) -> usize {
-    let text = crate::bounded::read_to_string(path, crate::bounded::RESULT_MAX).unwrap_or_default();
+    let text = crate::text::bounded::read_to_string(path, crate::text::bounded::RESULT_MAX).unwrap_or_default();
     let json: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
     json[list].as_array().map_or(0, Vec::len)
 }

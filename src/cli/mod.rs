@@ -8,7 +8,7 @@ macro_rules! eprintln {
     ($($text:tt)*) => {
         if !$crate::cli::output::is_quiet() {
             // Nobody listening is no reason to stop.
-            let _ = ::std::io::Write::write_fmt(&mut ::std::io::stderr(), format_args!("{}\n", $crate::shown::lines(&::std::format!($($text)*))));
+            let _ = ::std::io::Write::write_fmt(&mut ::std::io::stderr(), format_args!("{}\n", $crate::text::shown::lines(&::std::format!($($text)*))));
         }
     };
 }
@@ -190,7 +190,7 @@ pub fn run<Word: Into<OsString> + Clone>(words: impl IntoIterator<Item = Word>) 
     if let Some(Exit(code)) = error.downcast_ref() {
         return *code;
     }
-    let say = |line: String| drop(writeln!(std::io::stderr(), "{}", crate::shown::lines(&line)));
+    let say = |line: String| drop(writeln!(std::io::stderr(), "{}", crate::text::shown::lines(&line)));
     say(format!("error: {error}"));
     // A cause that is already quoted is not said twice.
     let said = error.to_string();

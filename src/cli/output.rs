@@ -42,7 +42,7 @@ pub fn captured(run: impl FnOnce() -> anyhow::Result<()>) -> anyhow::Result<Stri
 
 /// Prints a result to stdout; what could move a cursor in it is shown as an escape, which is valid in JSON, too.
 pub fn print(text: &str) -> anyhow::Result<()> {
-    print_as_is(&crate::shown::lines(text))
+    print_as_is(&crate::text::shown::lines(text))
 }
 
 /// Prints text that holds nothing of others.

@@ -40,7 +40,7 @@ pub fn print_accelerations(title: &str, s: &[f64], charts: &[Chart]) -> anyhow::
 /// Prints both signals; `lines` are names with spacing and speed, the measured car first.
 pub fn print(title: &str, t: &[f64], lines: &[Line]) -> anyhow::Result<()> {
     let (columns, colours) = terminal();
-    let mut text = format!("\n{}\n", crate::shown::name(title));
+    let mut text = format!("\n{}\n", crate::text::shown::name(title));
     for (k, label) in ["spacing s [m]", "speed v [m/s]"].into_iter().enumerate() {
         let mut curves: Vec<Curve> = Vec::new();
         for ((name, values), (mark, colour)) in lines.iter().zip(STYLES) {

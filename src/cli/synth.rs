@@ -2,11 +2,11 @@
 
 use super::number::{real, seed, whole};
 use super::{Usage, output};
-use crate::near::did_you_mean;
 use crate::plant::{
     Base, Effect, EffectError, EffectKind, Gusts, Noise, Profile, Scenario, at_amplitude, drawn, run as drive,
     write_openacc, write_pair, write_slope,
 };
+use crate::text::spelling::did_you_mean;
 use crate::trajectory::{Preparation, Trajectory, import, prepare};
 use anyhow::Context;
 use clap::ValueEnum;

@@ -1,6 +1,5 @@
 //! One measured run, ready for diagnosis.
 
-use super::hold_back::TRAINED_ON;
 use super::smoothing::smoothed;
 use super::standstill::with_signs;
 use crate::calibrate::Overrides;
@@ -13,6 +12,8 @@ use crate::vehicle::Vehicle;
 use std::ops::Range;
 use std::sync::Arc;
 
+/// Share of a file that is trained on where no other file is held back.
+pub const TRAINED_ON: f64 = 2.0 / 3.0;
 /// A gap that jumps by more than this against its own speeds \[m\] starts a new drive: another car cut in, or the radar lost it.
 const JUMP_M: f64 = 2.0;
 /// Pieces shorter than this \[s\] are left out: they say nothing about a law with time constants of seconds.
@@ -303,6 +304,32 @@ fn thinned(x: &[f64], sin: &[f64], grade: &Grade) -> Grade {
     Grade { x, sin, period: None, source: grade.source.clone() }
 }
 
+/// The beginning of a trajectory, to be trained on, and its end, to be held back.
+#[must_use]
+pub fn hold_back(trajectory: &Trajectory) -> [Trajectory; 2] {
+    trajectory.split((TRAINED_ON * trajectory.len() as f64).round() as usize)
+}
+
+/// The drives of the beginning and of the end.
+///
+/// # Errors
+/// As [`Drive::of`]; [`DriveError::HeldBack`] where the whole file would be long enough.
+pub fn drives_apart(trajectory: &Trajectory, vehicle: Option<&Vehicle>) -> Result<[Vec<Drive>; 2], DriveError> {
+    let parts = hold_back(trajectory);
+    let seconds = |part: &Trajectory| part.len() as f64 * part.dt;
+    let [beginning, end] = parts.each_ref().map(|part| {
+        Drive::of(part, vehicle).map(|(drives, _)| drives).map_err(|error| match error {
+            DriveError::TooShort { jumps: 0, .. } => DriveError::HeldBack {
+                label: trajectory.label.clone(),
+                whole: seconds(trajectory),
+                held: seconds(&parts[1]),
+            },
+            other => other,
+        })
+    });
+    Ok([beginning?, end?])
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -312,8 +339,11 @@ mod tests {
     use crate::wgsl::extension_named;
 
     fn trajectory() -> Trajectory {
-        let noise = plant::Noise { speed_mps: 0.02, gap_m: 0.02 };
-        let drive = plant::run(&plant::Scenario { duration_s: 200.0, noise, ..plant::Scenario::default() });
+        driven(200.0, plant::Noise { speed_mps: 0.02, gap_m: 0.02 })
+    }
+
+    fn driven(seconds: f64, noise: plant::Noise) -> Trajectory {
+        let drive = plant::run(&plant::Scenario { duration_s: seconds, noise, ..plant::Scenario::default() });
         let mut file = Vec::new();
         plant::write_pair(&drive.expect("drives"), 1, &mut file).expect("memory");
         let recording = import::read_bytes(&file, "made_up.csv", None).expect("a pair file");
@@ -379,5 +409,18 @@ mod tests {
         assert!(drives[1].label().ends_with("piece 2"));
         measured.s.iter_mut().enumerate().for_each(|(i, s)| *s += if (i / 200) % 2 == 0 { 9.0 } else { 0.0 });
         assert!(matches!(Drive::of(&measured, None), Err(DriveError::TooShort { jumps: 10.., .. })));
+    }
+
+    #[test]
+    fn what_is_too_short_to_be_parted_says_what_would_be_long_enough() {
+        let noise = plant::Scenario::default().noise;
+        assert!(drives_apart(&driven(91.0, noise), None).is_ok());
+        let said = drives_apart(&driven(70.0, noise), None).expect_err("too short").to_string();
+        for part in ["70.1 s", "the last third (23.4 s) is held back", "90 s in all", "--holdout OTHER.csv"] {
+            assert!(said.contains(part), "{part}: {said}");
+        }
+        assert!(!said.contains("jump"), "{said}");
+        let said = Drive::of(&driven(20.0, noise), None).expect_err("too short").to_string();
+        assert!(said.contains("20.1 s") && said.contains("30 s") && !said.contains("jump"), "{said}");
     }
 }

@@ -33,7 +33,6 @@ pub mod gate;
 pub mod gram;
 mod held_sizes;
 mod hidden;
-pub mod hold_back;
 mod infer;
 pub mod known;
 pub mod likelihood;

@@ -4,8 +4,8 @@ use super::library::{Library, LibraryError};
 use super::{Settings, TableError};
 use crate::catalog::Variant;
 use crate::evaluator::{Case, CaseError, InvalidParameter};
-use crate::near::nearest;
 use crate::symbols::{Parameters, Symbol};
+use crate::text::spelling::nearest;
 use crate::wgsl::{ModelError, read_model};
 use csv::ByteRecord;
 

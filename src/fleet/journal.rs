@@ -3,7 +3,7 @@
 //! A process that is killed leaves a last line that is cut; it is taken off by whoever goes on.
 
 use super::{Place, Row, SCHEMA_VERSION};
-use crate::bounded::Lines;
+use crate::text::bounded::Lines;
 use std::collections::BTreeMap;
 use std::fs::{File, TryLockError};
 use std::io::{self, BufRead, BufReader, Write};

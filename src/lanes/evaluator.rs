@@ -1,19 +1,19 @@
 //! The evaluator: cases and candidates in, scores out.
 
-use super::core::{Core, Finished, History};
-use super::error::LanesError;
-use super::model::Model;
-use super::real::Real;
-use super::simd::InstructionSet;
-use super::stream::Stream;
-use super::sums::{Adding, Settings};
+use super::compile::error::LanesError;
+use super::compile::model::Model;
+use super::run::core::{Core, Finished, History};
+use super::run::real::Real;
+use super::run::simd::InstructionSet;
+use super::run::stream::Stream;
+use super::run::sums::{Adding, Settings};
 use crate::evaluator::{
     BufferSet, Case, Course, EvaluateError, Evaluator, Failure, Innovations, Job, Observed, Observer, Outcome, Windows,
 };
 use crate::evaluator::{Population, Raw, Residuals, Score};
-use crate::near::did_you_mean;
 use crate::score::GoodnessOfFit;
 use crate::symbols::Parameters;
+use crate::text::spelling::did_you_mean;
 use crate::wgsl::{Precision, Recipe, Source, check};
 use std::str::FromStr;
 use std::sync::OnceLock;

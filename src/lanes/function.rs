@@ -1,12 +1,12 @@
 //! One function of a text by itself, for tests and tools.
 
-use super::code::{Row, Step};
-use super::error::LanesError;
-use super::flat::Id;
-use super::flatten::flatten;
-use super::real::Real;
-use super::schedule::{Rows, schedule};
-use super::simd::{InstructionSet, Instructions, Registers};
+use super::compile::code::{Row, Step};
+use super::compile::error::LanesError;
+use super::compile::flat::Id;
+use super::compile::flatten::flatten;
+use super::compile::schedule::{Rows, schedule};
+use super::run::real::Real;
+use super::run::simd::{InstructionSet, Instructions, Registers};
 use crate::wgsl::{Checked, Source};
 use std::collections::HashMap;
 

@@ -168,7 +168,7 @@ impl Figure {
 }
 
 fn escape(text: &str) -> String {
-    crate::shown::name(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+    crate::text::shown::name(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
 /// A rectangle of the picture with a vertical axis; along x, positions are the caller's.

@@ -16,7 +16,6 @@ pub mod plot;
 pub mod residuals;
 pub mod simulation;
 pub mod study;
-pub mod sumo;
 pub mod svg;
 pub mod terminal;
 pub mod text;

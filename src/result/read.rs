@@ -1,11 +1,11 @@
 //! Reading `result.json`: in bounded memory, and only where its parts fit together.
 
 use super::{ResultFile, SCHEMA_VERSION};
-use crate::bounded::{self, RESULT_MAX};
 use crate::catalog::UnknownVariant;
 use crate::convention::ConventionError;
 use crate::extension::ExtensionConflict;
 use crate::simulate::CalibratedVariant;
+use crate::text::bounded::{self, RESULT_MAX};
 use crate::wgsl::ShaderError;
 use serde::Deserialize;
 

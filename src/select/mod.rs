@@ -5,9 +5,9 @@ pub(crate) mod device;
 
 use crate::evaluator::{AdapterChoice, Case, EvaluateError, Evaluator, Fallback, Halves};
 use crate::lanes::{Lanes, LanesPrecision};
-use crate::near::did_you_mean;
 use crate::reference::Reference;
 use crate::score::GoodnessOfFit;
+use crate::text::spelling::did_you_mean;
 use crate::wgsl::Precision;
 use device::Device;
 use std::str::FromStr;

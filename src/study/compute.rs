@@ -6,9 +6,9 @@ use super::{PROGRAM, SCHEMA_VERSION, StudyError};
 use crate::calibrate::{CalibrateError, Calibration, Replicate, SearchSpace, StopReason, calibrate_replicate};
 use crate::catalog::Variant;
 use crate::evaluator::{Case, Evaluator, Outcome, Score};
+use crate::rescore;
 use crate::score::GoodnessOfFit;
 use crate::symbols::Parameters;
-use crate::validate::validate;
 use indexmap::IndexMap;
 use std::ops::ControlFlow;
 
@@ -100,7 +100,7 @@ impl Round<'_> {
         let parameters = space.parameters(&replicate.candidate);
         let on = self.study.validated_on(index);
         let cases: Vec<Case> = std::iter::once(&index).chain(&on).map(|&i| self.cases[i].clone()).collect();
-        let mut outcomes = validate(&cases, &parameters)?.into_iter();
+        let mut outcomes = rescore::outcomes(&cases, &parameters)?.into_iter();
         let own = outcomes.next().expect("one outcome per case");
         row.evaluations = replicate.evaluations;
         row.stop = Some(replicate.stop.to_string());

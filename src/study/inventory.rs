@@ -3,7 +3,7 @@
 use super::folder::{Folder, TEMPORARY};
 use super::part::Part;
 use super::{StudyError, Task};
-use crate::bounded::{self, RESULT_MAX};
+use crate::text::bounded::{self, RESULT_MAX};
 use std::collections::HashMap;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};

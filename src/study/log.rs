@@ -3,7 +3,7 @@
 use super::folder::{Folder, TEMPORARY, write_whole};
 use super::run::Progress;
 use super::{PROGRAM, SCHEMA_VERSION};
-use crate::bounded::{self, TEXT_MAX};
+use crate::text::bounded::{self, TEXT_MAX};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant, SystemTime};

@@ -13,6 +13,7 @@ mod note;
 pub mod plausible;
 pub mod prepare;
 pub(crate) mod savitzky_golay;
+mod split;
 mod steps;
 
 pub use error::{Faults, ImportError, PrepareError};

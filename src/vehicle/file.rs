@@ -1,8 +1,8 @@
 //! Vehicle tables: TOML (one table per vehicle) and the CSV layout `slug,name,mass_unladen_kg,phi,...`.
 
 use super::{Mfc, Vehicle};
-use crate::bounded;
-use crate::near::did_you_mean;
+use crate::text::bounded;
+use crate::text::spelling::did_you_mean;
 use crate::trajectory::Source;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -183,7 +183,7 @@ impl Entry {
         let beside = folder.map(|f| f.join(format!("mfc_{slug}.csv"))).filter(|p| p.exists());
         let mfc_path = self.mfc.map(|p| folder.map_or(p.clone(), |f| f.join(p))).or(beside);
         let vehicle = Vehicle {
-            name: crate::shown::name(&self.name.unwrap_or_else(|| slug.clone())).into_owned(),
+            name: crate::text::shown::name(&self.name.unwrap_or_else(|| slug.clone())).into_owned(),
             aliases: self.aliases,
             m_0: self.mass_unladen_kg,
             phi_f: self.phi,

@@ -1,7 +1,7 @@
 //! The MFC curves a_ap(v) and a_dp(v) of Eq. 14, as tables.
 
 use super::VehicleError;
-use crate::bounded;
+use crate::text::bounded;
 use crate::trajectory::Source;
 use std::ops::RangeInclusive;
 use std::path::Path;

@@ -7,8 +7,8 @@ use super::extension::EQUILIBRIUM;
 use super::limits::visit;
 use super::own_names::prefix;
 use crate::extension::{LoopNeeds, Stage};
-use crate::near::{nearest, suggestion};
 use crate::symbols::Symbol;
+use crate::text::spelling::{nearest, suggestion};
 use naga::{Expression, Statement, TypeInner};
 
 /// Names that the stage functions of an extension have.

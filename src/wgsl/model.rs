@@ -2,9 +2,9 @@
 
 use super::check::ShaderError;
 use super::extension::read_extension;
-use crate::bounded::{TEXT_MAX, read_to_string};
 use crate::catalog::{UnknownVariant, Variant};
 use crate::extension::Extension;
+use crate::text::bounded::{TEXT_MAX, read_to_string};
 use std::path::Path;
 
 /// What a file with a law ends in.

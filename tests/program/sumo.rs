@@ -38,7 +38,7 @@ fn json(arguments: &[&str]) -> Value {
 
 /// True if SUMO can be run. `LEADLAG_SUMO_TEST` says that it must be.
 fn sumo(test: &str) -> bool {
-    let found = leadlag::internal::report::sumo::find(None);
+    let found = leadlag::internal::sumo::find(None);
     if found.is_err() {
         assert!(std::env::var_os("LEADLAG_SUMO_TEST").is_none(), "LEADLAG_SUMO_TEST is set: {found:?}");
         eprintln!("SKIPPED {test}: no SUMO (scripts/check-sumo installs it)");

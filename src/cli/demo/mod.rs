@@ -9,11 +9,11 @@ pub use tell::quoted;
 
 use super::{Cli, output};
 use crate::api::extension::extend;
-use crate::bounded::{self, RESULT_MAX};
 use crate::diagnose::Verdict;
-use crate::diagnose::hold_back::TRAINED_ON;
+use crate::diagnose::drive::TRAINED_ON;
 use crate::diagnose::outcome::Outcome;
 use crate::result::ResultFile;
+use crate::text::bounded::{self, RESULT_MAX};
 use anyhow::Context;
 use clap::Parser;
 use drive::Hidden;

@@ -17,8 +17,8 @@ use crate::diagnose::free::Free;
 use crate::diagnose::outcome::has_bad_data;
 use crate::diagnose::{Drive, Effort};
 use crate::extension::Extension;
-use crate::near::did_you_mean;
 use crate::report::diagnosis::text;
+use crate::text::spelling::did_you_mean;
 use crate::wgsl::read_extension;
 use clap::ValueEnum;
 use std::path::PathBuf;
@@ -198,7 +198,7 @@ fn causes(args: &Args) -> anyhow::Result<Vec<&'static Extension>> {
             };
             return Err(Usage(message).into());
         }
-        let text = crate::bounded::read_to_string(path, crate::bounded::TEXT_MAX)
+        let text = crate::text::bounded::read_to_string(path, crate::text::bounded::TEXT_MAX)
             .map_err(|e| anyhow::Error::new(e).context(format!("{}: cannot read the cause", path.display())))?;
         let own = read_extension(&path.display().to_string(), &text)?;
         if causes.iter().any(|known| known.name == own.name) {

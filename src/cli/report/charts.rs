@@ -3,8 +3,8 @@
 use crate::diagnose::outcome::Outcome;
 use crate::report::html::{Chart, Line, Panel, Role};
 use crate::report::residuals::{Simulated, other_errors};
-use crate::report::sumo::Export;
 use crate::result::{DataEntry, ResultFile};
+use crate::sumo::Export;
 use anyhow::Context;
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -125,7 +125,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if let Some(folder) = &args.data {
         plan.data.folder.clone_from(folder);
     }
-    let content = crate::bounded::read_to_string(&args.plan, crate::bounded::TEXT_MAX)?;
+    let content = crate::text::bounded::read_to_string(&args.plan, crate::text::bounded::TEXT_MAX)?;
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from(&plan.name));
     let study = Study::open(plan)?;
     used(&study).lines().for_each(|line| eprintln!("{line}"));

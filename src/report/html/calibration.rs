@@ -5,9 +5,9 @@ use super::sumo::sumo;
 use super::{Chart, Line, Page, Panel, Role, between, escape, short};
 use crate::diagnose::budget::Budget;
 use crate::identify::CONFIDENCE;
-use crate::report::sumo::Export;
 use crate::report::text::{OPEN, UNDETERMINED, partner};
 use crate::result::{KnowledgeEntry, ResultFile};
+use crate::sumo::Export;
 
 /// Errors of the simulations of a calibration.
 #[derive(Debug)]

@@ -119,7 +119,11 @@ impl Page {
 
 /// Text in HTML.
 pub(in crate::internal::report) fn escape(text: &str) -> String {
-    crate::shown::lines(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+    crate::text::shown::lines(text)
+        .replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;")
 }
 
 /// JSON that cannot end its script element.

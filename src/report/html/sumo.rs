@@ -1,7 +1,7 @@
 //! What SUMO makes of a calibration, in its report.
 
 use super::{Chart, Page, short};
-use crate::report::sumo::{Export, Loss};
+use crate::sumo::{Export, Loss};
 
 /// The section of an export, with its charts.
 pub fn sumo(page: &mut Page, export: &Export, charts: Vec<Chart>) {

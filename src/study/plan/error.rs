@@ -1,6 +1,6 @@
 //! Plans that cannot be carried out.
 
-use crate::near::suggestion;
+use crate::text::spelling::suggestion;
 use crate::wgsl::ShaderError;
 
 /// A plan that cannot be carried out.

@@ -5,8 +5,8 @@ use super::text::Reader;
 use super::{Extend, PlanError};
 use crate::catalog::Variant;
 use crate::extension::Extension;
-use crate::near::nearest;
 use crate::symbols::Symbol;
+use crate::text::spelling::nearest;
 use crate::wgsl::{ShaderError, extension_named, law_file, law_with, library, read_extension};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -135,7 +135,7 @@ impl Reader<'_> {
         }
         let file = self.folder.join(given);
         let shown = file.display().to_string();
-        let text = crate::bounded::read_to_string(&file, crate::bounded::TEXT_MAX).map_err(|source| {
+        let text = crate::text::bounded::read_to_string(&file, crate::text::bounded::TEXT_MAX).map_err(|source| {
             PlanError::ExtensionFile { path: self.path.to_owned(), key, file: shown.clone(), source }
         })?;
         read_extension(&shown, &text).map_err(shader)

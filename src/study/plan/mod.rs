@@ -139,7 +139,7 @@ impl Plan {
     /// [`Plan::read`] for a plan whose extensions are known, wherever their files are.
     pub(super) fn read_with(path: &Path, stored: &[StoredExtension]) -> Result<Plan, PlanError> {
         let shown = path.display().to_string();
-        let content = crate::bounded::read_to_string(path, crate::bounded::TEXT_MAX)
+        let content = crate::text::bounded::read_to_string(path, crate::text::bounded::TEXT_MAX)
             .map_err(|source| PlanError::Read { path: shown.clone(), source })?;
         let folder = path.parent().unwrap_or(Path::new(""));
         let stem = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());

@@ -1,7 +1,7 @@
 //! Splitting a line into fields, and the names of the columns.
 
 use super::problems::{Problems, Stop};
-use crate::near::nearest_within;
+use crate::text::spelling::nearest_within;
 use crate::trajectory::error::ProblemKind;
 
 /// One field of a line: its text without blanks and quotes around it, and where it starts.

@@ -1,7 +1,7 @@
 //! The file layouts that are known, and how a file is recognised.
 
 use super::header::{Field, split, stands_for};
-use crate::near::did_you_mean;
+use crate::text::spelling::did_you_mean;
 use std::fmt;
 use std::str::FromStr;
 

@@ -2,7 +2,7 @@
 
 use super::kind;
 use super::problems::{Problems, Stop};
-use crate::bounded::LINE_MAX;
+use crate::text::bounded::LINE_MAX;
 use crate::trajectory::error::ProblemKind;
 use crate::trajectory::hexadecimal;
 use sha2::{Digest, Sha256};

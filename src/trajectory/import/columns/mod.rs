@@ -22,7 +22,7 @@ pub use map::ColumnMap;
 use super::header::nearest;
 use super::lines::Lines;
 use super::problems::{Problems, Stop};
-use crate::bounded::TEXT_MAX;
+use crate::text::bounded::TEXT_MAX;
 use crate::trajectory::{ImportError, Layout, Note, Platoon, Recording, Source};
 use std::io::Read;
 use std::path::Path;
@@ -59,7 +59,7 @@ impl ColumnMap {
             let near = nearest(given, known.iter().copied()).map(str::to_owned);
             return Err(MapError::Unknown { name: given.to_owned(), known, near });
         }
-        let text = crate::bounded::read_to_string(Path::new(given), TEXT_MAX)
+        let text = crate::text::bounded::read_to_string(Path::new(given), TEXT_MAX)
             .map_err(|source| MapError::Open { path: given.to_owned(), source })?;
         ColumnMap::parse(&text, given)
     }

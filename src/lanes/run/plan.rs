@@ -2,8 +2,8 @@
 
 use super::core::Core;
 use super::real::Real;
-use super::run::Candidate;
 use super::simd::InstructionSet;
+use super::time_loop::Candidate;
 use crate::evaluator::{Case, EvaluateError, Job, Pace};
 use crate::symbols::{Parameters, Symbol};
 

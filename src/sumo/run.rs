@@ -4,7 +4,7 @@ use super::SumoError;
 use super::drive::{Drive, Motion};
 use super::traci::Traci;
 use super::vtype::VehicleType;
-use crate::bounded::{self, TEXT_MAX};
+use crate::text::bounded::{self, TEXT_MAX};
 use std::fs;
 use std::net::{TcpListener, TcpStream};
 use std::path::{Path, PathBuf};

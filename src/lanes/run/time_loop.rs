@@ -3,7 +3,6 @@
 //! All lanes of a block step together. One that has failed or has not started yet computes on, unread: no operation looks
 //! at another lane, and its sums, counts and status are closed. A block may stop at any sample and go on from there.
 
-use super::model::Model;
 use super::real::Real;
 use super::rows;
 use super::simd::{InstructionSet, Instructions, Lane, Registers};
@@ -12,6 +11,7 @@ use super::sums::{Settings, Sums, Went};
 use super::tables::Lookups;
 use crate::evaluator::{Job, Observer, status};
 use crate::extension::{Initial, Signal};
+use crate::lanes::compile::model::Model;
 
 /// A model ready for blocks of L lanes.
 #[derive(Debug, Clone)]

@@ -1,11 +1,11 @@
 use super::*;
 use crate::catalog::Variant;
 use crate::convention::Convention;
-use crate::lanes::code::TRIPLES;
-use crate::lanes::flat::{Binary, Flat, Op, Unary};
-use crate::lanes::model::Model;
-use crate::lanes::operation::{self, One, Two};
-use crate::lanes::simd::{InstructionSet, Instructions, Registers};
+use crate::lanes::compile::code::TRIPLES;
+use crate::lanes::compile::flat::{Binary, Flat, Op, Unary};
+use crate::lanes::compile::model::Model;
+use crate::lanes::run::operation::{self, One, Two};
+use crate::lanes::run::simd::{InstructionSet, Instructions, Registers};
 use crate::wgsl::{Precision, Recipe, Source, check};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -1,8 +1,8 @@
 //! What an export left behind: `loss.json`.
 
 use super::{Comparison, Sumo, SumoError, VehicleType};
-use crate::bounded::{self, RESULT_MAX};
 use crate::result::{DataEntry, ResultFile};
+use crate::text::bounded::{self, RESULT_MAX};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;

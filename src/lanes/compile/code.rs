@@ -69,7 +69,7 @@ macro_rules! triples {
         }
     };
 }
-pub(super) use triples;
+pub(crate) use triples;
 
 macro_rules! list {
     ($($first:ident $second:ident $last:ident),*) => {

@@ -5,12 +5,12 @@
 //! in one rounding of itself, and where f64 asks for it (`mul_add`), the baseline computes the same, more slowly.
 #![allow(unsafe_code, reason = "function pointers per instruction set; see the safety comments")]
 
-use super::code::{Code, Inner, Outer, READ, Row, Step, WRITTEN, triples};
-use super::flat::{Binary, Unary};
 use super::operation::{self, Compare, One, Two};
 use super::operation::{each_compare, each_moved, each_select, each_two_sum, each1, each2, each3, each4};
 use super::real::Real;
-use super::run::{Program, Run, Workspace, run};
+use super::time_loop::{Program, Run, Workspace, run};
+use crate::lanes::compile::code::{Code, Inner, Outer, READ, Row, Step, WRITTEN, triples};
+use crate::lanes::compile::flat::{Binary, Unary};
 
 /// Instruction sets that block programs are compiled for. All give the same bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -1,16 +1,16 @@
 //! Populations in blocks, spread over threads, in one precision.
 
-use super::error::LanesError;
-use super::model::Model;
 use super::plan::{Part, Plan, candidate, in_order};
 use super::real::Real;
-use super::run::{Candidate, Program, Run, Workspace};
 use super::simd::{InstructionSet, run_block};
 use super::stream::Stream;
 use super::sums::Settings;
+use super::time_loop::{Candidate, Program, Run, Workspace};
 use crate::evaluator::{
     Case, EvaluateError, Failure, Innovations, Job, Observed, Observer, Population, Raw, Residuals, Score,
 };
+use crate::lanes::compile::error::LanesError;
+use crate::lanes::compile::model::Model;
 use crate::wgsl::member;
 use rayon::prelude::*;
 use std::sync::Mutex;
