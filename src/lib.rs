@@ -83,6 +83,7 @@ pub mod internal {
     pub mod score;
     pub mod select;
     pub mod simulate;
+    pub mod statistics;
     pub mod study;
     #[cfg(feature = "report")]
     pub mod sumo;
@@ -99,8 +100,8 @@ use internal::gpu;
 use internal::{bench, evaluate};
 use internal::{
     calibrate, catalog, closed_loop, convention, diagnose, evaluator, extension, fleet, identify, judge, lanes,
-    optimize, plant, recommend, reference, rescore, result, score, select, simulate, study, symbols, text, trajectory,
-    vehicle, wgsl,
+    optimize, plant, recommend, reference, rescore, result, score, select, simulate, statistics, study, symbols, text,
+    trajectory, vehicle, wgsl,
 };
 #[cfg(feature = "report")]
 use internal::{report, sumo};

@@ -28,7 +28,10 @@ const FLOORS: [&[&str]; 16] = [
 /// The lowest floor, by itself because it has rules of its own.
 const LOWEST: &[&str] = &["symbols", "trajectory", "score", "optimize", "plant", "text", "judge"];
 
-/// Modules that import nothing of the library: they know no cars, or nobody at all.
+/// What every room may use, those that stand alone included: it knows numbers only.
+const GROUND: &[&str] = &["statistics"];
+
+/// Modules that import nothing of the library but its ground: they know no cars, or nobody at all.
 const ALONE: [(&str, &str); 3] = [
     ("judge", "the tests know numbers only"),
     ("optimize", "the optimisers know no cars"),
@@ -50,7 +53,7 @@ struct Import {
 }
 
 fn floor(module: &str) -> Option<usize> {
-    FLOORS.iter().chain([&LOWEST]).position(|modules| modules.contains(&module))
+    FLOORS.iter().chain([&LOWEST, &GROUND]).position(|modules| modules.contains(&module))
 }
 
 fn rust_files(folder: &Path, files: &mut Vec<PathBuf>) {
@@ -140,7 +143,7 @@ fn imports_go_down() {
             continue;
         }
         let place = format!("{}:{line}: {from} imports {to}", file.display());
-        if let Some((_, reason)) = ALONE.iter().find(|(module, _)| module == from) {
+        if let Some((_, reason)) = ALONE.iter().find(|(module, _)| module == from && !GROUND.contains(&to.as_str())) {
             broken.push(format!("{place}, but {reason}"));
         } else if let Some((.., reason)) = STRANGERS.iter().find(|(a, b, _)| a == from && b == to) {
             broken.push(format!("{place}, but {reason}"));

@@ -4,6 +4,7 @@ use super::{CalibrateError, Calibration, SearchSpace, Stop, calibrate_each};
 use crate::evaluator::{Case, EvaluateError, Evaluator, Job, Population};
 use crate::lanes::{Lanes, LanesPrecision};
 use crate::score::GoodnessOfFit;
+use crate::statistics::upper_median;
 
 /// Shorter halves tell too little of a driver \[s\].
 const HALF_S: f64 = 30.0;
@@ -72,12 +73,10 @@ pub fn apart(cases: &[Case], space: &SearchSpace, seed: u64) -> Result<Option<Ap
     let (mut own, mut other) = (Vec::new(), Vec::new());
     for half in 0..found.len() {
         let Some(by_own) = square(half, half ^ 1) else { continue };
-        let mut by_others: Vec<f64> =
-            places.iter().filter(|&&by| by / 2 != half / 2).filter_map(|&by| square(half, by)).collect();
-        by_others.sort_by(f64::total_cmp);
-        if let Some(middle) = by_others.get(by_others.len() / 2) {
+        let by_others = places.iter().filter(|&&by| by / 2 != half / 2).filter_map(|&by| square(half, by));
+        if let Some(middle) = upper_median(by_others) {
             own.push(by_own);
-            other.push(*middle);
+            other.push(middle);
         }
     }
     let root = |squares: &[f64]| (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt();

@@ -10,6 +10,7 @@ use super::spending::Spending;
 use super::start::{fastest, highest, steps, with_textbook_values};
 use super::verdict::DiagnoseError;
 use crate::extension::Extension;
+use crate::statistics::upper_median;
 use std::sync::atomic::Ordering;
 
 /// Of the sizes that were held, so many are followed when they are set free.
@@ -181,9 +182,8 @@ fn promises(height: f64, loss: f64, astray: bool) -> bool {
 fn heights(row: &[f64]) -> Vec<f64> {
     const AROUND: usize = 12;
     let height = |i: usize| {
-        let mut around = row[i.saturating_sub(AROUND)..(i + AROUND + 1).min(row.len())].to_vec();
-        around.sort_by(f64::total_cmp);
-        row[i] - around[around.len() / 2]
+        let around = &row[i.saturating_sub(AROUND)..(i + AROUND + 1).min(row.len())];
+        row[i] - upper_median(around.iter().copied()).expect("itself at least")
     };
     (0..row.len()).map(height).collect()
 }

@@ -8,6 +8,7 @@ use super::observer::Noise;
 use super::space::Axis;
 use crate::extension::Extension;
 use crate::optimize::stream;
+use crate::statistics::upper_median;
 use crate::symbols::Symbol;
 use rand::RngExt;
 
@@ -67,10 +68,9 @@ pub fn softened_by(noise: &Noise, factor: f64) -> Option<Noise> {
 /// of them, so that events do not count.
 #[must_use]
 pub fn rough(y: &[f64]) -> f64 {
-    let mut size: Vec<f64> = y.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs()).collect();
-    size.sort_by(f64::total_cmp);
+    let size = y.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs());
     // The median of |x| is 0.6745 standard deviations.
-    let median = size.get(size.len() / 2).copied().unwrap_or(0.0);
+    let median = upper_median(size).unwrap_or(0.0);
     median / 0.6745 / 20.0_f64.sqrt()
 }
 

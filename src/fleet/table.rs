@@ -1,8 +1,8 @@
 //! The rows as a table, and what they say together.
 
 use super::{Drive, Pair, Row, SCHEMA_VERSION, Settings};
+use crate::statistics::quantile;
 use crate::study::merge::parameter_column;
-use crate::study::outcome::statistics::quantile;
 use crate::study::table::Table;
 use crate::symbols::Symbol;
 use std::collections::BTreeMap;

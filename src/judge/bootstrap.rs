@@ -1,6 +1,7 @@
 //! The stationary bootstrap (Politis and Romano 1994, J. Am. Stat. Assoc. 89, 1303-1313).
 
 use super::mean;
+use crate::statistics::order_statistic;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -76,11 +77,9 @@ impl Resamples {
     /// The interval that holds the mean with this probability (percentiles of the resamples).
     #[must_use]
     pub fn interval(&self, values: &[f64], probability: f64) -> [f64; 2] {
-        let (centre, mut means) = (mean(values), self.means(values));
-        means.sort_by(f64::total_cmp);
+        let (centre, means) = (mean(values), self.means(values));
         let at = |share: f64| {
-            let place = (share * means.len() as f64) as usize;
-            let found = means.get(place.min(means.len().saturating_sub(1))).copied().unwrap_or(f64::NAN);
+            let found = order_statistic(means.iter().copied(), share).unwrap_or(f64::NAN);
             centre + self.inflation * (found - centre)
         };
         let tail = 0.5 * (1.0 - probability);

@@ -16,5 +16,5 @@ pub use superior::{Superior, superior_predictive_ability};
 /// Mean of some numbers; 0 without any.
 #[must_use]
 pub fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len().max(1) as f64
+    crate::statistics::mean(values).unwrap_or(0.0)
 }

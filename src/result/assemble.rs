@@ -11,6 +11,7 @@ use crate::identify::{CONFIDENCE, Identifiability, correlation};
 use crate::reference::{Reference, Trace};
 use crate::rescore;
 use crate::score::{GoodnessOfFit, Measures};
+use crate::statistics::upper_median;
 use crate::symbols::Parameters;
 use crate::symbols::Symbol;
 use crate::trajectory::Trajectory;
@@ -108,9 +109,7 @@ impl Calibrated<'_> {
     fn identifiability(&self, knowledge: &Identifiability, winner: &Replicate) -> IdentifiabilityEntry {
         let free = self.space.free();
         let name = |i: usize| self.space.symbols[i].name().to_owned();
-        let mut rises: Vec<f64> = knowledge.parameters.iter().map(|k| k.rise).collect();
-        rises.sort_by(f64::total_cmp);
-        let rise = rises.get(rises.len() / 2).copied();
+        let rise = upper_median(knowledge.parameters.iter().map(|k| k.rise));
         let near = rise.and_then(|rise| Some((correlation(&self.replicates, &free, winner.score, rise)?, rise)));
         let range = |i: usize| {
             let values = self.replicates.iter().filter(|r| r.score.is_finite()).map(|r| r.candidate[i]);

@@ -1,6 +1,7 @@
 //! Whether a measured gap and the two speeds describe the same cars.
 
 use super::{Layout, Note, factor};
+use crate::statistics::rms;
 
 /// Gap rate and speed difference that disagree by more than this do not describe the same cars \[m/s\].
 pub(super) const CONTRADICTION_MPS: f64 = 2.0;
@@ -60,16 +61,6 @@ pub(super) fn gap_column(number: usize, layout: Layout) -> String {
         Layout::Pair => "spacing_m".to_owned(),
         Layout::Columns => "gap".to_owned(),
     }
-}
-
-/// Root mean square of the finite values.
-pub(super) fn rms(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let (mut squares, mut n) = (0.0, 0_usize);
-    for value in values.filter(|value| value.is_finite()) {
-        squares += value * value;
-        n += 1;
-    }
-    (n > 0).then(|| (squares / n as f64).sqrt())
 }
 
 #[cfg(test)]

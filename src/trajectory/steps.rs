@@ -1,6 +1,7 @@
 //! Steps of a signal that no sum may cross: a pause of the recording, a lap that begins anew, a number that another car bears.
 
 use super::prepare::{GRID_TOLERANCE_S, median_step};
+use crate::statistics::order_statistic;
 
 /// A step of time that is longer than this, and than usual, is a pause \[s\]: what preparation does not interpolate by itself.
 pub(super) const PAUSE_S: f64 = 1.0;
@@ -19,9 +20,8 @@ pub(super) fn longest_step(t: &[f64]) -> f64 {
 
 /// The largest change of a position from one sample to the next that is driving \[m\]; infinite where nothing moves.
 pub(super) fn largest_move(x: &[f64]) -> f64 {
-    let mut moves: Vec<f64> = x.windows(2).map(|x| (x[1] - x[0]).abs()).filter(|step| step.is_finite()).collect();
-    moves.sort_by(f64::total_cmp);
-    let usual = moves.get((moves.len() as f64 * USUAL) as usize).copied().unwrap_or(0.0);
+    let moves = x.windows(2).map(|x| (x[1] - x[0]).abs()).filter(|step| step.is_finite());
+    let usual = order_statistic(moves, USUAL).unwrap_or(0.0);
     if usual > 0.0 { JUMP * usual } else { f64::INFINITY }
 }
 

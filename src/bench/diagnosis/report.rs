@@ -4,6 +4,7 @@ use super::DiagnosisJournal;
 use super::judge::{DiagnosisOutcome, Judgement, judge};
 use super::plan::{BASES, DiagnosisTask, MEDIUM};
 use crate::diagnose::{JUDGED, one_in_a_hundred};
+use crate::statistics::upper_median;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -175,11 +176,7 @@ impl DiagnosisReport {
             };
             *names.entry(truth).or_default().entry(said).or_default() += 1;
         }
-        let median = |of: &dyn Fn(&DiagnosisOutcome) -> f64| {
-            let mut all: Vec<f64> = outcomes.iter().map(of).collect();
-            all.sort_by(f64::total_cmp);
-            all.get(all.len() / 2).copied().unwrap_or(0.0)
-        };
+        let median = |of: &dyn Fn(&DiagnosisOutcome) -> f64| upper_median(outcomes.iter().map(of)).unwrap_or(0.0);
         let cost = [median(&|o| o.cpu_s), median(&|o| o.simulations as f64)];
         let bars = bars(&outcomes);
         let [powers, powers_by_effect] = powers(&outcomes);
@@ -207,9 +204,8 @@ impl DiagnosisReport {
     /// What extended models gain; `None` where there is nothing to compare.
     #[must_use]
     pub fn gains(&self) -> Option<Gains> {
-        let mut shares: Vec<f64> = self.outcomes.iter().filter_map(DiagnosisOutcome::share_of_gain).collect();
-        shares.sort_by(f64::total_cmp);
-        let median = *shares.get(shares.len() / 2)?;
+        let shares: Vec<f64> = self.outcomes.iter().filter_map(DiagnosisOutcome::share_of_gain).collect();
+        let median = upper_median(shares.iter().copied())?;
         let most = shares.iter().filter(|share| **share >= MOST_OF_IT).count();
         Some(Gains { median, most, cases: shares.len() })
     }

@@ -1,6 +1,7 @@
 //! What the finished tasks say about the targets.
 
 use super::{HARD, Journal, OptimizerOutcome, OptimizerTask, REPLICATES, SEED_TARGETS, SEEDS, SURFACES, WALL_TARGET_S};
+use crate::statistics::median;
 use serde::Serialize;
 use std::fmt::Write;
 
@@ -68,12 +69,12 @@ impl OptimizerReport {
         let mut spread = |aim: &str, whole: usize, what: &str, goals: &[(&str, f64)]| {
             let Some(OptimizerTask { convention, .. }) = tasks.iter().find(|t| t.aim == aim) else { return };
             let planned = tasks.iter().filter(|t| t.aim == aim).count();
-            let mut values: Vec<f64> =
+            let values: Vec<f64> =
                 outcomes.iter().filter(|o| o.task.aim == aim).map(OptimizerOutcome::variation).collect();
-            values.sort_by(f64::total_cmp);
             let share = if planned < whole { format!("{planned} of {whole}") } else { format!("all {whole}") };
             for &(goal, wanted) in goals {
-                let found = if goal == "median" { median(&values) } else { values.last().copied() };
+                let found =
+                    if goal == "median" { median(&values) } else { values.iter().copied().max_by(f64::total_cmp) };
                 let goal =
                     format!("CV of {REPLICATES} replicates (%), convention {convention}, {share} {what}: {goal}");
                 findings.push(finding(goal, wanted, true, found, [values.len(), whole]));
@@ -163,12 +164,6 @@ impl OptimizerReport {
         }
         Ok(())
     }
-}
-
-/// The middle of sorted values; of an even number, the mean of the two in the middle.
-fn median(sorted: &[f64]) -> Option<f64> {
-    let upper = *sorted.get(sorted.len() / 2)?;
-    Some(if sorted.len() % 2 == 1 { upper } else { 0.5 * (sorted[sorted.len() / 2 - 1] + upper) })
 }
 
 fn finding(goal: String, wanted: f64, at_most: bool, found: Option<f64>, tasks: [usize; 2]) -> Finding {

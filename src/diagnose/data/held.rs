@@ -2,7 +2,8 @@
 
 use super::finding::{Finding, FindingKind};
 use super::link::{Link, Signal};
-use super::noise::{self, quantum, robust_scale};
+use super::noise::{self, quantum};
+use crate::statistics::robust_scale;
 use std::ops::Range;
 
 /// Shortest run that counts \[samples\].
@@ -24,7 +25,7 @@ pub(super) fn dropouts(signal: &Signal, link: &Link, factor: f64) -> Vec<Range<u
     let mut found: Vec<Range<usize>> = runs(first..last.max(first), |i| y[i].is_nan()).collect();
     let steps: Vec<f64> = y.windows(2).map(|w| w[1] - w[0]).collect();
     let bends: Vec<f64> = y.windows(3).map(|w| w[2] - 2.0 * w[1] + w[0]).collect();
-    let bend = robust_scale(&bends);
+    let bend = robust_scale(bends.iter().copied()).unwrap_or(f64::NAN);
     // Chance of two equal neighbours, and of three on a line: with noise of this size and values rounded to q, or as often as
     // single repeats occur, which a coarse sensor makes and a drop-out does not.
     let sigma = (bend / 6f64.sqrt()).max(1e-12);

@@ -2,7 +2,7 @@
 
 use super::finding::{Finding, FindingKind, Who, interval};
 use super::link::Link;
-use super::noise::robust_scale;
+use crate::statistics::robust_scale;
 use std::ops::Range;
 
 /// A gap that changes by this much more than the speeds allow within a sample has jumped \[m\] ...
@@ -45,7 +45,7 @@ pub(super) fn innovations(link: &Link, broken: &[Range<usize>]) -> Vec<f64> {
 /// Jumps outside of the broken ranges.
 pub(super) fn find(link: &Link, broken: &[Range<usize>]) -> Vec<Jump> {
     let mut d = innovations(link, broken);
-    let usual = robust_scale(&d);
+    let usual = robust_scale(d.iter().copied()).unwrap_or(f64::NAN);
     let mut jumps: Vec<Jump> = Vec::new();
     let together = link.samples(WITHIN_S);
     for (i, d) in d.iter_mut().enumerate() {
@@ -64,7 +64,7 @@ pub(super) fn find(link: &Link, broken: &[Range<usize>]) -> Vec<Jump> {
     }
     let width = link.samples(WITHIN_S).min(d.len().max(1));
     let sums: Vec<f64> = d.windows(width).map(|w| w.iter().sum()).collect();
-    let usual = robust_scale(&sums);
+    let usual = robust_scale(sums.iter().copied()).unwrap_or(f64::NAN);
     let limit = SLOW_JUMP_M.max(UNUSUAL * usual);
     let mut i = 0;
     while i < sums.len() {

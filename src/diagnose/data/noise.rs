@@ -6,6 +6,7 @@
 use super::finding::{Finding, FindingKind, interval};
 use super::link::{Link, Signal};
 use super::spectrum;
+use crate::statistics::robust_scale;
 
 /// Variance of third differences of white noise of variance 1.
 const THIRD_DIFFERENCE: f64 = 20.0;
@@ -48,20 +49,9 @@ fn third(signal: &Signal, link: &Link) -> Vec<f64> {
             if drives { y[i + 3] - 3.0 * y[i + 2] + 3.0 * y[i + 1] - y[i] } else { f64::NAN }
         })
         .collect();
-    let scale = robust_scale(&d);
+    let scale = robust_scale(d.iter().copied()).unwrap_or(f64::NAN);
     d.iter_mut().filter(|d| d.abs() > CLIP * scale).for_each(|d| *d = f64::NAN);
     d
-}
-
-/// Median absolute value, scaled to a standard deviation.
-pub(super) fn robust_scale(values: &[f64]) -> f64 {
-    let mut sizes: Vec<f64> = values.iter().filter(|d| d.is_finite()).map(|d| d.abs()).collect();
-    if sizes.is_empty() {
-        return f64::NAN;
-    }
-    let middle = sizes.len() / 2;
-    let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
-    1.4826 * *median
 }
 
 /// Standard deviation of the noise by third differences, with its standard error.

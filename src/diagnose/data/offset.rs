@@ -2,6 +2,7 @@
 
 use super::finding::{Finding, FindingKind, Who, Z_95, interval};
 use super::link::Link;
+use crate::statistics::upper_median;
 
 /// Smaller offsets do not matter \[m\].
 const LEAST_M: f64 = 0.05;
@@ -31,10 +32,8 @@ pub(super) fn gap_offset(link: &Link) -> Seen {
     let starts = (0..link.len()).step_by(link.samples(BLOCK_S));
     let medians: Vec<f64> = starts
         .filter_map(|start| {
-            let mut block: Vec<f64> =
-                (start..(start + link.samples(BLOCK_S)).min(link.len())).map(off).filter(|d| d.is_finite()).collect();
-            block.sort_by(f64::total_cmp);
-            block.get(block.len() / 2).copied()
+            let block = start..(start + link.samples(BLOCK_S)).min(link.len());
+            upper_median(block.map(off).filter(|d| d.is_finite()))
         })
         .collect();
     let n = medians.len() as f64;

@@ -2,6 +2,7 @@
 
 use super::link::{Link, Signal};
 use crate::diagnose::fourier;
+use crate::statistics::upper_median;
 
 /// Samples of one periodogram.
 const WINDOW: usize = 256;
@@ -45,11 +46,8 @@ fn noise_spectrum(signal: &Signal, link: &Link) -> Option<Vec<f64>> {
 pub(super) fn cut_off(signal: &Signal, link: &Link) -> Option<f64> {
     let power = noise_spectrum(signal, link)?;
     let last = power.len() - 1;
-    let median = |from: f64, to: f64| {
-        let mut band: Vec<f64> = power[from.ceil() as usize..=(to as usize).min(last)].to_vec();
-        band.sort_by(f64::total_cmp);
-        band.get(band.len() / 2).copied()
-    };
+    let median =
+        |from: f64, to: f64| upper_median(power[from.ceil() as usize..=(to as usize).min(last)].iter().copied());
     let found = (last / 8..last * 9 / 10).filter_map(|k| {
         let f = k as f64;
         let (low, high) = (median(0.5 * f, 0.7 * f)?, median(0.75 * f, 0.92 * f)?);

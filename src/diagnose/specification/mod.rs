@@ -12,6 +12,7 @@ use super::likelihood::{BLOCK_S, Mask, rho};
 use super::model::Model;
 use super::observer::{Designed, design};
 use super::verdict::{DiagnoseError, LeftOver};
+use crate::statistics::upper_median;
 use crate::wgsl::extension_named;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -313,9 +314,7 @@ fn bursts(setting: &Setting<'_>, z: &[Vec<[f64; 2]>], inflation: f64) -> Option<
         let counts = (0..z.len()).filter(|&t| setting.whole[drive][t] && data.v_f[t] > 1.0);
         sizes.extend(counts.map(|t| (drive, t, z[t][0] * z[t][0] + z[t][1] * z[t][1])));
     }
-    let mut sorted: Vec<f64> = sizes.iter().map(|(.., size)| *size).collect();
-    sorted.sort_by(f64::total_cmp);
-    let usual = sorted.get(sorted.len() / 2)? / MEDIAN;
+    let usual = upper_median(sizes.iter().map(|(.., size)| *size))? / MEDIAN;
     let large: Vec<&(usize, usize, f64)> = sizes.iter().filter(|(.., size)| size / usual > BURST).collect();
     let block = |(drive, t, _): &&(usize, usize, f64)| {
         (*drive, (*t as f64 * setting.question.train[*drive].dt() / BLOCK_S) as usize)

@@ -4,7 +4,7 @@ use super::Fit;
 use crate::fleet::Spread;
 use crate::report::figure::{Anchor, Figure, INK, PALE, PALETTE};
 use crate::report::html::short;
-use crate::study::outcome::statistics::spearman;
+use crate::statistics::spearman;
 
 /// Values of one parameter, with its name and unit.
 #[derive(Debug, Clone)]

@@ -3,8 +3,8 @@
 use super::super::figure::{Anchor, Figure, INK, PALETTE, PAPER, Plot};
 use super::Material;
 use crate::catalog::{BASES, Base};
+use crate::statistics::{box_statistics, mean, quantile};
 use crate::study::outcome::Outcomes;
-use crate::study::outcome::statistics::{box_statistics, mean, quantile};
 use crate::study::paper::VALIDATIONS;
 
 const WIDTH: f64 = 1100.0;

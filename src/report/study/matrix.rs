@@ -1,8 +1,8 @@
 //! The validation matrix: what is calibrated on one trajectory of a vehicle and simulated on another.
 
 use crate::score::Measures;
+use crate::statistics::median;
 use crate::study::inventory::Inventory;
-use crate::study::outcome::statistics::median;
 use crate::study::part::{Part, RunRow};
 use std::collections::BTreeMap;
 

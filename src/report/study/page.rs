@@ -3,9 +3,9 @@
 use super::super::html::{Page, escape, short};
 use super::matrix::{Cross, Matrix, matrix};
 use super::{Material, figures, tables};
+use crate::statistics::{mean, median};
 use crate::study::PastRuns;
 use crate::study::inventory::Inventory;
-use crate::study::outcome::statistics::{mean, median};
 use crate::study::outcome::{Outcomes, Tried};
 use crate::study::paper::VALIDATIONS;
 use crate::study::table::{Table, Values};

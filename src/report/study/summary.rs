@@ -1,7 +1,7 @@
 //! `report.md`: what the study is, where it agrees with the paper and where not, in plain words and numbers.
 
 use super::Material;
-use crate::study::outcome::statistics::spearman;
+use crate::statistics::spearman;
 use crate::study::paper::Printed;
 use std::fmt::Write;
 

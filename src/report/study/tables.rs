@@ -3,9 +3,9 @@
 use super::Material;
 use crate::calibrate::coefficient_of_variation;
 use crate::catalog::{BASES, Variant};
+use crate::statistics::box_statistics;
 use crate::study::outcome::Outcomes;
 use crate::study::outcome::claims::PAPERS_GOF;
-use crate::study::outcome::statistics::box_statistics;
 use crate::study::paper::{Printed, VALIDATIONS};
 use crate::study::table::Table;
 

@@ -1,7 +1,7 @@
 //! The paper's Tables 4 and 5, computed from a study.
 
-use super::statistics::median;
 use super::{Errors, Outcomes, Tried};
+use crate::statistics::median;
 
 /// A variant in Table 4.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -2,7 +2,6 @@
 
 pub mod claims;
 mod compare;
-pub mod statistics;
 
 pub use compare::{Table4Row, Table5Row, compare};
 

@@ -29,6 +29,7 @@ pub(super) use table::{GRADE_LIMIT, POSITION_LIMIT, present};
 
 use super::error::{ImportError, ProblemKind};
 use super::{Grade, Note, Recording, Source};
+use crate::statistics::upper_median;
 use flate2::bufread::MultiGzDecoder;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
@@ -193,7 +194,5 @@ fn note_end(terminated: bool, lines: &[u64], notes: &mut Vec<Note>) {
 
 /// Median of the finite values.
 fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let mut values: Vec<f64> = values.filter(|value| value.is_finite()).collect();
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
+    upper_median(values.filter(|value| value.is_finite()))
 }

@@ -1,7 +1,8 @@
 //! One link of two cars: does the measured gap agree with the two speeds?
 
 use super::Axis;
-use crate::trajectory::agreement::{contradiction, gap_column, rate_rms, rms};
+use crate::statistics::rms;
+use crate::trajectory::agreement::{contradiction, gap_column, rate_rms};
 use crate::trajectory::plausible::{self, Signals};
 use crate::trajectory::prepare::slope;
 use crate::trajectory::steps::longest_step;

@@ -7,11 +7,12 @@ mod signal;
 pub use link::LinkInspection;
 pub use signal::SignalInspection;
 
-use super::agreement::{CONTRADICTION_MPS, rms};
+use super::agreement::CONTRADICTION_MPS;
 use super::error::step_too_long;
 use super::prepare::{STEP_MAX_S, Stretch, median_step, nominal_step, stretches, stretches_of};
 use super::steps::{largest_move, longest_step};
 use super::{Car, Layout, Note, Platoon, Preparation, PrepareError, Recording, Source, plausible};
+use crate::statistics::rms;
 use serde::Serialize;
 use std::ops::Range;
 

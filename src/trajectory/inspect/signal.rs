@@ -1,7 +1,7 @@
 //! One signal: missing values, range, noise.
 
 use super::Axis;
-use crate::trajectory::agreement::rms;
+use crate::statistics::rms;
 use crate::trajectory::savitzky_golay::SavitzkyGolay;
 use serde::Serialize;
 

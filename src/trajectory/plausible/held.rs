@@ -1,6 +1,7 @@
 //! Values that stay the same to the last digit while the cars move: a sensor without a target, or one that hangs.
 
-use super::{Signals, robust_scale};
+use super::Signals;
+use crate::statistics::{order_statistic, robust_scale};
 use std::ops::Range;
 
 /// A gap that stays for so long is held \[s\] ...
@@ -40,7 +41,7 @@ pub(super) fn said(signals: &Signals) -> Vec<String> {
     };
     let gaps: Vec<Range<usize>> = runs(gap).filter(|run| moves(run) && gap_held(run)).collect();
     let left = |i: usize| gap[i] - told[i];
-    let usual = robust_scale(over_a_second(t).map(|(i, j)| left(j) - left(i)));
+    let usual = robust_scale(over_a_second(t).map(|(i, j)| left(j) - left(i))).unwrap_or(0.0);
     let mut found = Vec::new();
     found.extend(sentence(called, " m", gap, &gaps, t, "a sensor without a target?"));
     for (who, v) in [("the speed of the car ahead", v_l), ("the speed of the follower", v_f)] {
@@ -94,9 +95,8 @@ fn runs(y: &[f64]) -> impl Iterator<Item = Range<usize>> + '_ {
 
 /// The smallest change that is usual: a tenth of all changes are smaller.
 fn smallest_step(y: &[f64]) -> f64 {
-    let mut steps: Vec<f64> = y.windows(2).map(|y| (y[1] - y[0]).abs()).filter(|step| *step > 0.0).collect();
-    steps.sort_by(f64::total_cmp);
-    steps.get(steps.len() / 10).copied().unwrap_or(0.0)
+    let steps = y.windows(2).map(|y| (y[1] - y[0]).abs()).filter(|step| *step > 0.0);
+    order_statistic(steps, 0.1).unwrap_or(0.0)
 }
 
 /// Samples about a second apart.

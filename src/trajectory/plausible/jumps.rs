@@ -1,6 +1,7 @@
 //! A gap that jumps: another car is ahead from there on, or the sensor lost it.
 
-use super::{Signals, robust_scale};
+use super::Signals;
+use crate::statistics::robust_scale;
 
 /// A gap that changes by so much more than the speeds say from one sample to the next has jumped \[m\] ...
 const JUMP_M: f64 = 2.0;
@@ -71,7 +72,7 @@ fn find(signals: &Signals) -> Vec<Jump> {
         .windows(2)
         .map(|pair| if t[pair[1]] - t[pair[0]] > UNSEEN_S { 0.0 } else { left(pair[1]) - left(pair[0]) })
         .collect();
-    let limit = JUMP_M.max(UNUSUAL * robust_scale(steps.iter().copied()));
+    let limit = JUMP_M.max(UNUSUAL * robust_scale(steps.iter().copied()).unwrap_or(0.0));
     // (first sample, last sample) of each event, by place in `seen`.
     let mut events: Vec<[usize; 2]> = Vec::new();
     let mut quick = vec![false; steps.len()];
@@ -118,7 +119,7 @@ fn slow_events(steps: &[f64], seen: &[usize], t: &[f64]) -> Vec<[usize; 2]> {
             sum -= steps[start];
         }
     }
-    let limit = SLOW_JUMP_M.max(UNUSUAL * robust_scale(sums.iter().copied()));
+    let limit = SLOW_JUMP_M.max(UNUSUAL * robust_scale(sums.iter().copied()).unwrap_or(0.0));
     let mut events: Vec<[usize; 2]> = Vec::new();
     let mut start = 0;
     while start < sums.len() {

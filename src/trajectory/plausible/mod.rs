@@ -74,12 +74,5 @@ pub(super) fn of_acceleration(v: &[f64], dt: f64) -> Option<String> {
     noise::said(v, dt)
 }
 
-/// 1.4826 times the median of the absolute values: the standard deviation, if outliers are few.
-fn robust_scale(values: impl Iterator<Item = f64>) -> f64 {
-    let mut sizes: Vec<f64> = values.map(f64::abs).filter(|value| value.is_finite()).collect();
-    sizes.sort_by(f64::total_cmp);
-    sizes.get(sizes.len() / 2).map_or(0.0, |median| 1.4826 * median)
-}
-
 #[cfg(test)]
 mod tests;

@@ -1,6 +1,6 @@
 //! Accelerations that are mostly noise: the differences of noisy speeds over short steps.
 
-use super::robust_scale;
+use crate::statistics::robust_scale;
 
 /// From this share of noise on, an error of the acceleration says more of the sensor than of the model.
 const MOSTLY: f64 = 0.5;
@@ -18,7 +18,7 @@ pub(super) fn share(v: &[f64], dt: f64) -> Option<f64> {
     let total = squares.iter().sum::<f64>() / squares.len() as f64;
     // Third differences leave nothing of what a car does within three samples; those of white noise have twenty times its variance.
     let thirds = v.windows(4).map(|v| v[3] - 3.0 * v[2] + 3.0 * v[1] - v[0]);
-    let noise = robust_scale(thirds).powi(2) / 20.0;
+    let noise = robust_scale(thirds).unwrap_or(0.0).powi(2) / 20.0;
     (total > 0.0).then(|| (2.0 * noise / (dt * dt) / total).min(1.0))
 }
 

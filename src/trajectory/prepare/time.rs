@@ -2,6 +2,7 @@
 
 use super::Context;
 use super::samples::Samples;
+use crate::statistics::upper_median;
 use crate::trajectory::{Note, PrepareError};
 use std::ops::Range;
 
@@ -65,10 +66,8 @@ pub(super) fn uniform(samples: Samples, context: &Context, notes: &mut Vec<Note>
 
 /// Median difference of successive times \[s\].
 pub(in crate::internal::trajectory) fn median_step(t: &[f64]) -> Option<f64> {
-    let mut steps: Vec<f64> = t.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    steps.sort_by(f64::total_cmp);
-    let middle = steps.get(steps.len() / 2).copied();
-    middle.filter(|&step| step > 0.0 && step.is_finite())
+    let steps = t.windows(2).map(|pair| pair[1] - pair[0]);
+    upper_median(steps).filter(|&step| step > 0.0 && step.is_finite())
 }
 
 /// Ranges of rows between which time jumps by more than `max_gap_s`.

@@ -1,9 +1,9 @@
 //! What the paper says of collisions in validation.
 
-use super::super::statistics::spearman;
 use super::super::{Outcomes, Tried};
 use super::{BASES, Claim, PAPERS_GOF, Reader, claim};
 use crate::catalog::{Constraint, Dynamics, Variant};
+use crate::statistics::spearman;
 
 /// All but the IDM, which hardly ever collides.
 const OTHERS: [&str; 4] = ["gipps", "l-cth", "l-idm", "l-gipps"];

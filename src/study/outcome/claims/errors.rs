@@ -1,8 +1,8 @@
 //! What the paper says of errors in calibration and validation.
 
-use super::super::statistics::{mean, median};
 use super::{BASES, Claim, Reader, claim, every_base};
 use crate::catalog::{Constraint, Dynamics, Variant};
+use crate::statistics::{mean, median};
 use std::collections::BTreeMap;
 
 /// Parameters of the parts that the paper adds.

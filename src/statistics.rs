@@ -1,4 +1,4 @@
-//! Medians, quartiles, rank correlation.
+//! Means, medians, quantiles, rank correlation: one home for all rooms. It knows numbers only.
 
 /// Quantile of values by linear interpolation between the two nearest (R's type 7); `None` of none.
 #[must_use]
@@ -21,6 +21,39 @@ pub fn median(values: &[f64]) -> Option<f64> {
 #[must_use]
 pub fn mean(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+}
+
+/// The value that this share of the values lie below, one of them; `None` of none.
+#[must_use]
+pub fn order_statistic(values: impl IntoIterator<Item = f64>, share: f64) -> Option<f64> {
+    let mut values: Vec<f64> = values.into_iter().collect();
+    let place = ((values.len() as f64 * share) as usize).min(values.len().checked_sub(1)?);
+    Some(*values.select_nth_unstable_by(place, f64::total_cmp).1)
+}
+
+/// The median as one of the values: of an even number, the upper of the two in the middle; `None` of none.
+#[must_use]
+pub fn upper_median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
+    order_statistic(values, 0.5)
+}
+
+/// Root mean square of the finite values; `None` of none.
+#[must_use]
+pub fn rms(values: impl IntoIterator<Item = f64>) -> Option<f64> {
+    let (mut squares, mut n) = (0.0, 0_usize);
+    for value in values.into_iter().filter(|value| value.is_finite()) {
+        squares += value * value;
+        n += 1;
+    }
+    (n > 0).then(|| (squares / n as f64).sqrt())
+}
+
+/// Standard deviation of normal values by the median of their absolute values, on which a few outliers have no hold; `None` without a
+/// finite value. `\[1 / 0.6745\]`: half of a normal distribution lies within 0.6745 standard deviations.
+#[must_use]
+pub fn robust_scale(values: impl IntoIterator<Item = f64>) -> Option<f64> {
+    let sizes = values.into_iter().map(f64::abs).filter(|value| value.is_finite());
+    upper_median(sizes).map(|median| 1.4826 * median)
 }
 
 /// What a box plot shows.
@@ -80,6 +113,15 @@ mod tests {
         let values = [4.0, 1.0, 3.0, 2.0];
         assert_eq!([0.0, 0.25, 0.5, 1.0].map(|q| quantile(&values, q).unwrap()), [1.0, 1.75, 2.5, 4.0]);
         assert_eq!(median(&[]), None);
+    }
+
+    #[test]
+    fn order_statistics_are_values() {
+        let values = [4.0, 1.0, 3.0, 2.0];
+        assert_eq!([0.0, 0.25, 0.5, 1.0].map(|share| order_statistic(values, share).unwrap()), [1.0, 2.0, 3.0, 4.0]);
+        assert_eq!([upper_median(values), upper_median([])], [Some(3.0), None]);
+        assert_eq!(rms([3.0, f64::NAN, 4.0]), Some(12.5f64.sqrt()));
+        assert_eq!(robust_scale([-1.0, 2.0, f64::NAN, 100.0]), Some(2.9652));
     }
 
     #[test]
