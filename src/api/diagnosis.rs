@@ -7,14 +7,14 @@ use super::reading::{Loaded as Picked, Reading, start_assumed};
 use crate::calibrate::Overrides;
 use crate::catalog::Variant;
 use crate::diagnose::data::{check, correct};
-use crate::diagnose::describe::{Diagnosis as Described, describe};
 use crate::diagnose::drive::{drives_apart, hold_back};
 use crate::diagnose::drivers::different_drivers;
-use crate::diagnose::outcome::{DataEntry, FindingEntry, Outcome};
 use crate::diagnose::road::{lap, on_the_road_of};
 use crate::diagnose::{Drive as Diagnosed, Effort, Progress, Question};
 use crate::extension::Extension;
 use crate::recommend::{Policy, Request, combine, races, recommend};
+use crate::result::diagnosis::describe::{Diagnosis as Described, describe};
+use crate::result::diagnosis::{DataEntry, FindingEntry, Outcome};
 use crate::trajectory::{Note, Recording, Trajectory};
 use crate::wgsl::{library, read_extension};
 use std::fmt;
@@ -265,7 +265,7 @@ impl Asked<'_> {
         combine(&mut found.outcome, &answer);
         found.outcome.data = std::mem::take(&mut loaded.data);
         found.outcome.data_findings = std::mem::take(&mut loaded.findings);
-        found.outcome.data_findings.extend(different);
+        found.outcome.data_findings.extend(different.map(FindingEntry::different));
         found.outcome.held_back = std::mem::take(&mut loaded.held_back);
         Ok(found)
     }

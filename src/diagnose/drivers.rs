@@ -1,7 +1,6 @@
 //! Files of different drivers that are given as one car.
 
 use super::drive::Drive;
-use super::outcome::FindingEntry;
 use crate::calibrate::{Apart, BoundSet, Overrides, SearchSpace, apart};
 use crate::catalog::Variant;
 use crate::convention::Convention;
@@ -9,6 +8,17 @@ use crate::evaluator::{Case, EvaluateError};
 
 /// The name of the finding.
 pub const DIFFERENT: &str = "different_drivers";
+
+/// Drives that are hardly of one driver with one setting.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Different {
+    /// How many times as large the gap's error is by what other drives tell as by what the other half of the drive tells.
+    pub ratio: f64,
+    /// The file that differs.
+    pub file: String,
+    /// In words.
+    pub sentence: String,
+}
 
 /// Says so where the drives are hardly of one driver with one setting, by the law of the base; a drive that it cannot run on is left out.
 ///
@@ -19,7 +29,7 @@ pub fn different_drivers(
     base: Variant,
     bounds: &Overrides,
     seed: u64,
-) -> Result<Option<FindingEntry>, EvaluateError> {
+) -> Result<Option<Different>, EvaluateError> {
     // Wide ones: on a bound two drivers look alike.
     let mut wide = BoundSet::Human.overrides(&base);
     wide.extend(bounds.clone());
@@ -29,17 +39,10 @@ pub fn different_drivers(
     let Ok(space) = SearchSpace::new(&base, vehicle, Convention::PAPER, &wide) else { return Ok(None) };
     let cases: Vec<Case> = usable.iter().map(|(_, case)| case.clone()).collect();
     let labels: Vec<&str> = usable.iter().map(|(drive, _)| drive.label()).collect();
-    let entry = |apart: Apart| FindingEntry {
-        name: DIFFERENT.to_owned(),
-        car: "follower".to_owned(),
-        signal: "gap".to_owned(),
-        value: apart.other_m / apart.own_m,
-        unit: "times".to_owned(),
-        interval: None,
+    let entry = |apart: Apart| Different {
+        ratio: apart.other_m / apart.own_m,
         file: usable[apart.values.last().map_or(0, |(drive, _)| *drive)].0.file().to_owned(),
-        when: Vec::new(),
         sentence: apart.told(&space, &labels),
-        correction: None,
     };
     Ok(apart(&cases, &space, seed)?.map(entry))
 }

@@ -3,11 +3,11 @@
 use super::race::Entry;
 use super::{Answer, Policy, Winner};
 use crate::closed_loop::{DriveLoss, Horizon, Losses};
-use crate::diagnose::outcome::{Outcome, ParameterEntry};
-use crate::diagnose::recommended::{ClosedLoopGain, Collisions, PerDrive, Recommended, RecommendedCause, Why};
 use crate::diagnose::{Verdict, family};
 use crate::extension::Extension;
 use crate::judge::mean;
+use crate::result::diagnosis::recommended::{ClosedLoopGain, Collisions, PerDrive, Recommended, RecommendedCause, Why};
+use crate::result::diagnosis::{Outcome, ParameterEntry};
 
 /// Standard errors to either side of an estimate that make up 95 %.
 const TWO_SIDED: f64 = 1.96;

@@ -4,9 +4,9 @@ use super::policy::Policy;
 use super::race::Entry;
 use crate::closed_loop::Losses;
 use crate::diagnose::model::Model;
-use crate::diagnose::recommended::Check;
 use crate::extension::Extension;
 use crate::judge::{Adjusted, mean};
+use crate::result::diagnosis::recommended::Check;
 
 /// What the tests say of a model against another one, at one horizon.
 #[derive(Debug, Clone)]

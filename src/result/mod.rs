@@ -1,6 +1,7 @@
 //! `result.json`: what a calibration found and how. The same bytes for the same seed; times go to `timing.json`.
 
 pub mod assemble;
+pub mod diagnosis;
 mod read;
 
 pub use read::{ContentError, ResultFileError, read_bounded};

@@ -1,7 +1,7 @@
 //! `leadlag diagnose` as a program: its JSON, its text, its files, its exit codes.
 
 use crate::common::program::{fails, leadlag, ok, scratch};
-use leadlag::internal::diagnose::outcome::Outcome;
+use leadlag::internal::result::diagnosis::Outcome;
 use serde_json::Value;
 use std::fs;
 use std::path::Path;

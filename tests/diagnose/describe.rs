@@ -3,11 +3,11 @@
 use leadlag::internal::diagnose::budget::{Errors, Regime, budget};
 use leadlag::internal::diagnose::formula::formula;
 use leadlag::internal::diagnose::missing::{Class, Missing, Profile, Profiles, profiles};
-use leadlag::internal::diagnose::outcome::Outcome;
 use leadlag::internal::diagnose::scene::Scene;
 use leadlag::internal::report::diagnosis::pictures;
 use leadlag::internal::report::diagnosis::text::{Again, Beside, diagnosis};
 use leadlag::internal::report::html;
+use leadlag::internal::result::diagnosis::Outcome;
 
 const DT: f64 = 0.1;
 

@@ -3,11 +3,11 @@
 use super::super::output;
 use super::{Args, BASE, Found};
 use crate::diagnose::Verdict;
-use crate::diagnose::outcome::{CauseEntry, Outcome};
 use crate::plant::Effect;
 use crate::report::diagnosis::causes::equation;
 use crate::report::text::wrapped;
 use crate::result::ResultFile;
+use crate::result::diagnosis::{CauseEntry, Outcome};
 use std::path::Path;
 
 pub fn beginning(args: &Args, follower: usize) -> String {
@@ -59,7 +59,7 @@ pub fn held_back(model: &str, score: Option<f64>) -> String {
 
 /// Parameters of a cause with units and intervals.
 fn parameters(cause: &CauseEntry) -> String {
-    let one = |p: &crate::diagnose::outcome::ParameterEntry| {
+    let one = |p: &crate::result::diagnosis::ParameterEntry| {
         let unit = if p.unit == "-" { String::new() } else { format!(" {}", p.unit) };
         let interval = p.interval.map_or(String::new(), |[low, high]| format!(" [{low:.4}, {high:.4}]"));
         format!("{} = {:.4}{unit}{interval}", p.name, p.value)

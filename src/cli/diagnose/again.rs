@@ -3,8 +3,8 @@
 use super::super::data::{DataArgs, ReconcileArg};
 use super::super::demo::quoted;
 use super::Args;
-use crate::diagnose::outcome::Outcome;
 use crate::report::diagnosis::text::Again;
+use crate::result::diagnosis::Outcome;
 use crate::wgsl::extension_named;
 use std::path::Path;
 

@@ -12,12 +12,12 @@ use crate::api::bounds::read_bounds;
 use crate::api::diagnosis::{Asked, built_in};
 use crate::api::model::{known, model};
 use crate::catalog::Variant;
-use crate::diagnose::describe::Diagnosis;
 use crate::diagnose::free::Free;
-use crate::diagnose::outcome::has_bad_data;
 use crate::diagnose::{Drive, Effort};
 use crate::extension::Extension;
 use crate::report::diagnosis::text;
+use crate::result::diagnosis::describe::Diagnosis;
+use crate::result::diagnosis::has_bad_data;
 use crate::text::spelling::did_you_mean;
 use crate::wgsl::read_extension;
 use clap::ValueEnum;
@@ -109,7 +109,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if args.data_only {
         let faulty = has_bad_data(&loaded.data, &loaded.findings);
         if args.json {
-            let version = crate::diagnose::outcome::SCHEMA_VERSION;
+            let version = crate::result::diagnosis::SCHEMA_VERSION;
             let (findings, data) = (&loaded.findings, &loaded.data);
             let report = serde_json::json!({"schema_version": version, "data_findings": findings, "data": data});
             output::print_json(&report)?;

@@ -3,10 +3,10 @@
 use super::super::change::Change;
 use super::super::folder::{DIAGNOSIS, finish, of_diagnosis};
 use crate::diagnose::Drive;
-use crate::diagnose::describe::{Diagnosis, Series};
 use crate::diagnose::free::Free;
 use crate::report::diagnosis::pictures;
 use crate::report::svg::{Panel, Series as Line, Style, render};
+use crate::result::diagnosis::describe::{Diagnosis, Series};
 use std::path::Path;
 
 /// diagnosis.json, per drive missing_acceleration_N.csv and simulation_N.svg, the pictures, and each adopted cause as NAME.wgsl.

@@ -1,8 +1,8 @@
 //! The time charts of a report, from the tables that calibrate and diagnose leave behind.
 
-use crate::diagnose::outcome::Outcome;
 use crate::report::html::{Chart, Line, Panel, Role};
 use crate::report::residuals::{Simulated, other_errors};
+use crate::result::diagnosis::Outcome;
 use crate::result::{DataEntry, ResultFile};
 use crate::sumo::Export;
 use anyhow::Context;

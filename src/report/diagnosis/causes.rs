@@ -1,8 +1,8 @@
 //! The causes that were tried, and the verdict.
 
 use crate::diagnose::Verdict;
-use crate::diagnose::outcome::{CauseEntry, Outcome, ParameterEntry, RungEntry};
 use crate::report::text::wrapped;
+use crate::result::diagnosis::{CauseEntry, Outcome, ParameterEntry, RungEntry};
 use crate::symbols::Symbol;
 use crate::wgsl::{laws, library};
 use std::fmt::{Result, Write};

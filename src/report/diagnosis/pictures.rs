@@ -1,8 +1,8 @@
 //! Pictures of a diagnosis: the missing acceleration against what it may depend on, and the ladder of causes.
 
 use crate::diagnose::missing::{Class, Profile, Profiles};
-use crate::diagnose::outcome::RungEntry;
 use crate::report::figure::{Anchor, Figure, INK, PALE, PALETTE};
+use crate::result::diagnosis::RungEntry;
 
 /// Colours of the base and of the extended model.
 const BASE: &str = PALETTE[1];
@@ -141,7 +141,7 @@ pub fn ladder(title: &str, rungs: &[RungEntry]) -> String {
 #[cfg(test)]
 mod tests {
     use super::ladder;
-    use crate::diagnose::outcome::RungEntry;
+    use crate::result::diagnosis::RungEntry;
 
     #[test]
     fn no_word_of_a_fate_is_cut_off() {

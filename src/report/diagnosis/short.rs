@@ -2,8 +2,8 @@
 
 use super::causes::{equation, next};
 use crate::diagnose::Verdict;
-use crate::diagnose::outcome::{Outcome, ParameterEntry};
-use crate::diagnose::recommended::{Recommended, RecommendedCause, Why};
+use crate::result::diagnosis::recommended::{Recommended, RecommendedCause, Why};
+use crate::result::diagnosis::{Outcome, ParameterEntry};
 use crate::wgsl::library;
 
 fn base(outcome: &Outcome) -> &str {

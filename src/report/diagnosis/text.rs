@@ -6,8 +6,8 @@ use super::short::in_short;
 use crate::diagnose::Verdict;
 use crate::diagnose::budget::{Budget, Share};
 use crate::diagnose::missing::Profiles;
-use crate::diagnose::outcome::{DataEntry, FindingEntry, HeldBackEntry, ModelEntry, Outcome};
 use crate::report::text::wrapped;
+use crate::result::diagnosis::{DataEntry, FindingEntry, HeldBackEntry, ModelEntry, Outcome};
 use std::fmt::Write;
 
 /// Rows of a table of places, speeds or times: the worst ones.

@@ -3,10 +3,10 @@
 use super::budget::budget;
 use super::{Chart, Page, between, escape, short};
 use crate::diagnose::gain::Gain;
-use crate::diagnose::outcome::{CauseEntry, HeldBackEntry, Outcome, ParameterEntry};
 use crate::report::diagnosis::causes::{AT_BOUND, MEND_FIRST, equation, meaning};
 use crate::report::diagnosis::pictures;
 use crate::report::diagnosis::short::in_short;
+use crate::result::diagnosis::{CauseEntry, HeldBackEntry, Outcome, ParameterEntry};
 
 /// One HTML file. `charts` are the simulations, drive by drive.
 #[must_use]
@@ -70,7 +70,7 @@ fn value(p: &ParameterEntry) -> String {
 
 fn data(page: &mut Page, outcome: &Outcome) {
     page.section("data", "The data");
-    let row = |d: &crate::diagnose::outcome::DataEntry| {
+    let row = |d: &crate::result::diagnosis::DataEntry| {
         vec![
             d.path.clone(),
             d.role.clone(),
@@ -95,7 +95,7 @@ fn data(page: &mut Page, outcome: &Outcome) {
     if outcome.data_findings.is_empty() && !outcome.has_bad_data() {
         page.paragraph("Gap and speeds were compared with each other; nothing contradicts itself.");
     } else if !outcome.data_findings.is_empty() {
-        let row = |f: &crate::diagnose::outcome::FindingEntry| {
+        let row = |f: &crate::result::diagnosis::FindingEntry| {
             let done = f.correction.clone().unwrap_or_else(|| "not corrected".to_owned());
             vec![f.name.clone(), f.sentence.clone(), format!("{} {}", short(f.value), f.unit), done, f.file.clone()]
         };
@@ -123,7 +123,7 @@ fn causes(page: &mut Page, outcome: &Outcome) {
              for a further cause than for the first.",
         );
         page.picture("Ladder of causes", &pictures::ladder("Causes that were tried", &outcome.ladder));
-        let row = |rung: &crate::diagnose::outcome::RungEntry| {
+        let row = |rung: &crate::result::diagnosis::RungEntry| {
             let number =
                 |x: Option<f64>| x.map_or("–".to_owned(), |x| format!("{:.1}", (10.0 * x).round() / 10.0 + 0.0));
             let need = format!("{:.1}", rung.threshold);
@@ -143,11 +143,11 @@ fn causes(page: &mut Page, outcome: &Outcome) {
     entries(page, "Adopted", &outcome.causes);
     entries(page, "Explains the data as well", &outcome.confounded_with);
     if !outcome.not_testable.is_empty() {
-        let row = |n: &crate::diagnose::outcome::NotTestableEntry| vec![n.name.clone(), n.absorbed_by.join(", ")];
+        let row = |n: &crate::result::diagnosis::NotTestableEntry| vec![n.name.clone(), n.absorbed_by.join(", ")];
         let rows: Vec<Vec<String>> = outcome.not_testable.iter().map(row).collect();
         page.table("Cannot be tested with these data", &["cause", "absorbed by"], &rows);
     }
-    let row = |n: &crate::diagnose::outcome::NotTriedEntry| vec![n.name.clone(), n.reason.clone(), n.remedy.clone()];
+    let row = |n: &crate::result::diagnosis::NotTriedEntry| vec![n.name.clone(), n.reason.clone(), n.remedy.clone()];
     let rows: Vec<Vec<String>> = outcome.not_tried.iter().map(row).collect();
     page.table("Not tried", &["cause", "why", "what to do"], &rows);
     let mut models = Vec::new();
@@ -236,7 +236,7 @@ fn scores(page: &mut Page, gain: &Gain) {
 
 fn left(page: &mut Page, outcome: &Outcome) {
     page.section("left", "What is left");
-    let row = |l: &crate::diagnose::outcome::LeftOverEntry| {
+    let row = |l: &crate::result::diagnosis::LeftOverEntry| {
         vec![l.kind.clone(), l.r#where.clone(), short(l.size), l.formula.clone().unwrap_or_default()]
     };
     let rows: Vec<Vec<String>> = outcome.left_over.iter().map(row).collect();

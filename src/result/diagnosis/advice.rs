@@ -1,8 +1,8 @@
 //! What a result asks its reader to do before anything else, and next.
 
-use super::drivers::DIFFERENT;
-use super::outcome::Outcome;
-use super::verdict::Verdict;
+use super::Outcome;
+use crate::diagnose::drivers::DIFFERENT;
+use crate::diagnose::verdict::Verdict;
 
 impl Outcome {
     /// What is to be done before the verdict is read, where the data are to blame for it.

@@ -1,15 +1,19 @@
 //! The result of a diagnosis as a file: the JSON of `--json` and of `diagnosis.json`.
 
-use super::budget::Budget;
-use super::data::{Finding, Soundness};
-use super::drivers::DIFFERENT;
-use super::fate::Untried;
-use super::formula::Formula;
-use super::free::BrokenOffEntry;
-use super::gain::Gain;
-use super::missing::Profiles;
-use super::recommended::{ClosedLoopEntry, LawEntry, Recommended};
-use super::verdict::{Adopted, Estimate, Fitted, Tried, Verdict};
+mod advice;
+pub mod describe;
+pub mod recommended;
+
+use self::recommended::{ClosedLoopEntry, LawEntry, Recommended};
+use crate::diagnose::budget::Budget;
+use crate::diagnose::data::{Finding, Soundness};
+use crate::diagnose::drivers::{DIFFERENT, Different};
+use crate::diagnose::fate::Untried;
+use crate::diagnose::formula::Formula;
+use crate::diagnose::free::BrokenOffEntry;
+use crate::diagnose::gain::Gain;
+use crate::diagnose::missing::Profiles;
+use crate::diagnose::verdict::{Adopted, Estimate, Fitted, Tried, Verdict};
 use crate::evaluator::CaseError;
 use serde::{Deserialize, Serialize};
 
@@ -115,6 +119,23 @@ pub struct FindingEntry {
 }
 
 impl FindingEntry {
+    /// Drives of different drivers.
+    #[must_use]
+    pub fn different(found: Different) -> FindingEntry {
+        FindingEntry {
+            name: DIFFERENT.to_owned(),
+            car: "follower".to_owned(),
+            signal: "gap".to_owned(),
+            value: found.ratio,
+            unit: "times".to_owned(),
+            interval: None,
+            file: found.file,
+            when: Vec::new(),
+            sentence: found.sentence,
+            correction: None,
+        }
+    }
+
     /// A finding of a file, with what was done about it.
     #[must_use]
     pub fn new(file: &str, finding: &Finding, correction: Option<String>) -> FindingEntry {

@@ -1,6 +1,6 @@
 //! What the closed loop says, as it stands in `diagnosis.json`.
 
-use super::outcome::ParameterEntry;
+use super::ParameterEntry;
 use serde::{Deserialize, Serialize};
 
 /// A cause of the recommended model.

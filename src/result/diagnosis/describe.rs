@@ -1,22 +1,22 @@
 //! The whole of a diagnosis: the cause, and beside it what the error looks like and what the cause is worth.
 
-use super::budget::{Errors, budget};
-use super::drive::Drive;
-use super::formula::formula;
-use super::free::{BrokenOffEntry, Free, free};
-use super::gain::{Gain, GainError, GainSettings, gain, nrmse_of};
-use super::infer;
-use super::missing::{Missing, Profiles, profiles};
-use super::observer::{Noise, design};
-use super::outcome::{
+use super::recommended::ClosedLoopEntry;
+use super::{
     CauseEntry, DriveEntry, HeldBackEntry, LeftOverEntry, NotTestableEntry, NotTriedEntry, Outcome, RungEntry,
     SCHEMA_VERSION,
 };
-use super::recommended::ClosedLoopEntry;
-use super::scene::Scene;
-use super::verdict::{Adopted, Fitted, Inference, Progress, Question, Verdict};
 use crate::calibrate::CalibrateError;
 use crate::convention::Convention;
+use crate::diagnose::budget::{Errors, budget};
+use crate::diagnose::drive::Drive;
+use crate::diagnose::formula::formula;
+use crate::diagnose::free::{BrokenOffEntry, Free, free};
+use crate::diagnose::gain::{Gain, GainError, GainSettings, gain, nrmse_of};
+use crate::diagnose::infer;
+use crate::diagnose::missing::{Missing, Profiles, profiles};
+use crate::diagnose::observer::{Noise, design};
+use crate::diagnose::scene::Scene;
+use crate::diagnose::verdict::{Adopted, Fitted, Inference, Progress, Question, Verdict};
 use std::ops::ControlFlow;
 
 /// Share of the work after which the cause is known.
@@ -169,7 +169,7 @@ pub fn describe(
 fn settled(measured: Result<Gain, GainError>) -> Result<(Option<Gain>, Option<String>), GainError> {
     match measured {
         Ok(gain) => Ok((Some(gain), None)),
-        Err(GainError::Calibrate(CalibrateError::Interrupted)) => Err(super::DiagnoseError::Stopped.into()),
+        Err(GainError::Calibrate(CalibrateError::Interrupted)) => Err(crate::diagnose::DiagnoseError::Stopped.into()),
         Err(error) => Ok((None, Some(format!("the gain could not be measured: {error}")))),
     }
 }
@@ -277,7 +277,7 @@ mod tests {
 
     #[test]
     fn a_gain_that_fails_leaves_the_cause() {
-        let (gain, why) = settled(Err(super::super::DiagnoseError::NoData.into())).expect("no error");
+        let (gain, why) = settled(Err(crate::diagnose::DiagnoseError::NoData.into())).expect("no error");
         assert_eq!(gain, None);
         assert!(why.is_some_and(|why| why.starts_with("the gain could not be measured: no drive")));
         assert!(settled(Err(CalibrateError::Interrupted.into())).is_err());
