@@ -6,12 +6,13 @@ use std::str::FromStr;
 
 macro_rules! rows {
     ($($row:ident: $type:ident, $meaning:literal {
-        $paper:ident = $paper_name:literal, $paper_doc:literal;
-        $authors:ident = $authors_name:literal, $authors_doc:literal;
+        $paper:ident, $paper_doc:literal;
+        $authors:ident, $authors_doc:literal;
     })*) => {
         $(
             #[doc = concat!("Row `", stringify!($row), "`: ", $meaning, ".")]
-            #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+            #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, strum::EnumString, strum::IntoStaticStr)]
+            #[strum(const_into_str, serialize_all = "snake_case")]
             pub enum $type {
                 #[doc = concat!("paper: ", $paper_doc, ".")]
                 $paper,
@@ -36,22 +37,18 @@ macro_rules! rows {
             pub const ROWS: &'static [Row] = &[$(Row {
                 name: stringify!($row),
                 meaning: $meaning,
-                paper: ($paper_name, $paper_doc),
-                authors: ($authors_name, $authors_doc),
+                paper: ($type::$paper.into_str(), $paper_doc),
+                authors: ($type::$authors.into_str(), $authors_doc),
             }),*];
 
             fn set(&mut self, row: &str, value: &str) -> Result<(), ConventionError> {
                 match row {
-                    $(stringify!($row) => match value {
-                        $paper_name => self.$row = $type::$paper,
-                        $authors_name => self.$row = $type::$authors,
-                        _ => return Err(ConventionError::Value {
-                            row: stringify!($row),
-                            found: value.to_owned(),
-                            paper: $paper_name,
-                            authors: $authors_name,
-                        }),
-                    },)*
+                    $(stringify!($row) => self.$row = value.parse().map_err(|_| ConventionError::Value {
+                        row: stringify!($row),
+                        found: value.to_owned(),
+                        paper: $type::$paper.into_str(),
+                        authors: $type::$authors.into_str(),
+                    })?,)*
                     _ => return Err(ConventionError::Row { found: row.to_owned() }),
                 }
                 Ok(())
@@ -60,11 +57,7 @@ macro_rules! rows {
             fn departures(&self, from: &Convention) -> Vec<String> {
                 let mut list = Vec::new();
                 $(if self.$row != from.$row {
-                    let value = match self.$row {
-                        $type::$paper => $paper_name,
-                        $type::$authors => $authors_name,
-                    };
-                    list.push(format!("{}={value}", stringify!($row)));
+                    list.push(format!("{}={}", stringify!($row), self.$row.into_str()));
                 })*
                 list
             }
@@ -74,40 +67,40 @@ macro_rules! rows {
 
 rows! {
     acceleration: Acceleration, "differences that give the measured acceleration" {
-        Backward = "backward", "backward difference, as Eq. 1 pairs a(t) with v(t) - v(t - dt)";
-        Forward = "forward", "forward difference, one sample early against the simulated one";
+        Backward, "backward difference, as Eq. 1 pairs a(t) with v(t) - v(t - dt)";
+        Forward, "forward difference, one sample early against the simulated one";
     }
     delay: Delay, "perception delay on the sampled signals, and the scored window" {
-        Fractional = "fractional", "linear interpolation; scored from sample ceil(upper bound / dt) + 1 for every candidate";
-        Floor = "floor", "D = floor(tau_p / dt) whole samples; scored from sample D + 1";
+        Fractional, "linear interpolation; scored from sample ceil(upper bound / dt) + 1 for every candidate";
+        Floor, "D = floor(tau_p / dt) whole samples; scored from sample D + 1";
     }
     road_load: RoadLoad, "unit of the bounds of f_1 and f_2" {
-        Si = "si", "Table 3 times 3.6 and 12.96: coefficients for a speed in m/s";
-        Printed = "printed", "the printed numbers, made for km/h, yet multiplied by a speed in m/s";
+        Si, "Table 3 times 3.6 and 12.96: coefficients for a speed in m/s";
+        Printed, "the printed numbers, made for km/h, yet multiplied by a speed in m/s";
     }
     mfc: MfcLookup, "look-up in the MFC curves" {
-        Linear = "linear", "linear interpolation";
-        Bisection = "bisection", "the last node that a bisection visits, often the segment above the speed";
+        Linear, "linear interpolation";
+        Bisection, "the last node that a bisection visits, often the segment above the speed";
     }
     bounds: BoundRule, "a candidate that touches an acceleration bound" {
-        Clip = "clip", "is clipped and counted";
-        Reject = "reject", "is clipped and counted, and rejected in a calibration";
+        Clip, "is clipped and counted";
+        Reject, "is clipped and counted, and rejected in a calibration";
     }
     radicand: Radicand, "start of a Gipps run whose radicand is negative at the measured state" {
-        Measured = "measured", "start as measured";
-        Shifted = "shifted", "start further back, where the radicand is zero";
+        Measured, "start as measured";
+        Shifted, "start further back, where the radicand is zero";
     }
     grade: GradeLookup, "ends of the grade table" {
-        Linear = "linear", "linear interpolation everywhere";
-        Held = "held", "constant in the first cell and beyond the last but one node";
+        Linear, "linear interpolation everywhere";
+        Held, "constant in the first cell and beyond the last but one node";
     }
     step: Step, "the time step" {
-        Nominal = "nominal", "the nominal step of the file, such as 0.1 s";
-        Raw = "raw", "difference of the first two times in floating point, so that tau_p = k/10 gives D = k - 1";
+        Nominal, "the nominal step of the file, such as 0.1 s";
+        Raw, "difference of the first two times in floating point, so that tau_p = k/10 gives D = k - 1";
     }
     denominators: Denominators, "standstill in relative errors" {
-        Plain = "plain", "samples measured below 0.001 (in SI units) are left out of RMSPE";
-        Floored = "floored", "a measured speed below 0.001 m/s counts as 0.001 m/s";
+        Plain, "samples measured below 0.001 (in SI units) are left out of RMSPE";
+        Floored, "a measured speed below 0.001 m/s counts as 0.001 m/s";
     }
 }
 

@@ -8,8 +8,10 @@ use crate::symbols::Symbol;
 use std::hash::{Hash, Hasher};
 use std::sync::Mutex;
 
-/// Where in a step an extension acts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+/// Where in a step an extension acts, in the order of a step. What acts there is a function called by the extension's name, `_` and the
+/// stage's.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, strum::IntoStaticStr, strum::VariantArray)]
+#[strum(const_into_str, serialize_all = "snake_case")]
 pub enum Stage {
     /// Changes the parameters of the base model before anything else.
     Policy,
@@ -23,25 +25,6 @@ pub enum Stage {
     Command,
     /// Changes the response of the vehicle, before its acceleration is constrained.
     Response,
-}
-
-impl Stage {
-    /// In the order of a step.
-    pub const ALL: [Stage; 6] =
-        [Stage::Policy, Stage::Perception, Stage::Speed, Stage::Law, Stage::Command, Stage::Response];
-
-    /// What a function of this stage is called after the extension's name and `_`.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Stage::Policy => "policy",
-            Stage::Perception => "perception",
-            Stage::Speed => "speed",
-            Stage::Law => "law",
-            Stage::Command => "command",
-            Stage::Response => "response",
-        }
-    }
 }
 
 /// What a stage function takes.

@@ -10,9 +10,9 @@ use std::path::Path;
 pub fn read_bounds(given: &[String], variant: &Variant) -> anyhow::Result<Overrides> {
     let mut bounds = Overrides::new();
     for given in given {
-        bounds.extend(match BoundSet::called(given) {
-            Some(set) => set.overrides(variant),
-            None => of_file(Path::new(given), variant)?,
+        bounds.extend(match given.parse::<BoundSet>() {
+            Ok(set) => set.overrides(variant),
+            Err(_) => of_file(Path::new(given), variant)?,
         });
     }
     Ok(bounds)
@@ -20,13 +20,13 @@ pub fn read_bounds(given: &[String], variant: &Variant) -> anyhow::Result<Overri
 
 /// Where bounds are from and why, in words, for the followers of these names.
 pub fn origin<'a>(given: &[String], names: impl IntoIterator<Item = &'a str>) -> String {
-    let told = |given: &String| match BoundSet::called(given) {
-        Some(set) => format!("{}: {}", set.name(), set.source()),
-        None => format!("{given}, for what it names"),
+    let told = |given: &String| match given.parse::<BoundSet>() {
+        Ok(set) => format!("{}: {}", set.into_str(), set.source()),
+        Err(_) => format!("{given}, for what it names"),
     };
-    let acc = format!("{}: {}", BoundSet::Acc.name(), BoundSet::Acc.source());
+    let acc = format!("{}: {}", BoundSet::Acc.into_str(), BoundSet::Acc.source());
     if !given.is_empty() {
-        let set = given.iter().any(|given| BoundSet::called(given).is_some());
+        let set = given.iter().any(|given| given.parse::<BoundSet>().is_ok());
         let table = (!set).then_some(acc);
         return format!(
             "{}, as asked for",

@@ -275,7 +275,7 @@ impl Calibration {
     pub(crate) fn overrides(&self) -> anyhow::Result<Overrides> {
         let mut overrides = read_bounds(&self.bounds, &self.model)?;
         // A set is a start; what a file says is meant.
-        let is_file = |given: &&String| BoundSet::called(given).is_none();
+        let is_file = |given: &&String| given.parse::<BoundSet>().is_err();
         let files: Vec<String> = self.bounds.iter().filter(is_file).cloned().collect();
         let meant = read_bounds(&files, &self.model)?;
         let known = self.model.parameters();

@@ -15,12 +15,14 @@ use crate::extension::Extension;
 use crate::recommend::{Policy, Request, combine, races, recommend};
 use crate::result::diagnosis::describe::{Diagnosis as Described, describe};
 use crate::result::diagnosis::{DataEntry, FindingEntry, Outcome};
+use crate::text::spelling::any_of;
 use crate::trajectory::{Note, Recording, Trajectory};
 use crate::wgsl::{library, read_extension};
 use std::fmt;
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
+use strum::VariantNames;
 
 /// A diagnosis to be made.
 ///
@@ -299,9 +301,8 @@ impl Diagnosis {
     /// # Errors
     /// When there is no such effort.
     pub fn effort(mut self, name: &str) -> Result<Diagnosis, Error> {
-        let known = [Effort::Quick, Effort::Normal, Effort::Thorough].into_iter().find(|effort| effort.name() == name);
-        let message = || format!("effort `{name}`: expected quick, normal or thorough");
-        self.effort = known.ok_or_else(|| anyhow::Error::from(Usage(message())))?;
+        let message = || format!("effort `{name}`: expected {}", any_of(Effort::VARIANTS));
+        self.effort = name.parse().map_err(|_| anyhow::Error::from(Usage(message())))?;
         Ok(self)
     }
 
@@ -389,7 +390,7 @@ impl Findings {
     /// The answer in a word: `named`, `helps`, `nothing`, `ambiguous`, `unexplained`, `not_testable`.
     #[must_use]
     pub fn verdict(&self) -> &'static str {
-        self.outcome().verdict.name()
+        self.outcome().verdict.into_str()
     }
 
     /// Why, in a sentence.

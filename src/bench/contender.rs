@@ -54,8 +54,8 @@ impl Contender {
         match self {
             Contender::NativeF32 => "f32",
             Contender::NativeF64 | Contender::Reference => "f64",
-            Contender::Lanes(precision) => precision.name(),
-            Contender::Gpu(precision) => precision.name(),
+            Contender::Lanes(precision) => precision.into_str(),
+            Contender::Gpu(precision) => precision.into_str(),
         }
     }
 

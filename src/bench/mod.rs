@@ -36,11 +36,12 @@ pub use optimizers::{SEED_TARGETS, SEEDS, SeedTarget, optimizer_tasks, run_optim
 pub use plan::{Effort, Report, run};
 pub use text::table;
 
-use crate::calibrate::{BoundsError, CalibrateError, UnknownOptimizer};
+use crate::calibrate::{BoundsError, CalibrateError};
 use crate::catalog::UnknownVariant;
 use crate::convention::ConventionError;
 use crate::evaluator::{CaseError, EvaluateError};
 use crate::plant::PlantError;
+use crate::text::spelling::UnknownWord;
 use crate::trajectory::{ImportError, PrepareError};
 use crate::vehicle::VehicleError;
 
@@ -67,7 +68,7 @@ pub enum BenchError {
     Vehicle(#[from] VehicleError),
     /// No such optimiser.
     #[error(transparent)]
-    Optimizer(#[from] UnknownOptimizer),
+    Optimizer(#[from] UnknownWord),
     /// No such convention.
     #[error(transparent)]
     Convention(#[from] ConventionError),

@@ -6,8 +6,9 @@ use crate::catalog::Variant;
 /// Bounds of human drivers; beside each number is its source, or that it is chosen.
 const HUMAN: &str = include_str!("human.toml");
 
-/// A named set of bounds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// A named set of bounds, as `--bounds` takes it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, strum::EnumString, strum::IntoStaticStr, strum::VariantArray)]
+#[strum(const_into_str, serialize_all = "snake_case")]
 pub enum BoundSet {
     /// Table 3 of the paper: cars with adaptive cruise control.
     Acc,
@@ -16,18 +17,6 @@ pub enum BoundSet {
 }
 
 impl BoundSet {
-    /// All of them.
-    pub const ALL: [BoundSet; 2] = [BoundSet::Acc, BoundSet::Human];
-
-    /// As `--bounds` takes it.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            BoundSet::Acc => "acc",
-            BoundSet::Human => "human",
-        }
-    }
-
     /// Where its numbers are from, in words.
     #[must_use]
     pub fn source(self) -> &'static str {
@@ -37,12 +26,6 @@ impl BoundSet {
                 "Rafati Fard and Shariat Mohaymany (2019), Green (2000), some chosen wide; what is the car's by Table 3"
             }
         }
-    }
-
-    /// The set of a name.
-    #[must_use]
-    pub fn called(name: &str) -> Option<BoundSet> {
-        Self::ALL.into_iter().find(|set| set.name() == name)
     }
 
     /// What replaces Table 3 for a variant.
@@ -67,15 +50,16 @@ mod tests {
     use super::*;
     use crate::calibrate::SearchSpace;
     use crate::convention::Convention;
+    use strum::VariantArray;
 
     #[test]
     fn every_variant_can_be_searched_within_every_set() {
         for variant in Variant::all() {
             let vehicle = crate::vehicle::Vehicle::built_in().remove(0);
-            for set in BoundSet::ALL {
+            for set in BoundSet::VARIANTS {
                 let overrides = set.overrides(&variant);
                 let space = SearchSpace::new(&variant, Some(&vehicle), Convention::PAPER, &overrides);
-                assert!(space.is_ok(), "{variant} {}: {space:?}", set.name());
+                assert!(space.is_ok(), "{variant} {}: {space:?}", set.into_str());
             }
         }
     }
@@ -98,7 +82,7 @@ mod tests {
         }
         assert_eq!(human["delta"], [4.0, 4.0]);
         assert!(!human.contains_key("theta"), "not one of the IDM's");
-        assert_eq!(BoundSet::called("human"), Some(BoundSet::Human));
-        assert_eq!(BoundSet::called("human.toml"), None);
+        assert_eq!("human".parse(), Ok(BoundSet::Human));
+        assert!("human.toml".parse::<BoundSet>().is_err());
     }
 }

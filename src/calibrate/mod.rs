@@ -17,12 +17,11 @@ pub use search::{PROGRAM, SEARCH_REVISION, merit};
 pub use space::{BoundsError, Overrides, SearchSpace, bound_times, read_bounds};
 
 use crate::evaluator::{EvaluateError, Evaluator, Failure, Score};
-use crate::text::spelling::did_you_mean;
+use crate::text::spelling::UnknownWord;
 use search::{Group, Search, advance};
 use settled::settled;
 use std::fmt;
 use std::ops::ControlFlow;
-use std::str::FromStr;
 use std::time::Duration;
 
 /// Fewer simulations than this are no search.
@@ -31,7 +30,8 @@ pub const EVALUATIONS_MIN: u64 = 100;
 pub const REPLICATES_MAX: u64 = 100_000;
 
 /// An optimiser by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, strum::EnumString, strum::IntoStaticStr, strum::VariantNames)]
+#[strum(const_into_str, serialize_all = "snake_case", parse_err_ty = UnknownWord, parse_err_fn = unknown)]
 pub enum OptimizerKind {
     /// Global search with L-SHADE, local polish with CMA-ES in f64, and again until four rounds agree.
     #[default]
@@ -45,46 +45,18 @@ pub enum OptimizerKind {
 }
 
 impl OptimizerKind {
-    /// As `--optimizer` takes it.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            OptimizerKind::Auto => "auto",
-            OptimizerKind::Ga => "ga",
-            OptimizerKind::Lshade => "lshade",
-            OptimizerKind::Cmaes => "cmaes",
-        }
-    }
-
     /// The name of the algorithm that runs.
     #[must_use]
     pub fn runs(self) -> &'static str {
         match self {
             OptimizerKind::Auto => "lshade+cmaes",
-            OptimizerKind::Ga => "ga",
-            OptimizerKind::Lshade => "lshade",
-            OptimizerKind::Cmaes => "cmaes",
+            one => one.into_str(),
         }
     }
 }
 
-/// An optimiser that does not exist.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("optimizer `{found}`: expected auto, ga, lshade or cmaes{near}", found = .0, near = did_you_mean(.0, ["auto", "ga", "lshade", "cmaes"]))]
-pub struct UnknownOptimizer(String);
-
-impl FromStr for OptimizerKind {
-    type Err = UnknownOptimizer;
-
-    fn from_str(text: &str) -> Result<Self, Self::Err> {
-        match text {
-            "auto" => Ok(OptimizerKind::Auto),
-            "ga" => Ok(OptimizerKind::Ga),
-            "lshade" => Ok(OptimizerKind::Lshade),
-            "cmaes" => Ok(OptimizerKind::Cmaes),
-            _ => Err(UnknownOptimizer(text.to_owned())),
-        }
-    }
+fn unknown(found: &str) -> UnknownWord {
+    UnknownWord::of::<OptimizerKind>("optimizer", found)
 }
 
 /// When a replicate ends; whichever comes first.
@@ -240,7 +212,7 @@ impl Tally {
 impl fmt::Display for Tally {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(longest) = self.longest {
-            let (failed, step, kind) = (self.failed, longest.step, longest.kind.name());
+            let (failed, step, kind) = (self.failed, longest.step, longest.kind.into_str());
             write!(f, "{failed} ended early (the best one at sample {step} with `{kind}`), ")?;
         }
         if self.rejected > 0 {

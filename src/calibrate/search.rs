@@ -318,7 +318,7 @@ impl<'a> Group<'a> {
         exact: &mut Exact,
         set: BufferSet,
     ) -> Result<(), EvaluateError> {
-        let two_kinds = evaluator.precision() != LanesPrecision::F64.name();
+        let two_kinds = evaluator.precision() != LanesPrecision::F64.into_str();
         let going = self.searches.par_iter_mut().filter(|search| search.ended.is_none());
         going.for_each(|search| search.ask(two_kinds));
         let (rough, exactly): (Vec<&Search>, Vec<&Search>) =

@@ -46,7 +46,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             "kind": kind(extension),
             "meaning": extension.meaning,
             "parameters": extension.parameters.iter().map(|p| parameter(*p)).collect::<Vec<_>>(),
-            "stages": extension.stages.iter().map(|s| s.stage.name()).collect::<Vec<_>>(),
+            "stages": extension.stages.iter().map(|s| s.stage.into_str()).collect::<Vec<_>>(),
             "remembers": extension.state.iter().map(|(name, _)| name).collect::<Vec<_>>(),
             "reads": extension.reads,
             "bases": bases,
@@ -178,7 +178,7 @@ fn described(extension: &Extension, bases: &[&str]) -> Result<String, std::fmt::
         let (name, unit) = (symbol.name(), symbol.unit());
         text += &wrapped(2, 4, &format!("{name} [{unit}] {lower} to {upper}{neutral}: {}", symbol.meaning()));
     }
-    let stages: Vec<&str> = extension.stages.iter().map(|s| s.stage.name()).collect();
+    let stages: Vec<&str> = extension.stages.iter().map(|s| s.stage.into_str()).collect();
     writeln!(text, "  acts at: {}", if stages.is_empty() { "the time loop".to_owned() } else { stages.join(", ") })?;
     if !extension.state.is_empty() {
         let names: Vec<&str> = extension.state.iter().map(|(name, _)| name.as_str()).collect();

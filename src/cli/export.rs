@@ -156,7 +156,7 @@ fn table(drive: &Drive, sumo: &Motion) -> anyhow::Result<Vec<u8>> {
 }
 
 fn text(result: &ResultFile, vtype: &VehicleType, export: &Export, place: &Path) -> String {
-    let mut text = format!("{} as {} of SUMO: {}\n", result.model(), vtype.model.name(), place.display());
+    let mut text = format!("{} as {} of SUMO: {}\n", result.model(), vtype.model.into_str(), place.display());
     for (name, value) in &vtype.attributes {
         let _ = writeln!(text, "  {name:<28} {value}");
     }

@@ -257,7 +257,7 @@ fn json(done: &[Simulated]) -> serde_json::Value {
             "path": source.path, "sha256": source.sha256, "follower": s.loaded.trajectory.follower, "trajectory": s.loaded.trajectory.id,
             "variant": s.case.variant.name(), "convention": s.case.convention.to_string(),
             "preparation": s.loaded.trajectory.notes.iter().map(ToString::to_string).collect::<Vec<_>>(), "success": failure.is_none(),
-            "fail_reason": failure.map(|f| f.kind.name()), "fail_step": failure.map(|f| f.step),
+            "fail_reason": failure.map(|f| f.kind.into_str()), "fail_step": failure.map(|f| f.step),
             "score": measures, "evaluator": rescore::evaluator(&s.case.variant), "precision": "f64",
         })
     };

@@ -11,6 +11,7 @@ use crate::trajectory::{Preparation, Trajectory, import, prepare};
 use anyhow::Context;
 use clap::ValueEnum;
 use std::path::{Path, PathBuf};
+use strum::VariantArray;
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
@@ -81,7 +82,7 @@ pub enum BaseArg {
 pub fn effect(text: &str) -> Result<Effect, String> {
     text.parse().map_err(|error| match &error {
         EffectError::Unknown { found } => {
-            let names = EffectKind::ALL.iter().map(|kind| kind.name());
+            let names = EffectKind::VARIANTS.iter().map(EffectKind::into_str);
             format!("{error}{}", did_you_mean(found, names))
         }
         EffectError::Parameter { effect, found } => {
@@ -208,8 +209,8 @@ fn recorded(file: &Path) -> anyhow::Result<Trajectory> {
 /// A table of the effects.
 fn effects() -> String {
     let mut text = String::new();
-    for kind in EffectKind::ALL {
-        text += &format!("{}: {}\n", kind.name(), kind.meaning());
+    for kind in EffectKind::VARIANTS {
+        text += &format!("{kind}: {}\n", kind.meaning());
         for p in kind.parameters() {
             let unit = if p.unit == "-" { "" } else { p.unit };
             text += format!("    {:<5}{} to {} {unit}, medium {}", p.name, p.lower, p.upper, p.medium).trim_end();

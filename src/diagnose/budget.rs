@@ -16,8 +16,9 @@ const SPEED_CLASS: f64 = 5.0;
 const PLACE_CLASS: f64 = 250.0;
 const TIME_CLASS: f64 = 60.0;
 
-/// What a car is doing; the first that applies.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// What a car is doing, the first that applies; in the order of the report.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, strum::IntoStaticStr)]
+#[strum(const_into_str, serialize_all = "snake_case")]
 pub enum Regime {
     /// Slower than 0.5 m/s.
     Standstill,
@@ -26,6 +27,7 @@ pub enum Regime {
     /// Slower by more than 0.3 m/s².
     Braking,
     /// The gap closes by more than 0.5 m/s.
+    #[strum(serialize = "closing in")]
     ClosingIn,
     /// The gap opens by more than 0.5 m/s.
     Opening,
@@ -34,29 +36,6 @@ pub enum Regime {
 }
 
 impl Regime {
-    /// All, in the order of the report.
-    pub const ALL: [Regime; 6] = [
-        Regime::Standstill,
-        Regime::Accelerating,
-        Regime::Braking,
-        Regime::ClosingIn,
-        Regime::Opening,
-        Regime::Cruising,
-    ];
-
-    /// In words.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Regime::Standstill => "standstill",
-            Regime::Accelerating => "accelerating",
-            Regime::Braking => "braking",
-            Regime::ClosingIn => "closing in",
-            Regime::Opening => "opening",
-            Regime::Cruising => "cruising",
-        }
-    }
-
     /// Of a sample.
     #[must_use]
     pub fn of(scene: &Scene, i: usize) -> Regime {
@@ -138,7 +117,7 @@ pub fn budget(runs: &[Errors]) -> Option<Budget> {
         bias: [0, 1, 2].map(|k| over(k, &|e| e)),
         regime: by(&|run, i| {
             let regime = Regime::of(run.scene, i);
-            Some((regime as usize, regime.name().to_owned()))
+            Some((regime as usize, regime.into_str().to_owned()))
         }),
         frequency: frequencies(runs),
         speed: by(&|run, i| Some(classes(run.scene.v[i], SPEED_CLASS, "m/s"))),

@@ -257,7 +257,7 @@ fn cut_short(effort: Effort) -> String {
     let next = if effort == Effort::Quick { Effort::Normal } else { Effort::Thorough };
     format!(
         "whether more is missing was not asked any more: `--effort {}` has simulated enough, `--effort {}` goes on",
-        effort.name(),
-        next.name()
+        effort.into_str(),
+        next.into_str()
     )
 }

@@ -11,8 +11,9 @@ use crate::symbols::Parameters;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// How much computing a diagnosis may spend.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+/// How much computing a diagnosis may spend, as written in results and on the command line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, strum::EnumString, strum::IntoStaticStr, strum::VariantNames)]
+#[strum(const_into_str, serialize_all = "snake_case")]
 pub enum Effort {
     /// Some seconds.
     Quick,
@@ -21,18 +22,6 @@ pub enum Effort {
     Normal,
     /// As long as it takes.
     Thorough,
-}
-
-impl Effort {
-    /// As written in results and on the command line.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Effort::Quick => "quick",
-            Effort::Normal => "normal",
-            Effort::Thorough => "thorough",
-        }
-    }
 }
 
 /// What is asked.
@@ -66,7 +55,8 @@ pub struct Progress {
 }
 
 /// The answer in one word.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, strum::IntoStaticStr)]
+#[strum(const_into_str, serialize_all = "snake_case")]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
     /// The causes are named.
@@ -97,20 +87,6 @@ impl Verdict {
             Verdict::NotTestable => 6,
             Verdict::BadBase => 7,
             Verdict::Helps => 8,
-        }
-    }
-
-    /// As written in results.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Verdict::Named => "named",
-            Verdict::Ambiguous => "ambiguous",
-            Verdict::Nothing => "nothing",
-            Verdict::NotTestable => "not_testable",
-            Verdict::Unexplained => "unexplained",
-            Verdict::BadBase => "bad_base",
-            Verdict::Helps => "helps",
         }
     }
 }

@@ -211,7 +211,9 @@ fn output_row(record: &ByteRecord, width: usize, result: &Result<Computed, Strin
         Ok(Computed { outcome, .. }) => {
             match outcome.result {
                 Ok(_) => ["1", "", ""].into_iter().for_each(&mut push),
-                Err(failure) => ["0", failure.kind.name(), &failure.step.to_string()].into_iter().for_each(&mut push),
+                Err(failure) => {
+                    ["0", failure.kind.into_str(), &failure.step.to_string()].into_iter().for_each(&mut push)
+                }
             };
             push(&float(outcome.delay_steps));
             push(&outcome.n_cut_acc.to_string());

@@ -101,27 +101,17 @@ impl Population {
     }
 }
 
-/// Why a run ended early.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// Why a run ended early, as written in result files.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, strum::IntoStaticStr)]
+#[strum(const_into_str, serialize_all = "snake_case")]
 pub enum FailureKind {
     /// The spacing is not above 0 any more.
+    #[strum(serialize = "spacing")]
     Crash,
     /// Gipps' radicand (Eq. 5) is negative: no speed is safe.
     Radicand,
     /// A state is NaN or infinite.
     NotFinite,
-}
-
-impl FailureKind {
-    /// As written in result files.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            FailureKind::Crash => "spacing",
-            FailureKind::Radicand => "radicand",
-            FailureKind::NotFinite => "not_finite",
-        }
-    }
 }
 
 impl std::fmt::Display for FailureKind {

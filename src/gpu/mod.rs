@@ -363,7 +363,7 @@ impl Evaluator for Gpu {
     }
 
     fn precision(&self) -> &'static str {
-        self.precision.name()
+        self.precision.into_str()
     }
 
     fn adapter(&self) -> Option<String> {

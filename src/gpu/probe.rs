@@ -3,11 +3,11 @@
 use super::adapter::Adapter;
 use super::device::{Device, Fault};
 use super::twins::{Twins, own_exponential, own_logarithm, own_power};
-use std::fmt;
 use std::time::Instant;
 
 /// What a probe found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, strum::Display)]
+#[strum(serialize_all = "snake_case")]
 pub enum ProbeStatus {
     /// As the standard for floating-point numbers has it.
     Ok,
@@ -17,17 +17,6 @@ pub enum ProbeStatus {
     Fail,
     /// Could not be tried.
     Skipped,
-}
-
-impl fmt::Display for ProbeStatus {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(match self {
-            ProbeStatus::Ok => "ok",
-            ProbeStatus::Trap => "trap",
-            ProbeStatus::Fail => "fail",
-            ProbeStatus::Skipped => "skipped",
-        })
-    }
 }
 
 /// One finding.

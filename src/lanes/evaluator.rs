@@ -13,13 +13,15 @@ use crate::evaluator::{
 use crate::evaluator::{Population, Raw, Residuals, Score};
 use crate::score::GoodnessOfFit;
 use crate::symbols::Parameters;
-use crate::text::spelling::did_you_mean;
+use crate::text::spelling::UnknownWord;
 use crate::wgsl::{Precision, Recipe, Source, check};
-use std::str::FromStr;
 use std::sync::OnceLock;
 
-/// Precision of a run on the CPU.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+/// Precision of a run on the CPU, by its name on the command line and in results.
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, Hash, Default, strum::EnumString, strum::IntoStaticStr, strum::VariantNames,
+)]
+#[strum(const_into_str, serialize_all = "snake_case", parse_err_ty = UnknownWord, parse_err_fn = unknown)]
 pub enum LanesPrecision {
     /// f32, one word per state and sum.
     #[default]
@@ -30,33 +32,8 @@ pub enum LanesPrecision {
     F64,
 }
 
-impl LanesPrecision {
-    /// All of them.
-    pub const ALL: [LanesPrecision; 3] = [LanesPrecision::Plain, LanesPrecision::Compensated, LanesPrecision::F64];
-
-    /// As on the command line and in results.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            LanesPrecision::Plain => Precision::Plain.name(),
-            LanesPrecision::Compensated => Precision::Compensated.name(),
-            LanesPrecision::F64 => "f64",
-        }
-    }
-}
-
-/// A precision that does not exist.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("precision `{found}`: expected plain, compensated or f64{near}", found = .0, near = did_you_mean(.0, LanesPrecision::ALL.map(LanesPrecision::name)))]
-pub struct UnknownPrecision(String);
-
-impl FromStr for LanesPrecision {
-    type Err = UnknownPrecision;
-
-    fn from_str(text: &str) -> Result<LanesPrecision, UnknownPrecision> {
-        let known = LanesPrecision::ALL.into_iter().find(|precision| precision.name() == text);
-        known.ok_or_else(|| UnknownPrecision(text.to_owned()))
-    }
+fn unknown(found: &str) -> UnknownWord {
+    UnknownWord::of::<LanesPrecision>("precision", found)
 }
 
 #[derive(Debug)]
@@ -351,7 +328,7 @@ impl Evaluator for Lanes {
     }
 
     fn precision(&self) -> &'static str {
-        self.precision.name()
+        self.precision.into_str()
     }
 
     fn submit(&mut self, set: BufferSet, jobs: &[Job<'_>]) -> Result<(), EvaluateError> {

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use strum::VariantArray;
 
 /// A parameter of an effect.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,23 +24,16 @@ const fn parameter(name: &'static str, unit: &'static str, bounds: [f64; 2], med
 }
 
 macro_rules! effects {
-    ($($ident:ident, $name:literal, $meaning:literal, $weakest:expr, [$(($p:literal, $unit:literal, $bounds:expr, $medium:expr)),*];)*) => {
-        /// What kind of effect.
+    ($($ident:ident, $meaning:literal, $weakest:expr, [$(($p:literal, $unit:literal, $bounds:expr, $medium:expr)),*];)*) => {
+        /// What kind of effect, by its name in files and on the command line.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        #[derive(strum::Display, strum::EnumString, strum::IntoStaticStr, strum::VariantArray)]
+        #[strum(const_into_str, serialize_all = "snake_case", parse_err_ty = EffectError, parse_err_fn = unknown)]
         pub enum EffectKind {
             $(#[doc = $meaning] $ident,)*
         }
 
         impl EffectKind {
-            /// All of them.
-            pub const ALL: &'static [EffectKind] = &[$(EffectKind::$ident),*];
-
-            /// Its name in files and on the command line.
-            #[must_use]
-            pub fn name(self) -> &'static str {
-                match self { $(EffectKind::$ident => $name),* }
-            }
-
             /// What it does, in words.
             #[must_use]
             pub fn meaning(self) -> &'static str {
@@ -61,31 +55,31 @@ macro_rules! effects {
 }
 
 effects! {
-    PerceptionDelay, "perception_delay", "the controller sees spacing and speeds as they were tp ago", 0.0, [("tp", "s", [0.0, 1.5], 0.4)];
-    ActuationLag, "actuation_lag", "the acceleration follows the command with time constant ta", 0.0, [("ta", "s", [0.0, 2.5], 0.5)];
-    AsymLag, "asym_lag", "as actuation_lag, but ta for thrust and tb for braking", 0.0, [("ta", "s", [0.0, 4.0], 0.7), ("tb", "s", [0.0, 4.0], 0.3)];
-    SensorLowpass, "sensor_lowpass", "spacing and speed difference pass a first-order filter", 0.0, [("tf", "s", [0.0, 2.5], 0.5)];
-    TimeOffset, "time_offset", "the preceding vehicle is seen as it was to ago, oneself as now", 0.0, [("to", "s", [-1.0, 1.0], 0.3)];
-    Grade, "grade", "this share of the grade force is not made up for", 0.0, [("gg", "-", [-0.3, 1.3], 0.4)];
-    AeroDrag, "aero_drag", "acceleration -cD v^2", 0.0, [("cD", "1/m", [-2e-3, 2e-3], 2.5e-4)];
-    ConstDecel, "const_decel", "acceleration -c0 while moving", 0.0, [("c0", "m/s2", [-0.5, 0.5], 0.1)];
-    GainMass, "gain_mass", "the command is multiplied by 1 + m", 0.0, [("m", "-", [-0.5, 0.6], 0.25)];
-    AccelCap, "accel_cap", "the command is at most acap", 4.0, [("acap", "m/s2", [0.15, 4.0], 0.6)];
-    DecelCap, "decel_cap", "the command is at least -bcap", 6.0, [("bcap", "m/s2", [0.3, 6.0], 0.8)];
-    PowerCap, "power_cap", "the command is at most P / v", 60.0, [("P", "W/kg", [2.0, 60.0], 9.0)];
-    JerkLimit, "jerk_limit", "the command changes by at most J", 8.0, [("J", "m/s3", [0.1, 8.0], 0.6)];
-    SpeedDepHeadway, "speed_dep_headway", "the desired spacing grows by q v^2", 0.0, [("q", "s2/m", [-0.03, 0.05], 0.005)];
-    HeadwayModeChange, "headway_mode_change", "the time headway is multiplied by 1 + r from t0 on, within 4 s", 0.0, [("r", "-", [-0.6, 1.5], 0.2), ("t0", "s", [0.0, 1e5], 300.0)];
-    SetSpeedChange, "set_speed_change", "the set speed is vlim from t1 on, for dur", 30.0, [("vlim", "m/s", [1.0, 60.0], 16.0), ("t1", "s", [0.0, 1e5], 250.0), ("dur", "s", [1.0, 1e5], 60.0)];
-    MultiAnticipation, "multi_anticipation", "also reacts to the speed of the car before the preceding one: + k2 (v_l2 - v_l)", 0.0, [("k2", "1/s", [-1.0, 1.5], 0.2)];
-    LeaderAccelFf, "leader_accel_ff", "+ ka times the acceleration of the preceding vehicle, smoothed over 1.1 s", 0.0, [("ka", "-", [-0.6, 1.3], 0.3)];
-    DeadZone, "dead_zone", "spacing errors below w are not seen, larger ones are w smaller", 0.0, [("w", "m", [0.0, 8.0], 1.5)];
-    IntegralAction, "integral_action", "+ ki times the integral of the spacing error, at most 0.6 m/s2", 0.0, [("ki", "1/s3", [-0.02, 0.06], 0.004)];
-    RangeScale, "range_scale", "the spacing is seen 1 + cs times as large", 0.0, [("cs", "-", [-0.2, 0.2], 0.05)];
-    RangeBias, "range_bias", "the spacing is seen b larger", 0.0, [("b", "m", [-5.0, 5.0], 0.5)];
-    SpeedScale, "speed_scale", "the own speed is seen 1 + cv times as large", 0.0, [("cv", "-", [-0.15, 0.15], 0.03)];
-    QuantisedAccel, "quantised_accel", "the command comes in steps of qz", 0.0, [("qz", "m/s2", [0.0, 1.2], 0.3)];
-    Periodic, "periodic", "+ As sin(2 pi f t) + Ac cos(2 pi f t)", 0.0, [("As", "m/s2", [-2.0, 2.0], 0.1), ("Ac", "m/s2", [-2.0, 2.0], 0.1), ("f", "Hz", [0.005, 1.5], 0.1)];
+    PerceptionDelay, "the controller sees spacing and speeds as they were tp ago", 0.0, [("tp", "s", [0.0, 1.5], 0.4)];
+    ActuationLag, "the acceleration follows the command with time constant ta", 0.0, [("ta", "s", [0.0, 2.5], 0.5)];
+    AsymLag, "as actuation_lag, but ta for thrust and tb for braking", 0.0, [("ta", "s", [0.0, 4.0], 0.7), ("tb", "s", [0.0, 4.0], 0.3)];
+    SensorLowpass, "spacing and speed difference pass a first-order filter", 0.0, [("tf", "s", [0.0, 2.5], 0.5)];
+    TimeOffset, "the preceding vehicle is seen as it was to ago, oneself as now", 0.0, [("to", "s", [-1.0, 1.0], 0.3)];
+    Grade, "this share of the grade force is not made up for", 0.0, [("gg", "-", [-0.3, 1.3], 0.4)];
+    AeroDrag, "acceleration -cD v^2", 0.0, [("cD", "1/m", [-2e-3, 2e-3], 2.5e-4)];
+    ConstDecel, "acceleration -c0 while moving", 0.0, [("c0", "m/s2", [-0.5, 0.5], 0.1)];
+    GainMass, "the command is multiplied by 1 + m", 0.0, [("m", "-", [-0.5, 0.6], 0.25)];
+    AccelCap, "the command is at most acap", 4.0, [("acap", "m/s2", [0.15, 4.0], 0.6)];
+    DecelCap, "the command is at least -bcap", 6.0, [("bcap", "m/s2", [0.3, 6.0], 0.8)];
+    PowerCap, "the command is at most P / v", 60.0, [("P", "W/kg", [2.0, 60.0], 9.0)];
+    JerkLimit, "the command changes by at most J", 8.0, [("J", "m/s3", [0.1, 8.0], 0.6)];
+    SpeedDepHeadway, "the desired spacing grows by q v^2", 0.0, [("q", "s2/m", [-0.03, 0.05], 0.005)];
+    HeadwayModeChange, "the time headway is multiplied by 1 + r from t0 on, within 4 s", 0.0, [("r", "-", [-0.6, 1.5], 0.2), ("t0", "s", [0.0, 1e5], 300.0)];
+    SetSpeedChange, "the set speed is vlim from t1 on, for dur", 30.0, [("vlim", "m/s", [1.0, 60.0], 16.0), ("t1", "s", [0.0, 1e5], 250.0), ("dur", "s", [1.0, 1e5], 60.0)];
+    MultiAnticipation, "also reacts to the speed of the car before the preceding one: + k2 (v_l2 - v_l)", 0.0, [("k2", "1/s", [-1.0, 1.5], 0.2)];
+    LeaderAccelFf, "+ ka times the acceleration of the preceding vehicle, smoothed over 1.1 s", 0.0, [("ka", "-", [-0.6, 1.3], 0.3)];
+    DeadZone, "spacing errors below w are not seen, larger ones are w smaller", 0.0, [("w", "m", [0.0, 8.0], 1.5)];
+    IntegralAction, "+ ki times the integral of the spacing error, at most 0.6 m/s2", 0.0, [("ki", "1/s3", [-0.02, 0.06], 0.004)];
+    RangeScale, "the spacing is seen 1 + cs times as large", 0.0, [("cs", "-", [-0.2, 0.2], 0.05)];
+    RangeBias, "the spacing is seen b larger", 0.0, [("b", "m", [-5.0, 5.0], 0.5)];
+    SpeedScale, "the own speed is seen 1 + cv times as large", 0.0, [("cv", "-", [-0.15, 0.15], 0.03)];
+    QuantisedAccel, "the command comes in steps of qz", 0.0, [("qz", "m/s2", [0.0, 1.2], 0.3)];
+    Periodic, "+ As sin(2 pi f t) + Ac cos(2 pi f t)", 0.0, [("As", "m/s2", [-2.0, 2.0], 0.1), ("Ac", "m/s2", [-2.0, 2.0], 0.1), ("f", "Hz", [0.005, 1.5], 0.1)];
 }
 
 /// An effect with its parameters.
@@ -140,26 +134,15 @@ pub enum EffectError {
 }
 
 fn names() -> String {
-    EffectKind::ALL.iter().map(|kind| kind.name()).collect::<Vec<_>>().join(", ")
+    EffectKind::VARIANTS.iter().map(EffectKind::into_str).collect::<Vec<_>>().join(", ")
 }
 
 fn parameters(kind: EffectKind) -> String {
     kind.parameters().iter().map(|p| p.name).collect::<Vec<_>>().join(", ")
 }
 
-impl std::fmt::Display for EffectKind {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-impl std::str::FromStr for EffectKind {
-    type Err = EffectError;
-
-    fn from_str(text: &str) -> Result<EffectKind, EffectError> {
-        let of = |kind: &&EffectKind| kind.name() == text;
-        EffectKind::ALL.iter().find(of).copied().ok_or_else(|| EffectError::Unknown { found: text.to_owned() })
-    }
+fn unknown(found: &str) -> EffectError {
+    EffectError::Unknown { found: found.to_owned() }
 }
 
 impl Effect {
@@ -269,7 +252,7 @@ impl TryFrom<Written> for Effect {
 impl From<Effect> for Written {
     fn from(effect: Effect) -> Written {
         let names = effect.kind.parameters().iter().map(|p| p.name.to_owned());
-        Written { name: effect.kind.name().to_owned(), parameters: names.zip(effect.values).collect() }
+        Written { name: effect.kind.to_string(), parameters: names.zip(effect.values).collect() }
     }
 }
 
@@ -295,7 +278,7 @@ mod tests {
 
     #[test]
     fn reads_what_it_writes() {
-        for kind in EffectKind::ALL {
+        for kind in EffectKind::VARIANTS {
             let effect = Effect::medium(*kind);
             let json = serde_json::to_string(&effect).expect("finite numbers");
             assert_eq!(serde_json::from_str::<Effect>(&json).expect("as written"), effect);

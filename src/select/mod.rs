@@ -7,43 +7,27 @@ use crate::evaluator::{AdapterChoice, Case, EvaluateError, Evaluator, Fallback, 
 use crate::lanes::{Lanes, LanesPrecision};
 use crate::reference::Reference;
 use crate::score::GoodnessOfFit;
-use crate::text::spelling::did_you_mean;
+use crate::text::spelling::UnknownWord;
 use crate::wgsl::Precision;
 use device::Device;
-use std::str::FromStr;
 
 /// An evaluator by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, strum::EnumString, strum::IntoStaticStr, strum::VariantNames)]
+#[strum(const_into_str, serialize_all = "snake_case", parse_err_ty = UnknownWord, parse_err_fn = unknown)]
 pub enum Kind {
+    /// The WGSL text on the CPU, in blocks of candidates.
+    Lanes,
+    /// Plain scalar f64 on the CPU.
+    Reference,
+    /// The WGSL text on a GPU, lavapipe included; never the CPU evaluator instead.
+    Gpu,
     /// A hardware GPU where there is one and the work is large enough for it, else `lanes`.
     #[default]
     Auto,
-    /// Plain scalar f64 on the CPU.
-    Reference,
-    /// The WGSL text on the CPU, in blocks of candidates.
-    Lanes,
-    /// The WGSL text on a GPU, lavapipe included; never the CPU evaluator instead.
-    Gpu,
 }
 
-impl Kind {
-    /// All of them, as they are named in plans and on the command line.
-    pub const ALL: [(&str, Kind); 4] =
-        [("lanes", Kind::Lanes), ("reference", Kind::Reference), ("gpu", Kind::Gpu), ("auto", Kind::Auto)];
-}
-
-/// An evaluator that does not exist.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("evaluator `{found}`: expected lanes, reference, gpu or auto{near}", found = .0, near = did_you_mean(.0, Kind::ALL.map(|(name, _)| name)))]
-pub struct UnknownKind(String);
-
-impl FromStr for Kind {
-    type Err = UnknownKind;
-
-    fn from_str(text: &str) -> Result<Kind, UnknownKind> {
-        let known = Kind::ALL.into_iter().find(|(name, _)| *name == text);
-        known.map(|(_, kind)| kind).ok_or_else(|| UnknownKind(text.to_owned()))
-    }
+fn unknown(found: &str) -> UnknownWord {
+    UnknownWord::of::<Kind>("evaluator", found)
 }
 
 /// Which evaluator, in which precision, on which device.

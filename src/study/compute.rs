@@ -139,7 +139,7 @@ impl Round<'_> {
         let (t, case) = (&self.study.drives[drive].trajectory.t, &self.cases[drive]);
         let finite = |x: f64| x.is_finite().then_some(x);
         RunRow {
-            fail_reason: failure.map(|f| f.kind.name().to_owned()),
+            fail_reason: failure.map(|f| f.kind.into_str().to_owned()),
             fail_step: failure.map(|f| f.step),
             fail_time_s: failure.and_then(|f| t.get(f.step).copied()),
             first_scored: case.first_sample(case.delay(parameters)),

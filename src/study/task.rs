@@ -9,7 +9,6 @@ use crate::evaluator::Case;
 use crate::extension::Extension;
 use crate::lanes::LanesPrecision;
 use crate::score::GoodnessOfFit;
-use crate::select::Kind;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::str::FromStr;
@@ -212,13 +211,8 @@ impl Study {
             max_evaluations: settings.stop.max_evaluations,
             max_stall: settings.stop.max_stall,
             bounds: overrides_for(variant, &settings.bounds),
-            evaluator: match settings.evaluator {
-                Kind::Auto => "auto",
-                Kind::Reference => "reference",
-                Kind::Lanes => "lanes",
-                Kind::Gpu => "gpu",
-            },
-            precision: settings.precision.unwrap_or(LanesPrecision::Plain).name(),
+            evaluator: settings.evaluator.into_str(),
+            precision: settings.precision.unwrap_or(LanesPrecision::Plain).into_str(),
             validation: validation.collect(),
         };
         let json = serde_json::to_vec(&content).expect("names and finite numbers are valid JSON");

@@ -67,7 +67,7 @@ impl Export {
             schema_version: SCHEMA_VERSION,
             result_sha256,
             variant: result.model(),
-            model: vtype.model.name().to_owned(),
+            model: vtype.model.into_str().to_owned(),
             file: file.display().to_string(),
             attributes: vtype.attributes.iter().map(|(name, value)| ((*name).to_owned(), value.clone())).collect(),
             lost: vtype.lost.clone(),

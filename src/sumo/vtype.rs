@@ -6,8 +6,9 @@ use crate::simulate::CalibratedVariant;
 use crate::symbols::Symbol;
 use std::fmt::Write;
 
-/// A car-following model of SUMO.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// A car-following model of SUMO, by its name there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, strum::IntoStaticStr)]
+#[strum(const_into_str, serialize_all = "UPPERCASE")]
 pub enum Model {
     /// The intelligent driver model: Eqs. 2 and 3, term by term.
     Idm,
@@ -16,6 +17,7 @@ pub enum Model {
     /// Milanes and Shladover: linear in gap and speed difference, Eqs. 6 and 7 within its limits.
     Acc,
     /// Krauss' model of 1998.
+    #[strum(serialize = "KraussOrig1")]
     Krauss,
     /// Wiedemann 99.
     W99,
@@ -27,18 +29,6 @@ impl Model {
     #[must_use]
     pub fn ballistic(self) -> &'static str {
         if self == Model::Krauss { "false" } else { "true" }
-    }
-
-    /// Its name in SUMO.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Model::Idm => "IDM",
-            Model::Eidm => "EIDM",
-            Model::Acc => "ACC",
-            Model::Krauss => "KraussOrig1",
-            Model::W99 => "W99",
-        }
     }
 }
 
@@ -72,7 +62,7 @@ const NEVER: f64 = 1000.0;
 pub fn export(calibrated: &CalibratedVariant, asked: Option<Model>) -> Result<VehicleType, SumoError> {
     let variant = &calibrated.variant;
     let base = variant.base.name;
-    let wrong = |asked: Model, possible| Err(SumoError::WrongModel { asked: asked.name(), base, possible });
+    let wrong = |asked: Model, possible| Err(SumoError::WrongModel { asked: asked.into_str(), base, possible });
     let refused = |why| Err(SumoError::NoCounterpart { base, why });
     let mut vtype = match (base, asked) {
         ("idm", None | Some(Model::Idm)) => idm(calibrated, Model::Idm),
@@ -102,7 +92,7 @@ fn idm(calibrated: &CalibratedVariant, model: Model) -> VehicleType {
     let p = |symbol: Symbol| calibrated.parameters.get(symbol);
     let decel = -p(Symbol::a_min);
     let mut attributes = vec![
-        ("carFollowModel", model.name().to_owned()),
+        ("carFollowModel", model.into_str().to_owned()),
         ("accel", p(Symbol::a_max).to_string()),
         ("decel", decel.to_string()),
         ("emergencyDecel", decel.max(EMERGENCY).to_string()),
@@ -131,7 +121,7 @@ fn acc(calibrated: &CalibratedVariant) -> VehicleType {
     let p = |symbol: Symbol| calibrated.parameters.get(symbol);
     let (k_s, k_v) = (p(Symbol::k_s).to_string(), p(Symbol::k_v).to_string());
     let mut attributes = vec![
-        ("carFollowModel", Model::Acc.name().to_owned()),
+        ("carFollowModel", Model::Acc.into_str().to_owned()),
         ("accel", UPPER.to_string()),
         ("decel", LOWER.to_string()),
         ("emergencyDecel", EMERGENCY.to_string()),
@@ -172,7 +162,7 @@ fn krauss(calibrated: &CalibratedVariant) -> VehicleType {
     let p = |symbol: Symbol| calibrated.parameters.get(symbol);
     let decel = -p(Symbol::a_min);
     let attributes = vec![
-        ("carFollowModel", Model::Krauss.name().to_owned()),
+        ("carFollowModel", Model::Krauss.into_str().to_owned()),
         ("accel", p(Symbol::a_max).to_string()),
         ("decel", decel.to_string()),
         ("emergencyDecel", decel.max(EMERGENCY).to_string()),
@@ -199,7 +189,7 @@ fn w99(calibrated: &CalibratedVariant) -> VehicleType {
     let own = calibrated.variant.law().into_iter().flat_map(|law| law.own_parameters());
     let values: Vec<String> = own.map(|symbol| p(symbol).to_string()).collect();
     let mut attributes = vec![
-        ("carFollowModel", Model::W99.name().to_owned()),
+        ("carFollowModel", Model::W99.into_str().to_owned()),
         ("accel", values[7].clone()),
         ("decel", EMERGENCY.to_string()),
         ("emergencyDecel", EMERGENCY.to_string()),

@@ -1,5 +1,7 @@
 //! The known word that somebody may have meant.
 
+use strum::VariantNames;
+
 /// The word of `known` nearest to one that is not known, if it is near enough to be a typing error: a third of the letters, one to
 /// three of them.
 #[must_use]
@@ -42,6 +44,32 @@ pub fn did_you_mean<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) ->
 #[must_use]
 pub fn suggestion(near: Option<&str>) -> String {
     near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"))
+}
+
+/// `a, b or c`.
+#[must_use]
+pub fn any_of(words: &[&str]) -> String {
+    match words {
+        [several @ .., last] if !several.is_empty() => format!("{} or {last}", several.join(", ")),
+        _ => words.concat(),
+    }
+}
+
+/// A word that is none of those of an enum.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{what} `{found}`: expected {}{}", any_of(.known), did_you_mean(.found, .known.iter().copied()))]
+pub struct UnknownWord {
+    what: &'static str,
+    found: String,
+    known: &'static [&'static str],
+}
+
+impl UnknownWord {
+    /// `what` is what the words of `T` stand for.
+    #[must_use]
+    pub fn of<T: VariantNames>(what: &'static str, found: &str) -> UnknownWord {
+        UnknownWord { what, found: found.to_owned(), known: T::VARIANTS }
+    }
 }
 
 #[cfg(test)]

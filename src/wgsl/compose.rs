@@ -51,25 +51,15 @@ macro_rules! shader {
     };
 }
 
-/// How f32 carries the state.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+/// How f32 carries the state, by its name on the command line and in results.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, strum::IntoStaticStr)]
+#[strum(const_into_str, serialize_all = "snake_case")]
 pub enum Precision {
     /// One f32 per state; the default inside an optimiser.
     #[default]
     Plain,
     /// Two f32 for spacing, speed and every sum: rounding errors are carried on instead of adding up.
     Compensated,
-}
-
-impl Precision {
-    /// As on the command line and in results.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Precision::Plain => "plain",
-            Precision::Compensated => "compensated",
-        }
-    }
 }
 
 /// What a text is composed for.

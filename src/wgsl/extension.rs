@@ -13,6 +13,7 @@ use crate::text::spelling::{nearest, suggestion};
 use naga::{Function, Handle, Span, Statement, Type, TypeInner};
 use std::str::FromStr;
 use std::sync::{LazyLock, Mutex};
+use strum::VariantArray;
 
 /// Name, path and text of what is built in.
 type BuiltIn = &'static [(&'static str, &'static str, &'static str)];
@@ -440,8 +441,8 @@ impl<'a> Reader<'a> {
     fn stages(&self, has_state: bool) -> Result<Vec<StageFunction>, ShaderError> {
         let module = &self.checked.module;
         let mut stages = Vec::new();
-        for stage in Stage::ALL {
-            let wanted = format!("{}_{}", self.name, stage.name());
+        for &stage in Stage::VARIANTS {
+            let wanted = format!("{}_{}", self.name, stage.into_str());
             let Some((handle, function)) =
                 module.functions.iter().find(|(_, f)| self.own_name(f.name.as_deref()) == Some(&wanted))
             else {

@@ -10,10 +10,11 @@ use crate::extension::{LoopNeeds, Stage};
 use crate::symbols::Symbol;
 use crate::text::spelling::{nearest, suggestion};
 use naga::{Expression, Statement, TypeInner};
+use strum::VariantArray;
 
 /// Names that the stage functions of an extension have.
 pub(super) fn stages_of(name: &str) -> Vec<String> {
-    Stage::ALL.iter().map(|stage| format!("{name}_{}", stage.name())).collect()
+    Stage::VARIANTS.iter().map(|stage| format!("{name}_{}", stage.into_str())).collect()
 }
 
 /// Warnings about the extension that was pushed last.

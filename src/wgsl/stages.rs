@@ -6,6 +6,7 @@ use super::own_names::{member, memory_of, prefix};
 use crate::extension::{Argument, Extension, Initial, Signal, Stage, StageFunction};
 use crate::symbols::Symbol;
 use std::fmt::Write;
+use strum::VariantArray;
 
 /// Within this spacing \[m\] an equilibrium is searched: further than any sensor sees.
 const EQUILIBRIUM_REACH_M: f32 = 300.0;
@@ -50,7 +51,7 @@ pub(super) fn text(recipe: &Recipe) -> String {
         text += "    // A struct needs a member.\n    nothing: f32,\n";
     }
     text += "}\n";
-    for stage in Stage::ALL {
+    for &stage in Stage::VARIANTS {
         text += &stage_text(stage, extensions);
     }
     let (driven, kept) = match recipe.observed {
@@ -75,7 +76,7 @@ fn stage_text(stage: Stage, extensions: &[&'static Extension]) -> String {
         Stage::Perception => ("x: Perceived", ""),
         Stage::Speed | Stage::Law | Stage::Command | Stage::Response => ("x: Perceived", ", given: f32"),
     };
-    let name = stage.name();
+    let name = stage.into_str();
     let given = match stage {
         Stage::Policy => "q",
         Stage::Perception => "x",
@@ -156,7 +157,7 @@ fn call(extension: &Extension, function: &StageFunction, opaque: &str) -> String
         (Argument::Own, _) => own(extension, "q"),
     };
     let arguments: Vec<String> = function.arguments.iter().map(argument).collect();
-    let stage = function.stage.name();
+    let stage = function.stage.into_str();
     let called = format!("{}{name}_{stage}({})", prefix(name), arguments.join(", "));
     let (value, state) = match &function.with_state {
         None => (format!("{name}_{stage}_done"), String::new()),

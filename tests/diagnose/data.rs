@@ -29,7 +29,7 @@ fn findings(recording: &Recording, follower: usize) -> Vec<Finding> {
 fn the(found: &[Finding], kind: FindingKind) -> &Finding {
     let Some(finding) = found.iter().find(|f| f.kind == kind) else {
         let all: Vec<&str> = found.iter().map(|f| f.sentence.as_str()).collect();
-        panic!("{} was not found, but: {all:#?}", kind.name())
+        panic!("{} was not found, but: {all:#?}", kind.into_str())
     };
     finding
 }

@@ -161,7 +161,7 @@ fn bounds_that_the_data_contradict_are_a_bad_base() {
     let data = drives("l-cth", "dead_zone");
     let bounds = Overrides::from([("v_0".to_owned(), [8.0, 12.0])]);
     let found = ask(&data.train, &[], &bounds, &mut |_| ControlFlow::Continue(())).expect("a diagnosis");
-    assert_eq!(found.verdict.name(), "bad_base", "{}", found.reason);
+    assert_eq!(found.verdict.into_str(), "bad_base", "{}", found.reason);
     assert!(found.reason.contains("v_0"), "{}", found.reason);
 }
 

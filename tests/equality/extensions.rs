@@ -11,10 +11,12 @@ use leadlag::internal::evaluator::{
 use leadlag::internal::extension::Extension;
 use leadlag::internal::gpu::{AdapterChoice, Gpu};
 use leadlag::internal::lanes::{InstructionSet, Lanes, LanesPrecision};
+use leadlag::internal::plant::EffectKind;
 use leadlag::internal::reference::{Reference, Trace, simulate};
 use leadlag::internal::score::GoodnessOfFit;
 use leadlag::internal::simulate::{Ahead, follow};
 use leadlag::internal::wgsl::{Precision, extension_named, laws, library, read_extension};
+use strum::VariantArray;
 
 fn lanes(case: &Case, precision: LanesPrecision) -> Lanes {
     Lanes::new(vec![case.clone()], GoodnessOfFit::default(), precision).expect("a valid text")
@@ -32,8 +34,8 @@ fn observers(count: usize) -> Vec<Observer> {
 #[test]
 fn the_library_is_complete_and_documented() {
     let names: Vec<&str> = library().iter().map(|extension| extension.name.as_str()).collect();
-    for kind in leadlag::internal::plant::EffectKind::ALL {
-        let extension = extension_named(kind.name()).unwrap_or_else(|| panic!("{kind} is missing in {names:?}"));
+    for kind in EffectKind::VARIANTS {
+        let extension = extension_named(kind.into_str()).unwrap_or_else(|| panic!("{kind} is missing in {names:?}"));
         let own: Vec<(&str, &str)> = extension.parameters.iter().map(|p| (p.name(), p.unit())).collect();
         let planted: Vec<(&str, &str)> = kind.parameters().iter().map(|p| (p.name, p.unit)).collect();
         assert_eq!(own, planted, "{kind}");
@@ -44,7 +46,7 @@ fn the_library_is_complete_and_documented() {
         assert!(!cause.looks_like.is_empty() && !extension.meaning.is_empty(), "{kind}");
     }
     let causes = library().iter().filter(|extension| extension.cause.is_some()).count();
-    assert_eq!(causes, leadlag::internal::plant::EffectKind::ALL.len(), "every cause can be planted");
+    assert_eq!(causes, EffectKind::VARIANTS.len(), "every cause can be planted");
 }
 
 /// Largest difference of a score that a neutral extension may make, relative: one more rounding per step.

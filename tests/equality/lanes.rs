@@ -64,7 +64,7 @@ fn every_instruction_set_gives_the_same_bits() {
     each(150, |case, population, precision, usual| {
         for set in InstructionSet::available() {
             let other = bits(&raw(&mut lanes(case, precision).with_instructions(set), population));
-            assert!(usual == other, "{} {}: {set:?} differs", case.variant, precision.name());
+            assert!(usual == other, "{} {}: {set:?} differs", case.variant, precision.into_str());
         }
     });
 }
@@ -74,7 +74,7 @@ fn every_block_size_gives_the_same_bits() {
     each(150, |case, population, precision, usual| {
         for size in [8, 16, 32, 64, 128] {
             let other = bits(&raw(&mut lanes(case, precision).with_lanes(size), population));
-            assert!(usual == other, "{} {}: blocks of {size} differ", case.variant, precision.name());
+            assert!(usual == other, "{} {}: blocks of {size} differ", case.variant, precision.into_str());
         }
     });
 }
@@ -89,7 +89,7 @@ fn order_and_company_do_not_matter() {
         }
         let mut other = bits(&raw(&mut evaluator, &reversed));
         other.reverse();
-        assert!(usual == other, "{} {}: reversed", case.variant, precision.name());
+        assert!(usual == other, "{} {}: reversed", case.variant, precision.into_str());
         for i in [0, population.len() / 2] {
             let mut one = Population::new(population.symbols());
             one.push(population.values(i));
@@ -103,7 +103,7 @@ fn the_number_of_threads_does_not_matter() {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().expect("threads");
     each(300, |case, population, precision, usual| {
         let other = pool.install(|| bits(&raw(&mut lanes(case, precision), population)));
-        assert!(usual == other, "{} {}: three threads", case.variant, precision.name());
+        assert!(usual == other, "{} {}: three threads", case.variant, precision.into_str());
     });
 }
 
@@ -163,7 +163,7 @@ fn an_observer_without_gain_changes_nothing() {
         let job = Job { case: 0, population };
         let observed = lanes(case, precision).observed(&job, &observers, 100).expect("delays are within bounds");
         let raws: Vec<Raw> = observed.iter().map(|o| o.raw).collect();
-        assert!(bits(&raws) == usual, "{} {}: gain zero", case.variant, precision.name());
+        assert!(bits(&raws) == usual, "{} {}: gain zero", case.variant, precision.into_str());
         for o in observed.iter().filter(|o| o.raw.status == 0) {
             for k in 0..2 {
                 let sum: f64 = o.blocks.iter().map(|block| block[k]).sum();
@@ -341,7 +341,7 @@ fn a_delay_may_equal_its_bound() {
                 let found = score(&mut lanes(&case, precision));
                 let tolerance = if precision == LanesPrecision::F64 { 1e-9 } else { 1e-3 };
                 let near = (found - expected).abs() <= tolerance * expected;
-                assert!(near, "{steps} steps of {dt} s, {}: {found} not {expected}", precision.name());
+                assert!(near, "{steps} steps of {dt} s, {}: {found} not {expected}", precision.into_str());
             }
         }
     }

@@ -269,7 +269,7 @@ fn every_layout_is_detected_and_can_be_named() {
         assert_eq!((recording.layout, recording.platoons.len()), (layout, platoons), "{file}");
         assert_eq!(layout.to_string().parse::<Layout>().unwrap(), layout);
         import::read(&path, Some(layout)).unwrap_or_else(|error| panic!("{error}"));
-        assert!(inspect(&recording).to_string().contains(layout.name()));
+        assert!(inspect(&recording).to_string().contains(layout.into_str()));
         let all = prepare(&recording, 1, &Preparation::default()).unwrap();
         assert_eq!(all.len(), platoons, "{file}");
     }

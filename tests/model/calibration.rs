@@ -157,7 +157,7 @@ fn known_parameters_are_found_again() {
             let go_on = &mut |_| ControlFlow::Continue(());
             let found = calibrate(evaluator.as_mut(), &space, &settings, go_on).expect("feasible").remove(0);
             let Replicate { score, evaluations, stop, .. } = found;
-            println!("{name} by {}: {score:e} after {evaluations}, {stop}", optimizer.name());
+            println!("{name} by {}: {score:e} after {evaluations}, {stop}", optimizer.into_str());
             let found_parameters = space.parameters(&found.candidate);
             for &symbol in free {
                 let (ours, true_value) = (found_parameters.get(symbol), truth.get(symbol));
@@ -167,7 +167,7 @@ fn known_parameters_are_found_again() {
                 assert!(
                     error < common::tolerance::RECOVERED,
                     "{name} by {}: {} = {ours} {unit}, truth {true_value} {unit} (score {score})",
-                    optimizer.name(),
+                    optimizer.into_str(),
                     symbol.name(),
                 );
             }

@@ -3,6 +3,7 @@
 use leadlag::internal::plant::{
     self, Base, Effect, EffectKind, Gusts, Noise, PlantError, Profile, Scenario, Synthetic,
 };
+use strum::VariantArray;
 
 const BASES: [Base; 3] = [Base::Idm, Base::LCth, Base::Gipps];
 
@@ -38,7 +39,7 @@ fn every_effect_changes_every_base() {
         let first = plant::drawn(Base::LCth, 7, 2);
         scenario.followers.insert(0, first);
         let plain = with(&scenario, &[]);
-        for kind in EffectKind::ALL {
+        for kind in EffectKind::VARIANTS {
             let text = match kind {
                 EffectKind::HeadwayModeChange => "headway_mode_change:t0=60".to_owned(),
                 EffectKind::SetSpeedChange => "set_speed_change:t1=60".to_owned(),

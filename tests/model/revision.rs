@@ -171,7 +171,7 @@ fn diagnosed(causes: &[&str], bounds: &Overrides) -> String {
     let gaps = &data.train[0].trajectory.s;
     let mut text = format!("mean gap {:.6} m\n", gaps.iter().sum::<f64>() / gaps.len() as f64);
     let mut line = |words: String| writeln!(text, "{words}").expect("a String takes all");
-    line(format!("{}: {}; {} simulations", found.verdict.name(), found.reason, found.simulations));
+    line(format!("{}: {}; {} simulations", found.verdict.into_str(), found.reason, found.simulations));
     for model in [&found.base, &found.extended] {
         line(format!("log-likelihood {:.1}, inflation {:.2}", model.log_likelihood, model.inflation));
     }

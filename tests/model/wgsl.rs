@@ -158,7 +158,7 @@ fn snapshots_show_what_is_run() {
         let source = Source::model(&recipe(variant, precision));
         let title = format!(
             "// Variant {variant}, precision {}. Made by tests/model/wgsl.rs; do not edit.\n\n",
-            precision.name()
+            precision.into_str()
         );
         let text = title + source.text();
         let path = folder.join(name);
@@ -183,13 +183,13 @@ fn the_snapshots_are_the_shortest_and_the_longest() {
     for variant in Variant::all() {
         for precision in [Precision::Plain, Precision::Compensated] {
             let text = Source::model(&Recipe { variant, precision, radicand: Radicand::Measured, observed: false });
-            lengths.push((text.text().lines().count(), variant.name(), precision.name()));
+            lengths.push((text.text().lines().count(), variant.name(), precision.into_str()));
         }
     }
     let least = lengths.iter().map(|l| l.0).min();
     let most = lengths.iter().map(|l| l.0).max();
     for ((variant, precision, _), extreme) in SNAPSHOTS.into_iter().zip([least, most]) {
-        let own = lengths.iter().find(|l| l.1 == variant && l.2 == precision.name()).map(|l| l.0);
-        assert_eq!(own, extreme, "{variant}, {}", precision.name());
+        let own = lengths.iter().find(|l| l.1 == variant && l.2 == precision.into_str()).map(|l| l.0);
+        assert_eq!(own, extreme, "{variant}, {}", precision.into_str());
     }
 }

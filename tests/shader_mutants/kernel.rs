@@ -231,7 +231,7 @@ impl Scene {
         let gpu =
             Gpu::with_limits(cases, gof, precision, &AdapterChoice::Best, limits).unwrap_or_else(|e| panic!("{e}"));
         let populations = [4, 3].map(|seed| population_of(variant, convention, seed));
-        let name = format!("{} in {}, {what:?}", row.0, precision.name());
+        let name = format!("{} in {}, {what:?}", row.0, precision.into_str());
         let mut scene = Scene { gpu, populations, what, expected: String::new(), name };
         scene.expected = scene.run().unwrap_or_else(|e| panic!("{variant}: {e}"));
         scene

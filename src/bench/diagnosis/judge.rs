@@ -6,7 +6,7 @@ use crate::catalog::Variant;
 use crate::diagnose::free::free;
 use crate::diagnose::gain::{GainSettings, gain, nrmse_of};
 use crate::diagnose::known::{Known, known};
-use crate::diagnose::{DiagnoseError, Effort, Inference, PROGRAM, Question, Verdict, family, infer};
+use crate::diagnose::{DiagnoseError, Inference, PROGRAM, Question, Verdict, family, infer};
 use crate::extension::Extension;
 use crate::plant::Controller;
 use crate::recommend::{Policy, Request, Winner, races, recommend};
@@ -253,11 +253,7 @@ fn diagnosed(task: &DiagnosisTask, recommends: bool) -> DiagnosisOutcome {
         (_, base) => base,
     };
     let variant: Variant = base.parse().expect("tasks name bases that there are");
-    let effort = match task.effort.as_str() {
-        "quick" => Effort::Quick,
-        "thorough" => Effort::Thorough,
-        _ => Effort::Normal,
-    };
+    let effort = task.effort.parse().unwrap_or_default();
     let causes: Vec<&'static Extension> = library().iter().copied().filter(|e| e.cause.is_some()).collect();
     let bounds = crate::calibrate::Overrides::new();
     let (train, holdout) = (&drives.train[..], &drives.holdout[..]);
@@ -291,7 +287,7 @@ fn diagnosed(task: &DiagnosisTask, recommends: bool) -> DiagnosisOutcome {
         let mut values = law(&drives.controller);
         let mut planted = Vec::new();
         for effect in &drives.effects {
-            planted.extend(extension_named(effect.kind().name()));
+            planted.extend(extension_named(effect.kind().into_str()));
             let names = effect.kind().parameters().iter().map(|parameter| parameter.name.to_owned());
             values.extend(names.zip(effect.values().iter().copied()));
         }
@@ -359,7 +355,7 @@ fn fill(outcome: &mut DiagnosisOutcome, inference: &Result<Inference, DiagnoseEr
             return;
         }
     };
-    outcome.verdict = inference.verdict.name().to_owned();
+    outcome.verdict = inference.verdict.into_str().to_owned();
     outcome.reason.clone_from(&inference.reason);
     outcome.simulations = inference.simulations;
     let finite = |x: f64| x.is_finite().then_some(x);

@@ -5,6 +5,7 @@ use crate::optimize::stream;
 use crate::plant::EffectKind;
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
+use strum::VariantArray;
 
 /// A case: what is planted, and everything that decides the drives.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -108,7 +109,7 @@ pub fn diagnosis_tasks(
         tasks.push(DiagnosisTask {
             kind: kind.to_owned(),
             base: base.to_owned(),
-            causes: causes.iter().map(|cause| cause.name().to_owned()).collect(),
+            causes: causes.iter().map(|cause| cause.into_str().to_owned()).collect(),
             rms_mps,
             gusts_mps2: if gusty { GUSTS } else { 0.0 },
             duration_s,
@@ -118,7 +119,7 @@ pub fn diagnosis_tasks(
         });
     };
     let identifiable: Vec<EffectKind> =
-        EffectKind::ALL.iter().copied().filter(|kind| !ABSORBED.contains(kind)).collect();
+        EffectKind::VARIANTS.iter().copied().filter(|kind| !ABSORBED.contains(kind)).collect();
     for (b, base) in BASES.iter().enumerate() {
         for (k, kind) in identifiable.iter().enumerate() {
             for (i, size) in sizes.iter().enumerate() {

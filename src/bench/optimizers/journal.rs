@@ -16,7 +16,7 @@ const SAME: ([u32; 1], [&str; 2]) = ([5], ["spread", "hard"]);
 /// True if the present search would find the same.
 fn is_of_this_search(outcome: &OptimizerOutcome) -> bool {
     let (revisions, aims) = SAME;
-    let same = outcome.task.optimizer == OptimizerKind::Auto.name() && aims.contains(&outcome.task.aim.as_str());
+    let same = outcome.task.optimizer == OptimizerKind::Auto.into_str() && aims.contains(&outcome.task.aim.as_str());
     outcome.program == *PROGRAM || same && revisions.iter().any(|&revision| outcome.program == program_of(revision))
 }
 

@@ -171,7 +171,7 @@ pub fn optimizer_tasks(optimizer: &str, quick: bool) -> Vec<OptimizerTask> {
         }
     }
     let default = Stop::default().max_evaluations;
-    if optimizer == OptimizerKind::Auto.name() {
+    if optimizer == OptimizerKind::Auto.into_str() {
         tasks.push(task("wall", 28, 3, 1, 1, 1, default));
     }
     for (id, platoon, follower) in HARD.into_iter().filter(|_| !quick) {

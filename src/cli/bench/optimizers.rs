@@ -35,7 +35,7 @@ pub struct Args {
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
     interrupt::watch();
-    let name = args.optimizer.name();
+    let name = args.optimizer.into_str();
     let mut tasks = optimizer_tasks(name, args.quick);
     tasks.retain(|task| args.only.as_ref().is_none_or(|only| task.aim == *only));
     tasks.truncate(args.tasks.unwrap_or(usize::MAX));

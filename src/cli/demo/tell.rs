@@ -138,7 +138,7 @@ fn judgement(outcome: &Outcome, hidden: Option<&Effect>) -> String {
             _ => "not named, as nothing was hidden; but it should have ended with `nothing`".to_owned(),
         };
     };
-    let name = hidden.kind().name();
+    let name = hidden.kind().into_str();
     let own = outcome.causes.iter().find(|cause| cause.name == name);
     match (outcome.verdict, own) {
         (Verdict::Named, Some(cause)) => {

@@ -206,9 +206,10 @@ fn scale_sentence(who: Who, value: f64, error: f64) -> String {
         Who::Both => format!(
             "both speeds read {percent:+.2} ± {error:.2} % against the changes of the gap (or the gap too little)"
         ),
-        _ => {
-            format!("the {}'s speed reads {percent:+.3} ± {error:.3} % against the gap and the other speed", who.name())
-        }
+        _ => format!(
+            "the {}'s speed reads {percent:+.3} ± {error:.3} % against the gap and the other speed",
+            who.into_str()
+        ),
     }
 }
 
@@ -220,9 +221,10 @@ fn clock_sentence(car: Who, signal: &str, value: f64, error: f64) -> String {
             "the speed of the car ahead is {size:.3} ± {error:.3} s {late} against that of the follower; which clock is off cannot be told"
         ),
         (_, "gap") => format!("the gap is {size:.3} ± {error:.3} s {late} against both speeds"),
-        _ => {
-            format!("the {}'s speed is {size:.3} ± {error:.3} s {late} against the gap and the other speed", car.name())
-        }
+        _ => format!(
+            "the {}'s speed is {size:.3} ± {error:.3} s {late} against the gap and the other speed",
+            car.into_str()
+        ),
     }
 }
 

@@ -14,7 +14,7 @@ pub fn correct(recording: &mut Recording, platoon: usize, follower: usize, findi
 }
 
 fn one(platoon: &mut Platoon, follower: usize, link: &Link, finding: &Finding) -> String {
-    let done = format!("{} of the {}'s {}", finding.kind.name(), finding.car.name(), finding.signal);
+    let done = format!("{} of the {}'s {}", finding.kind.into_str(), finding.car.into_str(), finding.signal);
     let number = match finding.car {
         Who::Leader => follower,
         Who::Follower => follower + 1,

@@ -1,7 +1,8 @@
 //! What a check of the data may find.
 
 /// The kind of a fault, as `interfaces.md` names it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, strum::IntoStaticStr)]
+#[strum(const_into_str, serialize_all = "snake_case")]
 pub enum FindingKind {
     /// One car's speed is a constant factor off.
     SpeedScale,
@@ -19,46 +20,19 @@ pub enum FindingKind {
     Inconsistent,
 }
 
-impl FindingKind {
-    /// As written in result files.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            FindingKind::SpeedScale => "speed_scale",
-            FindingKind::GapOffset => "gap_offset",
-            FindingKind::ClockOffset => "clock_offset",
-            FindingKind::Dropout => "dropout",
-            FindingKind::Resampled => "resampled",
-            FindingKind::Smoothed => "smoothed",
-            FindingKind::Inconsistent => "inconsistent",
-        }
-    }
-}
-
-/// Whose signal it is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// Whose signal it is, as written in result files.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, strum::IntoStaticStr)]
+#[strum(const_into_str, serialize_all = "snake_case")]
 pub enum Who {
     /// The car ahead.
     Leader,
     /// The car behind.
     Follower,
     /// One of the two; the data cannot tell which.
+    #[strum(serialize = "leader or follower")]
     Either,
     /// Both alike.
     Both,
-}
-
-impl Who {
-    /// As written in result files.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Who::Leader => "leader",
-            Who::Follower => "follower",
-            Who::Either => "leader or follower",
-            Who::Both => "both",
-        }
-    }
 }
 
 /// One fault of the data.

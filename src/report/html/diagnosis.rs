@@ -28,7 +28,7 @@ pub fn diagnosis(outcome: &Outcome, charts: Vec<Chart>) -> String {
     let (first, rest) = answer.split_first().expect("there is always a verdict");
     let lead = format!(
         "<p class=\"verdict {}{}\"><strong>{first}</strong> {}</p>",
-        outcome.verdict.name(),
+        outcome.verdict.into_str(),
         if outcome.recommended.is_some() { " recommended" } else { "" },
         rest.join(" ")
     );

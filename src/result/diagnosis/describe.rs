@@ -148,7 +148,7 @@ pub fn describe(
         adapter: None,
         convention: Convention::PAPER.to_string(),
         seed: question.seed,
-        effort: question.effort.name().to_owned(),
+        effort: question.effort.into_str().to_owned(),
         data: Vec::new(),
         drives: drives(question),
         held_back: String::new(),

@@ -140,8 +140,8 @@ impl FindingEntry {
     #[must_use]
     pub fn new(file: &str, finding: &Finding, correction: Option<String>) -> FindingEntry {
         FindingEntry {
-            name: finding.kind.name().to_owned(),
-            car: finding.car.name().to_owned(),
+            name: finding.kind.into_str().to_owned(),
+            car: finding.car.into_str().to_owned(),
             signal: finding.signal.to_owned(),
             value: finding.value,
             unit: finding.unit.to_owned(),

@@ -10,13 +10,14 @@ use crate::lanes::LanesPrecision;
 use crate::score::GoodnessOfFit;
 use crate::select::{Kind, Selection};
 use crate::symbols::Symbol;
-use crate::text::spelling::nearest;
+use crate::text::spelling::{any_of, nearest};
 use crate::trajectory::Layout;
 use serde::Deserialize;
 use std::collections::HashSet;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
+use strum::VariantNames;
 
 /// Goodness-of-fit functions of the paper (Section 4.1), for suggestions.
 const GOFS: [&str; 6] = ["nrmse-sva", "nrmse-sv", "rmse-s", "rmse-v", "u-sv", "u-sva"];
@@ -182,11 +183,16 @@ impl Reader<'_> {
         text.parse().map_err(|e| self.value(key, e, nearest(text, known.iter().copied())))
     }
 
+    /// One of the words of an enum.
+    fn one_of<T: FromStr + VariantNames>(&self, key: &str, text: &str) -> Result<T, PlanError> {
+        text.parse().map_err(|_| self.word(key, text, &any_of(T::VARIANTS), T::VARIANTS.iter().copied()))
+    }
+
     fn platoons(&self, entries: Vec<PlatoonText>) -> Result<Vec<PlatoonPlan>, PlanError> {
         if entries.is_empty() {
             return Err(self.value("platoon", "expected at least one [[platoon]]", None));
         }
-        let layouts = Layout::ALL.map(Layout::name);
+        let layouts = Layout::names();
         let mut names = HashSet::new();
         let mut platoons = Vec::new();
         for mut entry in entries {
@@ -272,11 +278,7 @@ impl Reader<'_> {
             convention: self.parse("calibration.convention", convention, &["paper", "authors"])?,
             replicates: self.within("calibration.replicates", entry.replicates.unwrap_or(1), [1, REPLICATES_MAX])?,
             seed: entry.seed.unwrap_or(1),
-            optimizer: self.parse::<OptimizerKind>(
-                "calibration.optimizer",
-                optimizer,
-                &["auto", "ga", "lshade", "cmaes"],
-            )?,
+            optimizer: self.parse::<OptimizerKind>("calibration.optimizer", optimizer, OptimizerKind::VARIANTS)?,
             stop: Stop {
                 max_evaluations: self.within(
                     "calibration.max_evaluations",
@@ -353,21 +355,8 @@ impl Reader<'_> {
         name: Option<&str>,
         precision: Option<&str>,
     ) -> Result<(Kind, Option<LanesPrecision>), PlanError> {
-        let kinds = Kind::ALL;
-        let name = name.unwrap_or("lanes");
-        let kind = kinds.iter().find(|(known, _)| *known == name).map(|(_, kind)| *kind).ok_or_else(|| {
-            self.word("calibration.evaluator", name, "lanes, reference, gpu or auto", kinds.map(|(known, _)| known))
-        })?;
-        let precisions = LanesPrecision::ALL.map(|p| (p.name(), p));
-        let precision = match precision {
-            None => None,
-            Some(text) => {
-                Some(precisions.iter().find(|(known, _)| *known == text).map(|(_, p)| *p).ok_or_else(|| {
-                    let known = precisions.map(|(known, _)| known);
-                    self.word("calibration.precision", text, "plain, compensated or f64", known)
-                })?)
-            }
-        };
+        let kind = self.one_of("calibration.evaluator", name.unwrap_or("lanes"))?;
+        let precision = precision.map(|text| self.one_of("calibration.precision", text)).transpose()?;
         let selection = Selection { kind, precision, ..Selection::default() };
         // Its words are those of the command line; here the keys are meant.
         selection.check().map_err(|e| self.value("calibration.precision", e.to_string().replace("--", ""), None))?;

@@ -1,16 +1,17 @@
 //! The file layouts that are known, and how a file is recognised.
 
 use super::header::{Field, split, stands_for};
-use crate::text::spelling::did_you_mean;
-use std::fmt;
+use crate::text::spelling::{any_of, did_you_mean};
 use std::str::FromStr;
 
-/// The layout of a file of measured trajectories.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize)]
+/// The layout of a file of measured trajectories, by its name on the command line and in reports.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize, strum::Display, strum::IntoStaticStr)]
+#[strum(const_into_str, serialize_all = "kebab-case")]
 #[serde(rename_all = "kebab-case")]
 pub enum Layout {
     /// Original OpenACC: five metadata lines, then `Time, Speed1, Lat1, ..., IVS1, ..., Driver1, ...` in any order and number.
     #[serde(rename = "openacc")]
+    #[strum(serialize = "openacc")]
     OpenAcc,
     /// AstaZero platoons rebuilt in the style of OpenACC: `Time, Speed1.., IVS1..` only.
     AstazeroRebuilt,
@@ -31,17 +32,10 @@ impl Layout {
     pub const ALL: [Layout; 5] =
         [Layout::OpenAcc, Layout::AstazeroRebuilt, Layout::AstazeroProcessed, Layout::UltraAv, Layout::Pair];
 
-    /// The name used on the command line and in reports.
+    /// Their names.
     #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Layout::OpenAcc => "openacc",
-            Layout::AstazeroRebuilt => "astazero-rebuilt",
-            Layout::AstazeroProcessed => "astazero-processed",
-            Layout::UltraAv => "ultra-av",
-            Layout::Pair => "pair",
-            Layout::Columns => "columns",
-        }
+    pub fn names() -> [&'static str; 5] {
+        Layout::ALL.map(|layout| layout.into_str())
     }
 
     /// Name of the time column.
@@ -56,15 +50,9 @@ impl Layout {
     }
 }
 
-impl fmt::Display for Layout {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(self.name())
-    }
-}
-
 /// A name that is not the name of a layout.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("no layout {name}; expected openacc, astazero-rebuilt, astazero-processed, ultra-av or pair{}", did_you_mean(name, Layout::ALL.map(Layout::name)))]
+#[error("no layout {name}; expected {}{}", any_of(&Layout::names()), did_you_mean(name, Layout::names()))]
 pub struct UnknownLayout {
     /// The name.
     pub name: String,
@@ -74,7 +62,7 @@ impl FromStr for Layout {
     type Err = UnknownLayout;
 
     fn from_str(name: &str) -> Result<Self, UnknownLayout> {
-        let found = Layout::ALL.into_iter().find(|layout| layout.name() == name);
+        let found = Layout::ALL.into_iter().find(|layout| layout.into_str() == name);
         found.ok_or_else(|| UnknownLayout { name: name.to_owned() })
     }
 }

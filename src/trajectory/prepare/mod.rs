@@ -75,23 +75,6 @@ pub enum Reconcile {
     Speeds,
 }
 
-/// An anchor that does not exist.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("reconcile `{0}`: expected gap or speeds")]
-pub struct UnknownReconcile(String);
-
-impl std::str::FromStr for Reconcile {
-    type Err = UnknownReconcile;
-
-    fn from_str(text: &str) -> Result<Reconcile, UnknownReconcile> {
-        match text {
-            "gap" => Ok(Reconcile::Gap),
-            "speeds" => Ok(Reconcile::Speeds),
-            _ => Err(UnknownReconcile(text.to_owned())),
-        }
-    }
-}
-
 impl Preparation {
     /// What [`max_gap_s`](Self::max_gap_s) may be \[s\]; more is never interpolated.
     pub const MAX_GAP_S: [f64; 2] = [0.0, 60.0];

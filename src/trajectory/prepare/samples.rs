@@ -4,34 +4,26 @@ use super::Context;
 use crate::trajectory::agreement::{contradiction, gap_column};
 use crate::trajectory::{Car, Note, Platoon, PrepareError};
 
-/// A signal of a pair.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// A signal of a pair, by its name in notes.
+#[derive(Debug, Clone, Copy, PartialEq, strum::IntoStaticStr)]
+#[strum(const_into_str, serialize_all = "snake_case")]
 pub(super) enum Signal {
+    #[strum(serialize = "lead speed")]
     LeadSpeed,
     Speed,
     Spacing,
+    #[strum(serialize = "lead position")]
     LeadPosition,
     Position,
+    #[strum(serialize = "speed of the second car ahead")]
     Lead2Speed,
+    #[strum(serialize = "spacing of the car ahead")]
     Lead2Spacing,
+    #[strum(serialize = "grade")]
     SinGrade,
 }
 
 impl Signal {
-    /// Its name in notes.
-    pub fn name(self) -> &'static str {
-        match self {
-            Signal::LeadSpeed => "lead speed",
-            Signal::Speed => "speed",
-            Signal::Spacing => "spacing",
-            Signal::LeadPosition => "lead position",
-            Signal::Position => "position",
-            Signal::Lead2Speed => "speed of the second car ahead",
-            Signal::Lead2Spacing => "spacing of the car ahead",
-            Signal::SinGrade => "grade",
-        }
-    }
-
     /// Without it there is no sample.
     pub fn is_required(self) -> bool {
         matches!(self, Signal::LeadSpeed | Signal::Speed | Signal::Spacing)
@@ -163,7 +155,7 @@ impl Samples {
                 samples += 1;
             }
             if samples > 0 {
-                notes.push(Note::Clipped { signal: signal.name().to_owned(), samples, lowest_mps: lowest });
+                notes.push(Note::Clipped { signal: signal.into_str().to_owned(), samples, lowest_mps: lowest });
             }
         }
     }
@@ -198,7 +190,7 @@ fn spacing(lead: &Car, ego: &Car, context: &Context, notes: &mut Vec<Note>) -> R
     };
     let len_l = lead_length(context).ok_or(PrepareError::NoLength { path, follower })?;
     notes.push(Note::Derived {
-        signal: Signal::Spacing.name().to_owned(),
+        signal: Signal::Spacing.into_str().to_owned(),
         from: format!("both positions and the length of the car ahead, {len_l} m"),
     });
     Ok(x_l.iter().zip(x_f).map(|(x_l, x_f)| x_l - x_f - len_l).collect())

@@ -109,7 +109,7 @@ fn leave_out(samples: &mut Samples, notes: &mut Vec<Note>) {
         let missing = values.iter().filter(|value| value.is_nan()).count();
         let keep = missing == 0 || !matches!(signal, Signal::Lead2Speed | Signal::Lead2Spacing);
         if !keep {
-            let signal = signal.name().to_owned();
+            let signal = signal.into_str().to_owned();
             notes.push(Note::LeftOut { signal, missing });
         }
         keep
@@ -134,7 +134,7 @@ fn count(before: &Samples, after: &Samples, dt: f64, notes: &mut Vec<Note>) {
         let samples = (0..now.len()).filter(|&i| filled(i) && before.lines[i].is_some()).count();
         if samples > 0 {
             notes.push(Note::Filled {
-                signal: signal.name().to_owned(),
+                signal: signal.into_str().to_owned(),
                 samples,
                 longest_s: longest(&runs(now.len(), filled)),
             });

@@ -84,7 +84,7 @@ fn ending(score: &Score) -> &'static str {
     match score {
         Score::Value(_) => "complete",
         Score::Rejected => "rejected",
-        Score::Failed(failure) => failure.kind.name(),
+        Score::Failed(failure) => failure.kind.into_str(),
     }
 }
 
@@ -148,7 +148,7 @@ fn judge(followers: &[Follower], variant: Variant, numbers: &[usize], count: usi
                 let run = window::Run::new(case, parameters, (&outcome, &trace), [in_f32, &windows_in_f64]);
                 let found = run.one_window(place);
                 if let Some(problem) = found.problem() {
-                    panic!("{}, {}: {problem}", what(), PRECISIONS[precision].1.name());
+                    panic!("{}, {}: {problem}", what(), PRECISIONS[precision].1.into_str());
                 }
                 all.windows[precision] = std::mem::take(&mut all.windows[precision]).and(found);
             }
@@ -231,7 +231,7 @@ fn double_precision(mut found: Vec<(f64, String)>, report: &mut Report, problems
 /// Errors of the well-conditioned candidates in one precision; returns their median.
 fn errors(judged: &[Judged], precision: usize, report: &mut Report, problems: &mut Vec<String>) -> f64 {
     let (_, in_lanes, limit) = PRECISIONS[precision];
-    let name = in_lanes.name();
+    let name = in_lanes.into_str();
     let of = |j: &&Judged| j.condition <= CONDITIONED && j.error(precision).is_some();
     let well: Vec<&Judged> = judged.iter().filter(of).collect();
     let mut sorted: Vec<f64> = well.iter().filter_map(|j| j.error(precision)).collect();
@@ -290,7 +290,7 @@ fn windows(list: &[&Judged], precision: usize, kind: &str, report: &mut Report, 
     for (j, found) in list.iter().zip(found) {
         report.exception(j, precision, kind, &found);
         if let Some(problem) = found.problem() {
-            problems.push(format!("{} {}: {problem}", PRECISIONS[precision].1.name(), report.name(j)));
+            problems.push(format!("{} {}: {problem}", PRECISIONS[precision].1.into_str(), report.name(j)));
         }
         all = all.and(found);
     }
@@ -305,7 +305,7 @@ fn say_windows(
     report: &mut Report,
     problems: &mut Vec<String>,
 ) {
-    let name = PRECISIONS[precision].1.name();
+    let name = PRECISIONS[precision].1.into_str();
     report.say(format!(
         "{name}: {candidates} candidates judged in windows ({kind}): largest difference in the first step {}, in windows {} (m, m/s, \
          m/s2); {} of {} windows are unstable",
@@ -347,12 +347,12 @@ fn statuses(judged: &[Judged], followers: &[Follower], report: &mut Report, prob
         report.say(format!(
             "{}: status equal on {:.3} % ({} exceptions, each flips in f64 when parameters change by at most {farthest:.0e}); \
              {steps} failures at another sample",
-            in_lanes.name(),
+            in_lanes.into_str(),
             100.0 * same,
             differ.len()
         ));
         if same < SAME_STATUS {
-            problems.push(format!("{}: status equal on {:.3} % only", in_lanes.name(), 100.0 * same));
+            problems.push(format!("{}: status equal on {:.3} % only", in_lanes.into_str(), 100.0 * same));
         }
     }
 }
@@ -367,7 +367,7 @@ fn far_from_boundary(
     report: &mut Report,
     problems: &mut Vec<String>,
 ) {
-    let name = PRECISIONS[precision].1.name();
+    let name = PRECISIONS[precision].1.into_str();
     for (j, (distance, _)) in differ.iter().zip(distances).filter(|(_, (distance, _))| *distance > DISTANCE_TO_BOUNDARY)
     {
         windows(&[*j], precision, "status", report, problems);

@@ -73,7 +73,7 @@ impl<'a> Report<'a> {
         let parameters: Vec<String> =
             population.symbols().iter().zip(population.values(j.candidate)).map(parameter).collect();
         vec![
-            PRECISIONS[precision].1.name().to_owned(),
+            PRECISIONS[precision].1.into_str().to_owned(),
             j.variant.name(),
             self.followers[j.follower].trajectory.label.clone(),
             j.candidate.to_string(),
@@ -112,11 +112,16 @@ impl<'a> Report<'a> {
                 }
                 let median = format!("{:.2e}", errors[errors.len() / 2]);
                 let (scores, largest) = (errors.len().to_string(), format!("{largest:.2e}"));
-                let record = [in_lanes.name(), &variant.name(), &scores, &format!("{within:.4}"), &median, &largest];
+                let record =
+                    [in_lanes.into_str(), &variant.name(), &scores, &format!("{within:.4}"), &median, &largest];
                 self.variants.write_record(record).expect("memory");
             }
             let (within, name) = worst;
-            self.say(format!("{}: smallest share within the limit {:.2} %: {name}", in_lanes.name(), 100.0 * within));
+            self.say(format!(
+                "{}: smallest share within the limit {:.2} %: {name}",
+                in_lanes.into_str(),
+                100.0 * within
+            ));
         }
     }
 

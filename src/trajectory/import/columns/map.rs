@@ -8,9 +8,11 @@ use crate::trajectory::Preparation;
 use crate::trajectory::grade::LAPS_M;
 use crate::trajectory::import::header::nearest;
 use serde::Deserialize;
+use strum::VariantArray;
 
 /// What a row of the table is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, strum::IntoStaticStr)]
+#[strum(const_into_str, serialize_all = "snake_case")]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum Rows {
     /// One vehicle at one time.
@@ -19,16 +21,6 @@ pub(super) enum Rows {
     Pairs,
     /// One time of cars that drive one behind the other.
     Platoon,
-}
-
-impl Rows {
-    pub fn name(self) -> &'static str {
-        match self {
-            Rows::Vehicles => "vehicles",
-            Rows::Pairs => "pairs",
-            Rows::Platoon => "platoon",
-        }
-    }
 }
 
 /// What lies between two fields.
@@ -148,7 +140,7 @@ impl ColumnMap {
                 Entry::Constant(value) => match role(key.as_ref(), &context)? {
                     Role::Length => length = Some(*value),
                     Role::LeadLength => lead_length = Some(*value),
-                    other => return Err(MapError::Constant { path: path(), line, role: other.name() }),
+                    other => return Err(MapError::Constant { path: path(), line, role: other.into_str() }),
                 },
             }
         }
@@ -162,7 +154,7 @@ impl ColumnMap {
             return Err(MapError::Lap { path: path(), found });
         }
         // In the order of the roles, whatever the order of the file: it is that of the numbers of a row.
-        columns.sort_by_key(|column: &Column| Role::ALL.iter().position(|role| *role == column.role));
+        columns.sort_by_key(|column: &Column| column.role);
         let map = ColumnMap {
             name: path(),
             title: parsed.title,
@@ -204,7 +196,7 @@ impl ColumnMap {
         }
         let has = |role: Role| self.column(role).is_some();
         let missing = |needed, why| {
-            let found = self.columns.iter().map(|column| column.role.name()).collect();
+            let found = self.columns.iter().map(|column| column.role.into_str()).collect();
             Err(MapError::Missing { path: self.name.clone(), needed, found, why })
         };
         if !has(Role::Time) {
@@ -214,7 +206,7 @@ impl ColumnMap {
             return missing("speed", "speeds are not derived from positions");
         }
         if let Some((role, found)) = self.shared().filter(|_| self.rows == Rows::Platoon) {
-            return Err(MapError::NoNumber { path: self.name.clone(), role: role.name(), found: found.to_owned() });
+            return Err(MapError::NoNumber { path: self.name.clone(), role: role.into_str(), found: found.to_owned() });
         }
         let lead_length = has(Role::LeadLength) || self.lead_length.is_some();
         let length = has(Role::Length) || self.length.is_some();
@@ -304,13 +296,14 @@ fn role(key: &str, context: &Context) -> Result<Role, MapError> {
     let Context { rows, line, .. } = *context;
     let path = || context.name.to_owned();
     let allowed = |role: &Role| role.is_in(rows);
-    let known = || Role::ALL.iter().filter(|role| allowed(role)).map(|role| role.name()).collect::<Vec<_>>();
-    let Some(role) = Role::ALL.into_iter().find(|role| role.name() == key) else {
+    let known = || Role::VARIANTS.iter().filter(|role| allowed(role)).map(Role::into_str).collect::<Vec<_>>();
+    let Ok(role) = key.parse::<Role>() else {
         let near = nearest(key, known().into_iter()).map(str::to_owned);
         return Err(MapError::Role { path: path(), line, found: key.to_owned(), known: known(), near });
     };
     if !allowed(&role) {
-        return Err(MapError::Misplaced { path: path(), line, role: role.name(), rows: rows.name(), known: known() });
+        let (role, rows) = (role.into_str(), rows.into_str());
+        return Err(MapError::Misplaced { path: path(), line, role, rows, known: known() });
     }
     Ok(role)
 }
@@ -319,7 +312,7 @@ fn column(key: &str, entry: &Named, context: &Context) -> Result<Column, MapErro
     let Context { frame_s, line, .. } = *context;
     let path = || context.name.to_owned();
     let role = role(key, context)?;
-    let role_name = role.name();
+    let role_name = role.into_str();
     let names = match &entry.name {
         Names::One(name) => vec![name.trim().to_owned()],
         Names::Several(names) => names.iter().map(|name| name.trim().to_owned()).collect(),

@@ -3,8 +3,21 @@
 use super::map::Rows;
 use super::unit::Quantity;
 
-/// The role of a column.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+/// The role of a column, by its key in a map.
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    Hash,
+    PartialOrd,
+    Ord,
+    strum::EnumString,
+    strum::IntoStaticStr,
+    strum::VariantArray,
+)]
+#[strum(const_into_str, serialize_all = "snake_case")]
 pub(super) enum Role {
     Time,
     Id,
@@ -26,49 +39,6 @@ pub(super) enum Role {
 }
 
 impl Role {
-    pub const ALL: [Role; 17] = [
-        Role::Time,
-        Role::Id,
-        Role::Ahead,
-        Role::Group,
-        Role::Lane,
-        Role::Position,
-        Role::Speed,
-        Role::Acceleration,
-        Role::Length,
-        Role::Gap,
-        Role::Headway,
-        Role::SinGrade,
-        Role::LeadSpeed,
-        Role::LeadPosition,
-        Role::LeadLength,
-        Role::Lead2Speed,
-        Role::Lead2Gap,
-    ];
-
-    /// Its key in a map.
-    pub fn name(self) -> &'static str {
-        match self {
-            Role::Time => "time",
-            Role::Id => "id",
-            Role::Ahead => "ahead",
-            Role::Group => "group",
-            Role::Lane => "lane",
-            Role::Position => "position",
-            Role::Speed => "speed",
-            Role::Acceleration => "acceleration",
-            Role::Length => "length",
-            Role::Gap => "gap",
-            Role::Headway => "headway",
-            Role::SinGrade => "sin_grade",
-            Role::LeadSpeed => "lead_speed",
-            Role::LeadPosition => "lead_position",
-            Role::LeadLength => "lead_length",
-            Role::Lead2Speed => "lead2_speed",
-            Role::Lead2Gap => "lead2_gap",
-        }
-    }
-
     /// What is measured; `None`: a name.
     pub fn quantity(self) -> Option<Quantity> {
         match self {
