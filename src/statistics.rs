@@ -49,7 +49,7 @@ pub fn rms(values: impl IntoIterator<Item = f64>) -> Option<f64> {
 }
 
 /// Standard deviation of normal values by the median of their absolute values, on which a few outliers have no hold; `None` without a
-/// finite value. `\[1 / 0.6745\]`: half of a normal distribution lies within 0.6745 standard deviations.
+/// finite value. Half of a normal distribution lies within 0.6745 standard deviations; 1.4826 is the inverse.
 #[must_use]
 pub fn robust_scale(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     let sizes = values.into_iter().map(f64::abs).filter(|value| value.is_finite());
