@@ -15,6 +15,7 @@ pub(super) use consistency::slope;
 pub(super) use time::{GRID_TOLERANCE_S, STEP_MAX_S, median_step, nominal_step, stretches};
 
 use super::{Grade, Note, Platoon, PrepareError, Recording, Trajectory};
+use crate::text::spelling::UnknownWord;
 use samples::Samples;
 
 /// Stretches between long gaps that are shorter than this are dropped \[s\].
@@ -64,15 +65,20 @@ impl Default for Preparation {
 }
 
 /// A measured gap and two measured speeds are redundant and contradict each other (by metres over a drive); one of
-/// them has to give way.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
+/// them has to give way. Python parses it; the command line has words of its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, strum::EnumString, strum::VariantNames)]
 #[serde(rename_all = "snake_case")]
+#[strum(serialize_all = "snake_case", parse_err_ty = UnknownWord, parse_err_fn = unknown)]
 pub enum Reconcile {
     /// The spacing is the measured gap; the position of the preceding vehicle follows from it.
     #[default]
     Gap,
     /// The spacing is the first measured gap plus the integrated speed difference.
     Speeds,
+}
+
+fn unknown(found: &str) -> UnknownWord {
+    UnknownWord::of::<Reconcile>("reconcile", found)
 }
 
 impl Preparation {
