@@ -9,6 +9,19 @@ use crate::trajectory::Trajectory;
 use crate::vehicle::Vehicle;
 use std::sync::Arc;
 
+/// Columns of `simulation.csv`: time, the speed of the preceding vehicle, the measured follower, the simulated one.
+pub const SIMULATION_COLUMNS: [&str; 9] = [
+    "time_s",
+    "lead_speed_mps",
+    "spacing_m",
+    "speed_mps",
+    "accel_mps2",
+    "sim_position_m",
+    "sim_spacing_m",
+    "sim_speed_mps",
+    "sim_accel_mps2",
+];
+
 /// A variant with calibrated parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CalibratedVariant {

@@ -2,6 +2,7 @@
 
 use crate::evaluator::Case;
 use crate::reference::Trace;
+use crate::simulate::SIMULATION_COLUMNS;
 use std::io::Write;
 
 /// Writes one row per sample: the speed of the preceding vehicle that the follower drove behind, which in a platoon is a simulated one,
@@ -11,17 +12,7 @@ use std::io::Write;
 /// When writing fails.
 pub fn write_csv(out: impl Write, t: &[f64], case: &Case, trace: &Trace) -> csv::Result<()> {
     let mut writer = csv::Writer::from_writer(out);
-    writer.write_record([
-        "time_s",
-        "lead_speed_mps",
-        "spacing_m",
-        "speed_mps",
-        "accel_mps2",
-        "sim_position_m",
-        "sim_spacing_m",
-        "sim_speed_mps",
-        "sim_accel_mps2",
-    ])?;
+    writer.write_record(SIMULATION_COLUMNS)?;
     for (i, t) in t.iter().enumerate() {
         let measured = [*t, case.v_l[i], case.s[i], case.v_f[i], case.a_f[i]].map(|x| x.to_string());
         let simulated =

@@ -1,6 +1,7 @@
 //! The drive behind which both programs follow: the table that `calibrate` wrote.
 
 use super::SumoError;
+use crate::simulate::SIMULATION_COLUMNS;
 use std::path::Path;
 
 /// Spacing, speed and acceleration of one follower, of equal lengths.
@@ -41,19 +42,8 @@ impl Drive {
         let wrong = |problem: String| SumoError::Drive { path: path.to_owned(), problem };
         let mut reader = csv::Reader::from_path(path).map_err(read)?;
         let header = reader.headers().map_err(read)?.clone();
-        let columns = [
-            "time_s",
-            "lead_speed_mps",
-            "spacing_m",
-            "speed_mps",
-            "accel_mps2",
-            "sim_position_m",
-            "sim_spacing_m",
-            "sim_speed_mps",
-            "sim_accel_mps2",
-        ];
         let mut places = [0; 9];
-        for (place, name) in places.iter_mut().zip(columns) {
+        for (place, name) in places.iter_mut().zip(SIMULATION_COLUMNS) {
             let found = header.iter().position(|column| column == name);
             *place = found.ok_or_else(|| wrong(format!("found no column {name}")))?;
         }

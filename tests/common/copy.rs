@@ -119,6 +119,7 @@ fn manifest(original: &str, name: &str, level: i64) -> String {
     let own: toml::Table =
         [("opt-level".to_owned(), level.into()), ("debug".to_owned(), false.into())].into_iter().collect();
     let dev = table["profile"]["dev"]["package"].as_table_mut().expect("packages have profiles");
+    // No package of the copy is called so, and cargo would warn.
     dev.remove("leadlag");
     dev.insert(format!("leadlag-{name}"), own.into());
     table.to_string()
