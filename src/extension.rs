@@ -4,7 +4,7 @@
 //! Here is what the rest of the program needs to know of one; `wgsl` reads it from the text. An extension is read once and kept
 //! for the life of the program, so that variants and symbols that name it stay plain values.
 
-use crate::symbols::Symbol;
+use crate::symbols::{SearchKind, Symbol};
 use std::hash::{Hash, Hasher};
 use std::sync::Mutex;
 
@@ -103,6 +103,14 @@ pub struct Cause {
     pub looks_like: String,
     /// Causes and parameters that it is confused with.
     pub confounded_with: Vec<String>,
+    /// How a diagnosis looks for it.
+    pub search: SearchKind,
+    /// True if none of its sizes can be negative: what looks so is something else.
+    pub positive: bool,
+    /// A family of which no member shows without it, nor it without one of them.
+    pub hides: Option<String>,
+    /// Which drive would tell it from others.
+    pub experiment: Option<String>,
 }
 
 /// An extension.
@@ -148,6 +156,18 @@ impl Extension {
     /// Its parameters that are not in the paper's table.
     pub fn own_parameters(&self) -> impl Iterator<Item = Symbol> {
         self.parameters.iter().copied().filter(|symbol| matches!(symbol, Symbol::Extension(_)))
+    }
+
+    /// The family of causes that it cannot always be told from; its own name where there is none.
+    #[must_use]
+    pub fn family(&self) -> &str {
+        self.cause.as_ref().and_then(|cause| cause.family.as_deref()).unwrap_or(&self.name)
+    }
+
+    /// How a diagnosis looks for it.
+    #[must_use]
+    pub fn search(&self) -> SearchKind {
+        self.cause.as_ref().map_or(SearchKind::Size, |cause| cause.search)
     }
 
     /// True if it reads this member of `World`.

@@ -46,6 +46,42 @@ pub struct ExtensionParameter {
     pub neutral: f64,
     /// What the program itself does with it.
     pub role: Role,
+    /// How a diagnosis looks for the cause that it belongs to.
+    pub search: SearchKind,
+    /// How its range is searched, unless it is a time.
+    pub scale: Scale,
+}
+
+/// How a diagnosis looks for a cause: what its parameters say.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, strum::EnumString, strum::IntoStaticStr, strum::VariantNames)]
+#[strum(const_into_str, serialize_all = "snake_case")]
+pub enum SearchKind {
+    /// Sizes: derivatives lead from one to the next.
+    #[default]
+    Size,
+    /// One size beyond which something is cut off; at an end of its bounds it does nothing.
+    Limit,
+    /// One size in which something comes in steps, so that no derivative leads there.
+    Steps,
+    /// From a time on.
+    Event,
+    /// From a time on, for a length of time.
+    Stretch,
+    /// With a frequency.
+    Harmonic,
+    /// One gain on a sum over time, which moves the equilibrium.
+    Integral,
+}
+
+/// How a range is searched.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, strum::EnumString, strum::IntoStaticStr, strum::VariantNames)]
+#[strum(const_into_str, serialize_all = "snake_case")]
+pub enum Scale {
+    /// In equal differences.
+    #[default]
+    Linear,
+    /// In equal ratios.
+    Ratio,
 }
 
 /// What the program itself does with a parameter of an extension, beside handing it over.
@@ -62,7 +98,7 @@ pub enum Role {
 
 impl ExtensionParameter {
     /// True for the parameters of events: when they happen, and for how long.
-    fn is_time(&self) -> bool {
+    pub(crate) fn is_time(&self) -> bool {
         // Bounds of a day or so: nobody knows beforehand how long a file is.
         self.unit == "s" && !self.neutral.is_finite() && self.upper >= 1e4
     }

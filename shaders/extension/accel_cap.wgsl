@@ -1,6 +1,10 @@
 //! The command is at most acap.
 //! looks like: too little acceleration where much is wanted, at any speed
 //! confounded with: power_cap
+//! search: limit
+//! scale: ratio
+//! experiment: a leader that drives off fast and brakes hard, once begun at once and once gently, from low and from high speed: a limit of the
+//! power falls with the speed, one of the jerk acts at the beginning only
 struct Parameters {
     /// largest acceleration that is commanded [m/s2], 0.15 to 4, neutral 4
     acap: f32,

@@ -2,6 +2,8 @@
 //! family: phase
 //! looks like: residuals that follow the changes of the command, late and smoothed
 //! confounded with: perception_delay, asym_lag, sensor_lowpass
+//! experiment: a leader that brakes and accelerates at once and hard, under sensors with little noise: a delay shifts what follows, a lag or
+//! filter rounds it
 //! reference: He, Montanino, Mattas, Punzo, Ciuffo, Eq. 10
 struct Parameters {
     /// time constant of the actuator [s], 0 to 2.5, neutral 0

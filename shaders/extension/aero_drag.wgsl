@@ -2,6 +2,8 @@
 //! family: drag_or_headway
 //! looks like: missing acceleration that grows with the square of the speed
 //! confounded with: speed_dep_headway, t_h, d_0
+//! sign: positive
+//! experiment: driving without a car ahead at several set speeds: drag lowers the speed that is kept, a headway does not act there
 struct Parameters {
     /// drag per mass [1/m], -0.002 to 0.002, neutral 0
     cD: f32,

@@ -1,6 +1,7 @@
 //! A constant deceleration while the car moves, which the controller does not make up for: rolling resistance.
 //! looks like: missing acceleration of one size at all speeds
 //! confounded with: d_0
+//! sign: positive
 struct Parameters {
     /// deceleration [m/s2], -0.5 to 0.5, neutral 0
     c0: f32,

@@ -1,5 +1,6 @@
 //! The controller does not make up for this share of the grade force.
 //! looks like: missing acceleration that repeats with the road, against the grade
+//! experiment: the same road in the other direction: what the slope does changes its sign
 struct Parameters {
     /// share of the grade force that acts on the car [-], -0.3 to 1.3, neutral 0
     gg: f32,

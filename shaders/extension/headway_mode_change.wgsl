@@ -1,6 +1,7 @@
 //! The time headway is multiplied by 1 + r from t0 on, over 4 s.
 //! looks like: spacing errors of one sign from a certain time on
 //! confounded with: integral_action
+//! experiment: the same drive once more without touching the settings: what was an event does not come again
 struct Parameters {
     /// relative change of the time headway [-], -0.6 to 1.5, neutral 0
     r: f32,

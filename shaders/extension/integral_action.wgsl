@@ -1,6 +1,8 @@
 //! Adds ki times the integral of the spacing error to the command, at most 0.6 m/s2.
 //! looks like: spacing errors that fade out over minutes, or swing slowly
 //! confounded with: headway_mode_change, const_decel
+//! search: integral
+//! sign: positive
 struct Parameters {
     /// gain of the integral [1/s3], -0.02 to 0.06, neutral 0
     ki: f32,

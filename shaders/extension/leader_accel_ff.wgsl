@@ -2,6 +2,9 @@
 //! family: anticipation
 //! looks like: residuals in proportion to the acceleration of the preceding vehicle
 //! confounded with: time_offset, multi_anticipation
+//! sign: positive
+//! hides: phase
+//! experiment: a leader that accelerates at once from a constant speed: anticipation answers before speed and gap have changed
 struct Parameters {
     /// share of the acceleration ahead that is passed on [-], -0.6 to 1.3, neutral 0
     ka: f32,

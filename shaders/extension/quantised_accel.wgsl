@@ -1,5 +1,6 @@
 //! The command comes in steps of qz.
 //! looks like: small sawtooth residuals wherever the command changes slowly
+//! search: steps
 struct Parameters {
     /// size of a step [m/s2], 0 to 1.2, neutral 0
     qz: f32,

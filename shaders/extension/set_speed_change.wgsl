@@ -1,6 +1,8 @@
 //! The set speed is vlim from t1 on, for dur: the command is at most 0.5 (vlim - v).
 //! looks like: one stretch in which the car stays behind although the road ahead is free
 //! confounded with: accel_cap, power_cap
+//! scale: ratio
+//! experiment: the same drive once more without touching the settings: what was an event does not come again
 struct Parameters {
     /// set speed meanwhile [m/s], 1 to 60, neutral 60
     vlim: f32,

@@ -2,6 +2,9 @@
 //! family: phase
 //! looks like: residuals in proportion to the acceleration of the preceding vehicle
 //! confounded with: perception_delay, sensor_lowpass, leader_accel_ff
+//! sign: positive
+//! experiment: a leader that brakes and accelerates at once and hard, under sensors with little noise: a delay shifts what follows, a lag or
+//! filter rounds it
 //! loop: look back by to
 struct Parameters {
     /// how long ago the preceding vehicle is seen [s], -1 to 1, neutral 0

@@ -129,13 +129,17 @@ fn cause(extension: &Extension) -> Option<Entry> {
     let (values, texts): (Vec<Value>, Vec<String>) = parameters.unzip();
     let value = json!({
         "name": extension.name, "meaning": extension.meaning, "family": cause.family, "parameters": values,
-        "looks_like": cause.looks_like, "confounded_with": cause.confounded_with, "reference": extension.reference,
+        "looks_like": cause.looks_like, "confounded_with": cause.confounded_with, "search": cause.search.into_str(),
+        "hides": cause.hides, "experiment": cause.experiment, "reference": extension.reference,
     });
     let mut text = format!("{}: {}\n", extension.name, texts.join(", "));
     text += &wrapped(4, 4, &extension.meaning);
     text += &wrapped(4, 4, &format!("looks like: {}", cause.looks_like));
     if !cause.confounded_with.is_empty() {
         text += &wrapped(4, 4, &format!("confused with: {}", cause.confounded_with.join(", ")));
+    }
+    if let Some(experiment) = &cause.experiment {
+        text += &wrapped(4, 4, &format!("told apart by: {experiment}"));
     }
     Some((value, text.trim_end().to_owned()))
 }

@@ -1,9 +1,8 @@
 //! The verdict: what the search found and what is left, in words. The first line that applies decides.
 
-use super::adopt::{PHASE, Search, family};
-use super::candidate::Candidate;
+use super::adopt::Search;
+use super::candidate::{Candidate, PHASE};
 use super::decide::{is_calm, margin_of_relatives};
-use super::experiment::experiment;
 use super::fate::Objection;
 use super::held_sizes::is_lost;
 use super::observer::Noise;
@@ -187,9 +186,17 @@ pub fn ahead(others: &[Candidate], model: &Candidate) -> f64 {
     others.first().map_or(f64::NEG_INFINITY, |other| other.fit.log_likelihood - model.fit.log_likelihood)
 }
 
+/// Which drive would tell a cause from its rival: what the file of either says.
+fn experiment<'a>(cause: &'a Extension, rival: &'a Extension) -> &'a str {
+    let own = |of: &'a Extension| of.cause.as_ref().and_then(|cause| cause.experiment.as_deref());
+    own(cause)
+        .or_else(|| own(rival))
+        .unwrap_or("drives of another kind: a leader that stops, drives off fast, and keeps several speeds for minutes")
+}
+
 /// What to add where a member of the phase family is named although gusts are left: the observer's states are not what the car saw late.
 fn in_gusts(causes: &[&Extension], noise: &Noise) -> String {
-    if is_calm(noise) || causes.iter().all(|cause| family(cause) != PHASE) {
+    if is_calm(noise) || causes.iter().all(|cause| cause.family() != PHASE) {
         return String::new();
     }
     format!(

@@ -12,7 +12,7 @@ use super::start::{fastest, with_textbook_values};
 use super::verdict::{DiagnoseError, Question};
 use crate::catalog::Variant;
 use crate::extension::Extension;
-use crate::symbols::Symbol;
+use crate::symbols::{SearchKind, Symbol};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Data, masks and the question; shared by all threads.
@@ -134,6 +134,8 @@ impl Held {
 const FAILED_BLOCK: f64 = -1e4;
 /// Weight of all data in the fit of a fold, for the parameters of the base.
 const BORROWED: f64 = 0.1;
+/// The family of which one member at most is in a model: all of them shift the phase.
+pub const PHASE: &str = "phase";
 /// Name of the nuisance lead.
 pub const LEAD: &str = "lead";
 /// Turns on a fold, from the optimum of all data.
@@ -272,7 +274,7 @@ impl Candidate {
 /// True for a cause that acts in one stretch only: it has a begin and a length.
 #[must_use]
 pub fn is_local(cause: &Extension) -> bool {
-    cause.parameters.iter().filter(|symbol| symbol.is_time()).count() > 1
+    cause.search() == SearchKind::Stretch
 }
 
 /// A candidate on the hold-out.

@@ -48,11 +48,6 @@ const CALM: f64 = 0.02;
 const CLOSE: f64 = 6.0;
 /// Resolution of a searched time \[s\], for the charge of having searched it.
 const RESOLUTION_S: f64 = 5.0;
-/// Causes whose negative size is a proxy for something else: nothing pushes a car, no law answers a car ahead the wrong way round, but
-/// one that is seen late looks so, none sees it before it is there, but one that answers its acceleration looks so, and none adds its
-/// error up in order to enlarge it. (Clocks that disagree are looked for in the data.)
-const ONE_SIDED: [&str; 6] =
-    ["aero_drag", "const_decel", "integral_action", "leader_accel_ff", "multi_anticipation", "time_offset"];
 /// A car that reacts in finer steps than the model looks ahead of it by this much \[s\], beyond what the nuisance lead takes.
 const SCHEME_S: f64 = 0.06;
 /// A dead zone of the spacing narrower than so many times the noise of the measured one is no name: a law that is fed a noisy spacing
@@ -208,7 +203,7 @@ pub fn proxy(candidate: &Candidate, cause: &Extension) -> Option<Objection> {
         if cause.name == "dead_zone" && value < BLURRED * noise {
             return Some(Objection::Blurred { size: size(), noise });
         }
-        if ONE_SIDED.contains(&cause.name.as_str()) && value < 0.0 {
+        if cause.cause.as_ref().is_some_and(|traits| traits.positive) && value < 0.0 {
             return Some(Objection::WrongSign(size()));
         }
         if axis.at_bound(value) && (all_idle || !idle(k)) {

@@ -11,6 +11,7 @@ use super::verdict::{DiagnoseError, Question};
 use crate::evaluator::{Failure, FailureKind};
 use crate::extension::Extension;
 use crate::optimize::stream;
+use crate::symbols::SearchKind;
 use rand::RngExt;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -151,7 +152,7 @@ pub fn gate(
 
 /// False for an event.
 fn need_recur(cause: &Extension) -> bool {
-    !cause.parameters.iter().any(|symbol| symbol.is_time())
+    !matches!(cause.search(), SearchKind::Event | SearchKind::Stretch)
 }
 
 /// The hold-out up to where a law has no answer any more; `None` if it has one everywhere, or nowhere for long. Where Gipps' radicand is

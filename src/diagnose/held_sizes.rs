@@ -11,6 +11,7 @@ use super::start::{fastest, highest, steps, with_textbook_values};
 use super::verdict::DiagnoseError;
 use crate::extension::Extension;
 use crate::statistics::upper_median;
+use crate::symbols::SearchKind;
 use std::sync::atomic::Ordering;
 
 /// Of the sizes that were held, so many are followed when they are set free.
@@ -125,15 +126,12 @@ pub fn is_astray(noise: &Noise) -> bool {
 
 /// The parameter of a cause that does nothing where it is largest.
 fn limit(model: &Model, cause: &'static Extension) -> Option<usize> {
-    let [limit] = model.positions(cause)[..] else { return None };
-    let axis = model.axes[limit];
-    (axis.log && model.symbols[limit].neutral() == Some(axis.upper)).then_some(limit)
+    if cause.search() == SearchKind::Limit { model.positions(cause).first().copied() } else { None }
 }
 
 /// The only parameter of a cause, if innovations depend on it in jumps.
 fn step(model: &Model, cause: &'static Extension) -> Option<usize> {
-    let [step] = model.positions(cause)[..] else { return None };
-    is_stepped(model.symbols[step]).then_some(step)
+    if is_rugged(cause) { model.positions(cause).first().copied() } else { None }
 }
 
 /// Steps of the command to be held: those of a dense row that are likelier than the ones around them. The larger a step, the worse it

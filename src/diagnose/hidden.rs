@@ -1,7 +1,7 @@
 //! Causes that hide each other, and are found together or not at all.
 
-use super::adopt::{PHASE, Search, family, missing};
-use super::candidate::Setting;
+use super::adopt::{Search, missing};
+use super::candidate::{PHASE, Setting};
 use super::decide::{Evidence, proxy};
 use super::fate::{Fate, Objection};
 use super::gate::gate;
@@ -9,15 +9,13 @@ use super::repair::without;
 use super::screen::{Fitted, explain};
 use super::spending::Spending;
 use super::verdict::DiagnoseError;
+use crate::extension::Extension;
 use rayon::prelude::*;
 
-/// A delay of tau takes tau k_v a_l from a command that answers to the leader's speed by k_v, and this puts it back: a car that has both
-/// may show neither of them, or a lag that it has not. (A real one has 0 and 60 nats for one of them alone, 1000 for both.)
-const ANSWER: &str = "leader_accel_ff";
-
 impl Search {
-    /// Tries each member of the phase family together with an answer to the leader's acceleration, where one is in the model without it,
-    /// or, if `puzzled`, without either. True if the two explain more than what is there; it has made way for them then.
+    /// Tries each member of the phase family together with the cause that hides it, where one is in the model without it, or, if `puzzled`,
+    /// without either. (A delay of tau takes tau k_v a_l from a command that answers to the leader's speed by k_v, and an answer to the leader's
+    /// acceleration puts it back: a car that has both may show neither of them, or a lag that it has not.) True if the two explain more than what is there; it has made way for them then.
     ///
     /// # Errors
     /// As [`explain`].
@@ -28,8 +26,10 @@ impl Search {
         puzzled: bool,
     ) -> Result<bool, DiagnoseError> {
         let spending = &spending.inflated(self.inflation);
-        let phase = self.current.causes.iter().copied().find(|cause| family(cause) == PHASE);
-        let answer = setting.question.causes.iter().copied().find(|cause| cause.name == ANSWER);
+        let phase = self.current.causes.iter().copied().find(|cause| cause.family() == PHASE);
+        let hides =
+            |cause: &&'static Extension| cause.cause.as_ref().is_some_and(|c| c.hides.as_deref() == Some(PHASE));
+        let answer = setting.question.causes.iter().copied().find(hides);
         let answer = answer.filter(|answer| !self.current.causes.contains(answer) && (puzzled || phase.is_some()));
         let Some(answer) = answer else { return Ok(false) };
         let mut reduced = None;
@@ -43,7 +43,7 @@ impl Search {
         let lacks = missing(from)?;
         let Ok(answered) = explain(setting, from, answer, &lacks, spending)? else { return Ok(false) };
         let lacks = missing(&answered)?;
-        let members = setting.question.causes.par_iter().copied().filter(|cause| family(cause) == PHASE);
+        let members = setting.question.causes.par_iter().copied().filter(|cause| cause.family() == PHASE);
         let tried = members.map(|member| Ok((member, explain(setting, &answered, member, &lacks, spending)?.ok())));
         let tried: Result<Vec<_>, DiagnoseError> = tried.collect();
         let sound =

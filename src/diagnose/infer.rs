@@ -1,6 +1,6 @@
 //! From a question to an answer: base, rounds, repair, what is left, verdict.
 
-use super::adopt::{ROUNDS, Rival, Search, family};
+use super::adopt::{ROUNDS, Rival, Search};
 use super::answer::{Answer, OTHER_FAMILY, ahead};
 use super::base::{Calibrated, calibrate_base, contradiction};
 use super::bootstrap::{SURROGATES, threshold};
@@ -119,7 +119,7 @@ pub fn infer_with(
         .collect();
     let rival = |r: &Rival| adopted_rival(&setting, r, search.inflation);
     // One that was found as well, in a later round, is no rival any more, nor is its kin.
-    let kin = |cause: &&Extension, rival: &Rival| *cause != rival.of && family(cause) == family(rival.cause);
+    let kin = |cause: &&Extension, rival: &Rival| *cause != rival.of && cause.family() == rival.cause.family();
     let found = |rival: &Rival| search.current.causes.iter().any(|cause| kin(cause, rival));
     let rivals = search.rivals.iter().filter(|rival| named && !found(rival));
     let confounded_with = rivals.map(rival).collect();
@@ -212,7 +212,7 @@ fn adopted(
     let event = candidate.model.events.iter().find(|event| event.extension == cause);
     Adopted {
         extension: cause,
-        family: family(cause).to_owned(),
+        family: cause.family().to_owned(),
         parameters: candidate.model.positions(cause).into_iter().map(|k| estimate(candidate, k, inflation)).collect(),
         evidence,
         threshold,

@@ -18,7 +18,6 @@ pub mod decide;
 pub mod drive;
 pub mod drivers;
 mod equilibrium;
-mod experiment;
 pub mod family;
 pub mod fate;
 pub mod fit;
@@ -57,7 +56,6 @@ mod trial;
 mod undisturbed;
 pub mod verdict;
 
-pub use adopt::family;
 #[cfg(feature = "cli")]
 pub(crate) use bootstrap::{JUDGED, one_in_a_hundred};
 pub use drive::{Drive, DriveError, Jump};

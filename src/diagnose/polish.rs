@@ -4,12 +4,13 @@
 use super::candidate::{Candidate, Setting};
 use super::fit::{Plan, Point, log_likelihoods};
 use super::likelihood::Mask;
-use super::model::{Model, is_stepped};
+use super::model::Model;
 use super::space::Axis;
 use super::streams;
 use super::verdict::DiagnoseError;
 use crate::extension::Extension;
 use crate::optimize::{Descent, DescentSettings, Merit, Optimizer, Origin, SearchBox, Start};
+use crate::symbols::SearchKind;
 use std::sync::atomic::Ordering;
 
 /// First steps of the descents in turn, shares of the ranges of the parameters; the noise is fitted again after each.
@@ -22,7 +23,7 @@ const DESCENT: (u64, usize) = (3000, 50);
 /// True for a cause with a size on which innovations depend in jumps.
 #[must_use]
 pub fn is_rugged(cause: &Extension) -> bool {
-    cause.parameters.iter().any(|symbol| is_stepped(*symbol) && !symbol.is_time())
+    cause.search() == SearchKind::Steps
 }
 
 /// The fit moved to the best that CMA-ES finds around it, and refined there.

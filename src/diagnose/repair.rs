@@ -1,6 +1,6 @@
 //! Putting right what was adopted before: an exchange against relatives, and what is not needed any more goes.
 
-use super::adopt::{Rival, Search, family, missing};
+use super::adopt::{Rival, Search, missing};
 use super::candidate::{Candidate, Held, Setting};
 use super::decide::{Evidence, margin_of_relatives, proxy};
 use super::fate::Fate;
@@ -49,11 +49,11 @@ impl Search {
                 .iter()
                 .copied()
                 .filter(|other| {
-                    *other != cause && family(other) == family(cause) && !self.current.causes.contains(other)
+                    *other != cause && other.family() == cause.family() && !self.current.causes.contains(other)
                 })
                 .collect();
             // A size on which innovations depend in jumps is found next to what else is missing, and cannot follow when more is found.
-            if !is_rugged(cause) && (relatives.is_empty() || family(cause) == cause.name) {
+            if !is_rugged(cause) && (relatives.is_empty() || cause.family() == cause.name) {
                 continue;
             }
             let Some(reduced) = without(&self.current, setting, cause, spending)? else { continue };
@@ -128,7 +128,7 @@ impl Search {
         // Fitted where the last one was not there yet, next to what is still there.
         let beside = |rival: &&mut Rival| {
             let there = before.iter().map(|cause| if *cause == rival.of { rival.cause } else { *cause });
-            family(rival.cause) == family(rival.of) && there.eq(rival.candidate.causes.iter().copied())
+            rival.cause.family() == rival.of.family() && there.eq(rival.candidate.causes.iter().copied())
         };
         let mut likeliest: Option<Beside> = None;
         for rival in self.rivals.iter_mut().filter(beside) {
@@ -174,7 +174,7 @@ impl Search {
         keeps: &'static Extension,
         mut again: Vec<Rival>,
     ) {
-        self.rivals.retain(|rival| rival.of != cause || family(rival.cause) != family(cause));
+        self.rivals.retain(|rival| rival.of != cause || rival.cause.family() != cause.family());
         again.retain(|rival| rival.cause != keeps);
         again.iter_mut().for_each(|rival| rival.of = keeps);
         self.rivals.iter_mut().filter(|rival| rival.of == cause).for_each(|rival| rival.of = keeps);

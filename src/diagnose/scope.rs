@@ -8,12 +8,13 @@ use super::held_sizes::is_held_at_textbook_values;
 use super::model::{Event, Model};
 use super::scan::{are_idle, likeliest, scanned, timed};
 use super::spending::Spending;
-use super::start::{Hint, KEEPS_THE_SPACING, KINDS, fastest, hints, with_cause};
+use super::start::{Hint, KINDS, fastest, hints, with_cause};
 use super::undisturbed::{UNDISTURBED_KINDS, Undisturbed, undisturbed};
 use super::verdict::DiagnoseError;
 use crate::catalog::Variant;
 use crate::evaluator::CaseError;
 use crate::extension::Extension;
+use crate::symbols::SearchKind;
 use std::sync::atomic::Ordering;
 
 /// Where a cause may act, and where its fit starts.
@@ -46,7 +47,7 @@ pub fn scopes(
     spending: &Spending,
 ) -> Result<Result<Vec<Scope>, Untried>, DiagnoseError> {
     let needs_hints = cause.parameters.iter().any(|symbol| symbol.neutral().is_none());
-    let stretch = cause.parameters.iter().filter(|symbol| symbol.is_time()).count() > 1;
+    let stretch = cause.search() == SearchKind::Stretch;
     // A stretch in which something else drives the car is what spoils a base most.
     let usual = if stretch && current.causes.is_empty() { undisturbed(setting, current)? } else { None };
     // Stretches that single drives promise, as the present model and as the undisturbed one see them.
@@ -86,7 +87,7 @@ pub fn scopes(
             promised.extend(found);
         } else {
             let at = present(current, &model);
-            let hints = match cause.name == KEEPS_THE_SPACING {
+            let hints = match cause.search() == SearchKind::Integral {
                 true => hints,
                 false => scanned(setting, &at, &model, hints, spending.hints)?,
             };
@@ -121,7 +122,7 @@ fn from_present(
 ) -> Scope {
     let Point { values, noise } = present(current, &model);
     let train = setting.question.train;
-    let keeps = cause.name == KEEPS_THE_SPACING;
+    let keeps = cause.search() == SearchKind::Integral;
     let settled = keeps.then(|| at_equilibrium(&model, &values, train));
     // Where sizes are held at textbook values, the same starts without are not needed.
     let textbook = (keeps || !is_held_at_textbook_values(&model, cause, &noise)).then(|| fastest(train));

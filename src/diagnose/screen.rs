@@ -9,12 +9,13 @@ use super::observer::Noise;
 use super::polish::{is_rugged, polished};
 use super::scope::{Scope, scopes};
 use super::spending::Spending;
-use super::start::{FOR_AN_EVENT, FOR_STEPS, KEEPS_THE_SPACING, KINDS, softened_by};
+use super::start::{FOR_AN_EVENT, FOR_STEPS, KINDS, softened_by};
 use super::streams;
 use super::verdict::DiagnoseError;
 use crate::catalog::Variant;
 use crate::extension::Extension;
 use crate::optimize::stream;
+use crate::symbols::SearchKind;
 use crate::wgsl::extension_named;
 use rand::RngExt;
 use rayon::prelude::*;
@@ -95,7 +96,7 @@ fn searched(
     if event {
         // Under several observers they do not compare: all are followed.
         plan = Plan { select: starts.len(), keep: plan.keep.max(KINDS), ..plan };
-    } else if causes.last().is_some_and(|cause| cause.name == KEEPS_THE_SPACING) {
+    } else if causes.last().is_some_and(|cause| cause.search() == SearchKind::Integral) {
         plan.select = plan.select.min(3);
     }
     let fitted = |model, starts: &[Point], plan| Candidate::fitted(setting, variant, causes, model, starts, plan);

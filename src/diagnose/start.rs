@@ -3,13 +3,13 @@
 use super::candidate::Candidate;
 use super::drive::Drive;
 use super::fit::Point;
-use super::model::{Event, Model, is_stepped};
+use super::model::{Event, Model};
 use super::observer::Noise;
 use super::space::Axis;
 use crate::extension::Extension;
 use crate::optimize::stream;
 use crate::statistics::upper_median;
-use crate::symbols::Symbol;
+use crate::symbols::{SearchKind, Symbol};
 use rand::RngExt;
 
 /// Noise of a nearly free simulation: sees what a strong observer corrects away.
@@ -114,9 +114,6 @@ fn probes(axis: &Axis, neutral: f64) -> Vec<f64> {
     found
 }
 
-/// A cause that brings the mean spacing to the equilibrium of the model.
-pub const KEEPS_THE_SPACING: &str = "integral_action";
-
 /// Values of a cause's parameters that are worth a start.
 pub type Hint = Vec<(Symbol, f64)>;
 
@@ -217,19 +214,24 @@ pub fn hints(
     missing: &[Vec<f64>],
     most: usize,
 ) -> Vec<(Option<Event>, Vec<Hint>)> {
-    let times: Vec<Symbol> = cause.parameters.iter().copied().filter(|symbol| symbol.is_time()).collect();
     let frequency = cause.parameters.iter().find(|symbol| symbol.unit() == "Hz");
-    match (times.as_slice(), frequency) {
-        ([], None) if cause.name == KEEPS_THE_SPACING => vec![(None, gains(cause))],
-        ([], None) => vec![(None, steps_of(cause))],
-        ([], Some(frequency)) => {
+    let mut times = cause.parameters.iter().copied().filter(|symbol| symbol.is_time());
+    match cause.search() {
+        SearchKind::Integral => vec![(None, gains(cause))],
+        SearchKind::Steps => vec![(None, steps_of(cause))],
+        SearchKind::Size | SearchKind::Limit => vec![(None, Vec::new())],
+        SearchKind::Harmonic => {
             let sized = |f: f64| {
                 let amplitudes = cause.parameters.iter().filter(|symbol| symbol.neutral().is_some());
-                amplitudes.map(|symbol| (*symbol, 0.02)).chain([(*frequency, f)]).collect::<Vec<_>>()
+                let frequency = frequency.map(|symbol| (*symbol, f));
+                amplitudes.map(|symbol| (*symbol, 0.02)).chain(frequency).collect::<Vec<_>>()
             };
             vec![(None, peaks(drives, missing, most).into_iter().map(sized).collect())]
         }
-        ([begin, ..], _) => events(cause, *begin, times.get(1).copied(), drives),
+        SearchKind::Event | SearchKind::Stretch => match (times.next(), times.next()) {
+            (Some(begin), length) => events(cause, begin, length, drives),
+            (None, _) => vec![(None, Vec::new())],
+        },
     }
 }
 
@@ -244,9 +246,6 @@ fn gains(cause: &'static Extension) -> Vec<Hint> {
 fn steps_of(cause: &'static Extension) -> Vec<Hint> {
     let [size] = cause.parameters.as_slice() else { return Vec::new() };
     let crate::symbols::Bounds::Fixed(_, upper) = size.bounds() else { return Vec::new() };
-    if !is_stepped(*size) {
-        return Vec::new();
-    }
     steps(upper).into_iter().map(|step| vec![(*size, step)]).collect()
 }
 

@@ -3,7 +3,7 @@
 use super::race::Entry;
 use super::{Answer, Policy, Winner};
 use crate::closed_loop::{DriveLoss, Horizon, Losses};
-use crate::diagnose::{Verdict, family};
+use crate::diagnose::Verdict;
 use crate::extension::Extension;
 use crate::judge::mean;
 use crate::result::diagnosis::recommended::{ClosedLoopGain, Collisions, PerDrive, Recommended, RecommendedCause, Why};
@@ -46,7 +46,7 @@ fn recommended(answer: &Answer, winner: &Winner, named: &[String]) -> Option<Rec
     let (before, after) = (base.held.roots(), own.held.roots());
     let differences: Vec<f64> = before.iter().zip(&after).map(|(a, b)| a - b).collect();
     let interval = answer.resamples[Horizon::Drive as usize].interval(&differences, 0.95);
-    let confirmed = winner.causes.iter().all(|cause| named.iter().any(|name| name == family(cause)));
+    let confirmed = winner.causes.iter().all(|cause| named.iter().any(|name| name == cause.family()));
     Some(Recommended {
         causes: winner.causes.iter().map(|cause| entry(winner, cause)).collect(),
         why: if confirmed { Why::Confirmed } else { Why::Helps },

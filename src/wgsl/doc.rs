@@ -1,6 +1,10 @@
 //! Doc comments of extensions, in words and numbers.
 
 use crate::extension::{Cause, Initial, Signal};
+use crate::symbols::{Scale, SearchKind};
+use crate::text::spelling::any_of;
+use std::str::FromStr;
+use strum::VariantNames;
 
 /// What a parameter's comment says.
 #[derive(Debug, Clone, PartialEq)]
@@ -75,6 +79,28 @@ pub(super) struct Head {
     pub(super) reference: Option<String>,
     pub(super) delay: Option<String>,
     pub(super) look_back: Option<String>,
+    pub(super) search: Option<SearchKind>,
+    pub(super) scale: Scale,
+}
+
+/// Keys of the lines about a cause.
+const KEYS: [&str; 11] = [
+    "family",
+    "looks like",
+    "confounded with",
+    "search",
+    "scale",
+    "sign",
+    "hides",
+    "experiment",
+    "reference",
+    "loop",
+    "tool",
+];
+
+/// The word of a line that knows some only.
+fn word<T: FromStr + VariantNames>(key: &str, value: &str) -> Result<T, String> {
+    value.parse().map_err(|_| format!("`//! {key}:`: expected {}, found `{value}`", any_of(T::VARIANTS)))
 }
 
 impl Head {
@@ -82,7 +108,7 @@ impl Head {
     /// a cause too if it is not marked `tool`.
     ///
     /// # Errors
-    /// A message if `loop` asks for something that the time loop does not do.
+    /// A message at a word that its line does not know.
     pub(super) fn of(text: &str) -> Result<Head, String> {
         let mut head = Head::default();
         let mut cause = Cause::default();
@@ -90,8 +116,7 @@ impl Head {
         // The last key, for lines that go on.
         let mut entries: Vec<(String, String)> = vec![(String::new(), String::new())];
         for line in text.lines().filter_map(|line| line.strip_prefix("//!")) {
-            let keys = ["family", "looks like", "confounded with", "reference", "loop", "tool"];
-            match line.split_once(':').filter(|(key, _)| keys.contains(&key.trim())) {
+            match line.split_once(':').filter(|(key, _)| KEYS.contains(&key.trim())) {
                 Some((key, value)) => entries.push((key.trim().to_owned(), value.trim().to_owned())),
                 None => {
                     let (_, value) = entries.last_mut().expect("there is the first");
@@ -110,6 +135,12 @@ impl Head {
                 "confounded with" => {
                     cause.confounded_with = value.split(',').map(|name| name.trim().to_owned()).collect();
                 }
+                "search" => head.search = Some(word(&key, &value)?),
+                "scale" => head.scale = word(&key, &value)?,
+                "sign" if value == "positive" => cause.positive = true,
+                "sign" => return Err(format!("`//! sign:`: expected positive, found `{value}`")),
+                "hides" => cause.hides = Some(value),
+                "experiment" => cause.experiment = Some(value),
                 "reference" => head.reference = Some(value),
                 "tool" => tool = true,
                 _ => {

@@ -7,8 +7,8 @@ use super::limits;
 use super::lint;
 use super::own_names::prefix;
 use crate::catalog::{BASES, UnknownVariant, Variant, law_files};
-use crate::extension::{Argument, Extension, LoopNeeds, Stage, StageFunction};
-use crate::symbols::{ExtensionParameter, Role, Symbol};
+use crate::extension::{Argument, Cause, Extension, LoopNeeds, Stage, StageFunction};
+use crate::symbols::{ExtensionParameter, Role, Scale, SearchKind, Symbol};
 use crate::text::spelling::{nearest, suggestion};
 use naga::{Function, Handle, Span, Statement, Type, TypeInner};
 use std::str::FromStr;
@@ -220,6 +220,12 @@ impl<'a> Reader<'a> {
         if stages.is_empty() && needs.delay.is_none() {
             return Err(reader.no_stage());
         }
+        let (search, scale) = reader.traits(&head, &parameters)?;
+        for declared in &mut parameters {
+            if let Declared::Own(row) = declared {
+                (row.search, row.scale) = (search, scale);
+            }
+        }
         // Kept for the life of the program, as the extension itself is.
         let symbol = |declared| match declared {
             Declared::Table(symbol) => symbol,
@@ -239,7 +245,7 @@ impl<'a> Reader<'a> {
             reads: lint::members_read(&reader.checked, "World"),
             needs,
             equilibrium: is_law && reader.equilibrium()?,
-            cause: head.cause.filter(|_| !is_law),
+            cause: head.cause.filter(|_| !is_law).map(|cause| Cause { search, ..cause }),
             rank: usize::MAX,
             warnings: warnings.iter().map(ToString::to_string).collect(),
         })
@@ -337,6 +343,35 @@ impl<'a> Reader<'a> {
         Ok(found)
     }
 
+    /// How a diagnosis looks for the cause: as the file says, or as its parameters do.
+    fn traits(&self, head: &doc::Head, parameters: &[Declared]) -> Result<(SearchKind, Scale), ShaderError> {
+        let own = parameters.iter().filter_map(|declared| match declared {
+            Declared::Own(row) => Some(row),
+            Declared::Table(_) => None,
+        });
+        let own: Vec<&ExtensionParameter> = own.collect();
+        let by_parameters = match own.iter().filter(|row| row.is_time()).count() {
+            0 if own.iter().any(|row| row.unit == "Hz") => SearchKind::Harmonic,
+            0 => SearchKind::Size,
+            1 => SearchKind::Event,
+            _ => SearchKind::Stretch,
+        };
+        let search = head.search.unwrap_or(by_parameters);
+        let expected = match search {
+            SearchKind::Limit if !matches!(own[..], [row] if row.neutral == row.upper) => {
+                "one parameter, whose neutral value is its upper bound"
+            }
+            SearchKind::Steps | SearchKind::Integral if !matches!(own[..], [row] if row.neutral.is_finite()) => {
+                "one parameter, with a neutral value"
+            }
+            SearchKind::Limit | SearchKind::Steps | SearchKind::Integral => return Ok((search, head.scale)),
+            _ if search == by_parameters => return Ok((search, head.scale)),
+            _ => "the parameters that this takes",
+        };
+        let word: &str = search.into_str();
+        Err(self.plain(format!("`//! search: {word}`: expected {expected}")))
+    }
+
     fn parameters(&self, is_law: bool) -> Result<Vec<Declared>, ShaderError> {
         let read = |(name, comment, span): (String, String, Span)| {
             if let Some(symbol) = Symbol::from_name(&name) {
@@ -353,6 +388,8 @@ impl<'a> Reader<'a> {
                 upper: about.upper,
                 neutral: about.neutral,
                 role: if about.is_length { Role::Length } else { Role::Value },
+                search: SearchKind::default(),
+                scale: Scale::default(),
             };
             Ok(Declared::Own(row))
         };

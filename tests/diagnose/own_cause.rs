@@ -129,6 +129,31 @@ fn a_cause_of_ones_own_is_named() {
     assert!(again.untried.is_empty(), "{:?}", again.untried);
 }
 
+/// Nothing depends on what a cause is called: a copy of a limit is searched as the limit of the library is.
+#[test]
+fn a_copy_under_another_name_is_searched_in_the_same_way() {
+    let data = planted(&made_up::hidden("accel_cap", "l-cth")).expect("a scenario that can be driven");
+    let original = extension_named("accel_cap").expect("in the library");
+    let copy = read_extension("mine.wgsl", &original.text.replace("accel_cap", "mine")).expect("valid");
+    let found = [original, copy].map(|cause| {
+        let question = Question {
+            train: &data.train,
+            holdout: &data.holdout,
+            base: "l-cth".parse().expect("a base"),
+            effort: Effort::Quick,
+            seed: 5,
+            causes: &[cause],
+            bounds: &Overrides::new(),
+            kept: None,
+        };
+        infer(&question, &mut |_| ControlFlow::Continue(())).expect("a diagnosis")
+    });
+    assert_eq!(found[0].adopted.len(), 1, "{}", found[0].reason);
+    assert_eq!(found[0].ladder.len(), found[1].ladder.len());
+    let [original, copy] = found.map(|found| found.extended.log_likelihood.to_bits());
+    assert_eq!(original, copy);
+}
+
 #[test]
 fn what_could_not_be_tried_is_listed_with_its_reason() {
     let (text, json) =

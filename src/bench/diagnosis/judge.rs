@@ -6,7 +6,7 @@ use crate::catalog::Variant;
 use crate::diagnose::free::free;
 use crate::diagnose::gain::{GainSettings, gain, nrmse_of};
 use crate::diagnose::known::{Known, known};
-use crate::diagnose::{DiagnoseError, Inference, PROGRAM, Question, Verdict, family, infer};
+use crate::diagnose::{DiagnoseError, Inference, PROGRAM, Question, Verdict, infer};
 use crate::extension::Extension;
 use crate::plant::Controller;
 use crate::recommend::{Policy, Request, Winner, races, recommend};
@@ -169,7 +169,7 @@ pub enum Judgement {
 }
 
 fn family_of(name: &str) -> &str {
-    extension_named(name).map_or(name, family)
+    extension_named(name).map_or(name, Extension::family)
 }
 
 /// Judges an outcome: wrong as soon as a name is given that is not planted. The phase family counts as one name in gusts, and

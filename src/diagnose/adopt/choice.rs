@@ -6,7 +6,7 @@ use super::super::fate::{Fate, Objection};
 use super::super::gate::Gates;
 use super::super::screen::Fitted;
 use super::super::verdict::{DiagnoseError, Tried};
-use super::{Search, family, identifiability};
+use super::{Search, identifiability};
 
 /// A cause that gains enough where it was not fitted.
 #[derive(Debug, Clone, Copy)]
@@ -65,7 +65,7 @@ impl Search {
                 match evidence.objection(self.need) {
                     Some(objection) => row.fate = Fate::Stopped(objection),
                     None => {
-                        let absorbed = family(cause) == "absorbed" && identifiability(candidate, cause).0 < ABSORBED;
+                        let absorbed = cause.family() == "absorbed" && identifiability(candidate, cause).0 < ABSORBED;
                         gaining.push(Gaining { i, counts, absorbed });
                     }
                 }
@@ -78,7 +78,7 @@ impl Search {
 
     /// True if the evidence of one cause is behind that of a likelier one by more than could be chance.
     fn is_behind(&self, tried: &[Fitted], best: &Gaining, other: &Gaining) -> bool {
-        let related = family(tried[best.i].0) == family(tried[other.i].0);
+        let related = tried[best.i].0.family() == tried[other.i].0.family();
         let margin = if related { margin_of_relatives(self.margin, best.counts) } else { self.margin };
         best.counts - other.counts > margin
     }

@@ -2,7 +2,7 @@
 
 mod choice;
 
-use super::candidate::{Candidate, Held, Setting};
+use super::candidate::{Candidate, Held, PHASE, Setting};
 use super::decide::{ABSORBED, margin, need, residue};
 use super::fate::{Dropped, Fate, Objection, is_hopeful};
 use super::fit::{Plan, Point};
@@ -18,8 +18,6 @@ use rayon::prelude::*;
 
 /// Rounds at most.
 pub const ROUNDS: usize = 5;
-/// The family of which one member at most is adopted: all of them shift the phase.
-pub const PHASE: &str = "phase";
 
 /// Screenings of a round at most: where one cause has shown that the present model itself fits better by so much \[nats\], and by this
 /// share of what the best cause gains, the others were tried on top of the wrong one.
@@ -90,12 +88,6 @@ pub struct Judged {
     on_trial: Option<usize>,
     /// First row of the round in the ladder.
     ladder: usize,
-}
-
-/// The family of a cause; its own name where there is none.
-#[must_use]
-pub fn family(cause: &Extension) -> &str {
-    cause.cause.as_ref().and_then(|c| c.family.as_deref()).unwrap_or(&cause.name)
 }
 
 /// The missing acceleration of a candidate on every drive \[m/s²\], as a rather strong observer sees it.
@@ -220,7 +212,7 @@ impl Search {
         let present = self.current.fit.log_likelihood;
         let gain = |candidate: &Candidate| candidate.fit.log_likelihood - present;
         let short_list = self.short_list;
-        let listed = |i: usize, cause: &Extension| i < short_list || family(cause) == PHASE;
+        let listed = |i: usize, cause: &Extension| i < short_list || cause.family() == PHASE;
         let left = tried.first().map_or(&self.current, |(_, best)| best).fit.point.noise;
         let residue = residue(&self.current.causes, self.explained());
         self.need = need(setting, self.inflation, &self.current.fit.point.noise, &left, residue);
@@ -263,10 +255,10 @@ impl Search {
     /// when just these were before it.
     fn to_try(&self, causes: &[&'static Extension]) -> Vec<&'static Extension> {
         let present = &self.current.causes;
-        let phase = present.iter().any(|cause| family(cause) == PHASE);
+        let phase = present.iter().any(|cause| cause.family() == PHASE);
         let lost = |cause| self.lost.iter().any(|(lost, before)| *lost == cause && before == present);
         let may =
-            |cause: &&'static Extension| !(present.contains(cause) || phase && family(cause) == PHASE || lost(*cause));
+            |cause: &&'static Extension| !(present.contains(cause) || phase && cause.family() == PHASE || lost(*cause));
         causes.iter().copied().filter(may).collect()
     }
 
@@ -329,7 +321,7 @@ impl Search {
         for (cause, candidate) in tried {
             let (index, absorbed_by) = identifiability(candidate, cause);
             let gain = candidate.fit.log_likelihood - self.current.fit.log_likelihood;
-            if index < ABSORBED && (gain < self.need || family(cause) == "absorbed") {
+            if index < ABSORBED && (gain < self.need || cause.family() == "absorbed") {
                 self.not_testable.push(NotTestable { name: cause.name.clone(), absorbed_by });
             }
         }

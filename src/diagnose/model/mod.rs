@@ -1,6 +1,6 @@
 //! A variant over drives, as the fits see it.
 
-use super::candidate::LEAD;
+use super::candidate::{LEAD, PHASE};
 use super::drive::Drive;
 use super::fit::Predictor;
 use super::observer::{Designed, Noise, design};
@@ -15,7 +15,7 @@ use crate::evaluator::{
 use crate::extension::Extension;
 use crate::lanes::{Lanes, LanesPrecision};
 use crate::score::GoodnessOfFit;
-use crate::symbols::{Bounds, Parameters, Symbol};
+use crate::symbols::{Bounds, Parameters, Scale, SearchKind, Symbol};
 use crate::vehicle::Vehicle;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -38,21 +38,9 @@ const WIDE: &[(Symbol, f64, f64, bool)] = &[
     (Symbol::tau_a, 0.0, 2.5, false),
 ];
 
-/// Extensions and their parameters that are searched in equal ratios: limits.
-const RATIOS: [(&str, &str); 5] = [
-    ("accel_cap", "acap"),
-    ("decel_cap", "bcap"),
-    ("power_cap", "P"),
-    ("jerk_limit", "J"),
-    ("set_speed_change", "vlim"),
-];
-/// Those on which innovations depend in jumps or with many kinks, with the step of a finite difference in their unit.
-const JUMPS: [(&str, &str, f64); 4] = [
-    ("quantised_accel", "qz", 0.01),
-    ("set_speed_change", "t1", 0.1),
-    ("set_speed_change", "dur", 0.1),
-    ("headway_mode_change", "t0", 0.5),
-];
+/// Steps of finite differences of parameters on which innovations depend in jumps or with many kinks: of the size of steps as a share of the
+/// range in its file, of the times of stretches and of events \[s\].
+const JUMPS: [f64; 3] = [1.0 / 120.0, 0.1, 0.5];
 
 /// No car is seen before it is there; what looks so is told by a little of it \[s\].
 const FORESIGHT: f64 = -0.1;
@@ -119,7 +107,8 @@ impl Model {
         let cases: Vec<Case> = drives.iter().map(case).collect::<Result<_, CaseError>>()?;
         let symbols = variant.parameters();
         let vehicle = drives.first().and_then(|drive| drive.vehicle.as_deref());
-        let axis = |symbol: &Symbol| axis(*symbol, vehicle, drives, overrides);
+        let looks_back = variant.extensions.look_back();
+        let axis = |symbol: &Symbol| axis(*symbol, Some(*symbol) == looks_back, vehicle, drives, overrides);
         let mut axes: Vec<Axis> = symbols.iter().map(axis).collect::<Result<_, _>>()?;
         hold_lead(variant, &symbols, &mut axes, drives);
         let lanes = Lanes::new(cases, GoodnessOfFit::NRMSE_SVA, LanesPrecision::F64)?;
@@ -300,8 +289,8 @@ impl Predictor for Model {
 /// that holds for a step comes late: left free, it would take a part of that, as it says the same as a short delay.
 fn hold_lead(variant: Variant, symbols: &[Symbol], axes: &mut [Axis], drives: &[Drive]) {
     let extensions = variant.extensions;
-    let lags = extensions.list().iter().any(|extension| LAGS.contains(&extension.name.as_str()));
-    if !(variant.delay || extensions.delay().is_some() || extensions.look_back().is_some() || lags) {
+    let late = extensions.list().iter().any(|extension| extension.family() == PHASE);
+    if !(variant.delay || extensions.delay().is_some() || extensions.look_back().is_some() || late) {
         return;
     }
     let step = drives.first().map_or(0.0, Drive::dt);
@@ -319,18 +308,16 @@ pub fn is_lead(symbol: Symbol) -> bool {
     matches!(symbol, Symbol::Extension(row) if row.extension == LEAD)
 }
 
-/// Causes that come late without a delay.
-const LAGS: [&str; 3] = ["actuation_lag", "asym_lag", "sensor_lowpass"];
-
 /// Own bounds change the ends of an axis, not how it is scaled.
 fn axis(
     symbol: Symbol,
+    looks_back: bool,
     vehicle: Option<&Vehicle>,
     drives: &[Drive],
     overrides: &Overrides,
 ) -> Result<Axis, DiagnoseError> {
     let own = overrides.get(symbol.name()).copied();
-    let [lower, upper] = own.map_or_else(|| bounds(symbol, vehicle, drives), Ok)?;
+    let [lower, upper] = own.map_or_else(|| bounds(symbol, looks_back, vehicle, drives), Ok)?;
     if lower >= upper {
         return Ok(Axis::linear(lower, upper));
     }
@@ -344,7 +331,12 @@ fn axis(
 }
 
 /// Bounds of a diagnosis.
-fn bounds(symbol: Symbol, vehicle: Option<&Vehicle>, drives: &[Drive]) -> Result<[f64; 2], DiagnoseError> {
+fn bounds(
+    symbol: Symbol,
+    looks_back: bool,
+    vehicle: Option<&Vehicle>,
+    drives: &[Drive],
+) -> Result<[f64; 2], DiagnoseError> {
     if let Some((_, lower, upper, _)) = WIDE.iter().find(|row| row.0 == symbol) {
         return Ok([*lower, *upper]);
     }
@@ -360,7 +352,7 @@ fn bounds(symbol: Symbol, vehicle: Option<&Vehicle>, drives: &[Drive]) -> Result
         (lower, upper) =
             if symbol.is_length_of_time() { (4.0, last - first) } else { symbol.begins_within([first, last]).into() };
     }
-    if matches!(symbol, Symbol::Extension(row) if row.extension == "time_offset" && row.name == "to") {
+    if looks_back {
         lower = lower.max(FORESIGHT);
     }
     Ok([lower, upper])
@@ -368,17 +360,21 @@ fn bounds(symbol: Symbol, vehicle: Option<&Vehicle>, drives: &[Drive]) -> Result
 
 fn has_ratios(symbol: Symbol) -> bool {
     match symbol {
-        Symbol::Extension(row) => RATIOS.iter().any(|(of, name)| *of == row.extension && *name == row.name),
+        Symbol::Extension(row) => row.scale == Scale::Ratio && !symbol.is_time(),
         _ => WIDE.iter().any(|(known, _, _, ratios)| *known == symbol && *ratios),
     }
 }
 
-/// Step of a finite difference of a parameter on which innovations depend in jumps. A user's cause may call its parameters what it
-/// likes; only times of these names are what they are here.
+/// Step of a finite difference in the parameter's unit, see [`JUMPS`].
 fn jump(symbol: Symbol) -> Option<f64> {
     let Symbol::Extension(row) = symbol else { return None };
-    let is_this = |(of, name, _): &&(&str, &str, f64)| *name == row.name && (*of == row.extension || symbol.is_time());
-    JUMPS.iter().find(is_this).map(|(_, _, step)| *step)
+    let [size, stretch, event] = JUMPS;
+    match (row.search, symbol.is_time()) {
+        (SearchKind::Steps, false) => Some(size * (row.upper - row.lower)),
+        (SearchKind::Stretch, true) => Some(stretch),
+        (SearchKind::Event, true) => Some(event),
+        _ => None,
+    }
 }
 
 /// True for parameters on which innovations depend in jumps.

@@ -114,6 +114,31 @@ fn what_an_extension_may_not_have_is_said() {
         ),
         (
             "x.wgsl",
+            "//! search: limit\nstruct Parameters {\n    /// size [-], 0 to 1, neutral 0\n    q: f32,\n}\nfn x_command(own: Parameters, a: f32) -> f32 {\n    return a * own.q;\n}\n",
+            "x.wgsl:1:1: `//! search: limit`: expected one parameter, whose neutral value is its upper bound",
+        ),
+        (
+            "x.wgsl",
+            "//! search: event\nstruct Parameters {\n    /// size [-], 0 to 1, neutral 0\n    q: f32,\n}\nfn x_command(own: Parameters, a: f32) -> f32 {\n    return a * own.q;\n}\n",
+            "x.wgsl:1:1: `//! search: event`: expected the parameters that this takes",
+        ),
+        (
+            "x.wgsl",
+            "//! search: limits\nstruct Parameters {\n    /// size [-], 0 to 1, neutral 0\n    q: f32,\n}\nfn x_command(own: Parameters, a: f32) -> f32 {\n    return a * own.q;\n}\n",
+            "x.wgsl:1:1: `//! search:`: expected size, limit, steps, event, stretch, harmonic or integral, found `limits`",
+        ),
+        (
+            "x.wgsl",
+            "//! scale: log\nstruct Parameters {\n    /// size [-], 0 to 1, neutral 0\n    q: f32,\n}\nfn x_command(own: Parameters, a: f32) -> f32 {\n    return a * own.q;\n}\n",
+            "x.wgsl:1:1: `//! scale:`: expected linear or ratio, found `log`",
+        ),
+        (
+            "x.wgsl",
+            "//! sign: negative\nstruct Parameters {\n    /// size [-], 0 to 1, neutral 0\n    q: f32,\n}\nfn x_command(own: Parameters, a: f32) -> f32 {\n    return a * own.q;\n}\n",
+            "x.wgsl:1:1: `//! sign:`: expected positive, found `negative`",
+        ),
+        (
+            "x.wgsl",
             "//! loop: dely by d\nstruct Parameters {\n    /// delay [s], 0 to 1, neutral 0\n    d: f32,\n}\nfn x_command(own: Parameters, a: f32) -> f32 {\n    return a * own.d;\n}\n",
             "x.wgsl:1:1: expected `//! loop: delay by NAME` or `//! loop: look back by NAME`, found `//! loop: dely by d`",
         ),
