@@ -2,6 +2,7 @@
 //!
 //! It reads the paths that begin with `crate::` in src/**/*.rs outside of comments. And the facade is small.
 
+use leadlag::internal::wgsl::library;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
@@ -150,6 +151,27 @@ fn imports_go_down() {
         }
     }
     assert!(broken.is_empty(), "{}", broken.join("\n"));
+}
+
+/// How a cause is searched and judged says its file, so that one of a user's own is treated as one of the library.
+#[test]
+fn a_diagnosis_knows_no_cause_by_its_name() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut files = Vec::new();
+    for room in ["diagnose", "closed_loop", "judge", "recommend"] {
+        rust_files(&root.join("src").join(room), &mut files);
+    }
+    let is_test = |path: &PathBuf| ["tests.rs", "made_up.rs"].iter().any(|name| path.ends_with(name));
+    let causes: Vec<&str> = library().iter().filter(|e| e.cause.is_some()).map(|e| e.name.as_str()).collect();
+    let mut named = Vec::new();
+    for path in files.iter().filter(|path| !is_test(path)) {
+        let text = std::fs::read_to_string(path).expect("readable");
+        let code = text.split("#[cfg(test)]").next().unwrap_or_default();
+        let names = causes.iter().filter(|name| code.contains(&format!("\"{name}\"")));
+        named.extend(names.map(|name| format!("{}: {name}", path.display())));
+    }
+    assert!(causes.len() > 20 && files.len() > 50);
+    assert!(named.is_empty(), "{}", named.join("\n"));
 }
 
 #[test]

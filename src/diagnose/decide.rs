@@ -1,13 +1,14 @@
 //! When a cause counts as found.
 
-use super::candidate::{Candidate, Held, Setting, is_local};
+use super::candidate::{Candidate, Held, PHASE, Setting, is_local};
 use super::fate::{Objection, Size};
 use super::fit::{Predictor, least_random};
 use super::model::is_stepped;
 use super::observer::Noise;
 use super::polish::is_rugged;
 use crate::evaluator::Case;
-use crate::extension::Extension;
+use crate::extension::{Extension, Stage};
+use crate::symbols::SearchKind;
 
 /// Probability of a false name in data without a cause, for which the threshold is made.
 const ALPHA: f64 = 0.01;
@@ -50,10 +51,9 @@ const CLOSE: f64 = 6.0;
 const RESOLUTION_S: f64 = 5.0;
 /// A car that reacts in finer steps than the model looks ahead of it by this much \[s\], beyond what the nuisance lead takes.
 const SCHEME_S: f64 = 0.06;
-/// A dead zone of the spacing narrower than so many times the noise of the measured one is no name: a law that is fed a noisy spacing
-/// answers small errors as weakly as one with such a zone, and Gipps' law has no gain of its own to take that up
-/// (the dead zones that were named and not planted, all four in gusts and three of them on Gipps, had 1.7 to 2.2 times the noise,
-/// planted ones ten times and more).
+/// A length of what is seen that is less than so many times the noise of the measured spacing is no name: a law that is fed a noisy spacing
+/// answers small errors as weakly as one with a dead zone, and Gipps' law has no gain of its own to take that up. (Where none was planted such
+/// zones had up to 2.2 times the noise, planted ones ten times and more.)
 const BLURRED: f64 = 3.0;
 /// A car that goes faster than a set speed by this \[m/s\] is not held by it ...
 const FASTER: f64 = 0.5;
@@ -200,7 +200,7 @@ pub fn proxy(candidate: &Candidate, cause: &Extension) -> Option<Objection> {
             return Some(Objection::Scheme(size()));
         }
         let noise = candidate.fit.point.noise.r_s;
-        if cause.name == "dead_zone" && value < BLURRED * noise {
+        if symbol.unit() == "m" && changes_what_is_seen(cause) && value.abs() < BLURRED * noise {
             return Some(Objection::Blurred { size: size(), noise });
         }
         if cause.cause.as_ref().is_some_and(|traits| traits.positive) && value < 0.0 {
@@ -216,10 +216,14 @@ pub fn proxy(candidate: &Candidate, cause: &Extension) -> Option<Objection> {
     None
 }
 
+fn changes_what_is_seen(cause: &Extension) -> bool {
+    cause.stages.iter().any(|function| function.stage == Stage::Perception)
+}
+
 /// The largest share of a stretch of a lower set speed, drive by drive, in which the car goes faster; `None` for other causes, and where
 /// no drive has it for longer than it takes to slow down.
 fn outrun(candidate: &Candidate, cause: &Extension) -> Option<f64> {
-    if cause.name != "set_speed_change" {
+    if cause.search() != SearchKind::Stretch || cause.parameters.iter().all(|size| size.unit() != "m/s") {
         return None;
     }
     let values: Vec<f64> =
@@ -241,34 +245,33 @@ const ANSWERED: f64 = 0.05;
 
 /// True for what does nothing but make up for the finer step of a real car whose command comes in steps. Where a command stays between
 /// two of them, a real car goes to and fro between them in finer steps than the model's, which in the model looks smoothed over a sample
-/// or two (of 2500 nats for steps of 0.375 m/s² on IDM a limited jerk had 629 on top, and took a step in 0.18 s), and sooner (of 4100 nats
-/// for steps of 0.34 and 0.37 m/s² an answer to the acceleration ahead of 0.02 had 300 on top, twice).
+/// or two, and sooner.
 fn makes_up_for_steps(candidate: &Candidate, cause: &Extension) -> bool {
     let Candidate { model, fit, .. } = candidate;
     let steps = (0..model.symbols.len()).filter(|&k| is_stepped(model.symbols[k]) && !model.symbols[k].is_time());
     let step = steps.map(|k| fit.point.values[k]).fold(0.0, f64::max);
     let seconds = model.drives().iter().map(|(_, dt)| SMOOTHED * dt).fold(f64::INFINITY, f64::min);
     let values: Vec<f64> = model.positions(cause).into_iter().map(|k| fit.point.values[k]).collect();
-    is_of_a_step(&cause.name, &values, step, seconds)
+    is_of_a_step(cause, &values, step, seconds)
 }
 
-/// The same by name and values, beside steps of the command of this size \[m/s²\], of which one may be smoothed over so many seconds.
-fn is_of_a_step(cause: &str, values: &[f64], step: f64, seconds: f64) -> bool {
+/// The same by values, beside steps of the command of this size \[m/s²\], of which one may be smoothed over so many seconds.
+fn is_of_a_step(cause: &Extension, values: &[f64], step: f64, seconds: f64) -> bool {
     let largest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let limits_the_jerk = cause.search() == SearchKind::Limit && cause.parameters.iter().all(|p| p.unit() == "m/s3");
     step > 0.0
-        && match cause {
-            "jerk_limit" => step <= least * seconds,
-            "actuation_lag" | "asym_lag" => largest <= seconds,
-            "leader_accel_ff" | "multi_anticipation" => largest <= ANSWERED,
+        && match cause.family() {
+            _ if limits_the_jerk => step <= least * seconds,
+            PHASE => largest <= seconds,
+            "anticipation" => largest <= ANSWERED,
             _ => false,
         }
 }
 
-/// True for a time offset that stands for the finer step of a real car, which is nothing that a model lacks.
-#[must_use]
+/// True for clocks that differ by what stands for the finer step of a real car, which is nothing that a model lacks.
 fn is_scheme(cause: &Extension, value: f64) -> bool {
-    cause.name == "time_offset" && (-SCHEME_S..0.0).contains(&value)
+    cause.needs.look_back.is_some() && (-SCHEME_S..0.0).contains(&value)
 }
 
 #[cfg(test)]
@@ -281,12 +284,13 @@ mod tests {
 
     #[test]
     fn beside_steps_of_the_command_what_makes_up_for_a_sample_is_no_name() {
-        let said = |cause, values: &[f64]| is_of_a_step(cause, values, 0.3, 0.2);
+        let named = |name| crate::wgsl::extension_named(name).expect("in the library");
+        let said = |cause, values: &[f64]| is_of_a_step(named(cause), values, 0.3, 0.2);
         assert!(said("jerk_limit", &[1.6]) && !said("jerk_limit", &[1.4]));
         assert!(said("asym_lag", &[0.1, 0.19]) && !said("asym_lag", &[0.1, 0.21]));
         assert!(said("leader_accel_ff", &[0.02]) && !said("leader_accel_ff", &[0.1]));
         assert!(said("multi_anticipation", &[0.01]) && !said("dead_zone", &[0.01]));
-        assert!(!is_of_a_step("leader_accel_ff", &[0.02], 0.0, 0.2), "without steps it is what it is");
+        assert!(!is_of_a_step(named("leader_accel_ff"), &[0.02], 0.0, 0.2), "without steps it is what it is");
     }
 
     /// One cause: 2 ln 100 = 9.2103 nats, times the inflation.

@@ -6,16 +6,13 @@ use super::decide::{Evidence, margin_of_relatives, proxy};
 use super::fate::Fate;
 use super::fit::{Plan, Point};
 use super::gate::gate;
-use super::model::Model;
 use super::observer::Noise;
 use super::polish::is_rugged;
 use super::screen::{Fitted, explain};
-use super::space::Axis;
 use super::spending::Spending;
 use super::verdict::{DiagnoseError, Tried};
 use crate::catalog::Variant;
 use crate::extension::Extension;
-use crate::symbols::Symbol;
 use rayon::prelude::*;
 
 /// A model in which the cause adopted last stands beside a relative of one before it.
@@ -28,9 +25,6 @@ struct Beside {
     /// Evidence and need of the relative, and of the cause adopted last.
     evidence: [(f64, f64); 2],
 }
-
-/// The cause that changes the headway of the base from some time on.
-const HEADWAY_CHANGE: &str = "headway_mode_change";
 
 impl Search {
     /// Puts each adopted cause that has relatives, or a size that goes in jumps, right: the likeliest of them takes its place, and those
@@ -262,11 +256,8 @@ pub(super) fn without(
     let noise = current.fit.point.noise;
     let strong = Noise { sigma_d: noise.sigma_d.max(0.1), tau_d: 2.0, ..noise };
     let free = noise.nearly_free();
-    let mut starts: Vec<Point> =
+    let starts: Vec<Point> =
         [noise, strong, free].into_iter().map(|noise| Point { values: values.clone(), noise }).collect();
-    if let Some(after) = after_a_change(current, cause, &model, &values) {
-        starts.extend([noise, strong, free].map(|noise| Point { values: after.clone(), noise }));
-    }
     let plan = Plan {
         select: starts.len(),
         kinds: 1,
@@ -277,19 +268,4 @@ pub(super) fn without(
         least: [0.0; 2],
     };
     Candidate::fitted(setting, variant, &causes, model, &starts, plan)
-}
-
-/// Where the base is also started when a change of the headway is removed: with the headway after the change. `values` have the one
-/// before; if the change came soon after the begin, the car may have had the other one all the time.
-fn after_a_change(current: &Candidate, cause: &Extension, model: &Model, values: &[f64]) -> Option<Vec<f64>> {
-    if cause.name != HEADWAY_CHANGE {
-        return None;
-    }
-    let size = cause.parameters.iter().find(|symbol| !symbol.is_time())?;
-    let change = current.fit.point.values[current.model.position(*size)?];
-    let headway = model.position(Symbol::t_h)?;
-    let Axis { lower, upper, .. } = model.axes[headway];
-    let mut after = values.to_vec();
-    after[headway] = (after[headway] * (1.0 + change)).clamp(lower, upper);
-    Some(after)
 }

@@ -69,7 +69,15 @@ pub fn checks(
         at_least("gain of the root loss", root, 0.0),
         at_least("share of the bins that are better", better, policy.better),
         at_most("largest size over smallest, over the folds", spread(policy, model, entry, added), policy.spread),
+        at_least("smallest size of what is never negative", smallest(model, entry, added), 0.0),
     ]
+}
+
+/// The smallest size of the added causes that cannot be negative; 0 without one. (A car that reacts in finer steps than the model looks as if it
+/// saw the preceding vehicle before it is there.)
+fn smallest(model: &Model, entry: &Entry, added: &[&'static Extension]) -> f64 {
+    let positive = added.iter().filter(|cause| cause.cause.as_ref().is_some_and(|traits| traits.positive));
+    positive.flat_map(|cause| model.positions(cause)).map(|k| entry.whole.values[k]).fold(0.0, f64::min)
 }
 
 /// The largest ratio of the sizes of the added causes over the folds; infinite where a sign changes, or where nothing has a size.
