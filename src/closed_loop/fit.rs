@@ -6,8 +6,8 @@
 use super::loss::{Bin, errors, of_run};
 use super::{ClosedLoop, Horizon, SIGNALS};
 use crate::diagnose::DiagnoseError;
-use crate::diagnose::model::FreeRun;
-use crate::diagnose::space::Axis;
+use crate::diagnose::likelihood::model::FreeRun;
+use crate::diagnose::likelihood::space::Axis;
 use nalgebra::{DMatrix, DVector};
 
 /// Parameters with their loss.

@@ -2,7 +2,7 @@
 
 use super::Layout;
 use crate::diagnose::Drive;
-use crate::diagnose::model::FreeRun;
+use crate::diagnose::likelihood::model::FreeRun;
 
 /// Signals that are compared: spacing, speed, and the mean acceleration over a second.
 pub const SIGNALS: usize = 3;

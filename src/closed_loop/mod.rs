@@ -12,7 +12,7 @@ pub use loss::{Bin, DriveLoss, Losses, SIGNALS};
 
 use crate::calibrate::Overrides;
 use crate::catalog::Variant;
-use crate::diagnose::model::{FreeRun, Model};
+use crate::diagnose::likelihood::model::{FreeRun, Model};
 use crate::diagnose::{DiagnoseError, Drive};
 use crate::evaluator::Windows;
 use rayon::prelude::*;

@@ -1,13 +1,14 @@
 //! The verdict: what the search found and what is left, in words. The first line that applies decides.
 
-use super::adopt::Search;
-use super::candidate::{Candidate, PHASE};
-use super::decide::{is_calm, margin_of_relatives};
-use super::fate::Objection;
-use super::held_sizes::is_lost;
-use super::observer::Noise;
-use super::specification::Leftovers;
-use super::verdict::{LeftOver, Verdict};
+use crate::diagnose::describe::specification::Leftovers;
+use crate::diagnose::judge::decide::{is_calm, margin_of_relatives};
+use crate::diagnose::judge::fate::Objection;
+use crate::diagnose::likelihood::model::PHASE;
+use crate::diagnose::likelihood::observer::Noise;
+use crate::diagnose::outcome::{LeftOver, Verdict};
+use crate::diagnose::search::fitted_model::FittedModel;
+use crate::diagnose::search::profile_grid::is_lost;
+use crate::diagnose::select::adopt::Search;
 use crate::extension::Extension;
 
 /// By how much another base without causes has to be likelier than this one with them \[nats\], at least.
@@ -22,7 +23,7 @@ pub struct Answer<'a> {
     /// What the present model leaves.
     pub left: &'a Leftovers,
     /// Other base models without causes, the likeliest first.
-    pub others: &'a [Candidate],
+    pub others: &'a [FittedModel],
     /// Why the base cannot be trusted, if it cannot.
     pub contradicted: Option<String>,
     /// Missing acceleration of the base without causes \[m/s²\].
@@ -182,7 +183,7 @@ impl Answer<'_> {
 }
 
 /// By how much the likeliest other base without causes is likelier than a model \[nats\].
-pub fn ahead(others: &[Candidate], model: &Candidate) -> f64 {
+pub fn ahead(others: &[FittedModel], model: &FittedModel) -> f64 {
     others.first().map_or(f64::NEG_INFINITY, |other| other.fit.log_likelihood - model.fit.log_likelihood)
 }
 

@@ -1,15 +1,16 @@
 //! From a question to an answer: base, rounds, repair, what is left, verdict.
 
-use super::adopt::{ROUNDS, Rival, Search};
-use super::answer::{Answer, OTHER_FAMILY, ahead};
-use super::base::{Calibrated, calibrate_base, contradiction};
-use super::bootstrap::{SURROGATES, threshold};
-use super::candidate::{Candidate, LEAD, Setting};
-use super::family::others;
-use super::model::{Model, is_lead};
-use super::specification::leftovers;
-use super::spending::Spending;
-use super::verdict::{Adopted, DiagnoseError, Effort, Estimate, Fitted, Inference, Progress, Question, Verdict};
+use crate::diagnose::answer::{Answer, OTHER_FAMILY, ahead};
+use crate::diagnose::describe::specification::leftovers;
+use crate::diagnose::likelihood::model::{LEAD, Model, is_lead};
+use crate::diagnose::outcome::{Adopted, Estimate, Fitted, Inference, Verdict};
+use crate::diagnose::question::{DiagnoseError, Effort, Progress, Question};
+use crate::diagnose::search::base::{Calibrated, calibrate_base, contradiction};
+use crate::diagnose::search::fitted_model::{Context, FittedModel};
+use crate::diagnose::search::search_budget::SearchBudget;
+use crate::diagnose::select::adopt::{ROUNDS, Rival, Search};
+use crate::diagnose::select::bootstrap::{SURROGATES, threshold};
+use crate::diagnose::select::other_laws::others;
 use crate::extension::Extension;
 use crate::wgsl::extension_named;
 use std::ops::ControlFlow;
@@ -28,7 +29,7 @@ pub fn infer(
     question: &Question<'_>,
     progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Inference, DiagnoseError> {
-    infer_with(question, &Spending::of(question.effort), progress)
+    infer_with(question, &SearchBudget::of(question.effort), progress)
 }
 
 /// The same where it is said what may be spent, instead of what the effort buys. (Whether there is a bootstrap is still up to the effort.)
@@ -37,7 +38,7 @@ pub fn infer(
 /// As [`infer`].
 pub fn infer_with(
     question: &Question<'_>,
-    spending: &Spending,
+    spending: &SearchBudget,
     progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Inference, DiagnoseError> {
     if question.train.is_empty() {
@@ -48,7 +49,7 @@ pub fn infer_with(
         ControlFlow::Continue(()) => Ok(()),
         ControlFlow::Break(()) => Err(DiagnoseError::Stopped),
     };
-    let mut setting = Setting::new(question, extension_named(LEAD));
+    let mut setting = Context::new(question, extension_named(LEAD));
     let further = spending.further();
     show(0.0, "calibrating the base model")?;
     let base = calibrate_base(&setting, question.base, spending)?
@@ -144,8 +145,8 @@ pub fn infer_with(
 /// Rounds as long as something is adopted and not too much was simulated; `tell` takes the share of them that is done.
 fn rounds(
     search: &mut Search,
-    setting: &Setting<'_>,
-    spending: &Spending,
+    setting: &Context<'_>,
+    spending: &SearchBudget,
     tell: &mut dyn FnMut(f64, &str) -> Result<(), DiagnoseError>,
 ) -> Result<(), DiagnoseError> {
     let share = |round: usize| (round - 1) as f64 / ROUNDS as f64;
@@ -173,8 +174,8 @@ fn rounds(
 /// Drops what is not needed any more; where one was no name any more, its place is free for another.
 fn pruned(
     search: &mut Search,
-    setting: &Setting<'_>,
-    spending: &Spending,
+    setting: &Context<'_>,
+    spending: &SearchBudget,
     tell: &mut dyn FnMut(f64, &str) -> Result<(), DiagnoseError>,
 ) -> Result<(), DiagnoseError> {
     if search.prune(setting, spending)? {
@@ -197,13 +198,13 @@ fn disagreement(replicates: &[f64]) -> String {
     )
 }
 
-fn adopted_rival(setting: &Setting<'_>, rival: &Rival, inflation: f64) -> Adopted {
+fn adopted_rival(setting: &Context<'_>, rival: &Rival, inflation: f64) -> Adopted {
     adopted(setting, &rival.candidate, rival.cause, rival.evidence, rival.need, inflation)
 }
 
 fn adopted(
-    setting: &Setting<'_>,
-    candidate: &Candidate,
+    setting: &Context<'_>,
+    candidate: &FittedModel,
     cause: &'static Extension,
     evidence: f64,
     threshold: f64,
@@ -216,11 +217,13 @@ fn adopted(
         parameters: candidate.model.positions(cause).into_iter().map(|k| estimate(candidate, k, inflation)).collect(),
         evidence,
         threshold,
-        recording: event.and_then(|event| setting.question.train.get(event.drive)).map(super::drive::Drive::recording),
+        recording: event
+            .and_then(|event| setting.question.train.get(event.drive))
+            .map(crate::diagnose::drive::Drive::recording),
     }
 }
 
-fn estimate(candidate: &Candidate, k: usize, inflation: f64) -> Estimate {
+fn estimate(candidate: &FittedModel, k: usize, inflation: f64) -> Estimate {
     let (symbol, axis, value) = (candidate.model.symbols[k], candidate.model.axes[k], candidate.fit.point.values[k]);
     let error = candidate.fit.errors[k] * inflation.sqrt();
     Estimate {
@@ -234,7 +237,7 @@ fn estimate(candidate: &Candidate, k: usize, inflation: f64) -> Estimate {
 }
 
 /// The fit as others see it.
-fn snapshot(candidate: &Candidate, setting: &Setting<'_>, inflation: f64) -> Result<Fitted, DiagnoseError> {
+fn snapshot(candidate: &FittedModel, setting: &Context<'_>, inflation: f64) -> Result<Fitted, DiagnoseError> {
     let point = candidate.fit.point.clone();
     let mut innovations = candidate.model.innovations(&point.values, &point.noise)?;
     if !setting.question.holdout.is_empty() {

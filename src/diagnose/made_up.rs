@@ -1,13 +1,13 @@
 //! Drives and models for tests that fit nothing, or little.
 
-use super::candidate::Candidate;
-use super::drive::Drive;
-use super::fit::{Fit, Point};
-use super::model::Model;
-use super::observer::Noise;
-use super::verdict::{Effort, Question};
 use crate::calibrate::Overrides;
 use crate::catalog::Variant;
+use crate::diagnose::drive::Drive;
+use crate::diagnose::likelihood::fit::{Fit, Point};
+use crate::diagnose::likelihood::model::Model;
+use crate::diagnose::likelihood::observer::Noise;
+use crate::diagnose::question::{Effort, Question};
+use crate::diagnose::search::fitted_model::FittedModel;
 use crate::extension::Extension;
 use crate::trajectory::{Preparation, import, prepare};
 use crate::wgsl::extension_named;
@@ -33,7 +33,7 @@ pub fn cause(name: &str) -> &'static Extension {
 }
 
 /// L-CTH with these causes, as if it had been fitted.
-pub fn candidate(drives: &[Drive], names: &[&str]) -> Candidate {
+pub fn candidate(drives: &[Drive], names: &[&str]) -> FittedModel {
     let causes: Vec<&'static Extension> = names.iter().map(|name| cause(name)).collect();
     let base: Variant = "l-cth".parse().expect("a base");
     let variant = causes.iter().try_fold(base, |variant, cause| variant.with(cause)).expect("they go together");
@@ -48,7 +48,7 @@ pub fn candidate(drives: &[Drive], names: &[&str]) -> Candidate {
         information: DMatrix::zeros(0, 0),
         gradient: DVector::zeros(0),
     };
-    Candidate { variant, causes, model, fit }
+    FittedModel { variant, causes, model, fit }
 }
 
 /// A quick question about L-CTH, with no causes to try.

@@ -3,7 +3,7 @@
 use super::policy::Policy;
 use super::race::Entry;
 use crate::closed_loop::Losses;
-use crate::diagnose::model::Model;
+use crate::diagnose::likelihood::model::Model;
 use crate::extension::Extension;
 use crate::judge::{Adjusted, mean};
 use crate::result::diagnosis::recommended::Check;

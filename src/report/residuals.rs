@@ -1,8 +1,8 @@
 //! What a simulation errs by, sorted: from the columns of a simulation file to an error budget and to residuals over speed.
 
 use super::html::{Chart, Line, Panel, Role};
-use crate::diagnose::budget::{Budget, Errors, budget};
-use crate::diagnose::scene::Scene;
+use crate::diagnose::describe::covariates::Covariates;
+use crate::diagnose::describe::error_breakdown::{Budget, Errors, budget};
 use crate::result::{DataEntry, ResultFile};
 
 /// Width of the classes of speed \[m/s\].
@@ -65,10 +65,10 @@ impl Simulated {
         self.errors().map(|errors| (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt())
     }
 
-    fn scene(&self) -> Scene {
+    fn scene(&self) -> Covariates {
         let dt = self.t.get(1).map_or(1.0, |t| t - self.t[0]);
         let [s, v, _] = &self.measured;
-        Scene {
+        Covariates {
             label: self.label.clone(),
             t: self.t.clone(),
             dt,
@@ -110,7 +110,7 @@ fn slopes(y: &[f64], dt: f64) -> Vec<f64> {
 /// The error budget of several trajectories together; none without a compared sample.
 #[must_use]
 pub fn error_budget(all: &[Simulated]) -> Option<Budget> {
-    let parts: Vec<(Scene, [Vec<f64>; 3])> = all.iter().map(|one| (one.scene(), one.errors())).collect();
+    let parts: Vec<(Covariates, [Vec<f64>; 3])> = all.iter().map(|one| (one.scene(), one.errors())).collect();
     let runs: Vec<Errors> = parts
         .iter()
         .zip(all)

@@ -3,7 +3,7 @@
 use crate::common::made_up;
 use leadlag::internal::bench::{DiagnosisJournal, DiagnosisOutcome, DiagnosisTask, SIZES, diagnosis_tasks, planted};
 use leadlag::internal::calibrate::Overrides;
-use leadlag::internal::diagnose::known::known;
+use leadlag::internal::diagnose::judge::oracle::known;
 use leadlag::internal::diagnose::{Effort, PROGRAM, Question};
 use leadlag::internal::report::naming::{BEGIN, END};
 use leadlag::internal::wgsl::extension_named;

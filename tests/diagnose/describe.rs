@@ -1,9 +1,9 @@
 //! The description of an error: its budget, its profiles, its formula, on made-up series whose answer is known.
 
-use leadlag::internal::diagnose::budget::{Errors, Regime, budget};
-use leadlag::internal::diagnose::formula::formula;
-use leadlag::internal::diagnose::missing::{Class, Missing, Profile, Profiles, profiles};
-use leadlag::internal::diagnose::scene::Scene;
+use leadlag::internal::diagnose::describe::covariates::Covariates;
+use leadlag::internal::diagnose::describe::error_breakdown::{Errors, Regime, budget};
+use leadlag::internal::diagnose::describe::formula::formula;
+use leadlag::internal::diagnose::describe::missing::{Class, Missing, Profile, Profiles, profiles};
 use leadlag::internal::report::diagnosis::pictures;
 use leadlag::internal::report::diagnosis::text::{Again, Beside, diagnosis};
 use leadlag::internal::report::html;
@@ -23,7 +23,7 @@ fn noise(seed: u64) -> impl FnMut() -> f64 {
 }
 
 /// A drive of 900 s on a lap of 2 km: the speed swings slowly, the grade repeats with the place.
-fn scene(seed: u64) -> Scene {
+fn scene(seed: u64) -> Covariates {
     let mut random = noise(seed);
     let phase = 3.0 * random();
     let count = 9000;
@@ -38,7 +38,7 @@ fn scene(seed: u64) -> Scene {
             x.rem_euclid(2000.0)
         })
         .collect();
-    Scene {
+    Covariates {
         label: format!("drive {seed}"),
         s: t.iter().map(|t| 20.0 + 6.0 * (0.083 * t + phase).sin()).collect(),
         dv: t.iter().map(|t| 0.9 * (0.21 * t).sin()).collect(),
@@ -81,7 +81,7 @@ fn a_budget_puts_the_error_where_it_is() {
 }
 
 /// d = -0.3 g sin(grade) + noise that is correlated over seconds.
-fn graded(scene: &Scene, seed: u64) -> Vec<f64> {
+fn graded(scene: &Covariates, seed: u64) -> Vec<f64> {
     let (mut random, mut slow) = (noise(seed), 0.0);
     let grade = scene.sin_grade.as_ref().expect("a road");
     grade

@@ -3,9 +3,9 @@
 use crate::common::made_up;
 use leadlag::internal::bench::{DiagnosisTask, Planted, planted};
 use leadlag::internal::calibrate::Overrides;
-use leadlag::internal::diagnose::decide::Evidence;
-use leadlag::internal::diagnose::fate::Objection;
-use leadlag::internal::diagnose::spending::Spending;
+use leadlag::internal::diagnose::judge::decide::Evidence;
+use leadlag::internal::diagnose::judge::fate::Objection;
+use leadlag::internal::diagnose::search::search_budget::SearchBudget;
 use leadlag::internal::diagnose::{DiagnoseError, Drive, Effort, Inference, Progress, Question, infer, infer_with};
 use leadlag::internal::extension::Extension;
 use leadlag::internal::plant;
@@ -122,9 +122,9 @@ fn it_ends_when_enough_was_simulated() {
     let causes = causes(&["periodic", "multi_anticipation", "dead_zone"]);
     let bounds = Overrides::new();
     let question = question(&data.train, &data.holdout, &causes, &bounds);
-    let quick = Spending::of(Effort::Quick);
+    let quick = SearchBudget::of(Effort::Quick);
     let run = |enough| {
-        let spending = Spending { enough, ..quick };
+        let spending = SearchBudget { enough, ..quick };
         infer_with(&question, &spending, &mut |_| ControlFlow::Continue(())).expect("a diagnosis")
     };
     let (short, long) = (run(0), run(u64::MAX));

@@ -4,7 +4,7 @@
 use crate::common::cars;
 use leadlag::internal::convention::Convention;
 use leadlag::internal::diagnose::Noise;
-use leadlag::internal::diagnose::observer::design;
+use leadlag::internal::diagnose::likelihood::observer::design;
 use leadlag::internal::evaluator::{Case, Innovations, Job, Observer, Population};
 use leadlag::internal::lanes::{Lanes, LanesPrecision};
 use leadlag::internal::score::GoodnessOfFit;

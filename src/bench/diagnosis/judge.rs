@@ -3,9 +3,9 @@
 use super::plan::DiagnosisTask;
 use super::plant::planted;
 use crate::catalog::Variant;
-use crate::diagnose::free::free;
-use crate::diagnose::gain::{GainSettings, gain, nrmse_of};
-use crate::diagnose::known::{Known, known};
+use crate::diagnose::describe::free::free;
+use crate::diagnose::describe::gain::{GainSettings, gain, nrmse_of};
+use crate::diagnose::judge::oracle::{Known, known};
 use crate::diagnose::{DiagnoseError, Inference, PROGRAM, Question, Verdict, infer};
 use crate::extension::Extension;
 use crate::plant::Controller;

@@ -319,7 +319,7 @@ fn bars(outcomes: &[DiagnosisOutcome]) -> Vec<Bar> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::known::Known;
+    use crate::diagnose::judge::oracle::Known;
 
     /// An outcome; with what the truth gains of 16 nats needed, if the journal says so.
     fn outcome(kind: &str, causes: &[&str], adopted: &[&str], gain: Option<f64>) -> DiagnosisOutcome {

@@ -12,7 +12,7 @@ use crate::api::bounds::read_bounds;
 use crate::api::diagnosis::{Asked, built_in};
 use crate::api::model::{known, model};
 use crate::catalog::Variant;
-use crate::diagnose::free::Free;
+use crate::diagnose::describe::free::Free;
 use crate::diagnose::{Drive, Effort};
 use crate::extension::Extension;
 use crate::report::diagnosis::text;

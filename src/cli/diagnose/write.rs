@@ -3,7 +3,7 @@
 use super::super::change::Change;
 use super::super::folder::{DIAGNOSIS, finish, of_diagnosis};
 use crate::diagnose::Drive;
-use crate::diagnose::free::Free;
+use crate::diagnose::describe::free::Free;
 use crate::report::diagnosis::pictures;
 use crate::report::svg::{Panel, Series as Line, Style, render};
 use crate::result::diagnosis::describe::{Diagnosis, Series};

@@ -5,6 +5,7 @@
 mod clocks;
 mod correct;
 mod finding;
+pub(crate) mod fourier;
 mod held;
 mod jumps;
 mod level;

@@ -1,6 +1,6 @@
 //! Pictures of a diagnosis: the missing acceleration against what it may depend on, and the ladder of causes.
 
-use crate::diagnose::missing::{Class, Profile, Profiles};
+use crate::diagnose::describe::missing::{Class, Profile, Profiles};
 use crate::report::figure::{Anchor, Figure, INK, PALE, PALETTE};
 use crate::result::diagnosis::RungEntry;
 

@@ -4,8 +4,8 @@ use super::causes;
 use super::causes::MEND_FIRST;
 use super::short::in_short;
 use crate::diagnose::Verdict;
-use crate::diagnose::budget::{Budget, Share};
-use crate::diagnose::missing::Profiles;
+use crate::diagnose::describe::error_breakdown::{Budget, Share};
+use crate::diagnose::describe::missing::Profiles;
 use crate::report::text::wrapped;
 use crate::result::diagnosis::{DataEntry, FindingEntry, HeldBackEntry, ModelEntry, Outcome};
 use std::fmt::Write;
@@ -322,7 +322,7 @@ fn acceleration(text: &mut String, missing: &Profiles, model: Option<&ModelEntry
     writeln!(text, "{:<30}{:>9}  strongest class, d in m/s²", "against", "explains")?;
     for profile in &missing.profiles {
         let strongest = profile.classes.iter().max_by(|a, b| {
-            let z = |c: &crate::diagnose::missing::Class| (c.mean / c.error.max(1e-12)).abs();
+            let z = |c: &crate::diagnose::describe::missing::Class| (c.mean / c.error.max(1e-12)).abs();
             z(a).total_cmp(&z(b))
         });
         let class = strongest.map_or(String::new(), |c| {

@@ -1,7 +1,7 @@
 //! The error budget: which signal, while doing what, at which frequency, how fast, where.
 
 use super::{Page, short};
-use crate::diagnose::budget::{Budget, Share};
+use crate::diagnose::describe::error_breakdown::{Budget, Share};
 
 /// Adds the whole budget; `whose` says whose error it is.
 pub(super) fn budget(page: &mut Page, budget: &Budget, whose: &str) {

@@ -3,7 +3,7 @@
 use super::budget::budget;
 use super::sumo::sumo;
 use super::{Chart, Line, Page, Panel, Role, between, escape, short};
-use crate::diagnose::budget::Budget;
+use crate::diagnose::describe::error_breakdown::Budget;
 use crate::identify::CONFIDENCE;
 use crate::report::text::{OPEN, UNDETERMINED, partner};
 use crate::result::{KnowledgeEntry, ResultFile};

@@ -2,7 +2,7 @@
 
 use super::budget::budget;
 use super::{Chart, Page, between, escape, short};
-use crate::diagnose::gain::Gain;
+use crate::diagnose::describe::gain::Gain;
 use crate::report::diagnosis::causes::{AT_BOUND, MEND_FIRST, equation, meaning};
 use crate::report::diagnosis::pictures;
 use crate::report::diagnosis::short::in_short;

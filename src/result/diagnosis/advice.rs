@@ -1,8 +1,8 @@
 //! What a result asks its reader to do before anything else, and next.
 
 use super::Outcome;
-use crate::diagnose::drivers::DIFFERENT;
-use crate::diagnose::verdict::Verdict;
+use crate::diagnose::Verdict;
+use crate::diagnose::drive::drivers::DIFFERENT;
 
 impl Outcome {
     /// What is to be done before the verdict is read, where the data are to blame for it.

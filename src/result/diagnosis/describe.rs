@@ -7,16 +7,16 @@ use super::{
 };
 use crate::calibrate::CalibrateError;
 use crate::convention::Convention;
-use crate::diagnose::budget::{Errors, budget};
+use crate::diagnose::describe::covariates::Covariates;
+use crate::diagnose::describe::error_breakdown::{Errors, budget};
+use crate::diagnose::describe::formula::formula;
+use crate::diagnose::describe::free::{BrokenOffEntry, Free, free};
+use crate::diagnose::describe::gain::{Gain, GainError, GainSettings, gain, nrmse_of};
+use crate::diagnose::describe::missing::{Missing, Profiles, profiles};
 use crate::diagnose::drive::Drive;
-use crate::diagnose::formula::formula;
-use crate::diagnose::free::{BrokenOffEntry, Free, free};
-use crate::diagnose::gain::{Gain, GainError, GainSettings, gain, nrmse_of};
 use crate::diagnose::infer;
-use crate::diagnose::missing::{Missing, Profiles, profiles};
-use crate::diagnose::observer::{Noise, design};
-use crate::diagnose::scene::Scene;
-use crate::diagnose::verdict::{Adopted, Fitted, Inference, Progress, Question, Verdict};
+use crate::diagnose::likelihood::observer::{Noise, design};
+use crate::diagnose::{Adopted, Fitted, Inference, Progress, Question, Verdict};
 use std::ops::ControlFlow;
 
 /// Share of the work after which the cause is known.
@@ -26,7 +26,7 @@ const INFERRED: f64 = 0.75;
 #[derive(Debug, Clone)]
 pub struct Series {
     /// What surrounds the samples.
-    pub scene: Scene,
+    pub scene: Covariates,
     /// d \[m/s²\]; NaN before the first simulated sample, and where there is none.
     pub d: Vec<f64>,
     /// Standard deviation of d \[m/s²\].
@@ -234,7 +234,7 @@ fn described(
 ) -> Result<Described, GainError> {
     let drives: Vec<&Drive> = question.train.iter().chain(question.holdout).collect();
     let one = |(drive, innovations): (&&Drive, &crate::evaluator::Innovations)| {
-        let scene = Scene::of(drive, lap);
+        let scene = Covariates::of(drive, lap);
         let mut d: Vec<f64> = innovations.state.iter().map(|state| state[2]).collect();
         d[..innovations.first.min(scene.len())].fill(f64::NAN);
         let (d_0, t_h) = (model.parameters.d_0, model.parameters.t_h);

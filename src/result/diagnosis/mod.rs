@@ -5,15 +5,15 @@ pub mod describe;
 pub mod recommended;
 
 use self::recommended::{ClosedLoopEntry, LawEntry, Recommended};
-use crate::diagnose::budget::Budget;
 use crate::diagnose::data::{Finding, Soundness};
-use crate::diagnose::drivers::{DIFFERENT, Different};
-use crate::diagnose::fate::Untried;
-use crate::diagnose::formula::Formula;
-use crate::diagnose::free::BrokenOffEntry;
-use crate::diagnose::gain::Gain;
-use crate::diagnose::missing::Profiles;
-use crate::diagnose::verdict::{Adopted, Estimate, Fitted, Tried, Verdict};
+use crate::diagnose::describe::error_breakdown::Budget;
+use crate::diagnose::describe::formula::Formula;
+use crate::diagnose::describe::free::BrokenOffEntry;
+use crate::diagnose::describe::gain::Gain;
+use crate::diagnose::describe::missing::Profiles;
+use crate::diagnose::drive::drivers::{DIFFERENT, Different};
+use crate::diagnose::search::skipped::Untried;
+use crate::diagnose::{Adopted, Estimate, Fitted, Tried, Verdict};
 use crate::evaluator::CaseError;
 use serde::{Deserialize, Serialize};
 

@@ -1,0 +1,84 @@
+//! Free simulations of a drive, by the lanes in f64: the text itself, extensions included.
+
+use super::event_mask::absent;
+use super::gain::GainError;
+use crate::calibrate::Overrides;
+use crate::catalog::Variant;
+use crate::diagnose::drive::Drive;
+use crate::diagnose::outcome::Adopted;
+use crate::evaluator::{Case, Evaluator};
+use crate::lanes::{Lanes, LanesPrecision};
+use crate::score::GoodnessOfFit;
+use crate::symbols::Parameters;
+use serde::{Deserialize, Serialize};
+
+/// The parameters in a drive: those of the events of other recordings do nothing.
+fn happening(parameters: &Parameters, adopted: &[Adopted], drive: &Drive) -> Parameters {
+    let mut here = *parameters;
+    absent(adopted, drive).into_iter().for_each(|(symbol, neutral)| here.set(symbol, neutral));
+    here
+}
+
+/// A free simulation; the vectors begin at sample `first`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Free {
+    /// First simulated sample.
+    pub first: usize,
+    /// Simulated spacing \[m\], speed \[m/s\] and acceleration \[m/s²\].
+    pub simulated: [Vec<f64>; 3],
+    /// Simulated minus measured.
+    pub errors: [Vec<f64>; 3],
+    /// True if it came to the end.
+    pub complete: bool,
+}
+
+/// A free simulation of the base model that does not come to the end of its drive.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct BrokenOffEntry {
+    /// The drive, as in `drives`.
+    pub label: String,
+    /// When it ends \[s\], in the file's own time.
+    pub time_s: f64,
+    /// True if it runs into the car ahead; else what it computes is no number any more.
+    pub crash: bool,
+}
+
+impl BrokenOffEntry {
+    /// In words.
+    #[must_use]
+    pub fn told(&self) -> String {
+        let BrokenOffEntry { label, time_s, crash } = self;
+        let what = if *crash { "runs into the car ahead" } else { "breaks off" };
+        format!("{label}: the base model {what} at t = {time_s:.1} s (all errors end there)")
+    }
+}
+
+/// Simulates a model on every drive; `bounds` say how far back a delay reaches. Events that belong to one recording do not happen in
+/// the others.
+///
+/// # Errors
+/// When a drive has not what the variant needs, or the text cannot run.
+pub fn free<'a>(
+    drives: impl IntoIterator<Item = &'a Drive>,
+    variant: Variant,
+    parameters: &Parameters,
+    adopted: &[Adopted],
+    bounds: &Overrides,
+) -> Result<Vec<Free>, GainError> {
+    let drives: Vec<&Drive> = drives.into_iter().collect();
+    let cases = drives.iter().map(|drive| drive.case(variant, bounds)).collect::<Result<Vec<_>, _>>()?;
+    let lanes = Lanes::new(cases, GoodnessOfFit::NRMSE_SVA, LanesPrecision::F64)?;
+    let one = |(i, case): (usize, &Case)| {
+        let parameters = &happening(parameters, adopted, drives[i]);
+        let first = case.first_sample(parameters.tau_p);
+        let history = [&case.s[..first], &case.v_f[..first], &case.a_f[..first]];
+        let states = lanes.trace(i, parameters, history, first, case.s.len())?;
+        let signal = |k: usize| states.iter().map(|state| state[k]).collect::<Vec<f64>>();
+        let simulated = [0, 1, 2].map(signal);
+        let measured: [&[f64]; 3] = [&case.s, &case.v_f, &case.a_f];
+        let error = |k: usize| simulated[k].iter().zip(&measured[k][first..]).map(|(a, b)| a - b).collect();
+        let complete = states.len() == case.s.len() - first && states.iter().flatten().all(|x| x.is_finite());
+        Ok(Free { first, errors: [0, 1, 2].map(error), complete, simulated })
+    };
+    lanes.cases().iter().enumerate().map(one).collect()
+}

@@ -1,0 +1,212 @@
+//! What became of a cause that was tried, and what spoke against it.
+
+use std::fmt;
+
+/// Why a cause that gains is no name. `Display` says it after "it is not the cause: ".
+#[derive(Debug, Clone, PartialEq)]
+pub enum Objection {
+    /// Its evidence does not exceed what it needs \[nats\].
+    Weak {
+        /// Its evidence.
+        evidence: f64,
+        /// What it had to exceed.
+        need: f64,
+    },
+    /// The same for a cause that acts in one stretch.
+    WeakEvent {
+        /// Its evidence.
+        evidence: f64,
+        /// What it had to exceed.
+        need: f64,
+    },
+    /// Fitted on one half of the data it does not help on the other one.
+    OneFold,
+    /// What it gains it gains in two blocks \[nats\].
+    FewBlocks {
+        /// What it gains without them.
+        without: f64,
+    },
+    /// Its size has a sign that only something else can have.
+    WrongSign(Size),
+    /// It stands for the finer step of a real car.
+    Scheme(Size),
+    /// The noise of the sensor \[m\] does the same.
+    Blurred {
+        /// Its size.
+        size: Size,
+        /// Standard deviation of the noise.
+        noise: f64,
+    },
+    /// Its size lies on a bound.
+    OnBound(Size),
+    /// The car goes faster than this set speed for too large a share of the time that it is said to hold.
+    Outrun {
+        /// The set speed.
+        size: Size,
+        /// That share.
+        share: f64,
+    },
+    /// A calibration has most of its effect in these parameters.
+    Absorbed {
+        /// Their names.
+        by: Vec<String>,
+    },
+    /// It gains on the hold-out in too small a share of the bootstraps.
+    NoTransfer {
+        /// That share.
+        share: f64,
+    },
+}
+
+/// A parameter of a cause with its value.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Size {
+    /// Its name.
+    pub name: String,
+    /// Its value.
+    pub value: f64,
+    /// Its unit.
+    pub unit: String,
+}
+
+impl fmt::Display for Size {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} = {:.3} {}", self.name, self.value, self.unit)
+    }
+}
+
+impl fmt::Display for Objection {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Objection::Weak { evidence, need } => write!(f, "{evidence:.1} nats, {need:.1} needed"),
+            Objection::WeakEvent { evidence, need } => write!(f, "{evidence:.1} nats, {need:.0} needed of an event"),
+            Objection::OneFold => f.write_str("one fold speaks against it"),
+            Objection::FewBlocks { without } => write!(f, "without the two best blocks only {without:.1} nats"),
+            Objection::WrongSign(size) => write!(f, "{size} has the wrong sign"),
+            Objection::Scheme(size) => write!(f, "{size} is no more than the finer step of a real car explains"),
+            Objection::Blurred { size, noise } => {
+                write!(
+                    f,
+                    "{size} is hardly wider than the noise of the measured gap, {noise:.3} m, which does the same"
+                )
+            }
+            Objection::OnBound(size) => write!(f, "{size} lies on its bound"),
+            Objection::Outrun { size, share } => {
+                write!(f, "the car goes faster than {size} for {:.0} % of that time", 100.0 * share)
+            }
+            Objection::Absorbed { by } => write!(f, "a calibration absorbs it in {}", by.join(", ")),
+            Objection::NoTransfer { share } => {
+                write!(f, "it gains on the hold-out in {:.0} % of the bootstraps only", 100.0 * share)
+            }
+        }
+    }
+}
+
+/// What became of a cause in a round. `Display` is what a diagnosis prints.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Fate {
+    /// It was not cross-fitted, as it gains too little.
+    Screened,
+    /// It gains enough, but was not cross-fitted, as so many others gain more.
+    NotListed {
+        /// How many are cross-fitted.
+        listed: usize,
+    },
+    /// Something spoke against it.
+    Stopped(Objection),
+    /// The adopted one is likelier.
+    LessLikely,
+    /// One that a calibration absorbs is likelier.
+    LessLikelyThanAbsorbed {
+        /// Its name.
+        other: String,
+    },
+    /// It is a rival of the adopted one.
+    AsLikely {
+        /// The name of that.
+        adopted: String,
+    },
+    /// It is no likelier than the adopted one, and has more parameters.
+    NoBetter {
+        /// The name of that.
+        adopted: String,
+    },
+    /// It became part of the model.
+    Adopted,
+    /// It did, for the time being, although this spoke against it.
+    OnTrial(Objection),
+    /// It did together with another one, which hides it.
+    Together {
+        /// The name of that.
+        with: String,
+    },
+    /// It was adopted next to a cause whose trial failed.
+    OnlyNextTo {
+        /// The name of that.
+        other: String,
+    },
+    /// It was adopted, and another one took its place.
+    Exchanged {
+        /// The name of that.
+        by: String,
+    },
+    /// It was adopted, and what was adopted later moved it to where this speaks against it.
+    NoNameAnyMore(Objection),
+    /// It was adopted, and what was adopted later made it needless.
+    Dropped {
+        /// What its removal cost in the end \[nats\].
+        cost: f64,
+    },
+}
+
+impl Fate {
+    /// Of a cause that is not cross-fitted although it may be hopeful: `listed` causes are.
+    pub(crate) fn unjudged(hopeful: bool, listed: usize) -> Fate {
+        if hopeful { Fate::NotListed { listed } } else { Fate::Screened }
+    }
+
+    /// True while it is part of the model.
+    #[must_use]
+    pub fn is_adopted(&self) -> bool {
+        matches!(self, Fate::Adopted | Fate::OnTrial(_) | Fate::Together { .. })
+    }
+
+    /// True where it was, and is no more.
+    #[must_use]
+    pub fn is_dropped(&self) -> bool {
+        matches!(self, Fate::NoNameAnyMore(_) | Fate::Dropped { .. } | Fate::Exchanged { .. })
+    }
+}
+
+impl fmt::Display for Fate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Fate::Screened => f.write_str("gains too little on all training data"),
+            Fate::NotListed { listed } => write!(f, "not judged: {listed} others gain more on all training data"),
+            Fate::Stopped(objection) => objection.fmt(f),
+            Fate::LessLikely => f.write_str("less likely than the one adopted"),
+            Fate::LessLikelyThanAbsorbed { other } => write!(f, "less likely than {other}, which is absorbed"),
+            Fate::AsLikely { adopted } => write!(f, "as likely as {adopted} within the threshold"),
+            Fate::NoBetter { adopted } => write!(f, "no likelier than {adopted}, which has fewer parameters"),
+            Fate::Adopted => f.write_str("adopted"),
+            Fate::OnTrial(objection) => write!(f, "adopted on trial: by itself {objection}"),
+            Fate::Together { with } => write!(f, "adopted together with {with}: each hides the other"),
+            Fate::OnlyNextTo { other } => write!(f, "only next to {other}, which does not carry over"),
+            Fate::Exchanged { by } => write!(f, "dropped again: {by} took its place"),
+            Fate::NoNameAnyMore(objection) => write!(f, "dropped again: in the end {objection}"),
+            Fate::Dropped { cost } => write!(f, "dropped again: costs {cost:.1} nats only in the end"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_short_list_is_not_said_to_be_a_small_gain() {
+        let said = |hopeful: bool| Fate::unjudged(hopeful, 5).to_string();
+        assert_eq!(said(true), "not judged: 5 others gain more on all training data");
+        assert_eq!(said(false), "gains too little on all training data");
+    }
+}

@@ -1,0 +1,360 @@
+//! Maximum likelihood of a model and its noise together, from many starts at once.
+//!
+//! Every turn simulates the finite differences of all starts in one batch, and then a few steps of each, damped more or less
+//! (Levenberg and Marquardt with Fisher's information); the worse starts are given up after some turns. Noise and parameters
+//! move together: taken in turn they stop far from the optimum.
+
+mod drives;
+mod frame;
+mod profile;
+
+pub use frame::{Prior, least_random};
+pub use profile::profiled;
+
+use super::normal_equations::NormalEquations;
+use super::observer::{KalmanGain, Noise};
+use super::robust::Mask;
+use super::space::Axis;
+use crate::evaluator::{Failure, Residuals};
+use drives::{costs, derivatives};
+use frame::{Frame, Place, inverse};
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+/// Residuals of spacing \[m\] and speed \[m/s\] of a whole run, sample by sample; `None` if it failed.
+pub type Run = Option<Vec<[f64; 2]>>;
+
+/// Anything whose innovations can be had for parameters and an observer.
+pub trait Predictor: Sync {
+    /// What can go wrong.
+    type Error: Send;
+    /// Samples and time step \[s\] of every drive.
+    fn drives(&self) -> Vec<(usize, f64)>;
+    /// False for a parameter of the model that does nothing on a drive: candidates that differ in it alone run alike there.
+    fn acts(&self, _drive: usize, _parameter: usize) -> bool {
+        true
+    }
+
+    /// Simulated minus measured spacing and speed before each correction, one candidate after the other; `each` is given one stretch
+    /// of samples after the other, up to the last one or until all have failed. Returns where runs ended early.
+    ///
+    /// # Errors
+    /// When nothing can be simulated; a candidate that fails is no error.
+    fn residuals(
+        &self,
+        drive: usize,
+        candidates: &[Vec<f64>],
+        observers: &[KalmanGain],
+        each: &mut dyn FnMut(&Residuals),
+    ) -> Result<Vec<Option<Failure>>, Self::Error>;
+
+    /// The same of whole runs.
+    ///
+    /// # Errors
+    /// As [`Predictor::residuals`].
+    fn runs(&self, drive: usize, candidates: &[Vec<f64>], observers: &[KalmanGain]) -> Result<Vec<Run>, Self::Error> {
+        let mut runs = vec![Vec::with_capacity(self.drives()[drive].0); candidates.len()];
+        let failed = self.residuals(drive, candidates, observers, &mut |stretch| {
+            runs.par_iter_mut().enumerate().for_each(|(i, run)| run.extend(stretch.of(i)));
+        })?;
+        Ok(runs.into_iter().zip(failed).map(|(run, failed)| failed.is_none().then_some(run)).collect())
+    }
+}
+
+/// A model with its noise.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Point {
+    /// Parameters of the model.
+    pub values: Vec<f64>,
+    /// What is random.
+    pub noise: Noise,
+}
+
+/// A point with its likelihood.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fit {
+    /// Where.
+    pub point: Point,
+    /// Gaussian log-likelihood over the samples fitted on, without the constant.
+    pub log_likelihood: f64,
+    /// Standard errors of the parameters from Fisher's information; infinite where the data say nothing, 0 where fixed.
+    pub errors: Vec<f64>,
+    /// True if the last turns gained nothing.
+    pub converged: bool,
+    /// Coordinates 0..1 of the parameters, then logarithms of the noise.
+    pub coordinates: Vec<f64>,
+    /// Fisher's information and the gradient of the cost in these coordinates, of the last turn; empty without a turn.
+    pub information: DMatrix<f64>,
+    /// See `information`.
+    pub gradient: DVector<f64>,
+}
+
+/// How long to search.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plan {
+    /// Starts that are searched from at all: the likeliest ones of each kind.
+    pub select: usize,
+    /// Kinds of starts, which come in turn; likelihoods under different observers do not compare.
+    pub kinds: usize,
+    /// Turns of all starts.
+    pub rough: usize,
+    /// Starts that go on after them.
+    pub keep: usize,
+    /// Turns of these at most.
+    pub fine: usize,
+    /// Gain of a turn at which a start stands \[nats\].
+    pub tolerance: f64,
+    /// The least noise of spacing and speed \[m, m/s\] to search with; more than the sensors have makes a rugged likelihood
+    /// smooth. 0: as the data say.
+    pub least: [f64; 2],
+}
+
+/// Longest step in the logarithm of a noise level, and in a coordinate of the model.
+const LONGEST: [f64; 2] = [1.5, 0.4];
+/// Weak pull towards the present noise, as information: keeps levels that the data do not show where they are.
+const PULL: f64 = 0.05;
+/// Damping tried in a turn, as factors of the present one; as many as lanes of the evaluator are free anyway.
+const DAMPINGS: [f64; 5] = [0.01, 0.1, 1.0, 10.0, 100.0];
+/// Damping beyond which a start is stuck.
+const STUCK: f64 = 1e7;
+/// A start goes on while it is behind by at most so many of its last gains, or, if among the best, by so many nats.
+const LATE: f64 = 12.0;
+/// See [`LATE`].
+const NEAR: f64 = 200.0;
+#[derive(Debug, Clone)]
+struct Start<'a> {
+    place: Place<'a>,
+    cost: f64,
+    damping: f64,
+    /// Gain of the last turn \[nats\].
+    gain: f64,
+    /// Turns in a row that gained less than the tolerance.
+    idle: usize,
+    gram: Option<NormalEquations>,
+}
+
+/// Fits from all starts; the best comes first. Starts whose first run fails are left out unless all do.
+///
+/// # Errors
+/// As [`Predictor::residuals`].
+pub fn fit<P: Predictor>(
+    predictor: &P,
+    axes: &[Axis],
+    masks: &[Mask],
+    starts: &[Point],
+    plan: Plan,
+) -> Result<Vec<Fit>, P::Error> {
+    fit_with(predictor, axes, masks, starts, plan, None)
+}
+
+/// The same with what is known beforehand; likelihoods are then those of both together.
+///
+/// # Errors
+/// As [`Predictor::residuals`].
+pub fn fit_with<P: Predictor>(
+    predictor: &P,
+    axes: &[Axis],
+    masks: &[Mask],
+    starts: &[Point],
+    plan: Plan,
+    prior: Option<&Prior>,
+) -> Result<Vec<Fit>, P::Error> {
+    let frame = Frame { axes, prior, least: plan.least };
+    search(predictor, masks, starts.iter().map(|point| frame.place(point)).collect(), plan)
+}
+
+/// The same where each start has axes of its own.
+///
+/// # Errors
+/// As [`Predictor::residuals`].
+pub fn fit_each<P: Predictor>(
+    predictor: &P,
+    masks: &[Mask],
+    starts: &[(Vec<Axis>, Point)],
+    plan: Plan,
+) -> Result<Vec<Fit>, P::Error> {
+    let frame = |axes| Frame { axes, prior: None, least: plan.least };
+    search(predictor, masks, starts.iter().map(|(axes, point)| frame(axes).place(point)).collect(), plan)
+}
+
+fn search<P: Predictor>(
+    predictor: &P,
+    masks: &[Mask],
+    places: Vec<Place<'_>>,
+    plan: Plan,
+) -> Result<Vec<Fit>, P::Error> {
+    let costs = costs(predictor, masks, &places)?;
+    let begin = |(place, cost)| Start { place, cost, damping: 1e-2, gain: 0.0, idle: 0, gram: None };
+    let mut starts = selected(places.into_iter().zip(costs).map(begin).collect(), plan);
+    for turn in 0..plan.rough + plan.fine {
+        if turn >= plan.rough {
+            race(&mut starts, plan);
+        }
+        if !advance(predictor, masks, &mut starts, plan.tolerance)? {
+            break;
+        }
+    }
+    starts.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    Ok(starts.into_iter().map(finished).collect())
+}
+
+/// Gives up the starts that are behind by more than their last gain promises to make good.
+fn race(starts: &mut Vec<Start<'_>>, plan: Plan) {
+    starts.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    let ahead = starts.first().map_or(0.0, |best| best.cost);
+    let mut rank = 0;
+    starts.retain(|start| {
+        rank += 1;
+        let behind = start.cost - ahead;
+        rank == 1 || behind <= LATE * start.gain || (rank <= plan.keep && behind < NEAR)
+    });
+    starts.truncate(plan.keep.max(1) * plan.kinds.max(1));
+}
+
+/// The likeliest starts of each kind whose first run does not fail.
+fn selected<'a>(starts: Vec<Start<'a>>, plan: Plan) -> Vec<Start<'a>> {
+    let kinds = plan.kinds.max(1);
+    let mut by_kind: Vec<Vec<Start<'a>>> = (0..kinds).map(|_| Vec::new()).collect();
+    for (i, start) in starts.into_iter().enumerate().filter(|(_, start)| start.cost.is_finite()) {
+        by_kind[i % kinds].push(start);
+    }
+    let best = |mut starts: Vec<Start<'a>>| {
+        starts.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        starts.truncate(plan.select.max(1));
+        starts
+    };
+    by_kind.into_iter().flat_map(best).collect()
+}
+
+/// The log-likelihood of points as they are.
+///
+/// # Errors
+/// As [`Predictor::residuals`].
+pub fn log_likelihoods<P: Predictor>(
+    predictor: &P,
+    axes: &[Axis],
+    masks: &[Mask],
+    points: &[Point],
+) -> Result<Vec<f64>, P::Error> {
+    let frame = Frame { axes, prior: None, least: [0.0; 2] };
+    let places: Vec<Place<'_>> = points.iter().map(|point| frame.place(point)).collect();
+    Ok(costs(predictor, masks, &places)?.into_iter().map(|cost| -cost).collect())
+}
+
+fn finished(start: Start<'_>) -> Fit {
+    let Place { frame, x } = start.place;
+    let point = frame.point(&x);
+    let mut errors = vec![f64::INFINITY; frame.axes.len()];
+    let inverse = start.gram.as_ref().and_then(|gram| inverse(&frame, &gram.information));
+    for (j, axis) in frame.axes.iter().enumerate() {
+        let variance = inverse.as_ref().map_or(f64::INFINITY, |inverse| inverse[(j, j)]);
+        let per_coordinate = axis.slope(x[j]);
+        errors[j] = if axis.is_fixed() { 0.0 } else { variance.sqrt() * per_coordinate.abs() };
+    }
+    let (information, gradient) = match start.gram {
+        Some(gram) => (gram.information, gram.gradient),
+        None => (DMatrix::zeros(0, 0), DVector::zeros(0)),
+    };
+    Fit {
+        point,
+        log_likelihood: -start.cost,
+        errors,
+        converged: start.idle >= IDLE,
+        coordinates: x,
+        information,
+        gradient,
+    }
+}
+
+/// Turns without gain after which a start stands; one is enough where its derivatives did not promise any.
+const IDLE: usize = 2;
+
+/// One turn of all starts that still move; false if none does.
+fn advance<P: Predictor>(
+    predictor: &P,
+    masks: &[Mask],
+    starts: &mut [Start<'_>],
+    tolerance: f64,
+) -> Result<bool, P::Error> {
+    let moving: Vec<usize> =
+        (0..starts.len()).filter(|&k| starts[k].idle < IDLE && starts[k].damping < STUCK).collect();
+    if moving.is_empty() {
+        return Ok(false);
+    }
+    let at: Vec<&Place<'_>> = moving.iter().map(|&k| &starts[k].place).collect();
+    let grams = derivatives(predictor, masks, &at)?;
+    let mut trials = Vec::new();
+    for (&k, gram) in moving.iter().zip(&grams) {
+        let Start { place, damping, .. } = &starts[k];
+        trials.extend(DAMPINGS.map(|factor| step(place, gram, damping * factor)));
+    }
+    let costs = costs(predictor, masks, &trials)?;
+    for (i, (&k, gram)) in moving.iter().zip(grams).enumerate() {
+        let start = &mut starts[k];
+        let mine = i * DAMPINGS.len()..(i + 1) * DAMPINGS.len();
+        let best = mine.clone().min_by(|&a, &b| costs[a].total_cmp(&costs[b])).expect("there are dampings");
+        let gain = start.cost - costs[best];
+        let promised = trials[mine].iter().map(|to| gram.promise(&start.place.x, &to.x)).fold(0.0, f64::max);
+        if gain > 0.0 {
+            start.damping = (start.damping * DAMPINGS[best % DAMPINGS.len()]).max(1e-9);
+            start.place.x.clone_from(&trials[best].x);
+            start.cost = costs[best];
+        } else {
+            start.damping *= 100.0;
+        }
+        start.gain = gain.max(0.0);
+        start.idle = match gain > tolerance {
+            true => 0,
+            false if promised <= tolerance => IDLE,
+            false => start.idle + 1,
+        };
+        start.gram = Some(gram);
+    }
+    Ok(true)
+}
+
+/// A damped step, kept within the bounds: what would leave them stays on them, and the others step again without it.
+fn step<'a>(place: &Place<'a>, gram: &NormalEquations, damping: f64) -> Place<'a> {
+    let Place { frame, x } = place;
+    let m = frame.coordinates();
+    let model = frame.axes.len();
+    let outward = |j: usize| {
+        let ([lower, upper], g) = (frame.bounds(j), gram.gradient[j]);
+        lower >= upper || (x[j] <= lower && g > 0.0) || (x[j] >= upper && g < 0.0)
+    };
+    let mut next = x.clone();
+    let mut fixed: Vec<Option<f64>> = (0..m).map(|j| outward(j).then_some(0.0)).collect();
+    for _ in 0..4 {
+        let free: Vec<usize> = (0..m).filter(|&j| fixed[j].is_none()).collect();
+        let matrix = DMatrix::from_fn(free.len(), free.len(), |a, b| {
+            let (j, k) = (free[a], free[b]);
+            let pull = if j >= model { PULL } else { 1e-6 };
+            gram.information[(j, k)] + if a == b { damping * gram.information[(j, j)] + pull } else { 0.0 }
+        });
+        let right = DVector::from_fn(free.len(), |a, _| {
+            let j = free[a];
+            let held: f64 = (0..m).filter_map(|k| fixed[k].map(|d| gram.information[(j, k)] * d)).sum();
+            -gram.gradient[j] - held
+        });
+        let Some(solution) = matrix.cholesky().map(|c| c.solve(&right)) else { return place.clone() };
+        let longest = |a: usize| if free[a] >= model { LONGEST[0] } else { LONGEST[1] };
+        let ratio = (0..free.len()).map(|a| solution[a].abs() / longest(a)).fold(1.0, f64::max);
+        let mut left = false;
+        for (a, &j) in free.iter().enumerate() {
+            let [lower, upper] = frame.bounds(j);
+            let wanted = x[j] + solution[a] / ratio;
+            next[j] = wanted.clamp(lower, upper);
+            if next[j] != wanted {
+                fixed[j] = Some(next[j] - x[j]);
+                left = true;
+            }
+        }
+        if !left || ratio > 1.0 {
+            break;
+        }
+    }
+    Place { frame: *frame, x: next }
+}
+
+#[cfg(test)]
+mod tests;

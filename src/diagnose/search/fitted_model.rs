@@ -1,0 +1,384 @@
+//! A fitted model in the race: what is shared by everything that fits, scores and compares.
+
+use super::textbook::{fastest, with_textbook_values};
+use crate::catalog::Variant;
+use crate::diagnose::drive::Drive;
+use crate::diagnose::likelihood::descent::descended;
+use crate::diagnose::likelihood::fit::{Fit, Plan, Point, Predictor, Prior, fit, fit_with};
+use crate::diagnose::likelihood::fold::{folds, whole};
+use crate::diagnose::likelihood::model::{Event, LEAD, Model, is_rugged};
+use crate::diagnose::likelihood::observer::{Noise, design};
+use crate::diagnose::likelihood::robust::{Mask, block_length, blocks, inflation};
+use crate::diagnose::likelihood::space::Axis;
+use crate::diagnose::question::{DiagnoseError, Question};
+use crate::extension::Extension;
+use crate::symbols::{SearchKind, Symbol};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Data, masks and the question; shared by all threads.
+#[derive(Debug)]
+pub struct Context<'a> {
+    /// The question.
+    pub question: &'a Question<'a>,
+    /// All training samples but the first of each drive.
+    pub whole: Vec<Mask>,
+    /// The two folds.
+    pub folds: [Vec<Mask>; 2],
+    /// The same as `whole` for the hold-out.
+    pub holdout: Vec<Mask>,
+    /// The nuisance lead that every model has.
+    pub lead: Option<&'static Extension>,
+    /// Threshold of evidence per inflation \[nats\], by a bootstrap; `None`: the analytic one.
+    pub least: Option<f64>,
+    /// Candidates simulated so far.
+    pub simulations: AtomicU64,
+}
+
+impl<'a> Context<'a> {
+    /// The setting of a question.
+    #[must_use]
+    pub fn new(question: &'a Question<'a>, lead: Option<&'static Extension>) -> Context<'a> {
+        let sizes = |drives: &[Drive]| -> (Vec<usize>, Vec<f64>) {
+            (drives.iter().map(Drive::samples).collect(), drives.iter().map(Drive::dt).collect())
+        };
+        let (samples, dt) = sizes(question.train);
+        let (held, held_dt) = sizes(question.holdout);
+        Context {
+            question,
+            whole: whole(&samples, &dt),
+            folds: folds(&samples, &dt),
+            holdout: whole(&held, &held_dt),
+            lead,
+            least: None,
+            simulations: AtomicU64::new(0),
+        }
+    }
+
+    /// A model of the training drives, with the nuisance lead.
+    ///
+    /// # Errors
+    /// As [`Model::new`].
+    pub fn model(&self, variant: Variant, events: &[Event]) -> Result<Model, DiagnoseError> {
+        Model::new(self.with_lead(variant)?, self.question.train, self.question.bounds, events)
+    }
+
+    /// The same over the hold-out drives; events of one recording happen in its held-back end only.
+    ///
+    /// # Errors
+    /// As [`Model::new`].
+    pub fn held_out(&self, variant: Variant, events: &[Event]) -> Result<Model, DiagnoseError> {
+        let Question { train, holdout, bounds, .. } = *self.question;
+        let there = |event: &Event| {
+            let own = train.get(event.drive).map(Drive::recording);
+            let end = holdout.iter().position(|drive| own.as_ref().is_some_and(|own| *own == drive.recording()));
+            Event { drive: end.unwrap_or(usize::MAX), ..*event }
+        };
+        let events: Vec<Event> = events.iter().map(there).collect();
+        Model::new(self.with_lead(variant)?, holdout, bounds, &events)
+    }
+
+    /// Candidates simulated so far, over one drive each.
+    #[must_use]
+    pub fn simulated(&self) -> u64 {
+        self.simulations.load(Ordering::Relaxed)
+    }
+
+    fn with_lead(&self, variant: Variant) -> Result<Variant, DiagnoseError> {
+        Ok(match self.lead {
+            Some(lead) if variant.extensions.get(&lead.name).is_none() => variant.with(lead)?,
+            _ => variant,
+        })
+    }
+}
+
+/// A base with some causes, fitted to all training data.
+#[derive(Debug)]
+pub struct FittedModel {
+    /// The base with the causes, without the nuisance lead.
+    pub variant: Variant,
+    /// The causes, in the order of adoption.
+    pub causes: Vec<&'static Extension>,
+    /// The model over the training drives.
+    pub model: Model,
+    /// The fit to all training data.
+    pub fit: Fit,
+}
+
+/// Log-likelihood of a candidate where it was not fitted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CrossValidated {
+    /// Per fold, drive and block of 30 s.
+    pub folds: [Vec<Vec<f64>>; 2],
+}
+
+impl CrossValidated {
+    /// Gain over another candidate, per fold, and all blocks.
+    #[must_use]
+    pub fn gain(&self, other: &CrossValidated) -> ([f64; 2], Vec<f64>) {
+        let mut folds = [0.0; 2];
+        let mut blocks = Vec::new();
+        for (k, sum) in folds.iter_mut().enumerate() {
+            let pairs = self.folds[k].iter().flatten().zip(other.folds[k].iter().flatten());
+            // Where both runs fail nothing is gained; where one does, the other wins by the score of a failed block.
+            let gains = pairs.map(|(mine, theirs)| if mine == theirs { 0.0 } else { mine - theirs });
+            for gain in gains {
+                *sum += gain;
+                blocks.push(gain);
+            }
+        }
+        (folds, blocks)
+    }
+}
+
+/// Score of a block in which a run failed \[nats\]: finite, so that one failed block cannot decide.
+const FAILED_BLOCK: f64 = -1e4;
+/// Weight of all data in the fit of a fold, for the parameters of the base.
+const BORROWED: f64 = 0.1;
+/// Turns on a fold, from the optimum of all data.
+const FOLD_PLAN: Plan = Plan { select: 2, kinds: 1, rough: 0, keep: 2, fine: 8, tolerance: 0.1, least: [0.0; 2] };
+/// Turns on data on which it was not fitted.
+pub(crate) const ELSEWHERE: Plan =
+    Plan { select: 2, kinds: 1, rough: 4, keep: 2, fine: 12, tolerance: 0.1, least: [0.0; 2] };
+
+/// First steps of the descents on data on which it was not fitted, where derivatives show no way.
+const RUGGED_STEPS: [f64; 2] = [0.06, 0.015];
+
+impl FittedModel {
+    /// Fits a variant from some starts.
+    ///
+    /// # Errors
+    /// As [`fit`]; `None` if every start fails.
+    pub fn fitted(
+        setting: &Context<'_>,
+        variant: Variant,
+        causes: &[&'static Extension],
+        model: Model,
+        starts: &[Point],
+        plan: Plan,
+    ) -> Result<Option<FittedModel>, DiagnoseError> {
+        let axes = model.axes.clone();
+        let before = model.simulations();
+        let fits = fit(&model, &axes, &setting.whole, starts, plan)?;
+        setting.simulations.fetch_add(model.simulations() - before, Ordering::Relaxed);
+        let best = fits.into_iter().next();
+        Ok(best.map(|fit| FittedModel { variant, causes: causes.to_vec(), model, fit }))
+    }
+
+    /// The log-likelihood of each fold, fitted on the other one. Times of events stay where all data put them, and so does all of what
+    /// acts in one stretch only: it happens once, so it cannot be held out.
+    ///
+    /// # Errors
+    /// As [`fit`].
+    pub fn cross_fit(&self, setting: &Context<'_>) -> Result<CrossValidated, DiagnoseError> {
+        let mut axes = self.model.axes.clone();
+        let local = self.causes.iter().filter(|cause| is_local(cause)).flat_map(|cause| self.model.positions(cause));
+        let times = (0..axes.len()).filter(|&k| self.model.symbols[k].is_time());
+        for k in times.chain(local) {
+            let value = self.fit.point.values[k];
+            axes[k] = Axis::held(value);
+        }
+        let prior = self.prior();
+        let before = self.model.simulations();
+        let mut held = [Vec::new(), Vec::new()];
+        for (fold, held) in held.iter_mut().enumerate() {
+            let start = [self.fit.point.clone()];
+            let fits = fit_with(&self.model, &axes, &setting.folds[1 - fold], &start, FOLD_PLAN, prior.as_ref())?;
+            let point = fits.first().map_or(&self.fit.point, |fit| &fit.point).clone();
+            let point = with_own_noise(&self.model, point, &setting.folds[fold])?;
+            *held = scored(&self.model, &point, &setting.folds[fold])?;
+        }
+        setting.simulations.fetch_add(self.model.simulations() - before, Ordering::Relaxed);
+        Ok(CrossValidated { folds: held })
+    }
+
+    /// What a fold may borrow from all data: where it says next to nothing of a parameter of the base, that stays about where it
+    /// is, or the other fold shows nothing but that it ran away. Causes borrow nothing.
+    fn prior(&self) -> Option<Prior> {
+        let information = &self.fit.information;
+        if information.is_empty() {
+            return None;
+        }
+        let lead = |k: usize| matches!(self.model.symbols[k], Symbol::Extension(row) if row.extension == LEAD);
+        let borrows = |k: usize| self.model.symbols.get(k).is_none_or(|s| self.model.variant.is_of_base(*s) || lead(k));
+        let weight = |j: usize, k: usize| if borrows(j) && borrows(k) { BORROWED * information[(j, k)] } else { 0.0 };
+        let information = nalgebra::DMatrix::from_fn(information.nrows(), information.ncols(), weight);
+        Some(Prior { centre: self.fit.coordinates.clone(), information })
+    }
+
+    /// The model over the hold-out, with the causes as the training data have them, and a base and a noise of its own. What training
+    /// leaves open of a base, a set speed that no training drive reaches, is then no argument against a cause; and a base that makes
+    /// up for the cause by itself is one. The search also starts from textbook values of free driving, and from where it led another
+    /// one: who loses because it was not found has not lost.
+    ///
+    /// # Errors
+    /// As [`Model::new`].
+    pub fn transfer(&self, setting: &Context<'_>, other: Option<&Transferred>) -> Result<Transferred, DiagnoseError> {
+        let model = setting.held_out(self.variant, &self.model.events)?;
+        let point = &self.fit.point;
+        let mut axes = model.axes.clone();
+        let mut starts = elsewhere(point).to_vec();
+        let fastest = fastest(setting.question.holdout);
+        let noise = point.noise.strong();
+        starts.push(Point { values: with_textbook_values(&model, &point.values, fastest), noise });
+        if let Some(Transferred { model: theirs, point }) = other {
+            let values = model.adopt(theirs, &point.values);
+            starts.extend(elsewhere(&Point { values, noise: point.noise }));
+        }
+        for k in self.causes.iter().flat_map(|cause| model.positions(cause)) {
+            axes[k] = Axis::held(point.values[k]);
+            starts.iter_mut().for_each(|start| start.values[k] = point.values[k]);
+        }
+        let plan = |count: usize| Plan { select: count, keep: count, ..ELSEWHERE };
+        let fits = fit(&model, &axes, &setting.holdout, &starts, plan(starts.len()))?;
+        let mut point = fits.into_iter().next().map_or_else(|| point.clone(), |fit| fit.point);
+        if self.causes.iter().any(|cause| is_rugged(cause)) {
+            // Derivatives do not lead a base to where such a cause fits.
+            for (turn, step) in RUGGED_STEPS.into_iter().enumerate() {
+                let there =
+                    descended(&model, &axes, &setting.holdout, &point, step, (setting.question.seed, turn as u64))?;
+                let starts: Vec<Point> = std::iter::once(point.clone()).chain(there).collect();
+                let fits = fit(&model, &axes, &setting.holdout, &starts, plan(starts.len()))?;
+                point = fits.into_iter().next().map_or(point, |fit| fit.point);
+            }
+        }
+        setting.simulations.fetch_add(model.simulations(), Ordering::Relaxed);
+        Ok(Transferred { model, point })
+    }
+
+    /// Inflation of thresholds by the correlation of the innovations.
+    ///
+    /// # Errors
+    /// As [`Predictor::residuals`].
+    pub fn inflation(&self, setting: &Context<'_>) -> Result<f64, DiagnoseError> {
+        let (mut residuals, mut designs) = (Vec::new(), Vec::new());
+        for (drive, (samples, dt)) in self.model.drives().into_iter().enumerate() {
+            let designed = design(&self.fit.point.noise, dt);
+            let run = self.model.runs(drive, std::slice::from_ref(&self.fit.point.values), &[designed])?.remove(0);
+            residuals.push(run.unwrap_or_else(|| vec![[0.0; 2]; samples]));
+            designs.push(designed);
+        }
+        Ok(inflation(&residuals, &designs, &setting.whole))
+    }
+
+    /// Value of a parameter of the fit.
+    #[must_use]
+    pub fn value(&self, name: &str) -> Option<f64> {
+        let k = self.model.symbols.iter().position(|symbol| symbol.name() == name)?;
+        Some(self.fit.point.values[k])
+    }
+}
+
+/// True for a cause that acts in one stretch only: it has a begin and a length.
+#[must_use]
+pub fn is_local(cause: &Extension) -> bool {
+    cause.search() == SearchKind::Stretch
+}
+
+/// A candidate on the hold-out.
+#[derive(Debug)]
+pub struct Transferred {
+    model: Model,
+    point: Point,
+}
+
+impl Transferred {
+    /// Log-likelihood per drive and block.
+    ///
+    /// # Errors
+    /// As [`Predictor::residuals`].
+    pub fn scores(&self, setting: &Context<'_>) -> Result<Vec<Vec<f64>>, DiagnoseError> {
+        scored(&self.model, &self.point, &setting.holdout)
+    }
+
+    /// What a cause changes there \[nats\], per block: the gain to be expected if it is real. A cap that the hold-out never reaches has
+    /// none, whatever the truth. Infinite where a run fails.
+    ///
+    /// # Errors
+    /// As [`Predictor::residuals`].
+    pub fn changed_by(&self, setting: &Context<'_>, cause: &Extension) -> Result<Vec<f64>, DiagnoseError> {
+        let Transferred { model, point } = self;
+        let mut without = point.values.clone();
+        for k in model.positions(cause) {
+            let Axis { lower, upper, .. } = model.axes[k];
+            without[k] = model.symbols[k].neutral().unwrap_or(without[k]).clamp(lower, upper);
+        }
+        let mut changes = Vec::new();
+        for (drive, ((samples, dt), mask)) in model.drives().into_iter().zip(&setting.holdout).enumerate() {
+            let designed = design(&point.noise, dt);
+            let runs = model.runs(drive, &[point.values.clone(), without.clone()], &[designed, designed])?;
+            let length = block_length(dt);
+            let mut sums = vec![0.0; samples.div_ceil(length)];
+            match &runs[..] {
+                [Some(with), Some(without)] => {
+                    for (t, (a, b)) in with.iter().zip(without).enumerate().filter(|(t, _)| mask[*t]) {
+                        let z = designed.white([a[0] - b[0], a[1] - b[1]]);
+                        sums[t / length] += 0.5 * (z[0] * z[0] + z[1] * z[1]);
+                    }
+                }
+                _ => sums.fill(f64::INFINITY),
+            }
+            changes.append(&mut sums);
+        }
+        Ok(changes)
+    }
+}
+
+/// The same parameters with the noise of other data: a complete model is close to a free simulation, which other data punish for
+/// every small error of a parameter, while a model that lacks something hides behind a strong observer.
+fn with_own_noise(model: &Model, point: Point, masks: &[Mask]) -> Result<Point, DiagnoseError> {
+    let axes: Vec<Axis> = point.values.iter().map(|value| Axis::held(*value)).collect();
+    let fits = fit(model, &axes, masks, &elsewhere(&point), ELSEWHERE)?;
+    Ok(fits.into_iter().next().map_or(point, |fit| fit.point))
+}
+
+/// Starts on other data: with the noise as it was, and with a strong observer, for the way from next to no noise back is long.
+fn elsewhere(point: &Point) -> [Point; 2] {
+    let noise = Noise { sigma_d: point.noise.sigma_d.max(0.1), tau_d: 2.0, ..point.noise };
+    [point.clone(), Point { noise, ..point.clone() }]
+}
+
+/// Robust log-likelihood per drive and block of 30 s at a point.
+pub(crate) fn scored(model: &Model, point: &Point, masks: &[Mask]) -> Result<Vec<Vec<f64>>, DiagnoseError> {
+    let mut all = Vec::new();
+    for (drive, ((samples, dt), mask)) in model.drives().into_iter().zip(masks).enumerate() {
+        let designed = design(&point.noise, dt);
+        let run = model.runs(drive, std::slice::from_ref(&point.values), &[designed])?.remove(0);
+        let failed = || blocks(&vec![[0.0; 2]; samples], &designed, mask, dt).iter().map(|_| FAILED_BLOCK).collect();
+        all.push(run.map_or_else(failed, |run| blocks(&run, &designed, mask, dt)));
+    }
+    Ok(all)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calibrate::Overrides;
+    use crate::diagnose::{Effort, made_up};
+    use crate::wgsl::extension_named;
+
+    /// A recording of which the end is held back, and another file.
+    #[test]
+    fn an_event_happens_in_the_held_back_end_of_its_recording_only() {
+        let train = [made_up::drive("other.csv", 0.0), made_up::drive("mine.csv", 0.0)];
+        let holdout = [made_up::drive("third.csv", 0.0), made_up::drive("mine.csv", 120.0)];
+        let cause = extension_named("headway_mode_change").expect("in the library");
+        let base: Variant = "l-cth".parse().expect("a base");
+        let (bounds, causes) = (Overrides::new(), [cause]);
+        let question = Question {
+            train: &train,
+            holdout: &holdout,
+            base,
+            effort: Effort::Quick,
+            seed: 1,
+            causes: &causes,
+            bounds: &bounds,
+            kept: None,
+        };
+        let setting = Context::new(&question, None);
+        let drive = |of: usize| {
+            let events = [Event { extension: cause, drive: of }];
+            setting.held_out(base.with(cause).expect("they go together"), &events).expect("a model").events[0].drive
+        };
+        assert_eq!([drive(1), drive(0)], [1, usize::MAX]);
+    }
+}

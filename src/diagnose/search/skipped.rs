@@ -1,0 +1,62 @@
+//! Causes that could not be tried, and why.
+
+use crate::evaluator::CaseError;
+use crate::extension::{Extension, ExtensionConflict};
+use std::fmt;
+
+/// Why a cause could not be tried. `Display` says it after the cause's name.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Untried {
+    /// It cannot be in the model.
+    Conflict(ExtensionConflict),
+    /// The data lack what it needs, or are too short.
+    Data(CaseError),
+    /// Nothing tells with which values of these parameters to begin; they have no neutral one.
+    NoStart {
+        /// Their names; none where the cause has no parameter at all.
+        parameters: Vec<String>,
+    },
+    /// No run from any start came to the end.
+    NotFinite,
+}
+
+/// A cause that could not be tried, and why.
+pub type Skipped = (&'static Extension, Untried);
+
+impl Untried {
+    /// What to do about it.
+    #[must_use]
+    pub fn remedy(&self) -> String {
+        match self {
+            Untried::Conflict(_) => "diagnose a base model without it".to_owned(),
+            Untried::Data(CaseError::Missing { remedy, .. }) => (*remedy).to_owned(),
+            Untried::Data(_) => "give longer data".to_owned(),
+            Untried::NoStart { parameters } if parameters.is_empty() => {
+                "give it a parameter that says how much, with a neutral value".to_owned()
+            }
+            Untried::NoStart { .. } => {
+                "give longer data, or a neutral value to what is neither a time of the file nor a frequency in Hz"
+                    .to_owned()
+            }
+            Untried::NotFinite => {
+                "keep the arguments of its divisions and roots in range, and see that the car keeps its distance"
+                    .to_owned()
+            }
+        }
+    }
+}
+
+impl fmt::Display for Untried {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Untried::Conflict(conflict) => conflict.fmt(f),
+            Untried::Data(CaseError::Missing { what, .. }) => write!(f, "needs {what}"),
+            Untried::Data(error) => error.fmt(f),
+            Untried::NoStart { parameters } if parameters.is_empty() => f.write_str("has no parameter to be fitted"),
+            Untried::NoStart { parameters } => {
+                write!(f, "nothing in the data tells with which {} to begin", parameters.join(", "))
+            }
+            Untried::NotFinite => f.write_str("gives no finite result at any size tried"),
+        }
+    }
+}
