@@ -174,6 +174,50 @@ fn a_diagnosis_knows_no_cause_by_its_name() {
     assert!(named.is_empty(), "{}", named.join("\n"));
 }
 
+/// Rooms of the diagnosis, the lowest first: each may use those before it.
+const OF_A_DIAGNOSIS: [&str; 12] = [
+    "revision",
+    "data",
+    "drive",
+    "question",
+    "likelihood",
+    "search",
+    "judge",
+    "outcome",
+    "select",
+    "describe",
+    "answer",
+    "infer",
+];
+
+#[test]
+fn imports_of_the_diagnosis_go_down() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/diagnose");
+    let mut files = Vec::new();
+    rust_files(&root, &mut files);
+    let floor = |room: &str| OF_A_DIAGNOSIS.iter().position(|other| *other == room);
+    let (mut seen, mut broken) = (0, Vec::new());
+    for path in &files {
+        let room = path.strip_prefix(&root).expect("below").iter().next().expect("a name").to_string_lossy();
+        let room = room.trim_end_matches(".rs");
+        let text = without_comments(&std::fs::read_to_string(path).expect("readable"));
+        let code = text.split("#[cfg(test)]").next().unwrap_or_default();
+        if ["mod", "made_up"].contains(&room) {
+            continue;
+        }
+        for rest in code.split("crate::diagnose::").skip(1) {
+            let other: String = rest.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
+            seen += 1;
+            // A test file looks at whatever it tests.
+            if !path.ends_with("tests.rs") && (floor(&other).is_none() || floor(&other) > floor(room)) {
+                broken.push(format!("{}: {room} uses {other}", path.display()));
+            }
+        }
+    }
+    assert!(seen > 100, "{seen}");
+    assert!(broken.is_empty(), "{}", broken.join("\n"));
+}
+
 #[test]
 fn no_circle() {
     let modules = modules();

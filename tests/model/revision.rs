@@ -197,6 +197,6 @@ fn the_same_drives_give_the_same_diagnosis_or_the_revision_is_raised() {
     assert!(
         found == DIAGNOSED,
         "found:\n{found}\nunder revision {DIAGNOSIS_REVISION} of the diagnosis it was:\n{DIAGNOSED}\nIf the mean gaps are the same: raise \
-         DIAGNOSIS_REVISION in src/diagnose/mod.rs, then write what was found into DIAGNOSED here"
+         DIAGNOSIS_REVISION in src/diagnose/revision.rs, then write what was found into DIAGNOSED here"
     );
 }

@@ -5,7 +5,6 @@
 //! leader, which is smoothed again, for errors in the leader are what makes false lags.
 
 use super::adopt::Search;
-use crate::diagnose::PROGRAM;
 use crate::diagnose::drive::Drive;
 use crate::diagnose::drive::smoothing::rough;
 use crate::diagnose::judge::decide::JUDGED;
@@ -13,6 +12,7 @@ use crate::diagnose::likelihood::fit::{Plan, Point};
 use crate::diagnose::likelihood::model::LEAD;
 use crate::diagnose::likelihood::observer::Noise;
 use crate::diagnose::question::{DiagnoseError, Effort, Question};
+use crate::diagnose::revision::PROGRAM;
 use crate::diagnose::search::fitted_model::{Context, FittedModel};
 use crate::diagnose::search::search_budget::SearchBudget;
 use crate::diagnose::search::start::NEARLY_FREE;
