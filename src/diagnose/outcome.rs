@@ -76,7 +76,7 @@ pub struct Adopted {
     pub evidence: f64,
     /// What the evidence had to exceed \[nats\].
     pub threshold: f64,
-    /// The recording in which it happens ([`Drive::recording`]), for an event of one recording only.
+    /// The recording in which it happens ([`Drive::recording`](crate::diagnose::Drive::recording)), for an event of one recording only.
     pub recording: Option<String>,
 }
 

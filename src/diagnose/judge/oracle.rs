@@ -44,7 +44,7 @@ pub struct Known {
 /// of the causes does not matter.
 ///
 /// # Errors
-/// As [`super::infer()`].
+/// As [`crate::diagnose::infer()`].
 pub fn known(
     question: &Question<'_>,
     causes: &[&'static Extension],
