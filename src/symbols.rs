@@ -59,7 +59,7 @@ pub enum SearchKind {
     /// Sizes: derivatives lead from one to the next.
     #[default]
     Size,
-    /// One size beyond which something is cut off; at an end of its bounds it does nothing.
+    /// One size beyond which something is cut off; at its upper bound it does nothing.
     Limit,
     /// One size in which something comes in steps, so that no derivative leads there.
     Steps,

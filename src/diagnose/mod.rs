@@ -11,7 +11,7 @@ mod infer;
 pub mod judge;
 pub mod likelihood;
 #[cfg(test)]
-mod made_up;
+pub(crate) mod made_up;
 pub mod outcome;
 pub mod question;
 mod revision;

@@ -87,8 +87,7 @@ fn sets(causes: &[&'static Extension]) -> Vec<Vec<&'static Extension>> {
         .filter(|cause| cause.parameters.iter().all(|symbol| symbol.neutral().is_some()))
         .collect();
     let of = |family: &str| {
-        let is_of =
-            |cause: &&&'static Extension| cause.cause.as_ref().is_some_and(|c| c.family.as_deref() == Some(family));
+        let is_of = |cause: &&&'static Extension| cause.family() == family;
         lasting.iter().filter(is_of).copied().collect::<Vec<_>>()
     };
     let [first, second] = HIDING.map(of);

@@ -69,15 +69,15 @@ pub fn checks(
         at_least("gain of the root loss", root, 0.0),
         at_least("share of the bins that are better", better, policy.better),
         at_most("largest size over smallest, over the folds", spread(policy, model, entry, added), policy.spread),
-        at_least("smallest size of what is never negative", smallest(model, entry, added), 0.0),
+        at_least("smallest size of what is never negative", smallest(model, &entry.whole.values, added), 0.0),
     ]
 }
 
 /// The smallest size of the added causes that cannot be negative; 0 without one. (A car that reacts in finer steps than the model looks as if it
 /// saw the preceding vehicle before it is there.)
-fn smallest(model: &Model, entry: &Entry, added: &[&'static Extension]) -> f64 {
+fn smallest(model: &Model, values: &[f64], added: &[&'static Extension]) -> f64 {
     let positive = added.iter().filter(|cause| cause.cause.as_ref().is_some_and(|traits| traits.positive));
-    positive.flat_map(|cause| model.positions(cause)).map(|k| entry.whole.values[k]).fold(0.0, f64::min)
+    positive.flat_map(|cause| model.positions(cause)).map(|k| values[k]).fold(0.0, f64::min)
 }
 
 /// The largest ratio of the sizes of the added causes over the folds; infinite where a sign changes, or where nothing has a size.
@@ -127,4 +127,29 @@ pub fn differences(base: &Losses, other: &Losses) -> [Vec<f64>; 2] {
 #[must_use]
 pub fn root_share(differences: &[f64], base: &Losses) -> f64 {
     mean(differences) / mean(&base.roots()).max(f64::MIN_POSITIVE)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calibrate::Overrides;
+    use crate::catalog::Variant;
+    use crate::diagnose::made_up;
+    use crate::wgsl::extension_named;
+
+    /// A clock cannot be ahead; a bias of the spacing may have either sign.
+    #[test]
+    fn only_what_cannot_be_negative_counts() {
+        let drives = [made_up::drive("made_up.csv", 0.0)];
+        let least = |name: &str, value: f64| {
+            let cause = extension_named(name).expect("in the library");
+            let variant = "idm".parse::<Variant>().expect("a base").with(cause).expect("they go together");
+            let model = Model::new(variant, &drives, &Overrides::new(), &[]).expect("a model");
+            let mut values = vec![1.0; model.symbols.len()];
+            values[model.positions(cause)[0]] = value;
+            smallest(&model, &values, &[cause])
+        };
+        assert_eq!([least("time_offset", -0.05), least("time_offset", 0.05)], [-0.05, 0.0]);
+        assert_eq!(least("range_bias", -0.5), 0.0);
+    }
 }
