@@ -66,13 +66,14 @@ impl DiagnosisJournal {
     }
 }
 
-/// Runs the cases that the journal does not have; `progress` gets the number done and the case that comes next, and may stop.
+/// Runs the cases that the journal does not have by [`diagnose_task`] or [`infer_task`]; `progress` gets the number done and the case that comes next, and may stop.
 ///
 /// # Errors
 /// [`BenchError::Write`] when the journal cannot be written. A case that cannot be made or diagnosed is an outcome.
 pub fn run_diagnoses(
     tasks: &[DiagnosisTask],
     journal: &mut DiagnosisJournal,
+    diagnose: fn(&DiagnosisTask) -> DiagnosisOutcome,
     progress: &mut dyn FnMut(usize, &DiagnosisTask) -> ControlFlow<()>,
 ) -> Result<(), BenchError> {
     for (done, task) in tasks.iter().enumerate() {
@@ -80,7 +81,7 @@ pub fn run_diagnoses(
             return Ok(());
         }
         if journal.get(task).is_none() {
-            journal.keep(diagnose_task(task))?;
+            journal.keep(diagnose(task))?;
         }
     }
     Ok(())

@@ -4,7 +4,7 @@ use super::super::lines::Lines;
 use super::super::number::whole;
 use super::super::{interrupt, output};
 use crate::bench::Machine;
-use crate::bench::{DiagnosisJournal, DiagnosisReport, LARGEST_SEED, SIZES, diagnosis_tasks, run_diagnoses};
+use crate::bench::{DiagnosisJournal, DiagnosisReport, LARGEST_SEED, SIZES, diagnose_task, diagnosis_tasks, infer_task, run_diagnoses};
 use crate::diagnose::PROGRAM;
 use crate::report::naming::{self, Provenance};
 use crate::text::bounded::{self, TEXT_MAX};
@@ -39,6 +39,9 @@ pub struct Args {
     /// How hard to search [default: normal, with --quick quick]
     #[arg(long, value_name = "EFFORT", value_parser = ["quick", "normal", "thorough"])]
     effort: Option<String>,
+    /// Only which causes are named, without what is recommended in closed loop: four times as quick
+    #[arg(long)]
+    names_only: bool,
     /// Finished cases are kept in this file; the same command goes on where it was stopped
     #[arg(long, value_name = "FILE", default_value = "diagnosis.jsonl")]
     journal: PathBuf,
@@ -65,7 +68,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let bar = output::heard(ProgressBar::new(tasks.len() as u64))
         .with_style(ProgressStyle::with_template("{bar:20} {pos}/{len} cases, {eta} left  {msg}")?);
     let mut lines = Lines::new();
-    run_diagnoses(&tasks, &mut journal, &mut |done, task| {
+    let diagnose = if args.names_only { infer_task } else { diagnose_task };
+    run_diagnoses(&tasks, &mut journal, diagnose, &mut |done, task| {
         bar.set_position(done as u64);
         bar.set_message(format!("{} {} {}", task.kind, task.base, task.causes.join(" + ")));
         lines.tell(|| format!("{done}/{} cases, {:#} left  {}", tasks.len(), HumanDuration(bar.eta()), bar.message()));
@@ -116,6 +120,7 @@ fn command(args: &Args) -> String {
         let sizes: Vec<String> = args.sizes.iter().map(f64::to_string).collect();
         words.push(format!("--sizes {}", sizes.join(",")));
     }
+    words.extend(args.names_only.then(|| "--names-only".to_owned()));
     words.extend(args.only.as_ref().map(|kind| format!("--only {kind}")));
     words.extend(args.case.iter().map(|case| format!("--case {case}")));
     words.extend(args.cases.map(|cases| format!("--cases {cases}")));
