@@ -175,8 +175,9 @@ fn a_diagnosis_knows_no_cause_by_its_name() {
 }
 
 /// Rooms of the diagnosis, the lowest first: each may use those before it.
-const OF_A_DIAGNOSIS: [&str; 12] = [
+const OF_A_DIAGNOSIS: [&str; 13] = [
     "revision",
+    "policy",
     "data",
     "drive",
     "question",

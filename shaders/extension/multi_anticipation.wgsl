@@ -3,6 +3,7 @@
 //! looks like: residuals in proportion to the speed difference of the two cars ahead
 //! confounded with: leader_accel_ff
 //! sign: positive
+//! hides: phase
 //! experiment: a car two ahead that brakes or accelerates while the one between keeps its speed
 //! reference: Lenz, Wagner, Sollacher 1999, Eur. Phys. J. B 7, 331-335
 struct Parameters {

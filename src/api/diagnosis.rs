@@ -12,7 +12,7 @@ use crate::diagnose::drive::road::{lap, on_the_road_of};
 use crate::diagnose::drive::{drives_apart, hold_back};
 use crate::diagnose::{Drive as Diagnosed, Effort, Progress, Question};
 use crate::extension::Extension;
-use crate::recommend::{Policy, Request, combine, races, recommend};
+use crate::recommend::{NotFollowed, Policy, Request, combine, not_followed, races, recommend, without};
 use crate::result::diagnosis::describe::{Diagnosis as Described, describe};
 use crate::result::diagnosis::{DataEntry, FindingEntry, Outcome};
 use crate::text::spelling::any_of;
@@ -20,7 +20,6 @@ use crate::trajectory::{Note, Recording, Trajectory};
 use crate::wgsl::{library, read_extension};
 use std::fmt;
 use std::ops::ControlFlow;
-use std::path::Path;
 use std::sync::Arc;
 use strum::VariantNames;
 
@@ -240,8 +239,6 @@ pub(crate) struct Asked<'a> {
     pub(crate) seed: u64,
     pub(crate) causes: &'a [&'static Extension],
     pub(crate) bounds: &'a Overrides,
-    /// Where the bootstrap of `thorough` keeps what it has.
-    pub(crate) kept: Option<&'a Path>,
 }
 
 impl Asked<'_> {
@@ -251,10 +248,12 @@ impl Asked<'_> {
         loaded: &mut Loaded,
         progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
     ) -> anyhow::Result<Described> {
-        let Asked { base, effort, seed, causes, bounds, kept } = *self;
-        let question =
-            Question { train: &loaded.train, holdout: &loaded.holdout, base, effort, seed, causes, bounds, kept };
-        let request = Request { drives: &loaded.whole, base, causes, bounds, seed, rounds: races(effort) };
+        let Asked { base, effort, seed, causes, bounds } = *self;
+        let policy = Policy::DEFAULT;
+        let not_followed = not_followed(&loaded.whole, base, bounds, seed, &policy)?;
+        let followed = without(&loaded.whole, &not_followed);
+        let question = Question { train: &loaded.train, holdout: &loaded.holdout, base, effort, seed, causes, bounds };
+        let request = Request { drives: &followed, base, causes, bounds, seed, rounds: races(effort) };
         let all: Vec<&Diagnosed> = if loaded.trained.is_empty() {
             loaded.whole.iter().chain(&loaded.holdout).collect()
         } else {
@@ -263,11 +262,12 @@ impl Asked<'_> {
         let different = different_drivers(&all, base, bounds, seed)?;
         let part = |p: Progress, [from, to]: [f64; 2]| Progress { done: from + (to - from) * p.done, ..p };
         let mut found = describe(&question, loaded.lap, &mut |p| progress(part(p, [0.0, DESCRIBED])))?;
-        let answer = recommend(&request, &Policy::DEFAULT, &mut |p| progress(part(p, [DESCRIBED, 1.0])))?;
+        let answer = recommend(&request, &policy, &mut |p| progress(part(p, [DESCRIBED, 1.0])))?;
         combine(&mut found.outcome, &answer);
         found.outcome.data = std::mem::take(&mut loaded.data);
         found.outcome.data_findings = std::mem::take(&mut loaded.findings);
         found.outcome.data_findings.extend(different.map(FindingEntry::different));
+        found.outcome.data_findings.extend(not_followed.iter().map(NotFollowed::finding));
         found.outcome.held_back = std::mem::take(&mut loaded.held_back);
         Ok(found)
     }
@@ -370,7 +370,7 @@ impl Diagnosis {
         let mut bounds = read_bounds(&self.bounds, &self.base)?;
         bounds.extend(self.single.iter().map(|(name, ends)| (name.clone(), *ends)));
         let Diagnosis { base, effort, seed, ref causes, .. } = *self;
-        let asked = Asked { base, effort, seed, causes, bounds: &bounds, kept: None };
+        let asked = Asked { base, effort, seed, causes, bounds: &bounds };
         let described = Arc::new(asked.answer(&mut loaded, progress)?);
         Ok(Findings { described, drives: Arc::new([loaded.train, loaded.holdout]) })
     }

@@ -9,7 +9,7 @@ use crate::plant::{
 use crate::text::spelling::did_you_mean;
 use crate::trajectory::{Preparation, Trajectory, import, prepare};
 use anyhow::Context;
-use clap::ValueEnum;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use std::path::{Path, PathBuf};
 use strum::VariantArray;
 
@@ -33,8 +33,8 @@ pub struct Args {
     #[arg(long, value_name = "S", value_parser = real(Scenario::DURATION_S, "s"), allow_negative_numbers = true)]
     pub duration: Option<f64>,
     /// Draw the follower's parameters from the seed instead of taking those of the default platoon
-    #[arg(long, value_enum)]
-    pub base: Option<BaseArg>,
+    #[arg(long, value_parser = bases())]
+    pub base: Option<Base>,
     /// The follower that --base, --effect and --gusts are for: 1 is right behind the platoon leader
     #[arg(long, default_value_t = 1, value_parser = whole(1_u8, 4), allow_negative_numbers = true)]
     pub follower: u8,
@@ -70,12 +70,10 @@ pub struct Args {
     pub list_effects: bool,
 }
 
-/// A base model.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum BaseArg {
-    Idm,
-    LCth,
-    Gipps,
+/// The bases of the plant, for the command line.
+fn bases() -> impl TypedValueParser<Value = Base> {
+    let names = Base::VARIANTS.iter().map(|base| <&str>::from(*base));
+    PossibleValuesParser::new(names).map(|name| name.parse().expect("one of them"))
 }
 
 /// An effect, with the nearest name if there is no such one.
@@ -163,11 +161,6 @@ fn scenario(args: &Args) -> anyhow::Result<Scenario> {
 
     let number = usize::from(args.follower);
     if let Some(base) = args.base {
-        let base = match base {
-            BaseArg::Idm => Base::Idm,
-            BaseArg::LCth => Base::LCth,
-            BaseArg::Gipps => Base::Gipps,
-        };
         scenario.followers.truncate(number);
         scenario.followers[number - 1] = drawn(base, args.seed, number);
     }

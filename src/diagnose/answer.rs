@@ -1,20 +1,15 @@
 //! The verdict: what the search found and what is left, in words. The first line that applies decides.
 
 use crate::diagnose::describe::specification::Leftovers;
-use crate::diagnose::judge::decide::{is_calm, margin_of_relatives};
 use crate::diagnose::judge::fate::Objection;
 use crate::diagnose::likelihood::model::PHASE;
 use crate::diagnose::likelihood::observer::Noise;
-use crate::diagnose::outcome::{LeftOver, Verdict};
+use crate::diagnose::outcome::{LeftOver, Tried, Verdict};
+use crate::diagnose::policy::POLICY;
 use crate::diagnose::search::fitted_model::FittedModel;
 use crate::diagnose::search::profile_grid::is_lost;
 use crate::diagnose::select::adopt::Search;
 use crate::extension::Extension;
-
-/// By how much another base without causes has to be likelier than this one with them \[nats\], at least.
-pub const OTHER_FAMILY: f64 = 10.0;
-/// Share of the causes' evidence above which what is left speaks against their names.
-const LEFT_SHARE: f64 = 0.5;
 
 /// Everything a verdict follows from.
 pub struct Answer<'a> {
@@ -30,161 +25,217 @@ pub struct Answer<'a> {
     pub sigma_at_start: f64,
 }
 
+/// What a line of the table says where it applies: the reason, and what is left over by it.
+pub type Said = (String, Option<LeftOver>);
+/// A line of the table: verdict, condition in words, and the condition itself with the sentence.
+pub type Line = (Verdict, &'static str, fn(&Answer<'_>) -> Option<Said>);
+
+/// The verdicts. The first line that applies decides.
+pub const VERDICTS: [Line; 12] = [
+    (Verdict::BadBase, "the data contradict parameters of the base, or its calibrations do not agree", contradicted),
+    (Verdict::Unexplained, "causes, but another law without any is likelier", another_law_instead),
+    (
+        Verdict::Unexplained,
+        "causes, but something as large repeats with the place, the speed, the gap or the command",
+        proxies,
+    ),
+    (
+        Verdict::Unexplained,
+        "causes, but single instants are left and no less acceleration is missing",
+        proxies_of_instants,
+    ),
+    (Verdict::Ambiguous, "one cause, and rivals", rivals),
+    (Verdict::Named, "causes", named),
+    (Verdict::Unexplained, "no cause, but another law is likelier", another_law),
+    (Verdict::Unexplained, "no cause, but something repeats, or single instants are left", left_over),
+    (Verdict::NotTestable, "no cause, but one that a calibration absorbs gains far more than it needs", absorbed),
+    (
+        Verdict::Unexplained,
+        "no cause, but one that something else speaks against gains far more than it needs",
+        spoken_against,
+    ),
+    (Verdict::Unexplained, "no cause, but much acceleration is missing for long", far_off),
+    (Verdict::NotTestable, "no cause, but the closest is one that a calibration absorbs", perhaps_absorbed),
+];
+
 impl Answer<'_> {
-    /// The first line that applies; further left-overs with it.
+    /// The first line that applies, or that nothing is found; with what is left over by it.
     pub fn verdict(&self) -> (Verdict, String, Vec<LeftOver>) {
-        let search = self.search;
-        let causes = &search.current.causes;
-        let names = || causes.iter().map(|cause| cause.name.clone()).collect::<Vec<_>>().join(", then ");
-        let plain = |verdict, reason| (verdict, reason, Vec::new());
-        if let Some(reason) = &self.contradicted {
-            return plain(Verdict::BadBase, reason.clone());
-        }
-        let total = search.explained();
-        if causes.is_empty() {
-            return self.without_causes();
-        }
-        // Of two models that both have it right, one is ahead by a little of what the causes explain: Gipps' spacing is a headway that
-        // depends on speed.
-        let alike = margin_of_relatives(OTHER_FAMILY, total);
-        if let Some((law, left)) = self.other_law(alike) {
-            let reason = format!(
-                "{law} without any cause is likelier by {:.0} nats than the base with {}: the car follows another law, and the causes \
-                 only imitate it",
-                left.evidence,
-                names()
-            );
-            return (Verdict::Unexplained, reason, vec![left]);
-        }
-        if let Some(term) = self.left.strongest()
-            && term.evidence > LEFT_SHARE * total
-        {
-            let reason = format!(
-                "something that repeats with {} is left ({:.0} nats, against {total:.0} for {}), so these causes are proxies for it",
-                term.place,
-                term.evidence,
-                names()
-            );
-            return plain(Verdict::Unexplained, reason);
-        }
-        let sigma = search.current.fit.point.noise.sigma_d;
-        if self.left.bursts() && sigma > 0.5 * self.sigma_at_start {
-            let reason = format!(
-                "single instants that no model follows are left, and the missing acceleration is as large as before ({sigma:.3} m/s²): \
-                 {} may be proxies",
-                names()
-            );
-            return plain(Verdict::Unexplained, reason);
-        }
-        if let ([cause], [_, ..]) = (causes.as_slice(), search.rivals.as_slice()) {
-            let mut rivals: Vec<String> = search.rivals.iter().map(|rival| rival.cause.name.clone()).collect();
-            rivals.dedup();
-            let reason = format!(
-                "{} or {}: these data cannot tell them apart. What would: {}{}",
-                cause.name,
-                rivals.join(" or "),
-                experiment(cause, search.rivals[0].cause),
-                in_gusts(causes, &search.current.fit.point.noise)
-            );
-            return plain(Verdict::Ambiguous, reason);
-        }
-        let needed: Vec<String> = search.evidence.iter().map(|(_, need)| format!("{need:.0}")).collect();
-        let also = self.other_law(-alike).map_or(String::new(), |(law, _)| {
-            format!("; {law} without any cause is as likely, so it may be the law that differs")
-        });
-        let gusts = in_gusts(causes, &search.current.fit.point.noise);
-        let reason = format!("{}: {total:.0} nats held out, {} needed{also}{gusts}", names(), needed.join(" and "));
-        plain(Verdict::Named, reason)
+        let first = VERDICTS.iter().find_map(|(verdict, _, line)| line(self).map(|said| (*verdict, said)));
+        let (verdict, (reason, left)) = first.unwrap_or_else(|| (Verdict::Nothing, (self.nothing(), None)));
+        (verdict, reason, left.into_iter().collect())
+    }
+
+    fn causes(&self) -> Option<&[&'static Extension]> {
+        let causes = self.search.current.causes.as_slice();
+        (!causes.is_empty()).then_some(causes)
+    }
+
+    fn without_causes(&self) -> Option<&Search> {
+        self.search.current.causes.is_empty().then_some(self.search)
+    }
+
+    fn names(&self) -> String {
+        self.search.current.causes.iter().map(|cause| cause.name.clone()).collect::<Vec<_>>().join(", then ")
+    }
+
+    /// By how much another law has to be ahead of, or behind, causes \[nats\]. Of two models that both have it right, one is ahead by a
+    /// little of what the causes explain: Gipps' spacing is a headway that depends on speed.
+    fn alike(&self) -> f64 {
+        POLICY.other_law.max(POLICY.alike * self.search.explained())
     }
 
     /// Another base without causes that is likelier than the present model by more than so many nats: its name in the paper, and by
     /// how much.
     fn other_law(&self, margin: f64) -> Option<(&'static str, LeftOver)> {
         let other = self.others.first()?;
-        let ahead = ahead(self.others, &self.search.current);
+        let ahead = other.fit.log_likelihood - self.search.current.fit.log_likelihood;
         let (kind, place) = ("family".to_owned(), other.variant.base.name.to_owned());
         (ahead > margin).then_some((other.variant.base.paper, LeftOver { kind, place, size: ahead, evidence: ahead }))
     }
 
-    fn without_causes(&self) -> (Verdict, String, Vec<LeftOver>) {
-        let search = self.search;
-        let term = self.left.strongest().map_or(0.0, |term| term.evidence);
-        // Of two laws that are alike on these data one is ahead by chance: what a cause needs, a law needs too.
-        if let Some((law, left)) = self.other_law(search.need.max(OTHER_FAMILY))
-            && left.evidence > term
-        {
-            let reason = format!(
-                "no cause of the library passes, but {law} is likelier by {:.0} nats: the car follows another law than the base",
-                left.evidence
-            );
-            return (Verdict::Unexplained, reason, vec![left]);
-        }
-        if let Some(term) = self.left.strongest() {
-            let reason = format!(
-                "no cause of the library passes, but something that repeats with {} is left ({:.0} nats)",
-                term.place, term.evidence
-            );
-            return (Verdict::Unexplained, reason, Vec::new());
-        }
-        if self.left.bursts() {
-            let reason =
-                "no cause of the library passes, but single instants that no model follows are left".to_owned();
-            return (Verdict::Unexplained, reason, Vec::new());
-        }
-        let strong = search.stopped.iter().find(|(_, evidence, need, _)| evidence > &(2.0 * need));
-        if let Some((cause, evidence, need, objection)) = strong
-            && matches!(objection, Objection::Absorbed { .. })
-        {
-            let reason = format!(
-                "{} gains {evidence:.0} nats ({need:.0} needed), but {objection}: these data do not tell whether it is missing",
-                cause.name
-            );
-            return (Verdict::NotTestable, reason, Vec::new());
-        }
-        if let Some((cause, evidence, need, objection)) = strong {
-            let left =
-                LeftOver { kind: "proxy".to_owned(), place: cause.name.clone(), size: *evidence, evidence: *evidence };
-            let reason = format!(
-                "{} gains {evidence:.0} nats ({need:.0} needed), but it is not the cause: {objection}",
-                cause.name
-            );
-            return (Verdict::Unexplained, reason, vec![left]);
-        }
-        let noise = search.current.fit.point.noise;
-        if is_lost(&noise) {
-            let reason = format!(
-                "no cause of the library passes, but the follower is accelerated by {:.2} m/s² (root mean square) for {:.0} s at a \
-                 time in a way that the model does not have: too much and too slow for gusts",
-                noise.sigma_d, noise.tau_d
-            );
-            return (Verdict::Unexplained, reason, Vec::new());
-        }
-        let best = search
-            .ladder
-            .iter()
-            .filter(|row| row.evidence.is_finite())
-            .max_by(|a, b| a.evidence.total_cmp(&b.evidence));
-        if let Some(row) = best
-            && let Some(absorbed) = search.not_testable.iter().find(|absorbed| absorbed.name == row.name)
-            && row.evidence > 0.5 * row.threshold
-        {
-            let reason = format!(
-                "{} might be missing, but a calibration absorbs it in {}",
-                absorbed.name,
-                absorbed.absorbed_by.join(", ")
-            );
-            return (Verdict::NotTestable, reason, Vec::new());
-        }
-        let closest = best.map_or(String::new(), |row| {
+    /// The likeliest cause that something spoke against although it gains far more than it needs.
+    fn stopped(&self) -> Option<(&'static Extension, String, &Objection, f64)> {
+        let strong = |(_, evidence, need, _): &&(_, f64, f64, _)| *evidence > POLICY.stopped * need;
+        let (cause, evidence, need, objection) = self.without_causes()?.stopped.iter().find(strong)?;
+        Some((cause, format!("{} gains {evidence:.0} nats ({need:.0} needed), but", cause.name), objection, *evidence))
+    }
+
+    /// The row of the ladder with most evidence.
+    fn closest(&self) -> Option<&Tried> {
+        let judged = self.search.ladder.iter().filter(|row| row.evidence.is_finite());
+        judged.max_by(|a, b| a.evidence.total_cmp(&b.evidence))
+    }
+
+    fn nothing(&self) -> String {
+        let closest = self.closest().map_or(String::new(), |row| {
             format!("; the closest was {} with {:.1} nats ({:.1} needed)", row.name, row.evidence, row.threshold)
         });
-        (Verdict::Nothing, format!("no cause passes{closest}"), Vec::new())
+        format!("no cause passes{closest}")
     }
 }
 
-/// By how much the likeliest other base without causes is likelier than a model \[nats\].
-pub fn ahead(others: &[FittedModel], model: &FittedModel) -> f64 {
-    others.first().map_or(f64::NEG_INFINITY, |other| other.fit.log_likelihood - model.fit.log_likelihood)
+fn contradicted(answer: &Answer<'_>) -> Option<Said> {
+    Some((answer.contradicted.clone()?, None))
+}
+
+fn another_law_instead(answer: &Answer<'_>) -> Option<Said> {
+    answer.causes()?;
+    let (law, left) = answer.other_law(answer.alike())?;
+    let reason = format!(
+        "{law} without any cause is likelier by {:.0} nats than the base with {}: the car follows another law, and the causes only \
+         imitate it",
+        left.evidence,
+        answer.names()
+    );
+    Some((reason, Some(left)))
+}
+
+fn proxies(answer: &Answer<'_>) -> Option<Said> {
+    answer.causes()?;
+    let total = answer.search.explained();
+    let term = answer.left.strongest().filter(|term| term.evidence > POLICY.left_share * total)?;
+    let reason = format!(
+        "something that repeats with {} is left ({:.0} nats, against {total:.0} for {}), so these causes are proxies for it",
+        term.place,
+        term.evidence,
+        answer.names()
+    );
+    Some((reason, None))
+}
+
+fn proxies_of_instants(answer: &Answer<'_>) -> Option<Said> {
+    answer.causes()?;
+    let sigma = answer.search.current.fit.point.noise.sigma_d;
+    let proxies = answer.left.bursts() && sigma > POLICY.left_share * answer.sigma_at_start;
+    let reason = format!(
+        "single instants that no model follows are left, and the missing acceleration is as large as before ({sigma:.3} m/s²): {} may \
+         be proxies",
+        answer.names()
+    );
+    proxies.then_some((reason, None))
+}
+
+fn rivals(answer: &Answer<'_>) -> Option<Said> {
+    let ([cause], [first, ..]) = (answer.causes()?, answer.search.rivals.as_slice()) else { return None };
+    let mut names: Vec<String> = answer.search.rivals.iter().map(|rival| rival.cause.name.clone()).collect();
+    names.dedup();
+    let reason = format!(
+        "{} or {}: these data cannot tell them apart. What would: {}{}",
+        cause.name,
+        names.join(" or "),
+        experiment(cause, first.cause),
+        in_gusts(&[cause], &answer.search.current.fit.point.noise)
+    );
+    Some((reason, None))
+}
+
+fn named(answer: &Answer<'_>) -> Option<Said> {
+    let causes = answer.causes()?;
+    let needed: Vec<String> = answer.search.evidence.iter().map(|(_, need)| format!("{need:.0}")).collect();
+    let also = answer.other_law(-answer.alike()).map_or(String::new(), |(law, _)| {
+        format!("; {law} without any cause is as likely, so it may be the law that differs")
+    });
+    let reason = format!(
+        "{}: {:.0} nats held out, {} needed{also}{}",
+        answer.names(),
+        answer.search.explained(),
+        needed.join(" and "),
+        in_gusts(causes, &answer.search.current.fit.point.noise)
+    );
+    Some((reason, None))
+}
+
+fn another_law(answer: &Answer<'_>) -> Option<Said> {
+    let search = answer.without_causes()?;
+    // Of two laws that are alike on these data one is ahead by chance: what a cause needs, a law needs too.
+    let (law, left) = answer.other_law(search.need.max(POLICY.other_law))?;
+    let term = answer.left.strongest().map_or(0.0, |term| term.evidence);
+    let reason = format!(
+        "no cause of the library passes, but {law} is likelier by {:.0} nats: the car follows another law than the base",
+        left.evidence
+    );
+    (left.evidence > term).then_some((reason, Some(left)))
+}
+
+fn left_over(answer: &Answer<'_>) -> Option<Said> {
+    answer.without_causes()?;
+    let what = match answer.left.strongest() {
+        Some(term) => format!("something that repeats with {} is left ({:.0} nats)", term.place, term.evidence),
+        None if answer.left.bursts() => "single instants that no model follows are left".to_owned(),
+        None => return None,
+    };
+    Some((format!("no cause of the library passes, but {what}"), None))
+}
+
+fn absorbed(answer: &Answer<'_>) -> Option<Said> {
+    let (_, gains, objection, _) = answer.stopped()?;
+    let told = matches!(objection, Objection::Absorbed { .. });
+    told.then(|| (format!("{gains} {objection}: these data do not tell whether it is missing"), None))
+}
+
+fn spoken_against(answer: &Answer<'_>) -> Option<Said> {
+    let (cause, gains, objection, size) = answer.stopped()?;
+    let left = LeftOver { kind: "proxy".to_owned(), place: cause.name.clone(), size, evidence: size };
+    Some((format!("{gains} it is not the cause: {objection}"), Some(left)))
+}
+
+fn far_off(answer: &Answer<'_>) -> Option<Said> {
+    let noise = answer.without_causes()?.current.fit.point.noise;
+    let reason = format!(
+        "no cause of the library passes, but the follower is accelerated by {:.2} m/s² (root mean square) for {:.0} s at a time in a way \
+         that the model does not have: too much and too slow for gusts",
+        noise.sigma_d, noise.tau_d
+    );
+    is_lost(&noise).then_some((reason, None))
+}
+
+fn perhaps_absorbed(answer: &Answer<'_>) -> Option<Said> {
+    let search = answer.without_causes()?;
+    let row = answer.closest().filter(|row| row.evidence > POLICY.judged * row.threshold)?;
+    let absorbed = search.not_testable.iter().find(|absorbed| absorbed.name == row.name)?;
+    let by = absorbed.absorbed_by.join(", ");
+    Some((format!("{} might be missing, but a calibration absorbs it in {by}", absorbed.name), None))
 }
 
 /// Which drive would tell a cause from its rival: what the file of either says.
@@ -197,7 +248,7 @@ fn experiment<'a>(cause: &'a Extension, rival: &'a Extension) -> &'a str {
 
 /// What to add where a member of the phase family is named although gusts are left: the observer's states are not what the car saw late.
 fn in_gusts(causes: &[&Extension], noise: &Noise) -> String {
-    if is_calm(noise) || causes.iter().all(|cause| cause.family() != PHASE) {
+    if noise.sigma_d <= POLICY.calm || causes.iter().all(|cause| cause.family() != PHASE) {
         return String::new();
     }
     format!(

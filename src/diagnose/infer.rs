@@ -1,25 +1,19 @@
 //! From a question to an answer: base, rounds, repair, what is left, verdict.
 
-use crate::diagnose::answer::{Answer, OTHER_FAMILY, ahead};
+use crate::diagnose::answer::Answer;
 use crate::diagnose::describe::specification::leftovers;
 use crate::diagnose::likelihood::model::{LEAD, Model, is_lead};
 use crate::diagnose::outcome::{Adopted, Estimate, Fitted, Inference, Verdict};
+use crate::diagnose::policy::POLICY;
 use crate::diagnose::question::{DiagnoseError, Effort, Progress, Question};
 use crate::diagnose::search::base::{Calibrated, calibrate_base, contradiction};
 use crate::diagnose::search::fitted_model::{Context, FittedModel};
 use crate::diagnose::search::search_budget::SearchBudget;
 use crate::diagnose::select::adopt::{ROUNDS, Rival, Search};
-use crate::diagnose::select::bootstrap::{SURROGATES, threshold};
 use crate::diagnose::select::other_laws::others;
 use crate::extension::Extension;
 use crate::wgsl::extension_named;
 use std::ops::ControlFlow;
-use std::time::Instant;
-
-/// Share of a thorough diagnosis that its bootstrap takes, as the bar shows it.
-const BOOTSTRAP: f64 = 0.7;
-/// Replicates of the base whose likelihoods are further apart than this \[nats\] have not found it.
-const APART: f64 = 100.0;
 
 /// Names what a base model lacks on some drives.
 ///
@@ -32,7 +26,7 @@ pub fn infer(
     infer_with(question, &SearchBudget::of(question.effort), progress)
 }
 
-/// The same where it is said what may be spent, instead of what the effort buys. (Whether there is a bootstrap is still up to the effort.)
+/// The same where it is said what may be spent, instead of what the effort buys.
 ///
 /// # Errors
 /// As [`infer`].
@@ -44,62 +38,32 @@ pub fn infer_with(
     if question.train.is_empty() {
         return Err(DiagnoseError::NoData);
     }
-    let bootstrapped = question.effort == Effort::Thorough;
-    let mut show = |done: f64, stage: &str| match progress(Progress { done, stage: stage.to_owned() }) {
+    let mut tell = |done: f64, stage: &str| match progress(Progress { done, stage: stage.to_owned() }) {
         ControlFlow::Continue(()) => Ok(()),
         ControlFlow::Break(()) => Err(DiagnoseError::Stopped),
     };
-    let mut setting = Context::new(question, extension_named(LEAD));
-    let further = spending.further();
-    show(0.0, "calibrating the base model")?;
+    let setting = Context::new(question, extension_named(LEAD));
+    tell(0.0, "calibrating the base model")?;
     let base = calibrate_base(&setting, question.base, spending)?
         .ok_or_else(|| DiagnoseError::NoBase { variant: question.base.name() })?;
     let Calibrated { candidate, replicates } = base;
-    let agrees = replicates.len() > 1 && replicates[0] - replicates[1] < APART;
+    let agrees = replicates.len() > 1 && replicates[0] - replicates[1] < POLICY.bases_agree;
     let noise_at_start = candidate.fit.point.noise;
-    if bootstrapped {
-        let begun = Instant::now();
-        let mut first = None;
-        let told = &mut |done: usize| {
-            // Those of an earlier run took no time in this one.
-            let before = *first.get_or_insert(done);
-            let left = begun.elapsed().as_secs_f64() * (SURROGATES - done) as f64 / (done - before).max(1) as f64;
-            let left = if done > before { format!(", {:.0} min left", (left / 60.0).ceil()) } else { String::new() };
-            let stage = format!("bootstrap: {done} of {SURROGATES} drives without a cause{left}");
-            show(BOOTSTRAP * (0.05 + 0.95 * done as f64 / SURROGATES as f64), &stage)
-        };
-        setting.least = threshold(question, &candidate, told)?;
-    }
-    let from = if bootstrapped { BOOTSTRAP } else { 0.0 };
-    let mut tell = |done: f64, stage: &str| show(from + (1.0 - from) * done, stage);
     let mut search = Search::begin(&setting, candidate)?;
     tell(0.1, "round 1: trying every cause")?;
-    let before = setting.simulated();
     let tried = search.fit_all(&setting, spending)?;
     let judged = search.judge(&setting, 1, tried, spending)?;
     // The base is the best fit without causes by now: what its causes were compared with.
     let base = snapshot(&search.current, &setting, search.inflation)?;
-    let goes_on = search.adopt(judged);
-    search.last_round = setting.simulated() - before;
-    if goes_on {
+    if search.adopt(judged) {
         rounds(&mut search, &setting, spending, &mut |share, stage| tell(0.1 + 0.65 * share, stage))?;
     }
     tell(0.75, "dropping what is not needed any more")?;
-    pruned(&mut search, &setting, spending, &mut |share, stage| tell(0.76 + 0.04 * share, stage))?;
-    tell(0.8, "looking for what is left")?;
-    let mut left = leftovers(&setting, &search.current, search.need, search.inflation)?;
-    tell(0.85, "comparing with other base models")?;
+    search.prune(&setting, spending)?;
+    tell(0.85, "looking for what is left")?;
+    let left = leftovers(&setting, &search.current, search.need, search.inflation)?;
+    tell(0.9, "comparing with other base models")?;
     let others = others(&setting, spending)?;
-    let lacking = left.strongest().is_some() || ahead(&others, &search.current) > search.need.max(OTHER_FAMILY);
-    // A base goes to its bounds for what it lacks, too.
-    let puzzled = lacking && search.current.causes.is_empty() || contradiction(&setting, &search.current).is_some();
-    tell(0.9, "trying causes that hide each other")?;
-    if search.pair_up(&setting, &further, puzzled)? {
-        search.swap(&setting, spending)?;
-        rounds(&mut search, &setting, spending, &mut |share, stage| tell(0.9 + 0.08 * share, stage))?;
-        pruned(&mut search, &setting, spending, &mut |_, stage| tell(0.98, stage))?;
-        left = leftovers(&setting, &search.current, search.need, search.inflation)?;
-    }
     let extended = snapshot(&search.current, &setting, search.inflation)?;
     let lost = !agrees && search.current.causes.is_empty();
     let contradicted = contradiction(&setting, &search.current).or_else(|| lost.then(|| disagreement(&replicates)));
@@ -138,7 +102,6 @@ pub fn infer_with(
         ladder: search.ladder.clone(),
         simulations: setting.simulated(),
         complete: !search.cut_short,
-        bootstrapped: setting.least,
     })
 }
 
@@ -150,39 +113,19 @@ fn rounds(
     tell: &mut dyn FnMut(f64, &str) -> Result<(), DiagnoseError>,
 ) -> Result<(), DiagnoseError> {
     let share = |round: usize| (round - 1) as f64 / ROUNDS as f64;
-    let last = search.ladder.last().map_or(0, |row| row.round);
-    for round in last + 1..=ROUNDS {
-        let before = setting.simulated();
-        search.cut_short = search.has_enough(before, spending);
+    for round in 2..=ROUNDS {
+        search.cut_short = search.has_enough(setting.simulated(), spending);
         if search.cut_short {
             break;
         }
         tell(share(round), &format!("round {round}: trying every cause"))?;
         let tried = search.fit_all(setting, &spending.further())?;
         let judged = search.judge(setting, round, tried, spending)?;
-        let goes_on = search.adopt(judged);
-        search.last_round = setting.simulated() - before;
-        if !goes_on {
+        if !search.adopt(judged) {
             break;
         }
-        tell(share(round) + 0.5 / ROUNDS as f64, "putting right what was adopted before")?;
-        search.swap(setting, spending)?;
     }
     Ok(())
-}
-
-/// Drops what is not needed any more; where one was no name any more, its place is free for another.
-fn pruned(
-    search: &mut Search,
-    setting: &Context<'_>,
-    spending: &SearchBudget,
-    tell: &mut dyn FnMut(f64, &str) -> Result<(), DiagnoseError>,
-) -> Result<(), DiagnoseError> {
-    if search.prune(setting, spending)? {
-        rounds(search, setting, spending, tell)?;
-        search.prune(setting, spending)?;
-    }
-    search.end_trial(setting)
 }
 
 fn disagreement(replicates: &[f64]) -> String {

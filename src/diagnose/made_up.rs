@@ -54,5 +54,5 @@ pub fn candidate(drives: &[Drive], names: &[&str]) -> FittedModel {
 /// A quick question about L-CTH, with no causes to try.
 pub fn question<'a>(train: &'a [Drive], holdout: &'a [Drive], bounds: &'a Overrides) -> Question<'a> {
     let base = "l-cth".parse().expect("a base");
-    Question { train, holdout, base, effort: Effort::Quick, seed: 1, causes: &[], bounds, kept: None }
+    Question { train, holdout, base, effort: Effort::Quick, seed: 1, causes: &[], bounds }
 }

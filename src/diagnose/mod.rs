@@ -3,7 +3,7 @@
 //! A [`Drive`] is one measured run ready for diagnosis, [`infer()`] the search for the cause; the method and its figures are in
 //! `docs/DIAGNOSIS.md`.
 
-mod answer;
+pub mod answer;
 pub mod data;
 pub mod describe;
 pub mod drive;
@@ -13,6 +13,7 @@ pub mod likelihood;
 #[cfg(test)]
 pub(crate) mod made_up;
 pub mod outcome;
+pub mod policy;
 pub mod question;
 mod revision;
 pub mod search;
@@ -20,11 +21,8 @@ pub mod select;
 
 pub use drive::{Drive, DriveError, Jump};
 pub use infer::{infer, infer_with};
-#[cfg(feature = "cli")]
-pub(crate) use judge::decide::JUDGED;
 pub use likelihood::observer::Noise;
 pub use outcome::{Adopted, Estimate, Fitted, Inference, LeftOver, NotTestable, Tried, Verdict};
+pub use policy::{POLICY, Policy};
 pub use question::{DiagnoseError, Effort, Progress, Question};
 pub use revision::{DIAGNOSIS_REVISION, PROGRAM};
-#[cfg(feature = "cli")]
-pub(crate) use select::bootstrap::one_in_a_hundred;

@@ -115,8 +115,6 @@ pub struct Tried {
     pub evidence: f64,
     /// The same in each fold.
     pub folds: [f64; 2],
-    /// Without the two best blocks of 30 s.
-    pub trimmed: f64,
     /// What it had to exceed \[nats\].
     pub threshold: f64,
     /// What became of it, and why.
@@ -165,10 +163,8 @@ pub struct Inference {
     pub left_over: Vec<LeftOver>,
     /// Everything tried.
     pub ladder: Vec<Tried>,
-    /// Simulated candidates, over one drive each; those of a bootstrap are not among them.
+    /// Simulated candidates, over one drive each.
     pub simulations: u64,
     /// False if the search ended because the effort had simulated enough, so that it was not asked whether more is missing.
     pub complete: bool,
-    /// Threshold of evidence per inflation \[nats\] by a bootstrap, where there was one.
-    pub bootstrapped: Option<f64>,
 }

@@ -4,7 +4,6 @@ use crate::calibrate::Overrides;
 use crate::catalog::Variant;
 use crate::diagnose::drive::Drive;
 use crate::extension::Extension;
-use std::path::Path;
 
 /// How much computing a diagnosis may spend, as written in results and on the command line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, strum::EnumString, strum::IntoStaticStr, strum::VariantNames)]
@@ -36,8 +35,6 @@ pub struct Question<'a> {
     pub causes: &'a [&'static Extension],
     /// Bounds of parameters by name, instead of those of the diagnosis.
     pub bounds: &'a Overrides,
-    /// File in which the bootstrap of [`Effort::Thorough`] keeps what it has finished, to go on from; may be none.
-    pub kept: Option<&'a Path>,
 }
 
 /// How far a diagnosis is.
@@ -75,14 +72,6 @@ pub enum DiagnoseError {
     NoBase {
         /// The base.
         variant: String,
-    },
-    /// What a bootstrap has finished cannot be kept.
-    #[error("{path}: cannot keep what the bootstrap has finished")]
-    Keep {
-        /// The file.
-        path: String,
-        /// Why.
-        source: std::io::Error,
     },
     /// It was stopped.
     #[error("stopped")]

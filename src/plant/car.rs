@@ -111,6 +111,46 @@ pub enum Controller {
         /// Gain on set speed minus speed \[1/s\].
         k_0: f64,
     },
+    /// Linear law with the desired spacing of the IDM, Eqs. 3 and 6.
+    LinearIdm {
+        /// Set speed \[m/s\].
+        v_0: f64,
+        /// Time headway \[s\].
+        t_h: f64,
+        /// Standstill spacing \[m\].
+        d_0: f64,
+        /// Gain on the spacing error \[1/s²\].
+        k_s: f64,
+        /// Gain on the speed difference \[1/s\].
+        k_v: f64,
+        /// Gain on set speed minus speed \[1/s\].
+        k_0: f64,
+        /// Largest acceleration \[m/s²\].
+        a_max: f64,
+        /// Comfortable deceleration \[m/s²\], negative.
+        a_min: f64,
+    },
+    /// Linear law with the spacing of Gipps' model at equilibrium, Eqs. 6 and 8.
+    LinearGipps {
+        /// Set speed \[m/s\].
+        v_0: f64,
+        /// Apparent reaction time \[s\].
+        t_h: f64,
+        /// Standstill spacing \[m\].
+        d_0: f64,
+        /// Gain on the spacing error \[1/s²\].
+        k_s: f64,
+        /// Gain on the speed difference \[1/s\].
+        k_v: f64,
+        /// Gain on set speed minus speed \[1/s\].
+        k_0: f64,
+        /// Additional delay \[s\].
+        theta: f64,
+        /// Comfortable deceleration \[m/s²\], negative.
+        a_min: f64,
+        /// Estimate of the preceding car's deceleration \[m/s²\], negative.
+        a_hat_min: f64,
+    },
 }
 
 /// Mass and resistances of Eq. 11, in SI units.

@@ -20,9 +20,7 @@ impl Controller {
     pub(super) fn command(&self, seen: Seen, extra: f64) -> f64 {
         match *self {
             Controller::Idm { v_0, t_h, d_0, a_max, a_min, delta } => {
-                let closing = seen.v - seen.v_ahead;
-                let braking = seen.v * closing / (2.0 * (a_max * -a_min).sqrt());
-                let wanted = d_0 + extra + (t_h * seen.v + braking).max(0.0);
+                let wanted = d_0 + extra + beyond_standstill(seen, t_h, a_max, a_min);
                 a_max * (1.0 - (seen.v / v_0).powf(delta) - (wanted / seen.gap).powi(2))
             }
             Controller::Gipps { v_0, t_h, d_0, a_max, a_min, a_hat_min, theta } => {
@@ -36,9 +34,13 @@ impl Controller {
                 (free.min(safe) - seen.v_now) / t_h
             }
             Controller::Linear { v_0, t_h, d_0, k_s, k_v, k_0 } => {
-                let surplus = seen.gap - (d_0 + extra + t_h * seen.v);
-                let follow = k_v * (seen.v_ahead - seen.v) + k_s * surplus;
-                follow.min(k_0 * (v_0 - seen.v))
+                linear(seen, d_0 + extra + t_h * seen.v, v_0, [k_s, k_v, k_0])
+            }
+            Controller::LinearIdm { v_0, t_h, d_0, k_s, k_v, k_0, a_max, a_min } => {
+                linear(seen, d_0 + extra + beyond_standstill(seen, t_h, a_max, a_min), v_0, [k_s, k_v, k_0])
+            }
+            Controller::LinearGipps { v_0, k_s, k_v, k_0, .. } => {
+                linear(seen, extra + self.equilibrium_gap(seen.v), v_0, [k_s, k_v, k_0])
             }
         }
     }
@@ -50,12 +52,25 @@ impl Controller {
                 // Near the desired speed there is none; then ten times the spacing of a slow car.
                 (d_0 + t_h * v) / (1.0 - (v / v_0).powf(delta)).max(0.01).sqrt()
             }
-            Controller::Gipps { t_h, d_0, a_min, a_hat_min, theta, .. } => {
+            Controller::Gipps { t_h, d_0, a_min, a_hat_min, theta, .. }
+            | Controller::LinearGipps { t_h, d_0, a_min, a_hat_min, theta, .. } => {
                 d_0 + (t_h + theta) * v + v * v * (1.0 / a_hat_min - 1.0 / a_min) / 2.0
             }
-            Controller::Linear { t_h, d_0, .. } => d_0 + t_h * v,
+            Controller::Linear { t_h, d_0, .. } | Controller::LinearIdm { t_h, d_0, .. } => d_0 + t_h * v,
         }
     }
+}
+
+/// Eq. 3 without the standstill spacing \[m\].
+fn beyond_standstill(seen: Seen, t_h: f64, a_max: f64, a_min: f64) -> f64 {
+    let braking = seen.v * (seen.v - seen.v_ahead) / (2.0 * (a_max * -a_min).sqrt());
+    (t_h * seen.v + braking).max(0.0)
+}
+
+/// Eq. 6 with this desired spacing \[m\] and the gains k_s, k_v and k_0.
+fn linear(seen: Seen, wanted: f64, v_0: f64, [k_s, k_v, k_0]: [f64; 3]) -> f64 {
+    let follow = k_v * (seen.v_ahead - seen.v) + k_s * (seen.gap - wanted);
+    follow.min(k_0 * (v_0 - seen.v))
 }
 
 #[cfg(test)]
@@ -64,13 +79,22 @@ mod tests {
 
     const STANDING: Seen = Seen { gap: 2.0, v: 0.0, v_ahead: 0.0, v_now: 0.0 };
 
+    /// One of each kind, with these free parameters of the spacing.
+    fn all(a_min: f64, a_hat_min: f64) -> [Controller; 5] {
+        let (v_0, t_h, d_0) = (30.0, 1.0, 2.0);
+        let (k_s, k_v, k_0) = (0.2, 0.8, 0.5);
+        [
+            Controller::Idm { v_0, t_h, d_0, a_max: 1.5, a_min, delta: 4.0 },
+            Controller::Gipps { v_0, t_h, d_0, a_max: 1.5, a_min, a_hat_min, theta: 0.5 },
+            Controller::Linear { v_0, t_h, d_0, k_s, k_v, k_0 },
+            Controller::LinearIdm { v_0, t_h, d_0, k_s, k_v, k_0, a_max: 1.5, a_min },
+            Controller::LinearGipps { v_0, t_h, d_0, k_s, k_v, k_0, theta: 0.5, a_min, a_hat_min },
+        ]
+    }
+
     #[test]
     fn nobody_moves_at_the_standstill_spacing() {
-        let idm = Controller::Idm { v_0: 30.0, t_h: 1.0, d_0: 2.0, a_max: 1.5, a_min: -2.0, delta: 4.0 };
-        let gipps =
-            Controller::Gipps { v_0: 30.0, t_h: 1.0, d_0: 2.0, a_max: 1.5, a_min: -2.0, a_hat_min: -2.0, theta: 0.5 };
-        let linear = Controller::Linear { v_0: 30.0, t_h: 1.0, d_0: 2.0, k_s: 0.2, k_v: 0.8, k_0: 0.5 };
-        for controller in [idm, gipps, linear] {
+        for controller in all(-2.0, -2.0) {
             assert!(controller.command(STANDING, 0.0).abs() < 1e-12, "{controller:?}");
         }
     }
@@ -89,15 +113,19 @@ mod tests {
         // Linear: 0.5*(-2) + 0.1*(40 - 22) = 0.8, capped by 0.05*(30 - 20) = 0.5.
         let linear = Controller::Linear { v_0: 30.0, t_h: 1.0, d_0: 2.0, k_s: 0.1, k_v: 0.5, k_0: 0.05 };
         assert!((linear.command(seen, 0.0) - 0.5).abs() < 1e-12);
+        let (v_0, t_h, d_0, k_s, k_v, k_0) = (30.0, 1.0, 2.0, 0.1, 0.5, 0.3);
+        // The spacing of that IDM: 0.5*(-2) + 0.1*(40 - 32) = -0.2.
+        let l_idm = Controller::LinearIdm { v_0, t_h, d_0, k_s, k_v, k_0, a_max: 1.0, a_min: -4.0 };
+        assert!((l_idm.command(seen, 0.0) - -0.2).abs() < 1e-12);
+        // Wanted: 2 + 1.5*20 - 0.5*400*(1/(-2) - 1/(-2.5)) = 32 + 20 = 52; 0.5*(-2) + 0.1*(40 - 52) = -2.2.
+        let l_gipps =
+            Controller::LinearGipps { v_0, t_h, d_0, k_s, k_v, k_0, theta: 0.5, a_min: -2.0, a_hat_min: -2.5 };
+        assert!((l_gipps.command(seen, 0.0) - -2.2).abs() < 1e-12);
     }
 
     #[test]
     fn the_equilibrium_holds() {
-        let idm = Controller::Idm { v_0: 30.0, t_h: 1.0, d_0: 2.0, a_max: 1.5, a_min: -2.0, delta: 4.0 };
-        let gipps =
-            Controller::Gipps { v_0: 30.0, t_h: 1.0, d_0: 2.0, a_max: 1.5, a_min: -2.0, a_hat_min: -2.5, theta: 0.5 };
-        let linear = Controller::Linear { v_0: 30.0, t_h: 1.0, d_0: 2.0, k_s: 0.2, k_v: 0.8, k_0: 0.5 };
-        for controller in [idm, gipps, linear] {
+        for controller in all(-2.0, -2.5) {
             for v in [5.0, 15.0, 22.0] {
                 let seen = Seen { gap: controller.equilibrium_gap(v), v, v_ahead: v, v_now: v };
                 assert!(controller.command(seen, 0.0).abs() < 1e-12, "{controller:?} at {v} m/s");

@@ -11,8 +11,9 @@ pub(super) fn lead() -> Lead {
     Lead { name: "Synthetic(A)".to_owned(), length: 4.9, k: 0.8, tau_a: 0.3 }
 }
 
-/// A base model to draw a follower from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// A base model to draw a follower from, by its name in files and on the command line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, strum::EnumString, strum::IntoStaticStr, strum::VariantArray)]
+#[strum(const_into_str, serialize_all = "kebab-case")]
 pub enum Base {
     /// Intelligent Driver Model.
     Idm,
@@ -20,6 +21,10 @@ pub enum Base {
     LCth,
     /// Gipps' model.
     Gipps,
+    /// Linear law with the desired spacing of the IDM.
+    LIdm,
+    /// Linear law with the spacing of Gipps' model at equilibrium.
+    LGipps,
 }
 
 /// A follower without delay, lag or load whose parameters are drawn from the seed, within what drives safely.
@@ -43,6 +48,27 @@ pub fn drawn(base: Base, seed: u64, car: usize) -> CarTruth {
             a_min: draw(-3.2, -2.2),
             a_hat_min: draw(-3.6, -2.4),
             theta: draw(0.2, 0.6),
+        },
+        Base::LIdm => Controller::LinearIdm {
+            v_0,
+            t_h,
+            d_0,
+            k_s: draw(0.1, 0.4),
+            k_v: draw(0.4, 1.1),
+            k_0: draw(0.3, 0.9),
+            a_max: draw(1.0, 2.2),
+            a_min: draw(-3.0, -1.2),
+        },
+        Base::LGipps => Controller::LinearGipps {
+            v_0,
+            t_h,
+            d_0,
+            k_s: draw(0.1, 0.4),
+            k_v: draw(0.4, 1.1),
+            k_0: draw(0.3, 0.9),
+            theta: draw(0.2, 0.6),
+            a_min: draw(-3.2, -2.2),
+            a_hat_min: draw(-3.6, -2.4),
         },
     };
     CarTruth {

@@ -219,7 +219,11 @@ impl Car<6> for Follower<'_> {
 impl Controller {
     fn stretch_headway(&mut self, factor: f64) {
         match self {
-            Controller::Idm { t_h, .. } | Controller::Gipps { t_h, .. } | Controller::Linear { t_h, .. } => {
+            Controller::Idm { t_h, .. }
+            | Controller::Gipps { t_h, .. }
+            | Controller::Linear { t_h, .. }
+            | Controller::LinearIdm { t_h, .. }
+            | Controller::LinearGipps { t_h, .. } => {
                 *t_h *= factor;
             }
         }

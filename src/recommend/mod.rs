@@ -5,12 +5,14 @@
 //! cause is in the data.
 
 mod answer;
+mod not_followed;
 mod parts;
 mod policy;
 mod race;
 mod rule;
 
 pub use answer::combine;
+pub use not_followed::{NotFollowed, not_followed, without};
 pub use parts::Parts;
 pub use policy::{Policy, races};
 
@@ -76,9 +78,6 @@ pub struct Answer {
     resamples: [Resamples; 2],
 }
 
-/// Families of which one member each is tried together: each hides the other.
-const HIDING: [&str; 2] = ["phase", "anticipation"];
-
 /// Everything that is tried with a base: each cause whose size does not depend on a time of one drive, and pairs that hide each other.
 fn sets(causes: &[&'static Extension]) -> Vec<Vec<&'static Extension>> {
     let lasting: Vec<&'static Extension> = causes
@@ -86,12 +85,12 @@ fn sets(causes: &[&'static Extension]) -> Vec<Vec<&'static Extension>> {
         .copied()
         .filter(|cause| cause.parameters.iter().all(|symbol| symbol.neutral().is_some()))
         .collect();
-    let of = |family: &str| {
-        let is_of = |cause: &&&'static Extension| cause.family() == family;
-        lasting.iter().filter(is_of).copied().collect::<Vec<_>>()
+    let hides = |cause: &'static Extension| cause.cause.as_ref().and_then(|traits| traits.hides.as_deref());
+    let hiding = |hidden: &'static Extension| {
+        let others = lasting.iter().filter(move |other| hides(other) == Some(hidden.family()));
+        others.map(move |other| vec![hidden, *other])
     };
-    let [first, second] = HIDING.map(of);
-    let pairs = first.iter().flat_map(|a| second.iter().map(move |b| vec![*a, *b]));
+    let pairs = lasting.iter().flat_map(|hidden| hiding(hidden));
     lasting.iter().map(|cause| vec![*cause]).chain(pairs).collect()
 }
 

@@ -52,6 +52,12 @@ impl Parts {
         parts
     }
 
+    /// Drives as they are, in one fold.
+    #[must_use]
+    pub fn whole(drives: &[Drive]) -> Parts {
+        Parts { drives: drives.to_vec(), folds: vec![0; drives.len()], count: 1 }
+    }
+
     /// For each fold the parts that a fit without it counts.
     #[must_use]
     pub fn trained(&self) -> Vec<Vec<bool>> {

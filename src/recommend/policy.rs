@@ -30,6 +30,11 @@ pub struct Policy {
     /// Smallest spacing over a whole drive as a share of the smallest measured one, at least \[-\]: a model that comes through by
     /// centimetres runs into somebody on the next drive.
     pub margin: f64,
+    /// A stretch is not followed if the error of the speed over 10 s is so many times the usual one \[-\], which nine of ten bins do not
+    /// exceed: a law that is no good at something is off by twice that.
+    pub not_followed: f64,
+    /// And at least this \[m/s\]: what a driver does is not subtle.
+    pub least_not_followed: f64,
     /// Level of the confidence set \[-\].
     pub set: f64,
     /// Probability that an interval holds \[-\].
@@ -50,6 +55,8 @@ impl Policy {
         none: 0.02,
         no_loss: -0.01,
         margin: 0.25,
+        not_followed: 3.5,
+        least_not_followed: 0.5,
         set: 0.9,
         interval: 0.95,
     };

@@ -58,8 +58,13 @@ impl Course {
     /// Of some drives; bounds replace those of the diagnosis.
     #[must_use]
     pub fn new(drives: &[Drive], bounds: &Overrides, seed: u64) -> Course {
-        let parts = Parts::of(drives);
-        let fastest = fastest(drives);
+        Course::of_parts(Parts::of(drives), bounds, seed)
+    }
+
+    /// The same of drives that are in parts already.
+    #[must_use]
+    pub fn of_parts(parts: Parts, bounds: &Overrides, seed: u64) -> Course {
+        let fastest = fastest(&parts.drives);
         let mut bounds = bounds.clone();
         // A set speed below what was driven is a cause, not a parameter.
         bounds.entry("v_0".to_owned()).or_insert([fastest.max(LEAST_V_0), 60.0_f64.max(2.0 * fastest)]);

@@ -189,13 +189,6 @@ fn both(base: &str, causes: &[&str], gusts: f64, seed: u64) {
     assert_eq!(judge(&outcome), Judgement::Right, "{}", told(&outcome));
 }
 
-/// A cap of the braking alone gains a thousand nats in training and loses on the hold-out, where drag is missing as well; this seed
-/// showed it.
-#[test]
-fn two_of_which_one_alone_does_not_carry_over() {
-    both("gipps", &["decel_cap", "aero_drag"], 0.0, 8_086_289);
-}
-
 /// 2178 nats that a search did not see: with a base that is off by a little, steps of the right size are worse than none. Once they are
 /// found a limited jerk seems to smooth them over two samples, which is the model's own coarse step and no name.
 #[test]
@@ -287,13 +280,6 @@ fn steps_of_the_command_that_carry_over() {
     sized(&DiagnosisTask { duration_s: 900.0, ..steps });
 }
 
-/// A limit that braking reaches in one fold only.
-#[test]
-#[ignore = "half a minute"]
-fn a_limit_that_one_fold_shows() {
-    sized(&DiagnosisTask { duration_s: 900.0, ..task("one", "l-cth", &["decel_cap"], 0.05, 6_689_119) });
-}
-
 /// The hold-out has few blocks in which the jerk is limited: bootstraps without them have no vote.
 #[test]
 #[ignore = "half a minute"]
@@ -317,12 +303,6 @@ fn a_stretch_that_spoils_the_base() {
     sized(&DiagnosisTask { duration_s: 900.0, rms_mps: 0.03, ..spoilt });
 }
 
-#[test]
-#[ignore = "two minutes"]
-fn two_of_which_neither_is_seen_alone() {
-    both("idm", &["speed_dep_headway", "dead_zone"], 0.0, 6_174_089);
-}
-
 /// The integral has a gain of 3e-5: 354 nats beside the headway, and a search that begins at larger gains does not see it.
 #[test]
 #[ignore = "a minute"]
@@ -337,35 +317,11 @@ fn two_of_which_one_is_small() {
     both("gipps", &["dead_zone", "power_cap"], 0.05, 1_122_289);
 }
 
-/// The filter is taken for an offset of time at first, beside which steps of the command are found a fortieth too small; beside these no
-/// other relative is likelier.
-#[test]
-#[ignore = "a minute"]
-fn a_filter_beside_steps_of_the_command() {
-    both("idm", &["sensor_lowpass", "quantised_accel"], 0.0, 9_587_089);
-}
-
 /// A change of the headway in the first seconds stands in for the drag and the dead zone until both are found, and is not needed then.
 #[test]
 #[ignore = "a minute"]
 fn two_without_what_stood_in_for_them() {
     both("gipps", &["aero_drag", "dead_zone"], 0.0, 9_587_289);
-}
-
-/// A scaled gap, for which an answer to the acceleration ahead beside a filter has 357 nats: less than three absorbed causes have.
-#[test]
-#[ignore = "half a minute"]
-fn a_pair_less_likely_than_something_absorbed() {
-    let scaled = task("absorbed", "gipps", &["range_scale"], 0.0, 9_643_284);
-    let outcome = infer_task(&DiagnosisTask { duration_s: 900.0, ..scaled });
-    assert!(outcome.adopted.is_empty() && outcome.confounded_with.is_empty(), "{}", told(&outcome));
-}
-
-/// Beside a base that makes up for a part of it the integral is found with 538 nats, does not carry over, and is searched anew.
-#[test]
-#[ignore = "a minute"]
-fn an_integral_that_is_found_from_elsewhere() {
-    sized(&DiagnosisTask { duration_s: 900.0, ..task("one", "l-cth", &["integral_action"], 0.0, 3_391_136) });
 }
 
 /// What the closed loop says of a planted task; all three drives are given, none is held out.

@@ -9,6 +9,7 @@ use leadlag::internal::diagnose::search::search_budget::SearchBudget;
 use leadlag::internal::diagnose::{DiagnoseError, Drive, Effort, Inference, Progress, Question, infer, infer_with};
 use leadlag::internal::extension::Extension;
 use leadlag::internal::plant;
+use leadlag::internal::recommend::{Policy, Request, recommend};
 use leadlag::internal::trajectory::{Preparation, import, prepare};
 use leadlag::internal::wgsl::extension_named;
 use std::ops::ControlFlow;
@@ -25,7 +26,7 @@ fn question<'a>(
     bounds: &'a Overrides,
 ) -> Question<'a> {
     let base = "l-cth".parse().expect("a base");
-    Question { train, holdout, base, effort: Effort::Quick, seed: 5, causes, bounds, kept: None }
+    Question { train, holdout, base, effort: Effort::Quick, seed: 5, causes, bounds }
 }
 
 fn causes(names: &[&str]) -> Vec<&'static Extension> {
@@ -82,27 +83,18 @@ fn late_and_looking_ahead(profile: plant::Profile) -> Drive {
     Drive::of(&trajectory, None).expect("no jump").0.remove(0)
 }
 
-/// The answer makes up for what the delay takes: alone it gains next to nothing, and the delay looks like a lag.
+/// The answer makes up for what the delay takes: alone it gains next to nothing. In closed loop the two run together.
 #[test]
 fn two_that_hide_each_other() {
-    let train = [plant::Profile::Restless, plant::Profile::Cruise].map(late_and_looking_ahead);
-    let holdout = [late_and_looking_ahead(plant::Profile::StopAndGo)];
+    let drives =
+        [plant::Profile::Restless, plant::Profile::Cruise, plant::Profile::StopAndGo].map(late_and_looking_ahead);
     let causes = causes(&["actuation_lag", "perception_delay", "leader_accel_ff", "dead_zone"]);
     let bounds = Overrides::new();
-    let question = question(&train, &holdout, &causes, &bounds);
-    let found = infer(&question, &mut |_| ControlFlow::Continue(())).expect("a diagnosis");
-    let alone = found.ladder.iter().find(|row| row.round == 1 && row.name == "leader_accel_ff").expect("tried");
-    assert!(alone.gain < alone.threshold, "found alone, it shows nothing here: {alone:?}");
-    // Whoever reads the ladder sees what the two are worth together.
-    let together = found.ladder.iter().find(|row| row.fate.to_string().contains("hides the other"));
-    assert!(together.is_some_and(|row| row.evidence > row.threshold), "{:?}", found.ladder);
-    let mut sizes: Vec<_> =
-        found.adopted.iter().map(|cause| (cause.extension.name.as_str(), cause.parameters[0].value)).collect();
-    sizes.sort_by_key(|(name, _)| *name);
-    let [("leader_accel_ff", ka), ("perception_delay", tp)] = sizes[..] else {
-        panic!("{}, {sizes:?}, {:?}", found.reason, found.ladder)
-    };
-    assert!((ka - 0.65).abs() < 0.05 && (tp - 0.8).abs() < 0.05, "{sizes:?}");
+    let base = "l-cth".parse().expect("a base");
+    let request = Request { drives: &drives, base, causes: &causes, bounds: &bounds, seed: 5, rounds: 1 };
+    let found = recommend(&request, &Policy::DEFAULT, &mut |_| ControlFlow::Continue(())).expect("a race");
+    let names: Vec<&str> = found.recommended.iter().flat_map(|w| &w.causes).map(|cause| cause.name.as_str()).collect();
+    assert_eq!(names, ["perception_delay", "leader_accel_ff"], "{:?}", found.tried);
 }
 
 /// Beside two causes it ends where enough was simulated, and says so; the same two otherwise.
@@ -165,69 +157,14 @@ fn bounds_that_the_data_contradict_are_a_bad_base() {
     assert!(found.reason.contains("v_0"), "{}", found.reason);
 }
 
-/// Stopped in the middle, with a line that a killed run left half-written, it goes on and comes to the same thresholds.
+/// Both folds have to gain, whatever the sum.
 #[test]
-fn a_bootstrap_goes_on_where_it_was_stopped() {
-    let data = drives("l-cth", "dead_zone");
-    let folder = tempfile::tempdir().expect("a folder");
-    let causes = [extension_named("dead_zone").expect("in the library")];
-    let run = |file: &str, stop_at: Option<&str>| {
-        let kept = folder.path().join(file);
-        let question = Question {
-            train: &data.train[..1],
-            holdout: &[],
-            base: "l-cth".parse().expect("a base"),
-            effort: Effort::Thorough,
-            seed: 5,
-            causes: &causes,
-            bounds: &Overrides::new(),
-            kept: Some(&kept),
-        };
-        let mut stages = Vec::new();
-        let found = infer(&question, &mut |progress| {
-            let stop = stop_at.is_some_and(|at| progress.stage.starts_with(at));
-            stages.push(progress.stage);
-            if stop { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-        });
-        (found, stages)
-    };
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().expect("threads");
-    pool.install(|| {
-        let (stopped, _) = run("a.jsonl", Some("bootstrap: 10 of 40"));
-        assert!(matches!(stopped, Err(DiagnoseError::Stopped)));
-        let a = folder.path().join("a.jsonl");
-        let text = std::fs::read_to_string(&a).expect("it was kept");
-        assert_eq!(text.lines().filter(|line| !line.is_empty()).count(), 10);
-        std::fs::write(&a, text + "{\"key\":\"torn").expect("a line that is not whole");
-        let (whole, stages) = run("a.jsonl", None);
-        let first = stages.iter().find(|stage| stage.starts_with("bootstrap")).expect("it is said");
-        assert!(first.starts_with("bootstrap: 10 of 40"), "{first}");
-        assert!(stages.iter().any(|stage| stage.ends_with("min left")), "{stages:?}");
-        let (again, _) = run("b.jsonl", None);
-        let (whole, again) = (whole.expect("a diagnosis"), again.expect("a diagnosis"));
-        let threshold = whole.bootstrapped.expect("thorough has one");
-        assert!((4.0..100.0).contains(&threshold), "{threshold}");
-        assert_eq!(Some(threshold.to_bits()), again.bootstrapped.map(f64::to_bits));
-        assert_eq!(whole.adopted, again.adopted);
-        assert_eq!(
-            whole.adopted.first().map(|cause| cause.extension.name.as_str()),
-            Some("dead_zone"),
-            "{}",
-            whole.reason
-        );
-    });
-}
-
-/// What a fold without the effect loses is no objection where the other one leaves no doubt.
-#[test]
-fn a_fold_that_says_nothing_does_not_object() {
+fn a_fold_that_loses_objects() {
     let objection = |folds: [f64; 2]| {
         let held = folds[0] + folds[1];
-        Evidence { gain: 200.0, held, folds, trimmed: 0.8 * held, local: None }.objection(20.0)
+        Evidence { gain: 200.0, held, folds, local: None }.objection(20.0)
     };
     assert_eq!(objection([30.0, 12.0]), None);
-    assert_eq!(objection([60.0, -2.0]), None);
-    assert_eq!(objection([60.0, -7.0]), Some(Objection::OneFold));
-    // Evidence of less than twice the need.
-    assert_eq!(objection([36.0, -1.0]), Some(Objection::OneFold));
+    assert_eq!(objection([60.0, -2.0]), Some(Objection::OneFold));
+    assert_eq!(objection([12.0, 6.0]), Some(Objection::Weak { evidence: 18.0, need: 20.0 }));
 }

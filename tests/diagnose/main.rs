@@ -9,4 +9,6 @@ mod data;
 mod describe;
 mod hidden_effect;
 mod infer;
+mod not_followed;
 mod own_cause;
+mod page;

@@ -115,7 +115,6 @@ fn a_cause_of_ones_own_is_named() {
         seed: 5,
         causes: &causes,
         bounds: &Overrides::new(),
-        kept: None,
     };
     let found = infer(&question, &mut |_| ControlFlow::Continue(())).expect("a diagnosis");
     assert_eq!(found.verdict, Verdict::Named, "{}", found.reason);
@@ -144,7 +143,6 @@ fn a_copy_under_another_name_is_searched_in_the_same_way() {
             seed: 5,
             causes: &[cause],
             bounds: &Overrides::new(),
-            kept: None,
         };
         infer(&question, &mut |_| ControlFlow::Continue(())).expect("a diagnosis")
     });

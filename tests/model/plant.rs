@@ -152,10 +152,10 @@ fn settles_at_the_equilibrium_gap() {
         .expect("ten minutes hold a steady stretch");
     for (link, car) in drive.truth.scenario.followers.iter().enumerate() {
         let v = drive.v[link + 1][i];
-        let expected = match car.controller {
+        let expected = match &car.controller {
             Controller::Linear { t_h, d_0, .. } => d_0 + t_h * v,
-            Controller::Idm { v_0, t_h, d_0, delta, .. } => (d_0 + t_h * v) / (1.0 - (v / v_0).powf(delta)).sqrt(),
-            Controller::Gipps { .. } => unreachable!("the first two followers are IDM and linear"),
+            Controller::Idm { v_0, t_h, d_0, delta, .. } => (d_0 + t_h * v) / (1.0 - (v / v_0).powf(*delta)).sqrt(),
+            other => unreachable!("the first two followers are IDM and linear, not {other:?}"),
         };
         let found = drive.gap[link][i];
         assert!((found - expected).abs() < 0.05, "{}: {found} m, expected {expected} m", car.name);

@@ -5,8 +5,6 @@ use leadlag::internal::plant::{
 };
 use strum::VariantArray;
 
-const BASES: [Base; 3] = [Base::Idm, Base::LCth, Base::Gipps];
-
 fn scenario(base: Base, profile: Profile, duration_s: f64) -> Scenario {
     let mut scenario = Scenario { noise: Noise::NONE, profile, duration_s, ..Scenario::default() };
     scenario.followers.truncate(1);
@@ -33,7 +31,7 @@ fn extremes(drive: &Synthetic) -> (f64, f64) {
 
 #[test]
 fn every_effect_changes_every_base() {
-    for base in BASES {
+    for base in Base::VARIANTS.iter().copied() {
         let mut scenario = scenario(base, Profile::Restless, 150.0);
         // Two cars ahead, for the effect that looks past the first.
         let first = plant::drawn(Base::LCth, 7, 2);

@@ -165,7 +165,6 @@ fn diagnosed(causes: &[&str], bounds: &Overrides) -> String {
         seed: 5,
         causes: &causes,
         bounds,
-        kept: None,
     };
     let found = infer(&question, &mut |_| ControlFlow::Continue(())).expect("a diagnosis");
     let gaps = &data.train[0].trajectory.s;

@@ -1,4 +1,5 @@
-//! Compiled in the copy of the crate that tests/toy.rs makes, where there is a further law, `fvd_linear`.
+//! Compiled in the copy of the crate that tests/toy.rs makes, where there are a further law, `fvd_linear`, and a further cause,
+//! `linear_drag`.
 
 extern crate leadlag_toy as leadlag;
 
@@ -13,7 +14,8 @@ use leadlag::internal::gpu::{AdapterChoice, Gpu};
 use leadlag::internal::lanes::{Lanes, LanesPrecision};
 use leadlag::internal::reference::Reference;
 use leadlag::internal::score::GoodnessOfFit;
-use leadlag::internal::wgsl::Precision;
+use leadlag::internal::plant::{self, Effect, Noise, Scenario};
+use leadlag::internal::wgsl::{Precision, extension_named};
 
 const GOF: GoodnessOfFit = GoodnessOfFit::NRMSE_SVA;
 
@@ -26,10 +28,15 @@ fn all_evaluators_agree_on_the_new_variants() {
     let drive = cars::drive(99.9);
     assert_eq!(drive.len(), 1000);
     // With each combination of parts that IDM has in Table 1.
-    for idm in Variant::all().filter(|v| v.base.name == "idm") {
+    let laws = Variant::all().filter(|v| v.base.name == "idm").map(|idm| {
         let name = idm.name().replacen("idm", "fvd_linear", 1);
         let variant: Variant = name.parse().expect("the law is built in");
         assert_eq!((variant.name(), variant.id()), (name, 0));
+        variant
+    });
+    let drag = extension_named("linear_drag").expect("the cause is built in");
+    let extended = ["idm", "gipps", "l-cth"].map(|base| base.parse::<Variant>().expect("a base").with(drag));
+    for variant in laws.chain(extended.map(|variant| variant.expect("they go together"))) {
         let case = cars::case(&drive, variant, Convention::PAPER);
         let population = cars::spread(variant, Convention::PAPER, 40, 1, 0.0);
         let mut evaluators: Vec<Box<dyn Evaluator>> = Vec::new();
@@ -73,4 +80,17 @@ fn scores(evaluator: &mut dyn Evaluator, population: &leadlag::internal::evaluat
     let mut scores = vec![Score::Rejected; population.len()];
     evaluator.evaluate(population, &mut scores).expect("it evaluates");
     scores
+}
+
+/// The plant drives slower with it.
+#[test]
+fn the_plant_has_the_new_cause() {
+    let last = |effects: Vec<Effect>| {
+        let mut scenario = Scenario { noise: Noise::NONE, duration_s: 120.0, ..Scenario::default() };
+        scenario.followers.truncate(1);
+        scenario.followers[0].effects = effects;
+        *plant::run(&scenario).expect("it drives").gap[0].last().expect("samples")
+    };
+    let drag = "linear_drag:c1=0.02".parse().expect("an effect of the plant");
+    assert!(last(vec![drag]) > last(Vec::new()) + 0.1);
 }

@@ -10,6 +10,7 @@ use crate::diagnose::{DiagnoseError, Inference, PROGRAM, Question, Verdict, infe
 use crate::extension::Extension;
 use crate::plant::Controller;
 use crate::recommend::{Policy, Request, Winner, races, recommend};
+use crate::result::diagnosis::recommended::Trial;
 use crate::symbols::Parameters;
 use crate::wgsl::{extension_named, library};
 use serde::{Deserialize, Serialize};
@@ -66,6 +67,9 @@ pub struct DiagnosisOutcome {
     /// What the closed loop recommends over the training drives: no cause, or some. None where a journal does not say it.
     #[serde(default)]
     pub recommended: Option<Vec<String>>,
+    /// What passes there at one horizon at least, with the probability of that by chance.
+    #[serde(default)]
+    pub passing: Vec<(Vec<String>, f64)>,
 }
 
 impl DiagnosisOutcome {
@@ -102,6 +106,7 @@ impl DiagnosisOutcome {
             known: None,
             unknown: None,
             recommended: None,
+            passing: Vec::new(),
         }
     }
 
@@ -248,7 +253,7 @@ fn diagnosed(task: &DiagnosisTask, recommends: bool) -> DiagnosisOutcome {
     // Another family: the law of the neighbour in the list is blamed.
     let base = match (task.kind.as_str(), task.base.as_str()) {
         ("family", "idm") => "l-cth",
-        ("family", "l-cth") => "gipps",
+        ("family", "l-cth" | "l-idm") => "gipps",
         ("family", _) => "idm",
         (_, base) => base,
     };
@@ -257,16 +262,8 @@ fn diagnosed(task: &DiagnosisTask, recommends: bool) -> DiagnosisOutcome {
     let causes: Vec<&'static Extension> = library().iter().copied().filter(|e| e.cause.is_some()).collect();
     let bounds = crate::calibrate::Overrides::new();
     let (train, holdout) = (&drives.train[..], &drives.holdout[..]);
-    let question = Question {
-        train,
-        holdout,
-        base: variant,
-        effort,
-        seed: task.seed,
-        causes: &causes,
-        bounds: &bounds,
-        kept: None,
-    };
+    let question =
+        Question { train, holdout, base: variant, effort, seed: task.seed, causes: &causes, bounds: &bounds };
     let clock = cpu_time::ProcessTime::now();
     let inference = infer(&question, &mut |_| ControlFlow::Continue(()));
     let request = Request {
@@ -282,7 +279,12 @@ fn diagnosed(task: &DiagnosisTask, recommends: bool) -> DiagnosisOutcome {
     fill(&mut outcome, &inference);
     let names =
         |winner: Option<Winner>| winner.map_or(Vec::new(), |w| w.causes.iter().map(|c| c.name.clone()).collect());
-    outcome.recommended = answer.and_then(Result::ok).map(|answer| names(answer.recommended));
+    if let Some(Ok(answer)) = answer {
+        let passing = answer.tried.trials.iter().filter(|trial| trial.passes);
+        let chance = |trial: &Trial| trial.checks.first().map_or(1.0, |check| check.value);
+        outcome.passing = passing.map(|trial| (trial.causes.clone(), chance(trial))).collect();
+        outcome.recommended = Some(names(answer.recommended));
+    }
     if ["one", "pair"].contains(&task.kind.as_str()) {
         let mut values = law(&drives.controller);
         let mut planted = Vec::new();
@@ -325,24 +327,9 @@ fn gains(
 
 /// The planted parameters of the law, by their names in the catalogue.
 fn law(controller: &Controller) -> Vec<(String, f64)> {
-    let named = match *controller {
-        Controller::Idm { v_0, t_h, d_0, a_max, a_min, delta } => {
-            vec![("v_0", v_0), ("t_h", t_h), ("d_0", d_0), ("a_max", a_max), ("a_min", a_min), ("delta", delta)]
-        }
-        Controller::Gipps { v_0, t_h, d_0, a_max, a_min, a_hat_min, theta } => vec![
-            ("v_0", v_0),
-            ("t_h", t_h),
-            ("d_0", d_0),
-            ("a_max", a_max),
-            ("a_min", a_min),
-            ("a_hat_min", a_hat_min),
-            ("theta", theta),
-        ],
-        Controller::Linear { v_0, t_h, d_0, k_s, k_v, k_0 } => {
-            vec![("v_0", v_0), ("t_h", t_h), ("d_0", d_0), ("k_s", k_s), ("k_v", k_v), ("k_0", k_0)]
-        }
-    };
-    named.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
+    let written = serde_json::to_value(controller).expect("names and numbers");
+    let fields = written.as_object().into_iter().flatten();
+    fields.filter_map(|(name, value)| Some((name.clone(), value.as_f64()?))).collect()
 }
 
 /// What a diagnosis says, or why there is none.

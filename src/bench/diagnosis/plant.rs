@@ -53,11 +53,7 @@ pub fn planted(task: &DiagnosisTask) -> Result<Planted, BenchError> {
 
 fn drawn(task: &DiagnosisTask, draw: u64) -> Result<Planted, BenchError> {
     let mut rng = stream(task.seed, draw, 0, 0);
-    let base = match task.base.as_str() {
-        "idm" => Base::Idm,
-        "gipps" => Base::Gipps,
-        _ => Base::LCth,
-    };
+    let base: Base = task.base.parse().expect("tasks name bases that there are");
     let mut car = plant::drawn(base, rng.random(), 2);
     if task.gusts_mps2 > 0.0 {
         car.gusts = Some(Gusts { sigma_mps2: task.gusts_mps2, time_constant_s: GUST_S });

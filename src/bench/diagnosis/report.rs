@@ -3,7 +3,6 @@
 use super::DiagnosisJournal;
 use super::judge::{DiagnosisOutcome, Judgement, judge};
 use super::plan::{BASES, DiagnosisTask, MEDIUM};
-use crate::diagnose::{JUDGED, one_in_a_hundred};
 use crate::statistics::upper_median;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -103,9 +102,6 @@ pub struct Silence {
     pub one_in_twenty: f64,
     /// The highest.
     pub highest: f64,
-    /// What one in a hundred exceeds, by an exponential tail through the largest quarter of those that are seen: causes with less than half
-    /// of what they need are not judged. It is 1 where the thresholds are just right. None with fewer than 20 drives.
-    pub one_in_a_hundred: Option<f64>,
 }
 
 /// Share of the possible gain that a named effect should bring.
@@ -262,7 +258,6 @@ fn silence(outcomes: &[DiagnosisOutcome]) -> Vec<Silence> {
             median: exceeded_by(0.5),
             one_in_twenty: exceeded_by(0.05),
             highest: exceeded_by(0.0),
-            one_in_a_hundred: one_in_a_hundred(shares, JUDGED),
         }
     };
     let mut rows: Vec<Silence> = BASES.iter().map(|base| row(base, &|o| o.task.base == *base)).collect();
@@ -339,7 +334,6 @@ mod tests {
             evidence: gain,
             threshold: 16.0,
             folds: [0.5 * gain; 2],
-            trimmed: gain,
             transfers: 1.0,
             noise: [0.05, 2.0],
             objection: String::new(),
@@ -393,23 +387,12 @@ mod tests {
         assert_eq!(interval(0, 0), [0.0, 1.0]);
     }
 
-    /// Of 24 drives six exceed half of what is needed, by 0.2 in the mean: one in a hundred exceeds 0.5 + 0.2 ln 25.
+    /// What had the evidence and got no name was stopped by something else.
     #[test]
-    fn one_in_a_hundred_is_said_of_enough_drives_only() {
-        let near = |share: f64| {
-            let tried = vec![(1, "periodic".to_owned(), [Some(16.0), Some(16.0 * share), Some(16.0)], String::new())];
-            DiagnosisOutcome { tried, ..outcome("none", &[], &[], None) }
-        };
-        let mut outcomes: Vec<DiagnosisOutcome> = (0..24).map(|i| near(if i < 6 { 0.7 } else { 0.0 })).collect();
-        let of = |outcomes: &[DiagnosisOutcome]| silence(outcomes)[0].one_in_a_hundred;
-        let found = of(&outcomes).expect("enough drives");
-        assert!((found - 1.1438).abs() < 1e-3, "{found}");
-        // A drive that was not diagnosed does not say how near it came.
-        outcomes.extend((0..24).map(|_| DiagnosisOutcome { verdict: "undiagnosed".to_owned(), ..near(0.0) }));
-        assert_eq!(of(&outcomes), Some(found));
-        assert_eq!(of(&outcomes[..19]), None);
-        // What had the evidence and got no name was stopped by something else.
-        assert_eq!(near(1.5).nearest(), 0.0);
-        assert_eq!(DiagnosisOutcome { adopted: vec!["periodic".to_owned()], ..near(1.5) }.nearest(), 1.5);
+    fn what_was_stopped_did_not_come_near() {
+        let tried = vec![(1, "periodic".to_owned(), [Some(24.0), Some(24.0), Some(16.0)], String::new())];
+        let near = DiagnosisOutcome { tried, ..outcome("none", &[], &[], None) };
+        assert_eq!(near.nearest(), 0.0);
+        assert_eq!(DiagnosisOutcome { adopted: vec!["periodic".to_owned()], ..near }.nearest(), 1.5);
     }
 }

@@ -41,15 +41,10 @@ impl DiagnosisReport {
         }
         if !self.silence.is_empty() {
             text += "\ndrives without an effect: evidence of the likeliest cause, as a share of what it needs\n";
-            let _ = writeln!(
-                text,
-                "{:24}{:>7}{:>8}{:>11}{:>9}{:>12}",
-                "", "drives", "median", "1 of 20 >", "highest", "1 of 100 >"
-            );
+            let _ = writeln!(text, "{:24}{:>7}{:>8}{:>11}{:>9}", "", "drives", "median", "1 of 20 >", "highest");
         }
-        for Silence { of, cases, median, one_in_twenty, highest, one_in_a_hundred } in &self.silence {
-            let rare = one_in_a_hundred.map_or("-".to_owned(), |share| format!("{share:.2}"));
-            let _ = writeln!(text, "{of:24}{cases:>7}{median:>8.2}{one_in_twenty:>11.2}{highest:>9.2}{rare:>12}");
+        for Silence { of, cases, median, one_in_twenty, highest } in &self.silence {
+            let _ = writeln!(text, "{of:24}{cases:>7}{median:>8.2}{one_in_twenty:>11.2}{highest:>9.2}");
         }
         let [close, estimated] = self.close_estimates();
         let _ = writeln!(

@@ -4,7 +4,9 @@ use super::super::lines::Lines;
 use super::super::number::whole;
 use super::super::{interrupt, output};
 use crate::bench::Machine;
-use crate::bench::{DiagnosisJournal, DiagnosisReport, LARGEST_SEED, SIZES, diagnose_task, diagnosis_tasks, infer_task, run_diagnoses};
+use crate::bench::{
+    DiagnosisJournal, DiagnosisReport, LARGEST_SEED, SIZES, diagnose_task, diagnosis_tasks, infer_task, run_diagnoses,
+};
 use crate::diagnose::PROGRAM;
 use crate::report::naming::{self, Provenance};
 use crate::text::bounded::{self, TEXT_MAX};

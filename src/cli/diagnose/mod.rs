@@ -97,7 +97,7 @@ pub enum EffortArg {
     Quick,
     /// About a minute
     Normal,
-    /// As long as it takes, with thresholds by a parametric bootstrap that goes on after a stop (--out)
+    /// As long as it takes
     Thorough,
 }
 
@@ -128,18 +128,13 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         })?;
         output::make_folder(out)?;
     }
-    let kept = args.out.as_ref().map(|out| out.join("bootstrap.jsonl"));
     let effort = match args.effort {
         EffortArg::Quick => Effort::Quick,
         EffortArg::Normal => Effort::Normal,
         EffortArg::Thorough => Effort::Thorough,
     };
-    interrupt::watch_saying(match (&kept, effort) {
-        (Some(_), Effort::Thorough) => "nothing is kept but what the bootstrap has finished",
-        _ => "a diagnosis keeps nothing",
-    });
-    let asked =
-        Asked { base: variant, effort, seed: args.seed, causes: &causes, bounds: &bounds, kept: kept.as_deref() };
+    interrupt::watch_saying("a diagnosis keeps nothing");
+    let asked = Asked { base: variant, effort, seed: args.seed, causes: &causes, bounds: &bounds };
     let mut bar = bar::Bar::new();
     let found = asked.answer(&mut loaded, &mut |progress| bar.update(&progress));
     bar.finish();

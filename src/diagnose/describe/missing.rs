@@ -1,13 +1,12 @@
 //! The missing acceleration d(t), sorted: against speed, leader acceleration, grade, gap error and place, with its uncertainty.
 
 use super::covariates::Covariates;
+use crate::diagnose::policy::POLICY;
 
 /// Classes of a profile; of a place there are as many as the road needs.
 const CLASSES: usize = 12;
 /// Length of a class of place \[m\].
 const PLACE_CLASS_M: f64 = 60.0;
-/// Blocks by which the errors of class means allow for autocorrelation \[s\].
-const BLOCK_S: f64 = 30.0;
 /// A class needs this much time \[s\].
 const CLASS_MIN_S: f64 = 5.0;
 /// Places that two drives must share before their profiles are compared.
@@ -116,7 +115,7 @@ fn profile(name: &str, unit: &str, drives: &[(Vec<f64>, &Missing)], edges: Optio
     let mut classes: std::collections::BTreeMap<usize, Vec<[f64; 3]>> = std::collections::BTreeMap::new();
     let mut seconds = std::collections::BTreeMap::new();
     for (q, missing) in drives {
-        let block = ((BLOCK_S / missing.scene.dt).round() as usize).max(1);
+        let block = ((POLICY.block / missing.scene.dt).round() as usize).max(1);
         for start in (0..missing.d.len()).step_by(block) {
             let mut sums: std::collections::BTreeMap<usize, [f64; 3]> = std::collections::BTreeMap::new();
             for (q, d) in q.iter().zip(missing.d).skip(start).take(block) {

@@ -200,11 +200,6 @@ impl Drive {
         self.trajectory.dt
     }
 
-    /// Its first samples, so many.
-    pub(crate) fn first(&self, samples: usize) -> Drive {
-        self.part(0..samples.min(self.samples()))
-    }
-
     /// A part of its samples.
     ///
     /// # Panics

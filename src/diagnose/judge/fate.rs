@@ -12,40 +12,12 @@ pub enum Objection {
         /// What it had to exceed.
         need: f64,
     },
-    /// The same for a cause that acts in one stretch.
-    WeakEvent {
-        /// Its evidence.
-        evidence: f64,
-        /// What it had to exceed.
-        need: f64,
-    },
     /// Fitted on one half of the data it does not help on the other one.
     OneFold,
-    /// What it gains it gains in two blocks \[nats\].
-    FewBlocks {
-        /// What it gains without them.
-        without: f64,
-    },
     /// Its size has a sign that only something else can have.
     WrongSign(Size),
-    /// It stands for the finer step of a real car.
-    Scheme(Size),
-    /// The noise of the sensor \[m\] does the same.
-    Blurred {
-        /// Its size.
-        size: Size,
-        /// Standard deviation of the noise.
-        noise: f64,
-    },
     /// Its size lies on a bound.
     OnBound(Size),
-    /// The car goes faster than this set speed for too large a share of the time that it is said to hold.
-    Outrun {
-        /// The set speed.
-        size: Size,
-        /// That share.
-        share: f64,
-    },
     /// A calibration has most of its effect in these parameters.
     Absorbed {
         /// Their names.
@@ -79,21 +51,9 @@ impl fmt::Display for Objection {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Objection::Weak { evidence, need } => write!(f, "{evidence:.1} nats, {need:.1} needed"),
-            Objection::WeakEvent { evidence, need } => write!(f, "{evidence:.1} nats, {need:.0} needed of an event"),
             Objection::OneFold => f.write_str("one fold speaks against it"),
-            Objection::FewBlocks { without } => write!(f, "without the two best blocks only {without:.1} nats"),
             Objection::WrongSign(size) => write!(f, "{size} has the wrong sign"),
-            Objection::Scheme(size) => write!(f, "{size} is no more than the finer step of a real car explains"),
-            Objection::Blurred { size, noise } => {
-                write!(
-                    f,
-                    "{size} is hardly wider than the noise of the measured gap, {noise:.3} m, which does the same"
-                )
-            }
             Objection::OnBound(size) => write!(f, "{size} lies on its bound"),
-            Objection::Outrun { size, share } => {
-                write!(f, "the car goes faster than {size} for {:.0} % of that time", 100.0 * share)
-            }
             Objection::Absorbed { by } => write!(f, "a calibration absorbs it in {}", by.join(", ")),
             Objection::NoTransfer { share } => {
                 write!(f, "it gains on the hold-out in {:.0} % of the bootstraps only", 100.0 * share)
@@ -133,23 +93,6 @@ pub enum Fate {
     },
     /// It became part of the model.
     Adopted,
-    /// It did, for the time being, although this spoke against it.
-    OnTrial(Objection),
-    /// It did together with another one, which hides it.
-    Together {
-        /// The name of that.
-        with: String,
-    },
-    /// It was adopted next to a cause whose trial failed.
-    OnlyNextTo {
-        /// The name of that.
-        other: String,
-    },
-    /// It was adopted, and another one took its place.
-    Exchanged {
-        /// The name of that.
-        by: String,
-    },
     /// It was adopted, and what was adopted later moved it to where this speaks against it.
     NoNameAnyMore(Objection),
     /// It was adopted, and what was adopted later made it needless.
@@ -168,13 +111,13 @@ impl Fate {
     /// True while it is part of the model.
     #[must_use]
     pub fn is_adopted(&self) -> bool {
-        matches!(self, Fate::Adopted | Fate::OnTrial(_) | Fate::Together { .. })
+        matches!(self, Fate::Adopted)
     }
 
     /// True where it was, and is no more.
     #[must_use]
     pub fn is_dropped(&self) -> bool {
-        matches!(self, Fate::NoNameAnyMore(_) | Fate::Dropped { .. } | Fate::Exchanged { .. })
+        matches!(self, Fate::NoNameAnyMore(_) | Fate::Dropped { .. })
     }
 }
 
@@ -189,10 +132,6 @@ impl fmt::Display for Fate {
             Fate::AsLikely { adopted } => write!(f, "as likely as {adopted} within the threshold"),
             Fate::NoBetter { adopted } => write!(f, "no likelier than {adopted}, which has fewer parameters"),
             Fate::Adopted => f.write_str("adopted"),
-            Fate::OnTrial(objection) => write!(f, "adopted on trial: by itself {objection}"),
-            Fate::Together { with } => write!(f, "adopted together with {with}: each hides the other"),
-            Fate::OnlyNextTo { other } => write!(f, "only next to {other}, which does not carry over"),
-            Fate::Exchanged { by } => write!(f, "dropped again: {by} took its place"),
             Fate::NoNameAnyMore(objection) => write!(f, "dropped again: in the end {objection}"),
             Fate::Dropped { cost } => write!(f, "dropped again: costs {cost:.1} nats only in the end"),
         }

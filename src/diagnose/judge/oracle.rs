@@ -24,8 +24,6 @@ pub struct Known {
     pub threshold: f64,
     /// Held-out gain of each fold \[nats\].
     pub folds: [f64; 2],
-    /// Without the two best blocks.
-    pub trimmed: f64,
     /// Share of the bootstraps of the hold-out in which the causes gain.
     pub transfers: f64,
     /// Missing acceleration that is left \[m/s²\], and its time constant \[s\].
@@ -66,7 +64,7 @@ pub fn known(
         parts.push(truth.fit.log_likelihood - least.max(base.fit.log_likelihood));
     }
     let inflation = truth.inflation(&setting)?;
-    let threshold = need(&setting, inflation, &base.fit.point.noise, &truth.fit.point.noise, 0.0);
+    let threshold = need(&setting, inflation, [&base.fit.point.noise, &truth.fit.point.noise], 0.0);
     let (held, base_held) = (truth.cross_fit(&setting)?, base.cross_fit(&setting)?);
     let lead = [extension_named(LEAD).expect("a tool of the library")];
     let judged = if causes.is_empty() { &lead[..] } else { causes };
@@ -88,7 +86,6 @@ pub fn known(
         evidence: evidence.counts(),
         threshold,
         folds: evidence.folds,
-        trimmed: evidence.trimmed,
         transfers: share,
         noise: [truth.fit.point.noise.sigma_d, truth.fit.point.noise.tau_d],
         objection: objection.map_or_else(String::new, |objection| objection.to_string()),

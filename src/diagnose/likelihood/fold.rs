@@ -1,17 +1,13 @@
 //! Which part of the data a model is fitted on, and on which it is judged.
 
 use super::robust::Mask;
-
-/// Stretches that alternate between the folds \[s\].
-const STRETCH_S: f64 = 60.0;
-/// Left out after every seam, and at the start of a drive, where the observer does not stand yet \[s\].
-const GUARD_S: f64 = 5.0;
+use crate::diagnose::policy::POLICY;
 
 /// Samples that count when all data are used: all but the first seconds of a drive.
 #[must_use]
 pub fn whole(samples: &[usize], dt: &[f64]) -> Vec<Mask> {
     let mask = |(&samples, &dt): (&usize, &f64)| {
-        let guard = (GUARD_S / dt).round() as usize;
+        let guard = (POLICY.fold_guard / dt).round() as usize;
         (0..samples).map(|t| t >= guard).collect()
     };
     samples.iter().zip(dt).map(mask).collect()
@@ -23,7 +19,8 @@ pub fn folds(samples: &[usize], dt: &[f64]) -> [Vec<Mask>; 2] {
     [0, 1].map(|fold| {
         let mut stretches = 0;
         let mask = |(&samples, &dt): (&usize, &f64)| {
-            let (stretch, guard) = ((STRETCH_S / dt).round() as usize, (GUARD_S / dt).round() as usize);
+            let (stretch, guard) =
+                ((POLICY.fold_stretch / dt).round() as usize, (POLICY.fold_guard / dt).round() as usize);
             let first = stretches;
             stretches += samples.div_ceil(stretch);
             (0..samples).map(|t| (first + t / stretch) % 2 == fold && t % stretch >= guard).collect()

@@ -1,13 +1,12 @@
 //! How likely the innovations are: Gaussian while fitting, Huber's when models are compared, per stretch of time.
 
 use super::observer::KalmanGain;
+use crate::diagnose::policy::POLICY;
 
-/// Length of the blocks of evidence \[s\].
-pub const BLOCK_S: f64 = 30.0;
-/// Huber's threshold in standard deviations: unclipped, two seconds of a set-speed change outweigh everything else.
-const HUBER: f64 = 5.0;
-/// Lags of the autocorrelation that inflates thresholds.
-const LAGS: usize = 100;
+/// Huber's threshold in standard deviations.
+const HUBER: f64 = POLICY.huber;
+/// Lags of the autocorrelation.
+const LAGS: usize = POLICY.lags as usize;
 
 /// Which samples of a drive count.
 pub type Mask = Vec<bool>;
@@ -19,10 +18,10 @@ pub(crate) fn rho(squared: f64) -> f64 {
 
 /// Samples of a block.
 pub fn block_length(dt: f64) -> usize {
-    (BLOCK_S / dt).round().max(1.0) as usize
+    (POLICY.block / dt).round().max(1.0) as usize
 }
 
-/// Log-likelihood per block of [`BLOCK_S`] of one drive: scored robustly, over the samples that count.
+/// Log-likelihood per block of one drive: scored robustly, over the samples that count.
 #[must_use]
 pub fn blocks(residuals: &[[f64; 2]], designed: &KalmanGain, mask: &[bool], dt: f64) -> Vec<f64> {
     let length = block_length(dt);

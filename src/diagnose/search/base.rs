@@ -1,13 +1,13 @@
 //! The base model, calibrated with its noise: global first, because a bad base calibration names ghosts.
 
 use super::fitted_model::{Context, FittedModel};
-use super::profile_grid::is_lost;
 use super::search_budget::SearchBudget;
 use super::start::{first_noise, population, softened};
 use super::textbook::{fastest, with_textbook_values};
 use crate::catalog::Variant;
-use crate::diagnose::likelihood::fit::{Fit, Plan, Point};
+use crate::diagnose::likelihood::fit::{Plan, Point};
 use crate::diagnose::likelihood::observer::Noise;
+use crate::diagnose::policy::POLICY;
 use crate::diagnose::question::DiagnoseError;
 use crate::symbols::Symbol;
 
@@ -15,11 +15,6 @@ use crate::symbols::Symbol;
 const REPLICATES: u64 = 4;
 /// Replicates agree if their likelihoods are this close \[nats\].
 const AGREE: f64 = 5.0;
-
-/// A replicate that makes up for its parameters by a missing acceleration no car has gives way to one that does not, if it is likelier by
-/// less than this \[nats\]: causes show beside parameters that are about right. (By 22 in one drive, in which steps of the command had
-/// 3700, but not beside the likelier of the two.)
-const LOST: f64 = 50.0;
 
 /// A calibrated base.
 #[derive(Debug)]
@@ -45,7 +40,7 @@ pub fn calibrate_base(
     for replicate in 0..REPLICATES {
         let Some(found) = calibrate_once(setting, variant, spending, replicate)? else { continue };
         replicates.push(found.fit.log_likelihood);
-        if best.as_ref().is_none_or(|best| credit(&found.fit) > credit(&best.fit)) {
+        if best.as_ref().is_none_or(|best| found.fit.log_likelihood > best.fit.log_likelihood) {
             best = Some(found);
         }
         replicates.sort_by(|a, b| b.total_cmp(a));
@@ -54,11 +49,6 @@ pub fn calibrate_base(
         }
     }
     Ok(best.map(|candidate| Calibrated { candidate, replicates }))
-}
-
-/// What a replicate is chosen by \[nats\].
-fn credit(fit: &Fit) -> f64 {
-    fit.log_likelihood - if is_lost(&fit.point.noise) { LOST } else { 0.0 }
 }
 
 /// One replicate of [`calibrate_base`].
@@ -110,13 +100,9 @@ fn refined(setting: &Context<'_>, rough: FittedModel, spending: &SearchBudget) -
 /// Why a calibrated base cannot be trusted: parameters that the data contradict. `None` if nothing speaks against it.
 #[must_use]
 pub fn contradiction(setting: &Context<'_>, candidate: &FittedModel) -> Option<String> {
-    /// Share of the samples that may be faster than the desired speed: overshoot and noise.
-    const FASTER: f64 = 0.01;
-    /// Gain that a parameter on its bound promises behind it \[nats\] before it counts.
-    const PROMISE: f64 = 25.0;
     let mut speeds: Vec<f64> = setting.question.train.iter().flat_map(|d| d.trajectory.v_f.iter().copied()).collect();
     speeds.sort_by(f64::total_cmp);
-    let seen = speeds[((1.0 - FASTER) * (speeds.len() - 1) as f64) as usize];
+    let seen = speeds[((1.0 - POLICY.faster) * (speeds.len() - 1) as f64) as usize];
     if let Some(v_0) = candidate.value("v_0")
         && v_0 < seen - 0.5
     {
@@ -141,7 +127,7 @@ pub fn contradiction(setting: &Context<'_>, candidate: &FittedModel) -> Option<S
         }
         let outwards = if candidate.fit.coordinates[k] < 0.5 { 1.0 } else { -1.0 };
         let promise = candidate.fit.gradient[k] * outwards * 0.1;
-        if promise > PROMISE {
+        if promise > POLICY.promise {
             return Some(format!(
                 "{} sits on its bound {} {}, and the data ask for more ({promise:.0} nats within a tenth of its range); widen its \
                  bounds, or take another base model",
@@ -160,7 +146,6 @@ mod tests {
     use crate::calibrate::Overrides;
     use crate::diagnose::likelihood::space::Axis;
     use crate::diagnose::made_up;
-    use nalgebra::{DMatrix, DVector};
 
     #[test]
     fn bounds_are_to_be_widened_only_where_they_hold_the_speed_back() {
@@ -179,22 +164,5 @@ mod tests {
         assert!(held.ends_with("; widen the bounds of v_0, or take another base model"), "{held}");
         let free = advice([5.0, 60.0]);
         assert!(free.ends_with(", though its bounds 5 to 60 m/s allow more; take another base model"), "{free}");
-    }
-
-    #[test]
-    fn a_base_that_is_lost_gives_way_unless_it_is_much_likelier() {
-        let fit = |log_likelihood: f64, sigma_d: f64, tau_d: f64| Fit {
-            point: Point { values: Vec::new(), noise: Noise { sigma_d, tau_d, r_s: 0.02, r_v: 0.02, r_l: 1e-3 } },
-            log_likelihood,
-            errors: Vec::new(),
-            converged: true,
-            coordinates: Vec::new(),
-            information: DMatrix::zeros(0, 0),
-            gradient: DVector::zeros(0),
-        };
-        let gusts = fit(1000.0, 0.083, 0.76);
-        assert!(credit(&gusts) > credit(&fit(1022.0, 0.36, 22.0)));
-        assert!(credit(&gusts) < credit(&fit(1060.0, 0.36, 22.0)));
-        assert!(credit(&gusts) < credit(&fit(1022.0, 0.083, 2.0)));
     }
 }

@@ -3,13 +3,13 @@
 use super::textbook::{fastest, with_textbook_values};
 use crate::catalog::Variant;
 use crate::diagnose::drive::Drive;
-use crate::diagnose::likelihood::descent::descended;
 use crate::diagnose::likelihood::fit::{Fit, Plan, Point, Predictor, Prior, fit, fit_with};
 use crate::diagnose::likelihood::fold::{folds, whole};
-use crate::diagnose::likelihood::model::{Event, LEAD, Model, is_rugged};
+use crate::diagnose::likelihood::model::{Event, LEAD, Model};
 use crate::diagnose::likelihood::observer::{Noise, design};
 use crate::diagnose::likelihood::robust::{Mask, block_length, blocks, inflation};
 use crate::diagnose::likelihood::space::Axis;
+use crate::diagnose::policy::POLICY;
 use crate::diagnose::question::{DiagnoseError, Question};
 use crate::extension::Extension;
 use crate::symbols::{SearchKind, Symbol};
@@ -28,8 +28,6 @@ pub struct Context<'a> {
     pub holdout: Vec<Mask>,
     /// The nuisance lead that every model has.
     pub lead: Option<&'static Extension>,
-    /// Threshold of evidence per inflation \[nats\], by a bootstrap; `None`: the analytic one.
-    pub least: Option<f64>,
     /// Candidates simulated so far.
     pub simulations: AtomicU64,
 }
@@ -49,7 +47,6 @@ impl<'a> Context<'a> {
             folds: folds(&samples, &dt),
             holdout: whole(&held, &held_dt),
             lead,
-            least: None,
             simulations: AtomicU64::new(0),
         }
     }
@@ -132,16 +129,11 @@ impl CrossValidated {
 
 /// Score of a block in which a run failed \[nats\]: finite, so that one failed block cannot decide.
 const FAILED_BLOCK: f64 = -1e4;
-/// Weight of all data in the fit of a fold, for the parameters of the base.
-const BORROWED: f64 = 0.1;
 /// Turns on a fold, from the optimum of all data.
 const FOLD_PLAN: Plan = Plan { select: 2, kinds: 1, rough: 0, keep: 2, fine: 8, tolerance: 0.1, least: [0.0; 2] };
 /// Turns on data on which it was not fitted.
 pub(crate) const ELSEWHERE: Plan =
     Plan { select: 2, kinds: 1, rough: 4, keep: 2, fine: 12, tolerance: 0.1, least: [0.0; 2] };
-
-/// First steps of the descents on data on which it was not fitted, where derivatives show no way.
-const RUGGED_STEPS: [f64; 2] = [0.06, 0.015];
 
 impl FittedModel {
     /// Fits a variant from some starts.
@@ -200,7 +192,8 @@ impl FittedModel {
         }
         let lead = |k: usize| matches!(self.model.symbols[k], Symbol::Extension(row) if row.extension == LEAD);
         let borrows = |k: usize| self.model.symbols.get(k).is_none_or(|s| self.model.variant.is_of_base(*s) || lead(k));
-        let weight = |j: usize, k: usize| if borrows(j) && borrows(k) { BORROWED * information[(j, k)] } else { 0.0 };
+        let weight =
+            |j: usize, k: usize| if borrows(j) && borrows(k) { POLICY.borrowed * information[(j, k)] } else { 0.0 };
         let information = nalgebra::DMatrix::from_fn(information.nrows(), information.ncols(), weight);
         Some(Prior { centre: self.fit.coordinates.clone(), information })
     }
@@ -228,19 +221,9 @@ impl FittedModel {
             axes[k] = Axis::held(point.values[k]);
             starts.iter_mut().for_each(|start| start.values[k] = point.values[k]);
         }
-        let plan = |count: usize| Plan { select: count, keep: count, ..ELSEWHERE };
-        let fits = fit(&model, &axes, &setting.holdout, &starts, plan(starts.len()))?;
-        let mut point = fits.into_iter().next().map_or_else(|| point.clone(), |fit| fit.point);
-        if self.causes.iter().any(|cause| is_rugged(cause)) {
-            // Derivatives do not lead a base to where such a cause fits.
-            for (turn, step) in RUGGED_STEPS.into_iter().enumerate() {
-                let there =
-                    descended(&model, &axes, &setting.holdout, &point, step, (setting.question.seed, turn as u64))?;
-                let starts: Vec<Point> = std::iter::once(point.clone()).chain(there).collect();
-                let fits = fit(&model, &axes, &setting.holdout, &starts, plan(starts.len()))?;
-                point = fits.into_iter().next().map_or(point, |fit| fit.point);
-            }
-        }
+        let plan = Plan { select: starts.len(), keep: starts.len(), ..ELSEWHERE };
+        let fits = fit(&model, &axes, &setting.holdout, &starts, plan)?;
+        let point = fits.into_iter().next().map_or_else(|| point.clone(), |fit| fit.point);
         setting.simulations.fetch_add(model.simulations(), Ordering::Relaxed);
         Ok(Transferred { model, point })
     }
@@ -372,7 +355,6 @@ mod tests {
             seed: 1,
             causes: &causes,
             bounds: &bounds,
-            kept: None,
         };
         let setting = Context::new(&question, None);
         let drive = |of: usize| {

@@ -1,8 +1,6 @@
 //! From where, and in which way, a model with a cause is fitted.
 
 pub mod base;
-pub mod cmaes_refine;
-pub mod equilibrium;
 pub mod fitted_model;
 pub mod profile_grid;
 pub mod scan;

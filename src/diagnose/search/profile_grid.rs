@@ -9,6 +9,7 @@ use crate::diagnose::likelihood::fit::{Plan, Point, fit_each, log_likelihoods};
 use crate::diagnose::likelihood::model::{Model, is_rugged, is_stepped};
 use crate::diagnose::likelihood::observer::Noise;
 use crate::diagnose::likelihood::space::Axis;
+use crate::diagnose::policy::POLICY;
 use crate::diagnose::question::DiagnoseError;
 use crate::extension::Extension;
 use crate::statistics::upper_median;
@@ -65,22 +66,6 @@ pub fn is_held_at_textbook_values(model: &Model, cause: &'static Extension, nois
     is_astray(noise) && !limited && !sizes(model, cause).is_empty()
 }
 
-/// Starts for a model with parameters of its base on their bounds: where the rest goes while such a parameter is held elsewhere.
-///
-/// # Errors
-/// As [`fit_each`].
-pub fn within_bounds(setting: &Context<'_>, current: &FittedModel) -> Result<Vec<Point>, DiagnoseError> {
-    const SHARES: [f64; 4] = [0.15, 0.3, 0.5, 0.7];
-    let FittedModel { model, fit, causes, .. } = current;
-    let before = model.simulations();
-    let of_base = |k: &usize| model.variant.is_of_base(model.symbols[*k]);
-    let on_bound = (0..model.axes.len()).filter(of_base).filter(|&k| model.axes[k].at_bound(fit.point.values[k]));
-    let sizes = on_bound.flat_map(|k| SHARES.map(|share| vec![(k, model.axes[k].value(share))])).collect();
-    let points = held(setting, model, &fit.point, sizes, causes.iter().any(|cause| is_rugged(cause)))?;
-    setting.simulations.fetch_add(model.simulations() - before, Ordering::Relaxed);
-    Ok(points)
-}
-
 /// Where the rest goes while some sizes are held: the likeliest. Where the likelihood is rugged, the rest is moved without derivatives.
 fn held(
     setting: &Context<'_>,
@@ -108,13 +93,10 @@ fn held(
     Ok(found.into_iter().take(FOLLOWED).map(|fit| fit.point).collect())
 }
 
-/// A missing acceleration larger than this \[m/s²\] that lasts longer than this \[s\] is no gust: it makes up for a model that is far off.
-const SLOW: (f64, f64) = (0.08, 10.0);
-
 /// True where something is missing that the model makes up for by its missing acceleration.
 #[must_use]
 pub fn is_lost(noise: &Noise) -> bool {
-    noise.sigma_d > SLOW.0 && noise.tau_d > SLOW.1
+    noise.sigma_d > POLICY.lost_size && noise.tau_d > POLICY.lost_time
 }
 
 /// Six times the gusts of 0.05 m/s² over 2 s, as the growth of the square of the speed's error \[m²/s³\] (half of it).
@@ -165,10 +147,9 @@ fn standing_out(
 /// Steps of the command that are held, and how far apart in the row they lie at least.
 const STAND_OUT: usize = 2;
 const APART: usize = 4;
-/// How much a size has to stand out \[nats\], and how much less likely than the model without steps it may be, as a share of that, unless
-/// the base is far off: planted ones of 17 drives stood out by 300 nats and more and lost 0.6 of that at most; where there were
-/// none, what stood out by 25 lost four times as much and more. With a base that is far off, one lost 50 times as much, and where there
-/// were none, 52 to 77 nats stood out.
+/// How much a size has to stand out \[nats\], and how much less likely than the model without steps it may be, as a share of that. Steps of a
+/// real command stand out by hundreds of nats and lose less than that; chance stands out by tens and loses more. Where the base is far
+/// off, only the height tells.
 const HIGH: f64 = 25.0;
 const HIGH_ASTRAY: f64 = 100.0;
 const DEEP: f64 = 2.0;
@@ -255,7 +236,6 @@ pub fn set_free(
 mod tests {
     use super::*;
 
-    /// The heights and losses of the drives that the limits are from, see [`HIGH`].
     #[test]
     fn planted_steps_promise_and_others_do_not() {
         for (height, loss, astray) in [(300.0, 180.0, false), (300.0, 15_000.0, true)] {

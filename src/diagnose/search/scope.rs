@@ -1,6 +1,5 @@
 //! Where a cause may act: in all drives, or, for what happens once, in any one of them; and where its fit starts there.
 
-use super::equilibrium::at_equilibrium;
 use super::fitted_model::{Context, FittedModel};
 use super::profile_grid::is_held_at_textbook_values;
 use super::scan::{are_idle, likeliest, scanned, timed};
@@ -121,14 +120,12 @@ fn from_present(
     hints: &[Hint],
     promise: [f64; 2],
 ) -> Scope {
-    let Point { values, noise } = present(current, &model);
+    let noise = current.fit.point.noise;
     let train = setting.question.train;
-    let keeps = cause.search() == SearchKind::Integral;
-    let settled = keeps.then(|| at_equilibrium(&model, &values, train));
     // Where sizes are held at textbook values, the same starts without are not needed.
-    let textbook = (keeps || !is_held_at_textbook_values(&model, cause, &noise)).then(|| fastest(train));
-    let starts = with_cause(current, &model, cause, hints, settled.as_ref(), textbook);
-    let kinds = if keeps { 2 * KINDS } else { KINDS - usize::from(textbook.is_none()) };
+    let textbook = (!is_held_at_textbook_values(&model, cause, &noise)).then(|| fastest(train));
+    let starts = with_cause(current, &model, cause, hints, textbook);
+    let kinds = KINDS - usize::from(textbook.is_none());
     Scope { model, starts, kinds, event: false, usual: false, promise }
 }
 

@@ -29,13 +29,6 @@ impl SearchBudget {
         SearchBudget { plan, ..*self }
     }
 
-    /// Where innovations are correlated, a nat tells less, and searches end at larger gains: `inflation` times as large.
-    #[must_use]
-    pub fn inflated(&self, inflation: f64) -> SearchBudget {
-        let plan = Plan { tolerance: self.plan.tolerance * inflation.max(1.0), ..self.plan };
-        SearchBudget { plan, ..*self }
-    }
-
     /// What an effort buys.
     #[must_use]
     pub fn of(effort: Effort) -> SearchBudget {

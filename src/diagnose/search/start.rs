@@ -108,7 +108,7 @@ fn probes(axis: &Axis, neutral: f64) -> Vec<f64> {
 /// Values of a cause's parameters that are worth a start.
 pub type Hint = Vec<(Symbol, f64)>;
 
-/// Kinds of starts of [`with_cause`], which come in turn; twice as many with settled values.
+/// Kinds of starts of [`with_cause`], which come in turn.
 pub const KINDS: usize = 3;
 
 /// Starts of a model that has one cause more than another: its parameters as they are, the cause at several sizes, under the
@@ -120,7 +120,6 @@ pub fn with_cause(
     model: &Model,
     cause: &'static Extension,
     hints: &[Hint],
-    settled: Option<&Vec<f64>>,
     fastest: Option<f64>,
 ) -> Vec<Point> {
     let values = model.adopt(&current.model, &current.fit.point.values);
@@ -133,16 +132,14 @@ pub fn with_cause(
     let strong = noise.strong();
     let mut starts = Vec::new();
     for size in &sizes {
-        for values in std::iter::once(&values).chain(settled) {
-            let textbook = fastest.map(|fastest| with_textbook_values(model, values, fastest));
-            let kinds = [Some((values, noise)), Some((values, free)), textbook.as_ref().map(|values| (values, strong))];
-            for (values, noise) in kinds.into_iter().flatten() {
-                let mut values = values.clone();
-                for &(k, value) in size {
-                    values[k] = model.axes[k].value(model.axes[k].coordinate(value));
-                }
-                starts.push(Point { values, noise });
+        let textbook = fastest.map(|fastest| with_textbook_values(model, &values, fastest));
+        let kinds = [Some((&values, noise)), Some((&values, free)), textbook.as_ref().map(|values| (values, strong))];
+        for (values, noise) in kinds.into_iter().flatten() {
+            let mut values = values.clone();
+            for &(k, value) in size {
+                values[k] = model.axes[k].value(model.axes[k].coordinate(value));
             }
+            starts.push(Point { values, noise });
         }
     }
     starts

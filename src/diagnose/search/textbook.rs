@@ -10,8 +10,7 @@ pub fn fastest(drives: &[Drive]) -> f64 {
 }
 
 /// Textbook values of free driving, braking and gains instead of a model's own: what the base lacks is often imitated by them, and then
-/// does nothing from there. (A lag went into Gipps' brakings of 15 and 12 m/s² and a reaction time of 0.5 s; from there, 1400 of its 3050
-/// nats were found.) `fastest` is the largest speed of the follower \[m/s\].
+/// does nothing from there. `fastest` is the largest speed of the follower \[m/s\].
 #[must_use]
 pub fn with_textbook_values(model: &Model, values: &[f64], fastest: f64) -> Vec<f64> {
     let textbook = [

@@ -164,14 +164,11 @@ fn silence(report: &DiagnosisReport) -> String {
     if report.silence.is_empty() {
         return String::new();
     }
-    let mut text = "Drives without an effect: evidence of the likeliest cause, as a share of what it needs for a name (0 where none gains enough to be judged). \
-        What one of a hundred exceeds is extrapolated by an exponential tail through the largest quarter, or through those above 0.5, below which causes are not judged; \
-        thresholds are just right where it is 1.\n\n\
-        | | drives | median | one of 20 exceeds | highest | one of 100 exceeds |\n|---|---|---|---|---|---|\n"
+    let mut text = "Drives without an effect: evidence of the likeliest cause, as a share of what it needs for a name (0 where none gains enough to be judged).\n\n\
+        | | drives | median | one of 20 exceeds | highest |\n|---|---|---|---|---|\n"
         .to_owned();
-    for Silence { of, cases, median, one_in_twenty, highest, one_in_a_hundred } in &report.silence {
-        let rare = one_in_a_hundred.map_or("-".to_owned(), |share| format!("{share:.2}"));
-        let _ = writeln!(text, "| {of} | {cases} | {median:.2} | {one_in_twenty:.2} | {highest:.2} | {rare} |");
+    for Silence { of, cases, median, one_in_twenty, highest } in &report.silence {
+        let _ = writeln!(text, "| {of} | {cases} | {median:.2} | {one_in_twenty:.2} | {highest:.2} |");
     }
     text + "\n"
 }

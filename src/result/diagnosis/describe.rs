@@ -16,7 +16,7 @@ use crate::diagnose::describe::missing::{Missing, Profiles, profiles};
 use crate::diagnose::drive::Drive;
 use crate::diagnose::infer;
 use crate::diagnose::likelihood::observer::{Noise, design};
-use crate::diagnose::{Adopted, Fitted, Inference, Progress, Question, Verdict};
+use crate::diagnose::{Adopted, Fitted, Inference, POLICY, Progress, Question, Verdict};
 use std::ops::ControlFlow;
 
 /// Share of the work after which the cause is known.
@@ -118,8 +118,7 @@ pub fn describe(
             formula: formula.as_ref().map(|f| f.equation()),
         });
     }
-    let kind = if inference.bootstrapped.is_some() { "bootstrap" } else { "analytic" };
-    let entries = |causes: &[Adopted]| causes.iter().map(|cause| CauseEntry::new(cause, kind)).collect();
+    let entries = |causes: &[Adopted]| causes.iter().map(|cause| CauseEntry::from(cause)).collect();
     let outcome = Outcome {
         schema_version: SCHEMA_VERSION,
         verdict: inference.verdict,
@@ -161,6 +160,7 @@ pub fn describe(
         formula,
         ladder: inference.ladder.iter().map(RungEntry::from).collect(),
         closed_loop: ClosedLoopEntry::default(),
+        policy: serde_json::to_value(POLICY).unwrap_or_default(),
     };
     Ok(Diagnosis { outcome, inference, base, extended })
 }

@@ -49,7 +49,7 @@ pub struct CauseEntry {
     pub evidence: f64,
     /// What it had to exceed.
     pub threshold: f64,
-    /// `table`, `analytic` or `bootstrap`.
+    /// How the threshold was made: `analytic`; earlier versions also wrote `table` and `bootstrap`.
     pub threshold_kind: String,
     /// File and follower, for an event that happens in one recording only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -205,17 +205,15 @@ impl From<&Estimate> for ParameterEntry {
     }
 }
 
-impl CauseEntry {
-    /// An adopted cause; how thresholds are made depends on the effort.
-    #[must_use]
-    pub fn new(adopted: &Adopted, threshold_kind: &str) -> CauseEntry {
+impl From<&Adopted> for CauseEntry {
+    fn from(adopted: &Adopted) -> CauseEntry {
         CauseEntry {
             name: adopted.extension.name.clone(),
             family: adopted.family.clone(),
             parameters: adopted.parameters.iter().map(ParameterEntry::from).collect(),
             evidence: adopted.evidence,
             threshold: adopted.threshold,
-            threshold_kind: threshold_kind.to_owned(),
+            threshold_kind: "analytic".to_owned(),
             recording: adopted.recording.clone(),
         }
     }
@@ -417,6 +415,9 @@ pub struct Outcome {
     /// All that was tried in closed loop.
     #[serde(default)]
     pub closed_loop: ClosedLoopEntry,
+    /// Every number that decides what the likelihood names, by name.
+    #[serde(default)]
+    pub policy: serde_json::Value,
 }
 
 /// Results from before this was noted.

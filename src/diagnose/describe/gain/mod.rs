@@ -6,6 +6,7 @@ use super::free::{Free, free};
 use crate::calibrate::{CalibrateError, Calibration, Overrides, Progress, SearchSpace, Stop, best, calibrate};
 use crate::diagnose::drive::Drive;
 use crate::diagnose::likelihood::model::Model;
+use crate::diagnose::likelihood::robust::block_length;
 use crate::diagnose::likelihood::streams;
 use crate::diagnose::outcome::{Adopted, Fitted};
 use crate::diagnose::question::{DiagnoseError, Effort, Question};
@@ -17,8 +18,6 @@ use crate::symbols::{Parameters, Symbol};
 use rand::RngExt;
 use std::ops::ControlFlow;
 
-/// Blocks of the bootstrap \[s\]: longer than what an error at one moment does to the next ones.
-const BLOCK_S: f64 = 30.0;
 /// Draws of the bootstrap.
 const DRAWS: usize = 2000;
 
@@ -226,7 +225,7 @@ type Block = [[f64; 3]; 2];
 fn squares(drives: &[Drive], runs: &[Free]) -> Vec<Block> {
     let mut blocks = Vec::new();
     for (drive, run) in drives.iter().zip(runs) {
-        let width = ((BLOCK_S / drive.dt()).round() as usize).max(1);
+        let width = block_length(drive.dt());
         let count = run.errors[0].len();
         for start in (0..count).step_by(width) {
             let mut block = [[0.0; 3]; 2];

@@ -9,8 +9,9 @@ mod terms;
 use crate::diagnose::likelihood::fit::Predictor;
 use crate::diagnose::likelihood::model::Model;
 use crate::diagnose::likelihood::observer::{KalmanGain, design};
-use crate::diagnose::likelihood::robust::{BLOCK_S, Mask, rho};
+use crate::diagnose::likelihood::robust::{Mask, block_length, rho};
 use crate::diagnose::outcome::LeftOver;
+use crate::diagnose::policy::POLICY;
 use crate::diagnose::question::DiagnoseError;
 use crate::diagnose::search::fitted_model::{Context, FittedModel};
 use crate::statistics::upper_median;
@@ -50,8 +51,6 @@ const STEP: f64 = 1e-4;
 /// Expected size of the base's corrections in coordinates, and of tents \[m/s²\]; the better of the two counts.
 const PRIOR_BASE: f64 = 0.1;
 const PRIOR_TENTS: [f64; 2] = [0.3, 0.05];
-/// Squared length of an innovation, relative to what is usual, above which it is a burst; 0.2 of 12 000 normal ones are.
-const BURST: f64 = 22.0;
 
 /// What a model leaves.
 ///
@@ -288,7 +287,7 @@ fn blocks(
 ) -> Vec<f64> {
     let mut all = Vec::new();
     for (drive, z) in z.iter().enumerate() {
-        let length = (BLOCK_S / dt[drive]).round().max(1.0) as usize;
+        let length = block_length(dt[drive]);
         let columns: Vec<&Vec<[f64; 2]>> = base[drive].iter().chain(&tents[drive]).take(weights.len()).collect();
         let mut sums = vec![0.0; z.len().div_ceil(length)];
         for (t, z) in z.iter().enumerate().filter(|(t, _)| masks[drive][*t]) {
@@ -306,7 +305,6 @@ fn blocks(
 
 /// Instants at which the innovations are larger than any usual one.
 fn bursts(setting: &Context<'_>, z: &[Vec<[f64; 2]>], inflation: f64) -> Option<LeftOver> {
-    const FEWEST_BLOCKS: usize = 4;
     /// Median of a chi-squared number of two degrees of freedom.
     const MEDIAN: f64 = 1.386_294_361;
     let mut sizes: Vec<(usize, usize, f64)> = Vec::new();
@@ -316,12 +314,12 @@ fn bursts(setting: &Context<'_>, z: &[Vec<[f64; 2]>], inflation: f64) -> Option<
         sizes.extend(counts.map(|t| (drive, t, z[t][0] * z[t][0] + z[t][1] * z[t][1])));
     }
     let usual = upper_median(sizes.iter().map(|(.., size)| *size))? / MEDIAN;
-    let large: Vec<&(usize, usize, f64)> = sizes.iter().filter(|(.., size)| size / usual > BURST).collect();
+    let large: Vec<&(usize, usize, f64)> = sizes.iter().filter(|(.., size)| size / usual > POLICY.burst).collect();
     let block = |(drive, t, _): &&(usize, usize, f64)| {
-        (*drive, (*t as f64 * setting.question.train[*drive].dt() / BLOCK_S) as usize)
+        (*drive, (*t as f64 * setting.question.train[*drive].dt() / POLICY.block) as usize)
     };
     let blocks: std::collections::BTreeSet<(usize, usize)> = large.iter().map(block).collect();
-    if (large.len() as f64) < 8.0 * inflation || blocks.len() < FEWEST_BLOCKS {
+    if (large.len() as f64) < POLICY.bursts * inflation || (blocks.len() as f64) < POLICY.burst_blocks {
         return None;
     }
     let (drive, t, _) = large.iter().max_by(|a, b| a.2.total_cmp(&b.2))?;

@@ -59,8 +59,7 @@ pub struct Event {
 }
 
 /// Every observed run begins here \[s\], where those with a delay of the library begin, which need as much of the past: who begins later has
-/// less to make up for of what a drive begins with. (Beside a limited jerk that was reached in the first seconds only, a delay of 3 ms
-/// had 208 nats.)
+/// less to make up for of what a drive begins with.
 const BEGIN_S: f64 = 1.5;
 
 fn begun(case: Case) -> Case {

@@ -1,13 +1,15 @@
 //! Which of those tried in a round is adopted, and what becomes of the others.
 
 use super::{Search, identifiability};
-use crate::diagnose::judge::decide::{ABSORBED, Evidence, is_hopeful, margin_of_relatives, proxy};
+use crate::diagnose::judge::decide::{Evidence, is_hopeful, margin, proxy};
 use crate::diagnose::judge::fate::{Fate, Objection};
-use crate::diagnose::judge::gate::Gates;
+use crate::diagnose::judge::gate::gate;
 use crate::diagnose::outcome::Tried;
+use crate::diagnose::policy::POLICY;
 use crate::diagnose::question::DiagnoseError;
-use crate::diagnose::search::fitted_model::{Context, CrossValidated};
+use crate::diagnose::search::fitted_model::{Context, CrossValidated, Transferred};
 use crate::diagnose::search::screen::ScreenedCause;
+use crate::diagnose::search::search_budget::SearchBudget;
 
 /// A cause that gains enough where it was not fitted.
 #[derive(Debug, Clone, Copy)]
@@ -35,10 +37,11 @@ impl Search {
         round: usize,
         tried: &[ScreenedCause],
         held: &[Option<CrossValidated>],
+        spending: &SearchBudget,
     ) -> Result<Option<usize>, DiagnoseError> {
         self.stopped.clear();
         let first = self.ladder.len();
-        let gaining = self.noted(setting, round, tried, held);
+        let gaining = self.noted(setting, round, tried, held, spending.short_list);
         let standing = self.asked(setting, tried, &gaining, first)?;
         Ok(self.chosen(tried, &standing, first))
     }
@@ -50,6 +53,7 @@ impl Search {
         round: usize,
         tried: &[ScreenedCause],
         held: &[Option<CrossValidated>],
+        short_list: usize,
     ) -> Vec<Gaining> {
         let mut gaining = Vec::new();
         for (i, (cause, candidate)) in tried.iter().enumerate() {
@@ -60,19 +64,19 @@ impl Search {
                 gain,
                 evidence: f64::NAN,
                 folds: [f64::NAN; 2],
-                trimmed: f64::NAN,
                 threshold: self.need,
-                fate: Fate::unjudged(is_hopeful(gain, self.need), self.short_list),
+                fate: Fate::unjudged(is_hopeful(gain, self.need), short_list),
             };
             if let Some(held) = &held[i] {
                 let evidence = Evidence::of(setting, candidate, cause, held, &self.current, &self.held);
                 let counts = evidence.counts();
-                (row.evidence, row.folds, row.trimmed) = (counts, evidence.folds, evidence.trimmed);
+                (row.evidence, row.folds) = (counts, evidence.folds);
                 // Of those without an objection the fate is decided later.
                 match evidence.objection(self.need) {
                     Some(objection) => row.fate = Fate::Stopped(objection),
                     None => {
-                        let absorbed = cause.family() == "absorbed" && identifiability(candidate, cause).0 < ABSORBED;
+                        let absorbed =
+                            cause.family() == "absorbed" && identifiability(candidate, cause).0 < POLICY.absorbed;
                         gaining.push(Gaining { i, counts, absorbed });
                     }
                 }
@@ -84,10 +88,8 @@ impl Search {
     }
 
     /// True if the evidence of one cause is behind that of a likelier one by more than could be chance.
-    fn is_behind(&self, tried: &[ScreenedCause], best: &Gaining, other: &Gaining) -> bool {
-        let related = tried[best.i].0.family() == tried[other.i].0.family();
-        let margin = if related { margin_of_relatives(self.margin, best.counts) } else { self.margin };
-        best.counts - other.counts > margin
+    fn is_behind(&self, best: &Gaining, other: &Gaining) -> bool {
+        best.counts - other.counts > margin(self.inflation, best.counts)
     }
 
     /// Asks sign, bounds and hold-out about those that gain, as far as it matters; `first` is the first row of the round.
@@ -100,18 +102,18 @@ impl Search {
     ) -> Result<Standing, DiagnoseError> {
         let mut standing = Standing::default();
         let mut stopped = Vec::new();
-        let mut gates = Gates::new(setting, &self.current);
-        for (k, this) in gaining.iter().enumerate() {
+        // The present model on the hold-out, which all are compared with.
+        let mut alone: Option<Transferred> = None;
+        for this in gaining {
             let (cause, candidate) = &tried[this.i];
-            let behind =
-                |best: Option<&Gaining>, other: &Gaining| best.is_some_and(|best| self.is_behind(tried, best, other));
+            let behind = |best: &&Gaining| self.is_behind(best, this);
             // Behind one that stands, only what is as likely matters.
-            if behind(standing.sound.first(), this) {
+            if standing.sound.first().is_some_and(|best| behind(&best)) {
                 self.ladder[first + this.i].fate = Fate::LessLikely;
                 continue;
             }
             // What cannot be told from another calibration is no name; what is less likely than that is none either.
-            if let Some(best) = standing.made_up_for.first().filter(|best| behind(Some(*best), this)) {
+            if let Some(best) = standing.made_up_for.first().filter(behind) {
                 let other = tried[best.i].0.name.clone();
                 self.ladder[first + this.i].fate = Fate::LessLikelyThanAbsorbed { other };
                 continue;
@@ -123,23 +125,16 @@ impl Search {
                     Some(Objection::Absorbed { by: identifiability(candidate, cause).1 })
                 }
                 None => {
-                    // The next one is simulated beside this one if it will be asked anyway, being as likely as what stands. Where nothing
-                    // stands yet this one is expected to, until the hold-out has objected to one.
-                    let stands = standing.sound.first().or((!gates.objected()).then_some(this));
-                    let may_be_gated =
-                        |other: &&Gaining| !other.absorbed && proxy(&tried[other.i].1, tried[other.i].0).is_none();
-                    let next = gaining[k + 1..].iter().find(may_be_gated);
-                    let next = next.filter(|n| !behind(stands, n) && !behind(standing.made_up_for.first(), n));
-                    gates.objection(tried, this.i, next.map(|next| next.i))?
+                    if alone.is_none() && !setting.question.holdout.is_empty() {
+                        alone = Some(self.current.transfer(setting, None)?);
+                    }
+                    gate(setting, candidate, cause, &self.current, alone.as_ref())?
                 }
             };
             match objection {
                 Some(objection) => {
                     self.ladder[first + this.i].fate = Fate::Stopped(objection.clone());
-                    // These are explained by what every measured car has, and leave nothing to wonder about.
-                    if !matches!(objection, Objection::Scheme(_) | Objection::Blurred { .. }) {
-                        stopped.push((*cause, this.counts, self.need, objection));
-                    }
+                    stopped.push((*cause, this.counts, self.need, objection));
                 }
                 None => standing.sound.push(*this),
             }
@@ -152,13 +147,15 @@ impl Search {
     fn chosen(&mut self, tried: &[ScreenedCause], standing: &Standing, first: usize) -> Option<usize> {
         let Standing { sound, made_up_for } = standing;
         let best = sound.first()?;
-        let as_likely = |other: &Gaining| !self.is_behind(tried, best, other);
+        let as_likely = |other: &Gaining| !self.is_behind(best, other);
         let simple = |other: &Gaining| tried[other.i].0.parameters.len();
         let mut close: Vec<Gaining> = sound.iter().copied().filter(as_likely).collect();
         let fewest = close.iter().map(simple).min()?;
         let chosen = *close.iter().find(|other| simple(other) == fewest)?;
         // More parameters that gain nothing over fewer contain the simpler cause and are no rival.
-        close.retain(|other| simple(other) == fewest || other.counts > chosen.counts + 0.5 * self.margin);
+        close.retain(|other| {
+            simple(other) == fewest || other.counts > chosen.counts + 0.5 * margin(self.inflation, chosen.counts)
+        });
         // What is as likely although a calibration has most of its effect is no name by itself, but leaves doubt in one.
         close.extend(made_up_for.iter().copied().filter(as_likely));
         let adopted = || tried[chosen.i].0.name.clone();
@@ -208,7 +205,7 @@ mod tests {
         ];
         assert_eq!(fates, known);
         // With half a margin more, the likeliest is a rival although it has one parameter more.
-        let standing = Standing { sound: vec![gaining(0, 102.0), gaining(1, 98.0)], made_up_for: Vec::new() };
+        let standing = Standing { sound: vec![gaining(0, 103.0), gaining(1, 98.0)], made_up_for: Vec::new() };
         assert_eq!(search.chosen(&tried, &standing, 0), Some(1));
         assert_eq!(search.ladder[0].fate, Fate::AsLikely { adopted: adopted() });
         assert_eq!(search.chosen(&tried, &Standing::default(), 0), None);

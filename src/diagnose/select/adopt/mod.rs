@@ -1,18 +1,15 @@
-//! Rounds: screen, cross-fit, decide, adopt, put right what was adopted before; and prune at the end.
+//! Rounds: every cause is tried on the present model, the likeliest are cross-fitted and judged, and one of them is adopted.
 
 mod choice;
 
-use super::trial::Trial;
-use crate::diagnose::judge::decide::{ABSORBED, is_hopeful, margin, need, residue};
+use crate::diagnose::judge::decide::{is_hopeful, need};
 use crate::diagnose::judge::fate::{Fate, Objection};
 use crate::diagnose::likelihood::fit::{Plan, Point};
-use crate::diagnose::likelihood::model::{PHASE, is_rugged};
 use crate::diagnose::likelihood::observer::Noise;
 use crate::diagnose::outcome::{NotTestable, Tried};
+use crate::diagnose::policy::POLICY;
 use crate::diagnose::question::DiagnoseError;
-use crate::diagnose::search::cmaes_refine::polished;
 use crate::diagnose::search::fitted_model::{Context, CrossValidated, FittedModel};
-use crate::diagnose::search::profile_grid::within_bounds;
 use crate::diagnose::search::screen::{ScreenedCause, identifiability, screen};
 use crate::diagnose::search::search_budget::SearchBudget;
 use crate::diagnose::search::skipped::Skipped;
@@ -21,10 +18,6 @@ use rayon::prelude::*;
 
 /// Rounds at most.
 pub const ROUNDS: usize = 5;
-
-/// Screenings of a round at most: where one cause has shown that the present model itself fits better by so much \[nats\], and by this
-/// share of what the best cause gains, the others were tried on top of the wrong one.
-const SCREENINGS: (usize, f64, f64) = (3, 25.0, 0.25);
 
 /// A cause that could be in the place of an adopted one, fitted there.
 #[derive(Debug)]
@@ -56,8 +49,6 @@ pub struct Search {
     pub rivals: Vec<Rival>,
     /// Everything tried.
     pub ladder: Vec<Tried>,
-    /// Causes that were no name any more in the end, with those that were before it then: from there it would be found and lost again.
-    pub(crate) lost: Vec<(&'static Extension, Vec<&'static Extension>)>,
     /// Causes stopped by sign, bound or hold-out with their evidence \[nats\] and the threshold, of the last round.
     pub stopped: Vec<(&'static Extension, f64, f64, Objection)>,
     /// Causes that the data cannot show.
@@ -66,18 +57,10 @@ pub struct Search {
     pub untried: Vec<Skipped>,
     /// Thresholds of the last round \[nats\].
     pub need: f64,
-    /// Differences of evidence below this decide nothing between two causes \[nats\].
-    pub margin: f64,
     /// Inflation of the last round.
     pub inflation: f64,
-    /// Causes that are judged in the present round.
-    short_list: usize,
-    /// Simulations of the last round.
-    pub(crate) last_round: u64,
     /// True if rounds ended because enough was simulated, and not because nothing more was found.
     pub(crate) cut_short: bool,
-    /// What was taken along on trial.
-    pub(crate) trial: Option<Trial>,
 }
 
 /// What a round has found.
@@ -86,9 +69,8 @@ pub struct Judged {
     /// Everything tried, and the held-out likelihood of what was worth a cross-fit.
     tried: Vec<ScreenedCause>,
     held: Vec<Option<CrossValidated>>,
-    /// Position of what is adopted, or taken along on trial.
+    /// Position of what is adopted.
     adopted: Option<usize>,
-    on_trial: Option<usize>,
     /// First row of the round in the ladder.
     ladder: usize,
 }
@@ -121,17 +103,12 @@ impl Search {
             evidence: Vec::new(),
             rivals: Vec::new(),
             ladder: Vec::new(),
-            lost: Vec::new(),
             stopped: Vec::new(),
             not_testable: Vec::new(),
             untried: Vec::new(),
             need: 0.0,
-            margin: 0.0,
             inflation,
-            short_list: 0,
-            last_round: 0,
             cut_short: false,
-            trial: None,
         })
     }
 
@@ -143,28 +120,9 @@ impl Search {
         sum.min((self.current.fit.log_likelihood - self.bare).max(0.0))
     }
 
-    /// True if nothing more is to be looked for after so many simulations: two causes are found, or one and another one that was no name
-    /// any more in the end, and with another round like the last one it would be more than enough. Beside the first cause, beside a
-    /// single one on trial, and where none is left, the search always goes on.
+    /// True if nothing more is to be looked for after so many simulations: beside two causes the search goes on only while there is room.
     pub(crate) fn has_enough(&self, simulated: u64, spending: &SearchBudget) -> bool {
-        let found = self.current.causes.len();
-        let twice = found > 1 || found == 1 && !self.lost.is_empty() && self.trial.is_none();
-        twice && simulated + self.last_round > spending.enough
-    }
-
-    /// One round; true if a cause was adopted.
-    ///
-    /// # Errors
-    /// As [`screen`].
-    pub fn round(
-        &mut self,
-        setting: &Context<'_>,
-        number: usize,
-        spending: &SearchBudget,
-    ) -> Result<bool, DiagnoseError> {
-        let tried = self.fit_all(setting, spending)?;
-        let judged = self.judge(setting, number, tried, spending)?;
-        Ok(self.adopt(judged))
+        self.current.causes.len() > 1 && simulated > spending.enough
     }
 
     /// The first half of a round: every further cause fitted, the likeliest first, and the present model once more from where they
@@ -178,21 +136,10 @@ impl Search {
         spending: &SearchBudget,
     ) -> Result<Vec<ScreenedCause>, DiagnoseError> {
         let causes = self.to_try(setting.question.causes);
-        let spending = &spending.inflated(self.inflation);
-        self.off_its_bounds(setting, spending)?;
-        let (mut tried, mut dropped) = (Vec::new(), Vec::new());
-        for _ in 0..SCREENINGS.0 {
-            let missing = missing(&self.current)?;
-            (tried, dropped) = screen(setting, &self.current, &causes, &missing, spending)?;
-            tried.sort_by(|a, b| b.1.fit.log_likelihood.total_cmp(&a.1.fit.log_likelihood));
-            let before = self.current.fit.log_likelihood;
-            self.improve(setting, &tried, spending)?;
-            let present = self.current.fit.log_likelihood;
-            let best = tried.first().map_or(0.0, |(_, best)| best.fit.log_likelihood - present);
-            if present - before < SCREENINGS.1.max(SCREENINGS.2 * best) {
-                break;
-            }
-        }
+        let missing = missing(&self.current)?;
+        let (mut tried, dropped) = screen(setting, &self.current, &causes, &missing, spending)?;
+        tried.sort_by(|a, b| b.1.fit.log_likelihood.total_cmp(&a.1.fit.log_likelihood));
+        self.improve(setting, &tried, spending)?;
         if self.current.causes.is_empty() {
             self.bare = self.current.fit.log_likelihood;
         }
@@ -200,7 +147,6 @@ impl Search {
             self.untried = dropped;
         }
         self.untried.retain(|(cause, _)| tried.iter().all(|(other, _)| other != cause));
-        self.short_list = spending.short_list;
         // The best model's innovations say how correlated they are when what can be explained is.
         self.inflation = match tried.first_mut() {
             Some((_, best)) => best.inflation(setting)?,
@@ -209,8 +155,7 @@ impl Search {
         Ok(tried)
     }
 
-    /// The second half: the likeliest are judged, and one of them may be found worth adopting. The present model is the best without it
-    /// then.
+    /// The second half: the likeliest are judged, and one of them may be found worth adopting.
     ///
     /// # Errors
     /// As [`FittedModel::cross_fit`].
@@ -222,74 +167,42 @@ impl Search {
         spending: &SearchBudget,
     ) -> Result<Judged, DiagnoseError> {
         let present = self.current.fit.log_likelihood;
-        let gain = |candidate: &FittedModel| candidate.fit.log_likelihood - present;
-        let short_list = self.short_list;
-        let listed = |i: usize, cause: &Extension| i < short_list || cause.family() == PHASE;
-        let left = tried.first().map_or(&self.current, |(_, best)| best).fit.point.noise;
-        let residue = residue(&self.current.causes, self.explained());
-        self.need = need(setting, self.inflation, &self.current.fit.point.noise, &left, residue);
-        self.margin = margin(self.inflation, left, self.need);
-        let hopeful: Vec<bool> = tried
-            .iter()
-            .enumerate()
-            .map(|(i, (cause, c))| listed(i, cause) && is_hopeful(gain(c), self.need))
-            .collect();
+        let left = tried.first().map_or(&self.current, |(_, best)| best);
+        let noises = [&self.current.fit.point.noise, &left.fit.point.noise];
+        self.need = need(setting, self.inflation, noises, self.explained());
+        let need = self.need;
         let held: Result<Vec<Option<CrossValidated>>, DiagnoseError> = tried
             .par_iter_mut()
-            .zip(&hopeful)
-            .map(|((_, candidate), hopeful)| if *hopeful { candidate.cross_fit(setting).map(Some) } else { Ok(None) })
+            .enumerate()
+            .map(|(i, (_, candidate))| {
+                let hopeful = i < spending.short_list && is_hopeful(candidate.fit.log_likelihood - present, need);
+                hopeful.then(|| candidate.cross_fit(setting)).transpose()
+            })
             .collect();
-        let mut held = held?;
+        let held = held?;
         let ladder = self.ladder.len();
-        let mut adopted = self.choose(setting, number, &tried, &held)?;
-        if adopted.is_none() && self.anew(setting, spending, &mut tried, &mut held)? {
-            self.ladder.truncate(ladder);
-            adopted = self.choose(setting, number, &tried, &held)?;
-        }
+        let adopted = self.choose(setting, number, &tried, &held, spending)?;
         self.note_untestable(&tried);
-        let on_trial = if adopted.is_none() { self.worth_a_trial(&tried) } else { None };
-        Ok(Judged { tried, held, adopted, on_trial, ladder })
+        Ok(Judged { tried, held, adopted, ladder })
     }
 
     /// Adopts what was found worth it; true if there was anything.
     pub fn adopt(&mut self, judged: Judged) -> bool {
-        let Judged { tried, held, adopted, on_trial, ladder } = judged;
-        let Some(adopted) = adopted.or(on_trial) else { return false };
-        let evidence = self.evidence.clone();
-        let (before, held) = self.take(adopted, tried, held, ladder);
-        if on_trial.is_some() {
-            self.begin_trial(before, held, evidence, ladder);
+        let Judged { tried, held, adopted, ladder } = judged;
+        if let Some(adopted) = adopted {
+            self.take(adopted, tried, held, ladder);
         }
-        true
+        adopted.is_some()
     }
 
-    /// The causes that the present model may have besides: none that it has, no second one of the phase family, and none that was lost
-    /// when just these were before it.
+    /// The causes that the present model may have besides: one of a family at most.
     fn to_try(&self, causes: &[&'static Extension]) -> Vec<&'static Extension> {
-        let present = &self.current.causes;
-        let phase = present.iter().any(|cause| cause.family() == PHASE);
-        let lost = |cause| self.lost.iter().any(|(lost, before)| *lost == cause && before == present);
-        let may =
-            |cause: &&'static Extension| !(present.contains(cause) || phase && cause.family() == PHASE || lost(*cause));
-        causes.iter().copied().filter(may).collect()
-    }
-
-    /// Where a cause was found beside a base that lacks it, the base may lie on a bound that the two together need not touch, and which
-    /// no derivative leaves: the present model once more from where that parameter is held elsewhere.
-    fn off_its_bounds(&mut self, setting: &Context<'_>, spending: &SearchBudget) -> Result<(), DiagnoseError> {
-        if self.current.causes.is_empty() {
-            return Ok(());
-        }
-        let starts = within_bounds(setting, &self.current)?;
-        if starts.is_empty() {
-            return Ok(());
-        }
-        let plan = Plan { select: starts.len(), kinds: 1, rough: 2, keep: starts.len(), ..spending.plan };
-        self.again_from(setting, &starts, plan)
+        let has = |family: &str| self.current.causes.iter().any(|cause| cause.family() == family);
+        causes.iter().copied().filter(|cause| !has(cause.family())).collect()
     }
 
     /// Refits the present model from where the causes took it: a gain must not be due to a better fit of the rest.
-    pub(crate) fn improve(
+    fn improve(
         &mut self,
         setting: &Context<'_>,
         tried: &[ScreenedCause],
@@ -305,18 +218,8 @@ impl Search {
         starts.push(Point { noise: free, ..self.current.fit.point.clone() });
         let plan =
             Plan { select: 4, kinds: 1, rough: 4, keep: 2, fine: spending.plan.fine, tolerance: 0.1, least: [0.0; 2] };
-        self.again_from(setting, &starts, plan)
-    }
-
-    /// The present model fitted from some starts, if that is likelier.
-    fn again_from(&mut self, setting: &Context<'_>, starts: &[Point], plan: Plan) -> Result<(), DiagnoseError> {
         let model = setting.model(self.current.variant, &self.current.model.events)?;
-        let again = FittedModel::fitted(setting, self.current.variant, &self.current.causes, model, starts, plan)?;
-        let rugged = self.current.causes.iter().any(|cause| is_rugged(cause));
-        let again = match again {
-            Some(again) if rugged => Some(polished(setting, again, plan)?),
-            again => again,
-        };
+        let again = FittedModel::fitted(setting, self.current.variant, &self.current.causes, model, &starts, plan)?;
         if let Some(again) = again
             && again.fit.log_likelihood > self.current.fit.log_likelihood + 0.5
         {
@@ -333,36 +236,28 @@ impl Search {
         for (cause, candidate) in tried {
             let (index, absorbed_by) = identifiability(candidate, cause);
             let gain = candidate.fit.log_likelihood - self.current.fit.log_likelihood;
-            if index < ABSORBED && (gain < self.need || cause.family() == "absorbed") {
+            if index < POLICY.absorbed && (gain < self.need || cause.family() == "absorbed") {
                 self.not_testable.push(NotTestable { name: cause.name.clone(), absorbed_by });
             }
         }
     }
 
-    /// Adopts; returns the model before, with its held-out likelihood. `ladder` is the first row of this round, whose rows are in the
+    /// Adopts. `ladder` is the first row of this round, whose rows are in the
     /// order of `tried`: what was as likely as a cause of an earlier round is no rival of this one.
-    fn take(
-        &mut self,
-        chosen: usize,
-        tried: Vec<ScreenedCause>,
-        held: Vec<Option<CrossValidated>>,
-        ladder: usize,
-    ) -> (FittedModel, CrossValidated) {
+    fn take(&mut self, chosen: usize, tried: Vec<ScreenedCause>, held: Vec<Option<CrossValidated>>, ladder: usize) {
         let rows = &self.ladder[ladder..];
         let of = tried[chosen].0;
         self.evidence.push((rows[chosen].evidence, self.need));
-        let (mut rivals, mut before) = (Vec::new(), None);
+        let mut rivals = Vec::new();
         for (i, ((cause, candidate), held)) in tried.into_iter().zip(held).enumerate() {
             if i == chosen {
-                let held = held.expect("an adopted cause was cross-fitted");
-                before =
-                    Some((std::mem::replace(&mut self.current, candidate), std::mem::replace(&mut self.held, held)));
+                self.current = candidate;
+                self.held = held.expect("an adopted cause was cross-fitted");
             } else if matches!(rows[i].fate, Fate::AsLikely { .. }) {
                 rivals.push(Rival { of, cause, candidate, evidence: rows[i].evidence, need: self.need });
             }
         }
         self.rivals.append(&mut rivals);
-        before.expect("the chosen one is among those tried")
     }
 }
 

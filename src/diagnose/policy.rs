@@ -1,0 +1,83 @@
+//! Every number that decides what the likelihood names and what a verdict is, with its unit and its reason.
+
+use serde::Serialize;
+
+/// A number of the policy.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Number {
+    /// Its name, as in `diagnosis.json`.
+    pub name: &'static str,
+    /// Its value.
+    pub value: f64,
+    /// Its unit; `-` for none.
+    pub unit: &'static str,
+    /// What it decides, and why it is what it is.
+    pub reason: &'static str,
+}
+
+macro_rules! policy {
+    ($($name:ident = $value:expr, $unit:literal, $reason:literal;)*) => {
+        /// What decides. One home for each number.
+        #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+        pub struct Policy {
+            $(#[doc = $reason] pub $name: f64,)*
+        }
+
+        /// The policy of this state of the program.
+        pub const POLICY: Policy = Policy { $($name: $value,)* };
+
+        impl Policy {
+            /// All numbers in the order of the page.
+            #[must_use]
+            pub fn numbers(&self) -> Vec<Number> {
+                vec![$(Number { name: stringify!($name), value: self.$name, unit: $unit, reason: $reason },)*]
+            }
+        }
+    };
+}
+
+policy! {
+    alpha = 0.01, "-", "Chance of a false name in a drive without a cause, shared among all causes";
+    lasting = 1.7, "s", "Missing acceleration that lasts less, beside the likeliest cause too, is noise of sensors; gusts last longer";
+    lasting_factor = 2.5, "-", "There a cause needs so many times as much: what weakens the law gains";
+    left_by_others = 0.125, "-", "Share of what earlier causes explain that a later one needs on top: none is exactly what the car does";
+    judged = 0.5, "-", "Share of its need from which on a cause is cross-fitted";
+    close = 6.0, "nats", "Rivals differ by less, times the inflation: odds of several hundred";
+    alike = 0.04, "-", "Or by less than this share of the evidence: a time step changes each by that much";
+    absorbed = 0.02, "-", "Less of an effect than this is left by other parameters: a calibration makes up for it";
+    time_resolution = 5.0, "s", "A searched time costs the logarithm of how many of these there are";
+    transfers = 0.9, "-", "Share of the bootstraps of the hold-out in which a cause has to gain";
+    shown = 8.0, "nats", "A hold-out on which a cause changes less cannot object";
+    block = 30.0, "s", "Blocks of the bootstraps: errors of a car that follows last that long";
+    huber = 5.0, "-", "Standard deviations from which on an innovation counts by its length: two seconds must not outweigh a drive";
+    lags = 100.0, "-", "Lags of the autocorrelation that inflates needs";
+    fold_stretch = 60.0, "s", "Stretches of the two folds in turn";
+    fold_guard = 5.0, "s", "Left out after every seam";
+    borrowed = 0.1, "-", "Weight of all data in a fold, for parameters of the base: what it does not show must not run away";
+    bases_agree = 100.0, "nats", "Calibrations of the base that differ by more have not found it";
+    faster = 0.01, "-", "Share of the samples that may be faster than the desired speed";
+    promise = 25.0, "nats", "Gain within a tenth of the range behind a bound that contradicts the base";
+    other_law = 10.0, "nats", "By how much another law has to be likelier to be the answer";
+    left_share = 0.5, "-", "Share of the causes' evidence at which a left-over makes proxies of them";
+    stopped = 2.0, "-", "So many times its need gains a stopped cause that is told nevertheless";
+    lost_size = 0.08, "m/s²", "With more missing acceleration, for longer than `lost_time`, the model is far off";
+    lost_time = 10.0, "s", "See `lost_size`";
+    burst = 22.0, "-", "Squared length of a burst, relative to the usual: one of 60,000 normal innovations";
+    bursts = 8.0, "-", "So many bursts, times the inflation, are told";
+    burst_blocks = 4.0, "-", "In so many blocks at least";
+    calm = 0.02, "m/s²", "With more missing acceleration the family `phase` is named with a warning";
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn few_numbers_decide_and_each_says_why() {
+        let numbers = POLICY.numbers();
+        assert!(numbers.len() <= 90);
+        for number in numbers {
+            assert!(number.value.is_finite() && number.reason.len() > 10, "{number:?}");
+        }
+    }
+}

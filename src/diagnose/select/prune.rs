@@ -1,0 +1,89 @@
+//! What is not needed any more beside what was found later goes.
+
+use super::adopt::Search;
+use crate::catalog::Variant;
+use crate::diagnose::judge::decide::{Evidence, proxy};
+use crate::diagnose::judge::fate::Fate;
+use crate::diagnose::likelihood::fit::{Plan, Point};
+use crate::diagnose::likelihood::observer::Noise;
+use crate::diagnose::question::DiagnoseError;
+use crate::diagnose::search::fitted_model::{Context, FittedModel};
+use crate::diagnose::search::search_budget::SearchBudget;
+use crate::extension::Extension;
+
+impl Search {
+    /// Drops every cause whose removal costs less than the threshold, and those that are no name any more: what was found later may
+    /// have moved them, to a bound for example. After each all others are looked at again.
+    ///
+    /// # Errors
+    /// As [`FittedModel::fitted`].
+    pub fn prune(&mut self, setting: &Context<'_>, spending: &SearchBudget) -> Result<(), DiagnoseError> {
+        let mut place = 0;
+        // The evidence of a single cause is what its removal costs already.
+        let single = self.current.causes.len() == 1;
+        while place < self.current.causes.len() {
+            let cause = self.current.causes[place];
+            let objection = proxy(&self.current, cause);
+            if objection.is_none() && single {
+                break;
+            }
+            let Some(reduced) = without(&self.current, setting, cause, spending)? else {
+                place += 1;
+                continue;
+            };
+            let held = reduced.cross_fit(setting)?;
+            let evidence = Evidence::of(setting, &self.current, cause, &self.held, &reduced, &held).counts();
+            let need = self.evidence[place].1;
+            if objection.is_none() && evidence >= need {
+                self.evidence[place].0 = evidence;
+                place += 1;
+                continue;
+            }
+            self.current = reduced;
+            self.held = held;
+            self.evidence.remove(place);
+            self.rivals.retain(|rival| rival.of != cause);
+            for row in self.ladder.iter_mut().filter(|row| row.fate.is_adopted() && row.name == cause.name) {
+                row.fate = match &objection {
+                    Some(objection) => Fate::NoNameAnyMore(objection.clone()),
+                    None => Fate::Dropped { cost: evidence },
+                };
+            }
+            if let Some(objection) = objection {
+                self.stopped.push((cause, evidence, need, objection));
+            }
+            // What the others cost beside it says nothing any more.
+            place = 0;
+        }
+        Ok(())
+    }
+}
+
+/// A model without one of its causes, refitted.
+fn without(
+    current: &FittedModel,
+    setting: &Context<'_>,
+    cause: &'static Extension,
+    spending: &SearchBudget,
+) -> Result<Option<FittedModel>, DiagnoseError> {
+    let variant = Variant { extensions: current.variant.extensions.without(&cause.name), ..current.variant };
+    let causes: Vec<&'static Extension> = current.causes.iter().copied().filter(|c| *c != cause).collect();
+    let events: Vec<_> = current.model.events.iter().copied().filter(|event| event.extension != cause).collect();
+    let model = setting.model(variant, &events)?;
+    let values = model.adopt(&current.model, &current.fit.point.values);
+    let noise = current.fit.point.noise;
+    let strong = Noise { sigma_d: noise.sigma_d.max(0.1), tau_d: 2.0, ..noise };
+    let free = noise.nearly_free();
+    let starts: Vec<Point> =
+        [noise, strong, free].into_iter().map(|noise| Point { values: values.clone(), noise }).collect();
+    let plan = Plan {
+        select: starts.len(),
+        kinds: 1,
+        rough: 5,
+        keep: 2,
+        fine: spending.base.fine,
+        tolerance: 0.1,
+        least: [0.0; 2],
+    };
+    FittedModel::fitted(setting, variant, &causes, model, &starts, plan)
+}

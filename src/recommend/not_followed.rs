@@ -1,0 +1,187 @@
+//! Stretches that no law drives: a driver brings the car up to speed, or brakes, or somebody cuts in. They do not carry over to other drives,
+//! and left in they decide a fit. So they are found first, and drives are cut there.
+
+use super::parts::Parts;
+use super::policy::Policy;
+use super::race::Course;
+use crate::calibrate::Overrides;
+use crate::catalog::{BASES, Variant};
+use crate::closed_loop::{ClosedLoop, Horizon};
+use crate::diagnose::{DiagnoseError, Drive};
+use crate::extension::Extensions;
+use crate::result::diagnosis::FindingEntry;
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// What is left of a drive counts if it is this long \[s\]: two windows.
+const SHORTEST_S: f64 = 60.0;
+/// Share of the bins that are usual \[-\].
+const USUAL: f64 = 0.9;
+
+/// A stretch that no law drives.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NotFollowed {
+    /// The recording ([`Drive::recording`]), and its file.
+    pub recording: String,
+    /// See `recording`.
+    pub file: String,
+    /// Begin and end in the file's time \[s\].
+    pub when: [f64; 2],
+    /// The largest error of the speed over 10 s \[m/s\], root mean square, by the law that follows best there.
+    pub error: f64,
+    /// What is usual \[m/s\]: nine of ten bins have less.
+    pub usual: f64,
+}
+
+/// Finds them: in windows of 30 s, from the measurement on, even the law that follows best is far off there. Where the base has no such
+/// window, the other laws are not asked.
+///
+/// # Errors
+/// As [`ClosedLoop::new`].
+pub fn not_followed(
+    drives: &[Drive],
+    base: Variant,
+    bounds: &Overrides,
+    seed: u64,
+    policy: &Policy,
+) -> Result<Vec<NotFollowed>, DiagnoseError> {
+    let course = Course::of_parts(Parts::whole(drives), bounds, seed);
+    let Some((model, mut errors)) = speed_errors(&course, base)? else { return Ok(Vec::new()) };
+    if stretches(&errors, policy).is_empty() {
+        return Ok(Vec::new());
+    }
+    let others: Vec<Variant> = BASES
+        .iter()
+        .filter(|other| **other != base.base)
+        .map(|other| Variant { base: *other, extensions: Extensions::NONE, ..base })
+        .collect();
+    // A law that these drives have no data for follows none of them.
+    let others = others.par_iter().filter_map(|law| speed_errors(&course, *law).ok().flatten());
+    for (_, other) in others.collect::<Vec<_>>() {
+        for (own, other) in errors.iter_mut().zip(other) {
+            own.iter_mut().zip(other).for_each(|(own, other)| *own = own.min(other));
+        }
+    }
+    let usual = usual(&errors);
+    let found = stretches(&errors, policy).into_iter().map(|(k, bins)| {
+        let (drive, layout) = (&drives[k], &model.layouts(Horizon::Window)[k]);
+        let of = |bin: usize| layout.bins.iter().enumerate().filter(move |(_, own)| **own == Some(bin as u32));
+        // Before the first bin nothing is compared.
+        let first = if bins.start == 0 { 0 } else { of(bins.start).map(|(t, _)| t).min().unwrap_or(0) };
+        let last = of(bins.end - 1).map(|(t, _)| t).max().unwrap_or(first);
+        NotFollowed {
+            recording: drive.recording(),
+            file: drive.file().to_owned(),
+            when: [drive.trajectory.t[first], drive.trajectory.t[last]],
+            error: errors[k][bins].iter().copied().fold(0.0, f64::max),
+            usual,
+        }
+    });
+    Ok(found.collect())
+}
+
+/// The error of the speed of every bin of every drive \[m/s\], over windows; `None` where a law cannot be fitted.
+fn speed_errors(course: &Course, law: Variant) -> Result<Option<(ClosedLoop, Vec<Vec<f64>>)>, DiagnoseError> {
+    let model = course.closed_loop(law)?;
+    let Some(point) = course.law(&model, Horizon::Window, &[])? else { return Ok(None) };
+    let losses = course.trained(&model, Horizon::Window, &point)?;
+    let of_drive = |loss: &Option<crate::closed_loop::DriveLoss>| {
+        loss.iter().flat_map(|loss| &loss.bins).map(|bin| bin.mse[1].sqrt()).collect()
+    };
+    let errors = losses.drives.iter().map(of_drive).collect();
+    Ok(Some((model, errors)))
+}
+
+/// What nine of ten bins do not exceed.
+fn usual(errors: &[Vec<f64>]) -> f64 {
+    let mut all: Vec<f64> = errors.concat();
+    all.sort_by(f64::total_cmp);
+    all.get((USUAL * all.len() as f64) as usize).copied().unwrap_or(f64::INFINITY)
+}
+
+/// Drives with runs of unusual bins, one of which is far off.
+fn stretches(errors: &[Vec<f64>], policy: &Policy) -> Vec<(usize, Range<usize>)> {
+    let usual = usual(errors);
+    let far_off = (policy.not_followed * usual).max(policy.least_not_followed);
+    let mut found = Vec::new();
+    for (drive, errors) in errors.iter().enumerate() {
+        let mut from = 0;
+        for run in errors.chunk_by(|a, b| (*a > usual) == (*b > usual)) {
+            if run.iter().any(|error| *error > far_off) {
+                found.push((drive, from..from + run.len()));
+            }
+            from += run.len();
+        }
+    }
+    found
+}
+
+/// The drives without these stretches; what is left of one is a drive where it is long enough. All of them as they are where nothing
+/// would be left.
+#[must_use]
+pub fn without(drives: &[Drive], stretches: &[NotFollowed]) -> Vec<Drive> {
+    let pieces: Vec<Drive> = drives.iter().flat_map(|drive| cut(drive, stretches)).collect();
+    if pieces.is_empty() { drives.to_vec() } else { pieces }
+}
+
+fn cut(drive: &Drive, stretches: &[NotFollowed]) -> Vec<Drive> {
+    let recording = drive.recording();
+    let own = |t: f64| stretches.iter().any(|s| s.recording == recording && (s.when[0]..=s.when[1]).contains(&t));
+    let t = &drive.trajectory.t;
+    if !t.iter().any(|t| own(*t)) {
+        return vec![drive.clone()];
+    }
+    let (mut pieces, mut from) = (Vec::new(), 0);
+    for run in t.chunk_by(|a, b| own(*a) == own(*b)) {
+        let range = from..from + run.len();
+        from = range.end;
+        if !own(run[0]) && run.len() as f64 * drive.dt() >= SHORTEST_S {
+            let mut piece = drive.part(range);
+            piece.trajectory.label = format!("{} from {:.0} s", drive.label(), run[0]);
+            pieces.push(piece);
+        }
+    }
+    pieces
+}
+
+impl NotFollowed {
+    /// As a finding of the data.
+    #[must_use]
+    pub fn finding(&self) -> FindingEntry {
+        let [from, to] = self.when;
+        FindingEntry {
+            name: "not_followed".to_owned(),
+            car: "follower".to_owned(),
+            signal: "speed".to_owned(),
+            value: self.error,
+            unit: "m/s".to_owned(),
+            interval: None,
+            file: self.file.clone(),
+            when: vec![self.when],
+            sentence: format!(
+                "from {from:.0} to {to:.0} s no law drives like the follower: even the best one is off by {:.1} m/s over 10 s, where {:.1} m/s \
+                 is usual. Perhaps the driver drove, or a car cut in",
+                self.error, self.usual
+            ),
+            correction: Some("left out in closed loop".to_owned()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_run_of_unusual_bins_is_a_stretch_where_one_is_far_off() {
+        let mut errors = vec![vec![0.1; 60], vec![0.1; 60]];
+        // What is unusual, and not far off, is none.
+        errors[0][20] = 0.3;
+        errors[1][3] = 0.6;
+        errors[1][4] = 2.0;
+        assert_eq!(stretches(&errors, &Policy::DEFAULT), [(1, 3..5)]);
+        // With precise sensors twenty times the usual error is still nothing to see.
+        let precise: Vec<Vec<f64>> = errors.iter().map(|drive| drive.iter().map(|e| 0.1 * e).collect()).collect();
+        assert!(stretches(&precise, &Policy::DEFAULT).is_empty());
+    }
+}

@@ -1,0 +1,93 @@
+//! Stretches that no law drives are found, whoever drove there, and none are where the car drives by itself.
+
+use crate::common;
+use leadlag::internal::bench::{DiagnosisTask, planted};
+use leadlag::internal::calibrate::Overrides;
+use leadlag::internal::diagnose::Drive;
+use leadlag::internal::recommend::{NotFollowed, Policy, not_followed, without};
+use leadlag::internal::trajectory::{Preparation, import, prepare};
+
+fn drives(kind: &str, base: &str, causes: &[&str], seed: u64) -> Vec<Drive> {
+    let task = DiagnosisTask {
+        kind: kind.to_owned(),
+        base: base.to_owned(),
+        causes: causes.iter().map(|&cause| cause.to_owned()).collect(),
+        rms_mps: 0.10,
+        gusts_mps2: 0.05,
+        duration_s: 420.0,
+        seed,
+        effort: "quick".to_owned(),
+    };
+    planted(&task).expect("drivable").train
+}
+
+fn found(drives: &[Drive], base: &str) -> Vec<NotFollowed> {
+    not_followed(drives, base.parse().expect("a base"), &Overrides::new(), 1, &Policy::DEFAULT).expect("it runs")
+}
+
+/// Where the car is fast, the driver falls back by some twenty metres and catches up again, in forty seconds. When that begins.
+fn a_driver_interferes(drive: &mut Drive) -> f64 {
+    let data = &mut drive.trajectory;
+    let length = (40.0 / data.dt).round() as usize;
+    let slowest = |from: &usize| data.v_f[*from..from + length].iter().copied().fold(f64::INFINITY, f64::min);
+    let from = (600..data.len() - length).max_by(|a, b| slowest(a).total_cmp(&slowest(b))).expect("a long drive");
+    assert!(slowest(&from) > 3.0, "it always stands");
+    let mut behind = 0.0;
+    for t in from..data.len() {
+        if t < from + length {
+            let slower = 2.0 * (std::f64::consts::TAU * (t - from) as f64 / length as f64).sin();
+            behind += slower * data.dt;
+            data.v_f[t] -= slower;
+        }
+        data.s[t] += behind;
+        data.x_f[t] -= behind;
+    }
+    data.t[from]
+}
+
+#[test]
+fn a_driver_is_found_and_the_car_is_not() {
+    for (base, seed) in [("l-cth", 4301), ("idm", 4302)] {
+        let mut drives = drives("none", base, &[], seed);
+        assert_eq!(found(&drives, base), [], "{base}: nobody interfered");
+        let begin = a_driver_interferes(&mut drives[1]);
+        let stretches = found(&drives, base);
+        let [stretch] = stretches.as_slice() else { panic!("{base}, from {begin} s: {stretches:?}") };
+        let [from, to] = stretch.when;
+        assert_eq!(stretch.recording, drives[1].recording());
+        assert!(from < begin + 30.0 && to > begin + 10.0 && to - from < 110.0, "{base}, from {begin} s: {stretch:?}");
+        let left = without(&drives, &stretches);
+        assert_eq!(left[0].samples(), drives[0].samples());
+        let inside = |drive: &Drive| drive.trajectory.t.iter().any(|t| (stretch.when[0]..=stretch.when[1]).contains(t));
+        assert!(left.len() > 1 && !left[1..].iter().any(inside), "{} drives", left.len());
+    }
+}
+
+/// What the car does all the time is to be explained, not cut out.
+#[test]
+fn what_the_car_does_is_no_interference() {
+    for (base, cause, seed) in [("gipps", "headway_mode_change", 4304), ("idm", "actuation_lag", 4305)] {
+        assert_eq!(found(&drives("one", base, &[cause], seed), base), [], "{cause} on {base}");
+    }
+    assert_eq!(found(&drives("coloured", "idm", &[], 4306), "idm"), []);
+}
+
+/// In two of three platoons the Tesla's driver brings it up to speed.
+#[test]
+fn the_tesla_is_brought_up_to_speed() {
+    let Some(shared) = common::shared("the_tesla_is_brought_up_to_speed") else { return };
+    let drive = |platoon: u32| {
+        let file = shared.join(format!("data/astazero_rebuilt/ASta_040719_platoon{platoon}.csv"));
+        let recording = import::read(&file, None).expect("a platoon");
+        let trajectory = prepare(&recording, 1, &Preparation::default()).expect("complete").remove(0);
+        Drive::of(&trajectory, None).expect("no jump").0
+    };
+    let drives: Vec<Drive> = [7, 8, 9].into_iter().flat_map(drive).collect();
+    let stretches = found(&drives, "l-cth");
+    let platoons: Vec<bool> =
+        ["platoon7", "platoon8", "platoon9"].map(|name| stretches.iter().any(|s| s.file.contains(name))).to_vec();
+    assert_eq!(platoons, [true, true, false], "{stretches:?}");
+    for stretch in &stretches {
+        assert!(stretch.when[1] < 61.0, "the first minute: {stretch:?}");
+    }
+}
