@@ -21,7 +21,7 @@ use crate::catalog::{BASES, Base, Variant};
 use crate::closed_loop::{ClosedLoop, Horizon, Losses, Point};
 use crate::diagnose::{DiagnoseError, Drive, Progress};
 use crate::extension::{Extension, Extensions};
-use crate::judge::{Resamples, confidence_set, mean, step_down};
+use crate::judge::{Resamples, confidence_set, mean, step_down, superior_predictive_ability};
 use crate::result::diagnosis::recommended::{Check, ClosedLoopEntry, LawEntry, Trial};
 use race::{Course, Entry, Runner};
 use rayon::prelude::*;
@@ -268,7 +268,7 @@ fn round(
             Entered::Trained(losses) => left.push(losses),
         }
     }
-    let [on_drives, on_windows] = [Horizon::Drive, Horizon::Window].map(|horizon| {
+    let [(on_drives, over_drives), (on_windows, over_windows)] = [Horizon::Drive, Horizon::Window].map(|horizon| {
         let k = horizon as usize;
         let entries: Vec<&Entry> = ran.iter().map(|(_, entries)| &entries[k]).collect();
         let laws = laws.iter().map(|entries| &entries[k].held).collect();
@@ -277,13 +277,18 @@ fn round(
         judged(policy, &field, &ran, &entries, &answer.resamples[k])
     });
     answer.simulations += simulations.iter().sum::<u64>();
+    if so_far.is_empty() && !ran.is_empty() {
+        answer.tried.superior = Some([over_windows, over_drives]);
+    }
     let tried: Vec<Tried> = ran
         .into_iter()
         .zip(on_drives.into_iter().zip(on_windows))
         .map(|((runner, entries), (drive, window))| Tried { runner, entries, judged: [drive, window] })
         .collect();
-    let whole: Vec<Vec<Check>> =
-        tried.iter().map(|t| whole_drives(policy, &t.entries[0], &t.judged[0], &t.judged[1])).collect();
+    let whole: Vec<Vec<Check>> = tried
+        .iter()
+        .map(|t| whole_drives(policy, &t.runner.model.model, &t.entries, &t.runner.added, &t.judged))
+        .collect();
     for (t, whole) in tried.iter().zip(&whole) {
         answer.tried.trials.extend(trials(&so_far, t, whole));
     }
@@ -318,14 +323,14 @@ struct Field<'a> {
     laws: Vec<&'a Losses>,
 }
 
-/// The judgements of one horizon.
+/// The judgements of one horizon, and the probability of the best of them by chance.
 fn judged(
     policy: &Policy,
     field: &Field<'_>,
     ran: &[(Runner, [Entry; 2])],
     entries: &[&Entry],
     resamples: &Resamples,
-) -> Vec<Judged> {
+) -> (Vec<Judged>, f64) {
     let own = field.so_far;
     let gains: Vec<[Vec<f64>; 2]> = entries.iter().map(|entry| differences(&own.held, &entry.held)).collect();
     let logs: Vec<Vec<f64>> = gains.iter().map(|[log, _]| log.clone()).collect();
@@ -352,7 +357,8 @@ fn judged(
             checks: checks(policy, &runner.model.model, entries[k], &runner.added, &adjusted[k], log, root),
         }
     };
-    (0..entries.len()).map(one).collect()
+    let all: Vec<Vec<f64>> = logs.iter().chain(&left).cloned().collect();
+    ((0..entries.len()).map(one).collect(), superior_predictive_ability(&all, resamples).consistent)
 }
 
 /// The rows of a model in the list of what was tried.

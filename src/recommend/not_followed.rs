@@ -33,8 +33,7 @@ pub struct NotFollowed {
     pub usual: f64,
 }
 
-/// Finds them: in windows of 30 s, from the measurement on, even the law that follows best is far off there. Where the base has no such
-/// window, the other laws are not asked.
+/// Finds them: in windows of 30 s, from the measurement on, even the law that follows best is far off there.
 ///
 /// # Errors
 /// As [`ClosedLoop::new`].
@@ -46,22 +45,17 @@ pub fn not_followed(
     policy: &Policy,
 ) -> Result<Vec<NotFollowed>, DiagnoseError> {
     let course = Course::of_parts(Parts::whole(drives), bounds, seed);
-    let Some((model, mut errors)) = speed_errors(&course, base)? else { return Ok(Vec::new()) };
-    if stretches(&errors, policy).is_empty() {
-        return Ok(Vec::new());
-    }
-    let others: Vec<Variant> = BASES
-        .iter()
-        .filter(|other| **other != base.base)
-        .map(|other| Variant { base: *other, extensions: Extensions::NONE, ..base })
-        .collect();
+    let laws: Vec<Variant> =
+        BASES.iter().map(|law| Variant { base: *law, extensions: Extensions::NONE, ..base }).collect();
     // A law that these drives have no data for follows none of them.
-    let others = others.par_iter().filter_map(|law| speed_errors(&course, *law).ok().flatten());
-    for (_, other) in others.collect::<Vec<_>>() {
+    let fitted = laws.par_iter().filter_map(|law| speed_errors(&course, *law).ok().flatten());
+    let best = fitted.collect::<Vec<_>>().into_iter().reduce(|(model, mut errors), (_, other)| {
         for (own, other) in errors.iter_mut().zip(other) {
             own.iter_mut().zip(other).for_each(|(own, other)| *own = own.min(other));
         }
-    }
+        (model, errors)
+    });
+    let Some((model, errors)) = best else { return Ok(Vec::new()) };
     let usual = usual(&errors);
     let found = stretches(&errors, policy).into_iter().map(|(k, bins)| {
         let (drive, layout) = (&drives[k], &model.layouts(Horizon::Window)[k]);
@@ -80,8 +74,11 @@ pub fn not_followed(
     Ok(found.collect())
 }
 
-/// The error of the speed of every bin of every drive \[m/s\], over windows; `None` where a law cannot be fitted.
-fn speed_errors(course: &Course, law: Variant) -> Result<Option<(ClosedLoop, Vec<Vec<f64>>)>, DiagnoseError> {
+/// Of every drive the error of the speed in every bin \[m/s\].
+type Errors = Vec<Vec<f64>>;
+
+/// A law over windows; `None` where it cannot be fitted.
+fn speed_errors(course: &Course, law: Variant) -> Result<Option<(ClosedLoop, Errors)>, DiagnoseError> {
     let model = course.closed_loop(law)?;
     let Some(point) = course.law(&model, Horizon::Window, &[])? else { return Ok(None) };
     let losses = course.trained(&model, Horizon::Window, &point)?;

@@ -55,7 +55,7 @@ impl Policy {
         none: 0.02,
         no_loss: -0.01,
         margin: 0.25,
-        not_followed: 3.5,
+        not_followed: 3.0,
         least_not_followed: 0.5,
         set: 0.9,
         interval: 0.95,

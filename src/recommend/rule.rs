@@ -100,13 +100,22 @@ fn spread(policy: &Policy, model: &Model, entry: &Entry, added: &[&'static Exten
     ratios.max_by(f64::total_cmp).unwrap_or(f64::INFINITY)
 }
 
-/// What is asked beyond that before a model is recommended: it comes through all whole drives, and is nowhere worse.
+/// What is asked beyond that before a model is recommended: it comes through all whole drives, is nowhere worse, and is the same thing at
+/// both horizons, which are those of [`Horizon`](crate::closed_loop::Horizon).
 #[must_use]
-pub fn whole_drives(policy: &Policy, entry: &Entry, drive: &Judged, window: &Judged) -> Vec<Check> {
-    let margin = entry.held.margin().min(entry.trained.margin());
+pub fn whole_drives(
+    policy: &Policy,
+    model: &Model,
+    entries: &[Entry; 2],
+    added: &[&'static Extension],
+    judged: &[Judged; 2],
+) -> Vec<Check> {
+    let margin = entries[0].held.margin().min(entries[0].trained.margin());
+    let sizes = entries.iter().map(|entry| smallest(model, &entry.whole.values, added));
     vec![
         at_least("smallest spacing over that measured", margin, policy.margin),
-        at_least("least gain of both losses at both horizons", least(drive, window), policy.no_loss),
+        at_least("least gain of both losses at both horizons", least(&judged[0], &judged[1]), policy.no_loss),
+        at_least("smallest size of what is never negative, at both horizons", sizes.fold(0.0, f64::min), 0.0),
     ]
 }
 

@@ -77,6 +77,7 @@ pub fn in_short(outcome: &Outcome) -> Short {
         }
         None => held_back(outcome).into_iter().collect(),
     };
+    more.extend(superior(outcome));
     more.extend(outcome.likelier_base().map(|base| format!("{}.", next(&base))));
     more.extend(outcome.base_notes.iter().map(|note| format!("The base model: {note}.")));
     Short { answer, more }
@@ -110,6 +111,16 @@ fn whole_drives(outcome: &Outcome) -> Option<String> {
             Some(format!("{base} follows unseen drives as well as any extension of it that comes through all of them."))
         }
     }
+}
+
+/// What all extensions together are worth beside the base.
+fn superior(outcome: &Outcome) -> Option<String> {
+    let [windows, drives] = outcome.closed_loop.superior?;
+    Some(format!(
+        "That the best of all extensions beats {} by chance has a probability of {windows:.2} over windows and of {drives:.2} over whole \
+         drives (superior predictive ability).",
+        base(outcome)
+    ))
 }
 
 fn names(recommended: &Recommended) -> String {

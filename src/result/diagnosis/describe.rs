@@ -118,7 +118,7 @@ pub fn describe(
             formula: formula.as_ref().map(|f| f.equation()),
         });
     }
-    let entries = |causes: &[Adopted]| causes.iter().map(|cause| CauseEntry::from(cause)).collect();
+    let entries = |causes: &[Adopted]| causes.iter().map(CauseEntry::from).collect();
     let outcome = Outcome {
         schema_version: SCHEMA_VERSION,
         verdict: inference.verdict,

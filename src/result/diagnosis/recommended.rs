@@ -127,6 +127,10 @@ pub struct ClosedLoopEntry {
     pub policy: serde_json::Value,
     /// Every model that was tried.
     pub trials: Vec<Trial>,
+    /// Probability by chance that the best of all extensions is as good as it is, over windows and over whole drives: Hansen's test for superior
+    /// predictive ability (2005). Printed only; the step-down test of each model decides.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub superior: Option<[f64; 2]>,
     /// Why nothing could be tried.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub not_testable: Option<String>,
