@@ -10,7 +10,7 @@ use crate::diagnose::data::{check, correct};
 use crate::diagnose::drive::drivers::different_drivers;
 use crate::diagnose::drive::road::{lap, on_the_road_of};
 use crate::diagnose::drive::{drives_apart, hold_back};
-use crate::diagnose::{Drive as Diagnosed, Effort, Progress, Question};
+use crate::diagnose::{DiagnoseError, Drive as Diagnosed, Effort, Progress, Question};
 use crate::extension::Extension;
 use crate::recommend::{NotFollowed, Policy, Request, combine, not_followed, races, recommend, without};
 use crate::result::diagnosis::describe::{Diagnosis as Described, describe};
@@ -250,6 +250,10 @@ impl Asked<'_> {
     ) -> anyhow::Result<Described> {
         let Asked { base, effort, seed, causes, bounds } = *self;
         let policy = Policy::DEFAULT;
+        let stage = "looking for stretches that no law drives".to_owned();
+        if progress(Progress { done: 0.0, stage }).is_break() {
+            return Err(DiagnoseError::Stopped.into());
+        }
         let not_followed = not_followed(&loaded.whole, base, bounds, seed, &policy)?;
         let followed = without(&loaded.whole, &not_followed);
         let question = Question { train: &loaded.train, holdout: &loaded.holdout, base, effort, seed, causes, bounds };

@@ -12,9 +12,9 @@ use leadlag::internal::convention::Convention;
 use leadlag::internal::evaluator::{Evaluator, Score};
 use leadlag::internal::gpu::{AdapterChoice, Gpu};
 use leadlag::internal::lanes::{Lanes, LanesPrecision};
+use leadlag::internal::plant::{self, Effect, Noise, Scenario};
 use leadlag::internal::reference::Reference;
 use leadlag::internal::score::GoodnessOfFit;
-use leadlag::internal::plant::{self, Effect, Noise, Scenario};
 use leadlag::internal::wgsl::{Precision, extension_named};
 
 const GOF: GoodnessOfFit = GoodnessOfFit::NRMSE_SVA;
