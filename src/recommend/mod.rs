@@ -19,10 +19,12 @@ pub use policy::{Policy, races};
 use crate::calibrate::Overrides;
 use crate::catalog::{BASES, Base, Variant};
 use crate::closed_loop::{ClosedLoop, Horizon, Losses, Point};
+use crate::diagnose::likelihood::model::LEAD;
 use crate::diagnose::{DiagnoseError, Drive, Progress};
 use crate::extension::{Extension, Extensions};
 use crate::judge::{Resamples, confidence_set, mean, step_down, superior_predictive_ability};
 use crate::result::diagnosis::recommended::{Check, ClosedLoopEntry, LawEntry, Trial};
+use crate::wgsl::extension_named;
 use race::{Course, Entry, Runner};
 use rayon::prelude::*;
 use rule::{Judged, as_share, checks, differences, least, root_share, whole_drives};
@@ -68,6 +70,8 @@ pub struct Answer {
     pub helps: Vec<Vec<&'static Extension>>,
     /// The base at both horizons, in the order of [`Horizon`]; `None` where nothing could be fitted.
     base: Option<(ClosedLoop, [Entry; 2])>,
+    /// The base with the nuisance lead, likewise.
+    ahead: Option<[Entry; 2]>,
     /// Other laws on the same drives.
     pub laws: Vec<LawEntry>,
     /// What was tried.
@@ -129,6 +133,7 @@ pub fn recommend(
         recommended: None,
         helps: Vec::new(),
         base: None,
+        ahead: None,
         laws: Vec::new(),
         tried,
         simulations: 0,
@@ -150,6 +155,7 @@ pub fn recommend(
         return Ok(answer);
     };
     answer.simulations += base.simulations();
+    answer.ahead = ahead(&mut answer, (&base, &entries))?;
     answer.base = Some((base, entries));
     show(0.1, "closed loop: other laws")?;
     let others = laws(&mut answer, request)?;
@@ -176,6 +182,25 @@ fn law(course: &Course, model: &ClosedLoop) -> Result<Option<[Entry; 2]>, Diagno
     }
     let [window, drive] = found.try_into().expect("both horizons");
     Ok(Some([drive, window]))
+}
+
+/// The base with the lead that stands for the finer steps of a real car. An extension must not be recommended for what it makes up of them.
+fn ahead(
+    answer: &mut Answer,
+    (model, entries): (&ClosedLoop, &[Entry; 2]),
+) -> Result<Option<[Entry; 2]>, DiagnoseError> {
+    let Some(lead) = extension_named(LEAD) else { return Ok(None) };
+    let Some(Runner { added, model: led }) = answer.course.runners(model.model.variant, &[vec![lead]]).pop() else {
+        return Ok(None);
+    };
+    let at = |horizon: Horizon| -> Result<Option<Entry>, DiagnoseError> {
+        let from = (&model.model, entries[horizon as usize].whole.values.as_slice());
+        let found = answer.course.with_cause(&led, horizon, from, &added, &[])?;
+        Ok(found.map(|point| answer.course.entry(&led, horizon, point)).transpose()?.flatten())
+    };
+    let found = at(Horizon::Drive)?.zip(at(Horizon::Window)?);
+    answer.simulations += led.simulations();
+    Ok(found.map(|(drive, window)| [drive, window]))
 }
 
 /// The other laws with the same delay, dynamics and constraint, at both horizons.
@@ -236,6 +261,11 @@ fn round(
     };
     let sets: Vec<_> = sets(request.causes).into_iter().filter(new).collect();
     let runners = answer.course.runners(own.0.model.variant, &sets);
+    // What everything is compared with: the base, or the base with a lead, whichever follows unseen drives better.
+    let reference = [0, 1].map(|k| match answer.ahead.as_ref().filter(|_| so_far.is_empty()) {
+        Some(ahead) if ahead[k].held.log() < own.1[k].held.log() => &ahead[k],
+        _ => &own.1[k],
+    });
     let worth = -2.0 * (1.0 - policy.worth_trying).ln();
     let mut found: Vec<Vec<Option<Point>>> = Vec::new();
     for (k, horizon) in Horizon::ALL.into_iter().enumerate() {
@@ -247,7 +277,7 @@ fn round(
     // What gains next to nothing where it was fitted, at either horizon, gains less elsewhere.
     let is_worth = |point: &Option<Point>, own: &Entry| point.as_ref().is_some_and(|p| own.whole.loss - p.loss > worth);
     let fitted = runners.into_par_iter().zip(drive.into_par_iter().zip(window)).map(|(runner, (drive, window))| {
-        let tried = is_worth(&drive, &own.1[0]) || is_worth(&window, &own.1[1]);
+        let tried = is_worth(&drive, reference[0]) || is_worth(&window, reference[1]);
         let (Some(drive), Some(window)) = (drive, window) else { return Ok((runner.model.simulations(), None)) };
         let entered = if tried {
             let drive = answer.course.entry(&runner.model, Horizon::Drive, drive)?;
@@ -273,7 +303,7 @@ fn round(
         let entries: Vec<&Entry> = ran.iter().map(|(_, entries)| &entries[k]).collect();
         let laws = laws.iter().map(|entries| &entries[k].held).collect();
         let left = left.iter().map(|losses| &losses[k]).collect();
-        let field = Field { so_far: &own.1[k], left, laws };
+        let field = Field { so_far: reference[k], left, laws };
         judged(policy, &field, &ran, &entries, &answer.resamples[k])
     });
     answer.simulations += simulations.iter().sum::<u64>();
@@ -315,7 +345,7 @@ fn score(tried: &Tried) -> f64 {
 
 /// Whom the models of a race run against.
 struct Field<'a> {
-    /// The model so far.
+    /// The model so far, or the base with the lead.
     so_far: &'a Entry,
     /// The losses in training of the models that were not worth a judgement.
     left: Vec<&'a Losses>,

@@ -143,22 +143,52 @@ mod tests {
     use super::*;
     use crate::calibrate::Overrides;
     use crate::catalog::Variant;
+    use crate::closed_loop::{DriveLoss, Point};
     use crate::diagnose::made_up;
     use crate::wgsl::extension_named;
+
+    fn with(name: &str) -> (Model, &'static Extension) {
+        let cause = extension_named(name).expect("in the library");
+        let variant = "idm".parse::<Variant>().expect("a base").with(cause).expect("they go together");
+        let drives = [made_up::drive("made_up.csv", 0.0)];
+        (Model::new(variant, &drives, &Overrides::new(), &[]).expect("a model"), cause)
+    }
+
+    fn sized(model: &Model, cause: &Extension, value: f64) -> Vec<f64> {
+        let mut values = vec![1.0; model.symbols.len()];
+        values[model.positions(cause)[0]] = value;
+        values
+    }
 
     /// A clock cannot be ahead; a bias of the spacing may have either sign.
     #[test]
     fn only_what_cannot_be_negative_counts() {
-        let drives = [made_up::drive("made_up.csv", 0.0)];
         let least = |name: &str, value: f64| {
-            let cause = extension_named(name).expect("in the library");
-            let variant = "idm".parse::<Variant>().expect("a base").with(cause).expect("they go together");
-            let model = Model::new(variant, &drives, &Overrides::new(), &[]).expect("a model");
-            let mut values = vec![1.0; model.symbols.len()];
-            values[model.positions(cause)[0]] = value;
-            smallest(&model, &values, &[cause])
+            let (model, cause) = with(name);
+            smallest(&model, &sized(&model, cause, value), &[cause])
         };
         assert_eq!([least("time_offset", -0.05), least("time_offset", 0.05)], [-0.05, 0.0]);
         assert_eq!(least("range_bias", -0.5), 0.0);
+    }
+    /// What has the right sign in windows only is no property of the car.
+    #[test]
+    fn a_wrong_sign_at_either_horizon_bars() {
+        let (model, cause) = with("time_offset");
+        let through = DriveLoss { bins: Vec::new(), rms: [1.0; 3], failures: 0, margin: 1.0 };
+        let losses = || Losses { drives: vec![Some(through.clone())] };
+        let entry = |value: f64| Entry {
+            whole: Point { values: sized(&model, cause, value), loss: 0.0 },
+            trained: losses(),
+            folds: Vec::new(),
+            held: losses(),
+        };
+        let judged = || Judged { gain: 0.1, interval: [0.05, 0.15], root: 0.1, in_set: true, checks: Vec::new() };
+        let is_recommended = |drive: f64, window: f64| {
+            let entries = [entry(drive), entry(window)];
+            let asked = whole_drives(&Policy::DEFAULT, &model, &entries, &[cause], &[judged(), judged()]);
+            asked.iter().all(|check| check.met)
+        };
+        assert!(is_recommended(0.05, 0.05));
+        assert!(!is_recommended(-0.05, 0.05) && !is_recommended(0.05, -0.05));
     }
 }
