@@ -7,7 +7,6 @@ use crate::diagnose::likelihood::observer::Noise;
 use crate::diagnose::outcome::{LeftOver, Tried, Verdict};
 use crate::diagnose::policy::POLICY;
 use crate::diagnose::search::fitted_model::FittedModel;
-use crate::diagnose::search::profile_grid::is_lost;
 use crate::diagnose::select::adopt::Search;
 use crate::extension::Extension;
 
@@ -32,8 +31,8 @@ pub type Line = (Verdict, &'static str, fn(&Answer<'_>) -> Option<Said>);
 
 /// The verdicts. The first line that applies decides.
 pub const VERDICTS: [Line; 12] = [
-    (Verdict::BadBase, "the data contradict parameters of the base, or its calibrations do not agree", contradicted),
     (Verdict::Unexplained, "causes, but another law without any is likelier", another_law_instead),
+    (Verdict::BadBase, "the data contradict parameters of the base, or its calibrations do not agree", contradicted),
     (
         Verdict::Unexplained,
         "causes, but something as large repeats with the place, the speed, the gap or the command",
@@ -227,7 +226,7 @@ fn far_off(answer: &Answer<'_>) -> Option<Said> {
          that the model does not have: too much and too slow for gusts",
         noise.sigma_d, noise.tau_d
     );
-    is_lost(&noise).then_some((reason, None))
+    noise.is_lost().then_some((reason, None))
 }
 
 fn perhaps_absorbed(answer: &Answer<'_>) -> Option<Said> {

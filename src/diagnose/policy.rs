@@ -1,4 +1,5 @@
-//! Every number that decides what the likelihood names and what a verdict is, with its unit and its reason.
+//! Every number that decides what the likelihood names, what a verdict is, and what counts as a fault of the data, with its unit and its
+//! reason.
 
 use serde::Serialize;
 
@@ -66,6 +67,20 @@ policy! {
     bursts = 8.0, "-", "So many bursts, times the inflation, are told";
     burst_blocks = 4.0, "-", "In so many blocks at least";
     calm = 0.02, "m/s²", "With more missing acceleration the family `phase` is named with a warning";
+    significant = 4.5, "-", "Standard errors of a fault of scale, clock or offset: one false alarm in some 100,000 links";
+    least_scale = 1e-4, "-", "A smaller fault of a scale does not matter: a metre in ten kilometres";
+    least_clock = 0.02, "s", "A smaller fault of a clock does not matter: a fifth of a usual time step";
+    least_offset = 0.05, "m", "A smaller fault of the spacing does not matter";
+    least_drive = 60.0, "s", "Driving that tells a scale or a clock";
+    told = 9.0, "-", "Chi-squared by which the other car explains a fault worse: three standard errors";
+    held_chance = 1e-4, "-", "A value that chance holds this seldom in a file was held";
+    held = 0.5, "s", "A coarse sensor holds a value for longer";
+    held_step = 0.3, "m or m/s", "And then steps by more";
+    coloured = 0.42, "-", "Autocorrelation of third differences beside that of white noise: sensors have up to 0.36";
+    jump = 0.5, "m", "Within a sample the spacing changes by so much more than speeds allow where it jumps";
+    slow_jump = 2.0, "m", "The same within a second";
+    unusual = 12.0, "-", "Standard deviations of what the spacing usually does, for both";
+    unrelated = 0.5, "m/s", "Rate of the spacing less speed difference, over a second, of signals that do not belong together";
 }
 
 #[cfg(test)]

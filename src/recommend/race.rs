@@ -5,7 +5,7 @@ use crate::calibrate::Overrides;
 use crate::catalog::Variant;
 use crate::closed_loop::{ClosedLoop, Horizon, Losses, Plan, Point, fit};
 use crate::diagnose::likelihood::model::Model;
-use crate::diagnose::search::start::sizes;
+use crate::diagnose::search::strategy::sizes;
 use crate::diagnose::search::textbook::{fastest, with_textbook_values};
 use crate::diagnose::{DiagnoseError, Drive};
 use crate::extension::Extension;

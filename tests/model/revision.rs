@@ -136,7 +136,7 @@ fn the_same_seed_gives_the_same_result_or_the_revision_is_raised() {
 /// test prints once DIAGNOSIS_REVISION is raised.
 const DIAGNOSED: &str = "\
 mean gap 23.466123 m
-named: dead_zone: 231 nats held out, 14 needed; 25921 simulations
+named: dead_zone: 231 nats held out, 14 needed; 28167 simulations
 log-likelihood 15322.5, inflation 1.34
 log-likelihood 15562.6, inflation 1.34
 1 dead_zone: gain 240.1, held out 231.1 of 14.2; adopted
@@ -145,7 +145,7 @@ log-likelihood 15562.6, inflation 1.34
 w = 1.4406 +- 0.0064 m
 
 mean gap 23.466123 m
-bad_base: the calibrated desired speed v_0 = 12.00 m/s lies below speeds that the follower drives (26.91 m/s); widen the bounds of v_0, or take another base model; 36147 simulations
+bad_base: the calibrated desired speed v_0 = 12.00 m/s lies below speeds that the follower drives (26.91 m/s); widen the bounds of v_0, or take another base model; 40576 simulations
 log-likelihood 15253.5, inflation 1.55
 log-likelihood 15253.5, inflation 1.55
 1 set_speed_change: gain 1.2, held out NaN of 16.4; gains too little on all training data

@@ -11,20 +11,12 @@
 use super::finding::{Finding, FindingKind, Who, Z_95, interval};
 use super::level::{self, Columns, Usable};
 use super::link::Link;
+use crate::diagnose::policy::POLICY;
 use nalgebra::{Matrix2, Vector2};
 
-/// A finding needs this many standard errors: one false alarm of either kind in some 100 000 links.
-const SIGNIFICANT: f64 = 4.5;
-/// Scales below this (one metre in ten kilometres) and clocks within a fifth of a usual time step do not matter.
-const SCALE_MIN: f64 = 1e-4;
-const CLOCK_MIN_S: f64 = 0.02;
 /// What both cars have in common is told by the changes of the gap, few and large, where its own imperfections count: this
 /// standard error comes to that of the noise, so that a common scale is one of 1 % at least.
-const COMMON_SCALE_ERROR: f64 = 0.01 / SIGNIFICANT;
-/// A car is named if another explanation is worse by so much in chi-squared (three standard errors).
-const TOLD: f64 = 9.0;
-/// Drive needed for an estimate \[s\].
-const DRIVE_S: f64 = 60.0;
+const COMMON_SCALE_ERROR: f64 = 0.01 / POLICY.significant;
 /// Widest clock error that is searched \[s\], and the step of the search.
 const CLOCK_MAX_S: f64 = 3.0;
 const CLOCK_STEP_S: f64 = 0.2;
@@ -69,7 +61,7 @@ fn seen_by(who: Who, at: Vector2<f64>) -> Vector2<f64> {
 
 impl Redundancy {
     pub fn estimate(link: &Link, usable: &Usable) -> Option<Redundancy> {
-        if (usable.samples() as f64) * link.dt < DRIVE_S {
+        if (usable.samples() as f64) * link.dt < POLICY.least_drive {
             return None;
         }
         let mut late = coarse(link, usable);
@@ -99,7 +91,7 @@ impl Redundancy {
     /// What the estimates amount to; `blurred` if a signal is smoothed or resampled, which moves its events a little.
     pub fn findings(&self, link: &Link, blurred: bool) -> Vec<Finding> {
         let [scale, clock] = &self.estimate;
-        let mut findings = scale.explain(SCALE_MIN, scale_of, |who, value, error| Finding {
+        let mut findings = scale.explain(POLICY.least_scale, scale_of, |who, value, error| Finding {
             kind: FindingKind::SpeedScale,
             car: who,
             signal: "speed",
@@ -109,7 +101,7 @@ impl Redundancy {
             when: Vec::new(),
             sentence: scale_sentence(who, value, error),
         });
-        let least = if blurred { CLOCK_MIN_S.max(link.dt) } else { CLOCK_MIN_S };
+        let least = if blurred { POLICY.least_clock.max(link.dt) } else { POLICY.least_clock };
         findings.extend(clock.explain(least, clock_of, |who, value, error| {
             // Both speeds late by the same time is one late gap, the other way round.
             let (car, signal, value) =
@@ -149,7 +141,7 @@ impl Pair {
         let Some(inverse) = self.covariance.try_inverse() else { return Vec::new() };
         let beyond = |i: usize| {
             let error = self.covariance[(i, i)].sqrt();
-            self.value[i].abs() > least.max(SIGNIFICANT * error)
+            self.value[i].abs() > least.max(POLICY.significant * error)
         };
         let (differ, common) = (beyond(0), beyond(1));
         if !differ && !common {
@@ -172,9 +164,9 @@ impl Pair {
             EXPLANATIONS.iter().filter(|(who, _)| differ || *who == Who::Both).map(|(who, d)| (*who, of(*d))).collect();
         tried.sort_by(|a, b| a.1.2.total_cmp(&b.1.2));
         let (who, (at, covariance, misfit)) = tried[0];
-        let told = tried.get(1).is_none_or(|second| second.1.2 - misfit > TOLD);
+        let told = tried.get(1).is_none_or(|second| second.1.2 - misfit > POLICY.told);
         // A second fault needs as much as the first one.
-        if told && (misfit < SIGNIFICANT.powi(2) || !(differ && common)) {
+        if told && (misfit < POLICY.significant.powi(2) || !(differ && common)) {
             let (value, error) = sized(who, at, covariance);
             return vec![finding(who, value, error)];
         }
@@ -190,7 +182,7 @@ impl Pair {
             .into_iter()
             .filter_map(|who| {
                 let (value, error) = sized(who, self.value, self.covariance);
-                (value.abs() > least.max(SIGNIFICANT * error)).then(|| finding(who, value, error))
+                (value.abs() > least.max(POLICY.significant * error)).then(|| finding(who, value, error))
             })
             .collect()
     }

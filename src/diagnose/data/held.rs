@@ -3,18 +3,14 @@
 use super::finding::{Finding, FindingKind};
 use super::link::{Link, Signal};
 use super::noise::{self, quantum};
+use crate::diagnose::policy::POLICY;
 use crate::statistics::robust_scale;
 use std::ops::Range;
 
 /// Shortest run that counts \[samples\].
 const SHORTEST: usize = 4;
-/// A run that chance makes this seldom in a whole file is no chance.
-const CHANCE: f64 = 1e-4;
 /// Equal neighbours more often than this come from a coarse sensor.
 const COARSE: f64 = 0.005;
-/// A coarse sensor's values are held if they stay for so long \[s\] and end in such a step \[m/s, m\].
-const HELD_S: f64 = 0.5;
-const STEP: f64 = 0.3;
 
 /// Ranges of samples of a signal that were not measured. `factor` is how many samples a value is held anyway.
 pub(super) fn dropouts(signal: &Signal, link: &Link, factor: f64) -> Vec<Range<usize>> {
@@ -35,7 +31,7 @@ pub(super) fn dropouts(signal: &Signal, link: &Link, factor: f64) -> Vec<Range<u
     // Neighbouring bends share samples, so that they are small together: twice the chance of one.
     let line = (10.0 * q / (bend.max(1e-12) * std::f64::consts::TAU.sqrt())).min(1.0);
     let longest = |chance: f64| {
-        let by_chance = (CHANCE / y.len() as f64).ln() / chance.max(1e-9).ln();
+        let by_chance = (POLICY.held_chance / y.len() as f64).ln() / chance.max(1e-9).ln();
         let held = (1.5 * factor).ceil() as usize;
         (by_chance.ceil() as usize).saturating_add(1).max(SHORTEST).max(held + usize::from(factor > 1.0) * SHORTEST)
     };
@@ -47,7 +43,7 @@ pub(super) fn dropouts(signal: &Signal, link: &Link, factor: f64) -> Vec<Range<u
             run.len() + 1 >= longest(repeat) && (!at_zero || fallen)
         } else {
             // With a coarse sensor only the step at the end tells.
-            run.len() as f64 * link.dt >= HELD_S && steepest(&steps, &run) > STEP.max(20.0 * sigma)
+            run.len() as f64 * link.dt >= POLICY.held && steepest(&steps, &run) > POLICY.held_step.max(20.0 * sigma)
         };
         if kept {
             // The first of equal values was measured, unless all are a fall to zero.

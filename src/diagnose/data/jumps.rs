@@ -2,20 +2,14 @@
 
 use super::finding::{Finding, FindingKind, Who, interval};
 use super::link::Link;
+use crate::diagnose::policy::POLICY;
 use crate::statistics::robust_scale;
 use std::ops::Range;
 
-/// A gap that changes by this much more than the speeds allow within a sample has jumped \[m\] ...
-const JUMP_M: f64 = 0.5;
-/// ... or within a second \[m\]; both also in robust standard deviations of what it usually does.
-const SLOW_JUMP_M: f64 = 2.0;
-const UNUSUAL: f64 = 12.0;
 /// Time within which a jump may happen \[s\].
 const WITHIN_S: f64 = 1.0;
 /// Jumps that get a line of their own.
 pub(super) const LISTED: usize = 10;
-/// What is left of gap rate minus speed difference over a second, above which the signals do not belong together \[m/s\].
-const UNRELATED_MPS: f64 = 0.5;
 
 /// A jump of the gap against the speeds.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,7 +43,7 @@ pub(super) fn find(link: &Link, broken: &[Range<usize>]) -> Vec<Jump> {
     let mut jumps: Vec<Jump> = Vec::new();
     let together = link.samples(WITHIN_S);
     for (i, d) in d.iter_mut().enumerate() {
-        if d.abs() > JUMP_M.max(UNUSUAL * usual) {
+        if d.abs() > POLICY.jump.max(POLICY.unusual * usual) {
             match jumps.last_mut() {
                 // Jumps close together are one event: a spike, or a target that is lost and found.
                 Some(last) if i - last.range.end < together => {
@@ -65,7 +59,7 @@ pub(super) fn find(link: &Link, broken: &[Range<usize>]) -> Vec<Jump> {
     let width = link.samples(WITHIN_S).min(d.len().max(1));
     let sums: Vec<f64> = d.windows(width).map(|w| w.iter().sum()).collect();
     let usual = robust_scale(sums.iter().copied()).unwrap_or(f64::NAN);
-    let limit = SLOW_JUMP_M.max(UNUSUAL * usual);
+    let limit = POLICY.slow_jump.max(POLICY.unusual * usual);
     let mut i = 0;
     while i < sums.len() {
         // NaN where something is missing is no jump.
@@ -112,7 +106,7 @@ impl Jump {
 
 /// What is left after scales and clocks were allowed for is too large for signals of the same two cars.
 pub(super) fn drifting(link: &Link, rms_mps: f64) -> Option<Finding> {
-    (rms_mps > UNRELATED_MPS).then(|| Finding {
+    (rms_mps > POLICY.unrelated).then(|| Finding {
         kind: FindingKind::Inconsistent,
         car: Who::Either,
         signal: "gap",

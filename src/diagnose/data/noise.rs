@@ -6,6 +6,7 @@
 use super::finding::{Finding, FindingKind, interval};
 use super::link::{Link, Signal};
 use super::spectrum;
+use crate::diagnose::policy::POLICY;
 use crate::statistics::robust_scale;
 
 /// Variance of third differences of white noise of variance 1.
@@ -14,8 +15,6 @@ const THIRD_DIFFERENCE: f64 = 20.0;
 const WHITE: [f64; 3] = [-0.75, 0.3, -0.05];
 /// Lags that are looked at: moving averages of up to so many samples show at their own length.
 const LAGS: usize = 25;
-/// Departure from [`WHITE`] that no sensor of the shared data comes near: their Doppler speeds are off by up to 0.36.
-const COLOURED: f64 = 0.42;
 /// Larger third differences are events and not noise \[robust standard deviations\].
 const CLIP: f64 = 6.0;
 /// Fewer third differences tell nothing.
@@ -101,7 +100,7 @@ pub(super) fn smoothed(signal: &Signal, link: &Link) -> Option<Finding> {
         .enumerate()
         .map(|(i, r)| (r - WHITE.get(i).copied().unwrap_or(0.0)).abs())
         .fold(0.0, f64::max);
-    let coloured = off > COLOURED && quantum(signal.values) < sigma;
+    let coloured = off > POLICY.coloured && quantum(signal.values) < sigma;
     if sigma > signal.noise_floor && !coloured {
         return None;
     }

@@ -2,12 +2,9 @@
 
 use super::finding::{Finding, FindingKind, Who, Z_95, interval};
 use super::link::Link;
+use crate::diagnose::policy::POLICY;
 use crate::statistics::upper_median;
 
-/// Smaller offsets do not matter \[m\].
-const LEAST_M: f64 = 0.05;
-/// Standard errors that a finding needs.
-const SIGNIFICANT: f64 = 4.5;
 /// Blocks for the standard error \[s\].
 const BLOCK_S: f64 = 30.0;
 
@@ -42,7 +39,7 @@ pub(super) fn gap_offset(link: &Link) -> Seen {
     }
     let mean = medians.iter().sum::<f64>() / n;
     let error = (medians.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / (n - 1.0) / n).sqrt();
-    if mean.abs() <= LEAST_M.max(SIGNIFICANT * error) {
+    if mean.abs() <= POLICY.least_offset.max(POLICY.significant * error) {
         return Seen::Sound;
     }
     Seen::Finding(Box::new(Finding {

@@ -7,8 +7,8 @@ use crate::diagnose::likelihood::model::LEAD;
 use crate::diagnose::question::{DiagnoseError, Question};
 use crate::diagnose::search::base::calibrate_base;
 use crate::diagnose::search::fitted_model::{Context, FittedModel};
+use crate::diagnose::search::observers::first_noise;
 use crate::diagnose::search::search_budget::SearchBudget;
-use crate::diagnose::search::start::{NEARLY_FREE, first_noise};
 use crate::extension::Extension;
 use crate::wgsl::extension_named;
 use serde::{Deserialize, Serialize};
@@ -124,10 +124,10 @@ fn fitted_from(
         }
     }
     let strong = first_noise(setting.question.train);
-    let free = crate::diagnose::likelihood::observer::Noise { sigma_d: NEARLY_FREE.0, tau_d: NEARLY_FREE.1, ..strong };
+    let free = strong.nearly_free();
     let from =
         |values: &Vec<f64>| [strong, free, base.fit.point.noise].map(|noise| Point { values: values.clone(), noise });
     let starts = [from(&planted), from(&added)].concat();
-    let plan = Plan { select: starts.len(), kinds: 1, rough: 4, keep: 2, fine: 40, tolerance: 0.1, least: [0.0; 2] };
+    let plan = Plan { select: starts.len(), rough: 4, keep: 2, fine: 40, tolerance: 0.1, least: [0.0; 2] };
     FittedModel::fitted(setting, variant, causes, model, &starts, plan)
 }

@@ -1,15 +1,18 @@
 //! The base model, calibrated with its noise: global first, because a bad base calibration names ghosts.
 
 use super::fitted_model::{Context, FittedModel};
+use super::observers::{first_noise, softened};
 use super::search_budget::SearchBudget;
-use super::start::{first_noise, population, softened};
 use super::textbook::{fastest, with_textbook_values};
 use crate::catalog::Variant;
 use crate::diagnose::likelihood::fit::{Plan, Point};
+use crate::diagnose::likelihood::model::Model;
 use crate::diagnose::likelihood::observer::Noise;
 use crate::diagnose::policy::POLICY;
 use crate::diagnose::question::DiagnoseError;
+use crate::optimize::stream;
 use crate::symbols::Symbol;
+use rand::RngExt;
 
 /// Replicates at most, until two agree.
 const REPLICATES: u64 = 4;
@@ -69,15 +72,26 @@ pub fn calibrate_once(
     };
     let starts = population(&model, &noise, setting.question.seed, replicate, spending.population);
     // Precise sensors make a rugged likelihood: rough as if they were ordinary, refined as they are.
-    let least = softened(&noise, false).map_or([0.0; 2], |soft| [soft.r_s, soft.r_v]);
+    let least = softened(&noise, 1.0).map_or([0.0; 2], |soft| [soft.r_s, soft.r_v]);
     let rough = FittedModel::fitted(setting, variant, &[], model, &starts, Plan { least, ..spending.base })?;
     rough.map(|rough| refined(setting, rough, spending)).transpose()
+}
+
+/// Random candidates within the bounds; the draws depend on the seed only.
+fn population(model: &Model, noise: &Noise, seed: u64, replicate: u64, count: usize) -> Vec<Point> {
+    let point = |i: usize| {
+        let mut rng = stream(seed, replicate, 0, i as u64);
+        // Off the bounds, where derivatives are one-sided.
+        let values = model.axes.iter().map(|axis| axis.value(0.02 + 0.96 * rng.random::<f64>())).collect();
+        Point { values, noise: *noise }
+    };
+    (0..count).map(point).collect()
 }
 
 fn refined(setting: &Context<'_>, rough: FittedModel, spending: &SearchBudget) -> Result<FittedModel, DiagnoseError> {
     let FittedModel { variant, causes, model, fit } = rough;
     let measured = first_noise(setting.question.train);
-    let noise = match softened(&measured, false) {
+    let noise = match softened(&measured, 1.0) {
         Some(_) => Noise { r_s: measured.r_s, r_v: measured.r_v, ..fit.point.noise },
         None => fit.point.noise,
     };
@@ -88,7 +102,7 @@ fn refined(setting: &Context<'_>, rough: FittedModel, spending: &SearchBudget) -
     let strong = noise.strong();
     let mut starts = [noise, free].map(|noise| Point { noise, ..fit.point.clone() }).to_vec();
     starts.extend([strong, free].map(|noise| Point { values: generic.clone(), noise }));
-    let plan = Plan { select: starts.len(), kinds: 1, rough: 6, keep: 2, ..spending.base };
+    let plan = Plan { select: starts.len(), rough: 6, keep: 2, ..spending.base };
     let found = FittedModel::fitted(setting, variant, &causes, model, &starts, plan)?;
     match found {
         Some(found) => Ok(found),

@@ -130,10 +130,9 @@ impl CrossValidated {
 /// Score of a block in which a run failed \[nats\]: finite, so that one failed block cannot decide.
 const FAILED_BLOCK: f64 = -1e4;
 /// Turns on a fold, from the optimum of all data.
-const FOLD_PLAN: Plan = Plan { select: 2, kinds: 1, rough: 0, keep: 2, fine: 8, tolerance: 0.1, least: [0.0; 2] };
+const FOLD_PLAN: Plan = Plan { select: 2, rough: 0, keep: 2, fine: 8, tolerance: 0.1, least: [0.0; 2] };
 /// Turns on data on which it was not fitted.
-pub(crate) const ELSEWHERE: Plan =
-    Plan { select: 2, kinds: 1, rough: 4, keep: 2, fine: 12, tolerance: 0.1, least: [0.0; 2] };
+pub(crate) const ELSEWHERE: Plan = Plan { select: 2, rough: 4, keep: 2, fine: 12, tolerance: 0.1, least: [0.0; 2] };
 
 impl FittedModel {
     /// Fits a variant from some starts.

@@ -2,12 +2,9 @@
 
 pub mod base;
 pub mod fitted_model;
-pub mod profile_grid;
-pub mod scan;
-pub mod scope;
+pub mod observers;
 pub mod screen;
 pub mod search_budget;
 pub mod skipped;
-pub mod start;
+pub mod strategy;
 pub mod textbook;
-pub mod undisturbed;

@@ -1,110 +1,18 @@
 //! Every cause tried on top of a model: fitted with its own noise from many starts.
 
 use super::fitted_model::{Context, FittedModel};
-use super::profile_grid::{from_held, set_free};
-use super::scope::{Scope, scopes};
 use super::search_budget::SearchBudget;
 use super::skipped::{Skipped, Untried};
-use super::start::{FOR_AN_EVENT, FOR_STEPS, KINDS, softened_by};
-use crate::catalog::Variant;
-use crate::diagnose::likelihood::fit::{Plan, Point};
+use super::strategy::{Stop, Task, explain};
+use super::textbook::fastest;
 use crate::diagnose::likelihood::model::{LEAD, is_rugged};
-use crate::diagnose::likelihood::observer::Noise;
 use crate::diagnose::question::DiagnoseError;
 use crate::extension::Extension;
-use crate::symbols::SearchKind;
 use crate::wgsl::extension_named;
 use rayon::prelude::*;
 
 /// A cause, and the present model with it.
 pub type ScreenedCause = (&'static Extension, FittedModel);
-
-/// The model with one cause more, fitted; the best of several drives in which an event may happen.
-///
-/// # Errors
-/// As [`FittedModel::fitted`].
-pub fn explain(
-    setting: &Context<'_>,
-    current: &FittedModel,
-    cause: &'static Extension,
-    missing: &[Vec<f64>],
-    spending: &SearchBudget,
-) -> Result<Result<FittedModel, Untried>, DiagnoseError> {
-    let variant = match current.variant.with(cause) {
-        Ok(variant) => variant,
-        Err(conflict) => return Ok(Err(Untried::Conflict(conflict))),
-    };
-    let causes: Vec<&'static Extension> = current.causes.iter().copied().chain([cause]).collect();
-    let mut best: Option<FittedModel> = None;
-    let scopes = match scopes(setting, current, variant, cause, missing, spending)? {
-        Ok(scopes) => scopes,
-        Err(untried) => return Ok(Err(untried)),
-    };
-    let without_start = scopes.iter().all(|scope| scope.starts.is_empty());
-    for mut scope in scopes {
-        if let Some(best) = best.as_ref().filter(|_| !scope.usual) {
-            // What happens in one drive may happen in all of them.
-            let values = scope.model.adopt(&best.model, &best.fit.point.values);
-            let noises = [best.fit.point.noise, current.fit.point.noise];
-            scope.starts.extend(noises.map(|noise| Point { values: values.clone(), noise }));
-        }
-        let held = if scope.usual { Vec::new() } else { from_held(setting, current, &scope.model, cause)? };
-        let Some(found) = searched(setting, current, variant, &causes, scope, spending)? else { continue };
-        let found = set_free(setting, found, &held, spending)?;
-        if best.as_ref().is_none_or(|best| found.fit.log_likelihood > best.fit.log_likelihood) {
-            best = Some(found);
-        }
-    }
-    Ok(best.ok_or_else(|| if without_start { no_start(cause) } else { Untried::NotFinite }))
-}
-
-fn no_start(cause: &Extension) -> Untried {
-    let open = cause.parameters.iter().filter(|symbol| symbol.neutral().is_none());
-    Untried::NoStart { parameters: open.map(|symbol| symbol.name().to_owned()).collect() }
-}
-
-/// The best fit from the starts of a scope, and from where they lead on a smoother likelihood, if there is one (see [`softened`]).
-fn searched(
-    setting: &Context<'_>,
-    current: &FittedModel,
-    variant: Variant,
-    causes: &[&'static Extension],
-    scope: Scope,
-    spending: &SearchBudget,
-) -> Result<Option<FittedModel>, DiagnoseError> {
-    let Scope { model, mut starts, kinds, event, .. } = scope;
-    let mut plan = Plan { kinds, ..spending.plan };
-    if event {
-        // Under several observers they do not compare: all are followed.
-        plan = Plan { select: starts.len(), keep: plan.keep.max(KINDS), ..plan };
-    } else if causes.last().is_some_and(|cause| cause.search() == SearchKind::Integral) {
-        plan.select = plan.select.min(3);
-    }
-    let fitted = |model, starts: &[Point], plan| FittedModel::fitted(setting, variant, causes, model, starts, plan);
-    let noise = current.fit.point.noise;
-    let factor = if event {
-        FOR_AN_EVENT
-    } else if causes.last().is_some_and(|cause| is_rugged(cause)) {
-        FOR_STEPS
-    } else {
-        1.0
-    };
-    let Some(soft) = softened_by(&noise, factor) else { return fitted(model, &starts, plan) };
-    // Only where it leads matters.
-    let smoother = Plan { least: [soft.r_s, soft.r_v], fine: plan.fine.div_ceil(2), ..plan };
-    let Some(FittedModel { model, fit, .. }) = fitted(model, &starts, smoother)? else { return Ok(None) };
-    let found = Noise { r_s: noise.r_s, r_v: noise.r_v, ..fit.point.noise };
-    let free = noise.freer();
-    starts.extend([noise, free, found].map(|noise| Point { values: fit.point.values.clone(), noise }));
-    if !event {
-        // What was worth a search is found from there.
-        plan.select = plan.select.div_ceil(2);
-    }
-    // One of these may begin below the others and end above them.
-    plan.select += KINDS.div_ceil(plan.kinds);
-    plan.keep = plan.keep.max(KINDS);
-    fitted(model, &starts, plan)
-}
 
 /// How long a cause takes to try, next to others: times have to be scanned, and jumps to be searched without derivatives.
 fn takes(cause: &Extension) -> usize {
@@ -115,7 +23,7 @@ fn takes(cause: &Extension) -> usize {
 /// All causes tried on top of a model: those that run, and those that could not be tried; both in the order given.
 ///
 /// # Errors
-/// As [`explain`].
+/// As [`FittedModel::fitted`].
 pub fn screen(
     setting: &Context<'_>,
     current: &FittedModel,
@@ -126,15 +34,27 @@ pub fn screen(
     // What takes longest comes first, so that nobody waits for it in the end.
     let mut order: Vec<usize> = (0..causes.len()).collect();
     order.sort_by_key(|&i| std::cmp::Reverse(takes(causes[i])));
-    let explained = |i: usize| Ok((i, explain(setting, current, causes[i], missing, spending)?));
-    let all: Result<Vec<_>, DiagnoseError> = order.into_iter().par_bridge().map(explained).collect();
+    let fastest = fastest(setting.question.train);
+    let explained = |cause: &'static Extension| -> Result<Result<FittedModel, Untried>, DiagnoseError> {
+        let variant = match current.variant.with(cause) {
+            Ok(variant) => variant,
+            Err(conflict) => return Ok(Err(Untried::Conflict(conflict))),
+        };
+        match explain(&Task { setting, current, cause, variant, missing, budget: spending, fastest }) {
+            Ok(found) => Ok(Ok(found)),
+            Err(Stop::Untried(why)) => Ok(Err(why)),
+            Err(Stop::Failed(error)) => Err(error),
+        }
+    };
+    let all: Result<Vec<_>, DiagnoseError> =
+        order.into_iter().par_bridge().map(|i| Ok((i, explained(causes[i])?))).collect();
     let mut all = all?;
     all.sort_unstable_by_key(|(i, _)| *i);
     let (mut tried, mut dropped) = (Vec::new(), Vec::new());
-    for (cause, found) in all.into_iter().map(|(i, found)| (causes[i], found)) {
+    for (i, found) in all {
         match found {
-            Ok(found) => tried.push((cause, found)),
-            Err(untried) => dropped.push((cause, untried)),
+            Ok(found) => tried.push((causes[i], found)),
+            Err(why) => dropped.push((causes[i], why)),
         }
     }
     Ok((tried, dropped))

@@ -32,8 +32,7 @@ impl SearchBudget {
     /// What an effort buys.
     #[must_use]
     pub fn of(effort: Effort) -> SearchBudget {
-        let plan =
-            |select, rough, keep, fine| Plan { select, kinds: 1, rough, keep, fine, tolerance: 0.1, least: [0.0; 2] };
+        let plan = |select, rough, keep, fine| Plan { select, rough, keep, fine, tolerance: 0.1, least: [0.0; 2] };
         match effort {
             Effort::Quick => SearchBudget {
                 // Whether a cause has half a nat more decides nothing; an adopted one is fitted again in the next round, if there is one.

@@ -32,3 +32,21 @@ pub fn with_textbook_values(model: &Model, values: &[f64], fastest: f64) -> Vec<
     }
     generic
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calibrate::Overrides;
+    use crate::diagnose::made_up;
+
+    #[test]
+    fn textbook_values_leave_the_bounds_and_keep_distances() {
+        let drives = [made_up::drive("made_up.csv", 0.0)];
+        let model = Model::new("gipps".parse().expect("a base"), &drives, &Overrides::new(), &[]).expect("a model");
+        let on_bounds: Vec<f64> = model.axes.iter().map(|axis| axis.lower).collect();
+        let moved = with_textbook_values(&model, &on_bounds, 23.0);
+        let value = |of: &[f64], name: &str| of[model.symbols.iter().position(|s| s.name() == name).expect(name)];
+        assert_eq!(["a_min", "a_hat_min", "theta", "v_0"].map(|name| value(&moved, name)), [-2.5, -2.5, 0.4, 27.0]);
+        assert_eq!(["d_0", "t_h"].map(|name| value(&moved, name)), ["d_0", "t_h"].map(|name| value(&on_bounds, name)));
+    }
+}

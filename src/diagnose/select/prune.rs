@@ -76,14 +76,7 @@ fn without(
     let free = noise.nearly_free();
     let starts: Vec<Point> =
         [noise, strong, free].into_iter().map(|noise| Point { values: values.clone(), noise }).collect();
-    let plan = Plan {
-        select: starts.len(),
-        kinds: 1,
-        rough: 5,
-        keep: 2,
-        fine: spending.base.fine,
-        tolerance: 0.1,
-        least: [0.0; 2],
-    };
+    let plan =
+        Plan { select: starts.len(), rough: 5, keep: 1, fine: spending.base.fine, tolerance: 0.1, least: [0.0; 2] };
     FittedModel::fitted(setting, variant, &causes, model, &starts, plan)
 }

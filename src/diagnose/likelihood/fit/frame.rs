@@ -111,6 +111,11 @@ pub(super) struct Place<'a> {
 }
 
 impl Place<'_> {
+    /// Logarithms of the noise: the observer.
+    pub fn noise(&self) -> &[f64] {
+        &self.x[self.frame.axes.len()..]
+    }
+
     pub fn point(&self) -> Point {
         self.frame.point(&self.x)
     }

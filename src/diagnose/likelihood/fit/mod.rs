@@ -92,13 +92,11 @@ pub struct Fit {
 /// How long to search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plan {
-    /// Starts that are searched from at all: the likeliest ones of each kind.
+    /// Starts that are searched from at all: the likeliest ones under each observer, for likelihoods under different ones do not compare.
     pub select: usize,
-    /// Kinds of starts, which come in turn; likelihoods under different observers do not compare.
-    pub kinds: usize,
     /// Turns of all starts.
     pub rough: usize,
-    /// Starts that go on after them.
+    /// Starts that go on after them, if they are near the best; further ones only while they catch up, so many for each observer.
     pub keep: usize,
     /// Turns of these at most.
     pub fine: usize,
@@ -185,10 +183,10 @@ fn search<P: Predictor>(
 ) -> Result<Vec<Fit>, P::Error> {
     let costs = costs(predictor, masks, &places)?;
     let begin = |(place, cost)| Start { place, cost, damping: 1e-2, gain: 0.0, idle: 0, gram: None };
-    let mut starts = selected(places.into_iter().zip(costs).map(begin).collect(), plan);
+    let (mut starts, observers) = selected(places.into_iter().zip(costs).map(begin).collect(), plan.select);
     for turn in 0..plan.rough + plan.fine {
         if turn >= plan.rough {
-            race(&mut starts, plan);
+            race(&mut starts, plan.keep, observers);
         }
         if !advance(predictor, masks, &mut starts, plan.tolerance)? {
             break;
@@ -199,31 +197,34 @@ fn search<P: Predictor>(
 }
 
 /// Gives up the starts that are behind by more than their last gain promises to make good.
-fn race(starts: &mut Vec<Start<'_>>, plan: Plan) {
+fn race(starts: &mut Vec<Start<'_>>, keep: usize, observers: usize) {
     starts.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let ahead = starts.first().map_or(0.0, |best| best.cost);
     let mut rank = 0;
     starts.retain(|start| {
         rank += 1;
         let behind = start.cost - ahead;
-        rank == 1 || behind <= LATE * start.gain || (rank <= plan.keep && behind < NEAR)
+        rank == 1 || behind <= LATE * start.gain || (rank <= keep && behind < NEAR)
     });
-    starts.truncate(plan.keep.max(1) * plan.kinds.max(1));
+    starts.truncate(keep.max(1) * observers);
 }
 
-/// The likeliest starts of each kind whose first run does not fail.
-fn selected<'a>(starts: Vec<Start<'a>>, plan: Plan) -> Vec<Start<'a>> {
-    let kinds = plan.kinds.max(1);
-    let mut by_kind: Vec<Vec<Start<'a>>> = (0..kinds).map(|_| Vec::new()).collect();
-    for (i, start) in starts.into_iter().enumerate().filter(|(_, start)| start.cost.is_finite()) {
-        by_kind[i % kinds].push(start);
+/// The likeliest starts under each observer whose first run does not fail; and how many observers these are.
+fn selected<'a>(starts: Vec<Start<'a>>, most: usize) -> (Vec<Start<'a>>, usize) {
+    let mut by_observer: Vec<Vec<Start<'a>>> = Vec::new();
+    for start in starts.into_iter().filter(|start| start.cost.is_finite()) {
+        match by_observer.iter_mut().find(|starts| starts[0].place.noise() == start.place.noise()) {
+            Some(starts) => starts.push(start),
+            None => by_observer.push(vec![start]),
+        }
     }
+    let observers = by_observer.len();
     let best = |mut starts: Vec<Start<'a>>| {
         starts.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-        starts.truncate(plan.select.max(1));
+        starts.truncate(most.max(1));
         starts
     };
-    by_kind.into_iter().flat_map(best).collect()
+    (by_observer.into_iter().flat_map(best).collect(), observers)
 }
 
 /// The log-likelihood of points as they are.

@@ -96,7 +96,7 @@ fn axes() -> Vec<Axis> {
     vec![Axis::log(0.01, 5.0), Axis::linear(0.1, 5.0), Axis::log(0.01, 5.0), Axis::linear(0.0, 15.0)]
 }
 
-const PLAN: Plan = Plan { select: 3, kinds: 1, rough: 3, keep: 2, fine: 25, tolerance: 0.02, least: [0.0; 2] };
+const PLAN: Plan = Plan { select: 3, rough: 3, keep: 2, fine: 25, tolerance: 0.02, least: [0.0; 2] };
 
 #[test]
 fn parameters_and_noise_are_found_together() {
@@ -135,7 +135,7 @@ fn starts_with_axes_of_their_own_move_as_if_they_were_alone() {
         (axes, start)
     };
     let starts = [(1, 0.8), (1, 1.6), (3, 2.0), (0, 1e300)].map(held);
-    let plan = Plan { select: starts.len(), kinds: 1, rough: 3, keep: 1, fine: 0, tolerance: 0.1, least: [0.0; 2] };
+    let plan = Plan { select: starts.len(), rough: 3, keep: 1, fine: 0, tolerance: 0.1, least: [0.0; 2] };
     let together = fit_each(&toy, &masks, &starts, plan).unwrap_or_default();
     let alone = starts
         .iter()

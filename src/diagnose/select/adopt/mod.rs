@@ -216,8 +216,7 @@ impl Search {
         let free = free.freer();
         let mut starts: Vec<Point> = tried.iter().take(3).map(|(_, candidate)| from(candidate)).collect();
         starts.push(Point { noise: free, ..self.current.fit.point.clone() });
-        let plan =
-            Plan { select: 4, kinds: 1, rough: 4, keep: 2, fine: spending.plan.fine, tolerance: 0.1, least: [0.0; 2] };
+        let plan = Plan { select: 4, rough: 4, keep: 2, fine: spending.plan.fine, tolerance: 0.1, least: [0.0; 2] };
         let model = setting.model(self.current.variant, &self.current.model.events)?;
         let again = FittedModel::fitted(setting, self.current.variant, &self.current.causes, model, &starts, plan)?;
         if let Some(again) = again

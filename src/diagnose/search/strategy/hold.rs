@@ -1,0 +1,51 @@
+//! Fits with a size held while the rest moves, for causes that a base imitates.
+
+use super::Values;
+use crate::diagnose::likelihood::fit::{Plan, Point, fit_each};
+use crate::diagnose::likelihood::model::Model;
+use crate::diagnose::likelihood::space::Axis;
+use crate::diagnose::question::DiagnoseError;
+use crate::diagnose::search::fitted_model::Context;
+
+/// Of the sizes that were held, so many are followed when they are set free.
+const FOLLOWED: usize = 2;
+/// Turns with a size held, of all sizes and then of the likelier half.
+const HOLDING: Plan = Plan { select: usize::MAX, rough: 2, keep: 1, fine: 2, tolerance: 0.1, least: [0.0; 2] };
+
+/// Where the rest goes from a start while each of some sizes is held: the likeliest.
+///
+/// # Errors
+/// As [`fit_each`].
+pub fn held(
+    setting: &Context<'_>,
+    model: &Model,
+    start: &Point,
+    sizes: Vec<Values>,
+) -> Result<Vec<Point>, DiagnoseError> {
+    follow(setting, model, sizes.into_iter().map(|size| holding(model, start, &size)).collect())
+}
+
+/// The axes and the start with sizes held.
+#[must_use]
+pub fn holding(model: &Model, start: &Point, size: &Values) -> (Vec<Axis>, Point) {
+    let (mut axes, mut start) = (model.axes.clone(), start.clone());
+    for &(k, value) in size {
+        start.values[k] = value;
+        axes[k] = Axis::held(value);
+    }
+    (axes, start)
+}
+
+/// The likeliest of starts with axes of their own, after some turns.
+///
+/// # Errors
+/// As [`fit_each`].
+pub fn follow(
+    setting: &Context<'_>,
+    model: &Model,
+    starts: Vec<(Vec<Axis>, Point)>,
+) -> Result<Vec<Point>, DiagnoseError> {
+    let plan = Plan { keep: starts.len().div_ceil(2).max(FOLLOWED), ..HOLDING };
+    let found = fit_each(model, &setting.whole, &starts, plan)?;
+    Ok(found.into_iter().take(FOLLOWED).map(|fit| fit.point).collect())
+}

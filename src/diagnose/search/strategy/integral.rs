@@ -1,0 +1,20 @@
+//! A gain on a sum over time: with one that is off by half, its swings have another period than those measured.
+
+use super::size::from_textbook_values;
+use super::{Scope, Search, Stop, Task, Values};
+
+/// Gains, from slow to fast.
+const GAINS: [f64; 11] = [-0.002, 3e-5, 1.5e-4, 5e-4, 0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.035];
+
+/// See [`Search`].
+pub struct Integral;
+
+impl Search for Integral {
+    fn starts(&self, task: &Task<'_>) -> Result<Vec<Scope>, Stop> {
+        let model = task.model(None)?;
+        let gain = task.only(&model);
+        let gains: Vec<Values> = GAINS.iter().map(|size| vec![(gain, *size)]).collect();
+        let held = from_textbook_values(task, &model)?;
+        Ok(vec![task.scope(model, &gains, held)])
+    }
+}

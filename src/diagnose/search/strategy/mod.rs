@@ -1,0 +1,245 @@
+//! How a cause is looked for: one strategy for each kind.
+
+mod event;
+mod harmonic;
+mod hold;
+mod integral;
+mod limit;
+mod scan;
+mod size;
+mod steps;
+mod stretch;
+
+pub use size::sizes;
+
+use super::fitted_model::{Context, FittedModel};
+use super::observers::softened;
+use super::search_budget::SearchBudget;
+use super::skipped::Untried;
+use super::textbook::with_textbook_values;
+use crate::catalog::Variant;
+use crate::diagnose::likelihood::fit::{Plan, Point};
+use crate::diagnose::likelihood::model::{Event, Model};
+use crate::diagnose::likelihood::observer::Noise;
+use crate::diagnose::question::DiagnoseError;
+use crate::evaluator::CaseError;
+use crate::extension::Extension;
+use crate::symbols::SearchKind;
+use std::sync::atomic::Ordering;
+
+/// How one kind of cause is looked for.
+pub trait Search: Sync {
+    /// Where a cause may act, and where its fits start there.
+    ///
+    /// # Errors
+    /// [`Stop`].
+    fn starts(&self, task: &Task<'_>) -> Result<Vec<Scope>, Stop>;
+
+    /// The best fit from the starts of a scope.
+    ///
+    /// # Errors
+    /// As [`FittedModel::fitted`].
+    fn refine(&self, task: &Task<'_>, scope: Scope) -> Result<Option<FittedModel>, DiagnoseError> {
+        task.fitted(scope, 1.0)
+    }
+}
+
+/// The strategy of a kind.
+fn strategy(kind: SearchKind) -> &'static dyn Search {
+    match kind {
+        SearchKind::Size => &size::Size,
+        SearchKind::Limit => &limit::Limit,
+        SearchKind::Steps => &steps::Steps,
+        SearchKind::Event => &event::AtATime,
+        SearchKind::Stretch => &stretch::Stretch,
+        SearchKind::Harmonic => &harmonic::Harmonic,
+        SearchKind::Integral => &integral::Integral,
+    }
+}
+
+/// Why a search ended without a fit.
+#[derive(Debug)]
+pub enum Stop {
+    /// The cause cannot be tried here.
+    Untried(Untried),
+    /// Nothing can be tried.
+    Failed(DiagnoseError),
+}
+
+impl From<DiagnoseError> for Stop {
+    fn from(error: DiagnoseError) -> Stop {
+        Stop::Failed(error)
+    }
+}
+
+/// Values of some parameters, by their positions in a model.
+pub type Values = Vec<(usize, f64)>;
+
+/// A cause that is tried on top of the present model.
+#[derive(Debug)]
+pub struct Task<'a> {
+    /// Data and question.
+    pub setting: &'a Context<'a>,
+    /// The present model.
+    pub current: &'a FittedModel,
+    /// The cause.
+    pub cause: &'static Extension,
+    /// The present model's variant with it.
+    pub variant: Variant,
+    /// The acceleration that the present model misses, per drive \[m/s²\].
+    pub missing: &'a [Vec<f64>],
+    /// What may be spent.
+    pub budget: &'a SearchBudget,
+    /// The largest speed of the follower \[m/s\].
+    pub fastest: f64,
+}
+
+/// Where a cause may act, and where its fits start there.
+#[derive(Debug)]
+pub struct Scope {
+    /// The model with the cause, over all drives.
+    pub model: Model,
+    /// Where its fits start.
+    pub starts: Vec<Point>,
+    /// Where the rest went while the size was held. Under a strong observer these are a race of their own.
+    pub held: Vec<Point>,
+    /// True where starts from other scopes would outrun these before they have led anywhere.
+    pub alone: bool,
+    /// What it promises under the present observer and under a nearly free one \[nats\].
+    pub promise: [f64; 2],
+}
+
+impl Task<'_> {
+    /// The model with the cause, over all drives or as an event of one.
+    ///
+    /// # Errors
+    /// [`Stop`].
+    pub fn model(&self, drive: Option<usize>) -> Result<Model, Stop> {
+        let own = drive.map(|drive| Event { extension: self.cause, drive });
+        let events: Vec<Event> = self.current.model.events.iter().copied().chain(own).collect();
+        match self.setting.model(self.variant, &events) {
+            Err(DiagnoseError::Case(error @ (CaseError::Missing { .. } | CaseError::TooShort { .. }))) => {
+                Err(Stop::Untried(Untried::Data(error)))
+            }
+            model => Ok(model?),
+        }
+    }
+
+    /// The present model in one that has the cause.
+    #[must_use]
+    pub fn present(&self, model: &Model) -> Point {
+        let Point { values, noise } = &self.current.fit.point;
+        Point { values: model.adopt(&self.current.model, values), noise: *noise }
+    }
+
+    /// Position of the cause's only parameter.
+    #[must_use]
+    pub fn only(&self, model: &Model) -> usize {
+        model.positions(self.cause)[0]
+    }
+
+    /// A scope over all drives with starts at some sizes.
+    #[must_use]
+    pub fn scope(&self, model: Model, sizes: &[Values], held: Vec<Point>) -> Scope {
+        let starts = self.around(&model, sizes);
+        Scope { model, starts, held, alone: false, promise: [0.0; 2] }
+    }
+
+    /// Starts at some sizes: the present parameters under the present observer and under a nearly free simulation, and textbook values of
+    /// free driving under a strong observer.
+    #[must_use]
+    pub fn around(&self, model: &Model, sizes: &[Values]) -> Vec<Point> {
+        let Point { values, noise } = self.present(model);
+        let textbook = with_textbook_values(model, &values, self.fastest);
+        let kinds = [(&values, noise), (&values, noise.freer()), (&textbook, noise.strong())];
+        let at = |size| kinds.map(|(values, noise)| Point { values: moved(model, values, size), noise });
+        sizes.iter().flat_map(at).collect()
+    }
+
+    /// The best fit from the starts of a scope. Where sensors are precise the likelihood is so rugged that a search stops beside the cause;
+    /// then also from where the starts lead with the noise of ordinary sensors, times a factor.
+    ///
+    /// # Errors
+    /// As [`FittedModel::fitted`].
+    pub fn fitted(&self, scope: Scope, factor: f64) -> Result<Option<FittedModel>, DiagnoseError> {
+        let Scope { model, mut starts, .. } = scope;
+        let plan = self.budget.plan;
+        let noise = self.current.fit.point.noise;
+        let Some(soft) = softened(&noise, factor) else { return self.from(model, &starts, plan) };
+        // Only where it leads matters.
+        let smooth = Plan { least: [soft.r_s, soft.r_v], fine: plan.fine.div_ceil(2), ..plan };
+        let Some(FittedModel { model, fit, .. }) = self.from(model, &starts, smooth)? else { return Ok(None) };
+        let found = Noise { r_s: noise.r_s, r_v: noise.r_v, ..fit.point.noise };
+        let there = |noise| Point { values: fit.point.values.clone(), noise };
+        starts.extend([noise, noise.freer(), found].map(there));
+        self.from(model, &starts, plan)
+    }
+
+    fn from(&self, model: Model, starts: &[Point], plan: Plan) -> Result<Option<FittedModel>, DiagnoseError> {
+        let causes: Vec<&'static Extension> = self.current.causes.iter().copied().chain([self.cause]).collect();
+        FittedModel::fitted(self.setting, self.variant, &causes, model, starts, plan)
+    }
+
+    /// The likelier of a fit and one from sizes that were held.
+    fn set_free(&self, found: FittedModel, held: &[Point]) -> Result<FittedModel, DiagnoseError> {
+        if held.is_empty() {
+            return Ok(found);
+        }
+        let model = self.setting.model(found.variant, &found.model.events)?;
+        let other = self.from(model, held, self.budget.plan)?;
+        let better = other.filter(|other| other.fit.log_likelihood > found.fit.log_likelihood);
+        Ok(better.unwrap_or(found))
+    }
+}
+
+/// Values with some of them replaced, within their bounds.
+#[must_use]
+pub fn moved(model: &Model, values: &[f64], by: &Values) -> Vec<f64> {
+    let mut moved = values.to_vec();
+    for &(k, value) in by {
+        moved[k] = value.clamp(model.axes[k].lower, model.axes[k].upper);
+    }
+    moved
+}
+
+/// The model with one cause more, fitted: the best of its scopes.
+///
+/// # Errors
+/// [`Stop`].
+pub fn explain(task: &Task<'_>) -> Result<FittedModel, Stop> {
+    let search = strategy(task.cause.search());
+    let mut best: Option<FittedModel> = None;
+    let scopes = search.starts(task)?;
+    let simulated: u64 = scopes.iter().map(|scope| scope.model.simulations()).sum();
+    task.setting.simulations.fetch_add(simulated, Ordering::Relaxed);
+    let scopes = promising(scopes);
+    let without_start = scopes.iter().all(|scope| scope.starts.is_empty());
+    for mut scope in scopes.into_iter().filter(|scope| !scope.starts.is_empty()) {
+        if let Some(best) = best.as_ref().filter(|_| !scope.alone) {
+            // What happens in one drive may happen in all of them.
+            let values = scope.model.adopt(&best.model, &best.fit.point.values);
+            let noises = [best.fit.point.noise, task.current.fit.point.noise];
+            scope.starts.extend(noises.map(|noise| Point { values: values.clone(), noise }));
+        }
+        let held = std::mem::take(&mut scope.held);
+        let Some(found) = search.refine(task, scope)? else { continue };
+        let found = task.set_free(found, &held)?;
+        if best.as_ref().is_none_or(|best| found.fit.log_likelihood > best.fit.log_likelihood) {
+            best = Some(found);
+        }
+    }
+    let open = task.cause.parameters.iter().filter(|symbol| symbol.neutral().is_none());
+    let no_start = || Untried::NoStart { parameters: open.map(|symbol| symbol.name().to_owned()).collect() };
+    best.ok_or_else(|| Stop::Untried(if without_start { no_start() } else { Untried::NotFinite }))
+}
+
+/// Of the scopes that are raced alike those that promise most under one of the observers.
+fn promising(mut scopes: Vec<Scope>) -> Vec<Scope> {
+    let most = |alone: bool, k: usize| {
+        let alike = scopes.iter().filter(|scope| scope.alone == alone);
+        alike.map(|scope| scope.promise[k]).fold(f64::NEG_INFINITY, f64::max)
+    };
+    let most = [false, true].map(|alone| [most(alone, 0), most(alone, 1)]);
+    scopes.retain(|scope| (0..2).any(|k| scope.promise[k] >= most[usize::from(scope.alone)][k]));
+    scopes
+}
