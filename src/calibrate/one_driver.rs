@@ -4,7 +4,7 @@ use super::{CalibrateError, Calibration, SearchSpace, Stop, calibrate_each};
 use crate::evaluator::{Case, EvaluateError, Evaluator, Job, Population};
 use crate::lanes::{Lanes, LanesPrecision};
 use crate::score::GoodnessOfFit;
-use crate::statistics::upper_median;
+use crate::statistics::{median, upper_median};
 
 /// Shorter halves tell too little of a driver \[s\].
 const HALF_S: f64 = 30.0;
@@ -21,7 +21,8 @@ const PER_PARAMETER: u64 = 1_000;
 /// Drives that are hardly of one driver.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Apart {
-    /// Root mean square error of the spacing in the half of a drive that was not calibrated on, by what the other half gave \[m\].
+    /// Root mean square error of the spacing in the half of a drive that was not calibrated on, by what the other half gave \[m\]: the median
+    /// over all halves.
     pub own_m: f64,
     /// The same by what the halves of other drives gave.
     pub other_m: f64,
@@ -79,7 +80,8 @@ pub fn apart(cases: &[Case], space: &SearchSpace, seed: u64) -> Result<Option<Ap
             other.push(middle);
         }
     }
-    let root = |squares: &[f64]| (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt();
+    // Of the middle of the halves: a simulation that runs away says nothing of who drove.
+    let root = |squares: &[f64]| median(squares).map_or(0.0, f64::sqrt);
     let (own_m, other_m) = (root(&own), root(&other));
     if own.is_empty() || other_m < TIMES * own_m || other_m < own_m + LARGER_M {
         return Ok(None);
@@ -122,7 +124,7 @@ impl Apart {
         };
         format!(
             "the drives are hardly of one driver with one setting: half of a drive tells the spacing of its other half within {:.1} m, and that of \
-             other drives within {:.1} m (root mean square); {} is about {} and {}",
+             other drives within {:.1} m (root mean square, the median of all halves); {} is about {} and {}",
             self.own_m,
             self.other_m,
             symbol.name(),

@@ -7,13 +7,13 @@ use crate::diagnose::likelihood::observer::Noise;
 use crate::diagnose::outcome::{LeftOver, Tried, Verdict};
 use crate::diagnose::policy::POLICY;
 use crate::diagnose::search::fitted_model::FittedModel;
-use crate::diagnose::select::adopt::Search;
+use crate::diagnose::select::adopt::State;
 use crate::extension::Extension;
 
 /// Everything a verdict follows from.
 pub struct Answer<'a> {
-    /// The search at its end.
-    pub search: &'a Search,
+    /// Where the search ended.
+    pub state: &'a State,
     /// What the present model leaves.
     pub left: &'a Leftovers,
     /// Other base models without causes, the likeliest first.
@@ -66,29 +66,29 @@ impl Answer<'_> {
     }
 
     fn causes(&self) -> Option<&[&'static Extension]> {
-        let causes = self.search.current.causes.as_slice();
+        let causes = self.state.current.causes.as_slice();
         (!causes.is_empty()).then_some(causes)
     }
 
-    fn without_causes(&self) -> Option<&Search> {
-        self.search.current.causes.is_empty().then_some(self.search)
+    fn without_causes(&self) -> Option<&State> {
+        self.state.current.causes.is_empty().then_some(self.state)
     }
 
     fn names(&self) -> String {
-        self.search.current.causes.iter().map(|cause| cause.name.clone()).collect::<Vec<_>>().join(", then ")
+        self.state.current.causes.iter().map(|cause| cause.name.clone()).collect::<Vec<_>>().join(", then ")
     }
 
     /// By how much another law has to be ahead of, or behind, causes \[nats\]. Of two models that both have it right, one is ahead by a
     /// little of what the causes explain: Gipps' spacing is a headway that depends on speed.
     fn alike(&self) -> f64 {
-        POLICY.other_law.max(POLICY.alike * self.search.explained())
+        POLICY.other_law.max(POLICY.alike * self.state.explained())
     }
 
     /// Another base without causes that is likelier than the present model by more than so many nats: its name in the paper, and by
     /// how much.
     fn other_law(&self, margin: f64) -> Option<(&'static str, LeftOver)> {
         let other = self.others.first()?;
-        let ahead = other.fit.log_likelihood - self.search.current.fit.log_likelihood;
+        let ahead = other.fit.log_likelihood - self.state.current.fit.log_likelihood;
         let (kind, place) = ("family".to_owned(), other.variant.base.name.to_owned());
         (ahead > margin).then_some((other.variant.base.paper, LeftOver { kind, place, size: ahead, evidence: ahead }))
     }
@@ -102,7 +102,7 @@ impl Answer<'_> {
 
     /// The row of the ladder with most evidence.
     fn closest(&self) -> Option<&Tried> {
-        let judged = self.search.ladder.iter().filter(|row| row.evidence.is_finite());
+        let judged = self.state.ladder.iter().filter(|row| row.evidence.is_finite());
         judged.max_by(|a, b| a.evidence.total_cmp(&b.evidence))
     }
 
@@ -132,7 +132,7 @@ fn another_law_instead(answer: &Answer<'_>) -> Option<Said> {
 
 fn proxies(answer: &Answer<'_>) -> Option<Said> {
     answer.causes()?;
-    let total = answer.search.explained();
+    let total = answer.state.explained();
     let term = answer.left.strongest().filter(|term| term.evidence > POLICY.left_share * total)?;
     let reason = format!(
         "something that repeats with {} is left ({:.0} nats, against {total:.0} for {}), so these causes are proxies for it",
@@ -145,7 +145,7 @@ fn proxies(answer: &Answer<'_>) -> Option<Said> {
 
 fn proxies_of_instants(answer: &Answer<'_>) -> Option<Said> {
     answer.causes()?;
-    let sigma = answer.search.current.fit.point.noise.sigma_d;
+    let sigma = answer.state.current.fit.point.noise.sigma_d;
     let proxies = answer.left.bursts() && sigma > POLICY.left_share * answer.sigma_at_start;
     let reason = format!(
         "single instants that no model follows are left, and the missing acceleration is as large as before ({sigma:.3} m/s²): {} may \
@@ -156,39 +156,39 @@ fn proxies_of_instants(answer: &Answer<'_>) -> Option<Said> {
 }
 
 fn rivals(answer: &Answer<'_>) -> Option<Said> {
-    let ([cause], [first, ..]) = (answer.causes()?, answer.search.rivals.as_slice()) else { return None };
-    let mut names: Vec<String> = answer.search.rivals.iter().map(|rival| rival.cause.name.clone()).collect();
+    let ([cause], [first, ..]) = (answer.causes()?, answer.state.rivals.as_slice()) else { return None };
+    let mut names: Vec<String> = answer.state.rivals.iter().map(|rival| rival.cause.name.clone()).collect();
     names.dedup();
     let reason = format!(
         "{} or {}: these data cannot tell them apart. What would: {}{}",
         cause.name,
         names.join(" or "),
         experiment(cause, first.cause),
-        in_gusts(&[cause], &answer.search.current.fit.point.noise)
+        in_gusts(&[cause], &answer.state.current.fit.point.noise)
     );
     Some((reason, None))
 }
 
 fn named(answer: &Answer<'_>) -> Option<Said> {
     let causes = answer.causes()?;
-    let needed: Vec<String> = answer.search.evidence.iter().map(|(_, need)| format!("{need:.0}")).collect();
+    let needed: Vec<String> = answer.state.evidence.iter().map(|(_, need)| format!("{need:.0}")).collect();
     let also = answer.other_law(-answer.alike()).map_or(String::new(), |(law, _)| {
         format!("; {law} without any cause is as likely, so it may be the law that differs")
     });
     let reason = format!(
         "{}: {:.0} nats held out, {} needed{also}{}",
         answer.names(),
-        answer.search.explained(),
+        answer.state.explained(),
         needed.join(" and "),
-        in_gusts(causes, &answer.search.current.fit.point.noise)
+        in_gusts(causes, &answer.state.current.fit.point.noise)
     );
     Some((reason, None))
 }
 
 fn another_law(answer: &Answer<'_>) -> Option<Said> {
-    let search = answer.without_causes()?;
+    let state = answer.without_causes()?;
     // Of two laws that are alike on these data one is ahead by chance: what a cause needs, a law needs too.
-    let (law, left) = answer.other_law(search.need.max(POLICY.other_law))?;
+    let (law, left) = answer.other_law(state.need.max(POLICY.other_law))?;
     let term = answer.left.strongest().map_or(0.0, |term| term.evidence);
     let reason = format!(
         "no cause of the library passes, but {law} is likelier by {:.0} nats: the car follows another law than the base",
@@ -230,9 +230,9 @@ fn far_off(answer: &Answer<'_>) -> Option<Said> {
 }
 
 fn perhaps_absorbed(answer: &Answer<'_>) -> Option<Said> {
-    let search = answer.without_causes()?;
+    let state = answer.without_causes()?;
     let row = answer.closest().filter(|row| row.evidence > POLICY.judged * row.threshold)?;
-    let absorbed = search.not_testable.iter().find(|absorbed| absorbed.name == row.name)?;
+    let absorbed = state.not_testable.iter().find(|absorbed| absorbed.name == row.name)?;
     let by = absorbed.absorbed_by.join(", ");
     Some((format!("{} might be missing, but a calibration absorbs it in {by}", absorbed.name), None))
 }

@@ -9,7 +9,7 @@ use crate::diagnose::question::{DiagnoseError, Effort, Progress, Question};
 use crate::diagnose::search::base::{Calibrated, calibrate_base, contradiction};
 use crate::diagnose::search::fitted_model::{Context, FittedModel};
 use crate::diagnose::search::search_budget::SearchBudget;
-use crate::diagnose::select::adopt::{ROUNDS, Rival, Search};
+use crate::diagnose::select::adopt::{ROUNDS, Rival, State};
 use crate::diagnose::select::other_laws::others;
 use crate::extension::Extension;
 use crate::wgsl::extension_named;
@@ -49,44 +49,44 @@ pub fn infer_with(
     let Calibrated { candidate, replicates } = base;
     let agrees = replicates.len() > 1 && replicates[0] - replicates[1] < POLICY.bases_agree;
     let noise_at_start = candidate.fit.point.noise;
-    let mut search = Search::begin(&setting, candidate)?;
+    let mut state = State::begin(&setting, candidate)?;
     tell(0.1, "round 1: trying every cause")?;
-    let tried = search.fit_all(&setting, spending)?;
-    let judged = search.judge(&setting, 1, tried, spending)?;
+    let tried = state.fit_all(&setting, spending)?;
+    let judged = state.judge(&setting, 1, tried, spending)?;
     // The base is the best fit without causes by now: what its causes were compared with.
-    let base = snapshot(&search.current, &setting, search.inflation)?;
-    if search.adopt(judged) {
-        rounds(&mut search, &setting, spending, &mut |share, stage| tell(0.1 + 0.65 * share, stage))?;
+    let base = snapshot(&state.current, &setting, state.inflation)?;
+    if state.adopt(judged) {
+        rounds(&mut state, &setting, spending, &mut |share, stage| tell(0.1 + 0.65 * share, stage))?;
     }
     tell(0.75, "dropping what is not needed any more")?;
-    search.prune(&setting, spending)?;
+    state.prune(&setting, spending)?;
     tell(0.85, "looking for what is left")?;
-    let left = leftovers(&setting, &search.current, search.need, search.inflation)?;
+    let left = leftovers(&setting, &state.current, state.need, state.inflation)?;
     tell(0.9, "comparing with other base models")?;
     let others = others(&setting, spending)?;
-    let extended = snapshot(&search.current, &setting, search.inflation)?;
-    let lost = !agrees && search.current.causes.is_empty();
-    let contradicted = contradiction(&setting, &search.current).or_else(|| lost.then(|| disagreement(&replicates)));
+    let extended = snapshot(&state.current, &setting, state.inflation)?;
+    let lost = !agrees && state.current.causes.is_empty();
+    let contradicted = contradiction(&setting, &state.current).or_else(|| lost.then(|| disagreement(&replicates)));
     let answer =
-        Answer { search: &search, left: &left, others: &others, contradicted, sigma_at_start: noise_at_start.sigma_d };
+        Answer { state: &state, left: &left, others: &others, contradicted, sigma_at_start: noise_at_start.sigma_d };
     let (verdict, mut reason, mut left_over) = answer.verdict();
-    if search.cut_short {
+    if state.cut_short {
         reason.push_str(&format!("; {}", cut_short(question.effort)));
     }
     left_over.extend(left.list.iter().cloned());
     let named = matches!(verdict, Verdict::Named | Verdict::Ambiguous);
-    let adopted: Vec<Adopted> = search
+    let adopted: Vec<Adopted> = state
         .current
         .causes
         .iter()
-        .zip(&search.evidence)
-        .map(|(cause, (evidence, need))| adopted(&setting, &search.current, cause, *evidence, *need, search.inflation))
+        .zip(&state.evidence)
+        .map(|(cause, (evidence, need))| adopted(&setting, &state.current, cause, *evidence, *need, state.inflation))
         .collect();
-    let rival = |r: &Rival| adopted_rival(&setting, r, search.inflation);
+    let rival = |r: &Rival| adopted_rival(&setting, r, state.inflation);
     // One that was found as well, in a later round, is no rival any more, nor is its kin.
     let kin = |cause: &&Extension, rival: &Rival| *cause != rival.of && cause.family() == rival.cause.family();
-    let found = |rival: &Rival| search.current.causes.iter().any(|cause| kin(cause, rival));
-    let rivals = search.rivals.iter().filter(|rival| named && !found(rival));
+    let found = |rival: &Rival| state.current.causes.iter().any(|cause| kin(cause, rival));
+    let rivals = state.rivals.iter().filter(|rival| named && !found(rival));
     let confounded_with = rivals.map(rival).collect();
     tell(1.0, "done")?;
     Ok(Inference {
@@ -96,32 +96,32 @@ pub fn infer_with(
         reason,
         adopted,
         confounded_with,
-        not_testable: search.not_testable.clone(),
-        untried: search.untried.clone(),
+        not_testable: state.not_testable.clone(),
+        untried: state.untried.clone(),
         left_over,
-        ladder: search.ladder.clone(),
+        ladder: state.ladder.clone(),
         simulations: setting.simulated(),
-        complete: !search.cut_short,
+        complete: !state.cut_short,
     })
 }
 
 /// Rounds as long as something is adopted and not too much was simulated; `tell` takes the share of them that is done.
 fn rounds(
-    search: &mut Search,
+    state: &mut State,
     setting: &Context<'_>,
     spending: &SearchBudget,
     tell: &mut dyn FnMut(f64, &str) -> Result<(), DiagnoseError>,
 ) -> Result<(), DiagnoseError> {
     let share = |round: usize| (round - 1) as f64 / ROUNDS as f64;
     for round in 2..=ROUNDS {
-        search.cut_short = search.has_enough(setting.simulated(), spending);
-        if search.cut_short {
+        state.cut_short = state.has_enough(setting.simulated(), spending);
+        if state.cut_short {
             break;
         }
         tell(share(round), &format!("round {round}: trying every cause"))?;
-        let tried = search.fit_all(setting, &spending.further())?;
-        let judged = search.judge(setting, round, tried, spending)?;
-        if !search.adopt(judged) {
+        let tried = state.fit_all(setting, &spending.further())?;
+        let judged = state.judge(setting, round, tried, spending)?;
+        if !state.adopt(judged) {
             break;
         }
     }

@@ -1,6 +1,6 @@
 //! What is not needed any more beside what was found later goes.
 
-use super::adopt::Search;
+use super::adopt::State;
 use crate::catalog::Variant;
 use crate::diagnose::judge::decide::{Evidence, proxy};
 use crate::diagnose::judge::fate::Fate;
@@ -11,7 +11,7 @@ use crate::diagnose::search::fitted_model::{Context, FittedModel};
 use crate::diagnose::search::search_budget::SearchBudget;
 use crate::extension::Extension;
 
-impl Search {
+impl State {
     /// Drops every cause whose removal costs less than the threshold, and those that are no name any more: what was found later may
     /// have moved them, to a bound for example. After each all others are looked at again.
     ///

@@ -1,6 +1,6 @@
 //! Which of those tried in a round is adopted, and what becomes of the others.
 
-use super::{Search, identifiability};
+use super::{State, identifiability};
 use crate::diagnose::judge::decide::{Evidence, is_hopeful, margin, proxy};
 use crate::diagnose::judge::fate::{Fate, Objection};
 use crate::diagnose::judge::gate::gate;
@@ -29,7 +29,7 @@ struct Standing {
     made_up_for: Vec<Gaining>,
 }
 
-impl Search {
+impl State {
     /// Position of the cause to adopt, and notes on all others.
     pub(super) fn choose(
         &mut self,

@@ -36,7 +36,7 @@ pub struct Rival {
 
 /// Where the search stands.
 #[derive(Debug)]
-pub struct Search {
+pub struct State {
     /// The model as far as it is extended.
     pub current: FittedModel,
     /// Its held-out likelihood.
@@ -88,15 +88,15 @@ pub fn missing(candidate: &FittedModel) -> Result<Vec<Vec<f64>>, DiagnoseError> 
     Ok(runs.into_iter().map(|run| run.state.iter().map(|state| finite(state[2])).collect()).collect())
 }
 
-impl Search {
+impl State {
     /// The search before any round.
     ///
     /// # Errors
     /// As [`FittedModel::cross_fit`].
-    pub fn begin(setting: &Context<'_>, base: FittedModel) -> Result<Search, DiagnoseError> {
+    pub fn begin(setting: &Context<'_>, base: FittedModel) -> Result<State, DiagnoseError> {
         let held = base.cross_fit(setting)?;
         let inflation = base.inflation(setting)?;
-        Ok(Search {
+        Ok(State {
             bare: base.fit.log_likelihood,
             current: base,
             held,

@@ -15,8 +15,8 @@ pub(super) fn row(round: usize, name: &str, evidence: f64, fate: Fate) -> Tried 
     Tried { round, name: name.to_owned(), gain: evidence, evidence, folds, threshold: 20.0, fate }
 }
 
-pub(super) fn search(current: FittedModel, ladder: Vec<Tried>) -> Search {
-    Search {
+pub(super) fn search(current: FittedModel, ladder: Vec<Tried>) -> State {
+    State {
         evidence: current.causes.iter().map(|_| (50.0, 20.0)).collect(),
         current,
         held: nothing(),
