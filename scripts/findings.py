@@ -1,109 +1,114 @@
-"""Tables of docs/FINDINGS.md from what scripts/findings made.
+"""Tables and pictures of docs/FINDINGS.md from what scripts/findings made.
 
-    findings.py WORK RESULTS      RESULTS is the folder of the diagnoses of one effort
+    findings.py RESULTS PAGE      RESULTS holds the folders CAR_BASE; what stands in PAGE between two marks of a table is replaced
 """
 
-import csv
 import json
+import re
+import shutil
 import sys
 from pathlib import Path
 
-work, results = Path(sys.argv[1]), Path(sys.argv[2])
+results, page = Path(sys.argv[1]), Path(sys.argv[2])
+CARS = ["Tesla", "BMW", "Audi", "Mercedes"]
+BASES = ["l-cth", "idm", "gipps"]
 PAPER = {"040719_platoon5": "P1", "040719_platoon6": "P2", "040719_platoon7": "P3", "040719_platoon8": "P4", "040719_platoon9": "P5",
          "050719_platoon1": "P6", "050719_platoon2": "P7"}
+reports = {(car, base): json.loads((results / f"{car}_{base}" / "diagnosis.json").read_text()) for car in CARS for base in BASES}
 
 
-# The followers of P3, P4 and P5.
-CARS = {1: "Tesla 3", 2: "BMW X5", 3: "Audi A6", 4: "Mercedes A"}
+def paper(path: str) -> str:
+    return PAPER[Path(path).stem.removeprefix("ASta_")]
 
 
-def short(value: float) -> str:
-    return f"{value:.3g}"
+def percent(share: float) -> str:
+    return f"{100 * share:+.1f}"
 
 
-def size(finding: dict) -> str:
-    if finding["name"] == "speed_scale":
-        low, high = finding["interval"]
-        return f"{100 * finding['value']:+.3f} % ({100 * low:+.3f} to {100 * high:+.3f})"
-    return f"{short(finding['value'])} {finding['unit']}"
+def parameter(entry: dict) -> str:
+    unit = "" if entry["unit"] == "-" else f" {entry['unit']}"
+    interval = f" ({entry['interval'][0]:.3g} to {entry['interval'][1]:.3g})" if entry["interval"] else ""
+    return f"{entry['name']} = {entry['value']:.3g}{unit}{interval}"
 
 
-for kind in ("astazero_rebuilt", "astazero_c2art"):
-    print(f"\n### {kind}\n\n| platoon | follower | gap against speeds, rms over 1 s [m/s] | findings |\n|---|---|---|---|")
-    for path in sorted((work / "data").glob(f"{kind}_*.json")):
-        report = json.loads(path.read_text())
-        data = report["data"][0]
-        stem = Path(data["path"]).stem.removeprefix("ASta_")
-        found = "; ".join(f"{f['name']} ({f['car']}, {f['signal']}): {size(f)}" for f in report["data_findings"]) or "none"
-        rms = data["gap_rate_rms_mps"]
-        print(f"| {PAPER[stem]} | {data['follower']} {data['name']} | {short(rms)} | {found} |")
+def table(head: list[str], rows: list[list[str]]) -> str:
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
-
-def causes(report: dict) -> str:
-    return "; ".join(
-        f"{c['name']} " + ", ".join(f"{p['name']} = {short(p['value'])} {p['unit']}" for p in c["parameters"])
-        + f" ({c['evidence']:.0f} / {c['threshold']:.0f})" for c in report["causes"]) or report["reason"].split(";")[0]
-
-
-def gains(report: dict) -> tuple[str, str]:
-    """NRMSE(s,v,a) of both models on the hold-out, and their difference."""
-    gain = report["gain"]
-    if not gain:
-        return "–", "–"
-    scores = ", ".join("runs into the leader" if gain[model] is None else f"{gain[model]:.3f}" for model in ("base", "extended"))
-    if gain["interval"] is None or gain["base"] is None or gain["extended"] is None:
-        return scores, "–"
-    low, high = gain["interval"]
-    return scores, f"{gain['base'] - gain['extended']:+.3f} [{low:+.3f}, {high:+.3f}]"
-
-
-def rms(missing: dict | None) -> str:
-    return f"{missing['rms']:.3f}" if missing else "–"
-
-
-def slope_on_grade(missing: dict | None) -> str:
-    """How the missing acceleration changes with the sine of the grade [m/s²]: a line through the means of the classes, weighted by their errors."""
-    profiles = [profile for profile in missing["profiles"] if "grade" in profile["name"]] if missing else []
-    if not profiles:
-        return "–"
-    classes = profiles[0]["classes"]
-    weights = [1 / max(c["error"], 1e-3) ** 2 for c in classes]
-    total = sum(weights)
-    at = sum(w * c["at"] for w, c in zip(weights, classes)) / total
-    mean = sum(w * c["mean"] for w, c in zip(weights, classes)) / total
-    spread = sum(w * (c["at"] - at) ** 2 for w, c in zip(weights, classes))
-    slope = sum(w * (c["at"] - at) * (c["mean"] - mean) for w, c in zip(weights, classes)) / spread
-    return f"{slope:+.1f} ± {spread**-0.5:.1f}"
-
-
-# By car, then base, then what was held out.
-def order(path: Path) -> tuple:
-    held, base, follower, *noise = path.parent.name.split("_")
-    return follower, bool(noise), ["l-cth", "idm", "gipps"].index(base), held
-
-
-done = sorted(results.glob("hold*/diagnosis.json"), key=order)
-for noise, title in (("dithered", "with the noise of a sensor put back"), (None, "as published")):
-    for follower, car in CARS.items():
-        mine = [path for path in done if order(path)[:2] == (f"follower{follower}", noise is not None)]
-        if not mine:
+def recommended() -> str:
+    rows = []
+    for (car, base), report in reports.items():
+        found = report["recommended"]
+        named = " + ".join(cause["name"] for cause in report["causes"]) or "–"
+        if not found:
+            helps = re.match(r"with (.*?) the model follows", report["reason"])
+            rows.append([car, base, f"nothing; {helps[1].replace(' and ', ' + ')} for half a minute" if helps else "nothing", "–", "–", "–", named])
             continue
-        print(f"\n### {car}, {title}\n\n| base | held out | verdict | adopted (evidence / threshold [nats]), or why not | NRMSE(s,v,a) base, extended | "
-              "difference, 95 % | missing acceleration, rms [m/s²]: base, extended | its slope on the sine of the grade, base [m/s²] |\n|---|---|---|---|---|---|---|---|")
-        for path in mine:
-            report = json.loads(path.read_text())
-            held, base, *_ = path.parent.name.split("_")
-            scores, difference = gains(report)
-            print(f"| {base} | {PAPER['040719_platoon' + held[4:]]} | {report['verdict']} | {causes(report)} | {scores} | {difference} | "
-                  f"{rms(report['missing'])}, {rms(report['missing_left'])} | {slope_on_grade(report['missing'])} |")
+        causes = " + ".join(f"{cause['name']} {', '.join(map(parameter, cause['parameters']))}" for cause in found["causes"])
+        gain = found["gain"]
+        share = (gain["base"] - gain["extended"]) / gain["base"]
+        low, high = (value / gain["base"] for value in gain["interval"])
+        better = sum(drive["extended"] < drive["base"] for drive in found["per_drive"])
+        collisions = found["collisions"]
+        rows.append([car, base, causes, f"{percent(share)} [{percent(low)}, {percent(high)}]", f"{better} of {len(found['per_drive'])}",
+                     f"{collisions['base']}, {collisions['extended']}", named])
+    return table(["car", "base", "recommended, with 95 % intervals", "gain [%]", "drives better", "collisions: base, extended", "the likelihood names"], rows)
 
-print("\n### Largest acceleration over a second [m/s²], in the first minute and after it\n\n| car | P3 | P4 | P5 |\n|---|---|---|---|")
-for follower, car in CARS.items():
-    cells = []
-    for platoon in (7, 8, 9):
-        rows = list(csv.DictReader((work / "dithered" / f"platoon{platoon}_follower{follower}.csv").open()))
-        speeds = [(float(row["time_s"]), float(row["speed_mps"])) for row in rows]
-        gained = [(t, later - now) for (t, now), (_, later) in zip(speeds, speeds[10:])]
-        cells.append(", ".join(f"{max(a for t, a in gained if (t < 60.0) == first):.2f}" for first in (True, False)))
-    print(f"| {car} | {' | '.join(cells)} |")
+
+def per_platoon() -> str:
+    rows = []
+    for (car, base), report in reports.items():
+        if not report["recommended"]:
+            continue
+        drives = {paper(drive["path"]): drive for drive in report["recommended"]["per_drive"]}
+        gains = [percent(1 - drives[p]["extended"] / drives[p]["base"]) if p in drives else "–" for p in PAPER.values()]
+        rows.append([car, base, *gains])
+    return table(["car", "base", *PAPER.values()], rows)
+
+
+def laws() -> str:
+    names = sorted({law["name"] for report in reports.values() for law in report["base_laws"]})
+    rows = []
+    for car in CARS:
+        gains = {law["name"]: percent(law["gain"]) for law in reports[car, BASES[0]]["base_laws"]}
+        rows.append([car, *(gains.get(name, "–") for name in names)])
+    return table(["car", *names], rows)
+
+
+def by_platoon(car: str, told) -> list[str]:
+    """What is told of the findings of a car, platoon by platoon."""
+    cells = {name: [] for name in PAPER.values()}
+    for finding in reports[car, BASES[0]]["data_findings"]:
+        if text := told(finding):
+            cells[paper(finding["file"])].append(text)
+    return [car, *("; ".join(cells[name]) or "–" for name in PAPER.values())]
+
+
+def stretches() -> str:
+    def told(finding: dict) -> str:
+        if finding["name"] != "not_followed":
+            return ""
+        begin, end = finding["when_s"][0]
+        return f"{begin:.0f}–{end:.0f} s ({finding['value']:.1f})"
+
+    return table(["car", *PAPER.values()], [by_platoon(car, told) for car in CARS])
+
+
+def data() -> str:
+    def told(finding: dict) -> str:
+        value, name = finding["value"], finding["name"]
+        return {"not_followed": "", "speed_scale": f"{100 * value:+.3f} %", "dropout": f"{finding['car']} {value:.1f} s"}.get(name, name)
+
+    return table(["car", *PAPER.values()], [by_platoon(car, told) for car in CARS])
+
+
+text = page.read_text()
+for make in (recommended, per_platoon, laws, stretches, data):
+    mark = re.compile(rf"(<!-- {make.__name__} -->\n).*?(<!-- end -->)", re.S)
+    if not mark.search(text):
+        sys.exit(f"{page}: no place for the table {make.__name__}")
+    text = mark.sub(lambda found: f"{found[1]}{make()}\n{found[2]}", text)
+page.write_text(text)
+for car in CARS:
+    shutil.copy(results / f"{car}_l-cth" / "missing_acceleration.svg", page.parent / "images" / f"findings_{car.lower()}.svg")
