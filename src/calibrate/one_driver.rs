@@ -4,7 +4,7 @@ use super::{CalibrateError, Calibration, SearchSpace, Stop, calibrate_each};
 use crate::evaluator::{Case, EvaluateError, Evaluator, Job, Population};
 use crate::lanes::{Lanes, LanesPrecision};
 use crate::score::GoodnessOfFit;
-use crate::statistics::{median, upper_median};
+use crate::statistics::upper_median;
 
 /// Shorter halves tell too little of a driver \[s\].
 const HALF_S: f64 = 30.0;
@@ -21,8 +21,7 @@ const PER_PARAMETER: u64 = 1_000;
 /// Drives that are hardly of one driver.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Apart {
-    /// Root mean square error of the spacing in the half of a drive that was not calibrated on, by what the other half gave \[m\]: the median
-    /// over all halves.
+    /// Root mean square error of the spacing in each half of the drive that differs most, by what its other half gave \[m\].
     pub own_m: f64,
     /// The same by what the halves of other drives gave.
     pub other_m: f64,
@@ -71,21 +70,20 @@ pub fn apart(cases: &[Case], space: &SearchSpace, seed: u64) -> Result<Option<Ap
         let measures = outcomes[case * places.len() + column].result.ok()?;
         Some(measures.0[0].rmse.powi(2))
     };
-    let (mut own, mut other) = (Vec::new(), Vec::new());
-    for half in 0..found.len() {
-        let Some(by_own) = square(half, half ^ 1) else { continue };
+    // Of a half: its error by the other half of the drive, and by the middle of the halves of other drives.
+    let errors = |half: usize| {
         let by_others = places.iter().filter(|&&by| by / 2 != half / 2).filter_map(|&by| square(half, by));
-        if let Some(middle) = upper_median(by_others) {
-            own.push(by_own);
-            other.push(middle);
-        }
-    }
-    // Of the middle of the halves: a simulation that runs away says nothing of who drove.
-    let root = |squares: &[f64]| median(squares).map_or(0.0, f64::sqrt);
-    let (own_m, other_m) = (root(&own), root(&other));
-    if own.is_empty() || other_m < TIMES * own_m || other_m < own_m + LARGER_M {
-        return Ok(None);
-    }
+        Some([square(half, half ^ 1)?, upper_median(by_others)?].map(f64::sqrt))
+    };
+    // Both halves of a drive have to say so: a simulation that runs away in one says nothing of who drove.
+    let is_apart = |[own, other]: &[f64; 2]| *other >= TIMES * own && *other >= own + LARGER_M;
+    let of_another = |place: usize| {
+        let halves = [errors(2 * place)?, errors(2 * place + 1)?];
+        let root = |k: usize| (0.5 * halves.iter().map(|errors| errors[k].powi(2)).sum::<f64>()).sqrt();
+        halves.iter().all(is_apart).then(|| [root(0), root(1)])
+    };
+    let clearest = (0..drives.len()).filter_map(of_another).max_by(|a, b| (a[1] / a[0]).total_cmp(&(b[1] / b[0])));
+    let Some([own_m, other_m]) = clearest else { return Ok(None) };
     let value = |place: usize, i: usize| {
         let halves: Vec<f64> = found[2 * place..2 * place + 2].iter().flatten().map(|candidate| candidate[i]).collect();
         (!halves.is_empty()).then(|| halves.iter().sum::<f64>() / halves.len() as f64)
@@ -124,7 +122,7 @@ impl Apart {
         };
         format!(
             "the drives are hardly of one driver with one setting: half of a drive tells the spacing of its other half within {:.1} m, and that of \
-             other drives within {:.1} m (root mean square, the median of all halves); {} is about {} and {}",
+             other drives within {:.1} m (root mean square); {} is about {} and {}",
             self.own_m,
             self.other_m,
             symbol.name(),

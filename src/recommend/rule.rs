@@ -170,6 +170,7 @@ mod tests {
         assert_eq!([least("time_offset", -0.05), least("time_offset", 0.05)], [-0.05, 0.0]);
         assert_eq!(least("range_bias", -0.5), 0.0);
     }
+
     /// What has the right sign in windows only is no property of the car.
     #[test]
     fn a_wrong_sign_at_either_horizon_bars() {

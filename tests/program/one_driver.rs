@@ -49,6 +49,23 @@ fn a_joint_calibration_says_so() {
     }
 }
 
+/// One drive of another driver among several is told, too.
+#[test]
+fn one_among_many_is_told() {
+    let folder = scratch("one_driver", "many");
+    let mut files: Vec<PathBuf> = (10..14).map(|seed| file(&folder, &format!("same{seed}.csv"), 1.0, seed)).collect();
+    files.push(file(&folder, "far.csv", 1.5, 14));
+    let said = |files: &[PathBuf]| {
+        let out = folder.join(files.len().to_string());
+        let given: Vec<&str> = ["calibrate"].into_iter().chain(files.iter().map(|file| text(file))).collect();
+        let more = ["--joint", "--model", "idm", "--bounds", "human", "--max-evaluations", "2000", "--no-intervals"];
+        let output = leadlag(&[&given[..], &more, &["--out", text(&out)]].concat());
+        assert!(output.status.success(), "{}", stderr(&output));
+        (stderr(&output) + &stdout(&output)).contains("hardly of one driver")
+    };
+    assert!(said(&files) && !said(&files[..4]));
+}
+
 #[test]
 fn a_diagnosis_says_so_before_all_else() {
     let folder = scratch("one_driver", "diagnosis");
