@@ -6,6 +6,7 @@ use crate::diagnose::likelihood::observer::Noise;
 use crate::diagnose::search::skipped::Skipped;
 use crate::evaluator::Innovations;
 use crate::extension::Extension;
+use crate::judge::Check;
 use crate::symbols::Parameters;
 use serde::{Deserialize, Serialize};
 
@@ -117,6 +118,8 @@ pub struct Tried {
     pub folds: [f64; 2],
     /// What it had to exceed \[nats\].
     pub threshold: f64,
+    /// What was asked of it, up to the first check that is not met; empty if it was not cross-fitted.
+    pub checks: Vec<Check>,
     /// What became of it, and why.
     pub fate: Fate,
 }

@@ -41,7 +41,7 @@ policy! {
     alpha = 0.01, "-", "Chance of a false name in a drive without a cause, shared among all causes";
     lasting = 1.7, "s", "Missing acceleration that lasts less, beside the likeliest cause too, is noise of sensors; gusts last longer";
     lasting_factor = 2.5, "-", "There a cause needs so many times as much: what weakens the law gains";
-    left_by_others = 0.125, "-", "Share of what earlier causes explain that a later one needs on top: none is exactly what the car does";
+    left_by_others = 0.08, "-", "Share of what earlier causes explain that a later one needs on top: none is exactly what the car does";
     judged = 0.5, "-", "Share of its need from which on a cause is cross-fitted";
     close = 6.0, "nats", "Rivals differ by less, times the inflation: odds of several hundred";
     alike = 0.04, "-", "Or by less than this share of the evidence: a time step changes each by that much";

@@ -4,11 +4,13 @@
 //! other. [`Resamples`] draws bins by the stationary bootstrap; the tests share these draws.
 
 mod bootstrap;
+mod check;
 mod confidence_set;
 mod step_down;
 mod superior;
 
 pub use bootstrap::{Draw, Resamples};
+pub use check::Check;
 pub use confidence_set::confidence_set;
 pub use step_down::{Adjusted, step_down};
 pub use superior::{Superior, superior_predictive_ability};

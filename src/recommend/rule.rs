@@ -5,8 +5,7 @@ use super::race::Entry;
 use crate::closed_loop::Losses;
 use crate::diagnose::likelihood::model::Model;
 use crate::extension::Extension;
-use crate::judge::{Adjusted, mean};
-use crate::result::diagnosis::recommended::Check;
+use crate::judge::{Adjusted, Check, mean};
 
 /// What the tests say of a model against another one, at one horizon.
 #[derive(Debug, Clone)]
@@ -37,19 +36,6 @@ pub fn as_share(log: f64) -> f64 {
     1.0 - (-0.5 * log).exp()
 }
 
-fn at_most(name: &str, value: f64, limit: f64) -> Check {
-    Check { name: name.to_owned(), value: written(value), limit, met: value <= limit }
-}
-
-fn at_least(name: &str, value: f64, limit: f64) -> Check {
-    Check { name: name.to_owned(), value: written(value), limit, met: value >= limit }
-}
-
-/// JSON has finite numbers only.
-fn written(value: f64) -> f64 {
-    if value.is_nan() { f64::MAX } else { value.clamp(-f64::MAX, f64::MAX) }
-}
-
 /// What is asked of a model with `added` causes more than the one it is compared with.
 #[must_use]
 pub fn checks(
@@ -64,12 +50,16 @@ pub fn checks(
     let better = gains.iter().filter(|gain| **gain > 0.0).count() as f64 / gains.len().max(1) as f64;
     vec![
         // Two horizons are two races.
-        at_most("probability by chance", adjusted.p, 0.5 * policy.chance),
-        at_least("gain of the error", as_share(adjusted.gain), policy.least_gain),
-        at_least("gain of the root loss", root, 0.0),
-        at_least("share of the bins that are better", better, policy.better),
-        at_most("largest size over smallest, over the folds", spread(policy, model, entry, added), policy.spread),
-        at_least("smallest size of what is never negative", smallest(model, &entry.whole.values, added), 0.0),
+        Check::at_most("probability by chance", adjusted.p, 0.5 * policy.chance),
+        Check::at_least("gain of the error", as_share(adjusted.gain), policy.least_gain),
+        Check::at_least("gain of the root loss", root, 0.0),
+        Check::at_least("share of the bins that are better", better, policy.better),
+        Check::at_most(
+            "largest size over smallest, over the folds",
+            spread(policy, model, entry, added),
+            policy.spread,
+        ),
+        Check::at_least("smallest size of what is never negative", smallest(model, &entry.whole.values, added), 0.0),
     ]
 }
 
@@ -113,9 +103,9 @@ pub fn whole_drives(
     let margin = entries[0].held.margin().min(entries[0].trained.margin());
     let sizes = entries.iter().map(|entry| smallest(model, &entry.whole.values, added));
     vec![
-        at_least("smallest spacing over that measured", margin, policy.margin),
-        at_least("least gain of both losses at both horizons", least(&judged[0], &judged[1]), policy.no_loss),
-        at_least("smallest size of what is never negative, at both horizons", sizes.fold(0.0, f64::min), 0.0),
+        Check::at_least("smallest spacing over that measured", margin, policy.margin),
+        Check::at_least("least gain of both losses at both horizons", least(&judged[0], &judged[1]), policy.no_loss),
+        Check::at_least("smallest size of what is never negative, at both horizons", sizes.fold(0.0, f64::min), 0.0),
     ]
 }
 

@@ -3,8 +3,6 @@
 use crate::common::made_up;
 use leadlag::internal::bench::{DiagnosisTask, Planted, planted};
 use leadlag::internal::calibrate::Overrides;
-use leadlag::internal::diagnose::judge::decide::Evidence;
-use leadlag::internal::diagnose::judge::fate::Objection;
 use leadlag::internal::diagnose::search::search_budget::SearchBudget;
 use leadlag::internal::diagnose::{DiagnoseError, Drive, Effort, Inference, Progress, Question, infer, infer_with};
 use leadlag::internal::extension::Extension;
@@ -155,16 +153,4 @@ fn bounds_that_the_data_contradict_are_a_bad_base() {
     let found = ask(&data.train, &[], &bounds, &mut |_| ControlFlow::Continue(())).expect("a diagnosis");
     assert_eq!(found.verdict.into_str(), "bad_base", "{}", found.reason);
     assert!(found.reason.contains("v_0"), "{}", found.reason);
-}
-
-/// Both folds have to gain, whatever the sum.
-#[test]
-fn a_fold_that_loses_objects() {
-    let objection = |folds: [f64; 2]| {
-        let held = folds[0] + folds[1];
-        Evidence { gain: 200.0, held, folds, local: None }.objection(20.0)
-    };
-    assert_eq!(objection([30.0, 12.0]), None);
-    assert_eq!(objection([60.0, -2.0]), Some(Objection::OneFold));
-    assert_eq!(objection([12.0, 6.0]), Some(Objection::Weak { evidence: 18.0, need: 20.0 }));
 }

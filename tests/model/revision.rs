@@ -141,7 +141,7 @@ log-likelihood 15322.5, inflation 1.34
 log-likelihood 15562.6, inflation 1.34
 1 dead_zone: gain 240.1, held out 231.1 of 14.2; adopted
 1 actuation_lag: gain 0.0, held out NaN of 14.2; gains too little on all training data
-2 actuation_lag: gain -0.2, held out NaN of 43.1; gains too little on all training data
+2 actuation_lag: gain -0.2, held out NaN of 32.7; gains too little on all training data
 w = 1.4406 +- 0.0064 m
 
 mean gap 23.466123 m

@@ -93,13 +93,8 @@ pub enum Fate {
     },
     /// It became part of the model.
     Adopted,
-    /// It was adopted, and what was adopted later moved it to where this speaks against it.
-    NoNameAnyMore(Objection),
-    /// It was adopted, and what was adopted later made it needless.
-    Dropped {
-        /// What its removal cost in the end \[nats\].
-        cost: f64,
-    },
+    /// It was adopted, and this speaks against it beside what was adopted later.
+    Dropped(Objection),
 }
 
 impl Fate {
@@ -117,7 +112,7 @@ impl Fate {
     /// True where it was, and is no more.
     #[must_use]
     pub fn is_dropped(&self) -> bool {
-        matches!(self, Fate::NoNameAnyMore(_) | Fate::Dropped { .. })
+        matches!(self, Fate::Dropped(_))
     }
 }
 
@@ -132,8 +127,7 @@ impl fmt::Display for Fate {
             Fate::AsLikely { adopted } => write!(f, "as likely as {adopted} within the threshold"),
             Fate::NoBetter { adopted } => write!(f, "no likelier than {adopted}, which has fewer parameters"),
             Fate::Adopted => f.write_str("adopted"),
-            Fate::NoNameAnyMore(objection) => write!(f, "dropped again: in the end {objection}"),
-            Fate::Dropped { cost } => write!(f, "dropped again: costs {cost:.1} nats only in the end"),
+            Fate::Dropped(objection) => write!(f, "dropped again: in the end {objection}"),
         }
     }
 }

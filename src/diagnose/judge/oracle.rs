@@ -1,7 +1,8 @@
 //! What the evidence would have been, had the search found the truth: tells failures of search from failures of evidence.
 
-use super::decide::{Evidence, need, proxy};
-use super::gate::{gate, transfers};
+use super::Judgement;
+use super::evidence::need;
+use super::holdout::transfers;
 use crate::diagnose::likelihood::fit::{Plan, Point};
 use crate::diagnose::likelihood::model::LEAD;
 use crate::diagnose::question::{DiagnoseError, Question};
@@ -69,18 +70,20 @@ pub fn known(
     let lead = [extension_named(LEAD).expect("a tool of the library")];
     let judged = if causes.is_empty() { &lead[..] } else { causes };
     // What an event is excused from, a cause beside it is not: the least evidence counts, and the objection to any of them.
-    let of = |cause: &&'static Extension| Evidence::of(&setting, &truth, cause, &held, &base, &base_held);
-    let mut each: Vec<Evidence> = judged.iter().map(of).collect();
-    each.sort_by(|a, b| a.counts().total_cmp(&b.counts()));
-    let evidence = &each[0];
-    let (share, _) = transfers(&setting, &truth, judged[0], &base, None)?;
-    let weak = each.iter().find_map(|evidence| evidence.objection(threshold));
-    let mut objection = weak.or_else(|| judged.iter().find_map(|cause| proxy(&truth, cause)));
-    for cause in judged {
-        if objection.is_none() {
-            objection = gate(&setting, &truth, cause, &base, None)?;
-        }
+    let of =
+        |cause: &&'static Extension| Judgement::of(&setting, cause, (&truth, &held), (&base, &base_held), threshold);
+    let mut each: Vec<Judgement<'_>> = judged.iter().map(of).collect();
+    each.sort_by(|a, b| a.evidence.counts().total_cmp(&b.evidence.counts()));
+    let mut alone = None;
+    let share = match question.holdout.is_empty() {
+        true => 1.0,
+        false => transfers(&setting, &truth, judged[0], &base, &mut alone)?.0,
+    };
+    for judgement in &mut each {
+        judgement.ask_holdout(&setting, &mut alone)?;
     }
+    let objection = each.iter().find_map(|judgement| judgement.objection.as_ref());
+    let evidence = &each[0].evidence;
     Ok(Some(Known {
         log_likelihoods: [base.fit.log_likelihood, truth.fit.log_likelihood],
         evidence: evidence.counts(),
@@ -88,7 +91,7 @@ pub fn known(
         folds: evidence.folds,
         transfers: share,
         noise: [truth.fit.point.noise.sigma_d, truth.fit.point.noise.tau_d],
-        objection: objection.map_or_else(String::new, |objection| objection.to_string()),
+        objection: objection.map_or_else(String::new, ToString::to_string),
         parts,
         estimates: truth
             .model

@@ -83,11 +83,20 @@ impl Axis {
         self.lower >= self.upper
     }
 
-    /// True if a value lies within a permille of the range of a bound.
+    /// Nearer to a bound than this share of the range, a value lies on it.
+    pub const AT_BOUND: f64 = 1e-3;
+
+    /// How far a value is from the nearer bound, as a share of the range.
+    #[must_use]
+    pub fn from_bound(&self, value: f64) -> f64 {
+        let u = self.coordinate(value);
+        u.min(1.0 - u)
+    }
+
+    /// True if a value lies on a bound; never of a fixed parameter.
     #[must_use]
     pub fn at_bound(&self, value: f64) -> bool {
-        let u = self.coordinate(value);
-        !self.is_fixed() && !(1e-3..=1.0 - 1e-3).contains(&u)
+        !self.is_fixed() && self.from_bound(value) < Axis::AT_BOUND
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::fitted_model::{Context, FittedModel};
 use super::observers::{first_noise, softened};
+use super::screen::own_share;
 use super::search_budget::SearchBudget;
 use super::textbook::{fastest, with_textbook_values};
 use crate::catalog::Variant;
@@ -140,7 +141,7 @@ pub fn contradiction(setting: &Context<'_>, candidate: &FittedModel) -> Option<S
             continue;
         }
         let outwards = if candidate.fit.coordinates[k] < 0.5 { 1.0 } else { -1.0 };
-        let promise = candidate.fit.gradient[k] * outwards * 0.1;
+        let promise = behind(candidate, k, candidate.fit.gradient[k] * outwards);
         if promise > POLICY.promise {
             return Some(format!(
                 "{} sits on its bound {} {}, and the data ask for more ({promise:.0} nats within a tenth of its range); widen its \
@@ -152,6 +153,14 @@ pub fn contradiction(setting: &Context<'_>, candidate: &FittedModel) -> Option<S
         }
     }
     None
+}
+
+/// What a parameter on its bound would gain within a tenth of its range behind it \[nats\], the others fitted again; `slope` is that of
+/// the log-likelihood there.
+fn behind(candidate: &FittedModel, k: usize, slope: f64) -> f64 {
+    let curvature = candidate.fit.information[(k, k)] * own_share(candidate, &[], k).0;
+    let step = (slope / curvature.max(f64::MIN_POSITIVE)).clamp(0.0, 0.1);
+    step * (slope - 0.5 * curvature * step)
 }
 
 #[cfg(test)]
@@ -178,5 +187,19 @@ mod tests {
         assert!(held.ends_with("; widen the bounds of v_0, or take another base model"), "{held}");
         let free = advice([5.0, 60.0]);
         assert!(free.ends_with(", though its bounds 5 to 60 m/s allow more; take another base model"), "{free}");
+    }
+
+    /// A slope of 500 nats per range promises 50 within a tenth of it, but 2.5 where the optimum is a hundredth behind the bound.
+    #[test]
+    fn an_optimum_just_behind_a_bound_promises_little() {
+        let drives = [made_up::drive("a.csv", 0.0)];
+        let mut candidate = made_up::candidate(&drives, &[]);
+        let n = candidate.model.axes.len();
+        let mut promise = |curvature: f64| {
+            candidate.fit.information = nalgebra::DMatrix::identity(n, n) * curvature;
+            behind(&candidate, 0, 500.0)
+        };
+        assert!((promise(1e-6) - 50.0).abs() < 1e-6);
+        assert!((promise(5e4) - 2.5).abs() < 1e-6);
     }
 }

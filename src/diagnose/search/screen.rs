@@ -63,11 +63,22 @@ pub fn screen(
 /// Share of a cause's effect that the other parameters cannot absorb, and those that absorb most of it.
 #[must_use]
 pub fn identifiability(candidate: &FittedModel, cause: &'static Extension) -> (f64, Vec<String>) {
-    let information = &candidate.fit.information;
     let positions = candidate.model.positions(cause);
     let Some(&k) = positions.iter().find(|&&k| candidate.model.symbols[k].neutral().is_some()) else {
         return (1.0, Vec::new());
     };
+    let (index, weights) = own_share(candidate, &positions, k);
+    let mut order: Vec<&(usize, f64)> = weights.iter().collect();
+    order.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
+    let largest = order.first().map_or(0.0, |(_, weight)| weight.abs());
+    let names = order.iter().take(3).filter(|(_, weight)| weight.abs() > 0.3 * largest);
+    (index, names.map(|(j, _)| candidate.model.symbols[*j].name().to_owned()).collect())
+}
+
+/// Share of a parameter's information that the others leave it, and their weights in what they take. Those of `beside` and the
+/// nuisance lead take nothing.
+pub fn own_share(candidate: &FittedModel, beside: &[usize], k: usize) -> (f64, Vec<(usize, f64)>) {
+    let information = &candidate.fit.information;
     if information.nrows() <= k || information[(k, k)] <= 0.0 {
         // It does nothing at all here, so nothing can absorb it.
         return (1.0, Vec::new());
@@ -75,7 +86,7 @@ pub fn identifiability(candidate: &FittedModel, cause: &'static Extension) -> (f
     // The nuisance lead reaches a twentieth of a second and can absorb nothing larger, whatever its derivative says.
     let lead = extension_named(LEAD).map_or_else(Vec::new, |lead| candidate.model.positions(lead));
     let others: Vec<usize> = (0..candidate.model.axes.len())
-        .filter(|j| !positions.contains(j) && !lead.contains(j))
+        .filter(|j| *j != k && !beside.contains(j) && !lead.contains(j))
         .filter(|j| information[(*j, *j)] > 1e-9 && !candidate.model.axes[*j].is_fixed())
         .collect();
     let scale = |j: usize| information[(j, j)].sqrt();
@@ -87,9 +98,5 @@ pub fn identifiability(candidate: &FittedModel, cause: &'static Extension) -> (f
     let Some(cholesky) = matrix.cholesky() else { return (1.0, Vec::new()) };
     let weights = cholesky.solve(&right);
     let index = (1.0 - weights.dot(&right)).clamp(0.0, 1.0);
-    let mut order: Vec<usize> = (0..others.len()).collect();
-    order.sort_by(|&a, &b| weights[b].abs().total_cmp(&weights[a].abs()));
-    let largest = order.first().map_or(0.0, |&a| weights[a].abs());
-    let names = order.iter().take(3).filter(|&&a| weights[a].abs() > 0.3 * largest);
-    (index, names.map(|&a| candidate.model.symbols[others[a]].name().to_owned()).collect())
+    (index, others.into_iter().zip(weights.iter().copied()).collect())
 }

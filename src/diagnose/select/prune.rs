@@ -2,7 +2,7 @@
 
 use super::adopt::State;
 use crate::catalog::Variant;
-use crate::diagnose::judge::decide::{Evidence, proxy};
+use crate::diagnose::judge::Judgement;
 use crate::diagnose::judge::fate::Fate;
 use crate::diagnose::likelihood::fit::{Plan, Point};
 use crate::diagnose::likelihood::observer::Noise;
@@ -12,46 +12,40 @@ use crate::diagnose::search::search_budget::SearchBudget;
 use crate::extension::Extension;
 
 impl State {
-    /// Drops every cause whose removal costs less than the threshold, and those that are no name any more: what was found later may
-    /// have moved them, to a bound for example. After each all others are looked at again.
+    /// Drops every cause that would not be adopted beside the others any more: what was found later may explain it, or may have moved it
+    /// to a bound. After each all others are looked at again.
     ///
     /// # Errors
     /// As [`FittedModel::fitted`].
     pub fn prune(&mut self, setting: &Context<'_>, spending: &SearchBudget) -> Result<(), DiagnoseError> {
+        if self.current.causes.len() == 1 {
+            // It was judged against the base when it was adopted.
+            return Ok(());
+        }
         let mut place = 0;
-        // The evidence of a single cause is what its removal costs already.
-        let single = self.current.causes.len() == 1;
         while place < self.current.causes.len() {
             let cause = self.current.causes[place];
-            let objection = proxy(&self.current, cause);
-            if objection.is_none() && single {
-                break;
-            }
             let Some(reduced) = without(&self.current, setting, cause, spending)? else {
                 place += 1;
                 continue;
             };
             let held = reduced.cross_fit(setting)?;
-            let evidence = Evidence::of(setting, &self.current, cause, &self.held, &reduced, &held).counts();
-            let need = self.evidence[place].1;
-            if objection.is_none() && evidence >= need {
+            let (with, need) = ((&self.current, &self.held), self.evidence[place].1);
+            let Judgement { evidence, objection, .. } = Judgement::of(setting, cause, with, (&reduced, &held), need);
+            let evidence = evidence.counts();
+            let Some(objection) = objection else {
                 self.evidence[place].0 = evidence;
                 place += 1;
                 continue;
-            }
+            };
             self.current = reduced;
             self.held = held;
             self.evidence.remove(place);
             self.rivals.retain(|rival| rival.of != cause);
             for row in self.ladder.iter_mut().filter(|row| row.fate.is_adopted() && row.name == cause.name) {
-                row.fate = match &objection {
-                    Some(objection) => Fate::NoNameAnyMore(objection.clone()),
-                    None => Fate::Dropped { cost: evidence },
-                };
+                row.fate = Fate::Dropped(objection.clone());
             }
-            if let Some(objection) = objection {
-                self.stopped.push((cause, evidence, need, objection));
-            }
+            self.stopped.push((cause, evidence, need, objection));
             // What the others cost beside it says nothing any more.
             place = 0;
         }

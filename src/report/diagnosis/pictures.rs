@@ -152,6 +152,7 @@ mod tests {
             gain: Some(900.0),
             evidence: Some(880.0),
             threshold: 69.0,
+            checks: Vec::new(),
             fate: fate.into(),
         };
         let picture = ladder("Causes", &[rung(fate), rung("adopted")]);

@@ -15,6 +15,7 @@ use crate::diagnose::drive::drivers::{DIFFERENT, Different};
 use crate::diagnose::search::skipped::Untried;
 use crate::diagnose::{Adopted, Estimate, Fitted, Tried, Verdict};
 use crate::evaluator::CaseError;
+use crate::judge::Check;
 use serde::{Deserialize, Serialize};
 
 /// Version of the file; raised by every change that breaks a reader.
@@ -180,6 +181,9 @@ pub struct RungEntry {
     pub evidence: Option<f64>,
     /// What it had to exceed.
     pub threshold: f64,
+    /// What was asked of it, in this order, up to the first check that is not met; none if it was not cross-fitted.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub checks: Vec<Check>,
     /// In words: adopted, below the threshold, as good as the adopted one, no gain on the hold-out, ...
     pub fate: String,
 }
@@ -192,6 +196,7 @@ impl From<&Tried> for RungEntry {
             gain: tried.gain.is_finite().then_some(tried.gain),
             evidence: tried.evidence.is_finite().then_some(tried.evidence),
             threshold: tried.threshold,
+            checks: tried.checks.clone(),
             fate: tried.fate.to_string(),
         }
     }

@@ -1,6 +1,7 @@
 //! What the closed loop says, as it stands in `diagnosis.json`.
 
 use super::ParameterEntry;
+use crate::judge::Check;
 use serde::{Deserialize, Serialize};
 
 /// A cause of the recommended model.
@@ -84,19 +85,6 @@ pub struct LawEntry {
     pub name: String,
     /// Share by which its error on unseen drives is smaller than that of the base; negative: larger.
     pub gain: f64,
-}
-
-/// A condition with what was found and what was needed.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Check {
-    /// What is asked.
-    pub name: String,
-    /// What was found.
-    pub value: f64,
-    /// What was needed.
-    pub limit: f64,
-    /// Whether it was met.
-    pub met: bool,
 }
 
 /// A model of the race at one horizon.

@@ -1,13 +1,12 @@
 //! Which of those tried in a round is adopted, and what becomes of the others.
 
-use super::{State, identifiability};
-use crate::diagnose::judge::decide::{Evidence, is_hopeful, margin, proxy};
+use super::State;
+use crate::diagnose::judge::Judgement;
+use crate::diagnose::judge::evidence::{is_hopeful, margin};
 use crate::diagnose::judge::fate::{Fate, Objection};
-use crate::diagnose::judge::gate::gate;
 use crate::diagnose::outcome::Tried;
-use crate::diagnose::policy::POLICY;
 use crate::diagnose::question::DiagnoseError;
-use crate::diagnose::search::fitted_model::{Context, CrossValidated, Transferred};
+use crate::diagnose::search::fitted_model::{Context, CrossValidated};
 use crate::diagnose::search::screen::ScreenedCause;
 use crate::diagnose::search::search_budget::SearchBudget;
 
@@ -18,8 +17,6 @@ struct Gaining {
     i: usize,
     /// Its evidence \[nats\].
     counts: f64,
-    /// True if a calibration makes up for most of it.
-    absorbed: bool,
 }
 
 /// Those that nothing objects to, and those that another calibration makes up for; the likeliest first.
@@ -39,52 +36,58 @@ impl State {
         held: &[Option<CrossValidated>],
         spending: &SearchBudget,
     ) -> Result<Option<usize>, DiagnoseError> {
-        self.stopped.clear();
-        let first = self.ladder.len();
-        let gaining = self.noted(setting, round, tried, held, spending.short_list);
-        let standing = self.asked(setting, tried, &gaining, first)?;
-        Ok(self.chosen(tried, &standing, first))
-    }
-
-    /// Notes everything tried in the ladder; those that gain enough where they were not fitted, the likeliest first.
-    fn noted(
-        &mut self,
-        setting: &Context<'_>,
-        round: usize,
-        tried: &[ScreenedCause],
-        held: &[Option<CrossValidated>],
-        short_list: usize,
-    ) -> Vec<Gaining> {
-        let mut gaining = Vec::new();
-        for (i, (cause, candidate)) in tried.iter().enumerate() {
+        let (mut rows, mut judgements) = (Vec::new(), Vec::new());
+        for (i, ((cause, candidate), held)) in tried.iter().zip(held).enumerate() {
             let gain = candidate.fit.log_likelihood - self.current.fit.log_likelihood;
-            let mut row = Tried {
+            let judge = |held| Judgement::of(setting, cause, (candidate, held), (&self.current, &self.held), self.need);
+            let judgement = held.as_ref().map(judge);
+            rows.push(Tried {
                 round,
                 name: cause.name.clone(),
                 gain,
-                evidence: f64::NAN,
-                folds: [f64::NAN; 2],
+                evidence: judgement.as_ref().map_or(f64::NAN, |judgement| judgement.evidence.counts()),
+                folds: judgement.as_ref().map_or([f64::NAN; 2], |judgement| judgement.evidence.folds),
                 threshold: self.need,
-                fate: Fate::unjudged(is_hopeful(gain, self.need), short_list),
-            };
-            if let Some(held) = &held[i] {
-                let evidence = Evidence::of(setting, candidate, cause, held, &self.current, &self.held);
-                let counts = evidence.counts();
-                (row.evidence, row.folds) = (counts, evidence.folds);
-                // Of those without an objection the fate is decided later.
-                match evidence.objection(self.need) {
-                    Some(objection) => row.fate = Fate::Stopped(objection),
-                    None => {
-                        let absorbed =
-                            cause.family() == "absorbed" && identifiability(candidate, cause).0 < POLICY.absorbed;
-                        gaining.push(Gaining { i, counts, absorbed });
-                    }
-                }
-            }
-            self.ladder.push(row);
+                checks: Vec::new(),
+                fate: Fate::unjudged(is_hopeful(gain, self.need), spending.short_list),
+            });
+            judgements.extend(judgement.map(|judgement| (i, judgement)));
         }
-        gaining.sort_by(|a, b| b.counts.total_cmp(&a.counts));
-        gaining
+        judgements.sort_by(|(_, a), (_, b)| b.evidence.counts().total_cmp(&a.evidence.counts()));
+        let mut standing = Standing::default();
+        let mut stopped = Vec::new();
+        // The present model on the hold-out, which all are compared with.
+        let mut alone = None;
+        for (i, mut judgement) in judgements {
+            let this = Gaining { i, counts: judgement.evidence.counts() };
+            let behind = |best: &&Gaining| self.is_behind(best, &this);
+            // Behind one that stands, only what is as likely matters.
+            let (ahead, absorbed) =
+                (standing.sound.first().filter(behind), standing.made_up_for.first().filter(behind));
+            if ahead.or(absorbed).is_none() {
+                judgement.ask_holdout(setting, &mut alone)?;
+            }
+            rows[i].checks.clone_from(&judgement.checks);
+            match (judgement.objection, ahead, absorbed) {
+                (Some(objection), ..) => {
+                    if matches!(objection, Objection::Absorbed { .. }) {
+                        standing.made_up_for.push(this);
+                    }
+                    rows[i].fate = Fate::Stopped(objection.clone());
+                    stopped.push((judgement.cause, this.counts, self.need, objection));
+                }
+                (None, Some(_), _) => rows[i].fate = Fate::LessLikely,
+                // What cannot be told from another calibration is no name; what is less likely than that is none either.
+                (None, None, Some(best)) => {
+                    rows[i].fate = Fate::LessLikelyThanAbsorbed { other: tried[best.i].0.name.clone() };
+                }
+                (None, None, None) => standing.sound.push(this),
+            }
+        }
+        let chosen = self.chosen(tried, &standing, &mut rows);
+        self.stopped = stopped;
+        self.ladder.append(&mut rows);
+        Ok(chosen)
     }
 
     /// True if the evidence of one cause is behind that of a likelier one by more than could be chance.
@@ -92,59 +95,8 @@ impl State {
         best.counts - other.counts > margin(self.inflation, best.counts)
     }
 
-    /// Asks sign, bounds and hold-out about those that gain, as far as it matters; `first` is the first row of the round.
-    fn asked(
-        &mut self,
-        setting: &Context<'_>,
-        tried: &[ScreenedCause],
-        gaining: &[Gaining],
-        first: usize,
-    ) -> Result<Standing, DiagnoseError> {
-        let mut standing = Standing::default();
-        let mut stopped = Vec::new();
-        // The present model on the hold-out, which all are compared with.
-        let mut alone: Option<Transferred> = None;
-        for this in gaining {
-            let (cause, candidate) = &tried[this.i];
-            let behind = |best: &&Gaining| self.is_behind(best, this);
-            // Behind one that stands, only what is as likely matters.
-            if standing.sound.first().is_some_and(|best| behind(&best)) {
-                self.ladder[first + this.i].fate = Fate::LessLikely;
-                continue;
-            }
-            // What cannot be told from another calibration is no name; what is less likely than that is none either.
-            if let Some(best) = standing.made_up_for.first().filter(behind) {
-                let other = tried[best.i].0.name.clone();
-                self.ladder[first + this.i].fate = Fate::LessLikelyThanAbsorbed { other };
-                continue;
-            }
-            let objection = match proxy(candidate, cause) {
-                Some(objection) => Some(objection),
-                None if this.absorbed => {
-                    standing.made_up_for.push(*this);
-                    Some(Objection::Absorbed { by: identifiability(candidate, cause).1 })
-                }
-                None => {
-                    if alone.is_none() && !setting.question.holdout.is_empty() {
-                        alone = Some(self.current.transfer(setting, None)?);
-                    }
-                    gate(setting, candidate, cause, &self.current, alone.as_ref())?
-                }
-            };
-            match objection {
-                Some(objection) => {
-                    self.ladder[first + this.i].fate = Fate::Stopped(objection.clone());
-                    stopped.push((*cause, this.counts, self.need, objection));
-                }
-                None => standing.sound.push(*this),
-            }
-        }
-        self.stopped = stopped;
-        Ok(standing)
-    }
-
     /// Of those as likely as the likeliest sound one, the simplest; and notes on all others that stand.
-    fn chosen(&mut self, tried: &[ScreenedCause], standing: &Standing, first: usize) -> Option<usize> {
+    fn chosen(&self, tried: &[ScreenedCause], standing: &Standing, rows: &mut [Tried]) -> Option<usize> {
         let Standing { sound, made_up_for } = standing;
         let best = sound.first()?;
         let as_likely = |other: &Gaining| !self.is_behind(best, other);
@@ -167,7 +119,7 @@ impl State {
         fates.extend(close.iter().map(|other| (other.i, Fate::AsLikely { adopted: adopted() })));
         fates.push((chosen.i, Fate::Adopted));
         for (i, fate) in fates {
-            self.ladder[first + i].fate = fate;
+            rows[i].fate = fate;
         }
         Some(chosen.i)
     }
@@ -186,16 +138,16 @@ mod tests {
         let drives = [made_up::drive("made_up.csv", 0.0)];
         let names = ["asym_lag", "actuation_lag", "dead_zone", "range_scale", "sensor_lowpass"];
         let tried: Vec<ScreenedCause> = names.iter().map(|name| (cause(name), candidate(&drives, &[name]))).collect();
-        let ladder = names.iter().map(|name| row(1, name, 90.0, Fate::Screened)).collect();
-        let mut search = search(candidate(&drives, &[]), ladder);
-        let gaining = |i: usize, counts: f64| Gaining { i, counts, absorbed: i == 3 };
+        let mut rows: Vec<Tried> = names.iter().map(|name| row(1, name, 90.0, Fate::Screened)).collect();
+        let search = search(candidate(&drives, &[]), Vec::new());
+        let gaining = |i: usize, counts: f64| Gaining { i, counts };
         let standing = Standing {
             sound: vec![gaining(0, 100.0), gaining(1, 98.0), gaining(4, 97.0), gaining(2, 80.0)],
             made_up_for: vec![gaining(3, 95.0)],
         };
-        assert_eq!(search.chosen(&tried, &standing, 0), Some(1));
+        assert_eq!(search.chosen(&tried, &standing, &mut rows), Some(1));
         let adopted = || "actuation_lag".to_owned();
-        let fates: Vec<Fate> = search.ladder.iter().map(|row| row.fate.clone()).collect();
+        let fates: Vec<Fate> = rows.iter().map(|row| row.fate.clone()).collect();
         let known = [
             Fate::NoBetter { adopted: adopted() },
             Fate::Adopted,
@@ -206,8 +158,8 @@ mod tests {
         assert_eq!(fates, known);
         // With half a margin more, the likeliest is a rival although it has one parameter more.
         let standing = Standing { sound: vec![gaining(0, 103.0), gaining(1, 98.0)], made_up_for: Vec::new() };
-        assert_eq!(search.chosen(&tried, &standing, 0), Some(1));
-        assert_eq!(search.ladder[0].fate, Fate::AsLikely { adopted: adopted() });
-        assert_eq!(search.chosen(&tried, &Standing::default(), 0), None);
+        assert_eq!(search.chosen(&tried, &standing, &mut rows), Some(1));
+        assert_eq!(rows[0].fate, Fate::AsLikely { adopted: adopted() });
+        assert_eq!(search.chosen(&tried, &Standing::default(), &mut rows), None);
     }
 }

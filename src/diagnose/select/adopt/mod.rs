@@ -2,7 +2,8 @@
 
 mod choice;
 
-use crate::diagnose::judge::decide::{is_hopeful, need};
+use crate::diagnose::judge::ABSORBED;
+use crate::diagnose::judge::evidence::{is_hopeful, need};
 use crate::diagnose::judge::fate::{Fate, Objection};
 use crate::diagnose::likelihood::fit::{Plan, Point};
 use crate::diagnose::likelihood::observer::Noise;
@@ -235,7 +236,7 @@ impl State {
         for (cause, candidate) in tried {
             let (index, absorbed_by) = identifiability(candidate, cause);
             let gain = candidate.fit.log_likelihood - self.current.fit.log_likelihood;
-            if index < POLICY.absorbed && (gain < self.need || cause.family() == "absorbed") {
+            if index < POLICY.absorbed && (gain < self.need || cause.family() == ABSORBED) {
                 self.not_testable.push(NotTestable { name: cause.name.clone(), absorbed_by });
             }
         }
