@@ -43,7 +43,7 @@ def recommended() -> str:
         named = " + ".join(cause["name"] for cause in report["causes"]) or "–"
         if not found:
             helps = re.match(r"with (.*?) the model follows", report["reason"])
-            rows.append([car, base, f"nothing; {helps[1].replace(' and ', ' + ')} for half a minute" if helps else "nothing", "–", "–", "–", named])
+            rows.append([car, base, f"nothing; {helps[1].replace(' and ', ' + ')} helps" if helps else "nothing", "–", "–", "–", named])
             continue
         causes = " + ".join(f"{cause['name']} {', '.join(map(parameter, cause['parameters']))}" for cause in found["causes"])
         gain = found["gain"]

@@ -97,6 +97,10 @@ impl LoopNeeds {
 /// What is known of a cause that an extension stands for.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Cause {
+    /// What it does, in the words of a driver.
+    pub in_short: Option<String>,
+    /// Its term in the loop.
+    pub equation: Option<String>,
     /// What it cannot always be told from: the family that is named then.
     pub family: Option<String>,
     /// What it leaves in the residuals of a model without it.
@@ -162,6 +166,12 @@ impl Extension {
     #[must_use]
     pub fn family(&self) -> &str {
         self.cause.as_ref().and_then(|cause| cause.family.as_deref()).unwrap_or(&self.name)
+    }
+
+    /// What it does, in as few words as its file has.
+    #[must_use]
+    pub fn in_short(&self) -> &str {
+        self.cause.as_ref().and_then(|cause| cause.in_short.as_deref()).unwrap_or(&self.meaning)
     }
 
     /// How a diagnosis looks for it.

@@ -1,4 +1,6 @@
 //! The command is at most acap.
+//! in short: no stronger acceleration is asked for
+//! equation: a_cmd <= acap
 //! looks like: too little acceleration where much is wanted, at any speed
 //! confounded with: power_cap
 //! search: limit

@@ -1,4 +1,6 @@
 //! The acceleration follows the command with time constant ta.
+//! in short: the acceleration follows the command slowly
+//! equation: da/dt = (a_cmd - a) / ta
 //! family: phase
 //! looks like: residuals that follow the changes of the command, late and smoothed
 //! confounded with: perception_delay, asym_lag, sensor_lowpass

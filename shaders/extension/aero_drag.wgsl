@@ -1,4 +1,6 @@
 //! Deceleration cD v^2 that the controller does not make up for.
+//! in short: air drag or head wind is not made up for
+//! equation: a = a - cD v^2
 //! family: drag_or_headway
 //! looks like: missing acceleration that grows with the square of the speed
 //! confounded with: speed_dep_headway, t_h, d_0

@@ -1,4 +1,6 @@
 //! The acceleration follows the command with time constant ta for thrust and tb for braking.
+//! in short: thrust and brakes follow with different lags
+//! equation: da/dt = (a_cmd - a) / (ta or tb)
 //! family: phase
 //! looks like: residuals that follow the changes of the command, late, and more so on one side of zero
 //! confounded with: actuation_lag

@@ -1,4 +1,6 @@
 //! Spacing errors below w are not seen, larger ones are w smaller.
+//! in short: small errors of the gap are not corrected
+//! equation: ds = ds shrunk by w
 //! looks like: spacing that wanders freely around the desired one
 //! confounded with: integral_action, decel_cap
 struct Parameters {

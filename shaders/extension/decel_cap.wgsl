@@ -1,4 +1,6 @@
 //! The command is at least -bcap.
+//! in short: no stronger braking is asked for
+//! equation: a_cmd >= -bcap
 //! looks like: too little braking where much is wanted
 //! confounded with: dead_zone, jerk_limit
 //! search: limit

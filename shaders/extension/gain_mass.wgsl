@@ -1,4 +1,6 @@
 //! The command is multiplied by 1 + m: another mass, or another gain of the drive.
+//! in short: the car is lighter or heavier than its controller thinks
+//! equation: a_cmd = (1 + m) a_cmd
 //! family: absorbed
 //! looks like: nothing that a calibration leaves, unless a limit or the grade acts too
 //! confounded with: a_max, k_s, k_v

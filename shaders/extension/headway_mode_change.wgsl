@@ -1,4 +1,6 @@
 //! The time headway is multiplied by 1 + r from t0 on, over 4 s.
+//! in short: another gap setting was chosen
+//! equation: t_h = (1 + r) t_h from t0 on
 //! looks like: spacing errors of one sign from a certain time on
 //! confounded with: integral_action
 //! experiment: the same drive once more without touching the settings: what was an event does not come again

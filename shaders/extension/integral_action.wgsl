@@ -1,4 +1,6 @@
 //! Adds ki times the integral of the spacing error to the command, at most 0.6 m/s2.
+//! in short: lasting errors of the gap are corrected
+//! equation: a_cmd = a_cmd + ki int(ds) dt
 //! looks like: spacing errors that fade out over minutes, or swing slowly
 //! confounded with: headway_mode_change, const_decel
 //! search: integral

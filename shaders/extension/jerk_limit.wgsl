@@ -1,4 +1,6 @@
 //! The command changes by at most J.
+//! in short: the command changes only so fast
+//! equation: |da_cmd/dt| <= J
 //! looks like: residuals at the beginning and end of hard manoeuvres
 //! confounded with: actuation_lag, integral_action, quantised_accel
 //! search: limit

@@ -1,4 +1,6 @@
 //! Adds ka times the acceleration of the preceding vehicle, smoothed over 1.1 s.
+//! in short: the acceleration of the car ahead is used
+//! equation: a_cmd = a_cmd + ka a_l
 //! family: anticipation
 //! looks like: residuals in proportion to the acceleration of the preceding vehicle
 //! confounded with: time_offset, multi_anticipation

@@ -1,4 +1,6 @@
 //! Also reacts to the speed of the car before the preceding one: + k2 (v_l2 - v_l).
+//! in short: the car before the one ahead is seen, too
+//! equation: a_cmd = a_cmd + k2 (v_l2 - v_l)
 //! family: anticipation
 //! looks like: residuals in proportion to the speed difference of the two cars ahead
 //! confounded with: leader_accel_ff

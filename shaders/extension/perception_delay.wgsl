@@ -1,4 +1,6 @@
 //! The controller sees spacing and speeds as they were tp ago; the time loop delays them, between samples by interpolation.
+//! in short: the car reacts to what was so long ago
+//! equation: a_cmd(t) = law(s, v, dv at t - tp)
 //! family: phase
 //! looks like: residuals that follow the changes of the speed ahead, late
 //! confounded with: actuation_lag, asym_lag, sensor_lowpass, time_offset

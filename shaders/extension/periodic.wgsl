@@ -1,4 +1,6 @@
 //! Adds As sin(2 pi f t) + Ac cos(2 pi f t) to the command.
+//! in short: something swings by itself
+//! equation: a = a + As sin + Ac cos (2 pi f t)
 //! looks like: a line in the spectrum of the residuals
 struct Parameters {
     /// amplitude of the sine [m/s2], -2 to 2, neutral 0

@@ -1,4 +1,6 @@
 //! The command is at most P / v.
+//! in short: the engine's power ends
+//! equation: a_cmd <= P / v
 //! looks like: too little acceleration where much is wanted, the more so the faster
 //! confounded with: accel_cap
 //! search: limit

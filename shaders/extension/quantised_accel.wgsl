@@ -1,4 +1,6 @@
 //! The command comes in steps of qz.
+//! in short: the command comes in steps
+//! equation: a_cmd in steps of qz
 //! looks like: small sawtooth residuals wherever the command changes slowly
 //! search: steps
 struct Parameters {

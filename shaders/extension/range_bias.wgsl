@@ -1,4 +1,6 @@
 //! The spacing is seen b larger.
+//! in short: the gap is measured too large or too small by a constant
+//! equation: s = s + b
 //! family: absorbed
 //! looks like: nothing that a calibration leaves
 //! confounded with: d_0

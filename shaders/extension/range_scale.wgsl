@@ -1,4 +1,6 @@
 //! The spacing is seen 1 + cs times as large.
+//! in short: the gap is measured too large or too small
+//! equation: s = (1 + cs) s
 //! family: absorbed
 //! looks like: nothing that a calibration leaves
 //! confounded with: d_0, t_h, k_s

@@ -1,4 +1,6 @@
 //! Spacing and speed difference pass a first-order filter; the own speed does not.
+//! in short: gap and speed difference are filtered
+//! equation: d(s, dv)/dt = (measured - filtered) / tf
 //! family: phase
 //! looks like: residuals that follow the changes of the speed ahead, late and smoothed
 //! confounded with: actuation_lag, perception_delay, time_offset

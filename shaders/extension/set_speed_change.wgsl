@@ -1,4 +1,6 @@
 //! The set speed is vlim from t1 on, for dur: the command is at most 0.5 (vlim - v).
+//! in short: a lower set speed was chosen for a while
+//! equation: a_cmd <= (vlim - v) / 2 from t1 for dur
 //! looks like: one stretch in which the car stays behind although the road ahead is free
 //! confounded with: accel_cap, power_cap
 //! scale: ratio

@@ -1,4 +1,6 @@
 //! The desired spacing grows by q v^2.
+//! in short: the desired gap grows faster with speed
+//! equation: s_des = s_des + q v^2
 //! family: drag_or_headway
 //! looks like: spacing errors that grow with the square of the speed, in steady following
 //! confounded with: aero_drag, t_h, d_0

@@ -1,4 +1,6 @@
 //! The own speed is seen 1 + cv times as large: a tyre of another size.
+//! in short: the own speed is measured too high or too low
+//! equation: v = (1 + cv) v
 //! family: absorbed
 //! looks like: nothing that a calibration leaves
 //! confounded with: t_h

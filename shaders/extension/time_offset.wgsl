@@ -1,4 +1,6 @@
 //! The preceding vehicle is seen as it was `to` ago, oneself as now: the clocks of two records differ, or a sensor is late.
+//! in short: the car ahead is seen late, oneself in time
+//! equation: law(leader at t - to, ego at t)
 //! family: phase
 //! looks like: residuals in proportion to the acceleration of the preceding vehicle
 //! confounded with: perception_delay, sensor_lowpass, leader_accel_ff

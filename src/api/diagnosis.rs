@@ -255,7 +255,7 @@ impl Asked<'_> {
             return Err(DiagnoseError::Stopped.into());
         }
         let not_followed = not_followed(&loaded.whole, base, bounds, seed, &policy)?;
-        let followed = without(&loaded.whole, &not_followed);
+        let followed = without(&loaded.whole, &not_followed, &policy);
         let question = Question { train: &loaded.train, holdout: &loaded.holdout, base, effort, seed, causes, bounds };
         let request = Request { drives: &followed, base, causes, bounds, seed, rounds: races(effort) };
         let all: Vec<&Diagnosed> = if loaded.trained.is_empty() {

@@ -128,7 +128,8 @@ fn cause(extension: &Extension) -> Option<Entry> {
     });
     let (values, texts): (Vec<Value>, Vec<String>) = parameters.unzip();
     let value = json!({
-        "name": extension.name, "meaning": extension.meaning, "family": cause.family, "parameters": values,
+        "name": extension.name, "meaning": extension.meaning, "in_short": extension.in_short(), "equation": cause.equation,
+        "family": cause.family, "parameters": values,
         "looks_like": cause.looks_like, "confounded_with": cause.confounded_with, "search": cause.search.into_str(),
         "hides": cause.hides, "experiment": cause.experiment, "reference": extension.reference,
     });

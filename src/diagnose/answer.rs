@@ -9,6 +9,7 @@ use crate::diagnose::policy::POLICY;
 use crate::diagnose::search::fitted_model::FittedModel;
 use crate::diagnose::select::adopt::State;
 use crate::extension::Extension;
+use std::iter;
 
 /// Everything a verdict follows from.
 pub struct Answer<'a> {
@@ -35,15 +36,15 @@ pub const VERDICTS: [Line; 12] = [
     (Verdict::BadBase, "the data contradict parameters of the base, or its calibrations do not agree", contradicted),
     (
         Verdict::Unexplained,
-        "causes, but something as large repeats with the place, the speed, the gap or the command",
+        "causes, but something more than half as large repeats with the place, the speed, the gap or the command",
         proxies,
     ),
     (
         Verdict::Unexplained,
-        "causes, but single instants are left and no less acceleration is missing",
+        "causes, but single instants are left, and more than half of the missing acceleration",
         proxies_of_instants,
     ),
-    (Verdict::Ambiguous, "one cause, and rivals", rivals),
+    (Verdict::Ambiguous, "causes, and rivals of them", rivals),
     (Verdict::Named, "causes", named),
     (Verdict::Unexplained, "no cause, but another law is likelier", another_law),
     (Verdict::Unexplained, "no cause, but something repeats, or single instants are left", left_over),
@@ -148,23 +149,27 @@ fn proxies_of_instants(answer: &Answer<'_>) -> Option<Said> {
     let sigma = answer.state.current.fit.point.noise.sigma_d;
     let proxies = answer.left.bursts() && sigma > POLICY.left_share * answer.sigma_at_start;
     let reason = format!(
-        "single instants that no model follows are left, and the missing acceleration is as large as before ({sigma:.3} m/s²): {} may \
-         be proxies",
+        "single instants that no model follows are left, and more than half of the missing acceleration ({sigma:.3} m/s²): {} may be \
+         proxies",
         answer.names()
     );
     proxies.then_some((reason, None))
 }
 
 fn rivals(answer: &Answer<'_>) -> Option<Said> {
-    let ([cause], [first, ..]) = (answer.causes()?, answer.state.rivals.as_slice()) else { return None };
-    let mut names: Vec<String> = answer.state.rivals.iter().map(|rival| rival.cause.name.clone()).collect();
-    names.dedup();
+    let causes = answer.causes()?;
+    let first = answer.state.rivals().next()?;
+    let either = |cause: &&'static Extension| {
+        let rivals = answer.state.rivals().filter(|rival| rival.of == *cause).map(|rival| rival.cause);
+        let mut names: Vec<&str> = iter::once(*cause).chain(rivals).map(|cause| cause.name.as_str()).collect();
+        names.dedup();
+        names.join(" or ")
+    };
     let reason = format!(
-        "{} or {}: these data cannot tell them apart. What would: {}{}",
-        cause.name,
-        names.join(" or "),
-        experiment(cause, first.cause),
-        in_gusts(&[cause], &answer.state.current.fit.point.noise)
+        "{}: these data cannot tell which. What would: {}{}",
+        causes.iter().map(either).collect::<Vec<_>>().join(", then "),
+        experiment(first.of, first.cause),
+        in_gusts(causes, &answer.state.current.fit.point.noise)
     );
     Some((reason, None))
 }
@@ -259,14 +264,38 @@ fn in_gusts(causes: &[&Extension], noise: &Noise) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::wgsl::extension_named;
+    use crate::diagnose::made_up::{self, candidate, cause, search};
+    use crate::diagnose::select::adopt::Rival;
 
     #[test]
     fn gusts_leave_doubt_in_a_delay_and_in_nothing_else() {
-        let [delay, grade] = ["perception_delay", "grade"].map(|name| extension_named(name).expect("in the library"));
+        let [delay, grade] = ["perception_delay", "grade"].map(cause);
         let gusts = Noise { sigma_d: 0.05, tau_d: 2.0, r_s: 0.02, r_v: 0.02, r_l: 0.02 };
         let calm = Noise { sigma_d: 0.004, ..gusts };
         assert!(in_gusts(&[grade, delay], &gusts).contains("0.05 m/s² for 2.0 s"));
         assert_eq!([in_gusts(&[grade], &gusts), in_gusts(&[delay], &calm)], ["", ""]);
+    }
+
+    /// A rival of what was found first, whose kin was found later, is none.
+    #[test]
+    fn a_rival_of_one_of_several_causes_leaves_doubt() {
+        let drives = [made_up::drive("made_up.csv", 0.0)];
+        let mut search = search(candidate(&drives, &["periodic", "actuation_lag"]), Vec::new());
+        let rival = |of: &str, name: &str| {
+            let candidate = candidate(&drives, &["periodic", name]);
+            Rival { of: cause(of), cause: cause(name), candidate, evidence: 45.0, need: 20.0 }
+        };
+        search.rivals = vec![rival("periodic", "asym_lag"), rival("actuation_lag", "time_offset")];
+        let said = |search: &State| {
+            let left = Leftovers::default();
+            let answer = Answer { state: search, left: &left, others: &[], contradicted: None, sigma_at_start: 0.05 };
+            let (verdict, reason, _) = answer.verdict();
+            (verdict, reason)
+        };
+        let (verdict, reason) = said(&search);
+        assert_eq!(verdict, Verdict::Ambiguous);
+        assert!(reason.starts_with("periodic, then actuation_lag or time_offset: these data cannot tell"), "{reason}");
+        search.rivals.pop();
+        assert_eq!(said(&search).0, Verdict::Named);
     }
 }

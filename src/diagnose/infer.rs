@@ -1,4 +1,4 @@
-//! From a question to an answer: base, rounds, repair, what is left, verdict.
+//! From a question to an answer: base, rounds, dropping what is not needed any more, what is left, other laws, verdict.
 
 use crate::diagnose::answer::Answer;
 use crate::diagnose::describe::specification::leftovers;
@@ -75,6 +75,11 @@ pub fn infer_with(
     }
     left_over.extend(left.list.iter().cloned());
     let named = matches!(verdict, Verdict::Named | Verdict::Ambiguous);
+    let rival = |r: &Rival| Adopted {
+        instead_of: Some(r.of),
+        ..adopted(&setting, &r.candidate, r.cause, r.evidence, r.need, state.inflation)
+    };
+    let confounded_with = state.rivals().filter(|_| named).map(rival).collect();
     let adopted: Vec<Adopted> = state
         .current
         .causes
@@ -82,12 +87,6 @@ pub fn infer_with(
         .zip(&state.evidence)
         .map(|(cause, (evidence, need))| adopted(&setting, &state.current, cause, *evidence, *need, state.inflation))
         .collect();
-    let rival = |r: &Rival| adopted_rival(&setting, r, state.inflation);
-    // One that was found as well, in a later round, is no rival any more, nor is its kin.
-    let kin = |cause: &&Extension, rival: &Rival| *cause != rival.of && cause.family() == rival.cause.family();
-    let found = |rival: &Rival| state.current.causes.iter().any(|cause| kin(cause, rival));
-    let rivals = state.rivals.iter().filter(|rival| named && !found(rival));
-    let confounded_with = rivals.map(rival).collect();
     tell(1.0, "done")?;
     Ok(Inference {
         base,
@@ -141,10 +140,6 @@ fn disagreement(replicates: &[f64]) -> String {
     )
 }
 
-fn adopted_rival(setting: &Context<'_>, rival: &Rival, inflation: f64) -> Adopted {
-    adopted(setting, &rival.candidate, rival.cause, rival.evidence, rival.need, inflation)
-}
-
 fn adopted(
     setting: &Context<'_>,
     candidate: &FittedModel,
@@ -156,6 +151,7 @@ fn adopted(
     let event = candidate.model.events.iter().find(|event| event.extension == cause);
     Adopted {
         extension: cause,
+        instead_of: None,
         family: cause.family().to_owned(),
         parameters: candidate.model.positions(cause).into_iter().map(|k| estimate(candidate, k, inflation)).collect(),
         evidence,

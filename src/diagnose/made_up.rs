@@ -6,8 +6,10 @@ use crate::diagnose::drive::Drive;
 use crate::diagnose::likelihood::fit::{Fit, Point};
 use crate::diagnose::likelihood::model::Model;
 use crate::diagnose::likelihood::observer::Noise;
+use crate::diagnose::outcome::Tried;
 use crate::diagnose::question::{Effort, Question};
-use crate::diagnose::search::fitted_model::FittedModel;
+use crate::diagnose::search::fitted_model::{CrossValidated, FittedModel};
+use crate::diagnose::select::adopt::State;
 use crate::extension::Extension;
 use crate::trajectory::{Preparation, import, prepare};
 use crate::wgsl::extension_named;
@@ -55,4 +57,22 @@ pub fn candidate(drives: &[Drive], names: &[&str]) -> FittedModel {
 pub fn question<'a>(train: &'a [Drive], holdout: &'a [Drive], bounds: &'a Overrides) -> Question<'a> {
     let base = "l-cth".parse().expect("a base");
     Question { train, holdout, base, effort: Effort::Quick, seed: 1, causes: &[], bounds }
+}
+
+/// Where a search stands with this model, each of whose causes has 50 nats of 20 needed.
+pub fn search(current: FittedModel, ladder: Vec<Tried>) -> State {
+    State {
+        evidence: current.causes.iter().map(|_| (50.0, 20.0)).collect(),
+        current,
+        held: CrossValidated { folds: [Vec::new(), Vec::new()] },
+        bare: 0.0,
+        rivals: Vec::new(),
+        ladder,
+        stopped: Vec::new(),
+        not_testable: Vec::new(),
+        untried: Vec::new(),
+        need: 20.0,
+        inflation: 1.5,
+        cut_short: false,
+    }
 }

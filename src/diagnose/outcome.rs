@@ -69,6 +69,8 @@ pub struct Estimate {
 pub struct Adopted {
     /// The cause.
     pub extension: &'static Extension,
+    /// The adopted cause that it could be in the place of; none for an adopted one.
+    pub instead_of: Option<&'static Extension>,
     /// Its class of causes that data may not tell apart; its own name where there is none.
     pub family: String,
     /// Its parameters.
@@ -82,11 +84,11 @@ pub struct Adopted {
 }
 
 /// A cause that these data cannot show.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct NotTestable {
-    /// The cause.
+    /// Its name in the library.
     pub name: String,
-    /// The parameters that absorb it.
+    /// The parameters of the base model that take its place.
     pub absorbed_by: Vec<String>,
 }
 

@@ -39,12 +39,14 @@ macro_rules! policy {
 
 policy! {
     alpha = 0.01, "-", "Chance of a false name in a drive without a cause, shared among all causes";
-    lasting = 1.7, "s", "Missing acceleration that lasts less, beside the likeliest cause too, is noise of sensors; gusts last longer";
-    lasting_factor = 2.5, "-", "There a cause needs so many times as much: what weakens the law gains";
+    lasting = 1.7, "s", "If the missing acceleration lasts less, with the likeliest cause and without, it is noise of sensors; gusts last longer";
+    lasting_factor = 2.5, "-", "Then a cause needs so many times as much, for whatever weakens the law gains";
     left_by_others = 0.08, "-", "Share of what earlier causes explain that a later one needs on top: none is exactly what the car does";
     judged = 0.5, "-", "Share of its need from which on a cause is cross-fitted";
     close = 6.0, "nats", "Rivals differ by less, times the inflation: odds of several hundred";
     alike = 0.04, "-", "Or by less than this share of the evidence: a time step changes each by that much";
+    more_parameters = 0.5, "-", "A cause with more parameters is a rival only if it is ahead by this share of the margin";
+    same = 0.001, "-", "Values that differ by less than this share of the range are the same: none, or on a bound";
     absorbed = 0.02, "-", "Less of an effect than this is left by other parameters: a calibration makes up for it";
     time_resolution = 5.0, "s", "A searched time costs the logarithm of how many of these there are";
     transfers = 0.9, "-", "Share of the bootstraps of the hold-out in which a cause has to gain";
@@ -57,9 +59,11 @@ policy! {
     borrowed = 0.1, "-", "Weight of all data in a fold, for parameters of the base: what it does not show must not run away";
     bases_agree = 100.0, "nats", "Calibrations of the base that differ by more have not found it";
     faster = 0.01, "-", "Share of the samples that may be faster than the desired speed";
-    promise = 25.0, "nats", "Gain within a tenth of the range behind a bound that contradicts the base";
+    faster_by = 0.5, "m/s", "The others may be faster by this: sensors err, and cars swing";
+    promise = 25.0, "nats", "If a bound were moved by a tenth of the range, and that gained more, the data contradict the base";
     other_law = 10.0, "nats", "By how much another law has to be likelier to be the answer";
-    left_share = 0.5, "-", "Share of the causes' evidence at which a left-over makes proxies of them";
+    left_share = 0.5, "-", "If what is left has more than this share of the causes' evidence, they are not named";
+    trimmed = 0.5, "-", "Share of its need that a left-over has without its two best blocks: one event is no structure";
     stopped = 2.0, "-", "So many times its need gains a stopped cause that is told nevertheless";
     lost_size = 0.08, "m/s²", "With more missing acceleration, for longer than `lost_time`, the model is far off";
     lost_time = 10.0, "s", "See `lost_size`";
@@ -75,7 +79,7 @@ policy! {
     told = 9.0, "-", "Chi-squared by which the other car explains a fault worse: three standard errors";
     held_chance = 1e-4, "-", "A value that chance holds this seldom in a file was held";
     held = 0.5, "s", "A coarse sensor holds a value for longer";
-    held_step = 0.3, "m or m/s", "And then steps by more";
+    held_step = 0.3, "m or m/s", "And the value then jumps by more";
     coloured = 0.42, "-", "Autocorrelation of third differences beside that of white noise: sensors have up to 0.36";
     jump = 0.5, "m", "Within a sample the spacing changes by so much more than speeds allow where it jumps";
     slow_jump = 2.0, "m", "The same within a second";

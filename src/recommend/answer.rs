@@ -26,10 +26,10 @@ pub fn combine(outcome: &mut Outcome, answer: &Answer) {
     let helps = answer.recommended.as_ref().map(|w| w.causes.clone()).or_else(|| answer.helps.first().cloned());
     if let Some(causes) = helps.filter(|_| !matches!(outcome.verdict, Verdict::Named | Verdict::Ambiguous)) {
         let names: Vec<&str> = causes.iter().map(|cause| cause.name.as_str()).collect();
-        let over = if answer.recommended.is_some() { "over whole drives" } else { "for half a minute at a time only" };
+        let but = if answer.recommended.is_some() { "" } else { ", but passes not all that a recommendation needs" };
         outcome.verdict = Verdict::Helps;
         outcome.reason = format!(
-            "with {} the model follows drives better that it was not fitted to, {over}; the likelihood names no cause ({})",
+            "with {} the model follows drives better that it was not fitted to{but}; the likelihood names no cause ({})",
             names.join(" and "),
             outcome.reason
         );
@@ -81,7 +81,7 @@ fn entry(winner: &Winner, cause: &'static Extension) -> RecommendedCause {
     };
     RecommendedCause {
         name: cause.name.clone(),
-        meaning: cause.meaning.clone(),
+        meaning: cause.in_short().to_owned(),
         parameters: model.positions(cause).into_iter().map(parameter).collect(),
     }
 }

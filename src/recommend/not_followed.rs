@@ -13,11 +13,6 @@ use crate::result::diagnosis::FindingEntry;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// What is left of a drive counts if it is this long \[s\]: two windows.
-const SHORTEST_S: f64 = 60.0;
-/// Share of the bins that are usual \[-\].
-const USUAL: f64 = 0.9;
-
 /// A stretch that no law drives.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NotFollowed {
@@ -56,7 +51,7 @@ pub fn not_followed(
         (model, errors)
     });
     let Some((model, errors)) = best else { return Ok(Vec::new()) };
-    let usual = usual(&errors);
+    let usual = usual(&errors, policy);
     let found = stretches(&errors, policy).into_iter().map(|(k, bins)| {
         let (drive, layout) = (&drives[k], &model.layouts(Horizon::Window)[k]);
         let of = |bin: usize| layout.bins.iter().enumerate().filter(move |(_, own)| **own == Some(bin as u32));
@@ -89,16 +84,16 @@ fn speed_errors(course: &Course, law: Variant) -> Result<Option<(ClosedLoop, Err
     Ok(Some((model, errors)))
 }
 
-/// What nine of ten bins do not exceed.
-fn usual(errors: &[Vec<f64>]) -> f64 {
+/// What the usual bins do not exceed.
+fn usual(errors: &[Vec<f64>], policy: &Policy) -> f64 {
     let mut all: Vec<f64> = errors.concat();
     all.sort_by(f64::total_cmp);
-    all.get((USUAL * all.len() as f64) as usize).copied().unwrap_or(f64::INFINITY)
+    all.get((policy.usual * all.len() as f64) as usize).copied().unwrap_or(f64::INFINITY)
 }
 
 /// Drives with runs of unusual bins, one of which is far off.
 fn stretches(errors: &[Vec<f64>], policy: &Policy) -> Vec<(usize, Range<usize>)> {
-    let usual = usual(errors);
+    let usual = usual(errors, policy);
     let far_off = (policy.not_followed * usual).max(policy.least_not_followed);
     let mut found = Vec::new();
     for (drive, errors) in errors.iter().enumerate() {
@@ -116,12 +111,12 @@ fn stretches(errors: &[Vec<f64>], policy: &Policy) -> Vec<(usize, Range<usize>)>
 /// The drives without these stretches; what is left of one is a drive where it is long enough. All of them as they are where nothing
 /// would be left.
 #[must_use]
-pub fn without(drives: &[Drive], stretches: &[NotFollowed]) -> Vec<Drive> {
-    let pieces: Vec<Drive> = drives.iter().flat_map(|drive| cut(drive, stretches)).collect();
+pub fn without(drives: &[Drive], stretches: &[NotFollowed], policy: &Policy) -> Vec<Drive> {
+    let pieces: Vec<Drive> = drives.iter().flat_map(|drive| cut(drive, stretches, policy)).collect();
     if pieces.is_empty() { drives.to_vec() } else { pieces }
 }
 
-fn cut(drive: &Drive, stretches: &[NotFollowed]) -> Vec<Drive> {
+fn cut(drive: &Drive, stretches: &[NotFollowed], policy: &Policy) -> Vec<Drive> {
     let recording = drive.recording();
     let own = |t: f64| stretches.iter().any(|s| s.recording == recording && (s.when[0]..=s.when[1]).contains(&t));
     let t = &drive.trajectory.t;
@@ -132,7 +127,7 @@ fn cut(drive: &Drive, stretches: &[NotFollowed]) -> Vec<Drive> {
     for run in t.chunk_by(|a, b| own(*a) == own(*b)) {
         let range = from..from + run.len();
         from = range.end;
-        if !own(run[0]) && run.len() as f64 * drive.dt() >= SHORTEST_S {
+        if !own(run[0]) && run.len() as f64 * drive.dt() >= policy.least_piece_s {
             let mut piece = drive.part(range);
             piece.trajectory.label = format!("{} from {:.0} s", drive.label(), run[0]);
             pieces.push(piece);

@@ -35,6 +35,10 @@ pub struct Policy {
     pub not_followed: f64,
     /// And at least this \[m/s\]: what a driver does is not subtle.
     pub least_not_followed: f64,
+    /// Share of the bins that are usual \[-\].
+    pub usual: f64,
+    /// What is left of a drive counts if it is this long \[s\]: two windows.
+    pub least_piece_s: f64,
     /// Level of the confidence set \[-\].
     pub set: f64,
     /// Probability that an interval holds \[-\].
@@ -57,6 +61,8 @@ impl Policy {
         margin: 0.25,
         not_followed: 3.0,
         least_not_followed: 0.5,
+        usual: 0.9,
+        least_piece_s: 60.0,
         set: 0.9,
         interval: 0.95,
     };

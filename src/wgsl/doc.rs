@@ -84,7 +84,9 @@ pub(super) struct Head {
 }
 
 /// Keys of the lines about a cause.
-const KEYS: [&str; 11] = [
+const KEYS: [&str; 13] = [
+    "in short",
+    "equation",
     "family",
     "looks like",
     "confounded with",
@@ -130,6 +132,8 @@ impl Head {
         for (key, value) in entries {
             match key.as_str() {
                 "" => head.meaning = value,
+                "in short" => cause.in_short = Some(value),
+                "equation" => cause.equation = Some(value),
                 "family" => cause.family = Some(value),
                 "looks like" => cause.looks_like = value,
                 "confounded with" => {
@@ -204,12 +208,13 @@ mod tests {
     #[test]
     fn heads() {
         let head = Head::of(
-            "//! Pulls\n//! back.\n//! family: phase\n//! looks like: one\n//! two\n//! loop: delay by tp\nfn x() {}",
+            "//! Pulls\n//! back.\n//! in short: back\n//! equation: a = -a\n//! family: phase\n//! looks like: one\n//! two\n//! loop: delay by tp\nfn x() {}",
         )
         .expect("as documented");
         assert_eq!(head.meaning, "Pulls back.");
         let cause = head.cause.expect("it is one");
         assert_eq!((cause.family.as_deref(), cause.looks_like.as_str()), (Some("phase"), "one two"));
+        assert_eq!([cause.in_short.as_deref(), cause.equation.as_deref()], [Some("back"), Some("a = -a")]);
         assert_eq!(head.delay.as_deref(), Some("tp"));
         assert!(Head::of("//! Lead.\n//! tool: nuisance").expect("as documented").cause.is_none());
         let message = Head::of("//! loop: dely by tp").expect_err("misspelt");

@@ -56,7 +56,7 @@ fn a_driver_is_found_and_the_car_is_not() {
         let [from, to] = stretch.when;
         assert_eq!(stretch.recording, drives[1].recording());
         assert!(from < begin + 30.0 && to > begin + 10.0 && to - from < 110.0, "{base}, from {begin} s: {stretch:?}");
-        let left = without(&drives, &stretches);
+        let left = without(&drives, &stretches, &Policy::DEFAULT);
         assert_eq!(left[0].samples(), drives[0].samples());
         let inside = |drive: &Drive| drive.trajectory.t.iter().any(|t| (stretch.when[0]..=stretch.when[1]).contains(t));
         assert!(left.len() > 1 && !left[1..].iter().any(inside), "{} drives", left.len());

@@ -96,7 +96,14 @@ fn a_copy_of_the_planted_cause_is_as_likely_as_it() {
         let width = entry["parameters"][0]["value"].as_f64().expect("a number");
         assert!((width - 1.3).abs() < 0.02, "{entry}");
     }
-    assert!(text.contains("blind_zone"), "{text}");
+    assert_eq!(json["confounded_with"][0]["instead_of"], json["causes"][0]["name"], "{text}");
+    for entry in [&json["causes"][0], &json["confounded_with"][0]] {
+        assert!(entry["meaning"].as_str().is_some_and(|meaning| !meaning.is_empty()), "{entry}");
+    }
+    let flat = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    for words in ["l-cth lacks either ", " (these data cannot tell which)", "explains the data as well as "] {
+        assert!(flat.contains(words), "{words}: {text}");
+    }
 }
 
 /// Where the library's own is not in the race, nothing but the user's explains the data.

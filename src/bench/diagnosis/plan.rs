@@ -12,7 +12,7 @@ use strum::VariantArray;
 pub struct DiagnosisTask {
     /// `one`, `pair`, `none`, `coloured`, `absorbed`, `outside` or `family`.
     pub kind: String,
-    /// The base that is planted: `idm`, `l-cth` or `gipps`.
+    /// The base that is planted: one of the five of the paper.
     pub base: String,
     /// The effects that are planted.
     pub causes: Vec<String>,

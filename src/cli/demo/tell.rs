@@ -4,7 +4,6 @@ use super::super::output;
 use super::{Args, BASE, Found};
 use crate::diagnose::Verdict;
 use crate::plant::Effect;
-use crate::report::diagnosis::causes::equation;
 use crate::report::text::wrapped;
 use crate::result::ResultFile;
 use crate::result::diagnosis::{CauseEntry, Outcome};
@@ -73,7 +72,7 @@ pub fn verdict(outcome: &Outcome) -> String {
     match outcome.verdict {
         Verdict::Named => {
             let one = |c: &CauseEntry| {
-                let meaning = equation(&c.name).map_or(String::new(), |(_, meaning)| format!(" ({meaning})"));
+                let meaning = c.meaning.as_ref().map_or(String::new(), |meaning| format!(" ({meaning})"));
                 let (evidence, threshold) = (c.evidence, c.threshold);
                 format!("{}{meaning}: {}; evidence {evidence:.0}, {threshold:.0} needed", c.name, parameters(c))
             };

@@ -40,7 +40,7 @@ pub struct Args {
     /// The same, separated by commas
     #[arg(long, value_name = "FILE,...", value_delimiter = ',')]
     pub data: Vec<PathBuf>,
-    /// Measured files that are held back for the gain [default: the last third of every file]
+    /// Measured files that are held back: whether a cause carries over, and what it gains [default: the last third of every file]
     #[arg(long, value_name = "FILE,...", value_delimiter = ',')]
     pub holdout: Vec<PathBuf>,
     /// The follower: 1 is right behind the platoon leader; with --columns the id of a vehicle [default: the only one]

@@ -25,7 +25,7 @@ use std::path::{Path, PathBuf};
   leadlag report fleet -o report.html")]
 pub struct Args {
     /// Folder (or its result.json, diagnosis.json or fleet.json) that calibrate or diagnose wrote with --out, or folder of a study
-    #[arg(value_name = "RESULT|STUDY|DIAGNOSIS")]
+    #[arg(value_name = "RESULT|FLEET|DIAGNOSIS|STUDY")]
     pub result: PathBuf,
     /// The HTML file: one file, no network needed
     #[arg(short, long, value_name = "FILE.html")]

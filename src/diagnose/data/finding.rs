@@ -1,6 +1,6 @@
 //! What a check of the data may find.
 
-/// The kind of a fault, as `interfaces.md` names it.
+/// The kind of a fault, under the name that result files have.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, strum::IntoStaticStr)]
 #[strum(const_into_str, serialize_all = "snake_case")]
 pub enum FindingKind {

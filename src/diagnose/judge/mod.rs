@@ -8,7 +8,6 @@ pub mod oracle;
 use self::evidence::Evidence;
 use self::fate::{Objection, Size};
 use self::holdout::transfers;
-use super::likelihood::space::Axis;
 use super::policy::POLICY;
 use super::question::DiagnoseError;
 use super::search::fitted_model::{Context, CrossValidated, FittedModel, Transferred};
@@ -79,10 +78,7 @@ impl<'a> Judgement<'a> {
         let sizes: Vec<usize> = model.model.positions(self.cause).into_iter().filter(sized).collect();
         let size =
             |k: usize| Size { name: symbol(k).name().to_owned(), value: value(k), unit: symbol(k).unit().to_owned() };
-        let idle = |k: usize| {
-            let axis = model.model.axes[k];
-            symbol(k).neutral().is_none_or(|none| (axis.coordinate(value(k)) - axis.coordinate(none)).abs() < 1e-3)
-        };
+        let idle = |k: usize| symbol(k).neutral().is_none_or(|none| model.model.axes[k].same(value(k), none));
         // As a whole it does nothing, so what gains is something else that was fitted again.
         let all_idle = sizes.iter().all(|&k| idle(k));
         let positive = self.cause.cause.as_ref().is_some_and(|traits| traits.positive);
@@ -94,7 +90,7 @@ impl<'a> Judgement<'a> {
             // One of several sizes may be none.
             if !axis.is_fixed() && (all_idle || !idle(k)) {
                 let name = format!("share of the range between {} and its bounds", symbol(k).name());
-                let check = Check::at_least(&name, axis.from_bound(value(k)), Axis::AT_BOUND);
+                let check = Check::at_least(&name, axis.from_bound(value(k)), POLICY.same);
                 self.ask(check, || Objection::OnBound(size(k)));
             }
         }

@@ -1,5 +1,7 @@
 //! Parameters as a search sees them: coordinates from 0 to 1 between bounds.
 
+use crate::diagnose::policy::POLICY;
+
 /// One parameter: its bounds and how it is scaled.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Axis {
@@ -83,8 +85,11 @@ impl Axis {
         self.lower >= self.upper
     }
 
-    /// Nearer to a bound than this share of the range, a value lies on it.
-    pub const AT_BOUND: f64 = 1e-3;
+    /// True if two values are the same to a search.
+    #[must_use]
+    pub fn same(&self, a: f64, b: f64) -> bool {
+        (self.coordinate(a) - self.coordinate(b)).abs() < POLICY.same
+    }
 
     /// How far a value is from the nearer bound, as a share of the range.
     #[must_use]
@@ -96,7 +101,7 @@ impl Axis {
     /// True if a value lies on a bound; never of a fixed parameter.
     #[must_use]
     pub fn at_bound(&self, value: f64) -> bool {
-        !self.is_fixed() && self.from_bound(value) < Axis::AT_BOUND
+        !self.is_fixed() && self.from_bound(value) < POLICY.same
     }
 }
 

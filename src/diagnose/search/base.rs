@@ -119,7 +119,7 @@ pub fn contradiction(setting: &Context<'_>, candidate: &FittedModel) -> Option<S
     speeds.sort_by(f64::total_cmp);
     let seen = speeds[((1.0 - POLICY.faster) * (speeds.len() - 1) as f64) as usize];
     if let Some(v_0) = candidate.value("v_0")
-        && v_0 < seen - 0.5
+        && v_0 < seen - POLICY.faster_by
     {
         let axis = candidate.model.position(Symbol::v_0).map(|k| candidate.model.axes[k]);
         let advice = match axis.filter(|axis| axis.upper > seen && !axis.is_fixed()) {

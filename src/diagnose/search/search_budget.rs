@@ -1,9 +1,9 @@
-//! What an effort buys.
+//! How much a diagnosis may search.
 
 use crate::diagnose::likelihood::fit::Plan;
 use crate::diagnose::question::Effort;
 
-/// What an effort buys in the screening.
+/// What an effort buys.
 #[derive(Debug, Clone, Copy)]
 pub struct SearchBudget {
     /// Search of one cause.
@@ -16,8 +16,7 @@ pub struct SearchBudget {
     pub base: Plan,
     /// Causes that are cross-fitted.
     pub short_list: usize,
-    /// Simulations beyond which nothing is looked for beside two causes, or beside one where another was lost: no further round begins
-    /// then if, with as many simulations as the one before it, it would go beyond them.
+    /// Simulations after which no further round begins, if there are two causes already.
     pub enough: u64,
 }
 

@@ -112,10 +112,13 @@ pub(super) fn verdict(text: &mut String, outcome: &Outcome) -> Result {
     for cause in &outcome.causes {
         one(text, cause)?;
     }
-    if !outcome.confounded_with.is_empty() {
-        writeln!(text, "\nexplains the data as well:")?;
-        for cause in &outcome.confounded_with {
-            one(text, cause)?;
+    for cause in &outcome.causes {
+        let mut rivals = outcome.rivals(cause).peekable();
+        if rivals.peek().is_some() {
+            writeln!(text, "\nexplains the data as well as {}:", cause.name)?;
+        }
+        for rival in rivals {
+            one(text, rival)?;
         }
     }
     if !outcome.not_testable.is_empty() {
@@ -148,44 +151,12 @@ fn one(text: &mut String, cause: &CauseEntry) -> Result {
         &format!("{}{family}: evidence {evidence:.0}, threshold {threshold:.0} ({kind})", cause.name),
     ));
     parameters(text, &cause.parameters)?;
-    if let Some((equation, meaning)) = equation(&cause.name) {
-        text.push_str(&wrapped(2, 4, &format!("{equation}: {meaning}")));
+    let what: Vec<&str> = cause.equation.iter().chain(&cause.meaning).map(String::as_str).collect();
+    if !what.is_empty() {
+        text.push_str(&wrapped(2, 4, &what.join(": ")));
     }
     if let Some(recording) = &cause.recording {
         text.push_str(&wrapped(2, 4, &format!("in {recording}")));
     }
     Ok(())
-}
-
-/// The term of a cause in the loop, as diagnosis tables print it, and what it means; none for a user's own cause.
-#[must_use]
-pub fn equation(name: &str) -> Option<(&'static str, &'static str)> {
-    Some(match name {
-        "perception_delay" => ("a_cmd(t) = law(s, v, dv at t - tp)", "the car reacts to what was so long ago"),
-        "actuation_lag" => ("da/dt = (a_cmd - a) / ta", "the acceleration follows the command slowly"),
-        "asym_lag" => ("da/dt = (a_cmd - a) / (ta or tb)", "thrust and brakes follow with different lags"),
-        "sensor_lowpass" => ("d(s, dv)/dt = (measured - filtered) / tf", "gap and speed difference are filtered"),
-        "time_offset" => ("law(leader at t - to, ego at t)", "the car ahead is seen late, oneself in time"),
-        "grade" => ("a = a - gg g sin(theta(x))", "this share of the slope is not made up for"),
-        "aero_drag" => ("a = a - cD v^2", "air drag or head wind is not made up for"),
-        "const_decel" => ("a = a - c0", "a constant resistance is not made up for"),
-        "gain_mass" => ("a_cmd = (1 + m) a_cmd", "the car is lighter or heavier than its controller thinks"),
-        "accel_cap" => ("a_cmd <= acap", "no stronger acceleration is asked for"),
-        "decel_cap" => ("a_cmd >= -bcap", "no stronger braking is asked for"),
-        "power_cap" => ("a_cmd <= P / v", "the engine's power ends"),
-        "jerk_limit" => ("|da_cmd/dt| <= J", "the command changes only so fast"),
-        "speed_dep_headway" => ("s_des = s_des + q v^2", "the desired gap grows faster with speed"),
-        "headway_mode_change" => ("t_h = (1 + r) t_h from t0 on", "another gap setting was chosen"),
-        "set_speed_change" => ("a_cmd <= (vlim - v) / 2 from t1 for dur", "a lower set speed was chosen for a while"),
-        "multi_anticipation" => ("a_cmd = a_cmd + k2 (v_l2 - v_l)", "the car before the one ahead is seen, too"),
-        "leader_accel_ff" => ("a_cmd = a_cmd + ka a_l", "the acceleration of the car ahead is used"),
-        "dead_zone" => ("ds = ds shrunk by w", "small errors of the gap are not corrected"),
-        "integral_action" => ("a_cmd = a_cmd + ki int(ds) dt", "lasting errors of the gap are corrected"),
-        "range_scale" => ("s = (1 + cs) s", "the gap is measured too large or too small"),
-        "range_bias" => ("s = s + b", "the gap is measured too large or too small by a constant"),
-        "speed_scale" => ("v = (1 + cv) v", "the own speed is measured too high or too low"),
-        "quantised_accel" => ("a_cmd in steps of qz", "the command comes in steps"),
-        "periodic" => ("a = a + As sin + Ac cos (2 pi f t)", "something swings by itself"),
-        _ => return None,
-    })
 }

@@ -145,7 +145,7 @@ mod tests {
 
     #[test]
     fn no_word_of_a_fate_is_cut_off() {
-        let fate = "adopted together with perception_delay: each hides the other, and neither is seen alone";
+        let fate = "no likelier than perception_delay, which has fewer parameters and says the same of these";
         let rung = |fate: &str| RungEntry {
             name: "leader_accel_ff".into(),
             round: 1,

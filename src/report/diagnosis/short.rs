@@ -1,9 +1,9 @@
 //! What a diagnosis comes to, in words that a driver understands.
 
-use super::causes::{equation, next};
+use super::causes::next;
 use crate::diagnose::Verdict;
 use crate::result::diagnosis::recommended::{Recommended, RecommendedCause, Why};
-use crate::result::diagnosis::{Outcome, ParameterEntry};
+use crate::result::diagnosis::{CauseEntry, Outcome, ParameterEntry};
 use crate::wgsl::library;
 
 fn base(outcome: &Outcome) -> &str {
@@ -13,19 +13,18 @@ fn base(outcome: &Outcome) -> &str {
 /// What the likelihood says, in one sentence.
 fn verdict(outcome: &Outcome) -> String {
     let base = base(outcome);
-    let list = |joint: &str| {
-        let causes = outcome.causes.iter().chain(&outcome.confounded_with);
-        causes.map(|cause| named(&cause.name, "", &cause.parameters)).collect::<Vec<_>>().join(joint)
+    let one = |cause: &CauseEntry| named(&cause.name, cause.meaning.as_deref().unwrap_or_default(), &cause.parameters);
+    let either = |cause: &CauseEntry| {
+        let rivals: Vec<String> = outcome.rivals(cause).map(one).collect();
+        match rivals.is_empty() {
+            true => one(cause),
+            false => format!("either {} or {} (these data cannot tell which)", one(cause), rivals.join(" or ")),
+        }
     };
+    let list = || outcome.causes.iter().map(either).collect::<Vec<_>>().join(", and ");
     match outcome.verdict {
-        Verdict::Named => {
-            let causes: Vec<String> =
-                outcome.causes.iter().map(|cause| named(&cause.name, "", &cause.parameters)).collect();
-            format!("The likelihood names {} as what {base} lacks.", causes.join(", and "))
-        }
-        Verdict::Ambiguous => {
-            format!("{base} lacks one of several, which these data cannot tell apart: {}.", list("; or "))
-        }
+        Verdict::Named => format!("The likelihood names {} as what {base} lacks.", list()),
+        Verdict::Ambiguous => format!("{base} lacks {}.", list()),
         Verdict::Nothing => format!("{base} is enough for these drives."),
         Verdict::NotTestable => format!("These data cannot tell what {base} lacks."),
         Verdict::Unexplained => format!("{base} lacks something that no cause of the library explains."),
@@ -35,10 +34,12 @@ fn verdict(outcome: &Outcome) -> String {
 }
 
 /// A cause in words: its name, what it does, its sizes.
-fn named(name: &str, own: &str, parameters: &[ParameterEntry]) -> String {
-    let meaning = equation(name).map_or(own, |(_, meaning)| meaning).trim_end_matches('.');
+fn named(name: &str, meaning: &str, parameters: &[ParameterEntry]) -> String {
     let sizes: Vec<String> = parameters.iter().map(parameter).collect();
-    let what = [meaning.to_owned(), sizes.join(", ")].into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>();
+    let what = [meaning.trim_end_matches('.').to_owned(), sizes.join(", ")]
+        .into_iter()
+        .filter(|part| !part.is_empty())
+        .collect::<Vec<_>>();
     format!("{name} ({})", what.join("; "))
 }
 

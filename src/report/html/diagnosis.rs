@@ -3,7 +3,7 @@
 use super::budget::budget;
 use super::{Chart, Page, between, escape, short};
 use crate::diagnose::describe::gain::Gain;
-use crate::report::diagnosis::causes::{AT_BOUND, MEND_FIRST, equation, meaning};
+use crate::report::diagnosis::causes::{AT_BOUND, MEND_FIRST, meaning};
 use crate::report::diagnosis::pictures;
 use crate::report::diagnosis::short::in_short;
 use crate::result::diagnosis::{CauseEntry, HeldBackEntry, Outcome, ParameterEntry};
@@ -140,10 +140,12 @@ fn causes(page: &mut Page, outcome: &Outcome) {
             ["round", "cause", "gain where fitted [nats]", "gain held out [nats]", "needed", "what became of it"];
         page.table("All that was tried", &head, &outcome.ladder.iter().map(row).collect::<Vec<_>>());
     }
-    entries(page, "Adopted", &outcome.causes);
-    entries(page, "Explains the data as well", &outcome.confounded_with);
+    entries(page, "Adopted", outcome.causes.iter());
+    for cause in &outcome.causes {
+        entries(page, &format!("Explains the data as well as {}", cause.name), outcome.rivals(cause));
+    }
     if !outcome.not_testable.is_empty() {
-        let row = |n: &crate::result::diagnosis::NotTestableEntry| vec![n.name.clone(), n.absorbed_by.join(", ")];
+        let row = |n: &crate::diagnose::NotTestable| vec![n.name.clone(), n.absorbed_by.join(", ")];
         let rows: Vec<Vec<String>> = outcome.not_testable.iter().map(row).collect();
         page.table("Cannot be tested with these data", &["cause", "absorbed by"], &rows);
     }
@@ -172,24 +174,21 @@ fn causes(page: &mut Page, outcome: &Outcome) {
     );
 }
 
-fn entries(page: &mut Page, caption: &str, causes: &[CauseEntry]) {
+fn entries<'a>(page: &mut Page, caption: &str, causes: impl Iterator<Item = &'a CauseEntry>) {
     let row = |cause: &CauseEntry| {
-        let (formula, meaning) = equation(&cause.name).unwrap_or(("", ""));
         let parameters: Vec<String> = cause.parameters.iter().map(value).collect();
         let evidence = format!("{:.0} nats, {:.0} needed ({})", cause.evidence, cause.threshold, cause.threshold_kind);
         vec![
             cause.name.clone(),
-            meaning.to_owned(),
-            formula.to_owned(),
+            cause.meaning.clone().unwrap_or_default(),
+            cause.equation.clone().unwrap_or_default(),
             parameters.join("; ") + &cause.recording.as_ref().map_or(String::new(), |file| format!("; in {file}")),
             evidence,
             if cause.family == cause.name { String::new() } else { cause.family.clone() },
         ]
     };
-    if !causes.is_empty() {
-        let rows: Vec<Vec<String>> = causes.iter().map(row).collect();
-        page.table(caption, &["cause", "meaning", "term", "parameters", "evidence of need", "family"], &rows);
-    }
+    let rows: Vec<Vec<String>> = causes.map(row).collect();
+    page.table(caption, &["cause", "meaning", "term", "parameters", "evidence of need", "family"], &rows);
 }
 
 fn gain(page: &mut Page, outcome: &Outcome) {

@@ -1,10 +1,7 @@
 //! The whole of a diagnosis: the cause, and beside it what the error looks like and what the cause is worth.
 
 use super::recommended::ClosedLoopEntry;
-use super::{
-    CauseEntry, DriveEntry, HeldBackEntry, LeftOverEntry, NotTestableEntry, NotTriedEntry, Outcome, RungEntry,
-    SCHEMA_VERSION,
-};
+use super::{CauseEntry, DriveEntry, HeldBackEntry, LeftOverEntry, NotTriedEntry, Outcome, RungEntry, SCHEMA_VERSION};
 use crate::calibrate::CalibrateError;
 use crate::convention::Convention;
 use crate::diagnose::describe::covariates::Covariates;
@@ -125,11 +122,7 @@ pub fn describe(
         reason: inference.reason.clone(),
         causes: if named { entries(&inference.adopted) } else { Vec::new() },
         confounded_with: if named { entries(&inference.confounded_with) } else { Vec::new() },
-        not_testable: inference
-            .not_testable
-            .iter()
-            .map(|n| NotTestableEntry { name: n.name.clone(), absorbed_by: n.absorbed_by.clone() })
-            .collect(),
+        not_testable: inference.not_testable.clone(),
         data_findings: Vec::new(),
         gain: measured,
         gain_error,

@@ -13,7 +13,7 @@ use crate::diagnose::describe::gain::Gain;
 use crate::diagnose::describe::missing::Profiles;
 use crate::diagnose::drive::drivers::{DIFFERENT, Different};
 use crate::diagnose::search::skipped::Untried;
-use crate::diagnose::{Adopted, Estimate, Fitted, Tried, Verdict};
+use crate::diagnose::{Adopted, Estimate, Fitted, NotTestable, Tried, Verdict};
 use crate::evaluator::CaseError;
 use crate::judge::Check;
 use serde::{Deserialize, Serialize};
@@ -42,6 +42,15 @@ pub struct ParameterEntry {
 pub struct CauseEntry {
     /// Its name in the library.
     pub name: String,
+    /// What it does, in words.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub meaning: Option<String>,
+    /// Its term in the loop.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub equation: Option<String>,
+    /// The adopted cause that it could be in the place of.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub instead_of: Option<String>,
     /// Its equivalence class.
     pub family: String,
     /// Its parameters.
@@ -55,15 +64,6 @@ pub struct CauseEntry {
     /// File and follower, for an event that happens in one recording only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub recording: Option<String>,
-}
-
-/// A cause that these data cannot test.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct NotTestableEntry {
-    /// Its name in the library.
-    pub name: String,
-    /// The parameters of the base model that take its place.
-    pub absorbed_by: Vec<String>,
 }
 
 /// A cause that could not be tried.
@@ -184,7 +184,7 @@ pub struct RungEntry {
     /// What was asked of it, in this order, up to the first check that is not met; none if it was not cross-fitted.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub checks: Vec<Check>,
-    /// In words: adopted, below the threshold, as good as the adopted one, no gain on the hold-out, ...
+    /// In words: `adopted`, or what was against it.
     pub fate: String,
 }
 
@@ -214,6 +214,9 @@ impl From<&Adopted> for CauseEntry {
     fn from(adopted: &Adopted) -> CauseEntry {
         CauseEntry {
             name: adopted.extension.name.clone(),
+            meaning: Some(adopted.extension.in_short().to_owned()).filter(|meaning| !meaning.is_empty()),
+            equation: adopted.extension.cause.as_ref().and_then(|cause| cause.equation.clone()),
+            instead_of: adopted.instead_of.map(|cause| cause.name.clone()),
             family: adopted.family.clone(),
             parameters: adopted.parameters.iter().map(ParameterEntry::from).collect(),
             evidence: adopted.evidence,
@@ -331,7 +334,7 @@ pub struct ModelEntry {
     pub log_likelihood: f64,
 }
 
-/// The whole result. The first eleven fields are those of `interfaces.md`.
+/// The whole result.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
     /// [`SCHEMA_VERSION`].
@@ -345,7 +348,7 @@ pub struct Outcome {
     /// Causes that explain the data as well.
     pub confounded_with: Vec<CauseEntry>,
     /// Causes that cannot be tested.
-    pub not_testable: Vec<NotTestableEntry>,
+    pub not_testable: Vec<NotTestable>,
     /// Faults of the data.
     pub data_findings: Vec<FindingEntry>,
     /// Gain on the hold-out; `null` where nothing was adopted, or where it could not be measured.
@@ -417,7 +420,7 @@ pub struct Outcome {
     pub formula: Option<Formula>,
     /// All that was tried.
     pub ladder: Vec<RungEntry>,
-    /// All that was tried in closed loop.
+    /// Every model that was judged in closed loop.
     #[serde(default)]
     pub closed_loop: ClosedLoopEntry,
     /// Every number that decides what the likelihood names, by name.
@@ -435,6 +438,13 @@ impl Outcome {
     #[must_use]
     pub fn to_json(&self) -> String {
         serde_json::to_string_pretty(self).expect("numbers and text can be written") + "\n"
+    }
+
+    /// Causes that could be in the place of an adopted one. Where a file does not say in whose, in that of the first.
+    pub fn rivals<'a>(&'a self, of: &'a CauseEntry) -> impl Iterator<Item = &'a CauseEntry> {
+        let first = self.causes.first().map(|cause| cause.name.as_str());
+        let own = move |rival: &&CauseEntry| rival.instead_of.as_deref().or(first) == Some(of.name.as_str());
+        self.confounded_with.iter().filter(own)
     }
 
     /// True if the data contradict themselves so much that no verdict can be had from them.

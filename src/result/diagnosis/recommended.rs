@@ -113,7 +113,7 @@ pub struct ClosedLoopEntry {
     pub parts: [usize; 2],
     /// The numbers that decide.
     pub policy: serde_json::Value,
-    /// Every model that was tried.
+    /// Every model that was judged; those that gain next to nothing where they were fitted are not.
     pub trials: Vec<Trial>,
     /// Probability by chance that the best of all extensions is as good as it is, over windows and over whole drives: Hansen's test for superior
     /// predictive ability (2005). Printed only; the step-down test of each model decides.

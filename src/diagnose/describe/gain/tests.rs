@@ -33,7 +33,7 @@ fn extended(begin: f64, r: f64) -> Fitted {
 fn change(recording: Option<String>) -> Adopted {
     let extension = extension_named("headway_mode_change").expect("in the library");
     let family = "headway_mode_change".to_owned();
-    Adopted { extension, family, parameters: Vec::new(), evidence: 50.0, threshold: 20.0, recording }
+    Adopted { extension, instead_of: None, family, parameters: Vec::new(), evidence: 50.0, threshold: 20.0, recording }
 }
 
 #[test]

@@ -80,7 +80,8 @@ pub fn leftovers(
         let parts = if term.kind == "road" && z.len() > 1 { by_drive(setting) } else { setting.folds.clone() };
         let dt: Vec<f64> = candidate.model.drives().into_iter().map(|(_, dt)| dt).collect();
         let Some(found) = regress(&z, &base, &columns, &parts, &setting.whole, &dt) else { continue };
-        let passes = found.gain > need && found.parts.iter().all(|part| *part > 0.0) && found.trimmed > 0.5 * need;
+        let passes =
+            found.gain > need && found.parts.iter().all(|part| *part > 0.0) && found.trimmed > POLICY.trimmed * need;
         if passes {
             let place = format!("{}, most at {}", term.over, (term.place)(&term.tents[found.highest]));
             left.list.push(LeftOver { kind: term.kind.to_owned(), place, size: found.height, evidence: found.gain });

@@ -11,11 +11,6 @@ const NOISE_BOUNDS: [[f64; 2]; Noise::COUNT] = [[SCHEME, 5.0], [0.15, 120.0], [1
 /// The least a model leaves random \[(m/s)/s^0.5\], as growth of a speed error: no scheme of steps of a tenth of a second is closer
 /// to a car than this. With less, a nearly complete model becomes a free simulation, to which the scheme's own error is a cause.
 const SCHEME: f64 = 0.01;
-/// The smallest missing acceleration \[m/s²\] that a model has, with a time constant \[s\].
-#[must_use]
-pub fn least_random(tau_d: f64) -> f64 {
-    SCHEME / (2.0 * tau_d).sqrt()
-}
 /// Step of a finite difference in the logarithm of a noise level.
 const LOG_STEP: f64 = 1e-4;
 /// What is known of the coordinates beforehand.

@@ -8,7 +8,7 @@ mod drives;
 mod frame;
 mod profile;
 
-pub use frame::{Prior, least_random};
+pub use frame::Prior;
 pub use profile::profiled;
 
 use super::normal_equations::NormalEquations;

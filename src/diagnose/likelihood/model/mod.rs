@@ -8,9 +8,7 @@ use crate::catalog::Variant;
 use crate::convention::Convention;
 use crate::diagnose::drive::Drive;
 use crate::diagnose::question::DiagnoseError;
-use crate::evaluator::{
-    Case, CaseError, Evaluator, Failure, Innovations, Job, Observer, Population, Residuals, Windows,
-};
+use crate::evaluator::{Case, CaseError, Failure, Innovations, Job, Observer, Population, Residuals, Windows};
 use crate::extension::Extension;
 use crate::lanes::{Lanes, LanesPrecision};
 use crate::score::GoodnessOfFit;
@@ -44,7 +42,7 @@ const JUMPS: [f64; 3] = [1.0 / 120.0, 0.1, 0.5];
 /// No car is seen before it is there; what looks so is told by a little of it \[s\].
 const FORESIGHT: f64 = -0.1;
 
-/// The family of which one member at most is in a model: all of them shift the phase.
+/// The family of causes that come late: all of them shift the phase.
 pub const PHASE: &str = "phase";
 /// Name of the nuisance lead.
 pub const LEAD: &str = "lead";
@@ -160,18 +158,6 @@ impl Model {
     #[must_use]
     pub fn positions(&self, extension: &Extension) -> Vec<usize> {
         extension.parameters.iter().filter_map(|symbol| self.position(*symbol)).collect()
-    }
-
-    /// The drives that an extension acts on.
-    pub fn acts_on(&self, extension: &Extension) -> impl Iterator<Item = &Case> {
-        let event = self.events.iter().find(|event| event.extension == extension);
-        let acts = move |recording| event.is_none_or(|event| self.recordings.get(event.drive) == Some(recording));
-        self.lanes
-            .cases()
-            .iter()
-            .zip(&self.recordings)
-            .filter(move |(_, recording)| acts(recording))
-            .map(|(case, _)| case)
     }
 
     /// Values by name.

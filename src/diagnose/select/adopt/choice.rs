@@ -5,6 +5,7 @@ use crate::diagnose::judge::Judgement;
 use crate::diagnose::judge::evidence::{is_hopeful, margin};
 use crate::diagnose::judge::fate::{Fate, Objection};
 use crate::diagnose::outcome::Tried;
+use crate::diagnose::policy::POLICY;
 use crate::diagnose::question::DiagnoseError;
 use crate::diagnose::search::fitted_model::{Context, CrossValidated};
 use crate::diagnose::search::screen::ScreenedCause;
@@ -106,7 +107,8 @@ impl State {
         let chosen = *close.iter().find(|other| simple(other) == fewest)?;
         // More parameters that gain nothing over fewer contain the simpler cause and are no rival.
         close.retain(|other| {
-            simple(other) == fewest || other.counts > chosen.counts + 0.5 * margin(self.inflation, chosen.counts)
+            simple(other) == fewest
+                || other.counts > chosen.counts + POLICY.more_parameters * margin(self.inflation, chosen.counts)
         });
         // What is as likely although a calibration has most of its effect is no name by itself, but leaves doubt in one.
         close.extend(made_up_for.iter().copied().filter(as_likely));
@@ -127,9 +129,9 @@ impl State {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::{row, search};
+    use super::super::tests::row;
     use super::*;
-    use crate::diagnose::made_up::{self, candidate, cause};
+    use crate::diagnose::made_up::{self, candidate, cause, search};
 
     /// One that is as likely and simpler comes before the likeliest; what a calibration makes up for is a rival, what is further behind
     /// is not.

@@ -46,17 +46,17 @@ pub struct State {
     pub(crate) bare: f64,
     /// Evidence and threshold of each adopted cause, in the order of the model's causes.
     pub evidence: Vec<(f64, f64)>,
-    /// Causes that could be in the place of an adopted one.
-    pub rivals: Vec<Rival>,
+    /// Causes that could be in the place of an adopted one when it was.
+    pub(crate) rivals: Vec<Rival>,
     /// Everything tried.
     pub ladder: Vec<Tried>,
-    /// Causes stopped by sign, bound or hold-out with their evidence \[nats\] and the threshold, of the last round.
+    /// Causes that something spoke against in the last round or at the end, with their evidence and the threshold \[nats\].
     pub stopped: Vec<(&'static Extension, f64, f64, Objection)>,
     /// Causes that the data cannot show.
     pub not_testable: Vec<NotTestable>,
     /// Causes that could not be tried on the base, nor in a later round.
     pub untried: Vec<Skipped>,
-    /// Thresholds of the last round \[nats\].
+    /// Threshold of the last round \[nats\].
     pub need: f64,
     /// Inflation of the last round.
     pub inflation: f64,
@@ -119,6 +119,12 @@ impl State {
     pub fn explained(&self) -> f64 {
         let sum: f64 = self.evidence.iter().map(|(evidence, _)| evidence.max(0.0)).sum();
         sum.min((self.current.fit.log_likelihood - self.bare).max(0.0))
+    }
+
+    /// Causes that could be in the place of an adopted one. One that was found as well, in a later round, is none any more, nor is its kin.
+    pub fn rivals(&self) -> impl Iterator<Item = &Rival> {
+        let kin = |cause: &&Extension, rival: &Rival| *cause != rival.of && cause.family() == rival.cause.family();
+        self.rivals.iter().filter(move |rival| !self.current.causes.iter().any(|cause| kin(cause, rival)))
     }
 
     /// True if nothing more is to be looked for after so many simulations: beside two causes the search goes on only while there is room.

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::calibrate::Overrides;
-use crate::diagnose::made_up::{self, candidate, cause};
+use crate::diagnose::made_up::{self, candidate, cause, search};
 use crate::diagnose::question::Effort;
 
 fn nothing() -> CrossValidated {
@@ -12,23 +12,6 @@ fn nothing() -> CrossValidated {
 pub(super) fn row(round: usize, name: &str, evidence: f64, fate: Fate) -> Tried {
     let folds = [0.5 * evidence; 2];
     Tried { round, name: name.to_owned(), gain: evidence, evidence, folds, threshold: 20.0, checks: Vec::new(), fate }
-}
-
-pub(super) fn search(current: FittedModel, ladder: Vec<Tried>) -> State {
-    State {
-        evidence: current.causes.iter().map(|_| (50.0, 20.0)).collect(),
-        current,
-        held: nothing(),
-        bare: 0.0,
-        rivals: Vec::new(),
-        ladder,
-        stopped: Vec::new(),
-        not_testable: Vec::new(),
-        untried: Vec::new(),
-        need: 20.0,
-        inflation: 1.5,
-        cut_short: false,
-    }
 }
 
 fn as_likely_as(adopted: &str) -> Fate {
