@@ -8,6 +8,7 @@ use leadlag::internal::report::diagnosis::pictures;
 use leadlag::internal::report::diagnosis::text::{Again, Beside, diagnosis};
 use leadlag::internal::report::html;
 use leadlag::internal::result::diagnosis::Outcome;
+use leadlag::internal::wgsl::extension_named;
 
 const DT: f64 = 0.1;
 
@@ -240,8 +241,9 @@ fn a_base_that_crashes_and_a_likelier_one_are_told_in_text_and_page() {
 #[test]
 fn the_verdict_and_whole_drives_agree_in_what_comes_first() {
     let cause = |name: &str| {
-        serde_json::json!([{"name": name, "family": name, "parameters": [], "evidence": 51.0, "threshold": 16.0,
-            "threshold_kind": "analytic"}])
+        let meaning = extension_named(name).expect("in the library").in_short();
+        serde_json::json!([{"name": name, "meaning": meaning, "family": name, "parameters": [], "evidence": 51.0,
+            "threshold": 16.0, "threshold_kind": "analytic"}])
     };
     let gain = serde_json::json!({"base": 1.0, "extended": 0.93, "interval": [0.01, 0.13], "signals": null, "broken_off": [0, 0],
         "drives": 2, "broken_off_held_back": [0, 0, 1], "parameters": [{}, {}], "sentence": "a gain"});
@@ -287,7 +289,7 @@ fn the_verdict_and_whole_drives_agree_in_what_comes_first() {
 #[test]
 fn a_recommendation_without_a_name_is_the_answer() {
     let recommended = serde_json::json!({
-        "causes": [{"name": "dead_zone", "meaning": "", "parameters": []}], "why": "helps", "horizon_s": null,
+        "causes": [{"name": "dead_zone", "meaning": "small errors of the gap are not corrected", "parameters": []}], "why": "helps", "horizon_s": null,
         "gain": {"measure": "nrmse_sva_10s", "base": 1.0, "extended": 0.9, "interval": [0.05, 0.15]}, "per_drive": [],
         "confidence_set": [], "collisions": {"base": 0, "extended": 0}
     });
