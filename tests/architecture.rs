@@ -153,12 +153,12 @@ fn imports_go_down() {
     assert!(broken.is_empty(), "{}", broken.join("\n"));
 }
 
-/// How a cause is searched and judged says its file, so that one of a user's own is treated as one of the library.
+/// How a cause is searched, judged and told says its file, so that one of a user's own is treated as one of the library.
 #[test]
 fn a_diagnosis_knows_no_cause_by_its_name() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut files = Vec::new();
-    for room in ["diagnose", "closed_loop", "judge", "recommend"] {
+    for room in ["diagnose", "closed_loop", "judge", "recommend", "report", "result"] {
         rust_files(&root.join("src").join(room), &mut files);
     }
     let is_test = |path: &PathBuf| ["tests.rs", "made_up.rs"].iter().any(|name| path.ends_with(name));
