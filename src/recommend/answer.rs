@@ -26,7 +26,8 @@ pub fn combine(outcome: &mut Outcome, answer: &Answer) {
     let helps = answer.recommended.as_ref().map(|w| w.causes.clone()).or_else(|| answer.helps.first().cloned());
     if let Some(causes) = helps.filter(|_| !matches!(outcome.verdict, Verdict::Named | Verdict::Ambiguous)) {
         let names: Vec<&str> = causes.iter().map(|cause| cause.name.as_str()).collect();
-        let but = if answer.recommended.is_some() { "" } else { ", but passes not all that a recommendation needs" };
+        let but =
+            if answer.recommended.is_some() { "" } else { ", but it does not meet all that a recommendation needs" };
         outcome.verdict = Verdict::Helps;
         outcome.reason = format!(
             "with {} the model follows drives better that it was not fitted to{but}; the likelihood names no cause ({})",

@@ -285,6 +285,32 @@ fn the_verdict_and_whole_drives_agree_in_what_comes_first() {
     }
 }
 
+/// A rival is told beside the cause in whose place it could be; where a file does not say in whose, beside the first.
+#[test]
+fn a_rival_stands_beside_its_own_cause() {
+    let cause = |name: &str, instead_of: Option<&str>| {
+        serde_json::json!({"name": name, "family": name, "parameters": [], "evidence": 51.0, "threshold": 16.0,
+            "threshold_kind": "analytic", "instead_of": instead_of})
+    };
+    for (instead_of, said_as, place) in [
+        (
+            Some("dead_zone"),
+            "lacks grade, and either dead_zone or periodic (these data cannot tell which).",
+            "dead_zone",
+        ),
+        (None, "lacks either grade or periodic (these data cannot tell which), and dead_zone.", "grade"),
+    ] {
+        let [text, page] = said(&outcome(serde_json::json!({
+            "verdict": "ambiguous", "causes": [cause("grade", None), cause("dead_zone", None)],
+            "confounded_with": [cause("periodic", instead_of)]
+        })));
+        assert!(text.contains(said_as) && page.contains(said_as), "{text}");
+        assert!(text.contains(&format!("explains the data as well as {place}: periodic")), "{text}");
+        assert_eq!(page.matches("Explains the data as well as").count(), 1, "{page}");
+        assert!(page.contains(&format!("Explains the data as well as {place}")), "{page}");
+    }
+}
+
 /// Where nothing is named, what is recommended is the answer.
 #[test]
 fn a_recommendation_without_a_name_is_the_answer() {

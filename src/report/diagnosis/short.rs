@@ -40,7 +40,7 @@ fn named(name: &str, meaning: &str, parameters: &[ParameterEntry]) -> String {
         .into_iter()
         .filter(|part| !part.is_empty())
         .collect::<Vec<_>>();
-    format!("{name} ({})", what.join("; "))
+    if what.is_empty() { name.to_owned() } else { format!("{name} ({})", what.join("; ")) }
 }
 
 /// What a diagnosis comes to.
