@@ -1,5 +1,5 @@
 // e to the power of x: relative error below 3e-7 for x in -87..88; 0 below, infinity above, x where it is no number. The builtin
-// `exp` and `log` differ from driver to driver; these two have the operations of shaders/power.wgsl, and src/lanes/run/exponential.rs
+// `exp` and `log` differ from driver to driver; these two have the operations of shaders/power.wgsl, and src/models/lanes/run/exponential.rs
 // repeats them bit for bit.
 fn exponential(x: f32) -> f32 {
     let y = select(select(x, -100.0, x < -100.0), 100.0, x > 100.0);

@@ -1,7 +1,7 @@
-// The time loop: one invocation, one candidate. `src/lanes/run/time_loop.rs` does the same, operation for operation, on the CPU; the
-// tests compare every bit. Generated in front of this file (src/gpu/kernel.rs), one set per pipeline: the constants DELAY,
+// The time loop: one invocation, one candidate. `src/models/lanes/run/time_loop.rs` does the same, operation for operation, on the CPU; the
+// tests compare every bit. Generated in front of this file (src/models/gpu/kernel.rs), one set per pipeline: the constants DELAY,
 // GRADE, MFC, REJECT, COMPENSATED, OBSERVER, EXTENDED, WORLD, LOOKS_BACK, RING_IN_STATES, WINDOW, PAST_IN_WINDOW (bool),
-// ACCUMULATION (src/score.rs; ALL: everything the measures need, for `evaluate`), RING (a power of two), WORKGROUP,
+// ACCUMULATION (src/models/score.rs; ALL: everything the measures need, for `evaluate`), RING (a power of two), WORKGROUP,
 // WINDOW_LENGTH, PARAMETERS, MOTION_WORDS and MEMORY_WORDS (u32); the functions `load_params`, `params_are_finite`,
 // `load_motion`, `save_motion`, `load_memory`, `save_memory`, `initial_memory`, `corrected` (the missing acceleration), `set_zeros` and `stepped`, which is `step` with or without extensions.
 
@@ -37,7 +37,7 @@ struct Job {
     mfc_per_width: f32,
 }
 
-// How a score follows from the sums, for spacing, speed and acceleration (src/score.rs, `Norm`).
+// How a score follows from the sums, for spacing, speed and acceleration (src/models/score.rs, `Norm`).
 struct Norm {
     per_count: vec3<f32>,
     weight: vec3<f32>,
@@ -147,7 +147,7 @@ const HAS_SIMULATED = ACCUMULATION == THEIL || ACCUMULATION == ALL;
 const HAS_ALL = ACCUMULATION == ALL;
 const HAS_CUTS = REJECT || HAS_ALL;
 
-// Words of one candidate in `states`: status, cuts, state, sums, block, ring. src/gpu/kernel.rs counts them too.
+// Words of one candidate in `states`: status, cuts, state, sums, block, ring. src/models/gpu/kernel.rs counts them too.
 const TRIPLE_WORDS: u32 = select(3u, 6u, COMPENSATED);
 const AT_MOTION: u32 = 3u;
 const AT_MEMORY: u32 = AT_MOTION + MOTION_WORDS;

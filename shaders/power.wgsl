@@ -1,7 +1,7 @@
 // x to the power of y for a finite x and any sign of y; 0 where x is not above 0 (or so small that a driver may take it
 // for 0). Relative error below 6e-7 for x in 1e-3..1.4, y in 0.1..10, results above 1e-30. The builtin `pow` differs from
 // driver to driver; this one uses only operations that are exact or correctly rounded, in an order that leaves a compiler
-// nothing to re-associate, and src/lanes/run/power.rs repeats it bit for bit.
+// nothing to re-associate, and src/models/lanes/run/power.rs repeats it bit for bit.
 //
 // Coefficients: minimax fits in f64 (Lawson's iteration on 4001 Chebyshev nodes), lowest coefficient first: rounded to f32,
 // then the others fitted to what is left. Logarithm: absolute error of z l(z) below 1e-8 for m in sqrt(1/2)..sqrt(2);

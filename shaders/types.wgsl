@@ -1,4 +1,4 @@
-// What the parts see. The same names, in the same units, as src/reference/types.rs.
+// What the parts see. The same names, in the same units, as src/models/reference/types.rs.
 
 // Perceived signals, delayed by tau_p: spacing [m], ego speed [m/s], speed of the preceding vehicle [m/s].
 struct Perceived {

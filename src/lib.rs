@@ -42,6 +42,8 @@
 //!
 //! All are on by default. Without any, what computes on the CPU is left, in f32 and f64.
 
+#![warn(missing_docs)]
+
 mod api;
 #[cfg(feature = "cli")]
 pub mod cli;
@@ -58,50 +60,30 @@ pub use study::table::{Column, Table, Values};
 pub mod internal {
     #[cfg(feature = "cli")]
     pub mod bench;
-    pub mod calibrate;
-    pub mod catalog;
-    pub mod closed_loop;
-    pub mod convention;
-    pub mod diagnose;
-    pub mod evaluate;
-    pub mod evaluator;
-    pub mod extension;
     pub mod fleet;
-    #[cfg(feature = "gpu")]
-    pub mod gpu;
-    pub mod identify;
-    pub mod judge;
-    pub mod lanes;
-    pub mod optimize;
-    pub mod plant;
-    pub mod recommend;
-    pub mod reference;
     #[cfg(feature = "report")]
     pub mod report;
-    pub mod rescore;
-    pub mod result;
-    pub mod score;
-    pub mod select;
-    pub mod simulate;
-    pub mod statistics;
     pub mod study;
     #[cfg(feature = "report")]
     pub mod sumo;
-    pub mod symbols;
-    pub mod text;
-    pub mod trajectory;
-    pub mod vehicle;
-    pub mod wgsl;
+
+    pub use leadlag_data::{statistics, text, trajectory, vehicle};
+    pub use leadlag_diagnosis::{closed_loop, diagnose, judge, recommend, result};
+    #[cfg(feature = "gpu")]
+    pub use leadlag_models::gpu;
+    pub use leadlag_models::{
+        by_hand, calibrate, catalog, convention, evaluate, evaluator, extension, identify, lanes, optimize, plant,
+        reference, rescore, score, select, simulate, symbols, wgsl,
+    };
 }
 
 #[cfg(feature = "gpu")]
 use internal::gpu;
 #[cfg(feature = "cli")]
-use internal::{bench, evaluate};
+use internal::{bench, by_hand, evaluate};
 use internal::{
-    calibrate, catalog, closed_loop, convention, diagnose, evaluator, extension, fleet, identify, judge, lanes,
-    optimize, plant, recommend, reference, rescore, result, score, select, simulate, statistics, study, symbols, text,
-    trajectory, vehicle, wgsl,
+    calibrate, catalog, convention, diagnose, evaluator, extension, fleet, identify, lanes, optimize, plant, recommend,
+    reference, rescore, result, score, select, simulate, statistics, study, symbols, text, trajectory, vehicle, wgsl,
 };
 #[cfg(feature = "report")]
 use internal::{report, sumo};

@@ -1,34 +1,14 @@
-//! The floors of the library: a file imports from floors below its own only, and no two modules import each other.
+//! What the compiler does not guard: no two modules import each other, some know nobody, and the facade is small. That a floor uses those below it only is
+//! guarded by the crates: `leadlag` above `src/diagnosis`, `src/models`, `src/data` and `shaders`.
 //!
-//! It reads the paths that begin with `crate::` in src/**/*.rs outside of comments. And the facade is small.
+//! It reads the paths that begin with `crate::` in src/**/*.rs outside of comments.
 
 use leadlag::internal::wgsl::library;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// From the top down. Modules of one floor may import each other, but never in a circle.
-const FLOORS: [&[&str]; 17] = [
-    &["main"],
-    &["cli"],
-    &["api"],
-    &["report"],
-    &["sumo"],
-    &["bench"],
-    &["recommend"],
-    &["closed_loop", "fleet"],
-    &["result", "study"],
-    &["diagnose"],
-    &["identify"],
-    &["calibrate", "evaluate", "simulate", "select"],
-    &["rescore"],
-    &["gpu", "lanes", "reference"],
-    &["wgsl", "evaluator"],
-    &["catalog", "vehicle", "convention"],
-    &["extension"],
-];
-
-/// The lowest floor, by itself because it has rules of its own.
-const LOWEST: &[&str] = &["symbols", "trajectory", "score", "optimize", "plant", "text", "judge", "statistics"];
+/// The crates below `leadlag`, each a folder of `src`.
+const CRATES: [&str; 3] = ["data", "models", "diagnosis"];
 
 /// Modules that import nothing of the library but what stands beside them: they know no cars, or nobody at all.
 const ALONE: [(&str, &[&str], &str); 3] = [
@@ -49,10 +29,6 @@ struct Import {
     to: String,
     file: PathBuf,
     line: usize,
-}
-
-fn floor(module: &str) -> Option<usize> {
-    FLOORS.iter().chain([&LOWEST]).position(|modules| modules.contains(&module))
 }
 
 fn rust_files(folder: &Path, files: &mut Vec<PathBuf>) {
@@ -101,9 +77,7 @@ fn imports() -> Vec<Import> {
     rust_files(&src, &mut files);
     let mut imports = Vec::new();
     for path in files {
-        let inside = path.strip_prefix(&src).expect("found below src");
-        let first = inside.components().next().expect("a file has a name").as_os_str();
-        let from = Path::new(first).file_stem().expect("a file has a name").to_string_lossy().into_owned();
+        let Some(from) = module_of(path.strip_prefix(&src).expect("found below src")) else { continue };
         let text = without_comments(&std::fs::read_to_string(&path).expect("source files are readable"));
         for (at, prefix) in text.match_indices("crate::") {
             if text[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_' || c == '$') {
@@ -119,35 +93,36 @@ fn imports() -> Vec<Import> {
     imports
 }
 
+/// The module of the crate's root that a file below `src` is in; none for the root itself.
+fn module_of(inside: &Path) -> Option<String> {
+    let name =
+        |part: &std::ffi::OsStr| Path::new(part).file_stem().expect("a file has a name").to_string_lossy().into_owned();
+    let mut parts = inside.iter().map(name);
+    let first = parts.next()?;
+    let module = if CRATES.contains(&first.as_str()) { parts.next()? } else { first };
+    (!["lib", "main"].contains(&module.as_str())).then_some(module)
+}
+
 fn modules() -> BTreeSet<String> {
     let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
-    let entries = std::fs::read_dir(src).expect("src is readable");
-    let names = entries.map(|e| e.expect("src is readable").path());
-    names.filter_map(|p| p.file_stem().map(|s| s.to_string_lossy().into_owned())).filter(|n| n != "lib").collect()
+    let mut files = Vec::new();
+    rust_files(&src, &mut files);
+    files.iter().filter_map(|path| module_of(path.strip_prefix(&src).expect("found below src"))).collect()
 }
 
 #[test]
-fn every_module_has_a_floor() {
-    let homeless: Vec<_> = modules().into_iter().filter(|m| floor(m).is_none()).collect();
-    assert!(homeless.is_empty(), "src/ has {homeless:?}: name their floor in {}", file!());
-}
-
-#[test]
-fn imports_go_down() {
+fn some_modules_know_nobody() {
     let modules = modules();
     let mut broken = Vec::new();
-    for import in imports() {
-        let Import { from, to, file, line } = &import;
-        if from == to || !modules.contains(to) || from == "lib" {
+    for Import { from, to, file, line } in imports() {
+        if from == to || !modules.contains(&to) {
             continue;
         }
         let place = format!("{}:{line}: {from} imports {to}", file.display());
-        if let Some((.., reason)) = ALONE.iter().find(|(a, may, _)| a == from && !may.contains(&to.as_str())) {
+        if let Some((.., reason)) = ALONE.iter().find(|(a, may, _)| *a == from && !may.contains(&to.as_str())) {
             broken.push(format!("{place}, but {reason}"));
-        } else if let Some((.., reason)) = STRANGERS.iter().find(|(a, b, _)| a == from && b == to) {
+        } else if let Some((.., reason)) = STRANGERS.iter().find(|(a, b, _)| *a == from && *b == to) {
             broken.push(format!("{place}, but {reason}"));
-        } else if floor(from) > floor(to) {
-            broken.push(format!("{place}, which is on a floor above"));
         }
     }
     assert!(broken.is_empty(), "{}", broken.join("\n"));
@@ -158,7 +133,7 @@ fn imports_go_down() {
 fn a_diagnosis_knows_no_cause_by_its_name() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut files = Vec::new();
-    for room in ["diagnose", "closed_loop", "judge", "recommend", "report", "result"] {
+    for room in ["diagnosis", "report"] {
         rust_files(&root.join("src").join(room), &mut files);
     }
     let is_test = |path: &PathBuf| ["tests.rs", "made_up.rs"].iter().any(|name| path.ends_with(name));
@@ -193,7 +168,7 @@ const OF_A_DIAGNOSIS: [&str; 13] = [
 
 #[test]
 fn imports_of_the_diagnosis_go_down() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/diagnose");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/diagnosis/diagnose");
     let mut files = Vec::new();
     rust_files(&root, &mut files);
     let floor = |room: &str| OF_A_DIAGNOSIS.iter().position(|other| *other == room);

@@ -18,6 +18,9 @@ mod plans;
 mod progress;
 #[path = "study/report.rs"]
 mod report;
+#[allow(dead_code, reason = "other tests use the rest")]
+#[path = "common/sample.rs"]
+mod sample;
 #[path = "study/schema.rs"]
 mod schema;
 #[path = "study/shards.rs"]

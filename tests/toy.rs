@@ -47,7 +47,7 @@ fn the_worked_examples_of_contributing_work() {
 
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("toy");
     // Compiling takes far longer than the test: not optimised.
-    copy::package("toy", &folder, 0, &mut |inside, bytes| {
+    copy::crates(&folder, &["gpu"], 0, &mut |inside, bytes| {
         let mut text = String::from_utf8(bytes).ok()?;
         for edit in &edits {
             if let Edit::Behind { path, line, text: row } = edit
@@ -70,7 +70,7 @@ fn the_worked_examples_of_contributing_work() {
         copy::write(&folder.join("tests").join(to), &text.expect("the test is readable"));
     }
 
-    let [program] = copy::compile(&folder, "gpu", ["agree"]);
+    let [program] = copy::compile(&folder, ["agree"]);
     let output = Command::new(&program).arg("--nocapture").output().expect("the test program starts");
     let (out, err) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     assert!(output.status.success(), "{}:\n{out}\n{err}", program.display());

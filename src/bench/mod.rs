@@ -13,10 +13,8 @@ mod generation;
 mod goals;
 mod machine;
 mod measure;
-mod native;
 mod optimizers;
 mod plan;
-mod real;
 mod text;
 
 pub use contender::Contender;

@@ -9,6 +9,7 @@ pub mod laws;
 pub mod made_up;
 pub mod parquet_table;
 pub mod program;
+pub mod sample;
 pub mod tolerance;
 
 use std::path::{Path, PathBuf};

@@ -315,9 +315,10 @@ fn every_part_has_a_shader_and_a_reference_and_no_file_is_without_a_row() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     for (folder, function) in FUNCTIONS {
         let rows: Vec<String> = parts().iter().filter(|p| p.folder == folder).map(|p| p.name.to_owned()).collect();
-        for (place, extension, opening) in
-            [("shaders", "wgsl", format!("fn {function}(")), ("src/reference", "rs", format!("pub fn {function}("))]
-        {
+        for (place, extension, opening) in [
+            ("shaders", "wgsl", format!("fn {function}(")),
+            ("src/models/reference", "rs", format!("pub fn {function}(")),
+        ] {
             let folder = root.join(place).join(folder);
             let mut files: Vec<String> = std::fs::read_dir(&folder)
                 .expect("the folder of the parts is readable")
@@ -330,7 +331,7 @@ fn every_part_has_a_shader_and_a_reference_and_no_file_is_without_a_row() {
             files.sort();
             let mut expected = rows.clone();
             expected.sort();
-            assert_eq!(files, expected, "files in {} against rows in src/catalog.rs", folder.display());
+            assert_eq!(files, expected, "files in {} against rows in src/models/catalog.rs", folder.display());
             for name in &files {
                 let path = folder.join(format!("{name}.{extension}"));
                 let text = std::fs::read_to_string(&path).expect("a part is readable");

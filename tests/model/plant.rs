@@ -215,7 +215,7 @@ fn refuses_what_cannot_be_driven() {
 
 #[test]
 fn knows_nobody() {
-    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src/plant");
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src/models/plant");
     let mut files = 0;
     for entry in std::fs::read_dir(&folder).expect("the folder is there") {
         let path = entry.expect("readable").path();

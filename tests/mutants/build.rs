@@ -1,6 +1,6 @@
 //! The copy of the crate with the mutants in it.
 
-use crate::copy::{compile, copy, package, text, write};
+use crate::copy::{compile, copy, crates, text, write};
 use crate::schemata::{Mutant, SWITCH, instrument};
 use std::path::{Path, PathBuf};
 
@@ -12,48 +12,18 @@ pub struct Built {
     pub mutants: Vec<Mutant>,
 }
 
-/// What is changed, below `src`: the reference, and what its numbers pass through.
+/// What is changed, below `src/models`: the reference, and what its numbers pass through.
 const MUTATED: [&str; 3] = ["reference/", "score.rs", "evaluator/case.rs"];
 
 /// What judges: hand-worked numbers, and for the causes, which have none, their WGSL text (of which tests/shader_mutants.rs changes every place).
 const JUDGES: [(&str, &str); 2] =
     [("reference_paper", "tests/model/reference_paper"), ("causes", "tests/equality/causes.rs")];
 
-/// The rooms of the library that the judges and what is mutated need: the others would only have to be compiled, which takes most of the time.
-const ROOMS: [&str; 17] = [
-    "calibrate",
-    "catalog",
-    "convention",
-    "evaluator",
-    "extension",
-    "lanes",
-    "optimize",
-    "plant",
-    "reference",
-    "rescore",
-    "score",
-    "statistics",
-    "symbols",
-    "text",
-    "trajectory",
-    "vehicle",
-    "wgsl",
-];
-
 /// The modules of `tests/common` that the judges need.
 const HELPERS: [&str; 4] = ["cars", "extended", "laws", "tolerance"];
 
 /// How far the copy is optimised. The judges run so often that compiling and judging together are shortest so.
 const LEVEL: i64 = 2;
-
-/// The text of the copy's `lib.rs`: the rooms that are needed, at the root as well.
-fn library() -> String {
-    let rooms = ROOMS.map(|room| format!("pub mod {room};")).join(" ");
-    let used = ROOMS.join(", ");
-    format!(
-        "#![allow(warnings)]\n#[path = \".\"]\npub mod internal {{ {rooms} }}\nuse internal::{{{used}}};\npub mod mutant_switch;\n"
-    )
-}
 
 /// The text of a `mod.rs` without the modules that are not needed.
 fn needed(text: &str) -> String {
@@ -68,13 +38,13 @@ fn needed(text: &str) -> String {
 pub fn build() -> Built {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("mutants");
     let mut mutants = Vec::new();
-    package("mutants", &folder, LEVEL, &mut |inside, bytes| {
-        let below = inside.strip_prefix("src/").filter(|file| MUTATED.iter().any(|m| file.starts_with(m)));
+    crates(&folder, &[], LEVEL, &mut |inside, bytes| {
+        let below = inside.strip_prefix("src/models/").filter(|file| MUTATED.iter().any(|m| file.starts_with(m)));
         if let Some(file) = below {
             return Some(instrument(file, text(&bytes), &mut mutants).into_bytes());
         }
-        if inside == "src/lib.rs" {
-            return Some(library().into_bytes());
+        if inside == "src/models/lib.rs" {
+            return Some(format!("#![allow(warnings)]\n{}\npub mod mutant_switch;\n", text(&bytes)).into_bytes());
         }
         Some(bytes)
     });
@@ -88,7 +58,7 @@ pub fn build() -> Built {
          /// True for the mutant that the environment names.\n\
          pub fn on(id: usize) -> bool {{ *ON == id }}\n"
     );
-    write(&folder.join("src/mutant_switch.rs"), switch.as_bytes());
+    write(&folder.join("src/models/mutant_switch.rs"), switch.as_bytes());
     for name in JUDGES.map(|(_, file)| file).into_iter().chain(["tests/common"]) {
         copy(name, &folder, &mut |inside, bytes| match inside {
             "tests/common/mod.rs" => Some(needed(text(&bytes)).into_bytes()),
@@ -98,11 +68,9 @@ pub fn build() -> Built {
     for (name, file) in JUDGES {
         let module = file.strip_prefix("tests/").expect("judges are tests");
         let module = if module.ends_with(".rs") { module.to_owned() } else { format!("{module}/mod.rs") };
-        let judge = format!(
-            "#![allow(warnings)]\nextern crate leadlag_mutants as leadlag;\nmod common;\n#[path = \"{module}\"]\nmod {name};\n"
-        );
+        let judge = format!("#![allow(warnings)]\nmod common;\n#[path = \"{module}\"]\nmod {name};\n");
         write(&folder.join(format!("tests/{name}.rs")), judge.as_bytes());
     }
-    let judges = compile(&folder, "", JUDGES.map(|(name, _)| name));
+    let judges = compile(&folder, JUDGES.map(|(name, _)| name));
     Built { folder, judges, mutants }
 }

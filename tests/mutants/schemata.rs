@@ -31,7 +31,7 @@ fn private(constant: &syn::ItemConst) -> bool {
 
 /// The file with its mutants; they are added to `mutants`.
 pub fn instrument(file: &str, text: &str, mutants: &mut Vec<Mutant>) -> String {
-    let mut syntax = syn::parse_file(text).unwrap_or_else(|e| panic!("src/{file}: {e}"));
+    let mut syntax = syn::parse_file(text).unwrap_or_else(|e| panic!("src/models/{file}: {e}"));
     // Unit tests judge, and are not judged.
     let is_test = |attribute: &syn::Attribute| attribute.to_token_stream().to_string().contains("cfg (test)");
     syntax.items.retain(|item| !matches!(item, Item::Mod(module) if module.attrs.iter().any(is_test)));

@@ -4,6 +4,7 @@
 
 use crate::common::gpu::skipped;
 use crate::common::program::{self, fails, leadlag, ok, scratch, stderr, text};
+use crate::common::sample;
 use leadlag::internal::optimize::{normal, stream};
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -201,7 +202,8 @@ fn a_device_finds_what_the_cpu_finds() {
 
 #[test]
 fn a_killed_fleet_goes_on() {
-    let kills: usize = std::env::var("LEADLAG_KILLS").map_or(5, |kills| kills.parse().expect("a number"));
+    let kills: usize =
+        std::env::var("LEADLAG_KILLS").map_or_else(|_| sample::times(5), |kills| kills.parse().expect("a number"));
     let folder = scratch("fleet", "killed");
     let table = folder.join("pairs.csv");
     fs::write(&table, HEADER.to_owned() + &drives(0..120, 150)).expect("room");

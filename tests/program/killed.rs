@@ -3,6 +3,7 @@
 //! `LEADLAG_KILLS=200` kills so often; without it a few kills have to do.
 
 use crate::common::program::{leadlag, ok, scratch, stderr, text};
+use crate::common::sample;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -14,7 +15,7 @@ type Files = BTreeMap<String, Vec<u8>>;
 
 /// Kills that must hit while a folder is being changed, of each command.
 fn kills() -> usize {
-    std::env::var("LEADLAG_KILLS").map_or(12, |kills| kills.parse().expect("a number"))
+    std::env::var("LEADLAG_KILLS").map_or_else(|_| sample::times(12), |kills| kills.parse().expect("a number"))
 }
 
 /// The files of a folder that readers see, but for one that tells times.

@@ -1,8 +1,6 @@
 //! Compiled in the copy of the crate that tests/toy.rs makes, where there are a further law, `fvd_linear`, and a further cause,
 //! `linear_drag`.
 
-extern crate leadlag_toy as leadlag;
-
 #[allow(dead_code, reason = "other tests use the rest")]
 #[path = "../common/cars.rs"]
 mod cars;

@@ -1,0 +1,150 @@
+//! Tables of any layout by a column map: which column is what, in which unit.
+//!
+//! A map is a TOML file; those of well-known sets are part of the program. Long tables (one row per vehicle and time)
+//! become one platoon of two cars per stretch in which a vehicle follows another one, the longest first.
+
+mod clock;
+mod error;
+mod map;
+mod pairs;
+mod platoon;
+mod plausible;
+mod role;
+mod rows;
+mod text;
+mod unit;
+mod vehicles;
+mod wanted;
+
+pub use error::MapError;
+pub use map::ColumnMap;
+
+use super::header::nearest;
+use super::lines::Lines;
+use super::problems::{Problems, Stop};
+use crate::text::bounded::TEXT_MAX;
+use crate::trajectory::{ImportError, Layout, Note, Platoon, Recording, Source};
+use std::io::Read;
+use std::path::Path;
+
+/// Name and text of the maps that are part of the program.
+const SHIPPED: [(&str, &str); 8] = [
+    ("ngsim", include_str!("maps/ngsim.toml")),
+    ("highd", include_str!("maps/highd.toml")),
+    ("exid", include_str!("maps/exid.toml")),
+    ("tgsim", include_str!("maps/tgsim.toml")),
+    ("i24-motion", include_str!("maps/i24-motion.toml")),
+    ("waymo-pairs", include_str!("maps/waymo-pairs.toml")),
+    ("fhwa-cav", include_str!("maps/fhwa-cav.toml")),
+    ("sumo-fcd", include_str!("maps/sumo-fcd.toml")),
+];
+
+impl ColumnMap {
+    /// Name and text of the maps that are part of the program.
+    #[must_use]
+    pub fn shipped() -> &'static [(&'static str, &'static str)] {
+        &SHIPPED
+    }
+
+    /// A shipped map by its name, or a map of one's own by its file, which ends in `.toml`.
+    ///
+    /// # Errors
+    /// [`MapError`] when there is none, or when it is broken.
+    pub fn find(given: &str) -> Result<ColumnMap, MapError> {
+        if let Some((name, text)) = SHIPPED.iter().find(|(name, _)| *name == given) {
+            return ColumnMap::parse(text, name);
+        }
+        let known: Vec<&'static str> = SHIPPED.iter().map(|(name, _)| *name).collect();
+        if Path::new(given).extension().is_none_or(|extension| extension != "toml") {
+            let near = nearest(given, known.iter().copied()).map(str::to_owned);
+            return Err(MapError::Unknown { name: given.to_owned(), known, near });
+        }
+        let text = crate::text::bounded::read_to_string(Path::new(given), TEXT_MAX)
+            .map_err(|source| MapError::Open { path: given.to_owned(), source })?;
+        ColumnMap::parse(&text, given)
+    }
+}
+
+/// Reads a table by a column map.
+///
+/// # Errors
+/// [`ImportError`], with line and column of the first problems of the file.
+pub fn read_mapped(path: &Path, map: &ColumnMap) -> Result<Recording, ImportError> {
+    let (input, is_parquet) = super::opened(path)?;
+    let written_alike = is_parquet.then(|| map.clone().of_plain_csv());
+    read_mapped_from(input, &path.display().to_string(), written_alike.as_ref().unwrap_or(map))
+}
+
+/// Reads a table by a column map from a stream; `name` stands for the file in messages.
+///
+/// # Errors
+/// As [`read_mapped`].
+pub fn read_mapped_from(input: impl Read, name: &str, map: &ColumnMap) -> Result<Recording, ImportError> {
+    let mut problems = Problems::default();
+    let mut lines = Lines::new(input);
+    let result = platoons(&mut lines, map, &mut problems);
+    let mut platoons = problems.finish(name, result)?;
+    for platoon in &mut platoons {
+        platoon.notes.insert(0, Note::Mapped { map: map.name.clone(), pair: platoon.id.clone() });
+    }
+    Ok(Recording {
+        source: Source { path: name.to_owned(), sha256: lines.sha256() },
+        layout: Layout::Columns,
+        platoons,
+        companions: Vec::new(),
+        grade: None,
+    })
+}
+
+fn platoons<R: Read>(lines: &mut Lines<R>, map: &ColumnMap, problems: &mut Problems) -> Result<Vec<Platoon>, Stop> {
+    let table = rows::read(lines, map, problems)?;
+    match map.rows {
+        map::Rows::Vehicles => vehicles::platoons(&table, map, problems),
+        map::Rows::Pairs => pairs::platoons(&table, map, problems),
+        map::Rows::Platoon => platoon::platoons(&table, map, problems),
+    }
+}
+
+/// What stands before the id in the name of a vehicle of a long table.
+const BY_ID: &str = "vehicle ";
+
+/// How a vehicle of a long table is called.
+fn vehicle_name(id: &str) -> String {
+    format!("{BY_ID}{id}")
+}
+
+impl Recording {
+    /// True of a table of platoons: its cars are numbered, as in the layouts that need no map.
+    #[must_use]
+    pub fn is_of_numbered_cars(&self) -> bool {
+        let by_id = |car: &crate::trajectory::Car| car.name.starts_with(BY_ID) || car.name == "follower";
+        self.platoons.iter().all(|platoon| platoon.cars.last().is_some_and(|car| !by_id(car)))
+    }
+
+    /// Keeps only the platoons in which the car of this name is the follower of one number, which is that of the first: 1 is the car right behind
+    /// the leader. `None`, and nothing changed, if there is none.
+    #[must_use]
+    pub fn keep_car(&mut self, name: &str) -> Option<usize> {
+        let place = |platoon: &Platoon| {
+            let followers = platoon.cars.iter().filter(|car| car.number > 1);
+            let number = |car: &crate::trajectory::Car| car.number;
+            let exact = followers.clone().find(|car| car.name == name).map(number);
+            exact.or_else(|| followers.clone().find(|car| car.name.eq_ignore_ascii_case(name)).map(number))
+        };
+        let car = self.platoons.iter().find_map(place)?;
+        self.platoons.retain(|platoon| place(platoon) == Some(car));
+        Some(car - 1)
+    }
+
+    /// Keeps only the pairs in which the vehicle `id` of a mapped table follows; false, and nothing changed, if there are none.
+    #[must_use]
+    pub fn keep_follower(&mut self, id: &str) -> bool {
+        let name = vehicle_name(id);
+        let follows = |platoon: &Platoon| platoon.cars.last().is_some_and(|car| car.name == name);
+        if !self.platoons.iter().any(follows) {
+            return false;
+        }
+        self.platoons.retain(follows);
+        true
+    }
+}

@@ -1,0 +1,254 @@
+//! Measured data: from a file to leader–follower pairs that are ready to be simulated.
+//!
+//! A file becomes a [`Recording`] (`import`), its platoons become [`Trajectory`] pairs (`prepare`);
+//! whatever was derived, filled, cut or reconciled on the way is kept as [`Note`]s.
+
+mod agreement;
+pub mod error;
+mod factor;
+mod grade;
+pub mod import;
+pub mod inspect;
+mod note;
+pub mod plausible;
+pub mod prepare;
+pub mod savitzky_golay;
+mod split;
+mod steps;
+
+pub use error::{Faults, ImportError, PrepareError};
+pub use grade::Grade;
+pub use import::Layout;
+pub use inspect::{Inspection, inspect};
+pub use note::Note;
+pub use prepare::{Preparation, Reconcile, Stretch, prepare, prepare_platoon};
+
+/// Where data came from: enough to find the file again and to notice that it has changed.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Source {
+    /// The path as the user gave it.
+    pub path: String,
+    /// SHA-256 of the file's bytes, lower-case hexadecimal.
+    pub sha256: String,
+}
+
+impl Source {
+    /// The checksum of a file whose bytes are these.
+    #[must_use]
+    pub fn of_bytes(path: &std::path::Path, bytes: &[u8]) -> Source {
+        use sha2::{Digest, Sha256};
+        Source { path: path.display().to_string(), sha256: hexadecimal(&Sha256::digest(bytes)) }
+    }
+
+    /// The checksum of a file, read in pieces.
+    ///
+    /// # Errors
+    /// When it cannot be read.
+    pub fn of(path: &std::path::Path) -> std::io::Result<Source> {
+        use sha2::{Digest, Sha256};
+        let mut hash = Sha256::new();
+        let mut file = std::fs::File::open(path)?;
+        let mut piece = [0; 65536];
+        loop {
+            let length = std::io::Read::read(&mut file, &mut piece)?;
+            if length == 0 {
+                return Ok(Source { path: path.display().to_string(), sha256: hexadecimal(&hash.finalize()) });
+            }
+            hash.update(&piece[..length]);
+        }
+    }
+}
+
+/// A checksum as it is written everywhere: lower-case hexadecimal.
+pub fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// One imported file: one platoon in most layouts, one pair per trajectory id in Ultra-AV tables.
+#[derive(Debug, Clone)]
+pub struct Recording {
+    /// The file.
+    pub source: Source,
+    /// Its layout, detected or as told.
+    pub layout: Layout,
+    /// At least one platoon, in file order.
+    pub platoons: Vec<Platoon>,
+    /// Files beside it that were read too (`Labels.csv`, `Slope.csv`).
+    pub companions: Vec<Source>,
+    /// Grade of the road from a file beside it, if any.
+    pub grade: Option<Grade>,
+}
+
+impl Recording {
+    /// Name of the file without folder and extension.
+    #[must_use]
+    pub fn stem(&self) -> &str {
+        let stem = std::path::Path::new(&self.source.path).file_stem();
+        stem.and_then(std::ffi::OsStr::to_str).unwrap_or(&self.source.path)
+    }
+}
+
+/// Cars driving one behind the other, on one time axis. Missing samples are NaN.
+#[derive(Debug, Clone)]
+pub struct Platoon {
+    /// Trajectory id of layouts that hold several platoons in one file.
+    pub id: Option<String>,
+    /// Time as written in the file \[s\], strictly increasing.
+    pub t: Vec<f64>,
+    /// Line of each sample in the file, counted from 1.
+    pub lines: Vec<u64>,
+    /// Front to back; `cars[0]` is the platoon leader. Cars without any column are absent.
+    pub cars: Vec<Car>,
+    /// What the importer did to the data beyond reading it.
+    pub notes: Vec<Note>,
+}
+
+/// The measured signals of one car; every vector is as long as the platoon's `t`.
+#[derive(Debug, Clone)]
+pub struct Car {
+    /// Position in the platoon as numbered by the file: 1 is the platoon leader. 0 is the car ahead of the leader of a
+    /// pair file.
+    pub number: usize,
+    /// Name as written in the file (`Tesla(Model3)`), or `car 2` where the file gives none.
+    pub name: String,
+    /// Length of the car \[m\] where the file or its companion table gives one.
+    pub length: Option<f64>,
+    /// Speed \[m/s\].
+    pub v: Vec<f64>,
+    /// Cumulative position along the road \[m\], where measured.
+    pub x: Option<Vec<f64>>,
+    /// Bumper-to-bumper gap to the car numbered one less \[m\], where measured.
+    pub gap: Option<Vec<f64>>,
+    /// Acceleration \[m/s²\], where the file gives one (checked by `inspect`, never simulated against).
+    pub a: Option<Vec<f64>>,
+    /// Sine of the road grade under this car, where the file gives one.
+    pub sin_grade: Option<Vec<f64>>,
+    /// What is wrong with its own signals: nothing that needs them can be computed.
+    pub faults: Faults,
+    /// What is wrong with its gap.
+    pub gap_faults: Faults,
+}
+
+/// True for a name that stands for none: files of pairs name no car, tables give a number. Two cars may have it.
+#[must_use]
+pub fn is_nameless(car: &str) -> bool {
+    car == "follower" || car.starts_with("car ") || car.starts_with("vehicle ")
+}
+
+impl Platoon {
+    /// What is wrong with the signals that a follower needs; 1 is the car right behind the leader.
+    #[must_use]
+    pub fn faults_of(&self, follower: usize) -> Faults {
+        let mut faults = Faults::default();
+        for car in self.cars.iter().filter(|car| car.number == follower || car.number == follower.saturating_add(1)) {
+            faults.merge(car.faults.clone());
+            if car.number > follower {
+                faults.merge(car.gap_faults.clone());
+            }
+        }
+        faults
+    }
+
+    /// True if there is a follower whose signals are sound, and long enough to be used.
+    fn is_usable(&self) -> bool {
+        let duration = self.t.first().zip(self.t.last()).map_or(0.0, |(first, last)| last - first);
+        if duration < prepare::SEGMENT_MIN_S {
+            return false;
+        }
+        let followers = self.cars.windows(2).filter(|pair| pair[0].number > 0 && pair[1].number == pair[0].number + 1);
+        followers.map(|pair| pair[0].number).any(|follower| self.faults_of(follower).is_empty())
+    }
+}
+
+impl Car {
+    /// A car without signals; without a name (or with an empty one) it is called after its number.
+    fn new(number: usize, name: Option<&str>) -> Self {
+        Car {
+            number,
+            name: match name {
+                Some(name) if !name.is_empty() => name.to_owned(),
+                _ => format!("car {number}"),
+            },
+            length: None,
+            v: Vec::new(),
+            x: None,
+            gap: None,
+            a: None,
+            sin_grade: None,
+            faults: Faults::default(),
+            gap_faults: Faults::default(),
+        }
+    }
+}
+
+/// One leader–follower pair without gaps, on a uniform time step: what an evaluator simulates.
+///
+/// All vectors have the same length; `s[i] == x_l[i] - x_f[i] - len_l` up to rounding, and `x_f`
+/// follows from `v_f` by the ballistic scheme of the paper's Eq. 1.
+#[derive(Debug, Clone)]
+pub struct Trajectory {
+    /// `FILE-STEM follower N`, with the trajectory id and segment where there are several.
+    pub label: String,
+    /// The file.
+    pub source: Source,
+    /// 1 = the car right behind the platoon leader.
+    pub follower: usize,
+    /// Name of the follower as in the file.
+    pub name: String,
+    /// Its id, where the file names its trajectories.
+    pub id: Option<String>,
+    /// Nominal time step \[s\], decimal (0.1, not the difference of two decimal times).
+    pub dt: f64,
+    /// `t[1] - t[0]` as a double \[s\], which the paper's authors simulate with (0.10000000000000009 for 0.1).
+    pub dt_raw: f64,
+    /// Time as written in the file \[s\]; samples that were filled in or resampled lie on the grid of the others.
+    pub t: Vec<f64>,
+    /// Position of the preceding vehicle along the road \[m\].
+    pub x_l: Vec<f64>,
+    /// Speed of the preceding vehicle \[m/s\].
+    pub v_l: Vec<f64>,
+    /// Length of the preceding vehicle \[m\]; 0 where unknown, `x_l` then means its rear bumper.
+    pub len_l: f64,
+    /// Measured position of the follower \[m\].
+    pub x_f: Vec<f64>,
+    /// Measured speed of the follower \[m/s\].
+    pub v_f: Vec<f64>,
+    /// Measured bumper-to-bumper spacing \[m\].
+    pub s: Vec<f64>,
+    /// Speed of the car ahead of the preceding vehicle \[m/s\], where measured.
+    pub v_l2: Option<Vec<f64>>,
+    /// Gap between those two \[m\], where measured.
+    pub s_l2: Option<Vec<f64>>,
+    /// Road grade, where known.
+    pub grade: Option<Grade>,
+    /// What was derived, filled, cut, smoothed, resampled or reconciled, in order.
+    pub notes: Vec<Note>,
+}
+
+impl Trajectory {
+    /// Number of samples.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.t.len()
+    }
+
+    /// True if there is no sample (never in a prepared trajectory).
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.t.is_empty()
+    }
+}
+
+/// Positions that follow from speeds by the ballistic scheme, Eq. 1 \[m\].
+#[must_use]
+pub fn integrate(x_0: f64, v: &[f64], dt: f64) -> Vec<f64> {
+    let mut x = Vec::with_capacity(v.len());
+    let mut x_i = x_0;
+    for (i, &v_i) in v.iter().enumerate() {
+        if i > 0 {
+            x_i += (v[i - 1] + v_i) / 2.0 * dt;
+        }
+        x.push(x_i);
+    }
+    x
+}

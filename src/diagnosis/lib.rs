@@ -1,0 +1,17 @@
+//! What a model lacks: search and judgement of causes, closed loop, recommendation, and the files of results.
+//!
+//! A part of leadlag without a promise of its own: use the crate `leadlag`.
+
+pub mod closed_loop;
+pub mod diagnose;
+pub mod judge;
+pub mod recommend;
+pub mod result;
+
+use leadlag_data::{statistics, text, trajectory, vehicle};
+#[cfg(test)]
+use leadlag_models::plant;
+use leadlag_models::{
+    calibrate, catalog, convention, evaluator, extension, identify, lanes, optimize, reference, rescore, score,
+    simulate, symbols, wgsl,
+};

@@ -1,0 +1,417 @@
+//! What the evaluators share: candidates in, outcomes and scores out.
+
+mod adapter;
+mod case;
+mod course;
+mod fallback;
+mod halves;
+mod observer;
+mod raw;
+mod table;
+
+pub use adapter::AdapterChoice;
+pub use case::{Case, CaseError, InvalidParameter};
+pub use course::smoothed_acceleration;
+pub use course::{Course, CourseError, LEADER_SMOOTHING, Pace, WorldSignals};
+pub use fallback::Fallback;
+pub use halves::Halves;
+pub use observer::{Innovations, Observed, Observer, Residuals, Windows};
+pub use raw::{Raw, status};
+pub use table::{Cell, Line, Table};
+
+use crate::catalog::Variant;
+use crate::convention::BoundRule;
+use crate::score::{GoodnessOfFit, Measures};
+use crate::symbols::{Parameters, Symbol};
+
+/// Candidates of one variant: parameter vectors, one after the other.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Population {
+    symbols: Vec<Symbol>,
+    values: Vec<f64>,
+}
+
+impl Population {
+    /// An empty population of candidates with these parameters.
+    #[must_use]
+    pub fn new(symbols: &[Symbol]) -> Population {
+        Population { symbols: symbols.to_vec(), values: Vec::new() }
+    }
+
+    /// Adds a candidate.
+    ///
+    /// # Panics
+    /// If it has not one value per symbol.
+    pub fn push(&mut self, candidate: &[f64]) {
+        assert_eq!(candidate.len(), self.symbols.len(), "one value per symbol");
+        self.values.extend_from_slice(candidate);
+    }
+
+    /// Removes all candidates, keeps the memory.
+    pub fn clear(&mut self) {
+        self.values.clear();
+    }
+
+    /// Number of candidates.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.values.len().checked_div(self.symbols.len()).unwrap_or(0)
+    }
+
+    /// True without candidates.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.values.is_empty()
+    }
+
+    /// The symbols, one per value of a candidate.
+    #[must_use]
+    pub fn symbols(&self) -> &[Symbol] {
+        &self.symbols
+    }
+
+    /// The values of a candidate, one per symbol.
+    #[must_use]
+    pub fn values(&self, candidate: usize) -> &[f64] {
+        let width = self.symbols.len();
+        &self.values[candidate * width..(candidate + 1) * width]
+    }
+
+    /// The place of a parameter among the values of a candidate; of several the last, as [`Population::parameters`] has it.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn column_of(&self, symbol: Symbol) -> Option<usize> {
+        self.symbols.iter().rposition(|own| *own == symbol)
+    }
+
+    /// The values at one place, of all candidates.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn column(&self, place: usize) -> impl Iterator<Item = f64> {
+        self.values[place.min(self.values.len())..].iter().step_by(self.symbols.len()).copied()
+    }
+
+    /// The named parameters of a candidate.
+    #[must_use]
+    pub fn parameters(&self, candidate: usize) -> Parameters {
+        let width = self.symbols.len();
+        let mut parameters = Parameters::NONE;
+        for (&symbol, &value) in self.symbols.iter().zip(&self.values[candidate * width..]) {
+            parameters.set(symbol, value);
+        }
+        parameters
+    }
+}
+
+/// Why a run ended early, as written in result files.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, strum::IntoStaticStr)]
+#[strum(const_into_str, serialize_all = "snake_case")]
+pub enum FailureKind {
+    /// The spacing is not above 0 any more.
+    #[strum(serialize = "spacing")]
+    Crash,
+    /// Gipps' radicand (Eq. 5) is negative: no speed is safe.
+    Radicand,
+    /// A state is NaN or infinite.
+    NotFinite,
+}
+
+impl std::fmt::Display for FailureKind {
+    /// In words, for people.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            FailureKind::Crash => "crash, the spacing is not above 0",
+            FailureKind::Radicand => "no speed is safe, Gipps' radicand is negative",
+            FailureKind::NotFinite => "a state is NaN or infinite",
+        })
+    }
+}
+
+/// A run that ended early.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Failure {
+    /// Why.
+    pub kind: FailureKind,
+    /// The sample at which it happened.
+    pub step: usize,
+}
+
+/// Everything one simulated candidate tells.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Outcome {
+    /// The measures, or why there are none.
+    pub result: Result<Measures, Failure>,
+    /// Perception delay in samples; whole if the convention floors it.
+    pub delay_steps: f64,
+    /// Steps clipped at the upper acceleration bound.
+    pub n_cut_acc: u32,
+    /// Steps clipped at the lower acceleration bound.
+    pub n_cut_dec: u32,
+}
+
+/// The score of a candidate in a calibration.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Score {
+    /// Value of the goodness of fit; lower is better.
+    Value(f64),
+    /// The run ended early.
+    Failed(Failure),
+    /// It touched an acceleration bound under the convention `bounds=reject`.
+    Rejected,
+}
+
+impl Score {
+    /// The score of a candidate from its outcomes, one per case: the mean of `gof`; see [`Score::joint`].
+    #[must_use]
+    pub fn of(outcomes: impl IntoIterator<Item = (Outcome, usize)>, gof: &GoodnessOfFit, rule: BoundRule) -> Score {
+        Score::joint(outcomes.into_iter().map(|(outcome, samples)| (outcome.score(gof, rule), samples)))
+    }
+
+    /// The score of a candidate from its scores on several cases, each with the number of samples: their mean.
+    ///
+    /// A run that ended early outranks a touched bound, and its step counts on from the cases passed before it, so that
+    /// of two failed candidates the one that came further is the better.
+    #[must_use]
+    pub fn joint(scores: impl IntoIterator<Item = (Score, usize)>) -> Score {
+        let (mut sum, mut count, mut passed, mut rejected) = (0.0, 0.0, 0, false);
+        for (score, samples) in scores {
+            match score {
+                Score::Failed(failure) => return Score::Failed(Failure { step: passed + failure.step, ..failure }),
+                Score::Rejected => rejected = true,
+                Score::Value(value) => sum += value,
+            }
+            passed += samples;
+            count += 1.0;
+        }
+        if rejected { Score::Rejected } else { Score::Value(sum / count) }
+    }
+}
+
+impl Outcome {
+    /// The score on this one case.
+    #[must_use]
+    pub fn score(&self, gof: &GoodnessOfFit, rule: BoundRule) -> Score {
+        match &self.result {
+            Err(failure) => Score::Failed(*failure),
+            Ok(_) if self.is_rejected(rule) => Score::Rejected,
+            Ok(measures) => Score::Value(gof.of(measures)),
+        }
+    }
+
+    /// True if it touched an acceleration bound where that rejects a candidate.
+    #[must_use]
+    pub fn is_rejected(&self, rule: BoundRule) -> bool {
+        rule == BoundRule::Reject && self.n_cut_acc + self.n_cut_dec > 0
+    }
+}
+
+/// An evaluation that could not be done (never a candidate that fails: that is a [`Score`]).
+#[derive(Debug, thiserror::Error)]
+pub enum EvaluateError {
+    /// As many scores as candidates are needed.
+    #[error("expected room for {candidates} scores, found {scores}")]
+    Room {
+        /// Candidates in the jobs.
+        candidates: usize,
+        /// Scores asked for.
+        scores: usize,
+    },
+    /// A delay longer than the evaluator remembers.
+    #[error(
+        "{name}: expected at most {upper} s, found {found}; the upper bound of {name} says how far back a simulation \
+         remembers, raise it in a --bounds file"
+    )]
+    Delay {
+        /// The parameter; two of them if their sum is too long.
+        name: String,
+        /// The upper bound \[s\].
+        upper: f64,
+        /// What was found.
+        found: f64,
+    },
+    /// The case cannot be laid out for this evaluator.
+    #[error(transparent)]
+    Course(#[from] CourseError),
+    /// There is no adapter, or not the one that is wanted.
+    #[error("{}", no_adapter(wanted.as_deref(), present))]
+    Adapter {
+        /// Index, PCI address or name that was asked for, if any.
+        wanted: Option<String>,
+        /// The adapters present, one line each.
+        present: Vec<String>,
+    },
+    /// The library was built without the feature `gpu`.
+    #[error("no GPU: leadlag was built without the feature `gpu`; use --evaluator lanes")]
+    NoGpuBuilt,
+    /// The process may use too little memory for a driver.
+    #[error(
+        "no GPU: drivers need an address space of {} MiB, found a limit of {} MiB; raise it (`ulimit -v unlimited`), or use \
+         --evaluator lanes",
+        needed >> 20,
+        limit >> 20
+    )]
+    AddressSpace {
+        /// What there is \[bytes\].
+        limit: u64,
+        /// What is needed \[bytes\].
+        needed: u64,
+    },
+    /// The reference has only the built-in extensions, written a second time by hand.
+    #[error(
+        "the reference has no second transcription of extension {extension}, so it cannot simulate variant {variant}; use \
+         --evaluator lanes, with --precision f64 for as many digits"
+    )]
+    Untranscribed {
+        /// The extension.
+        extension: String,
+        /// The variant.
+        variant: String,
+    },
+    /// The text of the model cannot run on this evaluator.
+    #[error(transparent)]
+    Model(Box<dyn std::error::Error + Send + Sync>),
+    /// The device failed, and so did the second attempt.
+    #[error("{doing} on {adapter}: {message}")]
+    Device {
+        /// What was being done.
+        doing: &'static str,
+        /// The device.
+        adapter: String,
+        /// What it says.
+        message: String,
+    },
+    /// The memory of the device is too small for so many candidates at once.
+    #[error("{adapter} has not enough memory: {message}; close what else uses it, or use --evaluator lanes")]
+    Memory {
+        /// The device.
+        adapter: String,
+        /// What it says.
+        message: String,
+    },
+}
+
+fn no_adapter(wanted: Option<&str>, present: &[String]) -> String {
+    match (wanted, present) {
+        (_, []) => {
+            "no GPU adapter found; install the driver of the GPU, or a software one (Debian, Ubuntu: apt-get install \
+                    mesa-vulkan-drivers libvulkan1), or use --evaluator lanes, which needs none"
+                .to_owned()
+        }
+        (None, _) => format!("none of these adapters can be used:\n  {}", present.join("\n  ")),
+        (Some(wanted), _) => format!(
+            "no GPU adapter `{wanted}`; expected an index, a PCI address or a name, present are:\n  {}",
+            present.join("\n  ")
+        ),
+    }
+}
+
+/// Candidates that are to be simulated on one case.
+#[derive(Debug, Clone, Copy)]
+pub struct Job<'a> {
+    /// Index into [`Evaluator::cases`].
+    pub case: usize,
+    /// The candidates.
+    pub population: &'a Population,
+}
+
+impl Job<'_> {
+    /// Candidates in several jobs.
+    #[must_use]
+    pub fn candidates(jobs: &[Job]) -> usize {
+        jobs.iter().map(|job| job.population.len()).sum()
+    }
+}
+
+/// One of the two sets of buffers: while the candidates of one are simulated, the other can be filled.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BufferSet {
+    /// The first.
+    A = 0,
+    /// The second.
+    B = 1,
+}
+
+/// Seconds of wall time that went to other things than computing, since the evaluator was made.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Timings {
+    /// Moving candidates to the device and scores back \[s\].
+    pub transfer_s: f64,
+    /// The first dispatch, in which a driver compiles \[s\].
+    pub first_dispatch_s: f64,
+}
+
+impl std::ops::Add for Timings {
+    type Output = Timings;
+
+    fn add(self, other: Timings) -> Timings {
+        Timings {
+            transfer_s: self.transfer_s + other.transfer_s,
+            first_dispatch_s: self.first_dispatch_s + other.first_dispatch_s,
+        }
+    }
+}
+
+/// Simulates populations of one variant over its cases.
+pub trait Evaluator: Send {
+    /// The cases; all of one variant.
+    fn cases(&self) -> &[Case];
+    /// What is minimised.
+    fn gof(&self) -> &GoodnessOfFit;
+    /// `reference`, `lanes` or `gpu`.
+    fn name(&self) -> &'static str;
+    /// `f64`, `plain` or `compensated`.
+    fn precision(&self) -> &'static str;
+    /// The device, where there is one.
+    fn adapter(&self) -> Option<String> {
+        None
+    }
+    /// Seconds that went to other things than computing; zeros where there are none.
+    fn timings(&self) -> Timings {
+        Timings::default()
+    }
+    /// True if host and evaluator work at the same time, so that two buffer sets pay.
+    fn overlaps(&self) -> bool {
+        false
+    }
+    /// Starts simulating jobs; [`Evaluator::collect`] waits for them.
+    ///
+    /// # Errors
+    /// When the evaluator cannot run.
+    fn submit(&mut self, set: BufferSet, jobs: &[Job<'_>]) -> Result<(), EvaluateError>;
+    /// One score per candidate of the jobs last submitted with this set, in order. Does not allocate after the first call
+    /// with a given number of candidates.
+    ///
+    /// # Errors
+    /// [`EvaluateError::Room`] unless there is one score per candidate; others when the evaluator cannot run.
+    fn collect(&mut self, set: BufferSet, scores: &mut [Score]) -> Result<(), EvaluateError>;
+    /// All that one candidate after the other tells, in the order of the jobs.
+    ///
+    /// # Errors
+    /// When the evaluator cannot run.
+    fn outcomes(&mut self, jobs: &[Job<'_>]) -> Result<Vec<Outcome>, EvaluateError>;
+
+    /// The variant.
+    fn variant(&self) -> &Variant {
+        &self.cases()[0].variant
+    }
+    /// One score per candidate, in order: the mean over the cases; failed if one case failed.
+    ///
+    /// # Errors
+    /// As [`Evaluator::collect`].
+    fn evaluate(&mut self, population: &Population, scores: &mut [Score]) -> Result<(), EvaluateError> {
+        let candidates = population.len();
+        if scores.len() != candidates {
+            return Err(EvaluateError::Room { candidates, scores: scores.len() });
+        }
+        let jobs: Vec<Job> = (0..self.cases().len()).map(|case| Job { case, population }).collect();
+        self.submit(BufferSet::A, &jobs)?;
+        if jobs.len() == 1 {
+            return self.collect(BufferSet::A, scores);
+        }
+        let mut all = vec![Score::Rejected; Job::candidates(&jobs)];
+        self.collect(BufferSet::A, &mut all)?;
+        for (i, score) in scores.iter_mut().enumerate() {
+            let by_case = self.cases().iter().enumerate().map(|(k, case)| (all[k * candidates + i], case.s.len()));
+            *score = Score::joint(by_case);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,84 @@
+//! Functions of our own on a device against their twins on the CPU, bit for bit.
+
+use super::device::Device;
+use super::probe::{COMMON, Finding, ProbeStatus, run};
+use crate::wgsl::shader;
+
+/// The CPU's forms of the functions of shaders/power.wgsl and shaders/exponential.wgsl.
+#[derive(Debug, Clone, Copy)]
+pub struct Twins {
+    /// x to the power of y.
+    pub power: fn(f32, f32) -> f32,
+    /// e to the power of x.
+    pub exponential: fn(f32) -> f32,
+    /// Natural logarithm.
+    pub logarithm: fn(f32) -> f32,
+}
+
+/// Points at which a function is compared with its twin.
+const POINTS: i32 = 128 * 128;
+
+pub(super) fn own_power(device: &Device, twins: &Twins) -> Finding {
+    let point = |k: i32| [0.001 * 1.058_f32.powi(k / 128), 0.1 + 0.0771 * (k % 128) as f32];
+    let power = twins.power;
+    own(device, "power", "power(a, b)", point, &|[x, y]| power(x, y))
+}
+
+pub(super) fn own_exponential(device: &Device, twins: &Twins) -> Finding {
+    let exponential = twins.exponential;
+    own(device, "exponential", "exponential(a)", |k| [0.0106 * k as f32 - 86.9, 0.0], &|[x, _]| exponential(x))
+}
+
+pub(super) fn own_logarithm(device: &Device, twins: &Twins) -> Finding {
+    let logarithm = twins.logarithm;
+    own(device, "logarithm", "logarithm(a)", |k| [1e-12 * 1.004_f32.powi(k), 0.0], &|[x, _]| logarithm(x))
+}
+
+/// A function of ours against its twin.
+fn own(
+    device: &Device,
+    name: &str,
+    call: &str,
+    point: impl Fn(i32) -> [f32; 2],
+    twin: &dyn Fn([f32; 2]) -> f32,
+) -> Finding {
+    let pairs: Vec<[f32; 2]> = (0..POINTS).map(point).collect();
+    let text = format!(
+        "{COMMON}{}{}
+         @compute @workgroup_size(64) fn main(@builtin(global_invocation_id) id: vec3<u32>) {{
+             for (var k = id.x; k < {POINTS}u; k += 64u) {{
+                 let a = x[2u * k];
+                 let b = x[2u * k + 1u];
+                 y[k] = bitcast<u32>({call});
+             }}
+         }}",
+        shader("shaders/power.wgsl").1,
+        shader("shaders/exponential.wgsl").1,
+    );
+    let y = run(device, &text, pairs.as_flattened(), pairs.len())?;
+    let (mut different, mut worst) = (0, 0.0_f32);
+    for (pair, bits) in pairs.iter().zip(y) {
+        let (cpu, gpu) = (twin(*pair), f32::from_bits(bits));
+        if cpu.to_bits() != bits {
+            different += 1;
+            worst = worst.max(if gpu.is_finite() { ((gpu - cpu) / cpu).abs() } else { f32::INFINITY });
+        }
+    }
+    Ok(if different == 0 {
+        (ProbeStatus::Ok, format!("our {name} function gives the same bits as on the CPU at {POINTS} points"))
+    } else if worst < 1e-5 {
+        (
+            ProbeStatus::Trap,
+            format!(
+                "{different} of {POINTS} values of our {name} function differ from the CPU's, by at most {worst:.1e} of themselves"
+            ),
+        )
+    } else {
+        (
+            ProbeStatus::Fail,
+            format!(
+                "{different} of {POINTS} values of our {name} function are wrong, by up to {worst:.1e} of themselves"
+            ),
+        )
+    })
+}

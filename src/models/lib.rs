@@ -1,0 +1,26 @@
+//! Models and everything that evaluates them: reference, lanes and GPU; optimisers and calibration; the plant that makes synthetic drives.
+//!
+//! A part of leadlag without a promise of its own: use the crate `leadlag`.
+
+pub mod by_hand;
+pub mod calibrate;
+pub mod catalog;
+pub mod convention;
+pub mod evaluate;
+pub mod evaluator;
+pub mod extension;
+#[cfg(feature = "gpu")]
+pub mod gpu;
+pub mod identify;
+pub mod lanes;
+pub mod optimize;
+pub mod plant;
+pub mod reference;
+pub mod rescore;
+pub mod score;
+pub mod select;
+pub mod simulate;
+pub mod symbols;
+pub mod wgsl;
+
+use leadlag_data::{statistics, text, trajectory, vehicle};

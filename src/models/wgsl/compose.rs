@@ -1,0 +1,298 @@
+//! One text per variant: a generated `Params`, then one file of each folder.
+
+use super::own_names::{Prefixed, member};
+use super::stages;
+use crate::catalog::{Constraint, Controller, Dynamics, Spacing, Variant};
+use crate::convention::Radicand;
+use crate::symbols::Symbol;
+use std::fmt::Write;
+
+/// Member of `Params` that a model with an observer has beside its parameters.
+pub const DECAY: &str = "observer_decay";
+
+macro_rules! texts {
+    ($folder:ident, $path:literal) => {
+        impl $folder {
+            /// Path and text of the part.
+            fn shader(self) -> (&'static str, &'static str) {
+                shader(&format!("shaders/{}/{}.wgsl", $path, self.name()))
+            }
+        }
+    };
+}
+
+texts!(Controller, "controller");
+texts!(Spacing, "spacing");
+texts!(Dynamics, "dynamics");
+texts!(Constraint, "constraint");
+
+/// Path and text of a built-in file.
+///
+/// # Panics
+/// If there is no such file.
+pub(crate) fn shader(path: &str) -> (&'static str, &'static str) {
+    leadlag_shaders::file(path).unwrap_or_else(|| panic!("no file {path}"))
+}
+
+/// How f32 carries the state, by its name on the command line and in results.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, strum::IntoStaticStr)]
+#[strum(const_into_str, serialize_all = "snake_case")]
+pub enum Precision {
+    /// One f32 per state; the default inside an optimiser.
+    #[default]
+    Plain,
+    /// Two f32 for spacing, speed and every sum: rounding errors are carried on instead of adding up.
+    Compensated,
+}
+
+/// What a text is composed for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Recipe {
+    /// The variant: one part of each folder.
+    pub variant: Variant,
+    /// How f32 carries the state.
+    pub precision: Precision,
+    /// How a Gipps run starts.
+    pub radicand: Radicand,
+    /// True for runs that an observer corrects: they carry a missing acceleration.
+    pub observed: bool,
+}
+
+impl Recipe {
+    /// True if a step has a memory: that of extensions or of an observer.
+    #[must_use]
+    pub fn is_extended(&self) -> bool {
+        self.observed || !self.variant.extensions.is_empty()
+    }
+}
+
+/// A composed text that knows which file each line came from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Source {
+    text: String,
+    chunks: Vec<Chunk>,
+}
+
+/// A part of a composed text.
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct Chunk {
+    name: String,
+    /// The line of the text it begins at, from 1.
+    first: usize,
+    /// What was done to the names of an extension.
+    own: Option<Prefixed>,
+}
+
+impl Source {
+    /// The model of a variant: everything up to and including `step`, without a time loop.
+    #[must_use]
+    pub fn model(recipe: &Recipe) -> Source {
+        Source::model_with(recipe, &|_, _| None)
+    }
+
+    /// As [`Source::model`], but `replace` may put another text in the place of a file, given its path and its text.
+    #[must_use]
+    pub fn model_with(recipe: &Recipe, replace: &dyn Fn(&str, &str) -> Option<String>) -> Source {
+        let Recipe { variant, precision, radicand, observed } = recipe;
+        let mut source = Source { text: String::new(), chunks: Vec::new() };
+        source.push("generated: Params", &params(&variant.parameters(), *observed));
+        let motion = match precision {
+            Precision::Plain => shader("shaders/motion/plain.wgsl"),
+            Precision::Compensated => shader("shaders/motion/compensated.wgsl"),
+        };
+        let start = match (variant.base.controller, radicand) {
+            (Controller::Gipps, Radicand::Shifted) => shader("shaders/start/shifted.wgsl"),
+            _ => shader("shaders/start/measured.wgsl"),
+        };
+        for (file, text) in [
+            shader("shaders/types.wgsl"),
+            shader("shaders/power.wgsl"),
+            shader("shaders/opaque.wgsl"),
+            variant.base.spacing.shader(),
+            variant.base.controller.shader(),
+            variant.dynamics.shader(),
+            variant.constraint.shader(),
+            start,
+            motion,
+        ] {
+            source.push(file, replace(file, text).as_deref().unwrap_or(text));
+        }
+        if !recipe.is_extended() {
+            let (file, text) = shader("shaders/step.wgsl");
+            source.push(file, replace(file, text).as_deref().unwrap_or(text));
+            return source;
+        }
+        for (file, text) in
+            [shader("shaders/exponential.wgsl"), shader("shaders/between.wgsl"), shader("shaders/world.wgsl")]
+        {
+            source.push(file, replace(file, text).as_deref().unwrap_or(text));
+        }
+        if variant.law().is_none() {
+            let (file, text) = equilibrium(variant);
+            source.push(file, replace(file, text).as_deref().unwrap_or(text));
+        }
+        for extension in variant.extensions.list() {
+            let text = replace(&extension.file, &extension.text);
+            source.push_extension(&extension.name, &extension.file, text.as_deref().unwrap_or(&extension.text));
+        }
+        source.push("generated: stages", &stages::text(recipe));
+        if let Some(law) = variant.law() {
+            source.push("generated: equilibrium", &stages::equilibrium(law));
+        }
+        let (file, text) = shader("shaders/step_extended.wgsl");
+        source.push(file, replace(file, text).as_deref().unwrap_or(text));
+        source
+    }
+
+    /// What an extension is checked against before it is part of a model: a `Params` with every symbol of the table.
+    pub(super) fn around_an_extension() -> Source {
+        let mut source = Source { text: String::new(), chunks: Vec::new() };
+        source.push("generated: Params", &params(Symbol::ALL, false));
+        for (file, text) in [
+            shader("shaders/types.wgsl"),
+            shader("shaders/power.wgsl"),
+            shader("shaders/exponential.wgsl"),
+            shader("shaders/opaque.wgsl"),
+            shader("shaders/spacing/cth.wgsl"),
+            shader("shaders/world.wgsl"),
+            shader("shaders/equilibrium/policy.wgsl"),
+        ] {
+            source.push(file, text);
+        }
+        source
+    }
+
+    /// A text of one's own, in one chunk.
+    #[must_use]
+    pub fn single(name: &str, text: &str) -> Source {
+        let mut source = Source { text: String::new(), chunks: Vec::new() };
+        source.push(name, text);
+        source
+    }
+
+    /// Appends a chunk; `name` stands for it in messages.
+    pub fn push(&mut self, name: &str, text: &str) {
+        let first = self.text.lines().count() + 1;
+        self.chunks.push(Chunk { name: name.to_owned(), first, own: None });
+        self.text.push_str(text.trim_end());
+        self.text.push('\n');
+    }
+
+    /// Appends an extension; what it declares is its own and hides nothing of the rest.
+    pub(super) fn push_extension(&mut self, extension: &str, file: &str, text: &str) {
+        // Comments of the whole file may stand at the top of a text only.
+        let (text, own) = Prefixed::of(extension, &text.replace("//!", "// "));
+        self.push(file, &text);
+        self.chunks.last_mut().expect("just pushed").own = Some(own);
+    }
+
+    /// Name of the chunk pushed last.
+    pub(super) fn last_chunk(&self) -> &str {
+        self.chunks.last().map_or("", |chunk| &chunk.name)
+    }
+
+    /// First line of the chunk pushed last.
+    pub(super) fn last_start(&self) -> usize {
+        self.chunks.last().map_or(1, |chunk| chunk.first)
+    }
+
+    /// What the names of the extension that was pushed last begin with.
+    pub(super) fn last_prefix(&self) -> &str {
+        self.chunks.last().and_then(|chunk| chunk.own.as_ref()).map_or("", |own| &own.prefix)
+    }
+
+    /// The text of the chunk pushed last, and where it begins.
+    pub(super) fn last_text(&self) -> (usize, &str) {
+        let start = self.text.lines().take(self.last_start() - 1).map(|line| line.len() + 1).sum();
+        (start, &self.text[start..])
+    }
+
+    /// Where a member of a struct of the last chunk is declared, and the `///` lines above it. (naga counts comments, not members, and gives
+    /// a member without one that of the next.)
+    pub(super) fn member(&self, of: &str, member: &str) -> Option<(naga::Span, String)> {
+        let (mut at, text) = self.last_text();
+        let mut inside = false;
+        let mut comment: Vec<&str> = Vec::new();
+        for line in text.lines() {
+            let words = line.trim_start();
+            inside |= words.strip_prefix("struct ").is_some_and(|rest| rest.trim_start().starts_with(of));
+            if inside && words.split(':').next().is_some_and(|name| name.trim() == member) {
+                let from = at + line.len() - words.len();
+                return Some((naga::Span::new(from as u32, (from + member.len()) as u32), comment.join(" ")));
+            }
+            match words.strip_prefix("///") {
+                Some(words) => comment.push(words.trim()),
+                None => comment.clear(),
+            }
+            inside &= !words.starts_with('}');
+            at += line.len() + 1;
+        }
+        None
+    }
+
+    /// The whole text.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// A line of the whole text as messages show it: cut where it would fill the screen.
+    pub(crate) fn shown(&self, line: usize) -> String {
+        const LONGEST: usize = 160;
+        let found = self.text.lines().nth(line - 1).unwrap_or_default();
+        let chunk = self.chunk(line);
+        let written = chunk.own.as_ref().map(|own| own.written_line(line - chunk.first + 1, found));
+        let line = written.as_deref().unwrap_or(found).trim();
+        match line.char_indices().nth(LONGEST) {
+            Some((end, _)) => format!("{} …", &line[..end]),
+            None => line.to_owned(),
+        }
+    }
+
+    fn chunk(&self, line: usize) -> &Chunk {
+        self.chunks.iter().rev().find(|chunk| chunk.first <= line).expect("chunks begin at line 1")
+    }
+
+    /// File and line in it of a line of the whole text; both lines count from 1.
+    #[must_use]
+    pub fn locate(&self, line: usize) -> (&str, usize) {
+        let chunk = self.chunk(line);
+        (&chunk.name, line - chunk.first + 1)
+    }
+
+    /// File, line and column as written of a place in the whole text.
+    pub(crate) fn written(&self, line: usize, column: usize) -> (&str, usize, usize) {
+        let (file, number) = self.locate(line);
+        let own = self.chunk(line).own.as_ref();
+        (file, number, own.map_or(column, |own| own.written(number, column)))
+    }
+
+    /// A message with the names of extensions as written.
+    pub(crate) fn in_words(&self, message: String) -> String {
+        let own = self.chunks.iter().filter_map(|chunk| chunk.own.as_ref());
+        own.fold(message, |message, own| message.replace(&own.prefix, ""))
+    }
+}
+
+fn equilibrium(variant: &Variant) -> (&'static str, &'static str) {
+    match variant.base.controller {
+        Controller::Idm => shader("shaders/equilibrium/idm.wgsl"),
+        Controller::Gipps => shader("shaders/equilibrium/gipps.wgsl"),
+        // Controllers that keep the spacing which their policy asks for.
+        _ => shader("shaders/equilibrium/policy.wgsl"),
+    }
+}
+
+/// Parameters as a struct, in the order given.
+fn params(symbols: &[Symbol], observed: bool) -> String {
+    let mut text = String::from("struct Params {\n");
+    for symbol in symbols {
+        writeln!(text, "    // {} [{}]", symbol.meaning(), symbol.unit()).expect("a String takes all");
+        writeln!(text, "    {}: f32,", member(*symbol)).expect("a String takes all");
+    }
+    if observed {
+        text += "    // share of the missing acceleration that is left after a step [-]\n";
+        writeln!(text, "    {DECAY}: f32,").expect("a String takes all");
+    }
+    text + "}\n"
+}
