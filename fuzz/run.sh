@@ -22,7 +22,7 @@ for target in "$@"; do
         columns)
             for map in ngsim highd sumo-fcd; do
                 printf '%s\0Vehicle_ID,Frame_ID\n1,2\n' "$map" > "$seeds/$map"
-                { cat "../examples/columns/$map.toml"; printf '\0'; } > "$seeds/$map.toml"
+                { cat "../src/data/trajectory/import/columns/maps/$map.toml"; printf '\0'; } > "$seeds/$map.toml"
             done
             ;;
         labels) cp $data/processed/Labels.csv "$seeds" ;;

@@ -7,10 +7,14 @@ fn main() {
     let here = PathBuf::from(std::env::var_os("CARGO_MANIFEST_DIR").expect("cargo names the folder"));
     let mut files = Vec::new();
     walk(&here, &mut files);
+    let named = |file: PathBuf| {
+        let path = file.strip_prefix(&here).expect("found below").to_str().expect("names are UTF-8").replace('\\', "/");
+        (path, file)
+    };
+    let mut files: Vec<_> = files.into_iter().map(named).collect();
     files.sort();
     let mut list = String::from("[\n");
-    for file in &files {
-        let path = file.strip_prefix(&here).expect("found below").to_str().expect("names are UTF-8").replace('\\', "/");
+    for (path, file) in &files {
         writeln!(list, "(\"shaders/{path}\", include_str!({file:?})),").expect("a String takes all");
     }
     list.push(']');

@@ -1,7 +1,7 @@
 //! The texts in WGSL of the models and kernels of leadlag.
 
 /// Path, from `shaders/` on, and text of every file, sorted by path.
-pub static FILES: &[(&str, &str)] = &include!(concat!(env!("OUT_DIR"), "/files.rs"));
+static FILES: &[(&str, &str)] = &include!(concat!(env!("OUT_DIR"), "/files.rs"));
 
 /// Path and text of the file with this path, such as `shaders/law/helly.wgsl`.
 #[must_use]

@@ -1,7 +1,7 @@
 //! What the compiler does not guard: no two modules import each other, some know nobody, and the facade is small. That a floor uses those below it only is
 //! guarded by the crates: `leadlag` above `src/diagnosis`, `src/models`, `src/data` and `shaders`.
 //!
-//! It reads the paths that begin with `crate::` in src/**/*.rs outside of comments.
+//! It reads the paths that begin with `crate::` or the name of a crate in src/**/*.rs outside of comments.
 
 use leadlag::internal::wgsl::library;
 use std::collections::{BTreeMap, BTreeSet};
@@ -79,7 +79,8 @@ fn imports() -> Vec<Import> {
     for path in files {
         let Some(from) = module_of(path.strip_prefix(&src).expect("found below src")) else { continue };
         let text = without_comments(&std::fs::read_to_string(&path).expect("source files are readable"));
-        for (at, prefix) in text.match_indices("crate::") {
+        let paths = ["crate::", "leadlag_data::", "leadlag_models::", "leadlag_diagnosis::"];
+        for (at, prefix) in paths.into_iter().flat_map(|path| text.match_indices(path)) {
             if text[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_' || c == '$') {
                 continue;
             }

@@ -327,7 +327,7 @@ fn shaders() -> Vec<(String, String)> {
         for path in entries {
             if path.is_dir() {
                 walk(&path, found);
-            } else {
+            } else if path.extension().is_some_and(|extension| extension == "wgsl") {
                 let name = path.strip_prefix(root).expect("found below the root").to_string_lossy().replace('\\', "/");
                 found.push((name, std::fs::read_to_string(&path).expect("shaders are readable")));
             }

@@ -1,6 +1,6 @@
 //! Measured trajectories: import, checks, preparation; vehicles; statistics and words that every floor needs.
 //!
-//! A part of leadlag without a promise of its own: use the crate `leadlag`.
+//! Part of leadlag. Its interface may change with any version; depend on `leadlag`.
 
 pub mod statistics;
 pub mod text;

@@ -1,6 +1,6 @@
 //! What a model lacks: search and judgement of causes, closed loop, recommendation, and the files of results.
 //!
-//! A part of leadlag without a promise of its own: use the crate `leadlag`.
+//! Part of leadlag. Its interface may change with any version; depend on `leadlag`.
 
 pub mod closed_loop;
 pub mod diagnose;

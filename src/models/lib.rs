@@ -1,6 +1,6 @@
 //! Models and everything that evaluates them: reference, lanes and GPU; optimisers and calibration; the plant that makes synthetic drives.
 //!
-//! A part of leadlag without a promise of its own: use the crate `leadlag`.
+//! Part of leadlag. Its interface may change with any version; depend on `leadlag`.
 
 pub mod by_hand;
 pub mod calibrate;

@@ -78,6 +78,8 @@ fn manifest(original: &str, features: &[&str], level: i64) -> String {
         let profile = table["profile"]["dev"]["package"][name].as_table_mut().expect("it has a profile");
         profile.insert("opt-level".to_owned(), level.into());
     }
+    // Cargo would warn of a profile that fits no package.
+    table["profile"]["dev"]["package"].as_table_mut().expect("packages have profiles").remove("leadlag-diagnosis");
     let unix = table["target"]["cfg(unix)"]["dependencies"].as_table_mut().expect("some are for Unix").clone();
     table.remove("target");
     let dependencies = table["dependencies"].as_table_mut().expect("there are dependencies");

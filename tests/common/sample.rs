@@ -1,4 +1,4 @@
-//! What a run takes of the long lists: changes that tests must notice, kills that nothing may be lost by.
+//! What a run takes of the long lists: changes that tests must notice, kills after which nothing may be lost, names.
 //!
 //! `LEADLAG_EIGHTH=3` takes every eighth, from the fourth on; without it a run takes all. scripts/test sets it from the commit.
 

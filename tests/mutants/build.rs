@@ -1,4 +1,4 @@
-//! The copy of the crate with the mutants in it.
+//! The copy of the crates with the mutants in it.
 
 use crate::copy::{compile, copy, crates, text, write};
 use crate::schemata::{Mutant, SWITCH, instrument};

@@ -84,7 +84,7 @@ fn kill_runs(optimizer: &str, evaluations: u32) {
             }
         }
     }
-    assert!(middle >= kills / 5, "only {middle} of {hits} killed runs had finished a task");
+    assert!(middle >= kills.div_ceil(5), "only {middle} of {hits} killed runs had finished a task");
     eprintln!(
         "{optimizer}: {hits} kills, {middle} of them after at least one task; an uninterrupted run takes {whole:?}"
     );

@@ -1,4 +1,4 @@
-//! Compiled in the copy of the crate that tests/toy.rs makes, where there are a further law, `fvd_linear`, and a further cause,
+//! Compiled in the copy of the crates that tests/toy.rs makes, where there are a further law, `fvd_linear`, and a further cause,
 //! `linear_drag`.
 
 #[allow(dead_code, reason = "other tests use the rest")]

@@ -82,15 +82,6 @@ impl Function {
         self.call::<f64, 16>(arguments)
     }
 
-    /// Calls it in f32.
-    ///
-    /// # Panics
-    /// Unless there is one value per input.
-    #[must_use]
-    pub fn call_f32(&self, arguments: &[f32]) -> Vec<f32> {
-        self.call::<f32, 32>(arguments)
-    }
-
     /// One lane of a block of a size that evaluators use, too.
     fn call<T: Real, const L: usize>(&self, arguments: &[T]) -> Vec<T> {
         assert_eq!(arguments.len(), self.inputs.len(), "one value per input: {:?}", self.inputs);

@@ -8,7 +8,7 @@
 //! evaluator and imports nothing of this crate, so that a mistake there cannot hide here.
 //!
 //! ```
-//! use leadlag::internal::plant;
+//! use leadlag_models::plant;
 //!
 //! let scenario = plant::Scenario { duration_s: 60.0, ..plant::Scenario::default() };
 //! let drive = plant::run(&scenario)?;

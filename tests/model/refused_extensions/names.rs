@@ -62,6 +62,7 @@ fn every_name_of_ours_may_be_an_extensions_own() {
     };
     let words: Vec<String> = words_of_ours().into_iter().collect();
     assert!(words.len() > 300, "{}", words.len());
+    let (words, _) = sample::split(words);
     let mut texts: Vec<(&str, String, String)> = Vec::new();
     for word in &words {
         for (kind, text) in &declare {
@@ -69,7 +70,6 @@ fn every_name_of_ours_may_be_an_extensions_own() {
         }
         texts.push((word, remembers(word), format!("{word} as an extension")));
     }
-    let (texts, _) = sample::split(texts);
     let share = texts.len().div_ceil(std::thread::available_parallelism().map_or(1, Into::into));
     let accepted: usize = std::thread::scope(|scope| {
         let count = |texts: &[(&str, String, String)]| {

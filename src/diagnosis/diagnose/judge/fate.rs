@@ -108,12 +108,6 @@ impl Fate {
     pub fn is_adopted(&self) -> bool {
         matches!(self, Fate::Adopted)
     }
-
-    /// True where it was, and is no more.
-    #[must_use]
-    pub fn is_dropped(&self) -> bool {
-        matches!(self, Fate::Dropped(_))
-    }
 }
 
 impl fmt::Display for Fate {
