@@ -47,7 +47,7 @@ fn the_worked_examples_of_contributing_work() {
 
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("toy");
     // Compiling takes far longer than the test: not optimised.
-    copy::crates(&folder, &["gpu"], 0, &mut |inside, bytes| {
+    copy::crates("toy", &folder, &["gpu"], 0, &mut |inside, bytes| {
         let mut text = String::from_utf8(bytes).ok()?;
         for edit in &edits {
             if let Edit::Behind { path, line, text: row } = edit
@@ -62,7 +62,7 @@ fn the_worked_examples_of_contributing_work() {
     });
     for edit in &edits {
         if let Edit::New { path, text } = edit {
-            copy::write(&folder.join(path), text.as_bytes());
+            copy::write(&folder.join("toy").join(path), text.as_bytes());
         }
     }
     for (from, to) in [("toy/agreement.rs", "agree/main.rs"), ("common/cars.rs", "common/cars.rs")] {

@@ -39,9 +39,11 @@ pub fn copy(inside: &str, to: &Path, change: &mut Change<'_>) {
     }
 }
 
-/// Copies what computes; `change` sees every file. What a copy of an earlier state had beyond that goes. `level` is how far the models are optimised.
-pub fn crates(to: &Path, features: &[&str], level: i64, change: &mut Change<'_>) {
+/// Copies what computes to the folder `name` below `to`; `change` sees every file. What a copy of an earlier state had beyond that goes. `level` is how far
+/// the models are optimised. Cargo tells crates of one target folder apart by their path from the top of the workspace, which `name` makes another one.
+pub fn crates(name: &str, to: &Path, features: &[&str], level: i64, change: &mut Change<'_>) {
     let list = to.join("copied.txt");
+    let sources = to.join(name);
     let before = fs::read_to_string(&list).unwrap_or_default();
     if before.is_empty() && to.exists() {
         fs::remove_dir_all(to).expect("the copy's folder can be cleared");
@@ -53,26 +55,33 @@ pub fn crates(to: &Path, features: &[&str], level: i64, change: &mut Change<'_>)
         text
     };
     for folder in COPIED {
-        copy(folder, to, &mut change);
+        copy(folder, &sources, &mut change);
     }
     for gone in before.lines().filter(|file| !copied.iter().any(|now| now == file)) {
-        fs::remove_file(to.join(gone)).expect("a file of the copy can be removed");
+        fs::remove_file(sources.join(gone)).expect("a file of the copy can be removed");
     }
     write(&list, copied.join("\n").as_bytes());
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let original = fs::read_to_string(root.join("Cargo.toml")).expect("Cargo.toml is readable");
-    write(&to.join("Cargo.toml"), manifest(&original, features, level).as_bytes());
+    write(&to.join("Cargo.toml"), manifest(&original, name, features, level).as_bytes());
     write(&to.join("Cargo.lock"), &fs::read(root.join("Cargo.lock")).expect("Cargo.lock is readable"));
     write(&to.join("src/lib.rs"), FACADE.as_bytes());
 }
 
 /// The manifest above the copied crates: the dependencies and profiles of the original, without its lints. All dependencies are there whatever the
 /// features: one that is left out may change how others are compiled, and all are compiled already.
-fn manifest(original: &str, features: &[&str], level: i64) -> String {
+fn manifest(original: &str, copy: &str, features: &[&str], level: i64) -> String {
     let mut table: toml::Table = original.parse().expect("Cargo.toml is valid");
     table.retain(|key, _| matches!(key, "workspace" | "profile" | "dependencies" | "dev-dependencies" | "target"));
     let workspace = table["workspace"].as_table_mut().expect("there is a workspace");
-    workspace.insert("members".to_owned(), toml::Value::try_from(COPIED).expect("a list of paths"));
+    let members = COPIED.map(|folder| format!("{copy}/{folder}"));
+    workspace.insert("members".to_owned(), toml::Value::try_from(members).expect("a list of paths"));
+    let shared = workspace["dependencies"].as_table_mut().expect("the workspace has dependencies");
+    for (_, dependency) in shared.iter_mut() {
+        if let Some(toml::Value::String(path)) = dependency.get_mut("path") {
+            *path = format!("{copy}/{path}");
+        }
+    }
     workspace.insert("lints".to_owned(), toml::Table::new().into());
     for (name, level) in [("leadlag-models", level), ("leadlag-data", 0)] {
         let profile = table["profile"]["dev"]["package"][name].as_table_mut().expect("it has a profile");

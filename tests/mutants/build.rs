@@ -38,7 +38,7 @@ fn needed(text: &str) -> String {
 pub fn build() -> Built {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("mutants");
     let mut mutants = Vec::new();
-    crates(&folder, &[], LEVEL, &mut |inside, bytes| {
+    crates("mutants", &folder, &[], LEVEL, &mut |inside, bytes| {
         let below = inside.strip_prefix("src/models/").filter(|file| MUTATED.iter().any(|m| file.starts_with(m)));
         if let Some(file) = below {
             return Some(instrument(file, text(&bytes), &mut mutants).into_bytes());
@@ -58,7 +58,7 @@ pub fn build() -> Built {
          /// True for the mutant that the environment names.\n\
          pub fn on(id: usize) -> bool {{ *ON == id }}\n"
     );
-    write(&folder.join("src/models/mutant_switch.rs"), switch.as_bytes());
+    write(&folder.join("mutants/src/models/mutant_switch.rs"), switch.as_bytes());
     for name in JUDGES.map(|(_, file)| file).into_iter().chain(["tests/common"]) {
         copy(name, &folder, &mut |inside, bytes| match inside {
             "tests/common/mod.rs" => Some(needed(text(&bytes)).into_bytes()),
