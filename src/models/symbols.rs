@@ -144,11 +144,15 @@ pub enum Domain {
 }
 
 impl Domain {
-    /// True if `value` is inside, and of a size (below 1e9; 1e12 for a time) with which no equation overflows.
+    /// What a value stays below in size, so that no equation overflows.
+    fn limit(self) -> f64 {
+        if self == Domain::Time { 1e12 } else { 1e9 }
+    }
+
+    /// True if `value` is inside.
     #[must_use]
     pub fn contains(self, value: f64) -> bool {
-        let most = if self == Domain::Time { 1e12 } else { 1e9 };
-        value.abs() < most
+        value.abs() < self.limit()
             && match self {
                 Domain::Positive => value > 0.0,
                 Domain::NonNegative => value >= 0.0,
@@ -159,13 +163,14 @@ impl Domain {
 
     /// In words, for messages.
     #[must_use]
-    pub fn expected(self) -> &'static str {
+    pub fn expected(self) -> String {
+        let limit = self.limit();
         match self {
-            Domain::Positive => "a number above 0",
-            Domain::NonNegative => "a number of at least 0",
-            Domain::Negative => "a number below 0",
-            Domain::Time => "a time in s",
-            Domain::Any => "a number",
+            Domain::Positive => format!("a number above 0 and below {limit:e}"),
+            Domain::NonNegative => format!("a number of at least 0 and below {limit:e}"),
+            Domain::Negative => format!("a number below 0 and above -{limit:e}"),
+            Domain::Time => format!("a time in s between -{limit:e} and {limit:e}"),
+            Domain::Any => format!("a number between -{limit:e} and {limit:e}"),
         }
     }
 }

@@ -406,7 +406,7 @@ fn bounds_of_a_delay_are_those_of_the_search() {
     assert!(refused.starts_with("tau_p + tp: expected at most 2.3 s, found 3."), "{refused}");
     // Nobody perceives what is to come.
     let (refused, _) = at(variant, -0.2);
-    assert_eq!(refused, "tp: expected a number of at least 0, found -0.2");
+    assert_eq!(refused, "tp: expected a number of at least 0 and below 1e9, found -0.2");
     assert!(space([-0.2, -0.2]).is_err());
     let negative = own.clone().with_extension_delay(Some(-0.2)).expect_err("no bound").to_string();
     assert!(negative.ends_with("upper bound of tp: expected a number of at least 0, found -0.2"), "{negative}");

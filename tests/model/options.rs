@@ -163,7 +163,7 @@ fn broken_bounds_say_where_and_what() {
         (
             "v_0 = [40, 25]",
             Some(&bmw),
-            "v_0: expected a number above 0 as both bounds, the lower one not above the upper one; found [40, 25]",
+            "v_0: expected a number above 0 and below 1e9 as both bounds, the lower one not above the upper one; found [40, 25]",
         ),
         ("v_0 = [-1, 25]", Some(&bmw), "found [-1, 25]"),
         ("v_0 = 'fast'", Some(&bmw), "v_0: expected [lower, upper], or one number to fix it; found \"fast\""),

@@ -93,7 +93,7 @@ fn files_that_are_not_there_are_failures_and_what_they_say_is_usage() {
     let bounds = scratch("cli_mistakes", "bounds").join("b1.toml");
     for (content, expected) in [
         ("# mine\nv_0 = [40, 25]\n", ":2: v_0: the lower bound 40 is above the upper bound 25; swap them\n"),
-        ("v_0 = [-1, 25]\n", ":1: v_0: expected a number above 0 as both bounds, found [-1, 25]\n"),
+        ("v_0 = [-1, 25]\n", ":1: v_0: expected a number above 0 and below 1e9 as both bounds, found [-1, 25]\n"),
         (
             "v_0 = [25,\n",
             ": expected bounds as TOML, such as v_0 = [25, 40]: TOML parse error at line 1, column 11\n  |\n1 | v_0 = [25,\n  \

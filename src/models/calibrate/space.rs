@@ -92,14 +92,12 @@ pub enum BoundsError {
         known: Vec<&'static str>,
     },
     /// The bounds are not in order, or leave the domain of the equations.
-    #[error(
-        "{name}: expected {expected} as both bounds, the lower one not above the upper one; found [{lower}, {upper}]"
-    )]
+    #[error("{name}: expected {expected}{}", found([*lower, *upper]))]
     Impossible {
         /// The parameter.
         name: &'static str,
         /// Its domain.
-        expected: &'static str,
+        expected: String,
         /// Lower bound given.
         lower: f64,
         /// Upper bound given.
@@ -220,6 +218,14 @@ impl SearchSpace {
         };
         self.free().into_iter().filter(near).map(|i| self.symbols[i]).collect()
     }
+}
+
+/// The end of a message on bounds; equal ones are a fixed value.
+fn found([lower, upper]: [f64; 2]) -> String {
+    if lower == upper {
+        return format!(", found {lower}");
+    }
+    format!(" as both bounds, the lower one not above the upper one; found [{lower}, {upper}]")
 }
 
 /// Bounds that are in order and in the domain of the equations.

@@ -101,7 +101,7 @@ pub enum InvalidParameter {
         /// The parameter.
         name: &'static str,
         /// What was expected.
-        expected: &'static str,
+        expected: String,
         /// What was found.
         found: f64,
     },
