@@ -91,7 +91,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             let file = File::create(path).with_context(|| format!("{}: cannot write the results", path.display()))?;
             Box::new(BufWriter::new(file))
         }
-        None => Box::new(BufWriter::new(std::io::stdout())),
+        None => Box::new(BufWriter::new(output::table())),
     };
 
     interrupt::watch();

@@ -2,7 +2,7 @@
 
 use anyhow::Context;
 use std::cell::RefCell;
-use std::io::{ErrorKind, Write};
+use std::io::{ErrorKind, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -52,6 +52,46 @@ pub fn print_as_is(text: &str) -> anyhow::Result<()> {
     }
     let mut stdout = std::io::stdout().lock();
     stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()).context("stdout: cannot write the result")
+}
+
+/// Stdout for a table, whose bytes are left as they are; only a terminal is shown escapes in their place.
+pub fn table() -> Box<dyn Write> {
+    let stdout = std::io::stdout();
+    if stdout.is_terminal() { Box::new(Shown { inner: stdout, line: Vec::new() }) } else { Box::new(stdout) }
+}
+
+/// Shows what could move a cursor as an escape, line by line.
+struct Shown<W> {
+    inner: W,
+    /// What has come of a line that has not ended.
+    line: Vec<u8>,
+}
+
+impl<W: Write> Write for Shown<W> {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        for piece in bytes.split_inclusive(|byte| *byte == b'\n') {
+            self.line.extend(piece);
+            if piece.ends_with(b"\n") {
+                let line = std::mem::take(&mut self.line);
+                self.inner.write_all(crate::text::shown::lines(&String::from_utf8_lossy(&line)).as_bytes())?;
+            }
+        }
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.inner.flush()
+    }
+}
+
+/// Says that a spreadsheet would run a text of a table; programs read it as it is.
+pub fn warn_of_formula(file: &Path, table: &crate::study::table::Table) {
+    if let Some(text) = crate::report::csv::formula(table) {
+        let (file, clipped) = (file.display(), text.chars().take(40).collect::<String>());
+        super::evaluator::warn(&format!(
+            "{file}: the text {clipped:?} begins like a formula, which a spreadsheet that opens the file would run; import the columns as text"
+        ));
+    }
 }
 
 /// Prints a value as JSON to stdout.
@@ -108,4 +148,19 @@ pub fn is_broken_pipe(error: &anyhow::Error) -> bool {
         });
         io.or(csv) == Some(ErrorKind::BrokenPipe)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_terminal_is_shown_escapes() {
+        let mut shown = Shown { inner: Vec::new(), line: Vec::new() };
+        for piece in ["a\tn", "o\u{1b}[2J\n\u{e9}", "t\u{9b}\n"] {
+            shown.write_all(piece.as_bytes()).expect("room");
+        }
+        shown.flush().expect("room");
+        assert_eq!(String::from_utf8(shown.inner).expect("UTF-8"), "a\tno\\u001b[2J\n\u{e9}t\\u009b\n");
+    }
 }

@@ -1,6 +1,10 @@
 //! Tables as CSV: a header line, an empty field where there is no value, numbers in their shortest form that reads back the same.
+//!
+//! Texts are written as they are, for other tables are joined by them. One that begins like a formula is run by a spreadsheet that opens the file:
+//! [`formula`] finds it.
 
-use crate::study::table::Table;
+use super::html::is_formula;
+use crate::study::table::{Table, Values};
 
 /// The bytes of the file.
 ///
@@ -15,4 +19,30 @@ pub fn write(table: &Table) -> Vec<u8> {
         writer.write_record(table.columns.iter().map(|column| column.values.text(row))).expect(into_memory);
     }
     writer.into_inner().expect(into_memory)
+}
+
+/// The first text that a spreadsheet would take for a formula.
+#[must_use]
+pub fn formula(table: &Table) -> Option<&str> {
+    let texts = table.columns.iter().filter_map(|column| match &column.values {
+        Values::Text(values) => Some(values),
+        _ => None,
+    });
+    texts.flatten().flatten().map(String::as_str).find(|text| is_formula(text))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_formula_is_found_and_left_as_it_is() {
+        let mut table = Table::default();
+        table.number("x", [Some(-1.5), None].into_iter());
+        table.text("name", [Some("-12"), Some("a=b")].into_iter());
+        assert_eq!(formula(&table), None);
+        table.text("id", [None, Some("=HYPERLINK(\"x\")")].into_iter());
+        assert_eq!(formula(&table), Some("=HYPERLINK(\"x\")"));
+        assert_eq!(write(&table), b"x,name,id\n-1.5,-12,\n,a=b,\"=HYPERLINK(\"\"x\"\")\"\n");
+    }
 }

@@ -183,15 +183,15 @@ fn bounds_and_fixed_values_hold() {
 #[test]
 fn evaluate_marks_bad_rows_and_keeps_the_others() {
     let (folder, cases) = (platoon(), scratch("cli", "cases").join("cases.csv"));
-    let rows = "note,model_id,variant,platoon,follower_position,k_s,k_v,k_0,v_0,d_0,t_h,success,tau_p\n\
-                good,37,,platoon,1,0.2,0.6,0.5,33,3,1.1,x,\n\
-                word,,l-cth,platoon,1,0.2,abc,0.5,33,3,1.1,x,\n\
-                car,37,,platoon,9,0.2,0.6,0.5,33,3,1.1,x,\n\
-                file,37,,nowhere,1,0.2,0.6,0.5,33,3,1.1,x,\n\
-                sign,37,,platoon,1,0.2,0.6,0.5,-33,3,1.1,x,\n\
-                late,,l-cth+delay,platoon,1,0.2,0.6,0.5,33,3,1.1,x,0.9\n\
+    let rows = "note,model_id,variant,platoon,follower_position,k_s,k_v,k_0,v_0,d_0,t_h,success,tau_p,success_in\n\
+                good,37,,platoon,1,0.2,0.6,0.5,33,3,1.1,x,,mine\n\
+                word,,l-cth,platoon,1,0.2,abc,0.5,33,3,1.1,x,,\n\
+                car,37,,platoon,9,0.2,0.6,0.5,33,3,1.1,x,,\n\
+                file,37,,nowhere,1,0.2,0.6,0.5,33,3,1.1,x,,\n\
+                sign,37,,platoon,1,0.2,0.6,0.5,-33,3,1.1,x,,\n\
+                late,,l-cth+delay,platoon,1,0.2,0.6,0.5,33,3,1.1,x,0.9,\n\
                 short,37,,platoon\n\
-                good,,l-cth,platoon,1,0.2,0.6,0.5,33,3,1.1,x,\n";
+                good,,l-cth,platoon,1,0.2,0.6,0.5,33,3,1.1,x,,\n";
     fs::write(&cases, rows).unwrap();
     let output = leadlag(&["evaluate", text(&cases), "--data", text(folder), "--rescore"]);
     assert!(output.status.success(), "{}", stderr(&output));
@@ -205,7 +205,10 @@ fn evaluate_marks_bad_rows_and_keeps_the_others() {
     let headers = reader.headers().unwrap().clone();
     let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
     let field = |row: usize, name: &str| rows[row][headers.iter().position(|h| h == name).unwrap()].to_owned();
-    assert_eq!(field(0, "success_in"), "x", "an input column that bears an outcome's name gets a suffix");
+    let names: std::collections::BTreeSet<&str> = headers.iter().collect();
+    assert_eq!(names.len(), headers.len(), "no two columns have one name: {headers:?}");
+    assert_eq!(field(0, "success_in"), "mine", "a column of that name is left alone");
+    assert_eq!(field(0, "success_in_in"), "x", "an input column that bears an outcome's name gets a suffix");
     assert_eq!((field(0, "success").as_str(), field(0, "evaluator").as_str()), ("1", "lanes"));
     assert_eq!(field(0, "nrmse_sva"), field(7, "nrmse_sva"), "an id and a name are the same variant");
     assert_eq!(field(0, "nrmse_sva"), field(0, "nrmse_sva_f64"));
@@ -213,9 +216,9 @@ fn evaluate_marks_bad_rows_and_keeps_the_others() {
         (1, "invalid: k_v: expected a number for variant l-cth, found `abc`"),
         (2, "invalid: "),
         (3, "invalid: platoon nowhere: no file nowhere.csv in "),
-        (4, "invalid: v_0: expected a number above 0, found -33"),
+        (4, "invalid: v_0: expected a number above 0 and below 1e9, found -33"),
         (5, "invalid: tau_p: expected at most 0.8 s, found 0.9"),
-        (6, "invalid: expected 13 fields as in the header, found 4"),
+        (6, "invalid: expected 14 fields as in the header, found 4"),
     ] {
         assert!(field(row, "fail_reason").starts_with(expected), "row {row}: {}", field(row, "fail_reason"));
         assert_eq!((field(row, "success").as_str(), field(row, "nrmse_sva").as_str()), ("0", ""), "row {row}");
@@ -246,6 +249,12 @@ fn wrong_usage_exits_with_2_and_failure_with_1() {
         (2, calibrate(&["--model", "idm", "--follower", "1", "--gof", "nrmse-x"]), "goodness of fit `nrmse-x`"),
         (2, calibrate(&["--model", "idm", "--follower", "7"]), "no follower 7"),
         (2, calibrate(&["--model", "idm", "--follower", "1", "--fix", "v_0=-1"]), "v_0: expected a number above 0"),
+        (
+            2,
+            calibrate(&["--model", "idm", "--follower", "1", "--fix", "t_h=1e9"]),
+            "above 0 and below 1e9, found 1000000000",
+        ),
+        (2, calibrate(&["--model", "idm", "--all", "--fix", "t_h=1e9"]), "above 0 and below 1e9, found 1000000000"),
         (2, calibrate(&["--model", "idm", "--follower", "1", "--fix", "v_0=nan"]), "expected NAME=VALUE"),
         (2, calibrate(&["--model", "idm", "--follower", "1", "--max-seconds", "nan"]), "expected a finite number"),
         (2, calibrate(&["--model", "idm", "--follower", "1", "--max-seconds=-1"]), "seconds of at least 0"),
@@ -364,7 +373,7 @@ fn evaluate_may_write_onto_its_input_and_keeps_files_when_it_fails() {
     fs::write(&bounds, "tau_p = [0.1, inf]\n").unwrap();
     let (code, message) = fails(&["evaluate", text(&cases), "--data", text(platoon()), "--bounds", text(&bounds)]);
     assert_eq!(code, 2);
-    assert!(message.contains("tau_p: expected a number of at least 0 as both bounds"), "{message}");
+    assert!(message.contains("tau_p: expected a number of at least 0 and below 1e9 as both bounds"), "{message}");
     let (code, message) = fails(&["evaluate", text(&cases), "--data", "nowhere"]);
     assert_eq!(code, 1);
     assert!(message.contains("nowhere: expected the folder of the platoon files"), "{message}");

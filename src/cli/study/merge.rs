@@ -82,6 +82,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             ("leadlag_missing_tasks", &missing_tasks),
             ("leadlag_tasks_sha256", &study.tasks_sha256),
         ];
+        output::warn_of_formula(&out.join(format!("{name}.csv")), table);
         files.push((format!("{name}.csv"), table, csv::write(table)));
         files.push((format!("{name}.parquet"), table, parquet::write(table, &metadata)));
     }

@@ -184,14 +184,22 @@ fn outcome_headers(settings: &Settings) -> Vec<&'static str> {
     names
 }
 
-/// The input's columns, renamed where an outcome has the same name, then the outcome's.
+/// The input's columns, then the outcome's. One of the input that an outcome has the name of gets `_in` behind it, as often as it takes to be the only
+/// one of its name.
 fn output_headers(headers: &ByteRecord, settings: &Settings) -> ByteRecord {
-    let outcomes = outcome_headers(settings);
-    let renamed = headers.iter().map(|name| {
-        let taken = outcomes.iter().any(|o| o.as_bytes() == name);
-        if taken { [name, b"_in"].concat() } else { name.to_vec() }
-    });
-    renamed.chain(outcomes.iter().map(|o| o.as_bytes().to_vec())).collect::<Vec<_>>().into()
+    let outcomes: Vec<&[u8]> = outcome_headers(settings).into_iter().map(str::as_bytes).collect();
+    let mut names: Vec<Vec<u8>> = headers.iter().map(<[u8]>::to_vec).collect();
+    for k in 0..names.len() {
+        let mut name = names[k].clone();
+        if outcomes.contains(&name.as_slice()) {
+            while outcomes.contains(&name.as_slice()) || names.contains(&name) {
+                name.extend(b"_in");
+            }
+            names[k] = name;
+        }
+    }
+    names.extend(outcomes.into_iter().map(<[u8]>::to_vec));
+    names.into()
 }
 
 /// What a row tells, and who computed it.

@@ -13,6 +13,7 @@ mod table;
 pub use calibration::{DriveErrors, calibration};
 pub use chart::{Chart, Line, Panel, Role};
 pub use diagnosis::diagnosis;
+pub(in crate::internal::report) use table::is_formula;
 
 const UPLOT_JS: &str = include_str!("../../../assets/uplot/uPlot.iife.min.js");
 const UPLOT_CSS: &str = include_str!("../../../assets/uplot/uPlot.min.css");

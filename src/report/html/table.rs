@@ -65,10 +65,14 @@ impl Page {
     }
 }
 
-/// A cell of text that a spreadsheet would take for a formula, made plain text by an apostrophe; numbers stay.
+/// True for a text that a spreadsheet would take for a formula; for no number.
+pub fn is_formula(cell: &str) -> bool {
+    cell.trim_start().starts_with(['=', '+', '-', '@']) && !is_empty(cell) && !is_number(cell)
+}
+
+/// A formula made plain text by an apostrophe: tables of a page are copied into spreadsheets.
 fn inert(cell: &str) -> Cow<'_, str> {
-    let is_formula = cell.starts_with(['=', '+', '-', '@']) && !is_empty(cell) && !is_number(cell);
-    if is_formula { Cow::Owned(format!("'{cell}")) } else { Cow::Borrowed(cell) }
+    if is_formula(cell) { Cow::Owned(format!("'{cell}")) } else { Cow::Borrowed(cell) }
 }
 
 /// True if every cell of a column that says anything is a number or made of numbers; the first column has names.
@@ -110,6 +114,7 @@ mod tests {
     fn formulas_are_inert() {
         assert_eq!(inert("=1+1"), "'=1+1");
         assert_eq!(inert("@SUM(A1)"), "'@SUM(A1)");
+        assert_eq!(inert("\t=1+1"), "'\t=1+1");
         for plain in ["-1.5", "+3e-7", "-", "-1.5 to 2", "car = 2", "", "a-b"] {
             assert_eq!(inert(plain), plain);
         }
