@@ -4,11 +4,15 @@ use super::calibration::Calibration;
 use super::drive::Drive;
 use super::error::{Error, Usage};
 use super::reading::{Input, Reading};
+use crate::calibrate::{BoundsError, SearchSpace};
 use crate::catalog::Variant;
 use crate::fleet::{self, Journal, Model, Pair, Settings};
+use crate::score::GoodnessOfFit;
+use crate::study::fingerprint;
 use crate::study::table::Table;
 use crate::trajectory::import::is_companion;
 use anyhow::Context;
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 /// What a folder may hold of tables.
@@ -77,7 +81,7 @@ impl Pairs {
     /// What is wrong with files and signals, a line each.
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
-        self.unreadable.iter().cloned().chain(self.doubtful()).collect()
+        self.unreadable.iter().cloned().chain(self.doubtful()).chain(self.repeated()).collect()
     }
 
     /// How many pairs have implausible signals, and what of the first.
@@ -85,6 +89,28 @@ impl Pairs {
         let first = self.doubts.first()?;
         let (doubtful, all) = (self.doubts.len(), self.pairs.len());
         Some(format!("{doubtful} of {all} pairs have implausible signals; the first: {first}"))
+    }
+
+    /// How many pairs are there more than once, and which the first is: each counts in medians and shares.
+    pub(crate) fn repeated(&self) -> Option<String> {
+        let (mut seen, mut again) = (HashMap::new(), Vec::new());
+        for pair in &self.pairs {
+            let Ok(fleet::Drive { trajectory, .. }) = &pair.drive else { continue };
+            if let Some(first) = seen.insert(fingerprint(trajectory, None), pair) {
+                again.push((first, pair));
+            }
+        }
+        let (first, pair) = again.first()?;
+        let (count, all) = (again.len(), self.pairs.len());
+        let place = |pair: &Pair| {
+            let id = pair.trajectory.as_ref().map_or(String::new(), |id| format!(" trajectory {id}"));
+            format!("{}{id} follower {}", pair.file, pair.follower)
+        };
+        Some(format!(
+            "{count} of {all} pairs are copies of another one, and count again in medians and shares; the first: {} is {}",
+            place(pair),
+            place(first)
+        ))
     }
 
     /// The pairs of files; `vehicle`: a model that needs the follower's car, if any does.
@@ -188,13 +214,11 @@ impl Fleet {
     /// # Errors
     /// When none is given, or one model twice.
     pub fn of_calibrations(calibrations: Vec<Calibration>) -> Result<Fleet, Error> {
-        let twice = |k: &usize| calibrations[..*k].iter().any(|other| other.model == calibrations[*k].model);
-        let wrong = match (calibrations.is_empty(), (0..calibrations.len()).find(twice)) {
-            (true, _) => "no model is given".to_owned(),
-            (_, Some(k)) => format!("--model {} is given twice", calibrations[k].model),
-            _ => return Ok(Fleet { calibrations }),
-        };
-        Err(anyhow::Error::from(Usage(wrong)).into())
+        if calibrations.is_empty() {
+            return Err(anyhow::Error::from(Usage("no model is given".to_owned())).into());
+        }
+        distinct(&calibrations).map_err(anyhow::Error::from)?;
+        Ok(Fleet { calibrations })
     }
 
     /// Changes the settings of every calibration. Seed, measure, convention and evaluator are those of the first one.
@@ -222,7 +246,7 @@ impl Fleet {
         stop: &(dyn Fn() -> bool + Sync),
         tell: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<Table, Error> {
-        let settings = self.settings()?;
+        let settings = settings(&self.calibrations, vec![self.first().gof])?;
         let whole = settings.places(pairs.len()).count();
         let rows =
             fleet::run(&pairs.pairs, &settings, &Journal::none(), stop, &|done| tell(done, whole), self.first().warn)
@@ -234,21 +258,45 @@ impl Fleet {
     fn first(&self) -> &Calibration {
         &self.calibrations[0]
     }
+}
 
-    fn settings(&self) -> anyhow::Result<Settings> {
-        let Calibration { gof, convention, search, evaluations, intervals, selection, .. } = self.first();
-        let model = |one: &Calibration| {
-            one.check_numbers()?;
-            Ok(Model { variant: one.model, overrides: one.overrides()? })
-        };
-        Ok(Settings {
-            models: self.calibrations.iter().map(model).collect::<anyhow::Result<_>>()?,
-            measures: vec![*gof],
-            convention: *convention,
-            calibration: *search,
-            max_evaluations: *evaluations,
-            intervals: *intervals,
-            selection: selection.clone(),
-        })
+/// Refuses models that one table could not tell apart.
+fn distinct(calibrations: &[Calibration]) -> Result<(), Usage> {
+    for (k, Calibration { model, .. }) in calibrations.iter().enumerate() {
+        let others = || calibrations[..k].iter().map(|one| &one.model);
+        if others().any(|other| other == model) {
+            return Err(Usage(format!("--model {model} is given twice")));
+        }
+        let Some(law) = model.law() else { continue };
+        if others().filter_map(Variant::law).any(|other| other.name == law.name && other != law) {
+            let name = &law.name;
+            return Err(Usage(format!("there are two laws of the name {name}; give one of the files another name")));
+        }
     }
+    Ok(())
+}
+
+/// What is done with each pair: a model of each calibration; seed, convention, evaluator and the like are those of the first one.
+pub(crate) fn settings(calibrations: &[Calibration], measures: Vec<GoodnessOfFit>) -> anyhow::Result<Settings> {
+    distinct(calibrations)?;
+    let Calibration { convention, search, evaluations, intervals, selection, .. } = &calibrations[0];
+    let model = |one: &Calibration| {
+        one.check_numbers()?;
+        let (variant, overrides) = (one.model, one.overrides()?);
+        // Bounds that no pair can have are told once; what is missing for want of a car, the pair that lacks it says.
+        match SearchSpace::new(&variant, None, *convention, &overrides) {
+            Err(error @ BoundsError::Impossible { .. }) => Err(error.into()),
+            _ => Ok(Model { variant, overrides }),
+        }
+    };
+    let settings = Settings {
+        models: calibrations.iter().map(model).collect::<anyhow::Result<_>>()?,
+        measures,
+        convention: *convention,
+        calibration: *search,
+        max_evaluations: *evaluations,
+        intervals: *intervals,
+        selection: selection.clone(),
+    };
+    fleet::clash(&settings).map_or(Ok(settings), |reason| Err(Usage(reason).into()))
 }

@@ -46,22 +46,24 @@ pub enum JournalError {
         "{0}: the folder holds a fleet of other data, settings or program; expected the same command to go on with it, or another --out"
     )]
     Other(String),
-    /// A line in the middle is no row.
-    #[error("{path}:{line}: expected a row of a fleet, found something else; give another --out, or remove the folder")]
+    /// A line in the middle is no row of the fleet.
+    #[error("{path}:{line}: not a calibration of this fleet: {reason}; remove the line, and it is calibrated again")]
     Broken {
         /// The file.
         path: String,
         /// The line.
         line: usize,
+        /// What was expected, and what was found.
+        reason: String,
     },
 }
 
 impl Journal {
-    /// Opens a journal for what has this key, or makes it.
+    /// Opens a journal for what has this key, or makes it; `misfit` says why a row cannot be one of the fleet.
     ///
     /// # Errors
     /// When it is of something else, in use, broken, or cannot be read or written.
-    pub fn open(path: &Path, key: &str) -> Result<Journal, JournalError> {
+    pub fn open(path: &Path, key: &str, misfit: &dyn Fn(&Row) -> Option<String>) -> Result<Journal, JournalError> {
         let shown = || path.display().to_string();
         let io = |doing| move |source| JournalError::Io { path: path.display().to_string(), doing, source };
         let file = File::options().read(true).append(true).create(true).open(path).map_err(io("open"))?;
@@ -75,9 +77,11 @@ impl Journal {
         loop {
             let mut line = Vec::new();
             lines.read_until(b'\n', &mut line).map_err(io("read"))?;
-            if line.pop_if(|last| *last == b'\n').is_none() {
+            // A file system that lost its power may have zeros where bytes had not arrived; what is behind them is calibrated again.
+            let arrived = line.iter().position(|byte| *byte == 0);
+            if arrived.is_some() || line.pop_if(|last| *last == b'\n').is_none() {
                 // Of a file without a whole line, only the beginning of an own one is taken for a journal.
-                if number == 0 && !own.as_bytes().starts_with(&line) {
+                if number == 0 && !own.as_bytes().starts_with(&line[..arrived.unwrap_or(line.len())]) {
                     return Err(JournalError::Other(shown()));
                 }
                 break;
@@ -89,9 +93,12 @@ impl Journal {
                     return Err(JournalError::Other(shown()));
                 }
             } else {
-                let row: Row =
-                    serde_json::from_slice(&line).map_err(|_| JournalError::Broken { path: shown(), line: number })?;
-                known.insert(row.place, row);
+                let broken = |reason| JournalError::Broken { path: shown(), line: number, reason };
+                let row: Row = serde_json::from_slice(&line).map_err(|error| broken(error.to_string()))?;
+                match misfit(&row) {
+                    Some(reason) => return Err(broken(reason)),
+                    None => known.insert(row.place, row),
+                };
             }
             whole += line.len() as u64 + 1;
         }
@@ -144,8 +151,8 @@ mod tests {
     fn row(pair: usize) -> Row {
         let found = Found {
             score: 0.1 + pair as f64 / 3.0,
-            rmse: [1.0; 3],
-            nrmse: [0.1; 3],
+            rmse: [Some(1.0); 3],
+            nrmse: [Some(0.1), Some(1.0 / 3.0), None],
             parameters: vec![1.0 / 3.0, 2.0],
             at_bound: vec!["v_0".to_owned()],
             intervals: Some(vec![Some([0.1, 0.3]), None]),
@@ -156,28 +163,73 @@ mod tests {
         Row { place, found: if pair == 2 { Err("too short".to_owned()) } else { Ok(found) } }
     }
 
+    fn open(path: &Path, key: &str) -> Result<Journal, JournalError> {
+        Journal::open(path, key, &|row| (row.place.pair > 9).then(|| "expected fewer".to_owned()))
+    }
+
     #[test]
     fn rows_come_back_and_a_cut_line_is_dropped() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("journal.jsonl");
         let rows: Vec<Row> = (0..4).map(row).collect();
-        Journal::open(&path, "k").expect("new").add(&rows).expect("room");
-        let known = |path: &Path| Journal::open(path, "k").expect("whole").known.into_values().collect::<Vec<_>>();
+        open(&path, "k").expect("new").add(&rows).expect("room");
+        let known = |path: &Path| open(path, "k").expect("whole").known.into_values().collect::<Vec<_>>();
         assert_eq!(known(&path), rows);
         let text = std::fs::read(&path).expect("there");
         std::fs::write(&path, &text[..text.len() - 5]).expect("room");
         assert_eq!(known(&path), rows[..3]);
-        Journal::open(&path, "k").expect("whole").add(&rows[3..]).expect("room");
+        open(&path, "k").expect("whole").add(&rows[3..]).expect("room");
         assert_eq!(known(&path), rows);
         assert_eq!(std::fs::read(&path).expect("there"), text);
-        assert!(matches!(Journal::open(&path, "another"), Err(JournalError::Other(_))));
-        let held = Journal::open(&path, "k").expect("whole");
-        assert!(matches!(Journal::open(&path, "k"), Err(JournalError::Busy(_))));
+        assert!(matches!(open(&path, "another"), Err(JournalError::Other(_))));
+        let held = open(&path, "k").expect("whole");
+        assert!(matches!(open(&path, "k"), Err(JournalError::Busy(_))));
         drop(held);
         std::fs::write(&path, "notes of somebody").expect("room");
-        assert!(matches!(Journal::open(&path, "k"), Err(JournalError::Other(_))));
+        assert!(matches!(open(&path, "k"), Err(JournalError::Other(_))));
         assert_eq!(std::fs::read(&path).expect("there"), b"notes of somebody", "it is left alone");
         std::fs::write(&path, [&text[..], b"what?\n"].concat()).expect("room");
-        assert!(matches!(Journal::open(&path, "k"), Err(JournalError::Broken { line: 6, .. })));
+        assert!(matches!(open(&path, "k"), Err(JournalError::Broken { line: 6, .. })));
+    }
+    /// After a power cut, zeros stand where bytes had not arrived: at the beginning, behind a line, within the last one, before one that did.
+    #[test]
+    fn zeros_of_a_power_cut_are_dropped() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("journal.jsonl");
+        let rows: Vec<Row> = (0..3).map(row).collect();
+        open(&path, "k").expect("new").add(&rows).expect("room");
+        let text = std::fs::read(&path).expect("there");
+        let ends: Vec<usize> = (1..=text.len()).filter(|&end| text[end - 1] == b'\n').collect();
+        let zeros = [0; 4096];
+        for (content, left) in [
+            (zeros.to_vec(), 0),
+            ([&text[..10], &zeros].concat(), 0),
+            ([&text[..], &zeros].concat(), 3),
+            ([&text[..ends[2] + 7], &zeros].concat(), 2),
+            ([&text[..ends[1]], &zeros, &text[ends[2]..]].concat(), 1),
+        ] {
+            std::fs::write(&path, content).expect("room");
+            let journal = open(&path, "k").expect("the rest is whole");
+            assert!(journal.known().values().eq(&rows[..left]), "{left} rows are left");
+            journal.add(&rows[left..]).expect("room");
+            drop(journal);
+            assert_eq!(std::fs::read(&path).expect("there"), text);
+        }
+        std::fs::write(&path, [&b"notes of somebody"[..], &zeros].concat()).expect("room");
+        assert!(matches!(open(&path, "k"), Err(JournalError::Other(_))));
+    }
+
+    #[test]
+    fn a_row_of_another_fleet_is_refused() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("journal.jsonl");
+        open(&path, "k").expect("new").add(&[row(0), row(10)]).expect("room");
+        let error = open(&path, "k").expect_err("there is no pair 10").to_string();
+        assert!(
+            error.ends_with(
+                ":3: not a calibration of this fleet: expected fewer; remove the line, and it is calibrated again"
+            ),
+            "{error}"
+        );
     }
 }

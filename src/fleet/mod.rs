@@ -14,7 +14,7 @@ mod work;
 
 pub use fits::fits;
 pub use journal::{Journal, JournalError};
-pub use table::{Overview, ParameterOverview, Spread, overview, table};
+pub use table::{Overview, ParameterOverview, Spread, clash, overview, table};
 pub use work::{FleetError, run};
 
 use crate::calibrate::{Calibration, Overrides};
@@ -22,7 +22,7 @@ use crate::catalog::Variant;
 use crate::convention::Convention;
 use crate::score::GoodnessOfFit;
 use crate::select::Selection;
-use crate::symbols::Symbol;
+use crate::study::fingerprint;
 use crate::trajectory::Trajectory;
 use crate::vehicle::Vehicle;
 use sha2::{Digest, Sha256};
@@ -114,9 +114,9 @@ pub struct Found {
     /// The minimised measure, by the f64 reference.
     pub score: f64,
     /// RMSE of spacing \[m\], speed \[m/s\] and acceleration \[m/s²\].
-    pub rmse: [f64; 3],
-    /// NRMSE of spacing, speed and acceleration.
-    pub nrmse: [f64; 3],
+    pub rmse: [Option<f64>; 3],
+    /// NRMSE of spacing, speed and acceleration; none of a signal that does not vary.
+    pub nrmse: [Option<f64>; 3],
     /// One value per parameter of the model.
     pub parameters: Vec<f64>,
     /// Parameters within 0.1 % of their range of a bound.
@@ -137,16 +137,22 @@ impl Settings {
         (0..pairs).flat_map(move |pair| (0..models).flat_map(move |model| of_model(pair, model)))
     }
 
-    /// The parameters of all models, each once, in the order of the models.
+    /// What keeps a row of a journal from being one of these calibrations, if anything does.
     #[must_use]
-    pub fn symbols(&self) -> Vec<Symbol> {
-        let mut symbols: Vec<Symbol> = Vec::new();
-        for symbol in self.models.iter().flat_map(|model| model.variant.parameters()) {
-            if !symbols.contains(&symbol) {
-                symbols.push(symbol);
-            }
+    pub fn misfit(&self, row: &Row, pairs: usize) -> Option<String> {
+        let Place { pair, model, measure } = row.place;
+        let (models, measures) = (self.models.len(), self.measures.len());
+        if pair >= pairs || model >= models || measure >= measures {
+            return Some(format!(
+                "expected one of {pairs} pairs, {models} models and {measures} measures, counted from 0"
+            ));
         }
-        symbols
+        let Ok(found) = &row.found else { return None };
+        let expected = self.models[model].variant.parameters().len();
+        let intervals = found.intervals.as_ref().map_or(expected, Vec::len);
+        let counts = [("parameters", found.parameters.len()), ("intervals", intervals)];
+        let (name, count) = counts.into_iter().find(|(_, count)| *count != expected)?;
+        Some(format!("expected {expected} {name}, found {count}"))
     }
 
     /// What rows depend on, as a checksum: two runs with the same one find the same rows.
@@ -167,13 +173,7 @@ impl Settings {
             hash.update(format!("\n{} {:?} {} {}", pair.file, pair.trajectory, pair.follower, pair.name));
             match &pair.drive {
                 Err(reason) => hash.update(reason),
-                Ok(Drive { trajectory, vehicle }) => {
-                    hash.update(format!("{} {vehicle:?} {:?}", trajectory.source.sha256, trajectory.grade));
-                    let signals = [&trajectory.t, &trajectory.s, &trajectory.v_f, &trajectory.v_l, &trajectory.x_l];
-                    for value in signals.into_iter().flatten() {
-                        hash.update(value.to_bits().to_le_bytes());
-                    }
-                }
+                Ok(Drive { trajectory, vehicle }) => hash.update(fingerprint(trajectory, vehicle.as_ref())),
             }
         }
         crate::trajectory::hexadecimal(&hash.finalize())

@@ -1,11 +1,35 @@
 //! The rows as a table, and what they say together.
 
 use super::{Drive, Pair, Row, SCHEMA_VERSION, Settings};
+use crate::catalog::Variant;
 use crate::statistics::quantile;
-use crate::study::merge::parameter_column;
+use crate::study::merge::{column_clash, parameter_column};
 use crate::study::table::Table;
 use crate::symbols::Symbol;
 use std::collections::BTreeMap;
+
+/// What stands behind the name of a parameter in the columns of its interval.
+const ENDS: [&str; 2] = ["low", "high"];
+
+/// The columns of the parameters of a model.
+fn columns_of(model: &Variant) -> Vec<String> {
+    model.parameters().into_iter().map(parameter_column).collect()
+}
+
+/// Why the models cannot share a table, if they cannot: two parameters would be one column, or one would be a column that every table has.
+#[must_use]
+pub fn clash(settings: &Settings) -> Option<String> {
+    let fixed = table(&[], &Settings { models: Vec::new(), ..settings.clone() }, &[]);
+    let taken: Vec<String> = fixed.columns.into_iter().map(|column| column.name).collect();
+    let ends = if settings.intervals { &ENDS[..] } else { &[] };
+    let mut columns: Vec<(Symbol, String)> = Vec::new();
+    for symbol in settings.models.iter().flat_map(|model| model.variant.parameters()) {
+        let name = parameter_column(symbol);
+        columns.extend(ends.iter().map(|end| (symbol, format!("{name}_{end}"))));
+        columns.push((symbol, name));
+    }
+    column_clash(&taken, &columns)
+}
 
 /// One row per pair, model and measure; a column per parameter of any of the models, with its unit in its name.
 #[must_use]
@@ -29,20 +53,25 @@ pub fn table(pairs: &[Pair], settings: &Settings, rows: &[Row]) -> Table {
     let found = || rows.iter().map(|row| row.found.as_ref().ok());
     table.number("score", found().map(|found| Some(found?.score)));
     for (k, name) in ["rmse_s_m", "rmse_v_mps", "rmse_a_mps2"].into_iter().enumerate() {
-        table.number(name, found().map(|found| Some(found?.rmse[k])));
+        table.number(name, found().map(|found| found?.rmse[k]));
     }
     for (k, name) in ["nrmse_s", "nrmse_v", "nrmse_a"].into_iter().enumerate() {
-        table.number(name, found().map(|found| Some(found?.nrmse[k])));
+        table.number(name, found().map(|found| found?.nrmse[k]));
     }
-    let own: Vec<Vec<Symbol>> = settings.models.iter().map(|model| model.variant.parameters()).collect();
-    let at = |row: &Row, symbol| own[row.place.model].iter().position(|own| *own == symbol);
-    for symbol in settings.symbols() {
-        let name = parameter_column(symbol);
-        let value = |row: &Row| Some(row.found.as_ref().ok()?.parameters[at(row, symbol)?]);
-        table.number(&name, rows.iter().map(value));
+    let own: Vec<Vec<String>> = settings.models.iter().map(|model| columns_of(&model.variant)).collect();
+    let mut names: Vec<&String> = Vec::new();
+    for name in own.iter().flatten() {
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    let at = |row: &Row, name: &str| own[row.place.model].iter().position(|own| own == name);
+    for name in names {
+        let value = |row: &Row| Some(row.found.as_ref().ok()?.parameters[at(row, name)?]);
+        table.number(name, rows.iter().map(value));
         if settings.intervals {
-            for (end, side) in ["low", "high"].into_iter().enumerate() {
-                let value = |row: &Row| Some(row.found.as_ref().ok()?.intervals.as_ref()?[at(row, symbol)?]?[end]);
+            for (end, side) in ENDS.into_iter().enumerate() {
+                let value = |row: &Row| Some(row.found.as_ref().ok()?.intervals.as_ref()?[at(row, name)?]?[end]);
                 table.number(&format!("{name}_{side}"), rows.iter().map(value));
             }
         }

@@ -8,7 +8,7 @@ use crate::lanes::{Lanes, LanesPrecision};
 use crate::reference::Trace;
 use crate::rescore;
 use crate::select::{Kind, Work};
-use rayon::{ThreadPoolBuildError, ThreadPoolBuilder};
+use rayon::ThreadPoolBuilder;
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -31,9 +31,11 @@ pub enum FleetError {
     /// Rows cannot be kept.
     #[error(transparent)]
     Journal(#[from] JournalError),
-    /// No more threads.
-    #[error("cannot start the threads: {0}; ask for fewer with --threads N")]
-    Threads(#[from] ThreadPoolBuildError),
+    /// The system lets this process start no thread.
+    #[error(
+        "cannot start a thread for the calibrations: allow this process more threads or memory (`ulimit -u`, `ulimit -v`)"
+    )]
+    Threads(#[source] Box<dyn std::error::Error + Send + Sync>),
 }
 
 /// One calibration that can be done.
@@ -98,7 +100,8 @@ fn side_by_side(
     let (next, failed) = (AtomicUsize::new(0), AtomicBool::new(false));
     let work = || -> Result<(), FleetError> {
         // What this thread does in parallel elsewhere it does one after the other.
-        let alone = ThreadPoolBuilder::new().num_threads(1).use_current_thread().build()?;
+        let alone = ThreadPoolBuilder::new().num_threads(1).use_current_thread().build();
+        let alone = alone.map_err(|error| FleetError::Threads(error.into()))?;
         while !stop() && !failed.load(Ordering::Relaxed) {
             let Some(part) = parts.get(next.fetch_add(1, Ordering::Relaxed)) else { break };
             alone.install(|| each(part)).inspect_err(|_| failed.store(true, Ordering::Relaxed))?;
@@ -107,7 +110,17 @@ fn side_by_side(
     };
     let threads = rayon::current_num_threads().min(parts.len());
     std::thread::scope(|scope| {
-        let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
+        let (mut workers, mut refused) = (Vec::new(), None);
+        for _ in 0..threads {
+            match std::thread::Builder::new().spawn_scoped(scope, work) {
+                Ok(worker) => workers.push(worker),
+                Err(error) => refused = Some(error),
+            }
+        }
+        // With fewer threads than were wanted it takes longer, and nothing else changes.
+        if let Some(error) = refused.filter(|_| workers.is_empty()) {
+            return Err(FleetError::Threads(error.into()));
+        }
         workers
             .into_iter()
             .try_for_each(|worker| worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
@@ -193,7 +206,10 @@ fn together(
 fn found(exactly: Option<Exactly<'_>>, task: &Task, replicate: Replicate) -> Result<Found, EvaluateError> {
     let Replicate { candidate, score, evaluations, stop, .. } = replicate;
     let measures = rescore::outcome(&task.case, &task.space.parameters(&candidate), &mut Trace::default())?.result;
-    let signals = measures.map_or([[f64::NAN; 2]; 3], |measures| measures.0.map(|signal| [signal.rmse, signal.nrmse]));
+    // The NRMSE of a signal that does not vary is infinite or NaN, which JSON cannot hold.
+    let finite = |x: f64| x.is_finite().then_some(x);
+    let signals = measures
+        .map_or([[None; 2]; 3], |measures| measures.0.map(|signal| [finite(signal.rmse), finite(signal.nrmse)]));
     let intervals = if let Some(exactly) = exactly {
         let known = identify_on(exactly, &task.space, &candidate)?.parameters;
         let of = |symbol| known.iter().find(|one| one.symbol == symbol && one.determined).map(|one| one.interval);

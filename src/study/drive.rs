@@ -1,5 +1,6 @@
 //! The trajectories of a plan: read and prepared, with vehicle and fingerprint.
 
+use super::fingerprint;
 use super::plan::{DataPlan, PlatoonPlan};
 use super::several;
 use crate::trajectory::import::{ColumnMap, MapError, read_mapped};
@@ -304,34 +305,4 @@ fn behind_leader(platoon: &Platoon, follower: usize, length: &dyn Fn(usize) -> O
         car.gap.as_ref()?.iter().copied().find(|gap| gap.is_finite())
     };
     (2..=follower).map(|number| first_gap(number).unwrap_or(0.0) + length(number - 1).unwrap_or(0.0)).sum()
-}
-
-/// SHA-256 of all numbers that a simulation may see, or that tell when it ended. Names and paths are no part of it.
-fn fingerprint(trajectory: &Trajectory, vehicle: Option<&Vehicle>) -> String {
-    let mut bytes: Vec<u8> = Vec::new();
-    let mut add = |values: &[f64]| {
-        // Lengths keep two neighbours apart.
-        bytes.extend((values.len() as u64).to_le_bytes());
-        values.iter().for_each(|x| bytes.extend(x.to_bits().to_le_bytes()));
-    };
-    let t = trajectory;
-    add(&[t.dt, t.dt_raw, t.len_l]);
-    add(&t.t[..1]);
-    [&t.x_l, &t.v_l, &t.x_f, &t.v_f, &t.s].into_iter().for_each(|signal| add(signal));
-    [&t.v_l2, &t.s_l2].into_iter().for_each(|signal| add(signal.as_deref().unwrap_or_default()));
-    match &t.grade {
-        Some(grade) => {
-            [&grade.x, &grade.sin].into_iter().chain([&grade.period.into_iter().collect()]).for_each(|x| add(x))
-        }
-        None => add(&[]),
-    }
-    if let Some(v) = vehicle {
-        add(&[v.m_0, v.phi_f]);
-        [v.f_0, v.f_1_printed, v.f_2_printed].iter().for_each(|pair| add(pair));
-        match &v.mfc {
-            Some(mfc) => [&mfc.v, &mfc.a_ap, &mfc.a_dp].into_iter().for_each(|x| add(x)),
-            None => add(&[]),
-        }
-    }
-    super::sha256(&bytes)
 }

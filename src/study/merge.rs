@@ -49,6 +49,27 @@ pub fn parameter_column(symbol: Symbol) -> String {
     format!("{}_{unit}", symbol.name())
 }
 
+/// Why parameters cannot have columns of these names beside those that are `taken`, if they cannot: two would be the same column. Those of one name
+/// and unit share theirs.
+pub(crate) fn column_clash(taken: &[String], columns: &[(Symbol, String)]) -> Option<String> {
+    let shown = |symbol: Symbol| match symbol {
+        Symbol::Extension(row) => format!("{} [{}] of {}", row.name, row.unit, row.extension),
+        built_in => format!("{} [{}]", built_in.name(), built_in.unit()),
+    };
+    columns.iter().enumerate().find_map(|(k, (symbol, column))| {
+        if let (true, Symbol::Extension(row)) = (taken.contains(column), symbol) {
+            return Some(format!(
+                "a parameter of {} would be the column {column}, which the tables have already; give it another name",
+                row.extension
+            ));
+        }
+        let same = |other: &&(Symbol, String)| other.1 == *column && other.0.name() != symbol.name();
+        let (other, _) = columns[..k].iter().find(same)?;
+        let (one, other) = (shown(*symbol), shown(*other));
+        Some(format!("{one} and {other} would both be the column {column}; give one of them another name"))
+    })
+}
+
 /// The tables of the parts that are there.
 #[must_use]
 pub fn merge(study: &StudyFile, tasks: &[Task], inventory: &Inventory) -> Merged {

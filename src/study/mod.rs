@@ -15,6 +15,7 @@ mod claim;
 mod compute;
 pub mod drive;
 mod error;
+mod fingerprint;
 pub mod folder;
 pub mod inventory;
 mod log;
@@ -31,6 +32,7 @@ mod verify;
 
 pub use claim::{count as claimed, locks};
 pub use error::StudyError;
+pub(crate) use fingerprint::fingerprint;
 pub use log::{PastRuns, past_runs};
 pub use plan::{Plan, PlanError};
 pub use run::{Assignment, Event, Progress, RunSettings, Summary, run};

@@ -3,11 +3,11 @@
 use super::super::change::Change;
 use super::super::evaluator::warn;
 use super::super::lines::Lines;
-use super::super::{Usage, folder, interrupt, output};
+use super::super::{folder, interrupt, output};
 use super::Args;
 use crate::api::bounds::origin;
-use crate::api::fleet::{Pairs, files};
-use crate::api::{Calibration, warnings};
+use crate::api::fleet::{Pairs, files, settings};
+use crate::api::warnings;
 use crate::catalog::Variant;
 use crate::fleet::{self, Journal, Model, Pair, Row, Settings};
 use crate::report::fleet::{FleetFile, text};
@@ -25,20 +25,7 @@ const TABLES: [&str; 3] = ["parameters.csv", "parameters.parquet", "fits.csv"];
 pub fn run(args: &Args, models: &[Variant]) -> anyhow::Result<()> {
     let started = Instant::now();
     let calibrations = models.iter().map(|model| args.calibration(*model)).collect::<anyhow::Result<Vec<_>>>()?;
-    let model = |one: &Calibration| Ok(Model { variant: one.model, overrides: one.overrides()? });
-    let settings = Settings {
-        models: calibrations.iter().map(model).collect::<anyhow::Result<_>>()?,
-        measures: args.gofs.clone(),
-        convention: args.convention,
-        calibration: calibrations[0].search,
-        max_evaluations: args.search.max_evaluations,
-        intervals: !args.search.no_intervals,
-        selection: calibrations[0].selection.clone(),
-    };
-    let twice = |k: &usize| settings.models[..*k].iter().any(|model| model.variant == settings.models[*k].variant);
-    if let Some(k) = (0..models.len()).find(twice) {
-        return Err(Usage(format!("--model {} is given twice", models[k])).into());
-    }
+    let settings = settings(&calibrations, args.gofs.clone())?;
     folder::refuse(&args.out, folder::RESULT, "fleet")?;
     folder::refuse(&args.out, folder::DIAGNOSIS, "fleet")?;
     interrupt::watch_saying("what was calibrated is kept; the same command goes on");
@@ -55,7 +42,8 @@ pub fn run(args: &Args, models: &[Variant]) -> anyhow::Result<()> {
         );
     }
     output::make_folder(&args.out)?;
-    let journal = Journal::open(&args.out.join(JOURNAL), &settings.key(&pairs))?;
+    let misfit = |row: &Row| settings.misfit(row, pairs.len());
+    let journal = Journal::open(&args.out.join(JOURNAL), &settings.key(&pairs), &misfit)?;
     let whole = settings.places(pairs.len()).count();
     let bar = Bar::new(whole, journal.known().len());
     let rows = fleet::run(&pairs, &settings, &journal, &interrupt::asked, &|done| bar.tell(done), warn)?;
@@ -79,7 +67,7 @@ fn read(args: &Args, settings: &Settings, files: &[PathBuf]) -> anyhow::Result<P
     let reading = args.data.reading();
     let needing = settings.models.iter().map(|model| &model.variant).find(|variant| variant.needs_vehicle());
     let pairs = Pairs::of_files(&reading, files, args.follower.as_deref(), needing, &interrupt::asked)?;
-    pairs.doubtful().iter().for_each(|text| warn(text));
+    pairs.doubtful().iter().chain(&pairs.repeated()).for_each(|text| warn(text));
     let usable = pairs.pairs.iter().filter_map(|pair| pair.drive.as_ref().ok());
     let trajectories: Vec<&Trajectory> = usable.map(|drive| &drive.trajectory).collect();
     for Model { variant, overrides } in &settings.models {
@@ -91,6 +79,7 @@ fn read(args: &Args, settings: &Settings, files: &[PathBuf]) -> anyhow::Result<P
 
 fn write(folder: &Path, file: &FleetFile, pairs: &[Pair], settings: &Settings, rows: &[Row]) -> anyhow::Result<()> {
     let table = fleet::table(pairs, settings, rows);
+    output::warn_of_formula(&folder.join(TABLES[0]), &table);
     let mut change = Change::begin(folder)?;
     change.write(TABLES[0], &csv::write(&table))?;
     change.write(TABLES[1], &parquet::write(&table, &[("program", &file.program)]))?;

@@ -1,6 +1,6 @@
 //! Extensions and laws of a plan: built-in ones by name, files of one's own.
 
-use super::super::merge::{calibration_columns, parameter_column};
+use super::super::merge::{calibration_columns, column_clash, parameter_column};
 use super::text::Reader;
 use super::{Extend, PlanError};
 use crate::catalog::Variant;
@@ -52,7 +52,7 @@ impl Reader<'_> {
     pub(super) fn extensions(&self, entries: Vec<String>) -> Result<Vec<Extend>, PlanError> {
         let read = |given: String| {
             let extension = self.extension(EXTEND, &given)?;
-            self.has_own_columns(EXTEND, extension)?;
+            self.has_own_name(EXTEND, extension)?;
             Ok(Extend { given, extension })
         };
         entries.into_iter().map(read).collect()
@@ -73,7 +73,7 @@ impl Reader<'_> {
             self.parse(VARIANTS, name, &[])?
         };
         if let Some(law) = variant.law().filter(|law| !laws.iter().any(|known| known.extension == *law)) {
-            self.has_own_columns(VARIANTS, law)?;
+            self.has_own_name(VARIANTS, law)?;
             for other in laws.iter().map(|known| known.extension) {
                 Self::go_together(law, other).map_err(|reason| self.value(VARIANTS, reason, None))?;
             }
@@ -102,20 +102,28 @@ impl Reader<'_> {
         }
     }
 
-    /// Refuses names that would be those of something else in the tables.
-    fn has_own_columns(&self, key: &'static str, extension: &Extension) -> Result<(), PlanError> {
+    /// Refuses the name of a part: names of variants would no longer say what a variant is made of.
+    fn has_own_name(&self, key: &'static str, extension: &Extension) -> Result<(), PlanError> {
         let name = &extension.name;
-        // Names of variants would no longer say what a variant is made of.
         if format!("idm+{name}").parse::<Variant>().is_ok() {
             let reason = format!("{name} is a part of the paper's variants; give the file another name");
             return Err(self.value(key, reason, None));
         }
-        let mut columns = extension.own_parameters().map(parameter_column);
-        if let Some(twice) = columns.find(|name| calibration_columns().any(|other| other == *name)) {
-            let reason = format!(
-                "a parameter of {name} would be the column {twice}, which the tables of a study have already; give it another name"
-            );
-            return Err(self.value(key, reason, None));
+        Ok(())
+    }
+
+    /// Refuses parameters that would be the column of something else in the tables.
+    pub(super) fn have_own_columns(&self, laws: &[Extend], extend: &[Extend]) -> Result<(), PlanError> {
+        let taken: Vec<String> = calibration_columns().collect();
+        let columns = |all: &[Extend]| -> Vec<(Symbol, String)> {
+            let own = all.iter().flat_map(|one| one.extension.own_parameters());
+            own.map(|symbol| (symbol, parameter_column(symbol))).collect()
+        };
+        let of_laws = columns(laws);
+        for (key, columns) in [(VARIANTS, of_laws.clone()), (EXTEND, [of_laws, columns(extend)].concat())] {
+            if let Some(reason) = column_clash(&taken, &columns) {
+                return Err(self.value(key, reason, None));
+            }
         }
         Ok(())
     }

@@ -271,9 +271,10 @@ impl Reader<'_> {
         let (evaluator, precision) = self.evaluator(entry.evaluator.as_deref(), entry.precision.as_deref())?;
         let extend = self.extensions(entry.extend.0)?;
         let mut laws = Vec::new();
-        let variants = self.variants(&entry.variants.0, &mut laws)?;
+        let variants = self.extended(self.variants(&entry.variants.0, &mut laws)?, &extend)?;
+        self.have_own_columns(&laws, &extend)?;
         Ok(CalibrationPlan {
-            variants: self.extended(variants, &extend)?,
+            variants,
             gofs,
             convention: self.parse("calibration.convention", convention, &["paper", "authors"])?,
             replicates: self.within("calibration.replicates", entry.replicates.unwrap_or(1), [1, REPLICATES_MAX])?,
