@@ -5,6 +5,7 @@ use super::drive::Drive;
 use super::error::{Error, Usage, usage};
 use super::extension::extend;
 use super::fit::Fit;
+use super::once::once;
 use super::reading::Loaded;
 use crate::calibrate::{
     self, Apart, BoundSet, OptimizerKind, Overrides, Progress, SearchSpace, apart, best, bound_times, calibrate,
@@ -227,7 +228,7 @@ impl Calibration {
     /// Calibrates on a drive.
     ///
     /// # Errors
-    /// When a bound cannot be, the drive lacks what the model needs, or no candidate is feasible.
+    /// When a bound cannot be, the drive lacks what the model needs, two drives have samples in common, or no candidate is feasible.
     pub fn run(&self, drive: &Drive) -> Result<Fit, Error> {
         self.run_on(&[drive], &mut |_| ControlFlow::Continue(()))
     }
@@ -246,6 +247,7 @@ impl Calibration {
         progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
     ) -> Result<Fit, Error> {
         let loaded = drives.iter().map(|drive| drive.for_model(&self.model)).collect::<anyhow::Result<Vec<_>>>()?;
+        once(loaded.iter().map(|one| &one.trajectory))?;
         let prepared = self.prepare(&loaded)?;
         let mut evaluator = self.build(&prepared.reference)?;
         let apart = self.apart(&prepared, &loaded)?;

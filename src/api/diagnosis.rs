@@ -3,6 +3,7 @@
 use super::bounds::read_bounds;
 use super::drive::Drive;
 use super::error::{Error, Usage};
+use super::once::Samples;
 use super::reading::{Loaded as Picked, Reading, start_assumed};
 use crate::calibrate::Overrides;
 use crate::catalog::Variant;
@@ -114,8 +115,12 @@ impl Loading {
             lap: None,
         };
         let ends_held_back = holdout.is_empty();
+        let (mut trained, mut held) = (Vec::new(), Vec::new());
         for source in train {
             let Examined { picked, entry, findings } = self.examine(source, "train", warn)?;
+            let samples = Samples::of(&picked.trajectory);
+            samples.differ_from(&trained)?;
+            trained.push(samples);
             loaded.data.push(entry);
             loaded.findings.extend(findings);
             if self.data_only {
@@ -136,21 +141,16 @@ impl Loading {
         }
         for source in holdout {
             let Examined { picked, entry, findings } = self.examine(source, "holdout", warn)?;
-            let same = |other: &&DataEntry| {
-                other.role == "train"
-                    && other.sha256 == entry.sha256
-                    && other.follower == entry.follower
-                    && other.trajectory == entry.trajectory
-                    && other.window_s[0] <= entry.window_s[1]
-                    && entry.window_s[0] <= other.window_s[1]
-            };
-            if let Some(trained) = loaded.data.iter().find(same) {
-                let (held, trained) = (&entry.path, &trained.path);
+            let samples = Samples::of(&picked.trajectory);
+            if let Some(trained) = trained.iter().find(|other| other.overlap(&samples)) {
+                let held = &entry.path;
                 return Err(Usage(format!(
                     "--holdout {held}: it is trained on, as {trained}; take it out of one of the two"
                 ))
                 .into());
             }
+            samples.differ_from(&held)?;
+            held.push(samples);
             loaded.data.push(entry);
             loaded.findings.extend(findings);
             if !self.data_only {

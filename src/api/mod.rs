@@ -10,6 +10,7 @@ pub(crate) mod extension;
 mod fit;
 pub(crate) mod fleet;
 pub(crate) mod model;
+pub(crate) mod once;
 mod population;
 pub(crate) mod reading;
 mod study;

@@ -11,6 +11,7 @@ mod cli_verbs;
 mod cli_warnings;
 mod doctor;
 mod fleet;
+mod fleet_faults;
 mod hostile;
 mod killed;
 mod library;

@@ -10,6 +10,7 @@ pub use flags::Args;
 use super::evaluator::{BY_FLAGS, transcribed, warn};
 use super::{folder, interrupt, is_usage, output};
 use crate::api::calibration::{Calibration, Prepared};
+use crate::api::once::once;
 use crate::api::reading::{Input, Loaded};
 use crate::api::warnings;
 use crate::catalog::Variant;
@@ -128,6 +129,7 @@ fn is_one_of_several(trajectory: &Trajectory, loaded: &[Loaded]) -> bool {
 
 /// One calibration, of one trajectory or of several together, with its files.
 fn one(args: &Args, calibration: &Calibration, loaded: &[Loaded], folder: &Path) -> anyhow::Result<ResultFile> {
+    once(loaded.iter().map(|one| &one.trajectory))?;
     let prepared = calibration.prepare(loaded)?;
     let mut evaluator = calibration.build(&prepared.reference)?;
     // Before the work: a folder that cannot be written must not cost a calibration.

@@ -1,0 +1,245 @@
+//! What data, laws and accidents do to a fleet: drives that do not vary, laws that share a name, settings and journals that change.
+
+use crate::common::program::{fails, leadlag, ok, scratch, stderr, stdout, succeeds, text};
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// 40 s behind a car whose speed varies; the follower's own speed by its time \[s\].
+fn pair(speed: impl Fn(f64) -> f64) -> String {
+    let mut table = "time_s,lead_speed_mps,speed_mps,spacing_m\n".to_owned();
+    let (mut gap, mut before) = (30.0, 0.0);
+    for k in 0..400 {
+        let t = f64::from(k) / 10.0;
+        let (v_l, v) = (20.0 + 3.0 * (t / 3.0).sin(), speed(t));
+        // Trapezoids, as the speeds say.
+        gap += if k == 0 { 0.0 } else { 0.05 * (before + v_l - v) };
+        before = v_l - v;
+        writeln!(table, "{t:.1},{v_l:.6},{v:.6},{gap:.6}").expect("a String takes all");
+    }
+    table
+}
+
+fn varied(t: f64) -> f64 {
+    20.0 + 2.5 * ((t - 1.0) / 3.0).sin()
+}
+
+fn file(folder: &Path, name: &str, content: &str) -> PathBuf {
+    let path = folder.join(name);
+    fs::write(&path, content).expect("room");
+    path
+}
+
+/// Rows by column; no two columns have one name.
+fn rows(folder: &Path) -> Vec<BTreeMap<String, String>> {
+    let mut reader = csv::Reader::from_path(folder.join("parameters.csv")).expect("it was written");
+    let names: Vec<String> = reader.headers().expect("a header").iter().map(str::to_owned).collect();
+    assert_eq!(names.iter().collect::<BTreeSet<_>>().len(), names.len(), "{names:?}");
+    let row = |row: csv::StringRecord| names.iter().cloned().zip(row.iter().map(str::to_owned)).collect();
+    reader.records().map(|record| row(record.expect("a row"))).collect()
+}
+
+const SETTINGS: [&str; 6] = ["--bounds", "human", "--gof", "nrmse-s", "--max-evaluations", "400"];
+
+fn fleet<'a>(table: &'a Path, out: &'a Path, more: &[&'a str]) -> Vec<&'a str> {
+    [&["calibrate", text(table), "--all", "--out", text(out)], &SETTINGS[..], more].concat()
+}
+
+/// The NRMSE of an acceleration that is always 0 is no number, and no row is lost by that.
+#[test]
+fn a_drive_at_constant_speed_is_read_again() {
+    let folder = scratch("fleet_faults", "constant");
+    let (table, out) = (file(&folder, "pair.csv", &pair(|_| 20.0)), folder.join("out"));
+    let once = ok(&fleet(&table, &out, &["--model", "idm"]));
+    let found = rows(&out);
+    assert_eq!((found[0]["nrmse_a"].as_str(), found[0]["reason"].as_str()), ("", ""), "{found:?}");
+    assert!(found[0]["rmse_a_mps2"].parse::<f64>().is_ok() && found[0]["nrmse_s"].parse::<f64>().is_ok(), "{found:?}");
+    let written = fs::read(out.join("parameters.csv")).expect("written");
+    let again = succeeds(&fleet(&table, &out, &["--model", "idm"]));
+    assert!(stderr(&again).contains("1 of 1 calibrations are there already"), "{}", stderr(&again));
+    assert_eq!(stdout(&again), once);
+    assert!(fs::read(out.join("parameters.csv")).expect("written") == written);
+}
+
+/// A law whose own parameters are these, by declaration; the first two are a gain and a headway.
+fn law(folder: &Path, name: &str, members: [(&str, &str); 2]) -> PathBuf {
+    let [(gain, gain_unit), (gap, gap_unit)] = members;
+    let content = format!(
+        "//! A law.\nstruct Parameters {{\n    /// gain [{gain_unit}], 0.01 to 1\n    {gain}: f32,\n    /// gap in time [{gap_unit}], 0.5 to 3\n    \
+         {gap}: f32,\n}}\n\nfn {name}_law(own: Parameters, x: Perceived) -> f32 {{\n    \
+         return own.{gain} * (x.s - own.{gap} * x.v_f) + 0.5 * (x.v_l - x.v_f);\n}}\n"
+    );
+    file(folder, &format!("{name}.wgsl"), &content)
+}
+
+#[test]
+fn laws_share_a_column_of_one_name_and_unit() {
+    let folder = scratch("fleet_faults", "laws");
+    let (table, out) = (file(&folder, "pair.csv", &pair(varied)), folder.join("out"));
+    let one = law(&folder, "one", [("gain", "1/s2"), ("gap", "s")]);
+    let two = law(&folder, "two", [("gain", "1/s2"), ("rest", "s")]);
+    ok(&fleet(&table, &out, &["--model", text(&one), "--model", text(&two)]));
+    let found = rows(&out);
+    assert_eq!(found.len(), 2);
+    for (row, own, other) in [(0, "gap_s", "rest_s"), (1, "rest_s", "gap_s")] {
+        let row = &found[row];
+        assert!(row["gain_per_s2"].parse::<f64>().is_ok() && row[own].parse::<f64>().is_ok(), "{row:?}");
+        assert_eq!(row[other], "", "{row:?}");
+    }
+    ok(&["report", text(&out), "--out", text(&folder.join("page.html"))]);
+}
+
+#[test]
+fn parameters_that_would_be_another_column_are_refused() {
+    let folder = scratch("fleet_faults", "columns");
+    let (table, out) = (file(&folder, "pair.csv", &pair(varied)), folder.join("out"));
+    let taken = |column: &str| format!("would be the column {column}, which the tables have already");
+    let both = |column: &str| format!("would both be the column {column}; give one of them another name");
+    let plain = [("gain", "1/s2"), ("gap", "s")];
+    for (name, members, expected) in [
+        ("score", [("score", "-"), ("gap", "s")], taken("score")),
+        ("model", [("gain", "1/s2"), ("model", "-")], taken("model")),
+        ("low", [("gain", "1/s2"), ("gain_per_s2_low", "-")], both("gain_per_s2_low")),
+        ("twins", [("gap_s", "-"), ("gap", "s")], both("gap_s")),
+        ("other", [("gain", "1/s2"), ("gap_s", "-")], both("gap_s")),
+        ("built_in", [("gain", "1/s2"), ("t_h_s", "-")], both("t_h_s")),
+    ] {
+        let (first, second) = (law(&folder, "plain", plain), law(&folder, &format!("my_{name}"), members));
+        let models = ["--model", "idm", "--model", text(&first), "--model", text(&second)];
+        let (code, said) = fails(&fleet(&table, &out, &models));
+        assert!(code == 2 && said.contains(&expected), "{name}: {said}");
+    }
+    let elsewhere = folder.join("elsewhere");
+    fs::create_dir_all(&elsewhere).expect("room");
+    let (first, second) = (law(&folder, "plain", plain), law(&elsewhere, "plain", [("rate", "1/s2"), ("gap", "s")]));
+    let models = ["--model", text(&first), "--model", &format!("{}+delay", text(&second))];
+    let (code, said) = fails(&fleet(&table, &out, &models));
+    assert!(code == 2 && said.contains("two laws of the name plain"), "{said}");
+    assert!(!out.exists(), "before any work");
+}
+
+/// Whatever a simulation sees of a drive decides about the rows of it.
+#[test]
+fn a_fleet_of_another_second_car_is_another_one() {
+    let folder = scratch("fleet_faults", "second_car");
+    let mut table = String::new();
+    for (k, line) in pair(varied).lines().enumerate() {
+        let more = if k == 0 { "v2,s2".to_owned() } else { format!("{:.4},25", 20.0 + 3.0 * (k as f64 / 27.0).sin()) };
+        writeln!(table, "{line},{more}").expect("a String takes all");
+    }
+    let (table, map, out) = (file(&folder, "pairs.csv", &table), folder.join("map.toml"), folder.join("out"));
+    let words = ["--columns", text(&map), "--model", "idm", "--extend", "multi_anticipation"];
+    let with_unit = |unit: &str| {
+        let content = format!(
+            "title = \"two ahead\"\nrows = \"pairs\"\ncheck_units = false\n[columns]\ntime = {{ name = \"time_s\", unit = \"s\" }}\n\
+             speed = {{ name = \"speed_mps\", unit = \"m/s\" }}\nlead_speed = {{ name = \"lead_speed_mps\", unit = \"m/s\" }}\n\
+             gap = {{ name = \"spacing_m\", unit = \"m\" }}\nlead2_speed = {{ name = \"v2\", unit = \"{unit}\" }}\n\
+             lead2_gap = {{ name = \"s2\", unit = \"m\" }}\n"
+        );
+        fs::write(&map, content).expect("room");
+    };
+    with_unit("m/s");
+    ok(&fleet(&table, &out, &words));
+    with_unit("km/h");
+    let (code, said) = fails(&fleet(&table, &out, &words));
+    assert!(code == 1 && said.contains("a fleet of other data, settings or program"), "{said}");
+    with_unit("m/s");
+    ok(&fleet(&table, &out, &words));
+}
+
+#[test]
+fn a_row_that_does_not_fit_is_refused_with_its_line() {
+    let folder = scratch("fleet_faults", "journal");
+    let (table, out) = (file(&folder, "pair.csv", &pair(varied)), folder.join("out"));
+    let command = fleet(&table, &out, &["--model", "idm"]);
+    ok(&command);
+    let journal = out.join("journal.jsonl");
+    let whole = fs::read_to_string(&journal).expect("written");
+    let (head, row) = whole.split_once('\n').expect("two lines");
+    let row: serde_json::Value = serde_json::from_str(row).expect("JSON");
+    let changed = |pointer: &str, value: serde_json::Value| {
+        let mut row = row.clone();
+        *row.pointer_mut(pointer).unwrap_or_else(|| panic!("{pointer} in {row}")) = value;
+        format!("{head}\n{row}\n")
+    };
+    for (content, expected) in [
+        (changed("/Ok/parameters", serde_json::json!([1.0])), "expected 5 parameters, found 1"),
+        (changed("/Ok/intervals", serde_json::json!([null])), "expected 5 intervals, found 1"),
+        (changed("/pair", serde_json::json!(7)), "expected one of 1 pairs, 1 models and 1 measures"),
+        (changed("/Ok/score", serde_json::Value::Null), "invalid type: null"),
+    ] {
+        fs::write(&journal, content).expect("room");
+        let (code, said) = fails(&command);
+        assert!(code == 1 && said.contains("journal.jsonl:2: not a calibration of this fleet"), "{said}");
+        assert!(said.contains(expected) && !said.contains("panicked"), "{said}");
+    }
+    // As it says: without the line it is calibrated again.
+    fs::write(&journal, format!("{head}\n")).expect("room");
+    ok(&command);
+    assert_eq!(fs::read_to_string(&journal).expect("written"), whole);
+    // What a file system may leave of a file after a power cut.
+    fs::write(&journal, [0; 4096]).expect("room");
+    ok(&command);
+    assert_eq!(fs::read_to_string(&journal).expect("written"), whole);
+}
+
+/// The same samples twice would make intervals narrower and a diagnosis surer than they are.
+#[test]
+fn a_drive_counts_once() {
+    let folder = scratch("fleet_faults", "once");
+    let (one, copy) = (file(&folder, "one.csv", &pair(varied)), folder.join("copy.csv"));
+    let other = file(&folder, "other.csv", &pair(|t| varied(t) + 0.3 * (t / 2.0).cos()));
+    fs::write(&copy, pair(varied).replace('\n', "\r\n")).expect("room");
+    let (out, [one, copy, other]) = (folder.join("out"), [&one, &copy, &other].map(|path| text(path)));
+    let joint = |files: &[&str]| {
+        let more = ["--joint", "--model", "idm", "--no-intervals", "--out", text(&out)];
+        leadlag(&[&["calibrate"], files, &SETTINGS[..], &more[..]].concat())
+    };
+    let diagnose = |files: &[&str]| leadlag(&[&["diagnose", "--base", "idm", "--data-only"], files].concat());
+    for (done, expected) in [
+        (joint(&[one, other, one]), "is given twice"),
+        (joint(&[one, copy]), "has samples of"),
+        (diagnose(&[one, other, one]), "is given twice"),
+        (diagnose(&[one, copy]), "has samples of"),
+        (diagnose(&[other, "--holdout", one, "--holdout", one]), "is given twice"),
+        (diagnose(&[one, "--holdout", copy]), "it is trained on"),
+    ] {
+        let said = stderr(&done);
+        assert!(done.status.code() == Some(2) && said.contains(expected) && said.contains("one.csv"), "{said}");
+    }
+    assert!(!out.exists(), "before any work");
+    for done in [joint(&[one, other]), diagnose(&[one, other]), diagnose(&[one, "--holdout", other])] {
+        assert!(done.status.success(), "{}", stderr(&done));
+    }
+    // Each by itself, the rows are right; what they say together is not.
+    let command = |files: &[&str], name: &str| {
+        let more = ["--all", "--model", "idm", "--no-intervals", "--out"];
+        let said = succeeds(&[&["calibrate"], files, &SETTINGS[..], &more[..], &[text(&folder.join(name))]].concat());
+        stderr(&said)
+    };
+    let said = command(&[one, other, copy], "copies");
+    assert!(said.contains("1 of 3 pairs are copies of another one") && said.contains("copy.csv"), "{said}");
+    assert!(!command(&[one, other], "apart").contains("copies"));
+}
+
+/// Ids stay what they are in the file; that a spreadsheet would run one of them is said.
+#[test]
+fn a_formula_among_the_ids_is_told() {
+    let folder = scratch("fleet_faults", "formula");
+    let head = "id,time_s,lead_speed_mps,speed_mps,spacing_m\n".to_owned();
+    let formula = "=HYPERLINK(A1)";
+    let row = |line: &str| format!("{formula},{line}\n");
+    let table = file(&folder, "pairs.csv", &(head + &pair(varied).lines().skip(1).map(row).collect::<String>()));
+    let map = file(
+        &folder,
+        "map.toml",
+        "title = \"ids\"\nrows = \"pairs\"\n[columns]\ngroup = { name = \"id\" }\ntime = { name = \"time_s\", unit = \"s\" }\n\
+         speed = { name = \"speed_mps\", unit = \"m/s\" }\nlead_speed = { name = \"lead_speed_mps\", unit = \"m/s\" }\n\
+         gap = { name = \"spacing_m\", unit = \"m\" }\n",
+    );
+    let out = folder.join("out");
+    let done = succeeds(&fleet(&table, &out, &["--model", "idm", "--columns", text(&map)]));
+    assert!(rows(&out).iter().all(|row| row["trajectory"] == formula), "{:?}", rows(&out));
+    assert!(stderr(&done).contains("begins like a formula, which a spreadsheet"), "{}", stderr(&done));
+}
