@@ -118,9 +118,9 @@ fn make(folder: &Path) -> anyhow::Result<()> {
     let list = match bounded::read_to_string(&ready.join(LIST), bounded::TEXT_MAX) {
         Ok(list) => list,
         Err(error) if error.kind() == ErrorKind::NotFound => {
-            // The list goes last.
-            return ignoring_absence(fs::remove_dir_all(&ready))
-                .with_context(|| format!("{}: cannot remove the folder", ready.display()));
+            // The list goes last, so that the change is made: whoever may not remove the folder can still read.
+            let _ = fs::remove_dir_all(&ready);
+            return Ok(());
         }
         Err(error) => return Err(error).with_context(|| format!("{}: cannot read the change", ready.display())),
     };

@@ -1,5 +1,6 @@
 //! `leadlag study submit`: what a scheduler needs to compute a study.
 
+use super::super::Usage;
 use super::super::demo::quoted;
 use super::super::number::{real, whole};
 use super::super::output::{self, counted};
@@ -97,6 +98,14 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         locks: locks(&folder),
         why: format!("{open} of {} open, {seconds:.3} CPU s each: {source}", counted(tasks.len() as u64, "task")),
     };
+    // Each option of sbatch is a line of the scripts.
+    let out = job.out.display().to_string();
+    if let Some(broken) = args.sbatch.iter().chain([&out]).find(|text| text.contains(['\n', '\r'])) {
+        return Err(Usage(format!(
+            "{broken:?} has a line end, which an #SBATCH line cannot hold; expected a name without one, such as --out DIR of another folder"
+        ))
+        .into());
+    }
     std::fs::create_dir_all(&job.out).with_context(|| format!("{}: cannot make the folder", job.out.display()))?;
     let [array, merge] = ["array.sh", "merge.sh"].map(|name| job.out.join(name));
     write_whole(&array, job.array().as_bytes())?;
