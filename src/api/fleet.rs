@@ -106,10 +106,10 @@ impl Pairs {
             let id = pair.trajectory.as_ref().map_or(String::new(), |id| format!(" trajectory {id}"));
             format!("{}{id} follower {}", pair.file, pair.follower)
         };
+        let (pair, first) = (place(pair), place(first));
+        let of = if pair == first { "is given twice".to_owned() } else { format!("is {first}") };
         Some(format!(
-            "{count} of {all} pairs are copies of another one, and count again in medians and shares; the first: {} is {}",
-            place(pair),
-            place(first)
+            "{count} of {all} pairs are copies of another one, and count again in medians and shares; the first: {pair} {of}"
         ))
     }
 

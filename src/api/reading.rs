@@ -5,8 +5,8 @@ use crate::catalog::{Constraint, Variant};
 use crate::text::spelling::did_you_mean;
 use crate::trajectory::import::{ColumnMap, MapError, read_mapped, read_mapped_from};
 use crate::trajectory::{
-    Grade, Layout, Note, Platoon, Preparation, Reconcile, Recording, Stretch, Trajectory, import, plausible, prepare,
-    prepare_platoon,
+    ChosenBy, Grade, Layout, Note, Platoon, Preparation, Reconcile, Recording, Stretch, Trajectory, import, plausible,
+    prepare, prepare_platoon,
 };
 use crate::vehicle::{self, Vehicle};
 use anyhow::Context;
@@ -162,14 +162,16 @@ impl Reading {
 
     /// Which follower is meant; of other pairs than his nothing is left.
     pub(super) fn chosen(&self, recording: &mut Recording, follower: Option<&str>) -> anyhow::Result<Option<usize>> {
-        if self.columns.is_none() || recording.is_of_numbered_cars() {
+        if recording.is_of_numbered_cars() {
             return follower.map(|text| numbered(recording, text)).transpose();
         }
         match follower {
             Some(id) if recording.keep_follower(id) => {}
             Some(id) => {
+                let names = recording.platoons.iter().filter_map(|platoon| platoon.cars.last());
+                let near = did_you_mean(id, names.map(|car| car.name.as_str()));
                 let message = format!(
-                    "--follower {id}: not a follower in {}; {}",
+                    "--follower {id}: not a follower in {}{near}; {}",
                     recording.source.path,
                     longest_pairs(recording)
                 );
@@ -194,7 +196,7 @@ impl Reading {
     ) -> anyhow::Result<Vec<Found>> {
         let (mut recording, mut number) = (self.open(input)?, None);
         if let Some(text) = follower
-            && (self.columns.is_none() || recording.is_of_numbered_cars() || !recording.keep_follower(text))
+            && !recording.keep_follower(text)
         {
             number = Some(numbered(&mut recording, text)?);
         }
@@ -281,7 +283,10 @@ impl Reading {
         let mut names: Vec<&str> = picked.iter().map(|loaded| loaded.trajectory.name.as_str()).collect();
         names.sort_unstable();
         names.dedup();
-        if let [one, another, ..] = names.as_slice() {
+        // Groups may be drives of one vehicle.
+        if let [one, another, ..] = names.as_slice()
+            && recording.chosen_by != ChosenBy::Group
+        {
             warn(format!(
                 "{path}: the trajectories are those of {} vehicles, such as {one} and {another}, which get the same \
                  parameters; --follower NAME takes those of one",
@@ -424,8 +429,11 @@ impl Reading {
     }
 }
 
-/// True if it has to be said which follower is meant.
+/// True if it has to be said which follower is meant. Groups are drives: of several, the longest is taken.
 fn has_several_followers(recording: &Recording) -> bool {
+    if recording.chosen_by == ChosenBy::Group {
+        return false;
+    }
     let mut names = recording.platoons.iter().filter_map(|platoon| platoon.cars.last().map(|car| &car.name));
     let first = names.next();
     names.any(|name| Some(name) != first)

@@ -25,8 +25,8 @@ pub fn clash(settings: &Settings) -> Option<String> {
     let mut columns: Vec<(Symbol, String)> = Vec::new();
     for symbol in settings.models.iter().flat_map(|model| model.variant.parameters()) {
         let name = parameter_column(symbol);
+        columns.push((symbol, name.clone()));
         columns.extend(ends.iter().map(|end| (symbol, format!("{name}_{end}"))));
-        columns.push((symbol, name));
     }
     column_clash(&taken, &columns)
 }

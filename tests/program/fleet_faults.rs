@@ -160,12 +160,12 @@ fn a_row_that_does_not_fit_is_refused_with_its_line() {
     let row: serde_json::Value = serde_json::from_str(row).expect("JSON");
     let changed = |pointer: &str, value: serde_json::Value| {
         let mut row = row.clone();
-        *row.pointer_mut(pointer).unwrap_or_else(|| panic!("{pointer} in {row}")) = value;
+        *row.pointer_mut(pointer).expect("a row has it") = value;
         format!("{head}\n{row}\n")
     };
     for (content, expected) in [
-        (changed("/Ok/parameters", serde_json::json!([1.0])), "expected 5 parameters, found 1"),
-        (changed("/Ok/intervals", serde_json::json!([null])), "expected 5 intervals, found 1"),
+        (changed("/Ok/parameters", serde_json::json!([1.0])), "expected 6 parameters, found 1"),
+        (changed("/Ok/intervals", serde_json::json!([null])), "expected 6 intervals, found 1"),
         (changed("/pair", serde_json::json!(7)), "expected one of 1 pairs, 1 models and 1 measures"),
         (changed("/Ok/score", serde_json::Value::Null), "invalid type: null"),
     ] {
@@ -220,6 +220,7 @@ fn a_drive_counts_once() {
     };
     let said = command(&[one, other, copy], "copies");
     assert!(said.contains("1 of 3 pairs are copies of another one") && said.contains("copy.csv"), "{said}");
+    assert!(command(&[one, one], "twice").contains("one.csv follower 1 is given twice"));
     assert!(!command(&[one, other], "apart").contains("copies"));
 }
 
@@ -242,4 +243,57 @@ fn a_formula_among_the_ids_is_told() {
     let done = succeeds(&fleet(&table, &out, &["--model", "idm", "--columns", text(&map)]));
     assert!(rows(&out).iter().all(|row| row["trajectory"] == formula), "{:?}", rows(&out));
     assert!(stderr(&done).contains("begins like a formula, which a spreadsheet"), "{}", stderr(&done));
+}
+
+/// The id of a driver is his name: where drives are listed, chosen and tabulated.
+#[test]
+fn drivers_are_called_by_their_ids() {
+    let folder = scratch("fleet_faults", "ids");
+    let mut table = "driver,time_s,lead_speed_mps,speed_mps,spacing_m\n".to_owned();
+    for (k, driver) in ["D01", "D02", "D03", "D04", "D05"].into_iter().enumerate() {
+        let own = pair(|t| varied(t) + 0.2 * (t / (1.5 + k as f64)).cos());
+        // The third one is the longest.
+        let rows = if driver == "D03" { 401 } else { 350 };
+        own.lines().take(rows).skip(1).for_each(|line| writeln!(table, "{driver},{line}").expect("a String takes all"));
+    }
+    let table = file(&folder, "drivers.csv", &table);
+    let map = file(
+        &folder,
+        "map.toml",
+        "title = \"drivers\"\nrows = \"pairs\"\n[columns]\ngroup = { name = \"driver\" }\n\
+         time = { name = \"time_s\", unit = \"s\" }\nspeed = { name = \"speed_mps\", unit = \"m/s\" }\n\
+         lead_speed = { name = \"lead_speed_mps\", unit = \"m/s\" }\ngap = { name = \"spacing_m\", unit = \"m\" }\n",
+    );
+    let columns = ["--columns", text(&map)];
+    let shown = ok(&[&["inspect", text(&table)], &columns[..]].concat());
+    let listed: Vec<&str> = shown.lines().filter(|line| line.contains(" preceding vehicle ")).collect();
+    let first: Vec<&str> = listed.iter().filter_map(|line| line.split_whitespace().next()).collect();
+    assert_eq!(first[..5], ["D03", "D01", "D02", "D04", "D05"], "the longest first: {shown}");
+    assert!(
+        shown.contains("\ntrajectory D03\n") && !shown.contains("trajectory D01\n"),
+        "the longest in full: {shown}"
+    );
+    let one = folder.join("one");
+    let calibrate = |more: &[&str]| {
+        let words = ["calibrate", text(&table), "--model", "idm", "--out", text(&one), "--no-intervals"];
+        [&words, &SETTINGS[..], &columns[..], more].concat().iter().map(|&word| word.to_owned()).collect::<Vec<_>>()
+    };
+    let words = |owned: &[String]| leadlag(&owned.iter().map(String::as_str).collect::<Vec<_>>());
+    assert!(words(&calibrate(&["--follower", "D04"])).status.success());
+    let result = fs::read_to_string(one.join("result.json")).expect("written");
+    let result: serde_json::Value = serde_json::from_str(&result).expect("JSON");
+    assert_eq!(result["data"][0]["name"], "D04");
+    let refused = words(&calibrate(&["--follower", "D4"]));
+    let said = stderr(&refused);
+    assert!(
+        refused.status.code() == Some(2) && said.contains("D01 (") && said.contains("did you mean `D04`?"),
+        "{said}"
+    );
+    let all = folder.join("all");
+    ok(&fleet(&table, &all, &[&columns[..], &["--model", "idm"]].concat()));
+    assert!(rows(&all).iter().all(|row| row["name"] == row["trajectory"] && row["name"].starts_with("D0")));
+    let page = folder.join("page.html");
+    ok(&["report", text(&all), "--out", text(&page)]);
+    let html = fs::read_to_string(page).expect("written");
+    assert!(html.contains("D03: idm") && !html.contains("pair 3"), "the worst fits are named");
 }

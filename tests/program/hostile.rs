@@ -111,6 +111,42 @@ fn without_threads_there_is_a_message() {
     assert!(said.contains("cannot start the threads") && said.contains("ulimit -u"), "{said}");
 }
 
+/// The pool of the program has its thread, and there is no room for the stack of another one.
+#[cfg(target_os = "linux")]
+#[test]
+fn without_a_thread_for_its_pairs_a_fleet_says_so() {
+    let file = calibrated().join("platoon.csv");
+    let out = scratch("hostile", "fleet");
+    let arguments = ["calibrate", text(&file), "--all", "--model", "idm", "--out", text(&out)];
+    let said = limited("export RUST_MIN_STACK=1073741824; ulimit -v 2600000", &arguments);
+    assert!(said.contains("cannot start a thread for the calibrations") && said.contains("ulimit -u"), "{said}");
+}
+
+/// A change that is made leaves an empty folder behind if it is killed at its end; whoever may only read the result is not asked to remove it.
+#[cfg(unix)]
+#[test]
+fn a_reader_needs_no_right_to_write() {
+    use std::os::unix::fs::{MetadataExt, PermissionsExt};
+    use std::os::unix::process::CommandExt;
+    let mode = |path: &Path, mode| fs::set_permissions(path, fs::Permissions::from_mode(mode)).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let (program, fit) = (folder.path().join("leadlag"), folder.path().join("fit"));
+    fs::copy(env!("CARGO_BIN_EXE_leadlag"), &program).unwrap();
+    fs::create_dir_all(fit.join(".leadlag-ready")).unwrap();
+    fs::copy(calibrated().join("fit/result.json"), fit.join("result.json")).unwrap();
+    let mut command = Command::new(&program);
+    command.current_dir(folder.path()).args(["report", "fit", "--out", "page.html"]);
+    if fs::metadata(folder.path()).unwrap().uid() == 0 {
+        // Root may write everywhere.
+        command.uid(65534).gid(65534);
+    }
+    [(folder.path(), 0o777), (&program, 0o755), (&fit, 0o555)].into_iter().for_each(|(path, bits)| mode(path, bits));
+    let done = command.output().unwrap();
+    mode(&fit, 0o755);
+    assert!(done.status.success(), "{}", stderr(&done));
+    assert!(folder.path().join("page.html").exists());
+}
+
 /// Software Vulkan ends the program with a signal where it gets too little address space.
 #[cfg(target_os = "linux")]
 #[test]

@@ -133,6 +133,8 @@ fn pieces() -> String {
     for (id, seconds) in [(0, 12.0), (1, 12.0), (2, 1.0), (3, 12.0)] {
         for (i, [t, v_l, _, v_f, _, gap]) in drive(seconds).into_iter().enumerate() {
             let v_f = if (id, i) == (3, 7) { "?".to_owned() } else { format!("{v_f:.4}") };
+            // Another gap each: the same drive twice is refused.
+            let gap = gap + f64::from(id);
             writeln!(text, "{id},{t:.1},-1,0,{v_l:.4},5,{v_f},{gap:.4}").unwrap();
         }
     }

@@ -2,6 +2,7 @@
 
 use crate::report::fleet::{Fit, FleetFile, Shown, page as write};
 use crate::result::read_bounded;
+use crate::trajectory::is_nameless;
 use anyhow::Context;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -39,7 +40,13 @@ pub fn page(folder: &Path) -> anyhow::Result<String> {
         if cell("trajectory", row).is_empty() {
             label += &format!(", follower {}", cell("follower", row));
         }
+        let name = match (cell("trajectory", row), cell("name", row)) {
+            ("", name) if is_nameless(name) => format!("pair {}", cell("pair", row)),
+            ("", name) => name.to_owned(),
+            (id, _) => id.to_owned(),
+        };
         Shown {
+            name,
             pair: number("pair", row) as usize,
             label,
             values: parameters.map(|parameter| number(&parameter.column, row)).collect(),

@@ -77,6 +77,19 @@ pub struct Recording {
     pub companions: Vec<Source>,
     /// Grade of the road from a file beside it, if any.
     pub grade: Option<Grade>,
+    /// What its followers are chosen by.
+    pub chosen_by: ChosenBy,
+}
+
+/// What a follower of a recording is chosen by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ChosenBy {
+    /// Its place: 1 is right behind the leader.
+    Place,
+    /// The id of the vehicle, in a table of vehicles.
+    Vehicle,
+    /// The name of its group, in a table of pairs.
+    Group,
 }
 
 impl Recording {
@@ -132,7 +145,8 @@ pub struct Car {
 /// True for a name that stands for none: files of pairs name no car, tables give a number. Two cars may have it.
 #[must_use]
 pub fn is_nameless(car: &str) -> bool {
-    car == "follower" || car.starts_with("car ") || car.starts_with("vehicle ")
+    let is_number = car.chars().all(|c| c.is_ascii_digit());
+    is_number || car == "follower" || car.starts_with("car ") || car.starts_with("vehicle ")
 }
 
 impl Platoon {

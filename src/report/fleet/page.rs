@@ -10,6 +10,8 @@ use crate::report::html::{Page, escape, short};
 pub struct Shown {
     /// The pair, from 1.
     pub pair: usize,
+    /// Its name: the id of the trajectory or the name of the follower; its number where it has neither.
+    pub name: String,
     /// Its file and trajectory.
     pub label: String,
     /// The model.
@@ -170,11 +172,11 @@ fn scores(page: &mut Page, one: &Overview, rows: &[Shown], fits: &[Fit]) {
         .iter()
         .map(|fit| {
             let best = of(fit.pair).min_by(|a, b| a.score.total_cmp(&b.score));
-            (best.map_or(String::new(), |row| format!("pair {}: {} {}", row.pair, row.model, short(row.score))), fit)
+            (best.map_or(String::new(), |row| format!("{}: {} {}", row.name, row.model, short(row.score))), fit)
         })
         .collect();
     page.picture("The worst fits", &figures::fits(&named));
-    let row = |fit: &Fit| of(fit.pair).next().map(|row| vec![row.pair.to_string(), row.label.clone()]);
+    let row = |fit: &Fit| of(fit.pair).next().map(|row| vec![row.name.clone(), row.label.clone()]);
     page.table("Where they are", &["pair", "file and trajectory"], &fits.iter().filter_map(row).collect::<Vec<_>>());
 }
 

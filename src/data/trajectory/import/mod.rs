@@ -28,7 +28,7 @@ pub(super) use problems::{Problems, Stop};
 pub(super) use table::{GRADE_LIMIT, POSITION_LIMIT, present};
 
 use super::error::{ImportError, ProblemKind};
-use super::{Grade, Note, Recording, Source};
+use super::{ChosenBy, Grade, Note, Recording, Source};
 use crate::statistics::upper_median;
 use flate2::bufread::MultiGzDecoder;
 use std::fs::File;
@@ -113,6 +113,7 @@ pub fn read_from(input: impl Read, name: &str, layout: Option<Layout>) -> Result
         platoons,
         companions: Vec::new(),
         grade: None,
+        chosen_by: ChosenBy::Place,
     })
 }
 

@@ -14,14 +14,13 @@ impl fmt::Display for Inspection {
         if let Some(track) = self.track_m {
             writeln!(f, "grade known on a closed track of {track} m")?;
         }
-        let is_long = self.platoons.len() > WHOLE_MAX && self.layout == Layout::Columns;
-        if is_long {
-            write_pairs(f, &self.platoons)?;
+        let mut platoons: Vec<&PlatoonInspection> = self.platoons.iter().collect();
+        if platoons.len() > WHOLE_MAX && self.layout == Layout::Columns {
+            platoons.sort_by(|a, b| b.duration_s.total_cmp(&a.duration_s));
+            write_pairs(f, &platoons)?;
+            platoons.truncate(1);
         }
-        for platoon in self.platoons.iter().take(if is_long { 1 } else { usize::MAX }) {
-            write!(f, "{platoon}")?;
-        }
-        Ok(())
+        platoons.into_iter().try_for_each(|platoon| write!(f, "{platoon}"))
     }
 }
 
@@ -30,7 +29,7 @@ const WHOLE_MAX: usize = 3;
 /// Pairs that are listed.
 const LISTED_MAX: usize = 20;
 
-fn write_pairs(f: &mut fmt::Formatter<'_>, platoons: &[PlatoonInspection]) -> fmt::Result {
+fn write_pairs(f: &mut fmt::Formatter<'_>, platoons: &[&PlatoonInspection]) -> fmt::Result {
     writeln!(f, "\n{} pairs of a follower and the vehicle ahead, the longest first:\n", platoons.len())?;
     writeln!(
         f,

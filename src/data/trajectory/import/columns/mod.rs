@@ -23,7 +23,7 @@ use super::header::nearest;
 use super::lines::Lines;
 use super::problems::{Problems, Stop};
 use crate::text::bounded::TEXT_MAX;
-use crate::trajectory::{ImportError, Layout, Note, Platoon, Recording, Source};
+use crate::trajectory::{ChosenBy, ImportError, Layout, Note, Platoon, Recording, Source};
 use std::io::Read;
 use std::path::Path;
 
@@ -93,6 +93,11 @@ pub fn read_mapped_from(input: impl Read, name: &str, map: &ColumnMap) -> Result
         platoons,
         companions: Vec::new(),
         grade: None,
+        chosen_by: match map.rows {
+            map::Rows::Vehicles => ChosenBy::Vehicle,
+            map::Rows::Pairs => ChosenBy::Group,
+            map::Rows::Platoon => ChosenBy::Place,
+        },
     })
 }
 
@@ -105,20 +110,16 @@ fn platoons<R: Read>(lines: &mut Lines<R>, map: &ColumnMap, problems: &mut Probl
     }
 }
 
-/// What stands before the id in the name of a vehicle of a long table.
-const BY_ID: &str = "vehicle ";
-
 /// How a vehicle of a long table is called.
 fn vehicle_name(id: &str) -> String {
-    format!("{BY_ID}{id}")
+    format!("vehicle {id}")
 }
 
 impl Recording {
     /// True of a table of platoons: its cars are numbered, as in the layouts that need no map.
     #[must_use]
     pub fn is_of_numbered_cars(&self) -> bool {
-        let by_id = |car: &crate::trajectory::Car| car.name.starts_with(BY_ID) || car.name == "follower";
-        self.platoons.iter().all(|platoon| platoon.cars.last().is_some_and(|car| !by_id(car)))
+        self.chosen_by == ChosenBy::Place
     }
 
     /// Keeps only the platoons in which the car of this name is the follower of one number, which is that of the first: 1 is the car right behind
@@ -136,11 +137,18 @@ impl Recording {
         Some(car - 1)
     }
 
-    /// Keeps only the pairs in which the vehicle `id` of a mapped table follows; false, and nothing changed, if there are none.
+    /// Keeps only the pairs of a mapped table whose follower has this id, that of its vehicle or group, or the one pair of this id; false, and nothing
+    /// changed, if there are none.
     #[must_use]
     pub fn keep_follower(&mut self, id: &str) -> bool {
-        let name = vehicle_name(id);
-        let follows = |platoon: &Platoon| platoon.cars.last().is_some_and(|car| car.name == name);
+        let name = match self.chosen_by {
+            ChosenBy::Place => return false,
+            ChosenBy::Vehicle => vehicle_name(id),
+            ChosenBy::Group => id.to_owned(),
+        };
+        let follows = |platoon: &Platoon| {
+            platoon.id.as_deref() == Some(id) || platoon.cars.last().is_some_and(|car| car.name == name)
+        };
         if !self.platoons.iter().any(follows) {
             return false;
         }

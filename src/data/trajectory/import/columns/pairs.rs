@@ -14,7 +14,9 @@ use std::collections::HashMap;
 
 /// The rows of one group, or of one of several trajectories that bear its name.
 pub(super) struct Group {
-    /// The name, numbered where it is not the first; `None` where no column gives one.
+    /// The name in the file; `None` where no column gives one.
+    pub name: Option<String>,
+    /// The same, numbered where it is not the first.
     pub id: Option<String>,
     pub rows: Vec<usize>,
     /// That the name is borne by another one before.
@@ -46,7 +48,7 @@ pub(super) fn by_group(table: &Table, problems: &mut Problems) -> Result<(Vec<Gr
                 line: table.lines[rows[0]],
                 read_as,
             });
-            found.push(Group { id: numbered.or(name), rows, again });
+            found.push(Group { id: numbered.or_else(|| name.clone()), name, rows, again });
         }
     }
     problems.check()?;
@@ -90,8 +92,9 @@ pub(super) fn platoons(table: &Table, map: &ColumnMap, problems: &mut Problems) 
     let (groups, repeated) = by_group(table, problems)?;
     let mut platoons = Vec::new();
     let mut pairs = Vec::new();
-    for Group { id, rows, again } in groups.into_iter().filter(|group| group.rows.len() > 1) {
-        let (mut platoon, pair) = platoon(table, map, id, &rows);
+    for Group { name, id, rows, again } in groups.into_iter().filter(|group| group.rows.len() > 1) {
+        let follower = name.as_deref().unwrap_or("follower");
+        let (mut platoon, pair) = platoon(table, map, id, follower, &rows);
         platoon.notes.extend(again);
         platoons.push(platoon);
         pairs.push(pair);
@@ -127,7 +130,7 @@ fn faults(table: &Table, rows: &[usize]) -> Faults {
     faults
 }
 
-fn platoon(table: &Table, map: &ColumnMap, id: Option<String>, rows: &[usize]) -> (Platoon, Pair) {
+fn platoon(table: &Table, map: &ColumnMap, id: Option<String>, follower: &str, rows: &[usize]) -> (Platoon, Pair) {
     let take = |role: Role| table.numbers(role).map(|all| rows.iter().map(|&row| all[row]).collect::<Vec<f64>>());
     let mut notes = Vec::new();
     let constant = |length: Option<f64>| Some(vec![length?; rows.len()]);
@@ -191,7 +194,7 @@ fn platoon(table: &Table, map: &ColumnMap, id: Option<String>, rows: &[usize]) -
         a: take(Role::Acceleration),
         sin_grade: take(Role::SinGrade),
         faults: faults(table, rows),
-        ..Car::new(2, Some("follower"))
+        ..Car::new(2, Some(follower))
     });
     let lines = rows.iter().map(|&row| table.lines[row]).collect();
     (Platoon { id, t, lines, cars, notes }, pair)

@@ -20,7 +20,7 @@ pub(super) fn platoons(table: &Table, map: &ColumnMap, problems: &mut Problems) 
     let (groups, repeated) = by_group(table, problems)?;
     let mut platoons = Vec::new();
     let mut pairs = Vec::new();
-    for Group { id, rows, again } in groups.into_iter().filter(|group| group.rows.len() > 1) {
+    for Group { id, rows, again, .. } in groups.into_iter().filter(|group| group.rows.len() > 1) {
         let mut platoon = platoon(table, map, id, &rows, &mut pairs);
         platoon.notes.extend(again);
         platoons.push(platoon);
