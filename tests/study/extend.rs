@@ -114,6 +114,10 @@ fn extensions_that_cannot_be_say_why() {
     let (code, said) = fails(&["study", "plan", text(&file), "--out", text(&file.with_file_name("study"))]);
     assert_eq!(code, 2, "{said}");
     assert!(said.contains("a parameter of soft would be the column score, which the tables"), "{said}");
+    let file = plan("extend_columns", "extend = [\"soft.wgsl\"]", &OWN.replace("lost", "hardest_mps2"));
+    let (code, said) = fails(&["study", "plan", text(&file), "--out", text(&file.with_file_name("study"))]);
+    assert_eq!(code, 2, "{said}");
+    assert!(said.contains("would both be the column hardest_mps2; give one of them another name"), "{said}");
 }
 
 /// The delay of an extension moves the first scored sample, as that of the variant does.
