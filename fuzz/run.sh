@@ -7,7 +7,7 @@ set -eu
 cd "$(dirname "$0")"
 seconds=${1:-600}
 [ $# -gt 0 ] && shift
-[ $# -gt 0 ] || set -- detect openacc astazero_rebuilt astazero_processed ultra_av pair grade labels extension columns
+[ $# -gt 0 ] || set -- detect openacc astazero_rebuilt astazero_processed ultra_av pair parquet grade labels extension columns
 data=../tests/data
 for target in "$@"; do
     seeds=corpus/$target
@@ -25,6 +25,7 @@ for target in "$@"; do
                 { cat "../src/data/trajectory/import/columns/maps/$map.toml"; printf '\0'; } > "$seeds/$map.toml"
             done
             ;;
+        parquet) cp $data/*.parquet "$seeds" ;;
         labels) cp $data/processed/Labels.csv "$seeds" ;;
         *) cp "$data/$target.csv" "$seeds" ;;
     esac

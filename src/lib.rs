@@ -67,7 +67,7 @@ pub mod internal {
     #[cfg(feature = "report")]
     pub mod sumo;
 
-    pub use leadlag_data::{statistics, text, trajectory, vehicle};
+    pub use leadlag_data::{statistics, text, trajectory, vehicle, whole};
     pub use leadlag_diagnosis::{closed_loop, diagnose, judge, recommend, result};
     #[cfg(feature = "gpu")]
     pub use leadlag_models::gpu;
@@ -84,6 +84,7 @@ use internal::{bench, by_hand, evaluate};
 use internal::{
     calibrate, catalog, convention, diagnose, evaluator, extension, fleet, identify, lanes, optimize, plant, recommend,
     reference, rescore, result, score, select, simulate, statistics, study, symbols, text, trajectory, vehicle, wgsl,
+    whole,
 };
 #[cfg(feature = "report")]
 use internal::{report, sumo};

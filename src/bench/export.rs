@@ -29,7 +29,7 @@ pub fn export(drive: &Drive, folder: &Path) -> Result<(), BenchError> {
     let write = |name: &str, text: &str| {
         let path = folder.join(name);
         let failed = |source| BenchError::Write { path: path.display().to_string(), source };
-        std::fs::write(&path, text).map_err(failed)
+        crate::whole::write(&path, text.as_bytes()).map_err(failed)
     };
     write("drive.csv", &table)?;
 

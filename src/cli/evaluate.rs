@@ -84,13 +84,10 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let mut library = Library::open(&args.data, layout, preparation)?;
     let shown = args.cases.display().to_string();
     let input = File::open(&args.cases).with_context(|| format!("{shown}: cannot open the cases"))?;
-    // Under another name until it is complete: the output may be the very file that is read.
-    let temporary = args.out.as_deref().and_then(output::temporary_for);
-    let output: Box<dyn Write> = match temporary.as_ref().or(args.out.as_ref()) {
-        Some(path) => {
-            let file = File::create(path).with_context(|| format!("{}: cannot write the results", path.display()))?;
-            Box::new(BufWriter::new(file))
-        }
+    // It takes its place when it is complete: it may be the very file that is read.
+    let mut written = args.out.as_deref().map(output::begin_file).transpose()?;
+    let output: Box<dyn Write + '_> = match &mut written {
+        Some(file) => Box::new(BufWriter::new(file)),
         None => Box::new(BufWriter::new(output::table())),
     };
 
@@ -120,13 +117,11 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         eprintln!("used {} sha256 {}", source.path, source.sha256);
     }
     library.notes().iter().for_each(|note| eprintln!("{note}"));
-    if let (Some(temporary), Some(out)) = (&temporary, &args.out) {
-        // What an interrupted run has written is complete up to there, and worth keeping.
-        if matches!(result, Ok(_) | Err(TableError::Interrupted(_))) {
-            std::fs::rename(temporary, out).with_context(|| format!("{}: cannot write the results", out.display()))?;
-        } else {
-            let _ = std::fs::remove_file(temporary);
-        }
+    // What an interrupted run has written is complete up to there, and worth keeping.
+    if let (Some(file), Some(out)) = (written, &args.out)
+        && matches!(result, Ok(_) | Err(TableError::Interrupted(_)))
+    {
+        output::finish_file(file, out)?;
     }
     let summary = match result {
         Err(TableError::Write(e)) => return Err(output::write_error(e, args.out.as_deref())),

@@ -1,9 +1,10 @@
 //! Writing to stdout and to files.
 
+use crate::whole::{self, Whole};
 use anyhow::Context;
 use std::cell::RefCell;
 use std::io::{ErrorKind, IsTerminal, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 static QUIET: AtomicBool = AtomicBool::new(false);
@@ -99,23 +100,22 @@ pub fn print_json(value: &impl serde::Serialize) -> anyhow::Result<()> {
     print(&(serde_json::to_string_pretty(value)? + "\n"))
 }
 
-/// The name under which a file is written until it is complete; none for what is no file, such as `/dev/stdout`.
-pub fn temporary_for(path: &Path) -> Option<PathBuf> {
-    let special = path.exists() && !path.is_file();
-    (!special).then(|| path.with_extension(format!("tmp-{}", std::process::id())))
+/// Begins a file that takes its place when it is finished; what killed processes left of it is removed.
+pub fn begin_file(path: &Path) -> anyhow::Result<Whole> {
+    whole::clean(path);
+    Whole::create(path).with_context(|| format!("{}: cannot write the file", path.display()))
 }
 
-/// Writes a file whole or not at all: under another name first, then renamed.
+/// Puts a file in its place.
+pub fn finish_file(file: Whole, path: &Path) -> anyhow::Result<()> {
+    file.finish().with_context(|| format!("{}: cannot write the file", path.display()))
+}
+
+/// Writes a file whole or not at all.
 pub fn write_file(path: &Path, content: &[u8]) -> anyhow::Result<()> {
-    let Some(temporary) = temporary_for(path) else {
-        return std::fs::write(path, content).with_context(|| format!("{}: cannot write the file", path.display()));
-    };
-    let written = std::fs::write(&temporary, content).and_then(|()| std::fs::rename(&temporary, path));
-    if written.is_err() {
-        // Best effort: the error that matters is the other one.
-        let _ = std::fs::remove_file(&temporary);
-    }
-    written.with_context(|| format!("{}: cannot write the file", path.display()))
+    let mut file = begin_file(path)?;
+    file.write_all(content).with_context(|| format!("{}: cannot write the file", path.display()))?;
+    finish_file(file, path)
 }
 
 /// A number with the word for what it counts: `1 run`, `2 runs`, `2 trajectories`.

@@ -1,10 +1,12 @@
 //! `leadlag synth`: a synthetic platoon whose truth is known.
 
+use super::change::Change;
+use super::folder::finish;
 use super::number::{real, seed, whole};
 use super::{Usage, output};
 use crate::plant::{
-    Base, Effect, EffectError, EffectKind, Gusts, Noise, Profile, Scenario, at_amplitude, drawn, run as drive,
-    write_openacc, write_pair, write_slope,
+    Base, Effect, EffectError, EffectKind, Gusts, Noise, Profile, Scenario, Synthetic, at_amplitude, drawn,
+    run as drive, write_openacc, write_pair, write_slope,
 };
 use crate::text::spelling::did_you_mean;
 use crate::trajectory::{Preparation, Trajectory, import, prepare};
@@ -12,6 +14,9 @@ use anyhow::Context;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use std::path::{Path, PathBuf};
 use strum::VariantArray;
+
+/// Followers that a platoon has at most.
+const FOLLOWERS: u8 = 4;
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
@@ -36,7 +41,7 @@ pub struct Args {
     #[arg(long, value_parser = bases())]
     pub base: Option<Base>,
     /// The follower that --base, --effect and --gusts are for: 1 is right behind the platoon leader
-    #[arg(long, default_value_t = 1, value_parser = whole(1_u8, 4), allow_negative_numbers = true)]
+    #[arg(long, default_value_t = 1, value_parser = whole(1_u8, FOLLOWERS), allow_negative_numbers = true)]
     pub follower: u8,
     /// Something that no base model knows, with its parameters or of medium size; may be repeated
     #[arg(long, value_name = "NAME[:P=V,...]", value_parser = effect)]
@@ -114,29 +119,34 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
     let out = args.out.as_deref().expect("clap wants it");
     let synthetic = drive(&scenario(args)?)?;
-    output::make_folder(out)?;
-    let mut written = Vec::new();
+    let names = write(&synthetic, out, args.pairs)?;
+    output::print(&names.iter().map(|name| out.join(name).display().to_string() + "\n").collect::<String>())
+}
+
+/// Writes the files of a drive, which replace those of another one as a whole; returns their names.
+pub fn write(drive: &Synthetic, out: &Path, pairs: bool) -> anyhow::Result<Vec<String>> {
+    let pair = |follower: usize| format!("pair_follower{follower}.csv");
+    let mut change = Change::begin(out)?;
+    let mut names = Vec::new();
     let mut save = |name: String, content: Vec<u8>| {
-        let path = out.join(name);
-        output::write_file(&path, &content)?;
-        written.push(path.display().to_string());
+        change.write(&name, &content)?;
+        names.push(name);
         anyhow::Ok(())
     };
     let mut platoon = Vec::new();
-    write_openacc(&synthetic, &mut platoon)?;
+    write_openacc(drive, &mut platoon)?;
     save("platoon.csv".to_owned(), platoon)?;
     let mut slope = Vec::new();
-    write_slope(&synthetic, &mut slope)?;
+    write_slope(drive, &mut slope)?;
     save("Slope.csv".to_owned(), slope)?;
-    save("truth.json".to_owned(), (serde_json::to_string_pretty(&synthetic.truth)? + "\n").into_bytes())?;
-    if args.pairs {
-        for follower in 1..synthetic.v.len() {
-            let mut pair = Vec::new();
-            write_pair(&synthetic, follower, &mut pair)?;
-            save(format!("pair_follower{follower}.csv"), pair)?;
-        }
+    for follower in (1..drive.v.len()).filter(|_| pairs) {
+        let mut content = Vec::new();
+        write_pair(drive, follower, &mut content)?;
+        save(pair(follower), content)?;
     }
-    output::print(&(written.join("\n") + "\n"))
+    save("truth.json".to_owned(), (serde_json::to_string_pretty(&drive.truth)? + "\n").into_bytes())?;
+    finish(change, out, (1..=FOLLOWERS).map(|follower| pair(follower.into())).collect())?;
+    Ok(names)
 }
 
 /// What is asked for.

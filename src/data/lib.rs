@@ -1,4 +1,4 @@
-//! Measured trajectories: import, checks, preparation; vehicles; statistics and words that every floor needs.
+//! Measured trajectories: import, checks, preparation; vehicles; statistics, words and files that every floor needs.
 //!
 //! Part of leadlag. Its interface may change with any version; depend on `leadlag`.
 
@@ -6,3 +6,4 @@ pub mod statistics;
 pub mod text;
 pub mod trajectory;
 pub mod vehicle;
+pub mod whole;

@@ -9,6 +9,19 @@ use std::path::Path;
 /// A study that cannot be planned, run or merged.
 #[derive(Debug, thiserror::Error)]
 pub enum StudyError {
+    /// Every trajectory of a vehicle is validated on every other one, which are too many.
+    #[error(
+        "the plan has {runs} validation runs, expected at most {most}: each winner is validated on all other platoons of its vehicle, {drives} \
+         trajectories in all; set validation.on = \"none\", or name the vehicles by `vehicle` in [[platoon]] if they are several"
+    )]
+    TooManyValidations {
+        /// Runs.
+        runs: u64,
+        /// Runs that may be.
+        most: u64,
+        /// Trajectories.
+        drives: usize,
+    },
     /// The plan cannot be carried out.
     #[error(transparent)]
     Plan(#[from] PlanError),

@@ -18,13 +18,13 @@ use super::{PROGRAM, Plan, SCHEMA_VERSION, StudyError, sha256};
 use crate::extension::Extension;
 use crate::symbols::Symbol;
 use crate::text::bounded::{self, RESULT_MAX, TEXT_MAX};
+use crate::trajectory::hexadecimal;
+use crate::whole::{self, TEMPORARY};
 use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
 use std::fs::{self, File};
-use std::io::Write;
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
-use std::sync::LazyLock;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::{Duration, SystemTime};
 
 /// The folder of a study.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -164,14 +164,27 @@ impl Folder {
     /// [`StudyError::HalfPlanned`], or when the list cannot be read.
     pub fn tasks(&self) -> Result<Vec<Task>, StudyError> {
         let path = self.path.join("tasks.jsonl");
-        let text = fs::read_to_string(&path).map_err(StudyError::file(&path, "read the tasks"))?;
-        if sha256(text.as_bytes()) != self.study_file()?.tasks_sha256 {
+        let failed = || StudyError::file(&path, "read the tasks");
+        let mut lines = BufReader::new(bounded::Lines::new(File::open(&path).map_err(failed())?));
+        let (mut tasks, mut hash, mut line) = (Ok(Vec::new()), Sha256::new(), Vec::new());
+        for number in 1.. {
+            line.clear();
+            if lines.read_until(b'\n', &mut line).map_err(failed())? == 0 {
+                break;
+            }
+            hash.update(&line);
+            // Of a list that is not the plan's no task counts, and its first fault neither.
+            if let Ok(read) = &mut tasks {
+                match serde_json::from_slice(&line) {
+                    Ok(task) => read.push(task),
+                    Err(_) => tasks = Err(self.content(&path, number, "one task in JSON")),
+                }
+            }
+        }
+        if hexadecimal(&hash.finalize()) != self.study_file()?.tasks_sha256 {
             return Err(StudyError::HalfPlanned(self.path.display().to_string()));
         }
-        let parse = |(i, line): (usize, &str)| {
-            serde_json::from_str(line).map_err(|_| self.content(&path, i + 1, "one task in JSON"))
-        };
-        text.lines().enumerate().map(parse).collect()
+        tasks
     }
 
     /// What the plan means.
@@ -280,9 +293,7 @@ impl Folder {
         let folders = [self.path.clone(), self.parts(), self.runs(), self.merged(), self.report()];
         for entry in folders.iter().flat_map(fs::read_dir).flatten().flatten() {
             let is_temporary = entry.path().extension().is_some_and(|ending| ending == TEMPORARY);
-            let written = entry.metadata().ok().filter(fs::Metadata::is_file).and_then(|file| file.modified().ok());
-            let age = written.and_then(|written| written.elapsed().ok());
-            if is_temporary && age.is_some_and(|age| age > LEFT_OVER) {
+            if is_temporary && entry.metadata().is_ok_and(|file| file.is_file() && whole::is_old(&file)) {
                 // Best effort: it does no harm where it is.
                 let _ = fs::remove_file(entry.path());
             }
@@ -290,40 +301,10 @@ impl Folder {
     }
 }
 
-/// A temporary file that nobody has written to for so long is left over: writing one takes seconds.
-const LEFT_OVER: Duration = Duration::from_secs(3600);
-
-/// Ending of files that are being written; whoever finds one knows that it is no result.
-pub const TEMPORARY: &str = "tmp";
-
-/// Writes a file whole or not at all, whatever happens to the process or the machine: under another name first, flushed to the disk,
-/// then renamed.
+/// Writes a file whole or not at all.
 ///
 /// # Errors
 /// When it cannot be written; nothing of it is left then.
 pub fn write_whole(path: &Path, content: &[u8]) -> Result<(), StudyError> {
-    // Several threads of several processes may write the same file: none of them gets in another's way. In containers processes of
-    // several machines have the same number; hardly any two began to write in the same nanosecond.
-    static COUNTER: AtomicU64 = AtomicU64::new(0);
-    static BEGAN: LazyLock<u128> =
-        LazyLock::new(|| SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default().as_nanos());
-    let number = COUNTER.fetch_add(1, Ordering::Relaxed);
-    let temporary = path.with_extension(format!("{}-{:x}-{number}.{TEMPORARY}", std::process::id(), *BEGAN));
-    let write = || {
-        let mut file = File::create(&temporary)?;
-        file.write_all(content)?;
-        file.sync_all()?;
-        drop(file);
-        fs::rename(&temporary, path)
-    };
-    write().map_err(|error| {
-        // Best effort: the error that matters is the other one.
-        let _ = fs::remove_file(&temporary);
-        StudyError::file(path, "write the file")(error)
-    })?;
-    // The name is safe once the folder is. Not every file system can do that, and nothing is lost but the work of a task.
-    if let Some(folder) = path.parent().and_then(|folder| File::open(folder).ok()) {
-        let _ = folder.sync_all();
-    }
-    Ok(())
+    whole::write(path, content).map_err(StudyError::file(path, "write the file"))
 }

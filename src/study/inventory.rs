@@ -1,9 +1,10 @@
 //! What is there of a study: which parts are whole, missing, double, damaged or foreign.
 
-use super::folder::{Folder, TEMPORARY};
+use super::folder::Folder;
 use super::part::Part;
 use super::{StudyError, Task};
 use crate::text::bounded::{self, RESULT_MAX};
+use crate::whole::TEMPORARY;
 use std::collections::HashMap;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};

@@ -1,9 +1,10 @@
 //! What each process has done in which time, in a file of its own: no result depends on it.
 
-use super::folder::{Folder, TEMPORARY, write_whole};
+use super::folder::{Folder, write_whole};
 use super::run::Progress;
 use super::{PROGRAM, SCHEMA_VERSION};
 use crate::text::bounded::{self, TEXT_MAX};
+use crate::whole::TEMPORARY;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant, SystemTime};

@@ -1,6 +1,6 @@
 //! Tasks: one calibration each, named by a hash of all that decides its result.
 
-use super::drive::{self, Drive, LeftOut};
+use super::drive::{self, Drive, DriveEntry, LeftOut};
 use super::plan::{Plan, Validation, overrides_for};
 use super::{PROGRAM, SCHEMA_VERSION, StudyError, sha256};
 use crate::calibrate::{Overrides, SearchSpace, bound_times};
@@ -60,6 +60,9 @@ struct Content<'a> {
     validation: Vec<(&'a str, usize, &'a str, &'a str)>,
 }
 
+/// Validation runs that a study may have: each is a row of a table, a gigabyte of them in memory. The paper has 10 000.
+const VALIDATION_RUNS_MAX: u64 = 5_000_000;
+
 /// A plan with its data: what tasks are made of.
 #[derive(Debug)]
 pub struct Study {
@@ -94,6 +97,11 @@ impl Study {
         let mut by_vehicle: HashMap<String, Vec<usize>> = HashMap::new();
         entries().for_each(|(i, entry)| by_vehicle.entry(entry.vehicle.clone()).or_default().push(i));
         let study = Study { plan, drives, left_out, places, by_vehicle, bases };
+        let runs = study.validation_runs();
+        if runs > VALIDATION_RUNS_MAX {
+            let drives = study.drives.len();
+            return Err(StudyError::TooManyValidations { runs, most: VALIDATION_RUNS_MAX, drives });
+        }
         for variant in &study.plan.calibration.variants {
             for drive in 0..study.drives.len() {
                 study.check(drive, variant)?;
@@ -152,6 +160,23 @@ impl Study {
     /// Index of the drive that a task calibrates on.
     pub(super) fn drive_of(&self, task: &Task) -> usize {
         *self.places.get(&(task.platoon.clone(), task.follower)).expect("a task of this study has a drive of it")
+    }
+
+    /// The validation runs of all winners, without listing them: they grow with the square of the trajectories of a vehicle.
+    #[must_use]
+    pub fn validation_runs(&self) -> u64 {
+        let mut together: HashMap<(&str, &str), u64> = HashMap::new();
+        for DriveEntry { platoon, vehicle, .. } in self.drives.iter().map(|drive| &drive.entry) {
+            *together.entry((platoon.as_str(), vehicle.as_str())).or_default() += 1;
+        }
+        let square = |count: u64| count * count;
+        let all: u64 = self.by_vehicle.values().map(|drives| square(drives.len() as u64)).sum();
+        let own: u64 = together.into_values().map(square).sum();
+        let settings = &self.plan.calibration;
+        match self.plan.validation {
+            Validation::None => 0,
+            Validation::SameVehicle => (all - own) * (settings.variants.len() * settings.gofs.len()) as u64,
+        }
     }
 
     /// The drives that a calibration on drive `index` is validated on.

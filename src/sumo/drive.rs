@@ -2,6 +2,7 @@
 
 use super::SumoError;
 use crate::simulate::SIMULATION_COLUMNS;
+use crate::text::bounded::Lines;
 use std::path::Path;
 
 /// Spacing, speed and acceleration of one follower, of equal lengths.
@@ -40,7 +41,8 @@ impl Drive {
     pub fn read(path: &Path, first: usize, dt: f64) -> Result<Drive, SumoError> {
         let read = |source| SumoError::Read { path: path.to_owned(), source };
         let wrong = |problem: String| SumoError::Drive { path: path.to_owned(), problem };
-        let mut reader = csv::Reader::from_path(path).map_err(read)?;
+        let lines = Lines::of_table(path).map_err(|error| read(error.into()))?;
+        let mut reader = csv::Reader::from_reader(lines);
         let header = reader.headers().map_err(read)?.clone();
         let mut places = [0; 9];
         for (place, name) in places.iter_mut().zip(SIMULATION_COLUMNS) {

@@ -6,6 +6,7 @@ mod all_steps;
 mod common;
 
 mod bad_input;
+mod bombs;
 mod columns;
 mod importers;
 mod mutated_files;

@@ -145,6 +145,10 @@ fn a_broken_vehicle_says_where_and_what() {
             curve("speed_mps,a_ap,a_dp\n0,4,-5\n0,4,-5\n"),
             "bad_curve.csv:3: expected a speed_mps above that of the row before",
         ),
+        (
+            curve("speed_mps,a_ap,a_dp\n0,4,-5\n20,-1,1\n"),
+            "bad_curve.csv:3: expected a_dp below a_ap, so that the curves do not cross, found `a_dp 1 beside a_ap -1`",
+        ),
         (curve("speed_mps,a_ap,a_dp\n0,4,-5\n"), "bad_curve.csv:1: expected at least two rows, found `1 rows`"),
     ] {
         assert!(message.contains(expected), "expected {expected:?} in:\n{message}");

@@ -363,7 +363,7 @@ fn evaluate_may_write_onto_its_input_and_keeps_files_when_it_fails() {
     assert_eq!(
         fs::read_dir(cases.parent().unwrap())
             .unwrap()
-            .filter(|f| { f.as_ref().unwrap().file_name().to_string_lossy().contains("tmp-") })
+            .filter(|f| { f.as_ref().unwrap().file_name().to_string_lossy().ends_with(".tmp") })
             .count(),
         0,
         "no half-written file is left"

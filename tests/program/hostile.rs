@@ -23,7 +23,28 @@ fn calibrated() -> &'static Path {
 #[test]
 fn a_result_that_contradicts_itself_is_refused() {
     type Change = fn(&mut Value);
-    let changes: [(&str, Change, &str); 9] = [
+    let changes: [(&str, Change, &str); 18] = [
+        (
+            "negative",
+            |r| r["parameters"]["v_0"] = json!(-5.0),
+            "v_0: expected a number above 0, of a size with which no equation overflows, found -5.0",
+        ),
+        ("huge", |r| r["parameters"]["v_0"] = json!(1e308), "no equation overflows, found 1e308"),
+        ("zero", |r| r["parameters"]["t_h"] = json!(0.0), "no equation overflows, found 0.0"),
+        (
+            "reversed",
+            |r| r["bounds"]["t_h"] = json!([2.0, 1.0]),
+            "bounds: t_h: expected a lower and an upper end, found [2, 1]",
+        ),
+        ("touched", |r| r["at_bound"] = json!(["zz"]), "at_bound: found zz, which variant idm+linear has not"),
+        (
+            "interval",
+            |r| r["intervals"] = json!({"zz": [0.0, 1.0]}),
+            "intervals: found zz, which variant idm+linear has not",
+        ),
+        ("law", |r| r["law"] = json!({"name": "w99"}), "law: found w99, which is not the base of variant idm+linear"),
+        ("matrix", |r| r["identifiability"] = known(json!([[1.0, 0.9]])), "matrix: expected 2 rows of 2 numbers"),
+        ("narrow", |r| r["identifiability"] = known(json!([[1.0], [0.9]])), "matrix: expected 2 rows of 2 numbers"),
         ("id", |r| r["model_id"] = json!(2), "model_id: expected 4, the id of variant idm+linear, found 2"),
         ("no_id", |r| r["model_id"] = json!(4711), "found 4711"),
         ("variant", |r| r["variant"] = json!("idn"), "idn"),
@@ -66,6 +87,64 @@ fn a_result_without_end_is_not_read_to_its_end() {
         assert!(expected.iter().all(|part| said.contains(part)), "{said}");
         fs::remove_file(&file).unwrap();
     }
+}
+
+/// What is known of two parameters, with these correlations.
+fn known(matrix: Value) -> Value {
+    json!({"confidence": 0.95, "parameters": {}, "replicate_range": {}, "evaluations": 1, "note": null,
+        "correlation": {"parameters": ["v_0", "t_h"], "matrix": matrix, "candidates": 9, "rise": 0.1}})
+}
+
+#[test]
+fn tables_without_line_ends_are_not_read_to_their_end() {
+    let (fit, folder) = (calibrated().join("fit"), scratch("hostile", "no_ends"));
+    let result = fs::read(fit.join("result.json")).unwrap();
+    let fleet = folder.join("fleet");
+    let platoon = calibrated().join("platoon.csv");
+    let all = ["calibrate", text(&platoon), "--all", "--model", "idm", "--max-evaluations", "100"];
+    ok(&[&all[..], &["--no-intervals", "--out", text(&fleet)]].concat());
+    let (one, study) = (folder.join("one"), folder.join("study"));
+    fs::create_dir_all(&one).unwrap();
+    fs::create_dir_all(&study).unwrap();
+    fs::write(one.join("result.json"), result).unwrap();
+    let page = folder.join("page.html");
+    for table in
+        [one.join("simulation.csv"), fleet.join("fits.csv"), fleet.join("parameters.csv"), study.join("tasks.jsonl")]
+    {
+        fs::File::create(&table).unwrap().set_len(3 << 30).unwrap();
+        let said = limited("ulimit -v 1500000", &["report", text(table.parent().unwrap()), "--out", text(&page)]);
+        assert!(said.contains("expected lines of at most 1048576 bytes, found a longer one"), "{said}");
+        assert!(said.contains(text(&table)) && !page.exists(), "{said}");
+    }
+}
+
+/// Twice as many take twice as long: a tenth of these took as long when each cell looked at all rows.
+#[test]
+fn a_page_of_many_replicates_is_made_in_seconds() {
+    let folder = scratch("hostile", "replicates");
+    let mut result: Value = serde_json::from_slice(&fs::read(calibrated().join("fit/result.json")).unwrap()).unwrap();
+    let mut one = result["replicates"][0].clone();
+    one["convergence"] = json!([[10, 0.5]]);
+    let all = (0..40_000).map(|number| {
+        one["replicate"] = json!(number);
+        one.clone()
+    });
+    result["replicates"] = Value::Array(all.collect());
+    fs::write(folder.join("result.json"), serde_json::to_vec(&result).unwrap()).unwrap();
+    let (page, began) = (folder.join("page.html"), std::time::Instant::now());
+    ok(&["report", text(&folder), "--out", text(&page)]);
+    assert!(began.elapsed().as_secs() < 60, "{:?}", began.elapsed());
+}
+
+#[test]
+fn what_a_killed_process_was_writing_goes_with_the_next_file() {
+    let folder = scratch("hostile", "left_over");
+    let page = folder.join("page.html");
+    let (left, other) = (folder.join("page.4711-18af-0.tmp"), folder.join("page.tmp"));
+    fs::write(&left, "half").unwrap();
+    fs::write(&other, "of somebody").unwrap();
+    ok(&["report", text(&calibrated().join("fit")), "--out", text(&page)]);
+    assert!(page.exists() && !left.exists() && other.exists());
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Folders of results change as a whole: killed at any moment, a calibration and a merge leave the old result or the new one.
+//! Folders of results change as a whole: killed at any moment, a calibration, a merge and a synthetic drive leave the old files or the new ones.
 //!
 //! `LEADLAG_KILLS=200` kills so often; without it a few kills have to do.
 
@@ -144,4 +144,13 @@ fn a_killed_merge_leaves_the_old_tables_or_the_new_ones() {
     let all = ["study", "merge", text(&study), "--parts", text(&further)];
     let half = ["study", "merge", text(&study), "--partial"];
     kill(&study.join("merged"), [&all, &half], &["study", "status", text(&study)]);
+}
+
+/// The next one completes or replaces what was begun.
+#[test]
+fn a_killed_synth_leaves_the_old_drive_or_the_new_one() {
+    let folder = scratch("killed", "synth");
+    let command = |seed: &'static str| ["synth", "--out", text(&folder), "--seed", seed, "--duration", "60"];
+    let with_pairs = [&command("2")[..], &["--pairs"]].concat();
+    kill(&folder, [&command("1"), &with_pairs], &command("1"));
 }

@@ -601,6 +601,7 @@ fn absurd_tables_are_refused_with_line_value_and_range() {
         (vehicle.to_owned(), curve.replace("4,-5", "-3,-5"), "curve.csv:2: expected a_ap from -1 to 30, found -3"),
         (vehicle.to_owned(), curve.replace("2,-4", "1e308,-4"), "curve.csv:3: expected a_ap from -1 to 30, found 1"),
         (vehicle.to_owned(), curve.replace("-4", "-1e308"), "curve.csv:3: expected a_dp from -30 to 1, found -1"),
+        (vehicle.to_owned(), curve.replace("2,-4", "-0.2,0.1"), "curve.csv:3: expected a_dp below a_ap, so that the"),
     ];
     for (cars, curve, expected) in cases {
         let folder =
@@ -614,9 +615,10 @@ fn absurd_tables_are_refused_with_line_value_and_range() {
         let output = leadlag(&[&["calibrate", text(&folder.join("pair.csv"))], &model[..], &search].concat());
         assert!(!output.status.success() && stderr(&output).contains(expected), "{expected}\n{}", stderr(&output));
     }
-    let slight = write("slight", &[("curve.csv", &curve.replace("20,2,-4", "20,-0.2,0.1"))]).join("curve.csv");
+    let slight = curve.replace("0,4,-5", "0,4,0.1").replace("20,2,-4", "20,-0.2,-0.4");
+    let slight = write("slight", &[("curve.csv", &slight)]).join("curve.csv");
     let mfc = leadlag::internal::vehicle::Mfc::read_csv(&slight).expect("a little of the other sign is taken");
-    assert_eq!((mfc.a_ap[1], mfc.a_dp[1]), (-0.2, 0.1));
+    assert_eq!((mfc.a_ap[1], mfc.a_dp[0]), (-0.2, 0.1));
     for (road, expected) in [
         ("X,Y\n0,0\n0.001,0.01\n", "expected a lap of 1 to 1000000 m, found 0.001"),
         ("X,Y\n0,0\n1e300,0.01\n", "expected at most 1000000000 m in size, found 1"),

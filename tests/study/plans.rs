@@ -376,3 +376,21 @@ fn a_file_that_is_validated_on_itself_is_warned_of() {
     let said = stderr(&leadlag(&["study", "plan", text(&file), "--out", text(&file.with_file_name("study"))]));
     assert!(!said.contains(" share "), "{said}");
 }
+
+/// The runs grow with the square of the platoons: 420 of them, ten variants and three goodness-of-fit functions.
+#[test]
+fn a_plan_that_validates_everything_on_everything_is_refused() {
+    let file = scratch("square").join("plan.toml");
+    let (head, rest) = plan_text(1, 300).split_once("[[platoon]]").map(|(a, b)| (a.to_owned(), b.to_owned())).unwrap();
+    let (platoon, _) = rest.split_once("[[platoon]]").unwrap();
+    let platoons: String =
+        (0..420).map(|k| format!("[[platoon]]{}", platoon.replace("S1", &format!("S{k}")))).collect();
+    let settings = "[calibration]\nvariants = [1, 2, 3, 4, 5, 6, 19, 20, 21, 37]\ngof = [\"nrmse-s\", \"nrmse-v\", \"rmse-s\"]\n\
+                    replicates = 1\nseed = 1\noptimizer = \"ga\"\nmax_evaluations = 300\n";
+    let plan = format!("{head}{platoons}{settings}");
+    fs::write(&file, &plan).unwrap();
+    let out = file.with_file_name("study");
+    let (code, said) = fails(&["study", "plan", text(&file), "--out", text(&out)]);
+    assert!(code == 1 && said.contains("validation runs, expected at most 5000000"), "{said}");
+    assert!(said.contains("set validation.on = \"none\"") && !out.exists(), "{said}");
+}

@@ -41,7 +41,7 @@ impl DiagnosisJournal {
         let error = |source| BenchError::Write { path: path.clone(), source };
         let mut file = OpenOptions::new().read(true).append(true).create(true).open(&path).map_err(error)?;
         let mut text = String::new();
-        file.read_to_string(&mut text).map_err(error)?;
+        crate::text::bounded::Lines::new(&mut file).read_to_string(&mut text).map_err(error)?;
         if !text.is_empty() && !text.ends_with('\n') {
             file.write_all(b"\n").map_err(error)?;
         }

@@ -37,7 +37,7 @@ impl Journal {
         let error = |source| BenchError::Write { path: path.display().to_string(), source };
         let mut file = OpenOptions::new().read(true).append(true).create(true).open(path).map_err(error)?;
         let mut text = String::new();
-        file.read_to_string(&mut text).map_err(error)?;
+        crate::text::bounded::Lines::new(&mut file).read_to_string(&mut text).map_err(error)?;
         if !text.is_empty() && !text.ends_with('\n') {
             file.write_all(b"\n").map_err(error)?;
         }

@@ -1,8 +1,8 @@
 //! The drive of the demo: five cars on a hilly road, something hidden in one of them, files as a test track would hand them over.
 
-use super::super::{output, synth};
+use super::super::synth;
 use super::Args;
-use crate::plant::{Base, Effect, EffectKind, Profile, Scenario, drawn, run, write_openacc, write_slope};
+use crate::plant::{Base, Effect, EffectKind, Profile, Scenario, drawn, run};
 use std::str::FromStr;
 
 /// What is hidden, as on the command line.
@@ -55,15 +55,7 @@ pub fn write(args: &Args, follower: usize) -> anyhow::Result<()> {
     let car = &mut scenario.followers[follower - 1];
     *car = drawn(Base::Idm, args.seed, follower);
     car.effects.extend(args.hide.effect(args.duration));
-    let drive = run(&scenario)?;
-    let save = |name: &str, content: Vec<u8>| output::write_file(&args.out.join(name), &content);
-    let mut platoon = Vec::new();
-    write_openacc(&drive, &mut platoon)?;
-    save("platoon.csv", platoon)?;
-    let mut slope = Vec::new();
-    write_slope(&drive, &mut slope)?;
-    save("Slope.csv", slope)?;
-    save("truth.json", (serde_json::to_string_pretty(&drive.truth)? + "\n").into_bytes())
+    synth::write(&run(&scenario)?, &args.out, false).map(drop)
 }
 
 #[cfg(test)]

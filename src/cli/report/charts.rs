@@ -5,6 +5,7 @@ use crate::report::residuals::{Simulated, other_errors};
 use crate::result::diagnosis::Outcome;
 use crate::result::{DataEntry, ResultFile};
 use crate::sumo::Export;
+use crate::text::bounded::Lines;
 use anyhow::Context;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -18,9 +19,9 @@ const LEFT_OUT: &str =
     "its charts are left out; `leadlag calibrate` with this folder as --out writes all its files anew";
 
 /// The columns of a table by name; empty fields are NaN.
-fn columns(path: &Path) -> anyhow::Result<BTreeMap<String, Vec<f64>>> {
+pub(super) fn columns(path: &Path) -> anyhow::Result<BTreeMap<String, Vec<f64>>> {
     let place = || format!("{}: cannot read the series", path.display());
-    let mut reader = csv::Reader::from_path(path).with_context(place)?;
+    let mut reader = csv::Reader::from_reader(Lines::of_table(path).with_context(place)?);
     let names: Vec<String> = reader.headers().with_context(place)?.iter().map(str::to_owned).collect();
     let mut columns: BTreeMap<String, Vec<f64>> = names.iter().map(|name| (name.clone(), Vec::new())).collect();
     for row in reader.records() {

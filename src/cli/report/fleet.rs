@@ -1,26 +1,48 @@
 //! The page of a fleet, from its files.
 
+use super::charts::columns;
 use crate::report::fleet::{Fit, FleetFile, Shown, page as write};
 use crate::result::read_bounded;
 use crate::trajectory::is_nameless;
+use crate::text::bounded::Lines;
 use anyhow::Context;
-use std::collections::BTreeMap;
+use std::collections::HashMap;
 use std::path::Path;
 
-/// The columns of a table by name.
-type Columns = BTreeMap<String, Vec<String>>;
-
-fn columns(path: &Path) -> anyhow::Result<Columns> {
+/// The rows of the table of parameters.
+fn rows(path: &Path, file: &FleetFile) -> anyhow::Result<Vec<Shown>> {
     let place = || format!("{}: cannot read the table", path.display());
-    let mut reader = csv::Reader::from_path(path).with_context(place)?;
-    let names: Vec<String> = reader.headers().with_context(place)?.iter().map(str::to_owned).collect();
-    let mut columns: Vec<Vec<String>> = vec![Vec::new(); names.len()];
+    let mut reader = csv::Reader::from_reader(Lines::of_table(path).with_context(place)?);
+    let names: HashMap<String, usize> =
+        reader.headers().with_context(place)?.iter().enumerate().map(|(k, name)| (name.to_owned(), k)).collect();
+    let mut rows = Vec::new();
     for row in reader.records() {
-        for (column, field) in columns.iter_mut().zip(row.with_context(place)?.iter()) {
-            column.push(field.to_owned());
+        let row = row.with_context(place)?;
+        let cell = |name: &str| names.get(name).and_then(|&k| row.get(k)).unwrap_or_default();
+        let number = |name: &str| cell(name).parse().unwrap_or(f64::NAN);
+        let (model, gof) = (cell("model").to_owned(), cell("gof").to_owned());
+        let own = file.overview.iter().find(|one| one.model == model && one.gof == gof);
+        let parameters = own.into_iter().flat_map(|one| &one.parameters);
+        let mut label = format!("{} {}", cell("file"), cell("trajectory")).trim_end().to_owned();
+        if cell("trajectory").is_empty() {
+            label += &format!(", follower {}", cell("follower"));
         }
+        let name = match (cell("trajectory"), cell("name")) {
+            ("", name) if is_nameless(name) => format!("pair {}", cell("pair")),
+            ("", name) => name.to_owned(),
+            (id, _) => id.to_owned(),
+        };
+        rows.push(Shown {
+            name,
+            pair: number("pair") as usize,
+            label,
+            values: parameters.map(|parameter| number(&parameter.column)).collect(),
+            score: number("score"),
+            model,
+            gof,
+        });
     }
-    Ok(names.into_iter().zip(columns).collect())
+    Ok(rows)
 }
 
 pub fn page(folder: &Path) -> anyhow::Result<String> {
@@ -28,39 +50,9 @@ pub fn page(folder: &Path) -> anyhow::Result<String> {
     let text = read_bounded(&path)?;
     let file: FleetFile = serde_json::from_str(&text)
         .with_context(|| format!("{}: expected a fleet of this version of leadlag", path.display()))?;
-    let table = columns(&folder.join("parameters.csv"))?;
-    let rows = table.get("pair").map_or(0, Vec::len);
-    let cell = |name: &str, row: usize| table.get(name).map_or("", |column| column[row].as_str());
-    let number = |name: &str, row: usize| cell(name, row).parse().unwrap_or(f64::NAN);
-    let shown = |row: usize| {
-        let (model, gof) = (cell("model", row).to_owned(), cell("gof", row).to_owned());
-        let own = file.overview.iter().find(|one| one.model == model && one.gof == gof);
-        let parameters = own.into_iter().flat_map(|one| &one.parameters);
-        let mut label = format!("{} {}", cell("file", row), cell("trajectory", row)).trim_end().to_owned();
-        if cell("trajectory", row).is_empty() {
-            label += &format!(", follower {}", cell("follower", row));
-        }
-        let name = match (cell("trajectory", row), cell("name", row)) {
-            ("", name) if is_nameless(name) => format!("pair {}", cell("pair", row)),
-            ("", name) => name.to_owned(),
-            (id, _) => id.to_owned(),
-        };
-        Shown {
-            name,
-            pair: number("pair", row) as usize,
-            label,
-            values: parameters.map(|parameter| number(&parameter.column, row)).collect(),
-            score: number("score", row),
-            model,
-            gof,
-        }
-    };
-    let shown: Vec<Shown> = (0..rows).map(shown).collect();
+    let shown = rows(&folder.join("parameters.csv"), &file)?;
     let signals = columns(&folder.join("fits.csv"))?;
-    let column = |name: &str| -> Vec<f64> {
-        let column = signals.get(name).map_or(&[][..], Vec::as_slice);
-        column.iter().map(|field| field.parse().unwrap_or(f64::NAN)).collect()
-    };
+    let column = |name: &str| signals.get(name).map_or(&[][..], Vec::as_slice);
     let pairs = column("pair");
     let names = ["time_s", "spacing_m", "sim_spacing_m", "speed_mps", "sim_speed_mps"];
     let all = names.map(column);

@@ -6,6 +6,7 @@ use super::status::complain;
 use crate::report::{csv, parquet};
 use crate::study::folder::Folder;
 use crate::study::{SCHEMA_VERSION, inventory, merge};
+use crate::text::bounded::Lines;
 use anyhow::bail;
 use std::fs::File;
 use std::io::{BufRead, BufReader};
@@ -30,7 +31,7 @@ pub struct Args {
 /// True if a folder holds tables with more than their heads.
 fn has_rows(folder: &Path) -> bool {
     let rows = |name: &str| {
-        let table = File::open(folder.join(name)).map(BufReader::new);
+        let table = File::open(folder.join(name)).map(|table| BufReader::new(Lines::new(table)));
         table.is_ok_and(|table| table.lines().take(2).count() == 2)
     };
     rows("calibrations.csv") || rows("validations.csv")

@@ -5,6 +5,7 @@ use super::super::output::{self, counted};
 use crate::study::folder::Folder;
 use crate::study::{Plan, Study, StudyError, Task};
 use crate::trajectory::is_nameless;
+use std::collections::HashSet;
 use std::io::IsTerminal;
 use std::path::PathBuf;
 use textwrap::fill;
@@ -82,14 +83,16 @@ fn taken_for_one(study: &Study) -> Option<String> {
 fn same_data(study: &Study) -> Option<String> {
     let pairs = (0..study.drives.len()).flat_map(|i| study.validated_on(i).into_iter().map(move |k| [i, k]));
     let shared = pairs.map(|pair| pair.map(|i| &study.drives[i])).find_map(|[own, other]| {
-        // Other cars of a file drive at the same time.
-        let place = |t: &f64| other.trajectory.t.binary_search_by(|u| u.total_cmp(t)).ok();
-        let times = own.trajectory.t.iter().enumerate();
-        let common: Vec<(usize, usize)> = times.filter_map(|(i, t)| Some((i, place(t)?))).collect();
         let (a, b) = (&own.trajectory, &other.trajectory);
-        let is_one = common.iter().all(|&(i, k)| (a.s[i], a.v_f[i]) == (b.s[k], b.v_f[k]));
+        let is_apart = a.t[a.len() - 1] < b.t[0] || b.t[b.len() - 1] < a.t[0];
+        let place = |t: &f64| b.t.binary_search_by(|u| u.total_cmp(t)).ok();
+        let mut common = (0..if is_apart { 0 } else { a.len() }).filter_map(|i| Some((i, place(&a.t[i])?)));
+        // Other cars of a file drive at the same time; they differ at once.
+        let same =
+            |count: usize, (i, k): (usize, usize)| ((a.s[i], a.v_f[i]) == (b.s[k], b.v_f[k])).then_some(count + 1);
+        let count = common.try_fold(0, same)?;
         // Windows that meet share a sample, or some.
-        (is_one && 10 * common.len() > a.len().min(b.len())).then_some((&own.entry, &other.entry, common.len()))
+        (10 * count > a.len().min(b.len())).then_some((&own.entry, &other.entry, count))
     });
     let (own, other, count) = shared?;
     Some(format!(
@@ -137,8 +140,6 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if args.tasks || !std::io::stdout().is_terminal() {
         output::print(&lines(&tasks))?;
     }
-    let validated = (0..study.drives.len()).map(|i| study.validated_on(i).len()).sum::<usize>();
-    let cells = study.plan.calibration.variants.len() * study.plan.calibration.gofs.len();
     let product = format!(
         "{} = {} x {} x {} x {}; {} of the winners",
         counted(tasks.len() as u64, "task"),
@@ -146,10 +147,11 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         counted(study.plan.calibration.variants.len() as u64, "variant"),
         counted(study.plan.calibration.gofs.len() as u64, "goodness-of-fit function"),
         counted(study.plan.calibration.replicates, "replicate"),
-        counted((validated * cells) as u64, "validation run"),
+        counted(study.validation_runs(), "validation run"),
     );
     eprintln!("{}:\n{}", out.display(), fill(&product, lines_within(2)));
-    let gone = before.iter().filter(|task| !tasks.contains(task)).count();
+    let planned: HashSet<&str> = tasks.iter().map(|task| task.id.as_str()).collect();
+    let gone = before.iter().filter(|task| !planned.contains(task.id.as_str())).count();
     if gone > 0 {
         let before = before.len();
         eprintln!("{gone} of the {before} tasks planned here before are not in this plan;\ntheir parts stay, unused");

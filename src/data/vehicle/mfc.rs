@@ -76,6 +76,11 @@ impl Mfc {
                     });
                 }
             }
+            // A car that must accelerate more than it can has no acceleration left.
+            if row[2] >= row[1] {
+                let found = format!("a_dp {} beside a_ap {}", row[2], row[1]);
+                return Err(table(line, found, "a_dp below a_ap, so that the curves do not cross"));
+            }
             mfc.v.push(row[0]);
             mfc.a_ap.push(row[1]);
             mfc.a_dp.push(row[2]);

@@ -1,6 +1,6 @@
 //! Reading `result.json`: in bounded memory, and only where its parts fit together.
 
-use super::{ResultFile, SCHEMA_VERSION};
+use super::{CorrelationEntry, ResultFile, SCHEMA_VERSION};
 use crate::catalog::UnknownVariant;
 use crate::convention::ConventionError;
 use crate::extension::ExtensionConflict;
@@ -91,6 +91,9 @@ impl ResultFile {
             let (name, expected) = (self.variant.clone(), variant.id());
             return Err(ContentError::ModelId { name, expected, found: self.model_id });
         }
+        if let Some(law) = self.law.as_ref().filter(|law| variant.law().is_none_or(|own| own.name != law.name)) {
+            return Err(ContentError::Law { name: law.name.clone(), variant: self.variant.clone() });
+        }
         let symbols = variant.parameters();
         let lists: [(&'static str, Vec<&String>); 3] = [
             ("parameters", self.parameters.keys().collect()),
@@ -109,11 +112,46 @@ impl ResultFile {
                 (None, None) => {}
             }
         }
+        let known = self.identifiability.as_ref();
+        let correlation = known.and_then(|known| known.correlation.as_ref());
+        let some: [(&'static str, Vec<&String>); 5] = [
+            ("at_bound", self.at_bound.iter().collect()),
+            ("intervals", self.intervals.keys().collect()),
+            ("identifiability.parameters", known.map_or(Vec::new(), |known| known.parameters.keys().collect())),
+            (
+                "identifiability.replicate_range",
+                known.map_or(Vec::new(), |known| known.replicate_range.keys().collect()),
+            ),
+            (
+                "identifiability.correlation.parameters",
+                correlation.map_or(Vec::new(), |c| c.parameters.iter().collect()),
+            ),
+        ];
+        for (list, found) in some {
+            if let Some(name) = found.into_iter().find(|name| !symbols.iter().any(|symbol| symbol.name() == **name)) {
+                return Err(ContentError::Foreign { list, name: name.clone(), variant: self.model() });
+            }
+        }
+        if let Some(CorrelationEntry { parameters, matrix, .. }) = correlation {
+            let expected = parameters.len();
+            if matrix.len() != expected || matrix.iter().any(|row| row.len() != expected) {
+                return Err(ContentError::Matrix { expected });
+            }
+        }
         for symbol in symbols {
-            let found = &self.units[symbol.name()];
+            let (name, domain) = (symbol.name(), symbol.domain());
+            let found = &self.units[name];
             if found != symbol.unit() {
-                let (name, expected, found) = (symbol.name(), symbol.unit(), found.clone());
-                return Err(ContentError::Unit { name, expected, found });
+                return Err(ContentError::Unit { name, expected: symbol.unit(), found: found.clone() });
+            }
+            let found = self.parameters[name];
+            if !domain.contains(found) {
+                return Err(ContentError::Domain { name, expected: domain.expected(), found });
+            }
+        }
+        for (list, intervals) in [("bounds", &self.bounds), ("intervals", &self.intervals)] {
+            if let Some((name, [lower, upper])) = intervals.iter().find(|(_, [lower, upper])| lower > upper) {
+                return Err(ContentError::Reversed { list, name: name.clone(), lower: *lower, upper: *upper });
             }
         }
         Ok(())
@@ -121,7 +159,7 @@ impl ResultFile {
 }
 
 /// A result file whose content does not fit together.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ContentError {
     /// Its variant does not exist.
     #[error(transparent)]
@@ -168,6 +206,44 @@ pub enum ContentError {
         list: &'static str,
         /// The parameter.
         name: &'static str,
+    },
+    /// Its law is not that of its variant.
+    #[error("law: found {name}, which is not the base of variant {variant}")]
+    Law {
+        /// The law.
+        name: String,
+        /// The variant.
+        variant: String,
+    },
+    /// No equation takes the value of a parameter.
+    #[error("parameters: {name}: expected {expected}, of a size with which no equation overflows, found {found:?}")]
+    Domain {
+        /// The parameter.
+        name: &'static str,
+        /// What it may be.
+        expected: &'static str,
+        /// Its value.
+        found: f64,
+    },
+    /// An interval begins above its end.
+    #[error("{list}: {name}: expected a lower and an upper end, found [{lower}, {upper}]")]
+    Reversed {
+        /// The list.
+        list: &'static str,
+        /// The parameter.
+        name: String,
+        /// Lower end.
+        lower: f64,
+        /// Upper end.
+        upper: f64,
+    },
+    /// The correlations are not those of its parameters.
+    #[error(
+        "identifiability.correlation.matrix: expected {expected} rows of {expected} numbers, one for each of its parameters"
+    )]
+    Matrix {
+        /// Parameters.
+        expected: usize,
     },
     /// A parameter is in another unit.
     #[error("units: expected {name} in {expected}, found {found}")]

@@ -26,21 +26,21 @@ impl Page {
         if rows.is_empty() {
             return;
         }
-        let numeric: Vec<bool> = (0..head.len()).map(|column| is_numeric(rows, column)).collect();
-        let class = |column: usize| match numeric[column] {
+        let class = |column: usize| match is_numeric(rows, column) {
             true => " class=\"number\"",
             false if rows.iter().any(|row| row.get(column).is_some_and(|cell| cell.chars().count() > SENTENCE)) => {
                 " class=\"words\""
             }
             false => "",
         };
+        let classes: Vec<&str> = (0..head.len()).map(class).collect();
         let long = if rows.len() > LONG { " long" } else { "" };
         let mut html = format!(
             "<div class=\"table{long}\" tabindex=\"0\"><table><caption>{}</caption><thead><tr>",
             escape(caption)
         );
         for (column, name) in head.iter().enumerate() {
-            let (class, name) = (class(column), escape(name));
+            let (class, name) = (classes[column], escape(name));
             // Writing to a String cannot fail.
             let _ = write!(html, "<th scope=\"col\"{class}><button type=\"button\">{name}</button></th>");
         }
@@ -55,7 +55,7 @@ impl Page {
                         let percent = 100.0 * share.clamp(0.0, 1.0);
                         write!(html, "<td class=\"number share\" style=\"--share:{percent:.1}%\">{cell}</td>")
                     }
-                    None => write!(html, "<td{}>{cell}</td>", class(column)),
+                    None => write!(html, "<td{}>{cell}</td>", classes[column]),
                 };
             }
             html.push_str("</tr>");

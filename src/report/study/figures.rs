@@ -2,7 +2,7 @@
 
 use super::super::figure::{Anchor, Figure, INK, PALETTE, PAPER, Plot};
 use super::Material;
-use crate::catalog::{BASES, Base};
+use crate::catalog::{BASES, Base, Variant};
 use crate::statistics::{box_statistics, mean, quantile};
 use crate::study::outcome::Outcomes;
 use crate::study::paper::VALIDATIONS;
@@ -160,9 +160,7 @@ pub fn trajectories(material: &Material) -> String {
 /// Positions of the variants along x: the classes side by side, with a gap.
 fn positions(own: &Outcomes, plot: &Plot) -> (Vec<f64>, f64) {
     let bases = own.bases();
-    let gap = 1.0;
-    let total = own.variants.len() as f64 + gap * (bases.len() as f64 - 1.0);
-    let unit = (plot.x[1] - plot.x[0]) / total.max(1.0);
+    let unit = unit(own);
     let mut x = vec![0.0; own.variants.len()];
     let mut place = 0.0;
     for base in &bases {
@@ -170,19 +168,58 @@ fn positions(own: &Outcomes, plot: &Plot) -> (Vec<f64>, f64) {
             x[variant] = plot.x[0] + (place + 0.5) * unit;
             place += 1.0;
         }
-        place += gap;
+        place += GAP;
     }
     (x, unit)
 }
 
-/// Ids below, as many as there is room for, and names of the classes.
+/// Between classes, in variants.
+const GAP: f64 = 1.0;
+/// Width of a letter below the variants.
+const LETTER: f64 = 6.5;
+
+/// Width of a variant.
+fn unit(own: &Outcomes) -> f64 {
+    let total = own.variants.len() as f64 + GAP * (own.bases().len() as f64 - 1.0);
+    (RIGHT - LEFT) / total.max(1.0)
+}
+
+/// What stands below the variants: their names where there is room for them, else ids of Table 1.
+fn labels(own: &Outcomes) -> Vec<String> {
+    let names: Vec<String> = own.variants.iter().map(ToString::to_string).collect();
+    if longest(&names) <= unit(own) {
+        return names;
+    }
+    // A law has no id.
+    own.variants.iter().zip(names).map(|(v, name)| if v.id() == 0 { name } else { v.shown_id() }).collect()
+}
+
+fn longest(labels: &[String]) -> f64 {
+    LETTER * labels.iter().map(|label| label.chars().count()).max().unwrap_or(0) as f64
+}
+
+/// What the numbers below the variants are, where there are any.
+fn what_labels_are(own: &Outcomes) -> &'static str {
+    let is_id = |label: &String| label.parse::<u32>().is_ok();
+    if labels(own).iter().any(is_id) { "Numbers below: ids of Table 1." } else { "" }
+}
+
+/// A variant in the words of a reader: with its id, where it has one.
+fn called(variant: &Variant) -> String {
+    match variant.id() {
+        0 => variant.to_string(),
+        id => format!("{id} {variant}"),
+    }
+}
+
+/// Labels below, as many as there is room for, and names of the classes.
 fn ids(figure: &mut Figure, own: &Outcomes, plot: &Plot, x: &[f64], unit: f64) {
-    let every = (22.0 / unit).ceil().max(1.0) as usize;
+    let labels = labels(own);
+    let every = (longest(&labels).max(22.0) / unit).ceil().max(1.0) as usize;
     for base in own.bases() {
         let class = own.class(base.name);
         for &variant in class.iter().step_by(every) {
-            let id = own.variants[variant].shown_id();
-            figure.text([x[variant], plot.y[1] + 16.0], 11.0, Anchor::Middle, INK, &id);
+            figure.text([x[variant], plot.y[1] + 16.0], 11.0, Anchor::Middle, INK, &labels[variant]);
         }
         let (first, last) = (x[class[0]], x[class[class.len() - 1]]);
         let middle = [(first + last) / 2.0, plot.y[1] + 36.0];
@@ -203,7 +240,7 @@ pub fn boxes(material: &Material) -> String {
         "Open diamonds: the paper's medians over 28 trajectories (Table 4); triangles with a number: beyond the axis. ";
     let lines = [
         "Score over the lowest score of the same trajectory, minus 1 (Eq. 19). Box: quartiles and median; small square: mean; whiskers: 1.5 interquartile ranges; dots: outliers.",
-        &format!("{}Numbers below: ids of Table 1.", if material.paper.is_empty() { "" } else { diamonds }),
+        &format!("{}{}", if material.is_beside_paper() { diamonds } else { "" }, what_labels_are(own)),
     ];
     let mut figure = Figure::new(WIDTH, 480.0, "Figure 6: normalised calibration errors of the variants", &lines);
     let whiskers = boxes.iter().flatten().map(|b| b.whiskers[1]).fold(0.0, f64::max);
@@ -216,12 +253,10 @@ pub fn boxes(material: &Material) -> String {
     for (v, b) in boxes.iter().enumerate() {
         let Some(b) = b else { continue };
         let (x, fill, y) = (x[v], colour(own, &own.variants[v].base), |value: f64| plot.height(value));
-        let paper =
-            material.paper.get(&own.variants[v].id()).map_or("–".to_owned(), |paper| format!("{:.3}", paper.median));
+        let paper = material.printed(&own.variants[v]).map_or(String::new(), |p| format!(" (paper {:.3})", p.median));
         let text = format!(
-            "{} {}: median {:.3} (paper {paper}), quartiles {:.3} and {:.3}, mean {:.3}, {}",
-            own.variants[v].shown_id(),
-            own.variants[v],
+            "{}: median {:.3}{paper}, quartiles {:.3} and {:.3}, mean {:.3}, {}",
+            called(&own.variants[v]),
             b.quartiles[1],
             b.quartiles[0],
             b.quartiles[2],
@@ -237,7 +272,7 @@ pub fn boxes(material: &Material) -> String {
             for outlier in b.outliers.iter().filter(|o| **o <= plot.top) {
                 figure.dot([x, y(*outlier)], 1.8, INK);
             }
-            if let Some(printed) = material.paper.get(&own.variants[v].id()) {
+            if let Some(printed) = material.printed(&own.variants[v]) {
                 match printed.median > plot.top {
                     true => figure.beyond([x, plot.y[0]], 3.2, &format!("{:.2}", printed.median)),
                     false => figure.diamond([x, y(printed.median)], 3.2),
@@ -260,14 +295,14 @@ pub fn collisions(material: &Material) -> String {
     let steps = "Grey steps: the paper, 168 runs per variant, NRMSE(s,v,a) (Table 5). ";
     let lines = [
         "Winners of each calibration, simulated on the other trajectories of the same vehicle: share of runs in which the spacing was not above 0.",
-        &format!("{}Numbers below: ids of Table 1.", if material.paper.is_empty() { "" } else { steps }),
+        &format!("{}{}", if material.is_beside_paper() { steps } else { "" }, what_labels_are(own)),
     ];
     let mut figure = Figure::new(WIDTH, 480.0, "Figure 7: collisions in validation", &lines);
     let share = |outcomes: &Outcomes, v: usize| {
         let (collisions, _, runs) = outcomes.collisions(v);
         (runs > 0).then(|| 100.0 * collisions as f64 / runs as f64)
     };
-    let printed = |v: usize| material.paper.get(&own.variants[v].id()).map(|p| 100.0 * p.collisions / VALIDATIONS);
+    let printed = |v: usize| material.printed(&own.variants[v]).map(|p| 100.0 * p.collisions / VALIDATIONS);
     let ours = material.all.iter().flat_map(|o| (0..o.variants.len()).filter_map(|v| share(o, v)));
     let highest = ours.chain((0..own.variants.len()).filter_map(printed)).fold(1.0, f64::max);
     let plot = Plot::new([LEFT, RIGHT], [112.0, 420.0], highest);
@@ -280,7 +315,7 @@ pub fn collisions(material: &Material) -> String {
             figure.line([x - 0.5 * unit, y], [x + 0.5 * unit, y], 1.6, PAPER);
         }
     }
-    let mut entries = if material.paper.is_empty() { Vec::new() } else { vec![("paper", PAPER)] };
+    let mut entries = if material.is_beside_paper() { vec![("paper", PAPER)] } else { Vec::new() };
     for (k, outcomes) in material.all.iter().enumerate() {
         let colour = PALETTE[k % PALETTE.len()];
         entries.push((outcomes.gof.as_str(), colour));
@@ -294,8 +329,7 @@ pub fn collisions(material: &Material) -> String {
             figure.polyline(&points, 1.4, colour);
             for (v, point) in variants.into_iter().zip(points) {
                 let ((collisions, _, runs), variant) = (outcomes.collisions(v), &outcomes.variants[v]);
-                let text =
-                    format!("{} {variant}, {}: {collisions} of {runs} runs collide", variant.shown_id(), outcomes.gof);
+                let text = format!("{}, {}: {collisions} of {runs} runs collide", called(variant), outcomes.gof);
                 figure.told(&text, |figure| figure.dot(point, 2.6, colour));
             }
         }

@@ -6,6 +6,7 @@ mod page;
 mod summary;
 mod tables;
 
+use crate::catalog::Variant;
 use crate::study::PastRuns;
 use crate::study::folder::StudyFile;
 use crate::study::inventory::Inventory;
@@ -38,6 +39,29 @@ impl<'a> Material<'a> {
         let claims = claims(own, &four, &five, all);
         let paper = if own.gof == PAPERS_GOF { printed() } else { BTreeMap::new() };
         Material { study, own, all, four, five, claims, paper, missing }
+    }
+
+    /// The statements of the paper that the study agrees with or contradicts.
+    fn judged(&self) -> Vec<&Claim> {
+        self.claims.iter().filter(|claim| claim.agrees.is_some()).collect()
+    }
+
+    /// What is said of the statements that the study cannot judge; nothing where it judges none, for then it is not about the paper.
+    fn open(&self) -> Option<String> {
+        let judged = self.judged().len();
+        let count = self.claims.len() - judged;
+        let are = if count == 1 { "statement cannot" } else { "statements cannot" };
+        let text = format!("{count} further {are} be judged by this study: it has too few variants or measures.");
+        (judged > 0 && count > 0).then_some(text)
+    }
+
+    /// The paper's numbers, where they stand beside those of the study.
+    fn printed(&self, variant: &Variant) -> Option<&Printed> {
+        self.paper.get(&variant.id()).filter(|_| self.is_beside_paper())
+    }
+
+    fn is_beside_paper(&self) -> bool {
+        !self.paper.is_empty() && !self.judged().is_empty()
     }
 }
 

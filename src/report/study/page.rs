@@ -6,6 +6,7 @@ use super::{Material, figures, tables};
 use crate::statistics::{mean, median};
 use crate::study::PastRuns;
 use crate::study::inventory::Inventory;
+use crate::study::outcome::claims::Claim;
 use crate::study::outcome::{Outcomes, Tried};
 use crate::study::paper::VALIDATIONS;
 use crate::study::table::{Table, Values};
@@ -99,33 +100,33 @@ fn summary(page: &mut Page, material: &Material) {
         study.replicates,
         own.gof
     );
-    let of = |agrees: Option<bool>| material.claims.iter().filter(|claim| claim.agrees == agrees).count();
-    let claims =
-        format!("{} agree, {} differ, {} cannot be told from this study", of(Some(true)), of(Some(false)), of(None));
+    let judged = material.judged();
+    let agree = judged.iter().filter(|claim| claim.agrees == Some(true)).count();
+    let claims = format!("of its statements {agree} agree, {} differ", judged.len() - agree);
     let settings = format!(
         "at most {} simulations per calibration by {}, seed {}, convention {}, {}",
         study.max_evaluations, study.optimizer, study.seed, study.convention, study.program
     );
-    let facts = [("what was compared", size), ("beside the paper", claims), ("settings", settings)];
+    let mut facts = vec![("what was compared", size), ("beside the paper", claims), ("settings", settings)];
+    facts.retain(|(what, _)| !judged.is_empty() || *what != "beside the paper");
     let list: String = facts.iter().map(|(k, v)| format!("<dt>{k}</dt><dd>{}</dd>", escape(v))).collect();
     page.raw(&format!("<dl>{list}</dl>"));
 }
 
 fn claims(page: &mut Page, material: &Material) {
+    let judged = material.judged();
+    if judged.is_empty() {
+        return;
+    }
     page.section("paper", "Where it agrees with the paper, and where not");
-    let row = |claim: &crate::study::outcome::claims::Claim| {
+    let row = |claim: &&Claim| {
         let mark = if claim.agrees == Some(true) { "agrees" } else { "differs" };
         vec![mark.to_owned(), claim.paper.to_owned(), claim.found.clone(), claim.why.clone().unwrap_or_default()]
     };
-    let told = material.claims.iter().filter(|claim| claim.agrees.is_some());
-    let rows: Vec<Vec<String>> = told.map(row).collect();
+    let rows: Vec<Vec<String>> = judged.iter().map(row).collect();
     let head = ["verdict", "the paper says", "this study", "what lies behind a difference"];
     page.table("Statements of the paper", &head, &rows);
-    let open = material.claims.len() - rows.len();
-    if open > 0 {
-        let are = if open == 1 { "statement cannot" } else { "statements cannot" };
-        page.paragraph(&format!("{open} {are} be told from this study, for it has too few variants or measures."));
-    }
+    material.open().iter().for_each(|open| page.paragraph(open));
 }
 
 fn optional(value: Option<f64>) -> String {
@@ -157,11 +158,11 @@ fn overall(page: &mut Page, material: &Material) {
     // Those without a score on every trajectory come last.
     let place = |v: &usize| ranked.iter().position(|(ranked, _)| ranked == v).unwrap_or(usize::MAX);
     order.sort_by_key(place);
-    let rows: Vec<Vec<String>> = order
+    let mut rows: Vec<Vec<String>> = order
         .into_iter()
         .map(|v| {
             let variant = &own.variants[v];
-            let (four, paper) = (&material.four[v], material.paper.get(&variant.id()));
+            let (four, paper) = (&material.four[v], material.printed(variant));
             let (scores, collisions, runs) = validated(own, v, &|_| true);
             vec![
                 variant.name(),
@@ -178,19 +179,30 @@ fn overall(page: &mut Page, material: &Material) {
         })
         .collect();
     let score_name = format!("mean {}", own.gof);
-    let head = [
+    let mut head = vec![
         "variant",
         "id",
         &score_name,
         "median share above the best",
         "paper",
-        "change against its base [%]",
+        "change of this share against the base [%]",
         "paper",
         "median NRMSE(s,v,a) in validation",
         "collisions",
         "paper",
     ];
-    page.table("All variants, the lowest error first, beside the paper's Tables 4 and 5", &head, &rows);
+    let mut caption = "All variants, the lowest error first".to_owned();
+    if material.is_beside_paper() {
+        caption += ", beside the paper's Tables 4 and 5";
+    } else {
+        let of_study: Vec<bool> = head.iter().map(|name| *name != "paper").collect();
+        for row in &mut rows {
+            let mut own = of_study.iter();
+            row.retain(|_| own.next() == Some(&true));
+        }
+        head.retain(|name| *name != "paper");
+    }
+    page.table(&caption, &head, &rows);
 }
 
 fn rankings(page: &mut Page, own: &Outcomes) {

@@ -16,11 +16,11 @@ fn lines(material: &Material, text: &mut String) -> std::fmt::Result {
     let mut platoons: Vec<&str> = own.drives.iter().map(|d| d.platoon.as_str()).collect();
     platoons.dedup();
     let study = material.study;
-    writeln!(text, "# {} beside the paper\n", study.name)?;
+    writeln!(text, "# {}{}\n", study.name, if material.is_beside_paper() { " beside the paper" } else { "" })?;
     writeln!(
         text,
         "{} variants on {} trajectories (platoons {}), {} replicates of at most {} evaluations each by `{}`, scored by {}, convention `{}`, \
-         {}. The paper: 90 variants on 28 trajectories, 10 replicates of 560,000 to 700,100 evaluations.",
+         {}.{}",
         own.variants.len(),
         own.drives.len(),
         platoons.join(", "),
@@ -30,6 +30,11 @@ fn lines(material: &Material, text: &mut String) -> std::fmt::Result {
         own.gof,
         study.convention,
         study.program,
+        if material.is_beside_paper() {
+            " The paper: 90 variants on 28 trajectories, 10 replicates of 560,000 to 700,100 evaluations."
+        } else {
+            ""
+        }
     )?;
     if !study.extensions.is_empty() {
         let names: Vec<&str> = study.extensions.iter().map(|extension| extension.name.as_str()).collect();
@@ -44,25 +49,27 @@ fn lines(material: &Material, text: &mut String) -> std::fmt::Result {
         let (missing, are) = (material.missing, if material.missing == 1 { "task is" } else { "tasks are" });
         writeln!(text, "\n**{missing} {are} missing: these numbers are preliminary.**")?;
     }
-    writeln!(text, "\n## Where it agrees, and where not\n")?;
     if material.paper.is_empty() {
         writeln!(
             text,
-            "What follows is of {}; the paper's Tables 4 and 5 are of NRMSE(s,v,a), so that its numbers are left out, and its statements about \
-             them are not judged.\n",
+            "\nWhat follows is of {}; the paper's Tables 4 and 5 are of NRMSE(s,v,a), so that its numbers are left out, and its statements about \
+             them are not judged.",
             own.gof
         )?;
     }
-    writeln!(text, "| | the paper says | this study | what lies behind a difference |\n|---|---|---|---|")?;
-    for claim in &material.claims {
-        let mark = match claim.agrees {
-            Some(true) => "agrees",
-            Some(false) => "**differs**",
-            None => "cannot tell",
-        };
-        writeln!(text, "| {mark} | {} | {} | {} |", claim.paper, claim.found, claim.why.as_deref().unwrap_or(""))?;
+    let judged = material.judged();
+    if !judged.is_empty() {
+        writeln!(text, "\n## Where it agrees with the paper, and where not\n")?;
+        writeln!(text, "| | the paper says | this study | what lies behind a difference |\n|---|---|---|---|")?;
+        for claim in judged {
+            let mark = if claim.agrees == Some(true) { "agrees" } else { "**differs**" };
+            writeln!(text, "| {mark} | {} | {} | {} |", claim.paper, claim.found, claim.why.as_deref().unwrap_or(""))?;
+        }
     }
-    if !material.paper.is_empty() {
+    if let Some(open) = material.open() {
+        writeln!(text, "\n{open}")?;
+    }
+    if material.is_beside_paper() {
         correlations(material, text)?;
     }
     table4(material, text)?;
@@ -71,12 +78,15 @@ fn lines(material: &Material, text: &mut String) -> std::fmt::Result {
         text,
         "`table4.csv`, `table5.csv`: every number{}. `figure4` to `figure7`: numbers as `.csv`, pictures as `.svg`. Columns: docs/STUDY.md of \
          leadlag.",
-        if material.paper.is_empty() { "" } else { " beside the paper's" }
+        if material.is_beside_paper() { " beside the paper's" } else { "" }
     )?;
-    writeln!(
-        text,
-        "The paper's numbers are those printed in its Tables 4 and 5; its figures have no numbers of their own."
-    )
+    if material.is_beside_paper() {
+        writeln!(
+            text,
+            "The paper's numbers are those printed in its Tables 4 and 5; its figures have no numbers of their own."
+        )?;
+    }
+    Ok(())
 }
 
 /// Spearman's rank correlation between ours and the paper's, over all variants and within each base model.
@@ -118,24 +128,39 @@ fn correlations(material: &Material, text: &mut String) -> std::fmt::Result {
 fn table4(material: &Material, text: &mut String) -> std::fmt::Result {
     let shown = |x: Option<f64>, digits: usize| x.map_or("-".to_owned(), |x| format!("{x:.digits$}"));
     let signed = |x: Option<f64>| x.map_or("-".to_owned(), |x| format!("{x:+.0}"));
-    writeln!(text, "\n## Table 4, and the collisions of Table 5\n")?;
-    if material.paper.is_empty() {
-        writeln!(text, "| id | variant | median | change % | collisions |\n|---|---|---|---|---|")?;
-    } else {
+    let own = material.own;
+    writeln!(text, "\n## The variants: Table 4, and the collisions of Table 5\n")?;
+    writeln!(
+        text,
+        "Medians over the trajectories. The share above the best is the score over the lowest one of all variants on the same trajectory, minus 1 \
+         (Eq. 19); its change is against the same share of the base model, so that small shares change by many percent.\n"
+    )?;
+    let (score, share, change) = (&own.gof, "share above the best", "change of this share %");
+    if material.is_beside_paper() {
         writeln!(
             text,
-            "| id | variant | median | paper | change % | paper | collisions | paper |\n|---|---|---|---|---|---|---|---|"
+            "| id | variant | {score} | {share} | paper | {change} | paper | collisions | paper |\n|---|---|---|---|---|---|---|---|---|"
         )?;
+    } else {
+        writeln!(text, "| id | variant | {score} | {share} | {change} | collisions |\n|---|---|---|---|---|---|")?;
     }
-    for (v, variant) in material.own.variants.iter().enumerate() {
+    for (v, variant) in own.variants.iter().enumerate() {
+        let scores: Vec<f64> = own.cells[v].iter().filter_map(|cell| cell.score).collect();
+        let score = shown(crate::statistics::median(&scores), 4);
         let (four, five) = (&material.four[v], &material.five[v]);
         let (id, median, change) = (variant.shown_id(), shown(four.median, 3), signed(four.change));
         let (collisions, runs) = (five.collisions, five.runs);
-        match material.paper.get(&variant.id()) {
-            None => writeln!(text, "| {id} | `{variant}` | {median} | {change} | {collisions}/{runs} |")?,
+        match material.printed(variant) {
+            None if material.is_beside_paper() => {
+                writeln!(
+                    text,
+                    "| {id} | `{variant}` | {score} | {median} | - | {change} | - | {collisions}/{runs} | - |"
+                )?;
+            }
+            None => writeln!(text, "| {id} | `{variant}` | {score} | {median} | {change} | {collisions}/{runs} |")?,
             Some(paper) => writeln!(
                 text,
-                "| {id} | `{variant}` | {median} | {} | {change} | {} | {collisions}/{runs} | {:.0}/168 |",
+                "| {id} | `{variant}` | {score} | {median} | {} | {change} | {} | {collisions}/{runs} | {:.0}/168 |",
                 shown(Some(paper.median), 3),
                 signed(paper.change),
                 paper.collisions,

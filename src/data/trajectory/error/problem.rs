@@ -28,6 +28,10 @@ pub enum ProblemKind {
     Utf16,
     #[error("the line is longer than {limit} bytes; expected rows of CSV: is this the right file?")]
     LineTooLong { limit: usize },
+    #[error(
+        "expected a table of at most {limit} bytes, of text (unpacked) and of memory for its rows, found more; split the file by time or by vehicle, and leave out columns that are not read"
+    )]
+    TableTooLarge { limit: u64 },
     #[error("a carriage return inside a line; expected line ends LF or CRLF: convert the line ends of the file")]
     LoneCarriageReturn,
     #[error(

@@ -2,7 +2,7 @@
 
 use super::kind;
 use super::problems::{Problems, Stop};
-use crate::text::bounded::LINE_MAX;
+use crate::text::bounded::{LINE_MAX, ROW, TABLE_MAX};
 use crate::trajectory::error::ProblemKind;
 use crate::trajectory::hexadecimal;
 use sha2::{Digest, Sha256};
@@ -14,6 +14,12 @@ pub(in crate::trajectory) struct Lines<R> {
     hash: Sha256,
     buffer: Vec<u8>,
     number: u64,
+    /// Bytes of text so far.
+    text: u64,
+    /// What each line takes in memory \[bytes\].
+    row: u64,
+    /// The most that all lines may have, of text as of memory \[bytes\].
+    most: u64,
     /// True if the line in the buffer is to come once more.
     back: bool,
     /// False if the line read last was ended by the end of the file.
@@ -27,9 +33,17 @@ impl<R: Read> Lines<R> {
             hash: Sha256::new(),
             buffer: Vec::new(),
             number: 0,
+            text: 0,
+            row: ROW,
+            most: TABLE_MAX,
             back: false,
             terminated: true,
         }
+    }
+
+    /// Of each line from here on so many columns are kept.
+    pub fn keep(&mut self, columns: usize) {
+        self.row = ROW + 8 * columns as u64;
     }
 
     /// Number of the line read last, counted from 1.
@@ -60,9 +74,13 @@ impl<R: Read> Lines<R> {
             self.buffer.extend_from_slice(&bytes[..used]);
             self.hash.update(&bytes[..used]);
             self.input.consume(used);
+            self.text += used as u64;
             if self.buffer.len() > LINE_MAX {
                 let kind = ProblemKind::LineTooLong { limit: LINE_MAX };
                 return Err(problems.stop(self.number + 1, None, kind));
+            }
+            if self.text.max((self.number + 1) * self.row) > self.most {
+                return Err(problems.stop(self.number + 1, None, ProblemKind::TableTooLarge { limit: self.most }));
             }
         }
         if self.buffer.is_empty() {
@@ -120,5 +138,40 @@ impl<R: Read> Lines<R> {
     /// SHA-256 of what was read, lower-case hexadecimal; the whole file once `next` has returned `None`.
     pub fn sha256(self) -> String {
         hexadecimal(&self.hash.finalize())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Lines that are read of many short ones, or the line of the problem.
+    fn read(most: u64, columns: usize) -> Result<u64, String> {
+        let text = "1,2,3\n".repeat(1000);
+        let mut lines = Lines { most, ..Lines::new(text.as_bytes()) };
+        lines.keep(columns);
+        let mut problems = Problems::default();
+        loop {
+            match lines.next(&mut problems) {
+                Ok(Some(_)) => {}
+                Ok(None) => return Ok(lines.number()),
+                stop => return Err(problems.finish("table.csv", stop.map(drop)).expect_err("stopped").to_string()),
+            }
+        }
+    }
+
+    #[test]
+    fn a_table_is_bounded_in_text_and_in_memory() {
+        let row = ROW + 8 * 3;
+        assert_eq!(read(1000 * row, 3), Ok(1000));
+        let said = read(500 * row, 3).expect_err("too many rows");
+        assert!(said.starts_with("table.csv:501: expected a table of at most "), "{said}");
+        // Wider rows are fewer; and long lines count by their text.
+        assert!(read(500 * row, 20).expect_err("too many numbers").starts_with("table.csv:264:"));
+        let long = format!("{}\n", "1".repeat(1000)).repeat(10);
+        let mut lines = Lines { most: 5000, ..Lines::new(long.as_bytes()) };
+        let mut problems = Problems::default();
+        let taken = std::iter::from_fn(|| lines.next(&mut problems).is_ok().then_some(())).count();
+        assert_eq!(taken, 4);
     }
 }

@@ -1,7 +1,7 @@
 //! From a file to a [`Recording`]: one importer per layout, over one reader of lines and numbers.
 //!
-//! Input is not trusted: memory is bounded by the rows, a line by 1 MiB, and every refused value is named with its
-//! place. Missing values (an empty field, `NaN`, `nan`) become NaN; nothing is repaired here.
+//! Input is not trusted: a table is bounded in text and in memory, a line by 1 MiB (`text::bounded`), and every refused value is named
+//! with its place. Missing values (an empty field, `NaN`, `nan`) become NaN; nothing is repaired here.
 
 mod columns;
 mod header;

@@ -104,6 +104,7 @@ pub(super) fn read_rows<R: Read>(
     notes: &mut Vec<Note>,
 ) -> Result<Table, Stop> {
     units_row(lines, header, wanted, problems, notes)?;
+    lines.keep(wanted.numbers.len() + wanted.texts.len());
     let mut table = Table {
         lines: Vec::new(),
         numbers: vec![Vec::new(); wanted.numbers.len()],

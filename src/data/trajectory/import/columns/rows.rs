@@ -252,6 +252,7 @@ pub(super) fn read<R: Read>(lines: &mut Lines<R>, map: &ColumnMap, problems: &mu
         terminated: true,
         called: Vec::new(),
     };
+    lines.keep(wanted.len());
     for column in &wanted {
         match column.role.quantity() {
             Some(_) => table.numbers.push(((column.role, column.car), Vec::new())),

@@ -1,10 +1,16 @@
 //! Parquet files, whose rows are read as lines of a CSV table.
 
+mod pages;
+
+use crate::text::bounded::{LINE_MAX, ROW, TABLE_MAX};
 use crate::trajectory::error::ImportError;
+use pages::{FOOTER, Pages};
+use parquet::basic::ConvertedType;
 use parquet::file::metadata::ParquetMetaData;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::reader::RowIter;
 use parquet::record::{Field, Row};
+use parquet::schema::types::Type;
 use std::fs::File;
 use std::io::{self, Read};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -14,6 +20,10 @@ pub(super) const MAGIC: [u8; 4] = *b"PAR1";
 
 /// Times since 1970 beyond this are no dates of measurements and stay numbers \[s\]: the beginning of 2200.
 const DATES_S: i64 = 7_258_118_400;
+const DAY_S: i64 = 86_400;
+
+/// The most digits of a decimal number: those of 256 bits. Writing down a number of many more takes for ever.
+const DIGITS_MAX: i32 = 76;
 
 /// The table as text, a row at a time.
 pub(super) struct Text {
@@ -33,15 +43,14 @@ impl Text {
             ImportError::Open { path: path.to_owned(), source }
         };
         let length = file.metadata().map_err(|error| failed(error.to_string()))?.len();
-        let reader = of_library(|| SerializedFileReader::new(file)).map_err(|error| failed(error.to_string()))?;
-        refuse_ranges(reader.metadata(), length).map_err(failed)?;
+        let reader = of_library(|| SerializedFileReader::new(Pages::of(file))).map_err(failed)?;
         let schema = reader.metadata().file_metadata().schema();
-        if let Some(nested) = schema.get_fields().iter().find(|field| !field.is_primitive()) {
-            return Err(failed(format!("column {} holds several values a row, expected one", nested.name())));
-        }
         if schema.get_fields().is_empty() {
             return Err(failed("it has no column".to_owned()));
         }
+        schema.get_fields().iter().try_for_each(|column| refuse_type(column)).map_err(failed)?;
+        refuse_ranges(reader.metadata(), length).map_err(failed)?;
+        refuse_rows(reader.metadata()).map_err(failed)?;
         let names: Vec<String> = schema.get_fields().iter().map(|field| quoted(field.name())).collect();
         let line = (names.join(",") + "\n").into_bytes();
         Ok(Text { rows: RowIter::from_file_into(Box::new(reader)), line, done: 0 })
@@ -51,9 +60,12 @@ impl Text {
 impl Read for Text {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         if self.done == self.line.len() {
-            let row = of_library(|| self.rows.next().transpose());
-            let Some(row) = row.map_err(|error| io::Error::other(format!("Parquet: {error}")))? else { return Ok(0) };
-            (self.line, self.done) = (text(&row).into_bytes(), 0);
+            let line = of_library(|| {
+                let row = self.rows.next().transpose().map_err(|error| error.to_string())?;
+                row.map(|row| text(&row)).transpose()
+            });
+            let Some(line) = line.map_err(|error| io::Error::other(format!("Parquet: {error}")))? else { return Ok(0) };
+            (self.line, self.done) = (line.into_bytes(), 0);
         }
         let length = buffer.len().min(self.line.len() - self.done);
         buffer[..length].copy_from_slice(&self.line[self.done..self.done + length]);
@@ -62,11 +74,38 @@ impl Read for Text {
     }
 }
 
+/// Values that are no number and no text.
+fn refuse_type(column: &Type) -> Result<(), String> {
+    let name = column.name();
+    let found = match column {
+        Type::GroupType { .. } => "several values a row, expected one".to_owned(),
+        // The library has no text for them.
+        Type::PrimitiveType { basic_info, .. } if basic_info.converted_type() == ConvertedType::INTERVAL => {
+            "spans of time (INTERVAL), expected numbers or text".to_owned()
+        }
+        Type::PrimitiveType { precision, .. } if *precision > DIGITS_MAX => {
+            format!("decimal numbers of {precision} digits, expected at most {DIGITS_MAX}")
+        }
+        Type::PrimitiveType { .. } => return Ok(()),
+    };
+    Err(format!("column {name} holds {found}"))
+}
+
+/// A few bytes can promise any number of rows, and keep it.
+fn refuse_rows(metadata: &ParquetMetaData) -> Result<(), String> {
+    let rows = metadata.row_groups().iter().map(|group| u64::try_from(group.num_rows()).unwrap_or(u64::MAX));
+    let rows = rows.fold(0_u64, u64::saturating_add);
+    match TABLE_MAX / ROW {
+        most if rows > most => Err(format!("it has {rows} rows, expected at most {most}")),
+        _ => Ok(()),
+    }
+}
+
 /// The library takes it for granted that columns lie within the file.
 fn refuse_ranges(metadata: &ParquetMetaData, length: u64) -> Result<(), String> {
     let outside = |start: i64, size: i64| {
         let end = u64::try_from(start).ok().zip(u64::try_from(size).ok()).and_then(|(a, b)| a.checked_add(b));
-        end.is_none_or(|end| end > length)
+        end.is_none_or(|end| end > length.saturating_sub(FOOTER))
     };
     for column in metadata.row_groups().iter().flat_map(|group| group.columns()) {
         let start = column.dictionary_page_offset().unwrap_or_else(|| column.data_page_offset());
@@ -85,9 +124,21 @@ fn of_library<T, E: std::fmt::Display>(read: impl FnOnce() -> Result<T, E>) -> R
     }
 }
 
-fn text(row: &Row) -> String {
-    let fields: Vec<String> = row.get_column_iter().map(|(_, field)| value(field)).collect();
-    fields.join(",") + "\n"
+fn text(row: &Row) -> Result<String, String> {
+    let fields = row.get_column_iter().map(|(name, field)| {
+        let (length, most) = match field {
+            Field::Str(text) => (text.len(), LINE_MAX),
+            Field::Bytes(bytes) => (bytes.len(), LINE_MAX),
+            // Each byte holds more than two digits.
+            Field::Decimal(number) => (number.data().len(), DIGITS_MAX as usize / 2),
+            _ => (0, 0),
+        };
+        if length > most {
+            return Err(format!("column {name}: expected values of at most {most} bytes, found one of {length}"));
+        }
+        Ok(value(field))
+    });
+    Ok(fields.collect::<Result<Vec<String>, String>>()?.join(",") + "\n")
 }
 
 fn value(field: &Field) -> String {
@@ -95,6 +146,7 @@ fn value(field: &Field) -> String {
         Field::Null => String::new(),
         Field::Str(text) => quoted(text),
         // The library's texts of dates that are none end in a panic.
+        Field::Date(days) if (i64::from(*days) * DAY_S).abs() > DATES_S => days.to_string(),
         Field::TimestampMillis(time) if (time / 1000).abs() > DATES_S => time.to_string(),
         Field::TimestampMicros(time) if (time / 1_000_000).abs() > DATES_S => time.to_string(),
         Field::Bytes(_) | Field::Decimal(_) => quoted(&field.to_string()),
