@@ -1,0 +1,41 @@
+//! Threads that a process really has. A fork takes none of its parent's along: whoever waits for the work of rayon's global pool, or of a GPU's
+//! driver, then waits for ever. Pools of processes fork by default on Linux up to Python 3.13.
+
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// The process that has the threads of rayon's global pool: the first one that computes. 0 before.
+static HOME: AtomicU32 = AtomicU32::new(0);
+
+/// The pool of a forked process.
+static OWN: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
+
+/// True in a process that was forked from one that had computed.
+pub fn is_forked() -> bool {
+    let process = std::process::id();
+    match HOME.compare_exchange(0, process, Ordering::Relaxed, Ordering::Relaxed) {
+        Ok(_) => false,
+        Err(home) => home != process,
+    }
+}
+
+/// Does the work where its parallel parts find threads: in a forked process, in a pool that is made there.
+pub fn with_threads<T: Send>(work: impl FnOnce() -> Result<T, leadlag::Error> + Send) -> Result<T, leadlag::Error> {
+    if !is_forked() {
+        return work();
+    }
+    own_pool()?.install(work)
+}
+
+fn own_pool() -> Result<Arc<ThreadPool>, leadlag::Error> {
+    let process = std::process::id();
+    let mut own = OWN.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some((_, pool)) = own.as_ref().filter(|(of, _)| *of == process) {
+        return Ok(Arc::clone(pool));
+    }
+    let pool = Arc::new(ThreadPoolBuilder::new().build().map_err(anyhow::Error::from)?);
+    // The pool of a parent that was forked itself has no threads here that could be ended.
+    std::mem::forget(own.replace((process, Arc::clone(&pool))));
+    Ok(pool)
+}
