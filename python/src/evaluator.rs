@@ -1,6 +1,6 @@
 //! Scores of many candidates.
 
-use crate::threads::{is_forked, with_threads};
+use crate::threads::{GPU, with_threads};
 use crate::{UsageError, raised};
 use numpy::ndarray::{Array2, s};
 use numpy::{PyArray1, PyArray2, PyReadonlyArray2, ToPyArray};
@@ -45,7 +45,7 @@ impl Evaluator {
         work: impl Fn(&mut leadlag::Evaluator, &[f64]) -> Result<Vec<T>, leadlag::Error> + Sync,
     ) -> PyResult<Vec<T>> {
         let py = x.py();
-        if is_forked() && self.device().starts_with("gpu") {
+        if self.device().starts_with("gpu") && GPU.is_elsewhere() {
             let message = "the evaluator is on a GPU, which a forked process does not have; use \
                            multiprocessing.get_context(\"spawn\"), or make the evaluator in the process, where it takes the CPU";
             return Err(UsageError::new_err(message));

@@ -6,6 +6,7 @@ mod evaluator;
 mod findings;
 mod fit;
 mod model;
+mod reading;
 mod threads;
 mod watch;
 
@@ -91,7 +92,7 @@ fn to_keywords(text: &str) -> String {
 #[pyfunction]
 fn run(py: Python<'_>, words: Vec<String>) -> u8 {
     // Its threads are those of this process.
-    threads::is_forked();
+    threads::POOL.is_elsewhere();
     py.detach(|| leadlag::cli::run(words))
 }
 
@@ -120,7 +121,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(findings::diagnose, module)?)?;
     module.add("Error", module.py().get_type::<Error>())?;
     module.add("UsageError", module.py().get_type::<UsageError>())?;
-    module.add("READING", drive::OPTIONS)?;
+    module.add("READING", reading::OPTIONS)?;
     module.add("PROGRAM", leadlag::program())?;
     module.add("__version__", env!("CARGO_PKG_VERSION"))
 }

@@ -1,9 +1,10 @@
 //! Calibrations: the settings, one fit, and a table of many.
 
-use crate::drive::{Drive, options, reading};
+use crate::drive::Drive;
 use crate::evaluator::Evaluator;
 use crate::fit::Fit;
-use crate::threads::is_forked;
+use crate::reading::{options, reading};
+use crate::threads::GPU;
 use crate::watch::{OnCtrlC, Watch, done, watched};
 use crate::{UsageError, in_keywords, raised};
 use numpy::PyArray1;
@@ -31,14 +32,14 @@ impl Calibration {
     /// As this process can do it: a forked one cannot use the GPU of its parent.
     fn here(&self) -> PyResult<leadlag::Calibration> {
         match self.device.as_deref() {
-            _ if !is_forked() => Ok(self.inner.clone()),
-            None | Some("auto") => self.inner.clone().evaluator("lanes").map_err(raised),
+            Some("lanes" | "reference") => Ok(self.inner.clone()),
+            _ if !GPU.is_elsewhere() => Ok(self.inner.clone()),
             Some("gpu") => {
                 let message = "device gpu: a process that was forked cannot use the GPU of its parent; start it by \
                                multiprocessing.get_context(\"spawn\"), or take device \"lanes\"";
                 Err(UsageError::new_err(message))
             }
-            Some(_) => Ok(self.inner.clone()),
+            _ => self.inner.clone().evaluator("lanes").map_err(raised),
         }
     }
 }

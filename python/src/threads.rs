@@ -5,24 +5,32 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// The process that has the threads of rayon's global pool: the first one that computes. 0 before.
-static HOME: AtomicU32 = AtomicU32::new(0);
+/// The process that something belongs to: the first that uses it. 0 before.
+pub struct Home(AtomicU32);
+
+/// Home of the threads of rayon's global pool.
+pub static POOL: Home = Home(AtomicU32::new(0));
+
+/// Home of the driver of a GPU.
+pub static GPU: Home = Home(AtomicU32::new(0));
+
+impl Home {
+    /// True in a process that was forked from the one that it belongs to; without one it belongs to this process from now on.
+    pub fn is_elsewhere(&self) -> bool {
+        let process = std::process::id();
+        match self.0.compare_exchange(0, process, Ordering::Relaxed, Ordering::Relaxed) {
+            Ok(_) => false,
+            Err(home) => home != process,
+        }
+    }
+}
 
 /// The pool of a forked process.
 static OWN: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
 
-/// True in a process that was forked from one that had computed.
-pub fn is_forked() -> bool {
-    let process = std::process::id();
-    match HOME.compare_exchange(0, process, Ordering::Relaxed, Ordering::Relaxed) {
-        Ok(_) => false,
-        Err(home) => home != process,
-    }
-}
-
 /// Does the work where its parallel parts find threads: in a forked process, in a pool that is made there.
 pub fn with_threads<T: Send>(work: impl FnOnce() -> Result<T, leadlag::Error> + Send) -> Result<T, leadlag::Error> {
-    if !is_forked() {
+    if !POOL.is_elsewhere() {
         return work();
     }
     own_pool()?.install(work)

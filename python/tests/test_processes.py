@@ -69,6 +69,7 @@ def test_a_forked_process_is_told_that_it_has_no_gpu(pair: Path) -> None:
     import multiprocessing
     import leadlag as ll
     drive = ll.read({str(pair)!r})
+    ll.calibrate(drive, "idm", max_evaluations=100, intervals=False, progress=False)
     def fails(seed):
         try:
             ll.calibrate(drive, "idm", device="gpu", progress=False)
