@@ -6,16 +6,18 @@ import difflib
 import os
 import re
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _native
-from ._frames import table_like, text_of
+from . import _drives, _native
+from ._drives import Reading
+from ._frames import map_text, table_like, text_of
 from ._progress import Bar
+from ._warnings import tell as _tell
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -34,6 +36,7 @@ class Model:
     ``parts``: what goes with a law that is given as text, such as ``"delay+linear"``.
     """
 
+    #: The base, or (name, text, parts) of a law that is given as text.
     base: str | tuple[str, str, str]
 
     def __init__(
@@ -83,6 +86,29 @@ class Settings(TypedDict, total=False):
     precision: str | None
 
 
+class Options(Settings, Reading, total=False):
+    """Settings of a calibration and options of reading, each a keyword."""
+
+
+def _chosen(given: Mapping[str, Any], settings: Iterable[str], reading: Iterable[str]) -> tuple[Any, dict[str, Any]]:
+    """The settings and the options of reading among keywords."""
+    settings, reading = list(settings), list(reading)
+    for name in given:
+        if name not in (*settings, *reading):
+            near = difflib.get_close_matches(name, [*settings, *reading], 1)
+            hint = f"; did you mean {near[0]}?" if near else ""
+            of_reading = f", or to read a drive {', '.join(reading)}" if reading else ""
+            raise _native.UsageError(f"no setting is called {name}: expected {', '.join(settings)}{of_reading}{hint}")
+    options = {name: value for name, value in given.items() if name in reading and value is not None}
+    if isinstance(options.get("columns"), Mapping):
+        options["columns"] = map_text(options["columns"])
+    return {name: value for name, value in given.items() if name in settings}, options
+
+
+#: The settings of a calibration.
+SETTINGS = tuple(Settings.__annotations__)
+
+
 def _bounds(
     given: BoundsLike | Iterable[BoundsLike] | None,
 ) -> tuple[list[str], list[tuple[str, float, float]]]:
@@ -97,19 +123,17 @@ def _bounds(
             names.append(os.fspath(one))
             continue
         for name, ends in one.items():
-            lower, upper = (ends, ends) if isinstance(ends, (int, float)) else ends
-            single.append((name, float(lower), float(upper)))
+            try:
+                lower, upper = ends if isinstance(ends, Iterable) else (ends, ends)
+                single.append((name, float(lower), float(upper)))
+            except (TypeError, ValueError) as error:
+                message = f"bounds of {name}: expected (lower, upper) or one number, found {ends!r}"
+                raise _native.UsageError(message) from error
     return names, single
 
 
 def _settings(model: ModelLike, given: Settings) -> _native.Calibration:
     """The settings of a calibration; what is None is left as it is by default."""
-    known = list(Settings.__annotations__)
-    for name in given:
-        if name not in known:
-            near = difflib.get_close_matches(name, known, 1)
-            hint = f"; did you mean {near[0]}?" if near else ""
-            raise _native.UsageError(f"no setting is called {name}: expected {', '.join(known)}{hint}")
     asked = model if isinstance(model, Model) else Model(model)
     one = _native.Calibration(asked.base, asked.extend)
     names, single = _bounds(given.get("bounds"))
@@ -133,31 +157,26 @@ def _several(models: ModelLike | Sequence[ModelLike]) -> list[Model]:
     return [model if isinstance(model, Model) else Model(model) for model in several]
 
 
-def _many(drives: Drive | Iterable[Drive]) -> list[Drive]:
-    """One drive or several, as a list."""
-    found = [drives] if isinstance(drives, Drive) else list(drives)
-    for one in found:
-        if not isinstance(one, Drive):
-            raise TypeError(f"expected a Drive, found {type(one).__name__}: leadlag.Drive(table) makes one of a table")
-    if not found:
-        raise _native.UsageError("expected at least one drive")
-    return found
+def _interrupted(exception: BaseException | None, what: str) -> None:
+    """Raises what stopped the work; Ctrl-C is a warning, for what was found is there."""
+    if exception is None:
+        return
+    if not isinstance(exception, KeyboardInterrupt):
+        raise exception
+    warnings.warn(f"interrupted: {what}", stacklevel=3)
 
 
-def _warn(texts: Iterable[str]) -> None:
-    for text in texts:
-        warnings.warn(text, stacklevel=3)
-
-
-def calibrate(
-    drive: Drive | Iterable[Drive], model: ModelLike, *, progress: bool = True, **settings: Unpack[Settings]
-) -> _native.Fit:
+def calibrate(drive: Any, model: ModelLike, *, progress: bool = True, **options: Unpack[Options]) -> _native.Fit:
     """Calibrates a model on a drive; on several, one parameter set for all.
 
-    ``model``: a variant by name or id, or a :class:`Model` with extensions. Settings, each a keyword:
+    ``drive``: a :class:`Drive`; a pandas, Polars or Arrow table or a mapping of arrays, as :class:`Drive` takes them; a path; or several of these in a list.
+    ``model``: a variant by name or id, or a :class:`Model` with extensions. ``progress``: whether a bar is shown.
 
-    - ``bounds``: ``"acc"`` (the paper's, the default), ``"human"``, the path of a TOML file, ``{"v_0": (25, 40)}``, where one number fixes a parameter, or several of these;
-    - ``fix``: values of parameters that are not searched, by name;
+    Options of reading are those of :func:`read`, such as ``columns`` for a table of other names and units. Settings, each a keyword:
+
+    - ``bounds``: ``"acc"`` (the paper's, the default), ``"human"``, the path of a TOML file, ``{"v_0": (25, 40)}``, where one number fixes a parameter,
+      or several of these in a list, of which the later replace the earlier;
+    - ``fix``: values of parameters that are not searched, by name; within the bounds that a file or a mapping gives;
     - ``gof``: what is minimised, such as ``"nrmse-sva"`` (the default) or ``"rmse-s"``;
     - ``convention``: ``"paper"`` or ``"authors"``;
     - ``optimizer``: ``"auto"``, ``"ga"``, ``"lshade"`` or ``"cmaes"``;
@@ -165,81 +184,76 @@ def calibrate(
     - ``intervals``: whether 95 % intervals are estimated (True);
     - ``device``: ``"auto"``, ``"lanes"`` (the CPU), ``"gpu"`` or ``"reference"``; ``precision``: ``"plain"``, ``"compensated"`` or ``"f64"``.
 
-    Ctrl-C ends the search: what was found so far is returned, without intervals, with a warning.
+    Ctrl-C ends the search: what was found so far is returned, without intervals, with a warning. A second Ctrl-C ends the call at once.
 
     Raises :class:`leadlag.UsageError` for settings that cannot be, :class:`leadlag.Error` where no candidate is feasible.
     """
-    drives = _many(drive)
+    settings, reading = _chosen(options, SETTINGS, _drives.OPTIONS)
     one = _settings(model, settings)
-    _warn(one.warnings(drives))
+    drives, doubts = _drives.some(drive, reading)
+    _tell([*doubts, *one.warnings(drives)], 2)
     with Bar(one.model, progress) as tell:
         fit, interrupted = one.run(drives, tell)
-    if interrupted is not None:
-        if not isinstance(interrupted, KeyboardInterrupt):
-            raise interrupted
-        warnings.warn("interrupted: this is what was found so far", stacklevel=2)
+    _interrupted(interrupted, "this is what was found so far")
     return fit
 
 
 def calibrate_all(
-    pairs: Any,
-    models: ModelLike | Sequence[ModelLike],
-    *,
-    progress: bool = True,
-    reading: dict[str, Any] | None = None,
-    **settings: Unpack[Settings],
+    pairs: Any, models: ModelLike | Sequence[ModelLike], *, progress: bool = True, **options: Unpack[Options]
 ) -> Any:
     """Calibrates every leader-follower pair by itself: a row per pair and model.
 
-    ``pairs``: drives; a table of many pairs (pandas, Polars, Arrow, a mapping) that a column map or layout in ``reading`` explains; or the path of a
-    file or folder, or several. ``models``: one or several. ``reading``: options of :func:`leadlag.read`, such as ``{"columns": "highd"}``.
-    ``settings``: as of :func:`calibrate`; a search takes 2000 simulations per parameter unless ``max_evaluations`` says otherwise.
+    ``pairs``: drives, or tables of one drive each, in a list; one table of many pairs (pandas, Polars, Arrow, a mapping), which ``columns`` or
+    ``layout`` explains; or the path of a file or folder, or several. ``models``: one or several. ``progress``: whether a bar is shown.
+
+    Settings are those of :func:`calibrate`, options of reading those of :func:`read` without ``follower`` and ``name``. A search takes 2000 simulations per
+    parameter unless ``max_evaluations`` says otherwise.
 
     Returns a table like the one that was given, else of pandas, else a dictionary of columns: ids, scores, parameters with units in their names, ends
     of their intervals, and in ``reason`` why a pair has none. Ctrl-C returns the rows that are there, with a warning.
     """
+    settings, reading = _chosen(options, SETTINGS, _native.READING)
     each = [_settings(model, settings) for model in _several(models)]
-    options = _options(pairs, reading)
+    doubts: list[str] = []
     with Bar("calibrations", progress) as tell:
-        if isinstance(pairs, (str, os.PathLike)):
-            found = _native.calibrate_files([os.fspath(pairs)], None, each, options, tell)
-        elif _are_drives(pairs):
-            found = _native.calibrate_drives(_many(pairs), each, tell)
-        elif isinstance(pairs, Sequence) and all(isinstance(p, (str, Path)) for p in pairs):
-            found = _native.calibrate_files([os.fspath(p) for p in pairs], None, each, options, tell)
+        if _are_drives(pairs):
+            drives, doubts = _drives.some(pairs, reading)
+            found = _native.calibrate_drives(drives, each, tell)
+        elif isinstance(pairs, (str, os.PathLike)):
+            found = _native.calibrate_files([os.fspath(pairs)], None, each, reading, tell)
+        elif isinstance(pairs, Sequence):
+            found = _native.calibrate_files([os.fspath(p) for p in pairs], None, each, reading, tell)
         else:
-            found = _native.calibrate_files([], text_of(pairs), each, options, tell)
+            found = _native.calibrate_files([], text_of(pairs), each, reading, tell)
     columns, told, interrupted = found
-    _warn(told)
-    if interrupted is not None:
-        if not isinstance(interrupted, KeyboardInterrupt):
-            raise interrupted
-        warnings.warn("interrupted: these are the rows that are there", stacklevel=2)
+    _tell([*doubts, *told], 2)
+    _interrupted(interrupted, "these are the rows that are there")
     return table_like(columns, pairs)
 
 
 def _are_drives(pairs: Any) -> bool:
-    several = isinstance(pairs, Sequence) and not isinstance(pairs, str) and len(pairs) > 0
-    return isinstance(pairs, Drive) or (several and all(isinstance(pair, Drive) for pair in pairs))
-
-
-def _options(pairs: Any, reading: dict[str, Any] | None) -> dict[str, Any]:
-    """The options of reading these pairs."""
-    if reading and _are_drives(pairs):
-        raise _native.UsageError("reading: drives are read already; give it to leadlag.read or leadlag.Drive")
-    return dict(reading or {})
+    """Whether these are drives, or tables of one drive each; not paths, which may hold many."""
+    if isinstance(pairs, Sequence) and not isinstance(pairs, str):
+        return len(pairs) > 0 and not all(isinstance(pair, (str, os.PathLike)) for pair in pairs)
+    return isinstance(pairs, Drive)
 
 
 class Evaluator:
     """Scores populations of candidates: the objective for an optimiser of your own.
 
-    ``drives``: one drive or several; the score is the mean over them. ``model`` and ``settings`` are as of :func:`calibrate`. A candidate is a row of
-    values, one per entry of ``parameters``.
+    ``drives``: one drive or several, as of :func:`calibrate`; the score is the mean over them. ``model``, settings and options of reading are as of
+    :func:`calibrate`. A candidate is a row of values, one per entry of ``parameters``; ``lower`` and ``upper`` are their bounds, ``units`` their units.
+
+    ``evaluator(candidates)`` gives scores, shape (n, p) to (n,). Float64 in C order is read in place. A score is infinite for a crash, and for a candidate
+    with a value that the equations do not allow, such as a negative headway or NaN: an optimiser that steps out of the bounds goes on.
     """
 
-    def __init__(self, drives: Drive | Iterable[Drive], model: ModelLike, **settings: Unpack[Settings]) -> None:
-        self._again = (_many(drives), model, settings)
-        self._native = _settings(model, settings).evaluate_on(self._again[0])
+    def __init__(self, drives: Any, model: ModelLike, **options: Unpack[Options]) -> None:
+        settings, reading = _chosen(options, SETTINGS, _drives.OPTIONS)
+        own, doubts = _drives.some(drives, reading)
+        _tell(doubts, 2)
+        self._again = (own, model, settings)
+        self._native = _settings(model, settings).evaluate_on(own)
         #: Names of the parameters that are searched.
         self.parameters: list[str] = self._native.parameters
         #: Their units.
@@ -255,14 +269,14 @@ class Evaluator:
         return self._native.device
 
     def __call__(self, candidates: ArrayLike) -> NDArray[np.float64]:
-        """Scores of candidates, shape (n, p) to (n,); infinite for a crash. Float64 in C order is read in place."""
+        """Scores of candidates, shape (n, p) to (n,); infinite for a crash and for what cannot be simulated."""
         return self._native.scores(self._rows(candidates))
 
     def simulate(
         self, candidates: ArrayLike, drive: int = 0
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
         """Simulated spacing [m], speed [m/s] and acceleration [m/s²] on one drive, each of shape (n, samples), by the f64 reference; NaN behind a
-        crash."""
+        crash. Raises :class:`leadlag.UsageError` for a candidate that cannot be simulated, with its number and parameter."""
         spacing, speed, acceleration = self._native.simulate(self._rows(candidates), drive)
         return spacing, speed, acceleration
 
@@ -290,8 +304,8 @@ def _evaluator(drives: list[Drive], model: ModelLike, settings: Settings) -> Eva
 
 
 def diagnose(
-    drives: Drive | Iterable[Drive],
-    holdout: Drive | Iterable[Drive] = (),
+    drives: Any,
+    holdout: Any = (),
     *,
     base: ModelLike,
     effort: str = "normal",
@@ -300,18 +314,32 @@ def diagnose(
     bounds: BoundsLike | Iterable[BoundsLike] | None = None,
     correct: bool = False,
     progress: bool = True,
+    **reading: Unpack[Reading],
 ) -> _native.Findings:
     """What the best simulation with ``base`` still gets wrong, which cause explains it, and what it is worth on drives that it was not fitted to.
 
-    ``base``: a model as :func:`calibrate` takes it. Without ``holdout`` the last third of each drive is held back. ``effort``: ``"quick"`` (some seconds), ``"normal"`` (about a minute) or
-    ``"thorough"``. ``causes``: WGSL files, or pairs ``(name, text)``, that are tried beside the built-in ones. ``correct``: correct faults of the
-    data where they can be.
+    ``drives`` and ``holdout``: one drive or several, as of :func:`calibrate`; options of reading are those of :func:`read`. Without ``holdout`` the last
+    third of each drive is held back. ``base``: a model as :func:`calibrate` takes it. ``effort``: ``"quick"`` (some seconds), ``"normal"`` (about a minute)
+    or ``"thorough"``. ``causes``: WGSL files, or pairs ``(name, text)``, that are tried beside the built-in ones. ``bounds``: as of :func:`calibrate`, in place
+    of those of the diagnosis; they may name parameters of causes. ``correct``: correct faults of the data where they can be. ``progress``: whether a bar
+    is shown.
+
+    Ctrl-C ends it without a result.
     """
+    _, options = _chosen(reading, (), _drives.OPTIONS)
     names, single = _bounds(bounds)
-    held = [holdout] if isinstance(holdout, Drive) else list(holdout)
+    held, doubts_held = _drives.many(holdout, options)
+    trained, doubts = _drives.some(drives, options)
+    _tell([*doubts, *doubts_held], 2)
+    if isinstance(causes, (str, os.PathLike)):
+        causes = [causes]
     own = [(str(c[0]), str(c[1])) if isinstance(c, tuple) else (Path(c).stem, Path(c).read_text()) for c in causes]
     asked = base if isinstance(base, Model) else Model(base)
     with Bar(f"diagnosis of {asked!r}", progress) as tell:
-        return _native.diagnose(
-            _many(drives), held, asked.base, asked.extend, effort, seed, own, names, single, correct, tell
-        )
+        return _native.diagnose(trained, held, asked, effort, seed, own, names, single, correct, tell)
+
+
+def extended(model: Model, causes: Iterable[str], own: Iterable[tuple[str, str]]) -> Model:
+    """A model with causes by name; ``own``: the texts of those that are not built in."""
+    texts = dict(own)
+    return Model(model.base, [*model.extend, *((name, texts[name]) if name in texts else name for name in causes)])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import json
 from collections.abc import Mapping
 from typing import Any
 
@@ -15,7 +16,7 @@ from . import _native
 def columns_of(table: Any) -> dict[str, Any]:
     """The columns of a table by name: a mapping of arrays, a pandas, Polars or Arrow table, or whatever exports an Arrow stream."""
     if isinstance(table, Mapping):
-        return {str(name): np.asarray(values) for name, values in table.items()}
+        return {str(name): _unmasked(values) for name, values in table.items()}
     if hasattr(table, "column_names") and hasattr(table, "column"):  # pyarrow
         return {name: table.column(name).to_numpy() for name in table.column_names}
     if hasattr(table, "columns") and hasattr(table, "__getitem__"):  # pandas, Polars
@@ -26,9 +27,21 @@ def columns_of(table: Any) -> dict[str, Any]:
         except ImportError as error:
             raise TypeError(f"a {type(table).__name__} is read through pyarrow, which is not installed") from error
         return columns_of(pyarrow.table(table))
+    if isinstance(table, np.ndarray) and table.dtype.names:
+        return {name: _unmasked(table[name]) for name in table.dtype.names}
     raise TypeError(
         f"expected a mapping of columns, a pandas, Polars or Arrow table, or a path, found {type(table).__name__}"
     )
+
+
+def _unmasked(values: Any) -> Any:
+    """Values as an array; those behind a mask are missing."""
+    if not isinstance(values, np.ma.MaskedArray):
+        return np.asarray(values)
+    missing = {"f": np.nan, "M": "NaT"}.get(values.dtype.kind)
+    # Of the same type, so that a float32 keeps its own digits.
+    filler = np.array(missing, object if missing is None else values.dtype)
+    return np.where(np.ma.getmaskarray(values), filler, values.data)
 
 
 def text_of(table: Any) -> bytes:
@@ -54,8 +67,45 @@ def _cells(values: Any) -> list[Any]:
         cells: list[Any] = ["" if cell == "nan" else cell for cell in values.astype(str).tolist()]
         return cells
     if values.dtype.kind == "M":
-        return list((values - np.datetime64(0, "s")) / np.timedelta64(1, "s"))
-    return ["" if cell is None or cell != cell else cell for cell in values.tolist()]
+        values = (values - np.datetime64(0, "s")) / np.timedelta64(1, "s")
+    return ["" if _is_missing(cell) else cell for cell in values.tolist()]
+
+
+def _is_missing(cell: Any) -> bool:
+    """None, NaN, and what pandas has for a missing value, which is not even unequal to itself."""
+    return cell is None or type(cell).__name__ in ("NAType", "NaTType") or bool(cell != cell)
+
+
+#: Units of a column map's roles where none is given.
+UNITS = {"time": "s", "speed": "m/s", "acceleration": "m/s2", "sin_grade": "-"}
+
+
+def map_text(columns: Mapping[str, Any]) -> str:
+    """A column map as the text of its TOML file. Roles may stand alone: a name in SI units, or (name, unit), as a table of pairs."""
+    whole = dict(columns) if "columns" in columns else {"columns": columns}
+    roles = {role: _column(str(role), column) for role, column in whole.pop("columns").items()}
+    whole = {"title": "columns of a table in memory", "rows": "pairs", **whole}
+    lines = [f"{key} = {_toml(value)}" for key, value in whole.items()]
+    return "\n".join([*lines, "[columns]", *(f"{role} = {_toml(column)}" for role, column in roles.items()), ""])
+
+
+def _column(role: str, column: Any) -> Any:
+    if isinstance(column, str):
+        kind = role.removeprefix("lead2_").removeprefix("lead_")
+        unit = None if kind in ("id", "ahead", "lane", "group") else UNITS.get(kind, "m")
+        column = (column, unit)
+    if isinstance(column, tuple):
+        name, unit = column
+        return {"name": name} if unit is None else {"name": name, "unit": unit}
+    return column
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(f"{key} = {_toml(one)}" for key, one in value.items()) + " }"
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(map(_toml, value)) + "]"
+    return json.dumps(value, ensure_ascii=False)
 
 
 def table_like(columns: dict[str, Any], model: Any) -> Any:
@@ -69,6 +119,20 @@ def table_like(columns: dict[str, Any], model: Any) -> Any:
     except ImportError:
         return columns
     return pandas.DataFrame(columns)
+
+
+def drive_frame(drive: _native.Drive) -> Any:
+    """The four columns of a drive, as pandas has them."""
+    import pandas
+
+    return pandas.DataFrame(
+        {
+            "time_s": drive.time,
+            "lead_speed_mps": drive.lead_speed,
+            "speed_mps": drive.speed,
+            "spacing_m": drive.spacing,
+        }
+    )
 
 
 def simulation_frame(simulation: _native.Simulation) -> Any:

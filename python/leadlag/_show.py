@@ -59,6 +59,32 @@ def fit_html(fit: _native.Fit) -> str:
     )
 
 
+def findings_html(findings: _native.Findings) -> str:
+    """The verdict with its reason, what is recommended, and the whole answer to unfold."""
+    recommended = ", ".join(findings.recommended) or "nothing"
+    return (
+        f"<p><b>{html.escape(findings.verdict)}</b>: {html.escape(findings.reason)}</p>"
+        f"<p>recommended: {html.escape(recommended)}</p>"
+        f"<details><summary>the whole answer</summary><pre>{html.escape(findings.text)}</pre></details>"
+    )
+
+
+def drive_plot(drive: _native.Drive) -> Any:
+    """Spacing and both speeds over time; a matplotlib figure."""
+    import matplotlib.pyplot as plt
+
+    figure, (spacing, speed) = plt.subplots(2, 1, sharex=True, figsize=(6.4, 4.8), layout="constrained")
+    spacing.plot(drive.time, drive.spacing, color="black", linewidth=1.2)
+    spacing.set_ylabel("spacing [m]")
+    spacing.set_title(drive.label)
+    speed.plot(drive.time, drive.lead_speed, color="#0072b2", linewidth=1, label="vehicle ahead")
+    speed.plot(drive.time, drive.speed, color="black", linewidth=1.2, label="follower")
+    speed.set_ylabel("speed [m/s]")
+    speed.set_xlabel("time [s]")
+    speed.legend()
+    return figure
+
+
 def plot(fit: _native.Fit) -> Any:
     """Spacing, speed and acceleration of every drive of the fit, measured and simulated; a matplotlib figure."""
     import matplotlib.pyplot as plt

@@ -5,7 +5,7 @@
 
     with Client("scheduler:8786") as client:
         merged = leadlag.study.run("plan.toml", client, "study")
-        rows = leadlag.study.fleet("tracks.csv", ["idm", "gipps+delay"], client, reading={"columns": "highd"})
+        rows = leadlag.study.fleet("tracks.csv", ["idm", "gipps+delay"], client, columns="highd")
 
 No folder need be common. Inputs go to the workers by their SHA-256. A worker computes batches of some seconds, each in a process of its own with one
 thread, and sends back what was found. What a lost worker had is computed by another. Results have the same bytes as those of one process.
@@ -34,8 +34,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from . import _native
-from ._api import Drive, Model, ModelLike, Settings, _are_drives, _bounds, _many, _options, _settings, _several
+from . import _drives, _native
+from ._api import SETTINGS, Drive, Model, ModelLike, Options, Settings, _are_drives, _bounds, _chosen, _settings, _several
 from ._frames import table_like, text_of
 from ._progress import Bar
 
@@ -103,25 +103,25 @@ def fleet(
     batch_seconds: float = 10.0,
     retries: int = 10,
     progress: bool = True,
-    reading: dict[str, Any] | None = None,
-    **settings: Unpack[Settings],
+    **options: Unpack[Options],
 ) -> Any:
     """:func:`leadlag.calibrate_all` on the workers of a client: the same rows in the same order.
 
     ``batch_seconds`` [s] and ``retries`` are as of :func:`run`. The rest is as of :func:`leadlag.calibrate_all`, and so are the errors.
     """
-    options, several = _options(pairs, reading), _several(models)
+    settings, reading = _chosen(options, SETTINGS, _native.READING)
+    several = _several(models)
     with tempfile.TemporaryDirectory() as scratch, Bar("calibrations", progress) as tell:
         inputs = _Inputs(scratch)
-        function = functools.partial(_pairs, *inputs.choices(several, settings, options))
+        function = functools.partial(_pairs, *inputs.choices(several, settings, reading))
         # What cannot be is told before anything is sent.
         each = [_settings(model, settings) for model in several]
         if _are_drives(pairs):
-            items, unread = [inputs.drive(drive) for drive in _many(pairs)], list[str]()
+            items, unread = [inputs.drive(drive) for drive in _drives.some(pairs, reading)[0]], list[str]()
         else:
-            items, unread = inputs.trajectories(_files_of(pairs, scratch), options)
+            items, unread = inputs.trajectories(_files_of(pairs, scratch), reading)
         # Twice: of a single file it would be an error, not a warning, that it cannot be read. Without a pair there are columns, too.
-        found = [_native.calibrate_files(unread * 2, None, each, options, None)[:2]]
+        found = [_native.calibrate_files(unread * 2, None, each, reading, None)[:2]]
         batches = dict(_found(client, function, items, inputs, tell, batch_seconds, retries))
     found += itertools.chain(*(batches[start] for start in sorted(batches)))
     columns = _joined([table for table, _ in found])

@@ -1,12 +1,14 @@
 //! Measured drives.
 
-use crate::{UsageError, raised};
+use crate::reading::{Follower, Setting, options, reading, wrong};
+use crate::watch::done;
+use crate::{UsageError, in_keywords, raised};
 use numpy::PyArray1;
-use pyo3::exceptions::PyUserWarning;
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict};
-use std::ffi::CString;
+use pyo3::types::{PyBytes, PyDict, PySlice};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// How a drive is made again in another process.
 #[derive(Clone)]
@@ -18,99 +20,20 @@ pub enum Origin {
 }
 
 /// One measured follower behind its leader, prepared: gaps filled, one segment, one time step.
+///
+/// `table` has the columns `time_s` [s], `lead_speed_mps` [m/s], `speed_mps` [m/s] and `spacing_m` (bumper to bumper) [m], or those of another layout
+/// that leadlag knows, as a pandas, Polars or Arrow table or a mapping of arrays; with `columns` any table. A masked value is a missing one.
+///
+/// `name` is the drive's name in messages and results. `follower` and the options are those of `leadlag.read`.
+///
+/// `drive[10:60]` is the part from 10 to 60 s, both included.
 #[pyclass(module = "leadlag", frozen)]
 #[derive(Clone)]
 pub struct Drive {
     pub inner: leadlag::Drive,
-    origin: Origin,
+    origin: Arc<Origin>,
     follower: Option<String>,
     options: Vec<(String, Setting)>,
-}
-
-/// A value of an option.
-#[derive(Clone, FromPyObject, IntoPyObject)]
-pub enum Setting {
-    Flag(bool),
-    Whole(u32),
-    Number(f64),
-    Text(String),
-}
-
-/// The options of reading, by their names; those that are None are left out, and paths are texts.
-pub fn options(given: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<(String, Setting)>> {
-    let mut options = Vec::new();
-    for (name, value) in given.into_iter().flatten() {
-        if !value.is_none() {
-            let path = value.hasattr("__fspath__")?.then(|| value.call_method0("__fspath__")).transpose()?;
-            let name: String = name.extract()?;
-            let value = path.unwrap_or(value);
-            let told = || format!("{name}: expected a number, a text or True, found {value}");
-            options.push((name.clone(), value.extract().map_err(|_| UsageError::new_err(told()))?));
-        }
-    }
-    Ok(options)
-}
-
-/// A follower by number, name or id.
-#[derive(FromPyObject)]
-pub enum Follower {
-    Number(u64),
-    Name(String),
-}
-
-impl Follower {
-    fn text(self) -> String {
-        match self {
-            Follower::Number(number) => number.to_string(),
-            Follower::Name(name) => name,
-        }
-    }
-}
-
-/// The same as the library takes them.
-pub fn reading(options: &[(String, Setting)]) -> PyResult<leadlag::Reading> {
-    let mut reading = leadlag::Reading::default();
-    for (name, value) in options {
-        let text = || match value {
-            Setting::Text(text) => Ok(text.clone()),
-            Setting::Whole(number) => Ok(number.to_string()),
-            _ => Err(wrong(name, "a text")),
-        };
-        let number = || match value {
-            Setting::Number(number) => Ok(*number),
-            Setting::Whole(number) => Ok(f64::from(*number)),
-            _ => Err(wrong(name, "a number")),
-        };
-        match name.as_str() {
-            "layout" => {
-                reading.layout = Some(text()?.parse().map_err(|error| UsageError::new_err(format!("{error}")))?)
-            }
-            "columns" => reading.columns = Some(text()?),
-            "trajectory" => reading.trajectory = Some(text()?),
-            "segment" => {
-                let Setting::Whole(segment) = value else { return Err(wrong(name, "a whole number from 1 on")) };
-                reading.segment = Some(*segment);
-            }
-            "start" => reading.from = Some(number()?),
-            "end" => reading.to = Some(number()?),
-            "max_gap" => reading.max_gap_s = number()?,
-            "smooth" => reading.smooth = matches!(value, Setting::Flag(true)),
-            "resample" => reading.resample_s = Some(number()?),
-            "reconcile" => {
-                reading.reconcile = text()?.parse().map_err(|error| UsageError::new_err(format!("{error}")))?
-            }
-            "vehicle" => reading.vehicle = Some(text()?),
-            "grade" => reading.grade = Some(text()?),
-            "lead_length" => reading.lead_length_m = Some(number()?),
-            "lead_start" => reading.lead_start_m = Some(number()?),
-            _ => return Err(UsageError::new_err(format!("no option of reading is called {name}"))),
-        }
-    }
-    Ok(reading)
-}
-
-fn wrong(name: &str, expected: &str) -> PyErr {
-    UsageError::new_err(format!("{name}: expected {expected}"))
 }
 
 impl Drive {
@@ -119,12 +42,60 @@ impl Drive {
         py: Python<'_>,
         origin: Origin,
         follower: Option<Follower>,
-        given: Option<&Bound<'_, PyDict>>,
+        name: Option<String>,
+        given: Option<Bound<'_, PyDict>>,
     ) -> PyResult<Drive> {
-        let options = options(given)?;
-        let drive = py.detach(|| Drive::of(origin, follower.map(Follower::text), options))?;
+        let mut options = options(given.as_ref())?;
+        options.extend(name.map(|name| ("name".to_owned(), Setting::Text(name))));
+        let drive = Drive::read(py, origin, follower.map(Follower::text), options)?;
         warn(py, drive.inner.warnings())?;
         Ok(drive)
+    }
+
+    fn read(
+        py: Python<'_>,
+        origin: Origin,
+        follower: Option<String>,
+        options: Vec<(String, Setting)>,
+    ) -> PyResult<Drive> {
+        let (name, others): (Vec<_>, Vec<_>) = options.iter().cloned().partition(|(option, _)| option == "name");
+        let name = match name.into_iter().next() {
+            Some((_, Setting::Text(name))) => Some(name),
+            Some((option, _)) => return Err(wrong(&option, "a text")),
+            None => None,
+        };
+        let reading = reading(&others)?;
+        let (origin, whose) = (Arc::new(origin), follower.clone());
+        let source = Arc::clone(&origin);
+        let inner = done(py, move || {
+            let recording = match &*source {
+                Origin::Text(text, name) => reading.text(text, name),
+                Origin::File(path) => reading.file(path),
+            };
+            let drive = recording?.drive(whose.as_deref())?;
+            Ok(name.map_or(drive.clone(), |name| drive.named(&name)))
+        })?;
+        Ok(Drive { inner, origin, follower, options })
+    }
+
+    /// The part between two times [s], both included.
+    fn part(&self, from: f64, to: f64) -> PyResult<Drive> {
+        let inner = self.inner.between(from, to).map_err(raised)?;
+        // It is made again by a window of the same trajectory, whose segments have other numbers then.
+        let replaced = ["start", "end", "segment", "trajectory"];
+        let mut options = self.options.clone();
+        let id = options.iter().find(|(name, _)| name == "trajectory").map(|(_, id)| id.clone());
+        let id = inner.trajectory().map(|id| Setting::Text(id.to_owned())).or(id);
+        options.retain(|(name, _)| !replaced.contains(&name.as_str()));
+        options
+            .extend([("start", Setting::Number(from)), ("end", Setting::Number(to))].map(|(n, s)| (n.to_owned(), s)));
+        options.extend(id.map(|id| ("trajectory".to_owned(), id)));
+        Ok(Drive { inner, origin: Arc::clone(&self.origin), follower: self.follower.clone(), options })
+    }
+
+    fn ends(&self) -> [f64; 2] {
+        let time = self.inner.time();
+        [time[0], time[time.len() - 1]]
     }
 
     /// The text of a file that is all that was read, so that other machines need no file.
@@ -133,16 +104,6 @@ impl Drive {
         let is_packed = text.starts_with(&[0x1F, 0x8B]) || text.starts_with(b"PAR1");
         (!is_packed).then_some(text)
     }
-
-    fn of(origin: Origin, follower: Option<String>, options: Vec<(String, Setting)>) -> PyResult<Drive> {
-        let reading = reading(&options)?;
-        let recording = match &origin {
-            Origin::Text(text, name) => reading.text(text, name),
-            Origin::File(path) => reading.file(path),
-        };
-        let inner = recording.and_then(|recording| recording.drive(follower.as_deref())).map_err(raised)?;
-        Ok(Drive { inner, origin, follower, options })
-    }
 }
 
 /// Reads the drive of a follower from a file.
@@ -150,116 +111,172 @@ impl Drive {
 /// `path`: a file of any layout that leadlag knows, as CSV, gzip or Parquet; with `columns` any table. `follower`: 1 is right behind the platoon
 /// leader; a name, or the id of a vehicle in a table with a column map; by default the only one.
 ///
-/// Options: `columns`, a column map by name or file; `layout`; `trajectory`, an id in files that hold several; `segment`, from 1, between long
-/// gaps; `start` and `end`, times of the file [s]; `max_gap`, gaps up to which are interpolated [s]; `smooth`, as the paper's authors did;
-/// `resample`, a time step [s]; `reconcile`, "gap" or "speeds"; `vehicle`, a built-in one or FILE#NAME; `grade`, a table or "level";
-/// `lead_length` [m]; `lead_start` [m], where the leader begins on the grade table.
+/// Options, each a keyword:
+///
+/// - `name`: the drive's name, where the file has none;
+/// - `columns`: a column map: the name of a built-in one, a TOML file, or a mapping such as `{"time": "t", "speed": ("v", "km/h"), "lead_speed":
+///   ("v_lead", "km/h"), "gap": "gap"}`, in SI units where there is no other; it may be a whole map with `rows` and `columns`;
+/// - `layout`: by default the header tells;
+/// - `trajectory`: an id, in files that hold several; `segment`: from 1, between long gaps, by default the longest;
+/// - `start` and `end`: times as in the file [s];
+/// - `max_gap`: longest gap that is interpolated [s], 1 by default;
+/// - `smooth`: whether signals are smoothed as the paper's authors did;
+/// - `resample`: a time step [s];
+/// - `reconcile`: what the spacing is anchored to, "gap" (the default) or "speeds";
+/// - `vehicle`: the follower's car, a built-in one or FILE#NAME; `grade`: a table or "level";
+/// - `lead_length`: length of the vehicle ahead [m]; `lead_start`: where it begins on the grade table [m].
 ///
 /// Raises `Error` with line, what was expected and what was found where the file is faulty.
 #[pyfunction]
-#[pyo3(signature = (path, follower=None, **options))]
+#[pyo3(signature = (path, follower=None, *, name=None, **options))]
 pub fn read(
     py: Python<'_>,
     path: PathBuf,
     follower: Option<Follower>,
-    options: Option<&Bound<'_, PyDict>>,
+    name: Option<String>,
+    options: Option<Bound<'_, PyDict>>,
 ) -> PyResult<Drive> {
-    Drive::warned(py, Origin::File(path), follower, options)
+    Drive::warned(py, Origin::File(path), follower, name, options)
 }
 
-/// A made-up drive of one car behind another, to try things without data. `duration`: 20 s to some hours [s]. The same seed gives the same drive.
+/// A made-up drive of one car behind another, to try things without data.
+///
+/// `duration`: 20 s to some hours [s]. The same seed gives the same drive.
 #[pyfunction]
 #[pyo3(signature = (seed=1, duration=120.0))]
 pub fn synthetic(py: Python<'_>, seed: u64, duration: f64) -> PyResult<Drive> {
-    py.detach(|| {
-        let made = leadlag::synthetic(seed, duration).and_then(|made| made.follower(1)).map_err(raised)?;
+    let text = done(py, move || {
+        let made = leadlag::synthetic(seed, duration)?.follower(1)?;
         let mut text = String::from("time_s,lead_speed_mps,speed_mps,spacing_m\n");
         let columns = [made.time(), made.lead_speed(), made.speed(), made.spacing()];
         for row in 0..made.len() {
             text += &columns.map(|column| column[row].to_string()).join(",");
             text.push('\n');
         }
-        Drive::of(Origin::Text(text.into_bytes(), format!("synthetic_{seed}.csv")), None, Vec::new())
-    })
+        Ok(text)
+    })?;
+    Drive::read(py, Origin::Text(text.into_bytes(), format!("synthetic_{seed}.csv")), None, Vec::new())
 }
 
 #[pymethods]
 impl Drive {
-    /// The drive of a follower from a table in memory.
-    ///
-    /// `table`: columns `time_s`, `lead_speed_mps`, `speed_mps` and `spacing_m` (bumper to bumper), or those of another layout that leadlag knows, in
-    /// a pandas, Polars or Arrow table or a mapping of arrays; with `columns` any table. `name` stands for the file in messages and results. The
-    /// rest is as for `read`.
     #[new]
-    #[pyo3(signature = (table, follower=None, *, name="table".to_owned(), **options))]
+    #[pyo3(signature = (table, follower=None, *, name=None, **options))]
     fn new(
         table: &Bound<'_, PyAny>,
         follower: Option<Follower>,
-        name: String,
-        options: Option<&Bound<'_, PyDict>>,
+        name: Option<String>,
+        options: Option<Bound<'_, PyDict>>,
     ) -> PyResult<Drive> {
         let py = table.py();
-        // The text itself comes from a pickle.
-        let text = match table.cast::<PyBytes>() {
-            Ok(text) => text.as_bytes().to_vec(),
-            Err(_) => py.import("leadlag._frames")?.call_method1("text_of", (table,))?.extract()?,
-        };
-        Drive::warned(py, Origin::Text(text, name), follower, options)
+        let text = py.import("leadlag._frames")?.call_method1("text_of", (table,))?.extract()?;
+        let origin = Origin::Text(text, name.clone().unwrap_or_else(|| "table".to_owned()));
+        Drive::warned(py, origin, follower, name, options)
     }
 
+    /// `FILE follower N`, with trajectory id and segment where there are several.
     #[getter]
     fn label(&self) -> &str {
         self.inner.label()
     }
 
+    /// Name of the follower: as given, else as in the file.
     #[getter]
     fn name(&self) -> &str {
         self.inner.name()
     }
 
+    /// Time step [s].
     #[getter]
     fn time_step(&self) -> f64 {
         self.inner.time_step()
     }
 
+    /// Times [s], as in the file, shape (samples,).
     #[getter]
     fn time<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         PyArray1::from_slice(py, self.inner.time())
     }
 
+    /// Bumper-to-bumper spacing [m], shape (samples,).
     #[getter]
     fn spacing<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         PyArray1::from_slice(py, self.inner.spacing())
     }
 
+    /// Speed of the follower [m/s], shape (samples,).
     #[getter]
     fn speed<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         PyArray1::from_slice(py, self.inner.speed())
     }
 
+    /// Speed of the preceding vehicle [m/s], shape (samples,).
     #[getter]
     fn lead_speed<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         PyArray1::from_slice(py, self.inner.lead_speed())
     }
 
+    /// Position of the follower along the road [m], shape (samples,).
     #[getter]
     fn position<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         PyArray1::from_slice(py, self.inner.position())
     }
 
+    /// Position of the preceding vehicle [m], of its rear bumper where its length is not known, shape (samples,).
     #[getter]
     fn lead_position<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         PyArray1::from_slice(py, self.inner.lead_position())
     }
 
+    /// What was done to the data, a line each.
     #[getter]
     fn preparation(&self) -> Vec<String> {
-        self.inner.preparation()
+        self.inner.preparation().iter().map(|text| in_keywords(text)).collect()
     }
 
+    /// What is doubtful in the data, a line each.
     #[getter]
     fn warnings(&self) -> Vec<String> {
-        self.inner.warnings().to_vec()
+        self.inner.warnings().iter().map(|text| in_keywords(text)).collect()
+    }
+
+    /// Columns `time_s`, `lead_speed_mps`, `speed_mps` and `spacing_m` as a pandas DataFrame, which `Drive` takes.
+    fn to_pandas<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("leadlag._frames")?.call_method1("drive_frame", (slf,))
+    }
+
+    /// Spacing and both speeds over time, drawn by matplotlib; returns the figure.
+    fn plot<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("leadlag._show")?.call_method1("drive_plot", (slf,))
+    }
+
+    /// The drive cut at a time [s], or at several: drives without a common sample, such as one to calibrate on and one to test.
+    ///
+    /// The sample at the time itself is the first of the later drive.
+    fn split(&self, at: &Bound<'_, PyAny>) -> PyResult<Vec<Drive>> {
+        let mut cuts: Vec<f64> = at.extract().or_else(|_| at.extract().map(|one| vec![one]))?;
+        cuts.sort_by(f64::total_cmp);
+        let [first, last] = self.ends();
+        if let Some(wrong) = cuts.iter().find(|cut| !(first < **cut && **cut <= last)) {
+            let message = format!("at: expected times after {first} s, up to {last} s, found {wrong}");
+            return Err(UsageError::new_err(message));
+        }
+        // Between two samples, so that neither drive has both.
+        let half = 0.5 * self.inner.time_step();
+        let starts = std::iter::once(first).chain(cuts.iter().map(|cut| cut - half));
+        let ends = cuts.iter().map(|cut| cut - half).chain([last]);
+        starts.zip(ends).map(|(from, to)| self.part(from, to)).collect()
+    }
+
+    fn __getitem__(&self, times: &Bound<'_, PyAny>) -> PyResult<Drive> {
+        let told = || "expected times such as drive[10:60], which is the part from 10 to 60 s; samples are those of arrays: drive.speed[3]";
+        let slice = times.cast::<PySlice>().map_err(|_| PyTypeError::new_err(told()))?;
+        let end = |name: &str| slice.getattr(name)?.extract::<Option<f64>>();
+        if !slice.getattr("step")?.is_none() {
+            return Err(PyTypeError::new_err(told()));
+        }
+        let [first, last] = self.ends();
+        self.part(end("start")?.unwrap_or(first), end("stop")?.unwrap_or(last))
     }
 
     fn __len__(&self) -> usize {
@@ -267,7 +284,7 @@ impl Drive {
     }
 
     fn __repr__(&self) -> String {
-        let [first, last] = [self.inner.time()[0], self.inner.time()[self.inner.len() - 1]];
+        let [first, last] = self.ends();
         let (label, samples, step) = (self.inner.label(), self.inner.len(), self.inner.time_step());
         format!("<Drive {label}: {samples} samples, {first} to {last} s, every {step} s>")
     }
@@ -278,7 +295,7 @@ impl Drive {
             options.set_item(name, value.clone())?;
         }
         let module = py.import("leadlag._native")?;
-        let (origin, name) = match &self.origin {
+        let (origin, name) = match &*self.origin {
             Origin::File(path) => match self.alone(path) {
                 Some(text) => (PyBytes::new(py, &text).into_any(), Some(path.display().to_string())),
                 None => (std::path::absolute(path)?.into_pyobject(py)?.into_any(), None),
@@ -305,13 +322,14 @@ pub fn again(
         Some(name) => Origin::Text(origin.extract()?, name),
         None => Origin::File(origin.extract()?),
     };
-    py.detach(|| Drive::of(origin, follower, options))
+    Drive::read(py, origin, follower, options)
 }
 
-/// Texts as warnings.
+/// What is doubtful, as warnings in the words of Python.
 pub fn warn(py: Python<'_>, texts: &[String]) -> PyResult<()> {
-    let category = py.get_type::<PyUserWarning>();
-    texts
-        .iter()
-        .try_for_each(|text| PyErr::warn(py, &category, &CString::new(crate::in_keywords(text).replace('\0', " "))?, 1))
+    if texts.is_empty() {
+        return Ok(());
+    }
+    let texts: Vec<String> = texts.iter().map(|text| in_keywords(text)).collect();
+    py.import("leadlag._warnings")?.call_method1("tell", (texts,)).map(drop)
 }

@@ -1,16 +1,28 @@
 //! Scores of many candidates.
 
-use crate::raised;
+use crate::threads::{GPU, with_threads};
+use crate::{UsageError, raised};
 use numpy::ndarray::{Array2, s};
 use numpy::{PyArray1, PyArray2, PyReadonlyArray2, ToPyArray};
 use pyo3::prelude::*;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+/// Between two looks at Ctrl-C so many candidates are computed that it takes about this long.
+const LOOK: Duration = Duration::from_millis(200);
+
+/// Candidates of the first part of all, and how many times as many the next one may have.
+const FIRST: usize = 8;
+const GROWTH: usize = 8;
 
 /// Scores candidates of one model on one or several drives.
 #[pyclass(module = "leadlag", frozen)]
 pub struct Evaluator {
     inner: Mutex<leadlag::Evaluator>,
     samples: Vec<usize>,
+    /// Candidates of a part, for scores and for simulations.
+    parts: [AtomicUsize; 2],
 }
 
 type Signals<'py> = [Bound<'py, PyArray2<f64>>; 3];
@@ -18,11 +30,43 @@ type Signals<'py> = [Bound<'py, PyArray2<f64>>; 3];
 impl Evaluator {
     pub fn of(inner: leadlag::Evaluator, drives: &[leadlag::Drive]) -> Evaluator {
         let samples = drives.iter().map(leadlag::Drive::len).collect();
-        Evaluator { inner: Mutex::new(inner), samples }
+        Evaluator { inner: Mutex::new(inner), samples, parts: [FIRST, FIRST].map(AtomicUsize::new) }
     }
 
     fn with<T>(&self, read: impl FnOnce(&mut leadlag::Evaluator) -> T) -> T {
         read(&mut self.inner.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// Does the same with parts of the candidates, between which Ctrl-C ends the call. What is found does not depend on the parts.
+    fn in_parts<T: Send>(
+        &self,
+        x: &PyReadonlyArray2<'_, f64>,
+        part: &AtomicUsize,
+        work: impl Fn(&mut leadlag::Evaluator, &[f64]) -> Result<Vec<T>, leadlag::Error> + Sync,
+    ) -> PyResult<Vec<T>> {
+        let py = x.py();
+        if self.device().starts_with("gpu") && GPU.is_elsewhere() {
+            let message = "the evaluator is on a GPU, which a forked process does not have; use \
+                           multiprocessing.get_context(\"spawn\"), or make the evaluator in the process, where it takes the CPU";
+            return Err(UsageError::new_err(message));
+        }
+        let array = x.as_array();
+        let whole = array.as_standard_layout();
+        let mut rest = whole.as_slice().expect("in standard layout it is one slice");
+        let mut found = Vec::with_capacity(array.nrows());
+        while !rest.is_empty() {
+            let candidates = part.load(Ordering::Relaxed);
+            let (now, later) = rest.split_at(rest.len().min(candidates * array.ncols()));
+            let started = Instant::now();
+            found.extend(py.detach(|| with_threads(|| self.with(|inner| work(inner, now)))).map_err(raised)?);
+            py.check_signals()?;
+            if !later.is_empty() {
+                let wanted = LOOK.as_secs_f64() / started.elapsed().as_secs_f64().max(1e-9) * candidates as f64;
+                part.store((wanted as usize).clamp(1, GROWTH * candidates), Ordering::Relaxed);
+            }
+            rest = later;
+        }
+        Ok(found)
     }
 }
 
@@ -54,31 +98,25 @@ impl Evaluator {
     }
 
     /// Scores of the rows of an array, which is read in place where it is contiguous.
-    fn scores<'py>(&self, py: Python<'py>, x: PyReadonlyArray2<'py, f64>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let array = x.as_array();
-        let whole = array.as_standard_layout();
-        let candidates = whole.as_slice().expect("in standard layout it is one slice");
-        let scores = py.detach(|| self.with(|inner| inner.scores(candidates))).map_err(raised)?;
-        Ok(PyArray1::from_vec(py, scores))
+    fn scores<'py>(&self, x: PyReadonlyArray2<'py, f64>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let scores = self.in_parts(&x, &self.parts[0], leadlag::Evaluator::scores)?;
+        Ok(PyArray1::from_vec(x.py(), scores))
     }
 
     /// Simulated spacing, speed and acceleration of the rows of an array on one drive; NaN behind the end of a run.
-    fn simulate<'py>(&self, py: Python<'py>, x: PyReadonlyArray2<'py, f64>, drive: usize) -> PyResult<Signals<'py>> {
+    fn simulate<'py>(&self, x: PyReadonlyArray2<'py, f64>, drive: usize) -> PyResult<Signals<'py>> {
         let Some(&samples) = self.samples.get(drive) else {
             let message = format!("drive {drive}: expected 0 to {}", self.samples.len() - 1);
-            return Err(crate::UsageError::new_err(message));
+            return Err(UsageError::new_err(message));
         };
-        let array = x.as_array();
-        let whole = array.as_standard_layout();
-        let candidates = whole.as_slice().expect("in standard layout it is one slice");
-        let runs = py.detach(|| self.with(|inner| inner.simulate(candidates, drive))).map_err(raised)?;
+        let runs = self.in_parts(&x, &self.parts[1], |inner, candidates| inner.simulate(candidates, drive))?;
         Ok([0, 1, 2].map(|signal| {
             let mut all = Array2::from_elem((runs.len(), samples), f64::NAN);
             for (row, run) in runs.iter().enumerate() {
                 let values = &run[signal];
                 all.slice_mut(s![row, ..values.len()]).iter_mut().zip(values).for_each(|(to, from)| *to = *from);
             }
-            all.to_pyarray(py)
+            all.to_pyarray(x.py())
         }))
     }
 

@@ -1,17 +1,19 @@
 //! Diagnoses.
 
 use crate::drive::Drive;
-use crate::model::{Base, Extension, variant};
-use crate::raised;
-use crate::watch::watched;
+use crate::model::{Base, Extension, plain, variant};
+use crate::watch::{OnCtrlC, done, watched};
+use crate::{in_keywords, raised};
 use pyo3::prelude::*;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
-/// What a diagnosis found.
+/// What a diagnosis found; `leadlag.diagnose` makes it.
 #[pyclass(module = "leadlag", frozen)]
 pub struct Findings {
     inner: leadlag::Findings,
+    /// The model that was diagnosed, and the texts of the causes that were tried beside the built-in ones, as Python has them.
+    asked: (Py<PyAny>, Vec<(String, String)>),
 }
 
 /// Diagnoses what a model lacks on drives.
@@ -21,8 +23,7 @@ pub fn diagnose(
     py: Python<'_>,
     drives: Vec<Py<Drive>>,
     holdout: Vec<Py<Drive>>,
-    base: Base,
-    extend: Vec<Extension>,
+    model: Py<PyAny>,
     effort: &str,
     seed: u64,
     causes: Vec<(String, String)>,
@@ -31,10 +32,12 @@ pub fn diagnose(
     correct: bool,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Findings> {
+    let base: Base = model.getattr(py, "base")?.extract(py)?;
+    let extend: Vec<Extension> = model.getattr(py, "extend")?.extract(py)?;
     let mut diagnosis = variant(&base, &extend)?.diagnosis().effort(effort).map_err(raised)?;
     diagnosis = diagnosis.seed(seed).correct(correct);
-    for (name, text) in causes {
-        diagnosis = diagnosis.cause(&name, &text).map_err(raised)?;
+    for (name, text) in &causes {
+        diagnosis = diagnosis.cause(name, text).map_err(raised)?;
     }
     for given in bounds {
         diagnosis = diagnosis.bounds(&given);
@@ -42,39 +45,44 @@ pub fn diagnose(
     for (parameter, lower, upper) in single {
         diagnosis = diagnosis.bound(&parameter, lower, upper);
     }
-    let drives: Vec<&leadlag::Drive> = drives.iter().map(|drive| &drive.get().inner).collect();
-    let holdout: Vec<&leadlag::Drive> = holdout.iter().map(|drive| &drive.get().inner).collect();
-    let (inner, interrupted) = watched(py, progress.as_ref(), |watch| {
+    let (drives, holdout) = (plain(&drives), plain(&holdout));
+    let (inner, interrupted) = watched(py, progress.as_ref(), OnCtrlC::Leave, move |watch| {
+        let [drives, holdout] = [&drives, &holdout].map(|drives| drives.iter().collect::<Vec<_>>());
         diagnosis.run_on(&drives, &holdout, &mut |told| {
             watch.tell(told.done, || told.stage.clone());
             if watch.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         })
     })?;
-    interrupted.map_or(Ok(Findings { inner }), Err)
+    interrupted.map_or(Ok(Findings { inner, asked: (model, causes) }), Err)
 }
 
 #[pymethods]
 impl Findings {
+    /// The answer in a word: named, nothing, ambiguous, unexplained, not_testable.
     #[getter]
     fn verdict(&self) -> &'static str {
         self.inner.verdict()
     }
 
+    /// Why, in a sentence.
     #[getter]
-    fn reason(&self) -> &str {
-        self.inner.reason()
+    fn reason(&self) -> String {
+        in_keywords(self.inner.reason())
     }
 
+    /// The causes that the likelihood adopts, in order.
     #[getter]
     fn causes(&self) -> Vec<&str> {
         self.inner.causes()
     }
 
+    /// The causes with which the model follows unseen drives better.
     #[getter]
     fn recommended(&self) -> Vec<&str> {
         self.inner.recommended()
     }
 
+    /// The text of `diagnosis.json`: all that was found.
     fn to_json(&self) -> String {
         self.inner.to_json()
     }
@@ -85,14 +93,28 @@ impl Findings {
         self.inner.text()
     }
 
+    /// The model with what is recommended, or else with what was named, as a `leadlag.Model` to calibrate; the model itself where nothing was found.
+    fn apply<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let (recommended, named) = (self.inner.recommended(), self.inner.causes());
+        let causes = if recommended.is_empty() { named } else { recommended };
+        let (model, own) = &self.asked;
+        py.import("leadlag._api")?.call_method1("extended", (model, causes, own.clone()))
+    }
+
+    /// Writes what `leadlag diagnose --out` writes.
     fn save(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
-        py.detach(|| leadlag::cli::save_findings(&self.inner, &folder)).map_err(raised)
+        let findings = self.inner.clone();
+        done(py, move || leadlag::cli::save_findings(&findings, &folder))
     }
 
     /// The HTML report: written to a file where a path is given, else shown in a notebook.
     #[pyo3(signature = (path=None))]
     fn report<'py>(slf: &Bound<'py, Self>, path: Option<PathBuf>) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("leadlag._show")?.call_method1("report", (slf, "diagnosis.json", path))
+    }
+
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("leadlag._show")?.call_method1("findings_html", (slf,))
     }
 
     fn __repr__(&self) -> String {

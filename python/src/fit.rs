@@ -2,12 +2,15 @@
 
 use crate::drive::{Drive, warn};
 use crate::raised;
+use crate::watch::done;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::path::PathBuf;
 
-/// Calibrated parameters with what is known of them.
+/// Calibrated parameters with what is known of them; `leadlag.calibrate` finds one.
+///
+/// `Fit(json, drives)` makes one again of the text of a `result.json` and the drives that it is of, which may be none.
 #[pyclass(module = "leadlag", frozen)]
 pub struct Fit {
     inner: leadlag::Fit,
@@ -20,10 +23,11 @@ impl Fit {
     pub fn of(inner: leadlag::Fit, drives: Vec<leadlag::Drive>, own: Vec<Py<Drive>>) -> Fit {
         Fit { inner, drives, own }
     }
+}
 
-    fn refs(&self) -> Vec<&leadlag::Drive> {
-        self.drives.iter().collect()
-    }
+/// What Python makes of the result file.
+fn of_result<'py>(fit: &Bound<'py, Fit>, function: &str) -> PyResult<Bound<'py, PyAny>> {
+    fit.py().import("leadlag._fit")?.call_method1(function, (fit,))
 }
 
 /// What pickles: a constructor, and what it is called with.
@@ -31,29 +35,33 @@ type Reduced = (Py<PyAny>, (String, Vec<Py<Drive>>));
 
 #[pymethods]
 impl Fit {
-    /// Of the text of a result.json, on these drives.
-    #[staticmethod]
-    fn of_json(text: &str, drives: Vec<Py<Drive>>) -> PyResult<Fit> {
-        let inner = leadlag::Fit::from_json(text).map_err(raised)?;
+    #[new]
+    #[pyo3(signature = (json, drives=Vec::new()), text_signature = "(json, drives=())")]
+    fn new(json: &str, drives: Vec<Py<Drive>>) -> PyResult<Fit> {
+        let inner = leadlag::Fit::from_json(json).map_err(raised)?;
         let plain = drives.iter().map(|drive| drive.get().inner.clone()).collect();
         Ok(Fit { inner, drives: plain, own: drives })
     }
 
+    /// The drives that it was calibrated on.
     #[getter]
     fn drives(&self, py: Python<'_>) -> Vec<Py<Drive>> {
         self.own.iter().map(|drive| drive.clone_ref(py)).collect()
     }
 
+    /// The model, by its name.
     #[getter]
     fn model(&self) -> String {
         self.inner.model()
     }
 
+    /// What was minimised, by the f64 reference.
     #[getter]
     fn score(&self) -> f64 {
         self.inner.score()
     }
 
+    /// The calibrated parameters by the paper's symbols, in SI units.
     #[getter]
     fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let dict = PyDict::new(py);
@@ -61,6 +69,7 @@ impl Fit {
         Ok(dict)
     }
 
+    /// 95 % intervals of the parameters that the data determine.
     #[getter]
     fn intervals<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let dict = PyDict::new(py);
@@ -68,6 +77,7 @@ impl Fit {
         Ok(dict)
     }
 
+    /// The units of the parameters.
     #[getter]
     fn units<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let dict = PyDict::new(py);
@@ -75,23 +85,77 @@ impl Fit {
         Ok(dict)
     }
 
+    /// Parameters within 0.1 % of their range of a bound.
     #[getter]
     fn at_bound(&self) -> Vec<String> {
         self.inner.at_bound().to_vec()
     }
 
+    /// RMSE of spacing [m], speed [m/s] and acceleration [m/s²] by `s`, `v` and `a`; the mean over several drives.
+    #[getter]
+    fn rmse<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        of_result(slf, "rmse")
+    }
+
+    /// Simulated candidates of all replicates.
+    #[getter]
+    fn evaluations<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        of_result(slf, "evaluations")
+    }
+
+    /// Correlations of the parameters among candidates that are nearly as good as the best, as a pandas DataFrame; None where the search met too few.
+    #[getter]
+    fn correlation<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        of_result(slf, "correlation")
+    }
+
+    /// Covariances of the parameters as a pandas DataFrame: the correlations times standard errors, which are the widths of the 95 % intervals over
+    /// 3.92. NaN for what the data do not determine; None where there are no correlations.
+    #[getter]
+    fn covariance<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        of_result(slf, "covariance")
+    }
+
+    /// A pandas DataFrame with a row per parameter: value, unit, ends of the 95 % interval, whether it is at a bound, and whether the data determine it.
+    ///
+    /// `determined` is None for what was fixed, and where intervals were not asked for.
+    fn summary<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        of_result(slf, "summary")
+    }
+
+    /// What `to_json` has, as a dict.
+    fn to_dict<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        of_result(slf, "to_dict")
+    }
+
+    /// The text of `result.json`, as the command line writes it.
     fn to_json(&self) -> String {
         self.inner.to_json()
     }
 
-    fn simulate(&self, py: Python<'_>, drive: &Drive) -> PyResult<Simulation> {
-        let inner = py.detach(|| self.inner.simulate(&drive.inner)).map_err(raised)?;
+    /// Simulates the calibrated model on a drive, by the f64 reference.
+    ///
+    /// `drive` and the options of reading are as of `leadlag.calibrate`.
+    #[pyo3(signature = (drive, **reading))]
+    fn simulate(&self, drive: &Bound<'_, PyAny>, reading: Option<&Bound<'_, PyDict>>) -> PyResult<Simulation> {
+        let py = drive.py();
+        let drive: Py<Drive> = py.import("leadlag._drives")?.call_method1("one", (drive, reading))?.extract()?;
+        let (fit, drive) = (self.inner.clone(), drive.get().inner.clone());
+        let inner = done(py, move || fit.simulate(&drive))?;
         warn(py, &inner.warnings)?;
         Ok(Simulation { inner })
     }
 
+    /// The same as `simulate`, by the word of scikit-learn.
+    #[pyo3(signature = (drive, **reading))]
+    fn predict(&self, drive: &Bound<'_, PyAny>, reading: Option<&Bound<'_, PyDict>>) -> PyResult<Simulation> {
+        self.simulate(drive, reading)
+    }
+
+    /// Writes what `leadlag calibrate --out` writes, but for the time that it took.
     fn save(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
-        py.detach(|| leadlag::cli::save(&self.inner, &self.refs(), &folder)).map_err(raised)
+        let (fit, drives) = (self.inner.clone(), self.drives.clone());
+        done(py, move || leadlag::cli::save(&fit, &drives.iter().collect::<Vec<_>>(), &folder))
     }
 
     /// The HTML report: written to a file where a path is given, else shown in a notebook.
@@ -100,7 +164,7 @@ impl Fit {
         slf.py().import("leadlag._show")?.call_method1("report", (slf, "result.json", path))
     }
 
-    /// Measured and simulated signals over time, drawn by matplotlib; the figure comes back.
+    /// Measured and simulated signals over time, drawn by matplotlib; returns the figure.
     fn plot<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("leadlag._show")?.call_method1("plot", (slf,))
     }
@@ -120,12 +184,12 @@ impl Fit {
     }
 
     fn __reduce__(slf: PyRef<'_, Self>) -> PyResult<Reduced> {
-        let make = slf.py().import("leadlag._native")?.getattr("Fit")?.getattr("of_json")?;
+        let make = slf.py().import("leadlag._native")?.getattr("Fit")?;
         Ok((make.unbind(), (slf.to_json(), slf.drives(slf.py()))))
     }
 }
 
-/// A run of a calibrated model on a drive.
+/// A run of a calibrated model on a drive, as far as it went; `Fit.simulate` makes one.
 #[pyclass(module = "leadlag", frozen)]
 pub struct Simulation {
     inner: leadlag::Simulation,
@@ -133,26 +197,31 @@ pub struct Simulation {
 
 #[pymethods]
 impl Simulation {
+    /// Times [s], shape (samples,).
     #[getter]
     fn time<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         PyArray1::from_slice(py, &self.inner.time)
     }
 
+    /// Simulated spacing [m], shape (samples,).
     #[getter]
     fn spacing<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         PyArray1::from_slice(py, &self.inner.spacing)
     }
 
+    /// Simulated speed [m/s], shape (samples,).
     #[getter]
     fn speed<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         PyArray1::from_slice(py, &self.inner.speed)
     }
 
+    /// Simulated acceleration [m/s²], shape (samples,).
     #[getter]
     fn acceleration<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         PyArray1::from_slice(py, &self.inner.acceleration)
     }
 
+    /// Every measure of the error that exists for the drive, by name: `nrmse_sva`, `rmse_s`, ...
     #[getter]
     fn scores<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let dict = PyDict::new(py);
@@ -160,6 +229,7 @@ impl Simulation {
         Ok(dict)
     }
 
+    /// Why the run ended early: a crash, for example.
     #[getter]
     fn ended(&self) -> Option<String> {
         self.inner.ended.clone()
@@ -172,7 +242,7 @@ impl Simulation {
         format!("<Simulation: {} samples{score}{ended}>", self.inner.time.len())
     }
 
-    /// The table of the simulation as a pandas DataFrame.
+    /// The signals as a pandas DataFrame, a row per sample.
     fn to_pandas<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("leadlag._frames")?.call_method1("simulation_frame", (slf,))
     }

@@ -6,6 +6,8 @@ mod evaluator;
 mod findings;
 mod fit;
 mod model;
+mod reading;
+mod threads;
 mod watch;
 
 use pyo3::create_exception;
@@ -31,7 +33,25 @@ fn raised(error: leadlag::Error) -> PyErr {
 const RENAMED: [(&str, &str); 5] =
     [("from", "start"), ("to", "end"), ("evaluator", "device"), ("extend", "Model(extend=...)"), ("gpu", "device")];
 
-/// A message of the command line in the words of Python: `--max-gap` is `max_gap`. A command in backticks stays what it is.
+/// Values of flags that messages name.
+const VALUES: [&str; 13] = [
+    "acc",
+    "auto",
+    "compensated",
+    "f64",
+    "gpu",
+    "human",
+    "lanes",
+    "level",
+    "nrmse-s",
+    "plain",
+    "reference",
+    "spacing",
+    "speeds",
+];
+
+/// A message of the command line in the words of Python: `--max-gap` is `max_gap`, and `--gof nrmse-s` is `gof="nrmse-s"`. A command in backticks
+/// stays what it is.
 fn in_keywords(text: &str) -> String {
     let mut told = String::with_capacity(text.len());
     for (k, part) in text.split('`').enumerate() {
@@ -49,22 +69,37 @@ fn in_keywords(text: &str) -> String {
             let (name, rest) = piece.split_at(end);
             let renamed = RENAMED.iter().find(|(flag, _)| *flag == name).map(|(_, keyword)| (*keyword).to_owned());
             told += &renamed.unwrap_or_else(|| name.replace('-', "_"));
-            told += rest;
+            let word = rest.strip_prefix(' ').unwrap_or_default();
+            let end = word.find(|c: char| !(c.is_ascii_alphanumeric() || c == '-')).unwrap_or(word.len());
+            if VALUES.contains(&&word[..end]) {
+                told += &format!("=\"{}\"{}", &word[..end], &word[end..]);
+            } else {
+                told += rest;
+            }
         }
     }
     told
 }
 
+/// The same for Python.
+#[pyfunction]
+#[pyo3(name = "_in_keywords")]
+fn to_keywords(text: &str) -> String {
+    in_keywords(text)
+}
+
 /// Runs the command line with these words, the first of which is the name of the program; returns the exit code.
 #[pyfunction]
 fn run(py: Python<'_>, words: Vec<String>) -> u8 {
+    // Its threads are those of this process.
+    threads::POOL.is_elsewhere();
     py.detach(|| leadlag::cli::run(words))
 }
 
 /// The page of the main file of a folder that `save` wrote.
 #[pyfunction]
 fn page(py: Python<'_>, file: PathBuf) -> PyResult<String> {
-    py.detach(|| leadlag::cli::page(&file)).map_err(raised)
+    watch::done(py, move || leadlag::cli::page(&file))
 }
 
 #[pymodule]
@@ -76,6 +111,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<findings::Findings>()?;
     module.add_class::<model::Calibration>()?;
     module.add_function(wrap_pyfunction!(run, module)?)?;
+    module.add_function(wrap_pyfunction!(to_keywords, module)?)?;
     module.add_function(wrap_pyfunction!(page, module)?)?;
     module.add_function(wrap_pyfunction!(drive::read, module)?)?;
     module.add_function(wrap_pyfunction!(drive::again, module)?)?;
@@ -85,6 +121,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(findings::diagnose, module)?)?;
     module.add("Error", module.py().get_type::<Error>())?;
     module.add("UsageError", module.py().get_type::<UsageError>())?;
+    module.add("READING", reading::OPTIONS)?;
     module.add("PROGRAM", leadlag::program())?;
     module.add("__version__", env!("CARGO_PKG_VERSION"))
 }

@@ -1,10 +1,12 @@
 //! Calibrations: the settings, one fit, and a table of many.
 
-use crate::drive::{Drive, options, reading};
+use crate::drive::Drive;
 use crate::evaluator::Evaluator;
 use crate::fit::Fit;
-use crate::watch::{Watch, watched};
-use crate::{in_keywords, raised};
+use crate::reading::{options, reading};
+use crate::threads::GPU;
+use crate::watch::{OnCtrlC, Watch, done, watched};
+use crate::{UsageError, in_keywords, raised};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -18,12 +20,33 @@ pub struct Calibration {
     pub inner: leadlag::Calibration,
     /// Simulations of all replicates at most, for the share that is done.
     most: u64,
+    /// What is to compute, where that was said.
+    device: Option<String>,
 }
 
 impl Calibration {
     fn with(&self, inner: leadlag::Calibration) -> Calibration {
-        Calibration { inner, most: self.most }
+        Calibration { inner, ..self.clone() }
     }
+
+    /// As this process can do it: a forked one cannot use the GPU of its parent.
+    fn here(&self) -> PyResult<leadlag::Calibration> {
+        match self.device.as_deref() {
+            Some("lanes" | "reference") => Ok(self.inner.clone()),
+            _ if !GPU.is_elsewhere() => Ok(self.inner.clone()),
+            Some("gpu") => {
+                let message = "device gpu: a process that was forked cannot use the GPU of its parent; start it by \
+                               multiprocessing.get_context(\"spawn\"), or take device \"lanes\"";
+                Err(UsageError::new_err(message))
+            }
+            _ => self.inner.clone().evaluator("lanes").map_err(raised),
+        }
+    }
+}
+
+/// Drives of Python as the library has them.
+pub fn plain(drives: &[Py<Drive>]) -> Vec<leadlag::Drive> {
+    drives.iter().map(|drive| drive.get().inner.clone()).collect()
 }
 
 /// A model as Python gives it.
@@ -54,7 +77,7 @@ impl Calibration {
     fn new(model: Base, extensions: Vec<Extension>) -> PyResult<Calibration> {
         let inner = variant(&model, &extensions)?.calibration();
         let most = inner.most_evaluations();
-        Ok(Calibration { inner, most })
+        Ok(Calibration { inner, most, device: None })
     }
 
     fn bounds(&self, given: &str) -> Calibration {
@@ -88,7 +111,7 @@ impl Calibration {
         inner = given(inner, optimizer, leadlag::Calibration::optimizer)?;
         inner = given(inner, evaluator, leadlag::Calibration::evaluator)?;
         inner = given(inner, precision, leadlag::Calibration::precision)?;
-        Ok(self.with(inner))
+        Ok(Calibration { inner, most: self.most, device: evaluator.map(str::to_owned) })
     }
 
     /// Seed, replicates, evaluations at most, and whether intervals are estimated, each None for the default.
@@ -105,7 +128,7 @@ impl Calibration {
         inner = max_evaluations.map_or(inner.clone(), |most| inner.max_evaluations(most));
         inner = intervals.map_or(inner.clone(), |wanted| inner.intervals(wanted));
         let most = inner.most_evaluations();
-        Calibration { inner, most }
+        Calibration { inner, most, ..self.clone() }
     }
 
     /// The name of the model.
@@ -128,32 +151,37 @@ impl Calibration {
         drives: Vec<Py<Drive>>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<(Fit, Option<PyErr>)> {
-        let own = drives;
-        let drives: Vec<leadlag::Drive> = own.iter().map(|drive| drive.get().inner.clone()).collect();
-        let refs: Vec<&leadlag::Drive> = drives.iter().collect();
-        let search = |watch: &Watch| {
-            let mut evaluations = Vec::new();
-            self.inner.run_on(&refs, &mut |told| {
-                let replicate = told.replicate as usize;
-                evaluations.resize(evaluations.len().max(replicate + 1), 0);
-                evaluations[replicate] = told.evaluations;
-                let done = evaluations.iter().sum::<u64>();
-                watch.tell(done as f64 / self.most as f64, || match told.best {
-                    Some(best) => format!("{done} simulations, best {best:.6}"),
-                    None => format!("{done} simulations, none feasible yet"),
-                });
-                if watch.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-            })
+        let (calibration, most) = (self.here()?, self.most);
+        let plain = plain(&drives);
+        let search = {
+            let drives = plain.clone();
+            move |watch: &Watch| {
+                let drives: Vec<&leadlag::Drive> = drives.iter().collect();
+                let mut evaluations = Vec::new();
+                calibration.run_on(&drives, &mut |told| {
+                    let replicate = told.replicate as usize;
+                    evaluations.resize(evaluations.len().max(replicate + 1), 0);
+                    evaluations[replicate] = told.evaluations;
+                    let done = evaluations.iter().sum::<u64>();
+                    watch.tell(done as f64 / most as f64, || match told.best {
+                        Some(best) => format!("{done} simulations, best {best:.6}"),
+                        None => format!("{done} simulations, none feasible yet"),
+                    });
+                    if watch.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+                })
+            }
         };
-        let (inner, interrupted) = watched(py, progress.as_ref(), search)?;
-        Ok((Fit::of(inner, drives, own), interrupted))
+        let (inner, interrupted) = watched(py, progress.as_ref(), OnCtrlC::Keep, search)?;
+        Ok((Fit::of(inner, plain, drives), interrupted))
     }
 
     /// An evaluator of candidates on these drives.
     fn evaluate_on(&self, py: Python<'_>, drives: Vec<Py<Drive>>) -> PyResult<Evaluator> {
-        let drives: Vec<leadlag::Drive> = drives.iter().map(|drive| drive.get().inner.clone()).collect();
-        let refs: Vec<&leadlag::Drive> = drives.iter().collect();
-        Ok(Evaluator::of(py.detach(|| self.inner.evaluate_on(&refs)).map_err(raised)?, &drives))
+        let (calibration, drives) = (self.here()?, plain(&drives));
+        done(py, move || {
+            let inner = calibration.evaluate_on(&drives.iter().collect::<Vec<_>>())?;
+            Ok(Evaluator::of(inner, &drives))
+        })
     }
 }
 
@@ -179,13 +207,11 @@ pub fn calibrate_files<'py>(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<(Columns<'py>, Vec<String>, Option<PyErr>)> {
     let reading = reading(&options(Some(settings))?)?;
-    let pairs = py
-        .detach(|| match text {
-            Some(text) => leadlag::Pairs::of_text(&reading, &text, "table"),
-            None => leadlag::Pairs::read(&reading, &paths),
-        })
-        .map_err(raised)?;
-    fleet(py, &pairs, &calibrations, progress.as_ref())
+    let pairs = done(py, move || match text {
+        Some(text) => leadlag::Pairs::of_text(&reading, &text, "table"),
+        None => leadlag::Pairs::read(&reading, &paths),
+    })?;
+    fleet(py, pairs, &calibrations, progress.as_ref())
 }
 
 /// The same of drives at hand.
@@ -197,19 +223,20 @@ pub fn calibrate_drives<'py>(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<(Columns<'py>, Vec<String>, Option<PyErr>)> {
     let drives: Vec<&leadlag::Drive> = drives.iter().map(|drive| &drive.get().inner).collect();
-    fleet(py, &leadlag::Pairs::of_drives(&drives), &calibrations, progress.as_ref())
+    fleet(py, leadlag::Pairs::of_drives(&drives), &calibrations, progress.as_ref())
 }
 
 fn fleet<'py>(
     py: Python<'py>,
-    pairs: &leadlag::Pairs,
+    pairs: leadlag::Pairs,
     calibrations: &[Py<Calibration>],
     progress: Option<&Py<PyAny>>,
 ) -> PyResult<(Columns<'py>, Vec<String>, Option<PyErr>)> {
-    let each = calibrations.iter().map(|one| one.get().inner.clone()).collect();
+    let each = calibrations.iter().map(|one| one.get().here()).collect::<PyResult<_>>()?;
     let fleet = leadlag::Fleet::of_calibrations(each).map_err(raised)?;
-    let (table, interrupted) = watched(py, progress, |watch| {
-        fleet.run_on(pairs, &|| watch.stopped(), &|done, whole| {
+    let said = pairs.warnings().iter().map(|text| in_keywords(text)).collect();
+    let (table, interrupted) = watched(py, progress, OnCtrlC::Keep, move |watch| {
+        fleet.run_on(&pairs, &|| watch.stopped(), &|done, whole| {
             watch.tell(done as f64 / whole.max(1) as f64, || format!("{done} of {whole} calibrations"));
         })
     })?;
@@ -228,7 +255,6 @@ fn fleet<'py>(
         };
         columns.set_item(&column.name, values)?;
     }
-    let said = pairs.warnings().iter().map(|text| in_keywords(text)).collect();
     Ok((columns, said, interrupted))
 }
 

@@ -1,14 +1,20 @@
-//! Long work: in a thread of its own, without Python's lock, while the calling thread listens to Ctrl-C and tells how far it is.
+//! Work in a thread of its own, without Python's lock, while the calling thread listens to Ctrl-C and tells how far it is.
 
 use crate::raised;
+use crate::threads::with_threads;
+use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{RecvTimeoutError, channel};
-use std::time::Duration;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::sync::{Arc, Mutex};
+use std::thread::{Builder, JoinHandle};
+use std::time::{Duration, Instant};
 
 /// Between two looks: short enough that Ctrl-C seems to act at once.
 const LOOK: Duration = Duration::from_millis(100);
+
+/// Work that has nothing to give back before it ends is left alone this long after Ctrl-C; it then ends by itself, and nobody waits for it.
+const PATIENCE: Duration = Duration::from_millis(500);
 
 /// What the work tells, and what it is told.
 #[derive(Default)]
@@ -32,49 +38,86 @@ impl Watch {
     }
 }
 
+/// What becomes of work on Ctrl-C.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum OnCtrlC {
+    /// What it found so far is waited for; a second Ctrl-C ends that.
+    Keep,
+    /// There is nothing to keep.
+    Leave,
+}
+
 /// Does the work. `progress` is called with the share that is done and a text, some times a second. Ctrl-C, or an exception of `progress`, stops the
 /// work; what it found so far comes back with the exception.
-pub fn watched<T: Send>(
+pub fn watched<T: Send + 'static>(
     py: Python<'_>,
     progress: Option<&Py<PyAny>>,
-    work: impl FnOnce(&Watch) -> Result<T, leadlag::Error> + Send,
+    on_ctrl_c: OnCtrlC,
+    work: impl FnOnce(&Watch) -> Result<T, leadlag::Error> + Send + 'static,
 ) -> PyResult<(T, Option<PyErr>)> {
-    let watch = Watch::default();
-    let mut exception = None;
-    let done = py.detach(|| {
-        std::thread::scope(|scope| {
-            let (sender, receiver) = channel();
-            let watch = &watch;
-            let worker = scope.spawn(move || {
-                let done = work(watch);
-                // Whoever waits may have given up.
-                let _ = sender.send(());
-                done
-            });
-            while receiver.recv_timeout(LOOK) == Err(RecvTimeoutError::Timeout) {
-                if exception.is_some() {
-                    continue;
-                }
-                let told = watch.told.lock().ok().and_then(|mut told| told.take());
-                let looked = Python::attach(|py| {
-                    py.check_signals()?;
-                    match (progress, told) {
-                        (Some(progress), Some((done, what))) => progress.call1(py, (done, what)).map(drop),
-                        _ => Ok(()),
-                    }
-                });
-                if let Err(error) = looked {
-                    exception = Some(error);
-                    watch.stop.store(true, Ordering::Relaxed);
-                }
-            }
-            worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
-        })
-    });
-    match (done, exception) {
+    let watch = Arc::new(Watch::default());
+    let (sender, receiver) = channel();
+    let own = Arc::clone(&watch);
+    let work = move || {
+        let done = with_threads(|| work(&own));
+        // Whoever waits may have given up.
+        let _ = sender.send(());
+        done
+    };
+    let worker = Builder::new().spawn(work).map_err(|error| PyRuntimeError::new_err(format!("no thread: {error}")))?;
+    let (ended, exception) = py.detach(|| wait(receiver, &watch, progress, on_ctrl_c));
+    if !ended {
+        return Err(exception.unwrap_or_else(|| PyRuntimeError::new_err("the work was left")));
+    }
+    match (py.detach(|| joined(worker)), exception) {
         (Ok(found), exception) => Ok((found, exception)),
         // The work ended because it was told to.
         (Err(_), Some(exception)) => Err(exception),
         (Err(error), None) => Err(raised(error)),
     }
+}
+
+/// Does work that tells nothing before it ends.
+pub fn done<T: Send + 'static>(
+    py: Python<'_>,
+    work: impl FnOnce() -> Result<T, leadlag::Error> + Send + 'static,
+) -> PyResult<T> {
+    let (found, interrupted) = watched(py, None, OnCtrlC::Leave, move |_| work())?;
+    interrupted.map_or(Ok(found), Err)
+}
+
+/// Waits for the end of the work; false where it is left alone before, and the exception that stopped it.
+fn wait(
+    receiver: Receiver<()>,
+    watch: &Watch,
+    progress: Option<&Py<PyAny>>,
+    on_ctrl_c: OnCtrlC,
+) -> (bool, Option<PyErr>) {
+    let mut stopped: Option<(PyErr, Instant)> = None;
+    while receiver.recv_timeout(LOOK) == Err(RecvTimeoutError::Timeout) {
+        let told = watch.told.lock().ok().and_then(|mut told| told.take());
+        let looked = Python::attach(|py| {
+            py.check_signals()?;
+            match (progress, told) {
+                (Some(progress), Some((done, what))) if stopped.is_none() => progress.call1(py, (done, what)).map(drop),
+                _ => Ok(()),
+            }
+        });
+        match (looked, &stopped) {
+            (Ok(()), Some((_, since))) if on_ctrl_c == OnCtrlC::Leave && since.elapsed() > PATIENCE => {
+                return (false, stopped.map(|(error, _)| error));
+            }
+            (Ok(()), _) => {}
+            (Err(error), None) => {
+                watch.stop.store(true, Ordering::Relaxed);
+                stopped = Some((error, Instant::now()));
+            }
+            (Err(again), Some(_)) => return (false, Some(again)),
+        }
+    }
+    (true, stopped.map(|(error, _)| error))
+}
+
+fn joined<T>(worker: JoinHandle<T>) -> T {
+    worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
 }

@@ -154,7 +154,7 @@ def test_a_fleet_of_drives_and_of_a_table(client: Any, folder: Path, tmp_path: P
     bounds = tmp_path / "bounds.toml"
     bounds.write_text("v_0 = [20, 60]\n")
     table = frames.concat([table.assign(run=10 - k) for k, table in enumerate(tables)], ignore_index=True)
-    settings |= {"reading": {"columns": str(columns)}, "bounds": ["human", bounds]}
+    settings |= {"columns": str(columns), "bounds": ["human", bounds]}
     expected = ll.calibrate_all(table, ["idm", "l-cth"], **settings)
     assert len(set(expected["trajectory"])) == len(tables) > 2
     same(leadlag.study.fleet(table, ["idm", "l-cth"], client, batch_seconds=1, **settings), expected)

@@ -156,13 +156,17 @@ def test_errors_say_what_to_do(drive: ll.Drive, tmp_path: Path) -> None:
     with pytest.raises(ll.UsageError, match="did you mean replicates"):
         ll.calibrate(drive, "idm", replicate=2)  # type: ignore[call-arg]
     with pytest.raises(ll.UsageError, match="read already"):
-        ll.calibrate_all([drive], "idm", reading={"columns": "highd"})
+        ll.calibrate_all([drive], "idm", columns="highd")
     table = {"time_s": drive.time, "lead_speed_mps": drive.lead_speed, "speed_mps": drive.speed, "spacing_m": drive.spacing}
     with pytest.raises(ll.UsageError, match="segment 9") as error:
         ll.Drive(table, segment=9)
     assert "--" not in str(error.value)
-    with pytest.raises(TypeError, match="expected a Drive"):
-        ll.calibrate("platoon.csv", "idm")  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="expected a leadlag.Drive"):
+        ll.calibrate(3, "idm")
+    with pytest.raises(ll.Error, match="platoon.csv"):
+        ll.calibrate("platoon.csv", "idm")
+    with pytest.raises(ll.UsageError, match="at least one drive"):
+        ll.calibrate([], "idm")
 
 
 def test_doubts_are_warnings(drive: ll.Drive) -> None:

@@ -1,8 +1,10 @@
 //! Bounds of parameters by the name of a set or from files: what cannot be is told with file and line.
 
 use super::error::Usage;
-use crate::calibrate::{self, BoundSet, BoundsError, Overrides};
+use crate::calibrate::{self, BoundSet, BoundsError, Overrides, checked};
 use crate::catalog::Variant;
+use crate::symbols::Symbol;
+use crate::text::spelling::did_you_mean;
 use crate::vehicle::Vehicle;
 use std::path::Path;
 
@@ -16,6 +18,22 @@ pub fn read_bounds(given: &[String], variant: &Variant) -> anyhow::Result<Overri
         });
     }
     Ok(bounds)
+}
+
+/// Bounds of single parameters that a model may be given: `known` are its parameters, and whatever else may be bounded.
+pub fn checked_single(single: &Overrides, variant: &Variant, known: &[Symbol]) -> anyhow::Result<Overrides> {
+    let one = |(name, ends): (&String, &[f64; 2])| match known.iter().find(|symbol| symbol.name() == name) {
+        Some(symbol) => Ok((name.clone(), checked(*symbol, *ends)?)),
+        None => Err(unknown(&format!("bounds of {name}"), name, variant, known).into()),
+    };
+    single.iter().map(one).collect()
+}
+
+/// That a variant has no such parameter.
+pub fn unknown(what: &str, name: &str, variant: &Variant, known: &[Symbol]) -> Usage {
+    let known: Vec<&str> = known.iter().map(|symbol| symbol.name()).collect();
+    let near = did_you_mean(name, known.iter().copied());
+    Usage(format!("{what}: variant {variant} has the parameters {}{near}", known.join(", ")))
 }
 
 /// Where bounds are from and why, in words, for the followers of these names.

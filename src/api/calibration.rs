@@ -1,6 +1,6 @@
 //! A calibration: a model, what is minimised, bounds, and the search.
 
-use super::bounds::{origin, read_bounds};
+use super::bounds::{checked_single, origin, read_bounds, unknown};
 use super::drive::Drive;
 use super::error::{Error, Usage, usage};
 use super::extension::extend;
@@ -21,7 +21,6 @@ use crate::result::ResultFile;
 use crate::result::assemble::Calibrated;
 use crate::score::GoodnessOfFit;
 use crate::select::{Selection, Work};
-use crate::text::spelling::did_you_mean;
 use crate::trajectory::Trajectory;
 use crate::wgsl::read_extension;
 use std::ops::ControlFlow;
@@ -273,22 +272,21 @@ impl Calibration {
         ))
     }
 
-    /// Bounds of the sets and files, of single parameters, then fixed values, which must lie within those of a file.
+    /// Bounds of the sets and files, of single parameters, then fixed values, which must lie within those that were given.
     pub(crate) fn overrides(&self) -> anyhow::Result<Overrides> {
+        let known = self.model.parameters();
+        let single = checked_single(&self.single, &self.model, &known)?;
         let mut overrides = read_bounds(&self.bounds, &self.model)?;
-        // A set is a start; what a file says is meant.
+        // A set is a start; what a file says, or the bounds of one parameter, are meant.
         let is_file = |given: &&String| given.parse::<BoundSet>().is_err();
         let files: Vec<String> = self.bounds.iter().filter(is_file).cloned().collect();
-        let meant = read_bounds(&files, &self.model)?;
-        let known = self.model.parameters();
-        let known: Vec<&str> = known.iter().map(|symbol| symbol.name()).collect();
-        for (name, bounds) in &self.single {
-            if !known.contains(&name.as_str()) {
-                return Err(self.unknown(&format!("bounds of {name}"), name, &known).into());
-            }
-            overrides.insert(name.clone(), *bounds);
-        }
+        let mut meant = read_bounds(&files, &self.model)?;
+        meant.extend(single.clone());
+        overrides.extend(single);
         for (k, (name, value)) in self.fixed.iter().enumerate() {
+            if !known.iter().any(|symbol| symbol.name() == name) {
+                return Err(unknown(&format!("--fix {name}"), name, &self.model, &known).into());
+            }
             if let Some((_, before)) = self.fixed[..k].iter().find(|(other, _)| other == name) {
                 return Err(Usage(format!("--fix {name} is given twice, as {before} and as {value}")).into());
             }
@@ -296,24 +294,16 @@ impl Calibration {
             if let Some([lower, upper]) = meant.get(name)
                 && !(lower..=upper).contains(&value)
             {
-                let file = files.join(", ");
+                let source = if self.single.contains_key(name) { format!("bound {name}") } else { files.join(", ") };
                 let says = if lower == upper { format!("{lower}") } else { format!("[{lower}, {upper}]") };
                 let message = format!(
-                    "--fix {name}={value} contradicts {file}, which says {name} = {says}; fix it within its bounds, or \
+                    "--fix {name}={value} contradicts {source}, which says {name} = {says}; fix it within its bounds, or \
                      change one of the two"
                 );
                 return Err(Usage(message).into());
             }
         }
-        match self.fixed.iter().find(|(name, _)| !known.contains(&name.as_str())) {
-            Some((name, _)) => Err(self.unknown(&format!("--fix {name}"), name, &known).into()),
-            None => Ok(overrides),
-        }
-    }
-
-    fn unknown(&self, what: &str, name: &str, known: &[&str]) -> Usage {
-        let near = did_you_mean(name, known.iter().copied());
-        Usage(format!("{what}: variant {} has the parameters {}{near}", self.model, known.join(", ")))
+        Ok(overrides)
     }
 
     /// The search space and the cases. Road loads of a joint calibration are bounded by one vehicle, so there must be one.

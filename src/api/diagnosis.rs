@@ -1,6 +1,6 @@
 //! A diagnosis: what the data and the simulation get wrong, which cause explains it, and what it is worth.
 
-use super::bounds::read_bounds;
+use super::bounds::{checked_single, read_bounds};
 use super::drive::Drive;
 use super::error::{Error, Usage};
 use super::once::Samples;
@@ -369,10 +369,14 @@ impl Diagnosis {
         holdout: &[&Drive],
         progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
     ) -> Result<Findings, Error> {
+        // Before the work, and of the causes as well, for these are searched, too.
+        let mut bounds = read_bounds(&self.bounds, &self.base)?;
+        let of_causes = self.causes.iter().flat_map(|cause| &cause.parameters).copied();
+        let mut known = self.base.parameters();
+        known.extend(of_causes.filter(|symbol| !self.base.parameters().contains(symbol)));
+        bounds.extend(checked_single(&self.single, &self.base, &known)?);
         let loading = Loading { variant: self.base, correct: self.correct, data_only: false };
         let mut loaded = loading.load(sources(drives), sources(holdout), &mut |_| {})?;
-        let mut bounds = read_bounds(&self.bounds, &self.base)?;
-        bounds.extend(self.single.iter().map(|(name, ends)| (name.clone(), *ends)));
         let Diagnosis { base, effort, seed, ref causes, .. } = *self;
         let asked = Asked { base, effort, seed, causes, bounds: &bounds };
         let described = Arc::new(asked.answer(&mut loaded, progress)?);

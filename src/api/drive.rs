@@ -5,7 +5,7 @@ use super::error::{Error, Usage};
 use super::reading::{Input, Loaded, Reading};
 use crate::catalog::Variant;
 use crate::plant::{self, Scenario};
-use crate::trajectory::{Recording as Read, Trajectory};
+use crate::trajectory::{Recording as Read, Trajectory, is_nameless};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -105,6 +105,47 @@ impl Recording {
 }
 
 impl Drive {
+    /// The drive with a name for its follower, where the file has none.
+    #[must_use]
+    pub fn named(mut self, name: &str) -> Drive {
+        if !is_nameless(&self.trajectory.name) {
+            return self;
+        }
+        let number = self.trajectory.follower + 1;
+        for platoon in &mut Arc::make_mut(&mut self.recording.read).platoons {
+            let cars = platoon.cars.iter_mut().filter(|car| car.number == number && is_nameless(&car.name));
+            cars.for_each(|car| name.clone_into(&mut car.name));
+        }
+        name.clone_into(&mut Arc::make_mut(&mut self.trajectory).name);
+        self
+    }
+
+    /// The part between two times of the file \[s\], both included; what lies outside the drive is left out. It is prepared as if nothing else
+    /// had been measured.
+    ///
+    /// # Errors
+    /// When it is too short.
+    pub fn between(&self, from: f64, to: f64) -> Result<Drive, Error> {
+        let Trajectory { t, id, follower, .. } = &*self.trajectory;
+        let Recording { read, reading } = &self.recording;
+        // Of the segments that the file has, the part lies within one.
+        let reading = Reading {
+            from: Some(from.max(t[0])),
+            to: Some(to.min(t[t.len() - 1])),
+            segment: None,
+            ..(**reading).clone()
+        };
+        let trajectory = reading.trajectory_of(read, Some(*follower), id.as_deref(), &mut |_| {})?;
+        let recording = Recording { read: Arc::clone(read), reading: Arc::new(reading) };
+        Ok(Drive { recording, trajectory: Arc::new(trajectory), warnings: self.warnings.clone() })
+    }
+
+    /// The id of its trajectory, in files that hold several.
+    #[must_use]
+    pub fn trajectory(&self) -> Option<&str> {
+        self.trajectory.id.as_deref()
+    }
+
     /// `FILE follower N`, with trajectory id and segment where there are several.
     #[must_use]
     pub fn label(&self) -> &str {

@@ -21,6 +21,7 @@ pub struct Evaluator {
     inner: Box<dyn Inner>,
     prepared: Prepared,
     free: Vec<usize>,
+    /// The candidates of a call that can be simulated, and their scores.
     population: Population,
     scores: Vec<Score>,
 }
@@ -68,43 +69,53 @@ impl Evaluator {
         self.free.iter().map(|&i| self.prepared.space.bounds[i][1]).collect()
     }
 
-    /// One score per candidate: what is minimised, the mean over the drives. Infinite where a run ends early or the score is undefined.
+    /// One score per candidate: what is minimised, the mean over the drives. Infinite where a run ends early, the score is undefined, or a
+    /// parameter has a value that the equations do not allow, such as a negative headway: an optimiser that steps out of the bounds goes on.
     /// `candidates` has them one behind the other, each with a value per parameter in the order of [`Evaluator::parameters`].
     ///
     /// # Errors
     /// When the number of values is no multiple of the number of parameters, or the evaluator fails.
     pub fn scores(&mut self, candidates: &[f64]) -> Result<Vec<f64>, Error> {
         let whole = self.whole(candidates)?;
+        let (space, cases) = (&self.prepared.space, self.prepared.reference.cases());
+        let can_be = |candidate: &Vec<f64>| {
+            let parameters = space.parameters(candidate);
+            cases.iter().all(|case| case.check(&parameters).is_ok())
+        };
+        let possible: Vec<bool> = whole.iter().map(can_be).collect();
         self.population.clear();
-        whole.iter().for_each(|candidate| self.population.push(candidate));
+        whole.iter().zip(&possible).filter(|(_, possible)| **possible).for_each(|(one, _)| self.population.push(one));
         self.scores.clear();
-        self.scores.resize(whole.len(), Score::Rejected);
-        self.inner.evaluate(&self.population, &mut self.scores).map_err(anyhow::Error::from)?;
-        let value = |score: &Score| match score {
-            Score::Value(value) if value.is_finite() => *value,
+        self.scores.resize(self.population.len(), Score::Rejected);
+        if !self.scores.is_empty() {
+            self.inner.evaluate(&self.population, &mut self.scores).map_err(anyhow::Error::from)?;
+        }
+        let value = |score: Option<&Score>| match score {
+            Some(Score::Value(value)) if value.is_finite() => *value,
             _ => f64::INFINITY,
         };
-        Ok(self.scores.iter().map(value).collect())
+        let mut scores = self.scores.iter();
+        Ok(possible.iter().map(|possible| if *possible { value(scores.next()) } else { f64::INFINITY }).collect())
     }
 
     /// Simulated spacing \[m\], speed \[m/s\] and acceleration \[m/s²\] of each candidate on one drive, by the f64 reference, as far as the
     /// run goes. The first sample is the measured one.
     ///
     /// # Errors
-    /// As [`Evaluator::scores`].
+    /// As [`Evaluator::scores`], and when the equations do not allow a value, with the number of the candidate, from 0.
     ///
     /// # Panics
     /// Without a drive of this number, from 0.
     pub fn simulate(&self, candidates: &[f64], drive: usize) -> Result<Vec<[Vec<f64>; 3]>, Error> {
         let (case, space) = (&self.prepared.reference.cases()[drive], &self.prepared.space);
-        let one = |candidate: &Vec<f64>| -> anyhow::Result<[Vec<f64>; 3]> {
+        let one = |(k, candidate): (usize, &Vec<f64>)| -> anyhow::Result<[Vec<f64>; 3]> {
             let parameters = space.parameters(candidate);
-            case.check(&parameters)?;
+            case.check(&parameters).map_err(|error| Usage(format!("candidate {k}: {error}")))?;
             let mut trace = Trace::default();
             rescore::outcome(case, &parameters, &mut trace)?;
             Ok([trace.s, trace.v, trace.a])
         };
-        Ok(self.whole(candidates)?.par_iter().map(one).collect::<anyhow::Result<_>>()?)
+        Ok(self.whole(candidates)?.par_iter().enumerate().map(one).collect::<anyhow::Result<_>>()?)
     }
 
     /// Number of drives.

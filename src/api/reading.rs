@@ -382,7 +382,7 @@ impl Reading {
         let first = segments.first().context("no segment is long enough")?;
         let (path, listed) = (&first.source.path, Stretch::listed(&stretches));
         let index = match self.segment {
-            Some(k) if k as usize <= count => k as usize - 1,
+            Some(k) if (1..=count).contains(&(k as usize)) => k as usize - 1,
             Some(k) => {
                 let are =
                     if count == 1 { "there is 1 segment".to_owned() } else { format!("there are {count} segments") };

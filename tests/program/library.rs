@@ -85,3 +85,37 @@ fn errors_say_what_to_do() {
         assert!(error.to_string().contains(part), "{error}");
     }
 }
+
+/// What a caller may give and the command line cannot.
+#[test]
+fn settings_that_cannot_be_are_refused() {
+    let drive = synthetic(1, 60.0).expect("it can be").follower(1).expect("there");
+    let text = "time_s,lead_speed_mps,speed_mps,spacing_m\n".to_owned()
+        + &(0..400).map(|k| format!("{:.1},20,20,30\n", f64::from(k) / 10.0)).collect::<String>();
+    let mut reading = Reading::default();
+    reading.segment = Some(0);
+    let error = reading.text(text.as_bytes(), "steady").and_then(|read| read.follower(1)).expect_err("from 1 on");
+    assert!(error.is_usage() && error.to_string().starts_with("--segment 0"), "{error}");
+
+    for (name, ends) in [("zz", [1.0, 2.0]), ("v_0", [40.0, 20.0]), ("v_0", [f64::NAN, 40.0]), ("t_h", [0.0, 0.0])] {
+        let [lower, upper] = ends;
+        let calibration = Calibration::of("idm").expect("a variant").bound(name, lower, upper);
+        let diagnosis = Diagnosis::of("idm").expect("a variant").bound(name, lower, upper);
+        for error in [calibration.run(&drive).err(), diagnosis.run(&[&drive], &[]).err()] {
+            let error = error.expect("bounds that cannot be");
+            assert!(error.is_usage() && error.to_string().contains(name), "{error}");
+        }
+    }
+    let fixed = Calibration::of("idm").expect("a variant").bound("v_0", 25.0, 40.0).fix("v_0", 50.0);
+    assert!(fixed.run(&drive).expect_err("outside").to_string().contains("[25, 40]"));
+
+    let mut evaluator = Calibration::of("idm").expect("a variant").evaluate_on(&[&drive]).expect("it can be");
+    let middle: Vec<f64> = evaluator.lower().iter().zip(evaluator.upper()).map(|(a, b)| 0.5 * (a + b)).collect();
+    let mut negative = middle.clone();
+    negative[evaluator.parameters().iter().position(|name| *name == "t_h").expect("idm has one")] = -1.2;
+    let alone = evaluator.scores(&middle).expect("they can be")[0];
+    let candidates = [negative, middle].concat();
+    assert_eq!(evaluator.scores(&candidates).expect("they can be"), [f64::INFINITY, alone]);
+    let error = evaluator.simulate(&candidates, 0).expect_err("a negative headway").to_string();
+    assert!(error.starts_with("candidate 0: t_h"), "{error}");
+}

@@ -12,7 +12,7 @@ pub use bound_set::BoundSet;
 pub use each::calibrate_each;
 pub use one_driver::{Apart, apart};
 pub use search::{PROGRAM, SEARCH_REVISION, merit, program_of};
-pub use space::{BoundsError, Overrides, SearchSpace, bound_times, read_bounds};
+pub use space::{BoundsError, Overrides, SearchSpace, bound_times, checked, read_bounds};
 
 use crate::evaluator::{EvaluateError, Evaluator, Failure, Score};
 use crate::text::spelling::UnknownWord;

@@ -229,7 +229,10 @@ fn found([lower, upper]: [f64; 2]) -> String {
 }
 
 /// Bounds that are in order and in the domain of the equations.
-fn checked(symbol: Symbol, [lower, upper]: [f64; 2]) -> Result<[f64; 2], BoundsError> {
+///
+/// # Errors
+/// [`BoundsError::Impossible`].
+pub fn checked(symbol: Symbol, [lower, upper]: [f64; 2]) -> Result<[f64; 2], BoundsError> {
     let domain = symbol.domain();
     if domain.contains(lower) && domain.contains(upper) && lower <= upper {
         return Ok([lower, upper]);

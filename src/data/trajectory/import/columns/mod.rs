@@ -46,13 +46,16 @@ impl ColumnMap {
         &SHIPPED
     }
 
-    /// A shipped map by its name, or a map of one's own by its file, which ends in `.toml`.
+    /// A shipped map by its name, or a map of one's own: its file, which ends in `.toml`, or its text, which has several lines.
     ///
     /// # Errors
     /// [`MapError`] when there is none, or when it is broken.
     pub fn find(given: &str) -> Result<ColumnMap, MapError> {
         if let Some((name, text)) = SHIPPED.iter().find(|(name, _)| *name == given) {
             return ColumnMap::parse(text, name);
+        }
+        if given.contains('\n') {
+            return ColumnMap::parse(given, "columns");
         }
         let known: Vec<&'static str> = SHIPPED.iter().map(|(name, _)| *name).collect();
         if Path::new(given).extension().is_none_or(|extension| extension != "toml") {

@@ -1,0 +1,49 @@
+//! Threads that a process really has. A fork takes none of its parent's along: whoever waits for the work of rayon's global pool, or of a GPU's
+//! driver, then waits for ever. Pools of processes fork by default on Linux up to Python 3.13.
+
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// The process that something belongs to: the first that uses it. 0 before.
+pub struct Home(AtomicU32);
+
+/// Home of the threads of rayon's global pool.
+pub static POOL: Home = Home(AtomicU32::new(0));
+
+/// Home of the driver of a GPU.
+pub static GPU: Home = Home(AtomicU32::new(0));
+
+impl Home {
+    /// True in a process that was forked from the one that it belongs to; without one it belongs to this process from now on.
+    pub fn is_elsewhere(&self) -> bool {
+        let process = std::process::id();
+        match self.0.compare_exchange(0, process, Ordering::Relaxed, Ordering::Relaxed) {
+            Ok(_) => false,
+            Err(home) => home != process,
+        }
+    }
+}
+
+/// The pool of a forked process.
+static OWN: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
+
+/// Does the work where its parallel parts find threads: in a forked process, in a pool that is made there.
+pub fn with_threads<T: Send>(work: impl FnOnce() -> Result<T, leadlag::Error> + Send) -> Result<T, leadlag::Error> {
+    if !POOL.is_elsewhere() {
+        return work();
+    }
+    own_pool()?.install(work)
+}
+
+fn own_pool() -> Result<Arc<ThreadPool>, leadlag::Error> {
+    let process = std::process::id();
+    let mut own = OWN.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some((_, pool)) = own.as_ref().filter(|(of, _)| *of == process) {
+        return Ok(Arc::clone(pool));
+    }
+    let pool = Arc::new(ThreadPoolBuilder::new().build().map_err(anyhow::Error::from)?);
+    // The pool of a parent that was forked itself has no threads here that could be ended.
+    std::mem::forget(own.replace((process, Arc::clone(&pool))));
+    Ok(pool)
+}
