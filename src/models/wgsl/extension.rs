@@ -8,9 +8,9 @@ use super::lint;
 use super::own_names::prefix;
 use crate::catalog::{BASES, UnknownVariant, Variant, law_files};
 use crate::extension::{Argument, Cause, Extension, LoopNeeds, Stage, StageFunction};
-use crate::symbols::{ExtensionParameter, Role, Scale, SearchKind, Symbol};
+use crate::symbols::{EXTENSION_PARAMETERS, ExtensionParameter, Role, Scale, SearchKind, Symbol};
 use crate::text::spelling::{nearest, suggestion};
-use naga::{Function, Handle, Span, Statement, Type, TypeInner};
+use naga::{Arena, Expression, Function, Handle, Span, Statement, Type, TypeInner};
 use std::str::FromStr;
 use std::sync::{LazyLock, Mutex};
 use strum::VariantArray;
@@ -184,6 +184,7 @@ impl<'a> Reader<'a> {
         let stages = reader.stages(!state.is_empty())?;
         let is_law = stages.iter().any(|function| function.stage == Stage::Law);
         let mut parameters = reader.parameters(is_law)?;
+        let model_parameters = reader.model_parameters(is_law, &parameters)?;
         let head = doc::Head::of(text).map_err(|message| reader.plain(message))?;
         let position = |wanted: &Option<String>| match wanted {
             None => Ok(None),
@@ -231,7 +232,8 @@ impl<'a> Reader<'a> {
             parameters,
             stages,
             state,
-            reads: lint::members_read(&reader.checked, "World"),
+            reads: reader.members_read("World").map(|(name, _)| name).collect(),
+            model_parameters,
             needs,
             equilibrium: is_law && reader.equilibrium()?,
             cause: head.cause.filter(|_| !is_law).map(|cause| Cause { search, ..cause }),
@@ -262,6 +264,19 @@ impl<'a> Reader<'a> {
         name?.strip_prefix(self.source.last_prefix())
     }
 
+    /// The function whose name ends like this, after the extension's and `_`, and where it is.
+    fn function(&self, ending: &str) -> Option<(&Function, Span)> {
+        let wanted = format!("{}_{ending}", self.name);
+        let functions = &self.checked.module.functions;
+        let (handle, function) = functions.iter().find(|(_, f)| self.own_name(f.name.as_deref()) == Some(&wanted))?;
+        Some((function, functions.get_span(handle)))
+    }
+
+    /// Members of one of the program's structs that it reads or writes, each with a place.
+    fn members_read(&self, wanted: &str) -> impl Iterator<Item = (String, Span)> {
+        lint::members_read(&self.checked, self.source.last_prefix(), wanted).into_iter()
+    }
+
     fn refuse<T>(&self, span: Span, message: impl Into<String>) -> Result<T, ShaderError> {
         Err(self.source.error_at(span, message))
     }
@@ -285,10 +300,27 @@ impl<'a> Reader<'a> {
                 self.plain(format!("`{}` is an entry point: the time loop has its own, write functions", entry.name))
             );
         }
+        self.refuse_new_params(&module.global_expressions)?;
         for (_, function) in module.functions.iter().filter(|(_, f)| foreign(f.name.as_deref())) {
+            self.refuse_new_params(&function.expressions)?;
             self.refuse_loops(&function.body)?;
         }
         limits::refuse_large_functions(&self.source, &self.checked, &foreign)
+    }
+
+    /// Which parameters there are depends on the model.
+    fn refuse_new_params(&self, expressions: &Arena<Expression>) -> Result<(), ShaderError> {
+        for (handle, expression) in expressions.iter() {
+            if let Expression::ZeroValue(ty) | Expression::Compose { ty, .. } = expression
+                && self.type_called(*ty) == Some("Params")
+            {
+                return self.refuse(
+                    expressions.get_span(handle),
+                    "a new `Params`: which parameters it has depends on the model; change a copy: `var changed = p;`",
+                );
+            }
+        }
+        Ok(())
     }
 
     fn refuse_loops(&self, block: &naga::Block) -> Result<(), ShaderError> {
@@ -380,9 +412,49 @@ impl<'a> Reader<'a> {
                 search: SearchKind::default(),
                 scale: Scale::default(),
             };
+            let is_possible = |bound: &f64| row.domain().contains(*bound);
+            if ![row.lower, row.upper].iter().all(is_possible) {
+                let (name, lower, upper, most) = (&row.name, row.lower, row.upper, row.domain().most());
+                return self.refuse(
+                    span,
+                    format!("{name}: expected bounds of a size below {most:e}, found {lower:e} to {upper:e}"),
+                );
+            }
             Ok(Declared::Own(row))
         };
-        self.members("Parameters")?.into_iter().map(read).collect()
+        let members = self.members("Parameters")?;
+        if is_law && members.is_empty() {
+            return Err(self.plain(
+                "a law: expected a `struct Parameters` with at least one parameter, found none; declare what a calibration may search",
+            ));
+        }
+        let own = || members.iter().filter(|(name, ..)| Symbol::from_name(name).is_none());
+        if let Some((.., span)) = own().nth(EXTENSION_PARAMETERS) {
+            let (limit, found) = (EXTENSION_PARAMETERS, own().count());
+            return self.refuse(
+                *span,
+                format!(
+                    "expected at most {limit} parameters of a file's own, found {found}; make constants of the others"
+                ),
+            );
+        }
+        members.into_iter().map(read).collect()
+    }
+
+    /// Parameters of the model that the functions read or change. Those of a law are in its own `Parameters`.
+    fn model_parameters(&self, is_law: bool, declared: &[Declared]) -> Result<Vec<Symbol>, ShaderError> {
+        let has = |wanted: Symbol| declared.iter().any(|d| matches!(d, Declared::Table(symbol) if *symbol == wanted));
+        let read = |(name, span): (String, Span)| {
+            let symbol = Symbol::from_name(&name).expect("this `Params` has the symbols of the table only");
+            if is_law && !has(symbol) {
+                return self.refuse(
+                    span,
+                    format!("p.{name}: a law has the parameters of the paper that its `Parameters` declares, and {name} is none of them"),
+                );
+            }
+            Ok(symbol)
+        };
+        self.members_read("Params").map(read).collect()
     }
 
     /// A parameter that is called like one of the paper.
@@ -411,9 +483,7 @@ impl<'a> Reader<'a> {
     fn equilibrium(&self) -> Result<bool, ShaderError> {
         let module = &self.checked.module;
         let wanted = format!("{}_{EQUILIBRIUM}", self.name);
-        let found = module.functions.iter().find(|(_, f)| self.own_name(f.name.as_deref()) == Some(&wanted));
-        let Some((handle, function)) = found else { return Ok(false) };
-        let span = module.functions.get_span(handle);
+        let Some((function, span)) = self.function(EQUILIBRIUM) else { return Ok(false) };
         let arguments: Vec<Argument> =
             (0..function.arguments.len()).map(|k| self.argument(function, k, span)).collect::<Result<_, _>>()?;
         let is_number = |ty: Handle<Type>| module.types[ty].inner == TypeInner::Scalar(naga::Scalar::F32);
@@ -469,12 +539,7 @@ impl<'a> Reader<'a> {
         let mut stages = Vec::new();
         for &stage in Stage::VARIANTS {
             let wanted = format!("{}_{}", self.name, stage.into_str());
-            let Some((handle, function)) =
-                module.functions.iter().find(|(_, f)| self.own_name(f.name.as_deref()) == Some(&wanted))
-            else {
-                continue;
-            };
-            let span = module.functions.get_span(handle);
+            let Some((function, span)) = self.function(stage.into_str()) else { continue };
             let arguments: Vec<Argument> =
                 (0..function.arguments.len()).map(|k| self.argument(function, k, span)).collect::<Result<_, _>>()?;
             let value = match stage {
