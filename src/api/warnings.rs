@@ -6,7 +6,7 @@ use crate::catalog::{Constraint, Controller, Dynamics, Variant};
 use crate::convention::Convention;
 use crate::evaluator::Case;
 use crate::symbols::Symbol;
-use crate::trajectory::Trajectory;
+use crate::trajectory::{Note, Trajectory};
 use crate::wgsl::extension_named;
 
 /// A follower that stays below this share of the lowest v_0 drives far below it.
@@ -47,7 +47,24 @@ fn unused(reading: &Reading, model: &Variant, loaded: &[&Trajectory]) -> Vec<Str
             "--grade changes nothing: variant {model} has neither nonlinear dynamics nor an extension that reads it"
         ));
     }
+    if model.needs_position() {
+        return said;
+    }
+    // Then positions count by the gap that follows from them, and by nothing else.
+    let reads_none = format!("variant {model} reads neither the grade nor the position on the road");
+    if reading.lead_start_m.is_some() {
+        said.push(format!("--lead-start changes nothing: {reads_none}"));
+    }
+    if reading.lead_length_m.is_some() && loaded.iter().all(|one| one.notes.iter().all(|note| !takes_length(note))) {
+        said.push(format!("--lead-length changes nothing: the gap is measured, and {reads_none}"));
+    }
     said
+}
+
+/// True for a note of a gap in which the length of the car ahead may have a part: made of positions, of what a column map says, or beside
+/// positions in the authors' files.
+fn takes_length(note: &Note) -> bool {
+    matches!(note, Note::Derived { .. } | Note::Mapped { .. } | Note::LengthDerived { .. })
 }
 
 /// Single switches that were changed behind a preset, and of which the variant has nothing.

@@ -84,7 +84,7 @@ const LONGEST_M: usize = 100;
 
 /// Draws the accelerations that a law commands.
 fn plot(law: &'static Extension) -> anyhow::Result<()> {
-    let variant = Variant::of_law(law)?;
+    let variant = Variant::of_law(law);
     let recipe = Recipe { variant, precision: Precision::Plain, radicand: Radicand::Measured, observed: true };
     let source = Source::model(&recipe);
     let function = Function::compile(&source, &crate::wgsl::check(&source)?, "law_at")?;
@@ -129,24 +129,30 @@ fn middle(symbol: Symbol) -> f64 {
 fn fitting_bases(extension: &'static Extension) -> anyhow::Result<Vec<&'static str>> {
     let mut fitting = Vec::new();
     let mut first_problem = None;
-    let whole = format!("{}+delay+linear+mfc", extension.name);
-    let variants = if extension.is_law() {
-        vec![("+delay+linear+mfc", Variant::named(&whole, &[extension])?)]
-    } else {
-        let with = |base: &crate::catalog::Base| Ok((base.name, base.name.parse::<Variant>()?.with(extension)?));
-        BASES.iter().map(with).collect::<anyhow::Result<_>>()?
-    };
-    for (name, variant) in variants {
-        let recipe = Recipe { variant, precision: Precision::Plain, radicand: Radicand::Measured, observed: true };
-        match check_model(&recipe) {
+    let names = if extension.is_law() { vec![LAW_PARTS] } else { BASES.iter().map(|base| base.name).collect() };
+    for name in names {
+        match fit(extension, name) {
             Ok(()) => fitting.push(name),
             Err(problem) => first_problem = first_problem.or(Some(problem)),
         }
     }
     match first_problem {
-        Some(problem) if fitting.is_empty() => Err(problem.into()),
+        Some(problem) if fitting.is_empty() => Err(problem),
         _ => Ok(fitting),
     }
+}
+
+/// Parts that go with every law.
+const LAW_PARTS: &str = "+delay+linear+mfc";
+
+/// Compiles an extension with a base model, or a law with parts.
+fn fit(extension: &'static Extension, name: &str) -> anyhow::Result<()> {
+    let variant = match extension.is_law() {
+        true => Variant::named(&format!("{}{name}", extension.name), &[extension])?,
+        false => name.parse::<Variant>()?.with(extension)?,
+    };
+    let recipe = Recipe { variant, precision: Precision::Plain, radicand: Radicand::Measured, observed: true };
+    Ok(check_model(&recipe)?)
 }
 
 fn bounds(symbol: Symbol) -> Option<[f64; 2]> {

@@ -92,7 +92,7 @@ pub fn effect(text: &str) -> Result<Effect, String> {
             let names = effect.parameters().iter().map(|parameter| parameter.name);
             format!("{error}{}", did_you_mean(found, names))
         }
-        EffectError::Range { .. } => error.to_string(),
+        EffectError::Range { .. } | EffectError::Twice { .. } => error.to_string(),
     })
 }
 

@@ -276,14 +276,9 @@ impl Variant {
     }
 
     /// A law with nothing else.
-    ///
-    /// # Errors
-    /// [`ExtensionConflict::Many`].
-    pub fn of_law(law: &'static Extension) -> Result<Variant, ExtensionConflict> {
-        let nothing = Extensions::NONE;
-        let (dynamics, constraint) = (Dynamics::None, Constraint::None);
-        let bare = Variant { base: Base::of_law(law), delay: false, dynamics, constraint, extensions: nothing };
-        bare.and(law)
+    #[must_use]
+    pub fn of_law(law: &'static Extension) -> Variant {
+        Variant { extensions: Extensions::NONE.with(law), ..Variant::of_base(Base::of_law(law)) }
     }
 
     /// The law, where the base model is one.
@@ -311,19 +306,18 @@ impl Variant {
     /// # Errors
     /// [`ExtensionConflict`].
     pub fn with(self, extension: &'static Extension) -> Result<Variant, ExtensionConflict> {
-        if extension.is_law() {
-            return Err(ExtensionConflict::Law { name: extension.name.clone() });
-        }
-        self.and(extension)
-    }
-
-    /// The same with one more law or extension.
-    fn and(self, extension: &'static Extension) -> Result<Variant, ExtensionConflict> {
         let name = extension.name.clone();
+        if extension.is_law() {
+            return Err(ExtensionConflict::Law { name });
+        }
         if self.extensions.get(&name).is_some() {
             return Err(ExtensionConflict::Twice { name });
         }
         let taken = self.parameters();
+        if let Some(lacking) = extension.model_parameters.iter().find(|symbol| !taken.contains(symbol)) {
+            let model = Variant { extensions: Extensions::NONE, ..self }.name();
+            return Err(ExtensionConflict::Lacks { name, model, parameter: lacking.name() });
+        }
         for parameter in &extension.parameters {
             if let Some(symbol) = taken.iter().find(|s| s.name() == parameter.name()) {
                 let other = match symbol {
@@ -414,7 +408,7 @@ impl Variant {
         };
         let first = words.next().unwrap_or_default();
         let base = BASES.iter().copied().find(|b| b.name == first);
-        let of_law = || laws.iter().find(|law| law.name == first).and_then(|law| Variant::of_law(law).ok());
+        let of_law = || laws.iter().find(|law| law.name == first).map(|law| Variant::of_law(law));
         let bare = base.map(Variant::of_base).or_else(of_law);
         let mut variant = bare.ok_or_else(|| match PARTS.contains(&first) {
             true => UnknownVariant::NoBase { name: text.to_owned(), part: first.to_owned() },

@@ -135,6 +135,12 @@ pub enum ConventionError {
         /// What was given.
         found: String,
     },
+    /// The row is chosen more than once.
+    #[error("convention row `{found}`: expected once, found more than once; leave out what is not meant")]
+    Twice {
+        /// The row.
+        found: String,
+    },
     /// The row has no such value.
     #[error("convention row `{row}`: expected `{paper}` or `{authors}`, found `{found}`")]
     Value {
@@ -175,9 +181,14 @@ impl FromStr for Convention {
             Some("authors") => Convention::AUTHORS,
             other => return Err(ConventionError::Preset { found: other.unwrap_or_default().to_owned() }),
         };
+        let mut chosen: Vec<&str> = Vec::new();
         for word in words {
-            let (row, value) = word.split_once('=').unwrap_or((word, ""));
-            convention.set(row.trim(), value.trim())?;
+            let (row, value) = word.split_once('=').map_or((word, ""), |(row, value)| (row.trim(), value.trim()));
+            convention.set(row, value)?;
+            if chosen.contains(&row) {
+                return Err(ConventionError::Twice { found: row.to_owned() });
+            }
+            chosen.push(row);
         }
         Ok(convention)
     }

@@ -138,6 +138,8 @@ pub struct Extension {
     pub state: Vec<(String, Initial)>,
     /// Members of `World` that it reads.
     pub reads: Vec<String>,
+    /// Parameters of the model that it reads or changes; its own are not among them. A model without them cannot have it.
+    pub model_parameters: Vec<Symbol>,
     /// What the time loop does for it.
     pub needs: LoopNeeds,
     /// True if it says at which spacing a constant speed is kept (`NAME_equilibrium`); of a law without, the spacing is searched.
@@ -220,6 +222,16 @@ pub enum ExtensionConflict {
     Law {
         /// Its name.
         name: String,
+    },
+    /// The model has no such parameter.
+    #[error("extension {name}: it uses {parameter}, and {model} has no {parameter}; take a model that has one")]
+    Lacks {
+        /// The extension.
+        name: String,
+        /// The model, without extensions.
+        model: String,
+        /// The parameter.
+        parameter: &'static str,
     },
     /// Too many parameters together.
     #[error("extension {name}: the extensions of a model may have {limit} parameters together, found {found}")]

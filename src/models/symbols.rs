@@ -103,7 +103,7 @@ impl ExtensionParameter {
         self.unit == "s" && !self.neutral.is_finite() && self.upper >= 1e4
     }
 
-    fn domain(&self) -> Domain {
+    pub(crate) fn domain(&self) -> Domain {
         match self.role {
             Role::Delay => Domain::NonNegative,
             _ if self.is_time() => Domain::Time,
@@ -144,15 +144,16 @@ pub enum Domain {
 }
 
 impl Domain {
-    /// What a value stays below in size, so that no equation overflows.
-    fn limit(self) -> f64 {
+    /// The size below which no equation overflows, in the parameter's unit.
+    #[must_use]
+    pub fn most(self) -> f64 {
         if self == Domain::Time { 1e12 } else { 1e9 }
     }
 
-    /// True if `value` is inside.
+    /// True if `value` is inside, and of a size with which no equation overflows.
     #[must_use]
     pub fn contains(self, value: f64) -> bool {
-        value.abs() < self.limit()
+        value.abs() < self.most()
             && match self {
                 Domain::Positive => value > 0.0,
                 Domain::NonNegative => value >= 0.0,

@@ -184,11 +184,13 @@ pub(super) fn partner(correlation: &CorrelationEntry, name: &str) -> Option<Stri
 /// Columns of the terminal.
 const WIDTH: usize = 80;
 const INDENT: usize = 13;
+/// Most blanks before what goes on: the longest words of a table still fit behind them.
+const INDENT_MAX: usize = WIDTH - 16;
 
 /// A line wrapped to 80 columns: its first part is indented by `first` blanks, what follows by `rest`. A number stays with its unit.
 #[must_use]
 pub fn wrapped(first: usize, rest: usize, line: &str) -> String {
-    let (first, rest) = (" ".repeat(first), " ".repeat(rest));
+    let [first, rest] = [first, rest].map(|blanks| " ".repeat(blanks.min(INDENT_MAX)));
     let options = Options::new(WIDTH)
         .initial_indent(&first)
         .subsequent_indent(&rest)
@@ -268,6 +270,13 @@ mod tests {
         // Columns keep their distance, and other hyphens are as good as ever.
         assert_eq!(wrapped(0, 0, "v_0  30.5  m/s  desired"), "v_0  30.5  m/s  desired\n");
         assert_eq!(split_points("well-known"), [5]);
+    }
+
+    /// Names and units come from files, of any length: a line behind a long one was indented by as much, word by word.
+    #[test]
+    fn an_indent_is_no_wider_than_the_terminal() {
+        let text = wrapped(0, 40_000, &format!("{} {}", "x".repeat(200), "word ".repeat(1000)));
+        assert!(text.len() < 100 * 1000 && text.lines().all(|line| line.chars().count() <= WIDTH), "{}", text.len());
     }
 
     #[test]

@@ -112,7 +112,7 @@ impl Judge {
 
     /// What differs with other texts in the place of files.
     pub fn verdict(&self, replace: &dyn Fn(&str, &str) -> Option<String>) -> Result<(), String> {
-        let variant = Variant::of_law(self.law).expect("few parameters");
+        let variant = Variant::of_law(self.law);
         let (precision, radicand) = (Precision::Plain, Radicand::Measured);
         let recipe = Recipe { variant, precision, radicand, observed: true };
         let source = Source::model_with(&recipe, replace);

@@ -180,3 +180,24 @@ fn what_could_not_be_tried_is_listed_with_its_reason() {
     }
     assert!(names(&json["causes"]).is_empty(), "{text}");
 }
+
+/// A law without the parameter that a cause changes: the cause is left out, and it is said why.
+#[test]
+fn a_cause_that_needs_what_the_law_lacks_is_not_tried() {
+    let data = planted(&made_up::hidden("accel_cap", "l-cth")).expect("a scenario that can be driven");
+    let causes = ["headway_mode_change", "accel_cap"].map(|name| extension_named(name).expect("in the library"));
+    let question = Question {
+        train: &data.train,
+        holdout: &data.holdout,
+        base: "ovm".parse().expect("a base"),
+        effort: Effort::Quick,
+        seed: 5,
+        causes: &causes,
+        bounds: &Overrides::new(),
+    };
+    let found = infer(&question, &mut |_| ControlFlow::Continue(())).expect("a diagnosis");
+    let [(cause, why)] = &found.untried[..] else { panic!("{:?}", found.untried) };
+    assert_eq!((cause.name.as_str(), why.to_string().as_str()), ("headway_mode_change", "ovm has no t_h"));
+    assert_eq!(why.remedy(), "diagnose a base model that has a parameter t_h");
+    assert!(found.ladder.iter().any(|rung| rung.name == "accel_cap"), "the other one was tried");
+}

@@ -5,6 +5,7 @@ mod common;
 
 mod calibration;
 mod catalog;
+mod causes_of_laws;
 mod course;
 mod exact_times;
 mod functions;

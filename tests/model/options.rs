@@ -33,7 +33,7 @@ fn every_row_of_a_convention_is_a_switch_of_its_own() {
         let departed: Convention = format!("paper,{}={}", row.name, row.authors.0).parse().unwrap();
         assert_ne!(departed, Convention::PAPER, "{}", row.name);
         assert_eq!(departed.to_string(), format!("paper,{}={}", row.name, row.authors.0));
-        let back: Convention = format!("{departed},{}={}", row.name, row.paper.0).parse().unwrap();
+        let back: Convention = format!("paper,{}={}", row.name, row.paper.0).parse().unwrap();
         assert_eq!(back, Convention::PAPER, "{}", row.name);
     }
 }
@@ -44,6 +44,7 @@ fn a_wrong_convention_says_what_is_expected() {
         ("papers", "convention `papers`: expected `paper` or `authors`"),
         ("paper,tau=1", "convention row `tau`: expected one of acceleration, delay, road_load, mfc, bounds, radicand"),
         ("paper,mfc=cubic", "convention row `mfc`: expected `linear` or `bisection`, found `cubic`"),
+        ("authors,delay=floor,delay=fractional", "convention row `delay`: expected once, found more than once"),
     ] {
         let message = text.parse::<Convention>().unwrap_err().to_string();
         assert!(message.starts_with(expected), "{message}");

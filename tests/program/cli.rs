@@ -191,12 +191,14 @@ fn evaluate_marks_bad_rows_and_keeps_the_others() {
                 sign,37,,platoon,1,0.2,0.6,0.5,-33,3,1.1,x,,\n\
                 late,,l-cth+delay,platoon,1,0.2,0.6,0.5,33,3,1.1,x,0.9,\n\
                 short,37,,platoon\n\
-                good,,l-cth,platoon,1,0.2,0.6,0.5,33,3,1.1,x,,\n";
+                 good,,l-cth,platoon,1,0.2,0.6,0.5,33,3,1.1,x,,\n\
+                 same,37,l-cth,platoon,1,0.2,0.6,0.5,33,3,1.1,x,,\n\
+                 both,2,l-cth,platoon,1,0.2,0.6,0.5,33,3,1.1,x,,\n";
     fs::write(&cases, rows).unwrap();
     let output = leadlag(&["evaluate", text(&cases), "--data", text(folder), "--rescore"]);
     assert!(output.status.success(), "{}", stderr(&output));
     assert!(
-        stderr(&output).contains("8 rows: 2 simulated to the end, 0 ended early, 6 invalid"),
+        stderr(&output).contains("10 rows: 3 simulated to the end, 0 ended early, 7 invalid"),
         "{}",
         stderr(&output)
     );
@@ -219,6 +221,7 @@ fn evaluate_marks_bad_rows_and_keeps_the_others() {
         (4, "invalid: v_0: expected a number above 0 and below 1e9, found -33"),
         (5, "invalid: tau_p: expected at most 0.8 s, found 0.9"),
         (6, "invalid: expected 14 fields as in the header, found 4"),
+        (9, "invalid: model_id 2 is idm+constant, but the column variant says l-cth; leave one of the two empty"),
     ] {
         assert!(field(row, "fail_reason").starts_with(expected), "row {row}: {}", field(row, "fail_reason"));
         assert_eq!((field(row, "success").as_str(), field(row, "nrmse_sva").as_str()), ("0", ""), "row {row}");
@@ -258,6 +261,11 @@ fn wrong_usage_exits_with_2_and_failure_with_1() {
         (2, calibrate(&["--model", "idm", "--follower", "1", "--fix", "v_0=nan"]), "expected NAME=VALUE"),
         (2, calibrate(&["--model", "idm", "--follower", "1", "--max-seconds", "nan"]), "expected a finite number"),
         (2, calibrate(&["--model", "idm", "--follower", "1", "--max-seconds=-1"]), "seconds of at least 0"),
+        (
+            2,
+            calibrate(&["--model", "idm", "--follower", "1", "--max-seconds", "1e300"]),
+            "and at most 1e9, found `1e300`",
+        ),
         (2, calibrate(&["--model", "idm", "--follower", "1", "--target", "nan"]), "expected a finite number"),
         (
             2,

@@ -47,6 +47,7 @@ fn a_number_out_of_its_range_is_told_the_range() {
         (synth(&["--gap-noise", "-1"]), "expected 0 to 10 m"),
         (synth(&["--duration", "0"]), "expected 1 to 100000 s"),
         (synth(&["--effect", "grade:gg=9"]), "expected -0.3 to 1.3, found 9"),
+        (synth(&["--effect", "grade:gg=1,gg=0.5"]), "gg of grade is given twice; leave one out"),
     ] {
         assert!(message.contains(expected), "expected {expected:?} in:\n{message}");
     }

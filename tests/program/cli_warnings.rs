@@ -171,6 +171,13 @@ fn switches_and_bounds_that_make_no_sense_are_warned_of_once() {
         "{said}"
     );
     assert!(!calibrate(&["--convention", "authors"]).contains("--convention"));
+    // The gap of a pair file is measured.
+    let said = calibrate(&["--lead-start", "5", "--lead-length", "4"]);
+    for flag in
+        ["--lead-start changes nothing: variant idm reads", "--lead-length changes nothing: the gap is measured"]
+    {
+        assert!(said.contains(flag), "{said}");
+    }
     let bounds = scratch("cli_warnings", "bounds").join("fast.toml");
     fs::write(&bounds, "v_0 = [40, 50]\n").unwrap();
     let (one, out) = (drive().join("pair_follower1.csv"), scratch("cli_warnings", "twice"));

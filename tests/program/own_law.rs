@@ -209,6 +209,12 @@ fn a_file_is_told_for_what_it_is() {
         ("idm", &["--extend", text(&law)][..], 2, "my_fvdm is a law, a base model of its own"),
         ("kraus", &[][..], 2, "did you mean `krauss`?"),
         ("no_such.wgsl", &[][..], 1, "no_such.wgsl: cannot be read"),
+        (
+            "ovm",
+            &["--extend", "headway_mode_change"][..],
+            2,
+            "it uses t_h, and ovm has no t_h; take a model that has one",
+        ),
         (text(&taken), &[][..], 1, "`idm` is built in; give the file another name"),
     ] {
         let (found, told) = calibrate(model, more);

@@ -143,8 +143,13 @@ fn bad_plans_say_where_what_and_what_to_do() {
         ("replicates = 2", "convention = \"author\"", "did you mean `authors`?"),
         (
             "max_evaluations = 300",
+            "bounds = { f_2 = [0, 1] }",
+            "calibration.bounds.f_2: not a parameter of any variant of this plan",
+        ),
+        (
+            "max_evaluations = 300",
             "bounds = { v0 = 3 }",
-            "calibration.bounds.v0: not a parameter of any variant; did you mean `v_0`?",
+            "calibration.bounds.v0: not a parameter of any variant of this plan; did you mean `v_0`?",
         ),
         (
             "max_evaluations = 300",

@@ -321,7 +321,8 @@ fn gains(
     for symbol in variant.parameters() {
         parameters.set(symbol, values.iter().find(|(name, _)| name == symbol.name())?.1);
     }
-    let truth = free(question.holdout, variant, &parameters, &inference.adopted, question.bounds).ok()?;
+    let compared = [variant, inference.extended.variant];
+    let truth = free(question.holdout, compared, &parameters, &inference.adopted, question.bounds).ok()?;
     Some([found.base?, found.extended?, nrmse_of(question.holdout, &truth)?])
 }
 

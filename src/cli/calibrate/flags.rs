@@ -116,9 +116,13 @@ fn fixed(text: &str) -> Result<(String, f64), String> {
     Ok((name.trim().to_owned(), value))
 }
 
+/// Longest time limit \[s\]: 30 years. A longer one is a slip, and beyond 1.8e19 s no `Duration`.
+const SECONDS_MAX: f64 = 1e9;
+
 fn seconds(text: &str) -> Result<Duration, String> {
-    let expected = || format!("expected a number of seconds of at least 0, found `{text}`");
-    Duration::try_from_secs_f64(finite(text)?).map_err(|_| expected())
+    let expected = || format!("expected a number of seconds of at least 0 and at most {SECONDS_MAX:e}, found `{text}`");
+    let seconds = Some(finite(text)?).filter(|seconds| (0.0..=SECONDS_MAX).contains(seconds)).ok_or_else(expected)?;
+    Ok(Duration::from_secs_f64(seconds))
 }
 
 impl Args {

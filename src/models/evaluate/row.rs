@@ -15,8 +15,9 @@ const COLUMNS: usize = 1000;
 /// Where the needed columns are.
 pub(super) struct Columns {
     width: usize,
-    /// `model_id` and `variant`, those that there are; a row may fill either.
-    variant: Vec<usize>,
+    /// Those that there are; a row may fill either.
+    model_id: Option<usize>,
+    variant: Option<usize>,
     platoon: usize,
     follower: usize,
     parameters: Vec<(Symbol, usize)>,
@@ -45,12 +46,12 @@ impl Columns {
         };
         let known = |name: &String| needed.contains(&name.as_str()) || Symbol::from_name(name).is_some();
         let parameters = Symbol::ALL.iter().filter_map(|&symbol| Some((symbol, position(symbol.name())?)));
+        let (model_id, variant) = (position("model_id"), position("variant"));
+        need(model_id.or(variant), "model_id")?;
         Ok(Columns {
             width: names.len(),
-            variant: match [position("model_id"), position("variant")].into_iter().flatten().collect::<Vec<_>>() {
-                none if none.is_empty() => vec![need(None, "model_id")?],
-                some => some,
-            },
+            model_id,
+            variant,
             platoon: need(position("platoon"), "platoon")?,
             follower: need(position("follower_position"), "follower_position")?,
             parameters: parameters.collect(),
@@ -95,6 +96,8 @@ pub(super) enum InvalidRow {
     Width { expected: usize, found: usize },
     #[error(transparent)]
     Variant(#[from] ModelError),
+    #[error("model_id {id} is {model}, but the column variant says {variant}; leave one of the two empty")]
+    Contradiction { id: String, model: String, variant: String },
     #[error("follower_position: expected 1 or more (1 = right behind the platoon leader), found `{0}`")]
     Follower(String),
     #[error("{name}: expected a number for variant {variant}, found `{found}`")]
@@ -128,8 +131,8 @@ fn parse(
         return Err(InvalidRow::Width { expected: columns.width, found: record.len() });
     }
     let text = |column: usize| String::from_utf8_lossy(record.get(column).unwrap_or_default()).trim().to_owned();
-    let named = columns.variant.iter().map(|&column| text(column)).find(|text| !text.is_empty());
-    let variant = read_model(&named.unwrap_or_default())?;
+    let filled = |column: Option<usize>| column.map(text).filter(|text| !text.is_empty());
+    let variant = variant(filled(columns.model_id), filled(columns.variant))?;
     let follower = text(columns.follower);
     let follower = follower.parse().ok().filter(|f| *f > 0).ok_or(InvalidRow::Follower(follower))?;
     let mut parameters = Parameters::NONE;
@@ -148,4 +151,18 @@ fn parse(
     case.check(&parameters)?;
     library.uses_vehicle_of(&case);
     Ok((case, parameters))
+}
+
+/// The variant that a row asks for by its id, its name, or both.
+fn variant(id: Option<String>, name: Option<String>) -> Result<Variant, InvalidRow> {
+    // Results give 0 as the id of a law.
+    let id = id.filter(|id| id != "0" || name.is_none());
+    let Some(id) = id else { return Ok(read_model(&name.unwrap_or_default())?) };
+    let by_id = read_model(&id)?;
+    match name {
+        Some(name) if read_model(&name)? != by_id => {
+            Err(InvalidRow::Contradiction { id, model: by_id.name(), variant: name })
+        }
+        _ => Ok(by_id),
+    }
 }

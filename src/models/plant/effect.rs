@@ -115,6 +115,14 @@ pub enum EffectError {
         /// What was given.
         found: String,
     },
+    /// A parameter with two values.
+    #[error("{name} of {effect} is given twice; leave one out")]
+    Twice {
+        /// The effect.
+        effect: EffectKind,
+        /// The parameter.
+        name: String,
+    },
     /// A parameter out of its range, or no number.
     #[error("{name} of {effect}: expected {lower} to {upper}{}, found {found}", if *unit == "-" { String::new() } else { format!(" {unit}") })]
     Range {
@@ -226,6 +234,7 @@ impl std::str::FromStr for Effect {
     fn from_str(text: &str) -> Result<Effect, EffectError> {
         let (name, rest) = text.split_once(':').unwrap_or((text, ""));
         let mut effect = Effect::medium(name.trim().parse()?);
+        let mut given: Vec<&str> = Vec::new();
         for assignment in rest.split(',').map(str::trim).filter(|part| !part.is_empty()) {
             let (name, value) = assignment.split_once('=').unwrap_or((assignment, ""));
             let number = value.trim().parse().unwrap_or(f64::NAN);
@@ -235,6 +244,10 @@ impl std::str::FromStr for Effect {
                 }
                 error => error,
             })?;
+            if given.contains(&name.trim()) {
+                return Err(EffectError::Twice { effect: effect.kind, name: name.trim().to_owned() });
+            }
+            given.push(name.trim());
         }
         Ok(effect)
     }

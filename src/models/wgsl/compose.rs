@@ -1,5 +1,6 @@
 //! One text per variant: a generated `Params`, then one file of each folder.
 
+use super::limits::tokens;
 use super::own_names::{Prefixed, member};
 use super::stages;
 use crate::catalog::{Constraint, Controller, Dynamics, Spacing, Variant};
@@ -210,24 +211,27 @@ impl Source {
     /// Where a member of a struct of the last chunk is declared, and the `///` lines above it. (naga counts comments, not members, and gives
     /// a member without one that of the next.)
     pub(super) fn member(&self, of: &str, member: &str) -> Option<(naga::Span, String)> {
-        let (mut at, text) = self.last_text();
-        let mut inside = false;
+        let (start, text) = self.last_text();
+        let mut tokens = tokens(text);
+        while tokens.next()?.1 != "struct" || tokens.next()?.1 != of {}
+        // Where the token before ends; the comment stands between it and the member.
+        let mut before = 0;
+        let at = tokens.take_while(|(_, token)| *token != "}").find_map(|(at, token)| {
+            let is_member = token == member && text[..before].ends_with(['{', ',', ')']);
+            before = if is_member { before } else { at + token.len() };
+            is_member.then_some(at)
+        })?;
         let mut comment: Vec<&str> = Vec::new();
-        for line in text.lines() {
-            let words = line.trim_start();
-            inside |= words.strip_prefix("struct ").is_some_and(|rest| rest.trim_start().starts_with(of));
-            if inside && words.split(':').next().is_some_and(|name| name.trim() == member) {
-                let from = at + line.len() - words.len();
-                return Some((naga::Span::new(from as u32, (from + member.len()) as u32), comment.join(" ")));
-            }
-            match words.strip_prefix("///") {
+        let above = text[before..at].rsplit_once('\n').map_or("", |(above, _)| above);
+        // What stands behind another member in its line is no comment of this one.
+        for line in above.split('\n').skip(1) {
+            match line.trim_start().strip_prefix("///") {
                 Some(words) => comment.push(words.trim()),
                 None => comment.clear(),
             }
-            inside &= !words.starts_with('}');
-            at += line.len() + 1;
         }
-        None
+        let from = start + at;
+        Some((naga::Span::new(from as u32, (from + member.len()) as u32), comment.join(" ")))
     }
 
     /// The whole text.

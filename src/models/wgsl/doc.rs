@@ -96,9 +96,17 @@ const KEYS: [&str; 13] = [
     "hides",
     "experiment",
     "reference",
-    "loop",
+    LOOP,
     "tool",
 ];
+
+/// The key of the lines for the time loop.
+const LOOP: &str = "loop";
+
+/// That a key says two things.
+fn twice(key: &str) -> String {
+    format!("`//! {key}`: expected once, found more than once; leave out what is not meant")
+}
 
 /// The word of a line that knows some only.
 fn word<T: FromStr + VariantNames>(key: &str, value: &str) -> Result<T, String> {
@@ -119,6 +127,10 @@ impl Head {
         let mut entries: Vec<(String, String)> = vec![(String::new(), String::new())];
         for line in text.lines().filter_map(|line| line.strip_prefix("//!")) {
             match line.split_once(':').filter(|(key, _)| KEYS.contains(&key.trim())) {
+                // The two lines for the loop say different things.
+                Some((key, _)) if key.trim() != LOOP && entries.iter().any(|(known, _)| known == key.trim()) => {
+                    return Err(twice(key.trim()));
+                }
                 Some((key, value)) => entries.push((key.trim().to_owned(), value.trim().to_owned())),
                 None => {
                     let (_, value) = entries.last_mut().expect("there is the first");
@@ -148,14 +160,17 @@ impl Head {
                 "reference" => head.reference = Some(value),
                 "tool" => tool = true,
                 _ => {
-                    if let Some(parameter) = value.strip_prefix("delay by ") {
-                        head.delay = Some(parameter.trim().to_owned());
-                    } else if let Some(parameter) = value.strip_prefix("look back by ") {
-                        head.look_back = Some(parameter.trim().to_owned());
-                    } else {
-                        return Err(format!(
-                            "expected `//! loop: delay by NAME` or `//! loop: look back by NAME`, found `//! loop: {value}`"
-                        ));
+                    let (need, parameter) = match value.split_once(" by ") {
+                        Some(("delay", parameter)) => (&mut head.delay, parameter),
+                        Some(("look back", parameter)) => (&mut head.look_back, parameter),
+                        _ => {
+                            return Err(format!(
+                                "expected `//! loop: delay by NAME` or `//! loop: look back by NAME`, found `//! loop: {value}`"
+                            ));
+                        }
+                    };
+                    if need.replace(parameter.trim().to_owned()).is_some() {
+                        return Err(twice(LOOP));
                     }
                 }
             }
@@ -217,6 +232,11 @@ mod tests {
         assert_eq!([cause.in_short.as_deref(), cause.equation.as_deref()], [Some("back"), Some("a = -a")]);
         assert_eq!(head.delay.as_deref(), Some("tp"));
         assert!(Head::of("//! Lead.\n//! tool: nuisance").expect("as documented").cause.is_none());
+        for text in ["//! search: size\n//! search: steps", "//! loop: delay by a\n//! loop: delay by b"] {
+            let message = Head::of(text).expect_err("two of them");
+            assert!(message.contains("expected once, found more than once"), "{message}");
+        }
+        assert!(Head::of("//! loop: delay by a\n//! loop: look back by b").is_ok());
         let message = Head::of("//! loop: dely by tp").expect_err("misspelt");
         assert!(message.contains("delay by") && message.ends_with("found `//! loop: dely by tp`"), "{message}");
     }

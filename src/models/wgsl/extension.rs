@@ -6,11 +6,12 @@ use super::doc;
 use super::limits;
 use super::lint;
 use super::own_names::prefix;
+use super::parameters::Declared;
 use crate::catalog::{BASES, UnknownVariant, Variant, law_files};
 use crate::extension::{Argument, Cause, Extension, LoopNeeds, Stage, StageFunction};
-use crate::symbols::{ExtensionParameter, Role, Scale, SearchKind, Symbol};
+use crate::symbols::{ExtensionParameter, Role, Symbol};
 use crate::text::spelling::{nearest, suggestion};
-use naga::{Function, Handle, Span, Statement, Type, TypeInner};
+use naga::{Arena, Expression, Function, Handle, Span, Statement, Type, TypeInner};
 use std::str::FromStr;
 use std::sync::{LazyLock, Mutex};
 use strum::VariantArray;
@@ -143,32 +144,10 @@ fn kept(name: &str, file: &str, text: &str, rank: usize) -> Result<&'static Exte
 /// What the function is called that gives the spacing at constant speed, after the law's name and `_`.
 pub(super) const EQUILIBRIUM: &str = "equilibrium";
 
-/// Parameters of the paper that a law may read. The others belong to the perception delay and the vehicle dynamics.
-const LAWS_MAY_HAVE: [Symbol; 11] = [
-    Symbol::delta,
-    Symbol::k_s,
-    Symbol::k_v,
-    Symbol::k_0,
-    Symbol::theta,
-    Symbol::v_0,
-    Symbol::d_0,
-    Symbol::t_h,
-    Symbol::a_max,
-    Symbol::a_min,
-    Symbol::a_hat_min,
-];
-
-/// A parameter as a file declares it.
-enum Declared {
-    /// One of the paper, by its name; laws only.
-    Table(Symbol),
-    /// One of its own.
-    Own(ExtensionParameter),
-}
-
-struct Reader<'a> {
-    name: &'a str,
-    source: Source,
+/// A text that is read.
+pub(super) struct Reader<'a> {
+    pub(super) name: &'a str,
+    pub(super) source: Source,
     checked: Checked,
 }
 
@@ -184,6 +163,7 @@ impl<'a> Reader<'a> {
         let stages = reader.stages(!state.is_empty())?;
         let is_law = stages.iter().any(|function| function.stage == Stage::Law);
         let mut parameters = reader.parameters(is_law)?;
+        let model_parameters = reader.model_parameters(is_law, &parameters)?;
         let head = doc::Head::of(text).map_err(|message| reader.plain(message))?;
         let position = |wanted: &Option<String>| match wanted {
             None => Ok(None),
@@ -231,7 +211,8 @@ impl<'a> Reader<'a> {
             parameters,
             stages,
             state,
-            reads: lint::members_read(&reader.checked, "World"),
+            reads: reader.members_read("World").map(|(name, _)| name).collect(),
+            model_parameters,
             needs,
             equilibrium: is_law && reader.equilibrium()?,
             cause: head.cause.filter(|_| !is_law).map(|cause| Cause { search, ..cause }),
@@ -252,7 +233,7 @@ impl<'a> Reader<'a> {
         near.map_or_else(|| self.plain(&message), |(span, message)| self.source.error_at(span, message))
     }
 
-    fn plain(&self, message: impl Into<String>) -> ShaderError {
+    pub(super) fn plain(&self, message: impl Into<String>) -> ShaderError {
         let file = self.source.last_chunk().to_owned();
         ShaderError { file, line: 1, column: 1, message: message.into(), code: String::new() }
     }
@@ -262,7 +243,20 @@ impl<'a> Reader<'a> {
         name?.strip_prefix(self.source.last_prefix())
     }
 
-    fn refuse<T>(&self, span: Span, message: impl Into<String>) -> Result<T, ShaderError> {
+    /// The function whose name ends like this, after the extension's and `_`, and where it is.
+    fn function(&self, ending: &str) -> Option<(&Function, Span)> {
+        let wanted = format!("{}_{ending}", self.name);
+        let functions = &self.checked.module.functions;
+        let (handle, function) = functions.iter().find(|(_, f)| self.own_name(f.name.as_deref()) == Some(&wanted))?;
+        Some((function, functions.get_span(handle)))
+    }
+
+    /// Members of one of the program's structs that it reads or writes, each with a place.
+    pub(super) fn members_read(&self, wanted: &str) -> impl Iterator<Item = (String, Span)> {
+        lint::members_read(&self.checked, self.source.last_prefix(), wanted).into_iter()
+    }
+
+    pub(super) fn refuse<T>(&self, span: Span, message: impl Into<String>) -> Result<T, ShaderError> {
         Err(self.source.error_at(span, message))
     }
 
@@ -285,10 +279,27 @@ impl<'a> Reader<'a> {
                 self.plain(format!("`{}` is an entry point: the time loop has its own, write functions", entry.name))
             );
         }
+        self.refuse_new_params(&module.global_expressions)?;
         for (_, function) in module.functions.iter().filter(|(_, f)| foreign(f.name.as_deref())) {
+            self.refuse_new_params(&function.expressions)?;
             self.refuse_loops(&function.body)?;
         }
         limits::refuse_large_functions(&self.source, &self.checked, &foreign)
+    }
+
+    /// Which parameters there are depends on the model.
+    fn refuse_new_params(&self, expressions: &Arena<Expression>) -> Result<(), ShaderError> {
+        for (handle, expression) in expressions.iter() {
+            if let Expression::ZeroValue(ty) | Expression::Compose { ty, .. } = expression
+                && self.type_called(*ty) == Some("Params")
+            {
+                return self.refuse(
+                    expressions.get_span(handle),
+                    "a new `Params`: which parameters it has depends on the model; change a copy: `var changed = p;`",
+                );
+            }
+        }
+        Ok(())
     }
 
     fn refuse_loops(&self, block: &naga::Block) -> Result<(), ShaderError> {
@@ -310,7 +321,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Members of one of its structs: name, comment, where.
-    fn members(&self, wanted: &str) -> Result<Vec<(String, String, Span)>, ShaderError> {
+    pub(super) fn members(&self, wanted: &str) -> Result<Vec<(String, String, Span)>, ShaderError> {
         let module = &self.checked.module;
         let Some((handle, ty)) = module.types.iter().find(|(_, ty)| self.own_name(ty.name.as_deref()) == Some(wanted))
         else {
@@ -332,88 +343,11 @@ impl<'a> Reader<'a> {
         Ok(found)
     }
 
-    /// How a diagnosis looks for the cause: as the file says, or as its parameters do.
-    fn traits(&self, head: &doc::Head, parameters: &[Declared]) -> Result<(SearchKind, Scale), ShaderError> {
-        let own = parameters.iter().filter_map(|declared| match declared {
-            Declared::Own(row) => Some(row),
-            Declared::Table(_) => None,
-        });
-        let own: Vec<&ExtensionParameter> = own.collect();
-        let by_parameters = match own.iter().filter(|row| row.is_time()).count() {
-            0 if own.iter().any(|row| row.unit == "Hz") => SearchKind::Harmonic,
-            0 => SearchKind::Size,
-            1 => SearchKind::Event,
-            _ => SearchKind::Stretch,
-        };
-        let search = head.search.unwrap_or(by_parameters);
-        let expected = match search {
-            SearchKind::Limit if !matches!(own[..], [row] if row.neutral == row.upper) => {
-                "one parameter, whose neutral value is its upper bound"
-            }
-            SearchKind::Steps | SearchKind::Integral if !matches!(own[..], [row] if row.neutral.is_finite()) => {
-                "one parameter, with a neutral value"
-            }
-            SearchKind::Limit | SearchKind::Steps | SearchKind::Integral => return Ok((search, head.scale)),
-            _ if search == by_parameters => return Ok((search, head.scale)),
-            _ => "the parameters that this takes",
-        };
-        let word: &str = search.into_str();
-        Err(self.plain(format!("`//! search: {word}`: expected {expected}")))
-    }
-
-    fn parameters(&self, is_law: bool) -> Result<Vec<Declared>, ShaderError> {
-        let read = |(name, comment, span): (String, String, Span)| {
-            if let Some(symbol) = Symbol::from_name(&name) {
-                return self.of_the_table(symbol, is_law, &comment, span);
-            }
-            let about =
-                doc::parameter(&comment).map_err(|message| self.source.error_at(span, format!("{name}: {message}")))?;
-            let row = ExtensionParameter {
-                extension: self.name.to_owned(),
-                name,
-                unit: about.unit,
-                meaning: about.meaning,
-                lower: about.lower,
-                upper: about.upper,
-                neutral: about.neutral,
-                role: if about.is_length { Role::Length } else { Role::Value },
-                search: SearchKind::default(),
-                scale: Scale::default(),
-            };
-            Ok(Declared::Own(row))
-        };
-        self.members("Parameters")?.into_iter().map(read).collect()
-    }
-
-    /// A parameter that is called like one of the paper.
-    fn of_the_table(&self, symbol: Symbol, is_law: bool, comment: &str, span: Span) -> Result<Declared, ShaderError> {
-        let name = symbol.name();
-        if !is_law {
-            return self.refuse(span, format!("{name} is a parameter of the base models; give yours another name"));
-        }
-        if !LAWS_MAY_HAVE.contains(&symbol) {
-            return self.refuse(
-                span,
-                format!("{name} belongs to the perception delay or the vehicle dynamics, which a variant may have beside your law; give yours another name"),
-            );
-        }
-        if comment.contains('[') {
-            let unit = symbol.unit();
-            return self.refuse(
-                span,
-                format!("{name} is the paper's parameter: its unit is {unit}, and its bounds are those of `--bounds`; leave its comment out, or give yours another name"),
-            );
-        }
-        Ok(Declared::Table(symbol))
-    }
-
     /// True if the law says at which spacing a constant speed is kept.
     fn equilibrium(&self) -> Result<bool, ShaderError> {
         let module = &self.checked.module;
         let wanted = format!("{}_{EQUILIBRIUM}", self.name);
-        let found = module.functions.iter().find(|(_, f)| self.own_name(f.name.as_deref()) == Some(&wanted));
-        let Some((handle, function)) = found else { return Ok(false) };
-        let span = module.functions.get_span(handle);
+        let Some((function, span)) = self.function(EQUILIBRIUM) else { return Ok(false) };
         let arguments: Vec<Argument> =
             (0..function.arguments.len()).map(|k| self.argument(function, k, span)).collect::<Result<_, _>>()?;
         let is_number = |ty: Handle<Type>| module.types[ty].inner == TypeInner::Scalar(naga::Scalar::F32);
@@ -469,12 +403,7 @@ impl<'a> Reader<'a> {
         let mut stages = Vec::new();
         for &stage in Stage::VARIANTS {
             let wanted = format!("{}_{}", self.name, stage.into_str());
-            let Some((handle, function)) =
-                module.functions.iter().find(|(_, f)| self.own_name(f.name.as_deref()) == Some(&wanted))
-            else {
-                continue;
-            };
-            let span = module.functions.get_span(handle);
+            let Some((function, span)) = self.function(stage.into_str()) else { continue };
             let arguments: Vec<Argument> =
                 (0..function.arguments.len()).map(|k| self.argument(function, k, span)).collect::<Result<_, _>>()?;
             let value = match stage {

@@ -9,7 +9,7 @@ use super::own_names::prefix;
 use crate::extension::{LoopNeeds, Stage};
 use crate::symbols::Symbol;
 use crate::text::spelling::{nearest, suggestion};
-use naga::{Expression, Statement, TypeInner};
+use naga::{Expression, Function, Statement, TypeInner};
 use strum::VariantArray;
 
 /// Names that the stage functions of an extension have.
@@ -36,13 +36,14 @@ pub(super) fn warnings(
             source.error_at(span, format!("{function} is no stage, and nothing calls it, so it does nothing{meant}"))
         })
         .collect();
-    let read = members_read(checked, &(prefix(name) + "Parameters"));
+    let prefix = prefix(name);
+    let read = members_read(checked, &prefix, &format!("{prefix}Parameters"));
     let in_loop = |k: usize| [needs.delay, needs.look_back].contains(&Some(k));
     for (k, symbol) in parameters.iter().enumerate() {
         let parameter = symbol.name();
-        if !in_loop(k) && !read.iter().any(|member| member == parameter) {
-            let span =
-                source.member(&(prefix(name) + "Parameters"), parameter).map(|(span, _)| span).unwrap_or_default();
+        if !in_loop(k) && !read.iter().any(|(member, _)| member == parameter) {
+            let declared = source.member(&format!("{prefix}Parameters"), parameter);
+            let span = declared.map(|(span, _)| span).unwrap_or_default();
             let message = format!(
                 "no function reads the parameter {parameter}, so a calibration searches it in vain: use it or leave it out"
             );
@@ -72,13 +73,14 @@ pub(super) fn idle(name: &str, checked: &Checked) -> Vec<(String, naga::Span)> {
     left.collect()
 }
 
-/// Members of a struct that functions read.
-pub(super) fn members_read(checked: &Checked, wanted: &str) -> Vec<String> {
+/// Members of a struct that the functions of an extension read or write, each with the first place.
+pub(super) fn members_read(checked: &Checked, prefix: &str, wanted: &str) -> Vec<(String, naga::Span)> {
     let module = &checked.module;
-    let mut read = Vec::new();
-    for (handle, function) in module.functions.iter() {
+    let mut read: Vec<(String, naga::Span)> = Vec::new();
+    let is_own = |function: &Function| function.name.as_deref().is_some_and(|name| name.starts_with(prefix));
+    for (handle, function) in module.functions.iter().filter(|(_, function)| is_own(function)) {
         let info = &checked.info[handle];
-        for (_, expression) in function.expressions.iter() {
+        for (place, expression) in function.expressions.iter() {
             let Expression::AccessIndex { base, index } = expression else { continue };
             // A variable is reached through a pointer.
             let ty = match info[*base].ty.inner_with(&module.types) {
@@ -89,9 +91,9 @@ pub(super) fn members_read(checked: &Checked, wanted: &str) -> Vec<String> {
             if let (Some(name), TypeInner::Struct { members, .. }) = (ty.name.as_deref(), &ty.inner)
                 && name == wanted
                 && let Some(member) = &members[*index as usize].name
-                && !read.contains(member)
+                && read.iter().all(|(known, _)| known != member)
             {
-                read.push(member.clone());
+                read.push((member.clone(), function.expressions.get_span(place)));
             }
         }
     }

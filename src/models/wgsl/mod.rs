@@ -11,6 +11,7 @@ mod limits;
 mod lint;
 mod model;
 mod own_names;
+mod parameters;
 mod stages;
 
 pub use check::{Checked, ShaderError, check};

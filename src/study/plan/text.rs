@@ -13,7 +13,7 @@ use crate::symbols::Symbol;
 use crate::text::spelling::{any_of, nearest};
 use crate::trajectory::Layout;
 use serde::Deserialize;
-use std::collections::HashSet;
+use std::collections::{BTreeSet, HashSet};
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -271,9 +271,11 @@ impl Reader<'_> {
         let (evaluator, precision) = self.evaluator(entry.evaluator.as_deref(), entry.precision.as_deref())?;
         let extend = self.extensions(entry.extend.0)?;
         let mut laws = Vec::new();
-        let variants = self.extended(self.variants(&entry.variants.0, &mut laws)?, &extend)?;
+        let variants = self.variants(&entry.variants.0, &mut laws)?;
+        let variants = self.extended(variants, &extend)?;
         self.have_own_columns(&laws, &extend)?;
         Ok(CalibrationPlan {
+            bounds: self.bounds(&entry.bounds, &variants)?,
             variants,
             gofs,
             convention: self.parse("calibration.convention", convention, &["paper", "authors"])?,
@@ -293,7 +295,6 @@ impl Reader<'_> {
                 )?,
                 ..default
             },
-            bounds: self.bounds(&entry.bounds, &extend, &laws)?,
             extend,
             laws,
             evaluator,
@@ -364,16 +365,16 @@ impl Reader<'_> {
         Ok((kind, precision))
     }
 
-    fn bounds(&self, table: &toml::Table, extend: &[Extend], laws: &[Extend]) -> Result<Overrides, PlanError> {
+    /// Bounds of parameters that variants of the plan have.
+    fn bounds(&self, table: &toml::Table, variants: &[Variant]) -> Result<Overrides, PlanError> {
         let number = |value: &toml::Value| value.as_float().or(value.as_integer().map(|i| i as f64));
+        let known: BTreeSet<Symbol> = variants.iter().flat_map(Variant::parameters).collect();
         let mut bounds = Overrides::new();
         for (name, value) in table {
             let key = format!("calibration.bounds.{name}");
-            let own = || extend.iter().chain(laws).flat_map(|e| e.extension.own_parameters());
-            let of_extension = || own().find(|symbol| symbol.name() == name);
-            let symbol = Symbol::from_name(name).or_else(of_extension).ok_or_else(|| {
-                let known = Symbol::ALL.iter().copied().chain(own()).map(Symbol::name);
-                self.value(&key, "not a parameter of any variant", nearest(name, known))
+            let symbol = known.iter().find(|symbol| symbol.name() == name).ok_or_else(|| {
+                let near = nearest(name, known.iter().map(|symbol| symbol.name()));
+                self.value(&key, "not a parameter of any variant of this plan", near)
             })?;
             let pair = match value.as_array().map(Vec::as_slice) {
                 Some([lower, upper]) => number(lower).zip(number(upper)).map(|(lower, upper)| [lower, upper]),

@@ -5,8 +5,9 @@ mod nesting;
 
 use leadlag::internal::catalog::Variant;
 use leadlag::internal::convention::Radicand;
-use leadlag::internal::extension::Extension;
+use leadlag::internal::extension::{Extension, Initial};
 use leadlag::internal::lanes::check_model;
+use leadlag::internal::symbols::{Bounds, EXTENSION_PARAMETERS};
 use leadlag::internal::wgsl::{Precision, Recipe, extension_named, read_extension};
 use std::fmt::Write;
 
@@ -142,11 +143,101 @@ fn what_an_extension_may_not_have_is_said() {
             "//! loop: dely by d\nstruct Parameters {\n    /// delay [s], 0 to 1, neutral 0\n    d: f32,\n}\nfn x_command(own: Parameters, a: f32) -> f32 {\n    return a * own.d;\n}\n",
             "x.wgsl:1:1: expected `//! loop: delay by NAME` or `//! loop: look back by NAME`, found `//! loop: dely by d`",
         ),
+        (
+            "x.wgsl",
+            "struct Parameters {\n    /// size [-], 0 to 1e39, neutral 0\n    q: f32,\n}\nfn x_command(own: Parameters, a: f32) -> f32 {\n    return a * own.q;\n}\n",
+            "x.wgsl:3:5: q: expected bounds of a size below 1e9, found 0e0 to 1e39",
+        ),
+        // Which parameters `Params` has depends on the model.
+        (
+            "x.wgsl",
+            "fn x_policy(p: Params) -> Params {\n    return Params();\n}\n",
+            "x.wgsl:2:12: a new `Params`: which parameters it has depends on the model",
+        ),
+        (
+            "x.wgsl",
+            "const NONE = Params();\nfn x_policy(p: Params) -> Params {\n    return NONE;\n}\n",
+            "x.wgsl:1:14: a new `Params`",
+        ),
+        // Laws that pass here had nothing to calibrate, or did not compile with one of the parts or causes.
+        (
+            "x.wgsl",
+            "fn x_law(x: Perceived) -> f32 {\n    return 0.5 * (x.v_l - x.v_f);\n}\n",
+            "x.wgsl:1:1: a law: expected a `struct Parameters` with at least one parameter, found none",
+        ),
+        (
+            "x.wgsl",
+            "struct Parameters {\n    v_0: f32,\n}\nfn x_law(p: Params, own: Parameters, x: Perceived) -> f32 {\n    return own.v_0 - p.t_h * x.v_f;\n}\n",
+            "x.wgsl:5:22: p.t_h: a law has the parameters of the paper that its `Parameters` declares, and t_h is none of them",
+        ),
     ];
     for (file, text, expected) in cases {
         let error = read_extension(file, text).expect_err(expected).to_string();
         assert!(error.contains(expected), "expected {expected}\nfound {error}");
     }
+}
+
+/// A model has a place for so many only.
+#[test]
+fn more_parameters_than_a_model_can_have_are_refused_where_they_are_declared() {
+    let text = |stage: &str, count: usize| {
+        let members: String = (0..count).map(|k| format!("    /// size [-], 0 to 1\n    p{k}: f32,\n")).collect();
+        format!(
+            "struct Parameters {{\n{members}}}\nfn x_{stage}(own: Parameters, v: f32) -> f32 {{\n    return own.p0;\n}}\n"
+        )
+    };
+    for stage in ["law", "command"] {
+        let most = read_extension("x.wgsl", &text(stage, EXTENSION_PARAMETERS)).expect("as many as there may be");
+        assert_eq!(most.parameters.len(), EXTENSION_PARAMETERS);
+        let error =
+            read_extension("x.wgsl", &text(stage, EXTENSION_PARAMETERS + 36)).expect_err("too many").to_string();
+        let expected = "x.wgsl:51:5: expected at most 24 parameters of a file's own, found 60";
+        assert!(error.starts_with(expected), "{error}");
+    }
+}
+
+/// What a struct of another name says of its members is nothing to `Parameters` and `State`.
+#[test]
+fn comments_are_those_of_the_struct_that_is_meant() {
+    let text = "struct ParametersOld {
+    /// old gain [-], 5 to 6, neutral 5
+    a: f32,
+}
+struct StateX {
+    /// starts at 7
+    kept: f32,
+}
+/* struct Parameters {
+    /// gain that is commented out [-], 2 to 3, neutral 2
+    a: f32,
+} */
+struct Parameters {
+    /* a: f32, */
+    /// gain
+    /// [-], 0 to 1, neutral 0
+    a: f32, /// of what stands before
+    b : f32,
+}
+struct State
+{
+    /// starts at 1
+    kept: f32
+}
+struct Done { value: f32, state: State }
+fn x_command(own: Parameters, state: State, v: f32) -> Done {
+    return Done(v + own.a + own.b, state);
+}
+";
+    let error = read_extension("x.wgsl", text).expect_err("b has no comment").to_string();
+    assert!(
+        error.starts_with("x.wgsl:18:5: b: expected a doc comment such as") && error.contains("found none"),
+        "{error}"
+    );
+    let text = text.replace("    b : f32,\n", "").replace(" + own.b", "");
+    let read = read_extension("x.wgsl", &text).expect("valid");
+    let [gain] = read.parameters[..] else { panic!("{:?}", read.parameters) };
+    assert_eq!((gain.meaning(), gain.bounds(), gain.neutral()), ("gain", Bounds::Fixed(0.0, 1.0), Some(0.0)));
+    assert_eq!(read.state, [("kept".to_owned(), Initial::Value(1.0))]);
 }
 
 /// What naga takes as it is, and its author has hardly meant.

@@ -54,19 +54,20 @@ impl BrokenOffEntry {
 }
 
 /// Simulates a model on every drive; `bounds` say how far back a delay reaches. Events that belong to one recording do not happen in
-/// the others.
+/// the others. Runs of two variants that are compared name each other as `beside`, and begin at the same samples.
 ///
 /// # Errors
 /// When a drive has not what the variant needs, or the text cannot run.
 pub fn free<'a>(
     drives: impl IntoIterator<Item = &'a Drive>,
-    variant: Variant,
+    [variant, beside]: [Variant; 2],
     parameters: &Parameters,
     adopted: &[Adopted],
     bounds: &Overrides,
 ) -> Result<Vec<Free>, GainError> {
     let drives: Vec<&Drive> = drives.into_iter().collect();
-    let cases = drives.iter().map(|drive| drive.case(variant, bounds)).collect::<Result<Vec<_>, _>>()?;
+    let case = |drive: &&Drive| drive.case_beside(variant, beside, bounds);
+    let cases = drives.iter().map(case).collect::<Result<Vec<_>, _>>()?;
     let lanes = Lanes::new(cases, GoodnessOfFit::NRMSE_SVA, LanesPrecision::F64)?;
     let one = |(i, case): (usize, &Case)| {
         let parameters = &happening(parameters, adopted, drives[i]);

@@ -147,6 +147,17 @@ impl Drive {
         self.case_within(variant, upper(Symbol::tau_p), variant.extensions.delay().and_then(upper))
     }
 
+    /// The same for a run that is compared with one of another variant: both begin where the later one has all of the past that it
+    /// needs.
+    ///
+    /// # Errors
+    /// As [`Case::new`].
+    pub fn case_beside(&self, variant: Variant, other: Variant, bounds: &Overrides) -> Result<Case, CaseError> {
+        let [case, other] = [self.case(variant, bounds)?, self.case(other, bounds)?];
+        let first = |case: &Case| case.first_sample(case.longest_delay());
+        Ok(Case { earliest: first(&case).max(first(&other)), ..case })
+    }
+
     /// The same with the longest perception delay of the base, and of an extension \[s\]; `None`: as long as usual.
     pub(crate) fn case_within(
         &self,

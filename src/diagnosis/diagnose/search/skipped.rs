@@ -28,6 +28,9 @@ impl Untried {
     #[must_use]
     pub fn remedy(&self) -> String {
         match self {
+            Untried::Conflict(ExtensionConflict::Lacks { parameter, .. }) => {
+                format!("diagnose a base model that has a parameter {parameter}")
+            }
             Untried::Conflict(_) => "diagnose a base model without it".to_owned(),
             Untried::Data(CaseError::Missing { remedy, .. }) => (*remedy).to_owned(),
             Untried::Data(_) => "give longer data".to_owned(),
@@ -49,6 +52,9 @@ impl Untried {
 impl fmt::Display for Untried {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Untried::Conflict(ExtensionConflict::Lacks { model, parameter, .. }) => {
+                write!(f, "{model} has no {parameter}")
+            }
             Untried::Conflict(conflict) => conflict.fmt(f),
             Untried::Data(CaseError::Missing { what, .. }) => write!(f, "needs {what}"),
             Untried::Data(error) => error.fmt(f),

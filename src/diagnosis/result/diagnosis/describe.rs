@@ -236,7 +236,7 @@ fn described(
         Series { error: deviation(&model.noise, scene.dt), scene, d, gap_error }
     };
     let series = drives.iter().zip(&model.innovations).map(one).collect();
-    Ok(Described { series, runs: free(drives, model.variant, &model.parameters, adopted, question.bounds)? })
+    Ok(Described { series, runs: free(drives, [model.variant; 2], &model.parameters, adopted, question.bounds)? })
 }
 
 /// Standard deviation of d after a correction \[m/s²\]: its row of the steady state P = P⁻ - K S Kᵀ with P⁻ = φ² P + (1 - φ²) σ².

@@ -95,10 +95,11 @@ fn evaluator(cases: Vec<Case>, train: &[Drive], adopted: &[Adopted]) -> Result<B
     Ok(if everywhere { Box::new(lanes) } else { Box::new(EventMask::new(lanes, absent)) })
 }
 
-/// Calibrates a model on drives, within the bounds of the diagnosis; when its events happen stays as it is.
+/// Calibrates a model on drives, within the bounds of the diagnosis; when its events happen stays as it is. It is scored over the samples
+/// over which the model `beside` it is.
 fn recalibrated(
     train: &[Drive],
-    model: &Fitted,
+    [model, beside]: [&Fitted; 2],
     adopted: &[Adopted],
     overrides: &Overrides,
     settings: &GainSettings,
@@ -110,7 +111,8 @@ fn recalibrated(
         if symbol.is_time() { [now, now] } else { [axis.lower, axis.upper] }
     });
     let space = SearchSpace { bounds: bounds.collect(), symbols: axes.symbols.clone() };
-    let cases = train.iter().map(|drive| drive.case(model.variant, overrides)).collect::<Result<_, _>>()?;
+    let case = |drive: &Drive| drive.case_beside(model.variant, beside.variant, overrides);
+    let cases = train.iter().map(case).collect::<Result<_, _>>()?;
     let mut evaluator = evaluator(cases, train, adopted)?;
     let stop = Stop { max_evaluations: settings.max_evaluations, ..Stop::default() };
     let calibration = Calibration { seed: settings.seed, stop, ..Calibration::default() };
@@ -133,11 +135,8 @@ fn recalibrated(
 /// NRMSE(s,v,a) of free simulations of drives, all together; none if one of them breaks off.
 #[must_use]
 pub fn nrmse_of(drives: &[Drive], runs: &[Free]) -> Option<f64> {
-    squares_of(drives, runs).as_deref().map(nrmse_sva)
-}
-
-fn squares_of(drives: &[Drive], runs: &[Free]) -> Option<Vec<Block>> {
-    (!runs.is_empty() && runs.iter().all(|run| run.complete)).then(|| squares(drives, runs))
+    let complete = !runs.is_empty() && runs.iter().all(|run| run.complete);
+    complete.then(|| nrmse(&all(&squares(drives, runs))).iter().sum())
 }
 
 /// Measures the gain of an extended model over the base, on the drives and within the bounds of a question.
@@ -153,26 +152,27 @@ pub fn gain(
 ) -> Result<Gain, GainError> {
     let (train, holdout) = (question.train, question.holdout);
     let models = [
-        (base.variant, recalibrated(train, base, &[], question.bounds, settings, progress)?),
-        (extended.variant, recalibrated(train, extended, adopted, question.bounds, settings, progress)?),
+        (base.variant, recalibrated(train, [base, extended], &[], question.bounds, settings, progress)?),
+        (extended.variant, recalibrated(train, [extended, base], adopted, question.bounds, settings, progress)?),
     ];
     let mut runs: Vec<Vec<Free>> = Vec::new();
     let (mut broken_off, mut held_back) = ([0; 2], [0, 0, holdout.len()]);
     let broken = |runs: &[Free]| runs.iter().filter(|run| !run.complete).count();
     for (k, (variant, parameters)) in models.iter().enumerate() {
-        let on_holdout = free(holdout, *variant, parameters, adopted, question.bounds)?;
+        let compared = [*variant, models[1 - k].0];
+        let on_holdout = free(holdout, compared, parameters, adopted, question.bounds)?;
         held_back[k] = broken(&on_holdout);
-        broken_off[k] = held_back[k] + broken(&free(train, *variant, parameters, adopted, question.bounds)?);
+        broken_off[k] = held_back[k] + broken(&free(train, compared, parameters, adopted, question.bounds)?);
         runs.push(on_holdout);
     }
     let parameters = models.map(|(variant, parameters)| {
         let named = |symbol: Symbol| (symbol.name().to_owned(), parameters.get(symbol));
         variant.parameters().into_iter().map(named).collect()
     });
-    let squares = [&runs[0], &runs[1]].map(|runs| squares_of(holdout, runs));
+    let [base, extended] = [0, 1].map(|k| nrmse_of(holdout, &runs[k]));
     let mut found = Gain {
-        base: squares[0].as_deref().map(nrmse_sva),
-        extended: squares[1].as_deref().map(nrmse_sva),
+        base,
+        extended,
         interval: None,
         signals: None,
         broken_off,
@@ -181,9 +181,13 @@ pub fn gain(
         parameters,
         sentence: String::new(),
     };
-    if let [Some(base), Some(extended)] = &squares {
-        found.interval = Some(interval(base, extended, settings.seed));
-        found.signals = Some([nrmse(&all(base)), nrmse(&all(extended))]);
+    if base.is_some() && extended.is_some() {
+        // Both runs are complete and begin together, so their blocks hold the same samples.
+        debug_assert!(runs[0].iter().zip(&runs[1]).all(|(base, extended)| base.first == extended.first));
+        let [base, extended] = [0, 1].map(|k| squares(holdout, &runs[k]));
+        found.signals = Some([nrmse(&all(&base)), nrmse(&all(&extended))]);
+        let pairs: Vec<[Block; 2]> = base.into_iter().zip(extended).map(|(base, extended)| [base, extended]).collect();
+        found.interval = Some(interval(&pairs, settings.seed));
     }
     found.sentence = found.words();
     Ok(found)
@@ -253,22 +257,18 @@ fn nrmse(sum: &Block) -> [f64; 3] {
     [0, 1, 2].map(|k| (sum[0][k] / sum[1][k].max(1e-300)).sqrt())
 }
 
-fn nrmse_sva(blocks: &[Block]) -> f64 {
-    nrmse(&all(blocks)).iter().sum()
-}
-
-/// 95 % interval of the difference, both models drawn with the same blocks.
-fn interval(base: &[Block], extended: &[Block], seed: u64) -> [f64; 2] {
+/// 95 % interval of the difference between base and extended model, from the same blocks of both.
+fn interval(pairs: &[[Block; 2]], seed: u64) -> [f64; 2] {
     let mut random = stream(seed, streams::GAIN, 0, 0);
     let mut differences: Vec<f64> = (0..DRAWS)
         .map(|_| {
             let (mut a, mut b) = ([[0.0; 3]; 2], [[0.0; 3]; 2]);
-            for _ in 0..base.len() {
-                let pick = random.random_range(0..base.len());
+            for _ in 0..pairs.len() {
+                let [base, extended] = &pairs[random.random_range(0..pairs.len())];
                 for i in 0..2 {
                     for k in 0..3 {
-                        a[i][k] += base[pick][i][k];
-                        b[i][k] += extended[pick][i][k];
+                        a[i][k] += base[i][k];
+                        b[i][k] += extended[i][k];
                     }
                 }
             }

@@ -1,4 +1,4 @@
-//! Calibrations with clocks that count from 1970, and with events of one recording.
+//! Calibrations with clocks that count from 1970, with events of one recording, and of models that begin at different samples.
 
 use super::*;
 use crate::calibrate::Overrides;
@@ -9,14 +9,19 @@ use crate::wgsl::extension_named;
 
 /// L-CTH with a change of headway 60 s after `begin`, and the frequency and phase of a periodic disturbance.
 fn extended(begin: f64, r: f64) -> Fitted {
+    let values = [("r", r), ("t0", begin + 60.0), ("As", 0.2), ("Ac", 0.1), ("f", 0.05)];
+    fitted(&["headway_mode_change", "periodic"], &values)
+}
+
+/// L-CTH with some causes and values of their parameters.
+fn fitted(causes: &[&str], of_causes: &[(&str, f64)]) -> Fitted {
     let base: Variant = "l-cth".parse().expect("a base");
-    let causes = ["headway_mode_change", "periodic"].map(|name| extension_named(name).expect("in the library"));
-    let variant = causes.iter().try_fold(base, |variant, cause| variant.with(cause)).expect("they go together");
-    let values = [("k_s", 0.2), ("k_v", 0.6), ("k_0", 0.2), ("v_0", 40.0), ("d_0", 3.0), ("t_h", 1.5), ("r", r)];
-    let events = [("t0", begin + 60.0), ("As", 0.2), ("Ac", 0.1), ("f", 0.05)];
+    let variant = causes.iter().try_fold(base, |variant, name| variant.with(made_up::cause(name)));
+    let variant = variant.expect("they go together");
+    let values = [("k_s", 0.2), ("k_v", 0.6), ("k_0", 0.2), ("v_0", 40.0), ("d_0", 3.0), ("t_h", 1.5)];
     let mut parameters = Parameters::NONE;
     for symbol in variant.parameters() {
-        let known = values.iter().chain(&events).find(|(name, _)| *name == symbol.name());
+        let known = values.iter().chain(of_causes).find(|(name, _)| *name == symbol.name());
         parameters.set(symbol, known.expect("a parameter of these").1);
     }
     Fitted {
@@ -48,7 +53,7 @@ fn a_clock_that_counts_from_1970_is_calibrated_in_f64() {
         (symbol.name().to_owned(), if symbol.name() == "k_v" { [0.5, 0.7] } else { [value; 2] })
     };
     let bounds: Overrides = model.variant.parameters().iter().map(bound).collect();
-    let found = recalibrated(&drives, &model, &[change(None)], &bounds, &settings, go_on);
+    let found = recalibrated(&drives, [&model; 2], &[change(None)], &bounds, &settings, go_on);
     let found = found.expect("a calibration");
     let begins = |parameters: &Parameters| parameters.get(change(None).extension.parameters[1]);
     assert_eq!(begins(&found), begins(&model.parameters));
@@ -79,4 +84,32 @@ fn an_event_of_one_recording_does_nothing_in_another() {
     let expected = Score::joint([alone(&drives[0], 0.4), alone(&drives[1], 0.0)]);
     assert!(matches!(found, Score::Value(_)) && found == expected, "{found:?}, {expected:?}");
     assert_ne!(alone(&drives[1], 0.4), alone(&drives[1], 0.0));
+}
+
+/// A model with a delay needs some of the past. If it began later than its base, it would have a block less of this hold-out.
+#[test]
+fn base_and_extended_model_resample_the_same_blocks() {
+    const BLOCKS: usize = 2;
+    let whole = made_up::drive("made_up.csv", 10.0);
+    let block = block_length(whole.dt());
+    let holdout = [whole.part(0..BLOCKS * block + 5)];
+    let (train, models) = ([whole], [fitted(&[], &[]), fitted(&["perception_delay"], &[("tp", 0.2)])]);
+    let [base, extended] = &models;
+    // The delay is searched, for its bounds say how much of the past is needed.
+    let fixed = |symbol: &Symbol| (symbol.name().to_owned(), [base.parameters.get(*symbol); 2]);
+    let bounds: Overrides = base.variant.parameters().iter().map(fixed).collect();
+    let first = |drive: &Drive, variant: Variant| {
+        let case = drive.case(variant, &bounds).expect("long enough");
+        case.first_sample(case.longest_delay())
+    };
+    let blocks = |variant| (holdout[0].samples() - first(&holdout[0], variant)).div_ceil(block);
+    assert_eq!([base, extended].map(|model| blocks(model.variant)), [BLOCKS + 1, BLOCKS], "each by itself");
+    let question = made_up::question(&train, &holdout, &bounds);
+    let settings = GainSettings { seed: 1, max_evaluations: 100 };
+    let found = gain(&question, [base, extended], &[], &settings, &mut |_| ControlFlow::Continue(()));
+    let found = found.expect("both run");
+    let (Some(before), Some(after), Some([low, high])) = (found.base, found.extended, found.interval) else {
+        panic!("{}", found.sentence)
+    };
+    assert!(low <= before - after && before - after <= high, "{found:?}");
 }
