@@ -165,7 +165,7 @@ impl Domain {
     /// In words, for messages.
     #[must_use]
     pub fn expected(self) -> String {
-        let limit = self.limit();
+        let limit = self.most();
         match self {
             Domain::Positive => format!("a number above 0 and below {limit:e}"),
             Domain::NonNegative => format!("a number of at least 0 and below {limit:e}"),

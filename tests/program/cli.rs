@@ -191,9 +191,9 @@ fn evaluate_marks_bad_rows_and_keeps_the_others() {
                 sign,37,,platoon,1,0.2,0.6,0.5,-33,3,1.1,x,,\n\
                 late,,l-cth+delay,platoon,1,0.2,0.6,0.5,33,3,1.1,x,0.9,\n\
                 short,37,,platoon\n\
-                 good,,l-cth,platoon,1,0.2,0.6,0.5,33,3,1.1,x,,\n\
-                 same,37,l-cth,platoon,1,0.2,0.6,0.5,33,3,1.1,x,,\n\
-                 both,2,l-cth,platoon,1,0.2,0.6,0.5,33,3,1.1,x,,\n";
+                good,,l-cth,platoon,1,0.2,0.6,0.5,33,3,1.1,x,,\n\
+                same,37,l-cth,platoon,1,0.2,0.6,0.5,33,3,1.1,x,,\n\
+                both,2,l-cth,platoon,1,0.2,0.6,0.5,33,3,1.1,x,,\n";
     fs::write(&cases, rows).unwrap();
     let output = leadlag(&["evaluate", text(&cases), "--data", text(folder), "--rescore"]);
     assert!(output.status.success(), "{}", stderr(&output));
