@@ -6,6 +6,7 @@ pub mod core;
 pub mod exponential;
 pub mod operation;
 mod plan;
+pub mod products;
 pub mod power;
 pub mod power_f64;
 pub mod real;

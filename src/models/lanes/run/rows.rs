@@ -72,6 +72,42 @@ pub fn count<T: Real, const L: usize>(
     }
 }
 
+/// `went` = `alive` where acceleration and spacing are finite; true if this differs from `alive` anywhere.
+#[inline(always)]
+pub fn went_finite<T: Real, const L: usize>(a_free: &[T; L], s: &[T; L], alive: &[T; L], went: &mut [T; L]) -> bool {
+    let mut differ = false;
+    for i in 0..L {
+        let fine = Real::is_finite(a_free[i]) & Real::is_finite(s[i]);
+        went[i] = select_unpredictable(fine, alive[i], T::ZERO);
+        differ |= went[i] != alive[i];
+    }
+    differ
+}
+
+/// Puts values that are too small on `floor`.
+#[inline(always)]
+pub fn keep_above<T: Real, const L: usize>(y: &mut [T; L], floor: T) {
+    for y in y {
+        *y = y.larger(floor);
+    }
+}
+
+/// How far values are below `least`, in the lanes that went on.
+#[inline(always)]
+pub fn shortfalls<T: Real, const L: usize>(y: &[T; L], least: T, went: &[T; L], to: &mut [T; L]) {
+    for i in 0..L {
+        to[i] = select_unpredictable(went[i] != T::ZERO, (least - y[i]).larger(T::ZERO), T::ZERO);
+    }
+}
+
+/// (y - `measured`) `factor` in the lanes that went on, 0 in the others.
+#[inline(always)]
+pub fn errors_where<T: Real, const L: usize>(y: &[T; L], measured: T, factor: T, went: &[T; L], to: &mut [T; L]) {
+    for i in 0..L {
+        to[i] = select_unpredictable(went[i] != T::ZERO, (y[i] - measured) * factor, T::ZERO);
+    }
+}
+
 /// (y - `measured`) `factor`.
 #[inline(always)]
 pub fn errors<T: Real, const L: usize>(y: &[T; L], measured: T, factor: T, to: &mut [T; L]) {
