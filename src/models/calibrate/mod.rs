@@ -18,10 +18,10 @@ pub use space::{BoundsError, Overrides, SearchSpace, bound_times, read_bounds};
 
 use crate::evaluator::{EvaluateError, Evaluator, Failure, Score};
 use crate::text::spelling::UnknownWord;
-use tasks::{Failed, Task, run};
 use std::fmt;
 use std::ops::ControlFlow;
 use std::time::Duration;
+use tasks::{Failed, Task, run};
 
 /// Fewer simulations than this are no search.
 pub const EVALUATIONS_MIN: u64 = 100;

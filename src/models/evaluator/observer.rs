@@ -41,14 +41,13 @@ impl Windows {
     }
 }
 
-/// A run that goes on behind a collision and pays for it, so that a search sees how far it is from passing.
+/// A run that goes on behind a collision, or where a convention rejects it at an acceleration bound, and pays for it, so that a search
+/// sees how far it is from passing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Soft {
     /// Spacing below which a run pays \[m\].
     pub least: f64,
-    /// Spacing below which a run does not fall \[m\].
-    pub floor: f64,
-    /// Cost of the squared shortfalls of the samples, in units of the score \[1/m²\].
+    /// Cost of the sum over the samples of (shortfall of the spacing \[m\] + cut of the acceleration \[m/s²\])², in units of the score.
     pub price: f64,
 }
 

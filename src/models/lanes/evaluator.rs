@@ -8,12 +8,12 @@ use super::run::real::Real;
 use super::run::simd::InstructionSet;
 use super::run::stream::Stream;
 use super::run::sums::{Adding, Settings};
+use crate::convention::BoundRule;
 use crate::evaluator::{
     BufferSet, Case, Course, EvaluateError, Evaluator, Failure, Innovations, Job, Observed, Observer, Outcome, Pull,
     Slopes, Windows,
 };
 use crate::evaluator::{Population, Raw, Residuals, Score};
-use crate::convention::BoundRule;
 use crate::score::GoodnessOfFit;
 use crate::symbols::Parameters;
 use crate::text::spelling::UnknownWord;

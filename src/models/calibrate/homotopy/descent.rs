@@ -105,7 +105,8 @@ pub fn descend(
         }
         let places: Vec<&Vec<f64>> = going.iter().map(|walker| &walker.place).collect();
         let slopes = objective.slopes(&places, held, course.pull)?;
-        let tried: Vec<Vec<Vec<f64>>> = going.iter().zip(&slopes).map(|(walker, slopes)| walker.tries(slopes, held)).collect();
+        let tried: Vec<Vec<Vec<f64>>> =
+            going.iter().zip(&slopes).map(|(walker, slopes)| walker.tries(slopes, held)).collect();
         let costs = objective.costs(&tried.concat(), course.pull)?;
         for (((walker, slopes), tried), costs) in going.iter_mut().zip(&slopes).zip(&tried).zip(costs.chunks(tries)) {
             if slopes.cost.is_finite() {

@@ -11,16 +11,15 @@ mod step;
 
 use super::search::fall_to;
 use super::{CalibrateError, Calibration, OptimizerKind, Progress, Replicate, SearchSpace, StopReason};
-use crate::catalog::Constraint;
-use crate::convention::{BoundRule, Convention, Delay};
+use crate::convention::{Convention, Delay};
 use crate::evaluator::{Case, EvaluateError, Pull, Soft};
 use crate::lanes::{Lanes, LanesPrecision};
-use crate::optimize::{normal, stream};
+use crate::optimize::{Descent, DescentSettings, Merit, Optimizer, Origin, SearchBox, Start, normal, stream};
 use crate::score::{Accumulation, GoodnessOfFit};
 use crate::symbols::Symbol;
 use descent::{Course, Walker, Watch, descend};
-use objective::Objective;
 use nalgebra::{DMatrix, DVector};
+use objective::Objective;
 use rand::RngExt;
 use std::ops::{ControlFlow, Range};
 use std::time::Instant;
@@ -30,8 +29,8 @@ const SCREENED: usize = 96;
 /// Of these, how many go down under the pull, and how far apart they are at least, as a root mean square over the coordinates.
 const STARTS: usize = 10;
 const APART: f64 = 0.15;
-/// Of these, how many go down without a pull.
-const DIRECT: usize = 3;
+/// Without a pull: turns, and how many go on after them.
+const DIRECT: [(usize, usize); 3] = [(3, STARTS), (4, 5), (8, FINAL)];
 /// Shares of the residuals that are taken back after each step, one level after the other.
 const LEVELS: [f64; 5] = [0.1, 0.03, 0.01, 0.003, 0.001];
 /// Turns of a level.
@@ -54,15 +53,22 @@ const FINE: f64 = 1e-6;
 const SOFT: [[f64; 2]; 3] = [[0.1, 1.0], [0.02, 100.0], [0.004, 1e4]];
 /// Two searches agree if their scores differ by no more than this share of the lower one, or of [`super::search::FLOOR`].
 const AGREEMENT: f64 = 1e-4;
-/// Searches that have to agree; one more for each that ended elsewhere.
+/// Searches that have to agree; one more for each other basin in which some ended.
 const AGREEING: usize = 2;
+/// A run as it is.
+const HARD: Pull = Pull { share: 0.0, soft: None };
+/// Rise of the score, as a share of it, to the places that a polish on an edge begins with; its simulations per parameter at most, and what
+/// its generations are multiples of, the lanes of a small block.
+const EDGE: f64 = 1e-4;
+const POLISH: usize = 80;
+const LANES: usize = 16;
 /// Candidates per parameter that are looked at around the best, their mean rise as a share of its score, and the curvature of a parameter
 /// that does nothing, as a share of the largest.
 const AROUND: usize = 16;
 const RISE: f64 = 0.02;
 const WIDEST: f64 = 1e-4;
 /// Searches at most.
-const SEARCHES: u64 = 6;
+const SEARCHES: u64 = 8;
 
 /// The evaluators of searches by derivatives, over the cases of a calibration.
 pub(super) struct Ground {
@@ -73,12 +79,10 @@ pub(super) struct Ground {
 }
 
 impl Ground {
-    /// `None` where derivatives say too little: Theil's coefficients are no norms of residuals, and a candidate that is rejected at its
-    /// first touch of a bound has no slope.
+    /// `None` for another optimiser, and for Theil's coefficients, which are no norms of residuals.
     pub fn new(cases: &[Case], gof: &GoodnessOfFit, settings: &Calibration) -> Result<Option<Ground>, EvaluateError> {
         let Case { variant, convention, .. } = &cases[0];
-        let rejects = convention.bounds == BoundRule::Reject && variant.constraint != Constraint::None;
-        if settings.optimizer != OptimizerKind::Auto || gof.accumulation() == Accumulation::Theil || rejects {
+        if settings.optimizer != OptimizerKind::Auto || gof.accumulation() == Accumulation::Theil {
             return Ok(None);
         }
         let lanes = |cases: Vec<Case>| Lanes::new(cases, *gof, LanesPrecision::F64);
@@ -191,7 +195,7 @@ impl Search<'_> {
 
     fn soft(&self, level: usize, share: f64) -> Pull {
         let [least, price] = SOFT[level];
-        Pull { share, soft: Some(Soft { least, floor: 0.5 * least, price }) }
+        Pull { share, soft: Some(Soft { least, price }) }
     }
 
     /// Searches until enough agree; true if they do.
@@ -201,19 +205,18 @@ impl Search<'_> {
             let mut rng = stream(self.settings.seed, self.number, round, 0);
             let n = self.smooth.dimensions();
             let places: Vec<Vec<f64>> = (0..SCREENED).map(|_| (0..n).map(|_| rng.random()).collect()).collect();
-            let mut direct = None;
-            if round == 0 {
-                direct = Some(self.directly(&places)?);
-            }
-            let score = self.homotopy(&places)?;
+            let score = if round % 2 == 0 { self.directly(&places)? } else { self.homotopy(&places)? };
             if self.stopped.is_some() {
                 return Ok(false);
             }
             found.push(score);
-            let best = found.iter().chain(&direct).copied().fold(f64::INFINITY, f64::min);
+            let best = found.iter().copied().fold(f64::INFINITY, f64::min);
             let limit = best + AGREEMENT * best.abs().max(super::search::FLOOR);
-            let agree = |scores: &mut dyn Iterator<Item = &f64>| scores.filter(|score| **score <= limit).count();
-            let (agreeing, elsewhere) = (agree(&mut found.iter().chain(&direct)), found.len() - agree(&mut found.iter()));
+            let agreeing = found.iter().filter(|score| **score <= limit).count();
+            let mut others: Vec<f64> = found.iter().copied().filter(|score| *score > limit).collect();
+            others.sort_by(f64::total_cmp);
+            others.dedup_by(|a, b| *a - *b <= AGREEMENT * b.abs().max(super::search::FLOOR));
+            let elsewhere = others.len();
             if best.is_finite() && agreeing >= AGREEING + elsewhere {
                 self.look_around()?;
                 return Ok(true);
@@ -229,10 +232,15 @@ impl Search<'_> {
             return Ok(f64::INFINITY);
         }
         let costs = self.smooth.costs(places, pull)?;
-        let starts = best_apart(places, &costs, DIRECT, 0.0);
-        let course = Course { pull, turns: 10, tolerance: ROUGH };
-        let walkers = descend(&self.smooth.clone(), starts, &[], course, self)?;
-        self.finish(walkers, 1)
+        let mut starts = best_apart(places, &costs, STARTS, APART);
+        let mut walkers = Vec::new();
+        for (turns, kept) in DIRECT {
+            let course = Course { pull, turns, tolerance: ROUGH };
+            walkers = merged(descend(&self.smooth.clone(), starts, &[], course, self)?);
+            walkers.truncate(kept);
+            starts = walkers.iter().map(|walker| walker.place.clone()).collect();
+        }
+        self.finish(walkers, FINAL)
     }
 
     /// From screened places under a pull that fades.
@@ -263,43 +271,106 @@ impl Search<'_> {
         let mut places: Vec<Vec<f64>> = near.take(most).map(|walker| walker.place).collect();
         for (level, turns) in [(0, 15), (1, 8), (2, 8)] {
             let pull = self.soft(level, 0.0);
-            if level > 0 && !self.falls_short(&places)? {
+            if level > 0 && !self.pays(&places)?.contains(&true) {
                 break;
             }
             let course = Course { pull, turns, tolerance: FINE };
             places = descend(&self.smooth.clone(), places, &[], course, self)?.into_iter().map(|w| w.place).collect();
         }
+        let pays = self.pays(&places)?;
         let mut lowest = f64::INFINITY;
-        let hard = Pull { share: 0.0, soft: None };
-        let mut last: Vec<(Vec<f64>, Vec<usize>)> = Vec::new();
-        for place in places {
-            match self.whole_delays(&place) {
-                Some((at, delays)) => last.extend(delays.into_iter().map(|delay| {
-                    let mut place = place.clone();
-                    place[at] = delay;
-                    (place, vec![at])
-                })),
-                None => last.push((place, Vec::new())),
-            }
-        }
-        for (place, held) in last {
-            let course = Course { pull: hard, turns: 10, tolerance: FINE };
-            let walkers = descend(&self.exact.clone(), vec![place], &held, course, self)?;
-            for walker in walkers.into_iter().filter(|walker| walker.cost.is_finite()) {
-                lowest = lowest.min(walker.cost);
-                self.keep(walker.place, walker.cost);
+        for (place, pays) in places.into_iter().zip(pays) {
+            let whole = self.whole_delays(&place);
+            let held: Vec<usize> = whole.iter().map(|(at, _)| *at).collect();
+            let with = |delay: f64| {
+                let mut place = place.clone();
+                held.iter().for_each(|at| place[*at] = delay);
+                place
+            };
+            let delays = whole.map_or_else(|| vec![0.0], |(_, delays)| delays);
+            for place in delays.into_iter().map(with) {
+                lowest = lowest.min(self.exactly(place, &held, pays)?);
             }
         }
         Ok(lowest)
     }
 
-    /// True if a place has samples that are too close.
-    fn falls_short(&mut self, places: &[Vec<f64>]) -> Result<bool, CalibrateError> {
+    /// Down by the exact objective, `held` coordinates apart. Where an optimum lies on the edge of what is feasible, derivatives do not
+    /// lead along it: a polish by scores alone follows.
+    fn exactly(&mut self, place: Vec<f64>, held: &[usize], on_edge: bool) -> Result<f64, CalibrateError> {
+        let objective = self.exact.clone();
+        if !self.spend(1) {
+            return Ok(f64::INFINITY);
+        }
+        let mut found = (place, f64::INFINITY);
+        found.1 = objective.costs(std::slice::from_ref(&found.0), HARD)?[0];
+        if found.1.is_finite() {
+            let course = Course { pull: HARD, turns: 10, tolerance: FINE };
+            if let Some(walker) = descend(&objective, vec![found.0.clone()], held, course, self)?.pop()
+                && walker.cost.is_finite()
+            {
+                found = (walker.place, walker.cost);
+            }
+        }
+        if on_edge {
+            found = self.polished(found, held)?;
+        }
+        if found.1.is_finite() {
+            self.keep(found.0, found.1);
+        }
+        Ok(found.1)
+    }
+
+    /// By scores alone, from a place that need not be feasible.
+    fn polished(&mut self, found: (Vec<f64>, f64), held: &[usize]) -> Result<(Vec<f64>, f64), CalibrateError> {
+        let moved: Vec<usize> = (0..found.0.len()).filter(|i| !held.contains(i)).collect();
+        let n = moved.len();
+        if n == 0 {
+            return Ok(found);
+        }
+        let rise = EDGE * if found.1.is_finite() { found.1 } else { 1.0 };
+        let points = self.around(&found.0, held, rise, 4 * n)?;
+        let take = |place: &Vec<f64>| moved.iter().map(|i| place[*i]).collect::<Vec<f64>>();
+        let settings = DescentSettings {
+            population: (2 * DescentSettings::population_for(n)).next_multiple_of(LANES),
+            evaluations: (POLISH * n) as u64,
+            tolerance: AGREEMENT / 100.0,
+            floor: super::search::FLOOR,
+        };
+        let start = Start::Population { middle: take(&found.0), points: points.iter().map(take).collect() };
+        let unit = SearchBox { lower: vec![0.0; n], upper: vec![1.0; n] };
+        let mut descent = Descent::new(unit, start, settings, Origin::new(self.settings.seed, self.number));
+        let whole = |point: &Vec<f64>| {
+            let mut place = found.0.clone();
+            moved.iter().zip(point).for_each(|(i, x)| place[*i] = *x);
+            place
+        };
+        while descent.ended().is_none() {
+            let points = descent.ask();
+            if points.is_empty() || !self.spend(points.len()) {
+                break;
+            }
+            let places: Vec<Vec<f64>> = points.iter().map(whole).collect();
+            let scores = self.exact.scores(&places, HARD)?;
+            let merits: Vec<Merit> = scores.iter().map(|(score, _)| super::merit(score)).collect();
+            descent.tell(&merits);
+        }
+        Ok(match descent.best() {
+            Some(member) => match member.merit {
+                Merit::Feasible(score) if score < found.1 => (whole(&member.point), score),
+                _ => found,
+            },
+            None => found,
+        })
+    }
+
+    /// Which places pay for something, in runs without a pull.
+    fn pays(&mut self, places: &[Vec<f64>]) -> Result<Vec<bool>, CalibrateError> {
         if !self.spend(places.len()) {
-            return Ok(false);
+            return Ok(vec![false; places.len()]);
         }
         let scores = self.smooth.scores(places, self.soft(0, 0.0))?;
-        Ok(scores.iter().any(|(_, shortfall)| *shortfall > 0.0))
+        Ok(scores.iter().map(|(_, shortfall)| *shortfall > 0.0).collect())
     }
 
     /// Where the convention floors delays: the coordinate of the delay, and its values at the two whole numbers of samples around it.
@@ -316,9 +387,16 @@ impl Search<'_> {
             let (at, _) = self.exact.coordinate(parameter, candidate[parameter])?;
             Some((at, candidate[parameter], parameter))
         })?;
-        let whole: f64 = delays.into_iter().flatten().filter_map(|s| symbols.iter().position(|k| *k == s)).map(|p| candidate[p]).sum();
+        let whole: f64 = delays
+            .into_iter()
+            .flatten()
+            .filter_map(|s| symbols.iter().position(|k| *k == s))
+            .map(|p| candidate[p])
+            .sum();
         // Behind the whole number, so that no rounding puts it before.
-        let of = |steps: f64| self.exact.coordinate(parameter, steps * case.dt + 1e-6 - (whole - own)).map(|(_, u)| u.clamp(0.0, 1.0));
+        let of = |steps: f64| {
+            self.exact.coordinate(parameter, steps * case.dt + 1e-6 - (whole - own)).map(|(_, u)| u.clamp(0.0, 1.0))
+        };
         let steps = (whole / case.dt).floor();
         Some((at, [steps, steps + 1.0].into_iter().filter_map(of).collect()))
     }
@@ -326,30 +404,44 @@ impl Search<'_> {
     /// Candidates around the best one, as far away as costs a little: they show which parameters make up for each other.
     fn look_around(&mut self) -> Result<(), CalibrateError> {
         let Some((best, score)) = self.best.clone() else { return Ok(()) };
-        let n = best.len();
-        if !self.spend(n + 1 + AROUND * n) {
+        let places = self.around(&best, &[], RISE * score.max(super::search::FLOOR), AROUND * best.len())?;
+        if !self.spend(places.len()) {
             return Ok(());
         }
-        let hard = Pull { share: 0.0, soft: None };
-        let curvature = self.smooth.slopes(&[&best], &[], hard)?.remove(0).majorant;
-        let largest = curvature.diagonal().max();
-        let floor = DMatrix::from_diagonal_element(n, n, (WIDEST * largest).max(f64::MIN_POSITIVE.sqrt()));
-        let Some(root) = (curvature + floor).cholesky() else { return Ok(()) };
-        let mut rng = stream(self.settings.seed, self.number, u64::MAX, 0);
-        let size = (2.0 * RISE * score.max(super::search::FLOOR) / n as f64).sqrt();
-        let place = |_| {
-            let draw = DVector::from_fn(n, |_, _| size * normal(&mut rng));
-            let step = root.l().transpose().solve_upper_triangular(&draw).unwrap_or(draw);
-            best.iter().zip(step.iter()).map(|(x, step)| (x + step).clamp(0.0, 1.0)).collect()
-        };
-        let places: Vec<Vec<f64>> = (0..AROUND * n).map(place).collect();
-        let costs = self.exact.costs(&places, hard)?;
+        let costs = self.exact.costs(&places, HARD)?;
         for (place, cost) in places.into_iter().zip(costs) {
             if cost <= score + super::search::NEAR * score.abs() {
                 self.keep(place, cost);
             }
         }
         Ok(())
+    }
+
+    /// Places around another one, at which costs rise by so much in the mean.
+    fn around(
+        &mut self,
+        middle: &[f64],
+        held: &[usize],
+        rise: f64,
+        count: usize,
+    ) -> Result<Vec<Vec<f64>>, CalibrateError> {
+        let n = middle.len();
+        if !self.spend(n + 1 - held.len()) {
+            return Ok(Vec::new());
+        }
+        let curvature = self.smooth.slopes(&[&middle.to_vec()], held, self.soft(0, 0.0))?.remove(0).majorant;
+        let largest = curvature.diagonal().max();
+        let floor = DMatrix::from_diagonal_element(n, n, (WIDEST * largest).max(f64::MIN_POSITIVE.sqrt()));
+        let Some(root) = (curvature + floor).cholesky() else { return Ok(Vec::new()) };
+        let mut rng = stream(self.settings.seed, self.number, u64::MAX, self.evaluations);
+        let size = (2.0 * rise / n as f64).sqrt();
+        let place = |_| {
+            let draw = DVector::from_fn(n, |_, _| size * normal(&mut rng));
+            let step = root.l().transpose().solve_upper_triangular(&draw).unwrap_or(draw);
+            let moved = |(i, x): (usize, &f64)| if held.contains(&i) { *x } else { (x + step[i]).clamp(0.0, 1.0) };
+            middle.iter().enumerate().map(moved).collect()
+        };
+        Ok((0..count).map(place).collect())
     }
 
     fn keep(&mut self, place: Vec<f64>, score: f64) {

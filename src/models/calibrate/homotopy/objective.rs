@@ -106,8 +106,12 @@ impl<'a> Objective<'a> {
         let by_case = self.on_cases(&population, |job| self.lanes.slopes(job, &differences, pull))?;
         let share = 1.0 / by_case.len() as f64;
         let whole = |k: usize| {
-            let mut sum =
-                Slopes { cost: 0.0, gradient: DVector::zeros(n), curvature: DMatrix::zeros(n, n), majorant: DMatrix::zeros(n, n) };
+            let mut sum = Slopes {
+                cost: 0.0,
+                gradient: DVector::zeros(n),
+                curvature: DMatrix::zeros(n, n),
+                majorant: DMatrix::zeros(n, n),
+            };
             for slopes in by_case.iter().map(|slopes| &slopes[k]) {
                 sum.cost += share * slopes.cost;
                 for (a, &i) in moved.iter().enumerate() {

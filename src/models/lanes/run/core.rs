@@ -1,7 +1,7 @@
 //! Populations in blocks, spread over threads, in one precision.
 
-use super::products::{Differences, Products};
 use super::plan::{Part, Plan, candidate, in_order};
+use super::products::{Differences, Products};
 use super::real::Real;
 use super::simd::{InstructionSet, run_block};
 use super::stream::Stream;
@@ -328,7 +328,11 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         let score = |part: &Part| {
             let mut run = self.prepare(&jobs, settings, &columns, &plan, part);
             run.observers = observers;
-            if plan.lanes == A { self.soft_score(&self.large, &mut run) } else { self.soft_score(&self.small, &mut run) }
+            if plan.lanes == A {
+                self.soft_score(&self.large, &mut run)
+            } else {
+                self.soft_score(&self.small, &mut run)
+            }
         };
         let several: Vec<Vec<(Score, f64)>> = plan.parts.par_iter().map(score).collect();
         Ok(in_order(&plan.order, several.into_iter().flatten(), (Score::Rejected, 0.0)))
@@ -337,7 +341,8 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
     fn soft_score<const L: usize>(&self, blocks: &Blocks<T, L>, run: &mut Run<'_, T>) -> Vec<(Score, f64)> {
         let mut workspace = blocks.take(self.longest());
         self.run_whole(&blocks.program, &mut workspace, run);
-        let lane = |(lane, candidate)| (workspace.score(lane, candidate, run), workspace.sums.shortfall2.0[lane].to_f64());
+        let lane =
+            |(lane, candidate)| (workspace.score(lane, candidate, run), workspace.sums.shortfall2.0[lane].to_f64());
         let scores = run.candidates.iter().enumerate().map(lane).collect();
         blocks.put(workspace);
         scores
@@ -473,7 +478,9 @@ impl<T: Real, const L: usize> Workspace<T, L> {
         let raw = self.raw(lane, run.settings);
         match raw.failure() {
             Some(failure) => Score::Failed(failure),
-            None if run.stream.rejects && raw.n_cut_acc + raw.n_cut_dec > 0 => Score::Rejected,
+            None if run.settings.soft.is_none() && run.stream.rejects && raw.n_cut_acc + raw.n_cut_dec > 0 => {
+                Score::Rejected
+            }
             None => Score::Value(self.sums.score(lane, run.settings, &run.stream.norms[candidate.first])),
         }
     }

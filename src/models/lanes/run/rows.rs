@@ -84,19 +84,20 @@ pub fn went_finite<T: Real, const L: usize>(a_free: &[T; L], s: &[T; L], alive: 
     differ
 }
 
-/// Puts values that are too small on `floor`.
-#[inline(always)]
-pub fn keep_above<T: Real, const L: usize>(y: &mut [T; L], floor: T) {
-    for y in y {
-        *y = y.larger(floor);
-    }
-}
-
 /// How far values are below `least`, in the lanes that went on.
 #[inline(always)]
 pub fn shortfalls<T: Real, const L: usize>(y: &[T; L], least: T, went: &[T; L], to: &mut [T; L]) {
     for i in 0..L {
         to[i] = select_unpredictable(went[i] != T::ZERO, (least - y[i]).larger(T::ZERO), T::ZERO);
+    }
+}
+
+/// Adds how much of an acceleration was cut, in the lanes that went on.
+#[inline(always)]
+pub fn add_cuts<T: Real, const L: usize>(a: &[T; L], a_free: &[T; L], went: &[T; L], to: &mut [T; L]) {
+    for i in 0..L {
+        let cut = (a[i] - a_free[i]).larger(a_free[i] - a[i]);
+        to[i] = to[i] + select_unpredictable(went[i] != T::ZERO, cut, T::ZERO);
     }
 }
 

@@ -9,7 +9,7 @@ use crate::evaluator::{Observer, Soft, Windows};
 use crate::score::Accumulation;
 use std::hint::select_unpredictable;
 
-/// Numbers per sample that slopes are made of: three weighted errors and a shortfall.
+/// Numbers per sample that slopes are made of: three weighted errors and what a soft run pays for.
 pub const SIGNALS: usize = 4;
 
 /// What is added up.
@@ -89,7 +89,8 @@ pub struct Sums<T, const L: usize> {
     pub observers: Observers<T, L>,
     /// Residuals of spacing and speed.
     pub residual: [Lane<T, L>; 2],
-    /// Errors of spacing, speed and acceleration as the goodness of fit weighs them, and the shortfall of the spacing.
+    /// Errors of spacing, speed and acceleration as the goodness of fit weighs them, and the shortfall of the spacing \[m\], to which a
+    /// convention that rejects candidates at an acceleration bound adds what the bound cuts \[m/s²\].
     pub weighted: [Lane<T, L>; SIGNALS],
     /// Σ shortfall².
     pub shortfall2: Lane<T, L>,

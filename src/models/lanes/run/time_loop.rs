@@ -249,10 +249,8 @@ pub fn run<T: Real, const L: usize>(
             let (a_free, s) = (w.registers.row(step.a_free), w.registers.row(home[0]));
             // Before any clamp: a minimum or maximum would hide a NaN.
             let feasible = step.feasible.map(|row| w.registers.row(row));
-            let all = settings.soft.is_none()
-                && whole
-                && rows::all_fine(a_free, s)
-                && feasible.is_none_or(rows::all_true);
+            let all =
+                settings.soft.is_none() && whole && rows::all_fine(a_free, s) && feasible.is_none_or(rows::all_true);
             let failing = !all
                 && match feasible {
                     _ if settings.soft.is_some() => rows::went_finite(a_free, s, &w.alive.0, &mut w.went.0),
@@ -267,13 +265,14 @@ pub fn run<T: Real, const L: usize>(
             } else if failing {
                 running -= close(w, program, 1 - here, t);
             }
-            if let Some(soft) = settings.soft {
-                rows::keep_above(w.registers.row_mut(home[0]), T::of(soft.floor));
-            }
             let rows = [w.registers.row(home[0]), w.registers.row(home[1]), w.registers.row(home[2])];
             w.sums.add(settings, stream, rows, Went { all, row: &w.went.0 }, t);
             if what.weighted.is_some() || settings.soft.is_some() {
                 w.sums.weigh(settings, stream, rows, &w.went.0, t);
+                if settings.soft.is_some() && stream.rejects && step.a != step.a_free {
+                    let (a, a_free) = (w.registers.row(step.a), w.registers.row(step.a_free));
+                    rows::add_cuts(a, a_free, &w.went.0, &mut w.sums.weighted[3].0);
+                }
                 rows::add_square(&w.sums.weighted[3].0, T::ZERO, T::ONE, &mut w.sums.shortfall2.0);
             }
             if let Some(missing) = model.missing {
