@@ -243,7 +243,7 @@ impl Calibration {
     pub fn run_on(
         &self,
         drives: &[&Drive],
-        progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+        progress: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
     ) -> Result<Fit, Error> {
         let loaded = drives.iter().map(|drive| drive.for_model(&self.model)).collect::<anyhow::Result<Vec<_>>>()?;
         once(loaded.iter().map(|one| &one.trajectory))?;
@@ -367,7 +367,7 @@ impl Calibration {
         evaluator: &mut dyn Evaluator,
         prepared: &Prepared,
         loaded: &[Loaded],
-        progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+        progress: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
     ) -> anyhow::Result<ResultFile> {
         let Prepared { space, reference } = prepared;
         let mut stopped = false;

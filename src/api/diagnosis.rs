@@ -246,7 +246,7 @@ impl Asked<'_> {
     pub(crate) fn answer(
         &self,
         loaded: &mut Loaded,
-        progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+        progress: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
     ) -> anyhow::Result<Described> {
         let Asked { base, effort, seed, causes, bounds } = *self;
         let policy = Policy::DEFAULT;
@@ -367,7 +367,7 @@ impl Diagnosis {
         &self,
         drives: &[&Drive],
         holdout: &[&Drive],
-        progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+        progress: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
     ) -> Result<Findings, Error> {
         // Before the work, and of the causes as well, for these are searched, too.
         let mut bounds = read_bounds(&self.bounds, &self.base)?;

@@ -30,7 +30,7 @@ impl Round<'_> {
         &self,
         task: &Task,
         evaluator: &mut dyn Evaluator,
-        progress: &mut dyn FnMut(u64) -> ControlFlow<()>,
+        progress: &mut (dyn FnMut(u64) -> ControlFlow<()> + Send),
     ) -> Result<Option<Part>, StudyError> {
         let index = self.study.drive_of(task);
         let space = self.study.space(index, &self.variant)?;

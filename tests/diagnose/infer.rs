@@ -35,7 +35,7 @@ fn ask(
     train: &[Drive],
     holdout: &[Drive],
     bounds: &Overrides,
-    progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    progress: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
 ) -> Result<Inference, DiagnoseError> {
     infer(&question(train, holdout, &causes(&["dead_zone", "actuation_lag"]), bounds), progress)
 }

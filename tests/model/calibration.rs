@@ -459,7 +459,7 @@ impl Evaluator for Unlucky {
 /// Three replicates of 280 evaluations by the genetic algorithm.
 fn three_replicates(
     unlucky: &[usize],
-    progress: &mut dyn FnMut(leadlag::internal::calibrate::Progress) -> ControlFlow<()>,
+    progress: &mut (dyn FnMut(leadlag::internal::calibrate::Progress) -> ControlFlow<()> + Send),
 ) -> Result<Vec<Replicate>, CalibrateError> {
     let variant = Variant::from_id(1).unwrap();
     let inner = Reference::new(vec![driven_by(variant, Convention::PAPER, &bmw())], GoodnessOfFit::NRMSE_SVA);

@@ -197,7 +197,7 @@ pub fn run_optimizers(
     program: &Path,
     tasks: &[OptimizerTask],
     journal: &mut Journal,
-    progress: &mut dyn FnMut(usize, &OptimizerTask) -> ControlFlow<()>,
+    progress: &mut (dyn FnMut(usize, &OptimizerTask) -> ControlFlow<()> + Send),
 ) -> Result<(), BenchError> {
     let mut data = Followers::new(shared)?;
     for (done, task) in tasks.iter().enumerate() {
@@ -223,7 +223,7 @@ pub fn run_optimizers(
 fn run(
     data: &mut Followers,
     task: &OptimizerTask,
-    progress: &mut dyn FnMut() -> ControlFlow<()>,
+    progress: &mut (dyn FnMut() -> ControlFlow<()> + Send),
 ) -> Result<Option<OptimizerOutcome>, BenchError> {
     let variant = Variant::from_id(task.model_id)?;
     let (trajectory, vehicle) = data.get(task.platoon, task.follower)?;

@@ -21,7 +21,7 @@ use std::ops::ControlFlow;
 /// [`DiagnoseError`]: no data, a model that cannot be run on them, or [`DiagnoseError::Stopped`] when `progress` breaks.
 pub fn infer(
     question: &Question<'_>,
-    progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    progress: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
 ) -> Result<Inference, DiagnoseError> {
     infer_with(question, &SearchBudget::of(question.effort), progress)
 }
@@ -33,7 +33,7 @@ pub fn infer(
 pub fn infer_with(
     question: &Question<'_>,
     spending: &SearchBudget,
-    progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    progress: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
 ) -> Result<Inference, DiagnoseError> {
     if question.train.is_empty() {
         return Err(DiagnoseError::NoData);

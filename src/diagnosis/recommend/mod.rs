@@ -109,7 +109,7 @@ fn names(causes: &[&'static Extension]) -> Vec<String> {
 pub fn recommend(
     request: &Request<'_>,
     policy: &Policy,
-    progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    progress: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
 ) -> Result<Answer, DiagnoseError> {
     let mut show = |done: f64, stage: &str| match progress(Progress { done, stage: stage.to_owned() }) {
         ControlFlow::Continue(()) => Ok(()),

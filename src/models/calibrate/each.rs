@@ -1,7 +1,6 @@
 //! Many calibrations that have nothing to do with each other but the evaluator.
 
-use super::search::{Group, Search, advance};
-use super::settled::settled;
+use super::tasks::{Task, run};
 use super::{CalibrateError, Calibration, Replicate, SearchSpace};
 use crate::evaluator::Evaluator;
 use std::ops::ControlFlow;
@@ -19,22 +18,12 @@ pub fn calibrate_each(
     evaluator: &mut dyn Evaluator,
     spaces: &[SearchSpace],
     settings: &Calibration,
-    stop: &dyn Fn() -> bool,
+    stop: &(dyn Fn() -> bool + Sync),
 ) -> Result<Vec<Result<Replicate, CalibrateError>>, CalibrateError> {
     assert_eq!(spaces.len(), evaluator.cases().len(), "one search space per case");
-    let halves = if evaluator.overlaps() { 2 } else { 1 };
-    let half = spaces.len().div_ceil(halves).max(1);
-    let search = |case: usize| Search::new(&spaces[case], case..case + 1, settings, 0);
-    let mut groups: Vec<Group> = (0..spaces.len())
-        .step_by(half)
-        .map(|first| Group::new((first..spaces.len().min(first + half)).map(search).collect()))
-        .collect();
+    let task = |(case, space)| Task { space, cases: case..case + 1, number: 0 };
+    let tasks: Vec<Task> = spaces.iter().enumerate().map(task).collect();
     let mut go_on = |_| if stop() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
-    advance(&mut groups, evaluator, &mut go_on)?;
-    let settle = |search: Search| {
-        let (cases, space) = (search.cases.clone(), search.space);
-        let (replicate, rival) = search.finish()?;
-        settled(&evaluator.cases()[cases], evaluator.gof(), space, replicate, rival)
-    };
-    Ok(groups.into_iter().flat_map(|group| group.searches).map(settle).collect())
+    let outcomes = run(evaluator, &tasks, settings, &mut go_on)?;
+    Ok(outcomes.into_iter().map(|outcome| outcome.map_err(|failed| failed.error)).collect())
 }

@@ -3,10 +3,12 @@
 mod bound_set;
 mod each;
 mod exact;
+mod homotopy;
 mod one_driver;
 mod search;
 mod settled;
 mod space;
+mod tasks;
 
 pub use bound_set::BoundSet;
 pub use each::calibrate_each;
@@ -16,11 +18,10 @@ pub use space::{BoundsError, Overrides, SearchSpace, bound_times, checked, read_
 
 use crate::evaluator::{EvaluateError, Evaluator, Failure, Score};
 use crate::text::spelling::UnknownWord;
-use search::{Group, Search, advance};
-use settled::settled;
 use std::fmt;
 use std::ops::ControlFlow;
 use std::time::Duration;
+use tasks::{Failed, Task, run};
 
 /// Fewer simulations than this are no search.
 pub const EVALUATIONS_MIN: u64 = 100;
@@ -250,39 +251,25 @@ pub fn calibrate(
     evaluator: &mut dyn Evaluator,
     space: &SearchSpace,
     settings: &Calibration,
-    progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    progress: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
 ) -> Result<Vec<Replicate>, CalibrateError> {
-    let halves = if evaluator.overlaps() && settings.replicates > 1 { 2 } else { 1 };
-    let all = 0..evaluator.cases().len();
-    let mut groups: Vec<Group> = (0..halves)
-        .map(|half| {
-            let numbers = (0..settings.replicates).filter(|number| number % halves == half);
-            Group::new(numbers.map(|number| Search::new(space, all.clone(), settings, number)).collect())
-        })
-        .collect();
-    let mut stopped = false;
-    let mut progress = |told: Progress| {
-        stopped |= progress(told).is_break();
-        if stopped { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    };
-    advance(&mut groups, evaluator, &mut progress)?;
-    let mut searches: Vec<Search> = groups.into_iter().flat_map(|group| group.searches).collect();
-    searches.sort_by_key(|search| search.number);
+    let cases = 0..evaluator.cases().len();
+    let task = |number| Task { space, cases: cases.clone(), number };
+    let tasks: Vec<Task> = (0..settings.replicates).map(task).collect();
     let (mut replicates, mut found, mut infeasible) = (Vec::new(), false, None);
-    for search in searches {
-        let furthest = search.furthest();
-        match search.finish() {
+    for outcome in run(evaluator, &tasks, settings, progress)? {
+        match outcome {
+            Ok(replicate) => {
+                found = true;
+                replicates.push(replicate);
+            }
             // Of an interrupted calibration, what was found until then.
-            Err(CalibrateError::Interrupted) => {}
-            Err(error @ CalibrateError::Infeasible { .. }) => {
+            Err(Failed { error: CalibrateError::Interrupted, .. }) => {}
+            Err(Failed { error: error @ CalibrateError::Infeasible { .. }, furthest }) => {
                 replicates.extend(furthest);
                 infeasible.get_or_insert(error);
             }
-            other => {
-                found = true;
-                let (replicate, rival) = other?;
-                replicates.push(settled(evaluator.cases(), evaluator.gof(), space, replicate, rival)?);
-            }
+            Err(Failed { error, .. }) => return Err(error),
         }
     }
     if found { Ok(replicates) } else { Err(infeasible.unwrap_or(CalibrateError::Interrupted)) }
@@ -298,12 +285,10 @@ pub fn calibrate_replicate(
     space: &SearchSpace,
     settings: &Calibration,
     number: u64,
-    progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    progress: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
 ) -> Result<Replicate, CalibrateError> {
-    let mut groups = [Group::new(vec![Search::new(space, 0..evaluator.cases().len(), settings, number)])];
-    advance(&mut groups, evaluator, progress)?;
-    let (replicate, rival) = groups[0].searches.swap_remove(0).finish()?;
-    settled(evaluator.cases(), evaluator.gof(), space, replicate, rival)
+    let task = Task { space, cases: 0..evaluator.cases().len(), number };
+    run(evaluator, &[task], settings, progress)?.remove(0).map_err(|failed| failed.error)
 }
 
 /// The replicate with the lowest score.

@@ -281,10 +281,10 @@ const RESOLUTION: f64 = 1e-7;
 /// Tolerances are shares of this where the best score is smaller. NRMSE(s,v,a) of measured data is ten times as large and more, the
 /// smallest measures of speeds alone (u-v) are about as large; on a drive that the variant itself made scores come down to nearly 0, a share
 /// of which nothing reaches. Rounds then agree within 1e-6, which is what f32 leaves of such a score.
-const FLOOR: f64 = 0.01;
+pub(super) const FLOOR: f64 = 0.01;
 
 /// Share of the best score by which a candidate may be worse and still counts as near.
-const NEAR: f64 = 0.05;
+pub(super) const NEAR: f64 = 0.05;
 
 /// Near candidates that are kept of one replicate, at most: of more than ten replicates each keeps fewer, for all of them are in memory
 /// together. Half of the least is what the reference may be asked about.

@@ -15,7 +15,7 @@ pub use course::smoothed_acceleration;
 pub use course::{Course, CourseError, LEADER_SMOOTHING, Pace, WorldSignals};
 pub use fallback::Fallback;
 pub use halves::Halves;
-pub use observer::{Innovations, Observed, Observer, Residuals, Windows};
+pub use observer::{Innovations, Observed, Observer, Pull, Residuals, Slopes, Soft, Windows};
 pub use raw::{Raw, status};
 pub use table::{Cell, Line, Table};
 

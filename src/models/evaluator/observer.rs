@@ -1,6 +1,7 @@
 //! Runs that are corrected towards the measurement: what a diagnosis needs.
 
 use super::{Failure, Raw};
+use nalgebra::{DMatrix, DVector};
 
 /// How one candidate's run is corrected towards the measurement, with r = predicted - measured: a steady-state Kalman observer in
 /// innovations form over spacing, speed and d, the missing acceleration \[m/s²\], which is added to the model's acceleration
@@ -40,6 +41,38 @@ impl Windows {
     }
 }
 
+/// A run that goes on behind a collision, or where a convention rejects it at an acceleration bound, and pays for it, so that a search
+/// sees how far it is from passing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Soft {
+    /// Spacing below which a run pays \[m\].
+    pub least: f64,
+    /// Cost of the sum over the samples of (shortfall of the spacing \[m\] + cut of the acceleration \[m/s²\])², in units of the score.
+    pub price: f64,
+}
+
+/// A run of a search: pulled towards the measurement, soft or as it is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pull {
+    /// Share of the residuals of spacing and speed that is taken back after each step; 0: free simulation.
+    pub share: f64,
+    /// `None`: a run that collides fails.
+    pub soft: Option<Soft>,
+}
+
+/// A score with its derivatives with respect to the coordinates of a search.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Slopes {
+    /// The score and the cost of shortfalls; infinite where the run failed.
+    pub cost: f64,
+    /// Its gradient.
+    pub gradient: DVector<f64>,
+    /// Gauss and Newton's approximation of its second derivatives.
+    pub curvature: DMatrix<f64>,
+    /// The same of the weighted sum of squares that touches the score here from above.
+    pub majorant: DMatrix<f64>,
+}
+
 /// What an observed run adds up.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Observed {
@@ -74,8 +107,10 @@ pub struct Residuals {
     pub from: usize,
     /// Its samples.
     pub samples: usize,
-    /// Candidate i is in block i / `lanes`, whose number (2 k + signal) `lanes` + i % `lanes` is its residual of s \[m\] (signal 0) or
-    /// v \[m/s\] (signal 1) at sample `from` + k. After a run has failed, what stands there means nothing.
+    /// Numbers of a candidate per sample.
+    pub signals: usize,
+    /// Candidate i is in block i / `lanes`, whose number (`signals` k + signal) `lanes` + i % `lanes` is its residual of s \[m\] (signal 0)
+    /// or v \[m/s\] (signal 1) at sample `from` + k. After a run has failed, what stands there means nothing.
     pub blocks: Vec<Vec<f64>>,
 }
 
@@ -95,7 +130,7 @@ impl Residuals {
                 block[(2 * t + 1) * lanes + i] = r[1];
             }
         }
-        Residuals { lanes, from: 0, samples, blocks: vec![block] }
+        Residuals { lanes, from: 0, samples, signals: 2, blocks: vec![block] }
     }
 
     /// Residuals of s and v of one candidate, sample by sample.

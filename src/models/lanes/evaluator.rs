@@ -3,12 +3,15 @@
 use super::compile::error::LanesError;
 use super::compile::model::Model;
 use super::run::core::{Core, Finished, History};
+use super::run::products::Differences;
 use super::run::real::Real;
 use super::run::simd::InstructionSet;
 use super::run::stream::Stream;
 use super::run::sums::{Adding, Settings};
+use crate::convention::BoundRule;
 use crate::evaluator::{
-    BufferSet, Case, Course, EvaluateError, Evaluator, Failure, Innovations, Job, Observed, Observer, Outcome, Windows,
+    BufferSet, Case, Course, EvaluateError, Evaluator, Failure, Innovations, Job, Observed, Observer, Outcome, Pull,
+    Slopes, Windows,
 };
 use crate::evaluator::{Population, Raw, Residuals, Score};
 use crate::score::GoodnessOfFit;
@@ -254,6 +257,39 @@ impl Lanes {
         })
     }
 
+    /// Scores of pulled runs, and the sums of squares of how far they fell short \[m²\].
+    ///
+    /// # Errors
+    /// [`EvaluateError::Delay`], [`EvaluateError::Model`].
+    pub fn pulled(&self, job: &Job<'_>, pull: Pull) -> Result<Vec<(Score, f64)>, EvaluateError> {
+        let (settings, observers) = self.pulling(job, pull);
+        with_engine!(self.observing()?, core => {
+            core.soft_scores(&self.cases, job, &settings, &observers)
+        })
+    }
+
+    /// Scores of pulled runs with their derivatives, by finite differences; in the order of `differences`.
+    ///
+    /// # Errors
+    /// [`EvaluateError::Delay`], [`EvaluateError::Model`].
+    ///
+    /// # Panics
+    /// If differences name candidates that are not there.
+    pub fn slopes(&self, job: &Job<'_>, differences: &[Differences], pull: Pull) -> Result<Vec<Slopes>, EvaluateError> {
+        let (settings, observers) = self.pulling(job, pull);
+        with_engine!(self.observing()?, core => {
+            core.slopes(&self.cases, job, &settings, &observers, differences)
+        })
+    }
+
+    fn pulling(&self, job: &Job<'_>, pull: Pull) -> (Settings, Vec<Observer>) {
+        let adding = Adding::One(self.gof.accumulation());
+        let counts = self.cases[job.case].convention.bounds == BoundRule::Reject;
+        let settings = Settings { soft: pull.soft, ..settings(adding, self.compensated(), counts, None) };
+        let observer = Observer { gain: [pull.share, 0.0, 0.0, pull.share, 0.0, 0.0], ..Observer::NONE };
+        (settings, vec![observer; job.population.len()])
+    }
+
     fn observing(&self) -> Result<&Engine, EvaluateError> {
         if let Some(engine) = self.observing.get() {
             return Ok(engine);
@@ -311,7 +347,7 @@ fn streams<T: Real>(cases: &[Case], courses: &[Course], gof: &GoodnessOfFit) -> 
 }
 
 fn settings(adding: Adding, compensated: bool, counts: bool, block: Option<usize>) -> Settings {
-    Settings { adding, compensated, counts, block, windows: None, goes_on: false }
+    Settings { adding, compensated, counts, block, windows: None, goes_on: false, soft: None }
 }
 
 impl Evaluator for Lanes {

@@ -63,7 +63,7 @@ impl SearchBox {
     }
 
     /// The point a fraction 0..1 of the way along dimension `i`.
-    fn along(&self, i: usize, fraction: f64) -> f64 {
+    pub(crate) fn along(&self, i: usize, fraction: f64) -> f64 {
         // The second: lower + 1 * (upper - lower) may round to beyond upper.
         (self.lower[i] + fraction * (self.upper[i] - self.lower[i])).min(self.upper[i])
     }

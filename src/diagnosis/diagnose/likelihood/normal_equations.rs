@@ -384,7 +384,7 @@ mod tests {
         let stretch = |from: usize| {
             let samples = (SAMPLES - from).min(128);
             let blocks = runs.chunks(LANES).map(|of| block(of, from, samples)).collect();
-            Residuals { lanes: LANES, from, samples, blocks }
+            Residuals { lanes: LANES, from, samples, signals: 2, blocks }
         };
         (0..SAMPLES).step_by(128).map(stretch).collect()
     }

@@ -61,7 +61,7 @@ pub struct Diagnosis {
 pub fn describe(
     question: &Question<'_>,
     lap: Option<f64>,
-    progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    progress: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
 ) -> Result<Diagnosis, GainError> {
     let inference = infer(question, &mut |p| progress(Progress { done: INFERRED * p.done, stage: p.stage }))?;
     let adopted = &inference.adopted;

@@ -1,13 +1,14 @@
 //! Populations in blocks, spread over threads, in one precision.
 
 use super::plan::{Part, Plan, candidate, in_order};
+use super::products::{Differences, Products};
 use super::real::Real;
 use super::simd::{InstructionSet, run_block};
 use super::stream::Stream;
-use super::sums::Settings;
+use super::sums::{SIGNALS, Settings};
 use super::time_loop::{Candidate, Program, Run, Workspace};
 use crate::evaluator::{
-    Case, EvaluateError, Failure, Innovations, Job, Observed, Observer, Population, Raw, Residuals, Score,
+    Case, EvaluateError, Failure, Innovations, Job, Observed, Observer, Population, Raw, Residuals, Score, Slopes,
 };
 use crate::lanes::compile::error::LanesError;
 use crate::lanes::compile::model::Model;
@@ -53,6 +54,15 @@ impl<T: Real, const L: usize> Blocks<T, L> {
 /// Samples that a block leaves residuals of before they are looked at: so few that they are still in a near cache, so many that to stop
 /// and go on costs nothing.
 const STRETCH: usize = 128;
+
+/// What runs leave sample by sample; its value is how many numbers.
+#[derive(Debug, Clone, Copy)]
+enum Leaving {
+    /// Residuals of spacing and speed.
+    Residuals = 2,
+    /// What the goodness of fit squares.
+    Weighted = SIGNALS as isize,
+}
 
 /// An evaluator in one precision, with two sizes of blocks: the large ones for large populations.
 #[derive(Debug)]
@@ -163,6 +173,7 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
             observers: &[],
             record: None,
             residuals: None,
+            weighted: None,
         }
     }
 
@@ -182,12 +193,7 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         self.run_whole(&blocks.program, &mut workspace, run);
         for (lane, (result, candidate)) in results.iter_mut().zip(run.candidates).enumerate() {
             let raw = workspace.raw(lane, run.settings);
-            let score = match raw.failure() {
-                Some(Failure { kind, step }) => Score::Failed(Failure { kind, step }),
-                None if run.stream.rejects && raw.n_cut_acc + raw.n_cut_dec > 0 => Score::Rejected,
-                None => Score::Value(workspace.sums.score(lane, run.settings, &run.stream.norms[candidate.first])),
-            };
-            *result = Finished { score, raw };
+            *result = Finished { score: workspace.score(lane, candidate, run), raw };
         }
         blocks.put(workspace);
     }
@@ -301,7 +307,81 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
             Run { observers, ..run }
         };
         let runs = plan.parts.iter().map(prepare).collect();
-        Ok(if plan.lanes == A { self.leave(&self.large, runs, each) } else { self.leave(&self.small, runs, each) })
+        let left = if plan.lanes == A {
+            self.leave(&self.large, runs, Leaving::Residuals, each)
+        } else {
+            self.leave(&self.small, runs, Leaving::Residuals, each)
+        };
+        Ok(left)
+    }
+
+    /// Scores of runs with observers, one per candidate, and how far they fell short.
+    pub fn soft_scores(
+        &self,
+        cases: &[Case],
+        job: &Job<'_>,
+        settings: &Settings,
+        observers: &[Observer],
+    ) -> Result<Vec<(Score, f64)>, EvaluateError> {
+        let plan = self.planned(cases, job, self.lanes(&[*job]))?;
+        let (jobs, columns) = ([*job], self.columns(&[*job]));
+        let score = |part: &Part| {
+            let mut run = self.prepare(&jobs, settings, &columns, &plan, part);
+            run.observers = observers;
+            if plan.lanes == A {
+                self.soft_score(&self.large, &mut run)
+            } else {
+                self.soft_score(&self.small, &mut run)
+            }
+        };
+        let several: Vec<Vec<(Score, f64)>> = plan.parts.par_iter().map(score).collect();
+        Ok(in_order(&plan.order, several.into_iter().flatten(), (Score::Rejected, 0.0)))
+    }
+
+    fn soft_score<const L: usize>(&self, blocks: &Blocks<T, L>, run: &mut Run<'_, T>) -> Vec<(Score, f64)> {
+        let mut workspace = blocks.take(self.longest());
+        self.run_whole(&blocks.program, &mut workspace, run);
+        let lane =
+            |(lane, candidate)| (workspace.score(lane, candidate, run), workspace.sums.shortfall2.0[lane].to_f64());
+        let scores = run.candidates.iter().enumerate().map(lane).collect();
+        blocks.put(workspace);
+        scores
+    }
+
+    /// Scores with derivatives, in the order of `differences`; those of a run that fails are infinite.
+    pub fn slopes(
+        &self,
+        cases: &[Case],
+        job: &Job<'_>,
+        settings: &Settings,
+        observers: &[Observer],
+        differences: &[Differences],
+    ) -> Result<Vec<Slopes>, EvaluateError> {
+        let mut plan = self.planned(cases, job, self.lanes(&[*job]))?;
+        plan.order.sort_unstable_by_key(|candidate| candidate.index);
+        let (jobs, columns) = ([*job], self.columns(&[*job]));
+        let prepare = |part: &Part| {
+            let run = self.prepare(&jobs, settings, &columns, &plan, part);
+            Run { observers, ..run }
+        };
+        let runs = plan.parts.iter().map(prepare).collect();
+        let mut products: Vec<Products<'_>> = differences.iter().map(Products::new).collect();
+        let mut each = |stretch: &Residuals| products.par_iter_mut().for_each(|products| products.add(stretch));
+        let failed = if plan.lanes == A {
+            self.leave(&self.large, runs, Leaving::Weighted, &mut each)
+        } else {
+            self.leave(&self.small, runs, Leaving::Weighted, &mut each)
+        };
+        let slopes = |(products, differences): (&Products<'_>, &Differences)| {
+            let norm = &self.streams[job.case].norms[plan.order[differences.first].first];
+            let weights = [0, 1, 2].map(|k| [norm.weight[k], norm.per_count[k]].map(T::to_f64));
+            let mut slopes = products.slopes(weights, settings.soft.map_or(0.0, |soft| soft.price));
+            if failed[differences.first..=differences.first + differences.steps.len()].iter().any(Option::is_some) {
+                slopes.cost = f64::INFINITY;
+            }
+            slopes
+        };
+        Ok(products.iter().zip(differences).map(slopes).collect())
     }
 
     /// All blocks go on by a stretch of samples, and leave their residuals to `each`; in the end, which runs failed.
@@ -309,6 +389,7 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         &self,
         blocks: &Blocks<T, L>,
         runs: Vec<Run<'_, T>>,
+        what: Leaving,
         each: &mut dyn FnMut(&Residuals),
     ) -> Vec<Option<Failure>> {
         let begun = |run| {
@@ -317,21 +398,27 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
             (run, workspace)
         };
         let mut begun: Vec<_> = runs.into_iter().map(begun).collect();
-        let room = || Vec::with_capacity(2 * STRETCH * L);
+        let signals = what as usize;
+        let room = || Vec::with_capacity(signals * STRETCH * L);
         let mut stretch = Residuals {
             lanes: L,
             from: 0,
             samples: 0,
+            signals,
             blocks: std::iter::repeat_with(room).take(begun.len()).collect(),
         };
         while begun.iter().any(|(run, workspace)| !workspace.is_done(run)) {
             let until = begun.iter().map(|(run, _)| run.end.min(stretch.from + STRETCH)).max().unwrap_or(0);
             stretch.samples = until - stretch.from;
-            let length = 2 * stretch.samples * L;
+            let length = signals * stretch.samples * L;
             begun.par_iter_mut().zip(&mut stretch.blocks).for_each(|((run, workspace), block)| {
                 block.clear();
-                let run = &mut Run { trace: None, record: None, residuals: Some(block), ..*run };
-                run_block(self.set, &blocks.program, workspace, run, until);
+                let mut run = Run { trace: None, record: None, residuals: None, weighted: None, ..*run };
+                match what {
+                    Leaving::Residuals => run.residuals = Some(&mut *block),
+                    Leaving::Weighted => run.weighted = Some(&mut *block),
+                }
+                run_block(self.set, &blocks.program, workspace, &mut run, until);
                 // Shorter if all of its runs have failed.
                 block.resize(length, f64::NAN);
             });
@@ -377,6 +464,7 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
             observers: &[],
             record: None,
             residuals: None,
+            weighted: None,
         };
         let mut workspace = self.small.take(self.longest());
         self.run_whole(&self.small.program, &mut workspace, &mut run);
@@ -386,6 +474,17 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
 }
 
 impl<T: Real, const L: usize> Workspace<T, L> {
+    fn score(&self, lane: usize, candidate: &Candidate, run: &Run<'_, T>) -> Score {
+        let raw = self.raw(lane, run.settings);
+        match raw.failure() {
+            Some(failure) => Score::Failed(failure),
+            None if run.settings.soft.is_none() && run.stream.rejects && raw.n_cut_acc + raw.n_cut_dec > 0 => {
+                Score::Rejected
+            }
+            None => Score::Value(self.sums.score(lane, run.settings, &run.stream.norms[candidate.first])),
+        }
+    }
+
     fn raw(&self, lane: usize, settings: &Settings) -> Raw {
         let totals = self.sums.totals(lane, settings.compensated);
         let [error2, simulated2, relative2, floored2] = totals.map(|sum| sum.map(T::to_f64));

@@ -8,6 +8,7 @@ pub mod operation;
 mod plan;
 pub mod power;
 pub mod power_f64;
+pub mod products;
 pub mod real;
 mod rows;
 pub mod simd;

@@ -72,6 +72,43 @@ pub fn count<T: Real, const L: usize>(
     }
 }
 
+/// `went` = `alive` where acceleration and spacing are finite; true if this differs from `alive` anywhere.
+#[inline(always)]
+pub fn went_finite<T: Real, const L: usize>(a_free: &[T; L], s: &[T; L], alive: &[T; L], went: &mut [T; L]) -> bool {
+    let mut differ = false;
+    for i in 0..L {
+        let fine = Real::is_finite(a_free[i]) & Real::is_finite(s[i]);
+        went[i] = select_unpredictable(fine, alive[i], T::ZERO);
+        differ |= went[i] != alive[i];
+    }
+    differ
+}
+
+/// How far values are below `least`, in the lanes that went on.
+#[inline(always)]
+pub fn shortfalls<T: Real, const L: usize>(y: &[T; L], least: T, went: &[T; L], to: &mut [T; L]) {
+    for i in 0..L {
+        to[i] = select_unpredictable(went[i] != T::ZERO, (least - y[i]).larger(T::ZERO), T::ZERO);
+    }
+}
+
+/// Adds how much of an acceleration was cut, in the lanes that went on.
+#[inline(always)]
+pub fn add_cuts<T: Real, const L: usize>(a: &[T; L], a_free: &[T; L], went: &[T; L], to: &mut [T; L]) {
+    for i in 0..L {
+        let cut = (a[i] - a_free[i]).larger(a_free[i] - a[i]);
+        to[i] = to[i] + select_unpredictable(went[i] != T::ZERO, cut, T::ZERO);
+    }
+}
+
+/// (y - `measured`) `factor` in the lanes that went on, 0 in the others.
+#[inline(always)]
+pub fn errors_where<T: Real, const L: usize>(y: &[T; L], measured: T, factor: T, went: &[T; L], to: &mut [T; L]) {
+    for i in 0..L {
+        to[i] = select_unpredictable(went[i] != T::ZERO, (y[i] - measured) * factor, T::ZERO);
+    }
+}
+
 /// (y - `measured`) `factor`.
 #[inline(always)]
 pub fn errors<T: Real, const L: usize>(y: &[T; L], measured: T, factor: T, to: &mut [T; L]) {

@@ -5,9 +5,12 @@ use super::real::Real;
 use super::rows;
 use super::simd::Lane;
 use super::stream::{NormOf, Stream};
-use crate::evaluator::{Observer, Windows};
+use crate::evaluator::{Observer, Soft, Windows};
 use crate::score::Accumulation;
 use std::hint::select_unpredictable;
+
+/// Numbers per sample that slopes are made of: three weighted errors and what a soft run pays for.
+pub const SIGNALS: usize = 4;
 
 /// What is added up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -55,6 +58,8 @@ pub struct Settings {
     pub windows: Option<Windows>,
     /// True if a run that fails goes on from the measurement, with NaN as its residuals of that sample.
     pub goes_on: bool,
+    /// How runs go on behind a collision, if they do.
+    pub soft: Option<Soft>,
 }
 
 /// The lanes that did a step without failing.
@@ -84,6 +89,11 @@ pub struct Sums<T, const L: usize> {
     pub observers: Observers<T, L>,
     /// Residuals of spacing and speed.
     pub residual: [Lane<T, L>; 2],
+    /// Errors of spacing, speed and acceleration as the goodness of fit weighs them, and the shortfall of the spacing \[m\], to which a
+    /// convention that rejects candidates at an acceleration bound adds what the bound cuts \[m/s²\].
+    pub weighted: [Lane<T, L>; SIGNALS],
+    /// Σ shortfall².
+    pub shortfall2: Lane<T, L>,
     /// Per block of samples and lane; filled with an observer only.
     pub blocks: Vec<[Lane<T, L>; 2]>,
 }
@@ -136,6 +146,8 @@ impl<T: Real, const L: usize> Sums<T, L> {
             block: [Lane::ZERO; 2],
             observers: Observers::new(),
             residual: [Lane::ZERO; 2],
+            weighted: [Lane::ZERO; SIGNALS],
+            shortfall2: Lane::ZERO,
             blocks: Vec::new(),
         }
     }
@@ -145,6 +157,8 @@ impl<T: Real, const L: usize> Sums<T, L> {
             sum.high = [Lane::ZERO; 3];
             sum.low = [Lane::ZERO; 3];
         }
+        self.weighted = [Lane::ZERO; SIGNALS];
+        self.shortfall2 = Lane::ZERO;
         self.block = [Lane::ZERO; 2];
         self.blocks.clear();
         if let Some(block) = settings.block {
@@ -182,6 +196,23 @@ impl<T: Real, const L: usize> Sums<T, L> {
                     self.floored2.add_error(k, compensated, row, [floored, T::ONE], went);
                 }
             }
+        }
+    }
+
+    /// The errors of sample t that a goodness of fit squares, 0 in the lanes that did not go on.
+    #[inline(always)]
+    pub fn weigh(&mut self, settings: &Settings, stream: &Stream<T>, rows: [&[T; L]; 3], went: &[T; L], t: usize) {
+        for k in 0..3 {
+            let measured = stream.measured[k][t];
+            let [measured, factor] = match settings.adding {
+                Adding::One(Accumulation::Relative) => [measured, stream.per_denominator[k][t]],
+                Adding::One(Accumulation::Floored) if k == 1 => [stream.v_denominator[t], T::ONE],
+                _ => [measured, T::ONE],
+            };
+            rows::errors_where(rows[k], measured, factor, went, &mut self.weighted[k].0);
+        }
+        if let Some(soft) = settings.soft {
+            rows::shortfalls(rows[0], T::of(soft.least), went, &mut self.weighted[3].0);
         }
     }
 

@@ -68,6 +68,8 @@ pub struct Run<'a, T> {
     pub record: Option<&'a mut Vec<[f64; 6]>>,
     /// Receives the residuals of s of all lanes, then those of v, sample by sample.
     pub residuals: Option<&'a mut Vec<f64>>,
+    /// Receives what the goodness of fit squares: the errors of s, v and a of all lanes, and the shortfall of s, sample by sample.
+    pub weighted: Option<&'a mut Vec<f64>>,
 }
 
 /// How far a block has come.
@@ -247,9 +249,11 @@ pub fn run<T: Real, const L: usize>(
             let (a_free, s) = (w.registers.row(step.a_free), w.registers.row(home[0]));
             // Before any clamp: a minimum or maximum would hide a NaN.
             let feasible = step.feasible.map(|row| w.registers.row(row));
-            let all = whole && rows::all_fine(a_free, s) && feasible.is_none_or(rows::all_true);
+            let all =
+                settings.soft.is_none() && whole && rows::all_fine(a_free, s) && feasible.is_none_or(rows::all_true);
             let failing = !all
                 && match feasible {
+                    _ if settings.soft.is_some() => rows::went_finite(a_free, s, &w.alive.0, &mut w.went.0),
                     None => rows::went(a_free, s, &w.alive.0, &mut w.went.0),
                     Some(feasible) => rows::went_where(a_free, s, feasible, &w.alive.0, &mut w.went.0),
                 };
@@ -263,6 +267,14 @@ pub fn run<T: Real, const L: usize>(
             }
             let rows = [w.registers.row(home[0]), w.registers.row(home[1]), w.registers.row(home[2])];
             w.sums.add(settings, stream, rows, Went { all, row: &w.went.0 }, t);
+            if what.weighted.is_some() || settings.soft.is_some() {
+                w.sums.weigh(settings, stream, rows, &w.went.0, t);
+                if settings.soft.is_some() && stream.rejects && step.a != step.a_free {
+                    let (a, a_free) = (w.registers.row(step.a), w.registers.row(step.a_free));
+                    rows::add_cuts(a, a_free, &w.went.0, &mut w.sums.weighted[3].0);
+                }
+                rows::add_square(&w.sums.weighted[3].0, T::ZERO, T::ONE, &mut w.sums.shortfall2.0);
+            }
             if let Some(missing) = model.missing {
                 w.sums.observe(stream, w.registers.rows_mut([home[0], home[1], home[missing]]), t);
                 if settings.windows.is_some_and(|windows| windows.holds(t)) {
@@ -302,6 +314,11 @@ pub fn run<T: Real, const L: usize>(
         if let Some(residuals) = what.residuals.as_deref_mut() {
             for row in &w.sums.residual {
                 residuals.extend(row.0.iter().map(|r| r.to_f64()));
+            }
+        }
+        if let Some(weighted) = what.weighted.as_deref_mut() {
+            for row in &w.sums.weighted {
+                weighted.extend(row.0.iter().map(|r| r.to_f64()));
             }
         }
         t += 1;

@@ -103,7 +103,7 @@ fn recalibrated(
     adopted: &[Adopted],
     overrides: &Overrides,
     settings: &GainSettings,
-    progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    progress: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
 ) -> Result<Parameters, GainError> {
     let axes = Model::new(model.variant, train, overrides, &[])?;
     let bounds = axes.symbols.iter().zip(&axes.axes).map(|(symbol, axis)| {
@@ -148,7 +148,7 @@ pub fn gain(
     [base, extended]: [&Fitted; 2],
     adopted: &[Adopted],
     settings: &GainSettings,
-    progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    progress: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
 ) -> Result<Gain, GainError> {
     let (train, holdout) = (question.train, question.holdout);
     let models = [

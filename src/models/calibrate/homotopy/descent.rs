@@ -1,0 +1,120 @@
+//! Levenberg and Marquardt's method from several places at once.
+
+use super::objective::Objective;
+use super::step::lowest;
+use crate::evaluator::{EvaluateError, Pull, Slopes};
+
+/// Dampings tried in a turn, as factors of the present one; the first two once more with the majorant.
+const DAMPINGS: [f64; 6] = [1e-7, 1e-4, 1e-2, 1e-1, 1.0, 30.0];
+/// Of these, how many are tried with the majorant, too: where a score comes down to 0, its curvature vanishes along the way.
+const MAJORANTS: usize = 1;
+/// The best factor: a turn in which another one was better moves the damping towards it.
+const USUAL: f64 = 1e-2;
+/// Damping after a turn without gain grows by this.
+const HARDER: f64 = 1e3;
+/// Damping beyond which a descent is stuck.
+const STUCK: f64 = 1e8;
+/// Range of the damping after a gain.
+const RANGE: [f64; 2] = [1e-4, 1e6];
+/// Turns in a row with less gain than the tolerance that end a descent.
+const IDLE: usize = 2;
+/// The least curvature of a coordinate, as a share of the largest.
+const LEAST: f64 = 1e-6;
+
+/// How far to go down.
+#[derive(Debug, Clone, Copy)]
+pub struct Course {
+    /// What is minimised.
+    pub pull: Pull,
+    /// Turns at most.
+    pub turns: usize,
+    /// Gain of a turn, as a share of the cost, below which it is idle.
+    pub tolerance: f64,
+}
+
+/// A place on its way down.
+#[derive(Debug, Clone)]
+pub struct Walker {
+    pub place: Vec<f64>,
+    pub cost: f64,
+    damping: f64,
+    idle: usize,
+    stands: bool,
+}
+
+impl Walker {
+    fn tries(&self, slopes: &Slopes, held: &[usize]) -> Vec<Vec<f64>> {
+        let n = self.place.len();
+        let lower: Vec<f64> = (0..n).map(|j| if held.contains(&j) { 0.0 } else { -self.place[j] }).collect();
+        let upper: Vec<f64> = (0..n).map(|j| if held.contains(&j) { 0.0 } else { 1.0 - self.place[j] }).collect();
+        let tries = DAMPINGS.iter().map(|factor| (factor, &slopes.curvature));
+        let majorants = DAMPINGS.iter().take(MAJORANTS).map(|factor| (factor, &slopes.majorant));
+        let place = |(factor, curvature): (&f64, &nalgebra::DMatrix<f64>)| {
+            let mut damped = curvature.clone();
+            let largest = damped.diagonal().max();
+            for j in 0..n {
+                let own = damped[(j, j)].max(LEAST * largest + f64::MIN_POSITIVE.sqrt());
+                damped[(j, j)] += factor * self.damping * own;
+                damped[(j, j)] = damped[(j, j)].max(LEAST * LEAST * own);
+            }
+            let step = lowest(&slopes.gradient, &damped, &lower, &upper);
+            self.place.iter().zip(step.iter()).map(|(x, step)| (x + step).clamp(0.0, 1.0)).collect()
+        };
+        tries.chain(majorants).map(place).collect()
+    }
+
+    /// Goes to the best of the places that were tried.
+    fn take(&mut self, cost: f64, tried: &[Vec<f64>], costs: &[f64], tolerance: f64) {
+        self.cost = cost;
+        let best = (0..costs.len()).min_by(|a, b| costs[*a].total_cmp(&costs[*b])).expect("dampings");
+        let gain = cost - costs[best];
+        if gain > 0.0 {
+            let factor = DAMPINGS[best % DAMPINGS.len()];
+            self.damping = (self.damping * (factor / USUAL).sqrt()).clamp(RANGE[0], RANGE[1]);
+            (self.place, self.cost) = (tried[best].clone(), costs[best]);
+        } else {
+            self.damping *= HARDER;
+        }
+        self.idle = if gain > tolerance * self.cost { 0 } else { self.idle + 1 };
+        self.stands = self.idle >= IDLE || self.damping > STUCK;
+    }
+}
+
+/// What a descent is allowed, and who looks on.
+pub trait Watch {
+    /// Asks for so many simulations; false ends the descent where it is.
+    fn spend(&mut self, simulations: usize) -> bool;
+}
+
+/// Goes down from all places, held coordinates apart; those whose first run fails have an infinite cost.
+pub fn descend(
+    objective: &Objective<'_>,
+    starts: Vec<Vec<f64>>,
+    held: &[usize],
+    course: Course,
+    watch: &mut dyn Watch,
+) -> Result<Vec<Walker>, EvaluateError> {
+    let begin = |place| Walker { place, cost: f64::INFINITY, damping: 1.0, idle: 0, stands: false };
+    let mut walkers: Vec<Walker> = starts.into_iter().map(begin).collect();
+    let moved = objective.dimensions() - held.len();
+    for _ in 0..course.turns {
+        let mut going: Vec<&mut Walker> = walkers.iter_mut().filter(|walker| !walker.stands).collect();
+        let tries = DAMPINGS.len() + MAJORANTS;
+        if going.is_empty() || !watch.spend(going.len() * (moved + 1 + tries)) {
+            break;
+        }
+        let places: Vec<&Vec<f64>> = going.iter().map(|walker| &walker.place).collect();
+        let slopes = objective.slopes(&places, held, course.pull)?;
+        let tried: Vec<Vec<Vec<f64>>> =
+            going.iter().zip(&slopes).map(|(walker, slopes)| walker.tries(slopes, held)).collect();
+        let costs = objective.costs(&tried.concat(), course.pull)?;
+        for (((walker, slopes), tried), costs) in going.iter_mut().zip(&slopes).zip(&tried).zip(costs.chunks(tries)) {
+            if slopes.cost.is_finite() {
+                walker.take(slopes.cost, tried, costs, course.tolerance);
+            } else {
+                walker.stands = true;
+            }
+        }
+    }
+    Ok(walkers)
+}

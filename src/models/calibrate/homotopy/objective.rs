@@ -1,0 +1,129 @@
+//! What a search by derivatives minimises, in coordinates from 0 to 1.
+
+use crate::calibrate::SearchSpace;
+use crate::evaluator::{Case, EvaluateError, Job, Population, Pull, Score, Slopes};
+use crate::lanes::{Differences, Lanes};
+use crate::optimize::SearchBox;
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Finite difference in a coordinate: far above what f64 rounds away, far below what curves.
+const STEP: f64 = 1e-6;
+
+/// The mean score of a variant over some cases.
+#[derive(Debug, Clone)]
+pub struct Objective<'a> {
+    lanes: &'a Lanes,
+    cases: Range<usize>,
+    space: &'a SearchSpace,
+    free: Vec<usize>,
+    bounds: SearchBox,
+}
+
+impl<'a> Objective<'a> {
+    pub fn new(lanes: &'a Lanes, cases: Range<usize>, space: &'a SearchSpace) -> Objective<'a> {
+        Objective { lanes, cases, space, free: space.free(), bounds: space.search_box(true) }
+    }
+
+    pub fn dimensions(&self) -> usize {
+        self.free.len()
+    }
+
+    /// The cases that it is the mean over.
+    pub fn cases(&self) -> &'a [Case] {
+        use crate::evaluator::Evaluator;
+        &self.lanes.cases()[self.cases.clone()]
+    }
+
+    /// A place as a candidate.
+    pub fn candidate(&self, place: &[f64]) -> Vec<f64> {
+        let point: Vec<f64> = place.iter().enumerate().map(|(i, u)| self.bounds.along(i, *u)).collect();
+        self.space.complete(&self.free, &point, true)
+    }
+
+    /// The coordinate of a parameter, and its value as a coordinate.
+    pub fn coordinate(&self, parameter: usize, value: f64) -> Option<(usize, f64)> {
+        let at = self.free.iter().position(|free| *free == parameter)?;
+        let (lower, upper) = (self.bounds.lower[at], self.bounds.upper[at]);
+        // No parameter that is looked for by its value spans decades.
+        Some((at, (value - lower) / (upper - lower)))
+    }
+
+    fn population<'p>(&self, places: impl Iterator<Item = &'p Vec<f64>>) -> Population {
+        let mut population = Population::new(&self.space.symbols);
+        places.for_each(|place| population.push(&self.candidate(place)));
+        population
+    }
+
+    /// The same on every case, in their order.
+    fn on_cases<R: Send>(
+        &self,
+        population: &Population,
+        of: impl Fn(&Job<'_>) -> Result<R, EvaluateError> + Sync,
+    ) -> Result<Vec<R>, EvaluateError> {
+        self.cases.clone().into_par_iter().map(|case| of(&Job { case, population })).collect()
+    }
+
+    /// Scores of places, and the mean of their squared shortfalls over the cases \[m²\].
+    pub fn scores(&self, places: &[Vec<f64>], pull: Pull) -> Result<Vec<(Score, f64)>, EvaluateError> {
+        let population = self.population(places.iter());
+        let by_case = self.on_cases(&population, |job| self.lanes.pulled(job, pull))?;
+        let samples: Vec<usize> = self.cases().iter().map(|case| case.s.len()).collect();
+        let mean = |i: usize| {
+            let shortfall = by_case.iter().map(|scores| scores[i].1).sum::<f64>() / by_case.len() as f64;
+            (Score::joint(by_case.iter().zip(&samples).map(|(scores, samples)| (scores[i].0, *samples))), shortfall)
+        };
+        Ok((0..places.len()).map(mean).collect())
+    }
+
+    /// Scores and the cost of shortfalls; infinite where a run fails.
+    pub fn costs(&self, places: &[Vec<f64>], pull: Pull) -> Result<Vec<f64>, EvaluateError> {
+        let price = pull.soft.map_or(0.0, |soft| soft.price);
+        let cost = |(score, shortfall): (Score, f64)| match score {
+            Score::Value(value) if value.is_finite() => value + price * shortfall,
+            _ => f64::INFINITY,
+        };
+        Ok(self.scores(places, pull)?.into_iter().map(cost).collect())
+    }
+
+    /// Costs of places with their derivatives; those of coordinates that are `held` are 0.
+    pub fn slopes(&self, places: &[&Vec<f64>], held: &[usize], pull: Pull) -> Result<Vec<Slopes>, EvaluateError> {
+        let n = self.dimensions();
+        let moved: Vec<usize> = (0..n).filter(|i| !held.contains(i)).collect();
+        let (mut all, mut differences) = (Vec::new(), Vec::new());
+        for place in places {
+            let step = |i: &usize| if place[*i] + STEP > 1.0 { -STEP } else { STEP };
+            differences.push(Differences { first: all.len(), steps: moved.iter().map(step).collect() });
+            all.push((*place).clone());
+            for i in &moved {
+                let mut place = (*place).clone();
+                place[*i] += step(i);
+                all.push(place);
+            }
+        }
+        let population = self.population(all.iter());
+        let by_case = self.on_cases(&population, |job| self.lanes.slopes(job, &differences, pull))?;
+        let share = 1.0 / by_case.len() as f64;
+        let whole = |k: usize| {
+            let mut sum = Slopes {
+                cost: 0.0,
+                gradient: DVector::zeros(n),
+                curvature: DMatrix::zeros(n, n),
+                majorant: DMatrix::zeros(n, n),
+            };
+            for slopes in by_case.iter().map(|slopes| &slopes[k]) {
+                sum.cost += share * slopes.cost;
+                for (a, &i) in moved.iter().enumerate() {
+                    sum.gradient[i] += share * slopes.gradient[a];
+                    for (b, &j) in moved.iter().enumerate() {
+                        sum.curvature[(i, j)] += share * slopes.curvature[(a, b)];
+                        sum.majorant[(i, j)] += share * slopes.majorant[(a, b)];
+                    }
+                }
+            }
+            sum
+        };
+        Ok((0..places.len()).map(whole).collect())
+    }
+}

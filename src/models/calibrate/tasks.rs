@@ -1,0 +1,115 @@
+//! Calibrations that share an evaluator.
+
+use super::homotopy::{self, Ended, Ground};
+use super::search::{Group, Search, advance};
+use super::settled::settled;
+use super::{CalibrateError, Calibration, Progress, Replicate, SearchSpace, StopReason};
+use crate::evaluator::Evaluator;
+use rayon::prelude::*;
+use std::ops::{ControlFlow, Range};
+use std::sync::Mutex;
+
+/// One calibration.
+pub(super) struct Task<'a> {
+    pub space: &'a SearchSpace,
+    /// The cases of the evaluator that candidates are simulated on.
+    pub cases: Range<usize>,
+    /// The replicate, which draws from its own stream.
+    pub number: u64,
+}
+
+/// A calibration without a result.
+pub(super) struct Failed {
+    pub error: CalibrateError,
+    /// Of infeasible candidates the one that came furthest.
+    pub furthest: Option<Replicate>,
+}
+
+/// Runs tasks side by side: by derivatives where they say enough, and by scores alone where they do not. One entry per task, in order;
+/// none depends on its neighbours.
+pub(super) fn run(
+    evaluator: &mut dyn Evaluator,
+    tasks: &[Task<'_>],
+    settings: &Calibration,
+    progress: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
+) -> Result<Vec<Result<Replicate, Failed>>, CalibrateError> {
+    // Once the caller has stopped, all end.
+    let told = Mutex::new((progress, false));
+    let tell = |progress: Progress| {
+        let mut told = told.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        told.1 = told.1 || (told.0)(progress).is_break();
+        if told.1 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let ground = Ground::new(evaluator.cases(), evaluator.gof(), settings)?;
+    let begin = |task: &Task| match &ground {
+        Some(ground) if !task.space.free().is_empty() => {
+            homotopy::search(ground, task.cases.clone(), task.space, settings, task.number, &tell).map(Some)
+        }
+        _ => Ok(None),
+    };
+    let begun: Vec<Option<Ended>> = tasks.par_iter().map(begin).collect::<Result<_, _>>()?;
+    let is_open = |i: &usize| !matches!(begun[*i], Some(Ended::Found(_)));
+    let going: Vec<usize> = (0..tasks.len()).filter(is_open).collect();
+    let halves = if evaluator.overlaps() { 2 } else { 1 };
+    let search = |i: &usize| {
+        let (task, mut settings) = (&tasks[*i], *settings);
+        if let Some(Ended::Open(earlier)) = &begun[*i] {
+            settings.stop.max_evaluations = settings.stop.max_evaluations.saturating_sub(earlier.evaluations).max(1);
+        }
+        Search::new(task.space, task.cases.clone(), &settings, task.number)
+    };
+    let half = going.len().div_ceil(halves).max(1);
+    let mut groups: Vec<Group> = going.chunks(half).map(|some| Group::new(some.iter().map(search).collect())).collect();
+    advance(&mut groups, evaluator, &mut { tell })?;
+    let mut searches = groups.into_iter().flat_map(|group| group.searches);
+    let end = |(task, begun): (&Task, Option<Ended>)| {
+        let settled = |replicate, rival| {
+            settled(&evaluator.cases()[task.cases.clone()], evaluator.gof(), task.space, replicate, rival)
+                .map_err(|error| Failed { error, furthest: None })
+        };
+        if let Some(Ended::Found(replicate)) = begun {
+            return settled(replicate, None);
+        }
+        let search = searches.next().expect("one search for each that is open");
+        let furthest = search.furthest();
+        let later = search.finish();
+        match (begun, later) {
+            (Some(Ended::Open(earlier)), later) if earlier.score.is_finite() => match later {
+                Ok((later, rival)) => {
+                    let earlier = settled(earlier, None)?;
+                    Ok(better(earlier, settled(later, rival)?))
+                }
+                Err(_) => settled(earlier, None),
+            },
+            (_, Ok((later, rival))) => settled(later, rival),
+            (_, Err(error)) => Err(Failed { error, furthest }),
+        }
+    };
+    Ok(tasks.iter().zip(begun).map(end).collect())
+}
+
+/// The better one of two searches of one task, with what both cost. They have not converged unless the later one also found the lowest.
+fn better(earlier: Replicate, later: Replicate) -> Replicate {
+    let evaluations = earlier.evaluations + later.evaluations;
+    let mut convergence = earlier.convergence;
+    for (spent, score) in &later.convergence {
+        if convergence.last().is_none_or(|(_, last)| score < last) {
+            convergence.push((earlier.evaluations + spent, *score));
+        }
+    }
+    let near = earlier.near.into_iter().chain(later.near).collect();
+    let stop = match later.stop {
+        StopReason::Converged if later.score > earlier.score => StopReason::Evaluations,
+        stop => stop,
+    };
+    let best = if later.score <= earlier.score { later.candidate } else { earlier.candidate };
+    Replicate {
+        number: earlier.number,
+        candidate: best,
+        score: earlier.score.min(later.score),
+        evaluations,
+        stop,
+        convergence,
+        near,
+    }
+}
