@@ -216,12 +216,12 @@ pub enum ContentError {
         variant: String,
     },
     /// No equation takes the value of a parameter.
-    #[error("parameters: {name}: expected {expected}, of a size with which no equation overflows, found {found:?}")]
+    #[error("parameters: {name}: expected {expected}, found {found:?}")]
     Domain {
         /// The parameter.
         name: &'static str,
         /// What it may be.
-        expected: &'static str,
+        expected: String,
         /// Its value.
         found: f64,
     },
