@@ -3,6 +3,7 @@
 use super::objective::Objective;
 use super::step::lowest;
 use crate::evaluator::{EvaluateError, Pull, Slopes};
+use nalgebra::{DMatrix, DVector};
 
 /// Dampings tried in a turn, as factors of the present one; the first two once more with the majorant.
 const DAMPINGS: [f64; 6] = [1e-7, 1e-4, 1e-2, 1e-1, 1.0, 30.0];
@@ -37,19 +38,23 @@ pub struct Course {
 pub struct Walker {
     pub place: Vec<f64>,
     pub cost: f64,
+    /// Gain that the least damped step of the last turn promised beyond what was gained: much on a kink and on the edge of what is
+    /// feasible, where derivatives do not lead on.
+    pub promise: f64,
     damping: f64,
     idle: usize,
     stands: bool,
 }
 
 impl Walker {
-    fn tries(&self, slopes: &Slopes, held: &[usize]) -> Vec<Vec<f64>> {
+    /// The places to try, and the gain that the first of them promises.
+    fn tries(&self, slopes: &Slopes, held: &[usize]) -> (Vec<Vec<f64>>, f64) {
         let n = self.place.len();
         let lower: Vec<f64> = (0..n).map(|j| if held.contains(&j) { 0.0 } else { -self.place[j] }).collect();
         let upper: Vec<f64> = (0..n).map(|j| if held.contains(&j) { 0.0 } else { 1.0 - self.place[j] }).collect();
         let tries = DAMPINGS.iter().map(|factor| (factor, &slopes.curvature));
         let majorants = DAMPINGS.iter().take(MAJORANTS).map(|factor| (factor, &slopes.majorant));
-        let place = |(factor, curvature): (&f64, &nalgebra::DMatrix<f64>)| {
+        let step = |(factor, curvature): (&f64, &DMatrix<f64>)| {
             let mut damped = curvature.clone();
             let largest = damped.diagonal().max();
             for j in 0..n {
@@ -57,17 +62,23 @@ impl Walker {
                 damped[(j, j)] += factor * self.damping * own;
                 damped[(j, j)] = damped[(j, j)].max(LEAST * LEAST * own);
             }
-            let step = lowest(&slopes.gradient, &damped, &lower, &upper);
+            lowest(&slopes.gradient, &damped, &lower, &upper)
+        };
+        let steps: Vec<DVector<f64>> = tries.chain(majorants).map(step).collect();
+        let first = &steps[0];
+        let promise = -slopes.gradient.dot(first) - 0.5 * first.dot(&(&slopes.curvature * first));
+        let place = |step: &DVector<f64>| {
             self.place.iter().zip(step.iter()).map(|(x, step)| (x + step).clamp(0.0, 1.0)).collect()
         };
-        tries.chain(majorants).map(place).collect()
+        (steps.iter().map(place).collect(), promise)
     }
 
     /// Goes to the best of the places that were tried.
-    fn take(&mut self, cost: f64, tried: &[Vec<f64>], costs: &[f64], tolerance: f64) {
+    fn take(&mut self, cost: f64, (tried, promise): &(Vec<Vec<f64>>, f64), costs: &[f64], tolerance: f64) {
         self.cost = cost;
         let best = (0..costs.len()).min_by(|a, b| costs[*a].total_cmp(&costs[*b])).expect("dampings");
         let gain = cost - costs[best];
+        self.promise = promise - gain.max(0.0);
         if gain > 0.0 {
             let factor = DAMPINGS[best % DAMPINGS.len()];
             self.damping = (self.damping * (factor / USUAL).sqrt()).clamp(RANGE[0], RANGE[1]);
@@ -94,7 +105,8 @@ pub fn descend(
     course: Course,
     watch: &mut dyn Watch,
 ) -> Result<Vec<Walker>, EvaluateError> {
-    let begin = |place| Walker { place, cost: f64::INFINITY, damping: 1.0, idle: 0, stands: false };
+    let begin =
+        |place| Walker { place, cost: f64::INFINITY, promise: f64::INFINITY, damping: 1.0, idle: 0, stands: false };
     let mut walkers: Vec<Walker> = starts.into_iter().map(begin).collect();
     let moved = objective.dimensions() - held.len();
     for _ in 0..course.turns {
@@ -105,9 +117,10 @@ pub fn descend(
         }
         let places: Vec<&Vec<f64>> = going.iter().map(|walker| &walker.place).collect();
         let slopes = objective.slopes(&places, held, course.pull)?;
-        let tried: Vec<Vec<Vec<f64>>> =
+        let tried: Vec<(Vec<Vec<f64>>, f64)> =
             going.iter().zip(&slopes).map(|(walker, slopes)| walker.tries(slopes, held)).collect();
-        let costs = objective.costs(&tried.concat(), course.pull)?;
+        let all: Vec<Vec<f64>> = tried.iter().flat_map(|(places, _)| places).cloned().collect();
+        let costs = objective.costs(&all, course.pull)?;
         for (((walker, slopes), tried), costs) in going.iter_mut().zip(&slopes).zip(&tried).zip(costs.chunks(tries)) {
             if slopes.cost.is_finite() {
                 walker.take(slopes.cost, tried, costs, course.tolerance);

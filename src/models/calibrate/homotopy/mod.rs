@@ -52,15 +52,17 @@ const FINE: f64 = 1e-6;
 /// Softness of collisions until the end, and then of those that a place still has.
 const SOFT: [[f64; 2]; 3] = [[0.1, 1.0], [0.02, 100.0], [0.004, 1e4]];
 /// Two searches agree if their scores differ by no more than this share of the lower one, or of [`super::search::FLOOR`].
-const AGREEMENT: f64 = 1e-4;
+const AGREEMENT: f64 = 3e-4;
 /// Searches that have to agree; one more for each other basin in which some ended.
 const AGREEING: usize = 2;
+/// A promise of derivatives that is not kept, as a share of the score: below it a place is an optimum, above it a polish follows.
+const PROMISE: f64 = 1e-5;
 /// A run as it is.
 const HARD: Pull = Pull { share: 0.0, soft: None };
 /// Rise of the score, as a share of it, to the places that a polish on an edge begins with; its simulations per parameter at most, and what
 /// its generations are multiples of, the lanes of a small block.
 const EDGE: f64 = 1e-4;
-const POLISH: usize = 80;
+const POLISH: usize = 250;
 const LANES: usize = 16;
 /// Candidates per parameter that are looked at around the best, their mean rise as a share of its score, and the curvature of a parameter
 /// that does nothing, as a share of the largest.
@@ -107,6 +109,14 @@ pub(super) enum Ended {
     Found(Replicate),
     /// Searches disagree, or nothing was feasible: another optimiser has to go on; with the best so far.
     Open(Replicate),
+}
+
+/// Where a descent by the exact objective has ended.
+struct Ending {
+    place: Vec<f64>,
+    score: f64,
+    promise: f64,
+    held: Vec<usize>,
 }
 
 /// One replicate under way.
@@ -277,9 +287,8 @@ impl Search<'_> {
             let course = Course { pull, turns, tolerance: FINE };
             places = descend(&self.smooth.clone(), places, &[], course, self)?.into_iter().map(|w| w.place).collect();
         }
-        let pays = self.pays(&places)?;
-        let mut lowest = f64::INFINITY;
-        for (place, pays) in places.into_iter().zip(pays) {
+        let mut best: Option<Ending> = None;
+        for place in places {
             let whole = self.whole_delays(&place);
             let held: Vec<usize> = whole.iter().map(|(at, _)| *at).collect();
             let with = |delay: f64| {
@@ -289,36 +298,38 @@ impl Search<'_> {
             };
             let delays = whole.map_or_else(|| vec![0.0], |(_, delays)| delays);
             for place in delays.into_iter().map(with) {
-                lowest = lowest.min(self.exactly(place, &held, pays)?);
+                let ending = self.exactly(place, held.clone())?;
+                if best.as_ref().is_none_or(|best| ending.score < best.score) {
+                    best = Some(ending);
+                }
             }
         }
-        Ok(lowest)
+        let Some(mut best) = best else { return Ok(f64::INFINITY) };
+        if !(best.promise <= PROMISE * best.score.max(super::search::FLOOR)) {
+            (best.place, best.score) = self.polished((best.place, best.score), &best.held)?;
+        }
+        if best.score.is_finite() {
+            self.keep(best.place, best.score);
+        }
+        Ok(best.score)
     }
 
-    /// Down by the exact objective, `held` coordinates apart. Where an optimum lies on the edge of what is feasible, derivatives do not
-    /// lead along it: a polish by scores alone follows.
-    fn exactly(&mut self, place: Vec<f64>, held: &[usize], on_edge: bool) -> Result<f64, CalibrateError> {
+    /// Down by the exact objective, `held` coordinates apart.
+    fn exactly(&mut self, place: Vec<f64>, held: Vec<usize>) -> Result<Ending, CalibrateError> {
         let objective = self.exact.clone();
+        let mut ending = Ending { place, score: f64::INFINITY, promise: f64::INFINITY, held };
         if !self.spend(1) {
-            return Ok(f64::INFINITY);
+            return Ok(ending);
         }
-        let mut found = (place, f64::INFINITY);
-        found.1 = objective.costs(std::slice::from_ref(&found.0), HARD)?[0];
-        if found.1.is_finite() {
+        ending.score = objective.costs(std::slice::from_ref(&ending.place), HARD)?[0];
+        if ending.score.is_finite() {
             let course = Course { pull: HARD, turns: 10, tolerance: FINE };
-            if let Some(walker) = descend(&objective, vec![found.0.clone()], held, course, self)?.pop()
-                && walker.cost.is_finite()
-            {
-                found = (walker.place, walker.cost);
+            let walkers = descend(&objective, vec![ending.place.clone()], &ending.held, course, self)?;
+            if let Some(walker) = walkers.into_iter().find(|walker| walker.cost.is_finite()) {
+                (ending.place, ending.score, ending.promise) = (walker.place, walker.cost, walker.promise);
             }
         }
-        if on_edge {
-            found = self.polished(found, held)?;
-        }
-        if found.1.is_finite() {
-            self.keep(found.0, found.1);
-        }
-        Ok(found.1)
+        Ok(ending)
     }
 
     /// By scores alone, from a place that need not be feasible.
@@ -334,7 +345,7 @@ impl Search<'_> {
         let settings = DescentSettings {
             population: (2 * DescentSettings::population_for(n)).next_multiple_of(LANES),
             evaluations: (POLISH * n) as u64,
-            tolerance: AGREEMENT / 100.0,
+            tolerance: FINE,
             floor: super::search::FLOOR,
         };
         let start = Start::Population { middle: take(&found.0), points: points.iter().map(take).collect() };
