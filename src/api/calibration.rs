@@ -51,7 +51,7 @@ pub struct Calibration {
     pub(crate) warn: fn(&str),
 }
 
-/// The program and the state of its searches, such as `leadlag 0.1.0+search6`: with the same one, the same seed finds the same.
+/// The program and the state of its searches, such as `leadlag 0.1.0+search7`: with the same one, the same seed finds the same.
 #[must_use]
 pub fn program() -> &'static str {
     &calibrate::PROGRAM

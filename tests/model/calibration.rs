@@ -191,7 +191,9 @@ struct Rough {
 
 impl Rough {
     fn new(case: Case, told: fn(f64) -> f64) -> Rough {
-        let inner = Lanes::new(vec![case], GoodnessOfFit::NRMSE_SVA, LanesPrecision::Plain).expect("lanes");
+        // A measure that is no sum of norms, so that the search goes by scores alone.
+        let gof = "u-sva".parse().expect("a measure");
+        let inner = Lanes::new(vec![case], gof, LanesPrecision::Plain).expect("lanes");
         let other = Arc::new(AtomicBool::new(true));
         let lowest = Arc::new(Mutex::new(f64::INFINITY));
         Rough { inner, told, other, scored: Arc::default(), lowest }

@@ -49,7 +49,7 @@ fn it_is_calibrated_and_its_result_needs_no_file() {
     let model = format!("{}+delay+linear", text(&law));
     let words = ["--model", &model, "--bounds", "human", "--max-evaluations", "2000", "--out", text(&out)];
     let told = ok(&[&["calibrate", text(&file)][..], &words].concat());
-    assert!(told.contains("my_fvdm+delay+linear") && told.contains("gain for the speed difference"), "{told}");
+    assert!(told.contains("my_fvdm+delay+linear") && told.contains("rate of the relaxation"), "{told}");
     let result = json(&out.join("result.json"));
     // The parameters of the paper that it names, the parts', and its own: none that nothing reads.
     let names: Vec<&str> = result["parameters"].as_object().expect("a table").keys().map(String::as_str).collect();

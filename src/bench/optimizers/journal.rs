@@ -2,23 +2,11 @@
 
 use super::super::BenchError;
 use super::{OptimizerOutcome, OptimizerTask};
-use crate::calibrate::{OptimizerKind, PROGRAM, program_of};
+use crate::calibrate::PROGRAM;
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions};
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
-
-/// Earlier states of the search under which `auto` finds the same, to the bit, in the tasks of these aims. The sixth state differs from the
-/// fifth in fits whose score is below 0.01, in searches that are ended before `auto` ends by itself, and in `cmaes`; surfaces of measured
-/// data have scores above 0.1, and these tasks end when `auto` does. Rows of both states, recomputed, were equal to the bit.
-const SAME: ([u32; 1], [&str; 2]) = ([5], ["spread", "hard"]);
-
-/// True if the present search would find the same.
-fn is_of_this_search(outcome: &OptimizerOutcome) -> bool {
-    let (revisions, aims) = SAME;
-    let same = outcome.task.optimizer == OptimizerKind::Auto.into_str() && aims.contains(&outcome.task.aim.as_str());
-    outcome.program == *PROGRAM || same && revisions.iter().any(|&revision| outcome.program == program_of(revision))
-}
 
 /// Finished tasks, in memory and in a file.
 #[derive(Debug)]
@@ -43,7 +31,7 @@ impl Journal {
         }
         let read = text.lines().filter_map(|line| serde_json::from_str::<OptimizerOutcome>(line).ok());
         // Another version, or another state of the search, finds something else.
-        let outcomes = read.filter(is_of_this_search).map(|outcome| (outcome.task.clone(), outcome)).collect();
+        let outcomes = read.filter(|outcome| outcome.program == *PROGRAM).map(|outcome| (outcome.task.clone(), outcome)).collect();
         Ok(Journal { path: path.to_owned(), file, outcomes })
     }
 

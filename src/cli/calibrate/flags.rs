@@ -78,7 +78,7 @@ const EVALUATIONS_MAX: u64 = 1_000_000_000_000;
 #[derive(Debug, Clone, clap::Args)]
 #[command(next_help_heading = "Search")]
 pub struct SearchArgs {
-    /// auto (L-SHADE, then CMA-ES in f64, until four rounds agree), lshade, cmaes, or ga: the paper's
+    /// auto (Gauss-Newton in f64 from many starts, until searches agree), lshade, cmaes, or ga: the paper's
     #[arg(long, default_value = "auto")]
     pub optimizer: OptimizerKind,
     /// The one seed of all random numbers

@@ -13,7 +13,7 @@ mod tasks;
 pub use bound_set::BoundSet;
 pub use each::calibrate_each;
 pub use one_driver::{Apart, apart};
-pub use search::{PROGRAM, SEARCH_REVISION, merit, program_of};
+pub use search::{PROGRAM, SEARCH_REVISION, merit};
 pub use space::{BoundsError, Overrides, SearchSpace, bound_times, checked, read_bounds};
 
 use crate::evaluator::{EvaluateError, Evaluator, Failure, Score};
@@ -32,7 +32,7 @@ pub const REPLICATES_MAX: u64 = 100_000;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, strum::EnumString, strum::IntoStaticStr, strum::VariantNames)]
 #[strum(const_into_str, serialize_all = "snake_case", parse_err_ty = UnknownWord, parse_err_fn = unknown)]
 pub enum OptimizerKind {
-    /// Global search with L-SHADE, local polish with CMA-ES in f64, and again until four rounds agree.
+    /// Gauss and Newton's steps in f64 from many starts, until searches agree; where derivatives say too little, L-SHADE and CMA-ES.
     #[default]
     Auto,
     /// The paper's genetic algorithm.
@@ -48,7 +48,7 @@ impl OptimizerKind {
     #[must_use]
     pub fn runs(self) -> &'static str {
         match self {
-            OptimizerKind::Auto => "lshade+cmaes",
+            OptimizerKind::Auto => "gauss-newton",
             one => one.into_str(),
         }
     }

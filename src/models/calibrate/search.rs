@@ -17,15 +17,11 @@ use std::time::Instant;
 /// State of the search. To be raised whenever the same seed gives another result: another score, other parameters or another number
 /// of evaluations, whatever has changed (optimisers, search space, stopping rules, evaluators). Ids of tasks and journals hold it, so
 /// that results of two states never stand side by side as if they were of one. What came before 2 wrote none down.
-pub const SEARCH_REVISION: u32 = 6;
+pub const SEARCH_REVISION: u32 = 7;
 
-/// Program, version and state of its search, `leadlag 0.1.0+search6`: under the same one a seed means the same result.
-pub static PROGRAM: LazyLock<String> = LazyLock::new(|| program_of(SEARCH_REVISION));
-
-/// This version of the program with a state of its search, the present one or an earlier one.
-pub fn program_of(revision: u32) -> String {
-    format!("leadlag {}+search{revision}", env!("CARGO_PKG_VERSION"))
-}
+/// Program, version and state of its search, `leadlag 0.1.0+search7`: under the same one a seed means the same result.
+pub static PROGRAM: LazyLock<String> =
+    LazyLock::new(|| format!("leadlag {}+search{SEARCH_REVISION}", env!("CARGO_PKG_VERSION")));
 
 /// One replicate.
 pub(super) struct Search<'a> {
@@ -42,6 +38,8 @@ pub(super) struct Search<'a> {
     population: Population,
     /// True if the generation under way is scored by the exact evaluator.
     exact: bool,
+    /// Evaluations of a search before it.
+    pub(super) earlier: u64,
     evaluations: u64,
     stall: u64,
     /// The lowest score that the optimiser held out last: of its best, or of the rival of it.
@@ -71,6 +69,7 @@ impl<'a> Search<'a> {
             optimizer,
             population: Population::new(&space.symbols),
             exact: false,
+            earlier: 0,
             evaluations: 0,
             stall: 0,
             latest: None,
@@ -122,7 +121,8 @@ impl<'a> Search<'a> {
         let gain = held_out.is_some_and(|score| self.latest.is_none_or(|latest| score < latest));
         self.stall = if gain { 0 } else { self.stall + 1 };
         self.latest = held_out;
-        let told = progress(Progress { replicate: self.number, evaluations: self.evaluations, best });
+        let evaluations = self.earlier + self.evaluations;
+        let told = progress(Progress { replicate: self.number, evaluations, best });
         self.ended = if told.is_break() {
             Some(StopReason::Interrupted)
         } else if self.free.is_empty() {

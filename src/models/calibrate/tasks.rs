@@ -37,7 +37,7 @@ pub(super) fn run(
     let told = Mutex::new((progress, false));
     let tell = |progress: Progress| {
         let mut told = told.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        told.1 = told.1 || (told.0)(progress).is_break();
+        told.1 |= (told.0)(progress).is_break();
         if told.1 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
     let ground = Ground::new(evaluator.cases(), evaluator.gof(), settings)?;
@@ -53,10 +53,14 @@ pub(super) fn run(
     let halves = if evaluator.overlaps() { 2 } else { 1 };
     let search = |i: &usize| {
         let (task, mut settings) = (&tasks[*i], *settings);
-        if let Some(Ended::Open(earlier)) = &begun[*i] {
-            settings.stop.max_evaluations = settings.stop.max_evaluations.saturating_sub(earlier.evaluations).max(1);
-        }
-        Search::new(task.space, task.cases.clone(), &settings, task.number)
+        let earlier = match &begun[*i] {
+            Some(Ended::Open(earlier)) => earlier.evaluations,
+            _ => 0,
+        };
+        settings.stop.max_evaluations = settings.stop.max_evaluations.saturating_sub(earlier).max(1);
+        let mut search = Search::new(task.space, task.cases.clone(), &settings, task.number);
+        search.earlier = earlier;
+        search
     };
     let half = going.len().div_ceil(halves).max(1);
     let mut groups: Vec<Group> = going.chunks(half).map(|some| Group::new(some.iter().map(search).collect())).collect();

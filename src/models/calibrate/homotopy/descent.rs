@@ -91,6 +91,11 @@ impl Walker {
     }
 }
 
+/// Simulations of a turn of one place with so many coordinates.
+pub fn turn(moved: usize) -> usize {
+    moved + 1 + DAMPINGS.len() + MAJORANTS
+}
+
 /// What a descent is allowed, and who looks on.
 pub trait Watch {
     /// Asks for so many simulations; false ends the descent where it is.
@@ -112,7 +117,7 @@ pub fn descend(
     for _ in 0..course.turns {
         let mut going: Vec<&mut Walker> = walkers.iter_mut().filter(|walker| !walker.stands).collect();
         let tries = DAMPINGS.len() + MAJORANTS;
-        if going.is_empty() || !watch.spend(going.len() * (moved + 1 + tries)) {
+        if going.is_empty() || !watch.spend(going.len() * turn(moved)) {
             break;
         }
         let places: Vec<&Vec<f64>> = going.iter().map(|walker| &walker.place).collect();

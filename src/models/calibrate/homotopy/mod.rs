@@ -12,9 +12,10 @@ mod step;
 use super::search::fall_to;
 use super::{CalibrateError, Calibration, OptimizerKind, Progress, Replicate, SearchSpace, StopReason};
 use crate::convention::{Convention, Delay};
-use crate::evaluator::{Case, EvaluateError, Pull, Soft};
+use crate::evaluator::{Case, EvaluateError, Pull, Score, Soft};
 use crate::lanes::{Lanes, LanesPrecision};
 use crate::optimize::{Descent, DescentSettings, Merit, Optimizer, Origin, SearchBox, Start, normal, stream};
+use crate::rescore;
 use crate::score::{Accumulation, GoodnessOfFit};
 use crate::symbols::Symbol;
 use descent::{Course, Walker, Watch, descend};
@@ -55,6 +56,10 @@ const SOFT: [[f64; 2]; 3] = [[0.1, 1.0], [0.02, 100.0], [0.004, 1e4]];
 const AGREEMENT: f64 = 3e-4;
 /// Searches that have to agree; one more for each other basin in which some ended.
 const AGREEING: usize = 2;
+/// Evaluations that are kept for the exact scores of the places that a search has come to when it is stopped.
+const LAST: u64 = 16;
+/// Turns that there should be evaluations for, lest fewer starts go down.
+const SOME_TURNS: usize = 5;
 /// A promise of derivatives that is not kept, as a share of the score: below it a place is an optimum, above it a polish follows.
 const PROMISE: f64 = 1e-5;
 /// A run as it is.
@@ -142,7 +147,7 @@ impl Watch for Search<'_> {
         self.stopped = self.stopped.or_else(|| {
             if (self.progress)(self.told()).is_break() {
                 Some(StopReason::Interrupted)
-            } else if self.evaluations + simulations as u64 > stop.max_evaluations {
+            } else if self.evaluations + simulations as u64 + LAST > stop.max_evaluations {
                 Some(StopReason::Evaluations)
             } else if self.stall >= stop.max_stall {
                 Some(StopReason::Stall)
@@ -214,7 +219,8 @@ impl Search<'_> {
         for round in 0..SEARCHES {
             let mut rng = stream(self.settings.seed, self.number, round, 0);
             let n = self.smooth.dimensions();
-            let places: Vec<Vec<f64>> = (0..SCREENED).map(|_| (0..n).map(|_| rng.random()).collect()).collect();
+            let screened = SCREENED.min((self.settings.stop.max_evaluations / 4) as usize);
+            let places: Vec<Vec<f64>> = (0..screened).map(|_| (0..n).map(|_| rng.random()).collect()).collect();
             let score = if round % 2 == 0 { self.directly(&places)? } else { self.homotopy(&places)? };
             if self.stopped.is_some() {
                 return Ok(false);
@@ -242,11 +248,18 @@ impl Search<'_> {
             return Ok(f64::INFINITY);
         }
         let costs = self.smooth.costs(places, pull)?;
-        let mut starts = best_apart(places, &costs, STARTS, APART);
+        let mut starts = best_apart(places, &costs, self.affordable(), APART);
+        if self.best.is_none() {
+            self.score_exactly(&starts)?;
+        }
         let mut walkers = Vec::new();
         for (turns, kept) in DIRECT {
             let course = Course { pull, turns, tolerance: ROUGH };
-            walkers = merged(descend(&self.smooth.clone(), starts, &[], course, self)?);
+            let next = merged(descend(&self.smooth.clone(), starts, &[], course, self)?);
+            if next.is_empty() {
+                break;
+            }
+            walkers = next;
             walkers.truncate(kept);
             starts = walkers.iter().map(|walker| walker.place.clone()).collect();
         }
@@ -259,7 +272,7 @@ impl Search<'_> {
             return Ok(f64::INFINITY);
         }
         let costs = self.smooth.costs(places, self.soft(0, LEVELS[0]))?;
-        let mut starts = best_apart(places, &costs, STARTS, APART);
+        let mut starts = best_apart(places, &costs, self.affordable(), APART);
         for share in LEVELS {
             let course = Course { pull: self.soft(0, share), turns: TURNS, tolerance: ROUGH };
             let walkers = merged(descend(&self.smooth.clone(), starts, &[], course, self)?);
@@ -276,6 +289,10 @@ impl Search<'_> {
     /// To the end from the best places: collisions become hard, delays whole where they are. The lowest exact score.
     fn finish(&mut self, walkers: Vec<Walker>, most: usize) -> Result<f64, CalibrateError> {
         let walkers = merged(walkers);
+        if self.stopped.is_some() {
+            self.score_exactly(&walkers.into_iter().map(|walker| walker.place).collect::<Vec<_>>())?;
+            return Ok(f64::INFINITY);
+        }
         let Some(best) = walkers.first().map(|walker| walker.cost) else { return Ok(f64::INFINITY) };
         let near = walkers.into_iter().filter(|walker| walker.cost <= best * FINAL_BEHIND);
         let mut places: Vec<Vec<f64>> = near.take(most).map(|walker| walker.place).collect();
@@ -286,6 +303,10 @@ impl Search<'_> {
             }
             let course = Course { pull, turns, tolerance: FINE };
             places = descend(&self.smooth.clone(), places, &[], course, self)?.into_iter().map(|w| w.place).collect();
+        }
+        if self.stopped.is_some() {
+            self.score_exactly(&places)?;
+            return Ok(f64::INFINITY);
         }
         let mut best: Option<Ending> = None;
         for place in places {
@@ -311,6 +332,7 @@ impl Search<'_> {
         if best.score.is_finite() {
             self.keep(best.place, best.score);
         }
+        self.compare_with_target()?;
         Ok(best.score)
     }
 
@@ -373,6 +395,36 @@ impl Search<'_> {
             },
             None => found,
         })
+    }
+
+    /// Ends the search if the best score, by the reference, is good enough.
+    fn compare_with_target(&mut self) -> Result<(), CalibrateError> {
+        let Some(((place, score), target)) = self.best.as_ref().zip(self.settings.stop.target) else { return Ok(()) };
+        if *score <= target && self.stopped.is_none() {
+            let parameters = self.exact.parameters(place);
+            let score = rescore::score(self.exact.cases(), self.exact.gof(), &parameters)?;
+            if matches!(score, Score::Value(score) if score <= target) {
+                self.stopped = Some(StopReason::Target);
+            }
+        }
+        Ok(())
+    }
+
+    /// Starts that what is left of the evaluations brings some turns down.
+    fn affordable(&self) -> usize {
+        let left = self.settings.stop.max_evaluations.saturating_sub(self.evaluations) as usize;
+        (left / (SOME_TURNS * descent::turn(self.smooth.dimensions()))).clamp(1, STARTS)
+    }
+
+    /// The exact scores of some places, so that a search that is stopped has a result.
+    fn score_exactly(&mut self, places: &[Vec<f64>]) -> Result<(), CalibrateError> {
+        let places = &places[..places.len().min(LAST as usize / 2)];
+        self.evaluations += places.len() as u64;
+        let costs = self.exact.costs(places, HARD)?;
+        for (place, cost) in places.iter().zip(costs).filter(|(_, cost)| cost.is_finite()) {
+            self.keep(place.clone(), cost);
+        }
+        self.compare_with_target()
     }
 
     /// Which places pay for something, in runs without a pull.

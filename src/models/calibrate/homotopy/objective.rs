@@ -1,9 +1,11 @@
 //! What a search by derivatives minimises, in coordinates from 0 to 1.
 
 use crate::calibrate::SearchSpace;
-use crate::evaluator::{Case, EvaluateError, Job, Population, Pull, Score, Slopes};
+use crate::evaluator::{Case, EvaluateError, Evaluator, Job, Population, Pull, Score, Slopes};
 use crate::lanes::{Differences, Lanes};
 use crate::optimize::SearchBox;
+use crate::score::GoodnessOfFit;
+use crate::symbols::Parameters;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -32,8 +34,17 @@ impl<'a> Objective<'a> {
 
     /// The cases that it is the mean over.
     pub fn cases(&self) -> &'a [Case] {
-        use crate::evaluator::Evaluator;
         &self.lanes.cases()[self.cases.clone()]
+    }
+
+    /// What is minimised.
+    pub fn gof(&self) -> &'a GoodnessOfFit {
+        self.lanes.gof()
+    }
+
+    /// A place as named parameters.
+    pub fn parameters(&self, place: &[f64]) -> Parameters {
+        self.space.parameters(&self.candidate(place))
     }
 
     /// A place as a candidate.
