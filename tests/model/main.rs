@@ -7,6 +7,7 @@ mod calibration;
 mod catalog;
 mod causes_of_laws;
 mod course;
+mod derivatives;
 mod exact_times;
 mod functions;
 mod identify;

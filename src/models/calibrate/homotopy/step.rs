@@ -55,3 +55,24 @@ fn solve(
     inside.iter().zip(solved.iter()).for_each(|(&j, x)| fixed[j] = *x);
     fixed.iter().all(|x| x.is_finite()).then_some(fixed)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::lowest;
+    use nalgebra::{DMatrix, DVector};
+
+    /// Worked by hand: free, H d = -g gives (2, -1); with d_2 at its bound of -0.5, d_1 is (3 + 0.5) / 2.
+    #[test]
+    fn a_bound_moves_the_other_coordinate() {
+        let (g, h) = (DVector::from_vec(vec![-3.0, 0.0]), DMatrix::from_row_slice(2, 2, &[2.0, 1.0, 1.0, 2.0]));
+        for (lower, upper, expected) in [
+            ([-9.0, -9.0], [9.0, 9.0], [2.0, -1.0]),
+            ([-9.0, -0.5], [9.0, 9.0], [1.75, -0.5]),
+            ([-9.0, -0.5], [1.0, 9.0], [1.0, -0.5]),
+            ([0.0, 0.0], [0.0, 0.0], [0.0, 0.0]),
+        ] {
+            let step = lowest(&g, &h, &lower, &upper);
+            assert!((step - DVector::from_row_slice(&expected)).amax() < 1e-9, "{lower:?} {upper:?}");
+        }
+    }
+}
