@@ -57,7 +57,8 @@ pub fn crates(name: &str, to: &Path, features: &[&str], level: i64, change: &mut
     for folder in COPIED {
         copy(folder, &sources, &mut change);
     }
-    for gone in before.lines().filter(|file| !copied.iter().any(|now| now == file)) {
+    let is_gone = |file: &&str| !copied.iter().any(|now| now == file) && sources.join(file).exists();
+    for gone in before.lines().filter(is_gone) {
         fs::remove_file(sources.join(gone)).expect("a file of the copy can be removed");
     }
     write(&list, copied.join("\n").as_bytes());

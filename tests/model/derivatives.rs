@@ -71,10 +71,10 @@ fn slopes_are_those_of_the_score() {
                 let slopes = lanes.slopes(&job, &[differences], pull).expect("slopes").remove(0);
                 let own = cost(&lanes, &space, std::slice::from_ref(candidate), pull)[0];
                 assert!((slopes.cost / own - 1.0).abs() < 1e-12, "{name} {gof}: {} for {own}", slopes.cost);
-                for i in 0..n {
+                for (i, x) in candidate.iter().enumerate() {
                     let around = cost(&lanes, &space, &[step(i, 1e-5), step(i, -1e-5)], pull);
-                    let central = (around[0] - around[1]) / (2e-5 * candidate[i]);
-                    let scale = (own / candidate[i]).abs();
+                    let central = (around[0] - around[1]) / (2e-5 * x);
+                    let scale = (own / x).abs();
                     let off = (slopes.gradient[i] - central).abs();
                     assert!(
                         off < 1e-3 * central.abs() + 1e-4 * scale,

@@ -266,7 +266,7 @@ pub fn calibrate(
             // Of an interrupted calibration, what was found until then.
             Err(Failed { error: CalibrateError::Interrupted, .. }) => {}
             Err(Failed { error: error @ CalibrateError::Infeasible { .. }, furthest }) => {
-                replicates.extend(furthest);
+                replicates.extend(furthest.map(|furthest| *furthest));
                 infeasible.get_or_insert(error);
             }
             Err(Failed { error, .. }) => return Err(error),

@@ -22,7 +22,7 @@ pub(super) struct Task<'a> {
 pub(super) struct Failed {
     pub error: CalibrateError,
     /// Of infeasible candidates the one that came furthest.
-    pub furthest: Option<Replicate>,
+    pub furthest: Option<Box<Replicate>>,
 }
 
 /// Runs tasks side by side: by derivatives where they say enough, and by scores alone where they do not. One entry per task, in order;
@@ -86,7 +86,7 @@ pub(super) fn run(
                 Err(_) => settled(earlier, None),
             },
             (_, Ok((later, rival))) => settled(later, rival),
-            (_, Err(error)) => Err(Failed { error, furthest }),
+            (_, Err(error)) => Err(Failed { error, furthest: furthest.map(Box::new) }),
         }
     };
     Ok(tasks.iter().zip(begun).map(end).collect())

@@ -71,8 +71,8 @@ const POLISH: usize = 250;
 const LANES: usize = 16;
 /// Candidates per parameter that are looked at around the best, their mean rise as a share of its score, and the curvature of a parameter
 /// that does nothing, as a share of the largest.
-const AROUND: usize = 16;
-const RISE: f64 = 0.02;
+const AROUND: usize = 20;
+const RISE: f64 = 0.005;
 const WIDEST: f64 = 1e-4;
 /// Searches at most.
 const SEARCHES: u64 = 8;
@@ -326,7 +326,8 @@ impl Search<'_> {
             }
         }
         let Some(mut best) = best else { return Ok(f64::INFINITY) };
-        if !(best.promise <= PROMISE * best.score.max(super::search::FLOOR)) {
+        let is_optimum = best.promise <= PROMISE * best.score.max(super::search::FLOOR);
+        if !is_optimum {
             (best.place, best.score) = self.polished((best.place, best.score), &best.held)?;
         }
         if best.score.is_finite() {
