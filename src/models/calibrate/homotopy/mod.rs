@@ -69,10 +69,11 @@ const HARD: Pull = Pull { share: 0.0, soft: None };
 const EDGE: f64 = 1e-4;
 const POLISH: usize = 250;
 const LANES: usize = 16;
-/// Candidates per parameter that are looked at around the best, their mean rise as a share of its score, and the curvature of a parameter
-/// that does nothing, as a share of the largest.
-const AROUND: usize = 20;
-const RISE: f64 = 0.005;
+/// Candidates per parameter that are looked at around the best, their mean rises as shares of its score, and the curvature of a
+/// parameter that does nothing, as a share of the largest. Correlations need ten per parameter within the rise that ends an interval, which
+/// is some 0.05 to 2 % of the score.
+const AROUND: usize = 36;
+const RISES: [f64; 2] = [0.005, 0.0005];
 const WIDEST: f64 = 1e-4;
 /// Searches at most.
 const SEARCHES: u64 = 8;
@@ -363,7 +364,7 @@ impl Search<'_> {
             return Ok(found);
         }
         let rise = EDGE * if found.1.is_finite() { found.1 } else { 1.0 };
-        let points = self.around(&found.0, held, rise, 4 * n)?;
+        let points = self.around(&found.0, held, [rise; 2], 4 * n)?;
         let take = |place: &Vec<f64>| moved.iter().map(|i| place[*i]).collect::<Vec<f64>>();
         let settings = DescentSettings {
             population: (2 * DescentSettings::population_for(n)).next_multiple_of(LANES),
@@ -468,7 +469,8 @@ impl Search<'_> {
     /// Candidates around the best one, as far away as costs a little: they show which parameters make up for each other.
     fn look_around(&mut self) -> Result<(), CalibrateError> {
         let Some((best, score)) = self.best.clone() else { return Ok(()) };
-        let places = self.around(&best, &[], RISE * score.max(super::search::FLOOR), AROUND * best.len())?;
+        let rises = RISES.map(|rise| rise * score.max(super::search::FLOOR));
+        let places = self.around(&best, &[], rises, AROUND * best.len())?;
         if !self.spend(places.len()) {
             return Ok(());
         }
@@ -481,12 +483,12 @@ impl Search<'_> {
         Ok(())
     }
 
-    /// Places around another one, at which costs rise by so much in the mean.
+    /// Places around another one, at which costs rise in the mean by one of these and the other by turns.
     fn around(
         &mut self,
         middle: &[f64],
         held: &[usize],
-        rise: f64,
+        rises: [f64; 2],
         count: usize,
     ) -> Result<Vec<Vec<f64>>, CalibrateError> {
         let n = middle.len();
@@ -498,8 +500,8 @@ impl Search<'_> {
         let floor = DMatrix::from_diagonal_element(n, n, (WIDEST * largest).max(f64::MIN_POSITIVE.sqrt()));
         let Some(root) = (curvature + floor).cholesky() else { return Ok(Vec::new()) };
         let mut rng = stream(self.settings.seed, self.number, u64::MAX, self.evaluations);
-        let size = (2.0 * rise / n as f64).sqrt();
-        let place = |_| {
+        let place = |k: usize| {
+            let size = (2.0 * rises[k % rises.len()] / n as f64).sqrt();
             let draw = DVector::from_fn(n, |_, _| size * normal(&mut rng));
             let step = root.l().transpose().solve_upper_triangular(&draw).unwrap_or(draw);
             let moved = |(i, x): (usize, &f64)| if held.contains(&i) { *x } else { (x + step[i]).clamp(0.0, 1.0) };
