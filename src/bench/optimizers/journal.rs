@@ -31,7 +31,8 @@ impl Journal {
         }
         let read = text.lines().filter_map(|line| serde_json::from_str::<OptimizerOutcome>(line).ok());
         // Another version, or another state of the search, finds something else.
-        let outcomes = read.filter(|outcome| outcome.program == *PROGRAM).map(|outcome| (outcome.task.clone(), outcome)).collect();
+        let outcomes =
+            read.filter(|outcome| outcome.program == *PROGRAM).map(|outcome| (outcome.task.clone(), outcome)).collect();
         Ok(Journal { path: path.to_owned(), file, outcomes })
     }
 

@@ -3,8 +3,8 @@
 use super::charts::columns;
 use crate::report::fleet::{Fit, FleetFile, Shown, page as write};
 use crate::result::read_bounded;
-use crate::trajectory::is_nameless;
 use crate::text::bounded::Lines;
+use crate::trajectory::is_nameless;
 use anyhow::Context;
 use std::collections::HashMap;
 use std::path::Path;
