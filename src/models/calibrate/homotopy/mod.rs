@@ -70,8 +70,8 @@ const EDGE: f64 = 1e-4;
 const POLISH: usize = 250;
 const LANES: usize = 16;
 /// Candidates per parameter that are looked at around the best, their mean rises as shares of its score, and the curvature of a
-/// parameter that does nothing, as a share of the largest. Correlations need ten per parameter within the rise that ends an interval, which
-/// is some 0.05 to 2 % of the score.
+/// parameter that does nothing, as a share of the largest. Correlations need ten per parameter within the rise that ends an interval, so
+/// some are far nearer than others.
 const AROUND: usize = 36;
 const RISES: [f64; 2] = [0.005, 0.0005];
 const WIDEST: f64 = 1e-4;
@@ -365,6 +365,9 @@ impl Search<'_> {
         }
         let rise = EDGE * if found.1.is_finite() { found.1 } else { 1.0 };
         let points = self.around(&found.0, held, [rise; 2], 4 * n)?;
+        if points.is_empty() {
+            return Ok(found);
+        }
         let take = |place: &Vec<f64>| moved.iter().map(|i| place[*i]).collect::<Vec<f64>>();
         let settings = DescentSettings {
             population: (2 * DescentSettings::population_for(n)).next_multiple_of(LANES),

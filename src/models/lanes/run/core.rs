@@ -298,8 +298,19 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         observers: &[Observer],
         each: &mut dyn FnMut(&Residuals),
     ) -> Result<Vec<Option<Failure>>, EvaluateError> {
+        Ok(self.stretches(cases, job, (settings, observers), Leaving::Residuals, each)?.1)
+    }
+
+    /// Runs stretch by stretch, in the order of the population; which failed.
+    fn stretches(
+        &self,
+        cases: &[Case],
+        job: &Job<'_>,
+        (settings, observers): (&Settings, &[Observer]),
+        what: Leaving,
+        each: &mut dyn FnMut(&Residuals),
+    ) -> Result<(Plan, Vec<Option<Failure>>), EvaluateError> {
         let mut plan = self.planned(cases, job, self.lanes(&[*job]))?;
-        // In the order of the population, so that nobody has to look for a candidate.
         plan.order.sort_unstable_by_key(|candidate| candidate.index);
         let (jobs, columns) = ([*job], self.columns(&[*job]));
         let prepare = |part: &Part| {
@@ -307,12 +318,12 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
             Run { observers, ..run }
         };
         let runs = plan.parts.iter().map(prepare).collect();
-        let left = if plan.lanes == A {
-            self.leave(&self.large, runs, Leaving::Residuals, each)
+        let failed = if plan.lanes == A {
+            self.leave(&self.large, runs, what, each)
         } else {
-            self.leave(&self.small, runs, Leaving::Residuals, each)
+            self.leave(&self.small, runs, what, each)
         };
-        Ok(left)
+        Ok((plan, failed))
     }
 
     /// Scores of runs with observers, one per candidate, and how far they fell short.
@@ -357,21 +368,9 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         observers: &[Observer],
         differences: &[Differences],
     ) -> Result<Vec<Slopes>, EvaluateError> {
-        let mut plan = self.planned(cases, job, self.lanes(&[*job]))?;
-        plan.order.sort_unstable_by_key(|candidate| candidate.index);
-        let (jobs, columns) = ([*job], self.columns(&[*job]));
-        let prepare = |part: &Part| {
-            let run = self.prepare(&jobs, settings, &columns, &plan, part);
-            Run { observers, ..run }
-        };
-        let runs = plan.parts.iter().map(prepare).collect();
         let mut products: Vec<Products<'_>> = differences.iter().map(Products::new).collect();
         let mut each = |stretch: &Residuals| products.par_iter_mut().for_each(|products| products.add(stretch));
-        let failed = if plan.lanes == A {
-            self.leave(&self.large, runs, Leaving::Weighted, &mut each)
-        } else {
-            self.leave(&self.small, runs, Leaving::Weighted, &mut each)
-        };
+        let (plan, failed) = self.stretches(cases, job, (settings, observers), Leaving::Weighted, &mut each)?;
         let slopes = |(products, differences): (&Products<'_>, &Differences)| {
             let norm = &self.streams[job.case].norms[plan.order[differences.first].first];
             let weights = [0, 1, 2].map(|k| [norm.weight[k], norm.per_count[k]].map(T::to_f64));
