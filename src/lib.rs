@@ -68,7 +68,7 @@ pub mod internal {
     pub mod sumo;
 
     pub use leadlag_data::{statistics, text, trajectory, vehicle, whole};
-    pub use leadlag_diagnosis::{closed_loop, diagnose, judge, recommend, result};
+    pub use leadlag_diagnosis::{diagnose, judge, race, result};
     #[cfg(feature = "gpu")]
     pub use leadlag_models::gpu;
     pub use leadlag_models::{
@@ -82,7 +82,7 @@ use internal::gpu;
 #[cfg(feature = "cli")]
 use internal::{bench, by_hand, evaluate};
 use internal::{
-    calibrate, catalog, convention, diagnose, evaluator, extension, fleet, identify, lanes, optimize, plant, recommend,
+    calibrate, catalog, convention, diagnose, evaluator, extension, fleet, identify, lanes, optimize, plant, race,
     reference, rescore, result, score, select, simulate, statistics, study, symbols, text, trajectory, vehicle, wgsl,
     whole,
 };

@@ -9,6 +9,6 @@
 //! reference: Treiber, Kesting, Helbing 2006, Physica A 360(1), 71-88
 //! loop: delay by tp
 struct Parameters {
-    /// delay of what is perceived [s], 0 to 1.5, neutral 0
+    /// delay of what is perceived [s], 0 to 3, neutral 0
     tp: f32,
 }

@@ -13,7 +13,7 @@ use crate::diagnose::drive::road::{lap, on_the_road_of};
 use crate::diagnose::drive::{drives_apart, hold_back};
 use crate::diagnose::{DiagnoseError, Drive as Diagnosed, Effort, Progress, Question};
 use crate::extension::Extension;
-use crate::recommend::{NotFollowed, Policy, Request, combine, not_followed, races, recommend, without};
+use crate::race::{NotFollowed, Policy, Request, combine, not_followed, race, rounds, without};
 use crate::result::diagnosis::describe::{Diagnosis as Described, describe};
 use crate::result::diagnosis::{DataEntry, FindingEntry, Outcome};
 use crate::text::spelling::any_of;
@@ -229,7 +229,7 @@ fn drives(picked: &Picked) -> anyhow::Result<Vec<Diagnosed>> {
     Ok(drives)
 }
 
-/// Share of a diagnosis that the likelihood takes, as its progress is told; the rest is the closed loop's.
+/// Share of a diagnosis that the likelihood takes in its progress; the rest is the race's.
 const DESCRIBED: f64 = 0.7;
 
 /// What is asked of loaded drives.
@@ -250,14 +250,14 @@ impl Asked<'_> {
     ) -> anyhow::Result<Described> {
         let Asked { base, effort, seed, causes, bounds } = *self;
         let policy = Policy::DEFAULT;
-        let stage = "looking for stretches that no law drives".to_owned();
+        let stage = "looking for stretches that no model follows".to_owned();
         if progress(Progress { done: 0.0, stage }).is_break() {
             return Err(DiagnoseError::Stopped.into());
         }
-        let not_followed = not_followed(&loaded.whole, base, bounds, seed, &policy)?;
+        let not_followed = not_followed(&loaded.whole, base, causes, bounds, seed, &policy)?;
         let followed = without(&loaded.whole, &not_followed, &policy);
         let question = Question { train: &loaded.train, holdout: &loaded.holdout, base, effort, seed, causes, bounds };
-        let request = Request { drives: &followed, base, causes, bounds, seed, rounds: races(effort) };
+        let request = Request { drives: &followed, base, causes, bounds, seed, rounds: rounds(effort) };
         let all: Vec<&Diagnosed> = if loaded.trained.is_empty() {
             loaded.whole.iter().chain(&loaded.holdout).collect()
         } else {
@@ -266,7 +266,7 @@ impl Asked<'_> {
         let different = different_drivers(&all, base, bounds, seed)?;
         let part = |p: Progress, [from, to]: [f64; 2]| Progress { done: from + (to - from) * p.done, ..p };
         let mut found = describe(&question, loaded.lap, &mut |p| progress(part(p, [0.0, DESCRIBED])))?;
-        let answer = recommend(&request, &policy, &mut |p| progress(part(p, [DESCRIBED, 1.0])))?;
+        let answer = race(&request, &policy, &mut |p| progress(part(p, [DESCRIBED, 1.0])))?;
         combine(&mut found.outcome, &answer);
         found.outcome.data = std::mem::take(&mut loaded.data);
         found.outcome.data_findings = std::mem::take(&mut loaded.findings);

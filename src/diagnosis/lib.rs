@@ -2,10 +2,9 @@
 //!
 //! Part of leadlag. Its interface may change with any version; depend on `leadlag`.
 
-pub mod closed_loop;
 pub mod diagnose;
 pub mod judge;
-pub mod recommend;
+pub mod race;
 pub mod result;
 
 use leadlag_data::{statistics, text, trajectory, vehicle};

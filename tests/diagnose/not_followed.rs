@@ -1,11 +1,12 @@
-//! Stretches that no law drives are found, whoever drove there, and none are where the car drives by itself.
+//! Stretches that no model follows are found, whoever drove there, and none are where the car drives by itself.
 
 use crate::common;
 use leadlag::internal::bench::{DiagnosisTask, planted};
 use leadlag::internal::calibrate::Overrides;
 use leadlag::internal::diagnose::Drive;
-use leadlag::internal::recommend::{NotFollowed, Policy, not_followed, without};
+use leadlag::internal::race::{NotFollowed, Policy, not_followed, without};
 use leadlag::internal::trajectory::{Preparation, import, prepare};
+use leadlag::internal::wgsl::library;
 
 fn drives(kind: &str, base: &str, causes: &[&str], seed: u64) -> Vec<Drive> {
     let task = DiagnosisTask {
@@ -22,7 +23,9 @@ fn drives(kind: &str, base: &str, causes: &[&str], seed: u64) -> Vec<Drive> {
 }
 
 fn found(drives: &[Drive], base: &str) -> Vec<NotFollowed> {
-    not_followed(drives, base.parse().expect("a base"), &Overrides::new(), 1, &Policy::DEFAULT).expect("it runs")
+    let causes: Vec<_> = library().iter().copied().filter(|extension| extension.cause.is_some()).collect();
+    let base = base.parse().expect("a base");
+    not_followed(drives, base, &causes, &Overrides::new(), 1, &Policy::DEFAULT).expect("it runs")
 }
 
 /// Where the car is fast, the driver falls back by some twenty metres and catches up again, in forty seconds. When that begins.

@@ -399,11 +399,11 @@ fn bounds_of_a_delay_are_those_of_the_search() {
         let error = lanes(&case, LanesPrecision::F64).raw(&[Job { case: 0, population: &population }]);
         (refused, error.map(|_| ()).map_err(|error| error.to_string()))
     };
-    let (refused, error) = at(variant, 2.0);
-    assert!(refused.starts_with("tp: expected at most 1.5 s, found 2; the upper bound of tp says"), "{refused}");
+    let (refused, error) = at(variant, 4.0);
+    assert!(refused.starts_with("tp: expected at most 3 s, found 4; the upper bound of tp says"), "{refused}");
     assert_eq!(error, Err(refused));
-    let (refused, _) = at(with("l-gipps+delay", &[delay]), 3.0);
-    assert!(refused.starts_with("tau_p + tp: expected at most 2.3 s, found 3."), "{refused}");
+    let (refused, _) = at(with("l-gipps+delay", &[delay]), 4.0);
+    assert!(refused.starts_with("tau_p + tp: expected at most 3.8 s, found 4."), "{refused}");
     // Nobody perceives what is to come.
     let (refused, _) = at(variant, -0.2);
     assert_eq!(refused, "tp: expected a number of at least 0 and below 1e9, found -0.2");

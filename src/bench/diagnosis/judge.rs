@@ -9,8 +9,7 @@ use crate::diagnose::judge::oracle::{Known, known};
 use crate::diagnose::{DiagnoseError, Inference, PROGRAM, Question, Verdict, infer};
 use crate::extension::Extension;
 use crate::plant::Controller;
-use crate::recommend::{Policy, Request, Winner, races, recommend};
-use crate::result::diagnosis::recommended::Trial;
+use crate::race::{Policy, Request, race, rounds};
 use crate::symbols::Parameters;
 use crate::wgsl::{extension_named, library};
 use serde::{Deserialize, Serialize};
@@ -272,18 +271,20 @@ fn diagnosed(task: &DiagnosisTask, recommends: bool) -> DiagnosisOutcome {
         causes: &causes,
         bounds: &bounds,
         seed: task.seed,
-        rounds: races(effort),
+        rounds: rounds(effort),
     };
-    let answer = recommends.then(|| recommend(&request, &Policy::DEFAULT, &mut |_| ControlFlow::Continue(())));
+    let answer = recommends.then(|| race(&request, &Policy::DEFAULT, &mut |_| ControlFlow::Continue(())));
     outcome.cpu_s = clock.elapsed().as_secs_f64();
     fill(&mut outcome, &inference);
-    let names =
-        |winner: Option<Winner>| winner.map_or(Vec::new(), |w| w.causes.iter().map(|c| c.name.clone()).collect());
     if let Some(Ok(answer)) = answer {
         let passing = answer.tried.trials.iter().filter(|trial| trial.passes);
-        let chance = |trial: &Trial| trial.checks.first().map_or(1.0, |check| check.value);
-        outcome.passing = passing.map(|trial| (trial.causes.clone(), chance(trial))).collect();
-        outcome.recommended = Some(names(answer.recommended));
+        outcome.passing = passing.map(|trial| (trial.causes.clone(), trial.probability)).collect();
+        outcome.recommended = Some(answer.recommended().iter().map(|cause| cause.name.clone()).collect());
+        if let Some(named) = answer.named.filter(|_| !["named", "ambiguous"].contains(&outcome.verdict.as_str())) {
+            outcome.adopted = named.causes.iter().map(|cause| cause.name.clone()).collect();
+            outcome.confounded_with = named.rivals.iter().map(|(_, rival)| rival.name.clone()).collect();
+            outcome.verdict = if named.rivals.is_empty() { "named" } else { "ambiguous" }.to_owned();
+        }
     }
     if ["one", "pair"].contains(&task.kind.as_str()) {
         let mut values = law(&drives.controller);

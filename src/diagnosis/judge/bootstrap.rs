@@ -86,6 +86,14 @@ impl Resamples {
         [at(tail), at(1.0 - tail)]
     }
 
+    /// Standard error of the mean of some values, one per bin.
+    #[must_use]
+    pub fn deviation(&self, values: &[f64]) -> f64 {
+        let (centre, means) = (mean(values), self.means(values));
+        let variance = means.iter().map(|m| (m - centre).powi(2)).sum::<f64>() / means.len().max(1) as f64;
+        variance.sqrt() * self.inflation
+    }
+
     /// Centred means of the resamples in units of their standard deviation, and the mean itself in the same unit. Without any
     /// variation a mean that is not 0 is infinite; one that is no number is the worst.
     pub(super) fn studentised(&self, values: &[f64]) -> (f64, Vec<f64>) {

@@ -7,13 +7,11 @@ mod bootstrap;
 mod check;
 mod confidence_set;
 mod step_down;
-mod superior;
 
 pub use bootstrap::{Draw, Resamples};
 pub use check::Check;
 pub use confidence_set::confidence_set;
 pub use step_down::{Adjusted, step_down};
-pub use superior::{Superior, superior_predictive_ability};
 
 /// Mean of some numbers; 0 without any.
 #[must_use]

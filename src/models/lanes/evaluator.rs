@@ -3,11 +3,11 @@
 use super::compile::error::LanesError;
 use super::compile::model::Model;
 use super::run::core::{Core, Finished, History};
-use super::run::products::Differences;
+use super::run::products::{Bins, Differences, Products};
 use super::run::real::Real;
 use super::run::simd::InstructionSet;
 use super::run::stream::Stream;
-use super::run::sums::{Adding, Settings};
+use super::run::sums::{Adding, SIGNALS, Settings};
 use crate::convention::BoundRule;
 use crate::evaluator::{
     BufferSet, Case, Course, EvaluateError, Evaluator, Failure, Innovations, Job, Observed, Observer, Outcome, Pull,
@@ -280,6 +280,42 @@ impl Lanes {
         with_engine!(self.observing()?, core => {
             core.slopes(&self.cases, job, &settings, &observers, differences)
         })
+    }
+
+    /// Sums of products of the errors of pulled runs and of their derivatives, bin by bin; in the order of `differences`, `None` where a
+    /// run fails.
+    ///
+    /// # Errors
+    /// [`EvaluateError::Delay`], [`EvaluateError::Model`].
+    ///
+    /// # Panics
+    /// If differences name candidates that are not there.
+    pub fn products<'a>(
+        &self,
+        job: &Job<'_>,
+        pull: Pull,
+        differences: &'a [Differences],
+        bins: Bins<'a>,
+    ) -> Result<Vec<Option<Products<'a>>>, EvaluateError> {
+        let (settings, observers) = self.pulling(job, pull);
+        with_engine!(self.observing()?, core => {
+            core.products(&self.cases, job, &settings, &observers, (differences, bins))
+        })
+    }
+
+    /// Sums of squares of the errors of pulled runs, bin by bin: of spacing, speed, acceleration, and shortfall; `None` of a run that
+    /// fails.
+    ///
+    /// # Errors
+    /// [`EvaluateError::Delay`], [`EvaluateError::Model`].
+    pub fn squares(
+        &self,
+        job: &Job<'_>,
+        pull: Pull,
+        bins: Bins<'_>,
+    ) -> Result<Vec<Option<Vec<[f64; SIGNALS]>>>, EvaluateError> {
+        let (settings, observers) = self.pulling(job, pull);
+        with_engine!(self.observing()?, core => core.squares(&self.cases, job, &settings, &observers, bins))
     }
 
     fn pulling(&self, job: &Job<'_>, pull: Pull) -> (Settings, Vec<Observer>) {

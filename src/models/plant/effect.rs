@@ -55,7 +55,7 @@ macro_rules! effects {
 }
 
 effects! {
-    PerceptionDelay, "the controller sees spacing and speeds as they were tp ago", 0.0, [("tp", "s", [0.0, 1.5], 0.4)];
+    PerceptionDelay, "the controller sees spacing and speeds as they were tp ago", 0.0, [("tp", "s", [0.0, 3.0], 0.4)];
     ActuationLag, "the acceleration follows the command with time constant ta", 0.0, [("ta", "s", [0.0, 2.5], 0.5)];
     AsymLag, "as actuation_lag, but ta for thrust and tb for braking", 0.0, [("ta", "s", [0.0, 4.0], 0.7), ("tb", "s", [0.0, 4.0], 0.3)];
     SensorLowpass, "spacing and speed difference pass a first-order filter", 0.0, [("tf", "s", [0.0, 2.5], 0.5)];

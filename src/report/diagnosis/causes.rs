@@ -97,7 +97,7 @@ pub(super) fn verdict(text: &mut String, outcome: &Outcome) -> Result {
         Verdict::NotTestable => "NOT TESTABLE with these data",
         Verdict::Unexplained => "UNEXPLAINED: something is wrong that no cause of the library explains",
         Verdict::BadBase => "NO VERDICT: the base model does not fit",
-        Verdict::Helps => "HELPS: no cause is named, but an extension follows unseen drives better",
+        Verdict::Helps => "HELPS: an extension follows unseen drives better, and what the car does is not told apart",
     };
     text.push('\n');
     if let Some(first) = outcome.data_first() {
@@ -145,11 +145,11 @@ fn one(text: &mut String, cause: &CauseEntry) -> Result {
     let family = if cause.family == cause.name { String::new() } else { format!(" (family {})", cause.family) };
     let (evidence, threshold, kind) = (cause.evidence, cause.threshold, &cause.threshold_kind);
     text.push('\n');
-    text.push_str(&wrapped(
-        0,
-        2,
-        &format!("{}{family}: evidence {evidence:.0}, threshold {threshold:.0} ({kind})", cause.name),
-    ));
+    let how = match kind.as_str() {
+        "bootstrap" => format!("{evidence:.1} standard errors better than the base"),
+        kind => format!("evidence {evidence:.0}, threshold {threshold:.0} ({kind})"),
+    };
+    text.push_str(&wrapped(0, 2, &format!("{}{family}: {how}", cause.name)));
     parameters(text, &cause.parameters)?;
     let what: Vec<&str> = cause.equation.iter().chain(&cause.meaning).map(String::as_str).collect();
     if !what.is_empty() {

@@ -2,7 +2,7 @@
 
 use super::causes::next;
 use crate::diagnose::Verdict;
-use crate::result::diagnosis::recommended::{Recommended, RecommendedCause, Why};
+use crate::result::diagnosis::recommended::{Recommended, RecommendedCause, Trial, Why};
 use crate::result::diagnosis::{CauseEntry, Outcome, ParameterEntry};
 use crate::wgsl::library;
 
@@ -10,26 +10,39 @@ fn base(outcome: &Outcome) -> &str {
     outcome.base.as_ref().map_or("the base", |base| base.variant.as_str())
 }
 
-/// What the likelihood says, in one sentence.
+/// What the members of a family have in common, in words.
+const FAMILIES: [(&str, &str); 3] = [
+    ("phase", "the car answers late"),
+    ("anticipation", "the car looks further ahead than to gap and speeds"),
+    ("drag_or_headway", "the gap grows with the square of the speed, or air drag is not made up for"),
+];
+
+/// What is missing, in one sentence.
 fn verdict(outcome: &Outcome) -> String {
     let base = base(outcome);
     let one = |cause: &CauseEntry| named(&cause.name, cause.meaning.as_deref().unwrap_or_default(), &cause.parameters);
     let either = |cause: &CauseEntry| {
-        let rivals: Vec<String> = outcome.rivals(cause).map(one).collect();
-        match rivals.is_empty() {
-            true => one(cause),
-            false => format!("either {} or {} (these data cannot tell which)", one(cause), rivals.join(" or ")),
+        let rivals: Vec<&CauseEntry> = outcome.rivals(cause).collect();
+        if rivals.is_empty() {
+            return one(cause);
+        }
+        let words = FAMILIES.iter().find(|(family, _)| *family == cause.family).map(|(_, words)| *words);
+        let list: Vec<String> = std::iter::once(&cause).chain(&rivals).map(|cause| one(cause)).collect();
+        match words.filter(|_| rivals.iter().all(|rival| rival.family == cause.family)) {
+            Some(words) => format!("{words}: {} (these data cannot tell which)", list.join(" or ")),
+            None => format!("either {} (these data cannot tell which)", list.join(" or ")),
         }
     };
     let list = || outcome.causes.iter().map(either).collect::<Vec<_>>().join(", and ");
     match outcome.verdict {
-        Verdict::Named => format!("The likelihood names {} as what {base} lacks.", list()),
-        Verdict::Ambiguous => format!("{base} lacks {}.", list()),
+        Verdict::Named | Verdict::Ambiguous => format!("{base} lacks {}.", list()),
         Verdict::Nothing => format!("{base} is enough for these drives."),
         Verdict::NotTestable => format!("These data cannot tell what {base} lacks."),
         Verdict::Unexplained => format!("{base} lacks something that no cause of the library explains."),
         Verdict::BadBase => format!("{base} does not fit these drives, so nothing can be found on it."),
-        Verdict::Helps => format!("An extension follows unseen drives better than {base}; no cause is named."),
+        Verdict::Helps => format!(
+            "An extension follows unseen drives better than {base}; these drives do not tell what the car does."
+        ),
     }
 }
 
@@ -78,7 +91,6 @@ pub fn in_short(outcome: &Outcome) -> Short {
         }
         None => held_back(outcome).into_iter().collect(),
     };
-    more.extend(superior(outcome));
     more.extend(outcome.likelier_base().map(|base| format!("{}.", next(&base))));
     more.extend(outcome.base_notes.iter().map(|note| format!("The base model: {note}.")));
     Short { answer, more }
@@ -88,7 +100,7 @@ fn is_named(outcome: &Outcome) -> bool {
     matches!(outcome.verdict, Verdict::Named | Verdict::Ambiguous)
 }
 
-/// Whether the closed loop agrees with the verdict. It asks whole drives, and decides what is recommended.
+/// Whether what is named is worth a calibration: whole drives decide that.
 fn whole_drives(outcome: &Outcome) -> Option<String> {
     let base = base(outcome);
     let is_named = is_named(outcome);
@@ -105,23 +117,20 @@ fn whole_drives(outcome: &Outcome) -> Option<String> {
         }
         (None, Some(why)) if is_named => Some(format!("Whole drives could not test {it}: {why}.")),
         (None, Some(why)) => Some(format!("Whether an extension follows unseen drives better was not tested: {why}.")),
-        (None, None) if outcome.verdict == Verdict::Helps => Some(format!("{}.", outcome.reason)),
-        (None, None) if outcome.closed_loop.bins == [0, 0] => None,
-        (None, None) if is_named => Some(format!("Whole drives do not confirm {it}: do not use {it} yet.")),
-        (None, None) => {
-            Some(format!("{base} follows unseen drives as well as any extension of it that comes through all of them."))
+        (None, None) if outcome.closed_loop.bins == 0 => None,
+        (None, None) if is_named => {
+            Some(format!("Whole drives do not confirm {it}: do not use {it} yet{}.", why_not(outcome)))
         }
+        (None, None) => Some(format!("No extension of {base} is recommended: none meets all that is asked of one.")),
     }
 }
 
-/// What all extensions together are worth beside the base.
-fn superior(outcome: &Outcome) -> Option<String> {
-    let [windows, drives] = outcome.closed_loop.superior?;
-    Some(format!(
-        "That the best of all extensions beats {} by chance has a probability of {windows:.2} over windows and of {drives:.2} over whole \
-         drives (superior predictive ability).",
-        base(outcome)
-    ))
+/// Why the named cause that gains most over whole drives is not recommended.
+fn why_not(outcome: &Outcome) -> String {
+    let named = |trial: &&Trial| trial.causes.iter().all(|name| outcome.causes.iter().any(|cause| cause.name == *name));
+    let best = outcome.closed_loop.trials.iter().filter(named).max_by(|a, b| a.gain.total_cmp(&b.gain));
+    let check = best.and_then(|trial| trial.checks.iter().find(|check| !check.met));
+    check.map_or(String::new(), |check| format!(" ({}: {:.1}, {:.1} needed)", check.name, check.value, check.limit))
 }
 
 fn names(recommended: &Recommended) -> String {
@@ -139,7 +148,7 @@ fn happens_once(cause: &str) -> bool {
     own.is_some_and(|extension| extension.parameters.iter().any(|symbol| symbol.is_time()))
 }
 
-/// What a named cause is worth on the data held back, and that it is not enough by itself.
+/// What a named cause is worth on the data held back.
 fn held_back(outcome: &Outcome) -> Option<String> {
     let gain = outcome.gain.as_ref()?;
     let (base, extended, [low, high]) = (gain.base?, gain.extended?, gain.interval?);
@@ -147,7 +156,7 @@ fn held_back(outcome: &Outcome) -> Option<String> {
     let [low, high] = [low, high].map(percent);
     let change = percent(base - extended);
     let more = if change < 0.0 { "larger" } else { "smaller" };
-    let tested = outcome.closed_loop.not_testable.is_none() && outcome.closed_loop.bins != [0, 0];
+    let tested = outcome.closed_loop.not_testable.is_none() && outcome.closed_loop.bins != 0;
     let but = match (change > 0.0 && !once(outcome), tested) {
         (true, true) => " That is one part of the data. With each drive left out in turn, no extension is recommended.",
         (true, false) => " That is one part of the data: check it on further drives.",
@@ -166,8 +175,8 @@ fn recommendation(base: &str, recommended: &Recommended) -> [String; 2] {
     let [low, high] = gain.interval.map(percent);
     let better = recommended.per_drive.iter().filter(|drive| drive.extended < drive.base).count();
     let why = match recommended.why {
-        Why::Confirmed => "The likelihood finds it in the data, too.",
-        Why::Helps => "The likelihood does not name it as the cause.",
+        Why::Confirmed => "It is named as what the car does, too.",
+        Why::Helps => "It is not named as what the car does.",
     };
     [
         format!("Recommended: {base} with {}.", causes.join(" and ")),

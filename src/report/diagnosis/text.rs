@@ -3,10 +3,10 @@
 use super::causes;
 use super::causes::MEND_FIRST;
 use super::short::in_short;
-use crate::diagnose::Verdict;
 use crate::diagnose::describe::error_breakdown::{Budget, Share};
 use crate::diagnose::describe::missing::Profiles;
 use crate::report::text::wrapped;
+use crate::result::diagnosis::recommended::Recommended;
 use crate::result::diagnosis::{DataEntry, FindingEntry, HeldBackEntry, ModelEntry, Outcome};
 use std::fmt::Write;
 
@@ -98,8 +98,10 @@ fn write_all(text: &mut String, outcome: &Outcome, beside: &Beside) -> std::fmt:
         (None, _) if outcome.gain_error.is_some() => {
             text.push_str(&wrapped(0, 2, outcome.gain_error.as_deref().unwrap_or_default()))
         }
-        (None, Verdict::Named) => text.push_str("not measured\n"),
-        (None, _) => text.push_str("nothing is named, so there is nothing to gain\n"),
+        (None, _) => match &outcome.recommended {
+            Some(recommended) => gained(text, recommended)?,
+            None => text.push_str("no extension is recommended\n"),
+        },
     }
     held_back(text, &outcome.base_held_back)?;
     heading(text, "7. What is left");
@@ -211,8 +213,17 @@ fn model(text: &mut String, model: &ModelEntry) -> std::fmt::Result {
 
 /// What the named causes make of the base model, and how to go on with it.
 fn extended(text: &mut String, outcome: &Outcome, again: Option<&Again>) -> std::fmt::Result {
+    if let Some(recommended) = &outcome.recommended {
+        let base = outcome.base.as_ref().map_or("the base", |base| base.variant.as_str());
+        let names: Vec<&str> = recommended.causes.iter().map(|cause| cause.name.as_str()).collect();
+        writeln!(text, "recommended: {base} with {}", names.join(" and "))?;
+        for cause in &recommended.causes {
+            causes::parameters(text, &cause.parameters)?;
+        }
+        return Ok(());
+    }
     let Some(extended) = outcome.extended.as_ref().filter(|_| !outcome.causes.is_empty()) else {
-        text.push_str("nothing is named, so the model stays as it is\n");
+        text.push_str("no extension is recommended\n");
         return Ok(());
     };
     writeln!(text, "{}", extended.variant)?;
@@ -220,6 +231,20 @@ fn extended(text: &mut String, outcome: &Outcome, again: Option<&Again>) -> std:
     if let Some(again) = again {
         text.push_str(&wrapped(0, 2, &format!("To calibrate it {}:", again.on)));
         text.push_str(&typed(&again.words));
+    }
+    Ok(())
+}
+
+/// What the recommended model gains on drives, or parts of them, that it was not fitted to.
+fn gained(text: &mut String, recommended: &Recommended) -> std::fmt::Result {
+    writeln!(text, "NRMSE(s,v,a) of what was left out of the fits, with the base and with the recommended model:")?;
+    for drive in &recommended.per_drive {
+        let gain = 100.0 * (1.0 - drive.extended / drive.base);
+        text.push_str(&wrapped(
+            2,
+            4,
+            &format!("{}: {:.4}, {:.4} ({gain:+.1} %)", drive.path, drive.base, drive.extended),
+        ));
     }
     Ok(())
 }

@@ -19,7 +19,7 @@ use crate::judge::Check;
 use serde::{Deserialize, Serialize};
 
 /// Version of the file; raised by every change that breaks a reader.
-pub const SCHEMA_VERSION: u32 = 2;
+pub const SCHEMA_VERSION: u32 = 3;
 
 /// A parameter with its uncertainty.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -59,7 +59,7 @@ pub struct CauseEntry {
     pub evidence: f64,
     /// What it had to exceed.
     pub threshold: f64,
-    /// How the threshold was made: `analytic`; earlier versions also wrote `table` and `bootstrap`.
+    /// What `evidence` and `threshold` are: `analytic`, nats; `bootstrap`, standard errors and a probability by chance.
     pub threshold_kind: String,
     /// File and follower, for an event that happens in one recording only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -420,7 +420,7 @@ pub struct Outcome {
     pub formula: Option<Formula>,
     /// All that was tried.
     pub ladder: Vec<RungEntry>,
-    /// Every model that was judged in closed loop.
+    /// Every model that was judged in the race.
     #[serde(default)]
     pub closed_loop: ClosedLoopEntry,
     /// Every number that decides what the likelihood names, by name.

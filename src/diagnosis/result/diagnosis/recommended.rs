@@ -40,7 +40,7 @@ pub struct PerDrive {
     pub extended: f64,
 }
 
-/// Runs that ran into the car ahead, or in which no number was left.
+/// Drives, or parts of them, in which a model comes closer than 0.1 m to the car ahead.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Collisions {
     /// Of the base.
@@ -53,9 +53,9 @@ pub struct Collisions {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Why {
-    /// The likelihood names all of it, or of its families, too.
+    /// All of it, or of its families, is named, too.
     Confirmed,
-    /// It follows unseen drives better; the likelihood names nothing like it.
+    /// It follows unseen drives better; nothing like it is named.
     Helps,
 }
 
@@ -66,8 +66,6 @@ pub struct Recommended {
     pub causes: Vec<RecommendedCause>,
     /// Why.
     pub why: Why,
-    /// Where it passes: `null` over whole drives, else the length of the windows \[s\].
-    pub horizon_s: Option<f64>,
     /// Over whole drives.
     pub gain: ClosedLoopGain,
     /// Drive by drive, over whole drives.
@@ -87,38 +85,51 @@ pub struct LawEntry {
     pub gain: f64,
 }
 
-/// A model of the race at one horizon.
+/// What a model gains at one horizon.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct HorizonGain {
+    /// Time constant of the correction towards the measurement \[s\]; `null`: whole drives.
+    pub horizon_s: Option<f64>,
+    /// Share by which the error on unseen drives falls.
+    pub gain: f64,
+    /// 95 % interval.
+    pub interval: [f64; 2],
+    /// The gain in standard errors.
+    pub standard_errors: f64,
+}
+
+/// A model of the race.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Trial {
     /// Its causes.
     pub causes: Vec<String>,
-    /// `null`: whole drives.
-    pub horizon_s: Option<f64>,
-    /// Share by which the geometric mean error on unseen drives falls.
+    /// Share by which the error on unseen drives falls, over whole drives.
     pub gain: f64,
-    /// 95 % interval.
-    pub interval: [f64; 2],
+    /// What it gains at each horizon, the shortest first.
+    pub horizons: Vec<HorizonGain>,
+    /// The gain of all horizons together in standard errors.
+    pub standard_errors: f64,
+    /// Probability of so large a gain by chance, adjusted for all models.
+    pub probability: f64,
+    /// True if it cannot be told from the best at the shorter horizons.
+    pub in_set: bool,
     /// Everything that was asked of it.
     pub checks: Vec<Check>,
     /// Whether it passes them all.
     pub passes: bool,
 }
 
-/// All that the closed loop says.
+/// All that the race says.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct ClosedLoopEntry {
-    /// Bins of 10 s in windows, and over whole drives.
-    pub bins: [usize; 2],
+    /// Bins of 10 s.
+    pub bins: usize,
     /// Drives, or parts of them, and folds.
     pub parts: [usize; 2],
     /// The numbers that decide.
     pub policy: serde_json::Value,
     /// Every model that was judged; those that gain next to nothing where they were fitted are not.
     pub trials: Vec<Trial>,
-    /// Probability by chance that the best of all extensions is as good as it is, over windows and over whole drives: Hansen's test for superior
-    /// predictive ability (2005). Printed only; the step-down test of each model decides.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub superior: Option<[f64; 2]>,
     /// Why nothing could be tried.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub not_testable: Option<String>,

@@ -1,8 +1,7 @@
 //! Levenberg and Marquardt's method from several places at once.
 
-use super::objective::Objective;
 use super::step::lowest;
-use crate::evaluator::{EvaluateError, Pull, Slopes};
+use crate::evaluator::{Pull, Slopes};
 use nalgebra::{DMatrix, DVector};
 
 /// Dampings tried in a turn, as factors of the present one; the first two once more with the majorant.
@@ -36,7 +35,9 @@ pub struct Course {
 /// A place on its way down.
 #[derive(Debug, Clone)]
 pub struct Walker {
+    /// Its coordinates.
     pub place: Vec<f64>,
+    /// The cost there.
     pub cost: f64,
     /// Gain that the least damped step of the last turn promised beyond what was gained: much on a kink and on the edge of what is
     /// feasible, where derivatives do not lead on.
@@ -102,14 +103,38 @@ pub trait Watch {
     fn spend(&mut self, simulations: usize) -> bool;
 }
 
+/// What a descent goes down: a cost of places whose coordinates lie between 0 and 1.
+pub trait Surface {
+    /// Why there is no cost.
+    type Error;
+
+    /// Number of coordinates.
+    fn dimensions(&self) -> usize;
+
+    /// Costs of places; infinite where a run fails.
+    ///
+    /// # Errors
+    /// Where the surface cannot be evaluated.
+    fn costs(&self, places: &[Vec<f64>], pull: Pull) -> Result<Vec<f64>, Self::Error>;
+
+    /// The same with derivatives; those of coordinates that are `held` are 0.
+    ///
+    /// # Errors
+    /// Where the surface cannot be evaluated.
+    fn slopes(&self, places: &[&Vec<f64>], held: &[usize], pull: Pull) -> Result<Vec<Slopes>, Self::Error>;
+}
+
 /// Goes down from all places, held coordinates apart; those whose first run fails have an infinite cost.
-pub fn descend(
-    objective: &Objective<'_>,
+///
+/// # Errors
+/// Where the surface cannot be evaluated.
+pub fn descend<S: Surface>(
+    objective: &S,
     starts: Vec<Vec<f64>>,
     held: &[usize],
     course: Course,
     watch: &mut dyn Watch,
-) -> Result<Vec<Walker>, EvaluateError> {
+) -> Result<Vec<Walker>, S::Error> {
     let begin =
         |place| Walker { place, cost: f64::INFINITY, promise: f64::INFINITY, damping: 1.0, idle: 0, stands: false };
     let mut walkers: Vec<Walker> = starts.into_iter().map(begin).collect();

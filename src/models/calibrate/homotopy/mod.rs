@@ -5,7 +5,7 @@
 //! find the same basin; as the pull is weakened, they follow it. Runs go on behind a collision and pay for it, because a score that ends
 //! at one says nothing of the way out. Several searches that agree end the calibration.
 
-mod descent;
+pub mod descent;
 mod objective;
 mod step;
 
@@ -18,7 +18,7 @@ use crate::optimize::{Descent, DescentSettings, Merit, Optimizer, Origin, Search
 use crate::rescore;
 use crate::score::{Accumulation, GoodnessOfFit};
 use crate::symbols::Symbol;
-use descent::{Course, Walker, Watch, descend};
+use descent::{Course, Surface, Walker, Watch, descend};
 use nalgebra::{DMatrix, DVector};
 use objective::Objective;
 use rand::RngExt;

@@ -1,5 +1,6 @@
 //! What a search by derivatives minimises, in coordinates from 0 to 1.
 
+use super::descent::Surface;
 use crate::calibrate::SearchSpace;
 use crate::evaluator::{Case, EvaluateError, Evaluator, Job, Population, Pull, Score, Slopes};
 use crate::lanes::{Differences, Lanes};
@@ -26,10 +27,6 @@ pub struct Objective<'a> {
 impl<'a> Objective<'a> {
     pub fn new(lanes: &'a Lanes, cases: Range<usize>, space: &'a SearchSpace) -> Objective<'a> {
         Objective { lanes, cases, space, free: space.free(), bounds: space.search_box(true) }
-    }
-
-    pub fn dimensions(&self) -> usize {
-        self.free.len()
     }
 
     /// The cases that it is the mean over.
@@ -87,9 +84,17 @@ impl<'a> Objective<'a> {
         };
         Ok((0..places.len()).map(mean).collect())
     }
+}
 
-    /// Scores and the cost of shortfalls; infinite where a run fails.
-    pub fn costs(&self, places: &[Vec<f64>], pull: Pull) -> Result<Vec<f64>, EvaluateError> {
+impl Surface for Objective<'_> {
+    type Error = EvaluateError;
+
+    fn dimensions(&self) -> usize {
+        self.free.len()
+    }
+
+    /// Scores and the cost of shortfalls.
+    fn costs(&self, places: &[Vec<f64>], pull: Pull) -> Result<Vec<f64>, EvaluateError> {
         let price = pull.soft.map_or(0.0, |soft| soft.price);
         let cost = |(score, shortfall): (Score, f64)| match score {
             Score::Value(value) if value.is_finite() => value + price * shortfall,
@@ -98,8 +103,7 @@ impl<'a> Objective<'a> {
         Ok(self.scores(places, pull)?.into_iter().map(cost).collect())
     }
 
-    /// Costs of places with their derivatives; those of coordinates that are `held` are 0.
-    pub fn slopes(&self, places: &[&Vec<f64>], held: &[usize], pull: Pull) -> Result<Vec<Slopes>, EvaluateError> {
+    fn slopes(&self, places: &[&Vec<f64>], held: &[usize], pull: Pull) -> Result<Vec<Slopes>, EvaluateError> {
         let n = self.dimensions();
         let moved: Vec<usize> = (0..n).filter(|i| !held.contains(i)).collect();
         let (mut all, mut differences) = (Vec::new(), Vec::new());

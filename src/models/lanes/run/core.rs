@@ -1,7 +1,7 @@
 //! Populations in blocks, spread over threads, in one precision.
 
 use super::plan::{Part, Plan, candidate, in_order};
-use super::products::{Differences, Products};
+use super::products::{Bins, Differences, Products, Squares};
 use super::real::Real;
 use super::simd::{InstructionSet, run_block};
 use super::stream::Stream;
@@ -381,6 +381,37 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
             slopes
         };
         Ok(products.iter().zip(differences).map(slopes).collect())
+    }
+
+    /// Sums of products over the bins of runs, in the order of `differences`; `None` of those in which a run fails.
+    pub fn products<'a>(
+        &self,
+        cases: &[Case],
+        job: &Job<'_>,
+        settings: &Settings,
+        observers: &[Observer],
+        (differences, bins): (&'a [Differences], Bins<'a>),
+    ) -> Result<Vec<Option<Products<'a>>>, EvaluateError> {
+        let mut products: Vec<Products<'_>> = differences.iter().map(|of| Products::in_bins(of, bins)).collect();
+        let mut each = |stretch: &Residuals| products.par_iter_mut().for_each(|products| products.add(stretch));
+        let (_, failed) = self.stretches(cases, job, (settings, observers), Leaving::Weighted, &mut each)?;
+        let ran = |of: &Differences| failed[of.first..=of.first + of.steps.len()].iter().all(Option::is_none);
+        Ok(products.into_iter().zip(differences).map(|(products, of)| ran(of).then_some(products)).collect())
+    }
+
+    /// Sums of squares over the bins of runs, in the order of the population; `None` of a run that fails.
+    pub fn squares(
+        &self,
+        cases: &[Case],
+        job: &Job<'_>,
+        settings: &Settings,
+        observers: &[Observer],
+        bins: Bins<'_>,
+    ) -> Result<Vec<Option<Vec<[f64; SIGNALS]>>>, EvaluateError> {
+        let mut squares = Squares::new(bins);
+        let mut each = |stretch: &Residuals| squares.add(stretch);
+        let (_, failed) = self.stretches(cases, job, (settings, observers), Leaving::Weighted, &mut each)?;
+        Ok(failed.iter().enumerate().map(|(i, failed)| failed.is_none().then(|| squares.of(i))).collect())
     }
 
     /// All blocks go on by a stretch of samples, and leave their residuals to `each`; in the end, which runs failed.

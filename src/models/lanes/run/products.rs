@@ -4,6 +4,8 @@ use super::sums::SIGNALS;
 use crate::evaluator::{Residuals, Slopes};
 use nalgebra::{DMatrix, DVector};
 use pulp::{Arch, Simd, WithSimd};
+use rayon::prelude::*;
+use std::ops::Range;
 
 /// A candidate among those of a run, followed by itself with one coordinate moved at a time.
 #[derive(Debug, Clone, PartialEq)]
@@ -14,67 +16,173 @@ pub struct Differences {
     pub steps: Vec<f64>,
 }
 
+/// Which samples are summed apart.
+#[derive(Debug, Clone, Copy)]
+pub struct Bins<'a> {
+    /// Of every sample the bin that it counts in, if any; bins come one after the other.
+    pub of: &'a [Option<u32>],
+    /// Number of bins.
+    pub count: usize,
+    /// Samples over which the acceleration is the mean, as a difference of speeds; 0: the acceleration of each sample.
+    pub mean: usize,
+}
+
+impl Bins<'_> {
+    /// All samples in one.
+    const ONE: Bins<'static> = Bins { of: &[], count: 1, mean: 0 };
+
+    /// The samples of a stretch that lie in a bin, as ranges from its begin.
+    fn of_stretch(&self, stretch: &Residuals) -> Vec<(usize, Range<usize>)> {
+        let Some(own) = self.of.get(stretch.from..stretch.from + stretch.samples) else {
+            return vec![(0, 0..stretch.samples)];
+        };
+        let mut from = 0;
+        let ranges = own.chunk_by(|a, b| a == b).map(|run| {
+            from += run.len();
+            (run[0], from - run.len()..from)
+        });
+        ranges.filter_map(|(bin, range)| Some((bin? as usize, range))).collect()
+    }
+}
+
+/// Places of the signals.
+const SPEED: usize = 1;
+const ACCELERATION: usize = 2;
+
 /// Numbers of the widest vector.
 const STRIDE: usize = 8;
 
-/// Σ d_i d_j over the samples of a run: d_0 is the error of the candidate, d_1 and on its derivatives.
+/// Σ d_i d_j over the samples of a bin: d_0 is the error of the candidate, d_1 and on its derivatives.
 #[derive(Debug)]
-pub(super) struct Products<'a> {
+pub struct Products<'a> {
     of: &'a Differences,
+    bins: Bins<'a>,
     /// Numbers in a row of `sums`, a multiple of [`STRIDE`].
     width: usize,
-    /// One matrix per signal, row by row; only from the diagonal on.
-    sums: [Vec<f64>; SIGNALS],
+    /// One matrix per bin and signal, row by row; only from the diagonal on.
+    sums: Vec<f64>,
     /// The differences of a stretch, sample by sample.
     stretch: Vec<f64>,
+    /// Those of the speed before it, as many as the mean acceleration needs.
+    past: Vec<f64>,
 }
 
 impl<'a> Products<'a> {
-    pub fn new(of: &'a Differences) -> Products<'a> {
-        let width = (of.steps.len() + 1).next_multiple_of(STRIDE);
-        let sums = std::array::from_fn(|_| vec![0.0; (of.steps.len() + 1) * width]);
-        Products { of, width, sums, stretch: Vec::new() }
+    pub(super) fn new(of: &'a Differences) -> Products<'a> {
+        Products::in_bins(of, Bins::ONE)
+    }
+
+    pub(super) fn in_bins(of: &'a Differences, bins: Bins<'a>) -> Products<'a> {
+        let rows = of.steps.len() + 1;
+        let width = rows.next_multiple_of(STRIDE);
+        let sums = vec![0.0; bins.count * SIGNALS * rows * width];
+        Products { of, bins, width, sums, stretch: Vec::new(), past: vec![0.0; bins.mean * width] }
+    }
+
+    /// Where the sums of a bin and signal begin, and how many they are.
+    fn place(&self, bin: usize, signal: usize) -> Range<usize> {
+        let size = (self.of.steps.len() + 1) * self.width;
+        let first = (bin * SIGNALS + signal) * size;
+        first..first + size
     }
 
     /// Adds a stretch of all runs.
-    pub fn add(&mut self, stretch: &Residuals) {
-        let (lanes, width, signals) = (stretch.lanes, self.width, stretch.signals);
-        for (k, sums) in self.sums.iter_mut().enumerate() {
-            self.stretch.clear();
-            self.stretch.resize(stretch.samples * width, 0.0);
-            for i in 0..=self.of.steps.len() {
-                let candidate = self.of.first + i;
-                let (block, lane) = (&stretch.blocks[candidate / lanes], candidate % lanes);
-                let numbers = block.chunks_exact(lanes).skip(k).step_by(signals).map(|row| row[lane]);
-                for (difference, number) in self.stretch.chunks_exact_mut(width).zip(numbers) {
-                    difference[i] = number;
-                }
+    pub(super) fn add(&mut self, stretch: &Residuals) {
+        let ranges = self.bins.of_stretch(stretch);
+        for signal in 0..SIGNALS {
+            let lagged = signal == ACCELERATION && self.bins.mean > 0;
+            let differs = if lagged {
+                self.lag();
+                true
+            } else {
+                self.differ(stretch, signal)
+            };
+            // Nothing is short in most runs.
+            if differs {
+                self.add_signal(signal, &ranges);
             }
-            for differences in self.stretch.chunks_exact_mut(width) {
-                let error = differences[0];
-                for (difference, step) in differences[1..].iter_mut().zip(&self.of.steps) {
-                    *difference = (*difference - error) / step;
-                }
-            }
-            Arch::new().dispatch(Add { sums, differences: &self.stretch, width });
         }
     }
 
+    /// Takes the differences of a signal; false if all are 0.
+    fn differ(&mut self, stretch: &Residuals, signal: usize) -> bool {
+        let (lanes, width) = (stretch.lanes, self.width);
+        let candidates = self.of.first..self.of.first + self.of.steps.len() + 1;
+        self.stretch.clear();
+        self.stretch.resize(stretch.samples * width, 0.0);
+        let mut at = candidates.start;
+        while at < candidates.end {
+            let (block, lane) = (&stretch.blocks[at / lanes], at % lanes);
+            let count = (lanes - lane).min(candidates.end - at);
+            let place = at - candidates.start;
+            let rows = block.chunks_exact(lanes).skip(signal).step_by(stretch.signals);
+            for (to, row) in self.stretch.chunks_exact_mut(width).zip(rows) {
+                to[place..place + count].copy_from_slice(&row[lane..lane + count]);
+            }
+            at += count;
+        }
+        if self.stretch.iter().all(|number| *number == 0.0) {
+            return false;
+        }
+        for differences in self.stretch.chunks_exact_mut(width) {
+            let error = differences[0];
+            for (difference, step) in differences[1..].iter_mut().zip(&self.of.steps) {
+                *difference = (*difference - error) / step;
+            }
+        }
+        true
+    }
+
+    fn add_signal(&mut self, signal: usize, ranges: &[(usize, Range<usize>)]) {
+        let width = self.width;
+        for (bin, range) in ranges {
+            let place = self.place(*bin, signal);
+            let differences = &self.stretch[range.start * width..range.end * width];
+            Arch::new().dispatch(Add { sums: &mut self.sums[place], differences, width });
+        }
+    }
+
+    /// Turns the differences of the speed into those of its change over the samples of a mean.
+    fn lag(&mut self) {
+        let speeds = std::mem::take(&mut self.stretch);
+        let kept = self.past.len();
+        self.past.extend(&speeds);
+        self.stretch = speeds.iter().zip(&self.past).map(|(now, then)| now - then).collect();
+        self.past.drain(..self.past.len() - kept);
+    }
+
+    /// Σ of the squared error of a signal in a bin.
+    #[must_use]
+    pub fn square(&self, bin: usize, signal: usize) -> f64 {
+        self.sums[self.place(bin, signal)][0]
+    }
+
+    /// Σ of error times derivative, for each moved coordinate.
+    #[must_use]
+    pub fn half_gradient(&self, bin: usize, signal: usize) -> DVector<f64> {
+        let sums = &self.sums[self.place(bin, signal)];
+        DVector::from_fn(self.of.steps.len(), |i, _| sums[i + 1])
+    }
+
+    /// Σ of products of derivatives.
+    #[must_use]
+    pub fn products(&self, bin: usize, signal: usize) -> DMatrix<f64> {
+        let (n, sums) = (self.of.steps.len(), &self.sums[self.place(bin, signal)]);
+        DMatrix::from_fn(n, n, |i, j| sums[(i.min(j) + 1) * self.width + i.max(j) + 1])
+    }
+
     /// `weights`: of each signal, the factor of its root mean square, and one over the number of samples in it.
-    pub fn slopes(&self, weights: [[f64; 2]; 3], price: f64) -> Slopes {
-        let n = self.of.steps.len();
-        let at = |k: usize, i: usize, j: usize| self.sums[k][i.min(j) * self.width + i.max(j)];
-        let half = |k: usize| DVector::from_fn(n, |i, _| at(k, 0, i + 1));
-        let square = |k: usize| DMatrix::from_fn(n, n, |i, j| at(k, i + 1, j + 1));
+    pub(super) fn slopes(&self, weights: [[f64; 2]; 3], price: f64) -> Slopes {
+        let (half, products) = (|k: usize| self.half_gradient(0, k), |k: usize| self.products(0, k));
         let mut slopes = Slopes {
-            cost: price * at(3, 0, 0),
+            cost: price * self.square(0, 3),
             gradient: half(3) * (2.0 * price),
-            curvature: square(3) * (2.0 * price),
-            majorant: square(3) * (2.0 * price),
+            curvature: products(3) * (2.0 * price),
+            majorant: products(3) * (2.0 * price),
         };
         for (k, [weight, per_count]) in weights.into_iter().enumerate().filter(|(_, w)| w[0] != 0.0) {
-            let root = (at(k, 0, 0) * per_count).sqrt();
-            let (half, square) = (half(k) * per_count, square(k) * per_count);
+            let root = (self.square(0, k) * per_count).sqrt();
+            let (half, square) = (half(k) * per_count, products(k) * per_count);
             let root_above_0 = root.max(f64::MIN_POSITIVE.sqrt());
             slopes.cost += weight * root;
             slopes.curvature -= &half * half.transpose() * (weight / root_above_0.powi(3));
@@ -111,5 +219,68 @@ impl WithSimd for Add<'_> {
                 }
             }
         }
+    }
+}
+
+/// Σ of the squared errors of every candidate over the samples of a bin.
+#[derive(Debug)]
+pub(super) struct Squares<'a> {
+    bins: Bins<'a>,
+    lanes: usize,
+    blocks: Vec<Block>,
+}
+
+#[derive(Debug)]
+struct Block {
+    /// One row of lanes per bin and signal.
+    sums: Vec<f64>,
+    /// Rows of the speed before a stretch, as many as the mean acceleration needs, and of the stretch.
+    past: Vec<f64>,
+}
+
+impl<'a> Squares<'a> {
+    pub fn new(bins: Bins<'a>) -> Squares<'a> {
+        Squares { bins, lanes: 1, blocks: Vec::new() }
+    }
+
+    /// Adds a stretch of all runs.
+    pub fn add(&mut self, stretch: &Residuals) {
+        let (lanes, bins) = (stretch.lanes, self.bins);
+        let ranges = bins.of_stretch(stretch);
+        let row = SIGNALS * lanes;
+        let empty = || Block { sums: vec![0.0; bins.count * row], past: vec![0.0; bins.mean * lanes] };
+        self.lanes = lanes;
+        self.blocks.resize_with(stretch.blocks.len(), empty);
+        self.blocks.par_iter_mut().zip(&stretch.blocks).for_each(|(block, rows)| {
+            let kept = block.past.len();
+            if bins.mean > 0 {
+                rows.chunks_exact(row).for_each(|sample| block.past.extend(&sample[SPEED * lanes..][..lanes]));
+            }
+            for (bin, range) in &ranges {
+                let sums = &mut block.sums[bin * row..(bin + 1) * row];
+                for t in range.clone() {
+                    let sample = &rows[t * row..(t + 1) * row];
+                    for (signal, sums) in sums.chunks_exact_mut(lanes).enumerate() {
+                        if signal == ACCELERATION && bins.mean > 0 {
+                            let [then, now] = [t, t + bins.mean].map(|t| &block.past[t * lanes..][..lanes]);
+                            sums.iter_mut()
+                                .zip(then.iter().zip(now))
+                                .for_each(|(sum, (a, b))| *sum += (b - a) * (b - a));
+                        } else {
+                            let errors = &sample[signal * lanes..][..lanes];
+                            sums.iter_mut().zip(errors).for_each(|(sum, error)| *sum += error * error);
+                        }
+                    }
+                }
+            }
+            block.past.drain(..block.past.len() - kept);
+        });
+    }
+
+    /// Bin by bin, those of one candidate.
+    pub fn of(&self, candidate: usize) -> Vec<[f64; SIGNALS]> {
+        let (lanes, lane) = (self.lanes, candidate % self.lanes);
+        let bins = self.blocks[candidate / lanes].sums.chunks_exact(SIGNALS * lanes);
+        bins.map(|bin| std::array::from_fn(|signal| bin[signal * lanes + lane])).collect()
     }
 }

@@ -8,13 +8,12 @@ use crate::catalog::Variant;
 use crate::convention::Convention;
 use crate::diagnose::drive::Drive;
 use crate::diagnose::question::DiagnoseError;
-use crate::evaluator::{Case, CaseError, Failure, Innovations, Job, Observer, Population, Residuals, Windows};
+use crate::evaluator::{Case, CaseError, Failure, Innovations, Job, Observer, Population, Pull, Residuals};
 use crate::extension::Extension;
-use crate::lanes::{Lanes, LanesPrecision};
+use crate::lanes::{Bins, Differences, Lanes, LanesPrecision, Products, SIGNALS};
 use crate::score::GoodnessOfFit;
 use crate::symbols::{Bounds, Parameters, Scale, SearchKind, Symbol};
 use crate::vehicle::Vehicle;
-use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Bounds of the base models in a diagnosis: wide, because a parameter that ends on a bound lets the wrong cause speak for it.
@@ -58,19 +57,10 @@ pub struct Event {
 
 /// Every observed run begins here \[s\], where those with a delay of the library begin, which need as much of the past: who begins later has
 /// less to make up for of what a drive begins with.
-const BEGIN_S: f64 = 1.5;
+const BEGIN_S: f64 = 3.0;
 
 fn begun(case: Case) -> Case {
     Case { earliest: (BEGIN_S / case.dt).ceil() as usize + 1, ..case }
-}
-
-/// A free simulation as far as it came.
-#[derive(Debug, Clone)]
-pub struct FreeRun {
-    /// Simulated minus measured spacing \[m\] and speed \[m/s\], sample by sample; without meaning from a failure on.
-    pub errors: Vec<[f64; 2]>,
-    /// Where and why it ended early.
-    pub failed: Option<Failure>,
 }
 
 /// A variant with its axes over drives.
@@ -192,29 +182,41 @@ impl Model {
         Ok(all)
     }
 
-    /// Residuals of spacing \[m\] and speed \[m/s\] of free simulations, or of simulations in windows; `None` of a run that failed.
+    /// Time step of a drive \[s\].
+    #[must_use]
+    pub fn dt(&self, drive: usize) -> f64 {
+        self.drives[drive].1
+    }
+
+    /// See [`Lanes::squares`].
     ///
     /// # Errors
     /// [`DiagnoseError::Evaluate`].
-    pub fn free_runs(
+    pub fn squares(
         &self,
         drive: usize,
         candidates: &[Vec<f64>],
-        windows: Option<Windows>,
-    ) -> Result<Vec<FreeRun>, DiagnoseError> {
+        pull: Pull,
+        bins: Bins<'_>,
+    ) -> Result<Vec<Option<Vec<[f64; SIGNALS]>>>, DiagnoseError> {
         let (population, _) = self.population(drive, candidates, &[]);
-        let mut runs: Vec<FreeRun> = candidates
-            .iter()
-            .map(|_| FreeRun { errors: Vec::with_capacity(self.drives[drive].0), failed: None })
-            .collect();
-        let job = Job { case: drive, population: &population };
-        let failed = self.lanes.free_residuals(&job, windows, &mut |stretch| {
-            runs.par_iter_mut().enumerate().for_each(|(i, run)| run.errors.extend(stretch.of(i)));
-        })?;
-        for (run, failed) in runs.iter_mut().zip(failed) {
-            run.failed = failed;
-        }
-        Ok(runs)
+        Ok(self.lanes.squares(&Job { case: drive, population: &population }, pull, bins)?)
+    }
+
+    /// See [`Lanes::products`].
+    ///
+    /// # Errors
+    /// [`DiagnoseError::Evaluate`].
+    pub fn products<'a>(
+        &self,
+        drive: usize,
+        candidates: &[Vec<f64>],
+        pull: Pull,
+        differences: &'a [Differences],
+        bins: Bins<'a>,
+    ) -> Result<Vec<Option<Products<'a>>>, DiagnoseError> {
+        let (population, _) = self.population(drive, candidates, &[]);
+        Ok(self.lanes.products(&Job { case: drive, population: &population }, pull, differences, bins)?)
     }
 
     /// Who perceives late by tp and is to read ahead by the lead reads the past at tp - lead: there is no slope to rely on.

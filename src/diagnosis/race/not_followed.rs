@@ -1,14 +1,16 @@
-//! Stretches that no law drives: a driver brings the car up to speed, or brakes, or somebody cuts in. They do not carry over to other drives,
+//! Stretches that no model follows: a driver brings the car up to speed, or brakes, or somebody cuts in. They do not carry over to other drives,
 //! and left in they decide a fit. So they are found first, and drives are cut there.
 
+use super::Horizon;
+use super::fit::{Entry, Field};
+use super::loss::{PartLoss, SIGNALS};
 use super::parts::Parts;
 use super::policy::Policy;
-use super::race::Course;
 use crate::calibrate::Overrides;
 use crate::catalog::{BASES, Variant};
-use crate::closed_loop::{ClosedLoop, Horizon};
+use crate::diagnose::likelihood::model::PHASE;
 use crate::diagnose::{DiagnoseError, Drive};
-use crate::extension::Extensions;
+use crate::extension::{Extension, Extensions};
 use crate::result::diagnosis::FindingEntry;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -28,33 +30,44 @@ pub struct NotFollowed {
     pub usual: f64,
 }
 
-/// Finds them: in windows of 30 s, from the measurement on, even the law that follows best is far off there.
+/// The horizons of a search for them.
+const HORIZONS: [Horizon; 2] = [Horizon::Step, Horizon::Window];
+
+/// Finds them: corrected towards the measurement within a quarter of a minute, even the model that follows best is far off there, be it
+/// another law or the examined one with what comes late.
 ///
 /// # Errors
-/// As [`ClosedLoop::new`].
+/// As [`Field::model`].
 pub fn not_followed(
     drives: &[Drive],
     base: Variant,
+    causes: &[&'static Extension],
     bounds: &Overrides,
     seed: u64,
     policy: &Policy,
 ) -> Result<Vec<NotFollowed>, DiagnoseError> {
-    let course = Course::of_parts(Parts::whole(drives), bounds, seed);
-    let laws: Vec<Variant> =
-        BASES.iter().map(|law| Variant { base: *law, extensions: Extensions::NONE, ..base }).collect();
-    // A law that these drives have no data for follows none of them.
-    let fitted = laws.par_iter().filter_map(|law| speed_errors(&course, *law).ok().flatten());
-    let best = fitted.collect::<Vec<_>>().into_iter().reduce(|(model, mut errors), (_, other)| {
+    let field = Field::new(Parts::whole(drives), bounds, seed);
+    let law = |base: Variant| field.law_at(base, &HORIZONS).ok();
+    let others = BASES.par_iter().filter(|law| **law != base.base);
+    let others = others.filter_map(|other| law(Variant { base: *other, extensions: Extensions::NONE, ..base }));
+    let mut all: Vec<Entry> = others.collect();
+    if let Some(own) = law(base) {
+        let late: Vec<&'static Extension> = causes.iter().copied().filter(|cause| cause.family() == PHASE).collect();
+        let with = |cause: &&'static Extension| field.with_causes_at(&own, &[cause], &[], &HORIZONS).ok().flatten();
+        all.extend(late.par_iter().filter_map(with).collect::<Vec<_>>());
+        all.push(own);
+    }
+    let best = all.iter().filter_map(speed_errors).reduce(|mut errors, other| {
         for (own, other) in errors.iter_mut().zip(other) {
             own.iter_mut().zip(other).for_each(|(own, other)| *own = own.min(other));
         }
-        (model, errors)
+        errors
     });
-    let Some((model, errors)) = best else { return Ok(Vec::new()) };
+    let Some(errors) = best else { return Ok(Vec::new()) };
     let usual = usual(&errors, policy);
     let found = stretches(&errors, policy).into_iter().map(|(k, bins)| {
-        let (drive, layout) = (&drives[k], &model.layouts(Horizon::Window)[k]);
-        let of = |bin: usize| layout.bins.iter().enumerate().filter(move |(_, own)| **own == Some(bin as u32));
+        let (drive, sizes) = (&drives[k], &field.sizes[k]);
+        let of = |bin: usize| sizes.of.iter().enumerate().filter(move |(_, own)| **own == Some(bin as u32));
         // Before the first bin nothing is compared.
         let first = if bins.start == 0 { 0 } else { of(bins.start).map(|(t, _)| t).min().unwrap_or(0) };
         let last = of(bins.end - 1).map(|(t, _)| t).max().unwrap_or(first);
@@ -72,16 +85,12 @@ pub fn not_followed(
 /// Of every drive the error of the speed in every bin \[m/s\].
 type Errors = Vec<Vec<f64>>;
 
-/// A law over windows; `None` where it cannot be fitted.
-fn speed_errors(course: &Course, law: Variant) -> Result<Option<(ClosedLoop, Errors)>, DiagnoseError> {
-    let model = course.closed_loop(law)?;
-    let Some(point) = course.law(&model, Horizon::Window, &[])? else { return Ok(None) };
-    let losses = course.trained(&model, Horizon::Window, &point)?;
-    let of_drive = |loss: &Option<crate::closed_loop::DriveLoss>| {
-        loss.iter().flat_map(|loss| &loss.bins).map(|bin| bin.mse[1].sqrt()).collect()
-    };
-    let errors = losses.drives.iter().map(of_drive).collect();
-    Ok(Some((model, errors)))
+/// Of a model at the longer horizon; `None` where it cannot be fitted.
+fn speed_errors(entry: &Entry) -> Option<Errors> {
+    const SPEED: usize = 1;
+    let of_bin = |mse: &[f64; SIGNALS]| mse[SPEED].sqrt();
+    let of_drive = |part: &Option<PartLoss>| part.iter().flat_map(|part| &part.mse).map(of_bin).collect();
+    Some(entry.fits.last()?.as_ref()?.trained.parts.iter().map(of_drive).collect())
 }
 
 /// What the usual bins do not exceed.

@@ -1,0 +1,188 @@
+//! The answer of the race as it stands in `diagnosis.json`, together with what the likelihood says.
+
+use super::fit::Entry;
+use super::loss::Losses;
+use super::rule::collisions;
+use super::{Answer, HORIZONS, Horizon, Named, Policy};
+use crate::diagnose::Verdict;
+use crate::extension::Extension;
+use crate::judge::mean;
+use crate::result::diagnosis::recommended::{ClosedLoopGain, Collisions, PerDrive, Recommended, RecommendedCause, Why};
+use crate::result::diagnosis::{CauseEntry, Outcome, ParameterEntry};
+
+/// Standard errors to either side of an estimate that make up 95 %.
+const TWO_SIDED: f64 = 1.96;
+/// The horizon whose sizes stand beside a name: most certain where the correction leaves a model some seconds.
+const OF_A_NAME: Horizon = Horizon::Window;
+
+/// Puts the answer of the race into a diagnosis. What the likelihood names stays; else the race names, or at least helps. A base that
+/// could not be trusted becomes a note.
+pub fn combine(outcome: &mut Outcome, answer: &Answer) {
+    outcome.base_notes = notes(answer);
+    if outcome.verdict == Verdict::BadBase {
+        outcome.base_notes.insert(0, std::mem::take(&mut outcome.reason));
+        outcome.verdict = Verdict::Unexplained;
+        outcome.reason = "the base model is not one to find causes on; see what is said of it".to_owned();
+    }
+    let is_named = |outcome: &Outcome| matches!(outcome.verdict, Verdict::Named | Verdict::Ambiguous);
+    if let Some(named) = answer.named.as_ref().filter(|_| !is_named(outcome)) {
+        let entry = &answer.entries[named.entry];
+        outcome.causes = named.causes.iter().map(|cause| cause_entry(entry, named, cause, None)).collect();
+        let rivals = named.rivals.iter().filter_map(|(of, rival)| {
+            let holds = |entry: &&Entry| entry.causes.contains(rival);
+            Some(cause_entry(answer.entries.iter().find(holds)?, named, rival, Some(of)))
+        });
+        outcome.confounded_with = rivals.collect();
+        outcome.verdict = if named.rivals.is_empty() { Verdict::Named } else { Verdict::Ambiguous };
+        outcome.reason = format!(
+            "every model that follows the drives as well as the best one has it; {:.1} standard errors better than the base on what was \
+             left out of the fits, probability by chance {}",
+            named.evidence[0],
+            at_most(named.evidence[1])
+        );
+    }
+    let recommended = answer.winner.map(|k| names(&answer.entries[k].causes));
+    if let Some(causes) = recommended.filter(|_| !is_named(outcome)) {
+        outcome.verdict = Verdict::Helps;
+        outcome.reason = format!(
+            "with {} the model follows drives better that it was not fitted to; what the car does is not told apart from other models",
+            causes.join(" and ")
+        );
+    }
+    let named: Vec<String> =
+        outcome.causes.iter().chain(&outcome.confounded_with).map(|cause| cause.family.clone()).collect();
+    outcome.recommended = answer.winner.and_then(|k| recommended_entry(answer, &answer.entries[k], &named));
+    outcome.base_laws.clone_from(&answer.laws);
+    outcome.closed_loop = answer.tried.clone();
+    outcome.simulations += answer.simulations;
+}
+
+fn names(causes: &[&'static Extension]) -> Vec<String> {
+    causes.iter().map(|cause| cause.name.clone()).collect()
+}
+
+fn at_most(p: f64) -> String {
+    if p < 0.001 { "below 0.001".to_owned() } else { format!("{p:.3}") }
+}
+
+/// A named cause, with its sizes in a model that has it.
+fn cause_entry(entry: &Entry, named: &Named, cause: &'static Extension, of: Option<&'static Extension>) -> CauseEntry {
+    CauseEntry {
+        name: cause.name.clone(),
+        meaning: Some(cause.in_short().to_owned()).filter(|meaning| !meaning.is_empty()),
+        equation: cause.cause.as_ref().and_then(|cause| cause.equation.clone()),
+        instead_of: of.map(|of| of.name.clone()),
+        family: cause.family().to_owned(),
+        parameters: parameters(entry, cause, OF_A_NAME),
+        evidence: named.evidence[0],
+        threshold: Policy::DEFAULT.chance_of_a_name,
+        threshold_kind: "bootstrap".to_owned(),
+        recording: None,
+    }
+}
+
+fn recommended_entry(answer: &Answer, entry: &Entry, named: &[String]) -> Option<Recommended> {
+    let base = &answer.entries[0];
+    let (own, base_held) = (held(entry)?, held(base)?);
+    let (before, after) = (base_held.roots(&base.scales), own.roots(&entry.scales));
+    let differences: Vec<f64> = before.iter().zip(&after).map(|(a, b)| a - b).collect();
+    let interval = answer.resamples.interval(&differences, Policy::DEFAULT.interval);
+    let confirmed = entry.causes.iter().all(|cause| named.iter().any(|name| name == cause.family()));
+    let cause = |cause: &&'static Extension| RecommendedCause {
+        name: cause.name.clone(),
+        meaning: cause.in_short().to_owned(),
+        parameters: parameters(entry, cause, Horizon::Drive),
+    };
+    Some(Recommended {
+        causes: entry.causes.iter().map(cause).collect(),
+        why: if confirmed { Why::Confirmed } else { Why::Helps },
+        gain: ClosedLoopGain {
+            measure: "nrmse_sva_10s".to_owned(),
+            base: mean(&before),
+            extended: mean(&after),
+            interval,
+        },
+        per_drive: per_drive(answer, base_held, own),
+        confidence_set: answer.set.clone(),
+        collisions: Collisions { base: collisions(base) as usize, extended: collisions(entry) as usize },
+    })
+}
+
+fn held(entry: &Entry) -> Option<&Losses> {
+    Some(&entry.whole_drives()?.judged.as_ref()?.held)
+}
+
+/// The parameters of a cause at a horizon, with the intervals of a jackknife over the folds (Tukey 1958).
+fn parameters(entry: &Entry, cause: &'static Extension, horizon: Horizon) -> Vec<ParameterEntry> {
+    let at = Horizon::ALL.iter().position(|own| *own == horizon).unwrap_or(HORIZONS - 1);
+    let Some(fit) = &entry.fits[at] else { return Vec::new() };
+    let model = &entry.model;
+    let parameter = |k: usize| {
+        let (symbol, axis, value) = (model.symbols[k], &model.axes[k], fit.whole[k]);
+        let interval = fit.judged.as_ref().map(|judged| {
+            let half = TWO_SIDED * jackknife(&judged.folds, k);
+            [(value - half).max(axis.lower), (value + half).min(axis.upper)]
+        });
+        ParameterEntry {
+            name: symbol.name().to_owned(),
+            value,
+            unit: symbol.unit().to_owned(),
+            interval,
+            at_bound: axis.at_bound(value),
+        }
+    };
+    model.positions(cause).into_iter().map(parameter).collect()
+}
+
+/// Standard error of a parameter from the fits that left one fold out.
+fn jackknife(folds: &[Vec<f64>], k: usize) -> f64 {
+    let values: Vec<f64> = folds.iter().map(|fold| fold[k]).collect();
+    let (centre, count) = (mean(&values), values.len() as f64);
+    ((count - 1.0) / count * values.iter().map(|v| (v - centre).powi(2)).sum::<f64>()).sqrt()
+}
+
+/// NRMSE(s,v,a) by file, over the parts that were left out.
+fn per_drive(answer: &Answer, base: &Losses, own: &Losses) -> Vec<PerDrive> {
+    let (drives, scales) = (&answer.field.parts.drives, &answer.field.scales);
+    let mut paths: Vec<&str> = Vec::new();
+    for drive in drives {
+        if !paths.contains(&drive.file()) {
+            paths.push(drive.file());
+        }
+    }
+    let of = |losses: &Losses, path: &str| {
+        let mine = drives.iter().zip(&losses.parts).map(|(drive, part)| part.clone().filter(|_| drive.file() == path));
+        Losses { parts: mine.collect() }.nrmse(scales)
+    };
+    let entry = |path: &&str| PerDrive { path: (*path).to_owned(), base: of(base, path), extended: of(own, path) };
+    paths.iter().map(entry).collect()
+}
+
+/// What is remarkable about the base: parameters that the data press against a bound, and collisions.
+fn notes(answer: &Answer) -> Vec<String> {
+    let mut notes = Vec::new();
+    let Some((base, fit)) = answer.entries.first().and_then(|base| Some((base, base.whole_drives()?))) else {
+        return notes;
+    };
+    for ((symbol, axis), value) in base.model.symbols.iter().zip(&base.model.axes).zip(&fit.whole) {
+        if axis.at_bound(*value) {
+            notes.push(format!("{} lies on a bound of the search, {value:.4} {}", symbol.name(), symbol.unit()));
+        }
+    }
+    let close = |losses: &Losses| losses.parts.iter().flatten().filter(|part| part.shortfall > 0.0).count();
+    let failures = fit.judged.as_ref().map_or(0, |judged| close(&judged.held));
+    if failures > 0 {
+        notes.push(format!("it collides with the car ahead in {failures} drives that it was not fitted to"));
+    }
+    if let Some(best) = answer.laws.first().filter(|law| law.gain >= LEAST_GAIN) {
+        notes.push(format!(
+            "{} has {:.0} % less error on drives that it was not fitted to",
+            best.name,
+            100.0 * best.gain
+        ));
+    }
+    notes
+}
+
+/// Gain of another law that is worth a note \[-\].
+const LEAST_GAIN: f64 = 0.02;

@@ -1,0 +1,341 @@
+//! Models fitted at every horizon, to all parts of the drives and without each fold.
+
+use super::loss::{Losses, Scale, Sizes};
+use super::parts::Parts;
+use super::policy::Policy;
+use super::surface::Surface;
+use super::{HORIZONS, Horizon};
+use crate::calibrate::Overrides;
+use crate::calibrate::descent::{Course, Surface as _, Walker, Watch, descend};
+use crate::catalog::Variant;
+use crate::diagnose::DiagnoseError;
+use crate::diagnose::likelihood::model::Model;
+use crate::diagnose::search::strategy::sizes;
+use crate::diagnose::search::textbook::{fastest, with_textbook_values};
+use crate::evaluator::Pull;
+use crate::extension::Extension;
+use crate::optimize::stream;
+use crate::symbols::Bounds;
+use rand::RngExt;
+use rayon::prelude::*;
+
+/// A search: turns of all starts, how many go on, and their turns at most.
+#[derive(Debug, Clone, Copy)]
+struct Plan {
+    rough: usize,
+    keep: usize,
+    fine: usize,
+}
+
+/// Search of a law, of a law with causes, and of a fold that begins where all parts led.
+const OF_LAW: Plan = Plan { rough: 4, keep: 4, fine: 16 };
+/// See [`OF_LAW`].
+const OF_CAUSE: Plan = Plan { rough: 2, keep: 2, fine: 8 };
+/// See [`OF_LAW`].
+const OF_FOLD: Plan = Plan { rough: 0, keep: 1, fine: 4 };
+/// Random candidates of a law, half of them once more with textbook values, and those that are searched from.
+const RANDOM: usize = 64;
+/// See [`RANDOM`].
+const SEARCHED: usize = 8;
+/// Places that lead from one horizon to the next, and sizes of a cause that are tried beside them.
+const LEADING: usize = 2;
+/// See [`LEADING`].
+const SIZED: usize = 2;
+/// Gain of a turn, as a share of the cost, below which a descent is idle.
+const TOLERANCE: f64 = 1e-4;
+/// No law has a smaller desired speed \[m/s\]; some divide by it.
+const LEAST_V_0: f64 = 5.0;
+/// The surface takes the correction from its horizon.
+const FREE: Pull = Pull { share: 0.0, soft: None };
+
+/// A model fitted at one horizon.
+#[derive(Debug, Clone)]
+pub struct Fit {
+    /// Parameters fitted to all parts.
+    pub whole: Vec<f64>,
+    /// Their losses, in training.
+    pub trained: Losses,
+    /// What a fit lowers, at these parameters.
+    cost: f64,
+    place: Vec<f64>,
+    /// Of a model that is judged.
+    pub judged: Option<Judged>,
+}
+
+/// A model fitted without each fold.
+#[derive(Debug, Clone)]
+pub struct Judged {
+    /// Parameters without each fold.
+    pub folds: Vec<Vec<f64>>,
+    /// Losses on what was left out.
+    pub held: Losses,
+}
+
+/// A model in the race.
+#[derive(Debug)]
+pub struct Entry {
+    /// Its causes, in the order in which they were found.
+    pub causes: Vec<&'static Extension>,
+    /// The model over all parts.
+    pub model: Model,
+    /// At each horizon; `None` where no parameters were found with which it drives.
+    pub fits: Vec<Option<Fit>>,
+    /// Scales of the parts.
+    pub scales: Vec<Scale>,
+}
+
+impl Entry {
+    /// The fit over whole drives.
+    #[must_use]
+    pub fn whole_drives(&self) -> Option<&Fit> {
+        self.fits.last()?.as_ref()
+    }
+
+    /// True if it gains so much where it is fitted, at one horizon at least.
+    fn is_worth(&self, base: &Entry, share: f64) -> bool {
+        let gains = |((own, base), horizon): ((&Option<Fit>, &Option<Fit>), Horizon)| match (own, base) {
+            (Some(own), Some(base)) if horizon.is_whole() => 1.0 - own.cost / base.cost > share,
+            (Some(own), Some(base)) => base.cost - own.cost > -2.0 * (1.0 - share).ln(),
+            _ => false,
+        };
+        self.fits.iter().zip(&base.fits).zip(Horizon::ALL).any(gains)
+    }
+}
+
+/// What the race is run on.
+#[derive(Debug)]
+pub struct Field {
+    /// Drives in parts and folds.
+    pub parts: Parts,
+    /// Bins of every part.
+    pub sizes: Vec<Sizes>,
+    /// Scales of every part.
+    pub scales: Vec<Scale>,
+    bounds: Overrides,
+    fastest: f64,
+    seed: u64,
+    all: Vec<bool>,
+    trained: Vec<Vec<bool>>,
+}
+
+/// Never stops a descent.
+struct Unwatched;
+
+impl Watch for Unwatched {
+    fn spend(&mut self, _: usize) -> bool {
+        true
+    }
+}
+
+impl Field {
+    /// Of drives in parts; bounds replace those of the diagnosis.
+    #[must_use]
+    pub fn new(parts: Parts, bounds: &Overrides, seed: u64) -> Field {
+        let fastest = fastest(&parts.drives);
+        let mut bounds = bounds.clone();
+        // A desired speed below what was driven is a cause, not a parameter.
+        bounds.entry("v_0".to_owned()).or_insert([fastest.max(LEAST_V_0), 60.0_f64.max(2.0 * fastest)]);
+        let sizes = parts.drives.iter().map(|drive| Sizes::new(drive.samples(), drive.dt())).collect();
+        let scales = parts.drives.iter().map(Scale::of).collect();
+        let (all, trained) = (vec![true; parts.drives.len()], parts.trained());
+        Field { parts, sizes, scales, bounds, fastest, seed, all, trained }
+    }
+
+    /// A variant over the parts. A cause that is never negative begins at none.
+    ///
+    /// # Errors
+    /// As [`Model::new`].
+    pub fn model(&self, variant: Variant) -> Result<Model, DiagnoseError> {
+        let mut bounds = self.bounds.clone();
+        let positive = |cause: &&&'static Extension| cause.cause.as_ref().is_some_and(|traits| traits.positive);
+        for symbol in variant.extensions.list().iter().filter(positive).flat_map(|cause| &cause.parameters) {
+            if let (Some(neutral), Bounds::Fixed(_, upper)) = (symbol.neutral(), symbol.bounds()) {
+                bounds.entry(symbol.name().to_owned()).or_insert([neutral, upper]);
+            }
+        }
+        Model::new(variant, &self.parts.drives, &bounds, &[])
+    }
+
+    /// The loss of a model over the parts that count.
+    #[must_use]
+    pub fn surface<'a>(&'a self, model: &'a Model, counts: &'a [bool], horizon: Horizon) -> Surface<'a> {
+        Surface { model, sizes: &self.sizes, scales: &self.scales, counts, horizon }
+    }
+
+    /// Which parts count where all do.
+    #[must_use]
+    pub fn all(&self) -> &[bool] {
+        &self.all
+    }
+
+    fn search(&self, surface: &Surface<'_>, starts: Vec<Vec<f64>>, plan: Plan) -> Result<Vec<Walker>, DiagnoseError> {
+        let fixed = surface.fixed();
+        let course = |turns| Course { pull: FREE, turns, tolerance: TOLERANCE };
+        let mut places = starts;
+        if plan.rough > 0 {
+            let walkers = best(descend(surface, places, &fixed, course(plan.rough), &mut Unwatched)?);
+            places = walkers.into_iter().take(plan.keep).map(|walker| walker.place).collect();
+        }
+        Ok(best(descend(surface, places, &fixed, course(plan.fine), &mut Unwatched)?))
+    }
+
+    fn fit(&self, surface: &Surface<'_>, walker: &Walker) -> Result<Fit, DiagnoseError> {
+        let whole = surface.values(&walker.place);
+        let trained = surface.losses(std::slice::from_ref(&whole))?.remove(0);
+        Ok(Fit { whole, trained, cost: walker.cost, place: walker.place.clone(), judged: None })
+    }
+
+    /// A law at every horizon, from random candidates and textbook values under the strongest correction, where most starts find the same
+    /// valley.
+    ///
+    /// # Errors
+    /// As [`Model::new`].
+    pub fn law(&self, variant: Variant) -> Result<Entry, DiagnoseError> {
+        let mut entry = self.law_at(variant, &Horizon::ALL)?;
+        self.judge(&mut entry)?;
+        Ok(entry)
+    }
+
+    /// The same at the first horizons only, and not judged.
+    ///
+    /// # Errors
+    /// As [`Model::new`].
+    pub fn law_at(&self, variant: Variant, horizons: &[Horizon]) -> Result<Entry, DiagnoseError> {
+        let model = self.model(variant)?;
+        let random = |i: usize| {
+            let mut rng = stream(self.seed, 0, 0, i as u64);
+            model.axes.iter().map(|_| 0.02 + 0.96 * rng.random::<f64>()).collect::<Vec<f64>>()
+        };
+        let mut random: Vec<Vec<f64>> = (0..RANDOM).map(random).collect();
+        let (mut fits, mut leading): (Vec<Option<Fit>>, Vec<Vec<f64>>) = (Vec::new(), Vec::new());
+        for &horizon in horizons {
+            let surface = self.surface(&model, &self.all, horizon);
+            let mut starts = leading.clone();
+            if leading.is_empty() {
+                let textbook = |place: &Vec<f64>| {
+                    surface.place(&with_textbook_values(&model, &surface.values(place), self.fastest))
+                };
+                random.extend(random.iter().take(RANDOM / 2).map(textbook).collect::<Vec<_>>());
+                starts.extend(lowest(&surface, std::mem::take(&mut random), SEARCHED)?);
+            }
+            let walkers = self.search(&surface, starts, OF_LAW)?;
+            leading.extend(walkers.iter().take(LEADING).map(|walker| walker.place.clone()));
+            fits.push(walkers.first().map(|walker| self.fit(&surface, walker)).transpose()?);
+        }
+        Ok(Entry { causes: Vec::new(), model, fits, scales: self.scales.clone() })
+    }
+
+    /// A model with causes more than `base`, judged if it gains anything to speak of in training; `None` if the drives, or the law, lack what
+    /// it needs. It begins where the base is, and where models with a part of the causes are.
+    ///
+    /// # Errors
+    /// [`DiagnoseError::Evaluate`].
+    pub fn with_causes(
+        &self,
+        base: &Entry,
+        added: &[&'static Extension],
+        parts: &[&Entry],
+        policy: &Policy,
+    ) -> Result<Option<Entry>, DiagnoseError> {
+        let mut entry = self.with_causes_at(base, added, parts, &Horizon::ALL[..base.fits.len()])?;
+        if let Some(entry) = entry.as_mut().filter(|entry| entry.is_worth(base, policy.worth_trying)) {
+            self.judge(entry)?;
+        }
+        Ok(entry)
+    }
+
+    /// The same at the first horizons only, and not judged.
+    ///
+    /// # Errors
+    /// [`DiagnoseError::Evaluate`].
+    pub fn with_causes_at(
+        &self,
+        base: &Entry,
+        added: &[&'static Extension],
+        parts: &[&Entry],
+        horizons: &[Horizon],
+    ) -> Result<Option<Entry>, DiagnoseError> {
+        let Ok(variant) = added.iter().try_fold(base.model.variant, |variant, cause| variant.with(cause)) else {
+            return Ok(None);
+        };
+        let Ok(model) = self.model(variant) else { return Ok(None) };
+        let (mut fits, mut leading): (Vec<Option<Fit>>, Vec<Vec<f64>>) = (Vec::new(), Vec::new());
+        for (k, &horizon) in horizons.iter().enumerate() {
+            let surface = self.surface(&model, &self.all, horizon);
+            let (mut starts, mut sized) = (leading.clone(), Vec::new());
+            for entry in parts.iter().chain([&base]) {
+                let Some(fit) = &entry.fits[k] else { continue };
+                let from = model.adopt(&entry.model, &fit.whole);
+                starts.push(surface.place(&from));
+                // What a base lacks it makes up for with other parameters; from textbook values a cause need not undo that.
+                let textbook = (k == 0).then(|| with_textbook_values(&model, &from, self.fastest));
+                for cause in added.iter().filter(|cause| !entry.causes.contains(cause)) {
+                    for size in sizes(&model, cause) {
+                        for mut values in std::iter::once(from.clone()).chain(textbook.clone()) {
+                            size.iter().for_each(|&(k, value)| values[k] = value);
+                            sized.push(surface.place(&values));
+                        }
+                    }
+                }
+            }
+            // Small sizes look best before the rest has made room, so that all are tried where nothing leads.
+            if leading.is_empty() {
+                starts.append(&mut sized);
+            } else {
+                starts.extend(lowest(&surface, sized, SIZED)?);
+            }
+            let walkers = self.search(&surface, starts, OF_CAUSE)?;
+            leading.extend(walkers.iter().take(LEADING).map(|walker| walker.place.clone()));
+            fits.push(walkers.first().map(|walker| self.fit(&surface, walker)).transpose()?);
+        }
+        let causes = [&base.causes[..], added].concat();
+        Ok(Some(Entry { causes, model, fits, scales: self.scales.clone() }))
+    }
+
+    /// Fits a model without each fold, from where it is fitted to all.
+    fn judge(&self, entry: &mut Entry) -> Result<(), DiagnoseError> {
+        let Entry { model, fits, .. } = entry;
+        debug_assert_eq!(fits.len(), HORIZONS, "a model is judged at every horizon");
+        for (fit, horizon) in fits.iter_mut().zip(Horizon::ALL) {
+            if let Some(fit) = fit {
+                fit.judged = self.judged(model, horizon, &fit.place)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// `None` where a fold cannot be fitted: without a fit of its own it would be judged by one that has seen it.
+    fn judged(&self, model: &Model, horizon: Horizon, from: &[f64]) -> Result<Option<Judged>, DiagnoseError> {
+        let fold = |counts: &Vec<bool>| {
+            let surface = self.surface(model, counts, horizon);
+            let walkers = self.search(&surface, vec![from.to_vec()], OF_FOLD)?;
+            Ok(walkers.first().map(|walker| surface.values(&walker.place)))
+        };
+        let folds: Vec<Option<Vec<f64>>> = self.trained.par_iter().map(fold).collect::<Result<_, DiagnoseError>>()?;
+        let Some(folds) = folds.into_iter().collect::<Option<Vec<Vec<f64>>>>() else { return Ok(None) };
+        let mut held = Losses { parts: vec![None; self.all.len()] };
+        for (k, values) in folds.iter().enumerate() {
+            let left_out: Vec<bool> = self.parts.folds.iter().map(|fold| *fold == k).collect();
+            let losses = self.surface(model, &left_out, horizon).losses(std::slice::from_ref(values))?.remove(0);
+            for (held, part) in held.parts.iter_mut().zip(losses.parts) {
+                *held = held.take().or(part);
+            }
+        }
+        Ok(Some(Judged { folds, held }))
+    }
+}
+
+/// The places of the lowest costs, at most so many.
+fn lowest(surface: &Surface<'_>, places: Vec<Vec<f64>>, most: usize) -> Result<Vec<Vec<f64>>, DiagnoseError> {
+    let costs = surface.costs(&places, FREE)?;
+    let mut all: Vec<(f64, Vec<f64>)> = costs.into_iter().zip(places).filter(|(cost, _)| cost.is_finite()).collect();
+    all.sort_by(|a, b| a.0.total_cmp(&b.0));
+    Ok(all.into_iter().take(most).map(|(_, place)| place).collect())
+}
+
+/// Those that come through, the best first.
+fn best(mut walkers: Vec<Walker>) -> Vec<Walker> {
+    walkers.retain(|walker| walker.cost.is_finite());
+    walkers.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    walkers
+}

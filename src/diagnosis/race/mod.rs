@@ -1,0 +1,379 @@
+//! The race: base, base with causes, and other laws, each fitted at several horizons and judged on what was left out of its fits. One test
+//! for all decides what is named and what is recommended ([`Policy`]).
+//!
+//! A model that is corrected towards the measurement within seconds shows what it is; one that runs freely over whole drives shows what it
+//! is worth to its user.
+
+mod answer;
+mod evidence;
+mod fit;
+pub mod loss;
+mod not_followed;
+mod parts;
+mod policy;
+mod rule;
+pub mod surface;
+
+pub use answer::combine;
+pub use evidence::{Evidence, Gain};
+pub use fit::{Entry, Field, Fit, Judged};
+pub use not_followed::{NotFollowed, not_followed, without};
+pub use parts::Parts;
+pub use policy::{Policy, rounds};
+
+use crate::calibrate::Overrides;
+use crate::catalog::{BASES, Base, Variant};
+use crate::diagnose::likelihood::model::LEAD;
+use crate::diagnose::{DiagnoseError, Drive, Progress};
+use crate::extension::{Extension, Extensions};
+use crate::judge::{Check, Resamples, mean};
+use crate::result::diagnosis::recommended::{ClosedLoopEntry, HorizonGain, LawEntry, Trial};
+use crate::wgsl::extension_named;
+use evidence::{Rows, Table, better, held, passed_over, table, trained};
+use rayon::prelude::*;
+use rule::checks;
+use std::ops::ControlFlow;
+
+/// Number of horizons.
+pub const HORIZONS: usize = 3;
+
+/// How far ahead a model predicts before the measurement corrects it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Horizon {
+    /// Some seconds.
+    Step,
+    /// A quarter of a minute.
+    Window,
+    /// To the end of the drive.
+    Drive,
+}
+
+impl Horizon {
+    /// All, from the shortest: fits at one lead to those at the next.
+    pub const ALL: [Horizon; HORIZONS] = [Horizon::Step, Horizon::Window, Horizon::Drive];
+
+    /// Time constant of the correction \[s\]: about a reaction, and several of them; none over whole drives.
+    #[must_use]
+    pub fn seconds(self) -> Option<f64> {
+        match self {
+            Horizon::Step => Some(2.0),
+            Horizon::Window => Some(15.0),
+            Horizon::Drive => None,
+        }
+    }
+
+    /// True over whole drives, where NRMSE(s,v,a) is the loss; elsewhere it is the mean logarithm of the squared errors of bins, to which
+    /// each bin adds by the ratio of its errors.
+    #[must_use]
+    pub fn is_whole(self) -> bool {
+        self.seconds().is_none()
+    }
+}
+
+/// What is asked.
+#[derive(Debug, Clone, Copy)]
+pub struct Request<'a> {
+    /// Measured drives, whole.
+    pub drives: &'a [Drive],
+    /// The law that is examined.
+    pub base: Variant,
+    /// Extensions in the race.
+    pub causes: &'a [&'static Extension],
+    /// Bounds of parameters by name, instead of those of a diagnosis.
+    pub bounds: &'a Overrides,
+    /// Decides all random numbers.
+    pub seed: u64,
+    /// Rounds at most: the first finds a cause or a pair, each further one a cause more.
+    pub rounds: usize,
+}
+
+/// What is named: of every model that cannot be told from the best, the families in common.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Named {
+    /// Causes of the best model, of these families.
+    pub causes: Vec<&'static Extension>,
+    /// Causes that other models have in their place: in the place of which, and the cause.
+    pub rivals: Vec<(&'static Extension, &'static Extension)>,
+    /// Its gain in standard errors, and the probability of so large a gain by chance.
+    pub evidence: [f64; 2],
+    /// Its position among the entries.
+    pub(crate) entry: usize,
+}
+
+/// The answer.
+#[derive(Debug)]
+pub struct Answer {
+    /// What the base lacks; `None` where models without anything in common follow the drives as well.
+    pub named: Option<Named>,
+    /// What to calibrate with, by its position among the entries; `None` where the base follows unseen drives as well.
+    winner: Option<usize>,
+    /// The base, and every model that was judged.
+    entries: Vec<Entry>,
+    /// Other laws on the same drives.
+    pub laws: Vec<LawEntry>,
+    /// Every model that cannot be told from the best at the shorter horizons, by its causes; another law by its name.
+    pub set: Vec<Vec<String>>,
+    /// What was tried.
+    pub tried: ClosedLoopEntry,
+    /// Simulated candidates, over one drive or part each.
+    pub simulations: u64,
+    field: Field,
+    resamples: Resamples,
+}
+
+impl Answer {
+    /// The causes that are recommended; none where the base follows unseen drives as well.
+    #[must_use]
+    pub fn recommended(&self) -> &[&'static Extension] {
+        self.winner.map_or(&[], |k| &self.entries[k].causes)
+    }
+}
+
+/// Everything that is tried with a base: each cause whose size does not depend on a time of one drive, and pairs that hide each other.
+fn sets(causes: &[&'static Extension]) -> Vec<Vec<&'static Extension>> {
+    let lasting: Vec<&'static Extension> = causes
+        .iter()
+        .copied()
+        .filter(|cause| cause.name != LEAD && cause.parameters.iter().all(|symbol| symbol.neutral().is_some()))
+        .collect();
+    let hides = |cause: &'static Extension| cause.cause.as_ref().and_then(|traits| traits.hides.as_deref());
+    let hiding = |hidden: &'static Extension| {
+        let others = lasting.iter().filter(move |other| hides(other) == Some(hidden.family()));
+        others.map(move |other| vec![hidden, *other])
+    };
+    let pairs = lasting.iter().flat_map(|hidden| hiding(hidden));
+    lasting.iter().map(|cause| vec![*cause]).chain(pairs).collect()
+}
+
+fn names(causes: &[&'static Extension]) -> Vec<String> {
+    causes.iter().map(|cause| cause.name.clone()).collect()
+}
+
+/// Runs the race.
+///
+/// # Errors
+/// As [`Field::model`]; [`DiagnoseError::Stopped`] when `progress` breaks.
+pub fn race(
+    request: &Request<'_>,
+    policy: &Policy,
+    progress: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
+) -> Result<Answer, DiagnoseError> {
+    let mut show = |done: f64, stage: &str| match progress(Progress { done, stage: stage.to_owned() }) {
+        ControlFlow::Continue(()) => Ok(()),
+        ControlFlow::Break(()) => Err(DiagnoseError::Stopped),
+    };
+    let field = Field::new(Parts::of(request.drives), request.bounds, request.seed);
+    let bins: Vec<usize> = field.sizes.iter().map(loss::Sizes::count).collect();
+    let resamples = Resamples::new(&bins, policy.block_s / loss::BIN_S, policy.resamples, request.seed);
+    let count: usize = bins.iter().sum();
+    let tried = ClosedLoopEntry {
+        bins: count,
+        parts: [field.parts.drives.len(), field.parts.count],
+        policy: serde_json::to_value(policy).unwrap_or_default(),
+        ..ClosedLoopEntry::default()
+    };
+    let mut answer = Answer {
+        named: None,
+        winner: None,
+        entries: Vec::new(),
+        laws: Vec::new(),
+        set: Vec::new(),
+        tried,
+        simulations: 0,
+        field,
+        resamples,
+    };
+    if count < policy.least_bins || answer.field.parts.count < 2 {
+        answer.tried.not_testable = Some(format!(
+            "the drives have {count} bins of 10 s in {} folds, at least {} in 2 are needed: give more or longer drives",
+            answer.field.parts.count, policy.least_bins
+        ));
+        return Ok(answer);
+    }
+    show(0.0, "fitting the base")?;
+    let base = answer.field.law(request.base)?;
+    answer.simulations += base.model.simulations();
+    let Some(own) = held(&base) else {
+        answer.tried.not_testable = Some(format!("{}: no parameters were found with which it drives", request.base));
+        return Ok(answer);
+    };
+    // A car reacts in finer steps than a model. What an extension makes up of that must not be named.
+    let lead =
+        extension_named(LEAD).map(|lead| answer.field.with_causes(&base, &[lead], &[], policy)).transpose()?.flatten();
+    let reference = better(own, lead.as_ref().and_then(held));
+    show(0.1, "other laws")?;
+    let others = laws(&mut answer, request, &base)?;
+    answer.entries.push(base);
+    let mut share = 0.25;
+    for round in 0..request.rounds {
+        show(share, "every cause on unseen drives")?;
+        let from = answer.winner.unwrap_or(0);
+        let reference = if round == 0 { reference.clone() } else { held(&answer.entries[from]).unwrap_or_default() };
+        let found = self::round(&mut answer, request, policy, (from, &reference), &others, &mut |part, stage| {
+            show(share + 0.35 * part, stage)
+        })?;
+        share += 0.35;
+        if !found {
+            break;
+        }
+    }
+    Ok(answer)
+}
+
+/// The other laws with the same delay, dynamics and constraint.
+fn laws(answer: &mut Answer, request: &Request<'_>, base: &Entry) -> Result<Vec<(String, Rows)>, DiagnoseError> {
+    let others: Vec<&Base> = BASES.iter().filter(|law| **law != request.base.base).collect();
+    let field = &answer.field;
+    let fitted = |law: &&Base| {
+        let variant = Variant { base: **law, extensions: Extensions::NONE, ..request.base };
+        // A law that cannot be had costs nothing but itself.
+        field.law(variant).ok()
+    };
+    let found: Vec<Entry> = others.par_iter().filter_map(fitted).collect();
+    let own = held(base).map_or(f64::NAN, |rows| mean(&rows[HORIZONS - 1]));
+    let mut all = Vec::new();
+    for entry in found {
+        answer.simulations += entry.model.simulations();
+        if let Some(rows) = held(&entry) {
+            let name = entry.model.variant.name();
+            answer.laws.push(LawEntry { name: name.clone(), gain: 1.0 - mean(&rows[HORIZONS - 1]) / own });
+            all.push((name, rows));
+        }
+    }
+    answer.laws.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    Ok(all)
+}
+
+/// One round: all causes against the model at `from`. True if one of them is recommended.
+fn round(
+    answer: &mut Answer,
+    request: &Request<'_>,
+    policy: &Policy,
+    (from, reference): (usize, &Rows),
+    laws: &[(String, Rows)],
+    show: &mut dyn FnMut(f64, &str) -> Result<(), DiagnoseError>,
+) -> Result<bool, DiagnoseError> {
+    let (field, own) = (&answer.field, &answer.entries[from]);
+    let is_first = own.causes.is_empty();
+    let new = |set: &Vec<&'static Extension>| {
+        set.iter().all(|cause| !own.causes.contains(cause)) && (is_first || set.len() == 1)
+    };
+    let sets: Vec<Vec<&'static Extension>> = sets(request.causes).into_iter().filter(new).collect();
+    let fitted = |sets: Vec<&Vec<&'static Extension>>, known: &[Entry]| -> Result<Vec<Entry>, DiagnoseError> {
+        let one = |set: &&Vec<&'static Extension>| {
+            let parts: Vec<&Entry> = known.iter().filter(|entry| set.contains(&entry.causes[0])).collect();
+            field.with_causes(own, set, &parts, policy)
+        };
+        let found: Vec<Option<Entry>> = sets.par_iter().map(one).collect::<Result<_, DiagnoseError>>()?;
+        Ok(found.into_iter().flatten().collect())
+    };
+    let mut entered = fitted(sets.iter().filter(|set| set.len() == 1).collect(), &[])?;
+    show(0.6, "pairs of causes on unseen drives")?;
+    // A pair goes on from where each of its causes led by itself, too.
+    entered.extend(fitted(sets.iter().filter(|set| set.len() > 1).collect(), &entered)?);
+    answer.simulations += entered.iter().map(|entry| entry.model.simulations()).sum::<u64>();
+    let in_training = trained(own);
+    let left: Vec<Rows> = entered
+        .iter()
+        .filter(|entry| held(entry).is_none())
+        .filter_map(|entry| passed_over(in_training.as_ref()?, entry))
+        .collect();
+    entered.retain(|entry| held(entry).is_some());
+    let models: Vec<Rows> = entered.iter().filter_map(held).collect();
+    let rivals: Vec<Rows> = laws.iter().map(|(_, rows)| rows.clone()).collect();
+    let found = table(reference, &models, &left, &rivals, &answer.resamples, policy);
+    let first = answer.entries.len();
+    let named = named(&entered, &found, policy, first);
+    let causes = named.as_ref().map_or(&[][..], |named| &named.causes);
+    let asked: Vec<Vec<Check>> =
+        entered.iter().zip(&found.rows).map(|(entry, evidence)| checks(policy, own, entry, evidence, causes)).collect();
+    for ((entry, evidence), checks) in entered.iter().zip(&found.rows).zip(&asked) {
+        answer.tried.trials.push(trial(entry, evidence, checks));
+    }
+    if is_first {
+        answer.set = set(&entered, &found, laws);
+    }
+    let passes = |k: &usize| asked[*k].iter().all(|check| check.met);
+    // The fewest causes first: what else is worth its parameters is asked in the next round.
+    let order = |k: &usize| (entered[*k].causes.len(), -found.rows[*k].t);
+    let best = (0..entered.len()).filter(passes).min_by(|a, b| {
+        let (a, b) = (order(a), order(b));
+        a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+    });
+    match (&mut answer.named, named) {
+        (Some(so_far), Some(more)) => {
+            so_far.causes.extend(more.causes);
+            so_far.rivals.extend(more.rivals);
+        }
+        (so_far, named) => *so_far = so_far.take().or(named),
+    }
+    answer.entries.extend(entered);
+    answer.winner = best.map(|k| first + k).or(answer.winner);
+    Ok(best.is_some())
+}
+
+/// The causes of every model that cannot be told from the best.
+fn set(entered: &[Entry], table: &Table, laws: &[(String, Rows)]) -> Vec<Vec<String>> {
+    let own = entered.iter().zip(&table.rows).filter(|(_, row)| row.in_set).map(|(entry, _)| names(&entry.causes));
+    let reference = table.reference_in_set.then(Vec::new);
+    let others =
+        laws.iter().zip(&table.laws_in_set).filter(|(_, in_set)| **in_set).map(|((name, _), _)| vec![name.clone()]);
+    own.chain(reference).chain(others).collect()
+}
+
+/// What every model that cannot be told from the best has in common, where the best is better than the reference by more than chance.
+fn named(entered: &[Entry], table: &Table, policy: &Policy, first: usize) -> Option<Named> {
+    if table.reference_in_set || table.laws_in_set.contains(&true) {
+        return None;
+    }
+    let members: Vec<usize> = (0..entered.len()).filter(|&k| table.rows[k].in_set).collect();
+    // Of those that cannot be told apart, the fewest causes.
+    let best = *members.iter().min_by(|&&a, &&b| {
+        let order = |k: usize| (entered[k].causes.len(), -table.rows[k].t);
+        let (a, b) = (order(a), order(b));
+        a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+    })?;
+    let row = &table.rows[best];
+    if row.p > policy.chance_of_a_name {
+        return None;
+    }
+    let has = |k: usize, family: &str| entered[k].causes.iter().any(|cause| cause.family() == family);
+    let common = |cause: &&&'static Extension| members.iter().all(|k| has(*k, cause.family()));
+    let causes: Vec<&'static Extension> = entered[best].causes.iter().filter(common).copied().collect();
+    if causes.is_empty() {
+        return None;
+    }
+    let mut rivals = Vec::new();
+    for cause in &causes {
+        let others = members.iter().flat_map(|k| &entered[*k].causes);
+        for other in others.filter(|other| other.family() == cause.family() && *other != cause) {
+            if !rivals.contains(&(*cause, *other)) {
+                rivals.push((*cause, *other));
+            }
+        }
+    }
+    Some(Named { causes, rivals, evidence: [row.t, row.p], entry: first + best })
+}
+
+/// A model in the list of what was tried.
+fn trial(entry: &Entry, evidence: &Evidence, checks: &[Check]) -> Trial {
+    let gains = Horizon::ALL.iter().zip(&evidence.gains).map(|(horizon, gain)| HorizonGain {
+        horizon_s: horizon.seconds(),
+        gain: gain.share,
+        interval: gain.interval,
+        standard_errors: gain.t,
+    });
+    Trial {
+        causes: names(&entry.causes),
+        gain: evidence.gains[HORIZONS - 1].share,
+        horizons: gains.collect(),
+        standard_errors: evidence.t,
+        probability: evidence.p,
+        in_set: evidence.in_set,
+        checks: checks.to_vec(),
+        passes: checks.iter().all(|check| check.met),
+    }
+}
+
+#[cfg(test)]
+mod tests;

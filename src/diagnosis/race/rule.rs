@@ -1,0 +1,85 @@
+//! What is asked of a model before it is recommended, with what was found and what is needed.
+
+use super::evidence::Evidence;
+use super::fit::{Entry, Fit};
+use super::policy::Policy;
+use super::{HORIZONS, Horizon};
+use crate::extension::Extension;
+use crate::judge::Check;
+
+/// What is asked of a model with more causes than `base`, where these causes are `named`.
+#[must_use]
+pub fn checks(
+    policy: &Policy,
+    base: &Entry,
+    entry: &Entry,
+    evidence: &Evidence,
+    named: &[&'static Extension],
+) -> Vec<Check> {
+    let added: Vec<&'static Extension> =
+        entry.causes.iter().copied().filter(|cause| !base.causes.contains(cause)).collect();
+    let whole = &evidence.gains[HORIZONS - 1];
+    let is_named = |cause: &&&'static Extension| named.iter().any(|named| named.family() == cause.family());
+    let unnamed = added.len() - added.iter().filter(is_named).count();
+    vec![
+        // What cannot be told from models without it is no property of the car, and need not carry over to other drives.
+        Check::at_most("causes of families that are not named", unnamed as f64, 0.0),
+        Check::at_most("probability by chance", evidence.p, policy.chance),
+        Check::at_least("gain over whole drives, in standard errors", whole.t, policy.whole_drives),
+        Check::at_most(
+            "largest size over smallest, over folds and horizons",
+            spread(policy, entry, &added),
+            policy.spread,
+        ),
+        Check::at_most("parameters on a bound that the base is not on", on_bounds(base, entry) as f64, 0.0),
+        Check::at_most("drives with a collision more than the base", collisions(entry) - collisions(base), 0.0),
+    ]
+}
+
+/// Drives, or parts of them, in which a model comes too close to the car ahead, where they were left out and in training.
+#[must_use]
+pub fn collisions(entry: &Entry) -> f64 {
+    let close =
+        |losses: &super::loss::Losses| losses.parts.iter().flatten().filter(|part| part.shortfall > 0.0).count();
+    let Some(fit) = entry.whole_drives() else { return f64::INFINITY };
+    (close(&fit.trained) + fit.judged.as_ref().map_or(0, |judged| close(&judged.held))) as f64
+}
+
+/// The largest ratio of the sizes of the added causes over the longer horizons and the folds of whole drives; infinite where a sign
+/// changes, or where nothing has a size.
+fn spread(policy: &Policy, entry: &Entry, added: &[&'static Extension]) -> f64 {
+    let model = &entry.model;
+    let fits = || entry.fits.iter().zip(Horizon::ALL).filter(|(_, horizon)| *horizon != Horizon::Step);
+    let ratio = |k: usize| {
+        let axis = &model.axes[k];
+        let neutral = model.symbols[k].neutral().unwrap_or(axis.lower).clamp(axis.lower, axis.upper);
+        let of = |(fit, horizon): (&Option<Fit>, Horizon)| {
+            let folds =
+                fit.iter().filter(move |_| horizon.is_whole()).flat_map(|fit| &fit.judged).flat_map(|j| &j.folds);
+            fit.iter().map(|fit| &fit.whole).chain(folds).map(|values| values[k]).collect::<Vec<f64>>()
+        };
+        let all: Vec<f64> = fits().flat_map(of).collect();
+        let is_none = |value: &f64| (axis.coordinate(*value) - axis.coordinate(neutral)).abs() < policy.none;
+        if all.iter().all(is_none) {
+            return None;
+        }
+        // A limit has a size of its own, everything else is counted from where it does nothing.
+        let size = |value: &f64| if axis.log { *value } else { value - neutral };
+        let range = all.iter().map(size).fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+        let (least, most) = range;
+        Some(if least * most > 0.0 { (most / least).max(least / most) } else { f64::INFINITY })
+    };
+    let ratios = added.iter().flat_map(|cause| model.positions(cause)).filter_map(ratio);
+    ratios.max_by(f64::total_cmp).unwrap_or(f64::INFINITY)
+}
+
+/// Parameters that whole drives press against a bound, and not those of the base.
+fn on_bounds(base: &Entry, entry: &Entry) -> usize {
+    let Some(fit) = entry.whole_drives() else { return usize::MAX };
+    let of_base = |k: usize| {
+        let own = base.model.position(entry.model.symbols[k]).zip(base.whole_drives());
+        own.is_some_and(|(k, fit)| base.model.axes[k].at_bound(fit.whole[k]))
+    };
+    let axes = entry.model.axes.iter().zip(&fit.whole).enumerate();
+    axes.filter(|(k, (axis, value))| axis.at_bound(**value) && !of_base(*k)).count()
+}

@@ -1,0 +1,165 @@
+//! What a fit goes down: the loss of a model over some drives, at one horizon.
+
+use super::Horizon;
+use super::loss::{Counts, Losses, Scale, Sizes, of_squares, slopes};
+use crate::calibrate::descent;
+use crate::diagnose::DiagnoseError;
+use crate::diagnose::likelihood::model::Model;
+use crate::evaluator::{Pull, Slopes, Soft};
+use crate::lanes::{Bins, Differences, Products};
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+/// How runs go on behind a collision, and what they pay for it.
+const SOFT: Soft = Soft { least: 0.1, price: 1.0 };
+/// Step of a difference, as a share of an axis; limits that bind now and then need one that is not lost between two samples.
+const STEP: f64 = 1e-4;
+
+/// The loss of a model over the parts that count.
+#[derive(Debug, Clone, Copy)]
+pub struct Surface<'a> {
+    /// The model, over all parts.
+    pub model: &'a Model,
+    /// Bins of every part.
+    pub sizes: &'a [Sizes],
+    /// Scales of every part.
+    pub scales: &'a [Scale],
+    /// Which parts count.
+    pub counts: &'a [bool],
+    /// How far ahead the model predicts.
+    pub horizon: Horizon,
+}
+
+impl Surface<'_> {
+    /// The values at a place.
+    #[must_use]
+    pub fn values(&self, place: &[f64]) -> Vec<f64> {
+        self.model.axes.iter().zip(place).map(|(axis, u)| axis.value(*u)).collect()
+    }
+
+    /// The place of some values.
+    #[must_use]
+    pub fn place(&self, values: &[f64]) -> Vec<f64> {
+        self.model.axes.iter().zip(values).map(|(axis, value)| axis.coordinate(*value)).collect()
+    }
+
+    /// Coordinates that no fit moves.
+    #[must_use]
+    pub fn fixed(&self) -> Vec<usize> {
+        (0..self.model.axes.len()).filter(|&k| self.model.axes[k].is_fixed()).collect()
+    }
+
+    fn parts(&self) -> Vec<usize> {
+        (0..self.counts.len()).filter(|&part| self.counts[part]).collect()
+    }
+
+    fn pull(&self, part: usize) -> Pull {
+        let share = self.horizon.seconds().map_or(0.0, |seconds| (self.model.dt(part) / seconds).min(1.0));
+        Pull { share, soft: Some(SOFT) }
+    }
+
+    /// Losses of values on the parts that count; those of a run that fails are infinite.
+    ///
+    /// # Errors
+    /// [`DiagnoseError::Evaluate`].
+    pub fn losses(&self, candidates: &[Vec<f64>]) -> Result<Vec<Losses>, DiagnoseError> {
+        let parts = self.parts();
+        let on = |&part: &usize| {
+            let sizes = &self.sizes[part];
+            self.model.squares(part, candidates, self.pull(part), sizes.bins(self.horizon))
+        };
+        let by_part: Vec<_> = parts.par_iter().map(on).collect::<Result<_, _>>()?;
+        let one = |i: usize| {
+            let mut losses = Losses { parts: vec![None; self.counts.len()] };
+            for (part, runs) in parts.iter().zip(&by_part) {
+                losses.parts[*part] = Some(of_squares(runs[i].as_deref(), &self.sizes[*part]));
+            }
+            losses
+        };
+        Ok((0..candidates.len()).map(one).collect())
+    }
+}
+
+impl descent::Surface for Surface<'_> {
+    type Error = DiagnoseError;
+
+    fn dimensions(&self) -> usize {
+        self.model.axes.len()
+    }
+
+    fn costs(&self, places: &[Vec<f64>], _: Pull) -> Result<Vec<f64>, DiagnoseError> {
+        let values: Vec<Vec<f64>> = places.iter().map(|place| self.values(place)).collect();
+        let losses = self.losses(&values)?;
+        Ok(losses.iter().map(|losses| losses.cost(self.horizon, self.scales, SOFT.price)).collect())
+    }
+
+    fn slopes(&self, places: &[&Vec<f64>], held: &[usize], _: Pull) -> Result<Vec<Slopes>, DiagnoseError> {
+        let n = self.model.axes.len();
+        let moved: Vec<usize> = (0..n).filter(|k| !held.contains(k)).collect();
+        let (mut candidates, mut differences) = (Vec::new(), Vec::new());
+        for place in places {
+            let step = |&k: &usize| {
+                let size = STEP.max(self.model.axes[k].step);
+                if place[k] + size > 1.0 { -size } else { size }
+            };
+            let steps: Vec<f64> = moved.iter().map(step).collect();
+            let first = candidates.len();
+            candidates.push(self.values(place));
+            for (&k, step) in moved.iter().zip(&steps) {
+                let mut place = (*place).clone();
+                place[k] += step;
+                candidates.push(self.values(&place));
+            }
+            differences.push(Differences { first, steps });
+        }
+        let parts = self.parts();
+        let bins: f64 = parts.iter().map(|part| self.sizes[*part].count() as f64).sum();
+        let on = |&part: &usize| {
+            let sizes = &self.sizes[part];
+            let products =
+                self.model.products(part, &candidates, self.pull(part), &differences, sizes.bins(self.horizon))?;
+            let (scale, all) = (&self.scales[part], Counts { bins, parts: parts.len() as f64 });
+            let slopes = |products: &Option<Products<'_>>| match products {
+                Some(products) => slopes(self.horizon, products, moved.len(), (sizes, scale), all, SOFT.price),
+                None => failed(moved.len()),
+            };
+            Ok(products.iter().map(slopes).collect())
+        };
+        let by_part: Vec<Vec<Slopes>> = parts.par_iter().map(on).collect::<Result<_, DiagnoseError>>()?;
+        let whole = |i: usize| {
+            let mut sum = Slopes {
+                cost: 0.0,
+                gradient: DVector::zeros(n),
+                curvature: DMatrix::zeros(n, n),
+                majorant: DMatrix::zeros(n, n),
+            };
+            for slopes in by_part.iter().map(|slopes| &slopes[i]) {
+                sum.cost += slopes.cost;
+                for (a, &k) in moved.iter().enumerate() {
+                    sum.gradient[k] += slopes.gradient[a];
+                    for (b, &l) in moved.iter().enumerate() {
+                        sum.curvature[(k, l)] += slopes.curvature[(a, b)];
+                        sum.majorant[(k, l)] += slopes.majorant[(a, b)];
+                    }
+                }
+            }
+            sum
+        };
+        Ok((0..places.len()).map(whole).collect())
+    }
+}
+
+fn failed(n: usize) -> Slopes {
+    let (vector, matrix) = (DVector::zeros(n), DMatrix::zeros(n, n));
+    Slopes { cost: f64::INFINITY, gradient: vector, curvature: matrix.clone(), majorant: matrix }
+}
+
+impl Sizes {
+    /// Bins as the lanes take them.
+    #[must_use]
+    pub fn bins(&self, horizon: Horizon) -> Bins<'_> {
+        // Over a second the noise of a speed averages out; NRMSE(s,v,a) takes the acceleration of each sample.
+        let mean = if horizon.is_whole() { 0 } else { self.second };
+        Bins { of: &self.of, count: self.count(), mean }
+    }
+}
