@@ -12,6 +12,7 @@ mod tasks;
 
 pub use bound_set::BoundSet;
 pub use each::calibrate_each;
+pub use homotopy::DIFFERENCE;
 pub use one_driver::{Apart, apart};
 pub use search::{PROGRAM, SEARCH_REVISION, merit};
 pub use space::{BoundsError, Overrides, SearchSpace, bound_times, checked, read_bounds};
