@@ -282,6 +282,19 @@ impl Lanes {
         })
     }
 
+    /// Residuals of free runs whose squares add up to the score, one vector per candidate: those of spacing, then of speed, then of
+    /// acceleration, one per sample of the drive; 0 before the first simulated sample and of a signal that is not compared. What stands
+    /// in the vector of a run that fails means nothing.
+    ///
+    /// # Errors
+    /// [`EvaluateError::Delay`], [`EvaluateError::Model`].
+    pub fn norm_residuals(&self, job: &Job<'_>) -> Result<Vec<Vec<f64>>, EvaluateError> {
+        let (settings, observers) = self.pulling(job, Pull::NONE);
+        with_engine!(self.observing()?, core => {
+            core.norm_residuals(&self.cases, job, &settings, &observers)
+        })
+    }
+
     fn pulling(&self, job: &Job<'_>, pull: Pull) -> (Settings, Vec<Observer>) {
         let adding = Adding::One(self.gof.accumulation());
         let counts = self.cases[job.case].convention.bounds == BoundRule::Reject;

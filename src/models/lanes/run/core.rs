@@ -383,6 +383,37 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         Ok(products.iter().zip(differences).map(slopes).collect())
     }
 
+    /// Residuals whose squares add up to the goodness of fit, one vector per candidate: spacing, speed and acceleration, sample by sample.
+    pub fn norm_residuals(
+        &self,
+        cases: &[Case],
+        job: &Job<'_>,
+        settings: &Settings,
+        observers: &[Observer],
+    ) -> Result<Vec<Vec<f64>>, EvaluateError> {
+        let samples = self.streams[job.case].samples();
+        let mut all = vec![vec![0.0; 3 * samples]; job.population.len()];
+        let mut each = |stretch: &Residuals| {
+            all.par_iter_mut().enumerate().for_each(|(candidate, residuals)| {
+                for (signal, residuals) in residuals.chunks_exact_mut(samples).enumerate() {
+                    let numbers = stretch.signal(candidate, signal);
+                    residuals[stretch.from..].iter_mut().zip(numbers).for_each(|(residual, number)| *residual = number);
+                }
+            });
+        };
+        let (plan, _) = self.stretches(cases, job, (settings, observers), Leaving::Weighted, &mut each)?;
+        for (residuals, candidate) in all.iter_mut().zip(&plan.order) {
+            let norm = &self.streams[job.case].norms[candidate.first];
+            for (signal, residuals) in residuals.chunks_exact_mut(samples).enumerate() {
+                let [weight, per_count] = [norm.weight[signal], norm.per_count[signal]].map(T::to_f64);
+                let square: f64 = residuals.iter().map(|error| error * error).sum();
+                let factor = if square > 0.0 { (weight * (per_count / square).sqrt()).sqrt() } else { 0.0 };
+                residuals.iter_mut().for_each(|error| *error *= factor);
+            }
+        }
+        Ok(all)
+    }
+
     /// All blocks go on by a stretch of samples, and leave their residuals to `each`; in the end, which runs failed.
     fn leave<const L: usize>(
         &self,
