@@ -42,7 +42,7 @@ fn unknown(found: &str) -> UnknownWord {
 #[derive(Debug)]
 enum Engine {
     F32(Box<Core<f32, 128, 32>>),
-    F64(Box<Core<f64, 64, 16>>),
+    F64(Box<Core<f64, 64, { Lanes::TRACES }>>),
 }
 
 impl Engine {
@@ -330,15 +330,48 @@ impl Lanes {
         from: usize,
         to: usize,
     ) -> Result<Vec<[f64; 3]>, EvaluateError> {
-        assert!(from > 0, "a step needs a state to start from");
-        let history: History = history.map(|signal| &signal[..from]);
+        self.traces(case, parameters, history, (&[from], &[]), to).map(|mut traces| traces.remove(0))
+    }
+
+    /// The same from each of some samples, where a kick adds something to spacing, speed and acceleration at the sample before. Samples that
+    /// are near each other share a block of [`Lanes::TRACES`].
+    ///
+    /// # Errors
+    /// [`EvaluateError::Delay`].
+    ///
+    /// # Panics
+    /// If a sample is 0, or the history is shorter.
+    pub fn kicked(
+        &self,
+        case: usize,
+        parameters: &Parameters,
+        history: [&[f64]; 3],
+        (from, kicks): (&[usize], &[[f64; 3]]),
+        to: usize,
+    ) -> Result<Vec<Vec<[f64; 3]>>, EvaluateError> {
+        assert_eq!(from.len(), kicks.len(), "one kick per sample");
+        self.traces(case, parameters, history, (from, kicks), to)
+    }
+
+    /// Traces that share a block.
+    pub const TRACES: usize = 16;
+
+    fn traces(
+        &self,
+        case: usize,
+        parameters: &Parameters,
+        history: History<'_>,
+        starts: (&[usize], &[[f64; 3]]),
+        to: usize,
+    ) -> Result<Vec<Vec<[f64; 3]>>, EvaluateError> {
+        assert!(starts.0.iter().all(|from| *from > 0), "a step needs a state to start from");
         let symbols = self.cases[case].variant.parameters();
         let mut population = Population::new(&symbols);
         population.push(&symbols.iter().map(|symbol| parameters.get(*symbol)).collect::<Vec<_>>());
         let compensated = self.compensated();
         with_engine!(&self.engine, core => {
             let settings = settings(Adding::All, compensated, true, None);
-            core.trace(&self.cases[case], case, &population, &settings, history, to)
+            core.traces(&self.cases[case], case, &population, &settings, history, starts, to)
         })
     }
 

@@ -168,6 +168,7 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
             columns,
             candidates: &plan.order[part.from..part.to],
             history: None,
+            kicks: &[],
             end: stream.samples(),
             trace: None,
             observers: &[],
@@ -463,43 +464,56 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         failed
     }
 
-    /// The states of one candidate from sample `from` to `to` - 1, after a given past.
-    pub fn trace(
+    /// The states of one candidate from each of these samples to `to` - 1, after a given past to which `kicks` add something right before
+    /// the sample, if they are not empty. Each ends where its run fails.
+    pub fn traces(
         &self,
         case: &Case,
         index: usize,
         population: &Population,
         settings: &Settings,
         history: History<'_>,
+        (from, kicks): (&[usize], &[[f64; 3]]),
         to: usize,
-    ) -> Result<Vec<[f64; 3]>, EvaluateError> {
-        let from = history[0].len();
+    ) -> Result<Vec<Vec<[f64; 3]>>, EvaluateError> {
         let stream = &self.streams[index];
-        let candidate = Candidate { first: from, ..candidate(case, stream.longest, 0, 0, &population.parameters(0))? };
-        // No step looks farther back than a workspace remembers.
-        let begin = from.saturating_sub(self.longest() + 2);
-        let past: Vec<[T; 3]> = (begin..from).map(|t| [0, 1, 2].map(|k| T::of(history[k][t]))).collect();
-        let mut states = Vec::new();
-        let jobs = [Job { case: index, population }];
+        let one = candidate(case, stream.longest, 0, 0, &population.parameters(0))?;
+        let kicks: Vec<[T; 3]> = kicks.iter().map(|kick| kick.map(T::of)).collect();
+        let (jobs, end) = ([Job { case: index, population }], to.min(stream.samples()));
         let columns = self.columns(&jobs);
-        let mut run = Run {
-            settings,
-            stream,
-            jobs: &jobs,
-            columns: &columns,
-            candidates: &[candidate],
-            history: Some((begin, &past)),
-            end: to.min(stream.samples()),
-            trace: Some(&mut states),
-            observers: &[],
-            record: None,
-            residuals: None,
-            weighted: None,
-        };
-        let mut workspace = self.small.take(self.longest());
-        self.run_whole(&self.small.program, &mut workspace, &mut run);
-        self.small.put(workspace);
-        Ok(states.split_off((from - begin).min(states.len())))
+        let mut all = Vec::with_capacity(from.len());
+        for (part, from) in from.chunks(B).enumerate() {
+            let candidates: Vec<Candidate> = from.iter().map(|&first| Candidate { first, ..one }).collect();
+            let (first, last) = (from.iter().min().unwrap_or(&0), from.iter().max().unwrap_or(&0));
+            // No step looks farther back than a workspace remembers.
+            let begin = first.saturating_sub(self.longest() + 2);
+            let past: Vec<[T; 3]> = (begin..*last).map(|t| [0, 1, 2].map(|k| T::of(history[k][t]))).collect();
+            let mut states = Vec::with_capacity((end - begin.min(end)) * from.len());
+            let mut run = Run {
+                settings,
+                stream,
+                jobs: &jobs,
+                columns: &columns,
+                candidates: &candidates,
+                history: Some((begin, &past)),
+                kicks: kicks.get(part * B..).unwrap_or(&[]),
+                end,
+                trace: Some(&mut states),
+                observers: &[],
+                record: None,
+                residuals: None,
+                weighted: None,
+            };
+            let mut workspace = self.small.take(self.longest());
+            self.run_whole(&self.small.program, &mut workspace, &mut run);
+            for (lane, from) in from.iter().enumerate() {
+                let failed = workspace.raw(lane, settings).failure().map_or(end, |failure| failure.step + 1);
+                let own = states.iter().skip(lane).step_by(candidates.len()).take(failed.saturating_sub(begin));
+                all.push(own.skip(from - begin).copied().collect());
+            }
+            self.small.put(workspace);
+        }
+        Ok(all)
     }
 }
 

@@ -21,9 +21,11 @@ const STRIDE: usize = 8;
 #[derive(Debug)]
 pub(super) struct Products<'a> {
     of: &'a Differences,
-    /// Numbers in a row of `sums`, a multiple of [`STRIDE`].
+    /// Numbers in a row of `sums`, and rows: a multiple of [`STRIDE`].
     width: usize,
-    /// One matrix per signal, row by row; only from the diagonal on.
+    /// How far each coordinate is moved; first and behind the last 1.
+    steps: Vec<f64>,
+    /// One matrix per signal, row by row; only from the diagonal on. What goes beyond the coordinates means nothing.
     sums: [Vec<f64>; SIGNALS],
     /// The differences of a stretch, sample by sample.
     stretch: Vec<f64>,
@@ -32,31 +34,34 @@ pub(super) struct Products<'a> {
 impl<'a> Products<'a> {
     pub fn new(of: &'a Differences) -> Products<'a> {
         let width = (of.steps.len() + 1).next_multiple_of(STRIDE);
-        let sums = std::array::from_fn(|_| vec![0.0; (of.steps.len() + 1) * width]);
-        Products { of, width, sums, stretch: Vec::new() }
+        let mut steps = vec![1.0; width];
+        steps[1..=of.steps.len()].copy_from_slice(&of.steps);
+        let sums = std::array::from_fn(|_| vec![0.0; width * width]);
+        Products { of, width, steps, sums, stretch: Vec::new() }
     }
 
     /// Adds a stretch of all runs.
     pub fn add(&mut self, stretch: &Residuals) {
         let (lanes, width, signals) = (stretch.lanes, self.width, stretch.signals);
+        let (first, candidates) = (self.of.first, self.of.steps.len() + 1);
         for (k, sums) in self.sums.iter_mut().enumerate() {
             self.stretch.clear();
             self.stretch.resize(stretch.samples * width, 0.0);
-            for i in 0..=self.of.steps.len() {
-                let candidate = self.of.first + i;
-                let (block, lane) = (&stretch.blocks[candidate / lanes], candidate % lanes);
-                let numbers = block.chunks_exact(lanes).skip(k).step_by(signals).map(|row| row[lane]);
-                for (difference, number) in self.stretch.chunks_exact_mut(width).zip(numbers) {
-                    difference[i] = number;
+            // Candidates that lie side by side in a block.
+            let mut from = 0;
+            while from < candidates {
+                let (block, lane) = ((first + from) / lanes, (first + from) % lanes);
+                let to = candidates.min(from + lanes - lane);
+                let rows = stretch.blocks[block].chunks_exact(lanes).skip(k).step_by(signals);
+                for (differences, row) in self.stretch.chunks_exact_mut(width).zip(rows) {
+                    differences[from..to].iter_mut().zip(&row[lane..]).for_each(|(to, number)| *to = *number);
                 }
+                from = to;
             }
-            for differences in self.stretch.chunks_exact_mut(width) {
-                let error = differences[0];
-                for (difference, step) in differences[1..].iter_mut().zip(&self.of.steps) {
-                    *difference = (*difference - error) / step;
-                }
+            // As of runs that fall short nowhere.
+            if self.stretch.iter().any(|number| *number != 0.0) {
+                Arch::new().dispatch(Add { sums, differences: &mut self.stretch, steps: &self.steps });
             }
-            Arch::new().dispatch(Add { sums, differences: &self.stretch, width });
         }
     }
 
@@ -89,8 +94,9 @@ impl<'a> Products<'a> {
 /// Adds the products of the differences of a stretch.
 struct Add<'a> {
     sums: &'a mut [f64],
-    differences: &'a [f64],
-    width: usize,
+    /// What the candidates have, sample by sample.
+    differences: &'a mut [f64],
+    steps: &'a [f64],
 }
 
 // Written with vectors, because loops over numbers become vectors of the oldest processor, or none. Every sum goes from sample to sample,
@@ -100,14 +106,28 @@ impl WithSimd for Add<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        for differences in self.differences.chunks_exact(self.width) {
-            for (i, (sums, d_i)) in self.sums.chunks_exact_mut(self.width).zip(differences).enumerate() {
-                let from = i / STRIDE * STRIDE;
-                let d_i = simd.splat_f64s(*d_i);
-                let (sums, _) = S::as_mut_simd_f64s(&mut sums[from..]);
-                let (d, _) = S::as_simd_f64s(&differences[from..]);
-                for (sum, d_j) in sums.iter_mut().zip(d) {
-                    *sum = simd.add_f64s(*sum, simd.mul_f64s(d_i, *d_j));
+        let width = self.steps.len();
+        for differences in self.differences.chunks_exact_mut(width) {
+            let error = differences[0];
+            differences.iter_mut().zip(self.steps).for_each(|(d, step)| *d = (*d - error) / step);
+            differences[0] = error;
+        }
+        let lanes = S::F64_LANES;
+        // Tiles of as many sums as stay in registers.
+        for (block, rows) in self.sums.chunks_exact_mut(STRIDE * width).enumerate() {
+            for column in block * STRIDE / lanes..width / lanes {
+                let mut tile = [simd.splat_f64s(0.0); STRIDE];
+                for (sums, row) in tile.iter_mut().zip(rows.chunks_exact(width)) {
+                    *sums = S::as_simd_f64s(row).0[column];
+                }
+                for differences in self.differences.chunks_exact(width) {
+                    let d_j = S::as_simd_f64s(differences).0[column];
+                    for (sums, d_i) in tile.iter_mut().zip(&differences[block * STRIDE..]) {
+                        *sums = simd.add_f64s(*sums, simd.mul_f64s(simd.splat_f64s(*d_i), d_j));
+                    }
+                }
+                for (sums, row) in tile.iter().zip(rows.chunks_exact_mut(width)) {
+                    S::as_mut_simd_f64s(row).0[column] = *sums;
                 }
             }
         }
