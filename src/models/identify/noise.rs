@@ -142,8 +142,12 @@ struct Restricted<'a> {
 type Each = [f64; TOGETHER];
 
 #[inline(always)]
-fn each(of: impl FnMut(usize) -> f64) -> Each {
-    std::array::from_fn(of)
+fn each(of: impl Fn(usize) -> f64) -> Each {
+    let mut all = [0.0; TOGETHER];
+    for (w, one) in all.iter_mut().enumerate() {
+        *one = of(w);
+    }
+    all
 }
 
 impl NullaryFnOnce for Restricted<'_> {
