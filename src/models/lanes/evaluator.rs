@@ -2,7 +2,7 @@
 
 use super::compile::error::LanesError;
 use super::compile::model::Model;
-use super::run::core::{Core, Finished, History};
+use super::run::core::{Core, Finished, History, Traces};
 use super::run::products::Differences;
 use super::run::real::Real;
 use super::run::simd::InstructionSet;
@@ -330,7 +330,8 @@ impl Lanes {
         from: usize,
         to: usize,
     ) -> Result<Vec<[f64; 3]>, EvaluateError> {
-        self.traces(case, parameters, history, (&[from], &[]), to).map(|mut traces| traces.remove(0))
+        self.traces(case, parameters, history, Traces { from: &[from], kicks: &[], to })
+            .map(|mut traces| traces.remove(0))
     }
 
     /// The same from each of some samples, where a kick adds something to spacing, speed and acceleration at the sample before. Samples that
@@ -350,7 +351,7 @@ impl Lanes {
         to: usize,
     ) -> Result<Vec<Vec<[f64; 3]>>, EvaluateError> {
         assert_eq!(from.len(), kicks.len(), "one kick per sample");
-        self.traces(case, parameters, history, (from, kicks), to)
+        self.traces(case, parameters, history, Traces { from, kicks, to })
     }
 
     /// Traces that share a block.
@@ -361,17 +362,16 @@ impl Lanes {
         case: usize,
         parameters: &Parameters,
         history: History<'_>,
-        starts: (&[usize], &[[f64; 3]]),
-        to: usize,
+        traces: Traces<'_>,
     ) -> Result<Vec<Vec<[f64; 3]>>, EvaluateError> {
-        assert!(starts.0.iter().all(|from| *from > 0), "a step needs a state to start from");
+        assert!(traces.from.iter().all(|from| *from > 0), "a step needs a state to start from");
         let symbols = self.cases[case].variant.parameters();
         let mut population = Population::new(&symbols);
         population.push(&symbols.iter().map(|symbol| parameters.get(*symbol)).collect::<Vec<_>>());
         let compensated = self.compensated();
         with_engine!(&self.engine, core => {
             let settings = settings(Adding::All, compensated, true, None);
-            core.traces(&self.cases[case], case, &population, &settings, history, starts, to)
+            core.traces(&self.cases[case], case, &population, &settings, history, traces)
         })
     }
 

@@ -26,6 +26,17 @@ pub struct Finished {
 /// The state at the samples before a traced run: spacing, speed, acceleration.
 pub type History<'a> = [&'a [f64]; 3];
 
+/// What is traced of a candidate.
+#[derive(Debug, Clone, Copy)]
+pub struct Traces<'a> {
+    /// First sample of each trace.
+    pub from: &'a [usize],
+    /// Added to spacing, speed and acceleration right before each of these; empty without.
+    pub kicks: &'a [[f64; 3]],
+    /// One past the last sample.
+    pub to: usize,
+}
+
 /// Blocks of one size.
 #[derive(Debug)]
 struct Blocks<T, const L: usize> {
@@ -464,8 +475,7 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         failed
     }
 
-    /// The states of one candidate from each of these samples to `to` - 1, after a given past to which `kicks` add something right before
-    /// the sample, if they are not empty. Each ends where its run fails.
+    /// The states of one candidate after a given past; each trace ends where its run fails.
     pub fn traces(
         &self,
         case: &Case,
@@ -473,8 +483,7 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         population: &Population,
         settings: &Settings,
         history: History<'_>,
-        (from, kicks): (&[usize], &[[f64; 3]]),
-        to: usize,
+        Traces { from, kicks, to }: Traces<'_>,
     ) -> Result<Vec<Vec<[f64; 3]>>, EvaluateError> {
         let stream = &self.streams[index];
         let one = candidate(case, stream.longest, 0, 0, &population.parameters(0))?;
