@@ -27,7 +27,8 @@
 //! # Ok::<(), leadlag::Error>(())
 //! ```
 //!
-//! [`Calibration::evaluate_on`] makes an [`Evaluator`], which scores populations for an optimiser of one's own; [`Fleet`] calibrates thousands of
+//! [`Calibration::evaluate_on`] makes an [`Evaluator`], which scores populations for an optimiser of one's own, and has residuals and
+//! normal equations for a solver of least squares; [`Fleet`] calibrates thousands of
 //! pairs; [`Diagnosis`] says what a model lacks; [`Study`] computes what a plan says, in a folder. A model is a [`Variant`], whose
 //! base may be a [`Law`] of one's own. What they share is [`Drive`], a measured follower, which [`Reading`] says how to read.
 //!
@@ -49,8 +50,8 @@ mod api;
 pub mod cli;
 
 pub use api::{
-    Calibration, Diagnosis, Drive, Error, Evaluator, Findings, Fit, Fleet, Law, Pairs, Reading, Recording, Simulation,
-    Study, Variant, program, read, synthetic,
+    Calibration, Diagnosis, Drive, Error, Evaluator, Findings, Fit, Fleet, Law, NormalEquations, Pairs, Reading,
+    Recording, Simulation, Study, Variant, program, read, synthetic,
 };
 pub use study::table::{Column, Table, Values};
 

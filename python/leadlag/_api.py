@@ -280,6 +280,32 @@ class Evaluator:
         spacing, speed, acceleration = self._native.simulate(self._rows(candidates), drive)
         return spacing, speed, acceleration
 
+    def residuals(self, candidates: ArrayLike) -> NDArray[np.float64]:
+        """Residuals whose sum of squares is the score, for a solver of least squares: shape (n, p) to (n, m), from free simulations in f64.
+
+        A row has the drives one after the other, of each the residuals of spacing, then of speed, then of acceleration, one per sample: simulated
+        minus measured, with the weights of the measure, so that m is three times the number of all samples and the unit is the square root of that of
+        the score. They are 0 before the first simulated sample and for a signal that the measure leaves out. All residuals of a candidate whose
+        score is infinite are infinite. The weights depend on the candidate: a measure is a sum of norms, and a solver minimises the measure itself.
+
+        Raises :class:`leadlag.UsageError` for Theil's coefficients (``gof="u-..."``), which are no norms of residuals.
+        """
+        return self._native.residuals(self._rows(candidates))
+
+    def normal_equations(
+        self, candidates: ArrayLike
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """JᵀJ, Jᵀr and rᵀr of the residuals r of :meth:`residuals` and their derivatives J: shape (n, p) to (n, p, p), (n, p) and (n,).
+
+        A step d of Gauss and Newton's method solves JᵀJ d = -Jᵀr. JᵀJ is per unit of two parameters, Jᵀr per unit of one; rᵀr is the score, and
+        2 Jᵀr its gradient. They come from finite differences in f64, with p + 1 simulations per candidate and drive. Where the score of a candidate
+        or of a neighbour is infinite, rᵀr is infinite and the rest is NaN. Where the convention rounds delays to whole samples, derivatives with
+        respect to a delay say nothing: fix it.
+
+        Raises :class:`leadlag.UsageError` as :meth:`residuals`.
+        """
+        return self._native.normal_equations(self._rows(candidates))
+
     def _rows(self, candidates: ArrayLike) -> NDArray[np.float64]:
         rows = np.ascontiguousarray(candidates, dtype=np.float64)
         if rows.ndim == 1:

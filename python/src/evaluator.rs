@@ -2,8 +2,8 @@
 
 use crate::threads::{GPU, with_threads};
 use crate::{UsageError, raised};
-use numpy::ndarray::{Array2, s};
-use numpy::{PyArray1, PyArray2, PyReadonlyArray2, ToPyArray};
+use numpy::ndarray::{Array2, Array3, s};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyReadonlyArray2, ToPyArray};
 use pyo3::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -21,16 +21,17 @@ const GROWTH: usize = 8;
 pub struct Evaluator {
     inner: Mutex<leadlag::Evaluator>,
     samples: Vec<usize>,
-    /// Candidates of a part, for scores and for simulations.
-    parts: [AtomicUsize; 2],
+    /// Candidates of a part, for scores, simulations, residuals and normal equations.
+    parts: [AtomicUsize; 4],
 }
 
 type Signals<'py> = [Bound<'py, PyArray2<f64>>; 3];
+type Equations<'py> = (Bound<'py, PyArray3<f64>>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<f64>>);
 
 impl Evaluator {
     pub fn of(inner: leadlag::Evaluator, drives: &[leadlag::Drive]) -> Evaluator {
         let samples = drives.iter().map(leadlag::Drive::len).collect();
-        Evaluator { inner: Mutex::new(inner), samples, parts: [FIRST, FIRST].map(AtomicUsize::new) }
+        Evaluator { inner: Mutex::new(inner), samples, parts: [FIRST; 4].map(AtomicUsize::new) }
     }
 
     fn with<T>(&self, read: impl FnOnce(&mut leadlag::Evaluator) -> T) -> T {
@@ -118,6 +119,26 @@ impl Evaluator {
             }
             all.to_pyarray(x.py())
         }))
+    }
+
+    /// Residuals of the rows of an array, whose squares add up to the scores.
+    fn residuals<'py>(&self, x: PyReadonlyArray2<'py, f64>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let rows = self.in_parts(&x, &self.parts[2], |inner, candidates| inner.residuals(candidates))?;
+        let mut all = Array2::zeros((rows.len(), 3 * self.samples.iter().sum::<usize>()));
+        for (mut to, from) in all.rows_mut().into_iter().zip(rows) {
+            to.iter_mut().zip(from).for_each(|(to, from)| *to = from);
+        }
+        Ok(all.into_pyarray(x.py()))
+    }
+
+    /// The normal equations of these residuals.
+    fn normal_equations<'py>(&self, x: PyReadonlyArray2<'py, f64>) -> PyResult<Equations<'py>> {
+        let rows = self.in_parts(&x, &self.parts[3], |inner, candidates| inner.normal_equations(candidates))?;
+        let (n, p) = (rows.len(), x.as_array().ncols());
+        let jtj = Array3::from_shape_fn((n, p, p), |(i, a, b)| rows[i].jtj[a * p + b]);
+        let jtr = Array2::from_shape_fn((n, p), |(i, a)| rows[i].jtr[a]);
+        let rtr = rows.iter().map(|row| row.rtr).collect();
+        Ok((jtj.into_pyarray(x.py()), jtr.into_pyarray(x.py()), PyArray1::from_vec(x.py(), rtr)))
     }
 
     fn __repr__(&self) -> String {

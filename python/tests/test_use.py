@@ -44,6 +44,73 @@ def test_a_fit_tells_what_it_found(fit: ll.Fit, drive: ll.Drive) -> None:
     assert "svg" in fit._repr_html_()
 
 
+def test_least_squares_find_what_a_calibration_finds(fit: ll.Fit, drive: ll.Drive) -> None:
+    optimize = pytest.importorskip("scipy.optimize")
+    evaluator = ll.Evaluator(drive, "idm")
+    span = evaluator.upper - evaluator.lower
+    best = np.array([fit.parameters[name] for name in evaluator.parameters])
+    found = optimize.least_squares(
+        lambda x: evaluator.residuals(x)[0],
+        np.clip(best + 0.05 * span, evaluator.lower + 0.01 * span, evaluator.upper - 0.01 * span),
+        bounds=(evaluator.lower, evaluator.upper),
+        x_scale=span,
+        max_nfev=200,
+    )
+    assert 2 * found.cost <= fit.score * (1 + 1e-4)
+
+
+def test_normal_equations_lead_to_the_optimum(fit: ll.Fit, drive: ll.Drive) -> None:
+    """Levenberg and Marquardt's method by hand, in shares of the ranges."""
+    evaluator = ll.Evaluator(drive, "idm")
+    span = evaluator.upper - evaluator.lower
+    best = np.array([fit.parameters[name] for name in evaluator.parameters])
+    x = np.clip(best + 0.05 * span, evaluator.lower, evaluator.upper)
+    dampings = np.array([0.0, 1e-6, 1e-4, 1e-2, 1.0])
+    score = np.inf
+    for _ in range(60):
+        (jtj,), (jtr,), (score,) = evaluator.normal_equations(x)
+        scaled, slope = jtj * np.outer(span, span), jtr * span
+        free = ~((x >= evaluator.upper) & (slope < 0) | (x <= evaluator.lower) & (slope > 0))
+        trials = []
+        for damping in dampings:
+            step = np.zeros_like(x)
+            damped = scaled + damping * np.diag(np.diag(scaled)) + 1e-12 * np.trace(scaled) * np.eye(len(x))
+            step[free] = -np.linalg.solve(damped[np.ix_(free, free)], slope[free])
+            trials += [np.clip(x + share * span * step, evaluator.lower, evaluator.upper) for share in (1.0, 2.0)]
+        costs = (evaluator.residuals(trials) ** 2).sum(axis=1)
+        if costs.min() >= score * (1 - 1e-9):
+            break
+        x = trials[int(costs.argmin())]
+    assert score <= fit.score * (1 + 1e-3)
+
+
+def test_residuals_and_normal_equations_belong_to_the_scores(drive: ll.Drive) -> None:
+    evaluator = ll.Evaluator([drive, drive[0:30]], "idm", precision="f64")
+    middle = (evaluator.lower + evaluator.upper) / 2
+    impossible = middle.copy()
+    impossible[evaluator.parameters.index("t_h")] = -1.2
+    many = np.array([middle, impossible, 0.9 * middle])
+    scores, residuals = evaluator(many), evaluator.residuals(many)
+    assert residuals.shape == (3, 3 * (len(drive) + len(drive[0:30])))
+    assert np.allclose((residuals**2).sum(axis=1)[[0, 2]], scores[[0, 2]], rtol=1e-9)
+    assert np.isinf(residuals[1]).all()
+    jtj, jtr, rtr = evaluator.normal_equations(many)
+    p = len(middle)
+    assert jtj.shape == (3, p, p) and jtr.shape == (3, p)
+    assert np.allclose(rtr[[0, 2]], scores[[0, 2]], rtol=1e-9)
+    assert rtr[1] == np.inf and np.isnan(jtj[1]).all() and np.isnan(jtr[1]).all()
+    steps = 1e-5 * (evaluator.upper - evaluator.lower)
+    rows = np.concatenate([middle + np.diag(steps), middle - np.diag(steps)])
+    jacobian = np.subtract(*np.split(evaluator.residuals(rows), 2)) / (2 * steps[:, None])
+    scale = np.sqrt(np.outer(np.diag(jtj[0]), np.diag(jtj[0])))
+    assert np.abs((jacobian @ jacobian.T - jtj[0]) / scale).max() < 1e-3
+    assert np.abs((jacobian @ residuals[0] - jtr[0]) / np.sqrt(np.diag(jtj[0]))).max() < 1e-3
+    with pytest.raises(ll.UsageError, match="u-sva has no residuals"):
+        ll.Evaluator(drive, "idm", gof="u-sva").residuals(middle)
+    with pytest.raises(ll.UsageError, match=r"expected an array of shape \(n, 6\)"):
+        evaluator.normal_equations(middle[1:])
+
+
 def test_tables_of_simulations(fit: ll.Fit, drive: ll.Drive) -> None:
     pytest.importorskip("pandas")
     frame = fit.simulate(drive).to_pandas()

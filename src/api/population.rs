@@ -4,9 +4,11 @@ use super::calibration::{Calibration, Prepared};
 use super::drive::Drive;
 use super::error::{Error, Usage};
 use crate::evaluator::{Evaluator as Inner, Population, Score};
+use crate::lanes::Lanes;
 use crate::reference::Trace;
 use crate::rescore;
 use rayon::prelude::*;
+use std::cell::OnceCell;
 
 /// Scores candidates of one model on one or several drives.
 ///
@@ -19,8 +21,10 @@ use rayon::prelude::*;
 /// ```
 pub struct Evaluator {
     inner: Box<dyn Inner>,
-    prepared: Prepared,
-    free: Vec<usize>,
+    pub(super) prepared: Prepared,
+    pub(super) free: Vec<usize>,
+    /// The same cases in f64; made when derivatives are asked for.
+    pub(super) exact: OnceCell<Lanes>,
     /// The candidates of a call that can be simulated, and their scores.
     population: Population,
     scores: Vec<Score>,
@@ -40,7 +44,7 @@ impl Calibration {
         let inner = self.build(&prepared.reference)?;
         let free = prepared.space.free();
         let population = Population::new(&prepared.space.symbols);
-        Ok(Evaluator { inner, prepared, free, population, scores: Vec::new() })
+        Ok(Evaluator { inner, prepared, free, exact: OnceCell::new(), population, scores: Vec::new() })
     }
 }
 
@@ -77,12 +81,7 @@ impl Evaluator {
     /// When the number of values is no multiple of the number of parameters, or the evaluator fails.
     pub fn scores(&mut self, candidates: &[f64]) -> Result<Vec<f64>, Error> {
         let whole = self.whole(candidates)?;
-        let (space, cases) = (&self.prepared.space, self.prepared.reference.cases());
-        let can_be = |candidate: &Vec<f64>| {
-            let parameters = space.parameters(candidate);
-            cases.iter().all(|case| case.check(&parameters).is_ok())
-        };
-        let possible: Vec<bool> = whole.iter().map(can_be).collect();
+        let possible: Vec<bool> = whole.iter().map(|candidate| self.is_possible(candidate)).collect();
         self.population.clear();
         whole.iter().zip(&possible).filter(|(_, possible)| **possible).for_each(|(one, _)| self.population.push(one));
         self.scores.clear();
@@ -131,8 +130,14 @@ impl Evaluator {
         format!("{} ({}){on}", self.inner.name(), self.inner.precision())
     }
 
+    /// True if the equations allow the values of a whole candidate.
+    pub(super) fn is_possible(&self, candidate: &[f64]) -> bool {
+        let parameters = self.prepared.space.parameters(candidate);
+        self.prepared.reference.cases().iter().all(|case| case.check(&parameters).is_ok())
+    }
+
     /// Candidates with the fixed parameters in their places.
-    fn whole(&self, candidates: &[f64]) -> Result<Vec<Vec<f64>>, Error> {
+    pub(super) fn whole(&self, candidates: &[f64]) -> Result<Vec<Vec<f64>>, Error> {
         let width = self.free.len();
         if width == 0 || !candidates.len().is_multiple_of(width) {
             let names = self.parameters().join(", ");

@@ -119,7 +119,8 @@ pub const CONDITIONED_IN_F64: f64 = 100.0;
 /// in which the roundings of 9000 steps grow.
 pub const SAME_IN_F64: f64 = 0.995;
 
-/// Relative, optimum of a calibration scored in f64: the search ends in f64 on every evaluator, once f32 has found the basin.
+/// Relative, optimum of a calibration by L-SHADE scored in f64: it ends where its candidates are nearly one, by scores of which f32 rounds 1e-6
+/// away, and on the flat ground of L-CTH that leaves half of this.
 pub const SAME_OPTIMUM: f64 = 1e-4;
 
 /// Sine of the grade, table whose nodes were thinned: the error that thinning allows itself, once on either side.

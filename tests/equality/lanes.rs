@@ -197,6 +197,38 @@ fn a_trace_restarts_from_any_state() {
     }
 }
 
+/// Kicks that share blocks do what one does after a past that has it, bit for bit.
+#[test]
+fn kicks_are_changes_of_the_past() {
+    let trajectory = cars::drive(60.0);
+    for name in VARIANTS {
+        let case = cars::case(&trajectory, variant(name), Convention::PAPER);
+        let parameters = cars::spread(variant(name), Convention::PAPER, 1, 11, 0.0).parameters(0);
+        let mut reference = Trace::default();
+        let run = simulate(&case, &parameters, &mut reference);
+        let evaluator = lanes(&case, LanesPrecision::F64);
+        let history = [&reference.s[..], &reference.v, &reference.a];
+        let to = reference.s.len();
+        // More than one block; the last one is left of a kick so hard that the run crashes.
+        let begin = run.first.max(10);
+        let from: Vec<usize> = (begin..to).step_by(((to - begin) / 20).max(1)).collect();
+        let mut kicks: Vec<[f64; 3]> = (0..from.len()).map(|k| [0.01 * (k % 3) as f64, 0.02, 0.0]).collect();
+        *kicks.last_mut().expect("some") = [-1e3, 0.0, 0.0];
+        let together = evaluator.kicked(0, &parameters, history, (&from, &kicks), to).expect("within bounds");
+        assert!(from.len() > Lanes::TRACES && together.len() == from.len());
+        for ((from, kick), states) in from.iter().zip(&kicks).zip(together) {
+            let past = [0, 1, 2].map(|k| {
+                let mut past = history[k][..*from].to_vec();
+                past[from - 1] += kick[k];
+                past
+            });
+            let alone = evaluator.trace(0, &parameters, past.each_ref().map(|p| &p[..]), *from, to).expect("bounds");
+            assert!(states == alone, "{name} from {from}");
+            assert_eq!(states.is_empty(), kick[0] < 0.0, "{name} from {from}");
+        }
+    }
+}
+
 #[test]
 fn scores_follow_from_outcomes() {
     let trajectory = cars::drive(60.0);

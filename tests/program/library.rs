@@ -45,6 +45,68 @@ fn a_calibration() {
     assert!(stopped.intervals().is_empty() && stopped.score().is_finite());
 }
 
+/// On two drives of unequal length, for a measure with weights, and with a convention that refuses candidates at a bound.
+#[test]
+fn residuals_and_normal_equations() {
+    let drives = [(1, 40.0), (2, 60.0)].map(|(seed, s)| synthetic(seed, s).and_then(|m| m.follower(1)).expect("sound"));
+    let drives = [&drives[0], &drives[1]];
+    let samples: usize = drives.iter().map(|drive| drive.len()).sum();
+    for (model, gof) in [("idm", "nrmse-sva"), ("gipps+delay+linear", "rmse-sv:1,0.5"), ("l-cth", "rmspe-sv")] {
+        let calibration = calibration_of(model).minimise(gof).and_then(|one| one.precision("f64")).expect("a measure");
+        let mut evaluator = calibration.evaluate_on(&drives).expect("it can be");
+        let (lower, upper) = (evaluator.lower(), evaluator.upper());
+        let p = lower.len();
+        let at = |share: f64| -> Vec<f64> { lower.iter().zip(&upper).map(|(a, b)| a + share * (b - a)).collect() };
+        let whole = [at(0.3), at(0.5)].concat();
+        let scores = evaluator.scores(&whole).expect("they can be");
+        let (residuals, equations) =
+            (evaluator.residuals(&whole).expect("a norm"), evaluator.normal_equations(&whole).expect("a norm"));
+        assert!(scores.iter().any(|score| score.is_finite()), "{model}: {scores:?}");
+        for (i, score) in scores.into_iter().enumerate() {
+            let own = &equations[i];
+            assert_eq!(residuals[i].len(), 3 * samples);
+            if score.is_infinite() {
+                assert!(own.rtr.is_infinite() && own.jtj.iter().chain(&own.jtr).all(|x| x.is_nan()));
+                assert!(residuals[i].iter().all(|r| r.is_infinite()));
+                continue;
+            }
+            let square: f64 = residuals[i].iter().map(|r| r * r).sum();
+            assert!((square / score - 1.0).abs() < 1e-12 && (own.rtr / score - 1.0).abs() < 1e-12, "{model} {score}");
+            // Derivatives of the residuals themselves.
+            let candidate = &whole[i * p..(i + 1) * p];
+            let steps: Vec<f64> = (0..p).map(|j| 1e-5 * (upper[j] - lower[j])).collect();
+            let moved = |j: usize, sign: f64| {
+                let mut moved = candidate.to_vec();
+                moved[j] += sign * steps[j];
+                evaluator.residuals(&moved).expect("a norm").remove(0)
+            };
+            let derivative = |j: usize| -> Vec<f64> {
+                moved(j, 1.0)
+                    .iter()
+                    .zip(moved(j, -1.0))
+                    .map(|(above, below)| (above - below) / (2.0 * steps[j]))
+                    .collect()
+            };
+            let jacobian: Vec<Vec<f64>> = (0..p).map(derivative).collect();
+            let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+            for a in 0..p {
+                let size = dot(&jacobian[a], &jacobian[a]).sqrt();
+                let off = (dot(&jacobian[a], &residuals[i]) - own.jtr[a]).abs();
+                assert!(off <= 1e-3 * size * score.sqrt(), "{model} {a}: {off} of {size}");
+                for b in 0..p {
+                    let sizes = size * dot(&jacobian[b], &jacobian[b]).sqrt();
+                    let off = (dot(&jacobian[a], &jacobian[b]) - own.jtj[a * p + b]).abs();
+                    assert!(off <= 1e-3 * sizes, "{model} {a} {b}: {off} of {sizes}");
+                }
+            }
+        }
+    }
+    let theil = calibration_of("idm").minimise("u-sva").expect("a measure").evaluate_on(&drives).expect("it can be");
+    let error = theil.residuals(&theil.lower()).expect_err("no norm of residuals");
+    assert!(error.is_usage() && error.to_string().starts_with("gof u-sva has no residuals"), "{error}");
+    assert!(theil.normal_equations(&theil.lower()).is_err());
+}
+
 fn calibration_of(model: &str) -> Calibration {
     Calibration::of(model).expect("a variant")
 }

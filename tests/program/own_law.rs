@@ -1,7 +1,7 @@
 //! A law of one's own, in a file: everything that a base model of the paper can do, it can.
 
 use crate::common::program::{fails, ok, scratch, text};
-use leadlag::{Law, Study, read};
+use leadlag::{Calibration, Fit, Law, Study, read, synthetic};
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -21,6 +21,25 @@ struct Parameters {
 fn my_fvdm_law(own: Parameters, x: Perceived) -> f32 {
     let optimal = clamp((x.s - own.d_0) / own.t_h, 0.0, own.v_0);
     return own.kappa * (optimal - x.v_f) + own.lambda * (x.v_l - x.v_f);
+}
+";
+
+/// A law without a kink: the acceleration tends to its bounds as the error of the spacing grows.
+const SMOOTH: &str = "//! A spacing policy whose acceleration has a smooth bound.
+struct Parameters {
+    d_0: f32,
+    t_h: f32,
+    a_max: f32,
+    /// gain for the spacing [1/s^2], 0.01 to 1
+    gain: f32,
+    /// gain for the speed difference [1/s], 0 to 2
+    damping: f32,
+}
+
+fn my_smooth_law(own: Parameters, x: Perceived) -> f32 {
+    let wanted = own.gain * (x.s - own.d_0 - own.t_h * x.v_f) + own.damping * (x.v_l - x.v_f);
+    let share = wanted / own.a_max;
+    return wanted / sqrt(1.0 + share * share);
 }
 ";
 
@@ -76,6 +95,31 @@ fn it_is_calibrated_and_its_result_needs_no_file() {
         .run(&read(&file).expect("sound").follower(1).expect("there"));
     let written = fs::read_to_string(out.join("result.json")).expect("it was written");
     assert_eq!(fit.expect("feasible").to_json(), written);
+}
+
+/// Derivatives know nothing of a law but its text: on a law of a stranger and on laws of others they come as far as a long search by scores,
+/// with a fraction of its simulations. The share is the gain at which a descent ends.
+#[test]
+fn auto_comes_as_far_as_a_long_search() {
+    const LONG: u64 = 40_000;
+    let drive = synthetic(1, 40.0).and_then(|made| made.follower(1)).expect("sound");
+    let stranger = Law::from_text("my_smooth", SMOOTH).and_then(|law| law.with("")).expect("a law");
+    let built_in = ["helly", "fvdm", "iidm"].map(|name| Calibration::of(name).expect("a law"));
+    for calibration in std::iter::once(stranger.calibration()).chain(built_in) {
+        let calibration = calibration.bounds("human").intervals(false);
+        let auto = calibration.run(&drive).expect("feasible");
+        let scored = calibration.clone().optimizer("lshade").expect("there is").max_evaluations(LONG);
+        let long = scored.run(&drive).expect("feasible");
+        let evaluations = |fit: &Fit| {
+            let result: Value = serde_json::from_str(&fit.to_json()).expect("JSON");
+            result["replicates"][0]["evaluations"].as_u64().expect("a number")
+        };
+        let (model, [fast, slow]) = (calibration.model(), [&auto, &long].map(evaluations));
+        let told = format!("{model}: {} after {fast}, {} after {slow}", auto.score(), long.score());
+        println!("{told}");
+        assert!(auto.score() <= long.score() * (1.0 + 1e-6), "{told}");
+        assert!(fast < LONG / 2, "{told}");
+    }
 }
 
 #[test]

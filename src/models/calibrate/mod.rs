@@ -12,7 +12,11 @@ mod tasks;
 
 pub use bound_set::BoundSet;
 pub use each::calibrate_each;
+<<<<<<< HEAD
 pub use homotopy::descent;
+=======
+pub use homotopy::DIFFERENCE;
+>>>>>>> calib
 pub use one_driver::{Apart, apart};
 pub use search::{PROGRAM, SEARCH_REVISION, merit};
 pub use space::{BoundsError, Overrides, SearchSpace, bound_times, checked, read_bounds};

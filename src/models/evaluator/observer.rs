@@ -60,6 +60,11 @@ pub struct Pull {
     pub soft: Option<Soft>,
 }
 
+impl Pull {
+    /// A run as it is.
+    pub const NONE: Pull = Pull { share: 0.0, soft: None };
+}
+
 /// A score with its derivatives with respect to the coordinates of a search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Slopes {
@@ -131,6 +136,13 @@ impl Residuals {
             }
         }
         Residuals { lanes, from: 0, samples, signals: 2, blocks: vec![block] }
+    }
+
+    /// The numbers of one candidate that belong to a signal, sample by sample.
+    pub fn signal(&self, candidate: usize, signal: usize) -> impl Iterator<Item = f64> {
+        let (lanes, lane) = (self.lanes, candidate % self.lanes);
+        let rows = self.blocks[candidate / lanes].chunks_exact(self.signals * lanes);
+        rows.map(move |row| row[signal * lanes + lane])
     }
 
     /// Residuals of s and v of one candidate, sample by sample.

@@ -3,11 +3,12 @@
 //! The score is Σ_k w_k √m_k over signals (and the mean over cases), where m_k is the mean of squared residuals e². Its second
 //! derivatives are taken without those of e (Gauss and Newton), which keeps the form from falling anywhere.
 
-use super::noise::{Free, Noise};
+use super::noise::{Answer, Free, Noise};
 use super::{Exactly, student};
 use crate::calibrate::SearchSpace;
 use crate::convention::Denominators;
 use crate::evaluator::{Case, EvaluateError};
+use crate::lanes::Lanes;
 use crate::reference::Trace;
 use crate::rescore;
 use crate::score::{Accumulation, GoodnessOfFit, Measured, denominator, is_relative};
@@ -330,21 +331,23 @@ impl CaseForm {
         let dt = exactly.cases()[k].dt;
         let n = self.curvature.nrows();
         let samples = self.pulls[0].len();
-        let gradient = |signal: usize, from: usize| -> Result<DVector<f64>, EvaluateError> {
-            let answer = free.kicked(signal, from)?;
+        let gradient = |answer: Answer| {
             let mut sum = DVector::zeros(n);
             for (t, change) in (answer.from..).zip(&answer.change).filter(|(t, _)| *t >= self.first) {
                 for (pulls, change) in self.pulls.iter().zip(change) {
                     sum.axpy(*change, &pulls[t - self.first], 1.0);
                 }
             }
-            Ok(sum)
+            sum
+        };
+        let gradients = |kicks: &[(usize, usize)]| -> Result<Vec<DVector<f64>>, EvaluateError> {
+            Ok(free.kicked(kicks)?.into_iter().map(gradient).collect())
         };
         // The acceleration, as changes of the speed in stretches that follow each other.
         let every = (BETWEEN_S / dt).round().max(1.0) as usize;
-        let starts: Vec<usize> = (free.first..self.first + samples).step_by(every).collect();
-        let kicks: Vec<DVector<f64>> =
-            starts.into_par_iter().map(|from| gradient(1, from)).collect::<Result<_, _>>()?;
+        let speeds: Vec<(usize, usize)> =
+            (free.first..self.first + samples).step_by(every).map(|from| (1, from)).collect();
+        let kicks = speeds.par_chunks(Lanes::TRACES).map(gradients).collect::<Result<Vec<_>, _>>()?.concat();
         let length = every as f64 * dt;
         let mut covariance = DMatrix::zeros(n, n);
         let farthest = (1..kicks.len()).find(|apart| noise.added(length, *apart) < 1e-3 * noise.added(length, 0));
@@ -367,9 +370,9 @@ impl CaseForm {
             }
             covariance.ger(noise.speed.powi(2), &by_speed, &by_speed, 1.0);
         }
-        for (signal, size) in [noise.spacing, noise.speed].into_iter().enumerate() {
-            let start = gradient(signal, free.first)?;
-            covariance.ger(size.powi(2), &start, &start, 1.0);
+        let starts = gradients(&[(0, free.first), (1, free.first)])?;
+        for (start, size) in starts.iter().zip([noise.spacing, noise.speed]) {
+            covariance.ger(size.powi(2), start, start, 1.0);
         }
         // What lasts T is as good as forgotten after 2 T.
         Ok(Some((covariance, samples as f64 * dt / (2.0 * noise.lasts).max(dt))))

@@ -9,6 +9,7 @@ use crate::calibrate::SearchSpace;
 use crate::evaluator::{Case, EvaluateError, Evaluator, Job, Observer, Population};
 use crate::lanes::Lanes;
 use crate::symbols::Parameters;
+use pulp::{Arch, NullaryFnOnce};
 use rayon::prelude::*;
 
 /// An observer that puts the state on the measurement after each step.
@@ -70,10 +71,17 @@ impl Noise {
 
     /// By the errors of the speed in one step, and what each parameter changes of them.
     fn told_by(series: &[Vec<f64>], dt: f64) -> Noise {
+        // Sample by sample.
+        let rows: Vec<f64> = (0..series[0].len()).flat_map(|t| series.iter().map(move |z| z[t])).collect();
         let best = |tried: Vec<[f64; 2]>| {
-            let told = tried.into_par_iter().map(|at| (restricted(series, at[0], (-dt / at[1]).exp()), at));
-            let told: Vec<_> = told.collect();
+            let together = |some: &[[f64; 2]]| {
+                let at = std::array::from_fn(|k| some[k.min(some.len() - 1)]);
+                let told = Arch::new().dispatch(Restricted { rows: &rows, series: series.len(), at, dt });
+                told.into_iter().zip(at).take(some.len()).collect::<Vec<_>>()
+            };
+            let told: Vec<_> = tried.par_chunks(TOGETHER).map(together).collect();
             told.into_iter()
+                .flatten()
                 .max_by(|((one, _), _), ((another, _), _)| one.total_cmp(another))
                 .expect("something is tried")
         };
@@ -111,48 +119,109 @@ fn integrated(time: f64, lasts: f64) -> f64 {
     2.0 * lasts * lasts * (time / lasts - 1.0 + (-time / lasts).exp())
 }
 
-/// Restricted log-likelihood (but for a constant) of the first of some series, in which any multiples of the others may be, and the standard
-/// deviation of an error of the measurement at which it is highest. The model: z_t = m_t + u_t - u_{t-1}, u new at each sample, and m of
-/// standard deviation `ratio` (that of u is 1), of which `keep` stays from a sample to the next. A Kalman filter makes both independent.
-fn restricted(series: &[Vec<f64>], ratio: f64, keep: f64) -> (f64, f64) {
-    let (n, samples) = (series.len(), series[0].len());
-    // Means of m and u of each series, and their covariance, which all share.
-    let (mut mean, mut whitened) = (vec![[0.0; 2]; n], vec![0.0; n]);
-    let (mut mm, mut mu, mut uu) = (ratio * ratio, 0.0, 1.0);
-    let (mut products, mut logarithms) = (vec![0.0; n * n], 0.0);
-    for t in 0..samples {
-        let variance = mm - 2.0 * mu + uu + 1.0;
-        let with_m = mm - mu;
-        let root = variance.sqrt();
-        logarithms += variance.ln();
-        for (k, z) in series.iter().enumerate() {
-            let innovation = z[t] - (mean[k][0] - mean[k][1]);
-            mean[k] = [keep * (mean[k][0] + with_m / variance * innovation), innovation / variance];
-            whitened[k] = innovation / root;
-        }
-        for a in 0..n {
-            (0..=a).for_each(|b| products[a * n + b] += whitened[a] * whitened[b]);
-        }
-        let left = mm - with_m * with_m / variance;
-        mm = keep * keep * left + ratio * ratio * (1.0 - keep * keep);
-        mu = keep * (-with_m / variance);
-        uu = 1.0 - 1.0 / variance;
+/// Noises that are tried side by side: numbers of the widest vector.
+const TOGETHER: usize = 8;
+/// Samples whose variances are multiplied before the logarithm is taken of them. A variance lies between 1 and the square of the largest of
+/// [`RATIO`], so that the product stays far below the largest number.
+const MULTIPLIED: usize = 32;
+
+/// Restricted log-likelihoods (but for a constant) of the first of some series, in which any multiples of the others may be, and the standard
+/// deviations of an error of the measurement at which they are highest; one for each noise that is tried. The model: z_t = m_t + u_t - u_{t-1},
+/// u new at each sample, and m of standard deviation `ratio` (that of u is 1), of which exp(-dt / lasts) stays from a sample to the next. A
+/// Kalman filter makes both independent.
+struct Restricted<'a> {
+    /// The series, sample by sample.
+    rows: &'a [f64],
+    series: usize,
+    /// Ratio and lasts \[s\] of each noise.
+    at: [[f64; 2]; TOGETHER],
+    dt: f64,
+}
+
+/// One number of each noise.
+type Each = [f64; TOGETHER];
+
+#[inline(always)]
+fn each(of: impl Fn(usize) -> f64) -> Each {
+    let mut all = [0.0; TOGETHER];
+    for (w, one) in all.iter_mut().enumerate() {
+        *one = of(w);
     }
+    all
+}
+
+impl NullaryFnOnce for Restricted<'_> {
+    type Output = [(f64, f64); TOGETHER];
+
+    // Loops over noises become vectors of this processor, operation for operation, so that every processor gives the same bits.
+    #[inline(always)]
+    fn call(self) -> Self::Output {
+        let Restricted { rows, series: n, at, dt } = self;
+        let samples = rows.len() / n;
+        let ratio2 = each(|w| at[w][0] * at[w][0]);
+        let keep = each(|w| (-dt / at[w][1]).exp());
+        let keep2 = each(|w| keep[w] * keep[w]);
+        let renewed = each(|w| ratio2[w] * (1.0 - keep2[w]));
+        // Means of m and u of each series, and their covariance, which all share.
+        let (mut mean_m, mut mean_u, mut whitened) =
+            (vec![[0.0; TOGETHER]; n], vec![[0.0; TOGETHER]; n], vec![[0.0; TOGETHER]; n]);
+        let (mut mm, mut mu, mut uu) = (ratio2, [0.0; TOGETHER], [1.0; TOGETHER]);
+        let mut products = vec![[0.0; TOGETHER]; n * (n + 1) / 2];
+        let (mut logarithms, mut multiplied) = ([0.0; TOGETHER], [1.0; TOGETHER]);
+        for (t, row) in rows.chunks_exact(n).enumerate() {
+            let variance = each(|w| mm[w] - 2.0 * mu[w] + uu[w] + 1.0);
+            let with_m = each(|w| mm[w] - mu[w]);
+            let of_u = each(|w| 1.0 / variance[w]);
+            let of_m = each(|w| with_m[w] * of_u[w]);
+            let of_white = each(|w| of_u[w].sqrt());
+            multiplied = each(|w| multiplied[w] * variance[w]);
+            mm = each(|w| keep2[w] * (mm[w] - with_m[w] * of_m[w]) + renewed[w]);
+            mu = each(|w| -keep[w] * of_m[w]);
+            uu = each(|w| 1.0 - of_u[w]);
+            if (t + 1).is_multiple_of(MULTIPLIED) || t + 1 == samples {
+                logarithms = each(|w| logarithms[w] + multiplied[w].ln());
+                multiplied = [1.0; TOGETHER];
+            }
+            for (k, z) in row.iter().enumerate() {
+                let (m, u) = (mean_m[k], mean_u[k]);
+                let innovation = each(|w| z - (m[w] - u[w]));
+                mean_m[k] = each(|w| keep[w] * (m[w] + of_m[w] * innovation[w]));
+                mean_u[k] = each(|w| of_u[w] * innovation[w]);
+                whitened[k] = each(|w| of_white[w] * innovation[w]);
+            }
+            let mut own = products.iter_mut();
+            for a in 0..n {
+                let one = whitened[a];
+                for (another, sums) in whitened[..=a].iter().zip(&mut own) {
+                    let (another, before) = (*another, *sums);
+                    *sums = each(|w| before[w] + one[w] * another[w]);
+                }
+            }
+        }
+        std::array::from_fn(|w| {
+            let products = products.iter().map(|sums| sums[w]).collect();
+            likelihood(products, n, samples, logarithms[w])
+        })
+    }
+}
+
+/// The likelihood from the products of whitened series, the lower triangle row by row, and the sum of the logarithms of the variances.
+fn likelihood(mut products: Vec<f64>, n: usize, samples: usize, logarithms: f64) -> (f64, f64) {
+    let at = |a: usize, b: usize| a.max(b) * (a.max(b) + 1) / 2 + a.min(b);
     // What the others explain is taken out, one after the other.
-    let at = |products: &[f64], a: usize, b: usize| products[a.max(b) * n + a.min(b)];
-    let whole: Vec<f64> = (0..n).map(|a| at(&products, a, a)).collect();
+    let whole: Vec<f64> = (0..n).map(|a| products[at(a, a)]).collect();
     let (mut taken, mut determinant) = (0, 0.0);
     for (pivot, whole) in whole.iter().enumerate().skip(1) {
-        let own = at(&products, pivot, pivot);
+        let own = products[at(pivot, pivot)];
         if own <= OWN * whole {
             continue;
         }
         determinant += own.ln();
         taken += 1;
-        let column: Vec<f64> = (0..n).map(|a| at(&products, a, pivot)).collect();
+        let column: Vec<f64> = (0..n).map(|a| products[at(a, pivot)]).collect();
         for a in (0..n).filter(|a| *a == 0 || *a > pivot) {
             for b in (0..=a).filter(|b| *b == 0 || *b > pivot) {
-                products[a * n + b] -= column[a] * column[b] / own;
+                products[at(a, b)] -= column[a] * column[b] / own;
             }
         }
     }
@@ -203,19 +272,25 @@ impl<'a> Free<'a> {
         Ok(whole.then_some(Free { lanes, case, parameters, first, states }))
     }
 
-    /// What a kick of the spacing (0) or the speed (1) right before a sample does.
-    pub fn kicked(&self, signal: usize, from: usize) -> Result<Answer, EvaluateError> {
+    /// What kicks of the spacing (0) or the speed (1) do, each right before a sample.
+    pub fn kicked(&self, kicks: &[(usize, usize)]) -> Result<Vec<Answer>, EvaluateError> {
         let case = &self.lanes.cases()[self.case];
-        let to = case.s.len().min(from + (FOLLOWED_S / case.dt) as usize);
-        let mut past = [0, 1, 2].map(|k| self.states[k][..from].to_vec());
-        past[signal][from - 1] += KICK;
-        let history = [0, 1, 2].map(|k| past[k].as_slice());
-        let states = self.lanes.trace(self.case, &self.parameters, history, from, to)?;
-        let change = |(t, state): (usize, &[f64; 3])| [0, 1, 2].map(|k| (state[k] - self.states[k][from + t]) / KICK);
-        let mut change: Vec<[f64; 3]> = states.iter().enumerate().map(change).collect();
-        let last = change.iter().rposition(|change| change[0].abs().max(change[1].abs()) > GONE);
-        change.truncate(last.map_or(0, |last| last + 1));
-        Ok(Answer { from, change })
+        let followed = (FOLLOWED_S / case.dt) as usize;
+        let from: Vec<usize> = kicks.iter().map(|(_, from)| *from).collect();
+        let size = |(signal, _): &(usize, usize)| std::array::from_fn(|k| if k == *signal { KICK } else { 0.0 });
+        let sizes: Vec<[f64; 3]> = kicks.iter().map(size).collect();
+        let to = case.s.len().min(from.iter().max().unwrap_or(&0) + followed);
+        let past = [0, 1, 2].map(|k| self.states[k].as_slice());
+        let traces = self.lanes.kicked(self.case, &self.parameters, past, (&from, &sizes), to)?;
+        let answer = |(from, states): (usize, Vec<[f64; 3]>)| {
+            let change =
+                |(t, state): (usize, &[f64; 3])| [0, 1, 2].map(|k| (state[k] - self.states[k][from + t]) / KICK);
+            let mut change: Vec<[f64; 3]> = states.iter().take(followed).enumerate().map(change).collect();
+            let last = change.iter().rposition(|change| change[0].abs().max(change[1].abs()) > GONE);
+            change.truncate(last.map_or(0, |last| last + 1));
+            Answer { from, change }
+        };
+        Ok(from.into_iter().zip(traces).map(answer).collect())
     }
 }
 
@@ -223,6 +298,7 @@ impl<'a> Free<'a> {
 mod tests {
     use super::*;
     use crate::optimize::{normal, stream};
+    use nalgebra::DMatrix;
 
     /// Noise of known size comes back, also where parameters have taken out a part of it.
     #[test]
@@ -264,6 +340,36 @@ mod tests {
                 let middle = sizes[sizes.len() / 2];
                 assert!((middle - 1.0).abs() < within, "{middle} of {acceleration} {lasts} {speed}, {samples} samples");
             }
+        }
+    }
+
+    /// Against the likelihood by the covariance of all samples, which needs no filter.
+    #[test]
+    fn likelihoods_are_those_of_the_whole_covariance() {
+        let (samples, n, dt) = (50, 4, 0.1);
+        let mut rng = stream(5, 0, 0, 0);
+        let rows: Vec<f64> = (0..samples * n).map(|_| normal(&mut rng)).collect();
+        let at =
+            std::array::from_fn(|w| [[0.0, 0.01, 0.3, 1.0, 3.0, 50.0, 1000.0, 2.0][w], 0.05 * 1.9_f64.powi(w as i32)]);
+        let told = Arch::new().dispatch(Restricted { rows: &rows, series: n, at, dt });
+        for ([ratio, lasts], (likelihood, deviation)) in at.into_iter().zip(told) {
+            let covariance = DMatrix::from_fn(samples, samples, |a, b| {
+                let of_errors = [2.0, -1.0].get(a.abs_diff(b)).copied().unwrap_or(0.0);
+                ratio * ratio * (-dt / lasts * a.abs_diff(b) as f64).exp() + of_errors
+            });
+            let z = DMatrix::from_row_slice(samples, n, &rows);
+            let factor = covariance.cholesky().expect("a covariance");
+            let white = factor.l().solve_lower_triangular(&z).expect("it is regular");
+            let (y, x) = (white.column(0).into_owned(), white.columns(1, n - 1).into_owned());
+            let normal = x.tr_mul(&x).cholesky().expect("independent");
+            let left = y.norm_squared() - x.tr_mul(&y).dot(&normal.solve(&x.tr_mul(&y)));
+            let freedom = (samples - n + 1) as f64;
+            let expected = -0.5
+                * (2.0 * factor.l().diagonal().map(f64::ln).sum()
+                    + 2.0 * normal.l().diagonal().map(f64::ln).sum()
+                    + freedom * (left / freedom).ln());
+            assert!((likelihood / expected - 1.0).abs() < 1e-8, "{ratio} {lasts}: {likelihood} {expected}");
+            assert!((deviation / (left / freedom).sqrt() - 1.0).abs() < 1e-8, "{ratio} {lasts}: {deviation}");
         }
     }
 

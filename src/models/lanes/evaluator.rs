@@ -2,8 +2,13 @@
 
 use super::compile::error::LanesError;
 use super::compile::model::Model;
+<<<<<<< HEAD
 use super::run::core::{Core, Finished, History};
 use super::run::products::{Bins, Differences, Products};
+=======
+use super::run::core::{Core, Finished, History, Traces};
+use super::run::products::Differences;
+>>>>>>> calib
 use super::run::real::Real;
 use super::run::simd::InstructionSet;
 use super::run::stream::Stream;
@@ -42,7 +47,7 @@ fn unknown(found: &str) -> UnknownWord {
 #[derive(Debug)]
 enum Engine {
     F32(Box<Core<f32, 128, 32>>),
-    F64(Box<Core<f64, 64, 16>>),
+    F64(Box<Core<f64, 64, { Lanes::TRACES }>>),
 }
 
 impl Engine {
@@ -282,6 +287,7 @@ impl Lanes {
         })
     }
 
+<<<<<<< HEAD
     /// Sums of products of the errors of pulled runs and of their derivatives, bin by bin; in the order of `differences`, `None` where a
     /// run fails.
     ///
@@ -318,6 +324,21 @@ impl Lanes {
         with_engine!(self.observing()?, core => core.squares(&self.cases, job, &settings, &observers, bins))
     }
 
+=======
+    /// Residuals of free runs whose squares add up to the score, one vector per candidate: those of spacing, then of speed, then of
+    /// acceleration, one per sample of the drive; 0 before the first simulated sample and of a signal that is not compared. What stands
+    /// in the vector of a run that fails means nothing.
+    ///
+    /// # Errors
+    /// [`EvaluateError::Delay`], [`EvaluateError::Model`].
+    pub fn norm_residuals(&self, job: &Job<'_>) -> Result<Vec<Vec<f64>>, EvaluateError> {
+        let (settings, observers) = self.pulling(job, Pull::NONE);
+        with_engine!(self.observing()?, core => {
+            core.norm_residuals(&self.cases, job, &settings, &observers)
+        })
+    }
+
+>>>>>>> calib
     fn pulling(&self, job: &Job<'_>, pull: Pull) -> (Settings, Vec<Observer>) {
         let adding = Adding::One(self.gof.accumulation());
         let counts = self.cases[job.case].convention.bounds == BoundRule::Reject;
@@ -353,15 +374,48 @@ impl Lanes {
         from: usize,
         to: usize,
     ) -> Result<Vec<[f64; 3]>, EvaluateError> {
-        assert!(from > 0, "a step needs a state to start from");
-        let history: History = history.map(|signal| &signal[..from]);
+        self.traces(case, parameters, history, Traces { from: &[from], kicks: &[], to })
+            .map(|mut traces| traces.remove(0))
+    }
+
+    /// The same from each of some samples, where a kick adds something to spacing, speed and acceleration at the sample before. Samples that
+    /// are near each other share a block of [`Lanes::TRACES`].
+    ///
+    /// # Errors
+    /// [`EvaluateError::Delay`].
+    ///
+    /// # Panics
+    /// If a sample is 0, or the history is shorter.
+    pub fn kicked(
+        &self,
+        case: usize,
+        parameters: &Parameters,
+        history: [&[f64]; 3],
+        (from, kicks): (&[usize], &[[f64; 3]]),
+        to: usize,
+    ) -> Result<Vec<Vec<[f64; 3]>>, EvaluateError> {
+        assert_eq!(from.len(), kicks.len(), "one kick per sample");
+        self.traces(case, parameters, history, Traces { from, kicks, to })
+    }
+
+    /// Traces that share a block.
+    pub const TRACES: usize = 16;
+
+    fn traces(
+        &self,
+        case: usize,
+        parameters: &Parameters,
+        history: History<'_>,
+        traces: Traces<'_>,
+    ) -> Result<Vec<Vec<[f64; 3]>>, EvaluateError> {
+        assert!(traces.from.iter().all(|from| *from > 0), "a step needs a state to start from");
         let symbols = self.cases[case].variant.parameters();
         let mut population = Population::new(&symbols);
         population.push(&symbols.iter().map(|symbol| parameters.get(*symbol)).collect::<Vec<_>>());
         let compensated = self.compensated();
         with_engine!(&self.engine, core => {
             let settings = settings(Adding::All, compensated, true, None);
-            core.trace(&self.cases[case], case, &population, &settings, history, to)
+            core.traces(&self.cases[case], case, &population, &settings, history, traces)
         })
     }
 

@@ -1,10 +1,12 @@
 //! Calibrations on the reference, in lanes and on the GPU, over all of Table 3 and as a user starts them, end at the same optimum.
+//!
+//! L-SHADE searches by the scores of the evaluator. `auto` has derivatives of its own in f64, so that the evaluator beside it changes nothing.
 
 use crate::common;
 use crate::common::followers::{self, Follower};
 use crate::common::gpu::skipped;
 use crate::common::tolerance::SAME_OPTIMUM;
-use leadlag::internal::calibrate::{Calibration, Stop, calibrate};
+use leadlag::internal::calibrate::{Calibration, OptimizerKind, Replicate, Stop, calibrate};
 use leadlag::internal::catalog::Variant;
 use leadlag::internal::convention::Convention;
 use leadlag::internal::evaluator::Evaluator;
@@ -23,6 +25,8 @@ const GOF: GoodnessOfFit = GoodnessOfFit::NRMSE_SVA;
 /// samples IDM has two, 5 % apart.
 const SAMPLES: usize = 3000;
 const EVALUATIONS: u64 = 16_000;
+/// Samples where it does not matter what is found.
+const SHORT: usize = 600;
 
 #[test]
 fn calibrations_end_at_the_same_optimum() {
@@ -37,11 +41,25 @@ fn calibrations_end_at_the_same_optimum() {
     assert!(wrong.is_empty(), "other optima, after scoring in f64:\n{}", wrong.join("\n"));
 }
 
-/// What is wrong with the optima of a variant: each evaluator calibrates with the settings of `leadlag calibrate`.
-fn compare(follower: &Follower, id: u32, no_gpu: bool) -> Vec<String> {
-    let variant = Variant::from_id(id).expect("a variant of the paper");
-    let (case, space) = (follower.case(variant, AUTHORS), follower.space(variant, AUTHORS));
-    let cases = || vec![case.clone()];
+#[test]
+fn auto_gives_the_same_bytes_whatever_the_evaluator() {
+    let name = "auto_gives_the_same_bytes_whatever_the_evaluator";
+    let Some(shared) = common::shared(name) else { return };
+    let follower = followers::all(&shared).remove(0).cut(SHORT);
+    let mut first: Option<Replicate> = None;
+    for mut evaluator in evaluators(&follower, variant(28), skipped(name)) {
+        let found = found(evaluator.as_mut(), &follower, OptimizerKind::Auto);
+        assert!(found.score.is_finite() && !found.near.is_empty(), "{}: {found:?}", evaluator.name());
+        assert_eq!(*first.get_or_insert_with(|| found.clone()), found, "{}", evaluator.name());
+    }
+}
+
+fn variant(id: u32) -> Variant {
+    Variant::from_id(id).expect("a variant of the paper")
+}
+
+fn evaluators(follower: &Follower, variant: Variant, no_gpu: bool) -> Vec<Box<dyn Evaluator>> {
+    let cases = || vec![follower.case(variant, AUTHORS)];
     let mut evaluators: Vec<Box<dyn Evaluator>> = vec![
         Box::new(Reference::new(cases(), GOF)),
         Box::new(Lanes::new(cases(), GOF, LanesPrecision::Plain).expect("a variant that runs")),
@@ -50,14 +68,27 @@ fn compare(follower: &Follower, id: u32, no_gpu: bool) -> Vec<String> {
         let gpu = Gpu::new(cases(), GOF, Precision::Plain, &AdapterChoice::Best).unwrap_or_else(|e| panic!("{e}"));
         evaluators.push(Box::new(gpu));
     }
+    evaluators
+}
+
+/// What a calibration with the settings of `leadlag calibrate` finds.
+fn found(evaluator: &mut dyn Evaluator, follower: &Follower, optimizer: OptimizerKind) -> Replicate {
+    let variant = *evaluator.variant();
+    let space = follower.space(variant, AUTHORS);
+    let stop = Stop { max_evaluations: EVALUATIONS, ..Stop::default() };
+    let settings = Calibration { optimizer, seed: 1, stop, ..Calibration::default() };
+    calibrate(evaluator, &space, &settings, &mut |_| ControlFlow::Continue(()))
+        .unwrap_or_else(|e| panic!("{variant}: {e}"))
+        .remove(0)
+}
+
+/// What is wrong with the optima of a variant.
+fn compare(follower: &Follower, id: u32, no_gpu: bool) -> Vec<String> {
+    let variant = variant(id);
     let (mut wrong, mut first) = (Vec::new(), None);
-    for evaluator in &mut evaluators {
+    for mut evaluator in evaluators(follower, variant, no_gpu) {
         let started = Instant::now();
-        let stop = Stop { max_evaluations: EVALUATIONS, ..Stop::default() };
-        let settings = Calibration { seed: 1, stop, ..Calibration::default() };
-        let found = calibrate(evaluator.as_mut(), &space, &settings, &mut |_| ControlFlow::Continue(()))
-            .unwrap_or_else(|e| panic!("{variant}: {e}"))
-            .remove(0);
+        let found = found(evaluator.as_mut(), follower, OptimizerKind::Lshade);
         let expected = *first.get_or_insert(found.score);
         let (difference, seconds) = ((found.score - expected) / expected, started.elapsed().as_secs_f64());
         let line = format!(

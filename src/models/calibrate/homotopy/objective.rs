@@ -11,8 +11,8 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Finite difference in a coordinate: far above what f64 rounds away, far below what curves.
-const STEP: f64 = 1e-6;
+/// Finite difference in a coordinate, a share of its range: far above what f64 rounds away, far below what curves.
+pub const DIFFERENCE: f64 = 1e-6;
 
 /// The mean score of a variant over some cases.
 #[derive(Debug, Clone)]
@@ -108,7 +108,7 @@ impl Surface for Objective<'_> {
         let moved: Vec<usize> = (0..n).filter(|i| !held.contains(i)).collect();
         let (mut all, mut differences) = (Vec::new(), Vec::new());
         for place in places {
-            let step = |i: &usize| if place[*i] + STEP > 1.0 { -STEP } else { STEP };
+            let step = |i: &usize| if place[*i] + DIFFERENCE > 1.0 { -DIFFERENCE } else { DIFFERENCE };
             differences.push(Differences { first: all.len(), steps: moved.iter().map(step).collect() });
             all.push((*place).clone());
             for i in &moved {

@@ -9,7 +9,7 @@ const TOGETHER: usize = 10;
 /// A sweep that moves no coordinate, each of a range of 1, by more than this is the last one.
 const STANDS: f64 = 1e-12;
 
-/// The step d from `lower` to `upper` with the least g'd + d'Hd/2, H with a diagonal above 0.
+/// The step d from `lower` to `upper` with the least g'd + d'Hd/2, H symmetric with a diagonal above 0.
 pub fn lowest(gradient: &DVector<f64>, curvature: &DMatrix<f64>, lower: &[f64], upper: &[f64]) -> DVector<f64> {
     let n = gradient.len();
     let value = |d: &DVector<f64>| gradient.dot(d) + 0.5 * d.dot(&(curvature * d));
@@ -17,7 +17,7 @@ pub fn lowest(gradient: &DVector<f64>, curvature: &DMatrix<f64>, lower: &[f64], 
     for sweep in 1..=SWEEPS {
         let mut moved = 0.0_f64;
         for j in 0..n {
-            let slope = gradient[j] + curvature.row(j).transpose().dot(&step);
+            let slope = gradient[j] + curvature.column(j).dot(&step);
             let next = (step[j] - slope / curvature[(j, j)]).clamp(lower[j], upper[j]);
             moved = moved.max((next - step[j]).abs());
             step[j] = next;

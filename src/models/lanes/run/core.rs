@@ -26,6 +26,17 @@ pub struct Finished {
 /// The state at the samples before a traced run: spacing, speed, acceleration.
 pub type History<'a> = [&'a [f64]; 3];
 
+/// What is traced of a candidate.
+#[derive(Debug, Clone, Copy)]
+pub struct Traces<'a> {
+    /// First sample of each trace.
+    pub from: &'a [usize],
+    /// Added to spacing, speed and acceleration right before each of these; empty without.
+    pub kicks: &'a [[f64; 3]],
+    /// One past the last sample.
+    pub to: usize,
+}
+
 /// Blocks of one size.
 #[derive(Debug)]
 struct Blocks<T, const L: usize> {
@@ -168,6 +179,7 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
             columns,
             candidates: &plan.order[part.from..part.to],
             history: None,
+            kicks: &[],
             end: stream.samples(),
             trace: None,
             observers: &[],
@@ -414,6 +426,37 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         Ok(failed.iter().enumerate().map(|(i, failed)| failed.is_none().then(|| squares.of(i))).collect())
     }
 
+    /// Residuals whose squares add up to the goodness of fit, one vector per candidate: spacing, speed and acceleration, sample by sample.
+    pub fn norm_residuals(
+        &self,
+        cases: &[Case],
+        job: &Job<'_>,
+        settings: &Settings,
+        observers: &[Observer],
+    ) -> Result<Vec<Vec<f64>>, EvaluateError> {
+        let samples = self.streams[job.case].samples();
+        let mut all = vec![vec![0.0; 3 * samples]; job.population.len()];
+        let mut each = |stretch: &Residuals| {
+            all.par_iter_mut().enumerate().for_each(|(candidate, residuals)| {
+                for (signal, residuals) in residuals.chunks_exact_mut(samples).enumerate() {
+                    let numbers = stretch.signal(candidate, signal);
+                    residuals[stretch.from..].iter_mut().zip(numbers).for_each(|(residual, number)| *residual = number);
+                }
+            });
+        };
+        let (plan, _) = self.stretches(cases, job, (settings, observers), Leaving::Weighted, &mut each)?;
+        for (residuals, candidate) in all.iter_mut().zip(&plan.order) {
+            let norm = &self.streams[job.case].norms[candidate.first];
+            for (signal, residuals) in residuals.chunks_exact_mut(samples).enumerate() {
+                let [weight, per_count] = [norm.weight[signal], norm.per_count[signal]].map(T::to_f64);
+                let square: f64 = residuals.iter().map(|error| error * error).sum();
+                let factor = if square > 0.0 { (weight * (per_count / square).sqrt()).sqrt() } else { 0.0 };
+                residuals.iter_mut().for_each(|error| *error *= factor);
+            }
+        }
+        Ok(all)
+    }
+
     /// All blocks go on by a stretch of samples, and leave their residuals to `each`; in the end, which runs failed.
     fn leave<const L: usize>(
         &self,
@@ -463,43 +506,54 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         failed
     }
 
-    /// The states of one candidate from sample `from` to `to` - 1, after a given past.
-    pub fn trace(
+    /// The states of one candidate after a given past; each trace ends where its run fails.
+    pub fn traces(
         &self,
         case: &Case,
         index: usize,
         population: &Population,
         settings: &Settings,
         history: History<'_>,
-        to: usize,
-    ) -> Result<Vec<[f64; 3]>, EvaluateError> {
-        let from = history[0].len();
+        Traces { from, kicks, to }: Traces<'_>,
+    ) -> Result<Vec<Vec<[f64; 3]>>, EvaluateError> {
         let stream = &self.streams[index];
-        let candidate = Candidate { first: from, ..candidate(case, stream.longest, 0, 0, &population.parameters(0))? };
-        // No step looks farther back than a workspace remembers.
-        let begin = from.saturating_sub(self.longest() + 2);
-        let past: Vec<[T; 3]> = (begin..from).map(|t| [0, 1, 2].map(|k| T::of(history[k][t]))).collect();
-        let mut states = Vec::new();
-        let jobs = [Job { case: index, population }];
+        let one = candidate(case, stream.longest, 0, 0, &population.parameters(0))?;
+        let kicks: Vec<[T; 3]> = kicks.iter().map(|kick| kick.map(T::of)).collect();
+        let (jobs, end) = ([Job { case: index, population }], to.min(stream.samples()));
         let columns = self.columns(&jobs);
-        let mut run = Run {
-            settings,
-            stream,
-            jobs: &jobs,
-            columns: &columns,
-            candidates: &[candidate],
-            history: Some((begin, &past)),
-            end: to.min(stream.samples()),
-            trace: Some(&mut states),
-            observers: &[],
-            record: None,
-            residuals: None,
-            weighted: None,
-        };
-        let mut workspace = self.small.take(self.longest());
-        self.run_whole(&self.small.program, &mut workspace, &mut run);
-        self.small.put(workspace);
-        Ok(states.split_off((from - begin).min(states.len())))
+        let mut all = Vec::with_capacity(from.len());
+        for (part, from) in from.chunks(B).enumerate() {
+            let candidates: Vec<Candidate> = from.iter().map(|&first| Candidate { first, ..one }).collect();
+            let (first, last) = (from.iter().min().unwrap_or(&0), from.iter().max().unwrap_or(&0));
+            // No step looks farther back than a workspace remembers.
+            let begin = first.saturating_sub(self.longest() + 2);
+            let past: Vec<[T; 3]> = (begin..*last).map(|t| [0, 1, 2].map(|k| T::of(history[k][t]))).collect();
+            let mut states = Vec::with_capacity((end - begin.min(end)) * from.len());
+            let mut run = Run {
+                settings,
+                stream,
+                jobs: &jobs,
+                columns: &columns,
+                candidates: &candidates,
+                history: Some((begin, &past)),
+                kicks: kicks.get(part * B..).unwrap_or(&[]),
+                end,
+                trace: Some(&mut states),
+                observers: &[],
+                record: None,
+                residuals: None,
+                weighted: None,
+            };
+            let mut workspace = self.small.take(self.longest());
+            self.run_whole(&self.small.program, &mut workspace, &mut run);
+            for (lane, from) in from.iter().enumerate() {
+                let failed = workspace.raw(lane, settings).failure().map_or(end, |failure| failure.step + 1);
+                let own = states.iter().skip(lane).step_by(candidates.len()).take(failed.saturating_sub(begin));
+                all.push(own.skip(from - begin).copied().collect());
+            }
+            self.small.put(workspace);
+        }
+        Ok(all)
     }
 }
 

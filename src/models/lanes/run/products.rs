@@ -57,9 +57,11 @@ const STRIDE: usize = 8;
 pub struct Products<'a> {
     of: &'a Differences,
     bins: Bins<'a>,
-    /// Numbers in a row of `sums`, a multiple of [`STRIDE`].
+    /// Numbers in a row of a matrix of `sums`, and rows: a multiple of [`STRIDE`].
     width: usize,
-    /// One matrix per bin and signal, row by row; only from the diagonal on.
+    /// How far each coordinate is moved; first and behind the last 1.
+    steps: Vec<f64>,
+    /// One matrix per bin and signal, row by row; only from the diagonal on. What goes beyond the coordinates means nothing.
     sums: Vec<f64>,
     /// The differences of a stretch, sample by sample.
     stretch: Vec<f64>,
@@ -73,15 +75,16 @@ impl<'a> Products<'a> {
     }
 
     pub(super) fn in_bins(of: &'a Differences, bins: Bins<'a>) -> Products<'a> {
-        let rows = of.steps.len() + 1;
-        let width = rows.next_multiple_of(STRIDE);
-        let sums = vec![0.0; bins.count * SIGNALS * rows * width];
-        Products { of, bins, width, sums, stretch: Vec::new(), past: vec![0.0; bins.mean * width] }
+        let width = (of.steps.len() + 1).next_multiple_of(STRIDE);
+        let mut steps = vec![1.0; width];
+        steps[1..=of.steps.len()].copy_from_slice(&of.steps);
+        let sums = vec![0.0; bins.count * SIGNALS * width * width];
+        Products { of, bins, width, steps, sums, stretch: Vec::new(), past: vec![0.0; bins.mean * width] }
     }
 
     /// Where the sums of a bin and signal begin, and how many they are.
     fn place(&self, bin: usize, signal: usize) -> Range<usize> {
-        let size = (self.of.steps.len() + 1) * self.width;
+        let size = self.width * self.width;
         let first = (bin * SIGNALS + signal) * size;
         first..first + size
     }
@@ -124,12 +127,7 @@ impl<'a> Products<'a> {
         if self.stretch.iter().all(|number| *number == 0.0) {
             return false;
         }
-        for differences in self.stretch.chunks_exact_mut(width) {
-            let error = differences[0];
-            for (difference, step) in differences[1..].iter_mut().zip(&self.of.steps) {
-                *difference = (*difference - error) / step;
-            }
-        }
+        Arch::new().dispatch(Differ { differences: &mut self.stretch, steps: &self.steps });
         true
     }
 
@@ -194,11 +192,30 @@ impl<'a> Products<'a> {
     }
 }
 
-/// Adds the products of the differences of a stretch.
+/// Turns what the candidates have, sample by sample, into differences.
+struct Differ<'a> {
+    differences: &'a mut [f64],
+    steps: &'a [f64],
+}
+
+/// Adds the products of differences.
 struct Add<'a> {
     sums: &'a mut [f64],
     differences: &'a [f64],
     width: usize,
+}
+
+impl WithSimd for Differ<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        for differences in self.differences.chunks_exact_mut(self.steps.len()) {
+            let error = differences[0];
+            differences.iter_mut().zip(self.steps).for_each(|(d, step)| *d = (*d - error) / step);
+            differences[0] = error;
+        }
+    }
 }
 
 // Written with vectors, because loops over numbers become vectors of the oldest processor, or none. Every sum goes from sample to sample,
@@ -208,14 +225,22 @@ impl WithSimd for Add<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        for differences in self.differences.chunks_exact(self.width) {
-            for (i, (sums, d_i)) in self.sums.chunks_exact_mut(self.width).zip(differences).enumerate() {
-                let from = i / STRIDE * STRIDE;
-                let d_i = simd.splat_f64s(*d_i);
-                let (sums, _) = S::as_mut_simd_f64s(&mut sums[from..]);
-                let (d, _) = S::as_simd_f64s(&differences[from..]);
-                for (sum, d_j) in sums.iter_mut().zip(d) {
-                    *sum = simd.add_f64s(*sum, simd.mul_f64s(d_i, *d_j));
+        let (lanes, width) = (S::F64_LANES, self.width);
+        // Tiles of as many sums as stay in registers.
+        for (block, rows) in self.sums.chunks_exact_mut(STRIDE * width).enumerate() {
+            for column in block * STRIDE / lanes..width / lanes {
+                let mut tile = [simd.splat_f64s(0.0); STRIDE];
+                for (sums, row) in tile.iter_mut().zip(rows.chunks_exact(width)) {
+                    *sums = S::as_simd_f64s(row).0[column];
+                }
+                for differences in self.differences.chunks_exact(width) {
+                    let d_j = S::as_simd_f64s(differences).0[column];
+                    for (sums, d_i) in tile.iter_mut().zip(&differences[block * STRIDE..]) {
+                        *sums = simd.add_f64s(*sums, simd.mul_f64s(simd.splat_f64s(*d_i), d_j));
+                    }
+                }
+                for (sums, row) in tile.iter().zip(rows.chunks_exact_mut(width)) {
+                    S::as_mut_simd_f64s(row).0[column] = *sums;
                 }
             }
         }

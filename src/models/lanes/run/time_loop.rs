@@ -58,9 +58,11 @@ pub struct Run<'a, T> {
     pub candidates: &'a [Candidate],
     /// The run begins at this sample, and has these states at the samples from there to its first, instead of the measured ones.
     pub history: Option<(usize, &'a [[T; 3]])>,
+    /// Added to the state at the sample before the first one of each candidate; empty without.
+    pub kicks: &'a [[T; 3]],
     /// One past the last sample.
     pub end: usize,
-    /// Receives the state of the first lane, sample by sample.
+    /// Receives the states of all candidates, sample by sample.
     pub trace: Option<&'a mut Vec<[f64; 3]>>,
     /// One per candidate of the population; empty without.
     pub observers: &'a [Observer],
@@ -300,7 +302,8 @@ pub fn run<T: Real, const L: usize>(
         }
         if let Some(trace) = what.trace.as_deref_mut() {
             let home = &model.homes[here];
-            trace.push([0, 1, 2].map(|k| w.registers.row(home[k])[0].to_f64()));
+            let state = |lane: usize| [0, 1, 2].map(|k| w.registers.row(home[k])[lane].to_f64());
+            trace.extend((0..what.candidates.len()).map(state));
         }
         if let Some(record) = what.record.as_deref_mut() {
             let home = &model.homes[here];
@@ -475,7 +478,10 @@ fn start<T: Real, const L: usize>(
     let mut closed = 0;
     for lane in (0..L).filter(|lane| t < w.first[*lane]).collect::<Vec<_>>() {
         let computed = [w.registers.row(model.start_s)[lane], stream.measured[1][t], stream.measured[2][t]];
-        let state = what.history.map_or(computed, |(begin, states)| states[t - begin]);
+        let mut state = what.history.map_or(computed, |(begin, states)| states[t - begin]);
+        if let Some(kick) = what.kicks.get(lane).filter(|_| t + 1 == w.first[lane]) {
+            state = [0, 1, 2].map(|k| state[k] + kick[k]);
+        }
         let motion = model.homes[home].len() - model.memory.len();
         for (k, row) in model.homes[home].iter().enumerate() {
             w.registers.row_mut(*row)[lane] = match k.checked_sub(motion) {

@@ -1,0 +1,158 @@
+//! Scores as sums of squares: what a least-squares solver of one's own calls.
+
+use super::error::{Error, Usage};
+use super::population::Evaluator;
+use crate::calibrate::DIFFERENCE;
+use crate::evaluator::{Evaluator as _, Job, Population, Pull, Score};
+use crate::lanes::{Differences, Lanes, LanesPrecision};
+use crate::score::Accumulation;
+
+/// Candidates that are simulated side by side: they fill blocks of lanes, and what they leave stays below 100 MB.
+const PART: usize = 128;
+
+/// The normal equations of one candidate, of residuals r that [`Evaluator::residuals`] gives and their derivatives J with respect to the p
+/// parameters: a step d of Gauss and Newton's method solves JᵀJ d = -Jᵀr.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NormalEquations {
+    /// JᵀJ, p x p numbers, row by row; per unit of both parameters.
+    pub jtj: Vec<f64>,
+    /// Jᵀr, p numbers, half the gradient of the score; per unit of the parameter.
+    pub jtr: Vec<f64>,
+    /// rᵀr, the score.
+    pub rtr: f64,
+}
+
+impl Evaluator {
+    /// Residuals whose sum of squares is the score, one vector per candidate, from free runs in f64. The vector has the drives one after the
+    /// other, of each the residuals of spacing, then of speed, then of acceleration, one per sample: simulated minus measured, with the weights
+    /// of the measure. They are 0 before the first simulated sample and for a signal that the measure leaves out. All residuals of a candidate
+    /// whose score is infinite are infinite.
+    ///
+    /// A measure is a sum of norms, and the squares of residuals e add up to its norm w |e| if e is multiplied by √(w / |e|). So the factor
+    /// depends on the candidate, and a solver that takes derivatives of these residuals minimises the measure itself.
+    ///
+    /// # Errors
+    /// As [`Evaluator::scores`], and for Theil's coefficients, which are no norms of residuals.
+    pub fn residuals(&self, candidates: &[f64]) -> Result<Vec<Vec<f64>>, Error> {
+        let mut found = Vec::new();
+        for part in self.whole(candidates)?.chunks(PART) {
+            found.extend(self.residuals_of(part)?);
+        }
+        Ok(found)
+    }
+
+    /// The normal equations of the same residuals, one per candidate, from finite differences in f64: p + 1 simulations on each drive. Where
+    /// the score of a candidate is infinite, or that of a neighbour, `rtr` is infinite and the other numbers are NaN. Of a convention that
+    /// rounds delays to whole samples the derivatives with respect to a delay say nothing: fix it.
+    ///
+    /// # Errors
+    /// As [`Evaluator::residuals`].
+    pub fn normal_equations(&self, candidates: &[f64]) -> Result<Vec<NormalEquations>, Error> {
+        let mut found = Vec::new();
+        for part in self.whole(candidates)?.chunks(PART) {
+            found.extend(self.normal_equations_of(part)?);
+        }
+        Ok(found)
+    }
+
+    fn residuals_of(&self, candidates: &[Vec<f64>]) -> anyhow::Result<Vec<Vec<f64>>> {
+        let lanes = self.exact()?;
+        let cases = lanes.cases();
+        let feasible = self.feasible(lanes, candidates)?;
+        let population = self.population(feasible.iter().map(|i| &candidates[*i]));
+        let samples: usize = cases.iter().map(|case| 3 * case.s.len()).sum();
+        let mut all = vec![Vec::with_capacity(samples); candidates.len()];
+        // The score is the mean over the drives.
+        let share = (1.0 / cases.len() as f64).sqrt();
+        for case in 0..cases.len() {
+            let own = lanes.norm_residuals(&Job { case, population: &population })?;
+            for (i, own) in feasible.iter().zip(own) {
+                all[*i].extend(own.into_iter().map(|residual| share * residual));
+            }
+        }
+        all.iter_mut().for_each(|residuals| residuals.resize(samples, f64::INFINITY));
+        Ok(all)
+    }
+
+    fn normal_equations_of(&self, candidates: &[Vec<f64>]) -> anyhow::Result<Vec<NormalEquations>> {
+        let (lanes, space, p) = (self.exact()?, &self.prepared.space, self.free.len());
+        let cases = lanes.cases().len();
+        let feasible = self.feasible(lanes, candidates)?;
+        let (mut rows, mut differences) = (Vec::new(), Vec::new());
+        for i in &feasible {
+            let step = |free: &usize| {
+                let [lower, upper] = space.bounds[*free];
+                let step = DIFFERENCE * (upper - lower);
+                if candidates[*i][*free] + step > upper { -step } else { step }
+            };
+            differences.push(Differences { first: rows.len(), steps: self.free.iter().map(step).collect() });
+            rows.push(candidates[*i].clone());
+            for free in &self.free {
+                let mut moved = candidates[*i].clone();
+                moved[*free] += step(free);
+                rows.push(moved);
+            }
+        }
+        let population = self.population(rows.iter());
+        let none = NormalEquations { jtj: vec![f64::NAN; p * p], jtr: vec![f64::NAN; p], rtr: f64::INFINITY };
+        let zero = NormalEquations { jtj: vec![0.0; p * p], jtr: vec![0.0; p], rtr: 0.0 };
+        let mut sums = vec![zero; feasible.len()];
+        let share = 1.0 / cases as f64;
+        for case in 0..cases {
+            let slopes = lanes.slopes(&Job { case, population: &population }, &differences, Pull::NONE)?;
+            for (sum, slopes) in sums.iter_mut().zip(&slopes) {
+                sum.rtr += share * slopes.cost;
+                for a in 0..p {
+                    sum.jtr[a] += share * 0.5 * slopes.gradient[a];
+                    // Of r = e √(w / |e|) the derivatives are √(w / |e|) (E - e eᵀE / (2 |e|²)), E those of e. The majorant has w EᵀE / |e|, the
+                    // curvature also -w Eᵀe eᵀE / |e|³.
+                    for b in 0..p {
+                        let product = 0.25 * slopes.majorant[(a, b)] + 0.75 * slopes.curvature[(a, b)];
+                        sum.jtj[a * p + b] += share * product;
+                    }
+                }
+            }
+        }
+        let mut all = vec![none; candidates.len()];
+        for (i, sum) in feasible.into_iter().zip(sums).filter(|(_, sum)| sum.rtr.is_finite()) {
+            all[i] = sum;
+        }
+        Ok(all)
+    }
+
+    /// Which candidates have a score.
+    fn feasible(&self, lanes: &Lanes, candidates: &[Vec<f64>]) -> anyhow::Result<Vec<usize>> {
+        let mut feasible: Vec<usize> = (0..candidates.len()).filter(|i| self.is_possible(&candidates[*i])).collect();
+        for case in 0..lanes.cases().len() {
+            let population = self.population(feasible.iter().map(|i| &candidates[*i]));
+            let scores = lanes.pulled(&Job { case, population: &population }, Pull::NONE)?;
+            let has_score = |score: &Score| matches!(score, Score::Value(value) if value.is_finite());
+            let kept = feasible.into_iter().zip(scores).filter(|(_, (score, _))| has_score(score));
+            feasible = kept.map(|(i, _)| i).collect();
+        }
+        Ok(feasible)
+    }
+
+    fn population<'p>(&self, candidates: impl Iterator<Item = &'p Vec<f64>>) -> Population {
+        let mut population = Population::new(&self.prepared.space.symbols);
+        candidates.for_each(|candidate| population.push(candidate));
+        population
+    }
+
+    /// The evaluator in f64.
+    fn exact(&self) -> anyhow::Result<&Lanes> {
+        let (cases, gof) = (self.prepared.reference.cases(), self.prepared.reference.gof());
+        if gof.accumulation() == Accumulation::Theil {
+            let message = format!(
+                "gof {gof} has no residuals whose squares add up to it; expected a measure of the kind rmse, nrmse or rmspe, or \
+                 rmse-sn-vn; with {gof} use scores"
+            );
+            return Err(Usage(message).into());
+        }
+        if let Some(lanes) = self.exact.get() {
+            return Ok(lanes);
+        }
+        let lanes = Lanes::new(cases.to_vec(), *gof, LanesPrecision::F64)?;
+        Ok(self.exact.get_or_init(|| lanes))
+    }
+}

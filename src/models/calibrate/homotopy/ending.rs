@@ -1,0 +1,269 @@
+//! From a basin to its lowest exact score, and the candidates around it.
+
+use super::descent::{Course, Walker, Watch, descend};
+use super::record::{LAST, Record};
+use super::{FLOOR, Search};
+use crate::calibrate::search::NEAR;
+use crate::calibrate::{CalibrateError, StopReason, merit};
+use crate::convention::Delay;
+use crate::evaluator::{Pull, Score, Soft};
+use crate::optimize::{Descent, DescentSettings, Merit, Optimizer, Origin, SearchBox, Start, normal, stream};
+use crate::rescore;
+use crate::symbols::Symbol;
+use nalgebra::{DMatrix, DVector};
+
+/// How much worse than the best a place may be that goes on to the end.
+const BEHIND: f64 = 1.05;
+/// Softness of collisions on the way, and then of those that a place still has: the shortfall becomes small, the price high.
+const SOFT: [Soft; 3] =
+    [Soft { least: 0.1, price: 1.0 }, Soft { least: 0.02, price: 100.0 }, Soft { least: 0.004, price: 1e4 }];
+/// Turns at each softness, and by the exact objective.
+const SOFT_TURNS: [usize; 3] = [15, 8, 8];
+const EXACT_TURNS: usize = 10;
+/// Gain of a turn, as a share of the cost, below which a descent is idle at its end.
+const FINE: f64 = 1e-6;
+/// A promise of derivatives that is not kept, as a share of the score: below it a place is an optimum, above it a polish follows.
+const PROMISE: f64 = 1e-5;
+/// Rise of the score, as a share of it, to the places that a polish on an edge begins with, and their number per parameter.
+const EDGE: f64 = 1e-4;
+const EDGES: usize = 4;
+/// Simulations of a polish per parameter at most, and what its generations are multiples of: the lanes of a small block.
+const POLISH: usize = 250;
+const LANES: usize = 16;
+/// Candidates per parameter that are looked at around the best, their mean rises as shares of its score, and the curvature of a
+/// parameter that does nothing, as a share of the largest. Correlations need ten per parameter within the rise that ends an interval, so
+/// some are far nearer than others.
+const AROUND: usize = 36;
+const RISES: [f64; 2] = [0.005, 0.0005];
+const WIDEST: f64 = 1e-4;
+/// How far behind a whole number of samples a delay is put, so that no rounding puts it before \[s\].
+const BEHIND_A_SAMPLE: f64 = 1e-6;
+
+/// A soft run under a pull.
+pub fn pulled(share: f64) -> Pull {
+    Pull { share, soft: Some(SOFT[0]) }
+}
+
+/// Where a descent by the exact objective has ended.
+struct Ending {
+    place: Vec<f64>,
+    score: f64,
+    promise: f64,
+    held: Vec<usize>,
+}
+
+impl Search<'_> {
+    /// To the end from the best places: collisions become hard, delays whole where they are. The lowest exact score.
+    pub(super) fn finish(&mut self, walkers: Vec<Walker>, most: usize) -> Result<f64, CalibrateError> {
+        let Some(best) = walkers.first().map(|walker| walker.cost) else { return Ok(f64::INFINITY) };
+        let is_near = |walker: &Walker| walker.cost <= best * BEHIND;
+        let mut places: Vec<Vec<f64>> = match self.record.stopped {
+            Some(_) => walkers.into_iter().map(|walker| walker.place).collect(),
+            None => walkers.into_iter().filter(is_near).take(most).map(|walker| walker.place).collect(),
+        };
+        for (level, (soft, turns)) in SOFT.into_iter().zip(SOFT_TURNS).enumerate() {
+            if self.record.stopped.is_some() || level > 0 && !self.any_pays(&places)? {
+                break;
+            }
+            let course = Course { pull: Pull { share: 0.0, soft: Some(soft) }, turns, tolerance: FINE };
+            let walkers = descend(&self.smooth, places, &[], course, &mut self.record)?;
+            places = walkers.into_iter().map(|walker| walker.place).collect();
+        }
+        if self.record.stopped.is_some() {
+            self.score_exactly(&places)?;
+            return Ok(f64::INFINITY);
+        }
+        let mut best: Option<Ending> = None;
+        let begins: Vec<_> = places.iter().flat_map(|place| self.with_whole_delays(place)).collect();
+        for (place, held) in begins {
+            let ending = self.exactly(place, held)?;
+            if best.as_ref().is_none_or(|best| ending.score < best.score) {
+                best = Some(ending);
+            }
+        }
+        let Some(mut best) = best else { return Ok(f64::INFINITY) };
+        if best.promise > PROMISE * best.score.max(FLOOR) {
+            (best.place, best.score) = self.polished((best.place, best.score), &best.held)?;
+        }
+        if best.score.is_finite() {
+            self.keep(best.place, best.score);
+        }
+        self.compare_with_target()?;
+        Ok(best.score)
+    }
+
+    /// Down by the exact objective, `held` coordinates apart.
+    fn exactly(&mut self, place: Vec<f64>, held: Vec<usize>) -> Result<Ending, CalibrateError> {
+        let mut ending = Ending { place, score: f64::INFINITY, promise: f64::INFINITY, held };
+        if !self.record.spend(1) {
+            return Ok(ending);
+        }
+        ending.score = self.exact.costs(std::slice::from_ref(&ending.place), Pull::NONE)?[0];
+        if ending.score.is_finite() {
+            let course = Course { pull: Pull::NONE, turns: EXACT_TURNS, tolerance: FINE };
+            let walkers = descend(&self.exact, vec![ending.place.clone()], &ending.held, course, &mut self.record)?;
+            if let Some(walker) = walkers.into_iter().find(|walker| walker.cost.is_finite()) {
+                (ending.place, ending.score, ending.promise) = (walker.place, walker.cost, walker.promise);
+            }
+        }
+        Ok(ending)
+    }
+
+    /// By scores alone, from a place that need not be feasible.
+    fn polished(&mut self, found: (Vec<f64>, f64), held: &[usize]) -> Result<(Vec<f64>, f64), CalibrateError> {
+        let moved: Vec<usize> = (0..found.0.len()).filter(|i| !held.contains(i)).collect();
+        let n = moved.len();
+        if n == 0 {
+            return Ok(found);
+        }
+        let rise = EDGE * if found.1.is_finite() { found.1 } else { 1.0 };
+        let points = self.around(&found.0, held, [rise; 2], EDGES * n)?;
+        if points.is_empty() {
+            return Ok(found);
+        }
+        let take = |place: &Vec<f64>| moved.iter().map(|i| place[*i]).collect::<Vec<f64>>();
+        let settings = DescentSettings {
+            population: (2 * DescentSettings::population_for(n)).next_multiple_of(LANES),
+            evaluations: (POLISH * n) as u64,
+            tolerance: FINE,
+            floor: FLOOR,
+        };
+        let start = Start::Population { middle: take(&found.0), points: points.iter().map(take).collect() };
+        let unit = SearchBox { lower: vec![0.0; n], upper: vec![1.0; n] };
+        let origin = Origin::new(self.record.settings.seed, self.record.number);
+        let mut descent = Descent::new(unit, start, settings, origin);
+        let whole = |point: &Vec<f64>| {
+            let mut place = found.0.clone();
+            moved.iter().zip(point).for_each(|(i, x)| place[*i] = *x);
+            place
+        };
+        while descent.ended().is_none() {
+            let points = descent.ask();
+            if points.is_empty() || !self.record.spend(points.len()) {
+                break;
+            }
+            let places: Vec<Vec<f64>> = points.iter().map(whole).collect();
+            let scores = self.exact.scores(&places, Pull::NONE)?;
+            let merits: Vec<Merit> = scores.iter().map(|(score, _)| merit(score)).collect();
+            descent.tell(&merits);
+        }
+        Ok(match descent.best().map(|member| (&member.point, member.merit)) {
+            Some((point, Merit::Feasible(score))) if score < found.1 => (whole(point), score),
+            _ => found,
+        })
+    }
+
+    /// Ends the search if the best score, by the reference, is good enough.
+    fn compare_with_target(&mut self) -> Result<(), CalibrateError> {
+        let Record { best, settings, stopped, .. } = &mut self.record;
+        let Some(((place, score), target)) = best.as_ref().zip(settings.stop.target) else { return Ok(()) };
+        if *score <= target && stopped.is_none() {
+            let parameters = self.exact.parameters(place);
+            let score = rescore::score(self.exact.cases(), self.exact.gof(), &parameters)?;
+            *stopped = matches!(score, Score::Value(score) if score <= target).then_some(StopReason::Target);
+        }
+        Ok(())
+    }
+
+    /// The exact scores of some places, so that a search that is stopped has a result.
+    pub(super) fn score_exactly(&mut self, places: &[Vec<f64>]) -> Result<(), CalibrateError> {
+        let places = &places[..places.len().min(LAST / 2)];
+        self.record.evaluations += places.len() as u64;
+        let costs = self.exact.costs(places, Pull::NONE)?;
+        for (place, cost) in places.iter().zip(costs).filter(|(_, cost)| cost.is_finite()) {
+            self.keep(place.clone(), cost);
+        }
+        self.compare_with_target()
+    }
+
+    /// True if some place pays for something, in runs without a pull.
+    fn any_pays(&mut self, places: &[Vec<f64>]) -> Result<bool, CalibrateError> {
+        if !self.record.spend(places.len()) {
+            return Ok(false);
+        }
+        let scores = self.smooth.scores(places, pulled(0.0))?;
+        Ok(scores.iter().any(|(_, shortfall)| *shortfall > 0.0))
+    }
+
+    /// The place, and no coordinate held; where the convention floors delays, the places with the delay at the two whole numbers of samples
+    /// around it, and its coordinate.
+    fn with_whole_delays(&self, place: &[f64]) -> Vec<(Vec<f64>, Vec<usize>)> {
+        let Some((at, delays)) = self.whole_delays(place) else { return vec![(place.to_vec(), Vec::new())] };
+        let with = |delay: f64| {
+            let mut place = place.to_vec();
+            place[at] = delay;
+            (place, vec![at])
+        };
+        delays.into_iter().map(with).collect()
+    }
+
+    /// Where the convention floors delays: the coordinate of the delay, and its values at the two whole numbers of samples around it.
+    fn whole_delays(&self, place: &[f64]) -> Option<(usize, Vec<f64>)> {
+        let case = &self.exact.cases()[0];
+        if case.convention.delay != Delay::Floor || !case.variant.perceives_late() {
+            return None;
+        }
+        let symbols = case.variant.parameters();
+        let candidate = self.exact.candidate(place);
+        let delays = [Some(Symbol::tau_p), case.variant.extensions.delay()];
+        let parameters =
+            delays.into_iter().flatten().filter_map(|delay| symbols.iter().position(|known| *known == delay));
+        let parameters: Vec<usize> = parameters.collect();
+        let (at, parameter) = parameters.iter().find_map(|&parameter| {
+            let (at, _) = self.exact.coordinate(parameter, candidate[parameter])?;
+            Some((at, parameter))
+        })?;
+        let whole: f64 = parameters.iter().map(|&parameter| candidate[parameter]).sum();
+        let others = whole - candidate[parameter];
+        let of = |steps: f64| {
+            let delay = steps * case.dt + BEHIND_A_SAMPLE - others;
+            self.exact.coordinate(parameter, delay).map(|(_, u)| u.clamp(0.0, 1.0))
+        };
+        let steps = (whole / case.dt).floor();
+        Some((at, [steps, steps + 1.0].into_iter().filter_map(of).collect()))
+    }
+
+    /// Candidates around the best one, as far away as costs a little: they show which parameters make up for each other.
+    pub(super) fn look_around(&mut self) -> Result<(), CalibrateError> {
+        let Some((best, score)) = self.record.best.clone() else { return Ok(()) };
+        let rises = RISES.map(|rise| rise * score.max(FLOOR));
+        let places = self.around(&best, &[], rises, AROUND * best.len())?;
+        if !self.record.spend(places.len()) {
+            return Ok(());
+        }
+        let costs = self.exact.costs(&places, Pull::NONE)?;
+        for (place, cost) in places.into_iter().zip(costs) {
+            if cost <= score + NEAR * score.abs() {
+                self.keep(place, cost);
+            }
+        }
+        Ok(())
+    }
+
+    /// Places around another one, at which costs rise in the mean by one of these and the other by turns.
+    fn around(
+        &mut self,
+        middle: &[f64],
+        held: &[usize],
+        rises: [f64; 2],
+        count: usize,
+    ) -> Result<Vec<Vec<f64>>, CalibrateError> {
+        let n = middle.len();
+        if !self.record.spend(n + 1 - held.len()) {
+            return Ok(Vec::new());
+        }
+        let curvature = self.smooth.slopes(&[&middle.to_vec()], held, pulled(0.0))?.remove(0).majorant;
+        let largest = curvature.diagonal().max();
+        let floor = DMatrix::from_diagonal_element(n, n, (WIDEST * largest).max(f64::MIN_POSITIVE.sqrt()));
+        let Some(root) = (curvature + floor).cholesky() else { return Ok(Vec::new()) };
+        let mut rng = stream(self.record.settings.seed, self.record.number, u64::MAX, self.record.evaluations);
+        let place = |k: usize| {
+            let size = (2.0 * rises[k % rises.len()] / n as f64).sqrt();
+            let draw = DVector::from_fn(n, |_, _| size * normal(&mut rng));
+            let step = root.l().transpose().solve_upper_triangular(&draw).unwrap_or(draw);
+            let moved = |(i, x): (usize, &f64)| if held.contains(&i) { *x } else { (x + step[i]).clamp(0.0, 1.0) };
+            middle.iter().enumerate().map(moved).collect()
+        };
+        Ok((0..count).map(place).collect())
+    }
+}

@@ -1,0 +1,132 @@
+//! One search: from random places down into the basins that it finds.
+
+use super::Search;
+use super::descent::{Course, Walker, Watch, descend, turn};
+use super::ending::pulled;
+use crate::calibrate::CalibrateError;
+use crate::evaluator::Pull;
+use crate::optimize::stream;
+use rand::RngExt;
+
+/// Random places that a search begins with, and the share of all evaluations that they may take.
+const SCREENED: usize = 96;
+const SCREENING: f64 = 0.25;
+/// Of these, how many go down, and how far apart they are at least, as a root mean square over the coordinates.
+const STARTS: usize = 10;
+const APART: f64 = 0.15;
+/// Turns that there should be evaluations for, lest fewer starts go down.
+const SOME_TURNS: usize = 5;
+/// Places that go on to the end.
+const FINAL: usize = 3;
+/// Gain of a turn, as a share of the cost, below which a descent is idle.
+const ROUGH: f64 = 1e-4;
+/// Without a pull: turns, and how many places go on after them.
+const DIRECT: [(usize, usize); 3] = [(3, STARTS), (4, 5), (8, FINAL)];
+/// Shares of the residuals that are taken back after each step, one level after the other.
+const LEVELS: [f64; 5] = [0.1, 0.03, 0.01, 0.003, 0.001];
+/// Turns of a level, and of the runs without a pull that follow.
+const TURNS: usize = 6;
+const FREE_TURNS: usize = 10;
+/// A pull from which on costs are nearly those of free runs.
+const WEAK: f64 = 0.003;
+/// Under a stronger pull and under a weaker one: costs above this multiple of the best are given up, and so many places go on.
+const BEHIND: [f64; 2] = [1.5, 1.25];
+const KEPT: [usize; 2] = [STARTS, 6];
+/// Two places have met if their costs differ by less than the first share and their coordinates by less than [`APART`], or their costs by
+/// less than the second share.
+const MET: [f64; 2] = [3e-3, 1e-6];
+
+impl Search<'_> {
+    /// The lowest exact score that one search comes to; infinite if it is stopped or finds nothing.
+    pub(super) fn round(&mut self, round: u64) -> Result<f64, CalibrateError> {
+        let settings = self.record.settings;
+        let mut rng = stream(settings.seed, self.record.number, round, 0);
+        let n = self.smooth.dimensions();
+        let screened = SCREENED.min((SCREENING * settings.stop.max_evaluations as f64) as usize);
+        let places: Vec<Vec<f64>> = (0..screened).map(|_| (0..n).map(|_| rng.random()).collect()).collect();
+        let walkers = if round.is_multiple_of(2) { self.directly(&places)? } else { self.homotopy(&places)? };
+        self.finish(merged(walkers), FINAL)
+    }
+
+    /// Without a pull: all that most surfaces need, and the first result of every search.
+    fn directly(&mut self, places: &[Vec<f64>]) -> Result<Vec<Walker>, CalibrateError> {
+        let pull = pulled(0.0);
+        let mut starts = self.best_starts(places, pull)?;
+        if self.record.best.is_none() && self.record.stopped.is_none() {
+            self.score_exactly(&starts)?;
+        }
+        let mut walkers = Vec::new();
+        for (turns, kept) in DIRECT {
+            let course = Course { pull, turns, tolerance: ROUGH };
+            let next = merged(descend(&self.smooth, starts, &[], course, &mut self.record)?);
+            if next.is_empty() {
+                break;
+            }
+            walkers = next;
+            walkers.truncate(kept);
+            starts = walkers.iter().map(|walker| walker.place.clone()).collect();
+        }
+        Ok(walkers)
+    }
+
+    /// Under a pull that fades.
+    fn homotopy(&mut self, places: &[Vec<f64>]) -> Result<Vec<Walker>, CalibrateError> {
+        let mut starts = self.best_starts(places, pulled(LEVELS[0]))?;
+        for share in LEVELS {
+            let course = Course { pull: pulled(share), turns: TURNS, tolerance: ROUGH };
+            let walkers = merged(descend(&self.smooth, starts, &[], course, &mut self.record)?);
+            let Some(best) = walkers.first().map(|walker| walker.cost) else { return Ok(walkers) };
+            let weak = usize::from(share <= WEAK);
+            let near = walkers.into_iter().filter(|walker| walker.cost <= best * BEHIND[weak]);
+            starts = near.take(KEPT[weak]).map(|walker| walker.place).collect();
+        }
+        let course = Course { pull: pulled(0.0), turns: FREE_TURNS, tolerance: ROUGH };
+        Ok(descend(&self.smooth, starts, &[], course, &mut self.record)?)
+    }
+
+    /// The best places that are apart, as many as there are evaluations to bring some turns down; none if there are too few to tell.
+    fn best_starts(&mut self, places: &[Vec<f64>], pull: Pull) -> Result<Vec<Vec<f64>>, CalibrateError> {
+        if !self.record.spend(places.len()) {
+            return Ok(Vec::new());
+        }
+        let costs = self.smooth.costs(places, pull)?;
+        let left = self.record.settings.stop.max_evaluations.saturating_sub(self.record.evaluations) as usize;
+        let affordable = (left / (SOME_TURNS * turn(self.smooth.dimensions()))).clamp(1, STARTS);
+        Ok(best_apart(places, &costs, affordable))
+    }
+}
+
+/// The best places that are so far apart, at most so many.
+fn best_apart(places: &[Vec<f64>], costs: &[f64], most: usize) -> Vec<Vec<f64>> {
+    let mut order: Vec<usize> = (0..places.len()).filter(|&i| costs[i].is_finite()).collect();
+    order.sort_by(|&a, &b| costs[a].total_cmp(&costs[b]));
+    let mut picked: Vec<Vec<f64>> = Vec::new();
+    for i in order {
+        let distance = |other: &Vec<f64>| {
+            let squares: f64 = places[i].iter().zip(other).map(|(a, b)| (a - b).powi(2)).sum();
+            (squares / places[i].len() as f64).sqrt()
+        };
+        if picked.len() < most && picked.iter().all(|other| distance(other) > APART) {
+            picked.push(places[i].clone());
+        }
+    }
+    picked
+}
+
+/// The best first; of those that have met, the best.
+fn merged(mut walkers: Vec<Walker>) -> Vec<Walker> {
+    walkers.retain(|walker| walker.cost.is_finite());
+    walkers.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    let mut kept: Vec<Walker> = Vec::new();
+    for walker in walkers {
+        let met = |other: &Walker| {
+            let behind = walker.cost - other.cost;
+            let farthest = walker.place.iter().zip(&other.place).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            behind <= MET[0] * other.cost && farthest < APART || behind <= MET[1] * other.cost
+        };
+        if !kept.iter().any(met) {
+            kept.push(walker);
+        }
+    }
+    kept
+}
