@@ -38,8 +38,8 @@ pub struct Fit {
 pub fn page(file: &FleetFile, rows: &[Shown], fits: &[Fit], twin: &str) -> String {
     let mut page = Page::default();
     let first = file.overview.first().map_or("", |one| one.gof.as_str());
-    let models: Vec<&Overview> = file.overview.iter().filter(|one| one.gof == first).collect();
-    let best = models.iter().rev().max_by_key(|one| one.best);
+    let models = file.overview.iter().filter(|one| one.gof == first).count();
+    let best = file.chosen();
     if let Some(one) = best {
         drivers(&mut page, one, rows);
     }
@@ -47,13 +47,13 @@ pub fn page(file: &FleetFile, rows: &[Shown], fits: &[Fit], twin: &str) -> Strin
         page.paragraph(&format!("What to mind: {note}."));
     }
     if file.overview.len() > 1 {
-        compared(&mut page, &file.overview);
+        compared(&mut page, file);
     }
     if let Some(one) = best {
         scores(&mut page, one, rows, fits);
     }
     data(&mut page, file);
-    let lead = best.map_or(String::new(), |one| lead(file, one, models.len()));
+    let lead = best.map_or(String::new(), |one| lead(file, one, models));
     page.finish("Many drivers", &lead, twin)
 }
 
@@ -66,8 +66,10 @@ fn lead(file: &FleetFile, one: &Overview, models: usize) -> String {
             facts.push(format!("{} {}{unit}", parameter.name, short(spread.median)));
         }
     }
-    let wins =
-        if models > 1 { format!("; it fits {} of them best of {models} models", one.best) } else { String::new() };
+    let wins = match file.verdict() {
+        told if told.is_empty() => String::new(),
+        told => format!(", one of {models} models. {}", told.trim_end_matches('.')),
+    };
     format!(
         "<p class=\"verdict\"><strong>{} of {} pairs calibrated with {}</strong>{}. The driver in the middle: {}.</p>",
         one.calibrated,
@@ -139,19 +141,37 @@ fn drivers(page: &mut Page, one: &Overview, rows: &[Shown]) {
     }
 }
 
-fn compared(page: &mut Page, all: &[Overview]) {
+fn compared(page: &mut Page, file: &FleetFile) {
+    let all = &file.overview;
     page.section("models", "Which model fits best");
     let row = |one: &Overview| {
-        let score = one.score.map_or(["–".to_owned(), "–".to_owned()], |s| {
+        let own = one.score.map_or("–".to_owned(), |score| short(score.median));
+        let [median, range] = one.compared.map_or(["–".to_owned(), "–".to_owned()], |s| {
             [short(s.median), format!("{} to {}", short(s.nine_tenths[0]), short(s.nine_tenths[1]))]
         });
-        let [median, range] = score;
-        vec![one.model.clone(), one.gof.clone(), median, range, format!("{} of {}", one.best, one.calibrated)]
+        let behind = one.behind.map_or("–".to_owned(), |behind| behind.told());
+        let best = format!("{} of {}", one.best, one.calibrated);
+        vec![one.model.clone(), one.gof.clone(), own, median, range, best, behind, one.failed.to_string()]
     };
     let rows: Vec<Vec<String>> = all.iter().map(row).collect();
     let share =
-        |row: usize, column: usize| (column == 4).then(|| all[row].best as f64 / all[row].calibrated.max(1) as f64);
-    page.table_with("Models", &["model", "minimised", "median score", "5 to 95 %", "best on"], &rows, &share);
+        |row: usize, column: usize| (column == 5).then(|| all[row].best as f64 / all[row].calibrated.max(1) as f64);
+    let head = [
+        "model",
+        "minimised",
+        "median on the own drives",
+        "median compared",
+        "5 to 95 %",
+        "best on",
+        "mean is higher by [95 %]",
+        "ends early on",
+    ];
+    page.table_with("Models", &head, &rows, &share);
+    page.paragraph(&file.rule());
+    page.paragraph(
+        "Best on: pairs on which the model is ahead of all others by more than the noise of the drive, which lasts. Mean is higher by: the 95 % \
+         interval of the ratio to the model with the lowest scores; where it contains 0 %, the drives do not tell the two apart.",
+    );
 }
 
 fn scores(page: &mut Page, one: &Overview, rows: &[Shown], fits: &[Fit]) {
