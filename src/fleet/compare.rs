@@ -13,6 +13,7 @@ use crate::reference::Trace;
 use crate::rescore;
 use crate::score::{Accumulation, GoodnessOfFit, Measured, Measures, denominator, is_relative};
 use crate::statistics::{mean, sum_of_dependent};
+use crate::study::outcome::{Behind, between};
 use rayon::prelude::*;
 
 /// Nothing is added to the score of what was held back.
@@ -55,37 +56,6 @@ pub struct HeldScore {
     pub rmse: [Option<f64>; 3],
     /// NRMSE of spacing, speed and acceleration, on what was held back.
     pub nrmse: [Option<f64>; 3],
-}
-
-/// How much higher the scores of a model are than those of the model with the lowest, as a share: 0.04 is 4 %. Drives differ in their scores by
-/// factors, so that it is the factor between two models that is averaged, by its logarithm.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Behind {
-    /// The mean over the pairs.
-    pub mean: f64,
-    /// Its 95 % interval: by the noise within the drives, or by how much the drives differ, whichever is wider.
-    pub interval: [f64; 2],
-}
-
-impl Behind {
-    /// In words: a difference with its interval, or that there is none to tell.
-    #[must_use]
-    pub fn told(&self) -> String {
-        let [low, high] = self.interval;
-        if self.mean == 0.0 && low == high {
-            "the lowest".to_owned()
-        } else if self.is_open() {
-            "cannot be told".to_owned()
-        } else {
-            format!("{:.1} to {:.1} %", 100.0 * low, 100.0 * high)
-        }
-    }
-
-    /// True if the drives do not tell the two models apart.
-    #[must_use]
-    pub fn is_open(&self) -> bool {
-        self.interval[0] <= 0.0
-    }
 }
 
 /// A model and measure beside the others of the measure.
@@ -228,13 +198,12 @@ fn lowest(scores: &[Vec<Option<f64>>], models: usize) -> Option<usize> {
 /// The mean of differences with its interval.
 fn behind(own: &[Difference]) -> Option<Behind> {
     let count = own.len() as f64;
-    let mean = mean(&own.iter().map(|one| one.value).collect::<Vec<_>>())?;
+    let values: Vec<f64> = own.iter().map(|one| one.value).collect();
+    let mean = mean(&values)?;
     let within = own.iter().map(|one| one.error.powi(2)).sum::<f64>().sqrt() / count;
     let pieces: f64 = own.iter().map(|one| one.pieces).sum();
-    let squares: f64 = own.iter().map(|one| (one.value - mean).powi(2)).sum();
-    let between = if own.len() > 1 { (squares / (count - 1.0) / count).sqrt() } else { 0.0 };
-    let half = (student(pieces - 1.0) * within).max(student(count - 1.0) * between);
-    Some(Behind { mean: mean.exp_m1(), interval: [mean - half, mean + half].map(f64::exp_m1) })
+    let between = if own.len() > 1 { between(&values) } else { 0.0 };
+    Some(Behind::around(mean, (student(pieces - 1.0) * within).max(between)))
 }
 
 /// Of a score, which may be 0 where the fit is perfect.

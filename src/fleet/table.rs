@@ -1,9 +1,10 @@
 //! The rows as a table, and what they say together.
 
-use super::{Behind, Comparison, Drive, HeldScore, Pair, Row, Rule, SCHEMA_VERSION, Settings, Standing};
+use super::{Comparison, Drive, HeldScore, Pair, Row, Rule, SCHEMA_VERSION, Settings, Standing};
 use crate::catalog::Variant;
 use crate::statistics::quantile;
 use crate::study::merge::{column_clash, parameter_column};
+use crate::study::outcome::Behind;
 use crate::study::table::Table;
 use crate::symbols::Symbol;
 
