@@ -34,7 +34,9 @@ pub fn run(args: &Args, models: &[Variant]) -> anyhow::Result<()> {
     folder::refuse(&args.out, folder::DIAGNOSIS, "fleet")?;
     interrupt::watch_saying("what was calibrated is kept; the same command goes on");
     let inputs = files(&args.files)?;
-    folder::spare(&args.out, &inputs, |name| [TABLES.as_slice(), &[folder::FLEET, JOURNAL]].concat().contains(&name))?;
+    folder::spare(&args.out, &inputs, |name| {
+        [TABLES.as_slice(), &[folder::FLEET, folder::RUN, JOURNAL]].concat().contains(&name)
+    })?;
     let (Pairs { pairs, unreadable, .. }, holdout) = read(args, &settings, &inputs)?;
     let usable = pairs.iter().filter(|pair| pair.drive.is_ok()).count();
     if usable == 0 {

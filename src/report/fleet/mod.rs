@@ -1,6 +1,7 @@
 //! A fleet in words, as a file and as a page: it is about the drivers.
 
 mod figures;
+mod forest;
 mod page;
 mod text;
 

@@ -44,7 +44,7 @@ pub fn write(material: &Material, inventory: &Inventory, past: &PastRuns) -> Str
     let (first, then) = answer(own, &Ranking::of(own, &|_| true));
     let lead =
         format!("<p class=\"verdict\"><strong>{}</strong> {}{}</p>", escape(&first), escape(&then), escape(&missing));
-    page.finish(&format!("Study {}", study.name), &lead, &twin(material, &matrix, past))
+    page.finish(&format!("Study {}", study.name), &lead, &twin(material, &matrix, past), None)
 }
 
 /// Mean score of a variant that has one on every trajectory.
