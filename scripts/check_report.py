@@ -51,6 +51,12 @@ OVERFLOW = """() => [...document.querySelectorAll('body *')].filter((element) =>
 }).map((element) => `${element.tagName}.${element.className} "${element.textContent.slice(0, 40)}"`).slice(0, 5)"""
 
 
+
+def signals(chooser) -> int:
+    """How many signals the chosen option draws."""
+    return chooser.evaluate("s => s.value.split(', ').length")
+
+
 class Report:
     """One page at one width and scheme; findings are collected, not raised."""
 
