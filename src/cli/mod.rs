@@ -27,6 +27,7 @@ mod doctor;
 mod evaluate;
 mod evaluator;
 mod export;
+mod fleet_row;
 mod folder;
 mod inspect;
 mod interrupt;

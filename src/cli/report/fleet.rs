@@ -11,7 +11,7 @@ use std::collections::HashMap;
 use std::path::Path;
 
 /// The rows of the table of parameters.
-fn rows(path: &Path, file: &FleetFile) -> anyhow::Result<Vec<Shown>> {
+pub fn rows(path: &Path, file: &FleetFile) -> anyhow::Result<Vec<Shown>> {
     let place = || format!("{}: cannot read the table", path.display());
     let mut reader = csv::Reader::from_reader(Lines::of_table(path).with_context(place)?);
     let names: HashMap<String, usize> =

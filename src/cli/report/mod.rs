@@ -1,7 +1,7 @@
 //! `leadlag report`: a calibration, a fleet, a study or a diagnosis as one HTML file.
 
 mod charts;
-mod fleet;
+pub mod fleet;
 mod study;
 
 use super::change::settle;
