@@ -122,14 +122,13 @@ pub fn compare(pairs: &[Pair], settings: &Settings, rows: &[Row]) -> Result<Comp
     let (models, measures) = (settings.models.len(), settings.measures.len());
     let mut comparison =
         Comparison { rule, scores: vec![None; rows.len()], standings: vec![Standing::default(); models * measures] };
-    let is_needed = rule == Rule::HeldBack || (rule == Rule::Expected && models > 1);
     let of_pair: Vec<&[Row]> = rows.chunk_by(|one, other| one.place.pair == other.place.pair).collect();
     for k in 0..measures {
         let standings = &mut comparison.standings[k * models..(k + 1) * models];
         // One entry per pair and model.
         let test = |own: &&[Row]| tested(rule, pairs, settings, own, k);
         let mut scores: Vec<Vec<Option<f64>>> = Vec::new();
-        if is_needed {
+        if rule != Rule::None {
             let found: Vec<(Vec<(usize, HeldScore)>, Option<usize>)> = of_pair
                 .par_iter()
                 .map(|own| {

@@ -273,6 +273,12 @@ fn drivers_are_called_by_their_ids() {
         shown.contains("\ntrajectory D03\n") && !shown.contains("trajectory D01\n"),
         "the longest in full: {shown}"
     );
+    // Without the group the table is asked what tells its drives apart; the surplus column of one value is none.
+    let nameless = fs::read_to_string(&map).expect("written").replace("group = { name = \"driver\" }\n", "");
+    let nameless = file(&folder, "nameless.toml", &nameless);
+    let (code, said) = fails(&["inspect", text(&table), "--columns", text(&nameless)]);
+    assert!(code == 1 && said.contains("if driver tells drives apart, add `group = { name = \"driver\" }`"), "{said}");
+    assert!(!said.contains("remove one of them"), "{said}");
     let one = folder.join("one");
     let calibrate = |more: &[&str]| {
         let words = ["calibrate", text(&table), "--model", "idm", "--out", text(&one), "--no-intervals"];
