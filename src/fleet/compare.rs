@@ -99,6 +99,14 @@ struct Term {
     squares: Vec<f64>,
 }
 
+/// What the comparison on one pair says.
+struct Compared {
+    /// Scores by model.
+    scores: Vec<(usize, HeldScore)>,
+    /// The model that is ahead of all others, if one is.
+    best: Option<usize>,
+}
+
 /// The logarithm of the ratio of two scores, how far the noise moves it, and how many independent pieces say so.
 #[derive(Clone, Copy)]
 struct Difference {
@@ -129,17 +137,17 @@ pub fn compare(pairs: &[Pair], settings: &Settings, rows: &[Row]) -> Result<Comp
         let test = |own: &&[Row]| tested(rule, pairs, settings, own, k);
         let mut scores: Vec<Vec<Option<f64>>> = Vec::new();
         if rule != Rule::None {
-            let found: Vec<(Vec<(usize, HeldScore)>, Option<usize>)> = of_pair
+            let found: Vec<Compared> = of_pair
                 .par_iter()
                 .map(|own| {
                     let all = test(own)?;
                     let counted = own.iter().filter(|row| row.place.measure == k && row.found.is_ok()).count();
                     let best = Some(&all).filter(|all| all.len() == counted).and_then(|all| best(all));
-                    Ok((all.iter().map(|one| (one.model, one.own)).collect(), best))
+                    Ok(Compared { scores: all.iter().map(|one| (one.model, one.own)).collect(), best })
                 })
                 .collect::<Result<_, EvaluateError>>()?;
             let mut at = 0;
-            for (own, (tested, best)) in of_pair.iter().zip(found) {
+            for (own, Compared { scores: tested, best }) in of_pair.iter().zip(found) {
                 let mut by_model = vec![None; models];
                 for (model, score) in tested {
                     by_model[model] = Some(score.score);

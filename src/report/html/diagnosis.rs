@@ -263,7 +263,7 @@ mod tests {
         };
         let mut page = Page::default();
         scores(&mut page, &gain);
-        let html = page.finish("", "", "{}");
+        let html = page.finish("", "", "{}", None);
         for told in ["crashes, held back", "2 of 4", "0 of 4", "1 of 5"] {
             assert!(html.contains(told), "{told}: {html}");
         }
