@@ -2,43 +2,62 @@
 (() => {
   const read = (id) => JSON.parse(document.getElementById(id).textContent);
   const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim();
-  const HEIGHT = 340;
+  // Of a signal by itself, and of several one below the other.
+  const [HEIGHT, BELOW] = [340, 210];
+  // So many signals are drawn together: spacing, speed and acceleration, or their errors.
+  const TOGETHER = 3;
+  const height = (count) => (count > 1 ? BELOW : HEIGHT);
 
-  // One signal of one chart; what is zoomed to stays where it is.
-  function draw(place, chart, panel, zoomed) {
+  // Signals of one chart, one below the other, with one cursor and one span of time; what is zoomed to stays where it is.
+  function draw(place, chart, panels, zoomed) {
     place.textContent = "";
+    const plots = [];
+    const show = (min, max) => plots.forEach((plot) => plot.setScale("x", { min, max }));
+    // A scale that changes is that of the others, too; one that is the same already ends it.
+    const follow = ({ scales: { x: { min, max } } }, scale) => {
+      if (scale === "x" && plots.some(({ scales: { x } }) => x.min !== min || x.max !== max)) show(min, max);
+    };
+    const key = uPlot.sync(place.dataset.chart).key;
+    panels.forEach((panel, i) => plots.push(one(place, chart, panel, height(panels.length), i === panels.length - 1, key, follow)));
+    const [first, end] = [chart.x[0], chart.x[chart.x.length - 1]];
+    const around = (middle, half) => show(Math.max(first, middle - half), Math.min(end, middle + half));
+    if (zoomed) show(zoomed.min, zoomed.max);
+    touch(place, plots, around);
+    // Keys: left and right move, plus and minus zoom, 0 shows all.
+    place.onkeydown = (event) => {
+      const { min, max } = plots[0].scales.x;
+      const [middle, half] = [(min + max) / 2, (max - min) / 2];
+      const keys = {
+        ArrowLeft: () => around(Math.max(first + half, middle - half / 2), half),
+        ArrowRight: () => around(Math.min(end - half, middle + half / 2), half),
+        "+": () => around(middle, half / 2), "-": () => around(middle, half * 2), 0: () => show(first, end),
+      };
+      if (keys[event.key]) { event.preventDefault(); keys[event.key](); }
+    };
+    return plots;
+  }
+
+  // One signal.
+  function one(place, chart, panel, height, last, key, follow) {
     const axis = () => ({ stroke: colour("ink"), grid: { stroke: colour("line"), width: 1 }, ticks: { stroke: colour("line") } });
     const options = {
       width: Math.max(place.clientWidth, 200),
-      height: HEIGHT,
+      height,
       scales: { x: { time: false } },
-      cursor: { drag: { x: true, y: false }, ...(chart.points ? { dataIdx: nearest } : {}) },
-      axes: [{ ...axis(), label: chart.x_label, labelSize: 20, size: 32 }, { ...axis(), label: panel.label, labelSize: 20, size: 56 }],
+      cursor: { drag: { x: true, y: false }, sync: { key, scales: ["x", null] }, ...(chart.points ? { dataIdx: nearest } : {}) },
+      axes: [{ ...axis(), label: last ? chart.x_label : null, labelSize: 20, size: 32 }, { ...axis(), label: panel.label, labelSize: 20, size: 56 }],
       series: [{ label: chart.x_label, value: (_, x) => (x === null ? "" : String(+x.toPrecision(6))) }].concat(panel.lines.map((line) => ({
         label: line.name, stroke: colour(line.role), width: line.role === "context" ? 1 : 1.5,
         points: chart.points ? { show: true, size: 5, fill: colour(line.role) } : { show: false },
         value: (_, y) => (y === null || y === undefined ? "" : String(+y.toPrecision(4))),
       }))),
       // Until the pointer is on the chart its legend has names only.
-      hooks: { setCursor: [(plot) => place.classList.toggle("live", plot.cursor.idx !== null && plot.cursor.left >= 0)] },
+      hooks: {
+        setCursor: [(plot) => place.classList.toggle("live", plot.cursor.idx !== null && plot.cursor.left >= 0)],
+        setScale: [follow],
+      },
     };
-    const plot = new uPlot(options, [chart.x].concat(panel.lines.map((line) => line.values)), place);
-    const [first, end] = [chart.x[0], chart.x[chart.x.length - 1]];
-    const show = (middle, half) => plot.setScale("x", { min: Math.max(first, middle - half), max: Math.min(end, middle + half) });
-    if (zoomed) plot.setScale("x", zoomed);
-    touch(place, plot, show);
-    // Keys: left and right move, plus and minus zoom, 0 shows all.
-    place.onkeydown = (event) => {
-      const { min, max } = plot.scales.x;
-      const [middle, half] = [(min + max) / 2, (max - min) / 2];
-      const keys = {
-        ArrowLeft: () => show(Math.max(first + half, middle - half / 2), half),
-        ArrowRight: () => show(Math.min(end - half, middle + half / 2), half),
-        "+": () => show(middle, half / 2), "-": () => show(middle, half * 2), 0: () => show((first + end) / 2, (end - first) / 2),
-      };
-      if (keys[event.key]) { event.preventDefault(); keys[event.key](); }
-    };
-    return plot;
+    return new uPlot(options, [chart.x].concat(panel.lines.map((line) => line.values)), place);
   }
 
   // A place with its choosers: which drive or the like, which signal.
@@ -58,17 +77,24 @@
       select.selectedIndex = kept;
       select.parentElement.hidden = names.length < 2;
     };
-    const own = { plot: null };
-    own.draw = (zoomed) => {
-      if (own.plot) own.plot.destroy();
-      const chart = mine[drive.selectedIndex];
-      own.plot = draw(place, chart, chart.panels[signal.selectedIndex], zoomed);
+    const own = { plots: [] };
+    // What can be chosen of a chart: signals together, where there are enough, and each by itself.
+    const choices = (chart) => {
+      const sets = [];
+      for (let i = 0; i + TOGETHER <= chart.panels.length; i += TOGETHER) sets.push(chart.panels.slice(i, i + TOGETHER));
+      return sets.concat(chart.panels.map((panel) => [panel]));
     };
-    const chosen = () => fill(signal, mine[drive.selectedIndex].panels.map((panel) => panel.label));
+    const named = (panels) => panels.map((panel) => panel.label).join(", ");
+    own.draw = (zoomed) => {
+      own.plots.forEach((plot) => plot.destroy());
+      const chart = mine[drive.selectedIndex];
+      own.plots = draw(place, chart, choices(chart)[signal.selectedIndex], zoomed);
+    };
+    const chosen = () => fill(signal, choices(mine[drive.selectedIndex]).map(named));
     fill(drive, mine.map((chart) => chart.title));
     chosen();
     drive.onchange = () => { chosen(); own.draw(); };
-    signal.onchange = () => { const { min, max } = own.plot.scales.x; own.draw({ min, max }); };
+    signal.onchange = () => { const { min, max } = own.plots[0].scales.x; own.draw({ min, max }); };
     own.draw();
     return own;
   }
@@ -84,9 +110,10 @@
   }
 
   // Two fingers: what is under each of them stays there.
-  function touch(place, plot, show) {
+  function touch(place, plots, show) {
     const fingers = new Map();
     let held = null;
+    const [plot] = plots;
     const at = (x) => plot.posToVal(x - plot.over.getBoundingClientRect().left, "x");
     const span = () => [...fingers.values()].sort((a, b) => a - b);
     place.onpointerdown = (event) => {
@@ -117,8 +144,8 @@
   let waiting = 0;
   window.addEventListener("resize", () => {
     clearTimeout(waiting);
-    waiting = setTimeout(() => figures.forEach((own, i) =>
-      own.plot.setSize({ width: Math.max(places[i].clientWidth, 200), height: HEIGHT })), 100);
+    waiting = setTimeout(() => figures.forEach((own, i) => own.plots.forEach((plot) =>
+      plot.setSize({ width: Math.max(places[i].clientWidth, 200), height: height(own.plots.length) }))), 100);
   });
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", again);
   // Paper is narrower and white: what is printed is drawn again for it.

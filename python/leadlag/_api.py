@@ -199,12 +199,21 @@ def calibrate(drive: Any, model: ModelLike, *, progress: bool = True, **options:
 
 
 def calibrate_all(
-    pairs: Any, models: ModelLike | Sequence[ModelLike], *, progress: bool = True, **options: Unpack[Options]
+    pairs: Any,
+    models: ModelLike | Sequence[ModelLike],
+    *,
+    holdout: float | None = None,
+    progress: bool = True,
+    **options: Unpack[Options],
 ) -> Any:
     """Calibrates every leader-follower pair by itself: a row per pair and model.
 
     ``pairs``: drives, or tables of one drive each, in a list; one table of many pairs (pandas, Polars, Arrow, a mapping), which ``columns`` or
     ``layout`` explains; or the path of a file or folder, or several. ``models``: one or several. ``progress``: whether a bar is shown.
+
+    ``holdout``: hold back this share of each drive, its end, above 0 and below 1. It is scored and not calibrated on: columns ``heldout_score``, ... Several models
+    have ``expected_score`` without it, the score expected on another drive of the same driver; compare models by these, and not by ``score``, which
+    the larger of two nested models always has lower.
 
     Settings are those of :func:`calibrate`, options of reading those of :func:`read` without ``follower`` and ``name``. A search takes 2000 simulations per
     parameter unless ``max_evaluations`` says otherwise.
@@ -218,13 +227,13 @@ def calibrate_all(
     with Bar("calibrations", progress) as tell:
         if _are_drives(pairs):
             drives, doubts = _drives.some(pairs, reading)
-            found = _native.calibrate_drives(drives, each, tell)
+            found = _native.calibrate_drives(drives, each, tell, holdout)
         elif isinstance(pairs, (str, os.PathLike)):
-            found = _native.calibrate_files([os.fspath(pairs)], None, each, reading, tell)
+            found = _native.calibrate_files([os.fspath(pairs)], None, each, reading, tell, holdout)
         elif isinstance(pairs, Sequence):
-            found = _native.calibrate_files([os.fspath(p) for p in pairs], None, each, reading, tell)
+            found = _native.calibrate_files([os.fspath(p) for p in pairs], None, each, reading, tell, holdout)
         else:
-            found = _native.calibrate_files([], text_of(pairs), each, reading, tell)
+            found = _native.calibrate_files([], text_of(pairs), each, reading, tell, holdout)
     columns, told, interrupted = found
     _tell([*doubts, *told], 2)
     _interrupted(interrupted, "these are the rows that are there")

@@ -175,9 +175,13 @@ def calibrate_files(
     calibrations: Sequence[Calibration],
     settings: dict[str, Any],
     progress: Progress | None,
+    holdout: float | None = None,
 ) -> tuple[dict[str, Any], list[str], BaseException | None]: ...
 def calibrate_drives(
-    drives: Sequence[Drive], calibrations: Sequence[Calibration], progress: Progress | None
+    drives: Sequence[Drive],
+    calibrations: Sequence[Calibration],
+    progress: Progress | None,
+    holdout: float | None = None,
 ) -> tuple[dict[str, Any], list[str], BaseException | None]: ...
 def diagnose(
     drives: Sequence[Drive],

@@ -198,6 +198,7 @@ type Columns<'py> = Bound<'py, PyDict>;
 
 /// Calibrates every pair of files, folders, or of one text; columns by name, and whether it was interrupted.
 #[pyfunction]
+#[pyo3(signature = (paths, text, calibrations, settings, progress, holdout = None))]
 pub fn calibrate_files<'py>(
     py: Python<'py>,
     paths: Vec<PathBuf>,
@@ -205,25 +206,35 @@ pub fn calibrate_files<'py>(
     calibrations: Vec<Py<Calibration>>,
     settings: &Bound<'py, PyDict>,
     progress: Option<Py<PyAny>>,
+    holdout: Option<f64>,
 ) -> PyResult<(Columns<'py>, Vec<String>, Option<PyErr>)> {
     let reading = reading(&options(Some(settings))?)?;
     let pairs = done(py, move || match text {
         Some(text) => leadlag::Pairs::of_text(&reading, &text, "table"),
         None => leadlag::Pairs::read(&reading, &paths),
     })?;
-    fleet(py, pairs, &calibrations, progress.as_ref())
+    fleet(py, held_back(pairs, holdout)?, &calibrations, progress.as_ref())
 }
 
 /// The same of drives at hand.
 #[pyfunction]
+#[pyo3(signature = (drives, calibrations, progress, holdout = None))]
 pub fn calibrate_drives<'py>(
     py: Python<'py>,
     drives: Vec<Py<Drive>>,
     calibrations: Vec<Py<Calibration>>,
     progress: Option<Py<PyAny>>,
+    holdout: Option<f64>,
 ) -> PyResult<(Columns<'py>, Vec<String>, Option<PyErr>)> {
     let drives: Vec<&leadlag::Drive> = drives.iter().map(|drive| &drive.get().inner).collect();
-    fleet(py, leadlag::Pairs::of_drives(&drives), &calibrations, progress.as_ref())
+    fleet(py, held_back(leadlag::Pairs::of_drives(&drives), holdout)?, &calibrations, progress.as_ref())
+}
+
+fn held_back(pairs: leadlag::Pairs, share: Option<f64>) -> PyResult<leadlag::Pairs> {
+    match share {
+        Some(share) => pairs.hold_back(share).map_err(raised),
+        None => Ok(pairs),
+    }
 }
 
 fn fleet<'py>(

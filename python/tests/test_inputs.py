@@ -48,6 +48,15 @@ def test_every_verb_takes_what_a_drive_takes(pair: Path, drive: ll.Drive) -> Non
         ll.diagnose(frame[:30], base="idm", progress=False)
 
 
+def test_models_are_compared_by_what_was_held_back(pair: Path, drive: ll.Drive) -> None:
+    rows = ll.calibrate_all([drive], ["idm", "idm+delay"], holdout=0.3, **FEW)
+    assert all(score > 0 for score in rows["heldout_score"]) and "expected_score" not in rows
+    assert list(rows["samples"]) == [round(0.7 * len(drive.time))] * 2
+    assert list(ll.calibrate_all(pair, ["idm", "idm+delay"], holdout=0.3, **FEW)["heldout_score"]) == list(rows["heldout_score"])
+    with pytest.raises(ll.UsageError, match="expected a share above 0 and below 1"):
+        ll.calibrate_all([drive], "idm", holdout=1.5, **FEW)
+
+
 @pytest.mark.parametrize("kind", ["mapping", "whole", "file"])
 def test_columns_are_an_argument_everywhere(drive: ll.Drive, tmp_path: Path, kind: str) -> None:
     pandas = pytest.importorskip("pandas")

@@ -6,7 +6,7 @@ use super::error::{Error, Usage};
 use super::reading::{Input, Reading};
 use crate::calibrate::{BoundsError, SearchSpace};
 use crate::catalog::Variant;
-use crate::fleet::{self, Journal, Model, Pair, Settings};
+use crate::fleet::{self, Held, Journal, Model, Pair, Settings};
 use crate::score::GoodnessOfFit;
 use crate::study::fingerprint;
 use crate::study::table::Table;
@@ -61,9 +61,32 @@ impl Pairs {
                 follower: trajectory.follower,
                 name: trajectory.name.clone(),
                 drive: Ok(fleet::Drive { trajectory, vehicle }),
+                held: Vec::new(),
             }
         };
         Pairs { pairs: drives.iter().map(pair).collect(), ..Pairs::default() }
+    }
+
+    /// Holds back this share of each drive, its end: it is scored and not calibrated on, and models are compared by it. A drive that is too
+    /// short for two parts cannot be calibrated.
+    ///
+    /// # Errors
+    /// When the share is not above 0 and below 1.
+    pub fn hold_back(mut self, share: f64) -> Result<Pairs, Error> {
+        self.hold(Held::Share(checked_share(share).map_err(anyhow::Error::from)?));
+        Ok(self)
+    }
+
+    /// Takes these pairs for what is held back: each is scored with the parameters of the driver of the same id, and calibrates nothing.
+    #[must_use]
+    pub fn hold_back_pairs(mut self, held: Pairs) -> Pairs {
+        self.hold(Held::Pairs(held.pairs));
+        self
+    }
+
+    /// Returns how many pairs that can be used have nothing held back.
+    pub(crate) fn hold(&mut self, held: Held) -> usize {
+        held.hold(&mut self.pairs)
     }
 
     /// Number of pairs.
@@ -154,10 +177,21 @@ impl Pairs {
                 follower: one.follower,
                 name: one.name,
                 drive,
+                held: Vec::new(),
             });
         }
         Ok(())
     }
+}
+
+/// A share that can be held back.
+pub(crate) fn checked_share(share: f64) -> Result<f64, Usage> {
+    if share > 0.0 && share < 1.0 {
+        return Ok(share);
+    }
+    Err(Usage(format!(
+        "--holdout {share}: expected a share above 0 and below 1, such as 0.3, or a file or folder of drives"
+    )))
 }
 
 /// The files, with the tables of folders in the order of their names.
@@ -252,7 +286,8 @@ impl Fleet {
             fleet::run(&pairs.pairs, &settings, &Journal::none(), stop, &|done| tell(done, whole), self.first().warn)
                 .map_err(anyhow::Error::from)?;
         let rows: Vec<fleet::Row> = rows.into_iter().flatten().collect();
-        Ok(fleet::table(&pairs.pairs, &settings, &rows))
+        let comparison = fleet::compare(&pairs.pairs, &settings, &rows).map_err(anyhow::Error::from)?;
+        Ok(fleet::table(&pairs.pairs, &settings, &rows, &comparison))
     }
 
     fn first(&self) -> &Calibration {

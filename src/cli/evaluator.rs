@@ -8,7 +8,6 @@ use crate::reference::knows;
 use crate::select::{Kind, Selection};
 use crate::wgsl::extension_named;
 use clap::ValueEnum;
-use std::collections::BTreeSet;
 use std::sync::Mutex;
 
 #[derive(Debug, Clone, clap::Args)]
@@ -86,10 +85,18 @@ pub fn transcribed(kind: Kind, variant: &Variant, [asked, instead]: [&str; 2]) -
     Err(Usage(format!("`{asked}` knows the built-in causes only; {files} {is} your own: use `{instead}`")).into())
 }
 
-/// A warning of an evaluator, to stderr; what each of many evaluators would say is said once.
+static SAID: Mutex<Vec<String>> = Mutex::new(Vec::new());
+
+/// A warning, to stderr; what each of many evaluators would say is said once.
 pub fn warn(message: &str) {
-    static SAID: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
-    if SAID.lock().is_ok_and(|mut said| said.insert(message.to_owned())) {
+    let Ok(mut said) = SAID.lock() else { return };
+    if said.iter().all(|other| other != message) {
+        said.push(message.to_owned());
         eprintln!("warning: {message}");
     }
+}
+
+/// The warnings so far.
+pub fn said() -> Vec<String> {
+    SAID.lock().map(|said| said.clone()).unwrap_or_default()
 }

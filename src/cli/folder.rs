@@ -2,12 +2,16 @@
 
 use super::Usage;
 use super::change::{Change, settle};
+use super::evaluator::said;
+use crate::report::html::{MadeBy, RUN_VERSION};
 use std::path::{Path, PathBuf};
 
 /// What a calibration, a diagnosis and a fleet are known by.
 pub const RESULT: &str = "result.json";
 pub const DIAGNOSIS: &str = "diagnosis.json";
 pub const FLEET: &str = "fleet.json";
+/// The command that made them, and what it warned of. It differs from run to run, which results do not.
+pub const RUN: &str = "run.json";
 
 /// Refuses a folder that holds a result of another kind, some of whose files would be overwritten; `own` is a name for a folder in it.
 pub fn refuse(folder: &Path, other: &str, own: &str) -> anyhow::Result<()> {
@@ -77,7 +81,15 @@ fn counted(path: &Path, list: &str) -> usize {
 }
 
 /// Finishes the change of a folder: what an earlier result left there, `before`, and the new one has not, is removed, and that is said.
-pub fn finish(change: Change, folder: &Path, before: Vec<String>) -> anyhow::Result<()> {
+pub fn finish(mut change: Change, folder: &Path, mut before: Vec<String>) -> anyhow::Result<()> {
+    match super::given() {
+        Some(command) => {
+            let made = MadeBy { schema_version: RUN_VERSION, command, warnings: said() };
+            change.write(RUN, (serde_json::to_string_pretty(&made)? + "\n").as_bytes())?;
+        }
+        // Of the library there is none, and that of an earlier command is not that of this result.
+        None => before.push(RUN.to_owned()),
+    }
     let stale = change.finish(before)?;
     if !stale.is_empty() {
         let (shown, names) = (folder.display(), stale.join(", "));

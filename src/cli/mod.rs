@@ -27,6 +27,7 @@ mod doctor;
 mod evaluate;
 mod evaluator;
 mod export;
+mod fleet_row;
 mod folder;
 mod inspect;
 mod interrupt;
@@ -48,6 +49,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 use std::ffi::OsString;
 use std::io::Write;
 use std::path::Path;
+use std::sync::OnceLock;
 
 const EXAMPLES: &str = "Examples:
   leadlag demo                # no data needed
@@ -171,10 +173,21 @@ fn is_usage(error: &anyhow::Error) -> bool {
     crate::api::error::is_usage(error) || error.downcast_ref().is_some_and(study::is_usage)
 }
 
+static GIVEN: OnceLock<String> = OnceLock::new();
+
+/// The command that was given; none where a program uses the library.
+fn given() -> Option<String> {
+    GIVEN.get().cloned()
+}
+
 /// Runs the command line of these words, of which the first is the name of the program. Results go to stdout, all else to stderr.
 ///
 /// Returns the exit code: 0 done, 1 failed, 2 wrong usage; with `diagnose --exit-code` the verdict.
 pub fn run<Word: Into<OsString> + Clone>(words: impl IntoIterator<Item = Word>) -> u8 {
+    let words: Vec<OsString> = words.into_iter().map(Into::into).collect();
+    let quoted = words.iter().skip(1).map(|word| demo::quoted(&word.to_string_lossy()));
+    // Of several in one process, the first.
+    let _ = GIVEN.set(std::iter::once("leadlag".to_owned()).chain(quoted).collect::<Vec<_>>().join(" "));
     let cli = match Cli::try_parse_from(words) {
         Ok(cli) => cli,
         Err(error) => {

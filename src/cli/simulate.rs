@@ -3,14 +3,14 @@
 use super::change::Change;
 use super::data::{DataArgs, result_file};
 use super::evaluator::warn;
-use super::{Usage, folder, output};
+use super::{Usage, fleet_row, folder, output};
 use crate::api::reading::{Input, Loaded, start_assumed};
 use crate::evaluator::{Case, Outcome};
 use crate::reference::Trace;
 use crate::report::text::wrapped;
 use crate::report::{plot, simulation};
 use crate::rescore;
-use crate::result::{ResultFile, Treatment};
+use crate::result::{ResultFile, Treatment, VehicleEntry};
 use crate::score::{GoodnessOfFit, Measures, Signal};
 use crate::simulate::{Ahead, CalibratedVariant, follow};
 use crate::trajectory::Recording;
@@ -25,7 +25,7 @@ pub struct Args {
     #[arg(value_name = "FILE")]
     file: PathBuf,
     /// Folder that calibrate wrote with --out, or the result.json in it; with --platoon one for all followers, or one per
-    /// follower in order
+    /// follower in order. Of a folder of calibrate --all, or its parameters.csv, the row of the driver that --follower or --trajectory names
     #[arg(long, required = true, value_name = "RESULT")]
     result: Vec<PathBuf>,
     /// The follower: 1 is right behind the platoon leader; with --columns the id of a vehicle [default: the only one]
@@ -50,7 +50,8 @@ pub struct Args {
 /// A calibrated variant with what its file says about vehicle and data.
 struct Calibrated {
     path: PathBuf,
-    file: ResultFile,
+    vehicle: Option<VehicleEntry>,
+    treatment: Option<Treatment>,
     variant: CalibratedVariant,
 }
 
@@ -75,7 +76,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             folder::is_of(name, "simulation", "csv") || several.iter().any(|start| name.starts_with(start))
         })?;
     }
-    let calibrated = args.result.iter().map(|path| read(path)).collect::<anyhow::Result<Vec<_>>>()?;
+    let calibrated = args.result.iter().map(|path| read(args, path)).collect::<anyhow::Result<Vec<_>>>()?;
     let reading = args.data.reading();
     let (recording, follower) = reading.read(Input::File(&args.file), args.follower.as_deref())?;
     let followers = if args.platoon { followers(&recording) } else { vec![follower] };
@@ -132,11 +133,23 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn read(given: &Path) -> anyhow::Result<Calibrated> {
+fn read(args: &Args, given: &Path) -> anyhow::Result<Calibrated> {
+    if let Some(folder) = fleet_row::folder_of(given) {
+        if args.platoon {
+            let message = format!(
+                "--platoon: {} is a fleet; expected the result of one calibration, or one for each follower",
+                given.display()
+            );
+            return Err(Usage(message).into());
+        }
+        let variant = fleet_row::of_driver(&folder, args.follower.as_deref().or(args.data.trajectory.as_deref()))?;
+        return Ok(Calibrated { path: given.to_owned(), vehicle: None, treatment: None, variant });
+    }
     let path = result_file(given)?;
     let file = ResultFile::read(&path)?;
     let variant = file.calibrated_variant().with_context(|| format!("{}: cannot be simulated", path.display()))?;
-    Ok(Calibrated { path, file, variant })
+    let treatment = file.data.into_iter().next().map(|data| data.treatment);
+    Ok(Calibrated { path, vehicle: file.vehicle, treatment, variant })
 }
 
 /// The followers whose car ahead is in the file, too.
@@ -155,7 +168,7 @@ fn load(
     (follower, id): (Option<usize>, Option<&str>),
 ) -> anyhow::Result<Loaded> {
     let mut reading = args.data.reading();
-    let entry = model.file.vehicle.as_ref().filter(|_| reading.vehicle.is_none());
+    let entry = model.vehicle.as_ref().filter(|_| reading.vehicle.is_none());
     reading.vehicle = reading.vehicle.or(entry.map(|v| beside(&v.from, &model.path)));
     let variant = &model.variant.variant;
     let loaded = reading.pick_one(recording, follower, variant, id, &mut |text| warn(&text))?;
@@ -170,7 +183,7 @@ fn load(
         );
     }
     let now = Treatment::of(&loaded.trajectory);
-    if let Some(then) = model.file.data.first().map(|d| &d.treatment).filter(|then| **then != now) {
+    if let Some(then) = model.treatment.as_ref().filter(|then| **then != now) {
         eprintln!("warning: {path} was calibrated on data treated otherwise: {then}; now: {now}");
     }
     Ok(loaded)

@@ -37,6 +37,24 @@ pub fn upper_median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     order_statistic(values, 0.5)
 }
 
+/// Standard error of the sum of samples that depend on their neighbours, and how many independent ones would have the same. Autocovariances
+/// count up to the first two neighbouring lags whose sum is not positive (C. J. Geyer, Statistical Science 7, 1992).
+#[must_use]
+pub fn sum_of_dependent(samples: &[f64]) -> (f64, f64) {
+    let n = samples.len();
+    let Some(mean) = mean(samples) else { return (0.0, 0.0) };
+    let left: Vec<f64> = samples.iter().map(|x| x - mean).collect();
+    let at = |lag: usize| left[lag.min(n)..].iter().zip(&left).map(|(one, other)| one * other).sum::<f64>();
+    let variance = at(0);
+    if variance <= 0.0 {
+        return (0.0, n as f64);
+    }
+    let lags = (0..n).step_by(2).map(|lag| at(lag) + at(lag + 1)).take_while(|sum| *sum > 0.0);
+    // Lag 0 is in the sum once, every other one twice.
+    let ratio = ((2.0 * lags.sum::<f64>() - variance) / variance).max(1.0);
+    ((variance * ratio).sqrt(), n as f64 / ratio)
+}
+
 /// Root mean square of the finite values; `None` of none.
 #[must_use]
 pub fn rms(values: impl IntoIterator<Item = f64>) -> Option<f64> {
@@ -113,6 +131,31 @@ mod tests {
         let values = [4.0, 1.0, 3.0, 2.0];
         assert_eq!([0.0, 0.25, 0.5, 1.0].map(|q| quantile(&values, q).unwrap()), [1.0, 1.75, 2.5, 4.0]);
         assert_eq!(median(&[]), None);
+    }
+
+    /// Of an autoregressive series of 0.9 the sum varies by (1 + 0.9) / (1 - 0.9) = 19 times as much as of independent samples.
+    #[test]
+    fn dependent_samples_count_for_fewer() {
+        let mut state = 1_u64;
+        let mut uniform = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        };
+        let mut last = 0.0;
+        let series: Vec<f64> = (0..50_000)
+            .map(|_| {
+                last = 0.9 * last + uniform();
+                last
+            })
+            .collect();
+        let (error, pieces) = sum_of_dependent(&series);
+        assert!((50_000.0 / pieces / 19.0 - 1.0).abs() < 0.2, "{pieces}");
+        // Independent ones of variance 1/12, which each stay for 1 / (1 - 0.9) samples in effect.
+        let expected = (50_000.0_f64 / 12.0).sqrt() * 10.0;
+        assert!((error / expected - 1.0).abs() < 0.1, "{error} {expected}");
+        let (_, pieces) = sum_of_dependent(&(0..1000).map(|_| uniform()).collect::<Vec<_>>());
+        assert!((800.0..=1000.0).contains(&pieces), "{pieces}");
+        assert_eq!([sum_of_dependent(&[]), sum_of_dependent(&[2.0, 2.0])], [(0.0, 0.0), (0.0, 2.0)]);
     }
 
     #[test]

@@ -156,6 +156,7 @@ mod tests {
             parameters: vec![1.0 / 3.0, 2.0],
             at_bound: vec!["v_0".to_owned()],
             intervals: Some(vec![Some([0.1, 0.3]), None]),
+            optimism: Some(crate::identify::Optimism { score: 0.01, noise: 1.0 / 3.0 }),
             evaluations: 100,
             stop: "converged".to_owned(),
         };

@@ -7,12 +7,16 @@
 //!
 //! A row depends on its pair, model, measure and settings only, so that threads, interruptions and the other pairs change nothing in it.
 
+mod compare;
 mod fits;
+mod holdout;
 mod journal;
 mod table;
 mod work;
 
+pub use compare::{Comparison, HeldScore, Rule, Standing, compare};
 pub use fits::fits;
+pub use holdout::{Held, driver};
 pub use journal::{Journal, JournalError};
 pub use table::{Overview, ParameterOverview, Spread, clash, overview, table};
 pub use work::{FleetError, run};
@@ -20,6 +24,7 @@ pub use work::{FleetError, run};
 use crate::calibrate::{Calibration, Overrides};
 use crate::catalog::Variant;
 use crate::convention::Convention;
+use crate::identify::Optimism;
 use crate::score::GoodnessOfFit;
 use crate::select::Selection;
 use crate::study::fingerprint;
@@ -47,6 +52,8 @@ pub struct Pair {
     pub name: String,
     /// What is calibrated, or why nothing can be.
     pub drive: Result<Drive, String>,
+    /// What is held back of the same driver, and only scored.
+    pub held: Vec<Drive>,
 }
 
 /// A drive that can be calibrated.
@@ -123,6 +130,10 @@ pub struct Found {
     pub at_bound: Vec<String>,
     /// 95 % intervals, one per parameter; `None` where it was fixed, or the drive does not determine it.
     pub intervals: Option<Vec<Option<[f64; 2]>>>,
+    /// By how much the score is expected to be higher on another drive of the same driver; `None` without intervals, or where it could not be
+    /// found out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub optimism: Option<Optimism>,
     /// Simulated candidates.
     pub evaluations: u64,
     /// Why the search ended.

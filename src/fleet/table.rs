@@ -1,12 +1,12 @@
 //! The rows as a table, and what they say together.
 
-use super::{Drive, Pair, Row, SCHEMA_VERSION, Settings};
+use super::{Comparison, Drive, HeldScore, Pair, Row, Rule, SCHEMA_VERSION, Settings, Standing};
 use crate::catalog::Variant;
 use crate::statistics::quantile;
 use crate::study::merge::{column_clash, parameter_column};
+use crate::study::outcome::Behind;
 use crate::study::table::Table;
 use crate::symbols::Symbol;
-use std::collections::BTreeMap;
 
 /// What stands behind the name of a parameter in the columns of its interval.
 const ENDS: [&str; 2] = ["low", "high"];
@@ -19,8 +19,10 @@ fn columns_of(model: &Variant) -> Vec<String> {
 /// Why the models cannot share a table, if they cannot: two parameters would be one column, or one would be a column that every table has.
 #[must_use]
 pub fn clash(settings: &Settings) -> Option<String> {
-    let fixed = table(&[], &Settings { models: Vec::new(), ..settings.clone() }, &[]);
-    let taken: Vec<String> = fixed.columns.into_iter().map(|column| column.name).collect();
+    let alone = Settings { models: Vec::new(), ..settings.clone() };
+    let of_rule = |rule| table(&[], &alone, &[], &Comparison { rule, scores: Vec::new(), standings: Vec::new() });
+    let fixed = [Rule::HeldBack, Rule::Expected].map(of_rule);
+    let taken: Vec<String> = fixed.into_iter().flat_map(|table| table.columns).map(|column| column.name).collect();
     let ends = if settings.intervals { &ENDS[..] } else { &[] };
     let mut columns: Vec<(Symbol, String)> = Vec::new();
     for symbol in settings.models.iter().flat_map(|model| model.variant.parameters()) {
@@ -33,7 +35,7 @@ pub fn clash(settings: &Settings) -> Option<String> {
 
 /// One row per pair, model and measure; a column per parameter of any of the models, with its unit in its name.
 #[must_use]
-pub fn table(pairs: &[Pair], settings: &Settings, rows: &[Row]) -> Table {
+pub fn table(pairs: &[Pair], settings: &Settings, rows: &[Row], comparison: &Comparison) -> Table {
     let of = |row: &Row| &pairs[row.place.pair];
     let drive = |row: &Row| of(row).drive.as_ref().ok();
     let whole = |n: usize| i64::try_from(n).ok();
@@ -58,6 +60,7 @@ pub fn table(pairs: &[Pair], settings: &Settings, rows: &[Row]) -> Table {
     for (k, name) in ["nrmse_s", "nrmse_v", "nrmse_a"].into_iter().enumerate() {
         table.number(name, found().map(|found| found?.nrmse[k]));
     }
+    compared(&mut table, comparison);
     let own: Vec<Vec<String>> = settings.models.iter().map(|model| columns_of(&model.variant)).collect();
     let mut names: Vec<&String> = Vec::new();
     for name in own.iter().flatten() {
@@ -83,6 +86,25 @@ pub fn table(pairs: &[Pair], settings: &Settings, rows: &[Row]) -> Table {
     table.text("stop", found().map(|found| Some(found?.stop.as_str())));
     table.text("reason", rows.iter().map(|row| row.found.as_ref().err().map(String::as_str)));
     table
+}
+
+/// The columns of what models are compared by.
+fn compared(table: &mut Table, comparison: &Comparison) {
+    let scores = || comparison.scores.iter().map(|score| score.as_ref());
+    let finite = |score: &HeldScore| Some(score.score).filter(|score| score.is_finite());
+    match comparison.rule {
+        Rule::HeldBack => {
+            table.number("heldout_score", scores().map(|score| finite(score?)));
+            for (k, name) in ["heldout_rmse_s_m", "heldout_rmse_v_mps", "heldout_rmse_a_mps2"].into_iter().enumerate() {
+                table.number(name, scores().map(|score| score?.rmse[k]));
+            }
+            for (k, name) in ["heldout_nrmse_s", "heldout_nrmse_v", "heldout_nrmse_a"].into_iter().enumerate() {
+                table.number(name, scores().map(|score| score?.nrmse[k]));
+            }
+        }
+        Rule::Expected => table.number("expected_score", scores().map(|score| finite(score?))),
+        Rule::None => {}
+    }
 }
 
 fn duration(drive: &Drive) -> f64 {
@@ -118,10 +140,22 @@ pub struct Overview {
     pub gof: String,
     /// Pairs with a result.
     pub calibrated: usize,
-    /// Pairs on which this model has the lowest score of all models that were calibrated with the measure.
+    /// Pairs on which this model is ahead of all others that were calibrated with the measure, by more than the noise.
     pub best: usize,
-    /// The scores.
+    /// The scores on the drives that were calibrated on.
     pub score: Option<Spread>,
+    /// The scores that models are compared by.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub compared: Option<Spread>,
+    /// How far the mean of these scores is behind the lowest one of all models.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub behind: Option<Behind>,
+    /// Pairs on which a simulation of what was held back ends early.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub failed: usize,
+    /// True for the model with the fewest searched parameters of those that are not told apart from the best one.
+    #[serde(default)]
+    pub chosen: bool,
     /// The parameters, in the order of the model.
     pub parameters: Vec<ParameterOverview>,
 }
@@ -143,18 +177,15 @@ pub struct ParameterOverview {
     pub determined: Option<f64>,
 }
 
+// serde gives a reference.
+#[allow(clippy::trivially_copy_pass_by_ref)]
+fn is_zero(count: &usize) -> bool {
+    *count == 0
+}
+
 /// One entry per model and measure, measures first.
 #[must_use]
-pub fn overview(settings: &Settings, rows: &[Row]) -> Vec<Overview> {
-    // Of each pair and measure, the lowest score and whose it is.
-    let mut best: BTreeMap<(usize, usize), (f64, usize)> = BTreeMap::new();
-    for row in rows {
-        let Ok(found) = &row.found else { continue };
-        let entry = best.entry((row.place.pair, row.place.measure)).or_insert((found.score, row.place.model));
-        if found.score < entry.0 {
-            *entry = (found.score, row.place.model);
-        }
-    }
+pub fn overview(settings: &Settings, rows: &[Row], comparison: &Comparison) -> Vec<Overview> {
     let mut all = Vec::new();
     for (k, measure) in settings.measures.iter().enumerate() {
         for (m, model) in settings.models.iter().enumerate() {
@@ -163,6 +194,11 @@ pub fn overview(settings: &Settings, rows: &[Row]) -> Vec<Overview> {
                 .filter(|row| row.place.model == m && row.place.measure == k)
                 .filter_map(|row| row.found.as_ref().ok())
                 .collect();
+            let Standing { best, failed, behind, chosen } = comparison.standings[all.len()];
+            let scored =
+                rows.iter().zip(&comparison.scores).filter(|(row, _)| row.place.model == m && row.place.measure == k);
+            let compared: Vec<f64> =
+                scored.filter_map(|(_, score)| Some(score.as_ref()?.score).filter(|score| score.is_finite())).collect();
             let share = |count: usize| count as f64 / own.len().max(1) as f64;
             let parameter = |(i, symbol): (usize, &Symbol)| ParameterOverview {
                 name: symbol.name().to_owned(),
@@ -184,8 +220,12 @@ pub fn overview(settings: &Settings, rows: &[Row]) -> Vec<Overview> {
                 model: model.variant.name(),
                 gof: measure.to_string(),
                 calibrated: own.len(),
-                best: best.iter().filter(|((_, measure), (_, model))| *measure == k && *model == m).count(),
+                best,
                 score: Spread::of(&own.iter().map(|found| found.score).collect::<Vec<_>>()),
+                compared: Spread::of(&compared),
+                behind,
+                failed,
+                chosen,
                 parameters: model.variant.parameters().iter().enumerate().map(parameter).collect(),
             });
         }

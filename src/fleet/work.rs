@@ -2,7 +2,9 @@
 
 use super::{Drive, EVALUATIONS_PER_PARAMETER, Found, Journal, JournalError, Pair, Place, Row, Settings};
 use crate::calibrate::{CalibrateError, Replicate, SearchSpace, bound_times, calibrate_each};
-use crate::evaluator::{Case, Course, EvaluateError, Evaluator};
+use crate::catalog::Variant;
+use crate::convention::Convention;
+use crate::evaluator::{Case, CaseError, Course, EvaluateError, Evaluator};
 use crate::identify::{Exactly, identify_on};
 use crate::lanes::{Lanes, LanesPrecision};
 use crate::reference::Trace;
@@ -40,7 +42,7 @@ pub enum FleetError {
 
 /// One calibration that can be done.
 pub(super) struct Task {
-    place: Place,
+    pub(super) place: Place,
     pub(super) case: Case,
     pub(super) space: SearchSpace,
 }
@@ -140,18 +142,28 @@ fn build(
 /// The calibration of a place, or why there is none.
 pub(super) fn task(pairs: &[Pair], settings: &Settings, place: Place) -> Result<Task, String> {
     let (pair, model) = (&pairs[place.pair], &settings.models[place.model]);
-    let Drive { trajectory, vehicle } = pair.drive.as_ref().map_err(Clone::clone)?;
+    let drive = pair.drive.as_ref().map_err(Clone::clone)?;
+    let Drive { trajectory, vehicle } = drive;
     let vehicle = vehicle.as_ref();
     let mut overrides = model.overrides.clone();
     let ends = trajectory.t.first().zip(trajectory.t.last());
     bound_times(&model.variant, ends.map_or([0.0; 2], |(first, last)| [*first, *last]), &mut overrides);
     let space =
         SearchSpace::new(&model.variant, vehicle, settings.convention, &overrides).map_err(|e| e.to_string())?;
-    let case = Case::new(trajectory, model.variant, vehicle, settings.convention, space.tau_p_upper())
-        .and_then(|case| case.with_extension_delay(space.extension_delay_upper()))
-        .map_err(|e| e.to_string())?;
+    let case = case(drive, &space, &model.variant, settings.convention).map_err(|e| e.to_string())?;
     case.check_clock().and_then(|()| Course::new(&case)).map_err(|e| e.to_string())?;
     Ok(Task { place, case, space })
+}
+
+/// A drive for a model, with the delays that a space allows.
+pub(super) fn case(
+    Drive { trajectory, vehicle }: &Drive,
+    space: &SearchSpace,
+    variant: &Variant,
+    convention: Convention,
+) -> Result<Case, CaseError> {
+    Case::new(trajectory, *variant, vehicle.as_ref(), convention, space.tau_p_upper())?
+        .with_extension_delay(space.extension_delay_upper())
 }
 
 /// Calibrates some places of one model and measure on one evaluator. Once stopped, those that have ended.
@@ -210,13 +222,13 @@ fn found(exactly: Option<Exactly<'_>>, task: &Task, replicate: Replicate) -> Res
     let finite = |x: f64| x.is_finite().then_some(x);
     let signals = measures
         .map_or([[None; 2]; 3], |measures| measures.0.map(|signal| [finite(signal.rmse), finite(signal.nrmse)]));
-    let intervals = if let Some(exactly) = exactly {
-        let known = identify_on(exactly, &task.space, &candidate)?.parameters;
-        let of = |symbol| known.iter().find(|one| one.symbol == symbol && one.determined).map(|one| one.interval);
-        Some(task.space.symbols.iter().map(|symbol| of(*symbol)).collect())
-    } else {
-        None
-    };
+    let known = exactly.map(|exactly| identify_on(exactly, &task.space, &candidate)).transpose()?;
+    let optimism = known.as_ref().and_then(|known| known.optimism);
+    let intervals = known.map(|known| {
+        let of =
+            |symbol| known.parameters.iter().find(|one| one.symbol == symbol && one.determined).map(|one| one.interval);
+        task.space.symbols.iter().map(|symbol| of(*symbol)).collect()
+    });
     Ok(Found {
         score,
         rmse: signals.map(|[rmse, _]| rmse),
@@ -224,6 +236,7 @@ fn found(exactly: Option<Exactly<'_>>, task: &Task, replicate: Replicate) -> Res
         at_bound: task.space.at_bound(&candidate).iter().map(|symbol| symbol.name().to_owned()).collect(),
         parameters: candidate,
         intervals,
+        optimism,
         evaluations,
         stop: stop.to_string(),
     })

@@ -214,7 +214,7 @@ fn outcome(fields: serde_json::Value) -> Outcome {
 /// The same on one line, as text and as a page.
 fn said(outcome: &Outcome) -> [String; 2] {
     let flat = |text: String| text.split_whitespace().collect::<Vec<_>>().join(" ");
-    [diagnosis(outcome, &Beside::default()), html::diagnosis(outcome, Vec::new())].map(flat)
+    [diagnosis(outcome, &Beside::default()), html::diagnosis(outcome, Vec::new(), None)].map(flat)
 }
 
 #[test]

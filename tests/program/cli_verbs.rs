@@ -1,7 +1,7 @@
 //! The command line beyond `tests/program/cli.rs`: help, names that are nearly right, completions, manual pages, `--quiet`, extensions, reports,
 //! column maps.
 
-use crate::common::program::{leadlag, ok, scratch, stderr, text};
+use crate::common::program::{fails, leadlag, ok, scratch, stderr, text};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::fs;
@@ -275,17 +275,35 @@ fn a_report_of_a_calibration_is_one_page_without_network() {
     for outside in ["src=\"http", "href=\"http", "@import", "url(http"] {
         assert!(!html.contains(outside), "the page asks for {outside}");
     }
-    // The heading is the score that was minimised, under its name.
+    // The heading has the score that was minimised, under its name.
     let fit = scratch("cli_verbs", "heading");
     let search = ["--model", "idm", "--gof", "rmse-s", "--max-evaluations", "300", "--no-intervals", "--json"];
     let json = ok(&[&["calibrate", text(pair()), "--out", text(&fit)], &search[..]].concat());
     let result: serde_json::Value = serde_json::from_str(&json).expect("JSON");
     ok(&["report", text(&fit), "-o", text(&page)]);
     let html = fs::read_to_string(&page).expect("written");
-    let (_, heading) = html.split_once("<strong>rmse-s = ").expect("the goodness of fit in the heading");
-    let shown: f64 = heading.split_once('<').expect("an end").0.parse().expect("a number");
+    let (_, heading) = html.split_once("; rmse-s = ").expect("the goodness of fit in the heading");
+    let shown: f64 = heading.split_once(".</p>").expect("an end").0.parse().expect("a number");
     let minimised = result["score"]["rmse_s"].as_f64().expect("a score");
     assert!((shown / minimised - 1.0).abs() < 1e-3, "{shown} is not {minimised}");
+    assert!(
+        html.contains("<strong>Spacing is off by ") && html.contains(" %), speed by "),
+        "errors in words come first"
+    );
+    // The command that made it, and what it warned of.
+    assert!(html.contains("The command: <code>leadlag calibrate ") && html.contains("--max-evaluations 300"));
+    assert!(!html.contains("What the command warned of"));
+    ok(&[&["calibrate", text(pair()), "--smooth", "--joint", "--out", text(&fit)], &search[..]].concat());
+    let run = fit.join("run.json");
+    let made =
+        fs::read_to_string(&run).expect("written").replace("\"warnings\": []", "\"warnings\": [\"<b>doubt</b>\"]");
+    fs::write(&run, made).expect("room");
+    ok(&["report", text(&fit), "-o", text(&page)]);
+    let html = fs::read_to_string(&page).expect("written");
+    assert!(html.contains("<li>&lt;b&gt;doubt&lt;/b&gt;</li>"), "warnings are text");
+    fs::write(&run, "{").expect("room");
+    let (code, said) = fails(&["report", text(&fit), "-o", text(&page)]);
+    assert!(code == 1 && said.contains("run.json: expected the command of a result"), "{said}");
     let empty = scratch("cli_verbs", "empty");
     assert!(wrong(&["report", text(&empty), "-o", text(&page)]).contains("expected a folder with result.json"));
 }

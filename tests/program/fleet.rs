@@ -25,6 +25,11 @@ const HEADER: &str = "Trajectory_ID,Time_Index,ID_LV,Type_LV,Pos_LV,Speed_LV,Acc
 
 /// Rows of drives of so many samples at 10 Hz, each of a driver of his own behind a leader of his own.
 fn drives(numbers: std::ops::Range<u64>, samples: usize) -> String {
+    delayed_drives(numbers, samples, 0, 0.03)
+}
+
+/// The same of drivers who perceive all so many samples late, with noise of this size.
+fn delayed_drives(numbers: std::ops::Range<u64>, samples: usize, late: usize, noise: f64) -> String {
     let mut table = String::new();
     for number in numbers {
         let [v_0, t_h, d_0, a_max, a_min] = driver(number);
@@ -32,6 +37,7 @@ fn drives(numbers: std::ops::Range<u64>, samples: usize) -> String {
         let (mut x_l, mut v_l, mut v) = (100.0, 15.0, 14.0);
         let mut x = x_l - 4.6 - d_0 - t_h * v - 4.0;
         let mut lasting = 0.0;
+        let mut seen = std::collections::VecDeque::new();
         for k in 0..samples {
             let t = k as f64 * 0.1;
             let gap = x_l - 4.6 - x;
@@ -44,9 +50,12 @@ fn drives(numbers: std::ops::Range<u64>, samples: usize) -> String {
                 v_l - v
             )
             .expect("a String takes all");
-            lasting = 0.93 * lasting + 0.03 * normal(&mut rng);
-            let wanted = d_0 + (t_h * v + v * (v - v_l) / (2.0 * (a_max * a_min).sqrt())).max(0.0);
-            let a = a_max * (1.0 - (v / v_0).powi(4) - (wanted / gap).powi(2)) + lasting;
+            lasting = 0.93 * lasting + noise * normal(&mut rng);
+            seen.push_back((gap, v, v_l));
+            seen.drain(..seen.len().saturating_sub(late + 1));
+            let (s, u, u_l) = seen[0];
+            let wanted = d_0 + (t_h * u + u * (u - u_l) / (2.0 * (a_max * a_min).sqrt())).max(0.0);
+            let a = a_max * (1.0 - (u / v_0).powi(4) - (wanted / s).powi(2)) + lasting;
             let ahead = 15.0 + 7.0 * (t / 9.0 + number as f64).sin() + 4.0 * (t / 4.0).cos();
             let next = (v + 0.1 * a).max(0.0);
             (x, v) = (x + 0.05 * (v + next), next);
@@ -157,6 +166,75 @@ fn files_of_a_folder_are_one_fleet() {
     // Another data set does not go into the same folder.
     let (code, said) = fails(&[&all[..], &[text(&out), "--seed", "2"]].concat());
     assert!(code == 1 && said.contains("a fleet of other data, settings or program"), "{said}");
+}
+
+/// The larger of two nested models fits its own sample better in any case. It is best only where it follows other drives better, too.
+#[test]
+fn of_nested_models_the_larger_has_to_earn_it() {
+    let folder = scratch("fleet", "nested");
+    for (late, noise, name) in [(0, 0.03, "none"), (10, 0.01, "late")] {
+        let table = folder.join(format!("{name}.csv"));
+        fs::write(&table, HEADER.to_owned() + &delayed_drives(0..8, 1200, late, noise)).expect("room");
+        for (rule, column) in [(&[][..], "expected_score"), (&["--holdout", "0.3"], "heldout_score")] {
+            let out = folder.join(format!("{name}{}", rule.len()));
+            let models = ["--model", "idm", "--model", "idm+delay", "--gof", "nrmse-s", "--bounds", "human"];
+            let all = ["calibrate", text(&table), "--all", "--out", text(&out)];
+            let said = ok(&[&all[..], &models, rule].concat());
+            println!("{said}");
+            assert!(said.lines().all(|line| line.chars().count() <= 80), "{said}");
+            let file = fs::read_to_string(out.join("fleet.json")).expect("written");
+            let file: serde_json::Value = serde_json::from_str(&file).expect("JSON");
+            let [idm, delayed] = [0, 1].map(|k| &file["overview"][k]);
+            assert!(idm["score"]["median"].as_f64() >= delayed["score"]["median"].as_f64() || late == 0);
+            if late == 0 {
+                assert!(delayed["best"].as_u64() <= Some(1), "{said}");
+                assert_eq!(idm["chosen"], true, "{said}");
+                assert!(said.contains("cannot be told") || said.contains("idm follows these drivers best"), "{said}");
+            } else {
+                assert!(delayed["best"].as_u64() > Some(1) && idm["best"].as_u64() == Some(0), "{said}");
+                assert_eq!(delayed["chosen"], true, "{said}");
+                assert!(idm["behind"]["interval"][0].as_f64() > Some(0.0), "{said}");
+                assert!(said.contains("idm+delay follows these drivers best"), "{said}");
+            }
+            assert!(rows(&out).iter().all(|row| row[column].parse::<f64>().is_ok()), "{column}");
+            let page = folder.join("page.html");
+            ok(&["report", text(&out), "--out", text(&page)]);
+            let html = fs::read_to_string(&page).expect("written");
+            assert!(html.contains("Compared: the score"), "the page names the rule");
+        }
+    }
+}
+
+/// What is held back may be other files: a driver is found in them by the id of the car or the trajectory.
+#[test]
+fn other_drives_of_the_same_drivers_are_held_back() {
+    let folder = scratch("fleet", "held");
+    let [fit, other] = ["fit.csv", "other.csv"].map(|name| folder.join(name));
+    fs::write(&fit, HEADER.to_owned() + &drives(0..3, 300)).expect("room");
+    fs::write(&other, HEADER.to_owned() + &drives(1..5, 250)).expect("room");
+    let out = folder.join("out");
+    let all = ["calibrate", text(&fit), "--all", "--model", "idm", "--no-intervals", "--out", text(&out), "--holdout"];
+    let output = leadlag(&[&all[..], &[text(&other)]].concat());
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert!(stderr(&output).contains("nothing is held back of 1 of 3 pairs"), "{}", stderr(&output));
+    let scored: Vec<bool> = rows(&out).iter().map(|row| !row["heldout_score"].is_empty()).collect();
+    assert_eq!(scored, [false, true, true]);
+    fs::write(&other, HEADER.to_owned() + &drives(7..9, 250)).expect("room");
+    for (given, expected) in [
+        (
+            text(&other),
+            "are of none of the drivers that are calibrated, who are automated vehicle 1, automated vehicle 3",
+        ),
+        (text(&fit), "it is calibrated on, too"),
+        ("1.5", "expected a share above 0 and below 1"),
+        ("nan", "expected a share above 0 and below 1"),
+    ] {
+        let (code, said) = fails(&[&all[..], &[given]].concat());
+        assert!(code == 2 && said.contains(expected), "{given}: {said}");
+    }
+    // Two seconds are needed on either side.
+    let (_, said) = fails(&[&all[..], &["0.95"]].concat());
+    assert!(said.contains("in either part, found 1."), "{said}");
 }
 
 #[test]

@@ -273,6 +273,12 @@ fn drivers_are_called_by_their_ids() {
         shown.contains("\ntrajectory D03\n") && !shown.contains("trajectory D01\n"),
         "the longest in full: {shown}"
     );
+    // Without the group the table is asked what tells its drives apart; the surplus column of one value is none.
+    let nameless = fs::read_to_string(&map).expect("written").replace("group = { name = \"driver\" }\n", "");
+    let nameless = file(&folder, "nameless.toml", &nameless);
+    let (code, said) = fails(&["inspect", text(&table), "--columns", text(&nameless)]);
+    assert!(code == 1 && said.contains("if driver tells drives apart, add `group = { name = \"driver\" }`"), "{said}");
+    assert!(!said.contains("remove one of them"), "{said}");
     let one = folder.join("one");
     let calibrate = |more: &[&str]| {
         let words = ["calibrate", text(&table), "--model", "idm", "--out", text(&one), "--no-intervals"];
@@ -292,6 +298,29 @@ fn drivers_are_called_by_their_ids() {
     let all = folder.join("all");
     ok(&fleet(&table, &all, &[&columns[..], &["--model", "idm"]].concat()));
     assert!(rows(&all).iter().all(|row| row["name"] == row["trajectory"] && row["name"].starts_with("D0")));
+    // One of them is simulated by his id with what the table has, and scores the same there.
+    let simulate = |result: &Path, more: &[&str]| {
+        leadlag(&[&["simulate", text(&table), "--result", text(result), "--json"], &columns[..], more].concat())
+    };
+    let scored = |output: &std::process::Output| -> serde_json::Value {
+        assert!(output.status.success(), "{}", stderr(output));
+        serde_json::from_slice(&output.stdout).expect("JSON")
+    };
+    let row = rows(&all).into_iter().find(|row| row["name"] == "D04").expect("a row");
+    for result in [all.clone(), all.join("parameters.csv"), all.join("fleet.json")] {
+        let run = scored(&simulate(&result, &["--follower", "D04"]));
+        assert_eq!(run["runs"][0]["score"]["nrmse_s"].as_f64(), row["nrmse_s"].parse().ok(), "{result:?}");
+    }
+    for (more, expected) in [
+        (&["--follower", "D06"][..], "not a follower"),
+        (&["--trajectory", "D06"], "found no driver D06; it has D01, D02, D03, D04, D05; did you mean"),
+        (&[], "give the driver by --follower or --trajectory; it has D01"),
+    ] {
+        let refused = simulate(&all, more);
+        assert!(refused.status.code() == Some(2), "{more:?}");
+        let said = stderr(&refused);
+        assert!(said.contains(expected) || said.contains("found no driver"), "{more:?}: {said}");
+    }
     let page = folder.join("page.html");
     ok(&["report", text(&all), "--out", text(&page)]);
     let html = fs::read_to_string(page).expect("written");

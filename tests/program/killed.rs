@@ -18,10 +18,12 @@ fn kills() -> usize {
     std::env::var("LEADLAG_KILLS").map_or_else(|_| sample::times(12), |kills| kills.parse().expect("a number"))
 }
 
-/// The files of a folder that readers see, but for one that tells times.
+/// The files of a folder that readers see, but for those that tell times and the command.
 fn visible(folder: &Path) -> Files {
     let entries = fs::read_dir(folder).expect("it is there").flatten();
-    let files = entries.filter(|entry| entry.path().is_file() && entry.file_name() != "timing.json");
+    let files = entries.filter(|entry| {
+        entry.path().is_file() && entry.file_name() != "timing.json" && entry.file_name() != "run.json"
+    });
     // A file may go while one looks.
     files.filter_map(|file| Some((file.file_name().into_string().ok()?, fs::read(file.path()).ok()?))).collect()
 }

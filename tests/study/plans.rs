@@ -51,7 +51,11 @@ fn a_plan_says_what_it_uses_within_80_columns() {
     let folder = scratch("columns_80");
     let file = folder.join("plan.toml");
     fs::write(&file, plan_text(1, 300)).unwrap();
-    let output = leadlag(&["study", "plan", text(&file), "--out", text(&folder.join("study"))]);
+    let study = folder.join("study");
+    let plan = ["study", "plan", text(&file), "--out", text(&study)];
+    let short = stderr(&leadlag(&plan));
+    assert!(short.contains("4 trajectories of 2 files; what was done to ") && !short.contains("sha256"), "{short}");
+    let output = leadlag(&[&plan[..], &["--verbose"]].concat());
     let said = stderr(&output);
     let flat = said.split_whitespace().collect::<Vec<_>>().join(" ");
     for expected in [
@@ -146,6 +150,9 @@ fn bad_plans_say_where_what_and_what_to_do() {
             "bounds = { f_2 = [0, 1] }",
             "calibration.bounds.f_2: not a parameter of any variant of this plan",
         ),
+        ("max_evaluations = 300", "bounds = \"humans\"", "did you mean `human`?"),
+        ("max_evaluations = 300", "bounds = { set = \"humans\" }", "calibration.bounds.set: expected"),
+        ("max_evaluations = 300", "bounds = 3", "calibration.bounds: expected a set, such as \"human\", or a table"),
         (
             "max_evaluations = 300",
             "bounds = { v0 = 3 }",
@@ -169,6 +176,63 @@ fn bad_plans_say_where_what_and_what_to_do() {
         assert!(said.contains(message), "{to}\nexpected: {message}\nfound: {said}");
         assert!(!out.exists(), "{to}: nothing is written");
     }
+}
+
+/// A set of bounds is named, and may be changed in parts.
+#[test]
+fn bounds_are_a_set_or_single_ones() {
+    let bounds = |given: &str| {
+        let plan = plan_text(1, 300)
+            .replace("\"l-cth+linear\"", "\"idm+delay\"")
+            .replace("max_evaluations = 300", &format!("max_evaluations = 300\nbounds = {given}"));
+        Plan::parse(&plan, "plan.toml", std::path::Path::new(""), "plan").expect("a plan").calibration.bounds
+    };
+    let human = bounds("\"human\"");
+    assert!(human["t_h"][1] > 2.5 && human.contains_key("tau_p"), "{human:?}");
+    let mut changed = human.clone();
+    changed.insert("t_h".to_owned(), [0.5, 1.5]);
+    assert_eq!(bounds("{ set = \"human\", t_h = [0.5, 1.5] }"), changed);
+    assert!(bounds("\"acc\"").is_empty());
+}
+
+/// A driver whose id two files have is one driver, and what nobody is validated on is said.
+#[test]
+fn a_driver_is_known_by_the_id_in_training_and_test() {
+    let folder = scratch("drivers");
+    let table = |ids: [&str; 2]| {
+        let mut table = "driver,t,vl,v,gap\n".to_owned();
+        for (k, id) in ids.iter().enumerate() {
+            for step in 0..300 {
+                let t = f64::from(step) / 10.0;
+                let v = 15.0 + 2.0 * (t / (3.0 + k as f64)).sin();
+                table += &format!("{id},{t:.1},{v:.3},{:.3},{:.3}\n", v - 0.1, 20.0 + 0.1 * t);
+            }
+        }
+        table
+    };
+    let map = "rows = \"pairs\"\n[columns]\ngroup = { name = \"driver\" }\ntime = { name = \"t\", unit = \"s\" }\n\
+               speed = { name = \"v\", unit = \"m/s\" }\nlead_speed = { name = \"vl\", unit = \"m/s\" }\n\
+               gap = { name = \"gap\", unit = \"m\" }\n";
+    fs::write(folder.join("own.toml"), map).unwrap();
+    fs::write(folder.join("train.csv"), table(["D01", "D02"])).unwrap();
+    let entry = |name: &str, file: &str| {
+        format!("[[platoon]]\nname = \"{name}\"\ntable = \"{file}\"\ncolumns = \"own.toml\"\ntrajectories = \"all\"\n")
+    };
+    let plan = format!(
+        "schema_version = 1\n[data]\n{}{}[calibration]\nvariants = [\"idm\"]\nmax_evaluations = 200\n",
+        entry("A", "train.csv"),
+        entry("B", "test.csv")
+    );
+    let file = folder.join("plan.toml");
+    fs::write(&file, plan).unwrap();
+    let said = |ids| {
+        fs::write(folder.join("test.csv"), table(ids)).unwrap();
+        stderr(&leadlag(&["study", "plan", text(&file), "--out", text(&folder.join("study"))]))
+    };
+    let same = said(["D01", "D03"]);
+    assert!(same.contains("2 validation runs") && !same.contains("nothing is validated"), "{same}");
+    let other = said(["D03", "D04"]).split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(other.contains("0 validation runs") && other.contains("the followers are D01, D02, D03, D04"), "{other}");
 }
 
 /// Three cars in a row, told apart by ids, in a table that only a column map can read.

@@ -39,6 +39,10 @@ pub struct Args {
     /// Every leader-follower pair of all files, each by itself: one table of parameters. The same command goes on with what was interrupted
     #[arg(long, conflicts_with_all = ["joint", "plot", "segment", "replicates"])]
     pub all: bool,
+    /// With --all: hold back this share of each drive, its end, or the drives of these files, each of the driver of the same id. They are scored
+    /// and not calibrated on, and models are compared by them; files may be given several times
+    #[arg(long, value_name = "SHARE|FILE", requires = "all", allow_negative_numbers = true)]
+    pub holdout: Vec<String>,
     /// What is minimised: nrmse-sva, rmse-s, u-sv, ...; weights behind a colon: nrmse-sva:1,1,0.5. With --all several
     #[arg(long = "gof", default_value = "nrmse-sva")]
     pub gofs: Vec<GoodnessOfFit>,

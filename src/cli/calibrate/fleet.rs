@@ -6,10 +6,11 @@ use super::super::lines::Lines;
 use super::super::{folder, interrupt, output};
 use super::Args;
 use crate::api::bounds::origin;
-use crate::api::fleet::{Pairs, files, settings};
+use crate::api::error::Usage;
+use crate::api::fleet::{Pairs, checked_share, files, settings};
 use crate::api::warnings;
 use crate::catalog::Variant;
-use crate::fleet::{self, Journal, Model, Pair, Row, Settings};
+use crate::fleet::{self, Comparison, Held, Journal, Model, Pair, Row, Settings, driver};
 use crate::report::fleet::{FleetFile, text};
 use crate::report::{csv, parquet};
 use crate::trajectory::Trajectory;
@@ -18,6 +19,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
+
+/// So many ids are named in a message.
+const IDS_NAMED: usize = 5;
 
 const JOURNAL: &str = "journal.jsonl";
 const TABLES: [&str; 3] = ["parameters.csv", "parameters.parquet", "fits.csv"];
@@ -30,8 +34,10 @@ pub fn run(args: &Args, models: &[Variant]) -> anyhow::Result<()> {
     folder::refuse(&args.out, folder::DIAGNOSIS, "fleet")?;
     interrupt::watch_saying("what was calibrated is kept; the same command goes on");
     let inputs = files(&args.files)?;
-    folder::spare(&args.out, &inputs, |name| [TABLES.as_slice(), &[folder::FLEET, JOURNAL]].concat().contains(&name))?;
-    let Pairs { pairs, unreadable, .. } = read(args, &settings, &inputs)?;
+    folder::spare(&args.out, &inputs, |name| {
+        [TABLES.as_slice(), &[folder::FLEET, folder::RUN, JOURNAL]].concat().contains(&name)
+    })?;
+    let (Pairs { pairs, unreadable, .. }, holdout) = read(args, &settings, &inputs)?;
     let usable = pairs.iter().filter(|pair| pair.drive.is_ok()).count();
     if usable == 0 {
         let first = pairs.iter().find_map(|pair| pair.drive.as_ref().err()).cloned();
@@ -52,8 +58,9 @@ pub fn run(args: &Args, models: &[Variant]) -> anyhow::Result<()> {
     anyhow::ensure!(done == whole, "interrupted: {done} of {whole} calibrations are kept; the same command goes on");
     let rows: Vec<Row> = rows.into_iter().flatten().collect();
     let names = pairs.iter().map(|pair| pair.name.as_str());
-    let file = FleetFile::of(&pairs, &settings, &rows, origin(&args.bounds, names));
-    write(&args.out, &file, &pairs, &settings, &rows)?;
+    let comparison = fleet::compare(&pairs, &settings, &rows)?;
+    let file = FleetFile::of(&pairs, &settings, &rows, &comparison, holdout, origin(&args.bounds, names));
+    write(&args.out, &file, &pairs, &settings, &rows, &comparison)?;
     output::print(&if args.json { file.to_json() } else { text(&file) })?;
     let seconds = started.elapsed().as_secs_f64();
     eprintln!("{seconds:.1} s, {:.0} pairs/s; files in {}", whole as f64 / seconds, args.out.display());
@@ -62,23 +69,75 @@ pub fn run(args: &Args, models: &[Variant]) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The pairs of all files; what is doubtful in them is said.
-fn read(args: &Args, settings: &Settings, files: &[PathBuf]) -> anyhow::Result<Pairs> {
+/// The pairs of all files, and what is held back of them, in words; what is doubtful in them is said.
+fn read(args: &Args, settings: &Settings, files: &[PathBuf]) -> anyhow::Result<(Pairs, Option<String>)> {
     let reading = args.data.reading();
     let needing = settings.models.iter().map(|model| &model.variant).find(|variant| variant.needs_vehicle());
-    let pairs = Pairs::of_files(&reading, files, args.follower.as_deref(), needing, &interrupt::asked)?;
+    let of_files =
+        |files: &[PathBuf]| Pairs::of_files(&reading, files, args.follower.as_deref(), needing, &interrupt::asked);
+    let mut pairs = of_files(files)?;
     pairs.doubtful().iter().chain(&pairs.repeated()).for_each(|text| warn(text));
+    let held = match args.holdout.as_slice() {
+        [] => None,
+        given if given.iter().any(|text| text.parse::<f64>().is_ok()) => {
+            let [text] = given else {
+                return Err(Usage(format!("--holdout {}: expected one share, or files", given.join(" "))).into());
+            };
+            let share = checked_share(text.parse()?)?;
+            Some((Held::Share(share), format!("the last {} % of each drive", 100.0 * share)))
+        }
+        given => {
+            let held = self::files(given)?;
+            let twice = held.iter().find(|path| files.contains(path));
+            if let Some(path) = twice {
+                let shown = path.display();
+                return Err(Usage(format!(
+                    "--holdout {shown}: it is calibrated on, too; give another file, or a share"
+                ))
+                .into());
+            }
+            Some((Held::Pairs(of_files(&held)?.pairs), format!("the drives of {}", given.join(", "))))
+        }
+    };
+    let holdout = match held {
+        None => None,
+        Some((held, told)) => {
+            let (usable, without) = (pairs.pairs.iter().filter(|pair| pair.drive.is_ok()).count(), pairs.hold(held));
+            if usable > 0 && without == usable {
+                let ids: Vec<&str> = pairs.pairs.iter().filter_map(driver).take(IDS_NAMED).collect();
+                let message = format!(
+                    "--holdout: {told} are of none of the drivers that are calibrated, who are {}; drivers are matched by the name of the car, or \
+                     else the id of the trajectory",
+                    if ids.is_empty() { "nameless".to_owned() } else { ids.join(", ") }
+                );
+                return Err(Usage(message).into());
+            }
+            if without > 0 {
+                warn(&format!(
+                    "--holdout: nothing is held back of {without} of {usable} pairs, which compare no models"
+                ));
+            }
+            Some(told)
+        }
+    };
     let usable = pairs.pairs.iter().filter_map(|pair| pair.drive.as_ref().ok());
     let trajectories: Vec<&Trajectory> = usable.map(|drive| &drive.trajectory).collect();
     for Model { variant, overrides } in &settings.models {
         let said = warnings::of(&reading, variant, args.convention, overrides, &trajectories);
         said.iter().for_each(|text| warn(text));
     }
-    Ok(pairs)
+    Ok((pairs, holdout))
 }
 
-fn write(folder: &Path, file: &FleetFile, pairs: &[Pair], settings: &Settings, rows: &[Row]) -> anyhow::Result<()> {
-    let table = fleet::table(pairs, settings, rows);
+fn write(
+    folder: &Path,
+    file: &FleetFile,
+    pairs: &[Pair],
+    settings: &Settings,
+    rows: &[Row],
+    comparison: &Comparison,
+) -> anyhow::Result<()> {
+    let table = fleet::table(pairs, settings, rows, comparison);
     output::warn_of_formula(&folder.join(TABLES[0]), &table);
     let mut change = Change::begin(folder)?;
     change.write(TABLES[0], &csv::write(&table))?;

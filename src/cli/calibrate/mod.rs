@@ -56,7 +56,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let is_own = |name: &str| {
         let numbered =
             [("simulation", "csv"), ("plot", "svg")].iter().any(|(stem, ending)| folder::is_of(name, stem, ending));
-        numbered || [folder::RESULT, "timing.json"].contains(&name)
+        numbered || [folder::RESULT, folder::RUN, "timing.json"].contains(&name)
     };
     folders.iter().try_for_each(|folder| {
         folder::refuse(folder, folder::DIAGNOSIS, "calibrated")?;

@@ -2,6 +2,7 @@
 
 use super::charts::columns;
 use crate::report::fleet::{Fit, FleetFile, Shown, page as write};
+use crate::report::html::MadeBy;
 use crate::result::read_bounded;
 use crate::text::bounded::Lines;
 use crate::trajectory::is_nameless;
@@ -10,7 +11,7 @@ use std::collections::HashMap;
 use std::path::Path;
 
 /// The rows of the table of parameters.
-fn rows(path: &Path, file: &FleetFile) -> anyhow::Result<Vec<Shown>> {
+pub fn rows(path: &Path, file: &FleetFile) -> anyhow::Result<Vec<Shown>> {
     let place = || format!("{}: cannot read the table", path.display());
     let mut reader = csv::Reader::from_reader(Lines::of_table(path).with_context(place)?);
     let names: HashMap<String, usize> =
@@ -20,6 +21,10 @@ fn rows(path: &Path, file: &FleetFile) -> anyhow::Result<Vec<Shown>> {
         let row = row.with_context(place)?;
         let cell = |name: &str| names.get(name).and_then(|&k| row.get(k)).unwrap_or_default();
         let number = |name: &str| cell(name).parse().unwrap_or(f64::NAN);
+        let ends = |name: &str| {
+            let end = |side: &str| cell(&format!("{name}_{side}")).parse().ok();
+            Some([end("low")?, end("high")?])
+        };
         let (model, gof) = (cell("model").to_owned(), cell("gof").to_owned());
         let own = file.overview.iter().find(|one| one.model == model && one.gof == gof);
         let parameters = own.into_iter().flat_map(|one| &one.parameters);
@@ -36,7 +41,8 @@ fn rows(path: &Path, file: &FleetFile) -> anyhow::Result<Vec<Shown>> {
             name,
             pair: number("pair") as usize,
             label,
-            values: parameters.map(|parameter| number(&parameter.column)).collect(),
+            values: parameters.clone().map(|parameter| number(&parameter.column)).collect(),
+            ends: parameters.map(|parameter| ends(&parameter.column)).collect(),
             score: number("score"),
             model,
             gof,
@@ -45,7 +51,7 @@ fn rows(path: &Path, file: &FleetFile) -> anyhow::Result<Vec<Shown>> {
     Ok(rows)
 }
 
-pub fn page(folder: &Path) -> anyhow::Result<String> {
+pub fn page(folder: &Path, made: Option<&MadeBy>) -> anyhow::Result<String> {
     let path = folder.join("fleet.json");
     let text = read_bounded(&path)?;
     let file: FleetFile = serde_json::from_str(&text)
@@ -67,5 +73,5 @@ pub fn page(folder: &Path) -> anyhow::Result<String> {
             }
         }
     }
-    Ok(write(&file, &shown, &fits, &text))
+    Ok(write(&file, &shown, &fits, &text, made))
 }

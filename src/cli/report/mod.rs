@@ -1,14 +1,14 @@
 //! `leadlag report`: a calibration, a fleet, a study or a diagnosis as one HTML file.
 
 mod charts;
-mod fleet;
+pub mod fleet;
 mod study;
 
 use super::change::settle;
 use super::demo::quoted;
-use super::folder::{DIAGNOSIS, FLEET, RESULT};
+use super::folder::{DIAGNOSIS, FLEET, RESULT, RUN};
 use super::{Usage, output};
-use crate::report::html::{self, DriveErrors};
+use crate::report::html::{self, DriveErrors, MadeBy};
 use crate::report::residuals::{error_budget, over_speed};
 use crate::result::diagnosis::Outcome;
 use crate::result::{ResultFile, read_bounded};
@@ -68,11 +68,25 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 /// The page of what a file is the main one of.
 pub fn page(file: &Path) -> anyhow::Result<String> {
     let folder = file.parent().unwrap_or(Path::new("."));
+    let made = made_by(folder)?;
     match file.file_name().and_then(|name| name.to_str()) {
         Some("tasks.jsonl") => study::page(folder),
-        Some(FLEET) => fleet::page(folder),
-        _ => one(file, folder),
+        Some(FLEET) => fleet::page(folder, made.as_ref()),
+        _ => one(file, folder, made.as_ref()),
     }
+}
+
+/// The command that made what is in a folder, where it is known.
+fn made_by(folder: &Path) -> anyhow::Result<Option<MadeBy>> {
+    let path = folder.join(RUN);
+    if !path.exists() {
+        return Ok(None);
+    }
+    let text = read_bounded(&path)?;
+    let made = serde_json::from_str(&text).with_context(|| {
+        format!("{}: expected the command of a result, as leadlag writes it; remove the file", path.display())
+    })?;
+    Ok(Some(made))
 }
 
 /// The file that makes a folder what it is.
@@ -102,7 +116,7 @@ fn result_in(args: &Args) -> anyhow::Result<PathBuf> {
 }
 
 /// The page of a calibration or of a diagnosis.
-fn one(file: &Path, folder: &Path) -> anyhow::Result<String> {
+fn one(file: &Path, folder: &Path, made: Option<&MadeBy>) -> anyhow::Result<String> {
     let text = read_bounded(file)?;
     let Ok(Kind { verdict }) = serde_json::from_str(&text) else {
         bail!(
@@ -113,7 +127,7 @@ fn one(file: &Path, folder: &Path) -> anyhow::Result<String> {
     if verdict.is_some() {
         let outcome: Outcome = serde_json::from_str(&text)
             .with_context(|| format!("{}: expected a diagnosis of this version of leadlag", file.display()))?;
-        return Ok(html::diagnosis(&outcome, charts::of_diagnosis(folder, &outcome)?));
+        return Ok(html::diagnosis(&outcome, charts::of_diagnosis(folder, &outcome)?, made));
     }
     let result = ResultFile::read(file)?;
     let (mut charts, simulated) = charts::of_calibration(folder, &result)?;
@@ -129,5 +143,5 @@ fn one(file: &Path, folder: &Path) -> anyhow::Result<String> {
         exported.map(|export| charts::of_sumo(folder, &export).map(|charts| (export, charts))).transpose()?;
     let errors = error_budget(&simulated)
         .map(|all| DriveErrors { all, each: simulated.iter().map(|one| (one.label.clone(), one.rms())).collect() });
-    Ok(html::calibration(&result, charts, errors.as_ref(), exported, &text))
+    Ok(html::calibration(&result, charts, errors.as_ref(), exported, &text, made))
 }

@@ -3,6 +3,7 @@
 use super::super::evaluator::{BY_PLAN, transcribed, warn};
 use super::super::output::{self, counted};
 use crate::study::folder::Folder;
+use crate::study::plan::Validation;
 use crate::study::{Plan, Study, StudyError, Task};
 use crate::trajectory::is_nameless;
 use std::collections::HashSet;
@@ -24,7 +25,13 @@ pub struct Args {
     /// List the tasks although stdout is a terminal; into a file or another program they are listed anyway
     #[arg(long)]
     tasks: bool,
+    /// List the trajectories: their files with checksums, and what was done to the data before
+    #[arg(short, long)]
+    verbose: bool,
 }
+
+/// So many followers are named in a warning.
+const NAMED: usize = 5;
 
 /// Columns of a line.
 const WIDTH: usize = 80;
@@ -34,14 +41,11 @@ fn lines_within(indent: usize) -> textwrap::Options<'static> {
     textwrap::Options::new(WIDTH).initial_indent(indent).subsequent_indent(indent).break_words(false)
 }
 
-/// Trajectories of which it is told what was done to them.
-const LISTED: usize = 60;
-
 /// Which files are used, for whom, and what was done to the data before.
 fn used(study: &Study) -> String {
     let mut text = String::new();
     let mut platoon = "";
-    for entry in study.drives.iter().map(|drive| &drive.entry).take(LISTED) {
+    for entry in study.drives.iter().map(|drive| &drive.entry) {
         if platoon != entry.platoon {
             platoon = &entry.platoon;
             text += &format!("{platoon} uses {}\n  sha256 {}\n", entry.file, entry.sha256);
@@ -49,9 +53,18 @@ fn used(study: &Study) -> String {
         text += &format!("  follower {}, {}\n", entry.follower, entry.vehicle);
         entry.notes.iter().for_each(|note| text += &format!("{}\n", fill(note, lines_within(4))));
     }
-    if study.drives.len() > LISTED {
-        text += &format!("and {} more trajectories; study.json lists them all\n", study.drives.len() - LISTED);
-    }
+    text
+}
+
+/// What a reader has to know of the data, and where the rest is.
+fn in_short(study: &Study) -> String {
+    let mut files: Vec<&str> = study.drives.iter().map(|drive| drive.entry.file.as_str()).collect();
+    files.sort_unstable();
+    files.dedup();
+    let prepared = study.drives.iter().filter(|drive| !drive.entry.notes.is_empty()).count();
+    let (count, of) = (counted(study.drives.len() as u64, "trajectory"), counted(files.len() as u64, "file"));
+    let text = format!("{count} of {of}; what was done to {prepared} of them: --verbose, or study.json");
+    let mut text = format!("{}\n", fill(&text, lines_within(0)));
     if let Some(first) = study.left_out.first() {
         let (count, whole) = (study.left_out.len(), study.left_out.len() + study.drives.len());
         let said =
@@ -77,6 +90,23 @@ fn taken_for_one(study: &Study) -> Option<String> {
         names.join(", ")
     );
     (!names.is_empty()).then_some(note)
+}
+
+/// Why nothing is validated, where something should be.
+fn not_validated(study: &Study) -> Option<String> {
+    if study.plan.validation == Validation::None || study.drives.len() < 2 || study.validation_runs() > 0 {
+        return None;
+    }
+    let mut names: Vec<&str> = study.drives.iter().map(|drive| drive.entry.vehicle.as_str()).collect();
+    names.sort_unstable();
+    names.dedup();
+    let more = if names.len() > NAMED { ", ..." } else { "" };
+    names.truncate(NAMED);
+    Some(format!(
+        "nothing is validated: no two platoons have a follower of the same name; the followers are {}{more}. Where they are the same driver, name \
+         him by `vehicle` in [[platoon]], or map his id as `group`",
+        names.join(", ")
+    ))
 }
 
 /// Trajectories that are validated on measurements that they are calibrated on.
@@ -131,8 +161,11 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let content = crate::text::bounded::read_to_string(&args.plan, crate::text::bounded::TEXT_MAX)?;
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from(&plan.name));
     let study = Study::open(plan)?;
-    used(&study).lines().for_each(|line| eprintln!("{line}"));
-    [taken_for_one(&study), same_data(&study)].iter().flatten().for_each(|note| warn(note));
+    if args.verbose {
+        used(&study).lines().for_each(|line| eprintln!("{line}"));
+    }
+    in_short(&study).lines().for_each(|line| eprintln!("{line}"));
+    [taken_for_one(&study), same_data(&study), not_validated(&study)].iter().flatten().for_each(|note| warn(note));
     let tasks = study.tasks();
     let before = Folder::open(&out).and_then(|folder| folder.tasks()).unwrap_or_default();
     Folder::create(&out, &content, &study)?;

@@ -7,7 +7,9 @@ use crate::catalog::Variant;
 const HUMAN: &str = include_str!("human.toml");
 
 /// A named set of bounds, as `--bounds` takes it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, strum::EnumString, strum::IntoStaticStr, strum::VariantArray)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, strum::EnumString, strum::IntoStaticStr, strum::VariantArray, strum::VariantNames,
+)]
 #[strum(const_into_str, serialize_all = "snake_case")]
 pub enum BoundSet {
     /// Table 3 of the paper: cars with adaptive cruise control.

@@ -4,7 +4,7 @@
 //! derivatives are taken without those of e (Gauss and Newton), which keeps the form from falling anywhere.
 
 use super::noise::{Answer, Free, Noise};
-use super::{Exactly, student};
+use super::{Exactly, Optimism, student};
 use crate::calibrate::SearchSpace;
 use crate::convention::Denominators;
 use crate::evaluator::{Case, EvaluateError};
@@ -71,6 +71,8 @@ pub(super) struct Local {
     samples: usize,
     /// Pieces of the noise that do not depend on each other, less the searched parameters.
     freedom: f64,
+    /// Size of the noise, summed over the cases \[m²/s²\].
+    pub(super) power: f64,
     /// Added to the diagonal of every form.
     ridge: f64,
     /// Steps tried on either side of each searched parameter, of the case that needed most.
@@ -108,6 +110,7 @@ impl Local {
             independent,
             samples: 0,
             freedom: 0.0,
+            power: 0.0,
             ridge: 0.0,
             tried: vec![0; n],
         };
@@ -147,9 +150,10 @@ impl Local {
         local.curvature += DMatrix::identity(n, n) * local.ridge;
         for (k, form) in forms.iter().enumerate() {
             match form.noise(exactly, k, space, candidate)? {
-                Some((noise, pieces)) => {
+                Some((noise, pieces, power)) => {
                     local.noise += noise;
                     local.freedom += pieces;
+                    local.power += power;
                 }
                 None => return Ok(Err(local.refused("the candidate lies on the very edge of what is feasible"))),
             }
@@ -258,6 +262,16 @@ impl Local {
         moved
     }
 
+    /// By how much the score on another drive of the same driver exceeds, on average, that of the drive which the parameters were fitted to: the
+    /// trace of the inverse curvature times the covariance of the gradient (K. Takeuchi, 1976; for independent residuals H. Akaike's 1974).
+    /// `inside`: the searched parameters that lie on no bound; the others cannot follow the noise. `None` where the form is singular.
+    pub(super) fn optimism(&self, inside: &[bool]) -> Option<Optimism> {
+        let kept: Vec<usize> = (0..self.free.len()).filter(|&k| inside[k]).collect();
+        let part = |form: &DMatrix<f64>| DMatrix::from_fn(kept.len(), kept.len(), |a, b| form[(kept[a], kept[b])]);
+        let trace = part(&self.curvature).cholesky()?.solve(&part(&self.noise)).trace();
+        (trace.is_finite() && trace >= 0.0).then_some(Optimism { score: trace, noise: self.power })
+    }
+
     /// How far parameter `k` may be off: by the covariance of the gradient and the curvature of the score (the sandwich of P. J. Huber,
     /// 1967, for estimators such as this one).
     pub(super) fn spread(&self, k: usize) -> Spread {
@@ -317,14 +331,14 @@ impl CaseForm {
     }
 
     /// Covariance of the gradient by the noise of the drive: of the measurement, and of the acceleration that the model does not know, whose
-    /// effect goes through the model. Beside it, the pieces of the noise that do not depend on each other. `None` if the run fails.
+    /// effect goes through the model. Beside it, the pieces of the noise that do not depend on each other, and its size. `None` if the run fails.
     fn noise(
         &self,
         exactly: Exactly<'_>,
         k: usize,
         space: &SearchSpace,
         candidate: &[f64],
-    ) -> Result<Option<(DMatrix<f64>, f64)>, EvaluateError> {
+    ) -> Result<Option<(DMatrix<f64>, f64, f64)>, EvaluateError> {
         let (lanes, at) = (exactly.lanes, exactly.first + k);
         let Some(noise) = Noise::of(lanes, at, space, candidate, STEPS[0])? else { return Ok(None) };
         let Some(free) = Free::new(lanes, at, space.parameters(candidate))? else { return Ok(None) };
@@ -375,7 +389,7 @@ impl CaseForm {
             covariance.ger(size.powi(2), start, start, 1.0);
         }
         // What lasts T is as good as forgotten after 2 T.
-        Ok(Some((covariance, samples as f64 * dt / (2.0 * noise.lasts).max(dt))))
+        Ok(Some((covariance, samples as f64 * dt / (2.0 * noise.lasts).max(dt), noise.power())))
     }
 }
 

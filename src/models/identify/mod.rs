@@ -47,11 +47,23 @@ pub struct Knowledge {
     pub rise: f64,
 }
 
+/// What the parameters have followed of the noise of a drive, which lasts.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Optimism {
+    /// By how much the score is expected to be higher on another drive of the same driver, in units of the score; in proportion to the noise.
+    pub score: f64,
+    /// The noise that was found with the model: mean square of the speed that an unknown acceleration adds in some seconds \[m²/s²\]. What a
+    /// model misses counts as noise, too.
+    pub noise: f64,
+}
+
 /// What is known of all searched parameters.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Identifiability {
     /// One entry per searched parameter; empty if it could not be found out, see `note`.
     pub parameters: Vec<Knowledge>,
+    /// By how much the score is expected to be higher on another drive of the same driver; `None` if it could not be found out.
+    pub optimism: Option<Optimism>,
     /// Why there are no intervals.
     pub note: Option<&'static str>,
     /// Simulated candidates.
@@ -102,7 +114,7 @@ pub fn identify_on(
     space: &SearchSpace,
     candidate: &[f64],
 ) -> Result<Identifiability, EvaluateError> {
-    let none = |note, evaluations| Ok(Identifiability { parameters: Vec::new(), note: Some(note), evaluations });
+    let none = |note, evaluations| Ok(Identifiability { note: Some(note), evaluations, ..Identifiability::default() });
     let local = match local::Local::new(exactly, exactly.lanes.gof(), space, candidate)? {
         Ok(local) => local,
         Err(refused) => return none(refused.note, refused.evaluations),
@@ -143,7 +155,10 @@ pub fn identify_on(
     let parameters: Vec<Knowledge> = parameters.collect();
     let seconds: f64 = exactly.cases().iter().map(|case| case.s.len() as f64 * case.dt).sum();
     let note = (seconds < SHORT_S && parameters.iter().any(|one| one.determined)).then_some(SHORT);
-    Ok(Identifiability { parameters, note, evaluations: local.evaluations() + 1 })
+    let on_bound = space.at_bound(candidate);
+    let inside: Vec<bool> = local.free.iter().map(|&i| !on_bound.contains(&space.symbols[i])).collect();
+    let optimism = local.optimism(&inside);
+    Ok(Identifiability { parameters, optimism, note, evaluations: local.evaluations() + 1 })
 }
 
 /// Ends of an interval whose half is so wide at the value. Of a parameter that cannot be 0 by its bounds the error grows with the value, so that
@@ -161,7 +176,8 @@ fn ends(x: f64, half: f64, [lower, upper]: [f64; 2]) -> [f64; 2] {
 
 /// Quantile of Student's t distribution for [`CONFIDENCE`]: the first terms of the expansion of E. A. Cornish and R. A. Fisher (1938);
 /// good to 1 % from 4 degrees of freedom on, and not asked for fewer.
-fn student(freedom: f64) -> f64 {
+#[must_use]
+pub fn student(freedom: f64) -> f64 {
     let (z, nu) = (NORMAL, freedom.max(4.0));
     let (z3, z5, z7) = (z.powi(3), z.powi(5), z.powi(7));
     z + (z3 + z) / (4.0 * nu)

@@ -24,6 +24,9 @@ const FINER: f64 = 0.25;
 /// A parameter is not taken out if so small a share of what it does is its own: what it does is what others do, too.
 const OWN: f64 = 1e-10;
 
+/// In so many seconds a driver has answered a disturbance: how much speed the unknown acceleration adds in them is the size of the noise.
+const ANSWERED_S: f64 = 4.0;
+
 /// Noise of a drive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Noise {
@@ -99,6 +102,11 @@ impl Noise {
         }
         let ((_, speed), [ratio, lasts]) = found;
         Noise { acceleration: ratio * speed / dt, lasts, spacing: 0.0, speed }
+    }
+
+    /// Mean square of the speed that the unknown acceleration adds until a driver has answered \[m²/s²\].
+    pub fn power(&self) -> f64 {
+        self.added(ANSWERED_S, 0)
     }
 
     /// Covariance of the speeds that the unknown acceleration adds in two stretches of this length, so many stretches apart \[m²/s²\].

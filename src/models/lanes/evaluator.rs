@@ -2,13 +2,8 @@
 
 use super::compile::error::LanesError;
 use super::compile::model::Model;
-<<<<<<< HEAD
-use super::run::core::{Core, Finished, History};
-use super::run::products::{Bins, Differences, Products};
-=======
 use super::run::core::{Core, Finished, History, Traces};
-use super::run::products::Differences;
->>>>>>> calib
+use super::run::products::{Bins, Differences, Products};
 use super::run::real::Real;
 use super::run::simd::InstructionSet;
 use super::run::stream::Stream;
@@ -287,7 +282,6 @@ impl Lanes {
         })
     }
 
-<<<<<<< HEAD
     /// Sums of products of the errors of pulled runs and of their derivatives, bin by bin; in the order of `differences`, `None` where a
     /// run fails.
     ///
@@ -324,7 +318,6 @@ impl Lanes {
         with_engine!(self.observing()?, core => core.squares(&self.cases, job, &settings, &observers, bins))
     }
 
-=======
     /// Residuals of free runs whose squares add up to the score, one vector per candidate: those of spacing, then of speed, then of
     /// acceleration, one per sample of the drive; 0 before the first simulated sample and of a signal that is not compared. What stands
     /// in the vector of a run that fails means nothing.
@@ -338,7 +331,6 @@ impl Lanes {
         })
     }
 
->>>>>>> calib
     fn pulling(&self, job: &Job<'_>, pull: Pull) -> (Settings, Vec<Observer>) {
         let adding = Adding::One(self.gof.accumulation());
         let counts = self.cases[job.case].convention.bounds == BoundRule::Reject;

@@ -3,7 +3,7 @@
 use super::Fit;
 use crate::fleet::Spread;
 use crate::report::figure::{Anchor, Figure, INK, PALE, PALETTE};
-use crate::report::html::short;
+use crate::report::html::{short, within};
 use crate::statistics::spearman;
 
 /// Values of one parameter, with its name and unit.
@@ -24,7 +24,7 @@ const BASE: &str = "#9ec5e6";
 
 impl Distribution<'_> {
     /// From the lowest to the highest value; wider where they are one.
-    fn ends(&self) -> [f64; 2] {
+    pub fn ends(&self) -> [f64; 2] {
         let finite = || self.values.iter().copied().filter(|x| x.is_finite());
         let (low, high) = (finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max));
         if low < high { [low, high] } else { [low - 0.5, low + 0.5] }
@@ -86,12 +86,12 @@ pub fn together(all: &[Distribution]) -> String {
     const CELL: f64 = 130.0;
     let n = all.len();
     let side = CELL * (n - 1) as f64;
-    let mut figure = Figure::new((side + 60.0).max(IN_A_ROW as f64 * SIZE[0]), side + 44.0, "", &[]);
+    let mut figure = Figure::new((side + 80.0).max(IN_A_ROW as f64 * SIZE[0]), side + 54.0, "", &[]);
     for (row, down) in all.iter().enumerate().skip(1) {
         let top = 20.0 + CELL * (row - 1) as f64;
-        figure.upright([24.0, top + CELL / 2.0 - 10.0], 12.5, &down.name);
+        figure.upright([16.0, top + CELL / 2.0 - 10.0], 12.5, &down.name);
         for (column, right) in all.iter().enumerate().take(row) {
-            let left = 40.0 + CELL * column as f64;
+            let left = 62.0 + CELL * column as f64;
             let pairs: Vec<(f64, f64)> = right
                 .values
                 .iter()
@@ -100,10 +100,18 @@ pub fn together(all: &[Distribution]) -> String {
                 .map(|(x, y)| (*x, *y))
                 .collect();
             density(&mut figure, [left, top, CELL - 20.0], &pairs, [right, down]);
+            if column == 0 {
+                for (y, x) in [(top + 9.0, down.ends()[1]), (top + CELL - 22.0, down.ends()[0])] {
+                    figure.text([left - 4.0, y], 10.0, Anchor::End, INK, &within(x, down.ends()));
+                }
+            }
             let rank = spearman(&pairs).map_or("–".to_owned(), |r| format!("{r:+.2}"));
             figure.text([left + CELL - 20.0, top - 4.0], 12.0, Anchor::End, INK, &rank);
             if row == n - 1 {
-                figure.text([left + CELL / 2.0 - 10.0, top + CELL - 2.0], 12.5, Anchor::Middle, INK, &right.name);
+                figure.text([left + CELL / 2.0 - 10.0, top + CELL + 8.0], 12.5, Anchor::Middle, INK, &right.name);
+                let [low, high] = right.ends();
+                figure.text([left, top + CELL - 7.0], 10.0, Anchor::Start, INK, &within(low, [low, high]));
+                figure.text([left + CELL - 20.0, top + CELL - 7.0], 10.0, Anchor::End, INK, &within(high, [low, high]));
             }
         }
     }

@@ -1,13 +1,16 @@
 //! A fleet in words, as a file and as a page: it is about the drivers.
 
 mod figures;
+mod forest;
 mod page;
 mod text;
 
 pub use page::{Fit, Shown, page};
 pub use text::text;
 
-use crate::fleet::{EVALUATIONS_PER_PARAMETER, Overview, Pair, Row, SCHEMA_VERSION, Settings, overview};
+use crate::fleet::{
+    Comparison, EVALUATIONS_PER_PARAMETER, Overview, Pair, Row, Rule, SCHEMA_VERSION, Settings, overview,
+};
 use crate::identify::{SHORT, SHORT_S};
 use crate::trajectory::Source;
 use indexmap::IndexMap;
@@ -44,6 +47,12 @@ pub struct FleetFile {
     pub bounds: IndexMap<String, IndexMap<String, [f64; 2]>>,
     /// Where the bounds are from.
     pub bounds_from: String,
+    /// By what models are compared; files of earlier versions do not say it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub compared_by: Option<Rule>,
+    /// What was held back of each driver, in words.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub holdout: Option<String>,
     /// One entry per model and measure.
     pub overview: Vec<Overview>,
 }
@@ -51,7 +60,14 @@ pub struct FleetFile {
 impl FleetFile {
     /// What the rows say.
     #[must_use]
-    pub fn of(pairs: &[Pair], settings: &Settings, rows: &[Row], bounds_from: String) -> FleetFile {
+    pub fn of(
+        pairs: &[Pair],
+        settings: &Settings,
+        rows: &[Row],
+        comparison: &Comparison,
+        holdout: Option<String>,
+        bounds_from: String,
+    ) -> FleetFile {
         let mut data: Vec<Source> = Vec::new();
         for drive in pairs.iter().filter_map(|pair| pair.drive.as_ref().ok()) {
             let source = &drive.trajectory.source;
@@ -89,7 +105,57 @@ impl FleetFile {
             note: short.then(|| SHORT.to_owned()),
             bounds: bounds.collect(),
             bounds_from,
-            overview: overview(settings, rows),
+            compared_by: Some(comparison.rule),
+            holdout,
+            overview: overview(settings, rows, comparison),
+        }
+    }
+
+    /// The entry of the model that a reader should take, of the first measure.
+    #[must_use]
+    pub fn chosen(&self) -> Option<&Overview> {
+        let first = &self.overview.first()?.gof;
+        let own = || self.overview.iter().filter(|one| one.gof == *first);
+        own().find(|one| one.chosen).or_else(|| own().max_by_key(|one| one.calibrated))
+    }
+
+    /// By what the models are compared, in a sentence; empty of one model with nothing held back.
+    #[must_use]
+    pub fn rule(&self) -> String {
+        let held = self.holdout.as_deref().unwrap_or("what was held back");
+        let several = self.overview.iter().any(|one| one.model != self.overview[0].model);
+        match self.compared_by {
+            Some(Rule::HeldBack) => format!("Compared: the score on {held}, which no parameter was fitted to."),
+            Some(Rule::Expected) if several => "Compared: the score that is expected on another drive of the same driver, the own score plus \
+                 what the parameters have followed of the noise. --holdout 0.3 measures it."
+                .to_owned(),
+            Some(Rule::None) if several => "Not compared: on its own drive the larger of two nested models always fits better. Give --holdout 0.3, or \
+                 leave out --no-intervals."
+                .to_owned(),
+            _ => String::new(),
+        }
+    }
+
+    /// What the comparison of the models of the first measure says, in a sentence; empty where there is none.
+    #[must_use]
+    pub fn verdict(&self) -> String {
+        let Some(chosen) = self.chosen().filter(|one| one.behind.is_some()) else { return String::new() };
+        let own = self.overview.iter().filter(|one| one.gof == chosen.gof && one.model != chosen.model);
+        let (mut open, mut worse) = (Vec::new(), 0);
+        for one in own {
+            match one.behind {
+                Some(behind) if behind.is_open() => open.push(one.model.as_str()),
+                _ => worse += 1,
+            }
+        }
+        let chosen = &chosen.model;
+        match (open.as_slice(), worse) {
+            ([], 0) => String::new(),
+            ([], _) => format!("{chosen} follows these drivers best."),
+            (open, _) => format!(
+                "{chosen} cannot be told from {}: the difference does not decide, and it has the fewest parameters.",
+                open.join(", ")
+            ),
         }
     }
 

@@ -2,8 +2,9 @@
 
 use super::FleetFile;
 use super::figures::{self, Distribution};
+use super::forest::{Estimates, forest};
 use crate::fleet::Overview;
-use crate::report::html::{Page, escape, short};
+use crate::report::html::{MadeBy, Page, escape, short, within};
 
 /// A row of the table.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,6 +23,8 @@ pub struct Shown {
     pub score: f64,
     /// The parameters in the order of the overview of the model.
     pub values: Vec<f64>,
+    /// The ends of their intervals, `None` where the drive does not determine them.
+    pub ends: Vec<Option<[f64; 2]>>,
 }
 
 /// The signals of a fit: time, measured and simulated spacing, measured and simulated speed.
@@ -33,13 +36,16 @@ pub struct Fit {
     pub signals: [Vec<f64>; 5],
 }
 
-/// One HTML page; `twin` is the text of `fleet.json`.
+/// So many drivers have a row each; of more the counts are drawn.
+const FEW: usize = 40;
+
+/// One HTML page; `twin` is the text of `fleet.json`, `made` the command that made it, where it is known.
 #[must_use]
-pub fn page(file: &FleetFile, rows: &[Shown], fits: &[Fit], twin: &str) -> String {
+pub fn page(file: &FleetFile, rows: &[Shown], fits: &[Fit], twin: &str, made: Option<&MadeBy>) -> String {
     let mut page = Page::default();
     let first = file.overview.first().map_or("", |one| one.gof.as_str());
-    let models: Vec<&Overview> = file.overview.iter().filter(|one| one.gof == first).collect();
-    let best = models.iter().rev().max_by_key(|one| one.best);
+    let models = file.overview.iter().filter(|one| one.gof == first).count();
+    let best = file.chosen();
     if let Some(one) = best {
         drivers(&mut page, one, rows);
     }
@@ -47,14 +53,14 @@ pub fn page(file: &FleetFile, rows: &[Shown], fits: &[Fit], twin: &str) -> Strin
         page.paragraph(&format!("What to mind: {note}."));
     }
     if file.overview.len() > 1 {
-        compared(&mut page, &file.overview);
+        compared(&mut page, file);
     }
     if let Some(one) = best {
         scores(&mut page, one, rows, fits);
     }
     data(&mut page, file);
-    let lead = best.map_or(String::new(), |one| lead(file, one, models.len()));
-    page.finish("Many drivers", &lead, twin)
+    let lead = best.map_or(String::new(), |one| lead(file, one, models));
+    page.finish("Many drivers", &lead, twin, made)
 }
 
 /// The answer in a sentence or two.
@@ -66,8 +72,10 @@ fn lead(file: &FleetFile, one: &Overview, models: usize) -> String {
             facts.push(format!("{} {}{unit}", parameter.name, short(spread.median)));
         }
     }
-    let wins =
-        if models > 1 { format!("; it fits {} of them best of {models} models", one.best) } else { String::new() };
+    let wins = match file.verdict() {
+        told if told.is_empty() => String::new(),
+        told => format!(", one of {models} models. {}", told.trim_end_matches('.')),
+    };
     format!(
         "<p class=\"verdict\"><strong>{} of {} pairs calibrated with {}</strong>{}. The driver in the middle: {}.</p>",
         one.calibrated,
@@ -78,14 +86,16 @@ fn lead(file: &FleetFile, one: &Overview, models: usize) -> String {
     )
 }
 
-fn values(one: &Overview, rows: &[Shown]) -> Vec<Vec<f64>> {
-    let own = |row: &&Shown| row.model == one.model && row.gof == one.gof && row.score.is_finite();
-    (0..one.parameters.len()).map(|i| rows.iter().filter(own).map(|row| row.values[i]).collect()).collect()
+/// The rows of a model and measure that have a result.
+fn of<'a>(one: &Overview, rows: &'a [Shown]) -> Vec<&'a Shown> {
+    rows.iter().filter(|row| row.model == one.model && row.gof == one.gof && row.score.is_finite()).collect()
 }
 
 fn drivers(page: &mut Page, one: &Overview, rows: &[Shown]) {
     page.section("drivers", "The drivers");
-    let values = values(one, rows);
+    let own = of(one, rows);
+    let values: Vec<Vec<f64>> =
+        (0..one.parameters.len()).map(|i| own.iter().map(|row| row.values[i]).collect()).collect();
     // A parameter that is fixed tells nothing of anybody.
     let varies = |values: &Vec<f64>| values.iter().any(|x| *x != values[0]);
     let shown: Vec<Distribution> = one
@@ -102,8 +112,32 @@ fn drivers(page: &mut Page, one: &Overview, rows: &[Shown]) {
             spread: parameter.spread,
         })
         .collect();
-    page.picture("How the parameters are spread over the drivers", &figures::histograms(&shown));
-    page.paragraph("The line is the median; half of the drivers are in the dark part.");
+    if own.len() <= FEW {
+        let varying: Vec<usize> = (0..values.len()).filter(|i| varies(&values[*i])).collect();
+        let ends = |i: usize| own.iter().map(|row| row.ends[i]).collect();
+        let estimates: Vec<Estimates> =
+            shown.iter().zip(&varying).map(|(of, i)| Estimates { of: of.clone(), ends: ends(*i) }).collect();
+        let names: Vec<&str> = own.iter().map(|row| row.name.as_str()).collect();
+        page.picture("The drivers, with 95 % intervals", &forest(&names, &estimates));
+        page.paragraph("A grey point: the drive does not determine the value. The line is the median.");
+        let head: Vec<&str> =
+            ["driver", one.gof.as_str()].into_iter().chain(shown.iter().map(|of| of.name.as_str())).collect();
+        let row = |row: &&Shown| {
+            let cell = |i: &usize| match row.ends[*i] {
+                Some(ends) => {
+                    let [value, low, high] = [row.values[*i], ends[0], ends[1]].map(|x| within(x, ends));
+                    // A minus sign of its own, for a hyphen in front would look like a formula.
+                    format!("{value} [{low}, {high}]").replace('-', "−")
+                }
+                None => format!("({})", short(row.values[*i])).replace('-', "−"),
+            };
+            [row.name.clone(), short(row.score)].into_iter().chain(varying.iter().map(cell)).collect()
+        };
+        page.table("Driver by driver", &head, &own.iter().map(row).collect::<Vec<_>>());
+    } else {
+        page.picture("How the parameters are spread over the drivers", &figures::histograms(&shown));
+        page.paragraph("The line is the median; half of the drivers are in the dark part.");
+    }
     let percent = |share: f64| format!("{:.0} %", 100.0 * share);
     let row = |parameter: &crate::fleet::ParameterOverview| {
         let spread = parameter.spread?;
@@ -139,19 +173,37 @@ fn drivers(page: &mut Page, one: &Overview, rows: &[Shown]) {
     }
 }
 
-fn compared(page: &mut Page, all: &[Overview]) {
+fn compared(page: &mut Page, file: &FleetFile) {
+    let all = &file.overview;
     page.section("models", "Which model fits best");
     let row = |one: &Overview| {
-        let score = one.score.map_or(["–".to_owned(), "–".to_owned()], |s| {
+        let own = one.score.map_or("–".to_owned(), |score| short(score.median));
+        let [median, range] = one.compared.map_or(["–".to_owned(), "–".to_owned()], |s| {
             [short(s.median), format!("{} to {}", short(s.nine_tenths[0]), short(s.nine_tenths[1]))]
         });
-        let [median, range] = score;
-        vec![one.model.clone(), one.gof.clone(), median, range, format!("{} of {}", one.best, one.calibrated)]
+        let behind = one.behind.map_or("–".to_owned(), |behind| behind.told());
+        let best = format!("{} of {}", one.best, one.calibrated);
+        vec![one.model.clone(), one.gof.clone(), own, median, range, best, behind, one.failed.to_string()]
     };
     let rows: Vec<Vec<String>> = all.iter().map(row).collect();
     let share =
-        |row: usize, column: usize| (column == 4).then(|| all[row].best as f64 / all[row].calibrated.max(1) as f64);
-    page.table_with("Models", &["model", "minimised", "median score", "5 to 95 %", "best on"], &rows, &share);
+        |row: usize, column: usize| (column == 5).then(|| all[row].best as f64 / all[row].calibrated.max(1) as f64);
+    let head = [
+        "model",
+        "minimised",
+        "median on the own drives",
+        "median compared",
+        "5 to 95 %",
+        "best on",
+        "mean is higher by [95 %]",
+        "ends early on",
+    ];
+    page.table_with("Models", &head, &rows, &share);
+    page.paragraph(&file.rule());
+    page.paragraph(
+        "Best on: pairs on which the model is ahead of all others by more than the noise of the drive, which lasts. Mean is higher by: the 95 % \
+         interval of the ratio to the model with the lowest scores; where it contains 0 %, the drives do not tell the two apart.",
+    );
 }
 
 fn scores(page: &mut Page, one: &Overview, rows: &[Shown], fits: &[Fit]) {

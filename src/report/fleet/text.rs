@@ -22,11 +22,11 @@ pub fn text(file: &FleetFile) -> String {
     if file.overview.len() > 1 {
         text += &models(&file.overview);
     }
-    // The one that fits most pairs best is told in full.
-    let gof = file.overview.first().map(|one| one.gof.clone());
-    let own = file.overview.iter().filter(|one| Some(&one.gof) == gof.as_ref());
-    if let Some(best) = own.rev().max_by_key(|one| one.best) {
-        text += &parameters(best, file.intervals);
+    for told in [file.rule(), file.verdict()].iter().filter(|told| !told.is_empty()) {
+        text += &wrapped(0, 2, told);
+    }
+    if let Some(chosen) = file.chosen() {
+        text += &parameters(chosen, file.intervals);
     }
     if let Some(note) = &file.note {
         text += &wrapped(0, 2, note);
@@ -36,13 +36,20 @@ pub fn text(file: &FleetFile) -> String {
 
 fn models(all: &[Overview]) -> String {
     let mut text =
-        format!("\n{:<26} {:<10} {:>9} {:>17} {:>13}\n", "model", "minimised", "median", "5 to 95 %", "best on");
+        format!("\n{:<26} {:<10} {:>9} {:>12} {:>18}\n", "model", "minimised", "median", "best on", "mean is higher");
     for one in all {
-        let (median, range) =
-            one.score.map_or(("–".to_owned(), "–".to_owned()), |s| (short(s.median), range(s.nine_tenths)));
+        let median = one.compared.or(one.score).map_or("–".to_owned(), |s| short(s.median));
         let best = format!("{} of {}", one.best, one.calibrated);
+        let behind = one.behind.map_or("–".to_owned(), |behind| behind.told());
         // Writing to a String cannot fail.
-        let _ = writeln!(text, "{:<26} {:<10} {median:>9} {range:>17} {best:>13}", one.model, one.gof);
+        let _ = writeln!(text, "{:<26} {:<10} {median:>9} {best:>12} {behind:>18}", one.model, one.gof);
+    }
+    for one in all.iter().filter(|one| one.failed > 0) {
+        let told = format!(
+            "{}: ends early on {} of {} held back; its mean leaves them out",
+            one.model, one.failed, one.calibrated
+        );
+        text += &wrapped(0, 2, &told);
     }
     text
 }

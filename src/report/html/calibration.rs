@@ -2,7 +2,7 @@
 
 use super::budget::budget;
 use super::sumo::sumo;
-use super::{Chart, Line, Page, Panel, Role, between, escape, short};
+use super::{Chart, Line, MadeBy, Page, Panel, Role, between, escape, short, within};
 use crate::diagnose::describe::error_breakdown::Budget;
 use crate::identify::CONFIDENCE;
 use crate::report::text::{OPEN, UNDETERMINED, partner};
@@ -27,6 +27,7 @@ pub fn calibration(
     errors: Option<&DriveErrors>,
     exported: Option<(Export, Vec<Chart>)>,
     twin: &str,
+    made: Option<&MadeBy>,
 ) -> String {
     let mut page = Page::default();
     page.section("parameters", "Parameters");
@@ -72,22 +73,37 @@ pub fn calibration(
     if let Some((export, charts)) = exported {
         sumo(&mut page, &export, charts);
     }
-    let off = match off(result, errors) {
-        [Some(s), Some(v), Some(a)] => {
-            format!(": off by {} m, {} m/s and {} m/s² (root mean square)", short(s), short(v), short(a))
-        }
-        _ => String::new(),
-    };
     let lead = format!(
-        "<p class=\"verdict\"><strong>{} = {}</strong> with variant {}{off}</p>",
+        "<p class=\"verdict\"><strong>{}</strong> (root mean square, and its share of that of the measured signal) with variant {}; {} = {}.</p>",
+        escape(&headline(result, errors)),
+        escape(&result.numbered_model()),
         escape(&result.gof),
         result.best_score().map_or("–".to_owned(), short),
-        escape(&result.numbered_model())
     );
     let warning = result.drivers.as_ref().map_or(String::new(), |told| {
         format!("<p class=\"verdict bad_base\"><strong>Not one driver.</strong> {}.</p>", escape(told))
     });
-    page.finish(&format!("Calibration of {}", result.model()), &format!("{lead}{warning}"), twin)
+    page.finish(&format!("Calibration of {}", result.model()), &format!("{lead}{warning}"), twin, made)
+}
+
+/// How far the simulation is off, in the units of the signals and in per cent of their size.
+fn headline(result: &ResultFile, errors: Option<&DriveErrors>) -> String {
+    let shares = ["nrmse_s", "nrmse_v", "nrmse_a"].map(|name| result.score.get(name).copied().flatten());
+    let errors = off(result, errors);
+    let told = |k: usize, unit: &str| {
+        let share = shares[k].map_or(String::new(), |share| format!(" ({} %)", two(100.0 * share)));
+        errors[k].map(|error| format!("{} {unit}{share}", two(error)))
+    };
+    match (told(0, "m"), told(1, "m/s"), told(2, "m/s²")) {
+        (Some(s), Some(v), Some(a)) => format!("Spacing is off by {s}, speed by {v} and acceleration by {a}"),
+        _ => "The simulation cannot be compared in every signal".to_owned(),
+    }
+}
+
+/// Two significant digits.
+fn two(value: f64) -> String {
+    let rounded: f64 = format!("{value:.1e}").parse().unwrap_or(value);
+    short(rounded)
 }
 
 /// Root mean square errors of all drives: of their samples together where these are at hand, as in the budget, else as scored.
@@ -155,13 +171,15 @@ fn parameters(page: &mut Page, result: &ResultFile) {
     let known = |name: &String| result.identifiability.as_ref().and_then(|known| known.parameters.get(name));
     let correlation = result.identifiability.as_ref().and_then(|known| known.correlation.as_ref());
     let row = |(name, value): (&String, &f64)| {
-        let end = |value: f64, open: bool| if open { format!("({})", short(value)) } else { short(value) };
-        let interval = match (result.intervals.get(name), known(name)) {
+        let own = result.intervals.get(name).copied();
+        let digits = |value: f64| own.map_or_else(|| short(value), |ends| within(value, ends));
+        let end = |value: f64, open: bool| if open { format!("({})", digits(value)) } else { digits(value) };
+        let interval = match (own, known(name)) {
             (_, Some(KnowledgeEntry { determined: false, .. })) => UNDETERMINED.to_owned(),
             (Some([lower, upper]), Some(KnowledgeEntry { open, .. })) => {
-                format!("{} to {}", end(*lower, open[0]), end(*upper, open[1]))
+                format!("{} to {}", end(lower, open[0]), end(upper, open[1]))
             }
-            (interval, _) => between(interval.copied()),
+            (interval, _) => between(interval),
         };
         let bounds = match result.bounds.get(name) {
             Some([lower, upper]) if lower == upper => "fixed".to_owned(),
@@ -169,7 +187,7 @@ fn parameters(page: &mut Page, result: &ResultFile) {
         };
         vec![
             name.clone(),
-            short(*value),
+            digits(*value),
             interval,
             result.units.get(name).cloned().unwrap_or_default(),
             bounds,

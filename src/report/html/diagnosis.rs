@@ -1,7 +1,7 @@
 //! The report of a diagnosis: the chain of evidence in words and pictures.
 
 use super::budget::budget;
-use super::{Chart, Page, between, escape, short};
+use super::{Chart, MadeBy, Page, between, escape, short};
 use crate::diagnose::describe::gain::Gain;
 use crate::report::diagnosis::causes::{AT_BOUND, MEND_FIRST, meaning};
 use crate::report::diagnosis::pictures;
@@ -10,7 +10,7 @@ use crate::result::diagnosis::{CauseEntry, HeldBackEntry, Outcome, ParameterEntr
 
 /// One HTML file. `charts` are the simulations, drive by drive.
 #[must_use]
-pub fn diagnosis(outcome: &Outcome, charts: Vec<Chart>) -> String {
+pub fn diagnosis(outcome: &Outcome, charts: Vec<Chart>, made: Option<&MadeBy>) -> String {
     let mut page = Page::default();
     summary(&mut page, outcome);
     page.section("simulation", "What the simulation gets wrong");
@@ -32,7 +32,7 @@ pub fn diagnosis(outcome: &Outcome, charts: Vec<Chart>) -> String {
         if outcome.recommended.is_some() { " recommended" } else { "" },
         rest.join(" ")
     );
-    page.finish(&format!("Diagnosis of {base}"), &lead, &outcome.to_json())
+    page.finish(&format!("Diagnosis of {base}"), &lead, &outcome.to_json(), made)
 }
 
 fn summary(page: &mut Page, outcome: &Outcome) {
@@ -263,7 +263,7 @@ mod tests {
         };
         let mut page = Page::default();
         scores(&mut page, &gain);
-        let html = page.finish("", "", "{}");
+        let html = page.finish("", "", "{}", None);
         for told in ["crashes, held back", "2 of 4", "0 of 4", "1 of 5"] {
             assert!(html.contains(told), "{told}: {html}");
         }

@@ -7,12 +7,14 @@ mod budget;
 mod calibration;
 mod chart;
 mod diagnosis;
+mod made_by;
 mod sumo;
 mod table;
 
 pub use calibration::{DriveErrors, calibration};
 pub use chart::{Chart, Line, Panel, Role};
 pub use diagnosis::diagnosis;
+pub use made_by::{MadeBy, RUN_VERSION};
 pub(in crate::internal::report) use table::is_formula;
 
 const UPLOT_JS: &str = include_str!("../../../assets/uplot/uPlot.iife.min.js");
@@ -82,8 +84,8 @@ impl Page {
         ));
     }
 
-    /// The whole file. `twin` is the machine-readable result.
-    pub fn finish(mut self, title: &str, lead: &str, twin: &str) -> String {
+    /// The whole file. `twin` is the machine-readable result, `made` the command that made it, where it is known.
+    pub fn finish(mut self, title: &str, lead: &str, twin: &str, made: Option<&MadeBy>) -> String {
         if !self.sections.is_empty() {
             self.raw("</section>");
         }
@@ -95,14 +97,15 @@ impl Page {
             .join(" ");
         let charts = serde_json::to_string(&self.charts).expect("numbers and text can be written");
         let version = env!("CARGO_PKG_VERSION");
+        let [warnings, command] = [MadeBy::warnings, MadeBy::command].map(|of| made.map_or(String::new(), of));
         format!(
             "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n\
              <meta http-equiv=\"Content-Security-Policy\" content=\"{POLICY}\">\n\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
              <meta name=\"color-scheme\" content=\"light dark\"><meta name=\"generator\" content=\"leadlag {version}\">\n\
              <link rel=\"icon\" href=\"data:,\"><title>{title}</title>\n<style>{UPLOT_CSS}\n{REPORT_CSS}</style></head>\n\
-             <body><header><h1>{title}</h1>{lead}<nav aria-label=\"sections\">{links}</nav></header>\n<main>\n{body}</main>\n\
-             <footer><p>Made by leadlag {version}. Charts: uPlot. The whole result is in this file: \
+             <body><header><h1>{title}</h1>{lead}{warnings}<nav aria-label=\"sections\">{links}</nav></header>\n<main>\n{body}</main>\n\
+             <footer>{command}<p>Made by leadlag {version}. Charts: uPlot. The whole result is in this file: \
              <button type=\"button\" id=\"save\">save it as JSON</button>\
              <noscript> (needs JavaScript)</noscript></p>\
              <details><summary>Licence of uPlot</summary><pre>{licence}</pre></details></footer>\n\
@@ -145,6 +148,16 @@ pub(in crate::internal::report) fn short(value: f64) -> String {
     if rounded.abs() < 1e-3 { format!("{rounded:e}") } else { rounded.to_string() }
 }
 
+/// A value with as many digits as an interval around it bears: two of its width.
+pub(in crate::internal::report) fn within(value: f64, [low, high]: [f64; 2]) -> String {
+    let width = high - low;
+    if !value.is_finite() || !width.is_finite() || width <= 0.0 {
+        return short(value);
+    }
+    let decimals = (1.0 - width.log10().floor()).clamp(0.0, 12.0) as usize;
+    format!("{value:.decimals$}")
+}
+
 /// An interval.
 pub(super) fn between(interval: Option<[f64; 2]>) -> String {
     interval.map_or("–".to_owned(), |[low, high]| format!("{} to {}", short(low), short(high)))
@@ -152,11 +165,25 @@ pub(super) fn between(interval: Option<[f64; 2]>) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::short;
+    use super::{short, within};
 
     #[test]
     fn numbers_are_short_whatever_their_size() {
         let shown = [12_346.0, 0.281_639, 0.001, -0.000_013_63, 2.619e-9, -1.7e-17, f64::NAN].map(short);
         assert_eq!(shown, ["12350", "0.2816", "0.001", "-1.363e-5", "2.619e-9", "0", "–"]);
+    }
+
+    #[test]
+    fn a_value_has_the_digits_of_its_interval() {
+        for (value, ends, shown) in [
+            (1.196_437, [1.117_3, 1.279_8], "1.20"),
+            (33.651_2, [21.0, 59.0], "34"),
+            (0.055_56, [0.0551, 0.0560], "0.05556"),
+            (1234.5, [1000.0, 1500.0], "1234"),
+            (0.281_639, [0.281_639; 2], "0.2816"),
+            (f64::NAN, [0.0, 1.0], "–"),
+        ] {
+            assert_eq!(within(value, ends), shown);
+        }
     }
 }

@@ -7,10 +7,13 @@ use crate::statistics::{mean, median};
 use crate::study::PastRuns;
 use crate::study::inventory::Inventory;
 use crate::study::outcome::claims::Claim;
-use crate::study::outcome::{Outcomes, Tried};
+use crate::study::outcome::{Outcomes, Ranking, Tried};
 use crate::study::paper::VALIDATIONS;
 use crate::study::table::{Table, Values};
 use serde_json::{Map, Value, json};
+
+/// So many variants that cannot be told apart are named.
+const NAMED: usize = 4;
 
 pub fn write(material: &Material, inventory: &Inventory, past: &PastRuns) -> String {
     let study = material.study;
@@ -38,56 +41,53 @@ pub fn write(material: &Material, inventory: &Inventory, past: &PastRuns) -> Str
         n => format!(" {n} tasks are missing, so these numbers are preliminary."),
     };
     let own = material.own;
-    let (first, then) = answer(own);
+    let (first, then) = answer(own, &Ranking::of(own, &|_| true));
     let lead =
         format!("<p class=\"verdict\"><strong>{}</strong> {}{}</p>", escape(&first), escape(&then), escape(&missing));
-    page.finish(&format!("Study {}", study.name), &lead, &twin(material, &matrix, past))
+    page.finish(&format!("Study {}", study.name), &lead, &twin(material, &matrix, past), None)
 }
 
-/// Mean score of each variant that has one on every trajectory, the lowest first.
-fn ranked(own: &Outcomes) -> Vec<(usize, f64)> {
-    let score = |v: usize| {
-        let scores: Option<Vec<f64>> = own.cells[v].iter().map(|cell| cell.score).collect();
-        Some((v, mean(&scores?)?))
-    };
-    let mut ranked: Vec<(usize, f64)> = (0..own.variants.len()).filter_map(score).collect();
-    ranked.sort_by(|a, b| a.1.total_cmp(&b.1));
-    ranked
+/// Mean score of a variant that has one on every trajectory.
+fn score(own: &Outcomes, v: usize) -> Option<f64> {
+    let scores: Option<Vec<f64>> = own.cells[v].iter().map(|cell| cell.score).collect();
+    mean(&scores?)
 }
 
-/// Which variant errs least, by how much, and which one on trajectories that it was not calibrated on.
-fn answer(own: &Outcomes) -> (String, String) {
-    let ranked = ranked(own);
-    let Some(&(best, score)) = ranked.first() else {
+/// Which variant errs least on trajectories that it was not calibrated on, and which one fits its own best.
+pub(super) fn answer(own: &Outcomes, ranking: &Ranking) -> (String, String) {
+    let scored = (0..own.variants.len()).filter_map(|v| Some((v, score(own, v)?)));
+    let Some((best, lowest)) = scored.min_by(|a, b| a.1.total_cmp(&b.1)) else {
         return ("No variant has a score on every trajectory.".to_owned(), String::new());
     };
     let count = own.drives.len();
     let mean = if count == 1 { "".to_owned() } else { format!(" in the mean over {count} trajectories") };
-    let mut then = format!("{} {}{mean}", own.gof, short(score));
-    if let Some(&(second, next)) = ranked.get(1) {
-        let less = 100.0 * (1.0 - score / next);
-        then += &format!(", {less:.1} % less than {} ({})", own.variants[second], short(next));
-    }
-    then += ". ";
-    let unseen = |v: usize| median(&validated(own, v, &|_| true).0).map(|median| (v, median));
-    let lowest = (0..own.variants.len()).filter_map(unseen).min_by(|a, b| a.1.total_cmp(&b.1));
-    then += &match (lowest, unseen(best)) {
-        (Some((v, median)), _) if v == best => {
+    let fits = format!("{} {}{mean}", own.gof, short(lowest));
+    let nested = "on its own trajectories the larger of two nested variants always fits better";
+    let Some(chosen) = ranking.chosen.filter(|_| ranking.unseen) else {
+        return (
+            format!("{} fits its own trajectories best.", own.variants[best]),
+            format!("{fits}. No variant was tried on trajectories that it was not calibrated on, and {nested}."),
+        );
+    };
+    let name = &own.variants[chosen];
+    let open: Vec<String> = ranking.open().iter().map(|v| own.variants[*v].name()).collect();
+    let first = match open.len() {
+        0 if own.variants.len() == 1 => format!("{name} was tried on trajectories that it was not calibrated on."),
+        0 => format!("{name} errs least on trajectories that it was not calibrated on."),
+        n => {
+            let more = if n > NAMED { format!(" and {} more", n - NAMED) } else { String::new() };
             format!(
-                "It is also the lowest on trajectories that it was not calibrated on: median NRMSE(s,v,a) {}.",
-                short(median)
+                "{name} cannot be told from {}{more} on trajectories that they were not calibrated on, and has the fewest parameters.",
+                open[..n.min(NAMED)].join(", ")
             )
         }
-        (Some((v, median)), own_median) => format!(
-            "On trajectories that it was not calibrated on, {} is the lowest: median NRMSE(s,v,a) {}, of {} {}.",
-            own.variants[v],
-            short(median),
-            own.variants[best],
-            optional(own_median.map(|(_, median)| median))
-        ),
-        (None, _) => "No variant was tried on trajectories that it was not calibrated on.".to_owned(),
     };
-    (format!("{} has the lowest error.", own.variants[best]), then)
+    let unseen = median(&validated(own, chosen, &|_| true).0);
+    let mut then = format!("Median NRMSE(s,v,a) there {}.", optional(unseen));
+    if own.variants.len() > 1 {
+        then += &format!(" Its own trajectories {} fits best, {fits}; {nested}.", own.variants[best]);
+    }
+    (first, then)
 }
 
 fn summary(page: &mut Page, material: &Material) {
@@ -152,27 +152,24 @@ fn validated(own: &Outcomes, variant: usize, wanted: &dyn Fn(usize) -> bool) -> 
 /// Tables 4 and 5 in one, beside the paper's numbers.
 fn overall(page: &mut Page, material: &Material) {
     let own = material.own;
-    let ranked = ranked(own);
-    let score = |v: usize| ranked.iter().find(|(ranked, _)| *ranked == v).map(|(_, score)| *score);
-    let mut order: Vec<usize> = (0..own.variants.len()).collect();
-    // Those without a score on every trajectory come last.
-    let place = |v: &usize| ranked.iter().position(|(ranked, _)| ranked == v).unwrap_or(usize::MAX);
-    order.sort_by_key(place);
-    let mut rows: Vec<Vec<String>> = order
-        .into_iter()
-        .map(|v| {
+    let ranking = Ranking::of(own, &|_| true);
+    let mut rows: Vec<Vec<String>> = ranking
+        .order
+        .iter()
+        .map(|&v| {
             let variant = &own.variants[v];
             let (four, paper) = (&material.four[v], material.printed(variant));
             let (scores, collisions, runs) = validated(own, v, &|_| true);
             vec![
                 variant.name(),
                 variant.shown_id(),
-                optional(score(v)),
+                optional(score(own, v)),
                 optional(four.median),
                 optional(paper.map(|p| p.median)),
                 signed(four.change),
                 signed(paper.and_then(|p| p.change)),
                 optional(median(&scores)),
+                ranking.behind[v].map_or("–".to_owned(), |behind| behind.told()),
                 format!("{collisions} of {runs}"),
                 paper.map_or("–".to_owned(), |p| format!("{} of {VALIDATIONS}", p.collisions)),
             ]
@@ -188,10 +185,11 @@ fn overall(page: &mut Page, material: &Material) {
         "change of this share against the base [%]",
         "paper",
         "median NRMSE(s,v,a) in validation",
+        "mean in validation is higher by [95 %]",
         "collisions",
         "paper",
     ];
-    let mut caption = "All variants, the lowest error first".to_owned();
+    let mut caption = format!("All variants, the lowest error {} first", by(&ranking));
     if material.is_beside_paper() {
         caption += ", beside the paper's Tables 4 and 5";
     } else {
@@ -205,6 +203,11 @@ fn overall(page: &mut Page, material: &Material) {
     page.table(&caption, &head, &rows);
 }
 
+/// What a ranking is by.
+fn by(ranking: &Ranking) -> &'static str {
+    if ranking.unseen { "in validation" } else { "in calibration" }
+}
+
 fn rankings(page: &mut Page, own: &Outcomes) {
     let mut vehicles: Vec<&str> = own.drives.iter().map(|drive| drive.vehicle.as_str()).collect();
     vehicles.sort_unstable();
@@ -216,12 +219,12 @@ fn rankings(page: &mut Page, own: &Outcomes) {
             let scores: Option<Vec<f64>> = drives.iter().map(|&d| own.cells[v][d].score).collect();
             mean(&scores?)
         };
-        let mut ranked: Vec<(usize, Option<f64>)> = (0..own.variants.len()).map(|v| (v, score(v))).collect();
-        ranked.sort_by(|a, b| a.1.unwrap_or(f64::INFINITY).total_cmp(&b.1.unwrap_or(f64::INFINITY)));
-        let rows: Vec<Vec<String>> = ranked
+        let ranking = Ranking::of(own, &is_own);
+        let rows: Vec<Vec<String>> = ranking
+            .order
             .iter()
             .enumerate()
-            .map(|(rank, &(v, score))| {
+            .map(|(rank, &v)| {
                 let errors = |k: usize| {
                     let values = drives.iter().filter_map(|&d| Some(own.cells[v][d].best?.values[k]));
                     optional(mean(&values.collect::<Vec<_>>()))
@@ -230,11 +233,12 @@ fn rankings(page: &mut Page, own: &Outcomes) {
                 vec![
                     own.variants[v].name(),
                     (rank + 1).to_string(),
-                    optional(score),
+                    optional(score(v)),
                     errors(0),
                     errors(1),
                     errors(2),
                     optional(median(&scores)),
+                    ranking.behind[v].map_or("–".to_owned(), |behind| behind.told()),
                     format!("{collisions} of {runs}"),
                 ]
             })
@@ -248,11 +252,12 @@ fn rankings(page: &mut Page, own: &Outcomes) {
             "RMSE(v) [m/s]",
             "RMSE(a) [m/s²]",
             "median NRMSE(s,v,a) in validation",
+            "mean in validation is higher by [95 %]",
             "collisions",
         ];
         let count = drives.len();
         let plural = if count == 1 { "trajectory" } else { "trajectories" };
-        page.table(&format!("{vehicle}, {count} {plural}"), &head, &rows);
+        page.table(&format!("{vehicle}, {count} {plural}, ranked {}", by(&ranking)), &head, &rows);
     }
 }
 

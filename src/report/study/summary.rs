@@ -2,6 +2,7 @@
 
 use super::Material;
 use crate::statistics::spearman;
+use crate::study::outcome::Ranking;
 use crate::study::paper::Printed;
 use std::fmt::Write;
 
@@ -40,6 +41,8 @@ fn lines(material: &Material, text: &mut String) -> std::fmt::Result {
         let names: Vec<&str> = study.extensions.iter().map(|extension| extension.name.as_str()).collect();
         writeln!(text, "\nEvery variant is extended by {}, which the paper does not have.", names.join(", "))?;
     }
+    let (first, then) = super::page::answer(own, &Ranking::of(own, &|_| true));
+    writeln!(text, "\n**{first}** {then}")?;
     writeln!(text, "\n| trajectory | vehicle | file | preparation |\n|---|---|---|---|")?;
     for drive in &study.drives {
         let notes = drive.notes.join("; ").replace('|', "/");

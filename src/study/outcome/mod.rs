@@ -1,9 +1,13 @@
 //! What a study found, as the paper's Sections 5 and 6 look at it.
 
+mod behind;
 pub mod claims;
 mod compare;
+mod ranking;
 
+pub use behind::{Behind, between};
 pub use compare::{Table4Row, Table5Row, compare};
+pub use ranking::Ranking;
 
 use super::inventory::Inventory;
 use super::part::{Part, RunRow};

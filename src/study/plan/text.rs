@@ -4,7 +4,7 @@ use super::extend::VARIANTS;
 use super::several::Several;
 use super::{CalibrationPlan, DataPlan, Extend, PLAN_VERSION, Plan, PlanError, PlatoonPlan};
 use super::{StoredExtension, Validation};
-use crate::calibrate::{EVALUATIONS_MIN, OptimizerKind, Overrides, REPLICATES_MAX, Stop};
+use crate::calibrate::{BoundSet, EVALUATIONS_MIN, OptimizerKind, Overrides, REPLICATES_MAX, Stop};
 use crate::catalog::Variant;
 use crate::lanes::LanesPrecision;
 use crate::score::GoodnessOfFit;
@@ -78,8 +78,7 @@ struct CalibrationText {
     max_stall: Option<u64>,
     evaluator: Option<String>,
     precision: Option<String>,
-    #[serde(default)]
-    bounds: toml::Table,
+    bounds: Option<toml::Value>,
 }
 
 #[derive(Deserialize)]
@@ -275,7 +274,7 @@ impl Reader<'_> {
         let variants = self.extended(variants, &extend)?;
         self.have_own_columns(&laws, &extend)?;
         Ok(CalibrationPlan {
-            bounds: self.bounds(&entry.bounds, &variants)?,
+            bounds: self.bounds(entry.bounds.as_ref(), &variants)?,
             variants,
             gofs,
             convention: self.parse("calibration.convention", convention, &["paper", "authors"])?,
@@ -366,7 +365,34 @@ impl Reader<'_> {
     }
 
     /// Bounds of parameters that variants of the plan have.
-    fn bounds(&self, table: &toml::Table, variants: &[Variant]) -> Result<Overrides, PlanError> {
+    /// A set by its name, or bounds by parameter, beside which `set` may name a set that they replace a part of.
+    fn bounds(&self, given: Option<&toml::Value>, variants: &[Variant]) -> Result<Overrides, PlanError> {
+        match given {
+            None => Ok(Overrides::new()),
+            Some(toml::Value::String(set)) => self.set("calibration.bounds", set, variants),
+            Some(toml::Value::Table(table)) => {
+                let (mut table, mut bounds) = (table.clone(), Overrides::new());
+                if let Some(set) = table.get("set").and_then(toml::Value::as_str) {
+                    bounds = self.set("calibration.bounds.set", set, variants)?;
+                    table.remove("set");
+                }
+                bounds.extend(self.single(&table, variants)?);
+                Ok(bounds)
+            }
+            Some(found) => {
+                let expected = "expected a set, such as \"human\", or a table such as { v_0 = [25, 40] }";
+                Err(self.value("calibration.bounds", format!("{expected}; found {found}"), None))
+            }
+        }
+    }
+
+    /// The bounds of a named set for every variant.
+    fn set(&self, key: &str, set: &str, variants: &[Variant]) -> Result<Overrides, PlanError> {
+        let set: BoundSet = self.one_of(key, set)?;
+        Ok(variants.iter().flat_map(|variant| set.overrides(variant)).collect())
+    }
+
+    fn single(&self, table: &toml::Table, variants: &[Variant]) -> Result<Overrides, PlanError> {
         let number = |value: &toml::Value| value.as_float().or(value.as_integer().map(|i| i as f64));
         let known: BTreeSet<Symbol> = variants.iter().flat_map(Variant::parameters).collect();
         let mut bounds = Overrides::new();

@@ -135,6 +135,11 @@ pub enum ProblemKind {
     )]
     TimeTwice { column: String, found: f64, first: u64 },
     #[error(
+        "{column}: expected a time after {previous}, found {found}; the column map names no group: if {guess} tells drives apart, add `group = {{ name = \"{name}\" }}` to [columns]",
+        guess = guess.join(" or "), name = guess.first().map_or("", String::as_str)
+    )]
+    NoGroup { column: String, previous: f64, found: f64, guess: Vec<String> },
+    #[error(
         "column {column}: expected a spacing above 0 m, found {found}, and none that is; check that it is bumper to bumper, and its sign"
     )]
     Spacing { column: String, found: f64 },

@@ -1,6 +1,6 @@
 //! From a basin to its lowest exact score, and the candidates around it.
 
-use super::descent::{Course, Walker, Watch, descend};
+use super::descent::{Course, Surface, Walker, Watch, descend};
 use super::record::{LAST, Record};
 use super::{FLOOR, Search};
 use crate::calibrate::search::NEAR;

@@ -12,12 +12,8 @@
 //!
 //! `descent` and `step` are Levenberg and Marquardt's method, `objective` is what it minimises.
 
-<<<<<<< HEAD
 pub mod descent;
-=======
-mod descent;
 mod ending;
->>>>>>> calib
 mod objective;
 mod record;
 mod round;
@@ -29,13 +25,7 @@ use crate::convention::{Convention, Delay};
 use crate::evaluator::{Case, EvaluateError};
 use crate::lanes::{Lanes, LanesPrecision};
 use crate::score::{Accumulation, GoodnessOfFit};
-<<<<<<< HEAD
-use crate::symbols::Symbol;
-use descent::{Course, Surface, Walker, Watch, descend};
-use nalgebra::{DMatrix, DVector};
-=======
 pub use objective::DIFFERENCE;
->>>>>>> calib
 use objective::Objective;
 use record::Record;
 use std::ops::{ControlFlow, Range};

@@ -1,7 +1,7 @@
 //! One search: from random places down into the basins that it finds.
 
 use super::Search;
-use super::descent::{Course, Walker, Watch, descend, turn};
+use super::descent::{Course, Surface, Walker, Watch, descend, turn};
 use super::ending::pulled;
 use crate::calibrate::CalibrateError;
 use crate::evaluator::Pull;

@@ -5,6 +5,7 @@
 
 mod clock;
 mod error;
+mod guess;
 mod map;
 mod pairs;
 mod platoon;

@@ -77,6 +77,13 @@ fn pieces(rows: Vec<usize>, table: &Table) -> Vec<Vec<usize>> {
 /// Rows that repeat another one are taken out; the times of the others must rise.
 fn check_times(rows: &mut Vec<usize>, table: &Table, repeated: &mut Repeated, problems: &mut Problems) {
     let time = table.numbers(Role::Time).expect("a map without it is refused");
+    // One message in place of one per row.
+    if let Some(pair) = rows.windows(2).find(|pair| time[pair[1]] <= time[pair[0]]).filter(|_| !table.guess.is_empty())
+    {
+        let (column, guess) = (table.called(Role::Time), table.guess.clone());
+        let kind = ProblemKind::NoGroup { column, previous: time[pair[0]], found: time[pair[1]], guess };
+        return problems.add(table.lines[pair[1]], None, kind);
+    }
     table.take_once(rows, repeated, |first, line, found| {
         problems.add(line, None, ProblemKind::TimeTwice { column: table.called(Role::Time), found, first });
     });

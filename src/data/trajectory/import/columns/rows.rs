@@ -1,6 +1,7 @@
 //! The rows of a mapped table: numbers in SI, names as they are.
 
 use super::clock;
+use super::guess::Guess;
 use super::map::{ColumnMap, Decimal, Separator, whole};
 use super::role::Role;
 use super::unit::{Form, Quantity};
@@ -46,6 +47,8 @@ pub(super) struct Table {
     pub notes: Vec<Note>,
     /// False if the last row has no line end.
     pub terminated: bool,
+    /// Columns that are not read and may tell drives apart, in a table without groups.
+    pub guess: Vec<String>,
     /// What each role is called in this file, in the order of the cars.
     called: Vec<((Role, usize), String)>,
 }
@@ -250,6 +253,7 @@ pub(super) fn read<R: Read>(lines: &mut Lines<R>, map: &ColumnMap, problems: &mu
         faults: BTreeMap::new(),
         notes,
         terminated: true,
+        guess: Vec::new(),
         called: Vec::new(),
     };
     lines.keep(wanted.len());
@@ -264,7 +268,10 @@ pub(super) fn read<R: Read>(lines: &mut Lines<R>, map: &ColumnMap, problems: &mu
     }
     let is_read = |place: usize| wanted.iter().any(|column| column.place == place);
     let unread = header.names.iter().enumerate().filter(|(place, name)| !is_read(*place) && !name.is_empty());
-    let columns: Vec<String> = unread.map(|(_, name)| name.clone()).collect();
+    let unread: Vec<(usize, String)> = unread.map(|(place, name)| (place, name.clone())).collect();
+    let columns: Vec<String> = unread.iter().map(|(_, name)| name.clone()).collect();
+    let has_group = wanted.iter().any(|column| column.role == Role::Group);
+    let mut guess = Guess::among(if has_group { Vec::new() } else { unread });
     if !columns.is_empty() {
         table.notes.push(Note::IgnoredColumns { columns });
     }
@@ -326,6 +333,7 @@ pub(super) fn read<R: Read>(lines: &mut Lines<R>, map: &ColumnMap, problems: &mu
         }
         let row = table.lines.len() - 1;
         let time = table.numbers(Role::Time).map_or(f64::NAN, |time| time[row]);
+        guess.take(time, |place| fields[place].text);
         let (last, piece) = latest.entry(table.key(row)).or_insert((f64::NAN, 0));
         if !(0.0..=PAUSE_S).contains(&(time - *last)) {
             *piece = pieces;
@@ -337,6 +345,7 @@ pub(super) fn read<R: Read>(lines: &mut Lines<R>, map: &ColumnMap, problems: &mu
             table.faults.entry((*piece, signal)).or_default().add(problem);
         }
     }
+    table.guess = guess.names().into_iter().map(str::to_owned).collect();
     if problems.check().is_err() {
         table.refuse(problems)?;
     }

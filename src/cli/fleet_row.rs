@@ -1,0 +1,93 @@
+//! The parameters of one driver of a fleet, from its table.
+
+use super::Usage;
+use super::change::settle;
+use super::folder::FLEET;
+use super::report::fleet::rows;
+use crate::catalog::Variant;
+use crate::evaluator::Case;
+use crate::report::fleet::{FleetFile, Shown};
+use crate::result::read_bounded;
+use crate::simulate::CalibratedVariant;
+use crate::symbols::{Parameters, Symbol};
+use crate::text::spelling::did_you_mean;
+use crate::wgsl::extension_named;
+use anyhow::Context;
+use std::path::{Path, PathBuf};
+
+/// So many drivers are named in a message.
+const NAMED: usize = 5;
+
+/// The folder of a fleet, if a result that is given is one: the folder itself, its table or its `fleet.json`.
+pub fn folder_of(given: &Path) -> Option<PathBuf> {
+    let is_file = given.file_name().is_some_and(|name| name == FLEET || name == "parameters.csv");
+    let folder = if given.is_dir() { given } else { given.parent().filter(|_| is_file)? };
+    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    folder.join(FLEET).is_file().then(|| folder.to_owned())
+}
+
+/// What was calibrated for a driver: the only one, or the one of this id, with the model that the fleet has chosen.
+pub fn of_driver(folder: &Path, driver: Option<&str>) -> anyhow::Result<CalibratedVariant> {
+    settle(folder)?;
+    let path = folder.join(FLEET);
+    let file: FleetFile = serde_json::from_str(&read_bounded(&path)?)
+        .with_context(|| format!("{}: expected a fleet of this version of leadlag", path.display()))?;
+    let own = file.chosen().with_context(|| format!("{}: expected a model, found none", path.display()))?;
+    let table = folder.join("parameters.csv");
+    let shown = table.display();
+    let is_own = |row: &Shown| row.model == own.model && row.gof == own.gof && row.score.is_finite();
+    let all: Vec<Shown> = rows(&table, &file)?.into_iter().filter(is_own).collect();
+    let found: Vec<&Shown> = all.iter().filter(|row| driver.is_none_or(|id| row.name == id)).collect();
+    let [row] = found.as_slice() else {
+        let names: Vec<&str> = all.iter().map(|row| row.name.as_str()).collect();
+        let near = driver.map_or(String::new(), |id| did_you_mean(id, names.iter().copied()));
+        let more = if names.len() > NAMED { ", ..." } else { "" };
+        let listed = names[..names.len().min(NAMED)].join(", ");
+        let asked = match (driver, found.len()) {
+            (None, _) => "give the driver by --follower or --trajectory".to_owned(),
+            (Some(id), 0) => format!("found no driver {id}"),
+            (Some(id), n) => format!("found {n} drives of driver {id}; calibrate with one of them alone"),
+        };
+        return Err(Usage(format!("{shown}: expected one driver; {asked}; it has {listed}{more}{near}")).into());
+    };
+    let variant = variant(&own.model).with_context(|| {
+        format!(
+            "{}: expected a built-in model, found {}; a fleet keeps no text of a law or cause of one's own: calibrate this driver by itself",
+            path.display(),
+            own.model
+        )
+    })?;
+    let mut parameters = Parameters::NONE;
+    for symbol in variant.parameters() {
+        let place = own.parameters.iter().position(|parameter| parameter.name == symbol.name());
+        let value = place.and_then(|place| row.values.get(place)).copied().filter(|value| value.is_finite());
+        parameters.set(
+            symbol,
+            value.with_context(|| {
+                format!("{shown}: {}: expected a number for {}, found none", row.name, symbol.name())
+            })?,
+        );
+    }
+    let convention = file.convention.parse()?;
+    let bounds = file.bounds.get(&own.model);
+    let upper = |symbol: Symbol| {
+        let given = bounds.and_then(|bounds| bounds.get(symbol.name())).copied();
+        given.or_else(|| Case::bounds(symbol, None, convention)).map(|[_, upper]| upper)
+    };
+    Ok(CalibratedVariant {
+        variant,
+        convention,
+        parameters,
+        tau_p_upper: if variant.delay { upper(Symbol::tau_p).unwrap_or(0.0) } else { 0.0 },
+        extension_delay_upper: variant.extensions.delay().and_then(upper),
+    })
+}
+
+/// A model by its name, with built-in causes behind it.
+fn variant(name: &str) -> Option<Variant> {
+    if let Ok(variant) = name.parse() {
+        return Some(variant);
+    }
+    let (before, cause) = name.rsplit_once('+')?;
+    variant(before)?.with(extension_named(cause)?).ok()
+}

@@ -1,0 +1,62 @@
+//! What is held back of each driver: the last part of his drive, or drives of other files.
+
+use super::{Drive, Pair};
+use crate::trajectory::is_nameless;
+use crate::trajectory::prepare::SEGMENT_MIN_S;
+use std::collections::HashMap;
+
+/// What is held back, to be scored and not to be calibrated on.
+#[derive(Debug, Clone)]
+pub enum Held {
+    /// This share of each drive, its end.
+    Share(f64),
+    /// The drives of these pairs, each of the driver of the same id.
+    Pairs(Vec<Pair>),
+}
+
+/// The id of a driver: the name of the car, or that of the trajectory where the file names no car; `None` where it names neither.
+#[must_use]
+pub fn driver(pair: &Pair) -> Option<&str> {
+    Some(pair.name.as_str()).filter(|name| !is_nameless(name)).or(pair.trajectory.as_deref())
+}
+
+impl Held {
+    /// Takes it from the pairs, or gives it to them. Returns how many pairs that can be used have nothing held back.
+    pub fn hold(self, pairs: &mut [Pair]) -> usize {
+        match self {
+            Held::Share(share) => pairs.iter_mut().for_each(|pair| cut(pair, share)),
+            Held::Pairs(held) => {
+                let mut of: HashMap<String, Vec<Drive>> = HashMap::new();
+                for pair in held {
+                    if let (Some(id), Ok(drive)) = (driver(&pair).map(str::to_owned), pair.drive) {
+                        of.entry(id).or_default().push(drive);
+                    }
+                }
+                for pair in pairs.iter_mut() {
+                    pair.held = driver(pair).and_then(|id| of.get(id)).cloned().unwrap_or_default();
+                }
+            }
+        }
+        pairs.iter().filter(|pair| pair.drive.is_ok() && pair.held.is_empty()).count()
+    }
+}
+
+/// Cuts the end off a drive. One that is too short for two parts cannot be calibrated.
+fn cut(pair: &mut Pair, share: f64) {
+    let Ok(Drive { trajectory, vehicle }) = &pair.drive else { return };
+    let whole = trajectory.len();
+    let at = ((1.0 - share) * whole as f64).round() as usize;
+    let least = (SEGMENT_MIN_S / trajectory.dt).ceil() as usize + 1;
+    if at < least || whole - at < least {
+        let seconds = (whole - 1) as f64 * trajectory.dt;
+        let shorter = at.min(whole - at).saturating_sub(1) as f64 * trajectory.dt;
+        pair.drive = Err(format!(
+            "{}: expected at least {SEGMENT_MIN_S} s in either part, found {shorter:.1} s of {seconds:.1} s; hold back another share",
+            trajectory.label
+        ));
+        return;
+    }
+    let [kept, held] = trajectory.split(at);
+    pair.held = vec![Drive { trajectory: held, vehicle: vehicle.clone() }];
+    pair.drive = Ok(Drive { trajectory: kept, vehicle: vehicle.clone() });
+}

@@ -1,0 +1,34 @@
+//! The command that made a result, and what it warned of.
+
+use super::escape;
+use serde::{Deserialize, Serialize};
+
+/// What `run.json` holds: what depends on how a result was made, and stands beside it for that reason.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct MadeBy {
+    /// Version of the file.
+    pub schema_version: u32,
+    /// The command as a shell takes it.
+    pub command: String,
+    /// What it warned of, in that order.
+    pub warnings: Vec<String>,
+}
+
+/// Version of `run.json`.
+pub const RUN_VERSION: u32 = 1;
+
+impl MadeBy {
+    /// The warnings, for the top of a page.
+    pub(super) fn warnings(&self) -> String {
+        if self.warnings.is_empty() {
+            return String::new();
+        }
+        let items: String = self.warnings.iter().map(|text| format!("<li>{}</li>", escape(text))).collect();
+        format!("<div class=\"verdict bad_base\"><strong>What the command warned of</strong><ul>{items}</ul></div>")
+    }
+
+    /// The command, for its end.
+    pub(super) fn command(&self) -> String {
+        format!("<p>The command: <code>{}</code></p>", escape(&self.command))
+    }
+}
