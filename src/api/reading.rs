@@ -5,11 +5,12 @@ use crate::catalog::{Constraint, Variant};
 use crate::text::spelling::did_you_mean;
 use crate::trajectory::import::{ColumnMap, MapError, read_mapped, read_mapped_from};
 use crate::trajectory::{
-    ChosenBy, Grade, Layout, Note, Platoon, Preparation, Reconcile, Recording, Stretch, Trajectory, import, plausible,
-    prepare, prepare_platoon,
+    ChosenBy, Grade, Layout, Note, Platoon, Preparation, Reconcile, Recording, Stretch, Trajectory, import, prepare,
+    prepare_platoon,
 };
 use crate::vehicle::{self, Vehicle};
 use anyhow::Context;
+use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use std::path::{Path, PathBuf};
 
 /// How measured files are read and prepared. By default the header decides on the layout, gaps of up to one second are interpolated, and
@@ -35,6 +36,8 @@ pub struct Reading {
     pub smooth: bool,
     /// Time step to resample to \[s\].
     pub resample_s: Option<f64>,
+    /// Whether what the check of the data finds is corrected, where it can be.
+    pub correct: bool,
     /// What the spacing is anchored to where measured gap and speeds contradict each other.
     pub reconcile: Reconcile,
     /// The follower's car: a built-in vehicle or `FILE#NAME`; `None`: by its name in the file.
@@ -59,6 +62,7 @@ impl Default for Reading {
             max_gap_s: Preparation::default().max_gap_s,
             smooth: false,
             resample_s: None,
+            correct: false,
             reconcile: Reconcile::Gap,
             vehicle: None,
             grade: None,
@@ -100,19 +104,6 @@ pub(crate) struct Found {
     pub follower: usize,
     pub name: String,
     pub drive: anyhow::Result<Loaded>,
-    /// What is implausible in it.
-    pub doubts: Vec<String>,
-}
-
-/// The notes of a trajectory that tell of a fault of the data.
-fn faults(trajectory: &Trajectory) -> impl Iterator<Item = &Note> {
-    let is_fault = |note: &&Note| matches!(note, Note::UnitsContradict { .. } | Note::GapContradicts { .. });
-    trajectory.notes.iter().filter(is_fault)
-}
-
-/// What is implausible in a trajectory, as its notes and its signals tell.
-fn doubts(trajectory: &Trajectory, layout: Layout) -> Vec<String> {
-    faults(trajectory).map(ToString::to_string).chain(plausible::of_trajectory(trajectory, layout)).collect()
 }
 
 impl Loaded {
@@ -207,19 +198,20 @@ impl Reading {
             return Err(Usage(format!("--trajectory {id}: {shown} has no trajectory of this id")).into());
         }
         let is_wanted = |platoon: &&Platoon| ids.is_empty() || platoon.id.as_ref().is_some_and(|id| ids.contains(id));
-        let mut pairs = Vec::new();
+        let mut asked = Vec::new();
         for platoon in recording.platoons.iter().filter(is_wanted) {
             let followers = platoon.cars.windows(2).filter(|two| two[1].number == two[0].number + 1);
             for car in followers.map(|two| &two[1]).filter(|car| number.is_none_or(|n| car.number == n + 1)) {
                 // The car ahead of the leader of a pair file is numbered 0.
                 let Some(follower) = car.number.checked_sub(1).filter(|follower| *follower > 0) else { continue };
-                let drive = self.drive_of(&recording, platoon, follower, &preparation, vehicle);
-                let doubts =
-                    drive.as_ref().map_or_else(|_| Vec::new(), |one| doubts(&one.trajectory, recording.layout));
-                pairs.push(Found { id: platoon.id.clone(), follower, name: car.name.clone(), drive, doubts });
+                asked.push((platoon, follower, &car.name));
             }
         }
-        Ok(pairs)
+        let pair = |(platoon, follower, name): (&Platoon, usize, &String)| {
+            let drive = self.drive_of(&recording, platoon, follower, &preparation, vehicle);
+            Found { id: platoon.id.clone(), follower, name: name.clone(), drive }
+        };
+        Ok(asked.into_par_iter().map(pair).collect())
     }
 
     /// The longest segment of a follower, with his car.
@@ -329,13 +321,7 @@ impl Reading {
     ) -> anyhow::Result<Trajectory> {
         let follower = follower.map_or_else(|| only_follower(recording), Ok)?;
         let preparation = Preparation { trajectory_id: id.map(str::to_owned), ..self.preparation()? };
-        let trajectory = self.choose(prepare(recording, follower, &preparation)?, warn)?;
-        let platoon = recording.platoons.iter().find(|platoon| id.is_none() || platoon.id.as_deref() == id);
-        let said = platoon.and_then(|platoon| plausible::of_time(&platoon.t)).into_iter();
-        for warning in said.chain(plausible::of_trajectory(&trajectory, recording.layout)) {
-            warn(format!("{}: {warning}", recording.source.path));
-        }
-        Ok(trajectory)
+        self.choose(prepare(recording, follower, &preparation)?, warn)
     }
 
     /// The follower's car, where it is asked for or the variant needs it.
@@ -367,6 +353,7 @@ impl Reading {
             max_gap_s: self.max_gap_s,
             smooth: self.smooth,
             resample: self.resample_s,
+            correct: self.correct,
             reconcile: self.reconcile,
             trajectory_id: None,
             grade,
@@ -401,7 +388,7 @@ impl Reading {
             ));
         }
         let chosen = segments.swap_remove(index);
-        faults(&chosen).for_each(|note| warn(format!("{}: {note}", chosen.source.path)));
+        chosen.faults().for_each(|fault| warn(format!("{}: {fault}", chosen.source.path)));
         Ok(chosen)
     }
 

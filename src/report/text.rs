@@ -66,6 +66,12 @@ fn write_calibration(text: &mut String, result: &ResultFile) -> std::fmt::Result
     if let Some(cv) = result.cv {
         writeln!(text, "             coefficient of variation over replicates {:.3} %", 100.0 * cv)?;
     }
+    for data in &result.data {
+        for finding in data.findings.iter().filter(|finding| finding.matters) {
+            let what = finding.correction.as_ref().map_or_else(|| finding.told(), Clone::clone);
+            text.push_str(&wrapped(0, 2, &format!("\nDATA {}: {what}", finding.name.to_uppercase())));
+        }
+    }
 
     write_parameters(text, result)?;
 

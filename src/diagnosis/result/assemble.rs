@@ -1,6 +1,7 @@
 //! From a finished calibration to its result file; every score is computed again by the f64 reference.
 
 use super::ExtensionEntry;
+use super::diagnosis::FindingEntry;
 use super::{CorrelationEntry, DataEntry, IdentifiabilityEntry, KnowledgeEntry, ReplicateEntry, ResultFile};
 use super::{SCHEMA_VERSION, Treatment, VehicleEntry};
 use crate::calibrate::{Calibration, Replicate, SearchSpace, best, coefficient_of_variation};
@@ -144,7 +145,8 @@ impl Calibrated<'_> {
             samples: trajectory.len(),
             window_s: [trajectory.t[0], trajectory.t[trajectory.len() - 1]],
             first_scored: case.first_sample(case.delay(parameters)),
-            preparation: trajectory.notes.iter().map(ToString::to_string).collect(),
+            preparation: trajectory.preparation().map(ToString::to_string).collect(),
+            findings: FindingEntry::of(trajectory),
             treatment: Treatment::of(trajectory),
             grade: trajectory.grade.as_ref().filter(|_| case.variant.needs_grade()).and_then(|g| g.source.clone()),
         };

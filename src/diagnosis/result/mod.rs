@@ -6,6 +6,7 @@ mod read;
 
 pub use read::{ContentError, ResultFileError, read_bounded};
 
+use self::diagnosis::FindingEntry;
 use crate::catalog::Variant;
 use crate::extension::Extension;
 use crate::identify::Knowledge;
@@ -130,6 +131,9 @@ pub struct DataEntry {
     pub first_scored: usize,
     /// What was done to the data before, one line each.
     pub preparation: Vec<String>,
+    /// What the check of the data found.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub findings: Vec<FindingEntry>,
     /// The same, as far as another drive must share it to be comparable.
     pub treatment: Treatment,
     /// The grade table, where the variant needs one: a file, or none for a level road.

@@ -23,6 +23,9 @@ pub struct FleetFile {
     pub data: Vec<Source>,
     /// Pairs that the files have.
     pub pairs: usize,
+    /// Pairs whose data are doubtful, with the kinds of their faults.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub doubtful: IndexMap<String, String>,
     /// Reasons why pairs have no result, without the place, and how many have each; pairs times models and measures.
     pub reasons: IndexMap<String, usize>,
     /// The convention.
@@ -79,6 +82,11 @@ impl FleetFile {
             program: crate::calibrate::PROGRAM.clone(),
             data,
             pairs: pairs.len(),
+            doubtful: pairs
+                .iter()
+                .map(|pair| (pair.place(), pair.doubts()))
+                .filter(|(_, kinds)| !kinds.is_empty())
+                .collect(),
             reasons,
             convention: settings.convention.to_string(),
             optimizer: settings.calibration.optimizer.runs().to_owned(),
@@ -89,7 +97,7 @@ impl FleetFile {
             note: short.then(|| SHORT.to_owned()),
             bounds: bounds.collect(),
             bounds_from,
-            overview: overview(settings, rows),
+            overview: overview(pairs, settings, rows),
         }
     }
 

@@ -1,5 +1,6 @@
 //! A time of day written as a number: 145959.9 is followed by 150000.0.
 
+use super::finding::{Finding, FindingKind, Remedy, Who};
 use crate::trajectory::prepare::median_step;
 
 /// Of the steps of a clock, the one over a full minute is longer by this \[s\].
@@ -8,8 +9,7 @@ const MINUTE: f64 = 40.0;
 const DAY: f64 = 240_000.0;
 
 /// That a time column holds a clock of the form HHMMSS, if it does.
-#[must_use]
-pub fn of_time(t: &[f64]) -> Option<String> {
+pub(super) fn of_time(t: &[f64]) -> Option<Finding> {
     let usual = median_step(t)?;
     let is_clock = |t: f64| (0.0..DAY).contains(&t) && t % 100.0 < 60.0 && (t / 100.0).floor() % 100.0 < 60.0;
     if !t.iter().all(|&t| is_clock(t)) {
@@ -21,9 +21,15 @@ pub fn of_time(t: &[f64]) -> Option<String> {
     };
     let minutes = t.windows(2).filter(over_a_minute).count();
     let first = t.windows(2).find(over_a_minute)?;
-    Some(format!(
-        "the time looks like a clock, HHMMSS: {} is followed by {}, and so {minutes} times, where a minute is full; a column map \
-         (--columns) with unit = \"hhmmss\" for the time reads it",
-        first[0], first[1]
-    ))
+    Some(Finding {
+        when: vec![[first[0], first[1]]],
+        matters: true,
+        remedies: vec![Remedy::of("columns")],
+        sentence: format!(
+            "the time looks like a clock, HHMMSS: {} is followed by {}, and so {minutes} times, where a minute is full; a column map with \
+             unit = \"hhmmss\" for the time reads it",
+            first[0], first[1]
+        ),
+        ..Finding::new(FindingKind::TimeUnit, Who::Both, "time", minutes as f64, "-")
+    })
 }
