@@ -235,7 +235,8 @@ impl Drive {
     /// The drive as a model sees it: with the car, where the model needs one.
     pub(super) fn for_model(&self, model: &Variant) -> anyhow::Result<Loaded> {
         let vehicle = self.recording.reading.vehicle_for(&self.trajectory, model)?;
-        Ok(Loaded { trajectory: (*self.trajectory).clone(), vehicle })
+        let twin = self.recording.reading.twin(&self.recording.read, &self.trajectory);
+        Ok(Loaded { trajectory: (*self.trajectory).clone(), vehicle, twin })
     }
 
     /// The drive with all that was measured around it.

@@ -5,8 +5,8 @@ use crate::catalog::{Constraint, Variant};
 use crate::text::spelling::did_you_mean;
 use crate::trajectory::import::{ColumnMap, MapError, read_mapped, read_mapped_from};
 use crate::trajectory::{
-    ChosenBy, Grade, Layout, Note, Platoon, Preparation, Reconcile, Recording, Stretch, Trajectory, import, prepare,
-    prepare_platoon,
+    ChosenBy, Finding, Grade, Layout, Note, Platoon, Preparation, Reconcile, Recording, Stretch, Trajectory, import,
+    prepare, prepare_platoon,
 };
 use crate::vehicle::{self, Vehicle};
 use anyhow::Context;
@@ -96,6 +96,8 @@ pub(crate) struct Loaded {
     pub trajectory: Trajectory,
     /// The vehicle and how `--vehicle` finds it again.
     pub vehicle: Option<(Vehicle, String)>,
+    /// The same drive with its faults corrected, or as it was measured where they were: for comparison, where that makes a difference.
+    pub twin: Option<Trajectory>,
 }
 
 /// A pair that a file has, usable or not.
@@ -234,7 +236,7 @@ impl Reading {
             }
             Some((_, Err(error))) => return Err(error),
         };
-        Ok(Loaded { trajectory: longest, vehicle })
+        Ok(Loaded { trajectory: longest, vehicle, twin: None })
     }
 
     /// Every trajectory that is asked for, in that order; with `all` every one of the file that can be used, where none is.
@@ -308,7 +310,17 @@ impl Reading {
     ) -> anyhow::Result<Loaded> {
         let trajectory = self.trajectory_of(recording, follower, id, warn)?;
         let vehicle = self.vehicle_for(&trajectory, variant)?;
-        Ok(Loaded { trajectory, vehicle })
+        let twin = self.twin(recording, &trajectory);
+        Ok(Loaded { trajectory, vehicle, twin })
+    }
+
+    /// A drive that has a fault which matters and can be corrected: corrected, or as it was measured where this one is corrected.
+    pub(super) fn twin(&self, recording: &Recording, of: &Trajectory) -> Option<Trajectory> {
+        let mends = |finding: &Finding| finding.remedies.iter().any(|remedy| remedy.option == "correct");
+        of.findings().find(|finding| finding.matters && mends(finding))?;
+        let (from, to) = (of.t.first().copied(), of.t.last().copied());
+        let other = Reading { correct: !self.correct, from, to, segment: None, ..self.clone() };
+        other.trajectory_of(recording, Some(of.follower), of.id.as_deref(), &mut |_| {}).ok()
     }
 
     /// One follower of the trajectory of an id; without an id of the longest one, without a number the only one.

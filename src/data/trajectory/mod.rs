@@ -247,6 +247,15 @@ impl Trajectory {
         self.t.len()
     }
 
+    /// Who drives the follower, where the file says so: `ACC`, `Human`.
+    #[must_use]
+    pub fn driver(&self) -> Option<&str> {
+        self.notes.iter().find_map(|note| match note {
+            Note::DriverMode { mode, .. } => Some(mode.as_str()),
+            _ => None,
+        })
+    }
+
     /// What was done to the data, in order.
     pub fn preparation(&self) -> impl Iterator<Item = &Note> {
         self.notes.iter().filter(|note| !matches!(note, Note::Found { .. }))

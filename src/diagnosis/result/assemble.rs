@@ -98,6 +98,7 @@ impl Calibrated<'_> {
             bounds: names().zip(self.space.bounds.iter().copied()).collect(),
             bounds_from: Some(self.bounds_from.clone()),
             drivers: None,
+            compared: None,
             at_bound: at_bound.into_iter().map(|s| s.name().to_owned()).collect(),
             intervals: known().filter(|k| k.determined).map(|k| (k.symbol.name().to_owned(), k.interval)).collect(),
             identifiability: self.knowledge.as_ref().map(|knowledge| self.identifiability(knowledge, winner)),

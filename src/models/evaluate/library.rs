@@ -103,6 +103,9 @@ pub struct Library {
     used: HashSet<(String, bool)>,
 }
 
+/// Doubts about rows that are told.
+const FAULTS: usize = 100;
+
 impl Library {
     /// Opens a folder, whose files are to be prepared alike. Vehicles come from `vehicles/vehicles.csv` in or beside it, else from the built-in table.
     ///
@@ -131,6 +134,13 @@ impl Library {
     #[must_use]
     pub fn faults(&self) -> &[String] {
         &self.faults
+    }
+
+    /// Adds what is doubtful of a row, once: tables have millions of rows.
+    pub(super) fn doubt(&mut self, what: String) {
+        if self.faults.len() < FAULTS && !self.faults.contains(&what) {
+            self.faults.push(what);
+        }
     }
 
     /// What was done to the data of each follower used so far, one line each.

@@ -298,14 +298,29 @@ fn warnings(
         }
     }
     // A wrong unit of time makes every gap contradict the speeds.
-    let found = links.iter().filter(|_| !too_long).flat_map(|link| &link.findings);
-    let mut told: Vec<String> = found.filter(|finding| finding.matters).map(Finding::told).collect();
-    // What two links of a car have in common is said once.
-    let mut seen = std::collections::HashSet::new();
-    told.retain(|text| seen.insert(text.clone()));
-    warnings.append(&mut told);
+    let of_several = links.len() > 1;
+    for link in links.iter().filter(|_| !too_long) {
+        let who = if of_several {
+            format!("car {} behind car {}: ", link.follower_car, link.follower_car - 1)
+        } else {
+            String::new()
+        };
+        let told = link.findings.iter().filter(|finding| finding.matters).map(Finding::told);
+        warnings.extend(told.map(|text| format!("{who}{text}")));
+    }
     warnings.extend(followers.iter().filter_map(FollowerInspection::warning));
     warnings
+}
+
+impl PlatoonInspection {
+    /// The kinds of faults that move what is calibrated, each once.
+    fn doubts(&self) -> Vec<&'static str> {
+        let findings = self.links.iter().flat_map(|link| &link.findings).filter(|finding| finding.matters);
+        let mut kinds: Vec<&str> = findings.map(|finding| finding.kind.into_str()).collect();
+        kinds.sort_unstable();
+        kinds.dedup();
+        kinds
+    }
 }
 
 impl FollowerInspection {

@@ -215,13 +215,31 @@ pub(in crate::trajectory) fn stretches_of(
     Ok(Stretch::of(segments.iter().map(|segment| segment.samples.t.as_slice())))
 }
 
+/// Times at which another one begins to drive the follower, as the file says \[s\]: a human and a controller are two drivers.
+fn takeovers(context: &Context) -> Vec<f64> {
+    let ego = context.follower + 1;
+    let modes: Vec<(&str, f64)> = context
+        .platoon
+        .notes
+        .iter()
+        .filter_map(|note| match note {
+            Note::DriverMode { car, t_s, mode } if *car == ego => Some((mode.as_str(), *t_s)),
+            _ => None,
+        })
+        .collect();
+    modes.windows(2).filter(|pair| pair[0].0 != pair[1].0).map(|pair| pair[1].1).collect()
+}
+
 /// Step \[s\] and segments of one follower of one platoon, before they are smoothed and made consistent.
 fn segments_of(context: &Context, notes: &mut Vec<Note>) -> Result<(f64, Vec<segments::Segment>), PrepareError> {
     let preparation = context.preparation;
     let mut samples = Samples::collect(context, notes)?;
     samples.cut(context, notes)?;
     samples.clip(notes);
-    let blocks = time::uniform(samples, context, notes)?;
+    let mut blocks = time::uniform(samples, context, notes)?;
+    for t_s in takeovers(context) {
+        blocks.split(t_s);
+    }
     let dt = blocks.dt;
     let least = if preparation.smooth { SEGMENT_MIN_S.max((smooth::POINTS - 1) as f64 * dt) } else { SEGMENT_MIN_S };
     Ok((dt, segments::split(blocks, preparation.max_gap_s, least, context, notes)?))
@@ -265,6 +283,14 @@ fn one(context: &Context) -> Result<Vec<Trajectory>, PrepareError> {
             finding.when.is_empty() || finding.when.iter().any(|[from, to]| *from <= t[t.len() - 1] && t[0] <= *to)
         };
         notes.extend(found.iter().filter(concerns).map(|finding| Note::Found { finding: Box::new(finding.clone()) }));
+        // Of those who drive the follower, the one who begins and the ones who take over within.
+        let begins = |note: &Note| match note {
+            Note::DriverMode { t_s, .. } => Some(*t_s),
+            _ => None,
+        };
+        let (first, last) = (t[0] + time::GRID_TOLERANCE_S, t[t.len() - 1]);
+        let driving = notes.iter().filter_map(begins).filter(|t_s| *t_s <= first).fold(f64::NEG_INFINITY, f64::max);
+        notes.retain(|note| begins(note).is_none_or(|t_s| (driving..=last).contains(&t_s)));
         let label = context.label(index + 1, count);
         trajectories.push(consistency::trajectory(segment.samples, dt, label, notes, context)?);
     }

@@ -141,7 +141,7 @@ fn merge(mut ranges: Vec<Range<usize>>) -> Vec<Range<usize>> {
 pub(super) fn finding(signal: &Signal, link: &Link, found: &Dropouts) -> Option<Finding> {
     let seconds = |ranges: &[Range<usize>]| ranges.iter().map(Range::len).sum::<usize>() as f64 * link.dt;
     // What is missing is told by preparation; what is taken for measured is worse.
-    let matters = found.held.iter().any(|range| range.len() as f64 * link.dt >= LIMITS.held_matters - 1e-9);
+    let matters = seconds(&found.held) >= LIMITS.held_matters * link.len() as f64 * link.dt;
     let shown = if matters { &found.held } else { &found.ranges };
     let longest = shown.iter().max_by_key(|range| range.len())?;
     let at = signal.values[longest.start];

@@ -25,7 +25,7 @@ crate::numbers! {
     held = 0.5, "s", "A coarse sensor holds a value for longer";
     held_step = 0.3, "m or m/s", "And the value then jumps by more";
     held_change = 1.0, "m", "Or the speeds tell that it changed by more meanwhile";
-    held_matters = 1.0, "s", "Values that were held, or filled in, for longer are taken for driving";
+    held_matters = 0.01, "-", "Share of a drive that was held, or filled in, from which on parameters follow it";
     coloured = 0.42, "-", "Autocorrelation of third differences beside that of white noise: sensors have up to 0.36";
     slow_rate = 2.0, "Hz", "A signal of a lower rate than this lacks what tells accelerations";
     coarse_speed = 0.2, "m/s", "Steps of a speed from here on are seen in the acceleration: km/h without decimals";
