@@ -17,7 +17,7 @@ use crate::recommend::{NotFollowed, Policy, Request, combine, not_followed, race
 use crate::result::diagnosis::describe::{Diagnosis as Described, describe};
 use crate::result::diagnosis::{DataEntry, FindingEntry, Outcome};
 use crate::text::spelling::any_of;
-use crate::trajectory::{Recording, Trajectory};
+use crate::trajectory::{Note, Recording, Trajectory};
 use crate::wgsl::{library, read_extension};
 use std::fmt;
 use std::ops::ControlFlow;
@@ -186,7 +186,11 @@ impl Loading {
         // Causes read the grade, whatever the base model does.
         start_assumed(&picked.trajectory).filter(|_| !self.data_only).into_iter().for_each(&mut *warn);
         let path = recording.source.path.clone();
-        let findings = FindingEntry::of(&picked.trajectory);
+        let units = picked.trajectory.notes.iter().find(|note| matches!(note, Note::UnitsContradict { .. }));
+        let units = units.map(ToString::to_string);
+        let mut findings = FindingEntry::of(&picked.trajectory);
+        // Units come before any size, and once.
+        findings.retain(|finding| units.is_none() || finding.name != "unit");
         let trajectory = &picked.trajectory;
         let mut entry = DataEntry {
             path,
@@ -199,7 +203,7 @@ impl Loading {
             samples: trajectory.len(),
             gap_rate_rms_mps: None,
             unseen: Vec::new(),
-            units: None,
+            units,
             moved_m: None,
         };
         entry.take(&soundness);

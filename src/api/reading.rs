@@ -392,6 +392,19 @@ impl Reading {
                 longest[0].number - 1
             }
         };
+        for pair in segments.windows(2) {
+            let ([Some(one), Some(other)], [before, after]) =
+                ([pair[0].driver(), pair[1].driver()], [&pair[0].t[pair[0].len() - 1], &pair[1].t[0]])
+            else {
+                continue;
+            };
+            if one != other {
+                warn(format!(
+                    "{path}: {one} drives until {before:.1} s and {other} after, as the file says: two drivers, each a segment of its own; \
+                     --to {before:.3} or --from {after:.3} takes one of them"
+                ));
+            }
+        }
         if count > 1 && self.segment.is_none() {
             warn(format!(
                 "{path}: {count} segments, of which only the longest, number {}, is used; the longest are {listed}; \

@@ -13,8 +13,8 @@ pub struct Problem {
     pub kind: ProblemKind,
 }
 
-/// A step below this is no time step of a sensor \[s\]: tenths of a second as days are 1.2e-6.
-pub(crate) const DAYS_STEP_S: f64 = 1e-4;
+/// A step below this is no time step of a sensor \[s\]: a second in days is 1.2e-5.
+pub(crate) const DAYS_STEP_S: f64 = 2e-5;
 
 /// What is wrong: expected, found, and what to do.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -65,6 +65,9 @@ pub(super) fn rate_rms(link: &Link, usable: &Usable) -> Option<f64> {
     (n > 0.0).then(|| (sum / n).sqrt())
 }
 
+/// Steps of a singular value decomposition of a few columns at most.
+const SVD_STEPS: usize = 1000;
+
 /// A fitted regression.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Fit {
@@ -180,7 +183,12 @@ fn regress(columns: &Columns, usable: &Usable, ratio: f64, lags: usize) -> Optio
     }
     let mut right = z.tr_mul(&y);
     (0..parameters).for_each(|i| right[i] /= scale[i]);
-    if normal.singular_values().min() < 1e-10 {
+    // A signal that never changes leaves no number, of which a decomposition would be in search for ever.
+    if !normal.iter().all(|x| x.is_finite()) {
+        return None;
+    }
+    let singular = normal.clone().try_svd(false, false, f64::EPSILON, SVD_STEPS)?.singular_values;
+    if singular.min() < 1e-10 {
         return None;
     }
     let inverse = normal.try_inverse()?;

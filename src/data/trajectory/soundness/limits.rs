@@ -13,13 +13,13 @@ crate::numbers! {
     least_offset = 0.05, "m", "A smaller offset of the gap is no fault";
     offset_matters = 0.5, "m", "An offset from here on changes `d_0` by a fifth";
     unrelated = 0.5, "m/s", "Rate of the gap less speed difference, over a second, of signals that do not belong together";
-    contradicts = 2.0, "m/s", "The same where the drive is too short to allow for scales and clocks";
     jump = 0.5, "m", "Within a sample the gap changes by so much more than speeds allow where it jumps";
     slow_jump = 2.0, "m", "The same within a second";
     jump_matters = 2.0, "m", "A jump within a sample from here on may be another car";
     slow_jump_matters = 3.0, "m", "The same within a second";
     unusual = 12.0, "-", "Robust standard deviations of what a signal usually does: for jumps and spikes";
     spike = 2.0, "m", "A value of the gap this far off those around it is a spike";
+    spikes = 0.1, "-", "Share of values that may be spikes: where there are more, the signal contradicts itself";
     braking = 12.0, "m/s²", "No car on a road changes its speed faster: what does is no driving";
     held_chance = 1e-4, "-", "A value that chance holds this seldom in a file was held";
     held = 0.5, "s", "A coarse sensor holds a value for longer";

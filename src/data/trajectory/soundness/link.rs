@@ -120,7 +120,8 @@ impl Link {
     /// Time of a sample in the file \[s\].
     #[must_use]
     pub fn time(&self, sample: usize) -> f64 {
-        self.t_0 + sample as f64 * self.dt
+        // Without the dust of sums.
+        ((self.t_0 + sample as f64 * self.dt) * 1e6).round() / 1e6
     }
 
     /// True where both cars drive.

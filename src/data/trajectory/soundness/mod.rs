@@ -23,7 +23,7 @@ pub use limits::{LIMITS, Limits};
 pub use link::Link;
 
 pub use crate::fourier;
-use crate::trajectory::{Platoon, Recording};
+use crate::trajectory::{Note, Platoon, Recording, agreement};
 use std::ops::Range;
 
 /// What the data of one follower say about themselves.
@@ -113,20 +113,22 @@ pub fn check_link(measured: &Link) -> Soundness {
         let jumps = jumps::find(&link, &broken);
         findings.extend(jumps::finding(&link, &jumps));
         usable = level::Usable::new(&link, &broken, &jumps);
+        let mut left = contradiction(&link);
         match clocks::Redundancy::estimate(&link, &usable, slow) {
             Some(redundancy) => {
                 findings.extend(redundancy.findings(&link, blurred));
-                findings.extend(jumps::drifting(&link, redundancy.residual_rate_rms(&link, &usable), true));
+                // Scales and clocks are allowed for; where nothing else says so, that is enough.
+                let rms = redundancy.residual_rate_rms(&link, &usable);
+                left = left.or((rms > LIMITS.unrelated).then_some(rms));
             }
             None => {
                 unseen.push(
                     "speed scales and clock offsets: there is no stretch of driving long enough to compare gap and speeds"
                         .to_owned(),
                 );
-                let rms = level::rate_rms(&link, &usable);
-                findings.extend(rms.and_then(|rms| jumps::drifting(&link, rms, false)));
             }
         }
+        findings.extend(left.map(|rms| jumps::drifting(&link, rms)));
     }
     match offset::gap_offset(&link) {
         offset::Seen::Finding(finding) => findings.push(*finding),
@@ -134,6 +136,16 @@ pub fn check_link(measured: &Link) -> Soundness {
         offset::Seen::No(why) => unseen.push(why.to_owned()),
     }
     Soundness { findings, unseen, rate_rms_mps: level::rate_rms(&link, &usable) }
+}
+
+/// Change of the gap over a second less that of the integrated speed difference \[m/s\], where gap and speeds describe other cars.
+fn contradiction(link: &Link) -> Option<f64> {
+    let t: Vec<f64> = (0..link.len()).map(|i| link.time(i)).collect();
+    let dv: Vec<f64> = link.v_l.iter().zip(&link.v_f).map(|(v_l, v_f)| v_l - v_f).collect();
+    match agreement::contradiction(&link.called, &t, &link.gap, &dv)? {
+        Note::GapContradicts { rms_mps, .. } => Some(rms_mps),
+        _ => None,
+    }
 }
 
 #[cfg(test)]

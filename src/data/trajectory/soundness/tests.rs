@@ -181,3 +181,13 @@ fn a_clock_is_told_from_seconds() {
     let pause: Vec<f64> = (0..600).map(|i| f64::from(i) * 0.1 + if i < 300 { 0.0 } else { 60.0 }).collect();
     assert_eq!(time::of_time(&pause), None);
 }
+
+#[test]
+fn what_never_changes_comes_to_an_end() {
+    for dt in [0.1, 5.0] {
+        let n = 2000;
+        let link = Link { dt, v_l: vec![10.0; n], v_f: vec![10.0; n], gap: vec![20.0; n], ..drive(0.1) };
+        let found = check_link(&link).findings;
+        assert!(found.iter().all(|finding| finding.kind != FindingKind::SpeedScale), "{found:?}");
+    }
+}
