@@ -23,6 +23,7 @@ class Table(TypedDict, total=False):
     end: float | None
     max_gap: float | None
     smooth: bool | None
+    correct: bool | None
     resample: float | None
     reconcile: str | None
     vehicle: str | None

@@ -5,7 +5,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyMapping};
 
 /// The options of reading.
-pub const OPTIONS: [&str; 14] = [
+pub const OPTIONS: [&str; 15] = [
     "columns",
     "layout",
     "trajectory",
@@ -14,6 +14,7 @@ pub const OPTIONS: [&str; 14] = [
     "end",
     "max_gap",
     "smooth",
+    "correct",
     "resample",
     "reconcile",
     "vehicle",
@@ -97,9 +98,9 @@ pub fn reading(options: &[(String, Setting)]) -> PyResult<leadlag::Reading> {
             "start" => reading.from = Some(number()?),
             "end" => reading.to = Some(number()?),
             "max_gap" => reading.max_gap_s = number()?,
-            "smooth" => {
-                let Setting::Flag(smooth) = value else { return Err(wrong(name, "True or False")) };
-                reading.smooth = *smooth;
+            "smooth" | "correct" => {
+                let Setting::Flag(wanted) = value else { return Err(wrong(name, "True or False")) };
+                *(if name == "smooth" { &mut reading.smooth } else { &mut reading.correct }) = *wanted;
             }
             "resample" => reading.resample_s = Some(number()?),
             "reconcile" => {

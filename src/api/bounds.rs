@@ -36,8 +36,8 @@ pub fn unknown(what: &str, name: &str, variant: &Variant, known: &[Symbol]) -> U
     Usage(format!("{what}: variant {variant} has the parameters {}{near}", known.join(", ")))
 }
 
-/// Where bounds are from and why, in words, for the followers of these names.
-pub fn origin<'a>(given: &[String], names: impl IntoIterator<Item = &'a str>) -> String {
+/// Where bounds are from and why, in words, for the followers of these names and who drives them, where that is known.
+pub fn origin<'a>(given: &[String], followers: impl IntoIterator<Item = (&'a str, Option<&'a str>)>) -> String {
     let told = |given: &String| match given.parse::<BoundSet>() {
         Ok(set) => format!("{}: {}", set.into_str(), set.source()),
         Err(_) => format!("{given}, for what it names"),
@@ -51,10 +51,21 @@ pub fn origin<'a>(given: &[String], names: impl IntoIterator<Item = &'a str>) ->
             table.into_iter().chain(given.iter().map(told)).collect::<Vec<_>>().join("; ")
         );
     }
-    match names.into_iter().find(|name| Vehicle::called(name).is_none()) {
+    let followers: Vec<(&str, Option<&str>)> = followers.into_iter().collect();
+    let unknown = |(name, driver): &&(&str, Option<&str>)| driver.is_none() && Vehicle::called(name).is_none();
+    match followers.iter().find(unknown) {
+        None if followers.iter().any(|(_, driver)| driver.is_some_and(is_human)) => {
+            format!("{acc}, although the file says that a human drives; --bounds human is for human drivers")
+        }
+        None if followers.iter().any(|(_, driver)| driver.is_some()) => format!("{acc}, for the file says who drives"),
         None => format!("{acc}, for the follower is known as a car with adaptive cruise control"),
         Some(_) => format!("{acc}, for nothing says who drives; --bounds human is for human drivers"),
     }
+}
+
+/// True for what files call a human driver.
+pub fn is_human(driver: &str) -> bool {
+    ["human", "manual"].iter().any(|word| driver.eq_ignore_ascii_case(word))
 }
 
 /// The bounds of a file for the parameters of a variant.

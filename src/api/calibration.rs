@@ -17,8 +17,8 @@ use crate::identify::identify;
 use crate::lanes::LanesPrecision;
 use crate::optimize::GaSettings;
 use crate::reference::Reference;
-use crate::result::ResultFile;
 use crate::result::assemble::Calibrated;
+use crate::result::{ComparedEntry, ResultFile};
 use crate::score::GoodnessOfFit;
 use crate::select::{Selection, Work};
 use crate::trajectory::Trajectory;
@@ -252,6 +252,7 @@ impl Calibration {
         let apart = self.apart(&prepared, &loaded)?;
         let mut result = self.search(evaluator.as_mut(), &prepared, &loaded, progress)?;
         result.drivers = apart;
+        result.compared = self.compared(&loaded, &mut |_| ControlFlow::Continue(()));
         Ok(Fit::of(result)?)
     }
 
@@ -361,6 +362,28 @@ impl Calibration {
         Ok(found.map(|apart| apart.told(space, &labels)))
     }
 
+    /// What the same calibration finds with the faults of the data corrected, or without that where they are; `None` where it makes no
+    /// difference, or nothing is found.
+    pub(crate) fn compared(
+        &self,
+        loaded: &[Loaded],
+        progress: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
+    ) -> Option<ComparedEntry> {
+        let twin = loaded.iter().find_map(|one| one.twin.as_ref())?;
+        let others = loaded.iter().map(|one| Loaded {
+            trajectory: one.twin.as_ref().unwrap_or(&one.trajectory).clone(),
+            vehicle: one.vehicle.clone(),
+            twin: None,
+        });
+        let (others, search) = (others.collect::<Vec<_>>(), calibrate::Calibration { replicates: 1, ..self.search });
+        let calibration = Calibration { intervals: false, search, ..self.clone() };
+        let prepared = calibration.prepare(&others).ok()?;
+        let mut evaluator = calibration.build(&prepared.reference).ok()?;
+        let found = calibration.search(evaluator.as_mut(), &prepared, &others, progress).ok()?;
+        let corrected = twin.findings().any(|finding| finding.correction.is_some());
+        Some(ComparedEntry { corrected, parameters: found.parameters })
+    }
+
     /// The search, and the intervals unless `progress` has asked to stop.
     pub(crate) fn search(
         &self,
@@ -390,7 +413,10 @@ impl Calibration {
             trajectories: &trajectories,
             vehicle: loaded[0].vehicle.as_ref().map(|(v, from)| (v, from.as_str())),
             space,
-            bounds_from: origin(&self.bounds, loaded.iter().map(|l| l.trajectory.name.as_str())),
+            bounds_from: origin(
+                &self.bounds,
+                loaded.iter().map(|l| (l.trajectory.name.as_str(), l.trajectory.driver())),
+            ),
             gof: self.gof,
             settings: &self.search,
             replicates,

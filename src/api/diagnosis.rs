@@ -7,7 +7,7 @@ use super::once::Samples;
 use super::reading::{Loaded as Picked, Reading, start_assumed};
 use crate::calibrate::Overrides;
 use crate::catalog::Variant;
-use crate::diagnose::data::{check, correct};
+use crate::diagnose::data::check;
 use crate::diagnose::drive::drivers::different_drivers;
 use crate::diagnose::drive::road::{lap, on_the_road_of};
 use crate::diagnose::drive::{drives_apart, hold_back};
@@ -73,8 +73,6 @@ struct Examined {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Loading {
     pub(crate) variant: Variant,
-    /// Correct what is wrong with the data, where it can be.
-    pub(crate) correct: bool,
     /// Look at the data, and stop there.
     pub(crate) data_only: bool,
 }
@@ -180,30 +178,19 @@ impl Loading {
 
     /// One follower: what is wrong with his data, and what is left after it was corrected.
     fn examine(self, source: Source<'_>, role: &str, warn: &mut dyn FnMut(String)) -> anyhow::Result<Examined> {
-        let Source { mut recording, reading, follower, id } = source;
+        let Source { recording, reading, follower, id } = source;
         let id = id.as_deref();
-        let variant = self.variant;
-        let mut pick = |recording: &Recording| reading.pick_one(recording, Some(follower), &variant, id, warn);
+        let picked = reading.pick_one(&recording, Some(follower), &self.variant, id, warn)?;
         let platoon = recording.platoons.iter().position(|p| id.is_none() || p.id.as_deref() == id).unwrap_or(0);
-        let soundness = match check(&recording, platoon, follower) {
-            Ok(soundness) => soundness,
-            Err(no_link) => {
-                // What is missing, and which followers there are instead, is what its preparation says.
-                pick(&recording)?;
-                return Err(no_link.into());
-            }
-        };
-        let corrections: Vec<Option<String>> = if self.correct {
-            correct(&mut recording, platoon, follower, &soundness.findings).into_iter().map(Some).collect()
-        } else {
-            vec![None; soundness.findings.len()]
-        };
-        let picked = pick(&recording)?;
+        let soundness = check(&recording, platoon, follower)?;
         // Causes read the grade, whatever the base model does.
         start_assumed(&picked.trajectory).filter(|_| !self.data_only).into_iter().for_each(&mut *warn);
         let path = recording.source.path.clone();
-        let findings = soundness.findings.iter().zip(corrections);
-        let findings = findings.map(|(finding, done)| FindingEntry::new(&path, finding, done)).collect();
+        let units = picked.trajectory.notes.iter().find(|note| matches!(note, Note::UnitsContradict { .. }));
+        let units = units.map(ToString::to_string);
+        let mut findings = FindingEntry::of(&picked.trajectory);
+        // Units come before any size, and once.
+        findings.retain(|finding| units.is_none() || finding.name != "unit");
         let trajectory = &picked.trajectory;
         let mut entry = DataEntry {
             path,
@@ -216,7 +203,7 @@ impl Loading {
             samples: trajectory.len(),
             gap_rate_rms_mps: None,
             unseen: Vec::new(),
-            units: trajectory.notes.iter().find(|n| matches!(n, Note::UnitsContradict { .. })).map(ToString::to_string),
+            units,
             moved_m: None,
         };
         entry.take(&soundness);
@@ -375,7 +362,11 @@ impl Diagnosis {
         let mut known = self.base.parameters();
         known.extend(of_causes.filter(|symbol| !self.base.parameters().contains(symbol)));
         bounds.extend(checked_single(&self.single, &self.base, &known)?);
-        let loading = Loading { variant: self.base, correct: self.correct, data_only: false };
+        let loading = Loading { variant: self.base, data_only: false };
+        // A drive knows how it is to be read, and the diagnosis whether it is to be corrected.
+        let asked: Vec<Drive> = drives.iter().chain(holdout).map(|drive| drive.corrected(self.correct)).collect();
+        let asked: Vec<&Drive> = asked.iter().collect();
+        let (drives, holdout) = asked.split_at(drives.len());
         let mut loaded = loading.load(sources(drives), sources(holdout), &mut |_| {})?;
         let Diagnosis { base, effort, seed, ref causes, .. } = *self;
         let asked = Asked { base, effort, seed, causes, bounds: &bounds };

@@ -140,6 +140,13 @@ impl Drive {
         Ok(Drive { recording, trajectory: Arc::new(trajectory), warnings: self.warnings.clone() })
     }
 
+    /// The drive, to be read again with faults of its data corrected, if `wanted`.
+    pub(super) fn corrected(&self, wanted: bool) -> Drive {
+        let mut drive = self.clone();
+        Arc::make_mut(&mut drive.recording.reading).correct |= wanted;
+        drive
+    }
+
     /// The id of its trajectory, in files that hold several.
     #[must_use]
     pub fn trajectory(&self) -> Option<&str> {
@@ -216,7 +223,7 @@ impl Drive {
     /// What was done to the data, a line each: filled, cut, smoothed, resampled.
     #[must_use]
     pub fn preparation(&self) -> Vec<String> {
-        self.trajectory.notes.iter().map(ToString::to_string).collect()
+        self.trajectory.preparation().map(ToString::to_string).collect()
     }
 
     /// What is doubtful in the data, a line each.
@@ -228,7 +235,8 @@ impl Drive {
     /// The drive as a model sees it: with the car, where the model needs one.
     pub(super) fn for_model(&self, model: &Variant) -> anyhow::Result<Loaded> {
         let vehicle = self.recording.reading.vehicle_for(&self.trajectory, model)?;
-        Ok(Loaded { trajectory: (*self.trajectory).clone(), vehicle })
+        let twin = self.recording.reading.twin(&self.recording.read, &self.trajectory);
+        Ok(Loaded { trajectory: (*self.trajectory).clone(), vehicle, twin })
     }
 
     /// The drive with all that was measured around it.

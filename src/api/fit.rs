@@ -159,7 +159,7 @@ impl Fit {
         let mut reading = (*drive.recording.reading).clone();
         reading.vehicle = reading.vehicle.or_else(|| self.result.vehicle.as_ref().map(|vehicle| vehicle.from.clone()));
         let vehicle = reading.vehicle_for(&drive.trajectory, &self.variant.variant)?;
-        Ok(Loaded { trajectory: (*drive.trajectory).clone(), vehicle })
+        Ok(Loaded { trajectory: (*drive.trajectory).clone(), vehicle, twin: None })
     }
 
     /// Spacing, speed and acceleration on a drive over time, measured and simulated, as SVG.

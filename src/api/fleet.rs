@@ -15,6 +15,9 @@ use anyhow::Context;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
+/// Doubtful pairs that are named.
+const DOUBTFUL_NAMED: usize = 20;
+
 /// What a folder may hold of tables.
 const ENDINGS: [&str; 4] = ["csv", "txt", "gz", "parquet"];
 
@@ -24,8 +27,6 @@ pub struct Pairs {
     pub(crate) pairs: Vec<Pair>,
     /// Why files cannot be read, a line each.
     pub(crate) unreadable: Vec<String>,
-    /// What is implausible in pairs, the first of each.
-    pub(crate) doubts: Vec<String>,
 }
 
 impl Pairs {
@@ -107,11 +108,23 @@ impl Pairs {
         self.unreadable.iter().cloned().chain(self.doubtful()).chain(self.repeated()).collect()
     }
 
-    /// How many pairs have implausible signals, and what of the first.
+    /// How many pairs have doubtful data, which, and what of the first.
     pub(crate) fn doubtful(&self) -> Option<String> {
-        let first = self.doubts.first()?;
-        let (doubtful, all) = (self.doubts.len(), self.pairs.len());
-        Some(format!("{doubtful} of {all} pairs have implausible signals; the first: {first}"))
+        let doubtful: Vec<&Pair> = self.pairs.iter().filter(|pair| !pair.doubts().is_empty()).collect();
+        let first = doubtful.first()?;
+        let named: Vec<String> =
+            doubtful.iter().take(DOUBTFUL_NAMED).map(|pair| format!("{} ({})", pair.place(), pair.doubts())).collect();
+        let more = match doubtful.len().saturating_sub(DOUBTFUL_NAMED) {
+            0 => String::new(),
+            more => format!(" and {more} more (column `findings` of the table)"),
+        };
+        let told = first.drive.as_ref().ok().and_then(|drive| drive.trajectory.faults().next()).unwrap_or_default();
+        Some(format!(
+            "{} of {} pairs have implausible signals: {}{more}; the first: {told}",
+            doubtful.len(),
+            self.pairs.len(),
+            named.join(", ")
+        ))
     }
 
     /// How many pairs are there more than once, and which the first is: each counts in medians and shares.
@@ -125,11 +138,7 @@ impl Pairs {
         }
         let (first, pair) = again.first()?;
         let (count, all) = (again.len(), self.pairs.len());
-        let place = |pair: &Pair| {
-            let id = pair.trajectory.as_ref().map_or(String::new(), |id| format!(" trajectory {id}"));
-            format!("{}{id} follower {}", pair.file, pair.follower)
-        };
-        let (pair, first) = (place(pair), place(first));
+        let (pair, first) = (pair.place(), first.place());
         let of = if pair == first { "is given twice".to_owned() } else { format!("is {first}") };
         Some(format!(
             "{count} of {all} pairs are copies of another one, and count again in medians and shares; the first: {pair} {of}"
@@ -165,8 +174,6 @@ impl Pairs {
     ) -> anyhow::Result<()> {
         let file = input.shown();
         for one in reading.pairs(input, follower, vehicle)? {
-            let named = one.id.as_ref().map_or(String::new(), |id| format!(" trajectory {id}"));
-            self.doubts.extend(one.doubts.first().map(|doubt| format!("{file}{named}: {doubt}")));
             let drive = match one.drive {
                 Ok(l) => Ok(fleet::Drive { trajectory: l.trajectory, vehicle: l.vehicle.map(|(vehicle, _)| vehicle) }),
                 Err(error) => Err(format!("{error:#}")),

@@ -5,11 +5,12 @@ use crate::catalog::{Constraint, Variant};
 use crate::text::spelling::did_you_mean;
 use crate::trajectory::import::{ColumnMap, MapError, read_mapped, read_mapped_from};
 use crate::trajectory::{
-    ChosenBy, Grade, Layout, Note, Platoon, Preparation, Reconcile, Recording, Stretch, Trajectory, import, plausible,
+    ChosenBy, Finding, Grade, Layout, Note, Platoon, Preparation, Reconcile, Recording, Stretch, Trajectory, import,
     prepare, prepare_platoon,
 };
 use crate::vehicle::{self, Vehicle};
 use anyhow::Context;
+use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use std::path::{Path, PathBuf};
 
 /// How measured files are read and prepared. By default the header decides on the layout, gaps of up to one second are interpolated, and
@@ -35,6 +36,8 @@ pub struct Reading {
     pub smooth: bool,
     /// Time step to resample to \[s\].
     pub resample_s: Option<f64>,
+    /// Whether what the check of the data finds is corrected, where it can be.
+    pub correct: bool,
     /// What the spacing is anchored to where measured gap and speeds contradict each other.
     pub reconcile: Reconcile,
     /// The follower's car: a built-in vehicle or `FILE#NAME`; `None`: by its name in the file.
@@ -59,6 +62,7 @@ impl Default for Reading {
             max_gap_s: Preparation::default().max_gap_s,
             smooth: false,
             resample_s: None,
+            correct: false,
             reconcile: Reconcile::Gap,
             vehicle: None,
             grade: None,
@@ -92,6 +96,8 @@ pub(crate) struct Loaded {
     pub trajectory: Trajectory,
     /// The vehicle and how `--vehicle` finds it again.
     pub vehicle: Option<(Vehicle, String)>,
+    /// The same drive with its faults corrected, or as it was measured where they were: for comparison, where that makes a difference.
+    pub twin: Option<Trajectory>,
 }
 
 /// A pair that a file has, usable or not.
@@ -100,19 +106,6 @@ pub(crate) struct Found {
     pub follower: usize,
     pub name: String,
     pub drive: anyhow::Result<Loaded>,
-    /// What is implausible in it.
-    pub doubts: Vec<String>,
-}
-
-/// The notes of a trajectory that tell of a fault of the data.
-fn faults(trajectory: &Trajectory) -> impl Iterator<Item = &Note> {
-    let is_fault = |note: &&Note| matches!(note, Note::UnitsContradict { .. } | Note::GapContradicts { .. });
-    trajectory.notes.iter().filter(is_fault)
-}
-
-/// What is implausible in a trajectory, as its notes and its signals tell.
-fn doubts(trajectory: &Trajectory, layout: Layout) -> Vec<String> {
-    faults(trajectory).map(ToString::to_string).chain(plausible::of_trajectory(trajectory, layout)).collect()
 }
 
 impl Loaded {
@@ -207,19 +200,20 @@ impl Reading {
             return Err(Usage(format!("--trajectory {id}: {shown} has no trajectory of this id")).into());
         }
         let is_wanted = |platoon: &&Platoon| ids.is_empty() || platoon.id.as_ref().is_some_and(|id| ids.contains(id));
-        let mut pairs = Vec::new();
+        let mut asked = Vec::new();
         for platoon in recording.platoons.iter().filter(is_wanted) {
             let followers = platoon.cars.windows(2).filter(|two| two[1].number == two[0].number + 1);
             for car in followers.map(|two| &two[1]).filter(|car| number.is_none_or(|n| car.number == n + 1)) {
                 // The car ahead of the leader of a pair file is numbered 0.
                 let Some(follower) = car.number.checked_sub(1).filter(|follower| *follower > 0) else { continue };
-                let drive = self.drive_of(&recording, platoon, follower, &preparation, vehicle);
-                let doubts =
-                    drive.as_ref().map_or_else(|_| Vec::new(), |one| doubts(&one.trajectory, recording.layout));
-                pairs.push(Found { id: platoon.id.clone(), follower, name: car.name.clone(), drive, doubts });
+                asked.push((platoon, follower, &car.name));
             }
         }
-        Ok(pairs)
+        let pair = |(platoon, follower, name): (&Platoon, usize, &String)| {
+            let drive = self.drive_of(&recording, platoon, follower, &preparation, vehicle);
+            Found { id: platoon.id.clone(), follower, name: name.clone(), drive }
+        };
+        Ok(asked.into_par_iter().map(pair).collect())
     }
 
     /// The longest segment of a follower, with his car.
@@ -242,7 +236,7 @@ impl Reading {
             }
             Some((_, Err(error))) => return Err(error),
         };
-        Ok(Loaded { trajectory: longest, vehicle })
+        Ok(Loaded { trajectory: longest, vehicle, twin: None })
     }
 
     /// Every trajectory that is asked for, in that order; with `all` every one of the file that can be used, where none is.
@@ -316,7 +310,17 @@ impl Reading {
     ) -> anyhow::Result<Loaded> {
         let trajectory = self.trajectory_of(recording, follower, id, warn)?;
         let vehicle = self.vehicle_for(&trajectory, variant)?;
-        Ok(Loaded { trajectory, vehicle })
+        let twin = self.twin(recording, &trajectory);
+        Ok(Loaded { trajectory, vehicle, twin })
+    }
+
+    /// A drive that has a fault which matters and can be corrected: corrected, or as it was measured where this one is corrected.
+    pub(super) fn twin(&self, recording: &Recording, of: &Trajectory) -> Option<Trajectory> {
+        let mends = |finding: &Finding| finding.remedies.iter().any(|remedy| remedy.option == "correct");
+        of.findings().find(|finding| finding.matters && mends(finding))?;
+        let (from, to) = (of.t.first().copied(), of.t.last().copied());
+        let other = Reading { correct: !self.correct, from, to, segment: None, ..self.clone() };
+        other.trajectory_of(recording, Some(of.follower), of.id.as_deref(), &mut |_| {}).ok()
     }
 
     /// One follower of the trajectory of an id; without an id of the longest one, without a number the only one.
@@ -329,13 +333,7 @@ impl Reading {
     ) -> anyhow::Result<Trajectory> {
         let follower = follower.map_or_else(|| only_follower(recording), Ok)?;
         let preparation = Preparation { trajectory_id: id.map(str::to_owned), ..self.preparation()? };
-        let trajectory = self.choose(prepare(recording, follower, &preparation)?, warn)?;
-        let platoon = recording.platoons.iter().find(|platoon| id.is_none() || platoon.id.as_deref() == id);
-        let said = platoon.and_then(|platoon| plausible::of_time(&platoon.t)).into_iter();
-        for warning in said.chain(plausible::of_trajectory(&trajectory, recording.layout)) {
-            warn(format!("{}: {warning}", recording.source.path));
-        }
-        Ok(trajectory)
+        self.choose(prepare(recording, follower, &preparation)?, warn)
     }
 
     /// The follower's car, where it is asked for or the variant needs it.
@@ -367,6 +365,7 @@ impl Reading {
             max_gap_s: self.max_gap_s,
             smooth: self.smooth,
             resample: self.resample_s,
+            correct: self.correct,
             reconcile: self.reconcile,
             trajectory_id: None,
             grade,
@@ -393,6 +392,19 @@ impl Reading {
                 longest[0].number - 1
             }
         };
+        for pair in segments.windows(2) {
+            let ([Some(one), Some(other)], [before, after]) =
+                ([pair[0].driver(), pair[1].driver()], [&pair[0].t[pair[0].len() - 1], &pair[1].t[0]])
+            else {
+                continue;
+            };
+            if one != other {
+                warn(format!(
+                    "{path}: {one} drives until {before:.1} s and {other} after, as the file says: two drivers, each a segment of its own; \
+                     --to {before:.3} or --from {after:.3} takes one of them"
+                ));
+            }
+        }
         if count > 1 && self.segment.is_none() {
             warn(format!(
                 "{path}: {count} segments, of which only the longest, number {}, is used; the longest are {listed}; \
@@ -401,7 +413,7 @@ impl Reading {
             ));
         }
         let chosen = segments.swap_remove(index);
-        faults(&chosen).for_each(|note| warn(format!("{}: {note}", chosen.source.path)));
+        chosen.faults().for_each(|fault| warn(format!("{}: {fault}", chosen.source.path)));
         Ok(chosen)
     }
 

@@ -1,10 +1,12 @@
 //! What was given and changes nothing, or is likely a mistake: said once, before the work.
 
+use super::bounds::is_human;
 use super::reading::{Reading, start_assumed};
 use crate::calibrate::Overrides;
 use crate::catalog::{Constraint, Controller, Dynamics, Variant};
 use crate::convention::Convention;
 use crate::evaluator::Case;
+use crate::simulate::{far_above, far_above_told};
 use crate::symbols::Symbol;
 use crate::trajectory::{Note, Trajectory};
 use crate::wgsl::extension_named;
@@ -28,6 +30,7 @@ pub fn of(
     said.extend(idle_switches(model, convention));
     said.extend(loaded.iter().filter(|_| model.needs_position()).filter_map(|one| start_assumed(one)));
     said.extend(level_road(model, overrides, loaded));
+    said.extend(drivers(overrides, loaded));
     said.extend(off_bounds(model, convention, overrides, loaded));
     said
 }
@@ -89,6 +92,26 @@ fn lacks(switch: &str, model: &Variant) -> Option<&'static str> {
     (!has).then_some(lack)
 }
 
+/// What the file says of who drives, where it contradicts what is done.
+fn drivers(overrides: &Overrides, loaded: &[&Trajectory]) -> Vec<String> {
+    let human: Vec<&Trajectory> = loaded.iter().filter(|one| one.driver().is_some_and(is_human)).copied().collect();
+    let mut said = Vec::new();
+    if !human.is_empty() && overrides.is_empty() {
+        let all = paths(&human);
+        said.push(format!(
+            "{all}: a human drives, as the file says, but the bounds are those of cars with ACC; --bounds human has others"
+        ));
+    }
+    let machine = loaded.iter().find(|one| one.driver().is_some_and(|driver| !is_human(driver)));
+    if let (Some(one), Some(other)) = (human.first(), machine) {
+        said.push(format!(
+            "{} and {} are driven by a human and by a controller, as the files say, and get the same parameters",
+            one.label, other.label
+        ));
+    }
+    said
+}
+
 /// On a level road an extension that acts by the grade does nothing, and still gets a value.
 fn level_road(model: &Variant, overrides: &Overrides, loaded: &[&Trajectory]) -> Option<String> {
     let is_level = |l: &&&Trajectory| l.grade.as_ref().is_some_and(|g| g.sin.iter().all(|sin| *sin == 0.0));
@@ -130,6 +153,11 @@ fn off_bounds(model: &Variant, convention: Convention, overrides: &Overrides, lo
     };
     let highest = |l: &Trajectory| l.v_f.iter().copied().fold(0.0, f64::max);
     let mut said = Vec::new();
+    let far: Vec<&Trajectory> =
+        loaded.iter().filter(|l| lower == upper && far_above(upper, highest(l))).copied().collect();
+    if let Some(fastest) = far.iter().map(|l| highest(l)).reduce(f64::max) {
+        said.push(format!("{}: {}", paths(&far), far_above_told(upper, fastest)));
+    }
     let slow: Vec<&Trajectory> =
         loaded.iter().filter(|l| lower < upper && highest(l) < FAR_BELOW * lower).copied().collect();
     if let Some(fastest) = slow.iter().map(|l| highest(l)).reduce(f64::max) {

@@ -39,6 +39,9 @@ pub struct DataArgs {
     /// Resample to this time step, in seconds
     #[arg(long, value_name = "DT", value_parser = real(Preparation::RESAMPLE_S, "s"), allow_negative_numbers = true)]
     pub resample: Option<f64>,
+    /// Correct what is wrong with the data, where it can be, before going on
+    #[arg(long)]
+    pub correct: bool,
     /// What the spacing is anchored to where measured gap and speeds contradict each other
     #[arg(long, value_enum, default_value_t = ReconcileArg::Gap)]
     pub reconcile: ReconcileArg,
@@ -85,6 +88,7 @@ impl DataArgs {
             max_gap_s: self.max_gap,
             smooth: self.smooth,
             resample_s: self.resample,
+            correct: self.correct,
             reconcile: match self.reconcile {
                 ReconcileArg::Gap => Reconcile::Gap,
                 ReconcileArg::Speeds => Reconcile::Speeds,

@@ -48,6 +48,9 @@ pub struct Args {
     /// Smooth as the paper's authors did: two Savitzky-Golay passes, 51 points, cubic
     #[arg(long)]
     smooth: bool,
+    /// Correct what is wrong with the data, where it can be, before going on
+    #[arg(long)]
+    correct: bool,
     /// Add the f64 value of NRMSE(s,v,a) in a column of its own
     #[arg(long)]
     rescore: bool,
@@ -80,7 +83,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         LayoutArg::Rebuilt => DataLayout::Rebuilt,
     };
     let grade = args.grade.as_deref().map(read_grade).transpose()?;
-    let preparation = Preparation { grade, smooth: args.smooth, ..Preparation::default() };
+    let preparation = Preparation { grade, smooth: args.smooth, correct: args.correct, ..Preparation::default() };
     let mut library = Library::open(&args.data, layout, preparation)?;
     let shown = args.cases.display().to_string();
     let input = File::open(&args.cases).with_context(|| format!("{shown}: cannot open the cases"))?;
@@ -117,6 +120,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         eprintln!("used {} sha256 {}", source.path, source.sha256);
     }
     library.notes().iter().for_each(|note| eprintln!("{note}"));
+    library.faults().iter().for_each(|fault| evaluator::warn(fault));
     // What an interrupted run has written is complete up to there, and worth keeping.
     if let (Some(file), Some(out)) = (written, &args.out)
         && matches!(result, Ok(_) | Err(TableError::Interrupted(_)))

@@ -2,7 +2,7 @@
 
 use super::change::Change;
 use super::data::result_file;
-use super::folder::finish;
+use super::folder::{FLEET, finish};
 use super::{Usage, output};
 use crate::report::text::wrapped;
 use crate::result::ResultFile;
@@ -72,6 +72,14 @@ enum ModelArg {
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let Command::Sumo(args) = &args.command;
     let file = result_file(&args.result)?;
+    if !file.exists() && args.result.join(FLEET).exists() {
+        let message = format!(
+            "{0}: holds a fleet, and a vehicle type is of one result; `leadlag calibrate FILE --trajectory ID` with the settings of the fleet \
+             gives that of a pair, whose row in {0}/parameters.csv tells file, trajectory and `findings`",
+            args.result.display()
+        );
+        return Err(Usage(message).into());
+    }
     let result = ResultFile::read(&file)?;
     let asked = args.to.map(|to| match to {
         ModelArg::Idm => Model::Idm,

@@ -229,7 +229,7 @@ fn text(done: &[Simulated]) -> String {
         let line = format!("{label}, {}: variant {variant}, convention {convention}", trajectory.name);
         text += &wrapped(0, 2, &line);
         text += &wrapped(2, 4, &format!("{} sha256 {}", trajectory.source.path, &trajectory.source.sha256[..16]));
-        for note in &trajectory.notes {
+        for note in trajectory.preparation() {
             text += &wrapped(2, 4, &note.to_string());
         }
         let _ = match one.outcome.result {
@@ -269,7 +269,8 @@ fn json(done: &[Simulated]) -> serde_json::Value {
         json!({
             "path": source.path, "sha256": source.sha256, "follower": s.loaded.trajectory.follower, "trajectory": s.loaded.trajectory.id,
             "variant": s.case.variant.name(), "convention": s.case.convention.to_string(),
-            "preparation": s.loaded.trajectory.notes.iter().map(ToString::to_string).collect::<Vec<_>>(), "success": failure.is_none(),
+            "preparation": s.loaded.trajectory.preparation().map(ToString::to_string).collect::<Vec<_>>(),
+            "findings": s.loaded.trajectory.findings().collect::<Vec<_>>(), "success": failure.is_none(),
             "fail_reason": failure.map(|f| f.kind.into_str()), "fail_step": failure.map(|f| f.step),
             "score": measures, "evaluator": rescore::evaluator(&s.case.variant), "precision": "f64",
         })

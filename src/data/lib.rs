@@ -2,6 +2,8 @@
 //!
 //! Part of leadlag. Its interface may change with any version; depend on `leadlag`.
 
+pub mod fourier;
+pub mod numbers;
 pub mod statistics;
 pub mod text;
 pub mod trajectory;

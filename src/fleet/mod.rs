@@ -56,6 +56,26 @@ pub struct Pair {
     pub held: Vec<Drive>,
 }
 
+impl Pair {
+    /// File, trajectory and follower, in words.
+    #[must_use]
+    pub fn place(&self) -> String {
+        let id = self.trajectory.as_ref().map_or(String::new(), |id| format!(" trajectory {id}"));
+        format!("{}{id} follower {}", self.file, self.follower)
+    }
+
+    /// The kinds of faults of its data that move what is calibrated, with spaces between; empty if there are none.
+    #[must_use]
+    pub fn doubts(&self) -> String {
+        let findings = self.drive.iter().flat_map(|drive| drive.trajectory.findings());
+        let doubtful = findings.filter(|finding| finding.matters && finding.correction.is_none());
+        let mut kinds: Vec<&str> = doubtful.map(|finding| finding.kind.into_str()).collect();
+        kinds.sort_unstable();
+        kinds.dedup();
+        kinds.join(" ")
+    }
+}
+
 /// A drive that can be calibrated.
 #[derive(Debug, Clone)]
 pub struct Drive {

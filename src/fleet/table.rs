@@ -82,6 +82,8 @@ pub fn table(pairs: &[Pair], settings: &Settings, rows: &[Row], comparison: &Com
     let at_bound: Vec<Option<String>> =
         found().map(|found| found.map(|found| found.at_bound.join(" ")).filter(|names| !names.is_empty())).collect();
     table.text("at_bound", at_bound.iter().map(Option::as_deref));
+    let doubts: Vec<String> = rows.iter().map(|row| of(row).doubts()).collect();
+    table.text("findings", doubts.iter().map(|kinds| Some(kinds.as_str()).filter(|kinds| !kinds.is_empty())));
     table.integer("evaluations", found().map(|found| i64::try_from(found?.evaluations).ok()));
     table.text("stop", found().map(|found| Some(found?.stop.as_str())));
     table.text("reason", rows.iter().map(|row| row.found.as_ref().err().map(String::as_str)));
@@ -140,6 +142,9 @@ pub struct Overview {
     pub gof: String,
     /// Pairs with a result.
     pub calibrated: usize,
+    /// Those of them whose data are doubtful.
+    #[serde(default)]
+    pub doubtful: usize,
     /// Pairs on which this model is ahead of all others that were calibrated with the measure, by more than the noise.
     pub best: usize,
     /// The scores on the drives that were calibrated on.
@@ -171,6 +176,9 @@ pub struct ParameterOverview {
     pub column: String,
     /// Its values.
     pub spread: Option<Spread>,
+    /// The same without pairs of doubtful data, where there are any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sound: Option<Spread>,
     /// Share of the pairs on which it is on a bound.
     pub at_bound: f64,
     /// Share of the pairs whose drive determines it; `None` without intervals.
@@ -185,26 +193,33 @@ fn is_zero(count: &usize) -> bool {
 
 /// One entry per model and measure, measures first.
 #[must_use]
-pub fn overview(settings: &Settings, rows: &[Row], comparison: &Comparison) -> Vec<Overview> {
+pub fn overview(pairs: &[Pair], settings: &Settings, rows: &[Row], comparison: &Comparison) -> Vec<Overview> {
+    let sound: Vec<bool> = pairs.iter().map(|pair| pair.doubts().is_empty()).collect();
     let mut all = Vec::new();
     for (k, measure) in settings.measures.iter().enumerate() {
         for (m, model) in settings.models.iter().enumerate() {
             let own: Vec<_> = rows
                 .iter()
                 .filter(|row| row.place.model == m && row.place.measure == k)
-                .filter_map(|row| row.found.as_ref().ok())
+                .filter_map(|row| Some((row.found.as_ref().ok()?, sound[row.place.pair])))
                 .collect();
             let Standing { best, failed, behind, chosen } = comparison.standings[all.len()];
             let scored =
                 rows.iter().zip(&comparison.scores).filter(|(row, _)| row.place.model == m && row.place.measure == k);
             let compared: Vec<f64> =
                 scored.filter_map(|(_, score)| Some(score.as_ref()?.score).filter(|score| score.is_finite())).collect();
+            let (own, is_sound): (Vec<&super::Found>, Vec<bool>) = own.into_iter().unzip();
+            let doubtful = is_sound.iter().filter(|sound| !**sound).count();
             let share = |count: usize| count as f64 / own.len().max(1) as f64;
             let parameter = |(i, symbol): (usize, &Symbol)| ParameterOverview {
                 name: symbol.name().to_owned(),
                 unit: symbol.unit().to_owned(),
                 column: parameter_column(*symbol),
                 spread: Spread::of(&own.iter().map(|found| found.parameters[i]).collect::<Vec<_>>()),
+                sound: (doubtful > 0).then_some(()).and_then(|()| {
+                    let sound = own.iter().zip(&is_sound).filter(|(_, sound)| **sound);
+                    Spread::of(&sound.map(|(found, _)| found.parameters[i]).collect::<Vec<_>>())
+                }),
                 at_bound: share(
                     own.iter().filter(|found| found.at_bound.iter().any(|name| name == symbol.name())).count(),
                 ),
@@ -220,6 +235,7 @@ pub fn overview(settings: &Settings, rows: &[Row], comparison: &Comparison) -> V
                 model: model.variant.name(),
                 gof: measure.to_string(),
                 calibrated: own.len(),
+                doubtful,
                 best,
                 score: Spread::of(&own.iter().map(|found| found.score).collect::<Vec<_>>()),
                 compared: Spread::of(&compared),

@@ -107,3 +107,20 @@ pub fn follow(case: &Case, t: &[f64], ahead: Ahead) -> Result<Case, AxisError> {
         ..case.clone()
     })
 }
+/// A desired speed beyond this many times the highest speed driven is hardly meant.
+const FAR: f64 = 2.0;
+/// No road vehicle desires more \[m/s\]: 252 km/h, the end of the set human.
+const DESIRED: f64 = 70.0;
+
+/// True if a desired speed is far above the highest one that was driven \[m/s\].
+#[must_use]
+pub fn far_above(v_0: f64, fastest: f64) -> bool {
+    v_0 > FAR * fastest
+}
+
+/// The same in words.
+#[must_use]
+pub fn far_above_told(v_0: f64, fastest: f64) -> String {
+    let unit = if v_0 > DESIRED { ": is it in km/h? m/s are expected" } else { ", so it changes little" };
+    format!("v_0 = {v_0} m/s is far above the {fastest:.1} m/s that the follower drives at most{unit}")
+}

@@ -66,6 +66,16 @@ fn write_calibration(text: &mut String, result: &ResultFile) -> std::fmt::Result
     if let Some(cv) = result.cv {
         writeln!(text, "             coefficient of variation over replicates {:.3} %", 100.0 * cv)?;
     }
+    for data in &result.data {
+        for finding in data.findings.iter().filter(|finding| finding.matters) {
+            let what = finding.correction.as_ref().map_or_else(|| finding.told(), Clone::clone);
+            text.push('\n');
+            text.push_str(&wrapped(0, 2, &format!("DATA {}: {what}", finding.name.to_uppercase())));
+        }
+    }
+    if let Some(changes) = changes(result) {
+        text.push_str(&wrapped(0, 2, &changes));
+    }
 
     write_parameters(text, result)?;
 
@@ -84,6 +94,38 @@ fn write_calibration(text: &mut String, result: &ResultFile) -> std::fmt::Result
         writeln!(text, "{}", format!("{title:<14}{s:>10}{v:>10}{a:>10}{sum:>12}").trim_end())?;
     }
     Ok(())
+}
+
+/// Parameters that change by less than this share are not told \[-\].
+const CHANGED: f64 = 0.02;
+/// Parameters that are told, the most changed first.
+const CHANGES: usize = 4;
+
+/// What faults of the data do to the parameters, where that was computed.
+fn changes(result: &ResultFile) -> Option<String> {
+    let compared = result.compared.as_ref()?;
+    let mut changed: Vec<(&str, f64, f64)> = result
+        .parameters
+        .iter()
+        .filter_map(|(name, value)| Some((name.as_str(), *value, *compared.parameters.get(name)?)))
+        .filter(|(_, value, other)| (value - other).abs() > CHANGED * other.abs())
+        .collect();
+    let size = |(_, value, other): &(&str, f64, f64)| ((value - other) / other).abs();
+    changed.sort_by(|a, b| size(b).total_cmp(&size(a)));
+    changed.truncate(CHANGES);
+    let listed = |other: bool| {
+        let one = |(name, value, twin): &(&str, f64, f64)| format!("{name} {:.3}", if other { twin } else { value });
+        changed.iter().map(one).collect::<Vec<_>>().join(", ")
+    };
+    if changed.is_empty() {
+        return Some("with and without --correct no parameter differs by more than 2 %".to_owned());
+    }
+    let (found, other) = (listed(false), listed(true));
+    Some(if compared.corrected {
+        format!("{found} because of this; --correct gives {other}")
+    } else {
+        format!("corrected: {found}; as measured: {other}")
+    })
 }
 
 /// The mark of a parameter at a bound, which has a column of its own where there is one.

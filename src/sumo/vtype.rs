@@ -85,6 +85,11 @@ pub fn export(calibrated: &CalibratedVariant, asked: Option<Model>) -> Result<Ve
         _ => return refused("nothing is known of a counterpart"),
     };
     vtype.lost.extend(lost(variant, calibrated, vtype.model));
+    let v_0 = calibrated.parameters.get(Symbol::v_0);
+    vtype.added.push(format!(
+        "SUMO desires the limit of the lane times speedFactor where that is less than maxSpeed: v_0 = {v_0} m/s needs lanes with a limit of at \
+         least that, or a larger speedFactor; below it the gap at a speed near the limit is larger than calibrated"
+    ));
     Ok(vtype)
 }
 

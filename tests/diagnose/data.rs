@@ -1,7 +1,7 @@
 //! The check of the data: silent on clean drives, and planted faults are found, named and sized.
 
 use crate::common;
-use leadlag::internal::diagnose::data::{Finding, FindingKind, Who, check, correct};
+use leadlag::internal::diagnose::data::{Finding, FindingKind, Link, Who, check, correct};
 use leadlag::internal::plant::{self, Noise, Profile, Scenario};
 use leadlag::internal::trajectory::{Recording, import, prepare};
 
@@ -274,10 +274,11 @@ fn corrections_are_made_on_request_and_then_nothing_is_left() {
     let cars = &mut recording.platoons[0].cars;
     cars[0].v.iter_mut().for_each(|v| *v *= 1.02);
     cars[1].v = delayed(&t, &cars[1].v, 0.4);
-    let found = findings(&recording, 1);
+    let mut found = findings(&recording, 1);
     assert_eq!(found.len(), 2, "{found:?}");
-    let lines = correct(&mut recording, 0, 1, &found);
-    assert_eq!(lines.len(), 2, "{lines:?}");
+    let link = Link::of(&recording, &recording.platoons[0], 1, [None; 2]).expect("a link");
+    correct(&mut recording.platoons[0], 1, &link, &mut found);
+    assert!(found.iter().all(|finding| finding.correction.is_some()), "{found:?}");
     let left = findings(&recording, 1);
     assert!(left.iter().all(|f| f.kind == FindingKind::Smoothed), "{left:?}");
     let rms = |a: &[f64], b: &[f64]| {

@@ -1,24 +1,39 @@
 //! The tables of docs/DIAGNOSIS.md are those of the code: where one is missing, the message has it ready to be pasted.
 
 use leadlag::internal::diagnose::answer::VERDICTS;
+use leadlag::internal::diagnose::data::{FindingKind, LIMITS};
 use leadlag::internal::diagnose::search::search_budget::SearchBudget;
 use leadlag::internal::diagnose::{Effort, POLICY};
+use strum::IntoEnumIterator;
 
 const PAGE: &str = include_str!("../../docs/DIAGNOSIS.md");
+const SOUNDNESS: &str = include_str!("../../docs/SOUNDNESS.md");
 
 fn stands_there(head: &str, rows: impl Iterator<Item = String>) {
+    stands_in(PAGE, head, rows);
+}
+
+fn stands_in(page: &str, head: &str, rows: impl Iterator<Item = String>) {
     let columns = head.matches('|').count() - 1;
     let rule = format!("|{}", "---|".repeat(columns));
     let table = [head.to_owned(), rule].into_iter().chain(rows).collect::<Vec<_>>().join("\n");
-    assert!(PAGE.contains(&table), "docs/DIAGNOSIS.md lacks this table:\n{table}");
+    assert!(page.contains(&table), "the page lacks this table:\n{table}");
+}
+
+fn row(number: leadlag::internal::diagnose::policy::Number) -> String {
+    let unit = if number.unit == "-" { String::new() } else { format!(" {}", number.unit) };
+    format!("| `{}` | {}{unit} | {} |", number.name, number.value, number.reason)
+}
+
+#[test]
+fn every_fault_of_the_data_and_its_limits() {
+    let kind = |kind: FindingKind| format!("| `{}` | {} |", kind.into_str(), kind.effect());
+    stands_in(SOUNDNESS, "| kind | what it does to parameters |", FindingKind::iter().map(kind));
+    stands_in(SOUNDNESS, "| limit | value | what it decides |", LIMITS.numbers().into_iter().map(row));
 }
 
 #[test]
 fn every_number_that_decides() {
-    let row = |number: leadlag::internal::diagnose::policy::Number| {
-        let unit = if number.unit == "-" { String::new() } else { format!(" {}", number.unit) };
-        format!("| `{}` | {}{unit} | {} |", number.name, number.value, number.reason)
-    };
     stands_there("| number | value | what it decides |", POLICY.numbers().into_iter().map(row));
 }
 

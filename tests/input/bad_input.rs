@@ -594,7 +594,7 @@ const MAPS: &[(&str, &str, &str)] = &[
     (
         "rows = \"vehicles\"",
         "rows = \"pairs\"",
-        "map.toml:6: ahead: not in a table with rows = \"pairs\", which takes time, group, lane, position, speed, acceleration, gap, headway, sin_grade, lead_speed, lead_position, lead_length, lead2_speed, lead2_gap",
+        "map.toml:6: ahead: not in a table with rows = \"pairs\", which takes time, group, lane, position, speed, acceleration, gap, headway, sin_grade, lead_speed, relative_speed, lead_position, lead_length, lead2_speed, lead2_gap",
     ),
     (
         "id = { name",

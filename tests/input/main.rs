@@ -8,5 +8,6 @@ mod common;
 mod bad_input;
 mod bombs;
 mod columns;
+mod faults;
 mod importers;
 mod mutated_files;

@@ -141,8 +141,8 @@ fn a_broken_gap_is_warned_of_in_the_words_of_inspect() {
     let said = stderr(&succeeds(&[&["calibrate", text(&file)], &search[..]].concat()));
     assert!(said.contains(&warning), "{said}");
     let result: Value = serde_json::from_slice(&fs::read(fit.join("result.json")).unwrap()).unwrap();
-    let kept = result["data"][0]["preparation"].as_array().unwrap();
-    assert!(kept.iter().any(|note| warned.ends_with(note.as_str().unwrap())), "{kept:?}");
+    let kept = result["data"][0]["findings"].as_array().unwrap();
+    assert!(kept.iter().any(|finding| warned.contains(finding["sentence"].as_str().unwrap())), "{kept:?}");
     let said = stderr(&succeeds(&["simulate", text(&file), "--result", text(&fit)]));
     assert!(said.contains(&warning), "{said}");
     let said = stderr(&succeeds(&["diagnose", text(&file), "--data-only"]));

@@ -57,7 +57,9 @@ pub fn run(args: &Args, models: &[Variant]) -> anyhow::Result<()> {
     let done = rows.iter().flatten().count();
     anyhow::ensure!(done == whole, "interrupted: {done} of {whole} calibrations are kept; the same command goes on");
     let rows: Vec<Row> = rows.into_iter().flatten().collect();
-    let names = pairs.iter().map(|pair| pair.name.as_str());
+    let names = pairs
+        .iter()
+        .map(|pair| (pair.name.as_str(), pair.drive.as_ref().ok().and_then(|drive| drive.trajectory.driver())));
     let comparison = fleet::compare(&pairs, &settings, &rows)?;
     let file = FleetFile::of(&pairs, &settings, &rows, &comparison, holdout, origin(&args.bounds, names));
     write(&args.out, &file, &pairs, &settings, &rows, &comparison)?;

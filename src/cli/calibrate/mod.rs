@@ -20,6 +20,7 @@ use crate::report::text;
 use crate::rescore;
 use crate::result::ResultFile;
 use crate::trajectory::Trajectory;
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -144,6 +145,8 @@ fn one(args: &Args, calibration: &Calibration, loaded: &[Loaded], folder: &Path)
     bar.finish();
     let mut result = found?;
     result.drivers = apart;
+    let go_on = || if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
+    result.compared = if interrupt::asked() { None } else { calibration.compared(loaded, &mut |_| go_on()) };
     let Prepared { reference, .. } = prepared;
     let written = write::files(folder, &result, reference.cases(), loaded, Some(started.elapsed()));
     if !args.json {

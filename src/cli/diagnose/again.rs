@@ -39,22 +39,18 @@ pub fn command(args: &Args, outcome: &Outcome, trained: &[[f64; 2]]) -> Option<A
     flag("out", Some(args.out.as_ref().map_or("extended".to_owned(), |out| path(&out.join("extended")))));
     let on = match &outcome.recommended {
         Some(_) => "on whole files".to_owned(),
-        None => on(args, trained, one_window),
+        None => on(trained, one_window),
     };
     Some(Again { words, on })
 }
 
 /// What the command calibrates on, in words.
-fn on(args: &Args, trained: &[[f64; 2]], one_window: Option<&[f64; 2]>) -> String {
-    let mut on = match (trained, one_window) {
+fn on(trained: &[[f64; 2]], one_window: Option<&[f64; 2]>) -> String {
+    match (trained, one_window) {
         ([], _) => "on the files that were trained on".to_owned(),
         (_, Some([from, to])) => format!("on what was trained on, {from:.1} to {to:.1} s"),
         (_, None) => "on whole files, what was held back included, for it begins at another time in each".to_owned(),
-    };
-    if args.correct {
-        on += "; as the data are, for `calibrate` corrects nothing";
     }
-    on
 }
 
 /// How the data are read and treated, as far as the user said so.
@@ -69,6 +65,7 @@ fn data_flags(data: &DataArgs, window: Option<&[f64; 2]>, flag: &mut impl FnMut(
         max_gap,
         smooth,
         resample,
+        correct,
         reconcile,
         vehicle,
         grade,
@@ -85,6 +82,9 @@ fn data_flags(data: &DataArgs, window: Option<&[f64; 2]>, flag: &mut impl FnMut(
     flag("max-gap", (*max_gap != 1.0).then(|| max_gap.to_string()));
     if *smooth {
         flag("smooth", Some(String::new()));
+    }
+    if *correct {
+        flag("correct", Some(String::new()));
     }
     flag("resample", resample.map(|step| step.to_string()));
     flag("reconcile", (*reconcile == ReconcileArg::Speeds).then(|| "speeds".to_owned()));
@@ -151,7 +151,8 @@ mod tests {
         assert_eq!(typed, format!("leadlag calibrate a.csv --follower 2 {rest}"));
         assert_eq!(on, "on what was trained on, 0.0 to 266.6 s");
 
-        let data = "--trajectory 7 --max-gap 2 --smooth --resample 0.1 --reconcile speeds --vehicle bmw_x5 --grade";
+        let data =
+            "--trajectory 7 --max-gap 2 --smooth --correct --resample 0.1 --reconcile speeds --vehicle bmw_x5 --grade";
         let more = "--lead-length 4.5 --lead-start -20 --bounds wide.toml --seed 3";
         let line = format!("--base idm --data a.csv,b.csv --columns ngsim --follower 24 {data} level {more} --out d");
         let words: Vec<&str> = line.split(' ').chain(["--from", "5", "--to", "90"]).collect();

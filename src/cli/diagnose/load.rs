@@ -17,7 +17,7 @@ pub fn load(args: &Args, variant: Variant) -> anyhow::Result<Loaded> {
     for file in &args.holdout {
         holdout.extend(sources(args, &reading, file)?);
     }
-    let loading = Loading { variant, correct: args.correct, data_only: args.data_only };
+    let loading = Loading { variant, data_only: args.data_only };
     loading.load(train, holdout, &mut |text| warn(&text))
 }
 

@@ -52,9 +52,6 @@ pub struct Args {
     /// Check the data, and stop there
     #[arg(long)]
     pub data_only: bool,
-    /// Correct what is wrong with the data, where it can be, before going on
-    #[arg(long)]
-    pub correct: bool,
     /// How hard to search
     #[arg(long, value_enum, default_value_t = EffortArg::Normal)]
     pub effort: EffortArg,

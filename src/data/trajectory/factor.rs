@@ -31,42 +31,6 @@ pub(super) fn of_gap<'a>(drives: impl IntoIterator<Item = (&'a [f64], &'a [f64],
     (enough && together && !(1.0 / FACTOR..=FACTOR).contains(&ratio)).then_some(ratio)
 }
 
-/// By how many times a gap changes as much as the speeds say.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Ratio {
-    pub value: f64,
-    /// What noise of either side, and chance, leave possible.
-    pub interval: [f64; 2],
-}
-
-/// Standard errors on either side of the interval: in one drive of four hundred it lies elsewhere by chance.
-const ERRORS: f64 = 3.0;
-
-/// The ratio with its interval, where gap and speeds vary together. Constants of the speeds are left out by their mean over a drive.
-pub(super) fn measured<'a>(drives: impl IntoIterator<Item = (&'a [f64], &'a [f64], &'a [f64])>) -> Option<Ratio> {
-    let (mut xx, mut xy, mut yy, mut windows) = (0.0, 0.0, 0.0, 0.0);
-    for (t, dv, distance) in drives {
-        let changes = changes(t, dv, distance);
-        let n = changes.len() as f64;
-        let [mean_x, mean_y] = [0, 1].map(|k| changes.iter().map(|change| change[k]).sum::<f64>() / n);
-        for [x, y] in changes {
-            xx += (x - mean_x) * (x - mean_x);
-            xy += (x - mean_x) * (y - mean_y);
-            yy += (y - mean_y) * (y - mean_y);
-        }
-        windows += n;
-    }
-    let enough = windows >= 2.0 * WINDOWS_MIN as f64 && (xx / windows).sqrt() > VARIATION_M;
-    if !enough || xy <= 0.0 || xy * xy <= TOGETHER * xx * yy {
-        return None;
-    }
-    // Noise of the speeds makes the one too small, noise of the gap the other too large.
-    let [low, high] = [xy / xx, yy / xy];
-    // Rounding may put the two in the other order.
-    let error = ((high / low - 1.0).max(0.0) / (windows - 2.0)).sqrt();
-    Some(Ratio { value: (low * high).sqrt(), interval: [low * (1.0 - ERRORS * error), high * (1.0 + ERRORS * error)] })
-}
-
 /// What the speeds say, and what the gap says, of its change over each stretch of [`WINDOW_S`] \[m\].
 fn changes(t: &[f64], dv: &[f64], distance: &[f64]) -> Vec<[f64; 2]> {
     let (mut start, mut integral) = (0, 0.0);

@@ -10,9 +10,9 @@ mod grade;
 pub mod import;
 pub mod inspect;
 mod note;
-pub mod plausible;
 pub mod prepare;
 pub mod savitzky_golay;
+pub mod soundness;
 mod split;
 mod steps;
 
@@ -22,6 +22,7 @@ pub use import::Layout;
 pub use inspect::{Inspection, inspect};
 pub use note::Note;
 pub use prepare::{Preparation, Reconcile, Stretch, prepare, prepare_platoon};
+pub use soundness::Finding;
 
 /// Where data came from: enough to find the file again and to notice that it has changed.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -244,6 +245,33 @@ impl Trajectory {
     #[must_use]
     pub fn len(&self) -> usize {
         self.t.len()
+    }
+
+    /// Who drives the follower, where the file says so: `ACC`, `Human`.
+    #[must_use]
+    pub fn driver(&self) -> Option<&str> {
+        self.notes.iter().find_map(|note| match note {
+            Note::DriverMode { mode, .. } => Some(mode.as_str()),
+            _ => None,
+        })
+    }
+
+    /// What was done to the data, in order.
+    pub fn preparation(&self) -> impl Iterator<Item = &Note> {
+        self.notes.iter().filter(|note| !matches!(note, Note::Found { .. }))
+    }
+
+    /// What the check of the data found.
+    pub fn findings(&self) -> impl Iterator<Item = &Finding> {
+        self.notes.iter().filter_map(|note| match note {
+            Note::Found { finding } => Some(&**finding),
+            _ => None,
+        })
+    }
+
+    /// What is wrong with the data and moves what is calibrated, or was corrected, a line each.
+    pub fn faults(&self) -> impl Iterator<Item = String> + '_ {
+        self.findings().filter(|finding| finding.matters || finding.correction.is_some()).map(Finding::told)
     }
 
     /// True if there is no sample (never in a prepared trajectory).

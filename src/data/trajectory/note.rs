@@ -1,5 +1,6 @@
 //! What was done to measured data before it is simulated against.
 
+use super::soundness::Finding;
 use std::fmt;
 
 /// One thing that was done to the data, in the order in which it was done. `Display` gives one line.
@@ -70,6 +71,8 @@ pub enum Note {
     NumbersAgain { vehicles: usize, numbers: usize },
     /// Vehicles with values that cannot be, whose pairs are left out.
     BrokenLeftOut { vehicles: usize, problem: String },
+    /// What the check of the data found.
+    Found { finding: Box<Finding> },
     /// Rows that stand in the file more than once, letter by letter, and were taken once.
     RowsRepeated { rows: usize, line: u64 },
 }
@@ -171,6 +174,7 @@ impl fmt::Display for Note {
             Note::RowsRepeated { rows, line } => {
                 write!(f, "{rows} rows are repeated letter by letter and taken once, the first in line {line}")
             }
+            Note::Found { finding } => write!(f, "{}", finding.told()),
             Note::GradeFromColumn { points } => {
                 write!(f, "grade along the measured path from column sin_grade: {points} points")
             }

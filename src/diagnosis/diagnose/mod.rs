@@ -4,7 +4,7 @@
 //! `docs/DIAGNOSIS.md`.
 
 pub mod answer;
-pub mod data;
+pub use crate::trajectory::soundness as data;
 pub mod describe;
 pub mod drive;
 mod infer;

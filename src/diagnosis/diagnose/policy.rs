@@ -1,43 +1,10 @@
-//! Every number that decides what the likelihood names, what a verdict is, and what counts as a fault of the data, with its unit and its
-//! reason.
+//! Every number that decides what the likelihood names, and what a verdict is, with its unit and its reason.
 
-use serde::Serialize;
+pub use leadlag_data::numbers::Number;
 
-/// A number of the policy.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Number {
-    /// Its name, as in `diagnosis.json`.
-    pub name: &'static str,
-    /// Its value.
-    pub value: f64,
-    /// Its unit; `-` for none.
-    pub unit: &'static str,
-    /// What it decides, and why it is what it is.
-    pub reason: &'static str,
-}
-
-macro_rules! policy {
-    ($($name:ident = $value:expr, $unit:literal, $reason:literal;)*) => {
-        /// What decides. One home for each number.
-        #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-        pub struct Policy {
-            $(#[doc = $reason] pub $name: f64,)*
-        }
-
-        /// The policy of this state of the program.
-        pub const POLICY: Policy = Policy { $($name: $value,)* };
-
-        impl Policy {
-            /// All numbers in the order of the page.
-            #[must_use]
-            pub fn numbers(&self) -> Vec<Number> {
-                vec![$(Number { name: stringify!($name), value: self.$name, unit: $unit, reason: $reason },)*]
-            }
-        }
-    };
-}
-
-policy! {
+leadlag_data::numbers! {
+    /// What decides. One home for each number.
+    Policy POLICY:
     alpha = 0.01, "-", "Chance of a false name in a drive without a cause, shared among all causes";
     lasting = 1.7, "s", "If the missing acceleration lasts less, with the likeliest cause and without, it is noise of sensors; gusts last longer";
     lasting_factor = 2.5, "-", "Then a cause needs so many times as much, for whatever weakens the law gains";
@@ -71,20 +38,6 @@ policy! {
     bursts = 8.0, "-", "So many bursts, times the inflation, are told";
     burst_blocks = 4.0, "-", "In so many blocks at least";
     calm = 0.02, "m/s²", "With more missing acceleration the family `phase` is named with a warning";
-    significant = 4.5, "-", "Standard errors of a fault of scale, clock or offset: one false alarm in some 100,000 links";
-    least_scale = 1e-4, "-", "A smaller fault of a scale does not matter: a metre in ten kilometres";
-    least_clock = 0.02, "s", "A smaller fault of a clock does not matter: a fifth of a usual time step";
-    least_offset = 0.05, "m", "A smaller fault of the spacing does not matter";
-    least_drive = 60.0, "s", "Driving that tells a scale or a clock";
-    told = 9.0, "-", "Chi-squared by which the other car explains a fault worse: three standard errors";
-    held_chance = 1e-4, "-", "A value that chance holds this seldom in a file was held";
-    held = 0.5, "s", "A coarse sensor holds a value for longer";
-    held_step = 0.3, "m or m/s", "And the value then jumps by more";
-    coloured = 0.42, "-", "Autocorrelation of third differences beside that of white noise: sensors have up to 0.36";
-    jump = 0.5, "m", "Within a sample the spacing changes by so much more than speeds allow where it jumps";
-    slow_jump = 2.0, "m", "The same within a second";
-    unusual = 12.0, "-", "Standard deviations of what the spacing usually does, for both";
-    unrelated = 0.5, "m/s", "Rate of the spacing less speed difference, over a second, of signals that do not belong together";
 }
 
 #[cfg(test)]

@@ -165,6 +165,7 @@ impl NotFollowed {
                 self.error, self.usual
             ),
             correction: Some("left out in closed loop".to_owned()),
+            ..FindingEntry::default()
         }
     }
 }

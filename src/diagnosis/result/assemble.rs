@@ -1,6 +1,7 @@
 //! From a finished calibration to its result file; every score is computed again by the f64 reference.
 
 use super::ExtensionEntry;
+use super::diagnosis::FindingEntry;
 use super::{CorrelationEntry, DataEntry, IdentifiabilityEntry, KnowledgeEntry, ReplicateEntry, ResultFile};
 use super::{SCHEMA_VERSION, Treatment, VehicleEntry};
 use crate::calibrate::{Calibration, Replicate, SearchSpace, best, coefficient_of_variation};
@@ -97,6 +98,7 @@ impl Calibrated<'_> {
             bounds: names().zip(self.space.bounds.iter().copied()).collect(),
             bounds_from: Some(self.bounds_from.clone()),
             drivers: None,
+            compared: None,
             at_bound: at_bound.into_iter().map(|s| s.name().to_owned()).collect(),
             intervals: known().filter(|k| k.determined).map(|k| (k.symbol.name().to_owned(), k.interval)).collect(),
             identifiability: self.knowledge.as_ref().map(|knowledge| self.identifiability(knowledge, winner)),
@@ -144,7 +146,8 @@ impl Calibrated<'_> {
             samples: trajectory.len(),
             window_s: [trajectory.t[0], trajectory.t[trajectory.len() - 1]],
             first_scored: case.first_sample(case.delay(parameters)),
-            preparation: trajectory.notes.iter().map(ToString::to_string).collect(),
+            preparation: trajectory.preparation().map(ToString::to_string).collect(),
+            findings: FindingEntry::of(trajectory),
             treatment: Treatment::of(trajectory),
             grade: trajectory.grade.as_ref().filter(|_| case.variant.needs_grade()).and_then(|g| g.source.clone()),
         };

@@ -6,6 +6,7 @@ mod read;
 
 pub use read::{ContentError, ResultFileError, read_bounded};
 
+use self::diagnosis::FindingEntry;
 use crate::catalog::Variant;
 use crate::extension::Extension;
 use crate::identify::Knowledge;
@@ -72,6 +73,9 @@ pub struct ResultFile {
     /// That the drives are hardly of one driver, in words; `None` where nothing says so.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drivers: Option<String>,
+    /// What the same calibration finds with the faults of the data corrected, or without that where they are.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub compared: Option<ComparedEntry>,
     /// Confidence intervals by parameter; an end that is a bound may be the bound's and not the data's, see `identifiability`.
     pub intervals: IndexMap<String, [f64; 2]>,
     /// How well the parameters are known; none if it was not asked for.
@@ -83,6 +87,15 @@ pub struct ResultFile {
     pub replicates: Vec<ReplicateEntry>,
     /// Coefficient of variation of the scores over replicates; null with fewer than two.
     pub cv: Option<f64>,
+}
+
+/// A calibration on the same data, treated otherwise.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ComparedEntry {
+    /// Whether faults of its data are corrected.
+    pub corrected: bool,
+    /// Its parameters.
+    pub parameters: IndexMap<String, f64>,
 }
 
 /// A law, or what the model has beyond its variant.
@@ -130,6 +143,9 @@ pub struct DataEntry {
     pub first_scored: usize,
     /// What was done to the data before, one line each.
     pub preparation: Vec<String>,
+    /// What the check of the data found.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub findings: Vec<FindingEntry>,
     /// The same, as far as another drive must share it to be comparable.
     pub treatment: Treatment,
     /// The grade table, where the variant needs one: a file, or none for a level road.

@@ -95,11 +95,16 @@ pub struct Library {
     preparation: Preparation,
     vehicles: Vec<Vehicle>,
     notes: Vec<String>,
+    /// What is wrong with the data of each follower that was used.
+    faults: Vec<String>,
     cases: HashMap<(String, usize), Result<Case, LibraryError>>,
     sources: Vec<Source>,
     /// Vehicles of which something was needed: by short name, and whether the MFC curve was.
     used: HashSet<(String, bool)>,
 }
+
+/// Doubts about rows that are told.
+const FAULTS: usize = 100;
 
 impl Library {
     /// Opens a folder, whose files are to be prepared alike. Vehicles come from `vehicles/vehicles.csv` in or beside it, else from the built-in table.
@@ -114,15 +119,28 @@ impl Library {
         let parent = folder.join("..");
         let table = [folder, &parent].iter().map(|f| f.join("vehicles").join("vehicles.csv")).find(|p| p.exists());
         let vehicles = table.as_deref().map_or_else(|| Ok(Vehicle::built_in()), read_table)?;
-        let (folder, cases, notes) = (folder.to_owned(), HashMap::new(), Vec::new());
+        let (folder, cases, notes, faults) = (folder.to_owned(), HashMap::new(), Vec::new(), Vec::new());
         let (sources, used) = (Vec::new(), HashSet::new());
-        Ok(Library { folder, layout, preparation, vehicles, notes, cases, sources, used })
+        Ok(Library { folder, layout, preparation, vehicles, notes, faults, cases, sources, used })
     }
 
     /// The files used so far, with checksums: data, and of a vehicle what the variants needed.
     #[must_use]
     pub fn sources(&self) -> &[Source] {
         &self.sources
+    }
+
+    /// What is wrong with the data of each follower used so far, one line each.
+    #[must_use]
+    pub fn faults(&self) -> &[String] {
+        &self.faults
+    }
+
+    /// Adds what is doubtful of a row, once: tables have millions of rows.
+    pub(super) fn doubt(&mut self, what: String) {
+        if self.faults.len() < FAULTS && !self.faults.contains(&what) {
+            self.faults.push(what);
+        }
     }
 
     /// What was done to the data of each follower used so far, one line each.
@@ -179,7 +197,8 @@ impl Library {
         let [trajectory] = segments.as_slice() else {
             return Err(LibraryError::Segments { platoon: platoon.to_owned(), follower, segments: segments.len() });
         };
-        self.notes.extend(trajectory.notes.iter().map(|note| format!("{}: {note}", trajectory.label)));
+        self.notes.extend(trajectory.preparation().map(|note| format!("{}: {note}", trajectory.label)));
+        self.faults.extend(trajectory.faults().map(|fault| format!("{}: {fault}", trajectory.label)));
         let vehicle = self.vehicles.iter().find(|v| v.is_called(&trajectory.name));
         let any = Variant::from_id(1).expect("variant 1 exists");
         Ok(Case::new(trajectory, any, vehicle, settings.convention, settings.tau_p_upper)?)

@@ -4,6 +4,7 @@ use super::library::{Library, LibraryError};
 use super::{Settings, TableError};
 use crate::catalog::Variant;
 use crate::evaluator::{Case, CaseError, InvalidParameter};
+use crate::simulate::{far_above, far_above_told};
 use crate::symbols::{Parameters, Symbol};
 use crate::text::spelling::nearest;
 use crate::wgsl::{ModelError, read_model};
@@ -150,6 +151,10 @@ fn parse(
     let case = library.case(&text(columns.platoon), follower, settings)?.for_variant(variant)?;
     case.check(&parameters)?;
     library.uses_vehicle_of(&case);
+    let (v_0, fastest) = (parameters.get(Symbol::v_0), case.v_f.iter().copied().fold(0.0, f64::max));
+    if variant.parameters().contains(&Symbol::v_0) && far_above(v_0, fastest) {
+        library.doubt(format!("{}: {}", case.label, far_above_told(v_0, fastest)));
+    }
     Ok((case, parameters))
 }
 

@@ -156,7 +156,7 @@ pub fn data(data: &[DataEntry], findings: &[FindingEntry], trained: &[[f64; 2]])
             text.push_str("  nothing contradicts itself\n");
         }
         for finding in own {
-            text.push_str(&wrapped(2, 4, &format!("{}: {}", finding.name.to_uppercase(), finding.sentence)));
+            text.push_str(&wrapped(2, 4, &format!("{}: {}", finding.name.to_uppercase(), finding.told())));
             if let Some(correction) = &finding.correction {
                 text.push_str(&wrapped(4, 6, &format!("done: {correction}")));
             }

@@ -26,6 +26,9 @@ pub struct FleetFile {
     pub data: Vec<Source>,
     /// Pairs that the files have.
     pub pairs: usize,
+    /// Pairs whose data are doubtful, with the kinds of their faults.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub doubtful: IndexMap<String, String>,
     /// Reasons why pairs have no result, without the place, and how many have each; pairs times models and measures.
     pub reasons: IndexMap<String, usize>,
     /// The convention.
@@ -95,6 +98,11 @@ impl FleetFile {
             program: crate::calibrate::PROGRAM.clone(),
             data,
             pairs: pairs.len(),
+            doubtful: pairs
+                .iter()
+                .map(|pair| (pair.place(), pair.doubts()))
+                .filter(|(_, kinds)| !kinds.is_empty())
+                .collect(),
             reasons,
             convention: settings.convention.to_string(),
             optimizer: settings.calibration.optimizer.runs().to_owned(),
@@ -107,7 +115,7 @@ impl FleetFile {
             bounds_from,
             compared_by: Some(comparison.rule),
             holdout,
-            overview: overview(settings, rows, comparison),
+            overview: overview(pairs, settings, rows, comparison),
         }
     }
 

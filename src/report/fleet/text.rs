@@ -9,6 +9,9 @@ use std::fmt::Write;
 /// Reasons that are told; the table has all.
 const REASONS: usize = 3;
 
+/// Pairs of doubtful data that are named.
+const DOUBTFUL: usize = 20;
+
 /// What `calibrate --all` prints.
 #[must_use]
 pub fn text(file: &FleetFile) -> String {
@@ -18,6 +21,17 @@ pub fn text(file: &FleetFile) -> String {
     let mut text = format!("{} pairs of {files}: {calibrated} of {whole} calibrations have a result\n", file.pairs);
     for (reason, count) in file.reasons.iter().take(REASONS) {
         text += &wrapped(2, 4, &format!("{count} without: {reason}"));
+    }
+    if !file.doubtful.is_empty() {
+        let named: Vec<String> =
+            file.doubtful.iter().take(DOUBTFUL).map(|(pair, kinds)| format!("{pair} ({kinds})")).collect();
+        let more = if file.doubtful.len() > DOUBTFUL { ", ..." } else { "" };
+        let count = file.doubtful.len();
+        text += &wrapped(
+            2,
+            4,
+            &format!("{count} pairs with doubtful data, in column findings of the table: {}{more}", named.join(", ")),
+        );
     }
     if file.overview.len() > 1 {
         text += &models(&file.overview);
@@ -57,7 +71,8 @@ fn models(all: &[Overview]) -> String {
 fn parameters(one: &Overview, intervals: bool) -> String {
     let mut text =
         format!("\n{:<12} {:>9} {:>17} {:>17} {:>8}", one.model, "median", "middle half", "5 to 95 %", "at bound");
-    text += if intervals { " determined\n" } else { "\n" };
+    text += if intervals { " determined" } else { "" };
+    text += if one.doubtful > 0 { "   sound only\n" } else { "\n" };
     let row = |name: &str, spread: &Spread| {
         let (half, most) = (range(spread.middle_half), range(spread.nine_tenths));
         format!("{name:<12} {:>9} {half:>17} {most:>17}", short(spread.median))
@@ -73,7 +88,8 @@ fn parameters(one: &Overview, intervals: bool) -> String {
         };
         let at_bound = percent(parameter.at_bound);
         let determined = parameter.determined.map_or(String::new(), |share| format!(" {:>10}", percent(share)));
-        let _ = writeln!(text, "{} {at_bound:>8}{determined}", row(&name, spread));
+        let sound = parameter.sound.map_or(String::new(), |spread| format!(" {:>12}", short(spread.median)));
+        let _ = writeln!(text, "{} {at_bound:>8}{determined}{sound}", row(&name, spread));
     }
     text
 }

@@ -97,7 +97,7 @@ fn data(page: &mut Page, outcome: &Outcome) {
     } else if !outcome.data_findings.is_empty() {
         let row = |f: &crate::result::diagnosis::FindingEntry| {
             let done = f.correction.clone().unwrap_or_else(|| "not corrected".to_owned());
-            vec![f.name.clone(), f.sentence.clone(), format!("{} {}", short(f.value), f.unit), done, f.file.clone()]
+            vec![f.name.clone(), f.told(), format!("{} {}", short(f.value), f.unit), done, f.file.clone()]
         };
         let rows: Vec<Vec<String>> = outcome.data_findings.iter().map(row).collect();
         page.table("What the data say about themselves", &["fault", "in words", "size", "done", "file"], &rows);

@@ -4,7 +4,7 @@
 
 mod faults;
 mod prepare;
-mod problem;
+pub(crate) mod problem;
 
 pub use faults::Faults;
 pub use prepare::PrepareError;

@@ -13,6 +13,9 @@ pub struct Problem {
     pub kind: ProblemKind,
 }
 
+/// A step below this is no time step of a sensor \[s\]: a second in days is 1.2e-5.
+pub(crate) const DAYS_STEP_S: f64 = 2e-5;
+
 /// What is wrong: expected, found, and what to do.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -127,6 +130,15 @@ pub enum ProblemKind {
     #[error("column {column}: expected a finite number, found nothing; give a number or delete the row")]
     Missing { column: String },
     #[error(
+        "repeats the header: two recordings in one file, of which the second begins here; split the file at this line"
+    )]
+    HeaderAgain,
+    #[error(
+        "column {column}: expected the speed of the vehicle ahead, found {found} m/s about which it varies, behind a follower at {own:.0} m/s: a \
+         relative speed? Name it relative_speed in the column map"
+    )]
+    MappedRelative { column: String, own: f64, found: f64 },
+    #[error(
         "{column}: expected a time after {previous}, found {found}; time runs back: sort the rows, or split the file here"
     )]
     TimeBack { column: String, previous: f64, found: f64 },
@@ -184,8 +196,9 @@ pub enum ProblemKind {
     )]
     MappedLength { column: String, lowest: f64, highest: f64, found: f64 },
     #[error(
-        "column {column}: expected a usual step of {shortest} to {longest} s, found {} s; correct its unit in the column map",
-        format!("{found:.6}").trim_end_matches('0')
+        "column {column}: expected a usual step of {shortest} to {longest} s, found {} s; {}correct its unit in the column map",
+        format!("{found:.6}").trim_end_matches('0'),
+        if *found < DAYS_STEP_S { "is the time in days, unit = \"day\"? " } else { "" }
     )]
     MappedStep { column: String, shortest: f64, longest: f64, found: f64 },
     #[error(

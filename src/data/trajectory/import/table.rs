@@ -125,6 +125,10 @@ pub(super) fn read_rows<R: Read>(
         }
         table.terminated = lines.terminated;
         let expected = header.names.len();
+        // Every row from here on would be a problem of its own.
+        if fields.iter().map(|field| field.text).eq(header.names.iter().map(String::as_str)) {
+            return Err(problems.stop(number, None, ProblemKind::HeaderAgain));
+        }
         let surplus = fields.iter().skip(expected).any(|f| !f.text.is_empty());
         if fields.len() < expected || surplus {
             let kind = ProblemKind::FieldCount { expected, found: fields.len(), last: !lines.terminated };

@@ -56,6 +56,21 @@ fn write_pairs(f: &mut fmt::Formatter<'_>, platoons: &[&PlatoonInspection]) -> f
     if platoons.len() > LISTED_MAX {
         writeln!(f, "... and {} shorter ones", platoons.len() - LISTED_MAX)?;
     }
+    let doubtful: Vec<String> = platoons
+        .iter()
+        .filter(|platoon| !platoon.doubts().is_empty())
+        .map(|platoon| format!("{} ({})", platoon.name(), platoon.doubts().join(", ")))
+        .collect();
+    if !doubtful.is_empty() {
+        let more = if doubtful.len() > LISTED_MAX { ", ..." } else { "" };
+        let named = &doubtful[..doubtful.len().min(LISTED_MAX)];
+        writeln!(
+            f,
+            "\nwarning: {} pairs have doubtful data, of the followers {}{more}",
+            doubtful.len(),
+            named.join(", ")
+        )?;
+    }
     writeln!(f, "\nthe longest in full (--follower chooses another one):")
 }
 
@@ -114,6 +129,14 @@ impl fmt::Display for PlatoonInspection {
             writeln!(f, "warning: {warning}")?;
         }
         Ok(())
+    }
+}
+
+impl PlatoonInspection {
+    /// The name of its last car, or its id.
+    fn name(&self) -> &str {
+        let car = self.cars.last().map_or("", |car| car.name.as_str());
+        self.id.as_deref().unwrap_or(car)
     }
 }
 

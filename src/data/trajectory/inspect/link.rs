@@ -2,11 +2,11 @@
 
 use super::Axis;
 use crate::statistics::rms;
-use crate::trajectory::agreement::{contradiction, gap_column, rate_rms};
-use crate::trajectory::plausible::{self, Signals};
+use crate::trajectory::agreement::{gap_column, rate_rms};
 use crate::trajectory::prepare::slope;
+use crate::trajectory::soundness::{Finding, Link, check_platoon};
 use crate::trajectory::steps::longest_step;
-use crate::trajectory::{Car, Layout, Note, factor};
+use crate::trajectory::{Car, Platoon, Recording, factor};
 use serde::Serialize;
 use std::ops::Range;
 
@@ -34,36 +34,17 @@ pub struct LinkInspection {
     pub longest_complete_s: f64,
     /// By how many times the gap changes as much as the speeds say, where that is certain and not about 1.
     pub gap_factor: Option<f64>,
-    /// That they are not of the same cars.
-    #[serde(skip)]
-    contradiction: Option<Note>,
-    /// What else is not plausible.
-    #[serde(skip)]
-    implausible: Vec<String>,
+    /// What is wrong with the signals.
+    pub findings: Vec<Finding>,
 }
 
-impl LinkInspection {
-    pub(super) fn warnings(&self) -> Vec<String> {
-        let mut warnings = Vec::new();
-        let signal = &self.signal;
-        if let Some(ratio) = self.gap_factor {
-            let hint = factor::explain(ratio).map_or(String::new(), |hint| format!(" ({hint})"));
-            warnings.push(format!("{signal}: changes {ratio:.3} times as much as the speeds say{hint}: check units"));
-        } else if let Some(note) = &self.contradiction {
-            warnings.push(note.to_string());
-        } else if self.speeds_late_s.abs() > 0.0 {
-            warnings.push(format!(
-                "{signal}: agrees best with the speeds shifted by {:.1} s, as if they were {}",
-                self.speeds_late_s.abs(),
-                if self.speeds_late_s > 0.0 { "late" } else { "early" }
-            ));
-        }
-        warnings.extend(self.implausible.iter().cloned());
-        warnings
-    }
-}
-
-pub(super) fn inspect(lead: &Car, ego: &Car, axis: &Axis, layout: Layout) -> Option<LinkInspection> {
+pub(super) fn inspect(
+    lead: &Car,
+    ego: &Car,
+    axis: &Axis,
+    platoon: &Platoon,
+    recording: &Recording,
+) -> Option<LinkInspection> {
     let gap = ego.gap.as_ref()?;
     let dv: Vec<f64> = lead.v.iter().zip(&ego.v).map(|(v_l, v_f)| v_l - v_f).collect();
     let longest = longest_step(axis.t);
@@ -79,22 +60,17 @@ pub(super) fn inspect(lead: &Car, ego: &Car, axis: &Axis, layout: Layout) -> Opt
     };
     let complete = longest_complete(axis, |i| gap[i].is_finite() && dv[i].is_finite());
     let drift = drift(axis.t, gap, &dv, &ego.v, complete.clone());
-    let signal = gap_column(ego.number, layout);
-    let gap_factor = factor::of_gap([(axis.t, dv.as_slice(), gap.as_slice())]);
-    let signals = Signals { t: axis.t, v_l: &lead.v, v_f: &ego.v, gap, called: &signal };
-    let mut implausible = plausible::of_signals(&signals, gap_factor.is_some());
-    implausible.extend(plausible::of_acceleration(&ego.v, axis.step));
+    let found = Link::of(recording, platoon, lead.number, [None; 2]);
     Some(LinkInspection {
         follower_car: ego.number,
-        contradiction: contradiction(&signal, axis.t, gap, &dv),
-        signal,
+        signal: gap_column(ego.number, recording.layout),
         gap_rate_rms_mps: aligned,
         speeds_late_s: best.0 as f64 * axis.step,
         gap_rate_rms_aligned_mps: best.1,
         drift_rms_m: drift.map(|drift| drift.0),
         drift_m_per_km: drift.map(|drift| drift.1),
-        gap_factor,
-        implausible,
+        gap_factor: factor::of_gap([(axis.t, dv.as_slice(), gap.as_slice())]),
+        findings: found.map_or_else(Vec::new, |link| check_platoon(platoon, &link).findings),
         longest_complete_s: complete.len().saturating_sub(1) as f64 * axis.step,
     })
 }

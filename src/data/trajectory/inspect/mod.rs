@@ -10,8 +10,9 @@ pub use signal::SignalInspection;
 use super::agreement::CONTRADICTION_MPS;
 use super::error::step_too_long;
 use super::prepare::{STEP_MAX_S, Stretch, median_step, nominal_step, stretches, stretches_of};
+use super::soundness::Finding;
 use super::steps::{largest_move, longest_step};
-use super::{Car, Layout, Note, Platoon, Preparation, PrepareError, Recording, Source, plausible};
+use super::{Car, Layout, Note, Platoon, Preparation, PrepareError, Recording, Source};
 use crate::statistics::rms;
 use serde::Serialize;
 use std::ops::Range;
@@ -143,7 +144,7 @@ fn platoon(platoon: &Platoon, recording: &Recording) -> PlatoonInspection {
         .iter()
         .filter_map(|ego| {
             let lead = platoon.cars.iter().find(|lead| lead.number + 1 == ego.number)?;
-            link::inspect(lead, ego, &axis, recording.layout)
+            link::inspect(lead, ego, &axis, platoon, recording)
         })
         .collect();
     let followers = followers(platoon, recording);
@@ -160,10 +161,7 @@ fn platoon(platoon: &Platoon, recording: &Recording) -> PlatoonInspection {
         t_first_s: first,
         t_last_s: last,
         duration_s: last - first,
-        warnings: plausible::of_time(t)
-            .into_iter()
-            .chain(warnings(t.len(), &sampling, &cars, &links, &followers))
-            .collect(),
+        warnings: warnings(t.len(), &sampling, &cars, &links, &followers),
         sampling,
         cars,
         links,
@@ -300,9 +298,29 @@ fn warnings(
         }
     }
     // A wrong unit of time makes every gap contradict the speeds.
-    warnings.extend(links.iter().filter(|_| !too_long).flat_map(LinkInspection::warnings));
+    let of_several = links.len() > 1;
+    for link in links.iter().filter(|_| !too_long) {
+        let who = if of_several {
+            format!("car {} behind car {}: ", link.follower_car, link.follower_car - 1)
+        } else {
+            String::new()
+        };
+        let told = link.findings.iter().filter(|finding| finding.matters).map(Finding::told);
+        warnings.extend(told.map(|text| format!("{who}{text}")));
+    }
     warnings.extend(followers.iter().filter_map(FollowerInspection::warning));
     warnings
+}
+
+impl PlatoonInspection {
+    /// The kinds of faults that move what is calibrated, each once.
+    fn doubts(&self) -> Vec<&'static str> {
+        let findings = self.links.iter().flat_map(|link| &link.findings).filter(|finding| finding.matters);
+        let mut kinds: Vec<&str> = findings.map(|finding| finding.kind.into_str()).collect();
+        kinds.sort_unstable();
+        kinds.dedup();
+        kinds
+    }
 }
 
 impl FollowerInspection {

@@ -14,6 +14,7 @@ pub use stretch::Stretch;
 pub(super) use consistency::slope;
 pub(super) use time::{GRID_TOLERANCE_S, STEP_MAX_S, median_step, nominal_step, stretches};
 
+use super::soundness::{self, Finding, Link};
 use super::{Grade, Note, Platoon, PrepareError, Recording, Trajectory};
 use crate::text::spelling::UnknownWord;
 use samples::Samples;
@@ -34,6 +35,8 @@ pub struct Preparation {
     pub smooth: bool,
     /// Interpolate linearly to this time step \[s\].
     pub resample: Option<f64>,
+    /// Correct what the check of the data finds, where it can be.
+    pub correct: bool,
     /// How spacing and speeds are made consistent.
     pub reconcile: Reconcile,
     /// Only this trajectory of a file that holds several; all of them without it.
@@ -55,6 +58,7 @@ impl Default for Preparation {
             max_gap_s: 1.0,
             smooth: false,
             resample: None,
+            correct: false,
             reconcile: Reconcile::Gap,
             trajectory_id: None,
             grade: None,
@@ -112,6 +116,7 @@ impl Preparation {
 }
 
 /// What the steps need to know to name a place.
+#[derive(Clone, Copy)]
 struct Context<'a> {
     recording: &'a Recording,
     platoon: &'a Platoon,
@@ -210,20 +215,55 @@ pub(in crate::trajectory) fn stretches_of(
     Ok(Stretch::of(segments.iter().map(|segment| segment.samples.t.as_slice())))
 }
 
+/// Times at which another one begins to drive the follower, as the file says \[s\]: a human and a controller are two drivers.
+fn takeovers(context: &Context) -> Vec<f64> {
+    let ego = context.follower + 1;
+    let modes: Vec<(&str, f64)> = context
+        .platoon
+        .notes
+        .iter()
+        .filter_map(|note| match note {
+            Note::DriverMode { car, t_s, mode } if *car == ego => Some((mode.as_str(), *t_s)),
+            _ => None,
+        })
+        .collect();
+    modes.windows(2).filter(|pair| pair[0].0 != pair[1].0).map(|pair| pair[1].1).collect()
+}
+
 /// Step \[s\] and segments of one follower of one platoon, before they are smoothed and made consistent.
 fn segments_of(context: &Context, notes: &mut Vec<Note>) -> Result<(f64, Vec<segments::Segment>), PrepareError> {
     let preparation = context.preparation;
     let mut samples = Samples::collect(context, notes)?;
     samples.cut(context, notes)?;
     samples.clip(notes);
-    let blocks = time::uniform(samples, context, notes)?;
+    let mut blocks = time::uniform(samples, context, notes)?;
+    for t_s in takeovers(context) {
+        blocks.split(t_s);
+    }
     let dt = blocks.dt;
     let least = if preparation.smooth { SEGMENT_MIN_S.max((smooth::POINTS - 1) as f64 * dt) } else { SEGMENT_MIN_S };
     Ok((dt, segments::split(blocks, preparation.max_gap_s, least, context, notes)?))
 }
 
+/// What the check of the data finds between the times that are asked for, and the platoon that is left after it was corrected.
+fn checked(context: &Context) -> (Vec<Finding>, Option<Platoon>) {
+    let Context { recording, platoon, follower, preparation } = *context;
+    let Some(link) = Link::of(recording, platoon, follower, [preparation.from, preparation.to]) else {
+        return (Vec::new(), None);
+    };
+    let mut findings = soundness::check_platoon(platoon, &link).findings;
+    let corrected = preparation.correct.then(|| {
+        let mut platoon = platoon.clone();
+        soundness::correct(&mut platoon, follower, &link, &mut findings);
+        platoon
+    });
+    (findings, corrected)
+}
+
 /// The trajectories of one follower of one platoon.
 fn one(context: &Context) -> Result<Vec<Trajectory>, PrepareError> {
+    let (found, corrected) = checked(context);
+    let context = &Context { platoon: corrected.as_ref().unwrap_or(context.platoon), ..*context };
     let preparation = context.preparation;
     let mut notes = context.platoon.notes.clone();
     let ego = context.follower.saturating_add(1);
@@ -238,6 +278,19 @@ fn one(context: &Context) -> Result<Vec<Trajectory>, PrepareError> {
         if preparation.smooth {
             notes.push(smooth::smooth(&mut segment.samples, dt));
         }
+        let t = &segment.samples.t;
+        let concerns = |finding: &&Finding| {
+            finding.when.is_empty() || finding.when.iter().any(|[from, to]| *from <= t[t.len() - 1] && t[0] <= *to)
+        };
+        notes.extend(found.iter().filter(concerns).map(|finding| Note::Found { finding: Box::new(finding.clone()) }));
+        // Of those who drive the follower, the one who begins and the ones who take over within.
+        let begins = |note: &Note| match note {
+            Note::DriverMode { t_s, .. } => Some(*t_s),
+            _ => None,
+        };
+        let (first, last) = (t[0] + time::GRID_TOLERANCE_S, t[t.len() - 1]);
+        let driving = notes.iter().filter_map(begins).filter(|t_s| *t_s <= first).fold(f64::NEG_INFINITY, f64::max);
+        notes.retain(|note| begins(note).is_none_or(|t_s| (driving..=last).contains(&t_s)));
         let label = context.label(index + 1, count);
         trajectories.push(consistency::trajectory(segment.samples, dt, label, notes, context)?);
     }

@@ -3,6 +3,7 @@
 use super::Context;
 use super::samples::{Samples, Signal};
 use super::time::{Blocks, GRID_TOLERANCE_S};
+use crate::trajectory::error::problem::DAYS_STEP_S;
 use crate::trajectory::{Note, PrepareError};
 use std::ops::Range;
 
@@ -58,7 +59,11 @@ pub(super) fn split(
         // Where the whole is too short, nothing that is interpolated helps.
         if whole < least_s - GRID_TOLERANCE_S {
             let is_cut = context.preparation.from.is_some() || context.preparation.to.is_some();
-            let what = if is_cut { "window" } else { "recording" };
+            let what = match (is_cut, dt < DAYS_STEP_S) {
+                (_, true) => "recording, whose times look like days (a column map with unit = \"day\" reads them),",
+                (true, _) => "window",
+                (false, _) => "recording",
+            };
             return Err(PrepareError::Short { path, follower, what, needed, found: rounded(whole) });
         }
         return Err(PrepareError::TooShort { path, follower, needed, longest: rounded(longest) });

@@ -10,6 +10,11 @@ use std::ops::Range;
 pub(in crate::trajectory) const GRID_TOLERANCE_S: f64 = 1e-6;
 /// A longer time step says that the unit is wrong \[s\].
 pub(in crate::trajectory) const STEP_MAX_S: f64 = 5.0;
+/// A model that is simulated in longer steps than this has other parameters than the driver \[s\]: of drives recorded at 1 Hz, four of five had
+/// intervals without the truth. Between such samples the model has steps of its own, unless another step is asked for ...
+const COARSE_STEP_S: f64 = 0.5;
+/// ... of at most this \[s\].
+const SUBSTEP_S: f64 = 0.1;
 /// More samples than this are refused: 139 hours at 10 Hz.
 const SAMPLES_MAX: usize = 5_000_000;
 
@@ -18,6 +23,20 @@ pub(super) struct Blocks {
     /// Nominal step \[s\].
     pub dt: f64,
     pub blocks: Vec<Samples>,
+}
+
+impl Blocks {
+    /// Begins another block at a time \[s\].
+    pub fn split(&mut self, t_s: f64) {
+        let part = |block: Samples| {
+            let at = block.t.partition_point(|&t| t < t_s - GRID_TOLERANCE_S);
+            if at == 0 || at == block.t.len() {
+                return vec![block];
+            }
+            vec![block.slice(0..at), block.slice(at..block.t.len())]
+        };
+        self.blocks = std::mem::take(&mut self.blocks).into_iter().flat_map(part).collect();
+    }
 }
 
 /// Puts the samples on a uniform time step; missing rows become missing values, resampling happens only if asked for.
@@ -33,7 +52,9 @@ pub(super) fn uniform(samples: Samples, context: &Context, notes: &mut Vec<Note>
         let limit = STEP_MAX_S;
         return Err(PrepareError::StepTooLong { path, step: dt, limit });
     }
-    let target = context.preparation.resample.unwrap_or(dt);
+    let steps = (dt / SUBSTEP_S).ceil();
+    let wanted = context.preparation.resample.or_else(|| (dt > COARSE_STEP_S).then_some(dt / steps));
+    let target = wanted.unwrap_or(dt);
     let count: f64 =
         ranges.iter().map(|range| (samples.t[range.end - 1] - samples.t[range.start]) / target + 1.0).sum();
     if count.is_nan() || count > SAMPLES_MAX as f64 {
@@ -41,12 +62,12 @@ pub(super) fn uniform(samples: Samples, context: &Context, notes: &mut Vec<Note>
     }
     let mut blocks = Vec::with_capacity(ranges.len());
     for range in ranges.clone() {
-        blocks.push(match context.preparation.resample {
-            Some(step) => resample(&samples, range, step),
+        blocks.push(match wanted {
+            Some(step) => resample(&samples, range, step, max_gap_s.max(1.5 * dt)),
             None => on_grid(&samples, range, dt, context)?,
         });
     }
-    if let Some(to_s) = context.preparation.resample {
+    if let Some(to_s) = wanted {
         // Interpolated over like every other gap, so counted like every other gap.
         let gaps = ranges.iter().flat_map(|range| samples.t[range.clone()].windows(2)).map(|pair| pair[1] - pair[0]);
         let long: Vec<f64> = gaps.filter(|gap| *gap > 1.5 * step).collect();
@@ -140,39 +161,37 @@ fn on_grid(samples: &Samples, range: Range<usize>, dt: f64, context: &Context) -
     Ok(grid)
 }
 
-/// Linear interpolation between neighbouring rows; next to a missing value the result is missing.
-fn resample(samples: &Samples, range: Range<usize>, dt: f64) -> Samples {
+/// Linear interpolation of each signal between its own values, where these are at most `max_gap_s` apart.
+fn resample(samples: &Samples, range: Range<usize>, dt: f64, max_gap_s: f64) -> Samples {
     let t = &samples.t[range.clone()];
     let span = t[t.len() - 1] - t[0];
     let count = ((span + GRID_TOLERANCE_S) / dt).floor() as usize + 1;
     let grid: Vec<f64> = (0..count).map(|k| t[0] + k as f64 * dt).collect();
-    let mut row = 0;
-    let mut weights = Vec::with_capacity(count);
-    for &t_k in &grid {
-        while row + 2 < t.len() && t[row + 1] <= t_k {
-            row += 1;
-        }
-        let next = (row + 1).min(t.len() - 1);
-        let share = (t_k - t[row]) / (t[next] - t[row]);
-        weights.push((row, next, if next == row { 0.0 } else { share.clamp(0.0, 1.0) }));
-    }
-    let value = |y: &[f64], (row, next, share): (usize, usize, f64)| {
-        // A grid point on a row needs no neighbour, which may be missing.
-        if share < 1e-9 {
-            y[row]
-        } else if share > 1.0 - 1e-9 {
-            y[next]
-        } else {
-            y[row] + (y[next] - y[row]) * share
-        }
+    let on_grid = |y: &[f64]| -> Vec<f64> {
+        let own: Vec<usize> = (0..y.len()).filter(|&i| y[i].is_finite()).collect();
+        let mut next = 0;
+        let value = |t_k: f64| {
+            // The first own value that is not before the grid point, and the one before it.
+            while next < own.len() && t[own[next]] < t_k - 1e-9 * dt {
+                next += 1;
+            }
+            let (b, a) = (own.get(next).copied(), next.checked_sub(1).map(|a| own[a]));
+            match (a, b) {
+                (_, Some(b)) if t[b] - t_k <= 1e-9 * dt => y[b],
+                (Some(a), Some(b)) if t[b] - t[a] <= max_gap_s + GRID_TOLERANCE_S => {
+                    y[a] + (y[b] - y[a]) * (t_k - t[a]) / (t[b] - t[a])
+                }
+                // The last grid point may lie behind the last row by rounding.
+                (Some(a), None) if t_k - t[a] <= GRID_TOLERANCE_S => y[a],
+                _ => f64::NAN,
+            }
+        };
+        grid.iter().copied().map(value).collect()
     };
-    let channels = samples.channels.iter().map(|(signal, values)| {
-        let values = &values[range.clone()];
-        (*signal, weights.iter().map(|&w| value(values, w)).collect())
-    });
+    let row = |t_k: &f64| t.partition_point(|t| *t <= t_k + 1e-9 * dt).saturating_sub(1);
     Samples {
-        channels: channels.collect(),
-        lines: weights.iter().map(|&(row, ..)| samples.lines[range.start + row]).collect(),
+        channels: samples.channels.iter().map(|(signal, y)| (*signal, on_grid(&y[range.clone()]))).collect(),
+        lines: grid.iter().map(|t_k| samples.lines[range.start + row(t_k)]).collect(),
         t: grid,
     }
 }

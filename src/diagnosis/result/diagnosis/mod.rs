@@ -16,6 +16,7 @@ use crate::diagnose::search::skipped::Untried;
 use crate::diagnose::{Adopted, Estimate, Fitted, NotTestable, Tried, Verdict};
 use crate::evaluator::CaseError;
 use crate::judge::Check;
+use crate::trajectory::Trajectory;
 use serde::{Deserialize, Serialize};
 
 /// Version of the file; raised by every change that breaks a reader.
@@ -94,7 +95,7 @@ impl NotTriedEntry {
 }
 
 /// A fault of the data.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct FindingEntry {
     /// Kind of fault.
     pub name: String,
@@ -113,6 +114,18 @@ pub struct FindingEntry {
     /// Stretches of the file's time \[s\]; empty: all of it.
     #[serde(rename = "when_s")]
     pub when: Vec<[f64; 2]>,
+    /// Line of the file where it begins; none if it is everywhere.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub line: Option<u64>,
+    /// Whether it moves what is calibrated.
+    #[serde(default)]
+    pub matters: bool,
+    /// What it does to parameters, where it matters.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub effect: Option<String>,
+    /// Options that mend or avoid it, with their values: `correct`, `to 69.9`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub remedies: Vec<String>,
     /// In words.
     pub sentence: String,
     /// What was done about it, if it was asked for.
@@ -120,6 +133,13 @@ pub struct FindingEntry {
 }
 
 impl FindingEntry {
+    /// The sentence with what the fault does to parameters.
+    #[must_use]
+    pub fn told(&self) -> String {
+        let effect = self.effect.as_ref().map_or_else(String::new, |effect| format!("; {effect}"));
+        format!("{}{effect}", self.sentence)
+    }
+
     /// Drives of different drivers.
     #[must_use]
     pub fn different(found: Different) -> FindingEntry {
@@ -129,17 +149,22 @@ impl FindingEntry {
             signal: "gap".to_owned(),
             value: found.ratio,
             unit: "times".to_owned(),
-            interval: None,
             file: found.file,
-            when: Vec::new(),
+            matters: true,
             sentence: found.sentence,
-            correction: None,
+            ..FindingEntry::default()
         }
+    }
+
+    /// What the check of the data found in a trajectory.
+    #[must_use]
+    pub fn of(trajectory: &Trajectory) -> Vec<FindingEntry> {
+        trajectory.findings().map(|finding| FindingEntry::new(&trajectory.source.path, finding)).collect()
     }
 
     /// A finding of a file, with what was done about it.
     #[must_use]
-    pub fn new(file: &str, finding: &Finding, correction: Option<String>) -> FindingEntry {
+    pub fn new(file: &str, finding: &Finding) -> FindingEntry {
         FindingEntry {
             name: finding.kind.into_str().to_owned(),
             car: finding.car.into_str().to_owned(),
@@ -149,8 +174,12 @@ impl FindingEntry {
             interval: finding.interval,
             file: file.to_owned(),
             when: finding.when.clone(),
+            line: finding.line,
+            matters: finding.matters,
+            effect: finding.matters.then(|| finding.kind.effect().to_owned()),
+            remedies: finding.remedies.iter().map(|remedy| remedy.to_string()[2..].to_owned()).collect(),
             sentence: finding.sentence.clone(),
-            correction,
+            correction: finding.correction.clone(),
         }
     }
 }
@@ -458,5 +487,8 @@ impl Outcome {
 #[must_use]
 pub fn has_bad_data(data: &[DataEntry], findings: &[FindingEntry]) -> bool {
     data.iter().any(|entry| entry.units.is_some())
-        || findings.iter().any(|f| f.name == "inconsistent" && f.unit == "m/s" || f.name == DIFFERENT)
+        || findings.iter().any(|f| {
+            let unrelated = f.name == "inconsistent" && f.unit == "m/s";
+            unrelated || [DIFFERENT, "exchanged", "unit"].contains(&f.name.as_str())
+        })
 }

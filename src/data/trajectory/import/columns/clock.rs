@@ -77,6 +77,12 @@ pub(super) fn going_on(seconds: f64, before: Option<f64>) -> f64 {
     before.map_or(seconds, |before| seconds + DAY_S * ((before - seconds) / DAY_S).round())
 }
 
+/// A number of days in seconds, to the millisecond, which is what the digits of such a number still tell; whole hundreds of days are left out, for
+/// beside them a double would not tell milliseconds.
+pub(super) fn of_days(days: f64) -> f64 {
+    (days.rem_euclid(100.0) * 86_400_000.0).round() / 1000.0
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

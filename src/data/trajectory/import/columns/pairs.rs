@@ -123,9 +123,33 @@ pub(super) fn platoons(table: &Table, map: &ColumnMap, problems: &mut Problems) 
     Ok(platoons)
 }
 
+/// Behind a vehicle that is slower than this on the whole, nobody drives fast \[m/s\].
+const SLOW: f64 = 2.0;
+/// Faster than this is fast \[m/s\].
+const FAST: f64 = 8.0;
+
+/// That a speed of the vehicle ahead is the difference to that of the follower.
+fn relative(table: &Table, rows: &[usize]) -> Option<ProblemKind> {
+    let of = |role: Role| {
+        let speed = table.numbers(role)?;
+        crate::trajectory::import::median(rows.iter().map(|&row| speed[row]).filter(|v| v.is_finite()))
+    };
+    let (found, own) = (of(Role::LeadSpeed)?, of(Role::Speed)?);
+    let backwards = || table.numbers(Role::LeadSpeed).is_some_and(|v| rows.iter().any(|&row| v[row] < 0.0));
+    (found.abs() < SLOW && own > FAST && backwards()).then(|| ProblemKind::MappedRelative {
+        column: table.called(Role::LeadSpeed),
+        own,
+        found,
+    })
+}
+
 /// What is wrong with the values of some rows: they are broken, or a vehicle drives backwards.
 fn faults(table: &Table, rows: &[usize]) -> Faults {
     let mut faults = table.faults(rows);
+    if let Some(kind) = relative(table, rows) {
+        faults.add(Problem { line: table.lines[rows[0]], column: None, kind });
+        return faults;
+    }
     for role in [Role::Speed, Role::LeadSpeed, Role::Lead2Speed] {
         let speed = table.numbers(role).unwrap_or_default();
         for &row in rows.iter().filter(|&&row| speed.get(row).is_some_and(|v| *v < REVERSE_LIMIT)) {
@@ -173,7 +197,9 @@ fn platoon(table: &Table, map: &ColumnMap, id: Option<String>, follower: &str, r
     }
     let positive = |gap: Vec<f64>| gap.into_iter().map(|gap| if gap > 0.0 { gap } else { f64::NAN }).collect();
     let t = take(Role::Time).unwrap_or_default();
-    let (v, v_l) = (take(Role::Speed).unwrap_or_default(), take(Role::LeadSpeed).unwrap_or_default());
+    let (v, v_l) = (take(Role::Speed).unwrap_or_default(), take(Role::LeadSpeed));
+    let relative = || take(Role::RelativeSpeed).unwrap_or_default();
+    let v_l = v_l.unwrap_or_else(|| v.iter().zip(relative()).map(|(v, relative)| v + relative).collect());
     let pair = Pair {
         car: 0,
         t: t.clone(),

@@ -32,6 +32,9 @@ pub(super) enum Role {
     Headway,
     SinGrade,
     LeadSpeed,
+    /// Of the vehicle ahead minus that of the follower, as a radar tells it.
+    #[strum(to_string = "relative_speed", serialize = "range_rate")]
+    RelativeSpeed,
     LeadPosition,
     LeadLength,
     Lead2Speed,
@@ -44,7 +47,7 @@ impl Role {
         match self {
             Role::Id | Role::Ahead | Role::Group | Role::Lane => None,
             Role::Time => Some(Quantity::Time),
-            Role::Speed | Role::LeadSpeed | Role::Lead2Speed => Some(Quantity::Speed),
+            Role::Speed | Role::LeadSpeed | Role::RelativeSpeed | Role::Lead2Speed => Some(Quantity::Speed),
             Role::Acceleration => Some(Quantity::Acceleration),
             Role::SinGrade => Some(Quantity::Ratio),
             Role::Position
@@ -71,6 +74,7 @@ impl Role {
         !matches!(
             self,
             Role::LeadSpeed
+                | Role::RelativeSpeed
                 | Role::LeadPosition
                 | Role::LeadLength
                 | Role::Lead2Speed

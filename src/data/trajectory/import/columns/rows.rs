@@ -357,7 +357,11 @@ pub(super) fn read<R: Read>(lines: &mut Lines<R>, map: &ColumnMap, problems: &mu
 }
 
 fn is_word_for_missing(text: &str, map: &ColumnMap) -> bool {
-    is_missing(text) || map.missing.iter().any(|word| word.eq_ignore_ascii_case(text))
+    // A program that knows no missing numbers writes -999 as -999.0.
+    let number = |text: &str| text.parse::<f64>().ok();
+    let same =
+        |word: &String| word.eq_ignore_ascii_case(text) || number(word).is_some_and(|word| number(text) == Some(word));
+    is_missing(text) || map.missing.iter().any(same)
 }
 
 /// A number in SI, NaN if it is missing, or what is wrong with it.
@@ -372,6 +376,7 @@ fn value(text: &str, name: &str, column: &Wanted, map: &ColumnMap) -> Result<f64
     };
     let factor = match form {
         Form::Factor(factor) => factor,
+        Form::Days => &1.0,
         Form::Iso => return timed(clock::iso(text), "a date with a time, such as 2019-10-09T14:58:30.1Z"),
         Form::Clock => return timed(clock::of_day(text), "a time of day, such as 145830.1 or 14:58:30.1"),
     };
@@ -392,7 +397,7 @@ fn value(text: &str, name: &str, column: &Wanted, map: &ColumnMap) -> Result<f64
         }
         Decimal::Comma => read(&text.replace(',', "."))?,
     };
-    let si = written * factor;
+    let si = if *form == Form::Days { clock::of_days(written) } else { written * factor };
     if role.quantity() == Some(Quantity::Speed) && si.abs() > SPEED_LIMIT {
         return Err(ProblemKind::MappedSpeed {
             column: name.to_owned(),

@@ -15,6 +15,8 @@ pub(super) enum Quantity {
 pub(super) enum Form {
     /// A number, times this.
     Factor(f64),
+    /// Days since some day, as spreadsheets and MATLAB count them.
+    Days,
     /// A date and a time of day: 2019-10-09T14:58:30.1Z.
     Iso,
     /// A time of day: 145830.1 or 14:58:30.1.
@@ -22,7 +24,7 @@ pub(super) enum Form {
 }
 
 /// Times that are no numbers of a unit.
-const CLOCKS: [(&str, Form); 2] = [("iso", Form::Iso), ("hhmmss", Form::Clock)];
+const CLOCKS: [(&str, Form); 3] = [("iso", Form::Iso), ("hhmmss", Form::Clock), ("day", Form::Days)];
 
 /// International foot, mile and nautical mile \[m\]; standard gravity \[m/s²\].
 const FOOT: f64 = 0.3048;

@@ -1,8 +1,8 @@
 //! A constant error of the gap: only positions of both cars can show it.
 
-use super::finding::{Finding, FindingKind, Who, Z_95, interval};
+use super::finding::{Finding, FindingKind, Remedy, Who, Z_95, interval};
+use super::limits::LIMITS;
 use super::link::Link;
-use crate::diagnose::policy::POLICY;
 use crate::statistics::upper_median;
 
 /// Blocks for the standard error \[s\].
@@ -39,20 +39,17 @@ pub(super) fn gap_offset(link: &Link) -> Seen {
     }
     let mean = medians.iter().sum::<f64>() / n;
     let error = (medians.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / (n - 1.0) / n).sqrt();
-    if mean.abs() <= POLICY.least_offset.max(POLICY.significant * error) {
+    if mean.abs() <= LIMITS.least_offset.max(LIMITS.significant * error) {
         return Seen::Sound;
     }
     Seen::Finding(Box::new(Finding {
-        kind: FindingKind::GapOffset,
-        car: Who::Follower,
-        signal: "gap",
-        value: mean,
-        unit: "m",
         interval: interval(mean, error),
-        when: Vec::new(),
+        matters: mean.abs() > LIMITS.offset_matters,
+        remedies: vec![Remedy::of("correct")],
         sentence: format!(
             "the gap is {mean:+.2} ± {:.2} m off the distance of the two positions less the length of the car ahead",
             Z_95 * error
         ),
+        ..Finding::new(FindingKind::GapOffset, Who::Follower, "gap", mean, "m")
     }))
 }

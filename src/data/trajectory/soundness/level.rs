@@ -56,7 +56,7 @@ impl Usable {
 
 /// Gap rate minus speed difference, averaged over a second: root mean square \[m/s\].
 pub(super) fn rate_rms(link: &Link, usable: &Usable) -> Option<f64> {
-    let d = jumps::innovations(link, &[]);
+    let d = jumps::innovations(link);
     let width = link.samples(1.0);
     let rates = usable.stretches.iter().flat_map(|r| d[r.start..r.end - 1].windows(width));
     let (sum, n) = rates
@@ -65,12 +65,17 @@ pub(super) fn rate_rms(link: &Link, usable: &Usable) -> Option<f64> {
     (n > 0.0).then(|| (sum / n).sqrt())
 }
 
+/// Steps of a singular value decomposition of a few columns at most.
+const SVD_STEPS: usize = 1000;
+
 /// A fitted regression.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Fit {
     pub beta: DVector<f64>,
     /// Covariance of `beta`, allowing for autocorrelation.
     pub covariance: DMatrix<f64>,
+    /// Logarithm of the likelihood \[nats\], up to a constant.
+    pub likelihood: f64,
 }
 
 /// y and X; a column that has the noise e in it has an instrument that has next to nothing of it.
@@ -88,12 +93,21 @@ pub(super) fn fit(columns: &Columns, usable: &Usable, dt: f64) -> Option<Fit> {
     let likelihood = |ratio: f64| regress(columns, usable, ratio.exp(), 0).map_or(f64::NEG_INFINITY, |r| r.likelihood);
     let ratio = golden(likelihood, -16.0, 10.0);
     let lags = (LAG_S / dt).round() as usize;
-    Some(regress(columns, usable, ratio.exp(), lags)?.fit)
+    regress(columns, usable, ratio.exp(), lags)
 }
 
-struct Regressed {
-    fit: Fit,
-    likelihood: f64,
+/// Logarithm of the likelihood \[nats\] of y without any column, up to the same constant as that of a fit.
+pub(super) fn likelihood_of(y: &[f64], usable: &Usable) -> f64 {
+    let likelihood = |ratio: f64| {
+        let (white, log_s) = whitened(&[y], usable, ratio.exp());
+        log_likelihood(white.norm_squared(), white.nrows(), log_s)
+    };
+    likelihood(golden(likelihood, -16.0, 10.0))
+}
+
+fn log_likelihood(squares: f64, rows: usize, log_s: f64) -> f64 {
+    let n = rows as f64;
+    -0.5 * (n * (squares / n).max(1e-300).ln() + log_s)
 }
 
 /// Largest value of a unimodal function.
@@ -116,15 +130,10 @@ fn golden(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
     0.5 * (low + high)
 }
 
-fn regress(columns: &Columns, usable: &Usable, ratio: f64, lags: usize) -> Option<Regressed> {
-    let (instrumented, instrument) = &columns.instrument;
-    let columns: Vec<&[f64]> = columns.values.iter().chain([instrument]).map(Vec::as_slice).collect();
+/// Innovations of columns by the filter of a wandering level, and the logarithm of the determinant of their covariance.
+fn whitened(columns: &[&[f64]], usable: &Usable, ratio: f64) -> (DMatrix<f64>, f64) {
     let count = columns.len();
     let rows = usable.samples() - usable.stretches.len();
-    let parameters = count - 2;
-    if rows < 10 * count {
-        return None;
-    }
     let mut white = DMatrix::zeros(rows, count);
     let (mut row, mut log_s) = (0, 0.0);
     let mut level = vec![0.0; count];
@@ -147,6 +156,19 @@ fn regress(columns: &Columns, usable: &Usable, ratio: f64, lags: usize) -> Optio
             row += 1;
         }
     }
+    (white, log_s)
+}
+
+fn regress(columns: &Columns, usable: &Usable, ratio: f64, lags: usize) -> Option<Fit> {
+    let (instrumented, instrument) = &columns.instrument;
+    let columns: Vec<&[f64]> = columns.values.iter().chain([instrument]).map(Vec::as_slice).collect();
+    let count = columns.len();
+    let rows = usable.samples() - usable.stretches.len();
+    let parameters = count - 2;
+    if rows < 10 * count {
+        return None;
+    }
+    let (white, log_s) = whitened(&columns, usable, ratio);
     let y = white.column(0).clone_owned();
     let x = white.columns(1, parameters).clone_owned();
     let mut z = x.clone();
@@ -161,19 +183,21 @@ fn regress(columns: &Columns, usable: &Usable, ratio: f64, lags: usize) -> Optio
     }
     let mut right = z.tr_mul(&y);
     (0..parameters).for_each(|i| right[i] /= scale[i]);
-    if normal.singular_values().min() < 1e-10 {
+    // A signal that never changes leaves no number, of which a decomposition would be in search for ever.
+    if !normal.iter().all(|x| x.is_finite()) {
+        return None;
+    }
+    let singular = normal.clone().try_svd(false, false, f64::EPSILON, SVD_STEPS)?.singular_values;
+    if singular.min() < 1e-10 {
         return None;
     }
     let inverse = normal.try_inverse()?;
     let solution = &inverse * right;
     let beta = DVector::from_fn(parameters, |i, _| solution[i] / scale[i]);
     let residual = &y - &x * &beta;
-    let n = rows as f64;
-    let sigma2 = (residual.norm_squared() / n).max(1e-300);
-    let likelihood = -0.5 * (n * sigma2.ln() + log_s);
+    let likelihood = log_likelihood(residual.norm_squared(), rows, log_s);
     if lags == 0 {
-        let covariance = DMatrix::zeros(parameters, parameters);
-        return Some(Regressed { fit: Fit { beta, covariance }, likelihood });
+        return Some(Fit { beta, covariance: DMatrix::zeros(parameters, parameters), likelihood });
     }
     let scores = DMatrix::from_fn(rows, parameters, |i, j| z[(i, j)] / scale[j] * residual[i]);
     let mut middle = scores.tr_mul(&scores);
@@ -190,5 +214,5 @@ fn regress(columns: &Columns, usable: &Usable, ratio: f64, lags: usize) -> Optio
             covariance[(i, j)] /= scale[i] * scale[j];
         }
     }
-    Some(Regressed { fit: Fit { beta, covariance }, likelihood })
+    Some(Fit { beta, covariance, likelihood })
 }

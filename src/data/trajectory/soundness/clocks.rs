@@ -8,15 +8,18 @@
 //! Differences of the two cars are told by the way and the speed, sharply; what both have in common only by the changes
 //! of the gap, less sharply: so a contradiction is often plain where the guilty car is not.
 
-use super::finding::{Finding, FindingKind, Who, Z_95, interval};
+use super::finding::{Finding, FindingKind, Remedy, Who, Z_95, interval};
 use super::level::{self, Columns, Usable};
+use super::limits::LIMITS;
 use super::link::Link;
-use crate::diagnose::policy::POLICY;
+use crate::trajectory::factor;
 use nalgebra::{Matrix2, Vector2};
 
 /// What both cars have in common is told by the changes of the gap, few and large, where its own imperfections count: this
 /// standard error comes to that of the noise, so that a common scale is one of 1 % at least.
-const COMMON_SCALE_ERROR: f64 = 0.01 / POLICY.significant;
+const COMMON_SCALE_ERROR: f64 = 0.01 / LIMITS.significant;
+/// The same where straight lines join the samples of a signal of a low rate, which cut off the tips of its changes.
+const SLOW_SCALE_ERROR: f64 = 0.05 / LIMITS.significant;
 /// Widest clock error that is searched \[s\], and the step of the search.
 const CLOCK_MAX_S: f64 = 3.0;
 const CLOCK_STEP_S: f64 = 0.2;
@@ -25,10 +28,15 @@ const ROUNDS: usize = 6;
 /// The gap is averaged over so much to either side \[s\].
 const QUIET_S: f64 = 1.0;
 
+/// The speeds are averaged over so much to either side, where they are columns of the clocks \[s\].
+const SMOOTH_S: f64 = 0.4;
+
 /// Estimates of scales (0) and clocks (1): of the leader minus the follower, and of both in common.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Redundancy {
     estimate: [Pair; 2],
+    /// By how much they are likelier than none \[nats\].
+    gain: f64,
 }
 
 /// Difference and mean of the two cars, with covariance: D and C of the scales.
@@ -60,10 +68,12 @@ fn seen_by(who: Who, at: Vector2<f64>) -> Vector2<f64> {
 }
 
 impl Redundancy {
-    pub fn estimate(link: &Link, usable: &Usable) -> Option<Redundancy> {
-        if (usable.samples() as f64) * link.dt < POLICY.least_drive {
+    /// The estimates; `slow` if a signal has a low rate. `None` if the drive is too short.
+    pub fn estimate(link: &Link, usable: &Usable, slow: bool) -> Option<Redundancy> {
+        if (usable.samples() as f64) * link.dt < LIMITS.least_drive {
             return None;
         }
+        let none = level::likelihood_of(&columns(link, usable, [0.0; 2]).values[0], usable);
         let mut late = coarse(link, usable);
         let mut estimate = None;
         // Gauss-Newton: the columns of the clocks are first-order.
@@ -79,8 +89,10 @@ impl Redundancy {
             let moved = (next[0] - late[0]).abs().max((next[1] - late[1]).abs());
             late = next.map(|l| l.clamp(-2.0 * CLOCK_MAX_S, 2.0 * CLOCK_MAX_S));
             let mut scale = pair(0, Vector2::zeros());
-            scale.covariance[(1, 1)] += COMMON_SCALE_ERROR.powi(2);
-            estimate = Some(Redundancy { estimate: [scale, clock] });
+            scale.covariance[(1, 1)] += if slow { SLOW_SCALE_ERROR } else { COMMON_SCALE_ERROR }.powi(2);
+            // The residual has the noise of the gap times 1 + C, so that a small C alone would look likelier.
+            let shrunk = (usable.samples() - usable.stretches.len()) as f64 * (1.0 + scale.value[1]).max(1e-9).ln();
+            estimate = Some(Redundancy { estimate: [scale, clock], gain: fit.likelihood + shrunk - none });
             if moved < 1e-3 {
                 break;
             }
@@ -90,31 +102,29 @@ impl Redundancy {
 
     /// What the estimates amount to; `blurred` if a signal is smoothed or resampled, which moves its events a little.
     pub fn findings(&self, link: &Link, blurred: bool) -> Vec<Finding> {
+        // A drive that swings at one frequency looks the same at other scales and clocks: nothing is found there that is no likelier.
+        if self.gain < 0.5 * LIMITS.significant.powi(2) {
+            return Vec::new();
+        }
         let [scale, clock] = &self.estimate;
-        let mut findings = scale.explain(POLICY.least_scale, scale_of, |who, value, error| Finding {
-            kind: FindingKind::SpeedScale,
-            car: who,
-            signal: "speed",
-            value,
-            unit: "-",
+        let mut findings = scale.explain(LIMITS.least_scale, scale_of, |who, value, error| Finding {
             interval: interval(value, error),
-            when: Vec::new(),
+            matters: value.abs() > LIMITS.scale_matters,
+            remedies: remedies(who),
             sentence: scale_sentence(who, value, error),
+            ..Finding::new(FindingKind::SpeedScale, who, "speed", value, "-")
         });
-        let least = if blurred { POLICY.least_clock.max(link.dt) } else { POLICY.least_clock };
+        let least = if blurred { LIMITS.least_clock.max(link.dt) } else { LIMITS.least_clock };
         findings.extend(clock.explain(least, clock_of, |who, value, error| {
             // Both speeds late by the same time is one late gap, the other way round.
             let (car, signal, value) =
                 if who == Who::Both { (Who::Follower, "gap", -value) } else { (who, "speed", value) };
             Finding {
-                kind: FindingKind::ClockOffset,
-                car,
-                signal,
-                value,
-                unit: "s",
                 interval: interval(value, error),
-                when: Vec::new(),
+                matters: value.abs() > LIMITS.clock_matters,
+                remedies: remedies(car),
                 sentence: clock_sentence(car, signal, value, error),
+                ..Finding::new(FindingKind::ClockOffset, car, signal, value, "s")
             }
         }));
         findings
@@ -141,7 +151,7 @@ impl Pair {
         let Some(inverse) = self.covariance.try_inverse() else { return Vec::new() };
         let beyond = |i: usize| {
             let error = self.covariance[(i, i)].sqrt();
-            self.value[i].abs() > least.max(POLICY.significant * error)
+            self.value[i].abs() > least.max(LIMITS.significant * error)
         };
         let (differ, common) = (beyond(0), beyond(1));
         if !differ && !common {
@@ -164,9 +174,9 @@ impl Pair {
             EXPLANATIONS.iter().filter(|(who, _)| differ || *who == Who::Both).map(|(who, d)| (*who, of(*d))).collect();
         tried.sort_by(|a, b| a.1.2.total_cmp(&b.1.2));
         let (who, (at, covariance, misfit)) = tried[0];
-        let told = tried.get(1).is_none_or(|second| second.1.2 - misfit > POLICY.told);
+        let told = tried.get(1).is_none_or(|second| second.1.2 - misfit > LIMITS.told);
         // A second fault needs as much as the first one.
-        if told && (misfit < POLICY.significant.powi(2) || !(differ && common)) {
+        if told && (misfit < LIMITS.significant.powi(2) || !(differ && common)) {
             let (value, error) = sized(who, at, covariance);
             return vec![finding(who, value, error)];
         }
@@ -182,24 +192,30 @@ impl Pair {
             .into_iter()
             .filter_map(|who| {
                 let (value, error) = sized(who, self.value, self.covariance);
-                (value.abs() > least.max(POLICY.significant * error)).then(|| finding(who, value, error))
+                (value.abs() > least.max(LIMITS.significant * error)).then(|| finding(who, value, error))
             })
             .collect()
     }
 }
 
+/// What is known of one car is corrected.
+fn remedies(who: Who) -> Vec<Remedy> {
+    if matches!(who, Who::Leader | Who::Follower) { vec![Remedy::of("correct")] } else { Vec::new() }
+}
+
 fn scale_sentence(who: Who, value: f64, error: f64) -> String {
     let (percent, error) = (100.0 * value, 100.0 * Z_95 * error);
+    let hint = factor::explain(1.0 + value).map_or_else(String::new, |hint| format!(" ({hint})"));
     match who {
         Who::Either => format!(
             "the car ahead reads {percent:+.3} ± {error:.3} % faster than the follower for the same way; which of the two \
-             speeds is off cannot be told from this pair"
+             speeds is off cannot be told from this pair{hint}"
         ),
         Who::Both => format!(
-            "both speeds read {percent:+.2} ± {error:.2} % against the changes of the gap (or the gap too little)"
+            "both speeds read {percent:+.2} ± {error:.2} % against the changes of the gap (or the gap too little){hint}"
         ),
         _ => format!(
-            "the {}'s speed reads {percent:+.3} ± {error:.3} % against the gap and the other speed",
+            "the {}'s speed reads {percent:+.3} ± {error:.3} % against the gap and the other speed{hint}",
             who.into_str()
         ),
     }
@@ -252,7 +268,8 @@ fn columns(link: &Link, usable: &Usable, late: [f64; 2]) -> Columns {
     };
     let (v_l, v_f) = (read(&link.v_l, late[0]), read(&link.v_f, late[1]));
     let mut columns = vec![vec![0.0; link.len()]; 5];
-    let (smooth_l, smooth_f) = (averaged(&v_l, 4), averaged(&v_f, 4));
+    let half = (SMOOTH_S / link.dt).round() as usize;
+    let (smooth_l, smooth_f) = (averaged(&v_l, half), averaged(&v_f, half));
     let quiet = averaged(&link.gap, link.samples(QUIET_S)).into_iter().map(|gap| -gap).collect();
     for stretch in &usable.stretches {
         let (mut way_l, mut way_f) = (0.0, 0.0);
@@ -275,9 +292,9 @@ fn columns(link: &Link, usable: &Usable, late: [f64; 2]) -> Columns {
 fn averaged(v: &[f64], half: usize) -> Vec<f64> {
     (0..v.len())
         .map(|i| {
-            let near = &v[i.saturating_sub(half)..(i + half + 1).min(v.len())];
-            let mean = near.iter().sum::<f64>() / near.len() as f64;
-            if mean.is_finite() { mean } else { v[i] }
+            let near = v[i.saturating_sub(half)..(i + half + 1).min(v.len())].iter().filter(|v| v.is_finite());
+            let (sum, n) = near.fold((0.0, 0.0), |(sum, n), v| (sum + v, n + 1.0));
+            if n > 0.0 { sum / n } else { v[i] }
         })
         .collect()
 }

@@ -1,7 +1,7 @@
 //! A spectrum whose noise ends at a frequency: the signal was sampled at twice that and interpolated.
 
-use super::fourier;
 use super::link::{Link, Signal};
+use crate::fourier;
 use crate::statistics::upper_median;
 
 /// Samples of one periodogram.

@@ -1,9 +1,9 @@
 //! Drop-outs: values that are missing, held while the car moves on, or filled in by a straight line.
 
-use super::finding::{Finding, FindingKind};
+use super::finding::{Finding, FindingKind, Remedy};
+use super::limits::LIMITS;
 use super::link::{Link, Signal};
 use super::noise::{self, quantum};
-use crate::diagnose::policy::POLICY;
 use crate::statistics::robust_scale;
 use std::ops::Range;
 
@@ -12,13 +12,31 @@ const SHORTEST: usize = 4;
 /// Equal neighbours more often than this come from a coarse sensor.
 const COARSE: f64 = 0.005;
 
-/// Ranges of samples of a signal that were not measured. `factor` is how many samples a value is held anyway.
-pub(super) fn dropouts(signal: &Signal, link: &Link, factor: f64) -> Vec<Range<usize>> {
+/// Samples of a signal that were not measured.
+pub(super) struct Dropouts {
+    /// All of them.
+    pub ranges: Vec<Range<usize>>,
+    /// Those that have a value, which is not one of them.
+    held: Vec<Range<usize>>,
+}
+
+impl Dropouts {
+    /// Leaves out what is told otherwise.
+    pub fn leave_out(&mut self, told: &[Range<usize>]) {
+        let apart = |range: &Range<usize>| told.iter().all(|t| range.start > t.end || t.start > range.end);
+        self.ranges.retain(apart);
+        self.held.retain(apart);
+    }
+}
+
+/// What was not measured. `factor` is how many samples a value is held anyway.
+pub(super) fn dropouts(signal: &Signal, link: &Link, factor: f64) -> Dropouts {
     let y = signal.values;
     let q = quantum(y);
     let first = y.iter().position(|v| v.is_finite()).unwrap_or(y.len());
     let last = y.iter().rposition(|v| v.is_finite()).map_or(0, |i| i + 1);
-    let mut found: Vec<Range<usize>> = runs(first..last.max(first), |i| y[i].is_nan()).collect();
+    let missing: Vec<Range<usize>> = runs(first..last.max(first), |i| y[i].is_nan()).collect();
+    let mut found: Vec<Range<usize>> = Vec::new();
     let steps: Vec<f64> = y.windows(2).map(|w| w[1] - w[0]).collect();
     let bends: Vec<f64> = y.windows(3).map(|w| w[2] - 2.0 * w[1] + w[0]).collect();
     let bend = robust_scale(bends.iter().copied()).unwrap_or(f64::NAN);
@@ -31,7 +49,7 @@ pub(super) fn dropouts(signal: &Signal, link: &Link, factor: f64) -> Vec<Range<u
     // Neighbouring bends share samples, so that they are small together: twice the chance of one.
     let line = (10.0 * q / (bend.max(1e-12) * std::f64::consts::TAU.sqrt())).min(1.0);
     let longest = |chance: f64| {
-        let by_chance = (POLICY.held_chance / y.len() as f64).ln() / chance.max(1e-9).ln();
+        let by_chance = (LIMITS.held_chance / y.len() as f64).ln() / chance.max(1e-9).ln();
         let held = (1.5 * factor).ceil() as usize;
         (by_chance.ceil() as usize).saturating_add(1).max(SHORTEST).max(held + usize::from(factor > 1.0) * SHORTEST)
     };
@@ -42,8 +60,11 @@ pub(super) fn dropouts(signal: &Signal, link: &Link, factor: f64) -> Vec<Range<u
         let kept = if repeat < COARSE {
             run.len() + 1 >= longest(repeat) && (!at_zero || fallen)
         } else {
-            // With a coarse sensor only the step at the end tells.
-            run.len() as f64 * link.dt >= POLICY.held && steepest(&steps, &run) > POLICY.held_step.max(20.0 * sigma)
+            // With a coarse sensor only the step at the end tells, or that the gap has to have changed.
+            let long = run.len() as f64 * link.dt >= LIMITS.held && run.len() as f64 > 1.5 * factor;
+            let jumps = || steepest(&steps, &run) > LIMITS.held_step.max(20.0 * sigma).max(2.5 * q);
+            let moves = || signal.name == "gap" && moved(link, &run) > LIMITS.held_change.max(3.0 * q);
+            long && (jumps() || moves())
         };
         if kept {
             // The first of equal values was measured, unless all are a fall to zero.
@@ -61,7 +82,19 @@ pub(super) fn dropouts(signal: &Signal, link: &Link, factor: f64) -> Vec<Range<u
             }
         }
     }
-    merge(found)
+    let held = merge(found);
+    Dropouts { ranges: merge(missing.into_iter().chain(held.iter().cloned()).collect()), held }
+}
+
+/// By how much the speeds say that the gap changes within a run of steps \[m\].
+fn moved(link: &Link, run: &Range<usize>) -> f64 {
+    let (mut sum, mut low, mut high) = (0.0, 0.0_f64, 0.0_f64);
+    for i in run.clone() {
+        let step = link.told(i, i + 1);
+        sum += if step.is_finite() { step } else { 0.0 };
+        (low, high) = (low.min(sum), high.max(sum));
+    }
+    high - low
 }
 
 /// At rest nothing moves, so nothing is held.
@@ -105,24 +138,28 @@ fn merge(mut ranges: Vec<Range<usize>>) -> Vec<Range<usize>> {
 }
 
 /// One finding for all drop-outs of a signal.
-pub(super) fn finding(signal: &Signal, link: &Link, ranges: &[Range<usize>]) -> Option<Finding> {
-    let samples: usize = ranges.iter().map(Range::len).sum();
-    let longest = ranges.iter().max_by_key(|range| range.len())?;
-    let seconds = samples as f64 * link.dt;
+pub(super) fn finding(signal: &Signal, link: &Link, found: &Dropouts) -> Option<Finding> {
+    let seconds = |ranges: &[Range<usize>]| ranges.iter().map(Range::len).sum::<usize>() as f64 * link.dt;
+    // What is missing is told by preparation; what is taken for measured is worse.
+    let matters = seconds(&found.held) >= LIMITS.held_matters * link.len() as f64 * link.dt;
+    let shown = if matters { &found.held } else { &found.ranges };
+    let longest = shown.iter().max_by_key(|range| range.len())?;
+    let at = signal.values[longest.start];
+    let stays = longest.clone().all(|i| signal.values[i] == at);
+    let at =
+        if stays { format!(", at {at} {} to the last digit while the cars move", signal.unit) } else { String::new() };
     Some(Finding {
-        kind: FindingKind::Dropout,
-        car: signal.who,
-        signal: signal.name,
-        value: seconds,
-        unit: "s",
-        interval: None,
-        when: ranges.iter().map(|r| [link.time(r.start), link.time(r.end - 1)]).collect(),
+        when: found.ranges.iter().map(|r| [link.time(r.start), link.time(r.end - 1)]).collect(),
+        matters,
+        remedies: vec![Remedy::of("correct")],
         sentence: format!(
-            "{}: {seconds:.1} s in {} pieces were not measured but are missing, held or filled in; the longest is {:.1} s from {:.1} s on",
-            signal.title(),
-            ranges.len(),
+            "{}: {:.1} s in {} pieces were not measured but are missing, held or filled in; the longest is {:.1} s from {:.1} s on{at}",
+            signal.title,
+            seconds(&found.ranges),
+            found.ranges.len(),
             longest.len() as f64 * link.dt,
             link.time(longest.start)
         ),
+        ..Finding::new(FindingKind::Dropout, signal.who, signal.name, seconds(&found.ranges), "s")
     })
 }

@@ -1,8 +1,8 @@
-//! Discrete Fourier transform of real samples, in powers of two: all that the spectra of a diagnosis need.
+//! Discrete Fourier transform of real samples, in powers of two: all that spectra of signals need.
 
 /// |X_k|² for k = 0 to n/2 of real samples, filled up with zeros to a power of two.
 #[must_use]
-pub(crate) fn power(samples: &[f64]) -> Vec<f64> {
+pub fn power(samples: &[f64]) -> Vec<f64> {
     let n = samples.len().next_power_of_two();
     let mut re = samples.to_vec();
     re.resize(n, 0.0);

@@ -3,10 +3,10 @@
 //! Third differences of a smoothly driven car are nearly all noise: of white noise of deviation σ they have the variance 20 σ²
 //! (1, -3, 3, -1) and the autocorrelation -0.75, 0.3, -0.05.
 
-use super::finding::{Finding, FindingKind, interval};
+use super::finding::{Finding, FindingKind, Remedy, interval};
+use super::limits::LIMITS;
 use super::link::{Link, Signal};
 use super::spectrum;
-use crate::diagnose::policy::POLICY;
 use crate::statistics::robust_scale;
 
 /// Variance of third differences of white noise of variance 1.
@@ -30,6 +30,8 @@ const RUNS: usize = 50;
 pub(super) struct Resampled {
     /// File rate over true rate.
     pub factor: f64,
+    /// Whether values are held between its own samples, so that these are known.
+    pub held: bool,
     pub finding: Finding,
 }
 
@@ -100,7 +102,7 @@ pub(super) fn smoothed(signal: &Signal, link: &Link) -> Option<Finding> {
         .enumerate()
         .map(|(i, r)| (r - WHITE.get(i).copied().unwrap_or(0.0)).abs())
         .fold(0.0, f64::max);
-    let coloured = off > POLICY.coloured && quantum(signal.values) < sigma;
+    let coloured = off > LIMITS.coloured && quantum(signal.values) < sigma;
     if sigma > signal.noise_floor && !coloured {
         return None;
     }
@@ -113,14 +115,29 @@ pub(super) fn smoothed(signal: &Signal, link: &Link) -> Option<Finding> {
         )
     };
     Some(Finding {
-        kind: FindingKind::Smoothed,
-        car: signal.who,
-        signal: signal.name,
-        value: sigma,
-        unit: signal.unit,
         interval: interval(sigma, error),
-        when: Vec::new(),
-        sentence: format!("{}: smoothed; {why}. Fast reactions are cut off, and lags look longer", signal.title()),
+        sentence: format!("{}: smoothed; {why}; {}", signal.title, FindingKind::Smoothed.effect()),
+        ..Finding::new(FindingKind::Smoothed, signal.who, signal.name, sigma, signal.unit)
+    })
+}
+
+/// Steps are as large as this share of the coarse ones at least, or multiples of them, in a quantised signal.
+const WHOLE: f64 = 0.01;
+/// And this share of all steps is.
+const MOST: f64 = 0.99;
+
+/// A signal whose values are multiples of a large step.
+pub(super) fn quantised(signal: &Signal) -> Option<Finding> {
+    let q = quantum(signal.values);
+    let least = if signal.name == "gap" { LIMITS.coarse_gap } else { LIMITS.coarse_speed };
+    let steps = || signal.values.windows(2).map(|w| (w[1] - w[0]).abs() / q).filter(|step| *step > 1e-6);
+    let whole = steps().filter(|step| (step - step.round()).abs() <= WHOLE * step.max(1.0)).count();
+    let count = steps().count();
+    (q >= least && count >= RUNS && whole as f64 >= MOST * count as f64).then(|| Finding {
+        matters: true,
+        remedies: vec![Remedy::of("smooth")],
+        sentence: format!("{}: has steps of {q:.3} {}, and nothing between", signal.title, signal.unit),
+        ..Finding::new(FindingKind::Quantised, signal.who, signal.name, q, signal.unit)
     })
 }
 
@@ -133,7 +150,7 @@ pub(super) fn resampled(signal: &Signal, link: &Link) -> Option<Resampled> {
     // Held: the value changes at some samples only.
     let changes = (1..y.len()).map(|i| drives(i, 1).then(|| y[i] != y[i - 1]));
     let (factor, how) = match regular(changes) {
-        Some(factor) => (factor, "held between its own samples"),
+        Some(factor) => (factor, HELD),
         None => {
             // Straight lines: the slope changes at some samples only.
             let bends =
@@ -147,23 +164,40 @@ pub(super) fn resampled(signal: &Signal, link: &Link) -> Option<Resampled> {
         }
     };
     let rate = 1.0 / (link.dt * factor);
-    Some(Resampled {
-        factor,
-        finding: Finding {
-            kind: FindingKind::Resampled,
-            car: signal.who,
-            signal: signal.name,
-            value: rate,
-            unit: "Hz",
-            interval: None,
-            when: Vec::new(),
-            sentence: format!(
-                "{}: sampled at {rate:.3} Hz, not at the file's {:.3} Hz, and {how}",
-                signal.title(),
-                1.0 / link.dt
-            ),
-        },
-    })
+    let held = how == HELD;
+    let finding = Finding {
+        matters: rate < LIMITS.slow_rate,
+        remedies: if held { vec![Remedy::of("correct")] } else { Vec::new() },
+        sentence: format!(
+            "{}: sampled at {rate:.3} Hz, not at the file's {:.3} Hz, and {how}",
+            signal.title,
+            1.0 / link.dt
+        ),
+        ..Finding::new(FindingKind::Resampled, signal.who, signal.name, rate, "Hz")
+    };
+    Some(Resampled { factor, held, finding })
+}
+
+/// How a signal of a lower rate comes to have the rate of the file, if nothing is computed.
+const HELD: &str = "held between its own samples";
+
+/// The own samples of a held signal, joined by straight lines; what is held longer than usual stays.
+pub(super) fn joined(y: &[f64], factor: f64) -> Vec<f64> {
+    let mut joined = y.to_vec();
+    let mut last = 0;
+    for i in 1..y.len() {
+        if y[i] == y[i - 1] {
+            continue;
+        }
+        let steps = i - last;
+        if steps as f64 <= 1.5 * factor && (y[last] - y[i]).is_finite() {
+            for k in 1..steps {
+                joined[last + k] = y[last] + (y[i] - y[last]) * k as f64 / steps as f64;
+            }
+        }
+        last = i;
+    }
+    joined
 }
 
 /// Mean distance of the events in samples, if they come at regular distances of more than one; neighbouring events count as one.

@@ -1,0 +1,41 @@
+//! Numbers that decide, each with its unit and its reason.
+
+use serde::Serialize;
+
+/// A number that decides.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Number {
+    /// Its name.
+    pub name: &'static str,
+    /// Its value.
+    pub value: f64,
+    /// Its unit; `-` for none.
+    pub unit: &'static str,
+    /// What it decides, and why it is what it is.
+    pub reason: &'static str,
+}
+
+/// A struct of numbers and its one value: `name = value, unit, reason;` each.
+#[macro_export]
+macro_rules! numbers {
+    ($(#[$about:meta])* $Of:ident $ALL:ident: $($name:ident = $value:expr, $unit:literal, $reason:literal;)*) => {
+        $(#[$about])*
+        #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+        pub struct $Of {
+            $(#[doc = $reason] pub $name: f64,)*
+        }
+
+        /// The numbers of this state of the program.
+        pub const $ALL: $Of = $Of { $($name: $value,)* };
+
+        impl $Of {
+            /// All numbers in the order of the page.
+            #[must_use]
+            pub fn numbers(&self) -> Vec<$crate::numbers::Number> {
+                vec![$($crate::numbers::Number {
+                    name: stringify!($name), value: self.$name, unit: $unit, reason: $reason
+                },)*]
+            }
+        }
+    };
+}

@@ -1,0 +1,179 @@
+//! What a check of the data may find.
+
+use serde::Serialize;
+use std::fmt;
+
+/// The kind of a fault, under the name that result files have.
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, strum::IntoStaticStr, strum::EnumIter,
+)]
+#[strum(const_into_str, serialize_all = "snake_case")]
+#[serde(rename_all = "snake_case")]
+pub enum FindingKind {
+    /// One car's speed is a constant factor off.
+    SpeedScale,
+    /// The gap is a constant length off.
+    GapOffset,
+    /// Two signals do not share a clock.
+    ClockOffset,
+    /// The speeds of the two cars stand in each other's place.
+    Exchanged,
+    /// Gap and speeds differ by a factor: units are taken for each other.
+    Unit,
+    /// Values are missing, held or filled in.
+    Dropout,
+    /// Single values are far off those around them.
+    Spike,
+    /// The signal was sampled at a lower rate than the file's.
+    Resampled,
+    /// The signal has less noise than a sensor has.
+    Smoothed,
+    /// The signal has steps that are as large as what is to be seen in it.
+    Quantised,
+    /// Accelerations are mostly noise.
+    Noisy,
+    /// A speed that no road vehicle drives.
+    TooFast,
+    /// The time is a clock and not seconds.
+    TimeUnit,
+    /// Gap and speeds contradict each other in a way that no constant explains.
+    Inconsistent,
+}
+
+impl FindingKind {
+    /// What a fault of this kind does to calibrated parameters.
+    #[must_use]
+    pub fn effect(self) -> &'static str {
+        match self {
+            FindingKind::SpeedScale => "t_h, v_0 and d_0 make up for a drift that was not driven",
+            FindingKind::GapOffset => "d_0 is off by as much",
+            FindingKind::ClockOffset => "a_max, a_min and delays make up for it",
+            FindingKind::Exchanged | FindingKind::Unit | FindingKind::TooFast | FindingKind::TimeUnit => {
+                "no parameter means anything"
+            }
+            FindingKind::Dropout => "a_max and a_min follow values that were not driven",
+            FindingKind::Spike => "t_h, a_max and d_0 follow values that were not driven",
+            FindingKind::Resampled => "a_max, a_min and delays take its steps for driving",
+            FindingKind::Smoothed => "fast reactions are cut off, and lags look longer",
+            FindingKind::Quantised => "a_max, a_min and scores with the acceleration follow the steps of the sensor",
+            FindingKind::Noisy => {
+                "a score with the acceleration, such as nrmse-sva, judges the sensor and not the model"
+            }
+            FindingKind::Inconsistent => "t_h, d_0 and a_max follow what no car drove",
+        }
+    }
+}
+
+/// Whose signal it is, as written in result files.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, strum::IntoStaticStr)]
+#[strum(const_into_str, serialize_all = "snake_case")]
+pub enum Who {
+    /// The car ahead.
+    Leader,
+    /// The car behind.
+    Follower,
+    /// One of the two; the data cannot tell which.
+    #[strum(serialize = "leader or follower")]
+    Either,
+    /// Both alike.
+    Both,
+}
+
+impl Serialize for Who {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.into_str())
+    }
+}
+
+/// An option that mends or avoids a fault: its id, which each front end spells in its own way, and its value.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Remedy {
+    /// The option, as `correct` or `to`.
+    pub option: &'static str,
+    /// Its value, where it has one and the data tell it.
+    pub value: Option<String>,
+}
+
+impl Remedy {
+    /// An option without a value.
+    pub(super) fn of(option: &'static str) -> Remedy {
+        Remedy { option, value: None }
+    }
+}
+
+/// As a flag of the command line.
+impl fmt::Display for Remedy {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "--{}", self.option)?;
+        self.value.as_ref().map_or(Ok(()), |value| write!(f, " {value}"))
+    }
+}
+
+/// One fault of the data.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Finding {
+    /// What it is.
+    #[serde(rename = "name")]
+    pub kind: FindingKind,
+    /// Whose signal.
+    pub car: Who,
+    /// `speed`, `gap` or `time`.
+    pub signal: &'static str,
+    /// Its size, in `unit`: measured minus true for offsets, factor minus 1 for scales, lateness for clocks.
+    pub value: f64,
+    /// SI unit, `-` if dimensionless.
+    pub unit: &'static str,
+    /// 95 % interval of the size, where there is one.
+    pub interval: Option<[f64; 2]>,
+    /// Stretches of the file's time that are concerned \[s\]; empty: all of it.
+    #[serde(rename = "when_s")]
+    pub when: Vec<[f64; 2]>,
+    /// Line of the file where it begins, counted from 1; none if it is everywhere.
+    pub line: Option<u64>,
+    /// Whether it moves what is calibrated, so that it has to be told whoever asks for something else.
+    pub matters: bool,
+    /// What mends or avoids it; empty if nothing does.
+    pub remedies: Vec<Remedy>,
+    /// What was done about it, if it was asked for.
+    pub correction: Option<String>,
+    /// In one sentence, for people.
+    pub sentence: String,
+}
+
+impl Finding {
+    /// A fault that is everywhere, does not matter and has no remedy, unless something else is said.
+    pub(super) fn new(kind: FindingKind, car: Who, signal: &'static str, value: f64, unit: &'static str) -> Finding {
+        let (interval, when, remedies) = (None, Vec::new(), Vec::new());
+        let (line, matters, correction, sentence) = (None, false, None, String::new());
+        Finding { kind, car, signal, value, unit, interval, when, line, matters, remedies, correction, sentence }
+    }
+
+    /// The sentence with what the fault does to parameters, and with what helps, or what was done.
+    #[must_use]
+    pub fn told(&self) -> String {
+        let effect = if self.matters { format!("; {}", self.kind.effect()) } else { String::new() };
+        match &self.correction {
+            Some(correction) => format!("{}; {correction}", self.sentence),
+            None if self.remedies.is_empty() => format!("{}{effect}", self.sentence),
+            None => format!("{}{effect}; {}", self.sentence, self.help()),
+        }
+    }
+
+    fn help(&self) -> String {
+        let has = |option: &str| self.remedies.iter().any(|remedy| remedy.option == option);
+        let listed: Vec<String> = self.remedies.iter().map(ToString::to_string).collect();
+        if has("from") || has("to") {
+            return format!("{} is the longest stretch without", listed.join(" "));
+        }
+        let verb = if listed.len() > 1 { "help" } else { "helps" };
+        format!("{} {verb}", listed.join(" or "))
+    }
+}
+
+/// 95 % of a normal distribution lie within this many standard errors.
+pub(super) const Z_95: f64 = 1.959_964;
+
+/// The interval of an estimate with a standard error.
+pub(super) fn interval(value: f64, error: f64) -> Option<[f64; 2]> {
+    error.is_finite().then_some([value - Z_95 * error, value + Z_95 * error])
+}

@@ -1,0 +1,249 @@
+//! Contradictions of gap and speeds that no constant explains: jumps, single spikes, and a drift of what is left.
+
+use super::finding::{Finding, FindingKind, Remedy, Who, interval};
+use super::limits::LIMITS;
+use super::link::{Link, Signal};
+use crate::statistics::{robust_scale, upper_median};
+use std::ops::Range;
+
+/// Time within which a jump may happen, and what is closer together is one event \[s\].
+const WITHIN_S: f64 = 1.0;
+/// Across longer stretches without a value nothing is compared \[s\].
+const UNSEEN_S: f64 = 2.0;
+/// A spike is told from the values within so much to either side \[s\]; what lasts longer is a jump.
+const AROUND_S: f64 = 0.5;
+/// Jumps and spikes that are named.
+const NAMED: usize = 3;
+
+/// A jump of the gap against the speeds.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Jump {
+    /// Samples between which it happens.
+    pub range: Range<usize>,
+    /// Its size from before to after \[m\].
+    pub size: f64,
+    /// The largest step in it \[m\].
+    pub peak: f64,
+    /// Standard deviation of its size \[m\].
+    pub error: f64,
+}
+
+impl Jump {
+    /// What returns within the event is as large as its largest step \[m\].
+    fn value(&self) -> f64 {
+        if self.returns() { self.peak } else { self.size }
+    }
+
+    fn returns(&self) -> bool {
+        self.size.abs() < 0.5 * self.peak.abs()
+    }
+
+    fn matters(&self) -> bool {
+        self.value().abs() > if self.range.len() == 1 { LIMITS.jump_matters } else { LIMITS.slow_jump_matters }
+    }
+}
+
+/// Gap change minus integrated speed difference from one sample to the next \[m\]; NaN where something is missing.
+pub(super) fn innovations(link: &Link) -> Vec<f64> {
+    (1..link.len()).map(|i| link.gap[i] - link.gap[i - 1] - link.told(i - 1, i)).collect()
+}
+
+/// Jumps outside of the broken ranges, in the order of time.
+pub(super) fn find(link: &Link, broken: &[Range<usize>]) -> Vec<Jump> {
+    let mut whole: Vec<bool> = (0..link.len()).map(|i| (link.gap[i] + link.v_l[i] + link.v_f[i]).is_finite()).collect();
+    broken.iter().for_each(|range| whole[range.start..range.end.min(link.len())].fill(false));
+    let seen: Vec<usize> = (0..link.len()).filter(|&i| whole[i]).collect();
+    let unseen = link.samples(UNSEEN_S);
+    let steps: Vec<f64> = seen
+        .windows(2)
+        .map(|pair| match pair[1] - pair[0] {
+            apart if apart > unseen => 0.0,
+            _ => link.gap[pair[1]] - link.gap[pair[0]] - link.told(pair[0], pair[1]),
+        })
+        .collect();
+    let usual = robust_scale(steps.iter().copied()).unwrap_or(0.0);
+    // (first sample, last sample) of each event, by place in `seen`.
+    let mut events: Vec<Range<usize>> = Vec::new();
+    let mut slow = steps.clone();
+    for (i, step) in steps.iter().enumerate() {
+        let limit = if seen[i + 1] - seen[i] == 1 { LIMITS.jump } else { LIMITS.slow_jump };
+        if step.abs() <= limit.max(LIMITS.unusual * usual) {
+            continue;
+        }
+        slow[i] = 0.0;
+        match events.last_mut() {
+            // Jumps close together are one event: a target that is lost and found.
+            Some(last) if seen[i] - seen[last.end] < link.samples(WITHIN_S) => last.end = i + 1,
+            _ => events.push(i..i + 1),
+        }
+    }
+    events.extend(slow_events(&slow, &seen, link.samples(WITHIN_S)));
+    events.sort_unstable_by_key(|event| (event.start, event.end));
+    // What overlaps is one event.
+    events.dedup_by(|next, last| {
+        let is_one = next.start < last.end;
+        last.end = if is_one { last.end.max(next.end) } else { last.end };
+        is_one
+    });
+    let jump = |event: Range<usize>| {
+        let larger = |m: f64, step: &f64| if step.abs() > m.abs() { *step } else { m };
+        let (size, peak) = (steps[event.clone()].iter().sum::<f64>(), steps[event.clone()].iter().fold(0.0, larger));
+        Jump { range: seen[event.start]..seen[event.end], size, peak: larger(peak, &size), error: usual }
+    };
+    events.into_iter().map(jump).collect()
+}
+
+/// Events that take up to `width` samples.
+fn slow_events(steps: &[f64], seen: &[usize], width: usize) -> Vec<Range<usize>> {
+    let (mut windows, mut end): (Vec<(Range<usize>, f64)>, usize) = (Vec::with_capacity(steps.len()), 0);
+    for start in 0..steps.len() {
+        end = end.max(start);
+        while end < steps.len() && seen[end + 1] - seen[start] <= width {
+            end += 1;
+        }
+        windows.push((start..end, steps[start..end].iter().sum()));
+    }
+    let usual = robust_scale(windows.iter().map(|window| window.1)).unwrap_or(0.0);
+    let limit = LIMITS.slow_jump.max(LIMITS.unusual * usual);
+    let (mut events, mut start) = (Vec::new(), 0);
+    while start < windows.len() {
+        let (window, sum) = &windows[start];
+        if sum.abs() <= limit {
+            start += 1;
+            continue;
+        }
+        // The window in which most of it lies.
+        let within = &windows[start..(window.end + 1).min(windows.len())];
+        let (best, _) = within.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).unwrap_or(&windows[start]);
+        events.push(best.clone());
+        start = best.end.max(start + 1);
+    }
+    events
+}
+
+/// One finding of all jumps.
+pub(super) fn finding(link: &Link, jumps: &[Jump]) -> Option<Finding> {
+    let matters = jumps.iter().any(Jump::matters);
+    // Where large ones matter, small ones are no news.
+    let told: Vec<&Jump> = jumps.iter().filter(|jump| !matters || jump.matters()).collect();
+    let largest = told.iter().copied().max_by(|a, b| a.value().abs().total_cmp(&b.value().abs()))?;
+    let named: Vec<String> = told.iter().take(NAMED).map(|jump| shown(link, jump)).collect();
+    let more = match told.len().saturating_sub(NAMED) {
+        0 => String::new(),
+        more => format!(", and {more} more times"),
+    };
+    let what = if told[0].size < 0.0 { "a car that cut in" } else { "another car ahead" };
+    Some(Finding {
+        interval: interval(largest.value(), largest.error),
+        when: told.iter().map(|jump| [link.time(jump.range.start), link.time(jump.range.end)]).collect(),
+        matters,
+        remedies: longest_without(link, &told),
+        sentence: format!(
+            "{}: jumps {}{more}, which the two speeds do not show: {what}?",
+            link.called,
+            named.join(", ")
+        ),
+        ..Finding::new(FindingKind::Inconsistent, Who::Follower, "gap", largest.value(), "m")
+    })
+}
+
+fn shown(link: &Link, jump: &Jump) -> String {
+    let (from, to, size) = (jump.range.start, jump.range.end, jump.value().abs());
+    let how = match (jump.returns(), jump.size > 0.0) {
+        (true, _) => "by up to",
+        (_, true) => "up by",
+        (_, false) => "down by",
+    };
+    format!("{how} {size:.1} m ({:.1} to {:.1} m) at {:.1} s", link.gap[from], link.gap[to], link.time(to))
+}
+
+/// The longest stretch in which the gap does not jump, as options; none if that is the whole.
+fn longest_without(link: &Link, jumps: &[&Jump]) -> Vec<Remedy> {
+    let last = link.len() - 1;
+    let starts = std::iter::once(0).chain(jumps.iter().map(|jump| jump.range.end));
+    let ends = jumps.iter().map(|jump| jump.range.start).chain([last]);
+    // The first of equally long ones.
+    let longer = |a: (usize, usize), b: (usize, usize)| if b.1 - b.0 > a.1 - a.0 { b } else { a };
+    let (from, to) = starts.zip(ends).reduce(longer).unwrap_or((0, last));
+    // Without rounding dust.
+    let time = |option, sample| Remedy { option, value: Some(format!("{}", (link.time(sample) * 1e3).round() / 1e3)) };
+    let from = (from > 0).then(|| time("from", from));
+    from.into_iter().chain((to < last).then(|| time("to", to))).collect()
+}
+
+/// Samples of a signal that are far off those around them, and back at once: no car moves like that.
+pub(super) fn spikes(signal: &Signal, link: &Link) -> Vec<Range<usize>> {
+    let y = signal.values;
+    let bends = y.windows(3).map(|w| w[2] - 2.0 * w[1] + w[0]);
+    let usual = robust_scale(bends).unwrap_or(0.0) / 6f64.sqrt();
+    let reach = link.samples(AROUND_S).max(2);
+    // Within half of the reach a car that brakes as hard as it can leaves the median of what is around by this.
+    let half = 0.5 * reach as f64 * link.dt;
+    let driven =
+        if signal.name == "gap" { LIMITS.spike.max(0.5 * LIMITS.braking * half * half) } else { LIMITS.braking * half };
+    let limit = driven.max(LIMITS.unusual * usual);
+    let steep: Vec<usize> = (1..y.len()).filter(|&i| (y[i] - y[i - 1]).abs() > 0.5 * limit).collect();
+    let off = |i: usize| {
+        let near = i.saturating_sub(reach)..(i + reach + 1).min(y.len());
+        let median = upper_median(y[near].iter().copied().filter(|y| y.is_finite()));
+        median.is_some_and(|median| (y[i] - median).abs() > limit)
+    };
+    let mut found: Vec<Range<usize>> = Vec::new();
+    for &step in &steep {
+        let near = step.saturating_sub(reach).max(found.last().map_or(0, |last| last.end))..(step + reach).min(y.len());
+        for i in near.filter(|&i| off(i)) {
+            match found.last_mut() {
+                Some(last) if last.end == i => last.end = i + 1,
+                _ => found.push(i..i + 1),
+            }
+        }
+    }
+    // What does not come back is a jump, at whose end the median is on either side.
+    found.retain(|range| {
+        let value = |i: Option<usize>| i.and_then(|i| y.get(i)).copied().unwrap_or(f64::NAN);
+        let (before, after) = (value(range.start.checked_sub(1)), value(Some(range.end)));
+        (before - after).abs() < 0.5 * (y[range.start] - before).abs()
+    });
+    // Where every tenth value is off, none is an exception.
+    if found.iter().map(Range::len).sum::<usize>() as f64 > LIMITS.spikes * y.len() as f64 {
+        found.clear();
+    }
+    found
+}
+
+/// One finding of all spikes of a signal.
+pub(super) fn spiky(signal: &Signal, link: &Link, spikes: &[Range<usize>]) -> Option<Finding> {
+    let size = |range: &Range<usize>| signal.values[range.start] - signal.values[range.start - 1];
+    let largest = spikes.iter().map(size).reduce(|a, b| if b.abs() > a.abs() { b } else { a })?;
+    let samples: usize = spikes.iter().map(Range::len).sum();
+    let times: Vec<String> = spikes.iter().take(NAMED).map(|r| format!("{:.1}", link.time(r.start))).collect();
+    let more = if spikes.len() > NAMED { ", ..." } else { "" };
+    let mut remedies = vec![Remedy::of("correct")];
+    if signal.name == "gap" {
+        remedies.push(Remedy { option: "reconcile", value: Some("speeds".to_owned()) });
+    }
+    Some(Finding {
+        when: spikes.iter().map(|r| [link.time(r.start), link.time(r.end - 1)]).collect(),
+        matters: true,
+        remedies,
+        sentence: format!(
+            "{}: {samples} of {} samples are spikes, off by up to {:.1} {} and back at once, at {}{more} s: no car moves like that",
+            signal.title,
+            link.len(),
+            largest.abs(),
+            signal.unit,
+            times.join(", ")
+        ),
+        ..Finding::new(FindingKind::Spike, signal.who, signal.name, largest, signal.unit)
+    })
+}
+
+/// What is left is too large for signals of the same two cars.
+pub(super) fn drifting(link: &Link, rms_mps: f64) -> Finding {
+    Finding {
+        when: vec![[link.time(0), link.time(link.len().saturating_sub(1))]],
+        matters: true,
+        sentence: format!("{}: contradicts the speeds (rms {rms_mps:.1} m/s): broken?", link.called),
+        ..Finding::new(FindingKind::Inconsistent, Who::Either, "gap", rms_mps, "m/s")
+    }
+}

@@ -1,0 +1,152 @@
+//! Are the data themselves sound? One place, which every verb asks.
+//!
+//! The gap and the two speeds of a link are redundant: d(gap)/dt = v_l - v_f. What contradicts itself is found, sized and named before any
+//! model is blamed, and corrected only on request. Nothing is refused here; where nothing can be computed, reading and preparation refuse.
+
+mod clocks;
+mod correct;
+mod finding;
+mod held;
+mod jumps;
+mod level;
+mod limits;
+mod link;
+mod noise;
+mod offset;
+mod spectrum;
+mod time;
+mod units;
+
+pub use correct::correct;
+pub use finding::{Finding, FindingKind, Remedy, Who};
+pub use limits::{LIMITS, Limits};
+pub use link::Link;
+
+pub use crate::fourier;
+use crate::trajectory::{Note, Platoon, Recording, agreement};
+use std::ops::Range;
+
+/// What the data of one follower say about themselves.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Soundness {
+    /// What is wrong, the gravest kinds of fault not first but in the order of the checks.
+    pub findings: Vec<Finding>,
+    /// What cannot be seen in these data, one sentence each.
+    pub unseen: Vec<String>,
+    /// Root mean square of gap rate minus speed difference over one second \[m/s\].
+    pub rate_rms_mps: Option<f64>,
+}
+
+/// Why the data of a follower cannot be checked.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{path}: follower {follower} has no gap, or no car ahead; `leadlag inspect` lists what the file has")]
+pub struct NoLink {
+    path: String,
+    follower: usize,
+}
+
+/// Checks the link of a follower (1 = right behind the platoon leader) in the recording's platoon number `platoon`.
+///
+/// # Errors
+/// When there is no such link.
+pub fn check(recording: &Recording, platoon: usize, follower: usize) -> Result<Soundness, NoLink> {
+    let none = || NoLink { path: recording.source.path.clone(), follower };
+    let platoon = recording.platoons.get(platoon).ok_or_else(none)?;
+    let link = Link::of(recording, platoon, follower, [None; 2]).ok_or_else(none)?;
+    Ok(check_platoon(platoon, &link))
+}
+
+/// Checks a link, and the times of its platoon.
+#[must_use]
+pub fn check_platoon(platoon: &Platoon, link: &Link) -> Soundness {
+    let mut soundness = check_link(link);
+    soundness.findings.splice(0..0, time::of_time(&platoon.t));
+    for finding in &mut soundness.findings {
+        let row = finding.when.first().map(|[from, _]| platoon.t.partition_point(|&t| t < from - 0.5 * link.dt));
+        finding.line = row.and_then(|row| platoon.lines.get(row)).copied();
+    }
+    soundness
+}
+
+/// Checks one link.
+#[must_use]
+pub fn check_link(measured: &Link) -> Soundness {
+    let mut link = measured.clone();
+    let mut findings: Vec<Finding> = units::too_fast(measured).collect();
+    let mut broken: Vec<Range<usize>> = Vec::new();
+    let (mut blurred, mut slow) = (false, false);
+    for (k, signal) in measured.signals().into_iter().enumerate() {
+        let values = &mut *[&mut link.v_l, &mut link.v_f, &mut link.gap][k];
+        let resampled = noise::resampled(&signal, measured);
+        let mut dropouts = held::dropouts(&signal, measured, resampled.as_ref().map_or(1.0, |r| r.factor));
+        let spikes = jumps::spikes(&signal, measured);
+        // A short run of one wrong value is a spike.
+        dropouts.leave_out(&spikes);
+        broken.extend(dropouts.ranges.iter().chain(&spikes).cloned());
+        findings.extend(held::finding(&signal, measured, &dropouts));
+        findings.extend(jumps::spiky(&signal, measured, &spikes));
+        findings.extend(noise::quantised(&signal));
+        if let Some(found) = resampled {
+            if found.held {
+                // Held values are late by half of their time, which is no other fault.
+                values.clone_from(&noise::joined(signal.values, found.factor));
+            }
+            blurred = true;
+            slow |= found.finding.matters;
+            findings.push(found.finding);
+        } else if let Some(smoothed) = noise::smoothed(&signal, measured) {
+            blurred = true;
+            findings.push(smoothed);
+        }
+        // What was not measured, or is a spike, tells nothing of the other signals.
+        for range in dropouts.ranges.iter().chain(&spikes) {
+            values[range.clone()].fill(f64::NAN);
+        }
+    }
+    findings.extend(units::noisy(measured));
+    let mut unseen = Vec::new();
+    let mut usable = level::Usable::new(&link, &broken, &[]);
+    // A wrong unit explains whatever else contradicts.
+    if let Some(factor) = units::factor(&link) {
+        findings.push(factor);
+    } else {
+        let jumps = jumps::find(&link, &broken);
+        findings.extend(jumps::finding(&link, &jumps));
+        usable = level::Usable::new(&link, &broken, &jumps);
+        let mut left = contradiction(&link);
+        match clocks::Redundancy::estimate(&link, &usable, slow) {
+            Some(redundancy) => {
+                findings.extend(redundancy.findings(&link, blurred));
+                // Scales and clocks are allowed for; where nothing else says so, that is enough.
+                let rms = redundancy.residual_rate_rms(&link, &usable);
+                left = left.or((rms > LIMITS.unrelated).then_some(rms));
+            }
+            None => {
+                unseen.push(
+                    "speed scales and clock offsets: there is no stretch of driving long enough to compare gap and speeds"
+                        .to_owned(),
+                );
+            }
+        }
+        findings.extend(left.map(|rms| jumps::drifting(&link, rms)));
+    }
+    match offset::gap_offset(&link) {
+        offset::Seen::Finding(finding) => findings.push(*finding),
+        offset::Seen::Sound => {}
+        offset::Seen::No(why) => unseen.push(why.to_owned()),
+    }
+    Soundness { findings, unseen, rate_rms_mps: level::rate_rms(&link, &usable) }
+}
+
+/// Change of the gap over a second less that of the integrated speed difference \[m/s\], where gap and speeds describe other cars.
+fn contradiction(link: &Link) -> Option<f64> {
+    let t: Vec<f64> = (0..link.len()).map(|i| link.time(i)).collect();
+    let dv: Vec<f64> = link.v_l.iter().zip(&link.v_f).map(|(v_l, v_f)| v_l - v_f).collect();
+    match agreement::contradiction(&link.called, &t, &link.gap, &dv)? {
+        Note::GapContradicts { rms_mps, .. } => Some(rms_mps),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests;

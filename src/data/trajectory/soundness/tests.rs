@@ -1,0 +1,193 @@
+//! Made-up drives with one thing wrong, and none.
+
+use super::*;
+
+/// Numbers of a fixed sequence between -1 and 1 (splitmix64).
+fn noise(i: usize) -> f64 {
+    let mut z = (i as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+}
+
+/// Two minutes behind a car that swings about 20 m/s, with the noise of usual sensors; `dt` in s.
+fn drive(dt: f64) -> Link {
+    let (count, quiet) = ((120.0 / dt) as usize, 0.02 * (dt / 0.1).min(1.0));
+    // Sizes [m/s], frequencies [rad/s] and phases of the swings of both cars.
+    let swings = [
+        [(3.0, 0.2, 0.0), (1.5, 0.53, 1.0), (1.0, 0.09, 2.0), (0.6, 1.1, 0.5)],
+        [(2.2, 0.2, -0.3), (0.6, 0.53, 0.2), (0.9, 0.09, 1.9), (0.1, 1.1, -1.0)],
+    ];
+    let sum = |car: usize, one: &dyn Fn((f64, f64, f64)) -> f64| swings[car].into_iter().map(one).sum::<f64>();
+    let speed = |car: usize, i: usize| {
+        20.0 + sum(car, &|(a, w, phase)| a * (w * i as f64 * dt + phase).sin()) + quiet * noise(3 * i + car)
+    };
+    let way = |car: usize, i: usize| sum(car, &|(a, w, phase)| -a / w * (w * i as f64 * dt + phase).cos());
+    let [v_l, v_f] = [0, 1].map(|car| (0..count).map(|i| speed(car, i)).collect());
+    let gap = (0..count).map(|i| 30.0 + way(0, i) - way(1, i) + 0.1 * noise(3 * i + 2));
+    let (gap, called) = (gap.collect(), "spacing_m".to_owned());
+    Link { t_0: 0.0, dt, v_l, v_f, gap, called, x_l: None, x_f: None, len_l: None, regular: true, alone: true }
+}
+
+/// What matters in a link, in words.
+fn told(link: &Link) -> Vec<String> {
+    check_link(link).findings.iter().filter(|finding| finding.matters).map(Finding::told).collect()
+}
+
+#[test]
+fn nothing_is_said_of_a_sound_drive() {
+    for dt in [0.04, 0.1, 0.5, 1.0] {
+        assert_eq!(told(&drive(dt)), Vec::<String>::new(), "{dt}");
+        // A gap of steps of 0.1 m.
+        let mut coarse = drive(dt);
+        coarse.gap.iter_mut().for_each(|gap| *gap = (*gap * 10.0).round() / 10.0);
+        assert_eq!(told(&coarse), Vec::<String>::new(), "{dt}, coarse");
+    }
+}
+
+#[test]
+fn a_value_that_is_renewed_once_in_a_second_is_named_and_mended() {
+    for k in 0..3 {
+        let mut held = drive(0.1);
+        let signal = [&mut held.v_l, &mut held.v_f, &mut held.gap].into_iter().nth(k).expect("three");
+        let before = signal.clone();
+        signal.iter_mut().enumerate().for_each(|(i, y)| *y = before[i / 10 * 10]);
+        let found = told(&held);
+        assert!(found.iter().any(|s| s.contains("sampled at 1.000 Hz") && s.contains("--correct")), "{k}: {found:?}");
+        assert!(found.len() == 1, "{k}: nothing else is wrong, least of all a unit: {found:?}");
+    }
+}
+
+#[test]
+fn a_jump_is_named_with_time_size_and_window() {
+    for (dt, to) in [(0.1, "--to 69.9"), (1.0, "--to 69 ")] {
+        let mut cut_in = drive(dt);
+        let from = (70.0 / dt).round() as usize;
+        cut_in.gap[from..].iter_mut().for_each(|gap| *gap -= 15.0);
+        let found = told(&cut_in);
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert!(
+            found[0].starts_with("spacing_m: jumps down by 15.")
+                || found[0].starts_with("spacing_m: jumps down by 14."),
+            "{found:?}"
+        );
+        assert!(found[0].contains(" at 70.0 s") && found[0].contains(to), "{found:?}");
+    }
+    // The sensor takes a second to settle, and has nothing to tell meanwhile.
+    for lost in [false, true] {
+        let mut slow = drive(0.1);
+        for (i, gap) in slow.gap.iter_mut().enumerate() {
+            let t = i as f64 * 0.1;
+            *gap -= 12.0 * (t - 40.0).clamp(0.0, 0.8) / 0.8;
+            if lost && (40.0..40.8).contains(&t) {
+                *gap = f64::NAN;
+            }
+        }
+        let found = told(&slow);
+        assert!(found.len() == 1 && found[0].contains("down by 1"), "{lost}: {found:?}");
+        assert!(found[0].contains("--from 4"), "{found:?}");
+    }
+}
+
+#[test]
+fn spikes_are_no_car_that_cut_in() {
+    for (dt, width) in [(0.1, 1), (0.1, 3), (0.04, 2), (0.5, 1)] {
+        for (signal, off) in [("gap", 12.0), ("gap", 225.0), ("gap", -20.0), ("speed", -15.0)] {
+            let mut link = drive(dt);
+            let at: Vec<usize> = (1..6).map(|k| (k as f64 * 19.3 / dt) as usize).collect();
+            let values = if signal == "gap" { &mut link.gap } else { &mut link.v_f };
+            at.iter().for_each(|&i| values[i..i + width].iter_mut().for_each(|y| *y += off));
+            let found = told(&link);
+            assert!(found.len() == 1 && found[0].contains("spikes"), "{dt} {width} {signal} {off}: {found:?}");
+            assert!(found[0].contains(&format!("{} of", 5 * width)) && found[0].contains("--correct"), "{found:?}");
+        }
+    }
+}
+
+#[test]
+fn a_value_that_is_held_is_named() {
+    for no_target in [25.5, 255.0, 327.67] {
+        let mut link = drive(0.1);
+        link.gap[300..420].fill(no_target);
+        let found = told(&link);
+        let stays = format!("from 30.0 s on, at {no_target} m to the last digit");
+        assert!(found.iter().any(|s| s.starts_with("spacing_m: ") && s.contains("s from 30.")), "{found:?}");
+        assert!(found.iter().any(|s| s.contains(&stays) || s.contains(&stays.replace("30.0", "30.1"))), "{found:?}");
+    }
+    let mut hangs = drive(0.1);
+    let at = hangs.v_f[500];
+    hangs.v_f[500..580].fill(at);
+    let found = told(&hangs);
+    assert!(found.iter().any(|s| s.starts_with("the speed of the follower: ")), "{found:?}");
+}
+
+#[test]
+fn units_and_exchanged_speeds_are_named() {
+    for (factor, expected) in [(1.609_344, "kilometres per mile"), (1.097_28, "km/h per ft/s"), (3.6, "km/h")] {
+        let mut scaled = drive(0.1);
+        for v in [&mut scaled.v_l, &mut scaled.v_f] {
+            v.iter_mut().for_each(|v| *v *= factor);
+        }
+        let found = told(&scaled);
+        assert!(found.iter().any(|said| said.contains(expected)), "{factor}: {found:?}");
+    }
+    let mut exchanged = drive(0.1);
+    std::mem::swap(&mut exchanged.v_l, &mut exchanged.v_f);
+    let found = told(&exchanged);
+    assert!(found.len() == 1 && found[0].contains("swapped") && found[0].contains("--correct"), "{found:?}");
+    let mut feet = drive(0.1);
+    for signal in [&mut feet.v_l, &mut feet.v_f, &mut feet.gap] {
+        signal.iter_mut().for_each(|y| *y /= 0.3048);
+    }
+    let found = told(&feet);
+    assert!(found.iter().any(|s| s.starts_with("the speed of the follower is up to 7")), "{found:?}");
+}
+
+#[test]
+fn coarse_steps_of_a_speed_are_named() {
+    let mut coarse = drive(0.1);
+    coarse.v_f.iter_mut().for_each(|v| *v = ((*v * 3.6).round() / 3.6 * 1e3).round() / 1e3);
+    let found = check_link(&coarse).findings;
+    let found = found.iter().find(|finding| finding.kind == FindingKind::Quantised).expect("km/h without decimals");
+    assert!(found.matters && (found.value - 1.0 / 3.6).abs() < 0.002, "{found:?}");
+}
+
+#[test]
+fn accelerations_that_are_mostly_noise_are_told() {
+    // Positions that err by 5 cm at 25 Hz, differentiated once.
+    let noise = |i: usize| 0.05 * noise(i);
+    let link = |dt: f64, noise: &dyn Fn(usize) -> f64| Link {
+        v_f: (0..2000).map(|i| 20.0 + 3.0 * (0.2 * dt * i as f64).sin() + (noise(i + 1) - noise(i)) / dt).collect(),
+        ..drive(dt)
+    };
+    let found = units::noisy(&link(0.04, &noise)).expect("noise").told();
+    assert!(found.contains("is noise to 9") || found.contains("is noise to 100 %"), "{found}");
+    assert_eq!(units::noisy(&link(0.04, &|_| 0.0)), None);
+    assert_eq!(units::noisy(&link(1.0, &|i| 0.1 * noise(i))), None);
+}
+
+#[test]
+fn a_clock_is_told_from_seconds() {
+    let clock = |i: u32| {
+        let s = 53_910.0 + f64::from(i) * 0.5;
+        (s / 3600.0).floor() * 1e4 + (s / 60.0).floor() % 60.0 * 100.0 + s % 60.0
+    };
+    let t: Vec<f64> = (0..600).map(clock).collect();
+    let found = time::of_time(&t).expect("a clock").told();
+    assert!(found.contains("145859.5 is followed by 145900") && found.contains("5 times"), "{found}");
+    let seconds: Vec<f64> = (0..6000).map(|i| f64::from(i) * 0.1).collect();
+    assert_eq!(time::of_time(&seconds), None);
+    // A pause of a minute is no clock.
+    let pause: Vec<f64> = (0..600).map(|i| f64::from(i) * 0.1 + if i < 300 { 0.0 } else { 60.0 }).collect();
+    assert_eq!(time::of_time(&pause), None);
+}
+
+#[test]
+fn what_never_changes_comes_to_an_end() {
+    for dt in [0.1, 5.0] {
+        let n = 2000;
+        let link = Link { dt, v_l: vec![10.0; n], v_f: vec![10.0; n], gap: vec![20.0; n], ..drive(0.1) };
+        let found = check_link(&link).findings;
+        assert!(found.iter().all(|finding| finding.kind != FindingKind::SpeedScale), "{found:?}");
+    }
+}
