@@ -104,13 +104,13 @@ fn an_export_leaves_no_file_of_an_earlier_one() {
         fs::write(sumo.join(name), "old").expect("writable");
     }
     export();
-    assert_eq!(names(&sumo), ["loss.json", "own.txt", "vtype.add.xml"]);
+    assert_eq!(names(&sumo), ["loss.json", "own.txt", "run.json", "vtype.add.xml"]);
     // What a killed export had begun to put in its place is completed by whoever reads it.
     fs::create_dir(sumo.join(".leadlag-ready")).expect("writable");
     fs::rename(sumo.join("loss.json"), sumo.join(".leadlag-ready/loss.json")).expect("writable");
     fs::write(sumo.join(".leadlag-ready/.list"), "+ vtype.add.xml\n+ loss.json\n").expect("writable");
     assert!(report(&folder).contains("It was not run (--no-run)."));
-    assert_eq!(names(&sumo), ["loss.json", "own.txt", "vtype.add.xml"]);
+    assert_eq!(names(&sumo), ["loss.json", "own.txt", "run.json", "vtype.add.xml"]);
 }
 
 #[cfg(unix)]
@@ -135,7 +135,7 @@ fn an_export_that_fails_changes_nothing() {
     let message = String::from_utf8(output.stderr).expect("UTF-8");
     assert!(output.status.code() == Some(1) && message.contains("SUMO ended early: no licence"), "{message}");
     assert_eq!(fs::read(sumo.join("vtype.add.xml")).expect("it stays"), before);
-    assert_eq!(names(&sumo), ["loss.json", "vtype.add.xml"]);
+    assert_eq!(names(&sumo), ["loss.json", "run.json", "vtype.add.xml"]);
 }
 
 /// The page of a calibration, which knows of its export.

@@ -2,6 +2,7 @@
 
 use super::super::data::{DataArgs, ReconcileArg};
 use super::super::demo::quoted;
+use super::super::folder::RECOMMENDED_BOUNDS;
 use super::Args;
 use crate::report::diagnosis::text::Again;
 use crate::result::diagnosis::Outcome;
@@ -34,7 +35,11 @@ pub fn command(args: &Args, outcome: &Outcome, trained: &[[f64; 2]]) -> Option<A
     }
     let one_window = trained.first().filter(|first| trained.iter().all(|window| window == *first));
     data_flags(&args.prepare, one_window, &mut flag);
-    args.bounds.iter().for_each(|given| flag("bounds", Some(quoted(given))));
+    match (&outcome.recommended, &args.out) {
+        // As wide as those it was judged with, which hold the user's own.
+        (Some(_), Some(out)) => flag("bounds", Some(path(&out.join(RECOMMENDED_BOUNDS)))),
+        _ => args.bounds.iter().for_each(|given| flag("bounds", Some(quoted(given)))),
+    }
     flag("seed", (args.seed != 1).then(|| args.seed.to_string()));
     flag("out", Some(args.out.as_ref().map_or("extended".to_owned(), |out| path(&out.join("extended")))));
     let on = match &outcome.recommended {

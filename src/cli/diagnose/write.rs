@@ -1,7 +1,7 @@
 //! The files of a diagnosis.
 
 use super::super::change::Change;
-use super::super::folder::{DIAGNOSIS, finish, of_diagnosis};
+use super::super::folder::{DIAGNOSIS, RECOMMENDED_BOUNDS, finish, of_diagnosis};
 use crate::diagnose::Drive;
 use crate::diagnose::describe::free::Free;
 use crate::report::diagnosis::pictures;
@@ -9,7 +9,7 @@ use crate::report::svg::{Panel, Series as Line, Style, render};
 use crate::result::diagnosis::describe::{Diagnosis, Series};
 use std::path::Path;
 
-/// diagnosis.json, per drive missing_acceleration_N.csv and simulation_N.svg, the pictures, and each adopted cause as NAME.wgsl.
+/// diagnosis.json, per drive missing_acceleration_N.csv and simulation_N.svg, the pictures, each adopted cause as NAME.wgsl, and the bounds of what is recommended.
 pub fn files(folder: &Path, diagnosis: &Diagnosis, train: &[Drive], holdout: &[Drive]) -> anyhow::Result<()> {
     let outcome = &diagnosis.outcome;
     let mut change = Change::begin(folder)?;
@@ -34,6 +34,14 @@ pub fn files(folder: &Path, diagnosis: &Diagnosis, train: &[Drive], holdout: &[D
     }
     if outcome.ladder.iter().any(|rung| rung.evidence.is_some()) {
         change.write("ladder.svg", pictures::ladder("Causes that were tried", &outcome.ladder).as_bytes())?;
+    }
+    if let Some(recommended) = &outcome.recommended {
+        let bounds: String = recommended
+            .bounds
+            .iter()
+            .map(|(name, [lower, upper])| format!("{name} = [{lower:?}, {upper:?}]\n"))
+            .collect();
+        change.write(RECOMMENDED_BOUNDS, bounds.as_bytes())?;
     }
     change.write(DIAGNOSIS, outcome.to_json().as_bytes())?;
     finish(change, folder, before)

@@ -5,6 +5,7 @@ use super::loss::Losses;
 use super::rule::collisions;
 use super::{Answer, HORIZONS, Horizon, Named, Policy};
 use crate::diagnose::Verdict;
+use crate::diagnose::likelihood::model::is_lead;
 use crate::extension::Extension;
 use crate::judge::mean;
 use crate::result::diagnosis::recommended::{ClosedLoopGain, Collisions, PerDrive, Recommended, RecommendedCause, Why};
@@ -73,7 +74,7 @@ fn cause_entry(entry: &Entry, named: &Named, cause: &'static Extension, of: Opti
         equation: cause.cause.as_ref().and_then(|cause| cause.equation.clone()),
         instead_of: of.map(|of| of.name.clone()),
         family: cause.family().to_owned(),
-        parameters: parameters(entry, cause, OF_A_NAME),
+        parameters: of_cause(entry, cause, OF_A_NAME),
         evidence: named.evidence[0],
         threshold: Policy::DEFAULT.chance_of_a_name,
         threshold_kind: "bootstrap".to_owned(),
@@ -91,9 +92,18 @@ fn recommended_entry(answer: &Answer, entry: &Entry, named: &[String]) -> Option
     let cause = |cause: &&'static Extension| RecommendedCause {
         name: cause.name.clone(),
         meaning: cause.in_short().to_owned(),
-        parameters: parameters(entry, cause, Horizon::Drive),
+        parameters: of_cause(entry, cause, Horizon::Drive),
+    };
+    // The lead is no property of a car, and no calibration has it.
+    let own_positions: Vec<usize> =
+        (0..entry.model.symbols.len()).filter(|&k| !is_lead(entry.model.symbols[k])).collect();
+    let bound = |&k: &usize| {
+        let axis = &entry.model.axes[k];
+        (entry.model.symbols[k].name().to_owned(), [axis.lower, axis.upper])
     };
     Some(Recommended {
+        parameters: parameters(entry, &own_positions, Horizon::Drive),
+        bounds: own_positions.iter().map(bound).collect(),
         causes: entry.causes.iter().map(cause).collect(),
         why: if confirmed { Why::Confirmed } else { Why::Helps },
         gain: ClosedLoopGain {
@@ -112,8 +122,13 @@ fn held(entry: &Entry) -> Option<&Losses> {
     Some(&entry.whole_drives()?.judged.as_ref()?.held)
 }
 
-/// The parameters of a cause at a horizon, with the intervals of a jackknife over the folds (Tukey 1958).
-fn parameters(entry: &Entry, cause: &'static Extension, horizon: Horizon) -> Vec<ParameterEntry> {
+/// The parameters of a cause at a horizon.
+fn of_cause(entry: &Entry, cause: &'static Extension, horizon: Horizon) -> Vec<ParameterEntry> {
+    parameters(entry, &entry.model.positions(cause), horizon)
+}
+
+/// Parameters at a horizon, with the intervals of a jackknife over the folds (Tukey 1958).
+fn parameters(entry: &Entry, positions: &[usize], horizon: Horizon) -> Vec<ParameterEntry> {
     let at = Horizon::ALL.iter().position(|own| *own == horizon).unwrap_or(HORIZONS - 1);
     let Some(fit) = &entry.fits[at] else { return Vec::new() };
     let model = &entry.model;
@@ -131,7 +146,7 @@ fn parameters(entry: &Entry, cause: &'static Extension, horizon: Horizon) -> Vec
             at_bound: axis.at_bound(value),
         }
     };
-    model.positions(cause).into_iter().map(parameter).collect()
+    positions.iter().map(|&k| parameter(k)).collect()
 }
 
 /// Standard error of a parameter from the fits that left one fold out.
@@ -165,7 +180,7 @@ fn notes(answer: &Answer) -> Vec<String> {
         return notes;
     };
     for ((symbol, axis), value) in base.model.symbols.iter().zip(&base.model.axes).zip(&fit.whole) {
-        if axis.at_bound(*value) {
+        if axis.at_bound(*value) && !is_lead(*symbol) {
             notes.push(format!("{} lies on a bound of the search, {value:.4} {}", symbol.name(), symbol.unit()));
         }
     }

@@ -31,15 +31,24 @@ pub struct Evidence {
     pub in_set: bool,
 }
 
+/// The models that cannot be told from the best.
+#[derive(Debug)]
+pub struct ConfidenceSet {
+    /// Of every model that was judged, whether it is one of them.
+    pub models: Vec<bool>,
+    /// The same of the reference.
+    pub reference: bool,
+    /// The same of every other law.
+    pub laws: Vec<bool>,
+}
+
 /// What is known of a race.
 #[derive(Debug)]
 pub struct Table {
     /// Of every model that was judged, in their order.
     pub rows: Vec<Evidence>,
-    /// True if the reference cannot be told from the best.
-    pub reference_in_set: bool,
-    /// Of every other law, the same.
-    pub laws_in_set: Vec<bool>,
+    /// At both shorter horizons together, at the shortest, and at the next.
+    pub sets: Vec<ConfidenceSet>,
 }
 
 /// A gain of a loss as a share of the error.
@@ -66,14 +75,6 @@ fn rows(entry: &Entry, of: impl Fn(&Fit) -> Option<&super::loss::Losses>) -> Opt
     });
     let all: Vec<Vec<f64>> = all.collect::<Option<_>>()?;
     all.try_into().ok()
-}
-
-/// At each horizon the better of two models.
-#[must_use]
-pub fn better(a: Rows, b: Option<Rows>) -> Rows {
-    let Some(b) = b else { return a };
-    let mut pairs = a.into_iter().zip(b).map(|(a, b)| if mean(&b) < mean(&a) { b } else { a });
-    std::array::from_fn(|_| pairs.next().expect("as many as horizons"))
 }
 
 fn minus(reference: &Rows, own: &Rows) -> Rows {
@@ -108,19 +109,23 @@ pub fn table(
     let others: Vec<Vec<f64>> = passed_over.iter().map(|gains| together(gains, resamples)).collect();
     let adjusted = step_down(&all, &others, resamples);
     // The same scale for all models: else a loss would not be one.
-    let short = HORIZONS - 1;
-    let scales: Vec<f64> = (0..short)
-        .map(|k| {
-            let mut errors: Vec<f64> = gains.iter().map(|gains| resamples.deviation(&gains[k])).collect();
-            errors.sort_by(f64::total_cmp);
-            errors.get(errors.len() / 2).copied().filter(|error| *error > 0.0).unwrap_or(1.0)
-        })
-        .collect();
-    let loss = |rows: &Rows| -> Vec<f64> {
-        (0..rows[0].len()).map(|bin| (0..short).map(|k| rows[k][bin] / scales[k]).sum()).collect()
+    let scale = |k: usize| {
+        let mut errors: Vec<f64> = gains.iter().map(|gains| resamples.deviation(&gains[k])).collect();
+        errors.sort_by(f64::total_cmp);
+        errors.get(errors.len() / 2).copied().filter(|error| *error > 0.0).unwrap_or(1.0)
     };
-    let losses: Vec<Vec<f64>> = models.iter().chain([reference]).chain(laws).map(loss).collect();
-    let set: Vec<bool> = confidence_set(&losses, resamples).iter().map(|p| *p > 1.0 - policy.set).collect();
+    let scales: [f64; HORIZONS] = std::array::from_fn(scale);
+    let set = |horizons: &[usize]| {
+        let loss = |rows: &Rows| -> Vec<f64> {
+            (0..rows[0].len()).map(|bin| horizons.iter().map(|&k| rows[k][bin] / scales[k]).sum()).collect()
+        };
+        let losses: Vec<Vec<f64>> = models.iter().chain([reference]).chain(laws).map(loss).collect();
+        let set: Vec<bool> = confidence_set(&losses, resamples).iter().map(|p| *p > 1.0 - policy.set).collect();
+        let (own, others) = set.split_at(models.len());
+        ConfidenceSet { models: own.to_vec(), reference: others[0], laws: others[1..].to_vec() }
+    };
+    // Whole drives tell models apart least.
+    let sets: Vec<ConfidenceSet> = [&[0, 1][..], &[0], &[1]].into_iter().map(set).collect();
     let one = |k: usize| {
         let gain = |h: usize| {
             let (row, horizon) = (&gains[k][h], Horizon::ALL[h]);
@@ -132,13 +137,9 @@ pub fn table(
                 t: if error > 0.0 { mean(row) / error } else { 0.0 },
             }
         };
-        Evidence { gains: std::array::from_fn(gain), t: adjusted[k].t, p: adjusted[k].p, in_set: set[k] }
+        Evidence { gains: std::array::from_fn(gain), t: adjusted[k].t, p: adjusted[k].p, in_set: sets[0].models[k] }
     };
-    Table {
-        rows: (0..models.len()).map(one).collect(),
-        reference_in_set: set[models.len()],
-        laws_in_set: set[models.len() + 1..].to_vec(),
-    }
+    Table { rows: (0..models.len()).map(one).collect(), sets }
 }
 
 /// The gains in training of a model that is not judged, over the reference in training.

@@ -9,13 +9,14 @@ use crate::calibrate::Overrides;
 use crate::calibrate::descent::{Course, Surface as _, Walker, Watch, descend};
 use crate::catalog::Variant;
 use crate::diagnose::DiagnoseError;
-use crate::diagnose::likelihood::model::Model;
+use crate::diagnose::likelihood::model::{LEAD, Model};
 use crate::diagnose::search::strategy::sizes;
 use crate::diagnose::search::textbook::{fastest, with_textbook_values};
 use crate::evaluator::Pull;
 use crate::extension::Extension;
 use crate::optimize::stream;
 use crate::symbols::Bounds;
+use crate::wgsl::extension_named;
 use rand::RngExt;
 use rayon::prelude::*;
 
@@ -196,12 +197,14 @@ impl Field {
         Ok(entry)
     }
 
-    /// The same at the first horizons only, and not judged.
+    /// The same at the first horizons only, and not judged. Every model has the nuisance lead: a car reacts in finer steps than a model, and
+    /// what a cause makes up of that is none of it.
     ///
     /// # Errors
     /// As [`Model::new`].
     pub fn law_at(&self, variant: Variant, horizons: &[Horizon]) -> Result<Entry, DiagnoseError> {
-        let model = self.model(variant)?;
+        let led = extension_named(LEAD).and_then(|lead| variant.with(lead).ok());
+        let model = self.model(led.unwrap_or(variant))?;
         let random = |i: usize| {
             let mut rng = stream(self.seed, 0, 0, i as u64);
             model.axes.iter().map(|_| 0.02 + 0.96 * rng.random::<f64>()).collect::<Vec<f64>>()

@@ -28,10 +28,10 @@ use crate::diagnose::{DiagnoseError, Drive, Progress};
 use crate::extension::{Extension, Extensions};
 use crate::judge::{Check, Resamples, mean};
 use crate::result::diagnosis::recommended::{ClosedLoopEntry, HorizonGain, LawEntry, Trial};
-use crate::wgsl::extension_named;
-use evidence::{Rows, Table, better, held, passed_over, table, trained};
+use evidence::{Rows, Table, held, passed_over, table, trained};
 use rayon::prelude::*;
 use rule::checks;
+use std::cmp::Ordering;
 use std::ops::ControlFlow;
 
 /// Number of horizons.
@@ -193,25 +193,17 @@ pub fn race(
     show(0.0, "fitting the base")?;
     let base = answer.field.law(request.base)?;
     answer.simulations += base.model.simulations();
-    let Some(own) = held(&base) else {
+    if held(&base).is_none() {
         answer.tried.not_testable = Some(format!("{}: no parameters were found with which it drives", request.base));
         return Ok(answer);
-    };
-    // A car reacts in finer steps than a model. What an extension makes up of that must not be named.
-    let lead =
-        extension_named(LEAD).map(|lead| answer.field.with_causes(&base, &[lead], &[], policy)).transpose()?.flatten();
-    let reference = better(own, lead.as_ref().and_then(held));
+    }
     show(0.1, "other laws")?;
     let others = laws(&mut answer, request, &base)?;
     answer.entries.push(base);
     let mut share = 0.25;
-    for round in 0..request.rounds {
+    for _ in 0..request.rounds {
         show(share, "every cause on unseen drives")?;
-        let from = answer.winner.unwrap_or(0);
-        let reference = if round == 0 { reference.clone() } else { held(&answer.entries[from]).unwrap_or_default() };
-        let found = self::round(&mut answer, request, policy, (from, &reference), &others, &mut |part, stage| {
-            show(share + 0.35 * part, stage)
-        })?;
+        let found = round(&mut answer, request, policy, &others, &mut |part, stage| show(share + 0.35 * part, stage))?;
         share += 0.35;
         if !found {
             break;
@@ -227,15 +219,14 @@ fn laws(answer: &mut Answer, request: &Request<'_>, base: &Entry) -> Result<Vec<
     let fitted = |law: &&Base| {
         let variant = Variant { base: **law, extensions: Extensions::NONE, ..request.base };
         // A law that cannot be had costs nothing but itself.
-        field.law(variant).ok()
+        Some((variant.name(), field.law(variant).ok()?))
     };
-    let found: Vec<Entry> = others.par_iter().filter_map(fitted).collect();
+    let found: Vec<(String, Entry)> = others.par_iter().filter_map(fitted).collect();
     let own = held(base).map_or(f64::NAN, |rows| mean(&rows[HORIZONS - 1]));
     let mut all = Vec::new();
-    for entry in found {
+    for (name, entry) in found {
         answer.simulations += entry.model.simulations();
         if let Some(rows) = held(&entry) {
-            let name = entry.model.variant.name();
             answer.laws.push(LawEntry { name: name.clone(), gain: 1.0 - mean(&rows[HORIZONS - 1]) / own });
             all.push((name, rows));
         }
@@ -244,16 +235,16 @@ fn laws(answer: &mut Answer, request: &Request<'_>, base: &Entry) -> Result<Vec<
     Ok(all)
 }
 
-/// One round: all causes against the model at `from`. True if one of them is recommended.
+/// One round: all causes against the model so far. True if one of them is recommended.
 fn round(
     answer: &mut Answer,
     request: &Request<'_>,
     policy: &Policy,
-    (from, reference): (usize, &Rows),
     laws: &[(String, Rows)],
     show: &mut dyn FnMut(f64, &str) -> Result<(), DiagnoseError>,
 ) -> Result<bool, DiagnoseError> {
-    let (field, own) = (&answer.field, &answer.entries[from]);
+    let (field, own) = (&answer.field, &answer.entries[answer.winner.unwrap_or(0)]);
+    let reference = held(own).expect("what causes are added to is judged");
     let is_first = own.causes.is_empty();
     let new = |set: &Vec<&'static Extension>| {
         set.iter().all(|cause| !own.causes.contains(cause)) && (is_first || set.len() == 1)
@@ -281,7 +272,7 @@ fn round(
     entered.retain(|entry| held(entry).is_some());
     let models: Vec<Rows> = entered.iter().filter_map(held).collect();
     let rivals: Vec<Rows> = laws.iter().map(|(_, rows)| rows.clone()).collect();
-    let found = table(reference, &models, &left, &rivals, &answer.resamples, policy);
+    let found = table(&reference, &models, &left, &rivals, &answer.resamples, policy);
     let first = answer.entries.len();
     let named = named(&entered, &found, policy, first);
     let causes = named.as_ref().map_or(&[][..], |named| &named.causes);
@@ -294,12 +285,8 @@ fn round(
         answer.set = set(&entered, &found, laws);
     }
     let passes = |k: &usize| asked[*k].iter().all(|check| check.met);
-    // The fewest causes first: what else is worth its parameters is asked in the next round.
-    let order = |k: &usize| (entered[*k].causes.len(), -found.rows[*k].t);
-    let best = (0..entered.len()).filter(passes).min_by(|a, b| {
-        let (a, b) = (order(a), order(b));
-        a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
-    });
+    // What else is worth its parameters is asked in the next round.
+    let best = (0..entered.len()).filter(passes).min_by(|&a, &b| in_order(&entered, &found, a, b));
     match (&mut answer.named, named) {
         (Some(so_far), Some(more)) => {
             so_far.causes.extend(more.causes);
@@ -314,35 +301,37 @@ fn round(
 
 /// The causes of every model that cannot be told from the best.
 fn set(entered: &[Entry], table: &Table, laws: &[(String, Rows)]) -> Vec<Vec<String>> {
-    let own = entered.iter().zip(&table.rows).filter(|(_, row)| row.in_set).map(|(entry, _)| names(&entry.causes));
-    let reference = table.reference_in_set.then(Vec::new);
-    let others =
-        laws.iter().zip(&table.laws_in_set).filter(|(_, in_set)| **in_set).map(|((name, _), _)| vec![name.clone()]);
+    let Some(set) = table.sets.first() else { return Vec::new() };
+    let own = entered.iter().zip(&set.models).filter(|(_, in_set)| **in_set).map(|(entry, _)| names(&entry.causes));
+    let reference = set.reference.then(Vec::new);
+    let others = laws.iter().zip(&set.laws).filter(|(_, in_set)| **in_set).map(|((name, _), _)| vec![name.clone()]);
     own.chain(reference).chain(others).collect()
 }
 
-/// What every model that cannot be told from the best has in common, where the best is better than the reference by more than chance.
+/// The families that all models with causes have in common that cannot be told from the best at a horizon, where the reference can, and the
+/// model with all of them is better than it by more than chance.
 fn named(entered: &[Entry], table: &Table, policy: &Policy, first: usize) -> Option<Named> {
-    if table.reference_in_set || table.laws_in_set.contains(&true) {
-        return None;
+    let has = |k: usize, family: &str| entered[k].causes.iter().any(|cause| cause.family() == family);
+    let (mut families, mut members): (Vec<&str>, Vec<usize>) = (Vec::new(), Vec::new());
+    for set in table.sets.iter().filter(|set| !set.reference) {
+        let own: Vec<usize> = (0..entered.len()).filter(|&k| set.models[k]).collect();
+        let Some(&any) = own.first() else { continue };
+        let of_any = entered[any].causes.iter().map(|cause| cause.family());
+        families.extend(of_any.filter(|family| own.iter().all(|k| has(*k, family))));
+        members.extend(own);
     }
-    let members: Vec<usize> = (0..entered.len()).filter(|&k| table.rows[k].in_set).collect();
-    // Of those that cannot be told apart, the fewest causes.
-    let best = *members.iter().min_by(|&&a, &&b| {
-        let order = |k: usize| (entered[k].causes.len(), -table.rows[k].t);
-        let (a, b) = (order(a), order(b));
-        a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
-    })?;
+    families.sort_unstable();
+    families.dedup();
+    members.sort_unstable();
+    members.dedup();
+    let with_all = (0..entered.len()).filter(|&k| !families.is_empty() && families.iter().all(|family| has(k, family)));
+    let best = with_all.min_by(|&a, &b| in_order(entered, table, a, b))?;
     let row = &table.rows[best];
     if row.p > policy.chance_of_a_name {
         return None;
     }
-    let has = |k: usize, family: &str| entered[k].causes.iter().any(|cause| cause.family() == family);
-    let common = |cause: &&&'static Extension| members.iter().all(|k| has(*k, cause.family()));
-    let causes: Vec<&'static Extension> = entered[best].causes.iter().filter(common).copied().collect();
-    if causes.is_empty() {
-        return None;
-    }
+    let is_named = |cause: &&'static Extension| families.contains(&cause.family());
+    let causes: Vec<&'static Extension> = entered[best].causes.iter().copied().filter(is_named).collect();
     let mut rivals = Vec::new();
     for cause in &causes {
         let others = members.iter().flat_map(|k| &entered[*k].causes);
@@ -353,6 +342,12 @@ fn named(entered: &[Entry], table: &Table, policy: &Policy, first: usize) -> Opt
         }
     }
     Some(Named { causes, rivals, evidence: [row.t, row.p], entry: first + best })
+}
+
+/// The fewest causes first, and of as many the most certain ones.
+fn in_order(entered: &[Entry], table: &Table, a: usize, b: usize) -> Ordering {
+    let count = |k: usize| entered[k].causes.len();
+    count(a).cmp(&count(b)).then(table.rows[b].t.total_cmp(&table.rows[a].t))
 }
 
 /// A model in the list of what was tried.

@@ -1,11 +1,11 @@
 //! Stretches that no model follows: a driver brings the car up to speed, or brakes, or somebody cuts in. They do not carry over to other drives,
 //! and left in they decide a fit. So they are found first, and drives are cut there.
 
-use super::Horizon;
 use super::fit::{Entry, Field};
 use super::loss::{PartLoss, SIGNALS};
 use super::parts::Parts;
 use super::policy::Policy;
+use super::{Horizon, sets};
 use crate::calibrate::Overrides;
 use crate::catalog::{BASES, Variant};
 use crate::diagnose::likelihood::model::PHASE;
@@ -34,7 +34,7 @@ pub struct NotFollowed {
 const HORIZONS: [Horizon; 2] = [Horizon::Step, Horizon::Window];
 
 /// Finds them: corrected towards the measurement within a quarter of a minute, even the model that follows best is far off there, be it
-/// another law or the examined one with what comes late.
+/// another law or the examined one with what comes late, alone or with what hides it.
 ///
 /// # Errors
 /// As [`Field::model`].
@@ -52,8 +52,9 @@ pub fn not_followed(
     let others = others.filter_map(|other| law(Variant { base: *other, extensions: Extensions::NONE, ..base }));
     let mut all: Vec<Entry> = others.collect();
     if let Some(own) = law(base) {
-        let late: Vec<&'static Extension> = causes.iter().copied().filter(|cause| cause.family() == PHASE).collect();
-        let with = |cause: &&'static Extension| field.with_causes_at(&own, &[cause], &[], &HORIZONS).ok().flatten();
+        let is_late = |set: &Vec<&'static Extension>| set.iter().any(|cause| cause.family() == PHASE);
+        let late: Vec<Vec<&'static Extension>> = sets(causes).into_iter().filter(is_late).collect();
+        let with = |set: &Vec<&'static Extension>| field.with_causes_at(&own, set, &[], &HORIZONS).ok().flatten();
         all.extend(late.par_iter().filter_map(with).collect::<Vec<_>>());
         all.push(own);
     }

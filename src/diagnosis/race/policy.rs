@@ -50,7 +50,7 @@ impl Policy {
         least_bins: 12,
         chance_of_a_name: 0.01,
         chance: 0.05,
-        set: 0.9,
+        set: 0.95,
         whole_drives: 1.0,
         spread: 2.5,
         none: 0.02,

@@ -4,6 +4,7 @@ use super::evidence::Evidence;
 use super::fit::{Entry, Fit};
 use super::policy::Policy;
 use super::{HORIZONS, Horizon};
+use crate::diagnose::likelihood::model::is_lead;
 use crate::extension::Extension;
 use crate::judge::Check;
 
@@ -81,5 +82,6 @@ fn on_bounds(base: &Entry, entry: &Entry) -> usize {
         own.is_some_and(|(k, fit)| base.model.axes[k].at_bound(fit.whole[k]))
     };
     let axes = entry.model.axes.iter().zip(&fit.whole).enumerate();
-    axes.filter(|(k, (axis, value))| axis.at_bound(**value) && !of_base(*k)).count()
+    let is_of_car = |k: usize| !is_lead(entry.model.symbols[k]);
+    axes.filter(|(k, (axis, value))| axis.at_bound(**value) && is_of_car(*k) && !of_base(*k)).count()
 }

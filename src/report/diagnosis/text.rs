@@ -217,10 +217,7 @@ fn extended(text: &mut String, outcome: &Outcome, again: Option<&Again>) -> std:
         let base = outcome.base.as_ref().map_or("the base", |base| base.variant.as_str());
         let names: Vec<&str> = recommended.causes.iter().map(|cause| cause.name.as_str()).collect();
         writeln!(text, "recommended: {base} with {}", names.join(" and "))?;
-        for cause in &recommended.causes {
-            causes::parameters(text, &cause.parameters)?;
-        }
-        return Ok(());
+        return causes::parameters(text, &recommended.parameters);
     }
     let Some(extended) = outcome.extended.as_ref().filter(|_| !outcome.causes.is_empty()) else {
         text.push_str("no extension is recommended\n");

@@ -71,8 +71,7 @@ fn models(all: &[Overview]) -> String {
 fn parameters(one: &Overview, intervals: bool) -> String {
     let mut text =
         format!("\n{:<12} {:>9} {:>17} {:>17} {:>8}", one.model, "median", "middle half", "5 to 95 %", "at bound");
-    text += if intervals { " determined" } else { "" };
-    text += if one.doubtful > 0 { "   sound only\n" } else { "\n" };
+    text += if intervals { " determined\n" } else { "\n" };
     let row = |name: &str, spread: &Spread| {
         let (half, most) = (range(spread.middle_half), range(spread.nine_tenths));
         format!("{name:<12} {:>9} {half:>17} {most:>17}", short(spread.median))
@@ -88,8 +87,12 @@ fn parameters(one: &Overview, intervals: bool) -> String {
         };
         let at_bound = percent(parameter.at_bound);
         let determined = parameter.determined.map_or(String::new(), |share| format!(" {:>10}", percent(share)));
-        let sound = parameter.sound.map_or(String::new(), |spread| format!(" {:>12}", short(spread.median)));
-        let _ = writeln!(text, "{} {at_bound:>8}{determined}{sound}", row(&name, spread));
+        let _ = writeln!(text, "{} {at_bound:>8}{determined}", row(&name, spread));
+    }
+    let sound = one.parameters.iter().filter_map(|p| Some(format!("{} {}", p.name, short(p.sound?.median))));
+    let sound: Vec<String> = sound.filter(|_| one.doubtful > 0).collect();
+    if !sound.is_empty() {
+        text += &wrapped(0, 2, &format!("Medians without the pairs of doubtful data: {}.", sound.join(", ")));
     }
     text
 }

@@ -74,7 +74,8 @@ pub(super) fn dropouts(signal: &Signal, link: &Link, factor: f64) -> Dropouts {
     }
     // A straight line: bends of zero between steps that are not.
     // A signal without noise is straight by itself here and there.
-    if line < 0.3 && factor <= 1.0 && noise::noisy(signal, link) {
+    // The bends of what moves smoothly are alike, and small together: only those of a sensor's noise alternate.
+    if line < 0.3 && factor <= 1.0 && noise::noisy(signal, link) && alternate(&bends) {
         let tolerance = 2.5 * q;
         for run in runs(0..bends.len(), |i| bends[i].abs() <= tolerance && steps[i] != 0.0) {
             if run.len() >= longest(line) && !both_stand(link, &run) {
@@ -84,6 +85,12 @@ pub(super) fn dropouts(signal: &Signal, link: &Link, factor: f64) -> Dropouts {
     }
     let held = merge(found);
     Dropouts { ranges: merge(missing.into_iter().chain(held.iter().cloned()).collect()), held }
+}
+
+/// True if neighbouring bends tend to have opposite signs: those of white noise have a correlation of -2/3.
+fn alternate(bends: &[f64]) -> bool {
+    let product: f64 = bends.windows(2).map(|w| w[0] * w[1]).filter(|p| p.is_finite()).sum();
+    product < 0.0
 }
 
 /// By how much the speeds say that the gap changes within a run of steps \[m\].

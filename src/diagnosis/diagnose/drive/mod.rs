@@ -399,7 +399,7 @@ mod tests {
         let drive = Drive::of(&measured, None).expect("long enough").0.remove(0);
         assert_eq!(drive.lap, Some(5757.9));
         for (variant, bounds, longest) in
-            [(delayed, &usual, 0.8), (delayed, &wide, 1.2), (late, &usual, 1.5), (late, &wide, 2.0)]
+            [(delayed, &usual, 0.8), (delayed, &wide, 1.2), (late, &usual, 3.0), (late, &wide, 2.0)]
         {
             let case = drive.case(variant, bounds).expect("long enough");
             assert!((case.longest_delay() - longest).abs() < 1e-6, "{variant}: {}", case.longest_delay());

@@ -3,6 +3,7 @@
 use super::ParameterEntry;
 use crate::judge::Check;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// A cause of the recommended model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -66,6 +67,13 @@ pub struct Recommended {
     pub causes: Vec<RecommendedCause>,
     /// Why.
     pub why: Why,
+    /// All parameters of the model, fitted to all drives over their whole length: what the gain was measured with, but for the drive that each
+    /// was left out for.
+    #[serde(default)]
+    pub parameters: Vec<ParameterEntry>,
+    /// The bounds that each was fitted within.
+    #[serde(default)]
+    pub bounds: BTreeMap<String, [f64; 2]>,
     /// Over whole drives.
     pub gain: ClosedLoopGain,
     /// Drive by drive, over whole drives.

@@ -113,5 +113,5 @@ fn all_models_begin_together() {
         first
     };
     let base = first("idm", &[]);
-    assert_eq!([first("idm", &[library("perception_delay")]), first("idm+delay", &[]), 16], [base; 3]);
+    assert_eq!([first("idm", &[library("perception_delay")]), first("idm+delay", &[]), 31], [base; 3]);
 }
