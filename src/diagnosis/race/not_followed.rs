@@ -1,5 +1,5 @@
 //! Stretches that no model follows: a driver brings the car up to speed, or brakes, or somebody cuts in. They do not carry over to other drives,
-//! and left in they decide a fit. So they are found first, and drives are cut there.
+//! and left in they decide a fit. So they are found first, and at the begin and end of drives they are cut off.
 
 use super::fit::{Entry, Field};
 use super::loss::{PartLoss, SIGNALS};
@@ -28,6 +28,9 @@ pub struct NotFollowed {
     pub error: f64,
     /// What is usual \[m/s\]: nine of ten bins have less.
     pub usual: f64,
+    /// True near the begin or the end of the drive, where a driver brings the car up to speed or takes over: it is left out. Elsewhere it
+    /// may be what the car does, and no model has it yet.
+    pub is_left_out: bool,
 }
 
 /// The horizons of a search for them.
@@ -72,7 +75,9 @@ pub fn not_followed(
         // Before the first bin nothing is compared.
         let first = if bins.start == 0 { 0 } else { of(bins.start).map(|(t, _)| t).min().unwrap_or(0) };
         let last = of(bins.end - 1).map(|(t, _)| t).max().unwrap_or(first);
+        let edge = (policy.edge_s / drive.dt()) as usize;
         NotFollowed {
+            is_left_out: first < edge || last + edge >= drive.samples(),
             recording: drive.recording(),
             file: drive.file().to_owned(),
             when: [drive.trajectory.t[first], drive.trajectory.t[last]],
@@ -118,15 +123,16 @@ fn stretches(errors: &[Vec<f64>], policy: &Policy) -> Vec<(usize, Range<usize>)>
     found
 }
 
-/// The drives without these stretches; what is left of one is a drive where it is long enough. All of them as they are where nothing
+/// The drives without those of these stretches that are left out; what is left of one is a drive where it is long enough. All of them as they are where nothing
 /// would be left.
 #[must_use]
 pub fn without(drives: &[Drive], stretches: &[NotFollowed], policy: &Policy) -> Vec<Drive> {
-    let pieces: Vec<Drive> = drives.iter().flat_map(|drive| cut(drive, stretches, policy)).collect();
+    let left_out: Vec<&NotFollowed> = stretches.iter().filter(|stretch| stretch.is_left_out).collect();
+    let pieces: Vec<Drive> = drives.iter().flat_map(|drive| cut(drive, &left_out, policy)).collect();
     if pieces.is_empty() { drives.to_vec() } else { pieces }
 }
 
-fn cut(drive: &Drive, stretches: &[NotFollowed], policy: &Policy) -> Vec<Drive> {
+fn cut(drive: &Drive, stretches: &[&NotFollowed], policy: &Policy) -> Vec<Drive> {
     let recording = drive.recording();
     let own = |t: f64| stretches.iter().any(|s| s.recording == recording && (s.when[0]..=s.when[1]).contains(&t));
     let t = &drive.trajectory.t;
@@ -161,11 +167,11 @@ impl NotFollowed {
             file: self.file.clone(),
             when: vec![self.when],
             sentence: format!(
-                "from {from:.0} to {to:.0} s no law drives like the follower: even the best one is off by {:.1} m/s over 10 s, where {:.1} m/s \
-                 is usual. Perhaps the driver drove, or a car cut in",
+                "from {from:.0} to {to:.0} s no model follows: even the best one is off by {:.1} m/s over 10 s, where {:.1} m/s is \
+                 usual. Perhaps the driver drove, or a car cut in",
                 self.error, self.usual
             ),
-            correction: Some("left out in closed loop".to_owned()),
+            correction: self.is_left_out.then(|| "left out of the race".to_owned()),
             ..FindingEntry::default()
         }
     }

@@ -36,6 +36,8 @@ pub struct Policy {
     pub least_not_followed: f64,
     /// Share of the bins that are usual \[-\].
     pub usual: f64,
+    /// Stretches that no model follows are left out so near to the begin or the end of a drive \[s\]: there drivers take over.
+    pub edge_s: f64,
     /// What is left of a drive counts if it is this long \[s\]: six bins.
     pub least_piece_s: f64,
     /// Probability that an interval holds \[-\].
@@ -59,6 +61,7 @@ impl Policy {
         not_followed: 3.0,
         least_not_followed: 0.5,
         usual: 0.9,
+        edge_s: 60.0,
         least_piece_s: 60.0,
         interval: 0.95,
     };
