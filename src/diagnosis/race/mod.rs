@@ -344,9 +344,9 @@ fn named(entered: &[Entry], table: &Table, policy: &Policy, first: usize) -> Opt
     Some(Named { causes, rivals, evidence: [row.t, row.p], entry: first + best })
 }
 
-/// The fewest causes first, and of as many the most certain ones.
+/// The fewest parameters first, and of as many the most certain ones.
 fn in_order(entered: &[Entry], table: &Table, a: usize, b: usize) -> Ordering {
-    let count = |k: usize| entered[k].causes.len();
+    let count = |k: usize| entered[k].causes.iter().map(|cause| cause.parameters.len()).sum::<usize>();
     count(a).cmp(&count(b)).then(table.rows[b].t.total_cmp(&table.rows[a].t))
 }
 
