@@ -60,10 +60,13 @@ fn a_driver_is_found_and_the_car_is_not() {
         assert_eq!(stretch.recording, drives[1].recording());
         assert!(from < begin + 30.0 && to > begin + 10.0 && to - from < 110.0, "{base}, from {begin} s: {stretch:?}");
         // In the middle of a drive it stays; near its ends it is cut off.
-        let whole = without(&drives, &stretches, &Policy::DEFAULT);
-        assert!(!stretch.is_left_out && whole.iter().zip(&drives).all(|(a, b)| a.samples() == b.samples()));
-        let near_an_end = NotFollowed { is_left_out: true, ..stretch.clone() };
-        let left = without(&drives, &[near_an_end], &Policy::DEFAULT);
+        let length = drives[1].samples() as f64 * drives[1].dt();
+        let near_an_end = from - drives[1].trajectory.t[0] < 60.0 || drives[1].trajectory.t[0] + length - to < 61.0;
+        assert_eq!(stretch.is_left_out, near_an_end, "{base}: {stretch:?}");
+        let left_after =
+            |is_left_out| without(&drives, &[NotFollowed { is_left_out, ..stretch.clone() }], &Policy::DEFAULT);
+        let (whole, left) = (left_after(false), left_after(true));
+        assert!(whole.iter().zip(&drives).all(|(a, b)| a.samples() == b.samples()));
         assert_eq!(left[0].samples(), drives[0].samples());
         let inside = |drive: &Drive| drive.trajectory.t.iter().any(|t| (stretch.when[0]..=stretch.when[1]).contains(t));
         assert!(left.len() > 1 && !left[1..].iter().any(inside), "{} drives", left.len());
