@@ -225,8 +225,8 @@ fn a_base_that_crashes_and_a_likelier_one_are_told_in_text_and_page() {
     }));
     let [text, page] = said(&outcome);
     let crash = "a.csv follower 1: the base model runs into the car ahead at t = 2.9 s (all errors end there)";
-    let (_, third) = text.split_once("3. Where its simulation goes wrong").expect("section 3");
-    assert!(third.contains(crash) && page.matches(crash).count() == 2, "{text}");
+    let (_, second) = text.split_once("2. What the base model gets wrong").expect("section 2");
+    assert!(second.contains(crash) && page.matches(crash).count() == 2, "{text}");
     let next = "Next: the same command with --base l-idm+delay";
     assert!(text.contains(next) && page.contains(next), "{text}");
     assert!(text.contains("agree within 0 m/s"), "{text}");
@@ -234,7 +234,7 @@ fn a_base_that_crashes_and_a_likelier_one_are_told_in_text_and_page() {
     assert!(text.contains("at its bound") && page.contains("<td>at its bound</td>"), "{text}");
     // No crash, no words about one, and no key.
     let [text, page] = said(&self::outcome(serde_json::json!({})));
-    assert!(!text.contains("3. Where") && !page.contains("runs into the car ahead") && !page.contains("broken_off"));
+    assert!(!page.contains("runs into the car ahead") && !page.contains("broken_off"));
 }
 
 /// The verdict comes first and whole drives second, in the terminal and on the page alike.

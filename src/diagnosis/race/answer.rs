@@ -173,17 +173,12 @@ fn per_drive(answer: &Answer, base: &Losses, own: &Losses) -> Vec<PerDrive> {
     paths.iter().map(entry).collect()
 }
 
-/// What is remarkable about the base: parameters that the data press against a bound, and collisions.
+/// What is remarkable about the base: collisions, and a law that does better.
 fn notes(answer: &Answer) -> Vec<String> {
     let mut notes = Vec::new();
-    let Some((base, fit)) = answer.entries.first().and_then(|base| Some((base, base.whole_drives()?))) else {
+    let Some(fit) = answer.entries.first().and_then(Entry::whole_drives) else {
         return notes;
     };
-    for ((symbol, axis), value) in base.model.symbols.iter().zip(&base.model.axes).zip(&fit.whole) {
-        if axis.at_bound(*value) && !is_lead(*symbol) {
-            notes.push(format!("{} lies on a bound of the search, {value:.4} {}", symbol.name(), symbol.unit()));
-        }
-    }
     let close = |losses: &Losses| losses.parts.iter().flatten().filter(|part| part.shortfall > 0.0).count();
     let failures = fit.judged.as_ref().map_or(0, |judged| close(&judged.held));
     if failures > 0 {

@@ -1,69 +1,35 @@
 //! The causes that were tried, and the verdict.
 
+use super::short::parameter;
 use crate::diagnose::Verdict;
 use crate::report::text::wrapped;
-use crate::result::diagnosis::{CauseEntry, Outcome, ParameterEntry, RungEntry};
+use crate::result::diagnosis::recommended::{ClosedLoopEntry, Trial};
+use crate::result::diagnosis::{CauseEntry, Outcome, ParameterEntry};
 use crate::symbols::Symbol;
 use crate::wgsl::{laws, library};
 use std::fmt::{Result, Write};
 
-/// Columns of the longest bar.
-const BAR: usize = 24;
-/// Causes shown per round: the best ones.
-const SHOWN: usize = 10;
+/// Models shown: the best ones.
+const SHOWN: usize = 6;
 
-/// The ladder: evidence of every cause as a bar, the threshold as a mark in it.
-pub(super) fn ladder(text: &mut String, rungs: &[RungEntry]) -> Result {
-    if rungs.is_empty() {
-        text.push_str("no cause came so far as to be compared on held-out stretches\n");
-        return Ok(());
+/// The models of the race that gain most.
+pub(super) fn race(text: &mut String, race: &ClosedLoopEntry) -> Result {
+    if let Some(why) = &race.not_testable {
+        text.push_str(&wrapped(0, 2, &format!("No extension was tried on unseen drives: {why}.")));
     }
-    text.push_str(&wrapped(
-        0,
-        2,
-        "Evidence: by how much the extended model predicts stretches better that it was not fitted to (gain in log-likelihood, in \
-         nats). It counts above the threshold, marked | in the bar.",
-    ));
-    let rounds = rungs.iter().map(|rung| rung.round).max().unwrap_or(1);
-    for round in 1..=rounds {
-        let own = rungs.iter().filter(|rung| rung.round == round);
-        let mut tried: Vec<(f64, &RungEntry)> = own.clone().filter_map(|rung| Some((rung.evidence?, rung))).collect();
-        tried.sort_by(|a, b| b.0.total_cmp(&a.0));
-        writeln!(text, "\nround {round}")?;
-        match tried.is_empty() {
-            true => text.push_str("no cause was promising enough to be compared on held-out stretches\n"),
-            false => writeln!(text, "{:<22}{:>9}{:>10}", "cause", "evidence", "threshold")?,
-        }
-        for (evidence, rung) in tried.iter().take(SHOWN) {
-            let (name, need) = (&rung.name, rung.threshold);
-            writeln!(text, "{name:<22}{evidence:>9.0}{need:>10.0}  {}", bar(*evidence, need).trim_end())?;
-            text.push_str(&wrapped(4, 4, &rung.fate));
-        }
-        let others: Vec<&str> = own.filter(|rung| rung.evidence.is_none()).map(|rung| rung.name.as_str()).collect();
-        if !others.is_empty() {
-            text.push_str(&wrapped(0, 2, &format!("screened, and less promising: {}", others.join(", "))));
-        }
+    let mut trials: Vec<&Trial> = race.trials.iter().collect();
+    let Some(first) = trials.first() else { return Ok(()) };
+    text.push_str("Less error on what was left out of the fits [%], corrected towards the data\nwithin so long; the gain of all in standard errors; = as good as the best\n");
+    let heads = first.horizons.iter().map(|gain| gain.horizon_s.map_or("drive".to_owned(), |s| format!("{s:.0} s")));
+    let heads: String = heads.map(|head| format!("{head:>8}")).collect();
+    writeln!(text, "{:<38}{heads}{:>10}", "", "together")?;
+    trials.sort_by(|a, b| b.standard_errors.total_cmp(&a.standard_errors));
+    for trial in trials.iter().take(SHOWN) {
+        let gains: String = trial.horizons.iter().map(|gain| format!("{:>+8.1}", 100.0 * gain.gain)).collect();
+        let mark = if trial.in_set { " =" } else { "" };
+        writeln!(text, "{:<38}{gains}{:>10.1}{mark}", trial.causes.join(" + "), trial.standard_errors)?;
     }
     Ok(())
-}
-
-/// A bar on a logarithmic scale, on which the threshold stands at a third.
-fn bar(evidence: f64, threshold: f64) -> String {
-    let mark = BAR / 3;
-    let ratio = (evidence.max(0.0) / threshold.max(1e-9)).max(1e-9);
-    // Nothing at a tenth of the threshold, the full length at a hundred times it.
-    let length = (mark as f64 * (1.0 + ratio.log10())).round().clamp(0.0, BAR as f64) as usize;
-    (0..BAR)
-        .map(|i| {
-            if i == mark {
-                '|'
-            } else if i < length {
-                '#'
-            } else {
-                ' '
-            }
-        })
-        .collect()
 }
 
 /// The mark of a parameter on a bound.
@@ -113,25 +79,26 @@ pub(super) fn verdict(text: &mut String, outcome: &Outcome) -> Result {
         one(text, cause)?;
     }
     for cause in &outcome.causes {
-        let mut rivals = outcome.rivals(cause).peekable();
-        if rivals.peek().is_some() {
-            writeln!(text, "\nexplains the data as well as {}:", cause.name)?;
-        }
-        for rival in rivals {
-            one(text, rival)?;
+        let rivals: Vec<String> = outcome.rivals(cause).map(sized).collect();
+        if !rivals.is_empty() {
+            text.push_str(&wrapped(
+                0,
+                2,
+                &format!("explains the data as well as {}: {}", cause.name, rivals.join(", ")),
+            ));
         }
     }
     if !outcome.not_testable.is_empty() {
-        text.push_str("\nCannot be tested here, because the calibration absorbs it:\n");
-        for entry in &outcome.not_testable {
-            text.push_str(&wrapped(2, 4, &format!("{} (in {})", entry.name, entry.absorbed_by.join(", "))));
-        }
+        let absorbed = outcome.not_testable.iter().map(|e| format!("{} (in {})", e.name, e.absorbed_by.join(", ")));
+        let absorbed: Vec<String> = absorbed.collect();
+        text.push_str(&wrapped(
+            0,
+            2,
+            &format!("Cannot be tested here, because the calibration absorbs it: {}", absorbed.join(", ")),
+        ));
     }
-    if !outcome.not_tried.is_empty() {
-        text.push_str("\nNot tried:\n");
-        for entry in &outcome.not_tried {
-            text.push_str(&wrapped(2, 4, &format!("{}: {}; {}", entry.name, entry.reason, entry.remedy)));
-        }
+    for entry in &outcome.not_tried {
+        text.push_str(&wrapped(0, 2, &format!("Not tried: {}: {}; {}", entry.name, entry.reason, entry.remedy)));
     }
     Ok(())
 }
@@ -139,6 +106,12 @@ pub(super) fn verdict(text: &mut String, outcome: &Outcome) -> Result {
 /// What to do where the car follows the law of another base.
 pub(in crate::internal::report) fn next(base: &str) -> String {
     format!("Next: the same command with --base {base}")
+}
+
+/// A cause with its sizes, on a line.
+fn sized(cause: &CauseEntry) -> String {
+    let sizes: Vec<String> = cause.parameters.iter().map(parameter).collect();
+    if sizes.is_empty() { cause.name.clone() } else { format!("{} ({})", cause.name, sizes.join(", ")) }
 }
 
 fn one(text: &mut String, cause: &CauseEntry) -> Result {

@@ -20,22 +20,38 @@ const FAMILIES: [(&str, &str); 3] = [
 /// What is missing, in one sentence.
 fn verdict(outcome: &Outcome) -> String {
     let base = base(outcome);
-    let one = |cause: &CauseEntry| named(&cause.name, cause.meaning.as_deref().unwrap_or_default(), &cause.parameters);
-    let either = |cause: &CauseEntry| {
-        let rivals: Vec<&CauseEntry> = outcome.rivals(cause).collect();
-        if rivals.is_empty() {
-            return one(cause);
-        }
+    let one =
+        |cause: &CauseEntry| in_words(&cause.name, cause.meaning.as_deref().unwrap_or_default(), &cause.parameters);
+    let words = |cause: &CauseEntry| {
         let words = FAMILIES.iter().find(|(family, _)| *family == cause.family).map(|(_, words)| *words);
-        let list: Vec<String> = std::iter::once(&cause).chain(&rivals).map(|cause| one(cause)).collect();
-        match words.filter(|_| rivals.iter().all(|rival| rival.family == cause.family)) {
-            Some(words) => format!("{words}: {} (these data cannot tell which)", list.join(" or ")),
-            None => format!("either {} (these data cannot tell which)", list.join(" or ")),
+        let mut rivals = outcome.rivals(cause).peekable();
+        words.filter(|_| rivals.peek().is_some() && rivals.all(|rival| rival.family == cause.family))
+    };
+    // A family is something that the car does; its members are ways to say how.
+    let families: Vec<String> = outcome
+        .causes
+        .iter()
+        .filter_map(|cause| {
+            let others: Vec<&str> = outcome.rivals(cause).map(|rival| rival.name.as_str()).collect();
+            Some(format!("{}: {}, or {} (these data cannot tell which)", words(cause)?, one(cause), others.join(", ")))
+        })
+        .collect();
+    let either = |cause: &CauseEntry| {
+        let rivals: Vec<String> = outcome.rivals(cause).map(one).collect();
+        match rivals.is_empty() {
+            true => one(cause),
+            false => format!("either {} or {} (these data cannot tell which)", one(cause), rivals.join(" or ")),
         }
     };
-    let list = || outcome.causes.iter().map(either).collect::<Vec<_>>().join(", and ");
+    let others = outcome.causes.iter().filter(|cause| words(cause).is_none());
+    let others: Vec<String> = others.map(either).collect();
+    let named = || {
+        let lacks = if others.is_empty() { String::new() } else { format!("{base} lacks {}.", others.join(", and ")) };
+        let families = families.iter().map(|family| format!("{family}, which {base} does not."));
+        families.map(capitalised).chain([lacks]).filter(|part| !part.is_empty()).collect::<Vec<_>>().join(" ")
+    };
     match outcome.verdict {
-        Verdict::Named | Verdict::Ambiguous => format!("{base} lacks {}.", list()),
+        Verdict::Named | Verdict::Ambiguous => named(),
         Verdict::Nothing => format!("{base} is enough for these drives."),
         Verdict::NotTestable => format!("These data cannot tell what {base} lacks."),
         Verdict::Unexplained => format!("{base} lacks something that no cause of the library explains."),
@@ -46,8 +62,13 @@ fn verdict(outcome: &Outcome) -> String {
     }
 }
 
+fn capitalised(text: String) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
 /// A cause in words: its name, what it does, its sizes.
-fn named(name: &str, meaning: &str, parameters: &[ParameterEntry]) -> String {
+fn in_words(name: &str, meaning: &str, parameters: &[ParameterEntry]) -> String {
     let sizes: Vec<String> = parameters.iter().map(parameter).collect();
     let what = [meaning.trim_end_matches('.').to_owned(), sizes.join(", ")]
         .into_iter()
@@ -189,10 +210,10 @@ fn recommendation(base: &str, recommended: &Recommended) -> [String; 2] {
 }
 
 fn cause(cause: &RecommendedCause) -> String {
-    named(&cause.name, &cause.meaning, &cause.parameters)
+    in_words(&cause.name, &cause.meaning, &cause.parameters)
 }
 
-fn parameter(p: &ParameterEntry) -> String {
+pub(super) fn parameter(p: &ParameterEntry) -> String {
     let unit = if p.unit == "-" { String::new() } else { format!(" {}", p.unit) };
     let digits = if p.value.abs() < 0.1 { 4 } else { 2 };
     let interval = p.interval.map_or(String::new(), |[low, high]| format!(" [{low:.digits$}, {high:.digits$}]"));

@@ -7,11 +7,8 @@ use crate::diagnose::describe::error_breakdown::{Budget, Share};
 use crate::diagnose::describe::missing::Profiles;
 use crate::report::text::wrapped;
 use crate::result::diagnosis::recommended::Recommended;
-use crate::result::diagnosis::{DataEntry, FindingEntry, HeldBackEntry, ModelEntry, Outcome};
+use crate::result::diagnosis::{DataEntry, FindingEntry, HeldBackEntry, ModelEntry, Outcome, ParameterEntry};
 use std::fmt::Write;
-
-/// Rows of a table of places, speeds or times: the worst ones.
-const ROWS: usize = 5;
 
 /// Columns of a class's name.
 const NAME: usize = 36;
@@ -57,55 +54,44 @@ fn write_all(text: &mut String, outcome: &Outcome, beside: &Beside) -> std::fmt:
     text.push_str(&data(&outcome.data, &outcome.data_findings, beside.trained));
     text.push_str(&wrapped(0, 2, &outcome.held_back));
     if let Some(base) = &outcome.base {
-        heading(text, "2. The base model");
+        heading(text, "2. What the base model gets wrong (training data)");
         model(text, base)?;
-    }
-    if outcome.budget.is_some() || !outcome.broken_off.is_empty() {
-        heading(text, "3. Where its simulation goes wrong (training data)");
     }
     for entry in &outcome.broken_off {
         text.push_str(&wrapped(0, 2, &entry.told()));
     }
     if let Some(budget) = &outcome.budget {
         if !outcome.broken_off.is_empty() {
-            text.push_str("The errors below are those of the other drives.\n\n");
+            text.push_str("The errors below are those of the other drives.\n");
         }
-        errors(text, budget)?;
+        text.push_str(&wrapped(0, 2, &errors(budget)));
     }
     if let Some(missing) = &outcome.missing {
-        text.push('\n');
-        acceleration(text, missing, outcome.base.as_ref())?;
+        text.push_str(&wrapped(0, 2, &acceleration(missing)));
     }
-    heading(text, "4. Which cause");
-    causes::ladder(text, &outcome.ladder)?;
+    heading(text, "3. What explains it");
+    causes::race(text, &outcome.closed_loop)?;
     causes::verdict(text, outcome)?;
-    heading(text, "5. The extended model");
+    heading(text, "4. The model with it");
     extended(text, outcome, beside.again.as_ref().filter(|_| outcome.recommended.is_none()))?;
-    heading(text, "6. Gain on the data held back");
-    match (&outcome.gain, outcome.verdict) {
+    heading(text, "5. What that gains on unseen drives");
+    if let Some(recommended) = &outcome.recommended {
+        gained(text, recommended)?;
+    }
+    match (&outcome.gain, &outcome.gain_error) {
         (Some(gain), _) => {
             text.push_str(&wrapped(0, 2, &gain.sentence));
-            if let Some([base, extended]) = gain.signals {
-                writeln!(text, "\n{:<12}{:>10}{:>10}{:>10}", "NRMSE", "spacing", "speed", "accel.")?;
-                for (name, [s, v, a]) in [("base", base), ("extended", extended)] {
-                    writeln!(text, "{name:<12}{s:>10.4}{v:>10.4}{a:>10.4}")?;
-                }
-            }
             for (where_, [base, extended, all]) in ["held back", "training"].into_iter().zip(gain.crashes()) {
                 writeln!(text, "runs that crash or break off, {where_}: base {base}, extended {extended}, of {all}")?;
             }
         }
-        (None, _) if outcome.gain_error.is_some() => {
-            text.push_str(&wrapped(0, 2, outcome.gain_error.as_deref().unwrap_or_default()))
-        }
-        (None, _) => match &outcome.recommended {
-            Some(recommended) => gained(text, recommended)?,
-            None => text.push_str("no extension is recommended\n"),
-        },
+        (None, Some(error)) => text.push_str(&wrapped(0, 2, error)),
+        (None, None) if outcome.recommended.is_none() => text.push_str("no extension is recommended\n"),
+        (None, None) => {}
     }
     held_back(text, &outcome.base_held_back)?;
-    heading(text, "7. What is left");
-    left(text, outcome)?;
+    heading(text, "6. What is left");
+    left(text, outcome);
     let Outcome { simulations, seed, effort, program, evaluator, precision, convention, .. } = outcome;
     text.push('\n');
     text.push_str(&wrapped(
@@ -185,30 +171,9 @@ fn small(value: f64) -> String {
 
 fn model(text: &mut String, model: &ModelEntry) -> std::fmt::Result {
     writeln!(text, "{}", model.variant)?;
-    causes::parameters(text, &model.parameters)?;
-    if model.parameters.iter().any(|p| p.name == LEAD) {
-        text.push_str(&wrapped(
-            0,
-            2,
-            &format!(
-                "{LEAD} is no property of the car: it makes up for the measured car not being controlled in steps as long as those of \
-                 the simulation."
-            ),
-        ));
-    }
-    text.push_str(&wrapped(
-        0,
-        2,
-        &format!(
-            "What the model does not know of acts on this car like a random acceleration of {} m/s² that lasts for {:.1} s. \
-             Noise of the sensors, as estimated: gap {} m, speed {} m/s.",
-            small(model.sigma_d_mps2),
-            model.tau_d_s,
-            small(model.noise_gap_m),
-            small(model.noise_speed_mps)
-        ),
-    ));
-    Ok(())
+    // The lead makes up for a car that is controlled in finer steps than the simulation's, and is none of its properties.
+    let own: Vec<ParameterEntry> = model.parameters.iter().filter(|p| p.name != LEAD).cloned().collect();
+    causes::parameters(text, &own)
 }
 
 /// What the named causes make of the base model, and how to go on with it.
@@ -280,49 +245,24 @@ fn typed(words: &[String]) -> String {
     lines.join(" \\\n") + "\n"
 }
 
-fn errors(text: &mut String, budget: &Budget) -> std::fmt::Result {
-    writeln!(text, "{:<28}{:>10} {:>10} {:>11}", "", "spacing", "speed", "accel.")?;
+/// How large the errors are, and where most of that of the speed is.
+fn errors(budget: &Budget) -> String {
+    const SPEED: usize = 1;
     let [s, v, a] = budget.rms;
-    writeln!(text, "{:<28}{s:>8.3} m {v:>6.3} m/s {a:>6.3} m/s²", "error, root mean square")?;
-    let [s, v, a] = budget.bias;
-    writeln!(text, "{:<28}{s:>+8.3} m {v:>+6.3} m/s {a:>+6.3} m/s²", "mean (simulated - measured)")?;
-    writeln!(text, "\nshare of the squared error, beside the share of the time")?;
-    writeln!(text, "{:<NAME$}{:>8}{:>10}{:>10}{:>10}", "", "time", "spacing", "speed", "accel.")?;
-    let rows = |text: &mut String, shares: &mut dyn Iterator<Item = &Share>| {
-        for share in shares {
-            let time = share.time.map_or("-".to_owned(), |time| format!("{:.0} %", 100.0 * time));
-            let [s, v, a] = share.error.map(|e| format!("{:.0} %", 100.0 * e));
-            let name: String = share.name.chars().take(NAME).collect();
-            writeln!(text, "{name:<NAME$}{time:>8}{s:>10}{v:>10}{a:>10}")?;
-        }
-        Ok(())
+    let share = |share: &Share| {
+        let time = share.time.map_or(String::new(), |time| format!(" in {:.0} % of the time", 100.0 * time));
+        format!("{} ({:.0} %{time})", share.name, 100.0 * share.error[SPEED])
     };
-    rows(text, &mut budget.regime.iter())?;
-    text.push('\n');
-    rows(text, &mut budget.frequency.iter())?;
-    text.push('\n');
-    rows(text, &mut budget.speed.iter())?;
-    if !budget.place.is_empty() {
-        writeln!(text, "\nplaces with the most error in speed")?;
-        rows(text, &mut worst(&budget.place).into_iter())?;
-    }
-    if !budget.time.is_empty() {
-        writeln!(text, "\ntimes with the most error in speed")?;
-        rows(text, &mut worst(&budget.time).into_iter())?;
-    }
-    if let Some(regime) = budget.worst_regime(1) {
-        let (time, error) = (100.0 * regime.time.unwrap_or(0.0), 100.0 * regime.error[1]);
-        writeln!(text, "\n{}: {time:.0} % of the time and {error:.0} % of the speed error", regime.name)?;
-    }
-    Ok(())
-}
-
-/// The classes with the largest share of the speed's error.
-fn worst(shares: &[Share]) -> Vec<&Share> {
-    let mut all: Vec<&Share> = shares.iter().collect();
-    all.sort_by(|a, b| b.error[1].total_cmp(&a.error[1]));
-    all.truncate(ROWS);
-    all
+    let most = |shares: &[Share]| shares.iter().max_by(|a, b| a.error[SPEED].total_cmp(&b.error[SPEED])).map(share);
+    let list: Vec<String> =
+        [budget.worst_regime(SPEED).map(share), most(&budget.frequency), most(&budget.place), most(&budget.time)]
+            .into_iter()
+            .flatten()
+            .collect();
+    format!(
+        "Error, root mean square: spacing {s:.3} m, speed {v:.3} m/s, acceleration {a:.3} m/s². Most of the squared error of the speed: {}.",
+        list.join("; ")
+    )
 }
 
 /// Mean chi-squared up to which a dependence may be chance: where there is none it is about 1, and a single difference of two classes
@@ -330,58 +270,27 @@ fn worst(shares: &[Share]) -> Vec<&Share> {
 const CHANCE: f64 = 4.0;
 
 /// The missing acceleration in words.
-fn acceleration(text: &mut String, missing: &Profiles, model: Option<&ModelEntry>) -> std::fmt::Result {
-    let sigma = model.map_or(String::new(), |m| format!(" (its model's own estimate: {} m/s²)", small(m.sigma_d_mps2)));
-    text.push_str(&wrapped(
-        0,
-        2,
-        &format!(
-            "The missing acceleration is what has to be added to the model's acceleration, moment by moment, so that it keeps \
-             to the measured car: {} m/s² root mean square{sigma}. Does it depend on something?",
-            small(missing.rms)
-        ),
-    ));
-    writeln!(text, "{:<30}{:>9}  strongest class, d in m/s²", "against", "explains")?;
-    for profile in &missing.profiles {
-        let strongest = profile.classes.iter().max_by(|a, b| {
-            let z = |c: &crate::diagnose::describe::missing::Class| (c.mean / c.error.max(1e-12)).abs();
-            z(a).total_cmp(&z(b))
-        });
-        let class = strongest.map_or(String::new(), |c| {
-            format!("{:+.3} ± {:.3} at {}", c.mean, 1.96 * c.error, at(c.at, &profile.unit))
-        });
-        let clear = if profile.chi2 > CHANCE { "" } else { " ?" };
-        writeln!(text, "{:<30}{:>7.0} %  {class}{clear}", profile.name, 100.0 * profile.explained)?;
-    }
-    if missing.profiles.iter().any(|profile| profile.chi2 <= CHANCE) {
-        writeln!(text, "?: no more than chance may do")?;
-    }
-    if let Some(r) = missing.repeats_by_place {
-        text.push_str(&wrapped(
-            0,
-            2,
-            &format!("It repeats at the same places of the road in other runs with correlation {r:.2}."),
-        ));
-    }
-    Ok(())
+fn acceleration(missing: &Profiles) -> String {
+    let clear: Vec<String> = missing
+        .profiles
+        .iter()
+        .filter(|profile| profile.chi2 > CHANCE)
+        .map(|profile| format!("{} ({:.0} %)", profile.name, 100.0 * profile.explained))
+        .collect();
+    let on = if clear.is_empty() { "on nothing beyond chance".to_owned() } else { format!("on {}", clear.join(", ")) };
+    let repeats = missing.repeats_by_place.map_or(String::new(), |r| {
+        format!(" It repeats at the same places of the road in other runs with correlation {r:.2}.")
+    });
+    format!(
+        "To keep to the measured car, the model lacks an acceleration of {} m/s² root mean square. It depends {on}.{repeats}",
+        small(missing.rms)
+    )
 }
 
-/// A value of a quantity with its unit.
-fn at(value: f64, unit: &str) -> String {
-    let digits = if value.abs() >= 100.0 {
-        0
-    } else if value.abs() >= 1.0 {
-        1
-    } else {
-        3
-    };
-    let unit = if unit == "-" { "" } else { unit };
-    format!("{value:.digits$} {unit}").trim_end().to_owned()
-}
-
-fn left(text: &mut String, outcome: &Outcome) -> std::fmt::Result {
+fn left(text: &mut String, outcome: &Outcome) {
     for left in &outcome.left_over {
-        let formula = left.formula.as_ref().map_or(String::new(), |f| format!("; {f}"));
+        let formula =
+            left.formula.as_ref().map_or(String::new(), |f| format!("; about {f} [SI], a description and no cause"));
         let kind = left.kind.replace('_', " ");
         let (size, place) = (small(left.size), &left.r#where);
         // Here the words that follow say what the number is; elsewhere the kind does.
@@ -391,19 +300,4 @@ fn left(text: &mut String, outcome: &Outcome) -> std::fmt::Result {
         };
         text.push_str(&wrapped(0, 2, &line));
     }
-    match &outcome.formula {
-        Some(formula) => text.push_str(&wrapped(
-            0,
-            2,
-            &format!(
-                "Shortest formula for it: {} [SI]; explains {:.0} % of it where it was fitted, {:.0} % where it was not. A \
-                 description, not a cause.",
-                formula.equation(),
-                100.0 * formula.explained,
-                100.0 * formula.explained_held_out
-            ),
-        )),
-        None => text.push_str("No short formula in s, v, dv, a_l and grade describes it.\n"),
-    }
-    Ok(())
 }
