@@ -29,7 +29,7 @@
 //!
 //! [`Calibration::evaluate_on`] makes an [`Evaluator`], which scores populations for an optimiser of one's own, and has residuals and
 //! normal equations for a solver of least squares; [`Fleet`] calibrates thousands of
-//! pairs; [`Diagnosis`] says what a model lacks; [`Study`] computes what a plan says, in a folder. A model is a [`Variant`], whose
+//! pairs; [`Diagnosis`] finds what a model lacks; [`Study`] runs a plan in a folder. A model is a [`Variant`], whose
 //! base may be a [`Law`] of one's own. What they share is [`Drive`], a measured follower, which [`Reading`] says how to read.
 //!
 //! # Features
@@ -55,7 +55,7 @@ pub use api::{
 };
 pub use study::table::{Column, Table, Values};
 
-/// The rooms of the library, which the tests, benches and examples of this repository look into. They may change with any version.
+/// Internal modules, public for the tests, benches and examples of this repository. They may change in any version.
 #[doc(hidden)]
 #[path = "."]
 pub mod internal {

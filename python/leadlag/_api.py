@@ -354,7 +354,7 @@ def diagnose(
     """What the best simulation with ``base`` still gets wrong, which cause explains it, and what it is worth on drives that it was not fitted to.
 
     ``drives`` and ``holdout``: one drive or several, as of :func:`calibrate`; options of reading are those of :func:`read`. Without ``holdout`` the last
-    third of each drive is held back. ``base``: a model as :func:`calibrate` takes it. ``effort``: ``"quick"`` (some seconds), ``"normal"`` (about a minute)
+    third of each drive is held back. ``base``: a model as :func:`calibrate` takes it. ``effort``: ``"quick"`` (about 20 s of CPU per drive of 15 minutes), ``"normal"`` (twice that)
     or ``"thorough"``. ``causes``: WGSL files, or pairs ``(name, text)``, that are tried beside the built-in ones. ``bounds``: as of :func:`calibrate`, in place
     of those of the diagnosis; they may name parameters of causes. ``correct``: correct faults of the data where they can be. ``progress``: whether a bar
     is shown.

@@ -59,7 +59,7 @@ pub fn origin<'a>(given: &[String], followers: impl IntoIterator<Item = (&'a str
         }
         None if followers.iter().any(|(_, driver)| driver.is_some()) => format!("{acc}, for the file says who drives"),
         None => format!("{acc}, for the follower is known as a car with adaptive cruise control"),
-        Some(_) => format!("{acc}, for nothing says who drives; --bounds human is for human drivers"),
+        Some(_) => format!("{acc}, because the driver is unknown; use --bounds human for human drivers"),
     }
 }
 

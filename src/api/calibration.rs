@@ -155,7 +155,7 @@ impl Calibration {
         Ok(self)
     }
 
-    /// The one seed of all random numbers; 1 by default.
+    /// Seed of all random numbers; 1 by default.
     #[must_use]
     pub fn seed(mut self, seed: u64) -> Calibration {
         self.search.seed = seed;

@@ -143,7 +143,7 @@ impl Loading {
             if let Some(trained) = trained.iter().find(|other| other.overlap(&samples)) {
                 let held = &entry.path;
                 return Err(Usage(format!(
-                    "--holdout {held}: it is trained on, as {trained}; take it out of one of the two"
+                    "--holdout {held}: also given for training, as {trained}; remove one of them"
                 ))
                 .into());
             }
@@ -287,7 +287,7 @@ impl Diagnosis {
         Diagnosis { base, effort, seed: 1, causes, bounds: Vec::new(), single: Overrides::new(), correct: false }
     }
 
-    /// How hard to search: `quick` (some seconds), `normal` (about a minute, the default) or `thorough`.
+    /// Search effort: `quick` (about 20 s of CPU per drive of 15 minutes), `normal` (twice that, the default) or `thorough`.
     ///
     /// # Errors
     /// When there is no such effort.
@@ -297,7 +297,7 @@ impl Diagnosis {
         Ok(self)
     }
 
-    /// The one seed of all random numbers; 1 by default.
+    /// Seed of all random numbers; 1 by default.
     #[must_use]
     pub fn seed(mut self, seed: u64) -> Diagnosis {
         self.seed = seed;

@@ -1,4 +1,4 @@
-//! What a user of the library asks for, in the words of the field: read a drive, calibrate a model on it, simulate the result on another
+//! The public interface: read a drive, calibrate a model, simulate the result on another
 //! drive, score a population, diagnose. The command line and the Python package are built on it.
 
 pub(crate) mod bounds;

@@ -20,9 +20,9 @@ use std::path::{Path, PathBuf};
 pub struct Reading {
     /// Layout of the file; `None`: by its header.
     pub layout: Option<Layout>,
-    /// Column map of a table of another layout, in place of a layout: the name of one that is built in, or a file of one's own.
+    /// Column map of a table of another layout, in place of a layout: the name of one that is built in, or your own file.
     pub columns: Option<String>,
-    /// Trajectory id, in files that hold several, or several ids with commas between them.
+    /// Trajectory id in a file with several, or several ids separated by commas.
     pub trajectory: Option<String>,
     /// Segment between long gaps, from 1; `None`: the longest.
     pub segment: Option<u32>,
@@ -38,7 +38,7 @@ pub struct Reading {
     pub resample_s: Option<f64>,
     /// Whether what the check of the data finds is corrected, where it can be.
     pub correct: bool,
-    /// What the spacing is anchored to where measured gap and speeds contradict each other.
+    /// Anchor of the spacing if the measured spacing and the speeds contradict each other.
     pub reconcile: Reconcile,
     /// The follower's car: a built-in vehicle or `FILE#NAME`; `None`: by its name in the file.
     pub vehicle: Option<String>,

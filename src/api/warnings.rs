@@ -99,7 +99,7 @@ fn drivers(overrides: &Overrides, loaded: &[&Trajectory]) -> Vec<String> {
     if !human.is_empty() && overrides.is_empty() {
         let all = paths(&human);
         said.push(format!(
-            "{all}: a human drives, as the file says, but the bounds are those of cars with ACC; --bounds human has others"
+            "{all}: the file names a human driver, but these bounds are for ACC cars; use --bounds human"
         ));
     }
     let machine = loaded.iter().find(|one| one.driver().is_some_and(|driver| !is_human(driver)));
@@ -123,7 +123,7 @@ fn level_road(model: &Variant, overrides: &Overrides, loaded: &[&Trajectory]) ->
         .map(|extension| match extension_named(&extension.name) {
             Some(_) => {
                 let names: Vec<&str> = extension.parameters.iter().map(|symbol| symbol.name()).collect();
-                format!("{} has no effect, and its value means nothing", names.join(", "))
+                format!("{} has no effect; its value is meaningless", names.join(", "))
             }
             // What else a text of one's own does is not known here.
             None => format!("what {} makes of the grade has no effect", extension.name),
@@ -148,7 +148,7 @@ fn off_bounds(model: &Variant, convention: Convention, overrides: &Overrides, lo
     let remedy = |which: &str| match given {
         Some([lower, upper]) if lower == upper => format!("--fix or the file of --bounds sets v_0 to {upper} m/s"),
         Some(_) => format!("in the file of --bounds, {which} changes that"),
-        None => "--bounds human (of human drivers) or --bounds FILE.toml with `v_0 = [LOWER, UPPER]` changes that"
+        None => "to change this, use --bounds human (human drivers) or --bounds FILE.toml with `v_0 = [LOWER, UPPER]`"
             .to_owned(),
     };
     let highest = |l: &Trajectory| l.v_f.iter().copied().fold(0.0, f64::max);

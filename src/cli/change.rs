@@ -60,7 +60,7 @@ impl Change {
     /// Makes a file that is there already one of the new ones.
     pub fn take(&mut self, name: &str) -> anyhow::Result<()> {
         let place = self.folder.join(name);
-        ensure!(!place.is_dir(), "{}: cannot write the file, for there is a folder of this name", place.display());
+        ensure!(!place.is_dir(), "{}: cannot write the file because a folder has this name", place.display());
         let written = File::options().append(true).open(self.new_files().join(name)).and_then(|file| file.sync_all());
         written.with_context(|| format!("{}: cannot write the file", place.display()))?;
         self.names.push(name.to_owned());

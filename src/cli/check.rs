@@ -22,7 +22,7 @@ pub struct Args {
     /// Laws and extensions: one WGSL file each; built-in ones by name
     #[arg(required = true, value_name = "FILE.wgsl")]
     files: Vec<PathBuf>,
-    /// Show the acceleration that a law commands over spacing, speed and speed difference, with parameters in the middle of their bounds
+    /// Plot the commanded acceleration of a law over spacing, speed and speed difference, with parameters at mid-range
     #[arg(long, conflicts_with = "json")]
     plot: bool,
     /// Print JSON

@@ -17,10 +17,10 @@ pub struct DataArgs {
     pub layout: Option<Layout>,
     #[arg(long, value_name = "NAME|FILE.toml", conflicts_with = "layout", help = columns_help())]
     pub columns: Option<String>,
-    /// Trajectory id, in files that hold several, or several ids with commas between them
+    /// Trajectory id in a file with several, or several ids separated by commas
     #[arg(long, value_name = "ID")]
     pub trajectory: Option<String>,
-    /// Segment between long gaps, from 1, as `leadlag inspect` lists them [default: the longest]
+    /// Number of the segment, as listed by `leadlag inspect` [default: the longest]
     #[arg(long, value_name = "K", value_parser = whole(1, u32::MAX), allow_negative_numbers = true)]
     pub segment: Option<u32>,
     /// First time to use, in the file's own seconds
@@ -29,7 +29,7 @@ pub struct DataArgs {
     /// Last time to use, in the file's own seconds
     #[arg(long, value_name = "T", value_parser = finite, allow_negative_numbers = true)]
     pub to: Option<f64>,
-    /// Missing samples are interpolated over at most this many seconds; longer gaps split the file
+    /// Interpolate missing samples over at most this many seconds; longer interruptions split the file
     #[arg(long, value_name = "S", default_value_t = 1.0, value_parser = real(Preparation::MAX_GAP_S, "s"),
           allow_negative_numbers = true)]
     pub max_gap: f64,
@@ -39,10 +39,10 @@ pub struct DataArgs {
     /// Resample to this time step, in seconds
     #[arg(long, value_name = "DT", value_parser = real(Preparation::RESAMPLE_S, "s"), allow_negative_numbers = true)]
     pub resample: Option<f64>,
-    /// Correct what is wrong with the data, where it can be, before going on
+    /// Correct faults of the data where possible
     #[arg(long)]
     pub correct: bool,
-    /// What the spacing is anchored to where measured gap and speeds contradict each other
+    /// Anchor of the spacing if the measured spacing and the speeds contradict each other
     #[arg(long, value_enum, default_value_t = ReconcileArg::Gap)]
     pub reconcile: ReconcileArg,
     /// The follower: a built-in vehicle or FILE#NAME [default: by its name in the file]
@@ -63,15 +63,15 @@ pub struct DataArgs {
 pub fn columns_help() -> String {
     let shipped: Vec<&str> = ColumnMap::shipped().iter().map(|(name, _)| *name).collect();
     let shipped = shipped.join(", ");
-    format!("Column map of a table of another layout: {shipped} (`leadlag list columns`), or a file of one's own")
+    format!("Column map of a table of another layout: {shipped} (`leadlag list columns`), or your own file")
 }
 
 /// What the spacing is anchored to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum ReconcileArg {
-    /// The measured gap; the position of the preceding vehicle follows from it
+    /// The measured spacing; the position of the preceding vehicle is derived from it
     Gap,
-    /// The integrated speed difference, from the first gap on
+    /// The integrated speed difference, starting from the first measured spacing
     Speeds,
 }
 

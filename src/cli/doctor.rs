@@ -111,7 +111,7 @@ fn text(adapters: &[Adapter], found: &[Probe], chosen: Option<&Adapter>) -> Resu
     for Probe { name, status, detail } in found {
         text += &wrapped(2, 30, &format!("{status:<8}{name:<20}{detail}"));
     }
-    text += "\nok: as it should be; trap: not so, but taken care of; fail: do not trust it.\n";
+    text += "\nok: correct; trap: wrong, but leadlag works around it; fail: unreliable.\n";
     text += "\nWhat is safe on this adapter\n\n";
     for mode in modes(found) {
         let answer = if mode.safe { "yes" } else { "NO" };

@@ -48,10 +48,10 @@ pub struct Args {
     /// Smooth as the paper's authors did: two Savitzky-Golay passes, 51 points, cubic
     #[arg(long)]
     smooth: bool,
-    /// Correct what is wrong with the data, where it can be, before going on
+    /// Correct faults of the data where possible
     #[arg(long)]
     correct: bool,
-    /// Add the f64 value of NRMSE(s,v,a) in a column of its own
+    /// Add a column with NRMSE(s,v,a) in f64
     #[arg(long)]
     rescore: bool,
     /// Write the table here [default: stdout]

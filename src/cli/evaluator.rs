@@ -33,7 +33,7 @@ pub enum Choice {
     Reference,
     /// Blocks of candidates on the CPU
     Lanes,
-    /// The GPU, a software one included; never the CPU instead
+    /// The GPU, including a software one; never falls back to the CPU
     Gpu,
 }
 
@@ -41,7 +41,7 @@ pub enum Choice {
 pub enum PrecisionArg {
     /// f32
     Plain,
-    /// f32 that carries on what it rounds away
+    /// f32 with compensated rounding errors
     Compensated,
     /// f64, on lanes only
     F64,

@@ -25,7 +25,7 @@ pub struct Args {
 
 #[derive(Debug, clap::Subcommand)]
 enum Command {
-    /// Write a vehicle type for SUMO, and measure by running it what is lost
+    /// Write a vehicle type for SUMO, and run SUMO to measure the difference
     #[command(after_help = "Examples:
   leadlag export sumo fit
   leadlag export sumo fit --sumo /usr/share/sumo --json
@@ -47,7 +47,7 @@ struct SumoArgs {
     /// The program sumo, or the folder it is installed in [default: SUMO_HOME, else on the path]
     #[arg(long, value_name = "PATH", conflicts_with = "no_run")]
     sumo: Option<PathBuf>,
-    /// Only write the vehicle type; what is lost is then said, not measured
+    /// Only write the vehicle type; differences are listed but not measured
     #[arg(long)]
     no_run: bool,
     /// Print JSON
@@ -174,7 +174,7 @@ fn text(result: &ResultFile, vtype: &VehicleType, export: &Export, place: &Path)
         }
     }
     let Some(version) = &export.sumo else {
-        text += "  what is lost was not measured (--no-run)\n";
+        text += "  the difference from leadlag was not measured (--no-run)\n";
         return text;
     };
     for (loss, data) in export.loss.iter().zip(&result.data) {
@@ -196,7 +196,7 @@ fn text(result: &ResultFile, vtype: &VehicleType, export: &Export, place: &Path)
             loss.nrmse_sva, loss.sumo_nrmse_sva
         );
         if loss.collision {
-            text += "  the follower of SUMO ran into its leader\n";
+            text += "  the follower in SUMO collided with its leader\n";
         }
     }
     text

@@ -21,7 +21,7 @@ pub struct Args {
     /// With --columns: only the pairs in which this vehicle follows
     #[arg(long, value_name = "ID", requires = "columns")]
     follower: Option<String>,
-    /// Only these trajectories of files that hold several, by their ids with commas between them
+    /// Only these trajectories of a file with several (ids separated by commas)
     #[arg(long, value_name = "ID")]
     trajectory: Option<String>,
     /// Length of the vehicle ahead in m, where a column map has none
@@ -77,7 +77,7 @@ fn one(file: &Path, args: &Args, map: Option<&ColumnMap>) -> anyhow::Result<Insp
     if let Some(id) = &args.follower
         && !recording.keep_follower(id)
     {
-        let message = format!("--follower {id}: it follows nobody in {}", file.display());
+        let message = format!("--follower {id}: it has no car ahead in {}", file.display());
         return Err(Usage(message).into());
     }
     Ok(inspect(&recording))

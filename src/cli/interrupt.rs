@@ -6,7 +6,7 @@ static ASKED: AtomicBool = AtomicBool::new(false);
 
 /// Watches for Ctrl-C and SIGTERM from now on.
 pub fn watch() {
-    watch_saying("what was found so far is kept");
+    watch_saying("results so far are kept");
 }
 
 /// The same, with what becomes of what was found so far.

@@ -42,7 +42,7 @@ enum Topic {
     Parameters,
     /// Built-in laws: base models that are not of the paper
     Laws,
-    /// Built-in causes: what a car may do and no base model does
+    /// Built-in causes: effects that the base models lack
     Causes,
     /// Built-in vehicles
     Vehicles,

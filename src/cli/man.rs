@@ -8,7 +8,7 @@ use std::path::PathBuf;
   leadlag man | man -l -
   leadlag man --out ~/.local/share/man/man1")]
 pub struct Args {
-    /// Folder for one page per verb, leadlag.1, leadlag-calibrate.1, ... [default: the first of them to stdout]
+    /// Folder for one page per command: leadlag.1, leadlag-calibrate.1, ... [default: print leadlag.1]
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
 }

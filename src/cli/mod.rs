@@ -77,7 +77,7 @@ struct Cli {
     #[arg(long, global = true, help_heading = GLOBAL, value_name = "N", allow_negative_numbers = true,
           value_parser = number::whole(1_u16, 1024))]
     threads: Option<u16>,
-    /// No progress, hints and warnings on stderr; errors are still shown
+    /// Suppress progress, hints and warnings on stderr; errors still appear
     #[arg(short, long, global = true, help_heading = GLOBAL)]
     quiet: bool,
     #[command(subcommand)]
@@ -86,7 +86,7 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Show what a measured file contains: vehicles, spans, sampling, noise, gaps, contradictions
+    /// Show the contents of a measured file: vehicles, time spans, sampling, noise, missing samples, contradictions
     #[command(after_help = "Examples:
   leadlag inspect drive.csv
   leadlag inspect *.csv --json
@@ -104,7 +104,7 @@ enum Command {
   leadlag simulate other.csv --follower 1 --result fit/result.json --out check
   leadlag simulate platoon.csv --platoon --result fit --out platoon")]
     Simulate(simulate::Args),
-    /// Score parameter vectors that are given as rows of a table
+    /// Score the parameter vectors in the rows of a table
     #[command(after_help = "Examples:
   leadlag evaluate cases.csv --data folder --out scores.csv
   leadlag evaluate cases.csv --data folder --convention authors -o scores.csv")]
@@ -114,15 +114,15 @@ enum Command {
   leadlag study plan plan.toml --out study && leadlag study run study
   leadlag study merge study && leadlag study report study")]
     Study(study::Args),
-    /// Show what the data and a simulation get wrong, name the cause, and measure what it is worth
+    /// Check the data, find what a model lacks, and measure the gain of adding it
     Diagnose(Box<diagnose::Args>),
     /// Write a calibration, a study or a diagnosis as one HTML file
     Report(report::Args),
-    /// Write a result for another program: SUMO
+    /// Export a result to another program (SUMO)
     #[command(after_help = "Example:
   leadlag export sumo fit --no-run --out types")]
     Export(export::Args),
-    /// Check extensions of one's own: WGSL files
+    /// Check your own extensions (WGSL files)
     Check(check::Args),
     /// List variants, parameters, causes, vehicles, goodness-of-fit functions, conventions, column maps
     #[command(after_help = "Examples:
@@ -130,12 +130,12 @@ enum Command {
   leadlag list parameters --model 31 --vehicle bmw_x5
   leadlag list causes --json")]
     List(list::Args),
-    /// Print a column map that is part of the program, to begin one's own with
+    /// Print a built-in column map, as a template for your own
     #[command(after_help = "Example:
   leadlag columns ngsim > mine.toml")]
     Columns(columns::Args),
     #[cfg(feature = "gpu")]
-    /// Show which GPUs and drivers there are, and what to mind with them
+    /// List GPUs and drivers, with known problems
     #[command(after_help = "Examples:
   leadlag doctor
   leadlag doctor --json")]
@@ -145,9 +145,9 @@ enum Command {
   leadlag bench --quick
   leadlag bench --model idm --data drive.csv --follower 1 --json")]
     Bench(bench::Args),
-    /// Write a synthetic five-car platoon whose truth is known
+    /// Generate a synthetic platoon of five cars with known parameters
     Synth(synth::Args),
-    /// Hide something in a synthetic platoon, and find it from its files alone: no data needed
+    /// Plant an effect in a synthetic platoon and find it from the files alone; needs no data
     #[command(after_help = "Examples:
   leadlag demo --out demo
   leadlag demo --hide dead_zone --seed 3 --out demo")]

@@ -28,7 +28,7 @@ pub struct Args {
     /// follower in order. Of a folder of calibrate --all, or its parameters.csv, the row of the driver that --follower or --trajectory names
     #[arg(long, required = true, value_name = "RESULT")]
     result: Vec<PathBuf>,
-    /// The follower: 1 is right behind the platoon leader; with --columns the id of a vehicle [default: the only one]
+    /// Position of the follower (1 is directly behind the platoon leader); with --columns, a vehicle id [default: the only one]
     #[arg(long, value_name = "N|ID", conflicts_with = "platoon", allow_negative_numbers = true)]
     follower: Option<String>,
     /// Simulate all followers, each behind the simulated car ahead
@@ -90,7 +90,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     };
     if calibrated.len() != 1 && calibrated.len() != followers.len() {
         let one_each = match (args.platoon, followers.len()) {
-            (false, _) => "one, for one follower is simulated; --platoon simulates all".to_owned(),
+            (false, _) => "one, because only one follower is simulated; --platoon simulates all".to_owned(),
             (true, 1) => format!("one, for {} has 1 follower", args.file.display()),
             (true, n) => format!("one for all, or one for each of the {n} followers of {}", args.file.display()),
         };
@@ -109,7 +109,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         let follows = ahead.is_some();
         if let Some(ahead) = ahead {
             if ahead.outcome.result.is_err() {
-                eprintln!("warning: the platoon ends here, for the car ahead did not get to the end of its run");
+                eprintln!("warning: the platoon ends here because the simulation of the car ahead ended early");
                 break;
             }
             let leads = Ahead { case: &ahead.case, t: &ahead.loaded.trajectory.t, trace: &ahead.trace };
@@ -184,7 +184,7 @@ fn load(
     }
     let now = Treatment::of(&loaded.trajectory);
     if let Some(then) = model.treatment.as_ref().filter(|then| **then != now) {
-        eprintln!("warning: {path} was calibrated on data treated otherwise: {then}; now: {now}");
+        eprintln!("warning: {path} was calibrated on data prepared differently: {then}; now: {now}");
     }
     Ok(loaded)
 }

@@ -28,10 +28,10 @@ pub struct Args {
     /// Folder for platoon.csv (layout astazero-rebuilt), Slope.csv (the road) and truth.json
     #[arg(short, long, value_name = "DIR", required_unless_present = "list_effects")]
     pub out: Option<PathBuf>,
-    /// The one seed of all random numbers
+    /// Seed of all random numbers
     #[arg(long, default_value_t = 1, value_parser = seed, allow_negative_numbers = true)]
     pub seed: u64,
-    /// Decides the road instead of --seed: drives that have it in common go over the same hills
+    /// Seed of the road, instead of --seed; drives with the same road seed share the road
     #[arg(long, value_name = "SEED", value_parser = seed, allow_negative_numbers = true)]
     pub road_seed: Option<u64>,
     /// Length of the drive in s [default: 600, or as long as the record of --leader]
@@ -40,20 +40,20 @@ pub struct Args {
     /// Draw the follower's parameters from the seed instead of taking those of the default platoon
     #[arg(long, value_parser = bases())]
     pub base: Option<Base>,
-    /// The follower that --base, --effect and --gusts are for: 1 is right behind the platoon leader
+    /// Follower for --base, --effect and --gusts; 1 is directly behind the platoon leader
     #[arg(long, default_value_t = 1, value_parser = whole(1_u8, FOLLOWERS), allow_negative_numbers = true)]
     pub follower: u8,
-    /// Something that no base model knows, with its parameters or of medium size; may be repeated
+    /// Effect to plant, with its parameters or of medium size; may be repeated
     #[arg(long, value_name = "NAME[:P=V,...]", value_parser = effect)]
     pub effect: Vec<Effect>,
-    /// Make each effect as strong as it takes to change the follower's speed by this much
+    /// Scale each effect so that it changes the follower's speed by this amount
     #[arg(long, value_name = "weak|medium|M/S", value_parser = amplitude, requires = "effect",
           allow_negative_numbers = true)]
     pub amplitude: Option<f64>,
     /// How the platoon leader drives: cruise, stop-and-go, restless, or as the first car of a measured FILE
     #[arg(long, value_name = "KIND|FILE", default_value = "cruise")]
     pub leader: String,
-    /// Standard deviation of the noise of all gaps in m [default: 0.0005]
+    /// Standard deviation of the spacing noise in m [default: 0.0005]
     #[arg(long, value_name = "M", conflicts_with = "no_noise", value_parser = real(Scenario::NOISE, "m"),
           allow_negative_numbers = true)]
     pub gap_noise: Option<f64>,
@@ -70,7 +70,7 @@ pub struct Args {
     /// Also write a pair file for each follower: pair_follower1.csv, ...
     #[arg(long)]
     pub pairs: bool,
-    /// List the effects with their parameters, and do nothing else
+    /// List the effects with their parameters and exit
     #[arg(long)]
     pub list_effects: bool,
 }

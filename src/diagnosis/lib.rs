@@ -1,4 +1,4 @@
-//! What a model lacks: search and judgement of causes, closed loop, recommendation, and the files of results.
+//! Diagnosis of a model: search and decision about causes, the race, and result files.
 //!
 //! Part of leadlag. Its interface may change with any version; depend on `leadlag`.
 

@@ -158,7 +158,7 @@ fn write_parameters(text: &mut String, result: &ResultFile) -> std::fmt::Result 
             0,
             2,
             &format!(
-                "{AT_BOUND}: the data want more than the bounds allow, or do not care; {human}--bounds FILE.toml widens them \
+                "{AT_BOUND}: the data favour values beyond the bounds or do not determine the parameter; {human}--bounds FILE.toml widens them \
                  (docs/FIRST_CALIBRATION.md, \"Bounds for your car\")"
             ),
         ));
@@ -201,7 +201,7 @@ fn write_identifiability(
         writeln!(text, "{OPEN}")?;
     }
     if known.clone().any(|k| !k.determined) {
-        writeln!(text, "{UNDETERMINED}: the interval would hold more than half of the bounds")?;
+        writeln!(text, "{UNDETERMINED}: the interval would cover more than half of the range")?;
     }
     if let Some(note) = &identifiability.note {
         text.push_str(&wrapped(0, 2, note));
@@ -213,7 +213,7 @@ fn write_identifiability(
 pub(super) const UNDETERMINED: &str = "not determined";
 
 /// What parentheses around the end of an interval mean.
-pub(super) const OPEN: &str = "in parentheses: the bound of the search; the data do not end the interval there";
+pub(super) const OPEN: &str = "in parentheses: a bound of the search, not a limit set by the data";
 
 /// The other parameter with the strongest correlation, if it is above 0.5.
 pub(super) fn partner(correlation: &CorrelationEntry, name: &str) -> Option<String> {

@@ -233,7 +233,7 @@ fn a_base_that_crashes_and_a_likelier_one_are_told_in_text_and_page() {
     // What the terminal marks as at its bound, the page does, too.
     assert!(text.contains("at its bound") && page.contains("<td>at its bound</td>"), "{text}");
     // No crash, no words about one, and no key.
-    let [text, page] = said(&self::outcome(serde_json::json!({})));
+    let [_, page] = said(&self::outcome(serde_json::json!({})));
     assert!(!page.contains("runs into the car ahead") && !page.contains("broken_off"));
 }
 
@@ -265,7 +265,7 @@ fn the_verdict_and_whole_drives_agree_in_what_comes_first() {
             "headway_mode_change",
             &tested,
             None,
-            [once, "What happens at one time only, whole drives cannot test: do not use it for other drives.", falls],
+            [once, "Whole drives cannot test an effect that occurs only once: do not use it for other drives.", falls],
         ),
         (
             "dead_zone",
@@ -295,10 +295,10 @@ fn a_rival_stands_beside_its_own_cause() {
     for (instead_of, said_as, place) in [
         (
             Some("dead_zone"),
-            "lacks grade, and either dead_zone or periodic (these data cannot tell which).",
+            "lacks grade, and either dead_zone or periodic (these data do not distinguish them).",
             "dead_zone",
         ),
-        (None, "lacks either grade or periodic (these data cannot tell which), and dead_zone.", "grade"),
+        (None, "lacks either grade or periodic (these data do not distinguish them), and dead_zone.", "grade"),
     ] {
         let [text, page] = said(&outcome(serde_json::json!({
             "verdict": "ambiguous", "causes": [cause("grade", None), cause("dead_zone", None)],
@@ -320,7 +320,7 @@ fn a_recommendation_without_a_name_is_the_answer() {
         "confidence_set": [], "collisions": {"base": 0, "extended": 0}
     });
     let [text, page] = said(&outcome(serde_json::json!({ "verdict": "helps", "recommended": recommended })));
-    let first = "An extension follows unseen drives better than idm+delay; these drives do not tell what the car does.";
+    let first = "An extension follows unseen drives better than idm+delay; these drives do not identify the cause.";
     let then = "Recommended: idm+delay with dead_zone (small errors of the gap are not corrected).";
     assert!(text.starts_with(&format!("In short -------- {first} {then} With it the error")), "{text}");
     assert!(page.contains(&format!("<strong>{first}</strong> {then}</p>")), "{page}");
@@ -333,7 +333,7 @@ fn the_base_on_what_is_held_back_is_always_told() {
     let drives = [entry("b.csv follower 1", Some([5.25, 0.75, 0.5])), entry("c.csv follower 1", None)];
     let [text, page] = said(&outcome(serde_json::json!({ "base_held_back": drives })));
     assert!(text.contains("b.csv follower 1 5.250 m 0.750 m/s 0.500 m/s² 0.7500"), "{text}");
-    assert!(text.contains("c.csv follower 1: the run does not come to the end"), "{text}");
+    assert!(text.contains("c.csv follower 1: the simulation ends early"), "{text}");
     assert!(page.contains("The base model on the drives held back") && page.contains(">5.25<"), "{page}");
     let [text, page] = said(&outcome(serde_json::json!({})));
     assert!(!text.contains("on the drives held back") && !page.contains("on the drives held back"));
@@ -347,7 +347,7 @@ fn data_that_contradict_themselves_come_before_the_verdict() {
         serde_json::json!([{"name": "inconsistent", "car": "both", "signal": "gap", "value": 62.0, "unit": unit, "interval": null,
             "file": "a.csv", "when_s": [], "sentence": "the gap jumps", "correction": null}])
     };
-    let nothing = "NOTHING IS MISSING that these drives show no cause passes";
+    let nothing = "NOTHING: these drives show no error of the model no cause passes";
     for (fields, first) in [
         (serde_json::json!({ "data": data }), Some("The units of the data contradict each other (section 1)")),
         (
@@ -365,10 +365,10 @@ fn data_that_contradict_themselves_come_before_the_verdict() {
         let Some(first) = first else {
             assert!(text.contains(nothing) && !text.contains("DATA FIRST"), "{text}");
             let (_, lead) = page.split_once("<p class=\"verdict").expect("a verdict");
-            assert!(lead.split("</p>").next().is_some_and(|lead| lead.contains("is enough for these drives")));
+            assert!(lead.split("</p>").next().is_some_and(|lead| lead.contains("describes these drives sufficiently")));
             continue;
         };
-        let (before, verdict) = text.split_once("For what it is worth: ").expect("a verdict that is not relied on");
+        let (before, verdict) = text.split_once("Tentative verdict: ").expect("a verdict that is not relied on");
         assert!(
             before.contains("THE DATA FIRST. ") && before.contains(first) && verdict.contains("no cause passes"),
             "{text}"

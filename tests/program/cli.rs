@@ -162,7 +162,7 @@ fn ctrl_c_keeps_the_calibration_in_flight_and_names_the_files_left_out() {
         assert!(sent.success());
         let output = run.wait_with_output().expect("it ends");
         assert_eq!(output.status.code(), Some(1));
-        assert!(stderr(&output).contains("stopping: what was found so far is kept"), "{signal}: {}", stderr(&output));
+        assert!(stderr(&output).contains("stopping: results so far are kept"), "{signal}: {}", stderr(&output));
         let left = format!("interrupted: not calibrated: {}; the same command", text(&files[1]));
         assert!(stderr(&output).contains(&left), "{}", stderr(&output));
         assert!(first.join("result.json").exists() && !out.join("pair_follower3_follower1").exists());

@@ -24,7 +24,7 @@ fn json(path: &Path) -> Value {
 
 /// The last lines agree with the files, and the report carries the diagnosis.
 fn check_ending(said: &str, folder: &Path) -> Value {
-    let ending = said.split("== What was found, and what had been hidden").nth(1).expect("an ending");
+    let ending = said.split("== Planted effect and result").nth(1).expect("an ending");
     for words in [
         "found ",
         "hidden ",

@@ -20,10 +20,10 @@ pub struct Args {
     /// Thirty cases of 5 minutes with little searching, instead of all of 15 minutes
     #[arg(long)]
     quick: bool,
-    /// Only the first so many cases; they are shuffled
+    /// Number of cases, in shuffled order
     #[arg(long, value_name = "N")]
     cases: Option<usize>,
-    /// Decides everything that is planted
+    /// Seed of the planted effects
     #[arg(long, value_name = "SEED", default_value_t = 1, value_parser = whole(0, LARGEST_SEED), allow_negative_numbers = true)]
     seed: u64,
     /// Length of a drive in seconds [default: 900, with --quick 300]
@@ -38,13 +38,13 @@ pub struct Args {
     /// Only this case, by the seed of its own that the journal has; may be given several times
     #[arg(long, value_name = "SEED")]
     case: Vec<u64>,
-    /// How hard to search [default: normal, with --quick quick]
+    /// Search effort [default: normal, with --quick quick]
     #[arg(long, value_name = "EFFORT", value_parser = ["quick", "normal", "thorough"])]
     effort: Option<String>,
-    /// Only which causes are named, without what is recommended in closed loop: four times as quick
+    /// Only the names, without the race; four times as fast
     #[arg(long)]
     names_only: bool,
-    /// Finished cases are kept in this file; the same command goes on where it was stopped
+    /// Journal of finished cases; repeat the command to resume
     #[arg(long, value_name = "FILE", default_value = "diagnosis.jsonl")]
     journal: PathBuf,
     /// Write tables and pictures into this Markdown page, between two lines that mark the place, and the pictures into `images` beside it

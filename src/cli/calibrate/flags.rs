@@ -16,17 +16,17 @@ use std::time::Duration;
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Measured files; several are calibrated one by one, unless --joint. With --all also folders of them
+    /// Measured files, calibrated one by one unless --joint is given; with --all also folders
     #[arg(required = true, value_name = "FILE")]
     pub files: Vec<PathBuf>,
-    /// The follower: 1 is right behind the platoon leader; with --columns the id of a vehicle [default: the only one]
+    /// Position of the follower (1 is directly behind the platoon leader); with --columns, a vehicle id [default: the only one]
     #[arg(long, value_name = "N|ID", allow_negative_numbers = true)]
     pub follower: Option<String>,
-    /// Variant by id (1 to 90) or name, such as gipps+delay+linear+mfc; a law of `leadlag list laws`, or a file of one's own with one, such as
+    /// Variant by id (1 to 90) or name, such as gipps+delay+linear+mfc; a law of `leadlag list laws`, or your own law in a file, such as
     /// my_law.wgsl+delay; with --all several, each with a --model
     #[arg(long = "model", required = true, value_name = "MODEL", value_parser = known)]
     pub models: Vec<String>,
-    /// What the model has beyond its variant: a built-in cause (`leadlag list causes`) or a file of one's own; may be
+    /// Extension of the variant: a built-in cause (`leadlag list causes`) or your own file; may be
     /// given several times
     #[arg(long, value_name = "NAME|FILE.wgsl")]
     pub extend: Vec<String>,
@@ -36,14 +36,14 @@ pub struct Args {
     /// One parameter set for all files
     #[arg(long)]
     pub joint: bool,
-    /// Every leader-follower pair of all files, each by itself: one table of parameters. The same command goes on with what was interrupted
+    /// Calibrate every leader-follower pair separately, into one table of parameters. Repeat the command to resume after an interruption
     #[arg(long, conflicts_with_all = ["joint", "plot", "segment", "replicates"])]
     pub all: bool,
-    /// With --all: hold back this share of each drive, its end, or the drives of these files, each of the driver of the same id. They are scored
-    /// and not calibrated on, and models are compared by them; files may be given several times
+    /// With --all: hold back this share at the end of each drive, or the drives in these files (same driver id). They are scored
+    /// but not used for calibration, and decide between models; files may be given several times
     #[arg(long, value_name = "SHARE|FILE", requires = "all", allow_negative_numbers = true)]
     pub holdout: Vec<String>,
-    /// What is minimised: nrmse-sva, rmse-s, u-sv, ...; weights behind a colon: nrmse-sva:1,1,0.5. With --all several
+    /// Measure to minimise: nrmse-sva, rmse-s, u-sv, ...; weights after a colon: nrmse-sva:1,1,0.5. With --all, several
     #[arg(long = "gof", default_value = "nrmse-sva")]
     pub gofs: Vec<GoodnessOfFit>,
     /// paper or authors, with single rows changed behind a comma: authors,road_load=si
@@ -82,20 +82,20 @@ const EVALUATIONS_MAX: u64 = 1_000_000_000_000;
 #[derive(Debug, Clone, clap::Args)]
 #[command(next_help_heading = "Search")]
 pub struct SearchArgs {
-    /// auto (Gauss-Newton in f64 from many starts, until searches agree), lshade, cmaes, or ga: the paper's
+    /// auto (Gauss-Newton in f64 from many starts until the searches agree), lshade, cmaes, or ga (the paper's)
     #[arg(long, default_value = "auto")]
     pub optimizer: OptimizerKind,
-    /// The one seed of all random numbers
+    /// Seed of all random numbers
     #[arg(long, default_value_t = 1, value_parser = seed, allow_negative_numbers = true)]
     pub seed: u64,
     /// Independent repetitions, 1 to 100000
     #[arg(long, value_name = "R", default_value_t = 1, value_parser = whole(1, REPLICATES_MAX),
           allow_negative_numbers = true)]
     pub replicates: u64,
-    /// Candidates of a generation of ga (the paper's 100 without it), and of the first generation of lshade; 10 to 1000000
+    /// Candidates per generation of ga (default 100, as in the paper) or in the first generation of lshade; 10 to 1000000
     #[arg(long, value_name = "N", value_parser = whole(POPULATION_MIN, POPULATION_MAX), allow_negative_numbers = true)]
     pub population: Option<u64>,
-    /// Stop a replicate before it would exceed this number of simulations; at least 100 [default: 300000; with --all 2000 per parameter]
+    /// Limit of simulations per replicate, at least 100 [default: 300000; with --all 2000 per parameter]
     #[arg(long, value_name = "N", value_parser = whole(EVALUATIONS_MIN, EVALUATIONS_MAX), allow_negative_numbers = true)]
     pub max_evaluations: Option<u64>,
     /// Stop a replicate after this many generations without gain; at least 1
@@ -108,7 +108,7 @@ pub struct SearchArgs {
     /// Stop a replicate at this score
     #[arg(long, value_name = "SCORE", value_parser = finite, allow_negative_numbers = true)]
     pub target: Option<f64>,
-    /// Do not estimate confidence intervals of the parameters; saves some thousand simulations
+    /// Skip the confidence intervals of the parameters; saves several thousand simulations
     #[arg(long)]
     pub no_intervals: bool,
 }

@@ -32,7 +32,7 @@ pub fn run(args: &Args, models: &[Variant]) -> anyhow::Result<()> {
     let settings = settings(&calibrations, args.gofs.clone())?;
     folder::refuse(&args.out, folder::RESULT, "fleet")?;
     folder::refuse(&args.out, folder::DIAGNOSIS, "fleet")?;
-    interrupt::watch_saying("what was calibrated is kept; the same command goes on");
+    interrupt::watch_saying("finished calibrations are kept; repeat the command to resume");
     let inputs = files(&args.files)?;
     folder::spare(&args.out, &inputs, |name| {
         [TABLES.as_slice(), &[folder::FLEET, folder::RUN, JOURNAL]].concat().contains(&name)
@@ -55,7 +55,10 @@ pub fn run(args: &Args, models: &[Variant]) -> anyhow::Result<()> {
     let rows = fleet::run(&pairs, &settings, &journal, &interrupt::asked, &|done| bar.tell(done), warn)?;
     bar.finish();
     let done = rows.iter().flatten().count();
-    anyhow::ensure!(done == whole, "interrupted: {done} of {whole} calibrations are kept; the same command goes on");
+    anyhow::ensure!(
+        done == whole,
+        "interrupted: {done} of {whole} calibrations are kept; repeat the command to resume"
+    );
     let rows: Vec<Row> = rows.into_iter().flatten().collect();
     let names = pairs
         .iter()
@@ -116,7 +119,7 @@ fn read(args: &Args, settings: &Settings, files: &[PathBuf]) -> anyhow::Result<(
             }
             if without > 0 {
                 warn(&format!(
-                    "--holdout: nothing is held back of {without} of {usable} pairs, which compare no models"
+                    "--holdout: {without} of {usable} pairs have no data held back and do not compare models"
                 ));
             }
             Some(told)

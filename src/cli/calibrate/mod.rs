@@ -87,7 +87,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let left: Vec<&str> = loaded[results.len()..].iter().map(|one| one.trajectory.source.path.as_str()).collect();
     anyhow::ensure!(
         left.is_empty(),
-        "interrupted: not calibrated: {}; the same command with these files and another --out does the rest",
+        "interrupted; not calibrated: {}; repeat the command with these files and another --out",
         left.join(", ")
     );
     anyhow::ensure!(

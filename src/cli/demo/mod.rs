@@ -33,13 +33,13 @@ const ROAD: [&str; 2] = ["--lead-start", "0"];
   leadlag demo --hide none
   leadlag synth --list-effects      (what can be hidden)")]
 pub struct Args {
-    /// Folder for everything that the demo makes
+    /// Folder for all files of the demo
     #[arg(short, long, value_name = "DIR", default_value = "leadlag-demo")]
     out: PathBuf,
-    /// What the car has and its base model lacks: an effect of `leadlag synth --list-effects`, or none
+    /// Effect of the car that the base model lacks (see `leadlag synth --list-effects`), or none
     #[arg(long, value_name = "CAUSE[:P=V,...]|none", default_value = "grade")]
     hide: Hidden,
-    /// The one seed of all random numbers
+    /// Seed of all random numbers
     #[arg(long, default_value_t = 1, value_parser = super::number::seed, allow_negative_numbers = true)]
     seed: u64,
     /// Length of the drive in s; a short one shows less
@@ -112,7 +112,7 @@ impl Demo {
         let base = self.calibrate("base", &[])?;
         tell::line(&tell::calibrated(&base))?;
 
-        tell::step("2. What does it get wrong, and why?")?;
+        tell::step("2. Diagnose the model")?;
         let (slope, folder) = (self.path("Slope.csv"), self.path("diagnosis"));
         let words = ["diagnose", "--data", &platoon, "--follower", &self.follower, "--grade", &slope];
         let more = ["--base", BASE, "--effort", "quick", "--seed", &self.seed, "--out", &folder];
@@ -125,10 +125,10 @@ impl Demo {
         let causes: Vec<String> =
             outcome.causes.iter().filter(|_| named).map(|c| self.path(&format!("diagnosis/{}.wgsl", c.name))).collect();
         if !causes.is_empty() {
-            tell::step("3. Extend the model by what was named, and calibrate it on the same two thirds")?;
+            tell::step("3. Add the named cause and calibrate on the same two thirds")?;
             let extended = self.calibrate("extended", &causes)?;
             tell::line(&tell::calibrated(&extended))?;
-            tell::step("4. Both on the last third, on which they were not calibrated")?;
+            tell::step("4. Compare both models on the last third, which was held back")?;
             for (score, (model, causes)) in held_back.iter_mut().zip([("base", &[][..]), ("extended", &causes)]) {
                 *score = self.simulate(model, causes)?;
                 tell::line(&tell::held_back(model, *score))?;

@@ -81,14 +81,14 @@ pub fn verdict(outcome: &Outcome) -> String {
         Verdict::Ambiguous => {
             format!("one of several: {}, {}", names(causes), names(&outcome.confounded_with))
         }
-        Verdict::Nothing => "nothing is wrong with the model that these data could show".to_owned(),
+        Verdict::Nothing => "these data show no error of the model".to_owned(),
         _ => outcome.reason.clone(),
     }
 }
 
 /// The last lines.
 pub fn ending(found: &Found, hidden: Option<&Effect>, page: &str) -> String {
-    let mut text = "\n== What was found, and what had been hidden\n".to_owned();
+    let mut text = "\n== Planted effect and result\n".to_owned();
     let mut say = |who: &str, what: &str| text += &wrapped(0, 8, &format!("{who:<8}{what}"));
     say("found", &verdict(&found.outcome));
     say("hidden", &hidden.map_or("nothing".to_owned(), in_words));
@@ -133,7 +133,7 @@ fn judgement(outcome: &Outcome, hidden: Option<&Effect>) -> String {
     let Some(hidden) = hidden else {
         return match outcome.verdict {
             Verdict::Nothing => "right: nothing was hidden, and nothing is named".to_owned(),
-            Verdict::Named | Verdict::Ambiguous => "wrong: nothing was hidden, so this is a false alarm".to_owned(),
+            Verdict::Named | Verdict::Ambiguous => "false alarm: no effect was planted".to_owned(),
             _ => "not named, as nothing was hidden; but it should have ended with `nothing`".to_owned(),
         };
     };
@@ -157,14 +157,13 @@ fn judgement(outcome: &Outcome, hidden: Option<&Effect>) -> String {
             )
         }
         (Verdict::Ambiguous, _) if named().any(|cause| cause.name == name) => {
-            "what was hidden is among the names; this drive cannot tell them apart".to_owned()
+            "the planted effect is among the names; this drive does not distinguish them".to_owned()
         }
         (Verdict::Ambiguous, _) => "wrong: what was hidden is not among the names".to_owned(),
         (Verdict::NotTestable, _) | (Verdict::Nothing, _) if untestable(outcome, name) => {
             "not found: the calibration absorbs it, which the diagnosis says".to_owned()
         }
-        _ => "missed: what was hidden is too weak for this drive, or too much like what the calibration can adapt to"
-            .to_owned(),
+        _ => "missed: the planted effect is too weak on this drive, or the calibration absorbs most of it".to_owned(),
     }
 }
 

@@ -40,28 +40,28 @@ pub struct Args {
     /// The same, separated by commas
     #[arg(long, value_name = "FILE,...", value_delimiter = ',')]
     pub data: Vec<PathBuf>,
-    /// Measured files that are held back: whether a cause carries over, and what it gains [default: the last third of every file]
+    /// Measured files held back to test whether a cause carries over and what it gains [default: the last third of every file]
     #[arg(long, value_name = "FILE,...", value_delimiter = ',')]
     pub holdout: Vec<PathBuf>,
-    /// The follower: 1 is right behind the platoon leader; with --columns the id of a vehicle [default: the only one]
+    /// Position of the follower (1 is directly behind the platoon leader); with --columns, a vehicle id [default: the only one]
     #[arg(long, value_name = "N")]
     pub follower: Option<String>,
-    /// Base model to examine: idm, gipps, l-cth, l-idm, l-gipps, or any variant by id or name, or a file with a law of one's own
+    /// Base model: idm, gipps, l-cth, l-idm, l-gipps, any variant by id or name, or a file with your own law
     #[arg(long, visible_alias = "model", value_name = "MODEL", value_parser = known, required_unless_present = "data_only")]
     pub base: Option<String>,
-    /// Check the data, and stop there
+    /// Only check the data
     #[arg(long)]
     pub data_only: bool,
-    /// How hard to search
+    /// Search effort
     #[arg(long, value_enum, default_value_t = EffortArg::Normal)]
     pub effort: EffortArg,
-    /// The one seed of all random numbers
+    /// Seed of all random numbers
     #[arg(long, default_value_t = 1, value_parser = super::number::seed, allow_negative_numbers = true)]
     pub seed: u64,
     /// A cause of your own, as a WGSL part; may be given several times
     #[arg(long, value_name = "FILE.wgsl", conflicts_with = "data_only")]
     pub causes: Vec<PathBuf>,
-    /// acc, human or a TOML file of bounds that replace those of the diagnosis: v_0 = [25, 40]; may be given several times
+    /// acc, human or a TOML file whose bounds replace those of the diagnosis, such as v_0 = [25, 40]; may be given several times
     #[arg(long, value_name = "acc|human|FILE.toml", conflicts_with = "data_only")]
     pub bounds: Vec<String>,
     /// Folder for diagnosis.json, the missing acceleration, the extended model and the pictures
@@ -70,10 +70,10 @@ pub struct Args {
     /// Print diagnosis.json instead of text
     #[arg(long)]
     pub json: bool,
-    /// Draw spacing and speed of base and extended model as text
+    /// Plot spacing and speed of the base and the extended model as text
     #[arg(long, conflicts_with_all = ["json", "data_only"])]
     pub plot: bool,
-    /// Let the exit code tell the verdict
+    /// Return the verdict as exit code
     #[arg(long)]
     pub exit_code: bool,
     #[command(flatten)]
@@ -87,14 +87,14 @@ impl Args {
     }
 }
 
-/// How hard to search.
+/// Search effort.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum EffortArg {
-    /// Some seconds
+    /// About 20 s of CPU per drive of 15 minutes
     Quick,
-    /// About a minute
+    /// Twice that
     Normal,
-    /// As long as it takes
+    /// No time limit
     Thorough,
 }
 

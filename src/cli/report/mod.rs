@@ -24,7 +24,7 @@ use std::path::{Path, PathBuf};
   leadlag report study -o report.html
   leadlag report fleet -o report.html")]
 pub struct Args {
-    /// Folder (or its result.json, diagnosis.json or fleet.json) that calibrate or diagnose wrote with --out, or folder of a study
+    /// Output folder of calibrate, diagnose or study, or its result.json, diagnosis.json or fleet.json
     #[arg(value_name = "RESULT|FLEET|DIAGNOSIS|STUDY")]
     pub result: PathBuf,
     /// The HTML file: one file, no network needed

@@ -26,12 +26,12 @@ enum Command {
     #[command(after_help = "Example:
   leadlag study plan examples/plans/small.toml --out study")]
     Plan(plan::Args),
-    /// Compute what is not done yet; may be interrupted, repeated, and run many times at once
+    /// Compute the remaining tasks; may be interrupted, repeated and run in parallel
     #[command(after_help = "Examples:
   leadlag study run study
   leadlag study run study --shard 2/5")]
     Run(run::Args),
-    /// Write what a scheduler needs to run it on a cluster; submits nothing
+    /// Write job scripts for a cluster scheduler; submits nothing
     #[command(after_help = "Examples:
   leadlag study submit study --slurm
   leadlag study submit study --slurm --cpus 8 --sbatch --partition=short | sh")]
@@ -40,7 +40,7 @@ enum Command {
     #[command(after_help = "Example:
   leadlag study status study --json")]
     Status(status::Args),
-    /// Compute a share of the parts again and compare: what a checksum cannot tell
+    /// Recompute a share of the results and compare them
     #[command(after_help = "Example:
   leadlag study verify study --share 0.05")]
     Verify(verify::Args),
@@ -48,7 +48,7 @@ enum Command {
     #[command(after_help = "Example:
   leadlag study merge study")]
     Merge(merge::Args),
-    /// Write tables and figures beside the paper's, and where they agree
+    /// Write tables and figures next to the paper's, with a comparison
     #[command(after_help = "Example:
   leadlag study report study")]
     Report(report::Args),

@@ -31,13 +31,13 @@ pub struct Args {
     /// One task, by its id or the beginning of it; may be given several times
     #[arg(long, value_name = "ID")]
     task: Vec<String>,
-    /// Leave tasks that other runs work on to them, instead of waiting for them
+    /// Skip tasks that other runs are working on instead of waiting
     #[arg(long)]
     no_wait: bool,
     /// Folder of the data, where it has moved since the study was planned
     #[arg(long, value_name = "DIR")]
     data: Option<PathBuf>,
-    /// Calibrations under way at a time; results do not depend on it [default: 8 per thread, 512 on a GPU]
+    /// Number of simultaneous calibrations; does not change results [default: 8 per thread, 512 on a GPU]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     batch: Option<u16>,
     /// The adapter, for plans that compute on a GPU [default: the best one]
@@ -150,7 +150,7 @@ fn report(summary: &Summary, progress: &Progress, elapsed: Duration) {
          {seconds:.1} s{rates}"
     );
     if left > 0 {
-        eprintln!("{left} are under way in other runs, which this one does not wait for");
+        eprintln!("{left} are running elsewhere; this run does not wait for them");
     }
 }
 

@@ -74,7 +74,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
     let folder = quoted(&args.folder.display().to_string());
     match (inventory.conflicting.is_empty(), inventory.missing.is_empty()) {
-        (false, _) => text += "go on by deleting the wrong one of each pair, or both: `run` computes them again\n",
+        (false, _) => text += "delete the wrong file of each pair, or both; `run` computes them again\n",
         (true, false) => writeln!(text, "go on with: leadlag study run {folder}")?,
         (true, true) => {
             let further = args.parts.iter().map(|parts| format!(" --parts {}", quoted(&parts.display().to_string())));

@@ -67,7 +67,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         args.share
     );
     if count == 0 {
-        return output::print(&format!("{said}all of them the same; a checksum alone does not tell that\n"));
+        return output::print(&format!("{said}all identical\n"));
     }
     for (then, now) in found.differing.iter().take(NAMED) {
         let (id, platoon, follower) = (&then.id, &then.calibration.platoon, then.calibration.follower);

@@ -51,7 +51,7 @@ pub const VERDICTS: [Line; 12] = [
     (Verdict::NotTestable, "no cause, but one that a calibration absorbs gains far more than it needs", absorbed),
     (
         Verdict::Unexplained,
-        "no cause, but one that something else speaks against gains far more than it needs",
+        "no cause, but one with far more than the required gain fails another check",
         spoken_against,
     ),
     (Verdict::Unexplained, "no cause, but much acceleration is missing for long", far_off),
@@ -136,7 +136,7 @@ fn proxies(answer: &Answer<'_>) -> Option<Said> {
     let total = answer.state.explained();
     let term = answer.left.strongest().filter(|term| term.evidence > POLICY.left_share * total)?;
     let reason = format!(
-        "something that repeats with {} is left ({:.0} nats, against {total:.0} for {}), so these causes are proxies for it",
+        "a dependence on {} remains ({:.0} nats, compared with {total:.0} for {}), so these causes only imitate it",
         term.place,
         term.evidence,
         answer.names()
@@ -166,7 +166,7 @@ fn rivals(answer: &Answer<'_>) -> Option<Said> {
         names.join(" or ")
     };
     let reason = format!(
-        "{}: these data cannot tell which. What would: {}{}",
+        "{}: these data do not distinguish them. Drives that would: {}{}",
         causes.iter().map(either).collect::<Vec<_>>().join(", then "),
         experiment(first.of, first.cause),
         in_gusts(causes, &answer.state.current.fit.point.noise)

@@ -198,7 +198,7 @@ fn snapshot(candidate: &FittedModel, setting: &Context<'_>, inflation: f64) -> R
 fn cut_short(effort: Effort) -> String {
     let next = if effort == Effort::Quick { Effort::Normal } else { Effort::Thorough };
     format!(
-        "whether more is missing was not asked any more: `--effort {}` has simulated enough, `--effort {}` goes on",
+        "the search for further causes stopped at the simulation limit of `--effort {}`; `--effort {}` continues it",
         effort.into_str(),
         next.into_str()
     )

@@ -7,7 +7,7 @@ leadlag_data::numbers! {
     Policy POLICY:
     alpha = 0.01, "-", "Chance of a false name in a drive without a cause, shared among all causes";
     lasting = 1.7, "s", "If the missing acceleration lasts less, with the likeliest cause and without, it is noise of sensors; gusts last longer";
-    lasting_factor = 2.5, "-", "Then a cause needs so many times as much, for whatever weakens the law gains";
+    lasting_factor = 2.5, "-", "Factor on the need of a cause in that case, because any weakening of the law then gains";
     left_by_others = 0.08, "-", "Share of what earlier causes explain that a later one needs on top: none is exactly what the car does";
     judged = 0.5, "-", "Share of its need from which on a cause is cross-fitted";
     close = 6.0, "nats", "Rivals differ by less, times the inflation: odds of several hundred";
@@ -17,7 +17,7 @@ leadlag_data::numbers! {
     absorbed = 0.02, "-", "Less of an effect than this is left by other parameters: a calibration makes up for it";
     time_resolution = 5.0, "s", "A searched time costs the logarithm of how many of these there are";
     transfers = 0.9, "-", "Share of the bootstraps of the hold-out in which a cause has to gain";
-    shown = 8.0, "nats", "A hold-out on which a cause changes less cannot object";
+    shown = 8.0, "nats", "If a cause changes the hold-out by less, the hold-out does not decide";
     block = 30.0, "s", "Blocks of the bootstraps: errors of a car that follows last that long";
     huber = 5.0, "-", "Standard deviations from which on an innovation counts by its length: two seconds must not outweigh a drive";
     lags = 100.0, "-", "Lags of the autocorrelation that inflates needs";
@@ -31,11 +31,11 @@ leadlag_data::numbers! {
     other_law = 10.0, "nats", "By how much another law has to be likelier to be the answer";
     left_share = 0.5, "-", "If what is left has more than this share of the causes' evidence, they are not named";
     trimmed = 0.5, "-", "Share of its need that a left-over has without its two best blocks: one event is no structure";
-    stopped = 2.0, "-", "So many times its need gains a stopped cause that is told nevertheless";
+    stopped = 2.0, "-", "Gain, relative to its need, from which a rejected cause is still reported";
     lost_size = 0.08, "m/s²", "With more missing acceleration, for longer than `lost_time`, the model is far off";
     lost_time = 10.0, "s", "See `lost_size`";
     burst = 22.0, "-", "Squared length of a burst, relative to the usual: one of 60,000 normal innovations";
-    bursts = 8.0, "-", "So many bursts, times the inflation, are told";
+    bursts = 8.0, "-", "Number of bursts, times the inflation, from which they are reported";
     burst_blocks = 4.0, "-", "In so many blocks at least";
     calm = 0.02, "m/s²", "With more missing acceleration the family `phase` is named with a warning";
 }

@@ -9,12 +9,12 @@ use crate::extension::Extension;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, strum::EnumString, strum::IntoStaticStr, strum::VariantNames)]
 #[strum(const_into_str, serialize_all = "snake_case")]
 pub enum Effort {
-    /// Some seconds.
+    /// About 20 s of CPU per drive of 15 minutes.
     Quick,
-    /// About a minute.
+    /// Twice that.
     #[default]
     Normal,
-    /// As long as it takes.
+    /// No time limit.
     Thorough,
 }
 
@@ -27,7 +27,7 @@ pub struct Question<'a> {
     pub holdout: &'a [Drive],
     /// The model that is blamed.
     pub base: Variant,
-    /// How hard to search.
+    /// Search effort.
     pub effort: Effort,
     /// Decides all random starts.
     pub seed: u64,

@@ -23,7 +23,7 @@ pub fn combine(outcome: &mut Outcome, answer: &Answer) {
     if outcome.verdict == Verdict::BadBase {
         outcome.base_notes.insert(0, std::mem::take(&mut outcome.reason));
         outcome.verdict = Verdict::Unexplained;
-        outcome.reason = "the base model is not one to find causes on; see what is said of it".to_owned();
+        outcome.reason = "the base model is unsuitable for finding causes; see the notes on it".to_owned();
     }
     let is_named = |outcome: &Outcome| matches!(outcome.verdict, Verdict::Named | Verdict::Ambiguous);
     if let Some(named) = answer.named.as_ref().filter(|_| !is_named(outcome)) {
@@ -46,7 +46,7 @@ pub fn combine(outcome: &mut Outcome, answer: &Answer) {
     if let Some(causes) = recommended.filter(|_| !is_named(outcome)) {
         outcome.verdict = Verdict::Helps;
         outcome.reason = format!(
-            "with {} the model follows drives better that it was not fitted to; what the car does is not told apart from other models",
+            "with {} the model follows drives better that it was not fitted to; the cause is not distinguished from other models",
             causes.join(" and ")
         );
     }

@@ -1,7 +1,7 @@
 //! The race: base, base with causes, and other laws, each fitted at several horizons and judged on what was left out of its fits. One test
 //! for all decides what is named and what is recommended ([`Policy`]).
 //!
-//! A model that is corrected towards the measurement within seconds shows what it is; one that runs freely over whole drives shows what it
+//! Corrected towards the measurement within seconds, a model shows its reactions; free over whole drives, it shows its
 //! is worth to its user.
 
 mod answer;

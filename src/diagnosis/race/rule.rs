@@ -33,7 +33,7 @@ pub fn checks(
             policy.spread,
         ),
         Check::at_most("parameters on a bound that the base is not on", on_bounds(base, entry) as f64, 0.0),
-        Check::at_most("drives with a collision more than the base", collisions(entry) - collisions(base), 0.0),
+        Check::at_most("additional drives with a collision", collisions(entry) - collisions(base), 0.0),
     ]
 }
 

@@ -17,7 +17,7 @@ pub fn stream(seed: u64, replicate: u64, generation: u64, candidate: u64) -> Cha
 /// Where the random numbers of a run come from: a seed, a replicate, and the generation that comes next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Origin {
-    /// The one seed of all random numbers.
+    /// Seed of all random numbers.
     pub seed: u64,
     /// The replicate.
     pub replicate: u64,

@@ -35,7 +35,7 @@ pub(super) fn race(text: &mut String, race: &ClosedLoopEntry) -> Result {
 /// The mark of a parameter on a bound.
 pub(in crate::internal::report) const AT_BOUND: &str = "at its bound";
 /// What follows from units that contradict each other.
-pub(in crate::internal::report) const MEND_FIRST: &str = "Mend that first: no size below can be trusted until then";
+pub(in crate::internal::report) const MEND_FIRST: &str = "Correct this first; until then no size below is reliable";
 
 /// Parameters with their intervals; those at a bound are marked.
 pub(super) fn parameters(text: &mut String, parameters: &[ParameterEntry]) -> Result {
@@ -58,17 +58,17 @@ pub(in crate::internal::report) fn meaning(parameter: &str) -> &'static str {
 pub(super) fn verdict(text: &mut String, outcome: &Outcome) -> Result {
     let title = match outcome.verdict {
         Verdict::Named => "NAMED",
-        Verdict::Ambiguous => "ONE OF SEVERAL; these data cannot tell which",
-        Verdict::Nothing => "NOTHING IS MISSING that these drives show",
+        Verdict::Ambiguous => "AMBIGUOUS: these data do not distinguish the causes below",
+        Verdict::Nothing => "NOTHING: these drives show no error of the model",
         Verdict::NotTestable => "NOT TESTABLE with these data",
-        Verdict::Unexplained => "UNEXPLAINED: something is wrong that no cause of the library explains",
+        Verdict::Unexplained => "UNEXPLAINED: the model errs, and no built-in cause explains why",
         Verdict::BadBase => "NO VERDICT: the base model does not fit",
-        Verdict::Helps => "HELPS: an extension follows unseen drives better, and what the car does is not told apart",
+        Verdict::Helps => "HELPS: an extension follows unseen drives better; the cause is not identified",
     };
     text.push('\n');
     if let Some(first) = outcome.data_first() {
-        text.push_str(&wrapped(0, 2, &format!("THE DATA FIRST. {first}")));
-        text.push_str("\nFor what it is worth: ");
+        text.push_str(&wrapped(0, 2, &format!("CHECK THE DATA FIRST. {first}")));
+        text.push_str("\nTentative verdict: ");
     }
     writeln!(text, "{title}")?;
     text.push_str(&wrapped(0, 2, &outcome.reason));

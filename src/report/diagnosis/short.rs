@@ -13,8 +13,8 @@ fn base(outcome: &Outcome) -> &str {
 /// What the members of a family have in common, in words.
 const FAMILIES: [(&str, &str); 3] = [
     ("phase", "the car answers late"),
-    ("anticipation", "the car looks further ahead than to gap and speeds"),
-    ("drag_or_headway", "the gap grows with the square of the speed, or air drag is not made up for"),
+    ("anticipation", "the car uses more information from ahead than spacing and speeds"),
+    ("drag_or_headway", "the spacing grows with the square of the speed, or the car does not compensate for air drag"),
 ];
 
 /// What is missing, in one sentence.
@@ -33,14 +33,19 @@ fn verdict(outcome: &Outcome) -> String {
         .iter()
         .filter_map(|cause| {
             let others: Vec<&str> = outcome.rivals(cause).map(|rival| rival.name.as_str()).collect();
-            Some(format!("{}: {}, or {} (these data cannot tell which)", words(cause)?, one(cause), others.join(", ")))
+            Some(format!(
+                "{}: {}, or {} (these data do not distinguish them)",
+                words(cause)?,
+                one(cause),
+                others.join(", ")
+            ))
         })
         .collect();
     let either = |cause: &CauseEntry| {
         let rivals: Vec<String> = outcome.rivals(cause).map(one).collect();
         match rivals.is_empty() {
             true => one(cause),
-            false => format!("either {} or {} (these data cannot tell which)", one(cause), rivals.join(" or ")),
+            false => format!("either {} or {} (these data do not distinguish them)", one(cause), rivals.join(" or ")),
         }
     };
     let others = outcome.causes.iter().filter(|cause| words(cause).is_none());
@@ -52,13 +57,13 @@ fn verdict(outcome: &Outcome) -> String {
     };
     match outcome.verdict {
         Verdict::Named | Verdict::Ambiguous => named(),
-        Verdict::Nothing => format!("{base} is enough for these drives."),
+        Verdict::Nothing => format!("{base} describes these drives sufficiently."),
         Verdict::NotTestable => format!("These data cannot tell what {base} lacks."),
-        Verdict::Unexplained => format!("{base} lacks something that no cause of the library explains."),
-        Verdict::BadBase => format!("{base} does not fit these drives, so nothing can be found on it."),
-        Verdict::Helps => format!(
-            "An extension follows unseen drives better than {base}; these drives do not tell what the car does."
-        ),
+        Verdict::Unexplained => format!("{base} errs, and no built-in cause explains why."),
+        Verdict::BadBase => format!("{base} does not fit these drives, so no cause can be identified."),
+        Verdict::Helps => {
+            format!("An extension follows unseen drives better than {base}; these drives do not identify the cause.")
+        }
     }
 }
 
@@ -130,11 +135,11 @@ fn whole_drives(outcome: &Outcome) -> Option<String> {
     match (&outcome.recommended, &outcome.closed_loop.not_testable) {
         (Some(recommended), _) if is_named => Some(match recommended.why {
             Why::Confirmed => format!("Whole drives confirm {}.", names(recommended)),
-            Why::Helps => format!("Whole drives ask for another extension: {}.", names(recommended)),
+            Why::Helps => format!("Whole drives support a different extension: {}.", names(recommended)),
         }),
         (Some(_), _) => None,
         (None, _) if is_named && once(outcome) => {
-            Some(format!("What happens at one time only, whole drives cannot test: do not use {it} for other drives."))
+            Some(format!("Whole drives cannot test an effect that occurs only once: do not use {it} for other drives."))
         }
         (None, Some(why)) if is_named => Some(format!("Whole drives could not test {it}: {why}.")),
         (None, Some(why)) => Some(format!("Whether an extension follows unseen drives better was not tested: {why}.")),
@@ -142,7 +147,7 @@ fn whole_drives(outcome: &Outcome) -> Option<String> {
         (None, None) if is_named => {
             Some(format!("Whole drives do not confirm {it}: do not use {it} yet{}.", why_not(outcome)))
         }
-        (None, None) => Some(format!("No extension of {base} is recommended: none meets all that is asked of one.")),
+        (None, None) => Some(format!("No extension of {base} is recommended: none passes all checks.")),
     }
 }
 
@@ -180,7 +185,7 @@ fn held_back(outcome: &Outcome) -> Option<String> {
     let tested = outcome.closed_loop.not_testable.is_none() && outcome.closed_loop.bins != 0;
     let but = match (change > 0.0 && !once(outcome), tested) {
         (true, true) => " That is one part of the data. With each drive left out in turn, no extension is recommended.",
-        (true, false) => " That is one part of the data: check it on further drives.",
+        (true, false) => " This is only part of the data; check it on more drives.",
         (false, _) => "",
     };
     Some(format!(
@@ -196,8 +201,8 @@ fn recommendation(base: &str, recommended: &Recommended) -> [String; 2] {
     let [low, high] = gain.interval.map(percent);
     let better = recommended.per_drive.iter().filter(|drive| drive.extended < drive.base).count();
     let why = match recommended.why {
-        Why::Confirmed => "It is named as what the car does, too.",
-        Why::Helps => "It is not named as what the car does.",
+        Why::Confirmed => "The cause is also named.",
+        Why::Helps => "The cause is not named.",
     };
     [
         format!("Recommended: {base} with {}.", causes.join(" and ")),

@@ -139,7 +139,7 @@ pub fn data(data: &[DataEntry], findings: &[FindingEntry], trained: &[[f64; 2]])
         }
         let mut own = findings.iter().filter(|finding| finding.file == entry.path).peekable();
         if own.peek().is_none() && entry.units.is_none() {
-            text.push_str("  nothing contradicts itself\n");
+            text.push_str("  no contradictions found\n");
         }
         for finding in own {
             text.push_str(&wrapped(2, 4, &format!("{}: {}", finding.name.to_uppercase(), finding.told())));
@@ -151,12 +151,12 @@ pub fn data(data: &[DataEntry], findings: &[FindingEntry], trained: &[[f64; 2]])
             text.push_str(&wrapped(2, 4, &moved));
         }
         for unseen in &entry.unseen {
-            text.push_str(&wrapped(2, 4, &format!("cannot be seen: {unseen}")));
+            text.push_str(&wrapped(2, 4, &format!("not detectable: {unseen}")));
         }
     }
     if findings.iter().any(|finding| finding.correction.is_none()) {
         let others = if findings.iter().all(|finding| finding.correction.is_none()) { "" } else { "other " };
-        text.push_str(&format!("The {others}data were left as they are. --correct repairs what can be repaired.\n"));
+        text.push_str(&format!("The {others}data are unchanged. --correct repairs these faults where possible.\n"));
     }
     text
 }
@@ -199,7 +199,7 @@ fn extended(text: &mut String, outcome: &Outcome, again: Option<&Again>) -> std:
 
 /// What the recommended model gains on drives, or parts of them, that it was not fitted to.
 fn gained(text: &mut String, recommended: &Recommended) -> std::fmt::Result {
-    writeln!(text, "NRMSE(s,v,a) of what was left out of the fits, with the base and with the recommended model:")?;
+    writeln!(text, "NRMSE(s,v,a) on data left out of the fits, for the base and the recommended model:")?;
     for drive in &recommended.per_drive {
         let gain = 100.0 * (1.0 - drive.extended / drive.base);
         text.push_str(&wrapped(
@@ -224,7 +224,7 @@ fn held_back(text: &mut String, drives: &[HeldBackEntry]) -> std::fmt::Result {
             (Some([s, v, a]), Some(nrmse)) => {
                 writeln!(text, "{name:<NAME$}{s:>8.3} m {v:>6.3} m/s {a:>6.3} m/s²{nrmse:>9.4}")?;
             }
-            _ => text.push_str(&wrapped(0, 2, &format!("{}: the run does not come to the end", drive.label))),
+            _ => text.push_str(&wrapped(0, 2, &format!("{}: the simulation ends early", drive.label))),
         }
     }
     Ok(())

@@ -93,7 +93,7 @@ fn data(page: &mut Page, outcome: &Outcome) {
         entry.units.iter().for_each(|units| page.paragraph(&told(units)));
     }
     if outcome.data_findings.is_empty() && !outcome.has_bad_data() {
-        page.paragraph("Gap and speeds were compared with each other; nothing contradicts itself.");
+        page.paragraph("Gap and speeds were compared with each other; no contradictions found.");
     } else if !outcome.data_findings.is_empty() {
         let row = |f: &crate::result::diagnosis::FindingEntry| {
             let done = f.correction.clone().unwrap_or_else(|| "not corrected".to_owned());
@@ -211,7 +211,7 @@ fn gain(page: &mut Page, outcome: &Outcome) {
     let head = ["drive", "spacing [m]", "speed [m/s]", "acceleration [m/s²]", "NRMSE(s,v,a)"];
     if !rows.is_empty() {
         page.paragraph(
-            "Below: root mean square errors of the base model's free simulation. A dash: the run does not come to the end.",
+            "Below: root mean square errors of the base model's free simulation. A dash: the simulation ends early.",
         );
     }
     page.table("The base model on the drives held back", &head, &rows);

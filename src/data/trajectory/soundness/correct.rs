@@ -26,7 +26,7 @@ fn one(platoon: &mut Platoon, follower: usize, link: &Link, finding: &Finding) -
             (FindingKind::SpeedScale | FindingKind::ClockOffset, Who::Either | Who::Both) => {
                 "as it cannot be told whose signal is off"
             }
-            (FindingKind::Inconsistent, _) if finding.unit == "m" => "as nobody knows which side of a jump is right",
+            (FindingKind::Inconsistent, _) if finding.unit == "m" => "because the correct side of the jump is unknown",
             _ => "the information is not in the file",
         };
         return format!("{done}: not corrected, {why}");

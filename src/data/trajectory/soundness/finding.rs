@@ -45,7 +45,7 @@ impl FindingKind {
     #[must_use]
     pub fn effect(self) -> &'static str {
         match self {
-            FindingKind::SpeedScale => "t_h, v_0 and d_0 make up for a drift that was not driven",
+            FindingKind::SpeedScale => "t_h, v_0 and d_0 compensate for a false drift",
             FindingKind::GapOffset => "d_0 is off by as much",
             FindingKind::ClockOffset => "a_max, a_min and delays make up for it",
             FindingKind::Exchanged | FindingKind::Unit | FindingKind::TooFast | FindingKind::TimeUnit => {
@@ -53,13 +53,13 @@ impl FindingKind {
             }
             FindingKind::Dropout => "a_max and a_min follow values that were not driven",
             FindingKind::Spike => "t_h, a_max and d_0 follow values that were not driven",
-            FindingKind::Resampled => "a_max, a_min and delays take its steps for driving",
+            FindingKind::Resampled => "a_max, a_min and delays reproduce the sampling steps",
             FindingKind::Smoothed => "fast reactions are cut off, and lags look longer",
             FindingKind::Quantised => "a_max, a_min and scores with the acceleration follow the steps of the sensor",
             FindingKind::Noisy => {
                 "a score with the acceleration, such as nrmse-sva, judges the sensor and not the model"
             }
-            FindingKind::Inconsistent => "t_h, d_0 and a_max follow what no car drove",
+            FindingKind::Inconsistent => "t_h, d_0 and a_max follow impossible motion",
         }
     }
 }

@@ -10,7 +10,7 @@ impl Outcome {
     pub fn data_first(&self) -> Option<String> {
         if self.data.iter().any(|entry| entry.units.is_some()) {
             return Some(
-                "The units of the data contradict each other (section 1): no size and no verdict here can be trusted until that is mended"
+                "The units of the data contradict each other (section 1): correct this first; until then no size and no verdict is reliable"
                     .to_owned(),
             );
         }

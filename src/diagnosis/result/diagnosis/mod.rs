@@ -336,7 +336,7 @@ pub struct DriveEntry {
 pub struct HeldBackEntry {
     /// The drive, as in `drives`.
     pub label: String,
-    /// Root mean square error of spacing \[m\], speed \[m/s\] and acceleration \[m/s²\]; none if the run does not come to the end.
+    /// Root mean square error of spacing \[m\], speed \[m/s\] and acceleration \[m/s²\]; none if the simulation ends early.
     pub rms: Option<[f64; 3]>,
     /// NRMSE(s,v,a) of the same run.
     pub nrmse_sva: Option<f64>,
