@@ -275,6 +275,6 @@ mod tests {
         fs::create_dir(folder.join("d")).expect("room");
         let mut change = Change::begin(folder).expect("it is free");
         let error = change.write("d", b"").expect_err("a folder").to_string();
-        assert!(error.contains("there is a folder of this name"), "{error}");
+        assert!(error.contains("a folder has this name"), "{error}");
     }
 }

@@ -354,7 +354,7 @@ mod tests {
         let row = marked.lines().find(|line| line.starts_with("delta ")).expect("a row");
         assert!(row.ends_with("0.1 .. 10  AT BOUND  exponent factor of the"), "{marked}");
         assert!(marked.contains("30 .. 35            desired speed (ACC"), "{marked}");
-        assert!(marked.contains("\nAT BOUND: the data want more than the bounds allow") && marked.contains("--bounds"));
+        assert!(marked.contains("\nAT BOUND: the data favour values beyond the bounds") && marked.contains("--bounds"));
         assert!(marked.lines().all(|line| line.chars().count() <= 80), "{marked}");
     }
 }

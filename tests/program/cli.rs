@@ -163,7 +163,7 @@ fn ctrl_c_keeps_the_calibration_in_flight_and_names_the_files_left_out() {
         let output = run.wait_with_output().expect("it ends");
         assert_eq!(output.status.code(), Some(1));
         assert!(stderr(&output).contains("stopping: results so far are kept"), "{signal}: {}", stderr(&output));
-        let left = format!("interrupted: not calibrated: {}; the same command", text(&files[1]));
+        let left = format!("interrupted; not calibrated: {}; repeat the command", text(&files[1]));
         assert!(stderr(&output).contains(&left), "{}", stderr(&output));
         assert!(first.join("result.json").exists() && !out.join("pair_follower3_follower1").exists());
     }
@@ -394,7 +394,7 @@ fn simulate_says_when_the_data_are_treated_otherwise() {
     let arguments = ["simulate", text(&file), "--follower", "1", "--result", text(&result)];
     let plain = leadlag(&arguments);
     assert!(
-        stderr(&plain).contains("was calibrated on data treated otherwise: smoothed, step 0.1 s"),
+        stderr(&plain).contains("was calibrated on data prepared differently: smoothed, step 0.1 s"),
         "{}",
         stderr(&plain)
     );

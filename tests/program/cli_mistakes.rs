@@ -215,5 +215,5 @@ fn what_every_verb_takes_comes_last_in_its_help() {
     }
     let help = stdout(&succeeds(&["calibrate", "--help"]));
     let words: Vec<&str> = help.split_whitespace().collect();
-    assert!(words.join(" ").contains("simulations; at least 100"), "{help}");
+    assert!(words.join(" ").contains("at least 100 [default: 300000"), "{help}");
 }

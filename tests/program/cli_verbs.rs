@@ -371,7 +371,7 @@ fn a_table_with_a_column_map_is_inspected_and_calibrated_by_vehicle_id() {
     let message = wrong(&["calibrate", table, "--columns", map, "--model", "idm", "--out", "never"]);
     assert!(message.contains("--follower is needed: it has 2 pairs, first vehicle second (60.0 s)"), "{message}");
     let message = wrong(&["inspect", table, "--columns", map, "--follower", "first"]);
-    assert!(message.contains("--follower first: it follows nobody"), "{message}");
+    assert!(message.contains("--follower first: it has no car ahead"), "{message}");
     let search = ["--model", "idm", "--max-evaluations", "200", "--optimizer", "ga", "--no-intervals"];
     let [mapped, plain] = ["mapped", "plain"].map(|name| folder.join(name));
     let chosen = ["--columns", map, "--follower", "second", "--out", text(&mapped)];

@@ -207,7 +207,8 @@ fn switches_and_bounds_that_make_no_sense_are_warned_of_once() {
     let told = stderr(&succeeds(&[&without[..], &[text(&out)]].concat()));
     assert!(
         told.contains("searched from 30 m/s on")
-            && told.contains("; --bounds human (of human drivers) or --bounds FILE.toml with `v_0 = ["),
+            && told
+                .contains("; to change this, use --bounds human (human drivers) or --bounds FILE.toml with `v_0 = ["),
         "{told}"
     );
     // Two files of one name: which folder is whose.
@@ -231,10 +232,11 @@ fn at_a_bound_of_acc_the_set_of_human_drivers_is_named() {
             succeeds(&[&own[..], more, &["--bounds", text(&bounds), "-o", text(&folder.join("fit"))]].concat());
         String::from_utf8(output.stdout).unwrap().split_whitespace().collect::<Vec<_>>().join(" ")
     };
-    let human = "or do not care; --bounds human is for a human driver, and --bounds FILE.toml widens them";
+    let human =
+        "or do not determine the parameter; --bounds human is for a human driver, and --bounds FILE.toml widens them";
     let (acc, own) = (told(&[]), told(&["--bounds", "human"]));
     assert!(acc.contains(human), "{acc}");
-    assert!(own.contains("or do not care; --bounds FILE.toml widens them"), "{own}");
+    assert!(own.contains("or do not determine the parameter; --bounds FILE.toml widens them"), "{own}");
 }
 
 #[test]

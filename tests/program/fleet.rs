@@ -216,7 +216,7 @@ fn other_drives_of_the_same_drivers_are_held_back() {
     let all = ["calibrate", text(&fit), "--all", "--model", "idm", "--no-intervals", "--out", text(&out), "--holdout"];
     let output = leadlag(&[&all[..], &[text(&other)]].concat());
     assert!(output.status.success(), "{}", stderr(&output));
-    assert!(stderr(&output).contains("nothing is held back of 1 of 3 pairs"), "{}", stderr(&output));
+    assert!(stderr(&output).contains("1 of 3 pairs have no data held back"), "{}", stderr(&output));
     let scored: Vec<bool> = rows(&out).iter().map(|row| !row["heldout_score"].is_empty()).collect();
     assert_eq!(scored, [false, true, true]);
     fs::write(&other, HEADER.to_owned() + &drives(7..9, 250)).expect("room");

@@ -203,7 +203,7 @@ fn a_drive_counts_once() {
         (diagnose(&[one, other, one]), "is given twice"),
         (diagnose(&[one, copy]), "has samples of"),
         (diagnose(&[other, "--holdout", one, "--holdout", one]), "is given twice"),
-        (diagnose(&[one, "--holdout", copy]), "it is trained on"),
+        (diagnose(&[one, "--holdout", copy]), "also given for training"),
     ] {
         let said = stderr(&done);
         assert!(done.status.code() == Some(2) && said.contains(expected) && said.contains("one.csv"), "{said}");

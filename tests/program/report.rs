@@ -176,7 +176,7 @@ fn a_calibration_is_shown_in_the_terminal_and_as_a_page() {
     let is_determined = |known: &Value| known["determined"] == true;
     let is_open = |known: &Value| is_determined(known) && known["open"] != serde_json::json!([false, false]);
     assert!(known.values().any(is_determined), "{known:?}");
-    assert_eq!(html.contains("in parentheses: the bound of the search"), known.values().any(is_open));
+    assert_eq!(html.contains("in parentheses: a bound of the search"), known.values().any(is_open));
     for (name, known) in known {
         let row = html.split(&format!("<tr><td>{name}</td>")).nth(1).and_then(|row| row.split("</tr>").next());
         let cells: Vec<&str> = row.expect("a row").split("</td>").collect();

@@ -94,7 +94,7 @@ fn bounds_of_human_drivers_are_a_set_of_their_own() {
     let acc = result("acc", &[]);
     assert_eq!(acc["bounds"]["v_0"], serde_json::json!([30.0, 35.0]));
     let from = acc["bounds_from"].as_str().unwrap();
-    assert!(from.starts_with("acc: Table 3, for nothing says who drives"), "{from}");
+    assert!(from.starts_with("acc: Table 3, because the driver is unknown"), "{from}");
     let human = result("human", &["--bounds", "human"]);
     assert_eq!(human["bounds"]["v_0"], serde_json::json!([1.0, 70.0]));
     assert_eq!(human["parameters"]["delta"], 4.0);

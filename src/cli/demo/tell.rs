@@ -133,7 +133,7 @@ fn judgement(outcome: &Outcome, hidden: Option<&Effect>) -> String {
     let Some(hidden) = hidden else {
         return match outcome.verdict {
             Verdict::Nothing => "right: nothing was hidden, and nothing is named".to_owned(),
-            Verdict::Named | Verdict::Ambiguous => "false alarm: no effect was planted".to_owned(),
+            Verdict::Named | Verdict::Ambiguous => "wrong: no effect was planted".to_owned(),
             _ => "not named, as nothing was hidden; but it should have ended with `nothing`".to_owned(),
         };
     };
@@ -153,13 +153,13 @@ fn judgement(outcome: &Outcome, hidden: Option<&Effect>) -> String {
         (Verdict::Named, None) => {
             let family = outcome.causes.iter().map(|c| c.family.as_str()).find(|f| !f.is_empty()).unwrap_or("-");
             format!(
-                "another name than what was hidden (family {family}): on this drive the two may look alike; another --seed gives another drive"
+                "another name than the planted effect (family {family}): on this drive the two may look alike; another --seed gives another drive"
             )
         }
         (Verdict::Ambiguous, _) if named().any(|cause| cause.name == name) => {
             "the planted effect is among the names; this drive does not distinguish them".to_owned()
         }
-        (Verdict::Ambiguous, _) => "wrong: what was hidden is not among the names".to_owned(),
+        (Verdict::Ambiguous, _) => "wrong: the planted effect is not among the names".to_owned(),
         (Verdict::NotTestable, _) | (Verdict::Nothing, _) if untestable(outcome, name) => {
             "not found: the calibration absorbs it, which the diagnosis says".to_owned()
         }
@@ -203,12 +203,12 @@ mod tests {
         };
         let cases: [(&str, &[&str], &str, &str); 10] = [
             ("nothing", &[], "none", "right: "),
-            ("named", &["grade"], "none", "wrong: nothing was hidden"),
+            ("named", &["grade"], "none", "wrong: no effect"),
             ("unexplained", &[], "none", "not named"),
             ("named", &["grade"], "grade:gg=0.4", "right, within"),
             ("named", &["grade"], "grade:gg=0.6", "right, but outside"),
             ("named", &["const_decel"], "grade", "another name"),
-            ("ambiguous", &["grade", "aero_drag"], "aero_drag", "what was hidden is among"),
+            ("ambiguous", &["grade", "aero_drag"], "aero_drag", "the planted effect is among"),
             ("ambiguous", &["grade"], "aero_drag", "wrong: "),
             ("nothing", &[], "range_bias", "not found: the calibration absorbs it"),
             ("nothing", &[], "grade", "missed"),

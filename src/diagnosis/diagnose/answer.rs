@@ -294,7 +294,10 @@ mod tests {
         };
         let (verdict, reason) = said(&search);
         assert_eq!(verdict, Verdict::Ambiguous);
-        assert!(reason.starts_with("periodic, then actuation_lag or time_offset: these data cannot tell"), "{reason}");
+        assert!(
+            reason.starts_with("periodic, then actuation_lag or time_offset: these data do not distinguish"),
+            "{reason}"
+        );
         search.rivals.pop();
         assert_eq!(said(&search).0, Verdict::Named);
     }

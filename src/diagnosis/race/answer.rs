@@ -2,7 +2,6 @@
 
 use super::fit::Entry;
 use super::loss::Losses;
-use super::rule::collisions;
 use super::{Answer, HORIZONS, Horizon, Named, Policy};
 use crate::diagnose::Verdict;
 use crate::diagnose::likelihood::model::is_lead;
@@ -114,8 +113,13 @@ fn recommended_entry(answer: &Answer, entry: &Entry, named: &[String]) -> Option
         },
         per_drive: per_drive(answer, base_held, own),
         confidence_set: answer.set.clone(),
-        collisions: Collisions { base: collisions(base) as usize, extended: collisions(entry) as usize },
+        collisions: Collisions { base: collisions(base_held), extended: collisions(own) },
     })
+}
+
+/// Drives, or parts of them, in which a model comes closer than 0.1 m to the car ahead.
+fn collisions(losses: &Losses) -> usize {
+    losses.parts.iter().flatten().filter(|part| part.shortfall > 0.0).count()
 }
 
 fn held(entry: &Entry) -> Option<&Losses> {
@@ -179,8 +183,7 @@ fn notes(answer: &Answer) -> Vec<String> {
     let Some(fit) = answer.entries.first().and_then(Entry::whole_drives) else {
         return notes;
     };
-    let close = |losses: &Losses| losses.parts.iter().flatten().filter(|part| part.shortfall > 0.0).count();
-    let failures = fit.judged.as_ref().map_or(0, |judged| close(&judged.held));
+    let failures = fit.judged.as_ref().map_or(0, |judged| collisions(&judged.held));
     if failures > 0 {
         notes.push(format!("it collides with the car ahead in {failures} drives that it was not fitted to"));
     }

@@ -70,6 +70,8 @@ pub struct Judged {
     pub folds: Vec<Vec<f64>>,
     /// Losses on what was left out.
     pub held: Losses,
+    /// Parts left out in which the model comes too close to the car ahead, or fails.
+    pub too_close: usize,
 }
 
 /// A model in the race.
@@ -316,15 +318,19 @@ impl Field {
         };
         let folds: Vec<Option<Vec<f64>>> = self.trained.par_iter().map(fold).collect::<Result<_, DiagnoseError>>()?;
         let Some(folds) = folds.into_iter().collect::<Option<Vec<Vec<f64>>>>() else { return Ok(None) };
-        let mut held = Losses { parts: vec![None; self.all.len()] };
+        let (mut held, mut too_close) = (Losses { parts: vec![None; self.all.len()] }, 0);
         for (k, values) in folds.iter().enumerate() {
             let left_out: Vec<bool> = self.parts.folds.iter().map(|fold| *fold == k).collect();
-            let losses = self.surface(model, &left_out, horizon).losses(std::slice::from_ref(values))?.remove(0);
+            let surface = self.surface(model, &left_out, horizon);
+            let losses = surface.losses(std::slice::from_ref(values))?.remove(0);
+            if horizon.is_whole() {
+                too_close += surface.too_close(values, Policy::DEFAULT.least_spacing)?;
+            }
             for (held, part) in held.parts.iter_mut().zip(losses.parts) {
                 *held = held.take().or(part);
             }
         }
-        Ok(Some(Judged { folds, held }))
+        Ok(Some(Judged { folds, held, too_close }))
     }
 }
 

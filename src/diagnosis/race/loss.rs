@@ -16,7 +16,7 @@ pub const BIN_S: f64 = 10.0;
 /// Where the first bin begins \[s\]: behind the longest delay of a base and a cause together, so that all models have the same bins.
 const FROM_S: f64 = 4.0;
 /// The signal that a soft run pays by.
-const SHORTFALL: usize = 3;
+pub const SHORTFALL: usize = 3;
 
 /// The bins of a part.
 #[derive(Debug, Clone)]
@@ -52,11 +52,13 @@ impl Sizes {
     }
 }
 
-/// Root mean squares of the measured signals: spacing \[m\], speed \[m/s\], acceleration \[m/s²\].
+/// Scales of the measured signals of a part.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scale {
-    /// Of spacing, speed and acceleration.
+    /// Root mean squares of spacing \[m\], speed \[m/s\], acceleration \[m/s²\].
     pub rms: [f64; SIGNALS],
+    /// The smallest spacing \[m\].
+    pub least: f64,
 }
 
 impl Scale {
@@ -73,7 +75,7 @@ impl Scale {
             rms(squares(v), v.len(), FLOOR[1]),
             rms(squares(&a), a.len(), FLOOR[2]),
         ];
-        Scale { rms }
+        Scale { rms, least: s.iter().copied().fold(f64::INFINITY, f64::min) }
     }
 }
 

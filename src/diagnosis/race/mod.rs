@@ -285,8 +285,9 @@ fn round(
         answer.set = set(&entered, &found, laws);
     }
     let passes = |k: &usize| asked[*k].iter().all(|check| check.met);
-    // What else is worth its parameters is asked in the next round.
-    let best = (0..entered.len()).filter(passes).min_by(|&a, &b| in_order(&entered, &found, a, b));
+    // What else is worth its parameters is asked in the next round. Of as simple ones, what a user gains most with.
+    let gain = |k: usize| -found.rows[k].gains[HORIZONS - 1].share;
+    let best = (0..entered.len()).filter(passes).min_by(|&a, &b| simplest(&entered, a, b, &gain));
     match (&mut answer.named, named) {
         (Some(so_far), Some(more)) => {
             so_far.causes.extend(more.causes);
@@ -325,7 +326,7 @@ fn named(entered: &[Entry], table: &Table, policy: &Policy, first: usize) -> Opt
     members.sort_unstable();
     members.dedup();
     let with_all = (0..entered.len()).filter(|&k| !families.is_empty() && families.iter().all(|family| has(k, family)));
-    let best = with_all.min_by(|&a, &b| in_order(entered, table, a, b))?;
+    let best = with_all.min_by(|&a, &b| simplest(entered, a, b, &|k| -table.rows[k].t))?;
     let row = &table.rows[best];
     if row.p > policy.chance_of_a_name {
         return None;
@@ -344,10 +345,10 @@ fn named(entered: &[Entry], table: &Table, policy: &Policy, first: usize) -> Opt
     Some(Named { causes, rivals, evidence: [row.t, row.p], entry: first + best })
 }
 
-/// The fewest parameters first, and of as many the most certain ones.
-fn in_order(entered: &[Entry], table: &Table, a: usize, b: usize) -> Ordering {
+/// The fewest parameters first, and of as many the lowest number.
+fn simplest(entered: &[Entry], a: usize, b: usize, number: &dyn Fn(usize) -> f64) -> Ordering {
     let count = |k: usize| entered[k].causes.iter().map(|cause| cause.parameters.len()).sum::<usize>();
-    count(a).cmp(&count(b)).then(table.rows[b].t.total_cmp(&table.rows[a].t))
+    count(a).cmp(&count(b)).then(number(a).total_cmp(&number(b)))
 }
 
 /// A model in the list of what was tried.

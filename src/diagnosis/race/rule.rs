@@ -33,17 +33,14 @@ pub fn checks(
             policy.spread,
         ),
         Check::at_most("parameters on a bound that the base is not on", on_bounds(base, entry) as f64, 0.0),
-        Check::at_most("additional drives with a collision", collisions(entry) - collisions(base), 0.0),
+        Check::at_most("additional drives in which it comes too close", too_close(entry) - too_close(base), 0.0),
     ]
 }
 
-/// Drives, or parts of them, in which a model comes too close to the car ahead, where they were left out and in training.
-#[must_use]
-pub fn collisions(entry: &Entry) -> f64 {
-    let close =
-        |losses: &super::loss::Losses| losses.parts.iter().flatten().filter(|part| part.shortfall > 0.0).count();
-    let Some(fit) = entry.whole_drives() else { return f64::INFINITY };
-    (close(&fit.trained) + fit.judged.as_ref().map_or(0, |judged| close(&judged.held))) as f64
+/// Drives, or parts of them, in which a model comes too close to the car ahead where they were left out.
+fn too_close(entry: &Entry) -> f64 {
+    let judged = entry.whole_drives().and_then(|fit| fit.judged.as_ref());
+    judged.map_or(f64::INFINITY, |judged| judged.too_close as f64)
 }
 
 /// The largest ratio of the sizes of the added causes over the longer horizons and the folds of whole drives; infinite where a sign

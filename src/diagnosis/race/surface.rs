@@ -1,7 +1,7 @@
 //! What a fit goes down: the loss of a model over some drives, at one horizon.
 
 use super::Horizon;
-use super::loss::{Counts, Losses, Scale, Sizes, of_squares, slopes};
+use super::loss::{Counts, Losses, SHORTFALL, Scale, Sizes, of_squares, slopes};
 use crate::calibrate::descent;
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::likelihood::model::Model;
@@ -56,6 +56,23 @@ impl Surface<'_> {
     fn pull(&self, part: usize) -> Pull {
         let share = self.horizon.seconds().map_or(0.0, |seconds| (self.model.dt(part) / seconds).min(1.0));
         Pull { share, soft: Some(SOFT) }
+    }
+
+    /// How many of the parts that count come closer to the car ahead than this share of the smallest measured spacing, or fail.
+    ///
+    /// # Errors
+    /// [`DiagnoseError::Evaluate`].
+    pub fn too_close(&self, values: &[f64], share: f64) -> Result<usize, DiagnoseError> {
+        let candidate = [values.to_vec()];
+        let mut count = 0;
+        for part in self.parts() {
+            let least = share * self.scales[part].least;
+            let pull = Pull { soft: Some(Soft { least, price: 0.0 }), ..self.pull(part) };
+            let runs = self.model.squares(part, &candidate, pull, self.sizes[part].bins(self.horizon))?;
+            let is_far = |run: &Vec<[f64; 4]>| run.iter().all(|sums| sums[SHORTFALL] <= 0.0);
+            count += usize::from(!runs[0].as_ref().is_some_and(is_far));
+        }
+        Ok(count)
     }
 
     /// Losses of values on the parts that count; those of a run that fails are infinite.
