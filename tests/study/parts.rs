@@ -81,7 +81,7 @@ fn a_double_part_does_no_harm_and_a_contradiction_stops_the_merge() {
         "{said}"
     );
     let shown = ok(&["study", "status", text(&study)]);
-    assert!(shown.contains(&pair) && shown.contains("go on by deleting the wrong one"), "{shown}");
+    assert!(shown.contains(&pair) && shown.contains("delete the wrong file of each pair"), "{shown}");
     // Whatever sorts before it, the file with the name of its task is the first.
     let early = study.join("parts/000.json");
     fs::rename(&other, &early).unwrap();

@@ -12,7 +12,7 @@ fn a_changed_number_with_a_renewed_checksum_is_found_by_computing_again() {
     ok(&["study", "run", text(&study)]);
     let parts = part_names(&study);
     let said = ok(&["study", "verify", text(&study), "--seed", "7"]);
-    assert!(said.starts_with("1 of 24 parts computed again (--share 0.01 --seed 7): all of them the same"), "{said}");
+    assert!(said.starts_with("1 of 24 parts computed again (--share 0.01 --seed 7): all identical"), "{said}");
     let said = ok(&["study", "verify", text(&study), "--share", "1"]);
     assert!(said.starts_with("24 of 24 parts computed again"), "{said}");
 
