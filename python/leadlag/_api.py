@@ -347,7 +347,6 @@ def diagnose(
     seed: int = 1,
     causes: Iterable[str | os.PathLike[str] | tuple[str, str]] = (),
     bounds: BoundsLike | Iterable[BoundsLike] | None = None,
-    correct: bool = False,
     progress: bool = True,
     **reading: Unpack[Reading],
 ) -> _native.Findings:
@@ -356,8 +355,7 @@ def diagnose(
     ``drives`` and ``holdout``: one drive or several, as of :func:`calibrate`; options of reading are those of :func:`read`. Without ``holdout`` the last
     third of each drive is held back. ``base``: a model as :func:`calibrate` takes it. ``effort``: ``"quick"`` (about 20 s of CPU per drive of 15 minutes), ``"normal"`` (twice that)
     or ``"thorough"``. ``causes``: WGSL files, or pairs ``(name, text)``, that are tried beside the built-in ones. ``bounds``: as of :func:`calibrate`, in place
-    of those of the diagnosis; they may name parameters of causes. ``correct``: correct faults of the data where they can be. ``progress``: whether a bar
-    is shown.
+    of those of the diagnosis; they may name parameters of causes. ``progress``: whether a bar is shown.
 
     Ctrl-C ends it without a result.
     """
@@ -371,7 +369,7 @@ def diagnose(
     own = [(str(c[0]), str(c[1])) if isinstance(c, tuple) else (Path(c).stem, Path(c).read_text()) for c in causes]
     asked = base if isinstance(base, Model) else Model(base)
     with Bar(f"diagnosis of {asked!r}", progress) as tell:
-        return _native.diagnose(trained, held, asked, effort, seed, own, names, single, correct, tell)
+        return _native.diagnose(trained, held, asked, effort, seed, own, names, single, bool(reading.get("correct")), tell)
 
 
 def extended(model: Model, causes: Iterable[str], own: Iterable[tuple[str, str]]) -> Model:

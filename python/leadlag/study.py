@@ -288,11 +288,12 @@ def _joined(tables: Sequence[dict[str, Any]]) -> dict[str, Any]:
 
 def _together(told: Sequence[str], pairs: int) -> list[str]:
     """Warnings, each once. The counts of doubtful pairs are added up."""
-    form = re.compile(r"(\d+) of \d+ (pairs have implausible signals; the first: .*)", re.DOTALL)
+    form = re.compile(r"(\d+) of \d+ pairs have implausible signals: (.*?)(; the first: .*)", re.DOTALL)
     counts = [match for match in map(form.fullmatch, told) if match]
     doubtful = sum(int(match[1]) for match in counts)
     others = dict.fromkeys(text for text in told if not form.fullmatch(text))
-    return [*others, *(f"{doubtful} of {pairs} {match[2]}" for match in counts[:1])]
+    named = ", ".join(match[2] for match in counts)
+    return [*others, *(f"{doubtful} of {pairs} pairs have implausible signals: {named}{match[3]}" for match in counts[:1])]
 
 
 @dataclass

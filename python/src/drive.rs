@@ -121,6 +121,7 @@ impl Drive {
 /// - `start` and `end`: times as in the file [s];
 /// - `max_gap`: longest gap that is interpolated [s], 1 by default;
 /// - `smooth`: whether signals are smoothed as the paper's authors did;
+/// - `correct`: whether faults of the data are corrected where possible;
 /// - `resample`: a time step [s];
 /// - `reconcile`: what the spacing is anchored to, "gap" (the default) or "speeds";
 /// - `vehicle`: the follower's car, a built-in one or FILE#NAME; `grade`: a table or "level";

@@ -11,10 +11,13 @@ use crate::score::GoodnessOfFit;
 use crate::study::fingerprint;
 use crate::study::table::Table;
 use crate::trajectory::import::is_companion;
+use crate::trajectory::soundness::FindingKind;
 use anyhow::Context;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
+/// The kind of noise, by its name.
+const NOISY: &str = FindingKind::Noisy.into_str();
 /// Doubtful pairs that are named.
 const DOUBTFUL_NAMED: usize = 20;
 
@@ -110,7 +113,9 @@ impl Pairs {
 
     /// How many pairs have doubtful data, which, and what of the first.
     pub(crate) fn doubtful(&self) -> Option<String> {
-        let doubtful: Vec<&Pair> = self.pairs.iter().filter(|pair| !pair.doubts().is_empty()).collect();
+        // Noise of an acceleration has a warning of its own.
+        let is_doubtful = |pair: &&Pair| pair.doubts().split(' ').any(|kind| !kind.is_empty() && kind != NOISY);
+        let doubtful: Vec<&Pair> = self.pairs.iter().filter(is_doubtful).collect();
         let first = doubtful.first()?;
         let named: Vec<String> =
             doubtful.iter().take(DOUBTFUL_NAMED).map(|pair| format!("{} ({})", pair.place(), pair.doubts())).collect();

@@ -70,7 +70,7 @@ pub struct Judged {
     pub folds: Vec<Vec<f64>>,
     /// Losses on what was left out.
     pub held: Losses,
-    /// Parts left out in which the model comes too close to the car ahead, or fails.
+    /// How often the model comes too close to the car ahead in parts left out, or fails.
     pub too_close: usize,
 }
 
@@ -324,7 +324,7 @@ impl Field {
             let surface = self.surface(model, &left_out, horizon);
             let losses = surface.losses(std::slice::from_ref(values))?.remove(0);
             if horizon.is_whole() {
-                too_close += surface.too_close(values, Policy::DEFAULT.least_spacing)?;
+                too_close += surface.too_close(values, &Policy::DEFAULT.least_spacing)?;
             }
             for (held, part) in held.parts.iter_mut().zip(losses.parts) {
                 *held = held.take().or(part);

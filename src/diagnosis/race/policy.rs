@@ -27,9 +27,9 @@ pub struct Policy {
     pub none: f64,
     /// Gain in training that is worth a judgement, as a share of the error \[-\]: less is nothing to change a model for.
     pub worth_trying: f64,
-    /// Smallest spacing over a whole drive as a share of the smallest measured one, at least \[-\], unless the base falls short of it, too: a
-    /// model that comes through by centimetres collides on the next drive.
-    pub least_spacing: f64,
+    /// Shares of the smallest measured spacing \[-\] that a model may fall short of in as many whole drives as the base, and no more: one that
+    /// comes closer collides on the next drive.
+    pub least_spacing: [f64; 3],
     /// A stretch is not followed if the error of the speed over 10 s is so many times the usual one \[-\], which nine of ten bins do not
     /// exceed: a law that is no good at something is off by twice that.
     pub not_followed: f64,
@@ -58,7 +58,7 @@ impl Policy {
         spread: 2.5,
         none: 0.02,
         worth_trying: 0.005,
-        least_spacing: 0.25,
+        least_spacing: [0.25, 0.5, 0.75],
         not_followed: 3.0,
         least_not_followed: 0.5,
         usual: 0.9,

@@ -33,11 +33,11 @@ pub fn checks(
             policy.spread,
         ),
         Check::at_most("parameters on a bound that the base is not on", on_bounds(base, entry) as f64, 0.0),
-        Check::at_most("additional drives in which it comes too close", too_close(entry) - too_close(base), 0.0),
+        Check::at_most("how often it comes closer than the base", too_close(entry) - too_close(base), 0.0),
     ]
 }
 
-/// Drives, or parts of them, in which a model comes too close to the car ahead where they were left out.
+/// How often a model comes too close to the car ahead in drives, or parts of them, that were left out.
 fn too_close(entry: &Entry) -> f64 {
     let judged = entry.whole_drives().and_then(|fit| fit.judged.as_ref());
     judged.map_or(f64::INFINITY, |judged| judged.too_close as f64)

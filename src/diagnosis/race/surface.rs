@@ -58,14 +58,14 @@ impl Surface<'_> {
         Pull { share, soft: Some(SOFT) }
     }
 
-    /// How many of the parts that count come closer to the car ahead than this share of the smallest measured spacing, or fail.
+    /// How often the parts that count come closer to the car ahead than one of these shares of the smallest measured spacing, or fail.
     ///
     /// # Errors
     /// [`DiagnoseError::Evaluate`].
-    pub fn too_close(&self, values: &[f64], share: f64) -> Result<usize, DiagnoseError> {
+    pub fn too_close(&self, values: &[f64], shares: &[f64]) -> Result<usize, DiagnoseError> {
         let candidate = [values.to_vec()];
         let mut count = 0;
-        for part in self.parts() {
+        for (part, share) in self.parts().into_iter().flat_map(|part| shares.iter().map(move |share| (part, share))) {
             let least = share * self.scales[part].least;
             let pull = Pull { soft: Some(Soft { least, price: 0.0 }), ..self.pull(part) };
             let runs = self.model.squares(part, &candidate, pull, self.sizes[part].bins(self.horizon))?;
