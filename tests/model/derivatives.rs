@@ -4,8 +4,8 @@ use crate::common;
 use leadlag::internal::calibrate::{Calibration, Overrides, Replicate, SearchSpace, Stop, StopReason, calibrate};
 use leadlag::internal::catalog::Variant;
 use leadlag::internal::convention::Convention;
-use leadlag::internal::evaluator::{Case, Job, Population, Pull, Score, Soft};
-use leadlag::internal::lanes::{Differences, Lanes, LanesPrecision};
+use leadlag::internal::evaluator::{Case, Job, Population, Pull, Residuals, Score, Soft};
+use leadlag::internal::lanes::{Bins, Differences, Lanes, LanesPrecision};
 use leadlag::internal::trajectory::{Preparation, Trajectory, import, prepare};
 use leadlag::internal::vehicle::Vehicle;
 use std::ops::ControlFlow;
@@ -42,6 +42,54 @@ fn cost(lanes: &Lanes, space: &SearchSpace, candidates: &[Vec<f64>], pull: Pull)
         other => panic!("{other:?}"),
     };
     scores.into_iter().map(cost).collect()
+}
+
+/// Sums over bins are those of the samples, and the mean acceleration is a difference of speeds.
+#[test]
+fn sums_over_bins_are_those_of_the_samples() {
+    let Some(trajectory) = tesla("sums_over_bins_are_those_of_the_samples") else { return };
+    let (case, space) = case_of(&trajectory, "idm", Convention::AUTHORS);
+    let lanes = Lanes::new(vec![case], "nrmse-sva".parse().expect("a measure"), LanesPrecision::F64).expect("lanes");
+    let candidate = [4.0, 33.0, 2.0, 1.2, 1.5, -1.5];
+    let mut population = Population::new(&space.symbols);
+    population.push(&candidate);
+    population.push(&[4.0, 33.0, 2.0, 1.2001, 1.5, -1.5]);
+    let job = Job { case: 0, population: &population };
+    // Two bins, the second one shorter, with samples between them that count in none.
+    let bin = |t: usize| match t {
+        100..400 => Some(0),
+        450..600 => Some(1),
+        _ => None,
+    };
+    let of: Vec<Option<u32>> = (0..trajectory.len()).map(bin).collect();
+    let mut errors: Vec<Vec<[f64; 2]>> = vec![Vec::new(); 2];
+    let mut each = |stretch: &Residuals| errors.iter_mut().enumerate().for_each(|(i, e)| e.extend(stretch.of(i)));
+    lanes.free_residuals(&job, None, &mut each).expect("runs");
+    let free = Pull { share: 0.0, soft: None };
+    let mean = 10;
+    let bins = Bins { of: &of, count: 2, mean };
+    let squares = lanes.squares(&job, free, bins).expect("runs");
+    let differences = [Differences { first: 0, steps: vec![1e-4] }];
+    let products = lanes.products(&job, free, &differences, bins).expect("runs").remove(0).expect("comes through");
+    for k in 0..2 {
+        let samples = || (0..of.len()).filter(move |t| of_bin(bin(*t), k));
+        let sum = |of: &dyn Fn(usize) -> f64| samples().map(of).sum::<f64>();
+        let lagged = |i: usize, t: usize| errors[i][t][1] - errors[i][t - mean][1];
+        let expected =
+            [sum(&|t| errors[0][t][0].powi(2)), sum(&|t| errors[0][t][1].powi(2)), sum(&|t| lagged(0, t).powi(2))];
+        let slope = sum(&|t| lagged(0, t) * (lagged(1, t) - lagged(0, t)) / 1e-4);
+        for (signal, expected) in expected.into_iter().enumerate() {
+            let [found, product] = [squares[0].as_ref().expect("comes through")[k][signal], products.square(k, signal)];
+            assert!((found / expected - 1.0).abs() < 1e-9, "bin {k} signal {signal}: {found} for {expected}");
+            assert!((product / expected - 1.0).abs() < 1e-9, "bin {k} signal {signal}: {product} for {expected}");
+        }
+        let found = products.half_gradient(k, 2)[0];
+        assert!((found - slope).abs() < 1e-6 * slope.abs() + 1e-9, "bin {k}: {found} for {slope}");
+    }
+}
+
+fn of_bin(own: Option<u32>, k: usize) -> bool {
+    own == Some(k as u32)
 }
 
 /// Against central differences of the cost itself: free, pulled, and behind collisions, where shortfalls cost; for each family of measures.

@@ -63,7 +63,7 @@ pub struct DiagnosisOutcome {
     /// Why that could not be had; none where it was, or was not asked for.
     #[serde(default)]
     pub unknown: Option<String>,
-    /// What the closed loop recommends over the training drives: no cause, or some. None where a journal does not say it.
+    /// What the race recommends over the training drives: no cause, or some. None where a journal does not say it.
     #[serde(default)]
     pub recommended: Option<Vec<String>>,
     /// What passes there at one horizon at least, with the probability of that by chance.
@@ -115,7 +115,7 @@ impl DiagnosisOutcome {
         ![FAILED, UNDIAGNOSED].contains(&self.verdict.as_str())
     }
 
-    /// True if the closed loop recommends something of the family of each planted effect.
+    /// True if the race recommends something of the family of each planted effect.
     #[must_use]
     pub fn is_recommended(&self) -> bool {
         let has = |truth: &String| self.recommended.iter().flatten().any(|name| family_of(name) == family_of(truth));
@@ -223,7 +223,7 @@ pub fn judge(outcome: &DiagnosisOutcome) -> Judgement {
     }
 }
 
-/// Makes the drives of a case and diagnoses them; what is recommended in closed loop, too.
+/// Makes the drives of a case and diagnoses them; what the race recommends, too.
 #[must_use]
 pub fn diagnose_task(task: &DiagnosisTask) -> DiagnosisOutcome {
     diagnosed(task, true)

@@ -168,7 +168,7 @@ fn once(outcome: &Outcome) -> bool {
     !outcome.causes.is_empty() && outcome.causes.iter().all(|cause| happens_once(&cause.name))
 }
 
-/// True for a cause that begins at a time of one drive; the closed loop does not try these.
+/// True for a cause that begins at a time of one drive; the race does not try these.
 fn happens_once(cause: &str) -> bool {
     let own = library().iter().find(|extension| extension.name == cause);
     own.is_some_and(|extension| extension.parameters.iter().any(|symbol| symbol.is_time()))

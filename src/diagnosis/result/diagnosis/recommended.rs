@@ -1,4 +1,4 @@
-//! What the closed loop says, as it stands in `diagnosis.json`.
+//! What the race says, as it stands in `diagnosis.json`.
 
 use super::ParameterEntry;
 use crate::judge::Check;
