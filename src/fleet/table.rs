@@ -185,8 +185,7 @@ pub struct ParameterOverview {
     pub determined: Option<f64>,
 }
 
-// serde gives a reference.
-#[allow(clippy::trivially_copy_pass_by_ref)]
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
 fn is_zero(count: &usize) -> bool {
     *count == 0
 }

@@ -34,8 +34,8 @@ fn verdict(outcome: &Outcome) -> String {
         .filter_map(|cause| {
             let others: Vec<&str> = outcome.rivals(cause).map(|rival| rival.name.as_str()).collect();
             Some(format!(
-                "{}: {}, or {} (these data do not distinguish them)",
-                words(cause)?,
+                "{}, unlike {base}: {}, or {} (these data do not distinguish them).",
+                capitalised(words(cause)?),
                 one(cause),
                 others.join(", ")
             ))
@@ -52,8 +52,7 @@ fn verdict(outcome: &Outcome) -> String {
     let others: Vec<String> = others.map(either).collect();
     let named = || {
         let lacks = if others.is_empty() { String::new() } else { format!("{base} lacks {}.", others.join(", and ")) };
-        let families = families.iter().map(|family| format!("{family}, which {base} does not."));
-        families.map(capitalised).chain([lacks]).filter(|part| !part.is_empty()).collect::<Vec<_>>().join(" ")
+        families.iter().cloned().chain([lacks]).filter(|part| !part.is_empty()).collect::<Vec<_>>().join(" ")
     };
     match outcome.verdict {
         Verdict::Named | Verdict::Ambiguous => named(),
@@ -67,7 +66,7 @@ fn verdict(outcome: &Outcome) -> String {
     }
 }
 
-fn capitalised(text: String) -> String {
+fn capitalised(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
