@@ -57,7 +57,7 @@ pub fn program() -> &'static str {
     &calibrate::PROGRAM
 }
 
-/// What a calibration is searched in and scored by.
+/// Search space and scores of a calibration.
 pub(crate) struct Prepared {
     pub(crate) space: SearchSpace,
     pub(crate) reference: Reference,
@@ -205,7 +205,7 @@ impl Calibration {
         Ok(self)
     }
 
-    /// Who is told that an evaluator is replaced by another one under `auto`; nobody by default.
+    /// Called when `auto` replaces an evaluator by another one; no call by default.
     #[must_use]
     pub fn warn(mut self, warn: fn(&str)) -> Calibration {
         self.warn = warn;
@@ -227,13 +227,13 @@ impl Calibration {
     /// Calibrates on a drive.
     ///
     /// # Errors
-    /// When a bound cannot be, the drive lacks what the model needs, two drives have samples in common, or no candidate is feasible.
+    /// When a bound is invalid, the drive lacks a signal of the model, drives share samples, or no candidate is feasible.
     pub fn run(&self, drive: &Drive) -> Result<Fit, Error> {
         self.run_on(&[drive], &mut |_| ControlFlow::Continue(()))
     }
 
-    /// Calibrates one parameter set on several drives together. `progress` is told how far the search is; where it breaks, what was found so
-    /// far is the result, without intervals.
+    /// Calibrates one parameter set on several drives together. `progress` receives the progress of the search. If it breaks, the result is the
+    /// best found so far, without intervals.
     ///
     /// # Errors
     /// As [`Calibration::run`].
@@ -278,7 +278,7 @@ impl Calibration {
         let known = self.model.parameters();
         let single = checked_single(&self.single, &self.model, &known)?;
         let mut overrides = read_bounds(&self.bounds, &self.model)?;
-        // A set is a start; what a file says, or the bounds of one parameter, are meant.
+        // A set is a start; a file, or the bounds of one parameter, are deliberate.
         let is_file = |given: &&String| given.parse::<BoundSet>().is_err();
         let files: Vec<String> = self.bounds.iter().filter(is_file).cloned().collect();
         let mut meant = read_bounds(&files, &self.model)?;
@@ -334,7 +334,7 @@ impl Calibration {
         Ok(Prepared { space, reference: Reference::new(cases, self.gof) })
     }
 
-    /// Refuses numbers of replicates and simulations that cannot be.
+    /// Refuses invalid numbers of replicates and simulations.
     pub(crate) fn check_numbers(&self) -> anyhow::Result<()> {
         let (replicates, simulations) = (self.search.replicates, self.search.stop.max_evaluations);
         let (most, least) = (calibrate::REPLICATES_MAX, calibrate::EVALUATIONS_MIN);

@@ -176,7 +176,7 @@ impl Loading {
         Ok(loaded)
     }
 
-    /// One follower: what is wrong with his data, and what is left after it was corrected.
+    /// One follower: the faults of its data, and those that remain after corrections.
     fn examine(self, source: Source<'_>, role: &str, warn: &mut dyn FnMut(String)) -> anyhow::Result<Examined> {
         let Source { recording, reading, follower, id } = source;
         let id = id.as_deref();
@@ -229,7 +229,7 @@ pub(crate) struct Asked<'a> {
 }
 
 impl Asked<'_> {
-    /// Both judges, and what the data say; data and findings of `loaded` are taken.
+    /// The answer of both judges and the findings of the data; takes data and findings out of `loaded`.
     pub(crate) fn answer(
         &self,
         loaded: &mut Loaded,
@@ -274,7 +274,7 @@ pub(crate) fn built_in() -> Vec<&'static Extension> {
 }
 
 impl Diagnosis {
-    /// A diagnosis of what a model lacks; models are given as to [`Calibration::of`](crate::Calibration::of).
+    /// A diagnosis of a model, given as to [`Calibration::of`](crate::Calibration::of).
     ///
     /// # Errors
     /// When there is no such model.
@@ -346,7 +346,7 @@ impl Diagnosis {
         self.run_on(drives, holdout, &mut |_| ControlFlow::Continue(()))
     }
 
-    /// The same. `progress` is told how far it is; where it breaks, the diagnosis ends with an error.
+    /// The same. `progress` receives the progress; if it breaks, the diagnosis ends with an error.
     ///
     /// # Errors
     /// As [`Diagnosis::run`].

@@ -1,4 +1,4 @@
-//! Every pair of a data set, calibrated by itself.
+//! Every pair of a data set, calibrated separately.
 
 use super::calibration::Calibration;
 use super::drive::Drive;
@@ -57,7 +57,7 @@ impl Pairs {
     pub fn of_drives(drives: &[&Drive]) -> Pairs {
         let pair = |drive: &&Drive| {
             let trajectory = (*drive.trajectory).clone();
-            // The car is looked for where a model needs it, and its absence is told there.
+            // A model that needs the car looks for it and reports its absence.
             let vehicle = drive.recording.reading.vehicle_of(&trajectory).ok().flatten();
             Pair {
                 file: trajectory.source.path.clone(),
@@ -81,7 +81,7 @@ impl Pairs {
         Ok(self)
     }
 
-    /// Takes these pairs for what is held back: each is scored with the parameters of the driver of the same id, and calibrates nothing.
+    /// Holds these pairs back: each is scored with the parameters of the driver of the same id, and none is calibrated.
     #[must_use]
     pub fn hold_back_pairs(mut self, held: Pairs) -> Pairs {
         self.hold(Held::Pairs(held.pairs));
@@ -232,7 +232,7 @@ pub(crate) fn files<P: AsRef<Path>>(given: &[P]) -> anyhow::Result<Vec<PathBuf>>
     Ok(files)
 }
 
-/// Calibrations of many pairs, each by itself, with one or several models.
+/// Separate calibrations of many pairs with one or several models.
 ///
 /// ```no_run
 /// use leadlag::{Fleet, Pairs, Reading};
@@ -323,14 +323,14 @@ fn distinct(calibrations: &[Calibration]) -> Result<(), Usage> {
     Ok(())
 }
 
-/// What is done with each pair: a model of each calibration; seed, convention, evaluator and the like are those of the first one.
+/// Settings of all pairs: a model of each calibration; everything else, such as seed and convention, is of the first one.
 pub(crate) fn settings(calibrations: &[Calibration], measures: Vec<GoodnessOfFit>) -> anyhow::Result<Settings> {
     distinct(calibrations)?;
     let Calibration { convention, search, evaluations, intervals, selection, .. } = &calibrations[0];
     let model = |one: &Calibration| {
         one.check_numbers()?;
         let (variant, overrides) = (one.model, one.overrides()?);
-        // Bounds that no pair can have are told once; what is missing for want of a car, the pair that lacks it says.
+        // Bounds that no pair can have are reported once; a pair without a car reports what the model misses.
         match SearchSpace::new(&variant, None, *convention, &overrides) {
             Err(error @ BoundsError::Impossible { .. }) => Err(error.into()),
             _ => Ok(Model { variant, overrides }),
