@@ -11,9 +11,9 @@ use crate::diagnose::data::check;
 use crate::diagnose::drive::drivers::different_drivers;
 use crate::diagnose::drive::road::{lap, on_the_road_of};
 use crate::diagnose::drive::{drives_apart, hold_back};
-use crate::diagnose::{DiagnoseError, Drive as Diagnosed, Effort, Progress, Question};
+use crate::diagnose::{Drive as Diagnosed, Effort, Progress, Question, infer};
 use crate::extension::Extension;
-use crate::race::{NotFollowed, Policy, Request, combine, not_followed, race, rounds, without};
+use crate::race::{NotFollowed, Policy, Request, race, rounds};
 use crate::result::diagnosis::describe::{Diagnosis as Described, describe};
 use crate::result::diagnosis::{DataEntry, FindingEntry, Outcome};
 use crate::text::spelling::any_of;
@@ -107,8 +107,8 @@ impl Loading {
             holdout: Vec::new(),
             data: Vec::new(),
             findings: Vec::new(),
-            held_back: "Held back: the files marked so. No model is calibrated on them; they decide whether a cause carries over, and the gain \
-                        is measured on them.".to_owned(),
+            held_back: "No model is fitted to the files marked holdout; names are checked and gains measured on them."
+                .to_owned(),
             trained: Vec::new(),
             lap: None,
         };
@@ -168,10 +168,7 @@ impl Loading {
             loaded.lap = lap(&loaded.train);
         }
         if ends_held_back {
-            loaded.held_back =
-                "No file was held back by --holdout, so the last third of every file is. No model is calibrated on it; it decides \
-                 whether a cause carries over, and the gain is measured on it."
-                    .to_owned();
+            loaded.held_back = "Names are checked on the last third of each file, gains on left-out parts.".to_owned();
         }
         Ok(loaded)
     }
@@ -216,8 +213,10 @@ fn drives(picked: &Picked) -> anyhow::Result<Vec<Diagnosed>> {
     Ok(drives)
 }
 
-/// Share of a diagnosis that the likelihood takes in its progress; the rest is the race's.
-const DESCRIBED: f64 = 0.7;
+/// Shares of a diagnosis after which the likelihood, and then the race, has answered.
+const INFERRED: f64 = 0.3;
+/// See [`INFERRED`].
+const RACED: f64 = 0.95;
 
 /// What is asked of loaded drives.
 pub(crate) struct Asked<'a> {
@@ -237,14 +236,8 @@ impl Asked<'_> {
     ) -> anyhow::Result<Described> {
         let Asked { base, effort, seed, causes, bounds } = *self;
         let policy = Policy::DEFAULT;
-        let stage = "looking for stretches that no model follows".to_owned();
-        if progress(Progress { done: 0.0, stage }).is_break() {
-            return Err(DiagnoseError::Stopped.into());
-        }
-        let not_followed = not_followed(&loaded.whole, base, causes, bounds, seed, &policy)?;
-        let followed = without(&loaded.whole, &not_followed, &policy);
         let question = Question { train: &loaded.train, holdout: &loaded.holdout, base, effort, seed, causes, bounds };
-        let request = Request { drives: &followed, base, causes, bounds, seed, rounds: rounds(effort) };
+        let request = Request { drives: &loaded.whole, base, causes, bounds, seed, rounds: rounds(effort) };
         let all: Vec<&Diagnosed> = if loaded.trained.is_empty() {
             loaded.whole.iter().chain(&loaded.holdout).collect()
         } else {
@@ -252,13 +245,13 @@ impl Asked<'_> {
         };
         let different = different_drivers(&all, base, bounds, seed)?;
         let part = |p: Progress, [from, to]: [f64; 2]| Progress { done: from + (to - from) * p.done, ..p };
-        let mut found = describe(&question, loaded.lap, &mut |p| progress(part(p, [0.0, DESCRIBED])))?;
-        let answer = race(&request, &policy, &mut |p| progress(part(p, [DESCRIBED, 1.0])))?;
-        combine(&mut found.outcome, &answer);
+        let inference = infer(&question, &mut |p| progress(part(p, [0.0, INFERRED])))?;
+        let answer = race(&request, &policy, &mut |p| progress(part(p, [INFERRED, RACED])))?;
+        let mut found = describe(&question, inference, &answer, loaded.lap, &mut |p| progress(part(p, [RACED, 1.0])))?;
         found.outcome.data = std::mem::take(&mut loaded.data);
         found.outcome.data_findings = std::mem::take(&mut loaded.findings);
         found.outcome.data_findings.extend(different.map(FindingEntry::different));
-        found.outcome.data_findings.extend(not_followed.iter().map(NotFollowed::finding));
+        found.outcome.data_findings.extend(answer.not_followed.iter().map(NotFollowed::finding));
         found.outcome.held_back = std::mem::take(&mut loaded.held_back);
         Ok(found)
     }

@@ -63,7 +63,9 @@ pub fn of_calibration(folder: &Path) -> Vec<String> {
     suffixes.flat_map(|suffix| [format!("simulation{suffix}.csv"), format!("plot{suffix}.svg")]).collect()
 }
 
-/// The bounds of what a diagnosis recommends.
+/// The picture of the models that were tried.
+pub const RACE: &str = "race.svg";
+/// The bounds of the recommended model.
 pub const RECOMMENDED_BOUNDS: &str = "bounds.toml";
 
 /// The tables and pictures that the diagnosis which a folder holds has there; none without one.
@@ -72,10 +74,8 @@ pub fn of_diagnosis(folder: &Path) -> Vec<String> {
     let of_drive = |i: usize| {
         [format!("simulation_{i}.csv"), format!("simulation_{i}.svg"), format!("missing_acceleration_{i}.csv")]
     };
-    let whole = ["missing_acceleration.svg", "ladder.svg", RECOMMENDED_BOUNDS]
-        .map(str::to_owned)
-        .into_iter()
-        .filter(|_| count > 0);
+    let whole =
+        ["missing_acceleration.svg", RACE, RECOMMENDED_BOUNDS].map(str::to_owned).into_iter().filter(|_| count > 0);
     (1..=count).flat_map(of_drive).chain(whole).collect()
 }
 

@@ -4,7 +4,7 @@ use crate::common;
 use leadlag::internal::bench::{DiagnosisTask, planted};
 use leadlag::internal::calibrate::Overrides;
 use leadlag::internal::diagnose::Drive;
-use leadlag::internal::race::{NotFollowed, Policy, not_followed, without};
+use leadlag::internal::race::{NotFollowed, Policy, Request, not_followed, without};
 use leadlag::internal::trajectory::{Preparation, import, prepare};
 use leadlag::internal::wgsl::library;
 
@@ -25,7 +25,9 @@ fn drives(kind: &str, base: &str, causes: &[&str], seed: u64) -> Vec<Drive> {
 fn found(drives: &[Drive], base: &str) -> Vec<NotFollowed> {
     let causes: Vec<_> = library().iter().copied().filter(|extension| extension.cause.is_some()).collect();
     let base = base.parse().expect("a base");
-    not_followed(drives, base, &causes, &Overrides::new(), 1, &Policy::DEFAULT).expect("it runs")
+    let bounds = Overrides::new();
+    let request = Request { drives, base, causes: &causes, bounds: &bounds, seed: 1, rounds: 1 };
+    not_followed(&request, &Policy::DEFAULT).expect("it runs")
 }
 
 /// Where the car is fast, the driver falls back by some twenty metres and catches up again, in forty seconds. When that begins.

@@ -184,7 +184,7 @@ mod tests {
             "schema_version": 1, "verdict": verdict, "reason": "", "causes": names.iter().map(cause).collect::<Vec<_>>(),
             "confounded_with": [], "not_testable": [{"name": "range_bias", "absorbed_by": ["d_0"]}], "data_findings": [],
             "gain": null, "left_over": [], "simulations": 0, "seed": 1, "effort": "quick", "data": [], "drives": [], "held_back": "",
-            "base": null, "extended": null, "budget": null, "missing": null, "missing_left": null, "formula": null, "ladder": []
+            "base": null, "extended": null, "budget": null, "missing": null, "missing_left": null, "ladder": []
         }))
         .expect("an outcome")
     }

@@ -142,7 +142,7 @@ mod tests {
             "schema_version": 1, "verdict": "named", "reason": "", "causes": [cause], "confounded_with": [], "not_testable": [],
             "data_findings": [], "gain": null, "left_over": [], "simulations": 0, "seed": 1, "effort": "quick", "data": [data],
             "drives": [], "held_back": "", "base": base, "extended": base, "budget": null, "missing": null,
-            "missing_left": null, "formula": null, "ladder": []
+            "missing_left": null, "ladder": []
         }))
         .expect("an outcome");
         let again = command(&args, &outcome, trained).expect("something is named");

@@ -1,7 +1,7 @@
 //! The files of a diagnosis.
 
 use super::super::change::Change;
-use super::super::folder::{DIAGNOSIS, RECOMMENDED_BOUNDS, finish, of_diagnosis};
+use super::super::folder::{DIAGNOSIS, RACE, RECOMMENDED_BOUNDS, finish, of_diagnosis};
 use crate::diagnose::Drive;
 use crate::diagnose::describe::free::Free;
 use crate::report::diagnosis::pictures;
@@ -32,8 +32,8 @@ pub fn files(folder: &Path, diagnosis: &Diagnosis, train: &[Drive], holdout: &[D
         let picture = pictures::missing(title, missing, outcome.missing_left.as_ref());
         change.write("missing_acceleration.svg", picture.as_bytes())?;
     }
-    if outcome.ladder.iter().any(|rung| rung.evidence.is_some()) {
-        change.write("ladder.svg", pictures::ladder("Causes that were tried", &outcome.ladder).as_bytes())?;
+    if !outcome.closed_loop.trials.is_empty() {
+        change.write(RACE, pictures::race("Models on unseen data", &outcome.closed_loop).as_bytes())?;
     }
     if let Some(recommended) = &outcome.recommended {
         let bounds: String = recommended

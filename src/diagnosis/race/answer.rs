@@ -1,19 +1,103 @@
 //! The answer of the race as it stands in `diagnosis.json`, together with what the likelihood says.
 
 use super::fit::Entry;
-use super::loss::Losses;
-use super::{Answer, HORIZONS, Horizon, Named, Policy};
-use crate::diagnose::Verdict;
+use super::loss::{Losses, SIGNALS};
+use super::{Answer, HORIZONS, Horizon, Named, OF_A_NAME, Policy};
 use crate::diagnose::likelihood::model::is_lead;
+use crate::diagnose::{Drive, Verdict};
 use crate::extension::Extension;
 use crate::judge::mean;
 use crate::result::diagnosis::recommended::{ClosedLoopGain, Collisions, PerDrive, Recommended, RecommendedCause, Why};
-use crate::result::diagnosis::{CauseEntry, Outcome, ParameterEntry};
+use crate::result::diagnosis::{CauseEntry, ErrorsEntry, HeldBackEntry, Outcome, ParameterEntry};
+use crate::symbols::Parameters;
 
 /// Standard errors to either side of an estimate that make up 95 %.
 const TWO_SIDED: f64 = 1.96;
-/// The horizon whose sizes stand beside a name: most certain where the correction leaves a model some seconds.
-const OF_A_NAME: Horizon = Horizon::Window;
+
+/// A model of the race as a calibration and a simulation take it: without the nuisance lead, which is no property of a car.
+#[derive(Debug, Clone)]
+pub struct Delivered {
+    /// Its causes.
+    pub causes: Vec<&'static Extension>,
+    /// Fitted to all drives over their whole length.
+    pub parameters: Parameters,
+    /// The same with their intervals.
+    pub entries: Vec<ParameterEntry>,
+}
+
+impl Answer {
+    /// The base; `None` where nothing could be judged.
+    #[must_use]
+    pub fn base(&self) -> Option<Delivered> {
+        delivered(self.entries.first()?)
+    }
+
+    /// The recommended model.
+    #[must_use]
+    pub fn recommended_model(&self) -> Option<Delivered> {
+        delivered(&self.entries[self.winner?])
+    }
+
+    /// True if a drive takes part in the race.
+    #[must_use]
+    pub fn has_seen(&self, drive: &Drive) -> bool {
+        let recording = drive.recording();
+        self.field.parts.drives.iter().any(|part| part.recording() == recording)
+    }
+
+    /// Errors of the base, and of the recommended model, on what was left out of their fits, file by file.
+    #[must_use]
+    pub fn left_out(&self) -> Vec<HeldBackEntry> {
+        let Some(base) = self.entries.first() else { return Vec::new() };
+        let recommended = self.winner.map(|k| &self.entries[k]);
+        let entry = |file: &str| {
+            let of = |entry: &Entry| Some(self.errors(held(entry)?, file));
+            let base = of(base);
+            HeldBackEntry {
+                label: file.to_owned(),
+                rms: base.map(|errors| errors.rms),
+                nrmse_sva: base.map(|errors| errors.nrmse_sva),
+                recommended: recommended.and_then(of),
+            }
+        };
+        self.files().into_iter().map(entry).collect()
+    }
+
+    fn files(&self) -> Vec<&str> {
+        let mut files: Vec<&str> = Vec::new();
+        for drive in &self.field.parts.drives {
+            if !files.contains(&drive.file()) {
+                files.push(drive.file());
+            }
+        }
+        files
+    }
+
+    /// Over the parts of a file.
+    fn errors(&self, losses: &Losses, file: &str) -> ErrorsEntry {
+        let (drives, scales) = (&self.field.parts.drives, &self.field.scales);
+        let mine = drives.iter().zip(&losses.parts).map(|(drive, part)| part.clone().filter(|_| drive.file() == file));
+        let own = Losses { parts: mine.collect() };
+        let bins: Vec<&[f64; SIGNALS]> = own.parts.iter().flatten().flat_map(|part| &part.mse).collect();
+        let rms = |k: usize| (bins.iter().map(|mse| mse[k]).sum::<f64>() / bins.len().max(1) as f64).sqrt();
+        ErrorsEntry { rms: std::array::from_fn(rms), nrmse_sva: own.nrmse(scales) }
+    }
+}
+
+fn delivered(entry: &Entry) -> Option<Delivered> {
+    let fit = entry.whole_drives()?;
+    let own = of_car(entry);
+    Some(Delivered {
+        causes: entry.causes.clone(),
+        parameters: entry.model.parameters(&fit.whole),
+        entries: parameters(entry, &own, Horizon::Drive),
+    })
+}
+
+/// Positions of all parameters but the lead.
+fn of_car(entry: &Entry) -> Vec<usize> {
+    (0..entry.model.symbols.len()).filter(|&k| !is_lead(entry.model.symbols[k])).collect()
+}
 
 /// Puts the answer of the race into a diagnosis. What the likelihood names stays; else the race names, or at least helps. A base that
 /// could not be trusted becomes a note.
@@ -35,12 +119,14 @@ pub fn combine(outcome: &mut Outcome, answer: &Answer) {
         outcome.confounded_with = rivals.collect();
         outcome.verdict = if named.rivals.is_empty() { Verdict::Named } else { Verdict::Ambiguous };
         outcome.reason = format!(
-            "every model that follows the drives as well as the best one has it; {:.1} standard errors better than the base on what was \
-             left out of the fits, probability by chance {}",
+            "{:.1} standard errors better than the base on left-out data, probability by chance {}",
             named.evidence[0],
             at_most(named.evidence[1])
         );
     }
+    // What the race judges, a calibration does not absorb.
+    let is_judged = |name: &String| answer.tried.trials.iter().any(|trial| trial.causes.contains(name));
+    outcome.not_testable.retain(|entry| !is_judged(&entry.name));
     let recommended = answer.winner.map(|k| names(&answer.entries[k].causes));
     if let Some(causes) = recommended.filter(|_| !is_named(outcome)) {
         outcome.verdict = Verdict::Helps;
@@ -73,7 +159,7 @@ fn cause_entry(entry: &Entry, named: &Named, cause: &'static Extension, of: Opti
         equation: cause.cause.as_ref().and_then(|cause| cause.equation.clone()),
         instead_of: of.map(|of| of.name.clone()),
         family: cause.family().to_owned(),
-        parameters: of_cause(entry, cause, OF_A_NAME),
+        parameters: of_cause(entry, cause, Horizon::ALL[OF_A_NAME]),
         evidence: named.evidence[0],
         threshold: Policy::DEFAULT.chance_of_a_name,
         threshold_kind: "bootstrap".to_owned(),
@@ -93,9 +179,7 @@ fn recommended_entry(answer: &Answer, entry: &Entry, named: &[String]) -> Option
         meaning: cause.in_short().to_owned(),
         parameters: of_cause(entry, cause, Horizon::Drive),
     };
-    // The lead is no property of a car, and no calibration has it.
-    let own_positions: Vec<usize> =
-        (0..entry.model.symbols.len()).filter(|&k| !is_lead(entry.model.symbols[k])).collect();
+    let own_positions = of_car(entry);
     let bound = |&k: &usize| {
         let axis = &entry.model.axes[k];
         (entry.model.symbols[k].name().to_owned(), [axis.lower, axis.upper])
@@ -162,19 +246,9 @@ fn jackknife(folds: &[Vec<f64>], k: usize) -> f64 {
 
 /// NRMSE(s,v,a) by file, over the parts that were left out.
 fn per_drive(answer: &Answer, base: &Losses, own: &Losses) -> Vec<PerDrive> {
-    let (drives, scales) = (&answer.field.parts.drives, &answer.field.scales);
-    let mut paths: Vec<&str> = Vec::new();
-    for drive in drives {
-        if !paths.contains(&drive.file()) {
-            paths.push(drive.file());
-        }
-    }
-    let of = |losses: &Losses, path: &str| {
-        let mine = drives.iter().zip(&losses.parts).map(|(drive, part)| part.clone().filter(|_| drive.file() == path));
-        Losses { parts: mine.collect() }.nrmse(scales)
-    };
-    let entry = |path: &&str| PerDrive { path: (*path).to_owned(), base: of(base, path), extended: of(own, path) };
-    paths.iter().map(entry).collect()
+    let of = |losses: &Losses, file: &str| answer.errors(losses, file).nrmse_sva;
+    let entry = |file: &str| PerDrive { path: file.to_owned(), base: of(base, file), extended: of(own, file) };
+    answer.files().into_iter().map(entry).collect()
 }
 
 /// What is remarkable about the base: collisions, and a law that does better.

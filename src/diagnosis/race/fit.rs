@@ -94,8 +94,15 @@ impl Entry {
         self.fits.last()?.as_ref()
     }
 
+    /// The causes that it has more than `base`.
+    #[must_use]
+    pub fn added(&self, base: &Entry) -> &[&'static Extension] {
+        &self.causes[base.causes.len()..]
+    }
+
     /// True if it gains so much where it is fitted, at one horizon at least.
-    fn is_worth(&self, base: &Entry, share: f64) -> bool {
+    #[must_use]
+    pub fn is_worth(&self, base: &Entry, share: f64) -> bool {
         let gains = |((own, base), horizon): ((&Option<Fit>, &Option<Fit>), Horizon)| match (own, base) {
             (Some(own), Some(base)) if horizon.is_whole() => 1.0 - own.cost / base.cost > share,
             (Some(own), Some(base)) => base.cost - own.cost > -2.0 * (1.0 - share).ln(),
@@ -189,22 +196,11 @@ impl Field {
     }
 
     /// A law at every horizon, from random candidates and textbook values under the strongest correction, where most starts find the same
-    /// valley.
+    /// valley. Every model has the nuisance lead: a car reacts in finer steps than a model, and what a cause makes up of that is none of it.
     ///
     /// # Errors
     /// As [`Model::new`].
     pub fn law(&self, variant: Variant) -> Result<Entry, DiagnoseError> {
-        let mut entry = self.law_at(variant, &Horizon::ALL)?;
-        self.judge(&mut entry)?;
-        Ok(entry)
-    }
-
-    /// The same at the first horizons only, and not judged. Every model has the nuisance lead: a car reacts in finer steps than a model, and
-    /// what a cause makes up of that is none of it.
-    ///
-    /// # Errors
-    /// As [`Model::new`].
-    pub fn law_at(&self, variant: Variant, horizons: &[Horizon]) -> Result<Entry, DiagnoseError> {
         let led = extension_named(LEAD).and_then(|lead| variant.with(lead).ok());
         let model = self.model(led.unwrap_or(variant))?;
         let random = |i: usize| {
@@ -213,7 +209,7 @@ impl Field {
         };
         let mut random: Vec<Vec<f64>> = (0..RANDOM).map(random).collect();
         let (mut fits, mut leading): (Vec<Option<Fit>>, Vec<Vec<f64>>) = (Vec::new(), Vec::new());
-        for &horizon in horizons {
+        for horizon in Horizon::ALL {
             let surface = self.surface(&model, &self.all, horizon);
             let mut starts = leading.clone();
             if leading.is_empty() {
@@ -230,8 +226,8 @@ impl Field {
         Ok(Entry { causes: Vec::new(), model, fits, scales: self.scales.clone() })
     }
 
-    /// A model with causes more than `base`, judged if it gains anything to speak of in training; `None` if the drives, or the law, lack what
-    /// it needs. It begins where the base is, and where models with a part of the causes are.
+    /// A model with causes more than `base` at every horizon; `None` if the drives, or the law, lack what it needs. It begins where the base
+    /// is, and where models with a part of the causes are.
     ///
     /// # Errors
     /// [`DiagnoseError::Evaluate`].
@@ -240,32 +236,13 @@ impl Field {
         base: &Entry,
         added: &[&'static Extension],
         parts: &[&Entry],
-        policy: &Policy,
-    ) -> Result<Option<Entry>, DiagnoseError> {
-        let mut entry = self.with_causes_at(base, added, parts, &Horizon::ALL[..base.fits.len()])?;
-        if let Some(entry) = entry.as_mut().filter(|entry| entry.is_worth(base, policy.worth_trying)) {
-            self.judge(entry)?;
-        }
-        Ok(entry)
-    }
-
-    /// The same at the first horizons only, and not judged.
-    ///
-    /// # Errors
-    /// [`DiagnoseError::Evaluate`].
-    pub fn with_causes_at(
-        &self,
-        base: &Entry,
-        added: &[&'static Extension],
-        parts: &[&Entry],
-        horizons: &[Horizon],
     ) -> Result<Option<Entry>, DiagnoseError> {
         let Ok(variant) = added.iter().try_fold(base.model.variant, |variant, cause| variant.with(cause)) else {
             return Ok(None);
         };
         let Ok(model) = self.model(variant) else { return Ok(None) };
         let (mut fits, mut leading): (Vec<Option<Fit>>, Vec<Vec<f64>>) = (Vec::new(), Vec::new());
-        for (k, &horizon) in horizons.iter().enumerate() {
+        for (k, horizon) in Horizon::ALL.into_iter().enumerate() {
             let surface = self.surface(&model, &self.all, horizon);
             let (mut starts, mut sized) = (leading.clone(), Vec::new());
             for entry in parts.iter().chain([&base]) {
@@ -298,7 +275,10 @@ impl Field {
     }
 
     /// Fits a model without each fold, from where it is fitted to all.
-    fn judge(&self, entry: &mut Entry) -> Result<(), DiagnoseError> {
+    ///
+    /// # Errors
+    /// [`DiagnoseError::Evaluate`].
+    pub fn judge(&self, entry: &mut Entry) -> Result<(), DiagnoseError> {
         let Entry { model, fits, .. } = entry;
         debug_assert_eq!(fits.len(), HORIZONS, "a model is judged at every horizon");
         for (fit, horizon) in fits.iter_mut().zip(Horizon::ALL) {

@@ -1,8 +1,8 @@
 //! The race: base, base with causes, and other laws, each fitted at several horizons and judged on what was left out of its fits. One test
 //! for all decides what is named and what is recommended ([`Policy`]).
 //!
-//! Corrected towards the measurement within seconds, a model shows its reactions; free over whole drives, it shows its
-//! is worth to its user.
+//! Corrected towards the measurement within seconds, a model shows its reactions; free over whole drives, it shows what it is worth to its
+//! user.
 
 mod answer;
 mod evidence;
@@ -14,21 +14,22 @@ mod policy;
 mod rule;
 pub mod surface;
 
-pub use answer::combine;
+pub use answer::{Delivered, combine};
 pub use evidence::{Evidence, Gain};
 pub use fit::{Entry, Field, Fit, Judged};
-pub use not_followed::{NotFollowed, not_followed, without};
+pub use not_followed::{NotFollowed, without};
 pub use parts::Parts;
 pub use policy::{Policy, rounds};
 
 use crate::calibrate::Overrides;
 use crate::catalog::{BASES, Base, Variant};
-use crate::diagnose::likelihood::model::LEAD;
+use crate::diagnose::likelihood::model::{LEAD, PHASE};
 use crate::diagnose::{DiagnoseError, Drive, Progress};
 use crate::extension::{Extension, Extensions};
 use crate::judge::{Check, Resamples, mean};
 use crate::result::diagnosis::recommended::{ClosedLoopEntry, HorizonGain, LawEntry, Trial};
 use evidence::{Rows, Table, held, passed_over, table, trained};
+use not_followed::stretches;
 use rayon::prelude::*;
 use rule::checks;
 use std::cmp::Ordering;
@@ -36,6 +37,9 @@ use std::ops::ControlFlow;
 
 /// Number of horizons.
 pub const HORIZONS: usize = 3;
+
+/// Position of the horizon that a name has to gain at: the correction leaves a model some seconds, and no more than its reactions show.
+const OF_A_NAME: usize = 1;
 
 /// How far ahead a model predicts before the measurement corrects it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -111,6 +115,8 @@ pub struct Answer {
     entries: Vec<Entry>,
     /// Other laws on the same drives.
     pub laws: Vec<LawEntry>,
+    /// Stretches that no model follows.
+    pub not_followed: Vec<NotFollowed>,
     /// Every model that cannot be told from the best at the shorter horizons, by its causes; another law by its name.
     pub set: Vec<Vec<String>>,
     /// What was tried.
@@ -149,6 +155,59 @@ fn names(causes: &[&'static Extension]) -> Vec<String> {
     causes.iter().map(|cause| cause.name.clone()).collect()
 }
 
+/// What is fitted before any cause is judged: the base, other laws, and the base with what comes late. The best of these follows whatever
+/// the car does by itself.
+struct First {
+    field: Field,
+    base: Entry,
+    laws: Vec<(String, Entry)>,
+    late: Vec<Entry>,
+}
+
+impl First {
+    /// Fitted to these drives.
+    ///
+    /// # Errors
+    /// As [`Field::model`].
+    fn fit(request: &Request<'_>, drives: &[Drive]) -> Result<First, DiagnoseError> {
+        let field = Field::new(Parts::of(drives), request.bounds, request.seed);
+        let base = field.law(request.base)?;
+        let others: Vec<&Base> = BASES.iter().filter(|law| **law != request.base.base).collect();
+        let law = |law: &&Base| {
+            let variant = Variant { base: **law, extensions: Extensions::NONE, ..request.base };
+            // A law that cannot be had costs nothing but itself.
+            Some((variant.name(), field.law(variant).ok()?))
+        };
+        let laws = others.par_iter().filter_map(law).collect();
+        let is_late = |set: &&Vec<&'static Extension>| set.iter().any(|cause| cause.family() == PHASE);
+        let all = sets(request.causes);
+        let late: Vec<&Vec<&'static Extension>> = all.iter().filter(is_late).collect();
+        let of_late =
+            |set: &&Vec<&'static Extension>| late.iter().any(|late| set.iter().all(|cause| late.contains(cause)));
+        let late = with_causes(&field, &base, &all.iter().filter(of_late).cloned().collect::<Vec<_>>(), Vec::new())?;
+        Ok(First { base, laws, late, field })
+    }
+
+    fn simulations(&self) -> u64 {
+        let laws = self.laws.iter().map(|(_, entry)| entry);
+        laws.chain(&self.late).chain([&self.base]).map(|entry| entry.model.simulations()).sum()
+    }
+
+    /// Stretches of the drives that none of these follows.
+    fn not_followed(&self, drives: &[Drive], policy: &Policy) -> Vec<NotFollowed> {
+        let laws = self.laws.iter().map(|(_, entry)| entry);
+        stretches(drives, &self.field, laws.chain(&self.late).chain([&self.base]), policy)
+    }
+}
+
+/// Stretches of the drives of a request that no model follows.
+///
+/// # Errors
+/// As [`Field::model`].
+pub fn not_followed(request: &Request<'_>, policy: &Policy) -> Result<Vec<NotFollowed>, DiagnoseError> {
+    Ok(First::fit(request, request.drives)?.not_followed(request.drives, policy))
+}
+
 /// Runs the race.
 ///
 /// # Errors
@@ -162,7 +221,16 @@ pub fn race(
         ControlFlow::Continue(()) => Ok(()),
         ControlFlow::Break(()) => Err(DiagnoseError::Stopped),
     };
-    let field = Field::new(Parts::of(request.drives), request.bounds, request.seed);
+    show(0.0, "fitting the base and other laws")?;
+    let mut first = First::fit(request, request.drives)?;
+    let not_followed = first.not_followed(request.drives, policy);
+    let mut simulations = 0;
+    if not_followed.iter().any(|stretch| stretch.is_left_out) {
+        show(0.15, "the same without stretches that no model follows")?;
+        simulations = first.simulations();
+        first = First::fit(request, &without(request.drives, &not_followed, policy))?;
+    }
+    let First { field, mut base, laws, late } = first;
     let bins: Vec<usize> = field.sizes.iter().map(loss::Sizes::count).collect();
     let resamples = Resamples::new(&bins, policy.block_s / loss::BIN_S, policy.resamples, request.seed);
     let count: usize = bins.iter().sum();
@@ -177,9 +245,10 @@ pub fn race(
         winner: None,
         entries: Vec::new(),
         laws: Vec::new(),
+        not_followed,
         set: Vec::new(),
         tried,
-        simulations: 0,
+        simulations,
         field,
         resamples,
     };
@@ -190,21 +259,24 @@ pub fn race(
         ));
         return Ok(answer);
     }
-    show(0.0, "fitting the base")?;
-    let base = answer.field.law(request.base)?;
+    show(0.25, "the base on unseen drives")?;
+    answer.field.judge(&mut base)?;
     answer.simulations += base.model.simulations();
     if held(&base).is_none() {
         answer.tried.not_testable = Some(format!("{}: no parameters were found with which it drives", request.base));
         return Ok(answer);
     }
-    show(0.1, "other laws")?;
-    let others = laws(&mut answer, request, &base)?;
+    show(0.3, "other laws on unseen drives")?;
+    let others = judged(&mut answer, laws, &base)?;
     answer.entries.push(base);
-    let mut share = 0.25;
+    let mut late = Some(late);
+    let mut share = 0.4;
     for _ in 0..request.rounds {
         show(share, "every cause on unseen drives")?;
-        let found = round(&mut answer, request, policy, &others, &mut |part, stage| show(share + 0.35 * part, stage))?;
-        share += 0.35;
+        let known = late.take().unwrap_or_default();
+        let mut show = |part: f64, stage: &str| show(share + 0.3 * part, stage);
+        let found = round(&mut answer, request, policy, &others, known, &mut show)?;
+        share += 0.3;
         if !found {
             break;
         }
@@ -212,35 +284,60 @@ pub fn race(
     Ok(answer)
 }
 
-/// The other laws with the same delay, dynamics and constraint.
-fn laws(answer: &mut Answer, request: &Request<'_>, base: &Entry) -> Result<Vec<(String, Rows)>, DiagnoseError> {
-    let others: Vec<&Base> = BASES.iter().filter(|law| **law != request.base.base).collect();
+/// The other laws, judged.
+fn judged(answer: &mut Answer, laws: Vec<(String, Entry)>, base: &Entry) -> Result<Vec<(String, Rows)>, DiagnoseError> {
     let field = &answer.field;
-    let fitted = |law: &&Base| {
-        let variant = Variant { base: **law, extensions: Extensions::NONE, ..request.base };
-        // A law that cannot be had costs nothing but itself.
-        Some((variant.name(), field.law(variant).ok()?))
+    let judged = |(name, mut entry): (String, Entry)| {
+        field.judge(&mut entry)?;
+        Ok((name, entry.model.simulations(), held(&entry)))
     };
-    let found: Vec<(String, Entry)> = others.par_iter().filter_map(fitted).collect();
+    let all: Vec<(String, u64, Option<Rows>)> =
+        laws.into_par_iter().map(judged).collect::<Result<_, DiagnoseError>>()?;
     let own = held(base).map_or(f64::NAN, |rows| mean(&rows[HORIZONS - 1]));
-    let mut all = Vec::new();
-    for (name, entry) in found {
-        answer.simulations += entry.model.simulations();
-        if let Some(rows) = held(&entry) {
-            answer.laws.push(LawEntry { name: name.clone(), gain: 1.0 - mean(&rows[HORIZONS - 1]) / own });
-            all.push((name, rows));
-        }
-    }
+    answer.simulations += all.iter().map(|(_, simulations, _)| simulations).sum::<u64>();
+    let all: Vec<(String, Rows)> = all.into_iter().filter_map(|(name, _, rows)| Some((name, rows?))).collect();
+    let entry =
+        |(name, rows): &(String, Rows)| LawEntry { name: name.clone(), gain: 1.0 - mean(&rows[HORIZONS - 1]) / own };
+    answer.laws = all.iter().map(entry).collect();
     answer.laws.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     Ok(all)
 }
 
-/// One round: all causes against the model so far. True if one of them is recommended.
+/// Models with these causes more than `own`, in the order of the sets; those that are `known` are taken as they are. Single causes come first:
+/// a pair goes on from where each of its causes led by itself, too.
+fn with_causes(
+    field: &Field,
+    own: &Entry,
+    sets: &[Vec<&'static Extension>],
+    known: Vec<Entry>,
+) -> Result<Vec<Entry>, DiagnoseError> {
+    let mut all = known;
+    for is_single in [true, false] {
+        let is_new = |set: &&Vec<&'static Extension>| {
+            (set.len() == 1) == is_single && !all.iter().any(|entry| entry.added(own) == &set[..])
+        };
+        let new: Vec<&Vec<&'static Extension>> = sets.iter().filter(is_new).collect();
+        let one = |set: &&Vec<&'static Extension>| {
+            let parts: Vec<&Entry> = all
+                .iter()
+                .filter(|entry| matches!(entry.added(own), [part] if set.len() > 1 && set.contains(part)))
+                .collect();
+            field.with_causes(own, set, &parts)
+        };
+        let found: Vec<Option<Entry>> = new.par_iter().map(one).collect::<Result<_, DiagnoseError>>()?;
+        all.extend(found.into_iter().flatten());
+    }
+    all.sort_by_key(|entry| sets.iter().position(|set| entry.added(own) == &set[..]));
+    Ok(all)
+}
+
+/// One round: all causes against the model so far, of which some are fitted already. True if one of them is recommended.
 fn round(
     answer: &mut Answer,
     request: &Request<'_>,
     policy: &Policy,
     laws: &[(String, Rows)],
+    known: Vec<Entry>,
     show: &mut dyn FnMut(f64, &str) -> Result<(), DiagnoseError>,
 ) -> Result<bool, DiagnoseError> {
     let (field, own) = (&answer.field, &answer.entries[answer.winner.unwrap_or(0)]);
@@ -250,18 +347,10 @@ fn round(
         set.iter().all(|cause| !own.causes.contains(cause)) && (is_first || set.len() == 1)
     };
     let sets: Vec<Vec<&'static Extension>> = sets(request.causes).into_iter().filter(new).collect();
-    let fitted = |sets: Vec<&Vec<&'static Extension>>, known: &[Entry]| -> Result<Vec<Entry>, DiagnoseError> {
-        let one = |set: &&Vec<&'static Extension>| {
-            let parts: Vec<&Entry> = known.iter().filter(|entry| set.contains(&entry.causes[0])).collect();
-            field.with_causes(own, set, &parts, policy)
-        };
-        let found: Vec<Option<Entry>> = sets.par_iter().map(one).collect::<Result<_, DiagnoseError>>()?;
-        Ok(found.into_iter().flatten().collect())
-    };
-    let mut entered = fitted(sets.iter().filter(|set| set.len() == 1).collect(), &[])?;
-    show(0.6, "pairs of causes on unseen drives")?;
-    // A pair goes on from where each of its causes led by itself, too.
-    entered.extend(fitted(sets.iter().filter(|set| set.len() > 1).collect(), &entered)?);
+    let mut entered = with_causes(field, own, &sets, known)?;
+    show(0.6, "judging causes on unseen drives")?;
+    let worth = entered.par_iter_mut().filter(|entry| entry.is_worth(own, policy.worth_trying));
+    worth.try_for_each(|entry| field.judge(entry))?;
     answer.simulations += entered.iter().map(|entry| entry.model.simulations()).sum::<u64>();
     let in_training = trained(own);
     let left: Vec<Rows> = entered
@@ -328,7 +417,7 @@ fn named(entered: &[Entry], table: &Table, policy: &Policy, first: usize) -> Opt
     let with_all = (0..entered.len()).filter(|&k| !families.is_empty() && families.iter().all(|family| has(k, family)));
     let best = with_all.min_by(|&a, &b| simplest(entered, a, b, &|k| -table.rows[k].t))?;
     let row = &table.rows[best];
-    if row.p > policy.chance_of_a_name {
+    if row.p > policy.chance_of_a_name || row.gains[OF_A_NAME].share < policy.least_gain {
         return None;
     }
     let is_named = |cause: &&'static Extension| families.contains(&cause.family());

@@ -1,19 +1,11 @@
 //! Stretches that no model follows: a driver brings the car up to speed, or brakes, or somebody cuts in. They do not carry over to other drives,
 //! and left in they decide a fit. So they are found first, and at the begin and end of drives they are cut off.
 
+use super::Horizon;
 use super::fit::{Entry, Field};
-use super::loss::{PartLoss, SIGNALS};
-use super::parts::Parts;
 use super::policy::Policy;
-use super::{Horizon, sets};
-use crate::calibrate::Overrides;
-use crate::catalog::{BASES, Variant};
-use crate::diagnose::likelihood::model::PHASE;
-use crate::diagnose::{DiagnoseError, Drive};
-use crate::extension::{Extension, Extensions};
+use crate::diagnose::Drive;
 use crate::result::diagnosis::FindingEntry;
-use rayon::prelude::*;
-use std::ops::Range;
 
 /// A stretch that no law drives.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,94 +25,81 @@ pub struct NotFollowed {
     pub is_left_out: bool,
 }
 
-/// The horizons of a search for them.
-const HORIZONS: [Horizon; 2] = [Horizon::Step, Horizon::Window];
-
-/// Finds them: corrected towards the measurement within a quarter of a minute, even the model that follows best is far off there, be it
-/// another law or the examined one with what comes late, alone or with what hides it.
-///
-/// # Errors
-/// As [`Field::model`].
-pub fn not_followed(
+/// Finds them: corrected towards the measurement within a quarter of a minute, even the model that follows best is far off there.
+pub fn stretches<'a>(
     drives: &[Drive],
-    base: Variant,
-    causes: &[&'static Extension],
-    bounds: &Overrides,
-    seed: u64,
+    field: &Field,
+    models: impl Iterator<Item = &'a Entry>,
     policy: &Policy,
-) -> Result<Vec<NotFollowed>, DiagnoseError> {
-    let field = Field::new(Parts::whole(drives), bounds, seed);
-    let law = |base: Variant| field.law_at(base, &HORIZONS).ok();
-    let others = BASES.par_iter().filter(|law| **law != base.base);
-    let others = others.filter_map(|other| law(Variant { base: *other, extensions: Extensions::NONE, ..base }));
-    let mut all: Vec<Entry> = others.collect();
-    if let Some(own) = law(base) {
-        let is_late = |set: &Vec<&'static Extension>| set.iter().any(|cause| cause.family() == PHASE);
-        let late: Vec<Vec<&'static Extension>> = sets(causes).into_iter().filter(is_late).collect();
-        let with = |set: &Vec<&'static Extension>| field.with_causes_at(&own, set, &[], &HORIZONS).ok().flatten();
-        all.extend(late.par_iter().filter_map(with).collect::<Vec<_>>());
-        all.push(own);
-    }
-    let best = all.iter().filter_map(speed_errors).reduce(|mut errors, other| {
-        for (own, other) in errors.iter_mut().zip(other) {
-            own.iter_mut().zip(other).for_each(|(own, other)| *own = own.min(other));
-        }
+) -> Vec<NotFollowed> {
+    let least = |mut errors: Vec<f64>, other: Vec<f64>| {
+        errors.iter_mut().zip(other).for_each(|(own, other)| *own = own.min(other));
         errors
-    });
-    let Some(errors) = best else { return Ok(Vec::new()) };
-    let usual = usual(&errors, policy);
-    let found = stretches(&errors, policy).into_iter().map(|(k, bins)| {
-        let (drive, sizes) = (&drives[k], &field.sizes[k]);
-        let of = |bin: usize| sizes.of.iter().enumerate().filter(move |(_, own)| **own == Some(bin as u32));
-        // Before the first bin nothing is compared.
-        let first = if bins.start == 0 { 0 } else { of(bins.start).map(|(t, _)| t).min().unwrap_or(0) };
-        let last = of(bins.end - 1).map(|(t, _)| t).max().unwrap_or(first);
-        let edge = (policy.edge_s / drive.dt()) as usize;
+    };
+    let Some(errors) = models.filter_map(speed_errors).reduce(least) else { return Vec::new() };
+    let bins = bins(field, errors);
+    let usual = usual(&bins, policy);
+    let found = far_off(&bins, policy).into_iter().map(|bins| {
+        let (drive, [first, last]) = (&drives[bins[0].drive], [bins[0].when[0], bins[bins.len() - 1].when[1]]);
+        let t = &drive.trajectory.t;
         NotFollowed {
-            is_left_out: first < edge || last + edge >= drive.samples(),
+            is_left_out: first < t[0] + policy.edge_s || last + policy.edge_s >= t[t.len() - 1],
             recording: drive.recording(),
             file: drive.file().to_owned(),
-            when: [drive.trajectory.t[first], drive.trajectory.t[last]],
-            error: errors[k][bins].iter().copied().fold(0.0, f64::max),
+            when: [first, last],
+            error: bins.iter().map(|bin| bin.error).fold(0.0, f64::max),
             usual,
         }
     });
-    Ok(found.collect())
+    found.collect()
 }
 
-/// Of every drive the error of the speed in every bin \[m/s\].
-type Errors = Vec<Vec<f64>>;
+/// A bin of a drive.
+#[derive(Debug, Clone, Copy)]
+struct Bin {
+    drive: usize,
+    /// Begin and end in the file's time \[s\]; before the first bin of a drive nothing is compared, so it begins where the drive does.
+    when: [f64; 2],
+    /// Error of the speed \[m/s\], root mean square.
+    error: f64,
+}
 
-/// Of a model at the longer horizon; `None` where it cannot be fitted.
-fn speed_errors(entry: &Entry) -> Option<Errors> {
+/// Of a model bin by bin at the longest horizon that corrects; `None` where it cannot be fitted.
+fn speed_errors(entry: &Entry) -> Option<Vec<f64>> {
     const SPEED: usize = 1;
-    let of_bin = |mse: &[f64; SIGNALS]| mse[SPEED].sqrt();
-    let of_drive = |part: &Option<PartLoss>| part.iter().flat_map(|part| &part.mse).map(of_bin).collect();
-    Some(entry.fits.last()?.as_ref()?.trained.parts.iter().map(of_drive).collect())
+    let (fit, _) = entry.fits.iter().zip(Horizon::ALL).rfind(|(_, horizon)| !horizon.is_whole())?;
+    let parts = fit.as_ref()?.trained.parts.iter().flatten();
+    Some(parts.flat_map(|part| &part.mse).map(|mse| mse[SPEED].sqrt()).collect())
+}
+
+/// The bins of all drives with their errors.
+fn bins(field: &Field, errors: Vec<f64>) -> Vec<Bin> {
+    let (parts, mut errors, mut bins) = (&field.parts, errors.into_iter(), Vec::<Bin>::new());
+    for ((drive, part), sizes) in parts.of.iter().zip(&parts.drives).zip(&field.sizes) {
+        let t = &part.trajectory.t;
+        for (bin, error) in (0..sizes.count()).zip(&mut errors) {
+            let of = |own: &Option<u32>| *own == Some(bin as u32);
+            let first = sizes.of.iter().position(of).filter(|_| bins.last().is_some_and(|last| last.drive == *drive));
+            let last = sizes.of.iter().rposition(of).unwrap_or(0);
+            bins.push(Bin { drive: *drive, when: [t[first.unwrap_or(0)], t[last]], error });
+        }
+    }
+    bins
 }
 
 /// What the usual bins do not exceed.
-fn usual(errors: &[Vec<f64>], policy: &Policy) -> f64 {
-    let mut all: Vec<f64> = errors.concat();
+fn usual(bins: &[Bin], policy: &Policy) -> f64 {
+    let mut all: Vec<f64> = bins.iter().map(|bin| bin.error).collect();
     all.sort_by(f64::total_cmp);
     all.get((policy.usual * all.len() as f64) as usize).copied().unwrap_or(f64::INFINITY)
 }
 
-/// Drives with runs of unusual bins, one of which is far off.
-fn stretches(errors: &[Vec<f64>], policy: &Policy) -> Vec<(usize, Range<usize>)> {
-    let usual = usual(errors, policy);
+/// Runs of unusual bins of a drive, one of which is far off.
+fn far_off<'a>(bins: &'a [Bin], policy: &Policy) -> Vec<&'a [Bin]> {
+    let usual = usual(bins, policy);
     let far_off = (policy.not_followed * usual).max(policy.least_not_followed);
-    let mut found = Vec::new();
-    for (drive, errors) in errors.iter().enumerate() {
-        let mut from = 0;
-        for run in errors.chunk_by(|a, b| (*a > usual) == (*b > usual)) {
-            if run.iter().any(|error| *error > far_off) {
-                found.push((drive, from..from + run.len()));
-            }
-            from += run.len();
-        }
-    }
-    found
+    let runs = bins.chunk_by(|a, b| a.drive == b.drive && (a.error > usual) == (b.error > usual));
+    runs.filter(|run| run.iter().any(|bin| bin.error > far_off)).collect()
 }
 
 /// The drives without those of these stretches that are left out; what is left of one is a drive where it is long enough. All of them as they are where nothing
@@ -183,14 +162,17 @@ mod tests {
 
     #[test]
     fn a_run_of_unusual_bins_is_a_stretch_where_one_is_far_off() {
-        let mut errors = vec![vec![0.1; 60], vec![0.1; 60]];
+        let bin = |k: usize| Bin { drive: k / 60, when: [10.0 * k as f64, 10.0 * (k + 1) as f64], error: 0.1 };
+        let mut bins: Vec<Bin> = (0..120).map(bin).collect();
         // What is unusual, and not far off, is none.
-        errors[0][20] = 0.3;
-        errors[1][3] = 0.6;
-        errors[1][4] = 2.0;
-        assert_eq!(stretches(&errors, &Policy::DEFAULT), [(1, 3..5)]);
+        bins[20].error = 0.3;
+        bins[63].error = 0.6;
+        bins[64].error = 2.0;
+        let found: Vec<Vec<f64>> =
+            far_off(&bins, &Policy::DEFAULT).iter().map(|run| run.iter().map(|bin| bin.when[0]).collect()).collect();
+        assert_eq!(found, [[630.0, 640.0]]);
         // With precise sensors twenty times the usual error is still nothing to see.
-        let precise: Vec<Vec<f64>> = errors.iter().map(|drive| drive.iter().map(|e| 0.1 * e).collect()).collect();
-        assert!(stretches(&precise, &Policy::DEFAULT).is_empty());
+        bins.iter_mut().for_each(|bin| bin.error *= 0.1);
+        assert!(far_off(&bins, &Policy::DEFAULT).is_empty());
     }
 }

@@ -14,6 +14,8 @@ const SHORTEST_S: f64 = 60.0;
 pub struct Parts {
     /// Drives, or parts of them.
     pub drives: Vec<Drive>,
+    /// Which drive each is, or is a part of.
+    pub of: Vec<usize>,
     /// The fold of each.
     pub folds: Vec<usize>,
     /// Number of folds.
@@ -35,27 +37,23 @@ impl Parts {
                 recordings.iter().position(|name| *name == drive.recording()).expect("collected above") % FOLDS
             };
             let folds: Vec<usize> = drives.iter().map(fold).collect();
-            return Parts { drives: drives.to_vec(), count: recordings.len().min(FOLDS), folds };
+            let of = (0..drives.len()).collect();
+            return Parts { drives: drives.to_vec(), of, count: recordings.len().min(FOLDS), folds };
         }
         let pieces = CUT / recordings.len().max(1);
-        let mut parts = Parts { drives: Vec::new(), folds: Vec::new(), count: 0 };
-        for drive in drives {
+        let mut parts = Parts { drives: Vec::new(), of: Vec::new(), folds: Vec::new(), count: 0 };
+        for (k, drive) in drives.iter().enumerate() {
             let most = (drive.samples() as f64 * drive.dt() / SHORTEST_S) as usize;
             let pieces = pieces.min(most).max(1);
-            for k in 0..pieces {
-                let at = |k: usize| k * drive.samples() / pieces;
-                parts.drives.push(drive.part(at(k)..at(k + 1)));
+            let at = |piece: usize| piece * drive.samples() / pieces;
+            for piece in 0..pieces {
+                parts.drives.push(drive.part(at(piece)..at(piece + 1)));
+                parts.of.push(k);
                 parts.folds.push(parts.folds.len() % CUT);
             }
         }
         parts.count = parts.folds.len().min(CUT);
         parts
-    }
-
-    /// Drives as they are, in one fold.
-    #[must_use]
-    pub fn whole(drives: &[Drive]) -> Parts {
-        Parts { drives: drives.to_vec(), folds: vec![0; drives.len()], count: 1 }
     }
 
     /// For each fold the parts that a fit without it counts.

@@ -14,6 +14,9 @@ pub struct Policy {
     pub least_bins: usize,
     /// Probability of a name by chance, adjusted for all models of a race \[-\].
     pub chance_of_a_name: f64,
+    /// Gain of a name at the middle horizon at least, as a share of the error \[-\]: in gusts a late model predicts the next seconds some per
+    /// cent better, because a gust lasts; over a quarter of a minute that is gone.
+    pub least_gain: f64,
     /// Probability of a recommendation by chance, adjusted likewise \[-\]: what else is asked of it lowers it further.
     pub chance: f64,
     /// Level of the confidence set \[-\].
@@ -52,6 +55,7 @@ impl Policy {
         resamples: 4_999,
         least_bins: 12,
         chance_of_a_name: 0.01,
+        least_gain: 0.02,
         chance: 0.05,
         set: 0.95,
         whole_drives: 1.0,

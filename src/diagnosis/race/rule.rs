@@ -17,8 +17,7 @@ pub fn checks(
     evidence: &Evidence,
     named: &[&'static Extension],
 ) -> Vec<Check> {
-    let added: Vec<&'static Extension> =
-        entry.causes.iter().copied().filter(|cause| !base.causes.contains(cause)).collect();
+    let added = entry.added(base);
     let whole = &evidence.gains[HORIZONS - 1];
     let is_named = |cause: &&&'static Extension| named.iter().any(|named| named.family() == cause.family());
     let unnamed = added.len() - added.iter().filter(is_named).count();
@@ -29,7 +28,7 @@ pub fn checks(
         Check::at_least("gain over whole drives, in standard errors", whole.t, policy.whole_drives),
         Check::at_most(
             "largest size over smallest, over folds and horizons",
-            spread(policy, entry, &added),
+            spread(policy, entry, added),
             policy.spread,
         ),
         Check::at_most("parameters on a bound that the base is not on", on_bounds(base, entry) as f64, 0.0),

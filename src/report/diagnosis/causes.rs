@@ -10,7 +10,7 @@ use crate::wgsl::{laws, library};
 use std::fmt::{Result, Write};
 
 /// Models shown: the best ones.
-const SHOWN: usize = 6;
+const SHOWN: usize = 5;
 
 /// The models of the race that gain most.
 pub(super) fn race(text: &mut String, race: &ClosedLoopEntry) -> Result {
@@ -19,10 +19,9 @@ pub(super) fn race(text: &mut String, race: &ClosedLoopEntry) -> Result {
     }
     let mut trials: Vec<&Trial> = race.trials.iter().collect();
     let Some(first) = trials.first() else { return Ok(()) };
-    text.push_str("Less error on what was left out of the fits [%], corrected towards the data\nwithin so long; the gain of all in standard errors; = as good as the best\n");
     let heads = first.horizons.iter().map(|gain| gain.horizon_s.map_or("drive".to_owned(), |s| format!("{s:.0} s")));
     let heads: String = heads.map(|head| format!("{head:>8}")).collect();
-    writeln!(text, "{:<38}{heads}{:>10}", "", "together")?;
+    writeln!(text, "{:<38}{heads}{:>10}", "less error on unseen data [%] over", "in s.e.")?;
     trials.sort_by(|a, b| b.standard_errors.total_cmp(&a.standard_errors));
     for trial in trials.iter().take(SHOWN) {
         let gains: String = trial.horizons.iter().map(|gain| format!("{:>+8.1}", 100.0 * gain.gain)).collect();
@@ -65,16 +64,12 @@ pub(super) fn verdict(text: &mut String, outcome: &Outcome) -> Result {
         Verdict::BadBase => "NO VERDICT: the base model does not fit",
         Verdict::Helps => "HELPS: an extension follows unseen drives better; the cause is not identified",
     };
-    text.push('\n');
     if let Some(first) = outcome.data_first() {
         text.push_str(&wrapped(0, 2, &format!("CHECK THE DATA FIRST. {first}")));
         text.push_str("\nTentative verdict: ");
     }
     writeln!(text, "{title}")?;
     text.push_str(&wrapped(0, 2, &outcome.reason));
-    if let Some(base) = outcome.likelier_base() {
-        text.push_str(&wrapped(0, 2, &next(&base)));
-    }
     for cause in &outcome.causes {
         one(text, cause)?;
     }
@@ -89,18 +84,23 @@ pub(super) fn verdict(text: &mut String, outcome: &Outcome) -> Result {
         }
     }
     if !outcome.not_testable.is_empty() {
-        let absorbed = outcome.not_testable.iter().map(|e| format!("{} (in {})", e.name, e.absorbed_by.join(", ")));
-        let absorbed: Vec<String> = absorbed.collect();
+        let absorbed: Vec<&str> = outcome.not_testable.iter().map(|entry| entry.name.as_str()).collect();
         text.push_str(&wrapped(
             0,
             2,
-            &format!("Cannot be tested here, because the calibration absorbs it: {}", absorbed.join(", ")),
+            &format!("Not testable here, because the calibration absorbs it: {}", absorbed.join(", ")),
         ));
     }
-    for entry in &outcome.not_tried {
-        text.push_str(&wrapped(0, 2, &format!("Not tried: {}: {}; {}", entry.name, entry.reason, entry.remedy)));
+    if !outcome.not_tried.is_empty() {
+        text.push_str(&wrapped(0, 2, &format!("Not tried: {}", not_tried(outcome))));
     }
     Ok(())
+}
+
+/// Causes that could not be tried, and why.
+pub(super) fn not_tried(outcome: &Outcome) -> String {
+    let all: Vec<String> = outcome.not_tried.iter().map(|entry| format!("{} ({})", entry.name, entry.reason)).collect();
+    all.join(", ")
 }
 
 /// What to do where the car follows the law of another base.
@@ -117,12 +117,11 @@ fn sized(cause: &CauseEntry) -> String {
 fn one(text: &mut String, cause: &CauseEntry) -> Result {
     let family = if cause.family == cause.name { String::new() } else { format!(" (family {})", cause.family) };
     let (evidence, threshold, kind) = (cause.evidence, cause.threshold, &cause.threshold_kind);
-    text.push('\n');
     let how = match kind.as_str() {
-        "bootstrap" => format!("{evidence:.1} standard errors better than the base"),
-        kind => format!("evidence {evidence:.0}, threshold {threshold:.0} ({kind})"),
+        "bootstrap" => String::new(),
+        kind => format!(": evidence {evidence:.0}, threshold {threshold:.0} ({kind})"),
     };
-    text.push_str(&wrapped(0, 2, &format!("{}{family}: {how}", cause.name)));
+    text.push_str(&wrapped(0, 2, &format!("{}{family}{how}", cause.name)));
     parameters(text, &cause.parameters)?;
     let what: Vec<&str> = cause.equation.iter().chain(&cause.meaning).map(String::as_str).collect();
     if !what.is_empty() {

@@ -1,8 +1,8 @@
-//! Pictures of a diagnosis: the missing acceleration against what it may depend on, and the ladder of causes.
+//! Pictures of a diagnosis: the missing acceleration against what it may depend on, and the models of the race.
 
 use crate::diagnose::describe::missing::{Class, Profile, Profiles};
 use crate::report::figure::{Anchor, Figure, INK, PALE, PALETTE};
-use crate::result::diagnosis::RungEntry;
+use crate::result::diagnosis::recommended::{ClosedLoopEntry, Trial};
 
 /// Colours of the base and of the extended model.
 const BASE: &str = PALETTE[1];
@@ -96,68 +96,78 @@ fn number(value: f64) -> String {
     (rounded + 0.0).to_string()
 }
 
-/// The ladder: evidence of each cause, with its threshold.
+/// The models of the race that gain most: at each horizon the share by which the error on unseen data falls, with its 95 % interval. Filled:
+/// as good as the best.
 #[must_use]
-pub fn ladder(title: &str, rungs: &[RungEntry]) -> String {
+pub fn race(title: &str, race: &ClosedLoopEntry) -> String {
+    const SHOWN: usize = 12;
     const ROW: f64 = 20.0;
-    const LINE: f64 = 14.0;
-    // As many characters as fit to the right of the bars.
-    const WORDS: usize = 42;
-    let mut sorted: Vec<(f64, &RungEntry)> = rungs.iter().filter_map(|rung| Some((rung.evidence?, rung))).collect();
-    sorted.sort_by(|a, b| a.1.round.cmp(&b.1.round).then(b.0.total_cmp(&a.0)));
-    // Many fates begin with the evidence themselves.
-    let fates: Vec<String> = sorted
-        .iter()
-        .map(|(evidence, rung)| {
-            let fate = &rung.fate;
-            if fate.contains("nats") { fate.clone() } else { format!("{evidence:.0} nats, {fate}") }
-        })
-        .collect();
-    let fates: Vec<_> = fates.iter().map(|fate| textwrap::wrap(fate, WORDS)).collect();
-    let row = |lines: usize| ROW + LINE * (lines as f64 - 1.0);
-    let height = 110.0 + fates.iter().map(|lines| row(lines.len())).sum::<f64>();
-    let line =
-        "evidence in nats on held-out stretches, on a scale of square roots; the line in each row is its threshold";
-    let mut figure = Figure::new(960.0, height, title, &[line]);
-    figure.legend([16.0, 70.0], &[("above its threshold", PALETTE[0]), ("below", PALETTE[5])]);
-    let (left, right) = (220.0, 700.0);
-    let most = sorted.iter().map(|(e, r)| e.max(r.threshold)).fold(1.0, f64::max);
-    let x = |value: f64| left + (value.max(0.0) / most).sqrt() * (right - left);
-    let mut y = 92.0;
-    for ((evidence, rung), lines) in sorted.iter().zip(&fates) {
-        let colour = if *evidence > rung.threshold { PALETTE[0] } else { PALETTE[5] };
-        let name = format!("{}. {}", rung.round, rung.name);
-        figure.text([left - 8.0, y + 10.0], 12.0, Anchor::End, INK, &name);
-        figure.bar([left, y], [x(*evidence), y + 13.0], colour, colour);
-        figure.line([x(rung.threshold), y - 2.0], [x(rung.threshold), y + 15.0], 2.0, INK);
-        for (k, words) in lines.iter().enumerate() {
-            figure.text([right + 10.0, y + 10.0 + LINE * k as f64], 11.0, Anchor::Start, INK, words);
+    const NAMES: f64 = 300.0;
+    const WIDTH: f64 = 200.0;
+    const APART: f64 = 20.0;
+    const TOP: f64 = 88.0;
+    let mut trials: Vec<&Trial> = race.trials.iter().collect();
+    trials.sort_by(|a, b| b.standard_errors.total_cmp(&a.standard_errors));
+    trials.truncate(SHOWN);
+    let horizons = trials.first().map_or(0, |trial| trial.horizons.len());
+    let bottom = TOP + ROW * trials.len() as f64;
+    let line = "error on data left out of the fits, corrected towards the measurement within so long: by how much it falls, with 95 % intervals";
+    let width = NAMES + (WIDTH + APART) * horizons as f64;
+    let mut figure = Figure::new(width, bottom + BELOW, title, &[line]);
+    figure.legend([16.0, 70.0], &[("as good as the best", PALETTE[0]), ("worse", PALETTE[5])]);
+    for (row, trial) in trials.iter().enumerate() {
+        figure.text([NAMES - 10.0, TOP + ROW * (row as f64 + 0.7)], 12.0, Anchor::End, INK, &trial.causes.join(" + "));
+    }
+    for k in 0..horizons {
+        let gains = || trials.iter().map(|trial| &trial.horizons[k]);
+        let ends = gains().flat_map(|gain| gain.interval.into_iter().chain([gain.gain, 0.0])).filter(|x| x.is_finite());
+        let (low, high) = ends.fold((-0.01, 0.01), |(a, b): (f64, f64), x| (a.min(x), b.max(x)));
+        let left = NAMES + (WIDTH + APART) * k as f64;
+        let x = |value: f64| left + (value.clamp(low, high) - low) / (high - low) * WIDTH;
+        for tick in ticks([100.0 * low, 100.0 * high]) {
+            figure.line([x(tick / 100.0), TOP], [x(tick / 100.0), bottom], 1.0, PALE);
+            figure.text([x(tick / 100.0), bottom + 15.0], 11.0, Anchor::Middle, INK, &number(tick));
         }
-        y += row(lines.len());
+        figure.line([x(0.0), TOP], [x(0.0), bottom], 1.4, INK);
+        let seconds = gains().next().and_then(|gain| gain.horizon_s);
+        let head = seconds.map_or("whole drives [%]".to_owned(), |s| format!("within {s:.0} s [%]"));
+        figure.text([left + 0.5 * WIDTH, bottom + 33.0], 12.0, Anchor::Middle, INK, &head);
+        for (row, (trial, gain)) in trials.iter().zip(gains()).enumerate() {
+            let (y, colour) = (TOP + ROW * (row as f64 + 0.5), if trial.in_set { PALETTE[0] } else { PALETTE[5] });
+            let [from, to] = gain.interval;
+            figure.line([x(from), y], [x(to), y], 1.4, colour);
+            figure.dot([x(gain.gain), y], 3.4, colour);
+        }
     }
     figure.finish()
 }
 
 #[cfg(test)]
 mod tests {
-    use super::ladder;
-    use crate::result::diagnosis::RungEntry;
+    use super::race;
+    use crate::result::diagnosis::recommended::{ClosedLoopEntry, HorizonGain, Trial};
 
     #[test]
-    fn no_word_of_a_fate_is_cut_off() {
-        let fate = "no likelier than perception_delay, which has fewer parameters and says the same of these";
-        let rung = |fate: &str| RungEntry {
-            name: "leader_accel_ff".into(),
-            round: 1,
-            gain: Some(900.0),
-            evidence: Some(880.0),
-            threshold: 69.0,
+    fn every_model_of_the_race_has_a_point_at_every_horizon() {
+        let gain =
+            |horizon_s, gain| HorizonGain { horizon_s, gain, interval: [gain - 0.1, gain + 0.1], standard_errors: 2.0 };
+        let trial = |causes: &[&str], share| Trial {
+            causes: causes.iter().map(|&name| name.to_owned()).collect(),
+            gain: share,
+            horizons: vec![gain(Some(2.0), share), gain(Some(15.0), share), gain(None, -share)],
+            standard_errors: share,
+            probability: 0.01,
+            in_set: share > 0.2,
             checks: Vec::new(),
-            fate: fate.into(),
+            passes: false,
         };
-        let picture = ladder("Causes", &[rung(fate), rung("adopted")]);
-        for word in fate.split(' ') {
-            assert!(picture.contains(word), "{word} in {picture}");
+        let trials = vec![trial(&["grade"], 0.1), trial(&["perception_delay", "leader_accel_ff"], 0.3)];
+        let picture = race("Models", &ClosedLoopEntry { trials, ..ClosedLoopEntry::default() });
+        assert_eq!(picture.matches("<circle").count(), 6);
+        for words in ["perception_delay + leader_accel_ff", "within 15 s [%]", "whole drives [%]"] {
+            assert!(picture.contains(words), "{words} in {picture}");
         }
+        assert!(picture.find("leader_accel_ff") < picture.find(">grade<"), "the best one first");
+        assert!(super::race("None", &ClosedLoopEntry::default()).ends_with("</svg>\n"));
     }
 }

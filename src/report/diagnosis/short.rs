@@ -1,6 +1,6 @@
 //! What a diagnosis comes to, in words that a driver understands.
 
-use super::causes::next;
+use super::causes::{next, not_tried};
 use crate::diagnose::Verdict;
 use crate::result::diagnosis::recommended::{Recommended, RecommendedCause, Trial, Why};
 use crate::result::diagnosis::{CauseEntry, Outcome, ParameterEntry};
@@ -56,7 +56,14 @@ fn verdict(outcome: &Outcome) -> String {
     };
     match outcome.verdict {
         Verdict::Named | Verdict::Ambiguous => named(),
-        Verdict::Nothing => format!("{base} describes these drives sufficiently."),
+        Verdict::Nothing => {
+            let untried = if outcome.not_tried.is_empty() {
+                String::new()
+            } else {
+                format!(" Not tried: {}.", not_tried(outcome))
+            };
+            format!("No cause that {base} lacks was found.{}{untried}", unexplained(outcome))
+        }
         Verdict::NotTestable => format!("These data cannot tell what {base} lacks."),
         Verdict::Unexplained => format!("{base} errs, and no built-in cause explains why."),
         Verdict::BadBase => format!("{base} does not fit these drives, so no cause can be identified."),
@@ -66,7 +73,22 @@ fn verdict(outcome: &Outcome) -> String {
     }
 }
 
-fn capitalised(text: &str) -> String {
+/// What the base leaves, and for how long at a time.
+fn unexplained(outcome: &Outcome) -> String {
+    let left = outcome.base.as_ref().filter(|base| base.sigma_d_mps2 >= LEAST_UNEXPLAINED);
+    left.map_or(String::new(), |base| {
+        format!(
+            " It leaves an acceleration of {:.2} m/s² unexplained, {:.0} s at a time.",
+            base.sigma_d_mps2, base.tau_d_s
+        )
+    })
+}
+
+/// The smallest acceleration that is worth a word \[m/s²\]: what is written as 0.01.
+const LEAST_UNEXPLAINED: f64 = 0.005;
+
+/// With a capital letter first.
+pub fn capitalised(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
@@ -155,7 +177,7 @@ fn why_not(outcome: &Outcome) -> String {
     let named = |trial: &&Trial| trial.causes.iter().all(|name| outcome.causes.iter().any(|cause| cause.name == *name));
     let best = outcome.closed_loop.trials.iter().filter(named).max_by(|a, b| a.gain.total_cmp(&b.gain));
     let check = best.and_then(|trial| trial.checks.iter().find(|check| !check.met));
-    check.map_or(String::new(), |check| format!(" ({}: {:.1}, {:.1} needed)", check.name, check.value, check.limit))
+    check.map_or(String::new(), |check| format!(" ({}: {:.1}, limit {:.1})", check.name, check.value, check.limit))
 }
 
 fn names(recommended: &Recommended) -> String {

@@ -2,11 +2,10 @@
 
 use super::causes;
 use super::causes::MEND_FIRST;
-use super::short::in_short;
+use super::short::{capitalised, in_short};
 use crate::diagnose::describe::error_breakdown::{Budget, Share};
 use crate::diagnose::describe::missing::Profiles;
 use crate::report::text::wrapped;
-use crate::result::diagnosis::recommended::Recommended;
 use crate::result::diagnosis::{DataEntry, FindingEntry, HeldBackEntry, ModelEntry, Outcome, ParameterEntry};
 use std::fmt::Write;
 
@@ -44,17 +43,13 @@ pub fn diagnosis(outcome: &Outcome, beside: &Beside) -> String {
 }
 
 fn write_all(text: &mut String, outcome: &Outcome, beside: &Beside) -> std::fmt::Result {
-    heading(text, "In short");
+    text.push_str("In short\n");
     in_short(outcome).sentences().for_each(|sentence| text.push_str(&wrapped(0, 2, sentence)));
-    if let Some(again) = beside.again.as_ref().filter(|_| outcome.recommended.is_some()) {
-        text.push_str(&wrapped(0, 2, &format!("To calibrate it {}:", again.on)));
-        text.push_str(&typed(&again.words));
-    }
     text.push('\n');
     text.push_str(&data(&outcome.data, &outcome.data_findings, beside.trained));
     text.push_str(&wrapped(0, 2, &outcome.held_back));
+    heading(text, "2. What is wrong, and where?");
     if let Some(base) = &outcome.base {
-        heading(text, "2. What the base model gets wrong (training data)");
         model(text, base)?;
     }
     for entry in &outcome.broken_off {
@@ -69,48 +64,44 @@ fn write_all(text: &mut String, outcome: &Outcome, beside: &Beside) -> std::fmt:
     if let Some(missing) = &outcome.missing {
         text.push_str(&wrapped(0, 2, &acceleration(missing)));
     }
-    heading(text, "3. What explains it");
+    heading(text, "3. What explains it?");
     causes::race(text, &outcome.closed_loop)?;
     causes::verdict(text, outcome)?;
     heading(text, "4. The model with it");
-    extended(text, outcome, beside.again.as_ref().filter(|_| outcome.recommended.is_none()))?;
-    heading(text, "5. What that gains on unseen drives");
-    if let Some(recommended) = &outcome.recommended {
-        gained(text, recommended)?;
-    }
+    extended(text, outcome, beside.again.as_ref())?;
+    heading(text, "5. The gain on unseen drives");
     match (&outcome.gain, &outcome.gain_error) {
         (Some(gain), _) => {
             text.push_str(&wrapped(0, 2, &gain.sentence));
             for (where_, [base, extended, all]) in ["held back", "training"].into_iter().zip(gain.crashes()) {
-                writeln!(text, "runs that crash or break off, {where_}: base {base}, extended {extended}, of {all}")?;
+                if base + extended > 0 {
+                    writeln!(text, "runs that crash, {where_}: base {base}, extended {extended}, of {all}")?;
+                }
             }
         }
         (None, Some(error)) => text.push_str(&wrapped(0, 2, error)),
-        (None, None) if outcome.recommended.is_none() => text.push_str("no extension is recommended\n"),
         (None, None) => {}
     }
     held_back(text, &outcome.base_held_back)?;
     heading(text, "6. What is left");
     left(text, outcome);
-    let Outcome { simulations, seed, effort, program, evaluator, precision, convention, .. } = outcome;
-    text.push('\n');
+    let Outcome { simulations, seed, effort, program, convention, .. } = outcome;
     text.push_str(&wrapped(
         0,
         2,
-        &format!("{simulations} simulations by {evaluator} ({precision}), convention {convention}, seed {seed}, effort {effort}, {program}"),
+        &format!("{simulations} simulations, convention {convention}, seed {seed}, effort {effort}, {program}"),
     ));
     Ok(())
 }
 
 fn heading(text: &mut String, title: &str) {
-    text.push_str(&format!("\n{title}\n{}\n", "-".repeat(title.chars().count())));
+    text.push_str(&format!("\n{title}\n"));
 }
 
 /// What the data say about themselves; `trained` as in [`Beside`].
 #[must_use]
 pub fn data(data: &[DataEntry], findings: &[FindingEntry], trained: &[[f64; 2]]) -> String {
-    let title = "1. Are the data sound?";
-    let mut text = format!("{title}\n{}\n", "-".repeat(title.len()));
+    let mut text = "1. Are the data sound?\n".to_owned();
     for (i, entry) in data.iter().enumerate() {
         let [from, to] = entry.window_s;
         let window = match trained.get(i) {
@@ -128,10 +119,7 @@ pub fn data(data: &[DataEntry], findings: &[FindingEntry], trained: &[[f64; 2]])
             text.push_str(&wrapped(
                 2,
                 4,
-                &format!(
-                    "gap and speeds agree within {} m/s (rms of gap rate minus speed difference over 1 s)",
-                    small(rms)
-                ),
+                &format!("spacing and speeds agree within {} m/s (root mean square over 1 s)", small(rms)),
             ));
         }
         if let Some(units) = &entry.units {
@@ -171,25 +159,26 @@ fn small(value: f64) -> String {
 
 fn model(text: &mut String, model: &ModelEntry) -> std::fmt::Result {
     writeln!(text, "{}", model.variant)?;
-    // The lead makes up for a car that is controlled in finer steps than the simulation's, and is none of its properties.
-    let own: Vec<ParameterEntry> = model.parameters.iter().filter(|p| p.name != LEAD).cloned().collect();
-    causes::parameters(text, &own)
+    causes::parameters(text, &own(&model.parameters))
 }
 
-/// What the named causes make of the base model, and how to go on with it.
+/// Without the lead, which makes up for a car that is controlled in finer steps than the simulation's, and is none of its properties.
+fn own(parameters: &[ParameterEntry]) -> Vec<ParameterEntry> {
+    parameters.iter().filter(|p| p.name != LEAD).cloned().collect()
+}
+
+/// The recommended model, or what the named causes make of the base, and how to go on with it.
 fn extended(text: &mut String, outcome: &Outcome, again: Option<&Again>) -> std::fmt::Result {
-    if let Some(recommended) = &outcome.recommended {
-        let base = outcome.base.as_ref().map_or("the base", |base| base.variant.as_str());
-        let names: Vec<&str> = recommended.causes.iter().map(|cause| cause.name.as_str()).collect();
-        writeln!(text, "recommended: {base} with {}", names.join(" and "))?;
-        return causes::parameters(text, &recommended.parameters);
-    }
-    let Some(extended) = outcome.extended.as_ref().filter(|_| !outcome.causes.is_empty()) else {
-        text.push_str("no extension is recommended\n");
+    let is_named = !outcome.causes.is_empty();
+    let Some(extended) = outcome.extended.as_ref().filter(|_| outcome.recommended.is_some() || is_named) else {
+        text.push_str("No extension is recommended.\n");
         return Ok(());
     };
-    writeln!(text, "{}", extended.variant)?;
-    causes::parameters(text, &extended.parameters)?;
+    let what = if outcome.recommended.is_some() { "recommended" } else { "not recommended" };
+    let causes = extended.extensions.iter().filter(|name| *name != LEAD).cloned().collect::<Vec<_>>().join(" and ");
+    let base = outcome.base.as_ref().map_or("the base", |base| base.variant.as_str());
+    writeln!(text, "{base} with {causes} ({what})")?;
+    causes::parameters(text, &own(&extended.parameters))?;
     if let Some(again) = again {
         text.push_str(&wrapped(0, 2, &format!("To calibrate it {}:", again.on)));
         text.push_str(&typed(&again.words));
@@ -197,37 +186,40 @@ fn extended(text: &mut String, outcome: &Outcome, again: Option<&Again>) -> std:
     Ok(())
 }
 
-/// What the recommended model gains on drives, or parts of them, that it was not fitted to.
-fn gained(text: &mut String, recommended: &Recommended) -> std::fmt::Result {
-    writeln!(text, "NRMSE(s,v,a) on data left out of the fits, for the base and the recommended model:")?;
-    for drive in &recommended.per_drive {
-        let gain = 100.0 * (1.0 - drive.extended / drive.base);
-        text.push_str(&wrapped(
-            2,
-            4,
-            &format!("{}: {:.4}, {:.4} ({gain:+.1} %)", drive.path, drive.base, drive.extended),
-        ));
-    }
-    Ok(())
-}
-
-/// Errors of the base model on the drives that it was not fitted to.
+/// Errors on all that the models were not fitted to.
 fn held_back(text: &mut String, drives: &[HeldBackEntry]) -> std::fmt::Result {
     if drives.is_empty() {
         return Ok(());
     }
-    text.push_str("\nThe base model of section 2 on the drives held back, root mean square:\n");
+    text.push_str("Errors where the fits left data out, root mean square:\n");
     writeln!(text, "{:<NAME$}{:>10} {:>10} {:>11}{:>9}", "", "spacing", "speed", "accel.", "NRMSE")?;
+    let mut row = |name: &str, [s, v, a]: [f64; 3], nrmse: f64| {
+        writeln!(text, "{name:<NAME$}{s:>8.3} m {v:>6.3} m/s {a:>6.3} m/s²{nrmse:>9.4}")
+    };
     for drive in drives {
-        let name: String = drive.label.chars().take(NAME).collect();
+        let name = end(&drive.label, NAME - 1);
         match (drive.rms, drive.nrmse_sva) {
-            (Some([s, v, a]), Some(nrmse)) => {
-                writeln!(text, "{name:<NAME$}{s:>8.3} m {v:>6.3} m/s {a:>6.3} m/s²{nrmse:>9.4}")?;
-            }
-            _ => text.push_str(&wrapped(0, 2, &format!("{}: the simulation ends early", drive.label))),
+            (Some(rms), Some(nrmse)) => row(&name, rms, nrmse)?,
+            _ => row(&name, [f64::NAN; 3], f64::NAN)?,
+        }
+        if let Some(errors) = &drive.recommended {
+            row("  recommended model", errors.rms, errors.nrmse_sva)?;
         }
     }
+    if drives.iter().any(|drive| drive.rms.is_none()) {
+        text.push_str("NaN: the simulation ends early.\n");
+    }
     Ok(())
+}
+
+/// At most so many letters, the last ones: files differ in their names more than in their folders.
+fn end(label: &str, most: usize) -> String {
+    let letters: Vec<char> = label.chars().collect();
+    if letters.len() <= most {
+        label.to_owned()
+    } else {
+        format!("…{}", letters[letters.len() + 1 - most..].iter().collect::<String>())
+    }
 }
 
 /// A command over lines that a shell takes as one, of at most 80 columns where its words allow.
@@ -251,18 +243,14 @@ fn errors(budget: &Budget) -> String {
     let [s, v, a] = budget.rms;
     let share = |share: &Share| {
         let time = share.time.map_or(String::new(), |time| format!(" in {:.0} % of the time", 100.0 * time));
-        format!("{} ({:.0} %{time})", share.name, 100.0 * share.error[SPEED])
+        format!(
+            ". {}: {:.0} % of the speed's squared error{time}",
+            capitalised(&share.name),
+            100.0 * share.error[SPEED]
+        )
     };
-    let most = |shares: &[Share]| shares.iter().max_by(|a, b| a.error[SPEED].total_cmp(&b.error[SPEED])).map(share);
-    let list: Vec<String> =
-        [budget.worst_regime(SPEED).map(share), most(&budget.frequency), most(&budget.place), most(&budget.time)]
-            .into_iter()
-            .flatten()
-            .collect();
-    format!(
-        "Error, root mean square: spacing {s:.3} m, speed {v:.3} m/s, acceleration {a:.3} m/s². Most of the squared error of the speed: {}.",
-        list.join("; ")
-    )
+    let worst = budget.worst_regime(SPEED).map_or(String::new(), share);
+    format!("Root mean square errors: spacing {s:.3} m, speed {v:.3} m/s, acceleration {a:.3} m/s²{worst}.")
 }
 
 /// Mean chi-squared up to which a dependence may be chance: where there is none it is about 1, and a single difference of two classes
@@ -289,14 +277,12 @@ fn acceleration(missing: &Profiles) -> String {
 
 fn left(text: &mut String, outcome: &Outcome) {
     for left in &outcome.left_over {
-        let formula =
-            left.formula.as_ref().map_or(String::new(), |f| format!("; about {f} [SI], a description and no cause"));
         let kind = left.kind.replace('_', " ");
         let (size, place) = (small(left.size), &left.r#where);
         // Here the words that follow say what the number is; elsewhere the kind does.
         let line = match left.kind.as_str() {
-            "missing_acceleration" => format!("{kind}: {size} {place}{formula}"),
-            _ => format!("{kind}: {place} ({size}){formula}"),
+            "missing_acceleration" => format!("{kind}: {size} {place}"),
+            _ => format!("{kind}: {place} ({size})"),
         };
         text.push_str(&wrapped(0, 2, &line));
     }

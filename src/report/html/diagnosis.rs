@@ -5,25 +5,24 @@ use super::{Chart, MadeBy, Page, between, escape, short};
 use crate::diagnose::describe::gain::Gain;
 use crate::report::diagnosis::causes::{AT_BOUND, MEND_FIRST, meaning};
 use crate::report::diagnosis::pictures;
-use crate::report::diagnosis::short::in_short;
+use crate::report::diagnosis::short::{capitalised, in_short};
+use crate::result::diagnosis::recommended::{HorizonGain, Trial};
 use crate::result::diagnosis::{CauseEntry, HeldBackEntry, Outcome, ParameterEntry};
 
 /// One HTML file. `charts` are the simulations, drive by drive.
 #[must_use]
 pub fn diagnosis(outcome: &Outcome, charts: Vec<Chart>, made: Option<&MadeBy>) -> String {
     let mut page = Page::default();
-    summary(&mut page, outcome);
-    page.section("simulation", "What the simulation gets wrong");
-    page.paragraph("Measured car, base model and extended model, each simulated freely behind the measured car ahead.");
-    outcome.broken_off.iter().for_each(|entry| page.paragraph(&format!("{}.", entry.told())));
-    page.charts("Measured and simulated", "drive", charts);
-    errors(&mut page, outcome);
-    causes(&mut page, outcome);
-    gain(&mut page, outcome);
+    let short = in_short(outcome);
+    page.section("summary", "What follows from it");
+    short.more.iter().for_each(|sentence| page.paragraph(sentence));
     data(&mut page, outcome);
+    wrong(&mut page, outcome, charts);
+    causes(&mut page, outcome);
+    models(&mut page, outcome);
+    gain(&mut page, outcome);
     left(&mut page, outcome);
     let base = outcome.base.as_ref().map_or("", |base| base.variant.as_str());
-    let short = in_short(outcome);
     let answer: Vec<String> = short.answer.iter().map(|sentence| escape(sentence)).collect();
     let (first, rest) = answer.split_first().expect("there is always a verdict");
     let lead = format!(
@@ -35,24 +34,16 @@ pub fn diagnosis(outcome: &Outcome, charts: Vec<Chart>, made: Option<&MadeBy>) -
     page.finish(&format!("Diagnosis of {base}"), &lead, &outcome.to_json(), made)
 }
 
-fn summary(page: &mut Page, outcome: &Outcome) {
-    page.section("summary", "What follows from it");
-    in_short(outcome).more.iter().for_each(|sentence| page.paragraph(sentence));
-    let mut facts = vec![("evidence", outcome.reason.clone())];
-    match &outcome.gain {
-        Some(gain) => facts.push(("gain on the data held back", gain.sentence.clone())),
-        None if outcome.gain_error.is_some() => facts.push(("gain on the data held back", "not measured".to_owned())),
-        None => facts.push(("gain on the data held back", "none, as nothing is named".to_owned())),
+/// What the base model gets wrong, and where.
+fn wrong(page: &mut Page, outcome: &Outcome, charts: Vec<Chart>) {
+    page.section("wrong", "What is wrong, and where?");
+    page.paragraph("Measured car, base model and extended model, each simulated freely behind the measured car ahead.");
+    outcome.broken_off.iter().for_each(|entry| page.paragraph(&format!("{}.", entry.told())));
+    page.charts("Measured and simulated", "drive", charts);
+    if let Some(shares) = &outcome.budget {
+        let of = if outcome.broken_off.is_empty() { "" } else { ", of the drives to whose end it comes" };
+        budget(page, shares, &format!("Error of the base model's free simulation{of}"));
     }
-    facts.push((
-        "faults of the data",
-        match outcome.data_findings.len() + outcome.data.iter().filter(|entry| entry.units.is_some()).count() {
-            0 => "none found".to_owned(),
-            n => format!("{n}, see below"),
-        },
-    ));
-    let list: String = facts.iter().map(|(k, v)| format!("<dt>{k}</dt><dd>{}</dd>", escape(v))).collect();
-    page.raw(&format!("<dl>{list}</dl>"));
     if let Some(missing) = &outcome.missing {
         page.paragraph(
             "The missing acceleration is what has to be added to the model's acceleration, moment by moment, so that it keeps to the \
@@ -69,7 +60,7 @@ fn value(p: &ParameterEntry) -> String {
 }
 
 fn data(page: &mut Page, outcome: &Outcome) {
-    page.section("data", "The data");
+    page.section("data", "Are the data sound?");
     let row = |d: &crate::result::diagnosis::DataEntry| {
         vec![
             d.path.clone(),
@@ -100,47 +91,52 @@ fn data(page: &mut Page, outcome: &Outcome) {
             vec![f.name.clone(), f.told(), format!("{} {}", short(f.value), f.unit), done, f.file.clone()]
         };
         let rows: Vec<Vec<String>> = outcome.data_findings.iter().map(row).collect();
-        page.table("What the data say about themselves", &["fault", "in words", "size", "done", "file"], &rows);
-    }
-}
-
-fn errors(page: &mut Page, outcome: &Outcome) {
-    page.section("errors", "Where and when it errs");
-    if let Some(shares) = &outcome.budget {
-        let of = if outcome.broken_off.is_empty() { "" } else { ", of the drives to whose end it comes" };
-        budget(page, shares, &format!("Error of the base model's free simulation on the training data{of}"));
-    } else if !outcome.broken_off.is_empty() {
-        outcome.broken_off.iter().for_each(|entry| page.paragraph(&format!("{}.", entry.told())));
+        page.table("Faults of the data", &["fault", "in words", "size", "done", "file"], &rows);
     }
 }
 
 fn causes(page: &mut Page, outcome: &Outcome) {
-    page.section("causes", "Which cause");
-    if outcome.ladder.iter().any(|rung| rung.evidence.is_some()) {
-        page.paragraph(
-            "Each cause was put into the base model, and both were fitted again. Gain held out: by how much the model with the cause predicts \
-             stretches better that it was not fitted to (in log-likelihood, in nats). A cause counts if that is more than needed, which is more \
-             for a further cause than for the first.",
-        );
-        page.picture("Ladder of causes", &pictures::ladder("Causes that were tried", &outcome.ladder));
-        let row = |rung: &crate::result::diagnosis::RungEntry| {
-            let number =
-                |x: Option<f64>| x.map_or("–".to_owned(), |x| format!("{:.1}", (10.0 * x).round() / 10.0 + 0.0));
-            let need = format!("{:.1}", rung.threshold);
-            vec![
-                rung.round.to_string(),
-                rung.name.clone(),
-                number(rung.gain),
-                number(rung.evidence),
-                need,
-                rung.fate.clone(),
-            ]
-        };
-        let head =
-            ["round", "cause", "gain where fitted [nats]", "gain held out [nats]", "needed", "what became of it"];
-        page.table("All that was tried", &head, &outcome.ladder.iter().map(row).collect::<Vec<_>>());
+    page.section("causes", "What explains it?");
+    page.paragraph(&capitalised(&outcome.reason));
+    if let Some(why) = &outcome.closed_loop.not_testable {
+        page.paragraph(&format!("No extension was tried on unseen drives: {why}."));
     }
-    entries(page, "Adopted", outcome.causes.iter());
+    if !outcome.closed_loop.trials.is_empty() {
+        page.paragraph(
+            "Each cause was put into the base model, both were fitted again without a part of the data, and judged on that part: with a \
+             correction towards the measurement within seconds, and free over whole drives.",
+        );
+        page.picture("Models on unseen data", &pictures::race("Models on unseen data", &outcome.closed_loop));
+        let row = |trial: &Trial| {
+            let mut row = vec![trial.causes.join(" + ")];
+            let percent = |gain: &HorizonGain| {
+                let [low, high] = gain.interval;
+                format!("{:.1} [{:.1}, {:.1}]", 100.0 * gain.gain, 100.0 * low, 100.0 * high)
+            };
+            row.extend(trial.horizons.iter().map(percent));
+            let failed = trial.checks.iter().find(|check| !check.met);
+            row.extend([
+                format!("{:.1}", trial.standard_errors),
+                format!("{:.4}", trial.probability),
+                if trial.in_set { "yes" } else { "no" }.to_owned(),
+                failed.map_or("passes".to_owned(), |check| {
+                    format!("{}: {}, limit {}", check.name, short(check.value), short(check.limit))
+                }),
+            ]);
+            row
+        };
+        let first = &outcome.closed_loop.trials[0];
+        let mut head = vec!["causes".to_owned()];
+        head.extend(first.horizons.iter().map(|gain| {
+            gain.horizon_s.map_or("gain over whole drives [%]".to_owned(), |s| format!("gain within {s:.0} s [%]"))
+        }));
+        head.extend(
+            ["gain [standard errors]", "probability by chance", "as good as the best", "check"].map(str::to_owned),
+        );
+        let head: Vec<&str> = head.iter().map(String::as_str).collect();
+        page.table("All models on unseen data", &head, &outcome.closed_loop.trials.iter().map(row).collect::<Vec<_>>());
+    }
+    entries(page, "Named", outcome.causes.iter());
     for cause in &outcome.causes {
         entries(page, &format!("Explains the data as well as {}", cause.name), outcome.rivals(cause));
     }
@@ -152,6 +148,13 @@ fn causes(page: &mut Page, outcome: &Outcome) {
     let row = |n: &crate::result::diagnosis::NotTriedEntry| vec![n.name.clone(), n.reason.clone(), n.remedy.clone()];
     let rows: Vec<Vec<String>> = outcome.not_tried.iter().map(row).collect();
     page.table("Not tried", &["cause", "why", "what to do"], &rows);
+}
+
+fn models(page: &mut Page, outcome: &Outcome) {
+    page.section("model", "The model with it");
+    if outcome.extended.is_none() {
+        page.paragraph("No extension is recommended.");
+    }
     let mut models = Vec::new();
     for (name, model) in [("base", &outcome.base), ("extended", &outcome.extended)] {
         for p in model.iter().flat_map(|model| &model.parameters) {
@@ -177,7 +180,10 @@ fn causes(page: &mut Page, outcome: &Outcome) {
 fn entries<'a>(page: &mut Page, caption: &str, causes: impl Iterator<Item = &'a CauseEntry>) {
     let row = |cause: &CauseEntry| {
         let parameters: Vec<String> = cause.parameters.iter().map(value).collect();
-        let evidence = format!("{:.0} nats, {:.0} needed ({})", cause.evidence, cause.threshold, cause.threshold_kind);
+        let evidence = match cause.threshold_kind.as_str() {
+            "bootstrap" => format!("{:.1} standard errors", cause.evidence),
+            kind => format!("{:.0} nats, {:.0} needed ({kind})", cause.evidence, cause.threshold),
+        };
         vec![
             cause.name.clone(),
             cause.meaning.clone().unwrap_or_default(),
@@ -192,29 +198,33 @@ fn entries<'a>(page: &mut Page, caption: &str, causes: impl Iterator<Item = &'a 
 }
 
 fn gain(page: &mut Page, outcome: &Outcome) {
-    page.section("gain", "Gain on the data held back");
-    match &outcome.gain {
-        Some(gain) => {
+    page.section("gain", "The gain on unseen drives");
+    match (&outcome.gain, &outcome.gain_error) {
+        (Some(gain), _) => {
             page.paragraph(&gain.sentence);
             scores(page, gain);
         }
-        None => {
-            page.paragraph(outcome.gain_error.as_deref().unwrap_or("Nothing is named, so there is nothing to gain."))
-        }
+        (None, Some(error)) => page.paragraph(error),
+        (None, None) => {}
     }
-    let row = |drive: &HeldBackEntry| {
-        let [s, v, a] = drive.rms.map_or([None; 3], |rms| rms.map(Some));
-        let errors = [s, v, a, drive.nrmse_sva].map(|error| error.map_or("–".to_owned(), short));
-        std::iter::once(drive.label.clone()).chain(errors).collect()
+    let row = |label: &str, model: &str, errors: Option<([f64; 3], f64)>| {
+        let errors = match errors {
+            Some(([s, v, a], nrmse)) => [s, v, a, nrmse].map(short),
+            None => std::array::from_fn(|_| "–".to_owned()),
+        };
+        [label.to_owned(), model.to_owned()].into_iter().chain(errors).collect::<Vec<String>>()
     };
-    let rows: Vec<Vec<String>> = outcome.base_held_back.iter().map(row).collect();
-    let head = ["drive", "spacing [m]", "speed [m/s]", "acceleration [m/s²]", "NRMSE(s,v,a)"];
+    let of = |drive: &HeldBackEntry| {
+        let base = row(&drive.label, "base", drive.rms.zip(drive.nrmse_sva));
+        let recommended = drive.recommended.map(|e| row(&drive.label, "recommended", Some((e.rms, e.nrmse_sva))));
+        std::iter::once(base).chain(recommended).collect::<Vec<_>>()
+    };
+    let rows: Vec<Vec<String>> = outcome.base_held_back.iter().flat_map(of).collect();
+    let head = ["drive", "model", "spacing [m]", "speed [m/s]", "acceleration [m/s²]", "NRMSE(s,v,a)"];
     if !rows.is_empty() {
-        page.paragraph(
-            "Below: root mean square errors of the base model's free simulation. A dash: the simulation ends early.",
-        );
+        page.paragraph("Root mean square errors on data that the fits left out. A dash: the simulation ends early.");
     }
-    page.table("The base model on the drives held back", &head, &rows);
+    page.table("Errors where the fits left data out", &head, &rows);
 }
 
 /// Errors of both models where both come to the end of what was held back, and crashes in any case.
@@ -235,11 +245,9 @@ fn scores(page: &mut Page, gain: &Gain) {
 
 fn left(page: &mut Page, outcome: &Outcome) {
     page.section("left", "What is left");
-    let row = |l: &crate::result::diagnosis::LeftOverEntry| {
-        vec![l.kind.clone(), l.r#where.clone(), short(l.size), l.formula.clone().unwrap_or_default()]
-    };
+    let row = |l: &crate::result::diagnosis::LeftOverEntry| vec![l.kind.clone(), l.r#where.clone(), short(l.size)];
     let rows: Vec<Vec<String>> = outcome.left_over.iter().map(row).collect();
-    page.table("Left over", &["kind", "where", "size", "formula (a description, not a cause)"], &rows);
+    page.table("Left over", &["kind", "where", "size"], &rows);
     page.paragraph(&format!("{} simulations, seed {}, effort {}.", outcome.simulations, outcome.seed, outcome.effort));
 }
 

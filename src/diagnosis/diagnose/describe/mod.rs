@@ -3,7 +3,6 @@
 pub mod covariates;
 pub mod error_breakdown;
 pub mod event_mask;
-pub mod formula;
 pub mod free;
 pub mod gain;
 pub mod missing;

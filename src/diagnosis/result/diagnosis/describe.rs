@@ -1,23 +1,25 @@
 //! The whole of a diagnosis: the cause, and beside it what the error looks like and what the cause is worth.
 
 use super::recommended::ClosedLoopEntry;
-use super::{CauseEntry, DriveEntry, HeldBackEntry, LeftOverEntry, NotTriedEntry, Outcome, RungEntry, SCHEMA_VERSION};
+use super::{
+    CauseEntry, DriveEntry, ErrorsEntry, HeldBackEntry, LeftOverEntry, ModelEntry, NotTriedEntry, Outcome,
+    ParameterEntry, RungEntry, SCHEMA_VERSION,
+};
 use crate::calibrate::CalibrateError;
+use crate::catalog::Variant;
 use crate::convention::Convention;
 use crate::diagnose::describe::covariates::Covariates;
 use crate::diagnose::describe::error_breakdown::{Errors, budget};
-use crate::diagnose::describe::formula::formula;
 use crate::diagnose::describe::free::{BrokenOffEntry, Free, free};
 use crate::diagnose::describe::gain::{Gain, GainError, GainSettings, gain, nrmse_of};
 use crate::diagnose::describe::missing::{Missing, Profiles, profiles};
 use crate::diagnose::drive::Drive;
-use crate::diagnose::infer;
 use crate::diagnose::likelihood::observer::{Noise, design};
 use crate::diagnose::{Adopted, Fitted, Inference, POLICY, Progress, Question, Verdict};
+use crate::extension::Extension;
+use crate::race::{Answer, Delivered, combine};
+use crate::symbols::Parameters;
 use std::ops::ControlFlow;
-
-/// Share of the work after which the cause is known.
-const INFERRED: f64 = 0.75;
 
 /// The missing acceleration of a drive under a model, with what surrounds it.
 #[derive(Debug, Clone)]
@@ -37,7 +39,7 @@ pub struct Series {
 pub struct Described {
     /// Missing accelerations on the training drives, then on the hold-out drives.
     pub series: Vec<Series>,
-    /// Free simulations of the same drives, with the parameters of the fit.
+    /// Free simulations of the same drives, with the parameters of the result.
     pub runs: Vec<Free>,
 }
 
@@ -50,41 +52,56 @@ pub struct Diagnosis {
     pub inference: Inference,
     /// The base model.
     pub base: Described,
-    /// The extended one, if a cause was adopted.
+    /// The recommended one, else the one with the adopted causes. Without the latter it has no missing accelerations.
     pub extended: Option<Described>,
 }
 
-/// Diagnoses. `lap` is the length of a closed track \[m\].
+/// Describes what was inferred and what the race answers. `lap` is the length of a closed track \[m\].
 ///
 /// # Errors
-/// [`GainError`], which holds all that an inference may fail with.
+/// [`GainError`].
 pub fn describe(
     question: &Question<'_>,
+    inference: Inference,
+    answer: &Answer,
     lap: Option<f64>,
     progress: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
 ) -> Result<Diagnosis, GainError> {
-    let inference = infer(question, &mut |p| progress(Progress { done: INFERRED * p.done, stage: p.stage }))?;
     let adopted = &inference.adopted;
-    let base = described(question, &inference.base, &[], lap)?;
-    let extended =
-        if adopted.is_empty() { None } else { Some(described(question, &inference.extended, adopted, lap)?) };
-    let settings = GainSettings::of(question.effort, question.seed);
     // A gain belongs to a name: what is adopted without one is a proxy.
     let named = matches!(inference.verdict, Verdict::Named | Verdict::Ambiguous);
-    let (measured, gain_error) = if adopted.is_empty() || !named || question.holdout.is_empty() {
+    let recommended = answer.recommended_model();
+    let (measured, gain_error) = if adopted.is_empty() || !named || question.holdout.is_empty() || recommended.is_some()
+    {
         (None, None)
     } else {
+        let settings = GainSettings::of(question.effort, question.seed);
         let whole = 2.0 * settings.max_evaluations as f64;
         let (mut before, mut last) = (0, 0);
-        let mut tell = |p: crate::calibrate::Progress| {
+        let mut show = |p: crate::calibrate::Progress| {
             // The second calibration counts on from the first.
             before += if p.evaluations < last { last } else { 0 };
             last = p.evaluations;
-            let done = INFERRED + (1.0 - INFERRED) * (before + last) as f64 / whole;
-            progress(Progress { done: done.min(1.0), stage: "measuring the gain".to_owned() })
+            let done = ((before + last) as f64 / whole).min(1.0);
+            progress(Progress { done, stage: "measuring the gain".to_owned() })
         };
         let models = [&inference.base, &inference.extended];
-        settled(gain(question, models, adopted, &settings, &mut tell))?
+        settled(gain(question, models, adopted, &settings, &mut show))?
+    };
+    let base_model = Simulated::of(question.base, answer.base(), &inference.base);
+    let extended_model = match (recommended, adopted.is_empty()) {
+        (None, true) => None,
+        (recommended, _) => Some(Simulated::of(question.base, recommended, &inference.extended)),
+    };
+    let compared = [base_model.variant, extended_model.as_ref().map_or(base_model.variant, |model| model.variant)];
+    let base =
+        Described { series: series(question, &inference.base, lap), runs: base_model.runs(question, compared, &[])? };
+    let extended = match &extended_model {
+        Some(model) => Some(Described {
+            series: if adopted.is_empty() { Vec::new() } else { series(question, &inference.extended, lap) },
+            runs: model.runs(question, [compared[1], compared[0]], adopted)?,
+        }),
+        None => None,
     };
     let trained = question.train.len();
     let errors: Vec<Errors> = base.runs[..trained]
@@ -99,20 +116,19 @@ pub fn describe(
         .collect();
     let broken_off = broken_off(question, &base);
     let missing = sorted(&base.series[..trained]);
-    let missing_left = extended.as_ref().and_then(|e| sorted(&e.series[..trained]));
-    let left = extended.as_ref().unwrap_or(&base);
-    let formula = formula(&missing_of(&left.series[..trained]));
+    let left = extended.as_ref().filter(|e| !e.series.is_empty());
+    let missing_left = left.and_then(|e| sorted(&e.series[..trained]));
+    let left = left.unwrap_or(&base);
     let mut left_over: Vec<LeftOverEntry> = inference
         .left_over
         .iter()
-        .map(|l| LeftOverEntry { kind: l.kind.clone(), r#where: l.place.clone(), size: l.size, formula: None })
+        .map(|l| LeftOverEntry { kind: l.kind.clone(), r#where: l.place.clone(), size: l.size })
         .collect();
     if let Some(profiles) = missing_left.as_ref().or(missing.as_ref()) {
         left_over.push(LeftOverEntry {
             kind: "missing_acceleration".to_owned(),
-            r#where: format!("m/s2 root mean square; most of it at {}", worst_minutes(&left.series[..trained])),
+            r#where: format!("m/s2 root mean square; most of it at {}", worst_minute(&left.series[..trained])),
             size: profiles.rms,
-            formula: formula.as_ref().map(|f| f.equation()),
         });
     }
     let entries = |causes: &[Adopted]| causes.iter().map(CauseEntry::from).collect();
@@ -126,7 +142,12 @@ pub fn describe(
         data_findings: Vec::new(),
         gain: measured,
         gain_error,
-        base_held_back: held_back(question, &base.runs[trained..]),
+        base_held_back: held_back(
+            question,
+            answer,
+            &base.runs[trained..],
+            extended.as_ref().map(|e| &e.runs[trained..]),
+        ),
         recommended: None,
         base_laws: Vec::new(),
         base_notes: Vec::new(),
@@ -144,18 +165,19 @@ pub fn describe(
         data: Vec::new(),
         drives: drives(question),
         held_back: String::new(),
-        base: Some((&inference.base).into()),
-        extended: (!adopted.is_empty()).then(|| (&inference.extended).into()),
+        base: Some(base_model.entry(&inference.base)),
+        extended: extended_model.map(|model| model.entry(&inference.extended)),
         budget: budget(&errors),
         broken_off,
         missing,
         missing_left,
-        formula,
         ladder: inference.ladder.iter().map(RungEntry::from).collect(),
         closed_loop: ClosedLoopEntry::default(),
         policy: serde_json::to_value(POLICY).unwrap_or_default(),
     };
-    Ok(Diagnosis { outcome, inference, base, extended })
+    let mut found = Diagnosis { outcome, inference, base, extended };
+    combine(&mut found.outcome, answer);
+    Ok(found)
 }
 
 /// A gain, or why there is none: a cause that was found stays found.
@@ -185,48 +207,95 @@ fn broken_off(question: &Question<'_>, model: &Described) -> Vec<BrokenOffEntry>
     question.train.iter().zip(&model.runs).filter(|(_, run)| !run.complete).map(entry).collect()
 }
 
-/// The base model on the drives that it was not fitted to.
-fn held_back(question: &Question<'_>, runs: &[Free]) -> Vec<HeldBackEntry> {
-    let entry = |(drive, run): (&Drive, &Free)| {
-        let rms = |errors: &Vec<f64>| (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt();
-        let [s, v, a] = &run.errors;
-        HeldBackEntry {
-            label: drive.label().to_owned(),
-            rms: run.complete.then(|| [rms(s), rms(v), rms(a)]),
-            nrmse_sva: nrmse_of(std::slice::from_ref(drive), std::slice::from_ref(run)),
-        }
-    };
-    question.holdout.iter().zip(runs).map(entry).collect()
+/// A model that is simulated freely.
+struct Simulated {
+    variant: Variant,
+    parameters: Parameters,
+    /// As the race fits it; none of a model that only the likelihood fits.
+    entries: Option<Vec<ParameterEntry>>,
 }
 
-/// Where the missing acceleration is largest: drives and times, with their shares of its square.
-fn worst_minutes(series: &[Series]) -> String {
+impl Simulated {
+    /// As the race delivers it, else as the likelihood fits it.
+    fn of(base: Variant, delivered: Option<Delivered>, fitted: &Fitted) -> Simulated {
+        let extended =
+            |causes: &[&'static Extension]| causes.iter().try_fold(base, |variant, cause| variant.with(cause));
+        match delivered.and_then(|model| Some((extended(&model.causes).ok()?, model))) {
+            Some((variant, model)) => Simulated { variant, parameters: model.parameters, entries: Some(model.entries) },
+            None => Simulated { variant: fitted.variant, parameters: fitted.parameters, entries: None },
+        }
+    }
+
+    fn runs(
+        &self,
+        question: &Question<'_>,
+        compared: [Variant; 2],
+        adopted: &[Adopted],
+    ) -> Result<Vec<Free>, GainError> {
+        let drives = question.train.iter().chain(question.holdout);
+        free(drives, compared, &self.parameters, adopted, question.bounds)
+    }
+
+    /// With what the likelihood says of the noise.
+    fn entry(&self, fitted: &Fitted) -> ModelEntry {
+        let own = ModelEntry::from(fitted);
+        ModelEntry {
+            variant: self.variant.name(),
+            extensions: self.variant.causes().map(|e| e.name.clone()).collect(),
+            parameters: self.entries.clone().unwrap_or(own.parameters),
+            ..own
+        }
+    }
+}
+
+/// The errors on all that models were not fitted to: parts that the race left out, and drives held back that it has not seen.
+fn held_back(question: &Question<'_>, answer: &Answer, base: &[Free], extended: Option<&[Free]>) -> Vec<HeldBackEntry> {
+    let mut all = answer.left_out();
+    let is_seen = !all.is_empty();
+    let errors = |drive: &Drive, run: &Free| {
+        let rms = |errors: &Vec<f64>| (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt();
+        let nrmse_sva = nrmse_of(std::slice::from_ref(drive), std::slice::from_ref(run))?;
+        Some(ErrorsEntry { rms: run.errors.each_ref().map(rms), nrmse_sva })
+    };
+    for (i, drive) in question.holdout.iter().enumerate().filter(|(_, drive)| !(is_seen && answer.has_seen(drive))) {
+        let of_base = errors(drive, &base[i]);
+        let recommended =
+            extended.filter(|_| !answer.recommended().is_empty()).and_then(|runs| errors(drive, &runs[i]));
+        all.push(HeldBackEntry {
+            label: drive.label().to_owned(),
+            rms: of_base.map(|errors| errors.rms),
+            nrmse_sva: of_base.map(|errors| errors.nrmse_sva),
+            recommended,
+        });
+    }
+    all
+}
+
+/// The minute in which the missing acceleration is largest, with its share of the square.
+fn worst_minute(series: &[Series]) -> String {
     const MINUTE: f64 = 60.0;
-    let mut minutes: Vec<(f64, String)> = Vec::new();
+    let (mut all, mut worst) = (0.0, (0.0, String::new()));
     for one in series {
         let scene = &one.scene;
         let samples = ((MINUTE / scene.dt).round() as usize).max(1);
         for (k, d) in one.d.chunks(samples).enumerate() {
-            let square = d.iter().filter(|d| d.is_finite()).map(|d| d * d).sum();
+            let square: f64 = d.iter().filter(|d| d.is_finite()).map(|d| d * d).sum();
+            all += square;
+            if square <= worst.0 {
+                continue;
+            }
             let from = scene.t[k * samples];
             let of = if series.len() > 1 { format!(" of {}", scene.label) } else { String::new() };
-            minutes.push((square, format!("{from:.0} to {:.0} s{of}", from + d.len() as f64 * scene.dt)));
+            worst = (square, format!("{from:.0} to {:.0} s{of}", from + d.len() as f64 * scene.dt));
         }
     }
-    let all: f64 = minutes.iter().map(|(square, _)| square).sum();
-    minutes.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let share = |(square, at): &(f64, String)| format!("{at} ({:.0} %)", 100.0 * square / all.max(1e-300));
-    minutes.iter().take(3).map(share).collect::<Vec<_>>().join(", ")
+    let (square, at) = worst;
+    format!("{at} ({:.0} %)", 100.0 * square / f64::max(all, 1e-300))
 }
 
-fn described(
-    question: &Question<'_>,
-    model: &Fitted,
-    adopted: &[Adopted],
-    lap: Option<f64>,
-) -> Result<Described, GainError> {
-    let drives: Vec<&Drive> = question.train.iter().chain(question.holdout).collect();
-    let one = |(drive, innovations): (&&Drive, &crate::evaluator::Innovations)| {
+fn series(question: &Question<'_>, model: &Fitted, lap: Option<f64>) -> Vec<Series> {
+    let drives = question.train.iter().chain(question.holdout);
+    let one = |(drive, innovations): (&Drive, &crate::evaluator::Innovations)| {
         let scene = Covariates::of(drive, lap);
         let mut d: Vec<f64> = innovations.state.iter().map(|state| state[2]).collect();
         d[..innovations.first.min(scene.len())].fill(f64::NAN);
@@ -235,8 +304,7 @@ fn described(
         let gap_error = wanted.then(|| scene.s.iter().zip(&scene.v).map(|(s, v)| s - d_0 - t_h * v).collect());
         Series { error: deviation(&model.noise, scene.dt), scene, d, gap_error }
     };
-    let series = drives.iter().zip(&model.innovations).map(one).collect();
-    Ok(Described { series, runs: free(drives, [model.variant; 2], &model.parameters, adopted, question.bounds)? })
+    drives.zip(&model.innovations).map(one).collect()
 }
 
 /// Standard deviation of d after a correction \[m/s²\]: its row of the steady state P = P⁻ - K S Kᵀ with P⁻ = φ² P + (1 - φ²) σ².

@@ -7,7 +7,6 @@ pub mod recommended;
 use self::recommended::{ClosedLoopEntry, LawEntry, Recommended};
 use crate::diagnose::data::{Finding, Soundness};
 use crate::diagnose::describe::error_breakdown::Budget;
-use crate::diagnose::describe::formula::Formula;
 use crate::diagnose::describe::free::BrokenOffEntry;
 use crate::diagnose::describe::gain::Gain;
 use crate::diagnose::describe::missing::Profiles;
@@ -20,7 +19,7 @@ use crate::trajectory::Trajectory;
 use serde::{Deserialize, Serialize};
 
 /// Version of the file; raised by every change that breaks a reader.
-pub const SCHEMA_VERSION: u32 = 3;
+pub const SCHEMA_VERSION: u32 = 4;
 
 /// A parameter with its uncertainty.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -193,8 +192,6 @@ pub struct LeftOverEntry {
     pub r#where: String,
     /// Its size, as the kind says.
     pub size: f64,
-    /// The best short formula, where there is one; a description and not a cause.
-    pub formula: Option<String>,
 }
 
 /// A cause that was tried.
@@ -331,15 +328,27 @@ pub struct DriveEntry {
     pub role: String,
 }
 
-/// The base model, as fitted, on a drive that it was not fitted to.
+/// Errors of a model on a drive.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ErrorsEntry {
+    /// Root mean square error of spacing \[m\], speed \[m/s\] and acceleration \[m/s²\].
+    pub rms: [f64; 3],
+    /// NRMSE(s,v,a).
+    pub nrmse_sva: f64,
+}
+
+/// The base model, and the recommended one, on a drive that they were not fitted to.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct HeldBackEntry {
-    /// The drive, as in `drives`.
+    /// The file, each part of which was left out of a fit; or the drive held back, as in `drives`.
     pub label: String,
     /// Root mean square error of spacing \[m\], speed \[m/s\] and acceleration \[m/s²\]; none if the simulation ends early.
     pub rms: Option<[f64; 3]>,
     /// NRMSE(s,v,a) of the same run.
     pub nrmse_sva: Option<f64>,
+    /// The same of the recommended model.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub recommended: Option<ErrorsEntry>,
 }
 
 /// A model as fitted.
@@ -380,7 +389,8 @@ pub struct Outcome {
     pub not_testable: Vec<NotTestable>,
     /// Faults of the data.
     pub data_findings: Vec<FindingEntry>,
-    /// Gain on the hold-out; `null` where nothing was adopted, or where it could not be measured.
+    /// Gain of what is named on the hold-out; `null` where nothing is named, where a model is recommended, whose gain stands there, or where
+    /// it could not be measured.
     pub gain: Option<Gain>,
     /// What to calibrate with; `null` where the base follows unseen drives as well.
     #[serde(default)]
@@ -401,7 +411,7 @@ pub struct Outcome {
     /// Why the gain could not be measured, where something was adopted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gain_error: Option<String>,
-    /// The base model on every drive held back, whatever is found.
+    /// The base model, and the recommended one, on all that they were not fitted to, whatever is found.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub base_held_back: Vec<HeldBackEntry>,
     /// Causes that could not be tried.
@@ -432,9 +442,9 @@ pub struct Outcome {
     pub drives: Vec<DriveEntry>,
     /// What was held back, in words.
     pub held_back: String,
-    /// The base model.
+    /// The base model, fitted to all drives over their whole length.
     pub base: Option<ModelEntry>,
-    /// The extended model.
+    /// The recommended model, fitted likewise; else the one with the named causes, as the likelihood fits it.
     pub extended: Option<ModelEntry>,
     /// Error of the base model's free simulation on the training data, of the drives to whose end it comes.
     pub budget: Option<Budget>,
@@ -445,8 +455,6 @@ pub struct Outcome {
     pub missing: Option<Profiles>,
     /// The extended model's, where there is one.
     pub missing_left: Option<Profiles>,
-    /// The best short formula for the missing acceleration that is left.
-    pub formula: Option<Formula>,
     /// All that was tried.
     pub ladder: Vec<RungEntry>,
     /// Every model that was judged in the race.
