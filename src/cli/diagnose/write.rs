@@ -14,7 +14,8 @@ pub fn files(folder: &Path, diagnosis: &Diagnosis, train: &[Drive], holdout: &[D
     let outcome = &diagnosis.outcome;
     let mut change = Change::begin(folder)?;
     let before = of_diagnosis(folder);
-    for adopted in &diagnosis.inference.adopted {
+    let is_named = |name: &str| outcome.causes.iter().any(|cause| cause.name == name);
+    for adopted in diagnosis.inference.adopted.iter().filter(|adopted| is_named(&adopted.extension.name)) {
         change.write(&format!("{}.wgsl", adopted.extension.name), adopted.extension.text.as_bytes())?;
     }
     let extended = diagnosis.extended.as_ref();

@@ -37,7 +37,7 @@ pub(in crate::internal::report) const AT_BOUND: &str = "at its bound";
 pub(in crate::internal::report) const MEND_FIRST: &str = "Correct this first; until then no size below is reliable";
 
 /// Parameters with their intervals; those at a bound are marked.
-pub(super) fn parameters(text: &mut String, parameters: &[ParameterEntry]) -> Result {
+pub(super) fn parameters<'a>(text: &mut String, parameters: impl IntoIterator<Item = &'a ParameterEntry>) -> Result {
     for p in parameters {
         let interval = p.interval.map_or(String::new(), |[low, high]| format!("[{low:.4}, {high:.4}]"));
         let mark = if p.at_bound { AT_BOUND } else { "" };

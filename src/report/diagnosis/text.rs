@@ -6,14 +6,11 @@ use super::short::{capitalised, in_short};
 use crate::diagnose::describe::error_breakdown::{Budget, Share};
 use crate::diagnose::describe::missing::Profiles;
 use crate::report::text::wrapped;
-use crate::result::diagnosis::{DataEntry, FindingEntry, HeldBackEntry, ModelEntry, Outcome, ParameterEntry};
+use crate::result::diagnosis::{DataEntry, FindingEntry, HeldBackEntry, ModelEntry, Outcome};
 use std::fmt::Write;
 
 /// Columns of a class's name.
 const NAME: usize = 36;
-
-/// The nuisance parameter of every base model of a diagnosis.
-const LEAD: &str = "lead_h";
 
 /// What the caller knows beside the result.
 #[derive(Debug, Clone, Default)]
@@ -159,26 +156,20 @@ fn small(value: f64) -> String {
 
 fn model(text: &mut String, model: &ModelEntry) -> std::fmt::Result {
     writeln!(text, "{}", model.variant)?;
-    causes::parameters(text, &own(&model.parameters))
-}
-
-/// Without the lead, which makes up for a car that is controlled in finer steps than the simulation's, and is none of its properties.
-fn own(parameters: &[ParameterEntry]) -> Vec<ParameterEntry> {
-    parameters.iter().filter(|p| p.name != LEAD).cloned().collect()
+    causes::parameters(text, model.of_car())
 }
 
 /// The recommended model, or what the named causes make of the base, and how to go on with it.
 fn extended(text: &mut String, outcome: &Outcome, again: Option<&Again>) -> std::fmt::Result {
-    let is_named = !outcome.causes.is_empty();
-    let Some(extended) = outcome.extended.as_ref().filter(|_| outcome.recommended.is_some() || is_named) else {
+    let Some(extended) = outcome.extended.as_ref() else {
         text.push_str("No extension is recommended.\n");
         return Ok(());
     };
     let what = if outcome.recommended.is_some() { "recommended" } else { "not recommended" };
-    let causes = extended.extensions.iter().filter(|name| *name != LEAD).cloned().collect::<Vec<_>>().join(" and ");
+    let causes = extended.extensions.join(" and ");
     let base = outcome.base.as_ref().map_or("the base", |base| base.variant.as_str());
     writeln!(text, "{base} with {causes} ({what})")?;
-    causes::parameters(text, &own(&extended.parameters))?;
+    causes::parameters(text, extended.of_car())?;
     if let Some(again) = again {
         text.push_str(&wrapped(0, 2, &format!("To calibrate it {}:", again.on)));
         text.push_str(&typed(&again.words));

@@ -14,8 +14,10 @@ use crate::result::diagnosis::{CauseEntry, HeldBackEntry, Outcome, ParameterEntr
 pub fn diagnosis(outcome: &Outcome, charts: Vec<Chart>, made: Option<&MadeBy>) -> String {
     let mut page = Page::default();
     let short = in_short(outcome);
-    page.section("summary", "What follows from it");
-    short.more.iter().for_each(|sentence| page.paragraph(sentence));
+    if !short.more.is_empty() {
+        page.section("summary", "What follows from it");
+        short.more.iter().for_each(|sentence| page.paragraph(sentence));
+    }
     data(&mut page, outcome);
     wrong(&mut page, outcome, charts);
     causes(&mut page, outcome);
@@ -157,7 +159,7 @@ fn models(page: &mut Page, outcome: &Outcome) {
     }
     let mut models = Vec::new();
     for (name, model) in [("base", &outcome.base), ("extended", &outcome.extended)] {
-        for p in model.iter().flat_map(|model| &model.parameters) {
+        for p in model.iter().flat_map(|model| model.of_car()) {
             let (value, interval) = (short(p.value), between(p.interval));
             models.push(vec![
                 name.to_owned(),
@@ -170,11 +172,7 @@ fn models(page: &mut Page, outcome: &Outcome) {
             ]);
         }
     }
-    page.table(
-        "Parameters of both models",
-        &["model", "parameter", "value", "95 % interval", "unit", "meaning", "warning"],
-        &models,
-    );
+    page.table("Parameters", &["model", "parameter", "value", "95 % interval", "unit", "meaning", "warning"], &models);
 }
 
 fn entries<'a>(page: &mut Page, caption: &str, causes: impl Iterator<Item = &'a CauseEntry>) {

@@ -67,12 +67,11 @@ pub fn describe(
     lap: Option<f64>,
     progress: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
 ) -> Result<Diagnosis, GainError> {
-    let adopted = &inference.adopted;
-    // A gain belongs to a name: what is adopted without one is a proxy.
+    // What is adopted without a name is a proxy.
     let named = matches!(inference.verdict, Verdict::Named | Verdict::Ambiguous);
+    let adopted = if named { &inference.adopted[..] } else { &[] };
     let recommended = answer.recommended_model();
-    let (measured, gain_error) = if adopted.is_empty() || !named || question.holdout.is_empty() || recommended.is_some()
-    {
+    let (measured, gain_error) = if adopted.is_empty() || question.holdout.is_empty() || recommended.is_some() {
         (None, None)
     } else {
         let settings = GainSettings::of(question.effort, question.seed);
@@ -136,7 +135,7 @@ pub fn describe(
         schema_version: SCHEMA_VERSION,
         verdict: inference.verdict,
         reason: inference.reason.clone(),
-        causes: if named { entries(&inference.adopted) } else { Vec::new() },
+        causes: entries(adopted),
         confounded_with: if named { entries(&inference.confounded_with) } else { Vec::new() },
         not_testable: inference.not_testable.clone(),
         data_findings: Vec::new(),

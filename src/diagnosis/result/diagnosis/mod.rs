@@ -372,6 +372,17 @@ pub struct ModelEntry {
     pub log_likelihood: f64,
 }
 
+/// The nuisance parameter of every base model of a diagnosis.
+const LEAD: &str = "lead_h";
+
+impl ModelEntry {
+    /// Its parameters without the lead, which makes up for a car that is controlled in finer steps than the simulation's, and is none of its
+    /// properties.
+    pub fn of_car(&self) -> impl Iterator<Item = &ParameterEntry> {
+        self.parameters.iter().filter(|p| p.name != LEAD)
+    }
+}
+
 /// The whole result.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
@@ -444,7 +455,7 @@ pub struct Outcome {
     pub held_back: String,
     /// The base model, fitted to all drives over their whole length.
     pub base: Option<ModelEntry>,
-    /// The recommended model, fitted likewise; else the one with the named causes, as the likelihood fits it.
+    /// The recommended model, fitted likewise; else the one with the causes that the likelihood names, as it fits them.
     pub extended: Option<ModelEntry>,
     /// Error of the base model's free simulation on the training data, of the drives to whose end it comes.
     pub budget: Option<Budget>,
