@@ -36,14 +36,28 @@ def table(head: list[str], rows: list[list[str]]) -> str:
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
+def said(car: str, base: str) -> str:
+    """What the text of a diagnosis says first."""
+    lines = (results / f"{car}_{base}.txt").read_text().split("\n\n")[0].splitlines()[1:]
+    sentences: list[str] = []
+    for line in lines:
+        if line.startswith("  "):
+            sentences[-1] += line[1:]
+        else:
+            sentences.append(line)
+    return sentences[0]
+
+
+def names() -> str:
+    return table(["car", "base", "what the diagnosis says"], [[car, base, said(car, base)] for car, base in reports])
+
+
 def recommended() -> str:
     rows = []
     for (car, base), report in reports.items():
         found = report["recommended"]
-        named = " + ".join(cause["name"] for cause in report["causes"]) or "–"
         if not found:
-            helps = re.match(r"with (.*?) the model follows", report["reason"])
-            rows.append([car, base, f"nothing; {helps[1].replace(' and ', ' + ')} helps" if helps else "nothing", "–", "–", "–", named])
+            rows.append([car, base, "nothing", "–", "–", "–"])
             continue
         causes = " + ".join(f"{cause['name']} {', '.join(map(parameter, cause['parameters']))}" for cause in found["causes"])
         gain = found["gain"]
@@ -52,8 +66,8 @@ def recommended() -> str:
         better = sum(drive["extended"] < drive["base"] for drive in found["per_drive"])
         collisions = found["collisions"]
         rows.append([car, base, causes, f"{percent(share)} [{percent(low)}, {percent(high)}]", f"{better} of {len(found['per_drive'])}",
-                     f"{collisions['base']}, {collisions['extended']}", named])
-    return table(["car", "base", "recommended, with 95 % intervals", "gain [%]", "drives better", "collisions: base, extended", "the likelihood names"], rows)
+                     f"{collisions['base']}, {collisions['extended']}"])
+    return table(["car", "base", "recommended, with 95 % intervals", "gain [%]", "drives better", "collisions: base, extended"], rows)
 
 
 def per_platoon() -> str:
@@ -104,7 +118,7 @@ def data() -> str:
 
 
 text = page.read_text()
-for make in (recommended, per_platoon, laws, stretches, data):
+for make in (names, recommended, per_platoon, laws, stretches, data):
     mark = re.compile(rf"(<!-- {make.__name__} -->\n).*?(<!-- end -->)", re.S)
     if not mark.search(text):
         sys.exit(f"{page}: no place for the table {make.__name__}")
