@@ -4,7 +4,7 @@
 
 use leadlag::{Calibration, Error, synthetic};
 
-/// The car brakes less than it is told to.
+/// The car brakes less than commanded.
 const SOFT: &str = "
 struct Parameters {
     /// share of the braking that is lost [-], 0 to 0.9, neutral 0

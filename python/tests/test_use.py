@@ -190,7 +190,7 @@ def test_threads_work_side_by_side(drive: ll.Drive) -> None:
 
 
 def test_extensions_by_name_and_text(drive: ll.Drive) -> None:
-    text = """//! The car brakes less than it is told to.
+    text = """//! The car brakes less than commanded.
 struct Parameters {
     /// share of the braking that is lost [-], 0 to 0.9, neutral 0
     lost: f32,

@@ -40,7 +40,7 @@ pub fn unknown(what: &str, name: &str, variant: &Variant, known: &[Symbol]) -> U
 pub fn origin<'a>(given: &[String], followers: impl IntoIterator<Item = (&'a str, Option<&'a str>)>) -> String {
     let told = |given: &String| match given.parse::<BoundSet>() {
         Ok(set) => format!("{}: {}", set.into_str(), set.source()),
-        Err(_) => format!("{given}, for what it names"),
+        Err(_) => format!("{given}, because of what it names"),
     };
     let acc = format!("{}: {}", BoundSet::Acc.into_str(), BoundSet::Acc.source());
     if !given.is_empty() {
@@ -57,8 +57,8 @@ pub fn origin<'a>(given: &[String], followers: impl IntoIterator<Item = (&'a str
         None if followers.iter().any(|(_, driver)| driver.is_some_and(is_human)) => {
             format!("{acc}, although the file says that a human drives; --bounds human is for human drivers")
         }
-        None if followers.iter().any(|(_, driver)| driver.is_some()) => format!("{acc}, for the file says who drives"),
-        None => format!("{acc}, for the follower is known as a car with adaptive cruise control"),
+        None if followers.iter().any(|(_, driver)| driver.is_some()) => format!("{acc}, because the file names the driver"),
+        None => format!("{acc}, because the follower is a known car with adaptive cruise control"),
         Some(_) => format!("{acc}, because the driver is unknown; use --bounds human for human drivers"),
     }
 }

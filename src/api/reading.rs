@@ -125,8 +125,8 @@ pub(crate) fn start_assumed(trajectory: &Trajectory) -> Option<String> {
     let position = notes.iter().find_map(assumed)?;
     let table = grade.source.as_ref().map_or("its grade table", |table| table.path.as_str());
     Some(format!(
-        "{}: it has no positions, so the preceding vehicle is assumed to start at {position} m of {table}; if it does \
-             not, the slopes are those of another place: --lead-start M tells where it starts",
+        "{}: it has no positions, so the preceding vehicle is assumed to start at {position} m of {table}; \
+             otherwise the slopes belong to another place: give the start with --lead-start M",
         source.path
     ))
 }

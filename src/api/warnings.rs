@@ -133,7 +133,7 @@ fn level_road(model: &Variant, overrides: &Overrides, loaded: &[&Trajectory]) ->
         return None;
     }
     let paths = if level.len() == loaded.len() { String::new() } else { format!("{}: ", paths(&level)) };
-    Some(format!("{paths}the grade is 0 throughout: {}; --grade FILE tells the slope", idle.join("; ")))
+    Some(format!("{paths}the grade is 0 throughout: {}; give the slope with --grade FILE", idle.join("; ")))
 }
 
 /// A car that never comes near its desired speed says nothing of it, and Table 3 is for cars at 30 m/s and more; one that is faster than any

@@ -100,7 +100,7 @@ pub enum BenchError {
         sizes: usize,
     },
     /// The program that is timed fails.
-    #[error("{program} calibrate: expected it to succeed, but: {said}")]
+    #[error("{program} calibrate: expected success, found: {said}")]
     Program {
         /// The program.
         program: String,

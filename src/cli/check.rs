@@ -180,7 +180,7 @@ fn described(extension: &Extension, bases: &[&str]) -> Result<String, std::fmt::
     }
     for symbol in &extension.parameters {
         let [lower, upper] = bounds(*symbol).unwrap_or_default();
-        let neutral = symbol.neutral().map_or(String::new(), |x| format!(", does nothing at {x}"));
+        let neutral = symbol.neutral().map_or(String::new(), |x| format!(", neutral at {x}"));
         let (name, unit) = (symbol.name(), symbol.unit());
         text += &wrapped(2, 4, &format!("{name} [{unit}] {lower} to {upper}{neutral}: {}", symbol.meaning()));
     }
@@ -194,7 +194,7 @@ fn described(extension: &Extension, bases: &[&str]) -> Result<String, std::fmt::
         writeln!(text, "  reads of the world: {}", extension.reads.join(", "))?;
     }
     if extension.is_law() {
-        let said = if extension.equilibrium { "as the file says" } else { "searched where it is needed" };
+        let said = if extension.equilibrium { "as the file says" } else { "searched when needed" };
         writeln!(text, "  spacing at constant speed: {said}")?;
     } else {
         writeln!(text, "  fits: {}", bases.join(", "))?;

@@ -74,8 +74,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let file = result_file(&args.result)?;
     if !file.exists() && args.result.join(FLEET).exists() {
         let message = format!(
-            "{0}: holds a fleet, and a vehicle type is of one result; `leadlag calibrate FILE --trajectory ID` with the settings of the fleet \
-             gives that of a pair, whose row in {0}/parameters.csv tells file, trajectory and `findings`",
+            "{0}: holds a fleet, and a vehicle type needs one result; `leadlag calibrate FILE --trajectory ID` with the settings of the fleet \
+             gives that of a pair, whose row in {0}/parameters.csv has file, trajectory and `findings`",
             args.result.display()
         );
         return Err(Usage(message).into());

@@ -52,7 +52,7 @@ pub fn of_driver(folder: &Path, driver: Option<&str>) -> anyhow::Result<Calibrat
     };
     let variant = variant(&own.model).with_context(|| {
         format!(
-            "{}: expected a built-in model, found {}; a fleet keeps no text of a law or cause of one's own: calibrate this driver by itself",
+            "{}: expected a built-in model, found {}; a fleet does not keep the text of your own laws and causes: calibrate this driver separately",
             path.display(),
             own.model
         )

@@ -140,7 +140,7 @@ fn cause(extension: &Extension) -> Option<Entry> {
         text += &wrapped(4, 4, &format!("confused with: {}", cause.confounded_with.join(", ")));
     }
     if let Some(experiment) = &cause.experiment {
-        text += &wrapped(4, 4, &format!("told apart by: {experiment}"));
+        text += &wrapped(4, 4, &format!("distinguished by: {experiment}"));
     }
     Some((value, text.trim_end().to_owned()))
 }

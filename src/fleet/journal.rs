@@ -43,7 +43,7 @@ pub enum JournalError {
     Busy(String),
     /// It is of other data or other settings.
     #[error(
-        "{0}: the folder holds a fleet of other data, settings or program; expected the same command to go on with it, or another --out"
+        "{0}: the folder holds a fleet of other data, settings or program; expected the same command to continue it, or another --out"
     )]
     Other(String),
     /// A line in the middle is no row of the fleet.

@@ -136,7 +136,7 @@ pub enum ConventionError {
         found: String,
     },
     /// The row is chosen more than once.
-    #[error("convention row `{found}`: expected once, found more than once; leave out what is not meant")]
+    #[error("convention row `{found}`: expected once, found more than once; remove the others")]
     Twice {
         /// The row.
         found: String,

@@ -245,8 +245,8 @@ pub enum ExtensionConflict {
     },
     /// The time loop does the same for another one already, and it does it once.
     #[error(
-        "extension {name}: its `loop: {what}` cannot act beside that of {other}, for a model has one such line; leave one of the \
-         two out"
+        "extension {name}: its `loop: {what}` cannot act together with that of {other}, because a model has one such line; remove one \
+         of them"
     )]
     Loop {
         /// The extension.

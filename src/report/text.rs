@@ -4,7 +4,7 @@ use crate::result::{CorrelationEntry, IdentifiabilityEntry, ReplicateEntry, Resu
 use std::fmt::Write;
 use textwrap::{Options, WordSplitter};
 
-/// What was fitted to what, how well, with which parameters.
+/// Model and data, how well, with which parameters.
 #[must_use]
 pub fn calibration(result: &ResultFile) -> String {
     let mut text = String::new();

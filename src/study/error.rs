@@ -82,7 +82,7 @@ pub enum StudyError {
     PlanForFolder(String),
     /// A file of the folder that is not what it should be.
     #[error(
-        "{path}:{line}: expected {expected}; make it anew with `leadlag study plan PLAN.toml --out DIR`: finished parts are kept"
+        "{path}:{line}: expected {expected}; write it again with `leadlag study plan PLAN.toml --out DIR`, which keeps finished parts"
     )]
     Content {
         /// The file.

@@ -60,7 +60,7 @@ pub enum SumoError {
     },
     /// SUMO is not there.
     #[error(
-        "no SUMO found: {tried}; install it (`pip install eclipse-sumo`), or say where it is with --sumo or SUMO_HOME"
+        "no SUMO found: {tried}; install it (`pip install eclipse-sumo`), or give its place with --sumo or SUMO_HOME"
     )]
     NoSumo {
         /// Where it was looked for.

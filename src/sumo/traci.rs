@@ -101,7 +101,7 @@ impl Traci {
     /// Sends one command and checks the status that SUMO answers with.
     fn command(&mut self, id: u8, content: &[u8], words: &'static str) -> Result<Answer, SumoError> {
         let io = |source| SumoError::Io {
-            what: format!("the connection to SUMO broke when it was told to {words}"),
+            what: format!("the connection to SUMO broke at the command to {words}"),
             source,
         };
         let length = 2 + content.len();

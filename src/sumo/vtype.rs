@@ -247,7 +247,7 @@ impl VehicleType {
         let tau = self.attributes.iter().find(|(name, _)| *name == "tau").and_then(|(_, tau)| tau.parse::<f64>().ok());
         let below = match tau {
             Some(tau) if tau < DEFAULT_STEP_S => format!(
-                "; tau = {tau:.3} s is below the {DEFAULT_STEP_S} s that SUMO takes by default, at which followers of this type may run into \
+                "; tau = {tau:.3} s is below the {DEFAULT_STEP_S} s that SUMO takes by default, at which followers of this type may collide with \
                  the car ahead"
             ),
             _ => format!("; by default SUMO takes {DEFAULT_STEP_S} s, and another update of the positions"),

@@ -174,7 +174,7 @@ fn parameters_at_bounds_what_is_held_back_and_the_way_on_are_told() {
     let words: Vec<String> = words.iter().chain(&["--lead-start 12.5", "--out out"]).map(|w| (*w).to_owned()).collect();
     let beside = Beside {
         trained: &[[0.0, 80.0], [0.0, 79.9]],
-        again: Some(Again { words, on: "on what was trained on".to_owned() }),
+        again: Some(Again { words, on: "on the training data".to_owned() }),
     };
     let said = diagnosis(&outcome, &beside);
     assert!(said.contains("a.csv [train] follower 1, 0.0 to 80.0 s, held back from there to 120.0 s\n"), "{said}");
@@ -182,7 +182,7 @@ fn parameters_at_bounds_what_is_held_back_and_the_way_on_are_told() {
     let rows: Vec<&str> = said.lines().filter(|line| line.starts_with("  v_0 ")).collect();
     assert!(rows.len() == 2 && rows[0].ends_with("  at its bound") && rows[1].ends_with(" m/s"), "{rows:?}");
     assert!(said.lines().all(|line| line.chars().count() <= 80), "{said}");
-    let typed = "To calibrate it on what was trained on:\n  leadlag calibrate a.csv b.csv --joint --extend grade \\\n    \
+    let typed = "To calibrate it on the training data:\n  leadlag calibrate a.csv b.csv --joint --extend grade \\\n    \
                  --grade a/long/way/to/Slope.csv --lead-start 12.5 --out out\n";
     let (_, rest) = said.split_once("To calibrate").expect("a way on");
     assert!(format!("To calibrate{rest}").starts_with(typed), "{rest}");

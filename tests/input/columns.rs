@@ -484,7 +484,7 @@ fn units_that_look_wrong_are_refused_with_what_they_look_like() {
             ngsim_map.replace("\"Local_Y\", unit = \"ft\"", "\"Local_Y\", unit = \"m\""),
             "table.csv:1: columns Local_Y (m) and v_Vel (ft/s) contradict each other: the first changes 3.282 times as \
              much as the second says; 3.2808 is feet per metre: check both units, and the unit of time or frame_rate_hz, \
-             in the column map; check_units = false there takes them as they are",
+             in the column map; check_units = false there accepts them unchanged",
         ),
         (
             "a wrong frame rate",
@@ -492,7 +492,7 @@ fn units_that_look_wrong_are_refused_with_what_they_look_like() {
             highd_map.replace("frame_rate_hz = 25", "frame_rate_hz = 10"),
             "table.csv:1: columns x (m) and xVelocity (m/s) contradict each other: the first changes 0.400 times as much \
              as the second says; 1/2.5000 is the inverse of 25 frames per second taken for 10: check both units, and the \
-             unit of time or frame_rate_hz, in the column map; check_units = false there takes them as they are",
+             unit of time or frame_rate_hz, in the column map; check_units = false there accepts them unchanged",
         ),
         (
             "the wrong direction",

@@ -26,7 +26,7 @@ fn pair() -> &'static Path {
     })
 }
 
-const SOFT: &str = "//! The car brakes less than it is told to.
+const SOFT: &str = "//! The car brakes less than commanded.
 struct Parameters {
     /// share of the braking that is lost [-], 0 to 0.9, neutral 0
     lost: f32,
@@ -230,7 +230,7 @@ fn check_describes_a_good_extension_and_names_the_place_of_a_bad_one() {
     fs::write(&bad, SOFT.replace("own.lost", "own.lots")).unwrap();
     let printed = ok(&["check", text(&good)]);
     assert!(printed.starts_with("soft: valid, a cause\n"), "{printed}");
-    assert!(printed.contains("lost [-] 0 to 0.9, does nothing at 0: share of the braking that is lost"), "{printed}");
+    assert!(printed.contains("lost [-] 0 to 0.9, neutral at 0: share of the braking that is lost"), "{printed}");
     let entries: Value = serde_json::from_str(&ok(&["check", text(&good), "--json"])).unwrap();
     assert_eq!(entries[0]["parameters"][0]["bounds"], serde_json::json!([0.0, 0.9]));
     assert_eq!(entries[0]["bases"].as_array().unwrap().len(), 5);

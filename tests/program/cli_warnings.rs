@@ -28,7 +28,7 @@ fn calibrate(extra: &[&str]) -> String {
     stderr(&succeeds(&[&["calibrate", text(&pair)], &search[..], extra].concat()))
 }
 
-const SOFT: &str = "//! The car brakes less than it is told to.
+const SOFT: &str = "//! The car brakes less than commanded.
 struct Parameters {
     /// share of the braking that is lost [-], 0 to 0.9, neutral 0
     lost: f32,
@@ -108,7 +108,7 @@ fn a_road_that_nobody_has_placed_is_warned_of_by_every_verb_that_reads_it() {
     let calibrate =
         |road: &[&str], search: &[&str]| stderr(&succeeds(&[&["calibrate"], &drive[..], road, search].concat()));
     let said = calibrate(&[text(&table)], &search);
-    assert!(said.contains(&warning) && said.contains("--lead-start M tells where it starts\n"), "{said}");
+    assert!(said.contains(&warning) && said.contains("give the start with --lead-start M\n"), "{said}");
     assert!(!calibrate(&[text(&table), "--lead-start", "0"], &search).contains("it has no positions"));
     assert!(!calibrate(&["level"], &search).contains("it has no positions"), "level is level everywhere");
     let plain = [&["--model", "idm"], &search[4..]].concat();

@@ -230,7 +230,7 @@ fn it_is_diagnosed() {
 fn a_file_is_told_for_what_it_is() {
     let Drive { folder, file, law } = drive("told", "40");
     let told = ok(&["check", text(&law), "--plot"]);
-    for expected in ["my_fvdm: valid, a law", "t_h [s]", "searched where it is needed", "15 m/s: acceleration"] {
+    for expected in ["my_fvdm: valid, a law", "t_h [s]", "searched when needed", "15 m/s: acceleration"] {
         assert!(told.contains(expected), "{expected}: {told}");
     }
     assert!(ok(&["check", "krauss"]).contains("as the file says"));

@@ -80,12 +80,12 @@ fn found(hide: &str, seconds: u32) {
     go_on(&folder, &diagnosis, &base.0["data"][0]["window_s"]);
 }
 
-/// The command that the diagnosis ends with can be pasted into a shell, and calibrates on what was trained on.
+/// The command that the diagnosis ends with can be pasted into a shell, and calibrates on the training data.
 fn go_on(folder: &Path, diagnosis: &Value, trained: &Value) {
     let said = fs::read_to_string(folder.join("diagnosis.txt")).expect("kept");
     let flat: Vec<&str> = said.split_whitespace().collect();
     assert!(flat.join(" ").contains(" s, held back from there to "), "{said}");
-    let (_, rest) = said.split_once("\nTo calibrate it on what was trained on, ").expect("a way to go on");
+    let (_, rest) = said.split_once("\nTo calibrate it on the training data, ").expect("a way to go on");
     let (_, rest) = rest.split_once(":\n  leadlag ").expect("a command");
     let typed: Vec<&str> =
         rest.split_inclusive('\n').take_while(|line| line.starts_with("    ") || rest.starts_with(line)).collect();
@@ -166,7 +166,7 @@ fn a_calibration_is_shown_in_the_terminal_and_as_a_page() {
     assert!(!html[policy..].lines().next().expect("a line").contains("http"));
     assert_eq!(html.matches("<noscript>").count(), html.matches("data-chart=\"").count() + 1);
     for words in
-        ["Error by what the car is doing", "Error by frequency", "Residuals over speed", "class=\"number share\""]
+        ["Error by driving state", "Error by frequency", "Residuals over speed", "class=\"number share\""]
     {
         assert!(html.contains(words), "{words}");
     }

@@ -7,7 +7,7 @@ use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-const OWN: &str = "//! The car brakes less than it is told to.
+const OWN: &str = "//! The car brakes less than commanded.
 struct Parameters {
     /// share of the braking that is lost [-], 0 to 0.9, neutral 0
     lost: f32,

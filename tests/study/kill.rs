@@ -204,7 +204,7 @@ fn ctrl_c_or_a_scheduler_ends_it_within_a_second_and_it_says_how_to_go_on() {
     for signal in ["-INT", "-TERM"] {
         let said = signalled(start(&study, "16"), &study, signal, Duration::from_secs(1));
         assert!(said.contains("interrupted: ") && said.contains(" of 600 tasks are done and kept"), "{said}");
-        assert!(said.contains(&format!("go on with: leadlag study run {} --batch 16\n", study.display())), "{said}");
+        assert!(said.contains(&format!("continue with: leadlag study run {} --batch 16\n", study.display())), "{said}");
     }
     let mut run = command(&["study", "run", text(&study), "--shard", "2/3", "--data", text(data())]);
     let run = run.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("the program starts");
@@ -228,7 +228,7 @@ fn a_run_that_is_not_to_wait_leaves_tasks_to_the_one_that_works_on_them() {
     assert!(output.status.success(), "{}", stderr(&output));
     let said = stderr(&output);
     assert!(number_before(&said, "are") > 0 && said.contains("running elsewhere"), "{said}");
-    assert!(said.contains(&format!("go on with: leadlag study status {}", study.display())), "{said}");
+    assert!(said.contains(&format!("continue with: leadlag study status {}", study.display())), "{said}");
 }
 
 #[test]

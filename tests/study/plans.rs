@@ -54,7 +54,7 @@ fn a_plan_says_what_it_uses_within_80_columns() {
     let study = folder.join("study");
     let plan = ["study", "plan", text(&file), "--out", text(&study)];
     let short = stderr(&leadlag(&plan));
-    assert!(short.contains("4 trajectories of 2 files; what was done to ") && !short.contains("sha256"), "{short}");
+    assert!(short.contains("4 trajectories of 2 files; changes to ") && !short.contains("sha256"), "{short}");
     let output = leadlag(&[&plan[..], &["--verbose"]].concat());
     let said = stderr(&output);
     let flat = said.split_whitespace().collect::<Vec<_>>().join(" ");

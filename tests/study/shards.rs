@@ -214,6 +214,6 @@ fn who_did_a_share_is_sent_to_the_others_and_who_did_the_last_one_to_merge() {
     let study = small("go_on");
     let shown = text(&study).to_owned();
     let said = |shard: &str| stderr(&leadlag(&["study", "run", &shown, "--shard", shard]));
-    assert!(said("1/2").contains(&format!("go on with: leadlag study status {shown}")));
-    assert!(said("2/2").contains(&format!("go on with: leadlag study merge {shown}")));
+    assert!(said("1/2").contains(&format!("continue with: leadlag study status {shown}")));
+    assert!(said("2/2").contains(&format!("continue with: leadlag study merge {shown}")));
 }

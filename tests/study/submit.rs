@@ -85,7 +85,7 @@ fn the_number_of_jobs_follows_from_what_was_measured() {
     }
     ok(&["study", "run", text(&study)]);
     let said = submit(&[]);
-    assert!(said.contains("all 24 tasks are done; go on with: leadlag study merge"), "{said}");
+    assert!(said.contains("all 24 tasks are done; continue with: leadlag study merge"), "{said}");
 }
 
 #[test]

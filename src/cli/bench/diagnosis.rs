@@ -79,7 +79,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     })?;
     bar.finish_and_clear();
     if interrupt::asked() {
-        eprintln!("interrupted; the same command goes on from {}", args.journal.display());
+        eprintln!("interrupted; the same command continues from {}", args.journal.display());
     }
     let report = DiagnosisReport::new(&tasks, planned, &journal);
     if let Some(page) = page {

@@ -53,7 +53,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     })?;
     bar.finish_and_clear();
     if interrupt::asked() {
-        eprintln!("interrupted; the same command goes on from {}", args.journal.display());
+        eprintln!("interrupted; the same command continues from {}", args.journal.display());
     }
     let report = OptimizerReport::new(name, &tasks, &journal);
     if args.json { output::print_json(&report) } else { output::print(&report.table()) }

@@ -111,7 +111,7 @@ fn read(args: &Args, settings: &Settings, files: &[PathBuf]) -> anyhow::Result<(
             if usable > 0 && without == usable {
                 let ids: Vec<&str> = pairs.pairs.iter().filter_map(driver).take(IDS_NAMED).collect();
                 let message = format!(
-                    "--holdout: {told} are of none of the drivers that are calibrated, who are {}; drivers are matched by the name of the car, or \
+                    "--holdout: {told} belong to none of the calibrated drivers, {}; drivers are matched by the name of the car, or \
                      else the id of the trajectory",
                     if ids.is_empty() { "nameless".to_owned() } else { ids.join(", ") }
                 );

@@ -14,7 +14,7 @@ pub fn beginning(args: &Args, follower: usize) -> String {
     let text = format!(
         "A drive of five cars, {} s at 10 Hz on a hilly road, as sensors would have measured it: {folder}/platoon.csv (layout astazero-rebuilt), \
          {folder}/Slope.csv. Follower {follower} drives by the model {BASE}, and may have something that {BASE} does not know. What follows \
-         sees these two files only; what had been hidden is said at the end.",
+         sees these two files only; the end reveals the hidden effect.",
         args.duration
     );
     format!("{}\n", wrapped(0, 0, &text))

@@ -1,4 +1,4 @@
-//! The command that calibrates what a diagnosis has extended: on what was trained on, read and treated in the same way.
+//! The command that calibrates what a diagnosis has extended: on the training data, read and treated in the same way.
 
 use super::super::data::{DataArgs, ReconcileArg};
 use super::super::demo::quoted;
@@ -53,8 +53,8 @@ pub fn command(args: &Args, outcome: &Outcome, trained: &[[f64; 2]]) -> Option<A
 fn on(trained: &[[f64; 2]], one_window: Option<&[f64; 2]>) -> String {
     match (trained, one_window) {
         ([], _) => "on the files that were trained on".to_owned(),
-        (_, Some([from, to])) => format!("on what was trained on, {from:.1} to {to:.1} s"),
-        (_, None) => "on whole files, what was held back included, for it begins at another time in each".to_owned(),
+        (_, Some([from, to])) => format!("on the training data, {from:.1} to {to:.1} s"),
+        (_, None) => "on whole files including the data held back, because those begin at another time in each file".to_owned(),
     }
 }
 
@@ -154,7 +154,7 @@ mod tests {
         let (typed, on) = after(&["a.csv", "--base", "idm"], &[[0.0, 266.6]]);
         let rest = "--model idm --extend grade --from 0 --to 266.6 --out extended";
         assert_eq!(typed, format!("leadlag calibrate a.csv --follower 2 {rest}"));
-        assert_eq!(on, "on what was trained on, 0.0 to 266.6 s");
+        assert_eq!(on, "on the training data, 0.0 to 266.6 s");
 
         let data =
             "--trajectory 7 --max-gap 2 --smooth --correct --resample 0.1 --reconcile speeds --vehicle bmw_x5 --grade";

@@ -184,7 +184,7 @@ fn causes(args: &Args) -> anyhow::Result<Vec<&'static Extension>> {
                     "--causes {given}: is built in and among those that are tried; --causes is for files of one's own"
                 ),
                 None => format!(
-                    "--causes {given}: expected a file that ends in .wgsl, and there is no such file{}; what is built in is tried anyway (`leadlag list causes`)",
+                    "--causes {given}: expected a file that ends in .wgsl, and there is no such file{}; leadlag tries built-in causes anyway (`leadlag list causes`)",
                     did_you_mean(&given, names)
                 ),
             };

@@ -16,7 +16,7 @@ const SIGNALS: [(&str, &str); 3] =
 
 /// What becomes of a simulation that does not belong to its result.
 const LEFT_OUT: &str =
-    "its charts are left out; `leadlag calibrate` with this folder as --out writes all its files anew";
+    "its charts are left out; `leadlag calibrate` with this folder as --out writes all its files again";
 
 /// The columns of a table by name; empty fields are NaN.
 pub(super) fn columns(path: &Path) -> anyhow::Result<BTreeMap<String, Vec<f64>>> {

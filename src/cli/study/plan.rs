@@ -63,7 +63,7 @@ fn in_short(study: &Study) -> String {
     files.dedup();
     let prepared = study.drives.iter().filter(|drive| !drive.entry.notes.is_empty()).count();
     let (count, of) = (counted(study.drives.len() as u64, "trajectory"), counted(files.len() as u64, "file"));
-    let text = format!("{count} of {of}; what was done to {prepared} of them: --verbose, or study.json");
+    let text = format!("{count} of {of}; changes to {prepared} of them: --verbose, or study.json");
     let mut text = format!("{}\n", fill(&text, lines_within(0)));
     if let Some(first) = study.left_out.first() {
         let (count, whole) = (study.left_out.len(), study.left_out.len() + study.drives.len());
@@ -85,7 +85,7 @@ fn taken_for_one(study: &Study) -> Option<String> {
     names.sort_unstable();
     names.dedup();
     let note = format!(
-        "the files do not name the cars: those called {} in several platoons are taken for one car, and what is calibrated on one is \
+        "the files do not name the cars: those called {} in several platoons count as one car, and a calibration on one is \
          validated on the others. If they are different cars, name them by `vehicle` in [[platoon]], or set validation.on = \"none\"",
         names.join(", ")
     );
@@ -126,7 +126,7 @@ fn same_data(study: &Study) -> Option<String> {
     });
     let (own, other, count) = shared?;
     Some(format!(
-        "{} and {} share {count} of {} and {} samples ({}): what is calibrated on one is validated on itself, so far",
+        "{} and {} share {count} of {} and {} samples ({}): the calibration on one is partly validated on itself",
         own.label(),
         other.label(),
         own.samples,
@@ -189,6 +189,6 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         let before = before.len();
         eprintln!("{gone} of the {before} tasks planned here before are not in this plan;\ntheir parts stay, unused");
     }
-    eprintln!("go on with: leadlag study run {}", out.display());
+    eprintln!("continue with: leadlag study run {}", out.display());
     Ok(())
 }

@@ -83,7 +83,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     report(&summary, &progress, started.elapsed());
     // Whoever did a share of the tasks need not have done the last one.
     let is_whole = tasks.iter().all(|task| folder.part(&task.id).is_file());
-    eprintln!("go on with: leadlag study {} {}", if is_whole { "merge" } else { "status" }, shown(args));
+    eprintln!("continue with: leadlag study {} {}", if is_whole { "merge" } else { "status" }, shown(args));
     Ok(())
 }
 
@@ -158,7 +158,7 @@ fn interrupted(progress: &Progress, tasks: usize, again: &str) -> String {
     let of = |counter: &AtomicU64| counter.load(Ordering::SeqCst);
     let (done, computed) = (of(&progress.done), of(&progress.computed));
     format!(
-        "interrupted: {done} of {tasks} tasks are done and kept, {computed} of them computed now; go on with: {again}"
+        "interrupted: {done} of {tasks} tasks are done and kept, {computed} of them computed now; continue with: {again}"
     )
 }
 

@@ -75,10 +75,10 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let folder = quoted(&args.folder.display().to_string());
     match (inventory.conflicting.is_empty(), inventory.missing.is_empty()) {
         (false, _) => text += "delete the wrong file of each pair, or both; `run` computes them again\n",
-        (true, false) => writeln!(text, "go on with: leadlag study run {folder}")?,
+        (true, false) => writeln!(text, "continue with: leadlag study run {folder}")?,
         (true, true) => {
             let further = args.parts.iter().map(|parts| format!(" --parts {}", quoted(&parts.display().to_string())));
-            writeln!(text, "go on with: leadlag study merge {folder}{}", further.collect::<String>())?;
+            writeln!(text, "continue with: leadlag study merge {folder}{}", further.collect::<String>())?;
         }
     }
     output::print(&text)

@@ -72,7 +72,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let open = inventory.missing.len();
     if open == 0 {
         let (all, shown) = (counted(tasks.len() as u64, "task"), quoted(&args.folder.display().to_string()));
-        eprintln!("all {all} are done; go on with: leadlag study merge {shown}");
+        eprintln!("all {all} are done; continue with: leadlag study merge {shown}");
         return Ok(());
     }
     let (seconds, source) = per_task(args, &folder, &study)?;
@@ -136,7 +136,7 @@ fn per_task(args: &Args, folder: &Folder, study: &StudyFile) -> anyhow::Result<(
     let seconds = study.max_evaluations as f64 * mean / STEPS_PER_S;
     let shown = quoted(&args.folder.display().to_string());
     let first = folder.tasks()?.first().map_or(String::new(), |task| task.id.clone());
-    eprintln!("nothing was measured yet; a task that is run first tells what they take:");
+    eprintln!("nothing was measured yet; run one task first to measure its time:");
     eprintln!("  leadlag study run {shown} --task {first}");
     let rate = STEPS_PER_S / 1e6;
     let max = study.max_evaluations;

@@ -75,9 +75,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         eprintln!("{id} ({platoon} follower {follower}, {}): {difference}", then.calibration.variant);
     }
     bail!(
-        "{said}{count} came out otherwise: its numbers were changed, or they come from another version of this program, or from another \
-         processor, library or device, whose last digits may differ (then verify it there); delete what is wrong from {}, and \
-         `leadlag study run` computes it again",
+        "{said}{count} differ: the numbers were changed, or they come from another version of this program, or from another \
+         processor, library or device, whose last digits may differ (then verify it there); delete the wrong parts from {}, and \
+         `leadlag study run` computes them again",
         folder.parts().display()
     )
 }

@@ -154,7 +154,7 @@ impl fmt::Display for Note {
             }
             Note::IdAgain { id, line, read_as } => write!(
                 f,
-                "line {line}: the time starts anew, so two trajectories bear the id {id}; the one from here on is read as {read_as}"
+                "line {line}: the time restarts, so two trajectories have the id {id}; the second one is read as {read_as}"
             ),
             Note::LinesSkipped { line, lines: 1, what } => write!(f, "line {line} not read: {what}"),
             Note::LinesSkipped { line, lines, what } => {

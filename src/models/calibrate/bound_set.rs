@@ -25,7 +25,7 @@ impl BoundSet {
         match self {
             BoundSet::Acc => "Table 3",
             BoundSet::Human => {
-                "Rafati Fard and Shariat Mohaymany (2019), Green (2000), some chosen wide; what is the car's by Table 3"
+                "Rafati Fard and Shariat Mohaymany (2019), Green (2000), some chosen wide; those of the car by Table 3"
             }
         }
     }

@@ -121,7 +121,7 @@ impl Apart {
             })
         };
         format!(
-            "the drives are hardly of one driver with one setting: half of a drive tells the spacing of its other half within {:.1} m, and that of \
+            "the drives hardly have one driver with one setting: half of a drive predicts the spacing of its other half within {:.1} m, and that of \
              other drives within {:.1} m (root mean square); {} is about {} and {}",
             self.own_m,
             self.other_m,

@@ -107,7 +107,7 @@ pub enum TableError {
     #[error("cannot evaluate the rows")]
     Evaluate(#[from] EvaluateError),
     /// The caller asked to stop; the rows written so far are complete.
-    #[error("interrupted after {0} rows; what was written is complete up to there")]
+    #[error("interrupted after {0} rows; the output is complete up to there")]
     Interrupted(u64),
 }
 

@@ -135,7 +135,7 @@ pub enum CourseError {
     /// A clock that single precision cannot read.
     #[error(
         "{label}: variant {variant} reads the time, and the clock of the file reaches {t} s in steps of {dt} s, which single precision \
-         cannot tell apart; expected at most {limit:.0} s: count the time from the beginning of the recording, or use --evaluator lanes \
+         cannot distinguish; expected at most {limit:.0} s: count the time from the beginning of the recording, or use --evaluator lanes \
          with --precision f64"
     )]
     Clock {

@@ -17,7 +17,7 @@ pub enum PlantError {
     },
     /// Two cars met: the parameters do not make a safe platoon.
     #[error(
-        "car {car} runs into the car ahead after {t:.1} s (gap {gap:.3} m); give it shorter delays or a longer headway"
+        "car {car} collides with the car ahead after {t:.1} s (gap {gap:.3} m); give it shorter delays or a longer headway"
     )]
     Collision {
         /// Position in the platoon, 1 being the platoon leader.
@@ -28,7 +28,7 @@ pub enum PlantError {
         gap: f64,
     },
     /// An effect needs two cars ahead.
-    #[error("car {car} cannot look past the car ahead: there is nobody; choose a follower further back")]
+    #[error("car {car} cannot look past the car ahead, because there is no other; choose a follower further back")]
     NobodyAhead {
         /// Position in the platoon, 1 being the platoon leader.
         car: usize,

@@ -157,7 +157,7 @@ impl Selection {
         match device::find(&self.adapter) {
             Ok(device) if device.is_discrete => None,
             Ok(device) if device.is_hardware => SMALL.filter(|_| work.candidates < FOR_ANOTHER_GPU),
-            _ => Some("it is not hardware, and the CPU is faster by itself"),
+            _ => Some("it is not hardware, and the CPU alone is faster"),
         }
     }
 }

@@ -62,7 +62,7 @@ pub(super) fn initial(comment: &str) -> Result<Initial, String> {
         Some("v_l") => Ok(Initial::Measured(Signal::Vl)),
         Some("a_f") => Ok(Initial::Measured(Signal::Af)),
         Some(number) => number.parse().ok().filter(|x: &f32| x.is_finite()).map(Initial::Value).ok_or_else(|| {
-            format!("expected `starts at` a number, or what is measured: s, v_f, v_l or a_f; found `{number}`")
+            format!("expected `starts at` a number or a measured signal: s, v_f, v_l or a_f; found `{number}`")
         }),
         None => Err(format!(
             "expected a doc comment that ends in `starts at 0`, or at another number, s, v_f, v_l or a_f; found {}",
@@ -105,7 +105,7 @@ const LOOP: &str = "loop";
 
 /// That a key says two things.
 fn twice(key: &str) -> String {
-    format!("`//! {key}`: expected once, found more than once; leave out what is not meant")
+    format!("`//! {key}`: expected once, found more than once; remove the others")
 }
 
 /// The word of a line that knows some only.

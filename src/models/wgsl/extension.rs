@@ -182,7 +182,7 @@ impl<'a> Reader<'a> {
             if delay.lower < 0.0 {
                 let ExtensionParameter { name, lower, upper, .. } = delay;
                 return Err(reader.plain(format!(
-                    "`loop: delay by {name}`: expected bounds of at least 0, found {lower} to {upper}; nobody perceives what is to come"
+                    "`loop: delay by {name}`: expected bounds of at least 0, found {lower} to {upper}; a delay cannot be negative"
                 )));
             }
         }

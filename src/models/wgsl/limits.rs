@@ -36,7 +36,7 @@ pub(super) fn refuse_long_text(file: &str, text: &str) -> Result<(), ShaderError
         let found = text.len();
         return refuse(
             0,
-            format!("expected at most {BYTES} bytes, found {found}: leave out what is not needed, or make two of it"),
+            format!("expected at most {BYTES} bytes, found {found}: remove unused parts, or split the file"),
         );
     }
     // For each open bracket, the branches of `else` in the chain that it is in; the first entry stands for the whole file.
@@ -244,8 +244,8 @@ pub(super) fn refuse_large_functions(
         }
         if total > INSTRUCTIONS {
             let message = format!(
-                "{name}: too large after calls are put in: more than {INSTRUCTIONS} instructions with the functions before it; \
-                 keep what is used again in a `let` instead of calling again"
+                "{name}: too large with calls inlined: more than {INSTRUCTIONS} instructions with the functions before it; \
+                 keep a repeated result in a `let` instead of calling again"
             );
             return Err(source.error_at(span, message));
         }

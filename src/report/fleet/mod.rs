@@ -161,7 +161,7 @@ impl FleetFile {
             ([], 0) => String::new(),
             ([], _) => format!("{chosen} follows these drivers best."),
             (open, _) => format!(
-                "{chosen} cannot be told from {}: the difference does not decide, and it has the fewest parameters.",
+                "{chosen} cannot be distinguished from {}, and it has the fewest parameters.",
                 open.join(", ")
             ),
         }

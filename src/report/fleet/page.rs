@@ -161,8 +161,8 @@ fn drivers(page: &mut Page, one: &Overview, rows: &[Shown]) {
     let head = ["parameter", "median", "unit", "middle half", "5 to 95 %", "at a bound", "determined"];
     page.table_with("Parameters over all pairs", &head, &table, &share);
     page.paragraph(
-        "At a bound: the drive wants more than the bounds allow, or does not care. Determined: the drive tells the value; its 95 % interval leaves \
-         out at least half of the bounds.",
+        "At a bound: the drive calls for a value beyond the bounds, or does not determine it. Determined: the 95 % interval of the value excludes \
+         at least half of the bounds.",
     );
     if shown.len() > 1 {
         page.picture("Which parameters go together", &figures::together(&shown));
@@ -201,8 +201,8 @@ fn compared(page: &mut Page, file: &FleetFile) {
     page.table_with("Models", &head, &rows, &share);
     page.paragraph(&file.rule());
     page.paragraph(
-        "Best on: pairs on which the model is ahead of all others by more than the noise of the drive, which lasts. Mean is higher by: the 95 % \
-         interval of the ratio to the model with the lowest scores; where it contains 0 %, the drives do not tell the two apart.",
+        "Best on: pairs on which the model leads all others by more than the autocorrelated noise of the drive. Mean is higher by: the 95 % \
+         interval of the ratio to the model with the lowest scores; if it contains 0 %, the drives do not distinguish the two.",
     );
 }
 

@@ -12,7 +12,7 @@ pub(super) fn budget(page: &mut Page, budget: &Budget, whose: &str) {
          conspicuous where its error takes more than its time."
     ));
     let divisions = [
-        ("Error by what the car is doing", "while", &budget.regime),
+        ("Error by driving state", "while", &budget.regime),
         ("Error by frequency", "frequency", &budget.frequency),
         ("Error by speed", "speed", &budget.speed),
         ("Error by place on the road", "place", &budget.place),

@@ -135,9 +135,9 @@ fn scores(page: &mut Page, result: &ResultFile, errors: Option<&DriveErrors>) {
     page.table("How well", &["measure", "spacing", "speed", "acceleration", "sum"], &rows);
 }
 
-/// What was fitted to what, and how.
+/// Model and data, and how.
 fn fitted(page: &mut Page, result: &ResultFile) {
-    page.section("fit", "What was fitted to what");
+    page.section("fit", "Model and data");
     let rows: Vec<Vec<String>> = result
         .data
         .iter()

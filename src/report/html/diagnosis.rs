@@ -36,7 +36,7 @@ pub fn diagnosis(outcome: &Outcome, charts: Vec<Chart>, made: Option<&MadeBy>) -
 }
 
 fn summary(page: &mut Page, outcome: &Outcome) {
-    page.section("summary", "What follows from it");
+    page.section("summary", "Recommendation");
     in_short(outcome).more.iter().for_each(|sentence| page.paragraph(sentence));
     let mut facts = vec![("evidence", outcome.reason.clone())];
     match &outcome.gain {
@@ -55,8 +55,8 @@ fn summary(page: &mut Page, outcome: &Outcome) {
     page.raw(&format!("<dl>{list}</dl>"));
     if let Some(missing) = &outcome.missing {
         page.paragraph(
-            "The missing acceleration is what has to be added to the model's acceleration, moment by moment, so that it keeps to the \
-             measured car. Where it depends on something, that is a hint.",
+            "The missing acceleration has to be added to the model's acceleration, at each instant, so that the simulated car follows the \
+             measured one. A dependence on a signal hints at the cause.",
         );
         let svg = pictures::missing("Missing acceleration", missing, outcome.missing_left.as_ref());
         page.picture("Missing acceleration against what it may depend on", &svg);
@@ -100,7 +100,7 @@ fn data(page: &mut Page, outcome: &Outcome) {
             vec![f.name.clone(), f.told(), format!("{} {}", short(f.value), f.unit), done, f.file.clone()]
         };
         let rows: Vec<Vec<String>> = outcome.data_findings.iter().map(row).collect();
-        page.table("What the data say about themselves", &["fault", "in words", "size", "done", "file"], &rows);
+        page.table("Faults of the data", &["fault", "in words", "size", "done", "file"], &rows);
     }
 }
 

@@ -251,13 +251,13 @@ fn what_does_nothing_is_warned_of_with_its_place() {
         (
             format!("{seen}{}", command("return a;")),
             &[
-                "x.wgsl:1:1: x_percepton is no stage, and nothing calls it, so it does nothing; did you mean `x_perception`?",
+                "x.wgsl:1:1: x_percepton is not a stage, and nothing calls it, so it has no effect; did you mean `x_perception`?",
             ],
         ),
         (
             format!("{}fn x_brakes() -> f32 {{ return 1.0; }}\n", command("return a;")),
             &[
-                "x.wgsl:4:1: x_brakes is no stage, and nothing calls it, so it does nothing; the stages are x_policy, x_perception, x_speed, x_law, x_command, x_response",
+                "x.wgsl:4:1: x_brakes is not a stage, and nothing calls it, so it has no effect; the stages are x_policy, x_perception, x_speed, x_law, x_command, x_response",
             ],
         ),
         (
@@ -290,7 +290,7 @@ fn what_the_time_loop_does_for_another_extension_is_a_conflict() {
         let built_in = extension_named(taken).expect("built in");
         let idm: Variant = "idm".parse().expect("a base");
         let message = idm.with(built_in).expect("no conflict").with(own).expect_err("two of them").to_string();
-        let expected = format!("extension x: its `loop: {what}` cannot act beside that of {taken}");
+        let expected = format!("extension x: its `loop: {what}` cannot act together with that of {taken}");
         assert!(message.starts_with(&expected), "{message}");
         assert!(idm.with(own).expect("no conflict").with(extension_named("grade").expect("built in")).is_ok());
     }
@@ -365,7 +365,7 @@ fn what_is_too_much_is_said_at_once() {
             format!("const c_0 = 1.0;\n{constants}{}", command("return a;")),
             "x.wgsl:501:20: more than 500 structs, functions",
         ),
-        (functions(22, |f| format!("{f}({f}(a))")), "x.wgsl:12:1: f_11: too large after calls are put in"),
+        (functions(22, |f| format!("{f}({f}(a))")), "x.wgsl:12:1: f_11: too large with calls inlined"),
         (
             functions(400, |f| format!("{f}(a)")),
             "x.wgsl:102:1: f_101: calls more than 100 deep, each block around a call counted",

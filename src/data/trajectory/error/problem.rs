@@ -59,7 +59,7 @@ pub enum ProblemKind {
     #[error(
         "expected the metadata line \"{expected},...\", found {}; OpenACC files have 5 such lines before the header: restore them{}",
         quoted(found),
-        if *expected == "Date" { "; or, of a table that never had them, read the columns as they are with --columns, or rename those of a pair to time_s, lead_speed_mps, speed_mps and spacing_m" } else { "" }
+        if *expected == "Date" { "; if the table never had them, read its columns with --columns, or rename those of a pair to time_s, lead_speed_mps, speed_mps and spacing_m" } else { "" }
     )]
     Metadata { expected: &'static str, found: String },
     #[error("expected a column map for this layout; read the file with one (--columns)")]
@@ -121,7 +121,7 @@ pub enum ProblemKind {
     )]
     FewCars { found: usize },
     #[error(
-        "column {column}: expected the unit {expected}, found {}; convert the column, or read the table as it is with --columns",
+        "column {column}: expected the unit {expected}, found {}; convert the column, or read the table with --columns",
         quoted(found)
     )]
     OtherUnit { column: String, expected: &'static str, found: String },
@@ -147,7 +147,7 @@ pub enum ProblemKind {
     )]
     TimeTwice { column: String, found: f64, first: u64 },
     #[error(
-        "{column}: expected a time after {previous}, found {found}; the column map names no group: if {guess} tells drives apart, add `group = {{ name = \"{name}\" }}` to [columns]",
+        "{column}: expected a time after {previous}, found {found}; the column map names no group: if {guess} distinguishes drives, add `group = {{ name = \"{name}\" }}` to [columns]",
         guess = guess.join(" or "), name = guess.first().map_or("", String::as_str)
     )]
     NoGroup { column: String, previous: f64, found: f64, guess: Vec<String> },
@@ -202,11 +202,11 @@ pub enum ProblemKind {
     )]
     MappedStep { column: String, shortest: f64, longest: f64, found: f64 },
     #[error(
-        "columns {a} and {b} contradict each other: the first changes {ratio:.3} times as much as the second says; {hint}; check_units = false there takes them as they are"
+        "columns {a} and {b} contradict each other: the first changes {ratio:.3} times as much as the second says; {hint}; check_units = false there accepts them unchanged"
     )]
     UnitsContradict { a: String, b: String, ratio: f64, hint: String },
     #[error(
-        "vehicle {id} is at {found} s for the second time, first in line {first}, and the two rows differ; remove one of them, or name the column that tells recordings apart as group in the column map"
+        "vehicle {id} is at {found} s for the second time, first in line {first}, and the two rows differ; remove one of them, or name the column that distinguishes recordings as group in the column map"
     )]
     VehicleTwice { id: String, found: f64, first: u64 },
     #[error(
@@ -240,7 +240,7 @@ fn quoted(text: &str) -> String {
 /// That a column map reads other separators.
 fn by_map(separator: Option<&str>) -> String {
     separator.map_or_else(String::new, |name| {
-        format!(", or read it as it is by a column map (--columns) with separator = \"{name}\"; decimal = \"comma\" there reads decimal commas")
+        format!(", or read it by a column map (--columns) with separator = \"{name}\"; decimal = \"comma\" there reads decimal commas")
     })
 }
 

@@ -94,7 +94,7 @@ pub(in crate::trajectory) struct Header {
 }
 
 /// For tables of one's own with other names.
-pub(in crate::trajectory) const OWN_NAMES: &str = "read the table as it is with --columns (`leadlag list columns`)";
+pub(in crate::trajectory) const OWN_NAMES: &str = "read the table with --columns (`leadlag list columns`)";
 
 /// Nine cars of OpenACC have 71 columns; what is done per column and name must not grow into hours.
 const COLUMNS_MAX: usize = 2000;

@@ -327,7 +327,7 @@ impl FollowerInspection {
     fn warning(&self) -> Option<String> {
         let FollowerInspection { follower, max_gap_s, segments, refused } = self;
         if let Some(why) = refused {
-            return Some(format!("follower {follower} cannot be calibrated as it is: {why}"));
+            return Some(format!("follower {follower} cannot be calibrated: {why}"));
         }
         let (longest, _) = Stretch::longest(segments);
         let first = longest.first().filter(|_| segments.len() > 1)?;

@@ -208,8 +208,8 @@ fn scale_sentence(who: Who, value: f64, error: f64) -> String {
     let hint = factor::explain(1.0 + value).map_or_else(String::new, |hint| format!(" ({hint})"));
     match who {
         Who::Either => format!(
-            "the car ahead reads {percent:+.3} ± {error:.3} % faster than the follower for the same way; which of the two \
-             speeds is off cannot be told from this pair{hint}"
+            "the car ahead reads {percent:+.3} ± {error:.3} % faster than the follower over the same distance; this pair does not show which \
+             of the two speeds is off{hint}"
         ),
         Who::Both => format!(
             "both speeds read {percent:+.2} ± {error:.2} % against the changes of the gap (or the gap too little){hint}"
@@ -226,7 +226,7 @@ fn clock_sentence(car: Who, signal: &str, value: f64, error: f64) -> String {
     let error = Z_95 * error;
     match (car, signal) {
         (Who::Either, _) => format!(
-            "the speed of the car ahead is {size:.3} ± {error:.3} s {late} against that of the follower; which clock is off cannot be told"
+            "the speed of the car ahead is {size:.3} ± {error:.3} s {late} against that of the follower; the data do not show which clock is off"
         ),
         (_, "gap") => format!("the gap is {size:.3} ± {error:.3} s {late} against both speeds"),
         _ => format!(

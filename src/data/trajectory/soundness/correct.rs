@@ -24,7 +24,7 @@ fn one(platoon: &mut Platoon, follower: usize, link: &Link, finding: &Finding) -
     if finding.remedies.iter().all(|remedy| remedy.option != "correct") {
         let why = match (finding.kind, finding.car) {
             (FindingKind::SpeedScale | FindingKind::ClockOffset, Who::Either | Who::Both) => {
-                "as it cannot be told whose signal is off"
+                "because the data do not show whose signal is off"
             }
             (FindingKind::Inconsistent, _) if finding.unit == "m" => "because the correct side of the jump is unknown",
             _ => "the information is not in the file",

@@ -32,7 +32,7 @@ pub enum MapError {
     Lap { path: String, found: f64 },
     #[error("{path}:{line}: {role}: expected one of the units {}, found {found}", known.join(", "))]
     Unit { path: String, line: usize, role: &'static str, found: String, known: Vec<&'static str> },
-    #[error("{path}:{line}: {role}: expected no unit, for it is a name; found {found}")]
+    #[error("{path}:{line}: {role}: expected no unit, because it is a name; found {found}")]
     UnitOfName { path: String, line: usize, role: &'static str, found: String },
     #[error("{path}:{line}: {role}: not in a table with rows = \"{rows}\", which takes {}", known.join(", "))]
     Misplaced { path: String, line: usize, role: &'static str, rows: &'static str, known: Vec<&'static str> },

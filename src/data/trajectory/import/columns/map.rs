@@ -222,7 +222,7 @@ impl ColumnMap {
             Rows::Vehicles if (has(Role::Headway) || has(Role::Position)) && length => Ok(()),
             Rows::Vehicles => missing("gap, or length with headway or position", how),
             Rows::Pairs if !has(Role::LeadSpeed) && !has(Role::RelativeSpeed) => {
-                missing("lead_speed or relative_speed", "the vehicle ahead is what is followed")
+                missing("lead_speed or relative_speed", "it gives the vehicle ahead")
             }
             Rows::Pairs if has(Role::Gap) => Ok(()),
             Rows::Pairs if has(Role::Headway) && lead_length => Ok(()),

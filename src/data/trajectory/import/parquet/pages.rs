@@ -139,8 +139,8 @@ impl Header {
             return Err(format!("a dictionary of {} bytes has {} values", self.unpacked, self.values));
         }
         if self.is_text_delta {
-            return Err("a column of text is coded by its changes (DELTA_BYTE_ARRAY), which is not read; \
-                        expected text as it is, or by a dictionary"
+            return Err("a text column has the encoding DELTA_BYTE_ARRAY, which leadlag does not read; \
+                        expected plain or dictionary encoding"
                 .to_owned());
         }
         Ok(())
