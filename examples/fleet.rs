@@ -1,4 +1,4 @@
-//! Many drivers: every pair calibrated by itself, with two models.
+//! Many drivers: every pair calibrated separately, with two models.
 //!
 //!     cargo run --release --example fleet
 

@@ -1,4 +1,4 @@
-// What an extension may know beside what is perceived. At the sample from which a step starts: time in the file [s], time step
+// Values that an extension may read in addition to perception. At the sample from which a step starts: time in the file [s], time step
 // [s], position on the road [m] (modulo the lap of a closed track), sine of the grade there, spacing [m], own speed [m/s] and
 // acceleration [m/s2]. As perceived, so later with a perception delay: acceleration of the preceding vehicle [m/s2], smoothed
 // over 1.1 s; speed of the car ahead of it [m/s] and the gap between those two [m]; the speed of the preceding vehicle [m/s]

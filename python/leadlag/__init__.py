@@ -14,7 +14,7 @@ whatever the number of threads. Errors are :class:`Error`, or :class:`UsageError
 import os as _os
 import sys as _sys
 
-# Mesa's layer for choosing among GPUs prints an error where there is no desktop session. leadlag chooses by itself.
+# Mesa's layer for choosing among GPUs prints an error without a desktop session. leadlag does not need the layer.
 if _sys.platform == "linux" and not {"XDG_RUNTIME_DIR", "MESA_VK_DEVICE_SELECT"} & _os.environ.keys():
     _os.environ["NODEVICE_SELECT"] = "1"
 

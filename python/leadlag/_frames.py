@@ -76,7 +76,7 @@ def _is_missing(cell: Any) -> bool:
     return cell is None or type(cell).__name__ in ("NAType", "NaTType") or bool(cell != cell)
 
 
-#: Units of a column map's roles where none is given.
+#: Default units of a column map's roles.
 UNITS = {"time": "s", "speed": "m/s", "acceleration": "m/s2", "sin_grade": "-"}
 
 

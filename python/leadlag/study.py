@@ -48,7 +48,7 @@ PIECE = 8 << 20
 AHEAD = 2
 #: Items of a batch, before anything is known of their time.
 FIRST = 4
-#: What leadlag reads where it lies beside a file that it is given.
+#: Files that leadlag reads if they lie beside a given file.
 COMPANIONS = ("Labels.csv", "Slope.csv", "mfc_*.csv")
 #: How often workers are counted [s].
 LOOK = 1.0
@@ -57,7 +57,7 @@ AT_ONCE = 100
 
 #: Files by their names in the folder where a batch is computed.
 Files = dict[str, Path]
-#: A task or a pair: the files that it needs, and what the function that computes it is told.
+#: A task or a pair: the files that it needs, and the arguments of the function that computes it.
 Item = tuple[Files, Any]
 
 
@@ -114,7 +114,7 @@ def fleet(
     with tempfile.TemporaryDirectory() as scratch, Bar("calibrations", progress) as tell:
         inputs = _Inputs(scratch)
         function = functools.partial(_pairs, *inputs.choices(several, settings, reading))
-        # What cannot be is told before anything is sent.
+        # Invalid requests are reported before anything is sent.
         each = [_settings(model, settings) for model in several]
         if _are_drives(pairs):
             items, unread = [inputs.drive(drive) for drive in _drives.some(pairs, reading)[0]], list[str]()
@@ -330,7 +330,7 @@ def _found(
         raise ImportError("leadlag.study needs Dask: `pip install distributed`, or leadlag[dask]") from error
 
     def compute(*words: Any) -> Any:
-        # A function that is sent itself: the scheduler needs no leadlag, and a worker that has none says so.
+        # A function that is sent itself: the scheduler needs no leadlag, and a worker without it reports that.
         import leadlag.study
 
         return leadlag.study._compute(*words)
@@ -338,7 +338,7 @@ def _found(
     waiting: list[_Batch] = []
     running: dict[Any, _Batch] = {}
     sent: dict[Path, list[Any]] = {}
-    # Seconds per item, as far as they are known.
+    # Seconds per item, if known.
     taken, done, pace = 0, 0, batch_seconds / FIRST
     try:
         while taken < len(items) or waiting or running:

@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
-/// What a diagnosis found; `leadlag.diagnose` makes it.
+/// Result of a diagnosis; `leadlag.diagnose` makes it.
 #[pyclass(module = "leadlag", frozen)]
 pub struct Findings {
     inner: leadlag::Findings,
@@ -93,7 +93,7 @@ impl Findings {
         self.inner.text()
     }
 
-    /// The model with what is recommended, or else with what was named, as a `leadlag.Model` to calibrate; the model itself where nothing was found.
+    /// The recommended model, otherwise the base with the named causes, as a `leadlag.Model` to calibrate; the base itself if nothing was found.
     fn apply<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let (recommended, named) = (self.inner.recommended(), self.inner.causes());
         let causes = if recommended.is_empty() { named } else { recommended };

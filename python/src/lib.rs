@@ -1,5 +1,5 @@
-//! The extension module `leadlag._native`: the facade of the library as Python classes. What is Python's own, such as data frames and pictures,
-//! is in the Python files beside it.
+//! The extension module `leadlag._native`: the API of the library as Python classes. Features of Python, such as data frames and pictures,
+//! are in the Python files beside it.
 
 mod drive;
 mod evaluator;

@@ -1,5 +1,5 @@
-//! Threads that a process really has. A fork takes none of its parent's along: whoever waits for the work of rayon's global pool, or of a GPU's
-//! driver, then waits for ever. Pools of processes fork by default on Linux up to Python 3.13.
+//! Threads of this process. A forked process has none of its parent's threads, so waiting for the work of rayon's global pool or of a GPU's
+//! driver never ends. Pools of processes fork by default on Linux up to Python 3.13.
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::sync::atomic::{AtomicU32, Ordering};

@@ -5,7 +5,7 @@
 //! confounded with: accel_cap
 //! search: limit
 //! scale: ratio
-//! experiment: a leader that drives off fast and brakes hard, once begun at once and once gently, from low and from high speed: a limit of the
+//! experiment: a leader that drives off fast and brakes hard, both abruptly and gently, from low and from high speed: a limit of the
 //! power falls with the speed, one of the jerk acts at the beginning only
 //! reference: Makridis, Fontaras, Ciuffo, Mattas 2019, Transp. Res. Rec. 2673(4), 762-777 (MFC)
 struct Parameters {

@@ -1,6 +1,6 @@
 //! Wiedemann 99 as in SUMO's W99, each random number at its mean: 0 in the threshold, 0.5 m/s2 in the free acceleration.
 //! CC0 is d_0, which is all of the shortest spacing behind a vehicle that stands. As SUMO does afterwards: at most cc8, the present own
-//! speed at most v_0 after the step, and, as the last word, at least -9 m/s2. Own acceleration as it is, speeds and spacing as perceived.
+//! speed at most v_0 after the step, and, applied last, at least -9 m/s2. Own acceleration undelayed, speeds and spacing as perceived.
 //! reference: Wiedemann, Reiter (1992); SUMO 1.28, W99
 struct Parameters {
     v_0: f32,
@@ -11,9 +11,9 @@ struct Parameters {
     cc2: f32,
     /// how much further away braking begins per speed difference [s], -30 to 0
     cc3: f32,
-    /// speed difference in following, where it is negative [m/s], -3 to 0
+    /// negative speed difference in following [m/s], -3 to 0
     cc4: f32,
-    /// speed difference in following, where it is positive [m/s], 0 to 3
+    /// positive speed difference in following [m/s], 0 to 3
     cc5: f32,
     /// growth of both with the squared spacing, in 1/10000 [1/(m s)], 0 to 30
     cc6: f32,
@@ -36,7 +36,7 @@ fn too_close(own: Parameters, w: World, x: Perceived, dv: f32, opening: f32) -> 
     let wanted = select(0.0, min(select(inside, outside, x.s > own.d_0), 0.0), dv < 0.0);
     let bounded = max(wanted, 0.5 * sqrt(max(x.v_f, 0.0)) - 10.0);
     let braking = select(bounded, -own.cc7, wanted > -own.cc7);
-    // Behind a vehicle that stands it does nothing.
+    // No effect behind a vehicle that stands.
     return select(0.0, braking, x.v_l > 0.0);
 }
 

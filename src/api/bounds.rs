@@ -1,4 +1,4 @@
-//! Bounds of parameters by the name of a set or from files: what cannot be is told with file and line.
+//! Bounds of parameters, by the name of a set or from files; an error names file and line.
 
 use super::error::Usage;
 use crate::calibrate::{self, BoundSet, BoundsError, Overrides, checked};
@@ -8,7 +8,7 @@ use crate::text::spelling::did_you_mean;
 use crate::vehicle::Vehicle;
 use std::path::Path;
 
-/// The bounds of sets and files for the parameters of a variant; what comes later replaces what came before.
+/// The bounds of sets and files for the parameters of a variant; later ones replace earlier ones.
 pub fn read_bounds(given: &[String], variant: &Variant) -> anyhow::Result<Overrides> {
     let mut bounds = Overrides::new();
     for given in given {
@@ -36,7 +36,7 @@ pub fn unknown(what: &str, name: &str, variant: &Variant, known: &[Symbol]) -> U
     Usage(format!("{what}: variant {variant} has the parameters {}{near}", known.join(", ")))
 }
 
-/// Where bounds are from and why, in words, for the followers of these names and who drives them, where that is known.
+/// Source of the bounds and its reason, in words, for followers of these names and their driver, if known.
 pub fn origin<'a>(given: &[String], followers: impl IntoIterator<Item = (&'a str, Option<&'a str>)>) -> String {
     let told = |given: &String| match given.parse::<BoundSet>() {
         Ok(set) => format!("{}: {}", set.into_str(), set.source()),
@@ -63,7 +63,7 @@ pub fn origin<'a>(given: &[String], followers: impl IntoIterator<Item = (&'a str
     }
 }
 
-/// True for what files call a human driver.
+/// True for names that files give a human driver.
 pub fn is_human(driver: &str) -> bool {
     ["human", "manual"].iter().any(|word| driver.eq_ignore_ascii_case(word))
 }
@@ -84,7 +84,7 @@ fn of_file(path: &Path, variant: &Variant) -> anyhow::Result<Overrides> {
     })
 }
 
-/// `FILE:LINE` of an entry; the file alone where it stands in no line of its own.
+/// `FILE:LINE` of an entry; the file alone if the entry has no line of its own.
 fn place(path: &Path, name: &str) -> String {
     let shown = path.display();
     let text = crate::text::bounded::read_to_string(path, crate::text::bounded::TEXT_MAX).unwrap_or_default();

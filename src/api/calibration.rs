@@ -1,4 +1,4 @@
-//! A calibration: a model, what is minimised, bounds, and the search.
+//! A calibration: model, objective, bounds and search.
 
 use super::bounds::{checked_single, origin, read_bounds, unknown};
 use super::drive::Drive;
@@ -107,7 +107,7 @@ impl Calibration {
         Ok(self)
     }
 
-    /// Adds bounds: `acc` (the paper's, the default), `human`, or a TOML file. What comes later replaces what came before.
+    /// Adds bounds: `acc` (the paper's, the default), `human`, or a TOML file. Later ones replace earlier ones.
     #[must_use]
     pub fn bounds(mut self, bounds: &str) -> Calibration {
         self.bounds.push(bounds.to_owned());
@@ -128,7 +128,7 @@ impl Calibration {
         self
     }
 
-    /// What is minimised: `nrmse-sva` (the default), `rmse-s`, `u-sv`, ...
+    /// The measure to minimise: `nrmse-sva` (the default), `rmse-s`, `u-sv`, ...
     ///
     /// # Errors
     /// When there is no such measure.
@@ -256,7 +256,7 @@ impl Calibration {
         Ok(Fit::of(result)?)
     }
 
-    /// What is doubtful about calibrating this on these drives, a line each.
+    /// Warnings about this calibration on these drives, one line each.
     ///
     /// # Errors
     /// When a bound cannot be, or a drive lacks what the model needs.
@@ -362,7 +362,7 @@ impl Calibration {
         Ok(found.map(|apart| apart.told(space, &labels)))
     }
 
-    /// What the same calibration finds with the faults of the data corrected, or without that where they are; `None` where it makes no
+    /// The same calibration with the faults of the data corrected, or uncorrected if they are corrected here; `None` if that makes no
     /// difference, or nothing is found.
     pub(crate) fn compared(
         &self,

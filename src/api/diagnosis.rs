@@ -1,4 +1,4 @@
-//! A diagnosis: what the data and the simulation get wrong, which cause explains it, and what it is worth.
+//! A diagnosis: errors of the data and of the simulation, their causes, and the gain of an extended model.
 
 use super::bounds::{checked_single, read_bounds};
 use super::drive::Drive;
@@ -45,7 +45,7 @@ pub struct Diagnosis {
     correct: bool,
 }
 
-/// What a diagnosis found.
+/// Result of a diagnosis.
 #[derive(Debug, Clone)]
 pub struct Findings {
     described: Arc<Described>,
@@ -124,7 +124,7 @@ impl Loading {
             if self.data_only {
                 continue;
             }
-            // First, for what is too short as a whole needs no word of its parts.
+            // First, because a drive that is too short needs no message about its parts.
             let whole = drives(&picked)?;
             if ends_held_back {
                 let [beginning, _] = hold_back(&picked.trajectory);
@@ -219,7 +219,7 @@ fn drives(picked: &Picked) -> anyhow::Result<Vec<Diagnosed>> {
 /// Share of a diagnosis that the likelihood takes in its progress; the rest is the race's.
 const DESCRIBED: f64 = 0.7;
 
-/// What is asked of loaded drives.
+/// Requirements on loaded drives.
 pub(crate) struct Asked<'a> {
     pub(crate) base: Variant,
     pub(crate) effort: Effort,
@@ -356,7 +356,7 @@ impl Diagnosis {
         holdout: &[&Drive],
         progress: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
     ) -> Result<Findings, Error> {
-        // Before the work, and of the causes as well, for these are searched, too.
+        // Before the work, and for the causes as well, because the diagnosis searches these, too.
         let mut bounds = read_bounds(&self.bounds, &self.base)?;
         let of_causes = self.causes.iter().flat_map(|cause| &cause.parameters).copied();
         let mut known = self.base.parameters();
@@ -426,7 +426,7 @@ impl Findings {
     }
 }
 
-/// The verdict with its reason, and what is recommended.
+/// The verdict with its reason, and the recommended model.
 impl fmt::Display for Findings {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{}: {}", self.verdict(), self.reason())?;

@@ -53,7 +53,7 @@ impl Reading {
         self.recording(Input::File(path.as_ref()))
     }
 
-    /// Reads the text of a table, as a file would have it; `name` stands for the file in messages and results.
+    /// Reads the text of a table in the format of a file; `name` stands for the file in messages and results.
     ///
     /// # Errors
     /// As [`Reading::file`].
@@ -120,7 +120,7 @@ impl Drive {
         self
     }
 
-    /// The part between two times of the file \[s\], both included; what lies outside the drive is left out. It is prepared as if nothing else
+    /// The part between two times of the file \[s\], both included; times outside the drive are ignored. It is prepared as if nothing else
     /// had been measured.
     ///
     /// # Errors
@@ -220,13 +220,13 @@ impl Drive {
         !self.recording.read.companions.is_empty()
     }
 
-    /// What was done to the data, a line each: filled, cut, smoothed, resampled.
+    /// Changes to the data, one line each: filled, cut, smoothed, resampled.
     #[must_use]
     pub fn preparation(&self) -> Vec<String> {
         self.trajectory.preparation().map(ToString::to_string).collect()
     }
 
-    /// What is doubtful in the data, a line each.
+    /// Doubtful values of the data, one line each.
     #[must_use]
     pub fn warnings(&self) -> &[String] {
         &self.warnings

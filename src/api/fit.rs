@@ -1,4 +1,4 @@
-//! What a calibration found.
+//! Result of a calibration.
 
 use super::calibration::Calibration;
 use super::drive::Drive;
@@ -15,7 +15,7 @@ use indexmap::IndexMap;
 use std::fmt;
 use std::path::Path;
 
-/// Calibrated parameters with what is known of them.
+/// Calibrated parameters, with intervals and correlations.
 #[derive(Debug, Clone)]
 pub struct Fit {
     result: ResultFile,
@@ -39,7 +39,7 @@ pub struct Simulation {
     pub scores: IndexMap<&'static str, f64>,
     /// Why the run ended early: a crash, for example.
     pub ended: Option<String>,
-    /// How the drive was treated otherwise than what was calibrated on, a line each.
+    /// Differences in the treatment of this drive and of the calibrated ones, one line each.
     pub warnings: Vec<String>,
 }
 
@@ -77,7 +77,7 @@ impl Fit {
         self.result.model()
     }
 
-    /// What was minimised, by the f64 reference.
+    /// The minimised measure, by the f64 reference.
     #[must_use]
     pub fn score(&self) -> f64 {
         let gof = self.result.gof.replace('-', "_");

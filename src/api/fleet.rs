@@ -21,7 +21,7 @@ const NOISY: &str = FindingKind::Noisy.into_str();
 /// Doubtful pairs that are named.
 const DOUBTFUL_NAMED: usize = 20;
 
-/// What a folder may hold of tables.
+/// Limit for the tables of a folder.
 const ENDINGS: [&str; 4] = ["csv", "txt", "gz", "parquet"];
 
 /// Leader-follower pairs, of files, of folders or of drives at hand.
@@ -105,13 +105,13 @@ impl Pairs {
         self.pairs.is_empty()
     }
 
-    /// What is wrong with files and signals, a line each.
+    /// Faults of files and signals, one line each.
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
         self.unreadable.iter().cloned().chain(self.doubtful()).chain(self.repeated()).collect()
     }
 
-    /// How many pairs have doubtful data, which, and what of the first.
+    /// Number of pairs with doubtful data, their names, and the fault of the first.
     pub(crate) fn doubtful(&self) -> Option<String> {
         // Noise of an acceleration has a warning of its own.
         let is_doubtful = |pair: &&Pair| pair.doubts().split(' ').any(|kind| !kind.is_empty() && kind != NOISY);
@@ -307,7 +307,7 @@ impl Fleet {
     }
 }
 
-/// Refuses models that one table could not tell apart.
+/// Refuses models that one table could not distinguish.
 fn distinct(calibrations: &[Calibration]) -> Result<(), Usage> {
     for (k, Calibration { model, .. }) in calibrations.iter().enumerate() {
         let others = || calibrations[..k].iter().map(|one| &one.model);

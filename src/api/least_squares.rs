@@ -7,7 +7,7 @@ use crate::evaluator::{Evaluator as _, Job, Population, Pull, Score};
 use crate::lanes::{Differences, Lanes, LanesPrecision};
 use crate::score::Accumulation;
 
-/// Candidates that are simulated side by side: they fill blocks of lanes, and what they leave stays below 100 MB.
+/// Candidates that are simulated together: they fill blocks of lanes, and their results stay below 100 MB.
 const PART: usize = 128;
 
 /// The normal equations of one candidate, of residuals r that [`Evaluator::residuals`] gives and their derivatives J with respect to the p

@@ -1,4 +1,4 @@
-//! Models: the ninety variants, laws, and what they are extended by.
+//! Models: the ninety variants, laws, and their extensions.
 
 use super::calibration::Calibration;
 use super::diagnosis::Diagnosis;
@@ -26,7 +26,7 @@ use std::path::Path;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Variant(pub(crate) catalog::Variant);
 
-/// A model by its id, its name or the file of a law. Whoever asks for one that there is not is told so; a file that cannot be read, or is faulty,
+/// A model by its id, its name or the file of a law. An unknown name is an invalid request; a file that is unreadable or faulty
 /// is an error of the file.
 pub(crate) fn model(asked: &str) -> anyhow::Result<catalog::Variant> {
     read_model(asked).map_err(|error| match error {
@@ -81,7 +81,7 @@ impl Variant {
         Calibration::of_variant(self.0)
     }
 
-    /// A diagnosis of what it lacks, with all settings at their defaults.
+    /// A diagnosis of this model, with all settings at their defaults.
     #[must_use]
     pub fn diagnosis(self) -> Diagnosis {
         Diagnosis::of_variant(self.0)
@@ -137,7 +137,7 @@ impl Law {
         laws().iter().copied().map(Law)
     }
 
-    /// Reads a file; its name without `.wgsl` is the law's, and what its functions begin with.
+    /// Reads a file; its name without `.wgsl` is the law's and the prefix of its functions.
     ///
     /// # Errors
     /// When it cannot be read, is faulty, or is no law.
@@ -169,13 +169,13 @@ impl Law {
         &self.0.name
     }
 
-    /// What it does, in words.
+    /// The effect in words.
     #[must_use]
     pub fn meaning(&self) -> &'static str {
         &self.0.meaning
     }
 
-    /// Where it is described, if its text says so.
+    /// The source, if the text names one.
     #[must_use]
     pub fn reference(&self) -> Option<&'static str> {
         self.0.reference.as_deref()

@@ -1,11 +1,11 @@
-//! Drives that are given twice: their samples would count twice, and what they tell would seem surer than it is.
+//! Drives that are given twice: their samples would count twice, and intervals would be too narrow.
 
 use super::error::Usage;
 use crate::study::fingerprint;
 use crate::trajectory::Trajectory;
 use std::fmt;
 
-/// What tells whether two drives have samples in common.
+/// Fingerprint that shows whether two drives have samples in common.
 #[derive(Debug, Clone)]
 pub(crate) struct Samples {
     path: String,

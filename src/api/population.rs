@@ -73,8 +73,8 @@ impl Evaluator {
         self.free.iter().map(|&i| self.prepared.space.bounds[i][1]).collect()
     }
 
-    /// One score per candidate: what is minimised, the mean over the drives. Infinite where a run ends early, the score is undefined, or a
-    /// parameter has a value that the equations do not allow, such as a negative headway: an optimiser that steps out of the bounds goes on.
+    /// One score per candidate: the minimised measure, as a mean over the drives. Infinite if a run ends early, the score is undefined, or a
+    /// parameter has a value that the equations do not allow, such as a negative headway, so that an optimiser may leave the bounds.
     /// `candidates` has them one behind the other, each with a value per parameter in the order of [`Evaluator::parameters`].
     ///
     /// # Errors
@@ -123,7 +123,7 @@ impl Evaluator {
         self.prepared.reference.cases().len()
     }
 
-    /// What computes, for the record: `lanes (plain)`, `gpu (plain) on NVIDIA ...`.
+    /// The evaluator, for the record: `lanes (plain)`, `gpu (plain) on NVIDIA ...`.
     #[must_use]
     pub fn device(&self) -> String {
         let on = self.inner.adapter().map_or(String::new(), |adapter| format!(" on {adapter}"));

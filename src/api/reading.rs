@@ -114,7 +114,7 @@ impl Loaded {
     }
 }
 
-/// That nobody says where on its grade table a drive begins, if it makes a difference.
+/// Warning that the start of a drive on its grade table is unknown, if it matters.
 pub(crate) fn start_assumed(trajectory: &Trajectory) -> Option<String> {
     let Trajectory { source, grade, notes, .. } = trajectory;
     let grade = grade.as_ref().filter(|grade| grade.sin.windows(2).any(|pair| pair[0] != pair[1]))?;
@@ -132,7 +132,7 @@ pub(crate) fn start_assumed(trajectory: &Trajectory) -> Option<String> {
 }
 
 impl Reading {
-    /// Reads a recording as it is.
+    /// Reads a recording without preparation.
     pub(super) fn open(&self, input: Input<'_>) -> anyhow::Result<Recording> {
         let map = self.columns.as_deref().map(column_map).transpose()?;
         let map = map.map(|map| map.with_lead_length(self.lead_length_m));
@@ -239,7 +239,7 @@ impl Reading {
         Ok(Loaded { trajectory: longest, vehicle, twin: None })
     }
 
-    /// Every trajectory that is asked for, in that order; with `all` every one of the file that can be used, where none is.
+    /// Every requested trajectory, in that order; with `all` every usable one of the file, if none is requested.
     #[cfg(feature = "cli")]
     pub(crate) fn pick_all(
         &self,
@@ -336,7 +336,7 @@ impl Reading {
         self.choose(prepare(recording, follower, &preparation)?, warn)
     }
 
-    /// The follower's car, where it is asked for or the variant needs it.
+    /// The follower's car, if it is requested or the variant needs it.
     pub(crate) fn vehicle_for(
         &self,
         trajectory: &Trajectory,
@@ -374,7 +374,7 @@ impl Reading {
         })
     }
 
-    /// The segment asked for, else the longest, which is said.
+    /// The requested segment, otherwise the longest, with a note.
     fn choose(&self, mut segments: Vec<Trajectory>, warn: &mut dyn FnMut(String)) -> anyhow::Result<Trajectory> {
         let stretches = Stretch::of_trajectories(&segments);
         let count = segments.len();
@@ -423,7 +423,7 @@ impl Reading {
         Ok(self.find_vehicle(trajectory, &any)?.map(|(vehicle, _)| vehicle))
     }
 
-    /// The vehicle: as told, else by its name in a table beside the data, else by its name in the built-in table.
+    /// The vehicle: the given one, otherwise by its name in a table beside the data, otherwise by its name in the built-in table.
     fn find_vehicle(&self, trajectory: &Trajectory, variant: &Variant) -> anyhow::Result<Option<(Vehicle, String)>> {
         let needs_curve = variant.constraint == Constraint::Mfc;
         if let Some(text) = &self.vehicle {
@@ -441,7 +441,7 @@ impl Reading {
     }
 }
 
-/// True if it has to be said which follower is meant. Groups are drives: of several, the longest is taken.
+/// True if the user has to name the follower. Groups are drives: of several, the longest is taken.
 fn has_several_followers(recording: &Recording) -> bool {
     if recording.chosen_by == ChosenBy::Group {
         return false;

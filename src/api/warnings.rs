@@ -1,4 +1,4 @@
-//! What was given and changes nothing, or is likely a mistake: said once, before the work.
+//! Settings without effect and likely mistakes: one warning each, before the work.
 
 use super::bounds::is_human;
 use super::reading::{Reading, start_assumed};
@@ -17,7 +17,7 @@ const FAR_BELOW: f64 = 0.7;
 /// Faster than v_0 may be for less than this is noise \[s\].
 const ABOVE_S: f64 = 1.0;
 
-/// What there is to say of a calibration, a line each.
+/// Warnings about a calibration, one line each.
 pub fn of(
     reading: &Reading,
     model: &Variant,
@@ -35,7 +35,7 @@ pub fn of(
     said
 }
 
-/// Whoever gives something expects that it does something.
+/// A user expects that every setting has an effect.
 fn unused(reading: &Reading, model: &Variant, loaded: &[&Trajectory]) -> Vec<String> {
     let mut said = Vec::new();
     if reading.vehicle.is_some() && !model.needs_vehicle() {
@@ -64,7 +64,7 @@ fn unused(reading: &Reading, model: &Variant, loaded: &[&Trajectory]) -> Vec<Str
     said
 }
 
-/// True for a note of a gap in which the length of the car ahead may have a part: made of positions, of what a column map says, or beside
+/// True for a note of a spacing that may depend on the length of the car ahead: from positions, from a column map, or beside
 /// positions in the authors' files.
 fn takes_length(note: &Note) -> bool {
     matches!(note, Note::Derived { .. } | Note::Mapped { .. } | Note::LengthDerived { .. })
@@ -78,7 +78,7 @@ fn idle_switches(model: &Variant, convention: Convention) -> Vec<String> {
     idle.map(|(switch, lack)| format!("--convention {switch} changes nothing: variant {model} has no {lack}")).collect()
 }
 
-/// What a switch of the convention is about, if the variant has no such thing.
+/// The part that a switch of the convention affects, if the variant lacks it.
 fn lacks(switch: &str, model: &Variant) -> Option<&'static str> {
     let (lack, has) = match switch {
         "road_load" => ("nonlinear dynamics, so no f_1 and f_2 to be bounded", model.dynamics == Dynamics::Nonlinear),
@@ -92,7 +92,7 @@ fn lacks(switch: &str, model: &Variant) -> Option<&'static str> {
     (!has).then_some(lack)
 }
 
-/// What the file says of who drives, where it contradicts what is done.
+/// Contradiction between the driver that the file names and the model or the bounds.
 fn drivers(overrides: &Overrides, loaded: &[&Trajectory]) -> Vec<String> {
     let human: Vec<&Trajectory> = loaded.iter().filter(|one| one.driver().is_some_and(is_human)).copied().collect();
     let mut said = Vec::new();
@@ -112,7 +112,7 @@ fn drivers(overrides: &Overrides, loaded: &[&Trajectory]) -> Vec<String> {
     said
 }
 
-/// On a level road an extension that acts by the grade does nothing, and still gets a value.
+/// On a level road an extension that acts by the grade has no effect, and still gets a value.
 fn level_road(model: &Variant, overrides: &Overrides, loaded: &[&Trajectory]) -> Option<String> {
     let is_level = |l: &&&Trajectory| l.grade.as_ref().is_some_and(|g| g.sin.iter().all(|sin| *sin == 0.0));
     let level: Vec<&Trajectory> = loaded.iter().filter(is_level).copied().collect();
@@ -125,7 +125,7 @@ fn level_road(model: &Variant, overrides: &Overrides, loaded: &[&Trajectory]) ->
                 let names: Vec<&str> = extension.parameters.iter().map(|symbol| symbol.name()).collect();
                 format!("{} has no effect; its value is meaningless", names.join(", "))
             }
-            // What else a text of one's own does is not known here.
+            // Other effects of a user's own text are not known here.
             None => format!("what {} makes of the grade has no effect", extension.name),
         })
         .collect();
@@ -186,7 +186,7 @@ fn off_bounds(model: &Variant, convention: Convention, overrides: &Overrides, lo
     said
 }
 
-/// Files that are named where something is said of several.
+/// Names of files for a warning about several.
 const NAMED: usize = 5;
 
 /// The files, each once; of very many the first ones.

@@ -1,4 +1,4 @@
-//! What is measured, by name. The one place where evaluators are made.
+//! The contenders of a measurement, by name. The one place where evaluators are made.
 
 use crate::by_hand::ByHand;
 use crate::evaluator::{AdapterChoice, Case, EvaluateError, Evaluator, Population, Score, Timings};
@@ -133,7 +133,7 @@ impl Runner {
         }
     }
 
-    /// The device, where there is one.
+    /// The device, if any.
     pub fn adapter(&self) -> Option<String> {
         match self {
             Runner::Evaluator(evaluator) => evaluator.adapter(),

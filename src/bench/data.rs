@@ -1,4 +1,4 @@
-//! What is simulated: a drive, synthetic or measured, and random candidates.
+//! Input of the simulations: a drive, synthetic or measured, and random candidates.
 
 use super::BenchError;
 use crate::calibrate::{Overrides, SearchSpace};

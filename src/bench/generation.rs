@@ -1,4 +1,4 @@
-//! What a generation of an optimiser costs beside simulating: breeding, laying candidates out, dispatching, sorting.
+//! Cost of a generation of an optimiser beside simulating: breeding, laying candidates out, dispatching, sorting.
 
 use super::contender::{Contender, Runner};
 use super::{BenchError, Drive};
@@ -12,7 +12,7 @@ use std::time::Instant;
 /// Samples of a drive on which simulating takes no time worth mentioning.
 const SHORT: usize = 20;
 
-/// Generations that are timed, after as many that warm up, where only what is beside simulating is asked for.
+/// Timed generations, after as many for warm-up, if only the cost beside simulating is requested.
 const GENERATIONS: usize = 100;
 
 /// Samples of a drive of a minute and a half, on which whole generations of large populations are timed.
@@ -24,7 +24,7 @@ const LARGE: usize = 3;
 /// Populations that fill a CPU and a GPU.
 const POPULATIONS: [usize; 2] = [4096, 65_536];
 
-/// Generations of the genetic algorithm on IDM, from asking to telling.
+/// Generations of the genetic algorithm on IDM, from ask to tell.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Generation {
     /// As in a row.

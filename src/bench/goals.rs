@@ -1,14 +1,14 @@
-//! What the evaluators should reach on one core (3.8 GHz, AVX-512, Sapphire Rapids class), beside what they reached. Printed, never asserted: a figure says
+//! Goals of the evaluators on one core (3.8 GHz, AVX-512, Sapphire Rapids class), beside the measured values. Printed, never asserted: a figure says
 //! more about the machine than about the program.
 
 use super::measure::{is_software, median};
 use super::plan::{POPULATION, Report};
 use serde_json::{Value, json};
 
-/// A goal and what was found.
+/// A goal and the measured value.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Goal {
-    /// What is wanted, in words.
+    /// The goal, in words.
     pub what: String,
     /// Its unit.
     pub unit: &'static str,
@@ -16,7 +16,7 @@ pub struct Goal {
     pub wanted: f64,
     /// True if lower is better.
     pub at_most: bool,
-    /// What was measured; `None` where it was not.
+    /// The measured value; `None` if it was not measured.
     pub found: Option<f64>,
 }
 
@@ -47,7 +47,7 @@ impl Goal {
 }
 
 impl Report {
-    /// The goals of the project, with what was found.
+    /// The goals of the project, with the measured values.
     #[must_use]
     pub fn goals(&self) -> Vec<Goal> {
         let software = self.adapter.as_deref().is_some_and(is_software);

@@ -1,4 +1,4 @@
-//! What the figures were measured on.
+//! The machine of the measurement.
 
 use std::fmt;
 
@@ -11,7 +11,7 @@ pub struct Machine {
     pub vectors: &'static str,
     /// Threads that work.
     pub threads: usize,
-    /// Processes that were running or waiting in the last minute, where the system tells.
+    /// Processes that were running or waiting in the last minute, if the system reports them.
     pub load: Option<f64>,
 }
 

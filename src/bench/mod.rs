@@ -3,7 +3,7 @@
 //! The unit is Mcs, a million candidate-steps: N candidates over T samples are N T candidate-steps, whether or not some
 //! candidates crash on the way. Beside every evaluator stand a hand-fused loop (`native`), the ceiling on a CPU, and the plain
 //! scalar reference, so that a figure can be judged without knowing the machine. Repetitions of all contenders are interleaved,
-//! so that a change of the machine's load falls on all alike; every single time is kept. A hardware GPU comes after them, by itself.
+//! so that a change of the machine's load affects all alike; every single time is kept. A hardware GPU comes after them, alone.
 
 mod contender;
 mod data;
@@ -84,7 +84,7 @@ pub enum BenchError {
     Seed {
         /// The largest.
         most: u64,
-        /// What was asked for.
+        /// The request.
         found: u64,
     },
     /// More cases than a seed has.

@@ -175,7 +175,7 @@ fn write_ninety_on(
     writeln!(text, "slowest: variant {slowest} {name}, {ratio:.2} times slower than variant 1")
 }
 
-/// What a variant adds to its base.
+/// The parts that a variant adds to its base.
 fn extensions(variant: &Variant) -> String {
     let parts = [
         variant.delay.then_some("delay"),

@@ -20,9 +20,9 @@ use std::time::{Duration, Instant};
 
 const NEW: &str = ".leadlag-new";
 const READY: &str = ".leadlag-ready";
-/// In `READY`: one name per line, behind `- ` what is removed only, behind `+ ` what is put in its place, in this order.
+/// In `READY`: one name per line, after `- ` files to remove, after `+ ` files to put in place, in this order.
 const LIST: &str = ".list";
-/// Files that are renamed within a folder are in their places after so long, unless the process was killed: milliseconds on a disk,
+/// Renaming files within a folder takes at most this long, unless the process was killed: milliseconds on a disk,
 /// a second or two through a network.
 const PATIENCE: Duration = Duration::from_secs(10);
 
@@ -36,7 +36,7 @@ pub struct Change {
 }
 
 impl Change {
-    /// Begins a change of a folder, which is made where it is not there; waits for others that change it.
+    /// Begins a change of a folder, which is created if missing; waits for other processes that change it.
     pub fn begin(folder: &Path) -> anyhow::Result<Change> {
         output::make_folder(folder)?;
         let lock = locked(folder);
@@ -67,7 +67,7 @@ impl Change {
         Ok(())
     }
 
-    /// Puts the new files in their places. What `before` names and the new result does not have is removed, and returned.
+    /// Puts the new files in place. Removes the files of `before` that the new result lacks, and returns their names.
     pub fn finish(self, before: Vec<String>) -> anyhow::Result<Vec<String>> {
         let is_stale = |name: &String| !self.names.contains(name) && self.folder.join(name).is_file();
         let stale: Vec<String> = BTreeSet::from_iter(before).into_iter().filter(is_stale).collect();
@@ -89,14 +89,14 @@ impl Drop for Change {
     }
 }
 
-/// Completes a change of which a killed process has made a part only. Whoever reads a folder of results does this first.
+/// Completes a change that a killed process has left unfinished. Every reader of a folder of results calls this first.
 pub fn settle(folder: &Path) -> anyhow::Result<()> {
-    // What `parent` says of a bare name.
+    // Result of `parent` for a bare name.
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     if folder.join(READY).exists() { complete(folder, locked(folder).as_ref()) } else { Ok(()) }
 }
 
-/// Makes the rest of a change that nobody is making any more: who holds the lock knows that, and who has none waits.
+/// Completes a change that no process is making any longer: the holder of the lock knows that, and a process without it waits.
 fn complete(folder: &Path, lock: Option<&File>) -> anyhow::Result<()> {
     let began = Instant::now();
     while lock.is_none() && folder.join(READY).exists() && began.elapsed() < PATIENCE {
@@ -105,7 +105,7 @@ fn complete(folder: &Path, lock: Option<&File>) -> anyhow::Result<()> {
     make(folder)
 }
 
-/// Completes what was begun, and removes what was not.
+/// Completes a change that was ready, and removes files of one that was not.
 fn clear(folder: &Path, lock: Option<&File>) -> anyhow::Result<()> {
     complete(folder, lock)?;
     ignoring_absence(fs::remove_dir_all(folder.join(NEW)))
@@ -118,18 +118,18 @@ fn make(folder: &Path) -> anyhow::Result<()> {
     let list = match bounded::read_to_string(&ready.join(LIST), bounded::TEXT_MAX) {
         Ok(list) => list,
         Err(error) if error.kind() == ErrorKind::NotFound => {
-            // The list goes last, so that the change is made: whoever may not remove the folder can still read.
+            // The list goes last, so that the change is complete: a process without the right to remove the folder can still read.
             let _ = fs::remove_dir_all(&ready);
             return Ok(());
         }
         Err(error) => return Err(error).with_context(|| format!("{}: cannot read the change", ready.display())),
     };
     let named = |sign: &str| list.lines().filter_map(|line| line.strip_prefix(sign)).collect::<Vec<_>>();
-    // The folder may come from somebody else, who must not reach what lies beside it.
+    // Another user may have made the folder, and must not gain access to files beside it.
     if let Some(name) = named("+ ").into_iter().chain(named("- ")).find(|name| !is_plain(name)) {
         bail!("{}: expected names of files in this folder, found {name:?}; remove the folder", ready.display());
     }
-    // What has been moved already is new.
+    // Files that have been moved already are new.
     let waiting: Vec<&str> = named("+ ").into_iter().filter(|name| ready.join(name).exists()).collect();
     let done = || {
         for name in named("- ").iter().chain(&waiting) {

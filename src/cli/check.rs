@@ -1,4 +1,4 @@
-//! `leadlag check`: is a file a law or an extension, and what does it bring along?
+//! `leadlag check`: is a file a law or an extension, and what does it contain?
 
 use super::{Usage, output};
 use crate::api::extension::find;
@@ -67,7 +67,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// What a file is, in a word.
+/// Kind of a file, in a word.
 fn kind(extension: &Extension) -> &'static str {
     match &extension.cause {
         _ if extension.is_law() => "law",
@@ -114,7 +114,7 @@ fn plot(law: &'static Extension) -> anyhow::Result<()> {
     super::plot::print_accelerations(&title, &spacings, &charts)
 }
 
-/// Accelerations are shown up to this one, either way \[m/s²\]: what is beyond would flatten the rest.
+/// Accelerations are shown up to this limit, in both directions \[m/s²\]: larger ones would flatten the rest.
 const SHOWN_MPS2: f64 = 6.0;
 
 /// The middle of the bounds of a parameter; of wide ones the geometric one.

@@ -1,4 +1,4 @@
-//! `leadlag doctor`: GPUs, drivers, and what they do with arithmetic.
+//! `leadlag doctor`: GPUs, drivers, and their arithmetic.
 
 use super::output;
 use crate::evaluator::EvaluateError;
@@ -39,7 +39,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 fn report(adapters: &[Adapter], found: &[Probe], chosen: Option<&Adapter>) -> Value {
     let safe: Vec<&str> = modes(found).iter().filter(|mode| mode.safe).map(|mode| mode.name).collect();
     let adapter = |a: &Adapter| {
-        // Only what was examined is known.
+        // Only examined adapters are known.
         let safe_modes = chosen.filter(|chosen| chosen.index == a.index).map(|_| &safe);
         let limits: Map<String, Value> = a.limits().into_iter().map(|(name, x)| (name.to_owned(), x.into())).collect();
         json!({

@@ -121,7 +121,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
     library.notes().iter().for_each(|note| eprintln!("{note}"));
     library.faults().iter().for_each(|fault| evaluator::warn(fault));
-    // What an interrupted run has written is complete up to there, and worth keeping.
+    // The rows of an interrupted run are complete and worth keeping.
     if let (Some(file), Some(out)) = (written, &args.out)
         && matches!(result, Ok(_) | Err(TableError::Interrupted(_)))
     {

@@ -13,7 +13,7 @@ use clap::ValueEnum;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-/// The vehicle type, and what the export is known by.
+/// The vehicle type, and the mark of an export.
 const TYPE: &str = "vtype.add.xml";
 const LOSS: &str = "loss.json";
 

@@ -15,7 +15,7 @@ use crate::wgsl::extension_named;
 use anyhow::Context;
 use std::path::{Path, PathBuf};
 
-/// So many drivers are named in a message.
+/// Largest number of drivers in a message.
 const NAMED: usize = 5;
 
 /// The folder of a fleet, if a result that is given is one: the folder itself, its table or its `fleet.json`.
@@ -26,7 +26,7 @@ pub fn folder_of(given: &Path) -> Option<PathBuf> {
     folder.join(FLEET).is_file().then(|| folder.to_owned())
 }
 
-/// What was calibrated for a driver: the only one, or the one of this id, with the model that the fleet has chosen.
+/// The calibration of a driver: the only one, or the one of this id, with the model that the fleet has chosen.
 pub fn of_driver(folder: &Path, driver: Option<&str>) -> anyhow::Result<CalibratedVariant> {
     settle(folder)?;
     let path = folder.join(FLEET);

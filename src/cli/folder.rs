@@ -6,11 +6,11 @@ use super::evaluator::said;
 use crate::report::html::{MadeBy, RUN_VERSION};
 use std::path::{Path, PathBuf};
 
-/// What a calibration, a diagnosis and a fleet are known by.
+/// Files that mark a calibration, a diagnosis and a fleet.
 pub const RESULT: &str = "result.json";
 pub const DIAGNOSIS: &str = "diagnosis.json";
 pub const FLEET: &str = "fleet.json";
-/// The command that made them, and what it warned of. It differs from run to run, which results do not.
+/// The command that made them, and its warnings. It differs from run to run; results do not.
 pub const RUN: &str = "run.json";
 
 /// Refuses a folder that holds a result of another kind, some of whose files would be overwritten; `own` is a name for a folder in it.
@@ -29,7 +29,7 @@ pub fn refuse(folder: &Path, other: &str, own: &str) -> anyhow::Result<()> {
     .into())
 }
 
-/// Refuses a folder in which a result would replace one of its own input files; `is_own` tells the names of the result's files.
+/// Refuses a folder in which a result would replace one of its own input files; `is_own` recognises the names of the result's files.
 pub fn spare<'a>(
     folder: &Path,
     inputs: impl IntoIterator<Item = &'a PathBuf>,
@@ -63,7 +63,7 @@ pub fn of_calibration(folder: &Path) -> Vec<String> {
     suffixes.flat_map(|suffix| [format!("simulation{suffix}.csv"), format!("plot{suffix}.svg")]).collect()
 }
 
-/// The bounds of what a diagnosis recommends.
+/// The bounds of the recommended model.
 pub const RECOMMENDED_BOUNDS: &str = "bounds.toml";
 
 /// The tables and pictures that the diagnosis which a folder holds has there; none without one.
@@ -86,7 +86,7 @@ fn counted(path: &Path, list: &str) -> usize {
     json[list].as_array().map_or(0, Vec::len)
 }
 
-/// Finishes the change of a folder: what an earlier result left there, `before`, and the new one has not, is removed, and that is said.
+/// Finishes the change of a folder: removes the files of an earlier result, `before`, that the new one lacks, with a message.
 pub fn finish(mut change: Change, folder: &Path, mut before: Vec<String>) -> anyhow::Result<()> {
     match super::given() {
         Some(command) => {

@@ -55,7 +55,7 @@ pub fn print_as_is(text: &str) -> anyhow::Result<()> {
     stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()).context("stdout: cannot write the result")
 }
 
-/// Stdout for a table, whose bytes are left as they are; only a terminal is shown escapes in their place.
+/// Stdout for a table, whose bytes stay unchanged; only a terminal is shown escapes in their place.
 pub fn table() -> Box<dyn Write> {
     let stdout = std::io::stdout();
     if stdout.is_terminal() { Box::new(Shown { inner: stdout, line: Vec::new() }) } else { Box::new(stdout) }
@@ -64,7 +64,7 @@ pub fn table() -> Box<dyn Write> {
 /// Shows what could move a cursor as an escape, line by line.
 struct Shown<W> {
     inner: W,
-    /// What has come of a line that has not ended.
+    /// The part of a line that has not ended.
     line: Vec<u8>,
 }
 
@@ -85,7 +85,7 @@ impl<W: Write> Write for Shown<W> {
     }
 }
 
-/// Says that a spreadsheet would run a text of a table; programs read it as it is.
+/// Warns that a spreadsheet would run a text of a table; programs read it as text.
 pub fn warn_of_formula(file: &Path, table: &crate::study::table::Table) {
     if let Some(text) = crate::report::csv::formula(table) {
         let (file, clipped) = (file.display(), text.chars().take(40).collect::<String>());
@@ -111,14 +111,14 @@ pub fn finish_file(file: Whole, path: &Path) -> anyhow::Result<()> {
     file.finish().with_context(|| format!("{}: cannot write the file", path.display()))
 }
 
-/// Writes a file whole or not at all.
+/// Writes a file completely, or leaves the old one.
 pub fn write_file(path: &Path, content: &[u8]) -> anyhow::Result<()> {
     let mut file = begin_file(path)?;
     file.write_all(content).with_context(|| format!("{}: cannot write the file", path.display()))?;
     finish_file(file, path)
 }
 
-/// A number with the word for what it counts: `1 run`, `2 runs`, `2 trajectories`.
+/// A number with the noun that it counts: `1 run`, `2 runs`, `2 trajectories`.
 pub fn counted(number: u64, word: &str) -> String {
     match (number, word.strip_suffix('y')) {
         (1, _) => format!("1 {word}"),

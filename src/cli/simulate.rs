@@ -47,7 +47,7 @@ pub struct Args {
     data: DataArgs,
 }
 
-/// A calibrated variant with what its file says about vehicle and data.
+/// A calibrated variant with the vehicle and data of its file.
 struct Calibrated {
     path: PathBuf,
     vehicle: Option<VehicleEntry>,
@@ -159,8 +159,8 @@ fn followers(recording: &Recording) -> Vec<Option<usize>> {
     pairs.map(|pair| Some(pair[0].number)).collect()
 }
 
-/// The follower with the vehicle that was calibrated, unless the flags name another one. What differs from the
-/// calibration is said.
+/// The follower with the vehicle that was calibrated, unless the flags name another one. Prints differences from the
+/// calibration.
 fn load(
     args: &Args,
     model: &Calibrated,

@@ -149,7 +149,7 @@ pub fn write(drive: &Synthetic, out: &Path, pairs: bool) -> anyhow::Result<Vec<S
     Ok(names)
 }
 
-/// What is asked for.
+/// The requested drives.
 fn scenario(args: &Args) -> anyhow::Result<Scenario> {
     let mut scenario = Scenario { seed: args.seed, road_seed: args.road_seed, ..Scenario::default() };
     scenario.profile = match LEADERS.into_iter().find(|(name, _)| *name == args.leader) {
@@ -188,7 +188,7 @@ fn scenario(args: &Args) -> anyhow::Result<Scenario> {
     }
 }
 
-/// The ways in which a platoon leader drives by itself.
+/// Manoeuvres of a platoon leader.
 const LEADERS: [(&str, Profile); 3] =
     [("cruise", Profile::Cruise), ("stop-and-go", Profile::StopAndGo), ("restless", Profile::Restless)];
 

@@ -1,11 +1,11 @@
-//! What is held back of each driver: the last part of his drive, or drives of other files.
+//! Held-back data of each driver: the last part of the drive, or drives of other files.
 
 use super::{Drive, Pair};
 use crate::trajectory::is_nameless;
 use crate::trajectory::prepare::SEGMENT_MIN_S;
 use std::collections::HashMap;
 
-/// What is held back, to be scored and not to be calibrated on.
+/// Held-back data, to be scored and not to be calibrated on.
 #[derive(Debug, Clone)]
 pub enum Held {
     /// This share of each drive, its end.

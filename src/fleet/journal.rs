@@ -1,6 +1,6 @@
 //! The rows that are there, as they were found: a line each behind a first one that says what they are of.
 //!
-//! A process that is killed leaves a last line that is cut; it is taken off by whoever goes on.
+//! A process that is killed leaves an incomplete last line; the next process removes it.
 
 use super::{Place, Row, SCHEMA_VERSION};
 use crate::text::bounded::Lines;
@@ -53,13 +53,13 @@ pub enum JournalError {
         path: String,
         /// The line.
         line: usize,
-        /// What was expected, and what was found.
+        /// Expected and found content.
         reason: String,
     },
 }
 
 impl Journal {
-    /// Opens a journal for what has this key, or makes it; `misfit` says why a row cannot be one of the fleet.
+    /// Opens the journal of this key, or creates it; `misfit` says why a row cannot be one of the fleet.
     ///
     /// # Errors
     /// When it is of something else, in use, broken, or cannot be read or written.
@@ -77,7 +77,7 @@ impl Journal {
         loop {
             let mut line = Vec::new();
             lines.read_until(b'\n', &mut line).map_err(io("read"))?;
-            // A file system that lost its power may have zeros where bytes had not arrived; what is behind them is calibrated again.
+            // After a power failure a file may have zeros in place of missing bytes; the pairs after them are calibrated again.
             let arrived = line.iter().position(|byte| *byte == 0);
             if arrived.is_some() || line.pop_if(|last| *last == b'\n').is_none() {
                 // Of a file without a whole line, only the beginning of an own one is taken for a journal.

@@ -2,7 +2,7 @@
 //!
 //! Each calibration runs in a thread of its own and sees an evaluator of its one case, an [`Outpost`]. The evaluator itself stays in
 //! one place, the [`Post`], which waits for the calibrations under way to ask, simulates everything in one go, and answers.
-//! What a candidate scores does not depend on its neighbours, so neither does any result.
+//! The score of a candidate does not depend on its neighbours, so neither does any result.
 
 use crate::evaluator::{BufferSet, Case, EvaluateError, Evaluator, Job, Outcome, Population, Score};
 use crate::score::GoodnessOfFit;
@@ -10,7 +10,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-/// What a calibration wants simulated.
+/// Request of a calibration.
 struct Request {
     /// The group of calibrations it belongs to, 0 or 1.
     group: usize,
@@ -18,13 +18,13 @@ struct Request {
     want: Want,
 }
 
-/// What it wants back, and where to.
+/// The requested results, and their destination.
 enum Want {
     Scores(Sender<Vec<Score>>),
     Outcomes(Sender<Vec<Outcome>>),
 }
 
-/// What a calibration tells the post.
+/// Message of a calibration to the post.
 enum Message {
     Request(Request),
     /// The thread ends.
@@ -61,7 +61,7 @@ fn lock(identity: &Mutex<Identity>) -> std::sync::MutexGuard<'_, Identity> {
     identity.lock().expect("nobody panics with it")
 }
 
-/// A thread's line to the post; tells it when the thread ends.
+/// A thread's line to the post; reports the end of the thread.
 pub struct Line {
     group: usize,
     to_post: Sender<Message>,
@@ -86,7 +86,7 @@ impl Line {
 
 impl Drop for Line {
     fn drop(&mut self) {
-        // A post that is gone needs not to be told.
+        // A post that is gone needs no message.
         let _ = self.to_post.send(Message::Gone(self.group));
     }
 }
@@ -151,7 +151,7 @@ impl Evaluator for Outpost {
     }
 }
 
-/// So long nobody must have asked for those who have to be served. Breeding a generation takes less.
+/// The post waits this long for further requests before it serves the others. Breeding a generation takes less.
 const QUIET: Duration = Duration::from_millis(2);
 /// How often progress is shown while there is nothing to serve.
 const LONG: Duration = Duration::from_millis(100);
@@ -162,7 +162,7 @@ pub struct Post<'a> {
     identity: Arc<Mutex<Identity>>,
     receiver: Receiver<Message>,
     sender: Option<Sender<Message>>,
-    /// Per group: threads that are there, and what they want.
+    /// Per group: active threads, and their requests.
     threads: [usize; 2],
     pending: [Vec<Request>; 2],
     /// Jobs of each group that the evaluator has got and not yet finished.

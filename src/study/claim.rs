@@ -32,19 +32,19 @@ impl Claim {
     /// False where the folder has no locks: two runs on it would not notice each other.
     #[must_use]
     pub fn work(folder: &Folder) -> bool {
-        // Held by somebody else, it works.
+        // Another process holds the claim.
         let Some(claim) = Claim::take(folder, "locks") else { return true };
         let is_locked = claim.is_locked();
         claim.finish();
         is_locked
     }
 
-    /// False where the file system has no locks, so that somebody else may believe the same.
+    /// False if the file system has no locks, so that another process may believe the same.
     pub fn is_locked(&self) -> bool {
         self.file.is_some()
     }
 
-    /// Ends a claim whose part is written. The file goes away while it is locked: whoever gets hold of the old one afterwards finds
+    /// Ends a claim whose part is written. The file is removed while it is locked: a process that locks the old one afterwards finds
     /// the part.
     pub fn finish(self) {
         let _ = fs::remove_file(&self.path);

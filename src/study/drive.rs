@@ -11,17 +11,17 @@ use serde::{Deserialize, Serialize};
 use std::collections::HashSet;
 use std::path::Path;
 
-/// So many trajectories are named where one has to be chosen.
+/// Largest number of trajectories in a message that asks for one.
 const NAMED: usize = 5;
 
 /// One follower of one platoon, ready to be calibrated on.
 #[derive(Debug, Clone)]
 pub struct Drive {
-    /// What the study's files say about it.
+    /// Description in the study's files.
     pub entry: DriveEntry,
     /// The trajectory.
     pub trajectory: Trajectory,
-    /// The vehicle, where it is known.
+    /// The vehicle, if known.
     pub vehicle: Option<Vehicle>,
 }
 
@@ -32,7 +32,7 @@ pub struct DriveEntry {
     pub platoon: String,
     /// 1 = right behind the platoon leader.
     pub follower: usize,
-    /// The follower's vehicle: its short name where it is known, else its name in the file.
+    /// The follower's vehicle: its short name if known, otherwise its name in the file.
     pub vehicle: String,
     /// The file, as the plan names it.
     pub file: String,
@@ -46,7 +46,7 @@ pub struct DriveEntry {
     pub dt_s: f64,
     /// First and last time used \[s\], as in the file.
     pub window_s: [f64; 2],
-    /// What was done to the data, one line each.
+    /// Changes to the data, one line each.
     pub notes: Vec<String>,
 }
 
@@ -116,9 +116,9 @@ pub enum DriveError {
     NoneUsable {
         /// The platoon.
         platoon: String,
-        /// How many there are.
+        /// Their number.
         count: usize,
-        /// What is wrong with the first.
+        /// The fault of the first.
         reason: String,
     },
     /// The vehicle is not known, or its table is broken.
@@ -140,17 +140,17 @@ fn missing(path: &Path) -> Option<String> {
     (!path.exists()).then(|| path.display().to_string())
 }
 
-/// A trajectory of an entry that stands for many, which cannot be used.
+/// A trajectory of an entry for several, which cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LeftOut {
     /// The platoon.
     pub platoon: String,
-    /// What is wrong with it.
+    /// The fault.
     pub reason: String,
 }
 
-/// Reads every trajectory of a plan, in its order, and each file once where entries of one file follow each other. Beside them, what was left out
-/// of entries that stand for many.
+/// Reads every trajectory of a plan, in its order, and each file once if entries of one file follow each other. Also returns the trajectories left
+/// out of entries for several.
 ///
 /// # Errors
 /// [`DriveError`] with the platoon it concerns.
@@ -161,7 +161,7 @@ pub fn read(data: &DataPlan) -> Result<(Vec<Drive>, Vec<LeftOut>), DriveError> {
     };
     let (mut drives, mut left_out) = (Vec::new(), Vec::new());
     let mut names: HashSet<String> = data.platoons.iter().map(|plan| plan.name.clone()).collect();
-    // The one read last, and what it was read by.
+    // The last file read, and the settings of its reading.
     let mut last: Option<(PlatoonPlan, Recording)> = None;
     for entry in &data.platoons {
         let many = entry.all || entry.is_pattern;
@@ -182,7 +182,7 @@ pub fn read(data: &DataPlan) -> Result<(Vec<Drive>, Vec<LeftOut>), DriveError> {
                 for &follower in plan.followers.as_ref().unwrap_or(&all) {
                     match one(data, plan, recording, follower, &vehicles, entry.all) {
                         Ok(mut drive) => {
-                            // Of many pairs nobody knows that two followers without a name are one.
+                            // Of many pairs it is unknown whether two followers without a name are one.
                             if many && is_nameless(&drive.entry.vehicle) {
                                 drive.entry.vehicle.clone_from(&plan.name);
                             }

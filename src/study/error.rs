@@ -67,7 +67,7 @@ pub enum StudyError {
     File {
         /// The file.
         path: String,
-        /// What was being done.
+        /// The step under way.
         doing: &'static str,
         /// Why it failed.
         source: std::io::Error,
@@ -103,7 +103,7 @@ pub enum StudyError {
          changed; repeat `leadlag study plan PLAN.toml --out {0}`: finished parts are kept"
     )]
     HalfPlanned(String),
-    /// What the folder's plan makes now is not what it made when it was planned.
+    /// The folder's plan has changed since it was planned.
     #[error(
         "{folder}: {changed} of {tasks} tasks are not those that were planned: the data, the plan or the program ({program}) have \
          changed since; `leadlag study plan {folder}/plan.toml --data {data} --out {folder}` accepts that, and keeps the parts of all \

@@ -49,7 +49,7 @@ pub struct StudyFile {
     pub gofs: Vec<String>,
     /// The variants.
     pub variants: Vec<String>,
-    /// What every variant has beyond those of Table 1.
+    /// Parameters of the variants beyond those of Table 1.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub extensions: Vec<StoredExtension>,
     /// The laws among the base models.
@@ -149,7 +149,7 @@ impl Folder {
         Ok(Folder { path: path.to_owned() })
     }
 
-    /// Makes the folders of parts, claims and runs, where they are not there: copies of a study lose those that are empty.
+    /// Creates missing folders of parts, claims and runs: copies of a study lose those that are empty.
     ///
     /// # Errors
     /// When one cannot be made.
@@ -187,7 +187,7 @@ impl Folder {
         tasks
     }
 
-    /// What the plan means.
+    /// The plan, read.
     ///
     /// # Errors
     /// When it cannot be read, or is of another version.
@@ -202,7 +202,7 @@ impl Folder {
     /// The plan as it was given, with the name, the data folder and the extensions that the study keeps.
     ///
     /// # Errors
-    /// When it cannot be read, or cannot be any more.
+    /// When it is unreadable, or no longer valid.
     pub fn plan(&self) -> Result<Plan, StudyError> {
         let file = self.study_file()?;
         let mut plan = Plan::read_with(&self.path.join("plan.toml"), &[file.extensions, file.laws].concat())?;
@@ -264,7 +264,7 @@ impl Folder {
         self.path.join("claims")
     }
 
-    /// What each process has done.
+    /// Work of each process.
     #[must_use]
     pub fn runs(&self) -> PathBuf {
         self.path.join("runs")
@@ -287,21 +287,21 @@ impl Folder {
         Folder { path: path.to_owned() }
     }
 
-    /// Removes what processes that were killed while they wrote have left. Nothing need lock these files, so only those go that nobody
+    /// Removes files that killed processes left unfinished. These files have no locks, so only those are removed that no process
     /// can still be writing.
     pub fn sweep(&self) {
         let folders = [self.path.clone(), self.parts(), self.runs(), self.merged(), self.report()];
         for entry in folders.iter().flat_map(fs::read_dir).flatten().flatten() {
             let is_temporary = entry.path().extension().is_some_and(|ending| ending == TEMPORARY);
             if is_temporary && entry.metadata().is_ok_and(|file| file.is_file() && whole::is_old(&file)) {
-                // Best effort: it does no harm where it is.
+                // Best effort: a leftover does no harm.
                 let _ = fs::remove_file(entry.path());
             }
         }
     }
 }
 
-/// Writes a file whole or not at all.
+/// Writes a file completely, or leaves the old one.
 ///
 /// # Errors
 /// When it cannot be written; nothing of it is left then.

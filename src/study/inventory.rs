@@ -1,4 +1,4 @@
-//! What is there of a study: which parts are whole, missing, double, damaged or foreign.
+//! State of a study: which parts are whole, missing, double, damaged or foreign.
 
 use super::folder::Folder;
 use super::part::Part;
@@ -85,7 +85,7 @@ pub fn look(folder: &Folder, tasks: &[Task], further: &[PathBuf]) -> Result<Inve
     Ok(inventory)
 }
 
-/// The files of a folder, by name: what is found first must not hang on the file system.
+/// The files of a folder, by name: the first fault found must not depend on the file system.
 fn sorted(folder: &Path) -> Result<Vec<PathBuf>, StudyError> {
     let entries = std::fs::read_dir(folder).map_err(StudyError::file(folder, "read the parts"))?;
     let mut paths = Vec::new();

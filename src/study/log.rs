@@ -1,4 +1,4 @@
-//! What each process has done in which time, in a file of its own: no result depends on it.
+//! Work and time of each process, in a file of its own: no result depends on it.
 
 use super::folder::{Folder, write_whole};
 use super::run::Progress;
@@ -20,7 +20,7 @@ pub(super) struct Log<'a> {
     started_unix_s: u64,
     cpu: cpu_time::ProcessTime,
     renewed: Instant,
-    /// What simulates the candidates.
+    /// Evaluator of the candidates.
     pub evaluator: String,
 }
 
@@ -63,7 +63,7 @@ impl<'a> Log<'a> {
     }
 }
 
-/// What all runs on a folder have done together; of those that were killed, what they had written down.
+/// Work of all runs on a folder; of killed ones, the part that they had written down.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct PastRuns {
     /// Number of runs.
@@ -85,7 +85,7 @@ pub struct PastRuns {
 pub fn past_runs(folder: &Folder) -> PastRuns {
     let mut past = PastRuns::default();
     for path in std::fs::read_dir(folder.runs()).into_iter().flatten().flatten().map(|entry| entry.path()) {
-        // What a process was about to write when it was killed stands beside what it had written before.
+        // Unwritten work of a killed process counts beside the written part.
         if path.extension().is_some_and(|ending| ending == TEMPORARY) {
             continue;
         }

@@ -35,7 +35,7 @@ pub fn measure_columns() -> Vec<String> {
     Measures::NAMES.iter().map(|name| format!("{name}{}", unit(name))).collect()
 }
 
-/// Name of a parameter as a column: with its unit, where it has one.
+/// Name of a parameter as a column, with its unit, if any.
 #[must_use]
 pub fn parameter_column(symbol: Symbol) -> String {
     let unit = symbol.unit().replace('²', "2");
@@ -194,7 +194,7 @@ fn variant_columns(table: &mut Table, rows: &[(u32, &str)], laws: &[&'static Ext
     table.text("constraint", each().map(|v| v.map(|v| v.constraint.name())));
 }
 
-/// What a run did.
+/// Outcome of a run.
 fn run_columns(table: &mut Table, runs: &[Option<&RunRow>]) {
     let each = || runs.iter().copied();
     table.text("fail_reason", each().map(|run| run?.fail_reason.as_deref()));

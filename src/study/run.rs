@@ -31,10 +31,10 @@ const ON_A_DEVICE: usize = 512;
 const LOOK_AGAIN: Duration = Duration::from_millis(200);
 /// But not less often than so; looking reads all parts that are waited for, through a network at times.
 const SELDOM: Duration = Duration::from_secs(10);
-/// How often somebody who waits looks whether to stop.
+/// How often a waiting process checks whether to stop.
 const NAP: Duration = Duration::from_millis(100);
 
-/// What a run is to do.
+/// Settings of a run.
 #[derive(Debug, Clone, Copy)]
 pub struct Assignment<'a> {
     /// Where.
@@ -56,11 +56,11 @@ pub struct RunSettings {
     pub wait: bool,
     /// The device, for plans that compute on one.
     pub adapter: AdapterChoice,
-    /// What is told warnings of the evaluator.
+    /// Receiver of the evaluator's warnings.
     pub warn: fn(&str),
 }
 
-/// What a run has done so far; may be read from any thread.
+/// Progress of a run; may be read from any thread.
 #[derive(Debug, Default)]
 pub struct Progress {
     /// Tasks of this run that are done, before it began and by others included.
@@ -77,18 +77,18 @@ pub struct Progress {
     pub steps: AtomicU64,
 }
 
-/// Something a user may want to be told while it goes on.
+/// Messages to the user during a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Event<'a> {
-    /// Tasks of a variant are begun.
+    /// Tasks of a variant start.
     Variant(&'a str),
-    /// What is left is in the hands of another run.
+    /// The remaining tasks belong to another run.
     Waiting(usize),
     /// Nothing new; it is time to show the progress.
     Tick,
 }
 
-/// What a run has done.
+/// Result of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Summary {
     /// Tasks it was asked for.
@@ -105,7 +105,7 @@ pub struct Summary {
     pub left: usize,
 }
 
-/// What the threads of a run share.
+/// Data shared by the threads of a run.
 struct Shared<'a> {
     folder: &'a Folder,
     tasks: &'a [Task],
@@ -130,7 +130,7 @@ impl Shared<'_> {
 }
 
 /// Runs the chosen tasks, except those whose parts are there and whole. Tasks that another run works on are left to it,
-/// and waited for, unless the settings say otherwise. `interrupted` ends the run early: what is finished is kept. `tell` is called from
+/// and waited for, unless the settings say otherwise. `interrupted` ends the run early and keeps finished tasks. `tell` is called from
 /// this thread.
 ///
 /// # Errors
@@ -156,7 +156,7 @@ pub fn run(
     let mut log = Log::new(folder, progress);
     let (error, by_others) = (Mutex::new(None), AtomicU64::new(0));
     let shared = Shared { folder, tasks, progress, interrupted, error, stop: AtomicBool::new(false), by_others };
-    // Told while it goes on: thousands of parts take a while. Who stops meanwhile is told what is there, read or not.
+    // Reports progress: thousands of parts take a while. An early stop returns the inventory so far, read or not.
     let is_left = |&i: &usize| {
         let id = &tasks[i].id;
         let done = if shared.stopped() { folder.part(id).is_file() } else { is_done(folder, id) };
@@ -201,7 +201,7 @@ pub fn run(
     })
 }
 
-/// Waits so long, unless the run is to stop.
+/// Waits this long, unless the run is to stop.
 fn wait(time: Duration, shared: &Shared, tell: &mut dyn FnMut()) {
     let began = Instant::now();
     while began.elapsed() < time && !shared.stopped() {
@@ -210,7 +210,7 @@ fn wait(time: Duration, shared: &Shared, tell: &mut dyn FnMut()) {
     }
 }
 
-/// Removes what processes that were killed while they wrote have left in `parts/`. Whoever still writes holds the claim of its task.
+/// Removes files in `parts/` that killed processes left unfinished. A process that still writes holds the claim of its task.
 fn sweep_parts(folder: &Folder) {
     for path in std::fs::read_dir(folder.parts()).into_iter().flatten().flatten().map(|entry| entry.path()) {
         let id = path.file_name().and_then(|name| name.to_str()?.split('.').next());
@@ -295,7 +295,7 @@ fn round(
     left.extend(queue.into_inner().unwrap_or_else(PoisonError::into_inner).into_iter().map(|(i, _)| i));
     left.sort_unstable();
     if let Err(error) = served {
-        // What the threads say is only that the post has closed.
+        // An error of the threads means only that the post has closed.
         return Err(error.into());
     }
     Ok(left)

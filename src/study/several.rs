@@ -1,4 +1,4 @@
-//! One entry of a plan that stands for many: the files of a pattern, or the trajectories of a table.
+//! One entry of a plan for several drives: the files of a pattern, or the trajectories of a table.
 
 use super::drive::DriveError;
 use super::plan::PlatoonPlan;
@@ -30,7 +30,7 @@ pub(super) fn files(folder: &Path, plan: &PlatoonPlan) -> Result<Vec<PathBuf>, D
     Ok(found.into_iter().map(|name| parent.join(name)).collect())
 }
 
-/// The trajectories of a file that an entry stands for, each as an entry of its own; the entry itself where it stands for one.
+/// The trajectories of an entry's file, each as an entry of its own; the entry itself if it stands for one.
 pub(super) fn trajectories(
     plan: &PlatoonPlan,
     file: &Path,

@@ -16,7 +16,7 @@ pub struct Column {
     pub values: Values,
 }
 
-/// Values of one type, `None` where there is none.
+/// Values of one type, `None` if missing.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Values {
     /// Whole numbers.

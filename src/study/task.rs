@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::str::FromStr;
 
-/// One calibration, with the validation runs of what it finds: a line of `tasks.jsonl`.
+/// One calibration, with the validation runs of its result: a line of `tasks.jsonl`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Task {
     /// Hash of data, variant, goodness of fit, settings, seed, replicate, validation, version and state of the search; 32 hexadecimal digits.
@@ -70,7 +70,7 @@ pub struct Study {
     pub plan: Plan,
     /// The trajectories.
     pub drives: Vec<Drive>,
-    /// What was left out of entries that stand for many trajectories.
+    /// Trajectories left out of entries for several.
     pub left_out: Vec<LeftOut>,
     /// Place of each drive by platoon and follower, and places of the drives of each vehicle.
     places: HashMap<(String, usize), usize>,
@@ -141,7 +141,7 @@ impl Study {
         }
     }
 
-    /// What is searched when a variant is calibrated on drive `index`.
+    /// Search ranges of a variant on drive `index`.
     pub(super) fn space(&self, index: usize, variant: &Variant) -> Result<SearchSpace, StudyError> {
         let (settings, drive) = (&self.plan.calibration, &self.drives[index]);
         let mut bounds = overrides_for(variant, &settings.bounds);
@@ -271,7 +271,7 @@ pub struct Shard {
     count: usize,
 }
 
-/// A share that cannot be.
+/// An invalid share.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("expected I/N with I from 1 to N, such as 2/5, found `{0}`")]
 pub struct NotAShard(String);

@@ -1,4 +1,4 @@
-//! Parts computed again: a checksum tells a torn file from a whole one, but not a changed number whose checksum was changed with it.
+//! Parts computed again: a checksum distinguishes a torn file from a whole one, but not a number changed together with its checksum.
 
 use super::folder::Folder;
 use super::inventory::Inventory;

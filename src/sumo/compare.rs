@@ -1,4 +1,4 @@
-//! SUMO beside leadlag, and both beside what was measured.
+//! SUMO beside leadlag, and both beside the measured car.
 
 use super::drive::{Drive, Motion};
 use crate::score::SignalMeasures;
@@ -15,7 +15,7 @@ pub struct Loss {
     pub at_s: f64,
 }
 
-/// What the export costs.
+/// Loss of the export.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Comparison {
     /// Samples compared.
@@ -30,7 +30,7 @@ pub struct Comparison {
     pub nrmse_sva: f64,
     /// And of SUMO.
     pub sumo_nrmse_sva: f64,
-    /// True if the follower of SUMO ran into the leader.
+    /// True if the follower of SUMO collided with the leader.
     pub collision: bool,
 }
 

@@ -39,7 +39,7 @@ pub enum SumoError {
         asked: &'static str,
         /// The base model.
         base: &'static str,
-        /// What it can be.
+        /// Values that it may have.
         possible: &'static str,
     },
     /// The table of the simulation cannot be read.
@@ -55,7 +55,7 @@ pub enum SumoError {
     Drive {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The fault.
         problem: String,
     },
     /// SUMO is not there.
@@ -63,7 +63,7 @@ pub enum SumoError {
         "no SUMO found: {tried}; install it (`pip install eclipse-sumo`), or give its place with --sumo or SUMO_HOME"
     )]
     NoSumo {
-        /// Where it was looked for.
+        /// Places that were searched.
         tried: String,
     },
     /// SUMO could not be started or ended early.

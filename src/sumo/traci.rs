@@ -61,7 +61,7 @@ impl Traci {
         self.command(SET_VEHICLE, &content, "move a vehicle").map(drop)
     }
 
-    /// Speeds are taken as they are told, without checks.
+    /// SUMO takes speeds without checks.
     pub fn obey(&mut self, vehicle: &str) -> Result<(), SumoError> {
         let mut content = variable(SPEED_MODE, vehicle);
         content.push(INTEGER);

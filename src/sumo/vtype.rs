@@ -1,4 +1,4 @@
-//! From parameters to the attributes of a `vType`, and what is lost on the way.
+//! From parameters to the attributes of a `vType`, and the loss on the way.
 
 use super::SumoError;
 use crate::catalog::{Constraint, Dynamics, Variant};
@@ -39,9 +39,9 @@ pub struct VehicleType {
     pub model: Model,
     /// Attributes in the order in which they are written, with their values in SUMO's units (m, s).
     pub attributes: Vec<(&'static str, String)>,
-    /// What the variant has and the type has not, one sentence each.
+    /// Parts of the variant that the type lacks, one sentence each.
     pub lost: Vec<String>,
-    /// What the type does besides, one sentence each.
+    /// Additional effects of the type, one sentence each.
     pub added: Vec<String>,
 }
 
@@ -50,7 +50,7 @@ const UPPER: f64 = 5.0;
 const LOWER: f64 = 7.0;
 /// SUMO brakes no harder, whatever happens \[m/s²\]; its default for cars.
 const EMERGENCY: f64 = 9.0;
-/// SUMO's step, if it is told no other \[s\].
+/// SUMO's step, if none is given \[s\].
 const DEFAULT_STEP_S: f64 = 1.0;
 /// `collisionAvoidanceOverride` of ACC \[m/s\]: so large that its safe speed never replaces the control law.
 const NEVER: f64 = 1000.0;
@@ -110,7 +110,7 @@ fn idm(calibrated: &CalibratedVariant, model: Model) -> VehicleType {
     ];
     let mut added = vec![format!("braking is limited to {} m/s2", decel.max(EMERGENCY))];
     if model == Model::Eidm {
-        // Its noise off, its jerk limit out of the way; what is left is the improved IDM with a reaction time.
+        // Its noise off, its jerk limit ineffective; the rest is the improved IDM with a reaction time.
         for name in ["sigmaleader", "sigmagap", "sigmaerror", "ccoolness"] {
             attributes.push((name, "0".to_owned()));
         }
@@ -208,7 +208,7 @@ fn w99(calibrated: &CalibratedVariant) -> VehicleType {
     VehicleType { model: Model::W99, attributes, lost: Vec::new(), added }
 }
 
-/// What no model of SUMO has.
+/// Parts that no model of SUMO has.
 fn lost(variant: &Variant, calibrated: &CalibratedVariant, model: Model) -> Vec<String> {
     let p = |symbol: Symbol| calibrated.parameters.get(symbol);
     let mut lost = Vec::new();
@@ -242,7 +242,7 @@ fn lost(variant: &Variant, calibrated: &CalibratedVariant, model: Model) -> Vec<
 }
 
 impl VehicleType {
-    /// Says for which step of SUMO the type is meant, and what becomes of it at SUMO's default; `step_s` is that of the calibration.
+    /// Names the step of SUMO for which the type is meant, and its behaviour at SUMO's default; `step_s` is that of the calibration.
     pub fn mean_for(&mut self, step_s: f64) {
         let tau = self.attributes.iter().find(|(name, _)| *name == "tau").and_then(|(_, tau)| tau.parse::<f64>().ok());
         let below = match tau {

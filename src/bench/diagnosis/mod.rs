@@ -1,7 +1,7 @@
-//! How well a diagnosis names what is missing: effects planted in synthetic drives, and drives without any.
+//! How well a diagnosis names a missing effect: effects planted in synthetic drives, and drives without any.
 //!
 //! Everything is drawn from a seed: base, parameters, leader, noise, effect. Every finished case is one line of a journal, so that
-//! a run that was stopped goes on where it was.
+//! a stopped run can continue.
 
 mod judge;
 mod plan;
@@ -50,7 +50,7 @@ impl DiagnosisJournal {
         Ok(DiagnosisJournal { path, file, outcomes })
     }
 
-    /// What a case came to.
+    /// Outcome of a case.
     #[must_use]
     pub fn get(&self, task: &DiagnosisTask) -> Option<&DiagnosisOutcome> {
         self.outcomes.get(task)

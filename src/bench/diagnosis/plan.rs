@@ -7,7 +7,7 @@ use rand::RngExt;
 use serde::{Deserialize, Serialize};
 use strum::VariantArray;
 
-/// A case: what is planted, and everything that decides the drives.
+/// A case: the planted effects, and everything that decides the drives.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct DiagnosisTask {
     /// `one`, `pair`, `none`, `coloured`, `absorbed`, `outside` or `family`.
@@ -44,7 +44,7 @@ impl DiagnosisTask {
         }
     }
 
-    /// The effects that are planted; in brackets what is special about a drive without any.
+    /// The planted effects; in brackets the special property of a drive without any.
     #[must_use]
     pub fn planted(&self) -> String {
         if self.causes.is_empty() { format!("({})", self.in_words()) } else { self.causes.join(" + ") }
@@ -96,12 +96,12 @@ const MOST_CASES: usize = 1000;
 /// The largest seed, for which those of its cases still are whole numbers of 64 bits.
 pub const LARGEST_SEED: u64 = u64::MAX / MOST_CASES as u64 - 1;
 
-/// The cases of a seed, shuffled so that the first so many of them are a fair sample: per base every effect at
+/// The cases of a seed, shuffled so that any first part of them is a fair sample: per base every effect at
 /// all sizes \[m/s\], half of them in gusts; drives without any effect; absorbed effects, pairs, an
 /// effect outside the library, a base of another family.
 ///
 /// # Errors
-/// [`BenchError::Seed`] above [`LARGEST_SEED`]; [`BenchError::Cases`] with so many sizes that there would be more than 1000 cases.
+/// [`BenchError::Seed`] above [`LARGEST_SEED`]; [`BenchError::Cases`] with more than 1000 cases.
 pub fn diagnosis_tasks(
     seed: u64,
     duration_s: f64,

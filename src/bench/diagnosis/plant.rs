@@ -17,7 +17,7 @@ pub struct Planted {
     pub train: Vec<Drive>,
     /// Drives held out.
     pub holdout: Vec<Drive>,
-    /// What was planted, with its size.
+    /// The planted effect, with its size.
     pub effects: Vec<Effect>,
     /// The base that was planted.
     pub controller: Controller,
@@ -76,7 +76,7 @@ fn drawn(task: &DiagnosisTask, draw: u64) -> Result<Planted, BenchError> {
         ..Scenario::default()
     };
     if task.kind == "outside" {
-        // The road acts, and nobody has measured its grade.
+        // The grade acts on the car but is not in the data.
         car.effects = vec![Effect::medium(EffectKind::Grade)];
     } else {
         car.effects = task
@@ -128,7 +128,7 @@ fn colour(drive: &mut Synthetic, seed: u64) {
     }
 }
 
-/// What a user would have: a pair file, read again.
+/// The data of a user: a pair file, read again.
 fn measured(drive: &Synthetic, number: usize, without_grade: bool) -> Result<Drive, BenchError> {
     let mut file = Vec::new();
     plant::write_pair(drive, 2, &mut file).expect("a Vec takes all, and there is a follower 2");

@@ -42,7 +42,7 @@ impl Journal {
         self.outcomes.contains_key(task)
     }
 
-    /// What a task found.
+    /// Result of a task.
     #[must_use]
     pub fn get(&self, task: &OptimizerTask) -> Option<&OptimizerOutcome> {
         self.outcomes.get(task)

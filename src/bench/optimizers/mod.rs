@@ -1,7 +1,7 @@
 //! How well the optimisers find: targets on one follower with many seeds, the spread of replicates over all variants and followers
 //! of the three processed platoons, and how long one calibration takes from start to end.
 //!
-//! Every finished task is one line of a journal, so that a run that was stopped goes on where it was. A task depends on nothing
+//! Every finished task is one line of a journal, so that a stopped run can continue. A task depends on nothing
 //! but its own settings; a line is taken again only if they are the same.
 
 mod journal;
@@ -51,7 +51,7 @@ pub struct OptimizerTask {
     pub max_evaluations: u64,
 }
 
-/// What it found, one entry per replicate.
+/// Results, one entry per replicate.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct OptimizerOutcome {
     /// Version of the program and state of its search.
@@ -68,7 +68,7 @@ pub struct OptimizerOutcome {
     pub wall_s: f64,
 }
 
-/// A value to be reached within so many evaluations.
+/// A value to be reached within this many evaluations.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SeedTarget {
     /// Variant; the follower is the first one of platoon 3.
@@ -77,7 +77,7 @@ pub struct SeedTarget {
     pub score: f64,
     /// Evaluations.
     pub evaluations: u64,
-    /// Of ten seeds, so many.
+    /// This many of ten seeds.
     pub of_ten: usize,
 }
 
@@ -250,7 +250,7 @@ fn run(
     if stopped { Ok(None) } else { outcome(task, found, spent, wall_s).map(Some) }
 }
 
-/// What a calibration has found. Where no candidate of any replicate is feasible, that is what is known of the surface.
+/// Result of a calibration. If no candidate of any replicate is feasible, that is the result for the surface.
 fn outcome(
     task: &OptimizerTask,
     found: Result<Vec<Replicate>, CalibrateError>,

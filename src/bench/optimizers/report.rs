@@ -1,14 +1,14 @@
-//! What the finished tasks say about the targets.
+//! The finished tasks against the targets.
 
 use super::{HARD, Journal, OptimizerOutcome, OptimizerTask, REPLICATES, SEED_TARGETS, SEEDS, SURFACES, WALL_TARGET_S};
 use crate::statistics::median;
 use serde::Serialize;
 use std::fmt::Write;
 
-/// A target and what was found.
+/// A target and the value reached.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Finding {
-    /// What is wanted, in words.
+    /// The target, in words.
     pub goal: String,
     /// The value wanted.
     pub wanted: f64,
@@ -173,7 +173,7 @@ fn finding(goal: String, wanted: f64, at_most: bool, found: Option<f64>, tasks: 
 }
 
 impl OptimizerOutcome {
-    /// True if every replicate has a score as low as this, within so many evaluations.
+    /// True if every replicate has a score as low as this, within this many evaluations.
     #[must_use]
     pub fn reached(&self, score: f64, evaluations: u64) -> bool {
         let low = self.scores.iter().all(|found| found.is_some_and(|found| found <= score));

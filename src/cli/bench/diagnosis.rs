@@ -1,4 +1,4 @@
-//! `leadlag bench diagnosis`: how well a diagnosis names what is missing.
+//! `leadlag bench diagnosis`: rates of right and wrong names.
 
 use super::super::lines::Lines;
 use super::super::number::whole;
@@ -112,7 +112,7 @@ fn write(page: &Path, report: &DiagnosisReport, command: String) -> anyhow::Resu
     output::write_file(page, into_page(page, &naming::part(report, &from, PICTURES))?.as_bytes())
 }
 
-/// What gives the same cases.
+/// Settings that give the same cases.
 fn command(args: &Args) -> String {
     let mut words = vec!["leadlag bench diagnosis".to_owned(), format!("--seed {}", args.seed)];
     words.extend(args.quick.then(|| "--quick".to_owned()));

@@ -19,13 +19,13 @@ pub struct Args {
     /// Folder with data/astazero_c2art and data/vehicles [default: LEADLAG_SHARED, else ../shared]
     #[arg(long, value_name = "DIR")]
     shared: Option<PathBuf>,
-    /// Finished tasks are kept in this file; the same command goes on where it was stopped
+    /// Finished tasks are kept in this file; the same command continues a stopped run
     #[arg(long, value_name = "FILE", default_value = "optimizers.jsonl")]
     journal: PathBuf,
     /// Only these tasks
     #[arg(long, value_name = "AIM", value_parser = ["seeds", "wall", "hard", "spread"])]
     only: Option<String>,
-    /// At most the first so many tasks
+    /// Run at most this many tasks
     #[arg(long, value_name = "N")]
     tasks: Option<usize>,
     /// Print JSON

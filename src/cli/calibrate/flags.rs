@@ -133,7 +133,7 @@ impl Args {
     /// The variants with their extensions.
     ///
     /// # Errors
-    /// Several without --all, one twice, or an extension that cannot be.
+    /// Several without --all, one twice, or an invalid extension.
     pub fn extended(&self) -> anyhow::Result<Vec<Variant>> {
         if let [_, another, ..] = self.models.as_slice()
             && !self.all
@@ -143,7 +143,7 @@ impl Args {
         self.models.iter().map(|asked| extend(model(asked)?, &self.extend)).collect()
     }
 
-    /// What is minimised, where it is one thing.
+    /// The measure to minimise, if there is one only.
     pub fn gof(&self) -> anyhow::Result<GoodnessOfFit> {
         match self.gofs.as_slice() {
             [gof] => Ok(*gof),

@@ -20,7 +20,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
-/// So many ids are named in a message.
+/// Largest number of ids in a message.
 const IDS_NAMED: usize = 5;
 
 const JOURNAL: &str = "journal.jsonl";
@@ -74,7 +74,7 @@ pub fn run(args: &Args, models: &[Variant]) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The pairs of all files, and what is held back of them, in words; what is doubtful in them is said.
+/// The pairs of all files, and a description of the held-back data; warns about doubtful values.
 fn read(args: &Args, settings: &Settings, files: &[PathBuf]) -> anyhow::Result<(Pairs, Option<String>)> {
     let reading = args.data.reading();
     let needing = settings.models.iter().map(|model| &model.variant).find(|variant| variant.needs_vehicle());
@@ -152,7 +152,7 @@ fn write(
     folder::finish(change, folder, Vec::new())
 }
 
-/// Pairs per second and time left; where there is no terminal, a line a minute.
+/// Pairs per second and time left; without a terminal, one line a minute.
 struct Bar {
     bar: ProgressBar,
     lines: Mutex<Lines>,

@@ -159,7 +159,7 @@ fn one(args: &Args, calibration: &Calibration, loaded: &[Loaded], folder: &Path)
     if args.plot {
         plot(&result, &reference, loaded)?;
     }
-    // Of several calibrations it has to be told which folder is whose.
+    // With several calibrations the output has to name the folder of each.
     let whose = match loaded {
         [one] if args.files.len() > 1 => {
             format!(" of {}, follower {},", one.trajectory.source.path, one.trajectory.follower)

@@ -1,4 +1,4 @@
-//! The bar of a running calibration, after two seconds; where there is no terminal, a line a minute.
+//! The bar of a running calibration, after two seconds; without a terminal, one line a minute.
 
 use super::super::lines::Lines;
 use super::super::{interrupt, output};

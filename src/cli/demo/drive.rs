@@ -5,7 +5,7 @@ use super::Args;
 use crate::plant::{Base, Effect, EffectKind, Profile, Scenario, drawn, run};
 use std::str::FromStr;
 
-/// What is hidden, as on the command line.
+/// The hidden effect, as on the command line.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hidden {
     effect: Option<Effect>,
@@ -48,7 +48,7 @@ impl Hidden {
     }
 }
 
-/// platoon.csv (layout astazero-rebuilt), Slope.csv (the road) and, for the curious, truth.json.
+/// platoon.csv (layout astazero-rebuilt), Slope.csv (the road) and truth.json.
 pub fn write(args: &Args, follower: usize) -> anyhow::Result<()> {
     let mut scenario =
         Scenario { seed: args.seed, duration_s: args.duration, profile: Profile::Cruise, ..Scenario::default() };

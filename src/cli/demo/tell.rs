@@ -1,4 +1,4 @@
-//! What the demo says: few lines per step, and at the end what was found beside what had been hidden.
+//! Output of the demo: a few lines per step, and at the end the result beside the hidden effect.
 
 use super::super::output;
 use super::{Args, BASE, Found};
@@ -126,7 +126,7 @@ fn in_words(effect: &Effect) -> String {
     format!("{kind}, {} ({})", values.join(", "), kind.meaning())
 }
 
-/// Whether the verdict is right, in words; a demo that only tells its successes would not be worth much.
+/// Whether the verdict is right, in words; a demo that reports only its successes would not be worth much.
 fn judgement(outcome: &Outcome, hidden: Option<&Effect>) -> String {
     let named = || outcome.causes.iter().chain(&outcome.confounded_with);
     let several = outcome.causes.len() > 1;

@@ -12,7 +12,7 @@ use std::path::Path;
 /// The command, if something is named; `trained` has the window of every file whose end is held back.
 pub fn command(args: &Args, outcome: &Outcome, trained: &[[f64; 2]]) -> Option<Again> {
     let (causes, trained): (Vec<&str>, _) = match &outcome.recommended {
-        // What is recommended was judged on whole files.
+        // The recommended model was judged on whole files.
         Some(recommended) => (recommended.causes.iter().map(|cause| cause.name.as_str()).collect(), &[][..]),
         None => (outcome.causes.iter().map(|cause| cause.name.as_str()).collect(), trained),
     };
@@ -49,7 +49,7 @@ pub fn command(args: &Args, outcome: &Outcome, trained: &[[f64; 2]]) -> Option<A
     Some(Again { words, on })
 }
 
-/// What the command calibrates on, in words.
+/// The data of the command, in words.
 fn on(trained: &[[f64; 2]], one_window: Option<&[f64; 2]>) -> String {
     match (trained, one_window) {
         ([], _) => "on the files that were trained on".to_owned(),
@@ -58,7 +58,7 @@ fn on(trained: &[[f64; 2]], one_window: Option<&[f64; 2]>) -> String {
     }
 }
 
-/// How the data are read and treated, as far as the user said so.
+/// Reading and treatment of the data, as far as the user has set them.
 fn data_flags(data: &DataArgs, window: Option<&[f64; 2]>, flag: &mut impl FnMut(&str, Option<String>)) {
     let DataArgs {
         layout,
@@ -80,7 +80,7 @@ fn data_flags(data: &DataArgs, window: Option<&[f64; 2]>, flag: &mut impl FnMut(
     flag("layout", layout.map(|layout| layout.to_string()));
     flag("columns", columns.as_deref().map(quoted));
     flag("trajectory", trajectory.as_deref().map(quoted));
-    // The window lies within one segment, and of what it cuts out the numbers would be others.
+    // The window lies within one segment, and its samples would have other numbers.
     flag("segment", segment.filter(|_| window.is_none()).map(|k| k.to_string()));
     flag("from", window.map(|[from, _]| *from).or(*from).map(time));
     flag("to", window.map(|[_, to]| *to).or(*to).map(time));

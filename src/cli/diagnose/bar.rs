@@ -1,4 +1,4 @@
-//! The bar of a running diagnosis, after a second; where there is no terminal, a line a minute.
+//! The bar of a running diagnosis, after a second; without a terminal, one line a minute.
 
 use super::super::lines::Lines;
 use super::super::{interrupt, output};

@@ -1,4 +1,4 @@
-//! `leadlag diagnose`: what the data and the simulation get wrong, which cause explains it, and what it is worth.
+//! `leadlag diagnose`: errors of the data and the simulation, their causes, and the gain of an extended model.
 
 mod again;
 mod bar;

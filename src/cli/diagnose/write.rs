@@ -9,7 +9,7 @@ use crate::report::svg::{Panel, Series as Line, Style, render};
 use crate::result::diagnosis::describe::{Diagnosis, Series};
 use std::path::Path;
 
-/// diagnosis.json, per drive missing_acceleration_N.csv and simulation_N.svg, the pictures, each adopted cause as NAME.wgsl, and the bounds of what is recommended.
+/// diagnosis.json, per drive missing_acceleration_N.csv and simulation_N.svg, the pictures, each adopted cause as NAME.wgsl, and the bounds of the recommended model.
 pub fn files(folder: &Path, diagnosis: &Diagnosis, train: &[Drive], holdout: &[Drive]) -> anyhow::Result<()> {
     let outcome = &diagnosis.outcome;
     let mut change = Change::begin(folder)?;
@@ -47,7 +47,7 @@ pub fn files(folder: &Path, diagnosis: &Diagnosis, train: &[Drive], holdout: &[D
     finish(change, folder, before)
 }
 
-/// d(t) of base and extended model with what surrounds it.
+/// d(t) of base and extended model with the signals around it.
 fn table(base: &Series, extended: Option<&Series>) -> csv::Result<Vec<u8>> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     writer.write_record([

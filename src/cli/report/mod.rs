@@ -32,13 +32,13 @@ pub struct Args {
     pub out: PathBuf,
 }
 
-/// Tells a diagnosis from a calibration.
+/// Distinguishes a diagnosis from a calibration.
 #[derive(serde::Deserialize)]
 struct Kind {
     verdict: Option<serde::de::IgnoredAny>,
 }
 
-/// What makes a folder one of the four kinds.
+/// The mark of each of the four kinds of folders.
 const FILES: [&str; 4] = [DIAGNOSIS, RESULT, FLEET, "tasks.jsonl"];
 /// Folders that are named where one of them has to be chosen.
 const NAMED: usize = 5;
@@ -65,7 +65,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The page of what a file is the main one of.
+/// The page for the main file of a result.
 pub fn page(file: &Path) -> anyhow::Result<String> {
     let folder = file.parent().unwrap_or(Path::new("."));
     let made = made_by(folder)?;
@@ -76,7 +76,7 @@ pub fn page(file: &Path) -> anyhow::Result<String> {
     }
 }
 
-/// The command that made what is in a folder, where it is known.
+/// The command that made the files of a folder, if known.
 fn made_by(folder: &Path) -> anyhow::Result<Option<MadeBy>> {
     let path = folder.join(RUN);
     if !path.exists() {

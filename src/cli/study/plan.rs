@@ -25,12 +25,12 @@ pub struct Args {
     /// List the tasks although stdout is a terminal; into a file or another program they are listed anyway
     #[arg(long)]
     tasks: bool,
-    /// List the trajectories: their files with checksums, and what was done to the data before
+    /// List the trajectories: their files with checksums, and changes to the data
     #[arg(short, long)]
     verbose: bool,
 }
 
-/// So many followers are named in a warning.
+/// Largest number of followers in a warning.
 const NAMED: usize = 5;
 
 /// Columns of a line.
@@ -41,7 +41,7 @@ fn lines_within(indent: usize) -> textwrap::Options<'static> {
     textwrap::Options::new(WIDTH).initial_indent(indent).subsequent_indent(indent).break_words(false)
 }
 
-/// Which files are used, for whom, and what was done to the data before.
+/// The files in use, their vehicles, and changes to the data.
 fn used(study: &Study) -> String {
     let mut text = String::new();
     let mut platoon = "";
@@ -56,7 +56,7 @@ fn used(study: &Study) -> String {
     text
 }
 
-/// What a reader has to know of the data, and where the rest is.
+/// The most important facts about the data, and where to find the rest.
 fn in_short(study: &Study) -> String {
     let mut files: Vec<&str> = study.drives.iter().map(|drive| drive.entry.file.as_str()).collect();
     files.sort_unstable();
@@ -169,7 +169,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let tasks = study.tasks();
     let before = Folder::open(&out).and_then(|folder| folder.tasks()).unwrap_or_default();
     Folder::create(&out, &content, &study)?;
-    // Thousands of lines are for the next program; a reader is told how many there are.
+    // Thousands of lines are for the next program; a terminal shows their number.
     if args.tasks || !std::io::stdout().is_terminal() {
         output::print(&lines(&tasks))?;
     }

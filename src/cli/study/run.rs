@@ -15,7 +15,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-/// So many tasks are listed where an id means several.
+/// Largest number of tasks listed for an ambiguous id.
 const LISTED: usize = 5;
 /// A run that was asked to stop ends within a second: what the calibrations under way take longer for is given up.
 const PATIENCE: Duration = Duration::from_millis(700);
@@ -34,7 +34,7 @@ pub struct Args {
     /// Skip tasks that other runs are working on instead of waiting
     #[arg(long)]
     no_wait: bool,
-    /// Folder of the data, where it has moved since the study was planned
+    /// Folder of the data, if it has moved since the study was planned
     #[arg(long, value_name = "DIR")]
     data: Option<PathBuf>,
     /// Number of simultaneous calibrations; does not change results [default: 8 per thread, 512 on a GPU]
@@ -81,7 +81,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         bail!("{}", interrupted(&progress, chosen.len(), &again));
     }
     report(&summary, &progress, started.elapsed());
-    // Whoever did a share of the tasks need not have done the last one.
+    // The process that ends last need not be the one with the last task.
     let is_whole = tasks.iter().all(|task| folder.part(&task.id).is_file());
     eprintln!("continue with: leadlag study {} {}", if is_whole { "merge" } else { "status" }, shown(args));
     Ok(())
@@ -92,7 +92,7 @@ fn shown(args: &Args) -> String {
     quoted(&args.folder.display().to_string())
 }
 
-/// The command that goes on with the same tasks.
+/// The command that continues the same tasks.
 fn again(args: &Args) -> String {
     let mut command = format!("leadlag study run {}", shown(args));
     let flags = [
@@ -135,7 +135,7 @@ fn named(id: &str, tasks: &[Task]) -> anyhow::Result<usize> {
     Err(StudyError::NoTask { id: id.to_owned(), found: found.len(), first }.into())
 }
 
-/// What was done, to stderr.
+/// Summary, to stderr.
 fn report(summary: &Summary, progress: &Progress, elapsed: Duration) {
     let seconds = elapsed.as_secs_f64();
     let Summary { tasks, before, computed, failed, by_others, left } = *summary;
@@ -162,7 +162,7 @@ fn interrupted(progress: &Progress, tasks: usize, again: &str) -> String {
     )
 }
 
-/// Ends the program a moment after Ctrl-C, should the tasks under way not end by themselves. All that is finished is on the disk.
+/// Ends the program a moment after Ctrl-C if the tasks under way do not end. All finished results are on the disk.
 fn give_up_in_time(progress: Arc<Progress>, tasks: usize, again: String) {
     // Without a thread to spare it ends when the calibrations under way do.
     let _ = std::thread::Builder::new().spawn(move || {
@@ -170,7 +170,7 @@ fn give_up_in_time(progress: Arc<Progress>, tasks: usize, again: String) {
             std::thread::sleep(Duration::from_millis(20));
         }
         std::thread::sleep(PATIENCE);
-        // An error, so `--quiet` does not silence it; nobody listening changes nothing about the status.
+        // An error, so `--quiet` does not silence it; a closed output does not change the status.
         let _ = writeln!(std::io::stderr(), "error: {}", interrupted(&progress, tasks, &again));
         std::process::exit(1);
     });
@@ -180,7 +180,7 @@ fn give_up_in_time(progress: Arc<Progress>, tasks: usize, again: String) {
 pub struct Bar {
     bar: ProgressBar,
     lines: Lines,
-    /// What a calibration may take; what it does take shows when the first ones have ended.
+    /// Expected time of a calibration; the measured time replaces it when the first ones have ended.
     max_evaluations: u64,
 }
 
@@ -211,7 +211,7 @@ impl Bar {
         self.bar.set_message(message);
     }
 
-    /// How fast it goes, what is left, and what failed.
+    /// Speed, remaining tasks and failures.
     fn pace(&self, progress: &Progress) -> String {
         let of = |counter: &AtomicU64| counter.load(Ordering::SeqCst);
         let (done, computed, failed) = (of(&progress.done), of(&progress.computed), of(&progress.failed));

@@ -84,7 +84,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     output::print(&text)
 }
 
-/// Says what is wrong with the parts.
+/// Lists faults of the parts.
 ///
 /// # Errors
 /// If two parts contradict each other: nothing can be made of them.
@@ -99,10 +99,10 @@ pub fn complain(inventory: &Inventory) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// What is wrong with the parts, one line each; empty if nothing is.
+/// Faults of the parts, one line each; empty without any.
 fn complaints(inventory: &Inventory) -> String {
     let mut text = String::new();
-    // Ten tell what is the matter.
+    // Ten show the kind of fault.
     let mut tell = |lines: Vec<String>| {
         lines.iter().take(10).for_each(|line| text += &format!("{line}\n"));
         if lines.len() > 10 {

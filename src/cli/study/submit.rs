@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 
 /// Candidate-steps that a core simulates in a second, where nothing was measured: a slow core, with a variant that has delay and dynamics.
 const STEPS_PER_S: f64 = 20e6;
-/// The limit of a job is so many times what it should take, and some minutes for it to begin: cores and tasks differ.
+/// The limit of a job is this multiple of the expected time, plus some minutes to start: cores and tasks differ.
 const SLACK: f64 = 3.0;
 const BEGINNING_MIN: f64 = 10.0;
 
@@ -28,7 +28,7 @@ pub struct Args {
     /// Cores of each job of the array
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = whole(1_u16, 1024))]
     cpus: u16,
-    /// What a job should take; the number of jobs follows from it
+    /// Target time of a job; the number of jobs follows from it
     #[arg(long, value_name = "MIN", default_value_t = 30, value_parser = whole(1_u16, 10_000))]
     minutes: u16,
     /// Jobs of the array at most; a cluster has a limit of its own (MaxArraySize)
@@ -40,18 +40,18 @@ pub struct Args {
     /// A further option of sbatch, such as --partition=short; may be given several times
     #[arg(long, value_name = "OPTION", allow_hyphen_values = true)]
     sbatch: Vec<String>,
-    /// What the jobs call
+    /// Program that the jobs call
     #[arg(long, value_name = "PROGRAM", default_value = "leadlag")]
     program: String,
-    /// Folder of the data, where it has moved since the study was planned
+    /// Folder of the data, if it has moved since the study was planned
     #[arg(long, value_name = "DIR")]
     data: Option<PathBuf>,
-    /// Folder for the scripts and what the jobs say [default: slurm, in the study's folder]
+    /// Folder for the scripts and the output of the jobs [default: slurm, in the study's folder]
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
 
-/// What the scripts are written from.
+/// Settings of the scripts.
 struct Job<'a> {
     args: &'a Args,
     name: String,

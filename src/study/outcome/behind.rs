@@ -30,12 +30,12 @@ impl Behind {
     /// Of a mean logarithm and half of its interval.
     #[must_use]
     pub fn around(mean: f64, half: f64) -> Behind {
-        // Of what is written, every number must be finite.
+        // Every written number must be finite.
         let share = |logarithm: f64| logarithm.min(f64::MAX.ln()).exp_m1();
         Behind { mean: share(mean), interval: [mean - half, mean + half].map(share) }
     }
 
-    /// In words: a difference with its interval, or that there is none to tell.
+    /// In words: a difference with its interval, or that the data do not show one.
     #[must_use]
     pub fn told(&self) -> String {
         let [low, high] = self.interval;
@@ -48,7 +48,7 @@ impl Behind {
         }
     }
 
-    /// True if the drives do not tell the two models apart.
+    /// True if the drives do not distinguish the two models.
     #[must_use]
     pub fn is_open(&self) -> bool {
         self.interval[0] <= 0.0

@@ -13,7 +13,7 @@ pub struct Ranking {
     pub order: Vec<usize>,
     /// By variant: how much higher its errors in validation are than those of the first.
     pub behind: Vec<Option<Behind>>,
-    /// Of the variants that are not told apart from the first one in validation, the one with the fewest parameters; the first without any.
+    /// Of the variants that cannot be distinguished from the first one in validation, the one with the fewest parameters; the first without any.
     pub chosen: Option<usize>,
 }
 
@@ -47,7 +47,7 @@ impl Ranking {
         Ranking { unseen: is_unseen, order, behind, chosen }
     }
 
-    /// The variants that are not told apart from the chosen one.
+    /// The variants that cannot be distinguished from the chosen one.
     #[must_use]
     pub fn open(&self) -> Vec<usize> {
         let is_open = |v: &&usize| self.behind[**v].is_some_and(|behind| behind.is_open());
@@ -104,7 +104,7 @@ mod tests {
         assert_eq!((earned.order.clone(), earned.chosen, earned.open()), (vec![1, 0], Some(1), vec![]), "{earned:?}");
         let alone = Ranking::of(&outcomes(|_, _| None), &|_| true);
         assert_eq!((alone.unseen, alone.chosen, alone.open()), (false, Some(1), vec![]), "{alone:?}");
-        // One trajectory tells no spread over trajectories.
+        // One trajectory shows no spread over trajectories.
         let one = Ranking::of(&outcomes(|v, _| Some(0.6 - 0.1 * v as f64)), &|drive| drive == 0);
         assert_eq!((one.chosen, one.open()), (Some(0), vec![1]), "{one:?}");
     }

@@ -23,7 +23,7 @@ pub enum PlanError {
         line: usize,
         /// Column, from 1.
         column: usize,
-        /// What the reader says.
+        /// Message of the reader.
         reason: String,
         /// A known key that looks like the unknown one.
         nearest: Option<String>,
@@ -47,7 +47,7 @@ pub enum PlanError {
         path: String,
         /// Which key.
         key: &'static str,
-        /// What is wrong, and where.
+        /// The fault and its place.
         source: Box<ShaderError>,
     },
     /// A version of the layout that this program does not know.
@@ -55,9 +55,9 @@ pub enum PlanError {
     Version {
         /// The file.
         path: String,
-        /// What this program reads.
+        /// Version that this program reads.
         expected: u32,
-        /// What the plan says.
+        /// Version of the plan.
         found: u32,
     },
     /// A value that is none.
@@ -67,7 +67,7 @@ pub enum PlanError {
         path: String,
         /// Which key.
         key: String,
-        /// What was expected and found.
+        /// Expected and found content.
         reason: String,
         /// A known word that looks like the unknown one.
         nearest: Option<String>,

@@ -27,7 +27,7 @@ pub struct StoredExtension {
 }
 
 impl StoredExtension {
-    /// What is kept of an extension.
+    /// Stored data of an extension.
     #[must_use]
     pub fn of(extend: &Extend) -> StoredExtension {
         let Extend { given, extension } = extend;
@@ -82,7 +82,7 @@ impl Reader<'_> {
         Ok(variant)
     }
 
-    /// Two laws of one study: by their names they are told apart, and parameters of one name share a column.
+    /// Two laws of one study: their names distinguish them, and parameters of one name share a column.
     fn go_together(law: &Extension, other: &Extension) -> Result<(), String> {
         if law.name == other.name {
             return Err(format!("there are two laws of the name {}; give one of the files another name", law.name));

@@ -125,7 +125,7 @@ pub(super) fn read(
     })
 }
 
-/// What the TOML reader says, with the place, and the key that may have been meant.
+/// Message of the TOML reader, with the place and the nearest known key.
 fn at(content: &str, path: &str, error: &toml::de::Error) -> PlanError {
     let start = error.span().map_or(0, |span| span.start).min(content.len());
     let before = &content[..start];
@@ -145,7 +145,7 @@ fn at(content: &str, path: &str, error: &toml::de::Error) -> PlanError {
     ] {
         reason = reason.replace(type_name, words);
     }
-    // What is wrong with a value is said without its key; what is no TOML has none.
+    // The message about a value has no key; one about invalid TOML has none either.
     let of_value = ["invalid type", "invalid value", "expected "].iter().any(|begin| reason.starts_with(begin));
     let text = content.lines().nth(line - 1).unwrap_or_default();
     let key = text.split_once('=').map(|(key, _)| key.trim()).filter(|_| of_value);

@@ -1,4 +1,4 @@
-//! What the paper says of errors in calibration and validation.
+//! Statements of the paper on errors in calibration and validation.
 
 use super::{BASES, Claim, Reader, claim, every_base};
 use crate::catalog::{Constraint, Dynamics, Variant};
