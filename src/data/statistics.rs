@@ -74,7 +74,7 @@ pub fn robust_scale(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     upper_median(sizes).map(|median| 1.4826 * median)
 }
 
-/// What a box plot shows.
+/// Values of a box plot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BoxStatistics {
     /// First quartile, median, third quartile.

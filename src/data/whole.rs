@@ -1,4 +1,4 @@
-//! Files that are written whole or not at all, whatever happens to the process or the machine: under another name first, flushed to
+//! Files that are written completely or not at all, whatever happens to the process or the machine: under another name first, flushed to
 //! the disk, then renamed.
 
 use std::fs::{self, File, TryLockError};
@@ -8,17 +8,17 @@ use std::sync::LazyLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, SystemTime};
 
-/// Ending of files that are being written; whoever finds one knows that it is no result.
+/// Ending of files that are being written and are no results.
 pub const TEMPORARY: &str = "tmp";
 
-/// A temporary file that nobody has written to for so long is left over: writing one takes seconds.
+/// A temporary file not written to for this long is a leftover: writing one takes seconds.
 pub const LEFT_OVER: Duration = Duration::from_secs(3600);
 
 /// A file that is being written; it takes its place when it is finished.
 #[derive(Debug)]
 pub struct Whole {
     path: PathBuf,
-    /// Where it is until then; none for what is no file, such as `/dev/stdout`. A lock tells that it is still written to.
+    /// Its temporary path; none for a special file, such as `/dev/stdout`. A lock shows that it is still written to.
     temporary: Option<PathBuf>,
     file: File,
 }
@@ -95,7 +95,7 @@ pub fn clean(path: &Path) {
     let Some(stem) = path.file_stem().and_then(|stem| stem.to_str()) else { return };
     for entry in fs::read_dir(folder_of(path)).into_iter().flatten().flatten() {
         if entry.file_name().to_str().is_some_and(|name| is_temporary_of(name, stem)) && is_left_over(&entry.path()) {
-            // Best effort: it does no harm where it is.
+            // Best effort: a leftover does no harm.
             let _ = fs::remove_file(entry.path());
         }
     }
@@ -111,7 +111,7 @@ fn is_left_over(temporary: &Path) -> bool {
     }
 }
 
-/// True if a file has not been written to for so long that nobody can still be writing it.
+/// True if a file has not been written to for so long that no process can still be writing it.
 #[must_use]
 pub fn is_old(file: &fs::Metadata) -> bool {
     file.modified().is_ok_and(|written| written.elapsed().is_ok_and(|age| age > LEFT_OVER))
@@ -127,7 +127,7 @@ fn unique() -> String {
     format!("{}-{:x}-{number}.{TEMPORARY}", std::process::id(), *BEGAN)
 }
 
-/// True for `STEM.` and what [`unique`] gives; files of users may end in `.tmp`, too.
+/// True for `STEM.` and a suffix of [`unique`]; files of users may end in `.tmp`, too.
 fn is_temporary_of(name: &str, stem: &str) -> bool {
     let middle = name.strip_prefix(stem).and_then(|rest| rest.strip_prefix('.')?.strip_suffix(".tmp"));
     let parts: Vec<&str> = middle.map_or(Vec::new(), |middle| middle.split('-').collect());
@@ -136,7 +136,7 @@ fn is_temporary_of(name: &str, stem: &str) -> bool {
 }
 
 fn folder_of(path: &Path) -> &Path {
-    // What `parent` says of a bare name is no folder.
+    // `parent` of a bare name is an empty path, which is no folder.
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 

@@ -36,7 +36,7 @@ use sha2::{Digest, Sha256};
 pub const SCHEMA_VERSION: u32 = 1;
 
 /// Simulations of a search per parameter that is searched, unless a number is asked for: of 500 drives of 30 to 60 s with IDM, 99 in 100 then
-/// come within 0.1 % of the best score that ten times as many find (docs/FLEETS.md).
+/// come within 0.1 % of the best score that ten times as many find (docs/benchmark/fleet.md).
 pub const EVALUATIONS_PER_PARAMETER: u64 = 2_000;
 
 /// A follower behind his leader, as the data have it.

@@ -152,7 +152,7 @@ pub struct Variant {
     pub dynamics: Dynamics,
     /// Acceleration constraint.
     pub constraint: Constraint,
-    /// What none of the ninety has; the law comes first, where the base model is one.
+    /// Parts beyond the ninety; the law comes first if the base model is one.
     pub extensions: Extensions,
 }
 
@@ -338,7 +338,7 @@ impl Variant {
         Ok(Variant { extensions, ..self })
     }
 
-    /// True if what is perceived may lie back.
+    /// True if perception may be delayed.
     #[must_use]
     pub fn perceives_late(&self) -> bool {
         self.delay || self.extensions.delay().is_some()
@@ -436,7 +436,7 @@ impl Variant {
     }
 }
 
-/// What may follow the base model in a name.
+/// Suffixes of the base model in a name.
 const PARTS: [&str; 5] = ["delay", "linear", "nonlinear", "constant", "mfc"];
 
 /// The base model that looks like a word, or ends with it: `l-cth` for `cth`.

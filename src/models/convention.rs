@@ -155,7 +155,7 @@ pub enum ConventionError {
     },
 }
 
-/// A row that somebody may have meant.
+/// The nearest known row.
 fn near_row(found: &str) -> String {
     did_you_mean(found, Convention::ROWS.iter().map(|row| row.name))
 }

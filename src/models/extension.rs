@@ -8,14 +8,14 @@ use crate::symbols::{SearchKind, Symbol};
 use std::hash::{Hash, Hasher};
 use std::sync::Mutex;
 
-/// Where in a step an extension acts, in the order of a step. What acts there is a function called by the extension's name, `_` and the
+/// Stage of a step at which an extension acts, in the order of a step. It is a function called by the extension's name, `_` and the
 /// stage's.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, strum::IntoStaticStr, strum::VariantArray)]
 #[strum(const_into_str, serialize_all = "snake_case")]
 pub enum Stage {
     /// Changes the parameters of the base model before anything else.
     Policy,
-    /// Changes what is perceived.
+    /// Changes the perceived values.
     Perception,
     /// Changes the present own speed that a controller starts from (Gipps', and laws that command a speed).
     Speed,
@@ -27,7 +27,7 @@ pub enum Stage {
     Response,
 }
 
-/// What a stage function takes.
+/// Arguments of a stage function.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Argument {
     /// `Params`: the parameters of the model.
@@ -38,7 +38,7 @@ pub enum Argument {
     State,
     /// `World`: what else is known.
     World,
-    /// `Perceived`: what is perceived.
+    /// `Perceived`: the perceived values.
     Perceived,
     /// `f32`: the speed or acceleration that it changes.
     Value,
@@ -49,13 +49,13 @@ pub enum Argument {
 pub struct StageFunction {
     /// Where it acts.
     pub stage: Stage,
-    /// What it takes, in order.
+    /// Its arguments, in order.
     pub arguments: Vec<Argument>,
     /// Members of the struct it returns, value first, if it returns a new state beside the value.
     pub with_state: Option<[String; 2]>,
 }
 
-/// What a member of `State` is when a run starts.
+/// Initial value of a member of `State`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Initial {
     /// This number.
@@ -77,7 +77,7 @@ pub enum Signal {
     Af,
 }
 
-/// What the time loop does for an extension beyond calling it.
+/// Work of the time loop for an extension beyond calling it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct LoopNeeds {
     /// Position among the extension's parameters of a delay \[s\] by which everything is perceived later.
@@ -94,16 +94,16 @@ impl LoopNeeds {
     }
 }
 
-/// What is known of a cause that an extension stands for.
+/// Description of the cause that an extension represents.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Cause {
-    /// What it does, in the words of a driver.
+    /// The effect in a driver's words.
     pub in_short: Option<String>,
     /// Its term in the loop.
     pub equation: Option<String>,
-    /// What it cannot always be told from: the family that is named then.
+    /// The family that is named if the data do not distinguish its members.
     pub family: Option<String>,
-    /// What it leaves in the residuals of a model without it.
+    /// Its trace in the residuals of a model without it.
     pub looks_like: String,
     /// Causes and parameters that it is confused with.
     pub confounded_with: Vec<String>,
@@ -113,7 +113,7 @@ pub struct Cause {
     pub positive: bool,
     /// A family of which no member shows without it, nor it without one of them.
     pub hides: Option<String>,
-    /// Which drive would tell it from others.
+    /// Drive that would distinguish it.
     pub experiment: Option<String>,
 }
 
@@ -122,9 +122,9 @@ pub struct Cause {
 pub struct Extension {
     /// Its name: that of its file.
     pub name: String,
-    /// What it does, in words.
+    /// The effect in words.
     pub meaning: String,
-    /// Where it is described.
+    /// Source.
     pub reference: Option<String>,
     /// Its text as written.
     pub text: String,
@@ -134,19 +134,19 @@ pub struct Extension {
     pub parameters: Vec<Symbol>,
     /// Its stages, in the order of a step.
     pub stages: Vec<StageFunction>,
-    /// Members of its `State` and what they are at the start.
+    /// Members of its `State` and their initial values.
     pub state: Vec<(String, Initial)>,
     /// Members of `World` that it reads.
     pub reads: Vec<String>,
     /// Parameters of the model that it reads or changes; its own are not among them. A model without them cannot have it.
     pub model_parameters: Vec<Symbol>,
-    /// What the time loop does for it.
+    /// Work of the time loop for it.
     pub needs: LoopNeeds,
     /// True if it says at which spacing a constant speed is kept (`NAME_equilibrium`); of a law without, the spacing is searched.
     pub equilibrium: bool,
-    /// The cause it stands for; `None` for laws and for the tools of a diagnosis.
+    /// The cause that it represents; `None` for laws and for the tools of a diagnosis.
     pub cause: Option<Cause>,
-    /// What is probably a mistake of its author, each with its place.
+    /// Probable mistakes of its author, each with its place.
     pub warnings: Vec<String>,
     /// Position in the loop: laws first, then the built-in extensions in their order, then a user's.
     pub rank: usize,
@@ -164,13 +164,13 @@ impl Extension {
         self.parameters.iter().copied().filter(|symbol| matches!(symbol, Symbol::Extension(_)))
     }
 
-    /// The family of causes that it cannot always be told from; its own name where there is none.
+    /// The family of causes that are hard to distinguish; by default its own name.
     #[must_use]
     pub fn family(&self) -> &str {
         self.cause.as_ref().and_then(|cause| cause.family.as_deref()).unwrap_or(&self.name)
     }
 
-    /// What it does, in as few words as its file has.
+    /// Shortest description that its file has.
     #[must_use]
     pub fn in_short(&self) -> &str {
         self.cause.as_ref().and_then(|cause| cause.in_short.as_deref()).unwrap_or(&self.meaning)
@@ -321,7 +321,7 @@ impl Extensions {
         self.0.iter().copied().find(|e| e.name == name)
     }
 
-    /// What the time loop would have to do for one more although it does it for one of these already.
+    /// Work of the time loop that another extension already requires.
     pub(crate) fn loop_conflict(self, one: &Extension) -> Option<ExtensionConflict> {
         one.needs.by().into_iter().enumerate().find_map(|(k, (what, parameter))| {
             parameter?;

@@ -33,7 +33,7 @@ pub struct CalibratedVariant {
     pub parameters: Parameters,
     /// Upper bound of the perception delay \[s\], which fixes the scored window.
     pub tau_p_upper: f64,
-    /// Upper bound of the delay of an extension \[s\], where it is known; likewise.
+    /// Upper bound of the delay of an extension \[s\], if known; likewise.
     pub extension_delay_upper: Option<f64>,
 }
 
@@ -79,7 +79,7 @@ pub struct AxisError {
 /// The case of a follower, measured at times `t`, whose preceding vehicle is a simulated one. The car ahead of that one is what the
 /// simulated one drove behind: measured, or simulated as well.
 ///
-/// Positions of two pairs are counted from different zeros; the measured start of the shared car tells the difference.
+/// Positions of two pairs are counted from different zeros; the measured start of the shared car gives the difference.
 ///
 /// # Errors
 /// [`AxisError`] unless the two share every sample.

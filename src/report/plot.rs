@@ -5,7 +5,7 @@ use crate::evaluator::{Case, Outcome};
 use crate::reference::Trace;
 use crate::score::{GoodnessOfFit, Signal};
 
-/// What the measured car ahead is called.
+/// Label of the measured car ahead.
 pub const AHEAD: &str = "preceding vehicle";
 
 /// Draws s, v and a over time; `ahead` is what the car ahead is called. A run that failed is drawn up to where it ended.

@@ -1,4 +1,4 @@
-//! What a simulation errs by, sorted: from the columns of a simulation file to an error budget and to residuals over speed.
+//! Errors of a simulation, sorted: from the columns of a simulation file to an error budget and to residuals over speed.
 
 use super::html::{Chart, Line, Panel, Role};
 use crate::diagnose::describe::covariates::Covariates;
@@ -7,7 +7,7 @@ use crate::result::{DataEntry, ResultFile};
 
 /// Width of the classes of speed \[m/s\].
 const CLASS: f64 = 1.0;
-/// Accelerations that tell what a car is doing are slopes over so many seconds to either side, as in a diagnosis \[s\].
+/// Accelerations that decide the driving state are slopes over this many seconds to either side, as in a diagnosis \[s\].
 const SLOPE_S: f64 = 0.5;
 /// Fewer samples say nothing about a class.
 const FEWEST: usize = 30;
@@ -25,7 +25,7 @@ pub struct Simulated {
     pub v_l: Vec<f64>,
     /// Measured spacing \[m\], speed \[m/s\], acceleration \[m/s²\].
     pub measured: [Vec<f64>; 3],
-    /// The same, simulated; NaN where it is not.
+    /// The same, simulated; NaN if it is not.
     pub simulated: [Vec<f64>; 3],
     /// First compared sample.
     pub first: usize,

@@ -96,12 +96,12 @@ fn write_calibration(text: &mut String, result: &ResultFile) -> std::fmt::Result
     Ok(())
 }
 
-/// Parameters that change by less than this share are not told \[-\].
+/// Parameters that change by less than this share are not printed \[-\].
 const CHANGED: f64 = 0.02;
-/// Parameters that are told, the most changed first.
+/// Number of printed parameters, the most changed first.
 const CHANGES: usize = 4;
 
-/// What faults of the data do to the parameters, where that was computed.
+/// Effect of faults of the data on the parameters, if computed.
 fn changes(result: &ResultFile) -> Option<String> {
     let compared = result.compared.as_ref()?;
     let mut changed: Vec<(&str, f64, f64)> = result
@@ -128,7 +128,7 @@ fn changes(result: &ResultFile) -> Option<String> {
     })
 }
 
-/// The mark of a parameter at a bound, which has a column of its own where there is one.
+/// The mark of a parameter at a bound, in its own column, if any.
 const AT_BOUND: &str = "AT BOUND";
 
 /// Values, units, bounds, meanings.
@@ -209,10 +209,10 @@ fn write_identifiability(
     Ok(())
 }
 
-/// What stands in place of an interval that says next to nothing.
+/// Text in place of an interval that excludes almost nothing.
 pub(super) const UNDETERMINED: &str = "not determined";
 
-/// What parentheses around the end of an interval mean.
+/// Meaning of parentheses around the end of an interval.
 pub(super) const OPEN: &str = "in parentheses: a bound of the search, not a limit set by the data";
 
 /// The other parameter with the strongest correlation, if it is above 0.5.
@@ -226,7 +226,7 @@ pub(super) fn partner(correlation: &CorrelationEntry, name: &str) -> Option<Stri
 /// Columns of the terminal.
 const WIDTH: usize = 80;
 const INDENT: usize = 13;
-/// Most blanks before what goes on: the longest words of a table still fit behind them.
+/// Most blanks before a continued line: the longest words of a table still fit behind them.
 const INDENT_MAX: usize = WIDTH - 16;
 
 /// A line wrapped to 80 columns: its first part is indented by `first` blanks, what follows by `rest`. A number stays with its unit.

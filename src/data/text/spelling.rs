@@ -1,4 +1,4 @@
-//! The known word that somebody may have meant.
+//! The nearest known word for a misspelt one.
 
 use strum::VariantNames;
 
@@ -65,7 +65,7 @@ pub struct UnknownWord {
 }
 
 impl UnknownWord {
-    /// `what` is what the words of `T` stand for.
+    /// `what` names the kind of the words of `T`.
     #[must_use]
     pub fn of<T: VariantNames>(what: &'static str, found: &str) -> UnknownWord {
         UnknownWord { what, found: found.to_owned(), known: T::VARIANTS }

@@ -31,7 +31,7 @@ pub(super) fn of_gap<'a>(drives: impl IntoIterator<Item = (&'a [f64], &'a [f64],
     (enough && together && !(1.0 / FACTOR..=FACTOR).contains(&ratio)).then_some(ratio)
 }
 
-/// What the speeds say, and what the gap says, of its change over each stretch of [`WINDOW_S`] \[m\].
+/// Change of the gap over each stretch of [`WINDOW_S`] by the speeds, and by the gap \[m\].
 fn changes(t: &[f64], dv: &[f64], distance: &[f64]) -> Vec<[f64; 2]> {
     let (mut start, mut integral) = (0, 0.0);
     let longest = longest_step(t);
@@ -72,7 +72,7 @@ pub(super) fn explain(ratio: f64) -> Option<String> {
     if near(1.0 / 3.6) {
         return Some("the speeds look like km/h".to_owned());
     }
-    // A thousand has no name of its own; what is meant is said instead.
+    // A thousand has no unit name; the message names the likely mistake instead.
     if near(1000.0) {
         return Some("a thousand times: is the gap in millimetres?".to_owned());
     }
@@ -90,7 +90,7 @@ pub(super) fn explain(ratio: f64) -> Option<String> {
 mod tests {
     use super::*;
 
-    /// A gap that breathes by 10 m, and what two speeds say of it.
+    /// A gap that oscillates by 10 m, and the same change by two speeds.
     fn drive() -> (Vec<f64>, Vec<f64>, Vec<f64>) {
         let t: Vec<f64> = (0..1200).map(|i| f64::from(i) * 0.1).collect();
         let dv = t.iter().map(|t| 2.0 * (0.2 * t).cos()).collect();

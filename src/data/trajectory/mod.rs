@@ -70,7 +70,7 @@ pub fn hexadecimal(bytes: &[u8]) -> String {
 pub struct Recording {
     /// The file.
     pub source: Source,
-    /// Its layout, detected or as told.
+    /// Its layout, detected or given.
     pub layout: Layout,
     /// At least one platoon, in file order.
     pub platoons: Vec<Platoon>,
@@ -78,11 +78,11 @@ pub struct Recording {
     pub companions: Vec<Source>,
     /// Grade of the road from a file beside it, if any.
     pub grade: Option<Grade>,
-    /// What its followers are chosen by.
+    /// Selection of its followers.
     pub chosen_by: ChosenBy,
 }
 
-/// What a follower of a recording is chosen by.
+/// Selection of a follower of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ChosenBy {
     /// Its place: 1 is right behind the leader.
@@ -113,7 +113,7 @@ pub struct Platoon {
     pub lines: Vec<u64>,
     /// Front to back; `cars[0]` is the platoon leader. Cars without any column are absent.
     pub cars: Vec<Car>,
-    /// What the importer did to the data beyond reading it.
+    /// Changes by the importer.
     pub notes: Vec<Note>,
 }
 
@@ -137,13 +137,13 @@ pub struct Car {
     pub a: Option<Vec<f64>>,
     /// Sine of the road grade under this car, where the file gives one.
     pub sin_grade: Option<Vec<f64>>,
-    /// What is wrong with its own signals: nothing that needs them can be computed.
+    /// Faults of its own signals: results that need them are unavailable.
     pub faults: Faults,
-    /// What is wrong with its gap.
+    /// Faults of its gap.
     pub gap_faults: Faults,
 }
 
-/// True for a name that stands for none: files of pairs name no car, tables give a number. Two cars may have it.
+/// True for a placeholder: files of pairs name no car, tables give a number. Two cars may have it.
 #[must_use]
 pub fn is_nameless(car: &str) -> bool {
     let is_number = car.chars().all(|c| c.is_ascii_digit());
@@ -151,7 +151,7 @@ pub fn is_nameless(car: &str) -> bool {
 }
 
 impl Platoon {
-    /// What is wrong with the signals that a follower needs; 1 is the car right behind the leader.
+    /// Faults of the signals that a follower needs; 1 is the car right behind the leader.
     #[must_use]
     pub fn faults_of(&self, follower: usize) -> Faults {
         let mut faults = Faults::default();
@@ -236,7 +236,7 @@ pub struct Trajectory {
     pub s_l2: Option<Vec<f64>>,
     /// Road grade, where known.
     pub grade: Option<Grade>,
-    /// What was derived, filled, cut, smoothed, resampled or reconciled, in order.
+    /// Signals derived, filled, cut, smoothed, resampled or reconciled, in order.
     pub notes: Vec<Note>,
 }
 
@@ -247,7 +247,7 @@ impl Trajectory {
         self.t.len()
     }
 
-    /// Who drives the follower, where the file says so: `ACC`, `Human`.
+    /// Driver of the follower, if the file names one: `ACC`, `Human`.
     #[must_use]
     pub fn driver(&self) -> Option<&str> {
         self.notes.iter().find_map(|note| match note {
@@ -256,12 +256,12 @@ impl Trajectory {
         })
     }
 
-    /// What was done to the data, in order.
+    /// Changes to the data, in order.
     pub fn preparation(&self) -> impl Iterator<Item = &Note> {
         self.notes.iter().filter(|note| !matches!(note, Note::Found { .. }))
     }
 
-    /// What the check of the data found.
+    /// Findings of the check of the data.
     pub fn findings(&self) -> impl Iterator<Item = &Finding> {
         self.notes.iter().filter_map(|note| match note {
             Note::Found { finding } => Some(&**finding),
@@ -269,7 +269,7 @@ impl Trajectory {
         })
     }
 
-    /// What is wrong with the data and moves what is calibrated, or was corrected, a line each.
+    /// Faults of the data that change the calibration, or were corrected, one line each.
     pub fn faults(&self) -> impl Iterator<Item = String> + '_ {
         self.findings().filter(|finding| finding.matters || finding.correction.is_some()).map(Finding::told)
     }

@@ -1,4 +1,4 @@
-//! What was done to measured data before it is simulated against.
+//! Changes to measured data before a simulation.
 
 use super::soundness::Finding;
 use std::fmt;
@@ -17,7 +17,7 @@ pub enum Note {
     OpenEnd { line: u64 },
     /// A length that the file does not state.
     LengthDerived { car: usize, length_m: f64, from: String },
-    /// Nobody gives the length of the car ahead: positions of that car mean its rear bumper.
+    /// The length of the car ahead is unknown: positions of that car mean its rear bumper.
     LengthUnknown,
     /// A signal that the file does not have was derived from others.
     Derived { signal: String, from: String },
@@ -61,19 +61,19 @@ pub enum Note {
     Mapped { map: String, pair: Option<String> },
     /// Pairs of a long table that are too short to be used.
     ShortPairs { pairs: usize, needed_s: f64 },
-    /// Gaps that are not above 0, which became missing values: of which car, and what its gap is called.
+    /// Gaps that are not above 0, which became missing values: their car, and the name of its gap.
     NoGap { car: usize, signal: String, samples: usize },
-    /// The time of a trajectory starts anew, so that two bear its id; the second is read as another one.
+    /// The time of a trajectory restarts, so that two have its id; the second is read as another one.
     IdAgain { id: String, line: u64, read_as: String },
     /// Lines around the header that hold no data, from this one on.
     LinesSkipped { line: u64, lines: u64, what: String },
     /// Vehicles whose number was borne by another one before.
     NumbersAgain { vehicles: usize, numbers: usize },
-    /// Vehicles with values that cannot be, whose pairs are left out.
+    /// Vehicles with impossible values, whose pairs are left out.
     BrokenLeftOut { vehicles: usize, problem: String },
-    /// What the check of the data found.
+    /// Findings of the check of the data.
     Found { finding: Box<Finding> },
-    /// Rows that stand in the file more than once, letter by letter, and were taken once.
+    /// Identical rows that were counted once.
     RowsRepeated { rows: usize, line: u64 },
 }
 

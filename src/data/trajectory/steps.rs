@@ -1,9 +1,9 @@
-//! Steps of a signal that no sum may cross: a pause of the recording, a lap that begins anew, a number that another car bears.
+//! Steps of a signal that no sum may cross: a pause of the recording, a lap that restarts, a number that another car has.
 
 use super::prepare::{GRID_TOLERANCE_S, median_step};
 use crate::statistics::order_statistic;
 
-/// A step of time that is longer than this, and than usual, is a pause \[s\]: what preparation does not interpolate by itself.
+/// A step of time that is longer than this, and than usual, is a pause \[s\]: preparation does not interpolate it by default.
 pub(super) const PAUSE_S: f64 = 1.0;
 /// ... than usual by this factor, so that a table with one row in two seconds has none.
 const UNUSUAL: f64 = 1.5;

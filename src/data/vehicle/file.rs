@@ -50,7 +50,7 @@ pub enum VehicleError {
         /// Why.
         source: Box<VehicleError>,
     },
-    /// A value that cannot be.
+    /// An impossible value.
     #[error("{path}:{line}: expected {expected}, found `{found}`")]
     Table {
         /// The file.
@@ -62,19 +62,19 @@ pub enum VehicleError {
         /// What was found.
         found: String,
     },
-    /// A number of a curve that cannot be.
+    /// An impossible number of a curve.
     #[error("{path}:{line}: expected {expected}, found {found}")]
     Range {
         /// The file.
         path: String,
         /// Its line, from 1.
         line: u64,
-        /// Which column, and what it may hold.
+        /// Column, and its range.
         expected: String,
         /// What was found.
         found: f64,
     },
-    /// A number of a vehicle that cannot be.
+    /// An impossible number of a vehicle.
     #[error("{path}: vehicle {slug}: {quantity}: expected {expected}, found {found}")]
     Value {
         /// The file.
@@ -117,7 +117,7 @@ struct Entry {
     mfc: Option<PathBuf>,
 }
 
-/// A vehicle of a table, its curve not read yet: a curve that nobody needs must not get in the way.
+/// A vehicle of a table, its curve not read yet: a curve that is not needed must not cause an error.
 struct Listed {
     vehicle: Vehicle,
     table: String,
@@ -199,10 +199,10 @@ impl Entry {
     }
 }
 
-/// What a coefficient of the road load may be, in its unit: ten times that of the heaviest truck.
+/// Range of a coefficient of the road load, in its unit: ten times that of the heaviest truck.
 const ROAD_LOADS: std::ops::RangeInclusive<f64> = -1e5..=1e5;
 
-/// `FILE:LINE` of a quantity of a vehicle in the text of a TOML table; the file alone where it stands in no line of its own.
+/// `FILE:LINE` of a quantity of a vehicle in the text of a TOML table; the file alone if the quantity has no line of its own.
 fn place(text: &str, path: &str, slug: &str, quantity: &str) -> String {
     let unquoted = |text: &str| text.trim().trim_matches(['"', '\'']).to_owned();
     let mut inside = false;
@@ -324,7 +324,7 @@ pub fn find(text: &str) -> Result<Vehicle, VehicleError> {
     find_for(text, true)
 }
 
-/// As [`find`], for whoever may not need the curve: see [`find_in`].
+/// As [`find`], for callers that may not need the curve: see [`find_in`].
 ///
 /// # Errors
 /// As [`find`].

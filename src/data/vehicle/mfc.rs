@@ -6,7 +6,7 @@ use crate::trajectory::Source;
 use std::ops::RangeInclusive;
 use std::path::Path;
 
-/// What the columns may hold \[m/s, m/s², m/s²\]: three times what the strongest road cars do, and of the
+/// Range of the columns \[m/s, m/s², m/s²\]: three times the values of the strongest road cars, and of the
 /// other sign no more than a fit or a car beyond its top speed has.
 const RANGES: [(&str, RangeInclusive<f64>); 3] =
     [("speed_mps", 0.0..=200.0), ("a_ap", -1.0..=30.0), ("a_dp", -30.0..=1.0)];

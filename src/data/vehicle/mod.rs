@@ -8,7 +8,7 @@ pub use mfc::Mfc;
 
 use crate::trajectory::Source;
 
-/// What the equations need to know about a car.
+/// Properties of a car that the equations need.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Vehicle {
     /// Short name, `tesla_model3`.

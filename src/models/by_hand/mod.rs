@@ -17,7 +17,7 @@ const LANES: usize = 64;
 
 type Lanes<T> = [T; LANES];
 
-/// What the loop needs of one measured sample.
+/// The values of one measured sample that the loop needs.
 #[derive(Debug, Clone, Copy)]
 struct Sample<T> {
     v_l_before: T,
@@ -212,8 +212,8 @@ impl<T: Real> pulp::WithSimd for Fused<'_, T> {
     }
 }
 
-/// The loop with the best vector instructions that the processor has. Where it has no fused multiply-adds they would be library
-/// calls, so that the loop does without.
+/// The loop with the best vector instructions of the processor. Without fused multiply-adds they would be library
+/// calls, so the loop does not use them there.
 fn fastest<T: Real>(road: &Road<T>, block: &Block<T>) -> Sums<T> {
     match pulp::Arch::new() {
         pulp::Arch::Scalar => drive::<T, false>(road, block),

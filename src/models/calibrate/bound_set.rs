@@ -30,7 +30,7 @@ impl BoundSet {
         }
     }
 
-    /// What replaces Table 3 for a variant.
+    /// Bounds that replace Table 3 for a variant.
     ///
     /// # Panics
     /// Never: the sets are part of the program, and a test reads them.

@@ -119,7 +119,7 @@ pub enum StopReason {
     Interrupted,
     /// It has ended, whatever the reason, without a feasible candidate.
     Infeasible,
-    /// Every parameter is fixed: one evaluation tells all.
+    /// Every parameter is fixed: one evaluation suffices.
     NothingToSearch,
 }
 
@@ -138,21 +138,21 @@ impl fmt::Display for StopReason {
     }
 }
 
-/// What one replicate found.
+/// Result of one replicate.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Replicate {
     /// Its number, from 0.
     pub number: u64,
     /// The best candidate, one value per parameter of the search space; of infeasible ones the one that came furthest.
     pub candidate: Vec<f64>,
-    /// Its score by the f64 reference; infinite if neither the best candidate nor any near it stands there, or none was feasible.
+    /// Its score by the f64 reference; infinite if neither the best candidate nor any near it is feasible there, or none was feasible.
     pub score: f64,
     /// Simulated candidates, failed ones included; also those that the reference was asked about because the best one fails there.
     pub evaluations: u64,
     /// Why it ended.
     pub stop: StopReason,
-    /// (evaluations, best score so far) at every gain; it falls all the way, and ends with `score`. Scores that were told roughly and
-    /// turned out to be lower than what was found exactly are not in it.
+    /// (evaluations, best score so far) at every gain; it decreases, and ends with `score`. Approximate scores that
+    /// turned out to be lower than the exact ones are not in it.
     pub convergence: Vec<(u64, f64)>,
     /// Scores and candidates met on the way that are less than 5 % worse than the best; a part of them if they are very many.
     pub near: Vec<(f64, Vec<f64>)>,
@@ -171,7 +171,7 @@ pub enum CalibrateError {
         replicate: u64,
         /// Candidates tried.
         evaluations: u64,
-        /// What became of them.
+        /// Their outcome.
         tally: Tally,
     },
     /// Stopped by the caller before the first replicate had a result.
@@ -230,7 +230,7 @@ impl fmt::Display for Tally {
     }
 }
 
-/// What a running calibration tells after every generation.
+/// Progress of a running calibration after every generation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Progress {
     /// The replicate, from 0.
@@ -264,7 +264,7 @@ pub fn calibrate(
                 found = true;
                 replicates.push(replicate);
             }
-            // Of an interrupted calibration, what was found until then.
+            // Results so far of an interrupted calibration.
             Err(Failed { error: CalibrateError::Interrupted, .. }) => {}
             Err(Failed { error: error @ CalibrateError::Infeasible { .. }, furthest }) => {
                 replicates.extend(furthest.map(|furthest| *furthest));
@@ -276,7 +276,7 @@ pub fn calibrate(
     if found { Ok(replicates) } else { Err(infeasible.unwrap_or(CalibrateError::Interrupted)) }
 }
 
-/// One replicate of a calibration by itself: the same as the one of that number in [`calibrate`]. (Of more than ten there, each keeps fewer
+/// One replicate of a calibration alone: the same as the one of that number in [`calibrate`]. (Of more than ten there, each keeps fewer
 /// near candidates.)
 ///
 /// # Errors

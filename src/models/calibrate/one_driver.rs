@@ -6,11 +6,11 @@ use crate::lanes::{Lanes, LanesPrecision};
 use crate::score::GoodnessOfFit;
 use crate::statistics::upper_median;
 
-/// Shorter halves tell too little of a driver \[s\].
+/// Shorter halves show too little of a driver \[s\].
 const HALF_S: f64 = 30.0;
-/// More drives are not looked at: so many are compared with each other.
+/// Largest number of drives compared with each other.
 const MOST: usize = 10;
-/// The error of the spacing on others' drives is at least so many times that on the own one. Three drives of each of four cars with adaptive cruise
+/// The error of the spacing on others' drives is at least this multiple of that on the own one. Three drives of each of four cars with adaptive cruise
 /// control stay below it on three laws, though none follows them well; time gaps of 1.0 and 1.4 s do not.
 const TIMES: f64 = 2.5;
 /// And larger by at least this \[m\]: smaller differences are those of the measurement.
@@ -21,9 +21,9 @@ const PER_PARAMETER: u64 = 1_000;
 /// Drives that are hardly of one driver.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Apart {
-    /// Root mean square error of the spacing in each half of the drive that differs most, by what its other half gave \[m\].
+    /// Root mean square error of the spacing in each half of the drive that differs most, predicted from its other half \[m\].
     pub own_m: f64,
-    /// The same by what the halves of other drives gave.
+    /// The same, predicted from the halves of other drives.
     pub other_m: f64,
     /// The parameter that differs most, and its value on each drive that was looked at: the place of the drive, and the mean of its halves.
     pub parameter: usize,
@@ -31,7 +31,7 @@ pub struct Apart {
     pub values: Vec<(usize, f64)>,
 }
 
-/// Compares drives, each by itself in halves; `None` where they may well be of one driver, or are too few or too short to tell.
+/// Compares drives, each separately in halves; `None` if they may well have one driver, or are too few or too short.
 ///
 /// # Errors
 /// When the evaluator fails.
@@ -75,7 +75,7 @@ pub fn apart(cases: &[Case], space: &SearchSpace, seed: u64) -> Result<Option<Ap
         let by_others = places.iter().filter(|&&by| by / 2 != half / 2).filter_map(|&by| square(half, by));
         Some([square(half, half ^ 1)?, upper_median(by_others)?].map(f64::sqrt))
     };
-    // Both halves of a drive have to say so: a simulation that runs away in one says nothing of who drove.
+    // Both halves of a drive have to agree: a simulation that diverges in one shows nothing of the driver.
     let is_apart = |[own, other]: &[f64; 2]| *other >= TIMES * own && *other >= own + LARGER_M;
     let of_another = |place: usize| {
         let halves = [errors(2 * place)?, errors(2 * place + 1)?];
@@ -91,7 +91,7 @@ pub fn apart(cases: &[Case], space: &SearchSpace, seed: u64) -> Result<Option<Ap
     let values = |i: usize| -> Vec<(usize, f64)> {
         (0..drives.len()).filter_map(|place| Some((drives[place], value(place, i)?))).collect()
     };
-    // Against how far the halves of one drive are apart: what no drive determines differs, too.
+    // Against the difference of the halves of one drive: parameters that no drive determines differ, too.
     let told = |i: usize| {
         let all = values(i);
         let range = |values: &mut dyn Iterator<Item = f64>| {

@@ -10,8 +10,8 @@ use crate::score::GoodnessOfFit;
 pub(super) const ASKED: usize = 300;
 
 /// Gives a replicate its score by the f64 reference. Where the best candidate fails there, the next best that does not takes its place:
-/// an optimum often lies on the edge of what is feasible, and there the last bit of a sum decides. The rival of the best, of a search
-/// that was ended before the two were compared exactly, takes its place where it is better.
+/// an optimum often lies on the edge of the feasible region, where the last bit of a sum decides. The rival of the best, of a search
+/// that ended before the exact comparison of the two, takes its place if it is better.
 pub(super) fn settled(
     cases: &[Case],
     gof: &GoodnessOfFit,

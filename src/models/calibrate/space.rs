@@ -22,8 +22,8 @@ pub struct SearchSpace {
 /// Bounds by parameter name; equal bounds fix a parameter.
 pub type Overrides = BTreeMap<String, [f64; 2]>;
 
-/// Bounds an event of an extension by the window of the data \[s\], if the user does not say otherwise: when it happens, and for how
-/// long. The bounds of the extension itself cover a day, for nobody knew these data.
+/// Bounds an event of an extension by the window of the data \[s\], unless the user sets bounds: when it happens, and for how
+/// long. The bounds of the extension itself cover a day, because its author does not know these data.
 pub fn bound_times(variant: &Variant, window: [f64; 2], overrides: &mut Overrides) {
     let [first, last] = window;
     for symbol in variant.parameters().into_iter().filter(|symbol| symbol.is_time()) {
@@ -34,7 +34,7 @@ pub fn bound_times(variant: &Variant, window: [f64; 2], overrides: &mut Override
     }
 }
 
-/// Bounds that cannot be.
+/// Invalid bounds.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum BoundsError {
     /// The bounds file cannot be read.
@@ -109,7 +109,7 @@ impl SearchSpace {
     /// Table 3 for a variant, a vehicle and a convention, overridden by name; a fixed value is a pair of equal bounds.
     ///
     /// # Errors
-    /// A name that the variant does not have, bounds that cannot be, road loads without vehicle or own bounds.
+    /// A name that the variant does not have, invalid bounds, road loads without vehicle or own bounds.
     pub fn new(
         variant: &Variant,
         vehicle: Option<&Vehicle>,
@@ -150,7 +150,7 @@ impl SearchSpace {
         (0..self.bounds.len()).filter(|&i| self.bounds[i][0] < self.bounds[i][1]).collect()
     }
 
-    /// What is searched, in the parameters themselves or, with `ratios`, in the logarithms of those that span decades.
+    /// Coordinates of the search: the parameters themselves or, with `ratios`, the logarithms of those that span decades.
     pub(super) fn search_box(&self, ratios: bool) -> SearchBox {
         let free = self.free();
         let bound = |i: usize, k: usize| {

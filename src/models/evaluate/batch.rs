@@ -102,7 +102,7 @@ fn add(groups: &mut Vec<Group>, row: usize, case: Case, parameters: &Parameters)
     group.population.push(&values);
 }
 
-/// NRMSE(s,v,a) of every row by the f64 reference, computed again unless it is what was computed.
+/// NRMSE(s,v,a) of every row by the f64 reference, computed again unless it is already the result.
 fn rescored(groups: &[Group], precision: &str, outcomes: &[Outcome]) -> Vec<Option<f64>> {
     let nrmse = |outcome: &Outcome| outcome.result.ok().map(|m| GoodnessOfFit::NRMSE_SVA.of(&m));
     if precision == "f64" {

@@ -95,7 +95,7 @@ pub struct Library {
     preparation: Preparation,
     vehicles: Vec<Vehicle>,
     notes: Vec<String>,
-    /// What is wrong with the data of each follower that was used.
+    /// Faults of the data of each follower in use.
     faults: Vec<String>,
     cases: HashMap<(String, usize), Result<Case, LibraryError>>,
     sources: Vec<Source>,
@@ -103,7 +103,7 @@ pub struct Library {
     used: HashSet<(String, bool)>,
 }
 
-/// Doubts about rows that are told.
+/// Largest number of printed warnings about rows.
 const FAULTS: usize = 100;
 
 impl Library {
@@ -130,20 +130,20 @@ impl Library {
         &self.sources
     }
 
-    /// What is wrong with the data of each follower used so far, one line each.
+    /// Faults of the data of each follower used so far, one line each.
     #[must_use]
     pub fn faults(&self) -> &[String] {
         &self.faults
     }
 
-    /// Adds what is doubtful of a row, once: tables have millions of rows.
+    /// Adds the warning of a row once: tables have millions of rows.
     pub(super) fn doubt(&mut self, what: String) {
         if self.faults.len() < FAULTS && !self.faults.contains(&what) {
             self.faults.push(what);
         }
     }
 
-    /// What was done to the data of each follower used so far, one line each.
+    /// Changes to the data of each follower used so far, one line each.
     #[must_use]
     pub fn notes(&self) -> &[String] {
         &self.notes

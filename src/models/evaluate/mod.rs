@@ -116,7 +116,7 @@ pub type Build<'a> = dyn FnMut(Vec<Case>) -> Result<Box<dyn Evaluator>, Evaluate
 
 /// Evaluates a table: all input columns, then the outcome, row by row.
 ///
-/// `path` names the input in messages. `build` makes the evaluators, one per variant. `progress` is told the rows done and may stop the work by returning false.
+/// `path` names the input in messages. `build` makes the evaluators, one per variant. `progress` receives the number of finished rows and may stop the work by returning false.
 ///
 /// # Errors
 /// When the input has not the needed columns, or reading or writing fails. A bad row is no error: it is marked.
@@ -202,7 +202,7 @@ fn output_headers(headers: &ByteRecord, settings: &Settings) -> ByteRecord {
     names.into()
 }
 
-/// What a row tells, and who computed it.
+/// Content of a row, and its evaluator.
 #[derive(Debug, Clone)]
 struct Computed {
     outcome: Outcome,

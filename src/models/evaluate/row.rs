@@ -10,7 +10,7 @@ use crate::text::spelling::nearest;
 use crate::wgsl::{ModelError, read_model};
 use csv::ByteRecord;
 
-/// Columns of a table at most: its own, and what else a user keeps beside them.
+/// Largest number of columns of a table: its own, and others that a user keeps beside them.
 const COLUMNS: usize = 1000;
 
 /// Where the needed columns are.
@@ -72,7 +72,7 @@ impl Columns {
         known.or_else(|| self.others.iter().find(|(name, _)| name == symbol.name()).map(|(_, column)| *column))
     }
 
-    /// Parameters that a row gives and its variant does not have. Nothing, NaN and 0 stand for a parameter that is not there.
+    /// Parameters of a row that its variant does not have. Nothing, NaN and 0 mean a missing parameter.
     pub(super) fn unused(&self, record: &ByteRecord, variant: &Variant) -> Vec<&'static str> {
         let own = variant.parameters();
         let is_given = |column: usize| {
@@ -83,7 +83,7 @@ impl Columns {
         others.filter(|(_, column)| is_given(*column)).map(|(symbol, _)| symbol.name()).collect()
     }
 
-    /// A column that may have been meant to have this name, for the end of a message.
+    /// The column that probably means this name, for the end of a message.
     fn near(&self, missing: &str) -> String {
         let near = nearest(missing, self.others.iter().map(|(name, _)| name.as_str()));
         near.map_or_else(String::new, |near| format!("; did you mean {missing} by the column `{near}`?"))

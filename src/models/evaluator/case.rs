@@ -138,7 +138,7 @@ impl Case {
         Ok(())
     }
 
-    /// A piece of it, as if nothing had been measured before and behind.
+    /// A piece of it, without the measurements before and after.
     #[must_use]
     pub fn part(&self, range: Range<usize>) -> Case {
         let own = |signal: &Arc<[f64]>| -> Arc<[f64]> { signal[range.clone()].into() };
@@ -253,8 +253,8 @@ impl Case {
         Ok(case)
     }
 
-    /// Perception delay of a candidate \[s\]: τ_p and that of an extension. What is not a number counts as 0, and a run marks such a
-    /// candidate; so does what is negative, which [`Case::check`] refuses.
+    /// Perception delay of a candidate \[s\]: τ_p and that of an extension. NaN counts as 0, and a run marks such a
+    /// candidate; so does a negative one, which [`Case::check`] refuses.
     #[must_use]
     pub fn delay(&self, parameters: &Parameters) -> f64 {
         let part = |has: bool, value: f64| if has && value.is_finite() { value.max(0.0) } else { 0.0 };
@@ -272,7 +272,7 @@ impl Case {
         base + extension.map_or(0.0, |bounds| if let Bounds::Fixed(_, upper) = bounds { upper } else { 0.0 })
     }
 
-    /// What delays perception, for messages: `tau_p`, the parameter of an extension, or both.
+    /// Source of the perception delay, for messages: `tau_p`, the parameter of an extension, or both.
     #[must_use]
     pub fn delay_name(&self) -> String {
         let base = self.variant.delay.then_some(Symbol::tau_p);

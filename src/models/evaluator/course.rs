@@ -41,22 +41,22 @@ pub struct Course {
     pub period: f64,
     /// a_dp and a_ap over the speed; `None` unless the variant needs them.
     pub mfc: Option<Table>,
-    /// What extensions may know of each sample; `None` for a variant without extensions.
+    /// World of extensions at each sample; `None` for a variant without extensions.
     pub world: Option<WorldSignals>,
     /// Length of the ring of past (v, s): ceil(longest delay / Δt) + 2.
     pub ring: usize,
-    /// What the measures need of the measured signals, for each first sample that a run may have.
+    /// Sums of the measured signals that the measures need, for each first sample that a run may have.
     measured: Vec<[Measured; 3]>,
 }
 
-/// What extensions may know of each sample, beyond what the others of a course say.
+/// World of extensions at each sample, beyond the other members of a course.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WorldSignals {
     /// Time in the file \[s\].
     pub t: Vec<f64>,
     /// Acceleration of the preceding vehicle \[m/s²\], smoothed over [`LEADER_SMOOTHING`].
     pub a_l: Vec<f64>,
-    /// Speed of the car ahead of the preceding vehicle \[m/s\]; 0 where not measured, and then nobody reads it.
+    /// Speed of the car ahead of the preceding vehicle \[m/s\]; 0, and never read, if it is not measured.
     pub v_l2: Vec<f64>,
     /// Gap between those two \[m\]; likewise.
     pub s_l2: Vec<f64>,
@@ -81,8 +81,8 @@ impl WorldSignals {
     }
 }
 
-/// What extensions take for the acceleration of the preceding vehicle \[m/s²\]: the slope of its speed \[m/s\] over
-/// [`LEADER_SMOOTHING`], each value that of so many samples later.
+/// Acceleration of the preceding vehicle for extensions \[m/s²\]: the slope of its speed \[m/s\] over
+/// [`LEADER_SMOOTHING`], each value that of this many samples later.
 pub fn smoothed_acceleration(v_l: &[f64], dt: f64, ahead: f64) -> Vec<f64> {
     let last = v_l.len().saturating_sub(1) as f64;
     let speed = |place: f64| {
@@ -109,7 +109,7 @@ pub struct Pace {
     pub fraction: f64,
     /// First simulated and scored sample.
     pub first: usize,
-    /// Where an extension looks the speed of the preceding vehicle up: so many samples before the current one, and how far from
+    /// Where an extension looks up the speed of the preceding vehicle: this many samples before the current one, and how far from
     /// there towards the next; first at the whole time that it looks back, then at half of it.
     pub look_back: [(i32, f64); 2],
 }
@@ -210,7 +210,7 @@ impl Course {
         self.s.len()
     }
 
-    /// What the measures need of the measured spacing, speed and acceleration, scored from sample `first` on.
+    /// Sums of the measured spacing, speed and acceleration that the measures need, scored from sample `first` on.
     ///
     /// # Panics
     /// If `first` is above `ring`.
@@ -225,7 +225,7 @@ impl Course {
         self.measured.len()
     }
 
-    /// How a goodness of fit follows from the sums, for a run scored from sample `first` on.
+    /// Formula of a goodness of fit from the sums, for a run scored from sample `first` on.
     #[must_use]
     pub fn norm(&self, gof: &GoodnessOfFit, first: usize) -> Norm {
         gof.norm(self.measured(first))
@@ -248,7 +248,7 @@ impl Course {
 const CLOCK_STEPS: f64 = 4_194_304.0;
 
 impl Case {
-    /// Checks that the time can be told in single precision, where the variant reads it.
+    /// Checks that single precision resolves the time, if the variant reads it.
     ///
     /// # Errors
     /// [`CourseError::Clock`].

@@ -11,10 +11,10 @@ pub struct Halves {
     sets: [Set; 2],
 }
 
-/// What is done with a piece of the jobs that begins with candidate so and so.
+/// Work on a piece of the jobs that begins with this candidate.
 type Each<'a> = dyn FnMut(&mut dyn Evaluator, &[Job<'_>], usize) -> Result<(), EvaluateError> + 'a;
 
-/// What was submitted with a buffer set.
+/// Jobs submitted with a buffer set.
 #[derive(Default)]
 struct Set {
     jobs: Vec<(usize, Population)>,
@@ -29,7 +29,7 @@ impl Halves {
         Halves { inner, most: usize::MAX, sets: Default::default() }
     }
 
-    /// Half of what did not fit; the error where that was one candidate, or where it was about something else.
+    /// Half of the work that did not fit; the error if that was one candidate, or if it had another cause.
     fn halve(&mut self, candidates: usize, error: EvaluateError) -> Result<(), EvaluateError> {
         if candidates < 2 || !matches!(error, EvaluateError::Memory { .. }) {
             return Err(error);
@@ -58,7 +58,7 @@ fn borrowed(jobs: &[(usize, Population)]) -> Vec<Job<'_>> {
     jobs.iter().map(|(case, population)| Job { case: *case, population }).collect()
 }
 
-/// So many candidates of the jobs, counted through from `from` on.
+/// This many candidates of the jobs, counted through from `from` on.
 fn piece(jobs: &[Job<'_>], from: usize, count: usize) -> Vec<(usize, Population)> {
     let (mut begin, mut found) = (0, Vec::new());
     for job in jobs {

@@ -1,4 +1,4 @@
-//! What the evaluators share: candidates in, outcomes and scores out.
+//! Interface of the evaluators: candidates in, outcomes and scores out.
 
 mod adapter;
 mod case;
@@ -105,7 +105,7 @@ impl Population {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, strum::IntoStaticStr)]
 #[strum(const_into_str, serialize_all = "snake_case")]
 pub enum FailureKind {
-    /// The spacing is not above 0 any more.
+    /// The spacing is no longer above 0.
     #[strum(serialize = "spacing")]
     Crash,
     /// Gipps' radicand (Eq. 5) is negative: no speed is safe.
@@ -134,7 +134,7 @@ pub struct Failure {
     pub step: usize,
 }
 
-/// Everything one simulated candidate tells.
+/// Result of one simulated candidate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Outcome {
     /// The measures, or why there are none.
@@ -249,9 +249,9 @@ pub enum EvaluateError {
         limit >> 20
     )]
     AddressSpace {
-        /// What there is \[bytes\].
+        /// Available memory \[bytes\].
         limit: u64,
-        /// What is needed \[bytes\].
+        /// Required memory \[bytes\].
         needed: u64,
     },
     /// The reference has only the built-in extensions, written a second time by hand.
@@ -271,14 +271,14 @@ pub enum EvaluateError {
     /// The device failed, and so did the second attempt.
     #[error("{doing} on {adapter}: {message}")]
     Device {
-        /// What was being done.
+        /// The operation under way.
         doing: &'static str,
         /// The device.
         adapter: String,
         /// What it says.
         message: String,
     },
-    /// The memory of the device is too small for so many candidates at once.
+    /// The memory of the device is too small for this many candidates at once.
     #[error("{adapter} has not enough memory: {message}; close what else uses it, or use --evaluator lanes")]
     Memory {
         /// The device.
@@ -359,11 +359,11 @@ pub trait Evaluator: Send {
     fn name(&self) -> &'static str;
     /// `f64`, `plain` or `compensated`.
     fn precision(&self) -> &'static str;
-    /// The device, where there is one.
+    /// The device, if any.
     fn adapter(&self) -> Option<String> {
         None
     }
-    /// Seconds that went to other things than computing; zeros where there are none.
+    /// Seconds spent on other work than computing; zeros if there are none.
     fn timings(&self) -> Timings {
         Timings::default()
     }
@@ -382,7 +382,7 @@ pub trait Evaluator: Send {
     /// # Errors
     /// [`EvaluateError::Room`] unless there is one score per candidate; others when the evaluator cannot run.
     fn collect(&mut self, set: BufferSet, scores: &mut [Score]) -> Result<(), EvaluateError>;
-    /// All that one candidate after the other tells, in the order of the jobs.
+    /// Results of the candidates, in the order of the jobs.
     ///
     /// # Errors
     /// When the evaluator cannot run.

@@ -44,8 +44,8 @@ pub struct Table {
 /// Cells of a table at most: 50 MB with two curves. The kernels clip a place in a table at this number, too.
 const MAX_CELLS: f64 = 1_000_000.0;
 
-/// Sine of the grade by which a node may miss the line between its neighbours and count as lying on it: 1e-5 m/s², a thousandth of what any
-/// survey of a road can tell.
+/// Sine of the grade by which a node may miss the line between its neighbours and count as lying on it: 1e-5 m/s², a thousandth of the
+/// resolution of any survey of a road.
 const ON_A_LINE: f64 = 1e-6;
 
 /// A curve as intervals between nodes: `interval(k)` is (x, value at x, slope) of the line from node k to k + 1; k = -1 lies

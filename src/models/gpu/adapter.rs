@@ -1,4 +1,4 @@
-//! Adapters: what is there, and which one is taken.
+//! Adapters: which are present, and which one is taken.
 
 use crate::evaluator::{AdapterChoice, EvaluateError};
 use std::fmt;
@@ -15,7 +15,7 @@ pub struct Adapter {
     /// Position in the list of all; what `--gpu` takes.
     pub index: usize,
     pub(super) inner: wgpu::Adapter,
-    /// What the driver tells of it.
+    /// Description by the driver.
     pub info: wgpu::AdapterInfo,
 }
 
@@ -27,9 +27,9 @@ fn needed_address_space() -> u64 {
     (1 << 30) + cores * (128 << 20)
 }
 
-/// The limit of the address space, where it is too small for a driver to be loaded.
+/// The limit of the address space, if it is too small for a driver to be loaded.
 fn small_address_space() -> Option<u64> {
-    // Other systems set no such limit, or tell of it elsewhere.
+    // Other systems set no such limit, or report it elsewhere.
     let limits = std::fs::read_to_string("/proc/self/limits").ok()?;
     let line = limits.lines().find_map(|line| line.strip_prefix("Max address space"))?;
     let limit: u64 = line.split_whitespace().next()?.parse().ok()?;
@@ -102,7 +102,7 @@ impl Adapter {
         !wanted.is_empty() && self.info.name.to_lowercase().contains(&wanted.to_lowercase())
     }
 
-    /// PCI address such as `0000:01:00.0`; empty where the driver tells none.
+    /// PCI address such as `0000:01:00.0`; empty if the driver gives none.
     #[must_use]
     pub fn pci(&self) -> &str {
         &self.info.device_pci_bus_id

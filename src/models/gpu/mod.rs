@@ -53,12 +53,12 @@ pub struct Gpu {
     is_hardware: bool,
     /// `None` after a device was lost and could not be replaced.
     context: Option<Context>,
-    /// What each buffer set has in flight.
+    /// Work in flight of each buffer set.
     work: [Option<Work>; 3],
     /// Plans to be used again.
     spare: [Plan; 3],
     results: Results,
-    /// What went to other things than computing on devices that were given up.
+    /// Time spent on other work than computing on devices that were given up.
     spent: Timings,
     /// Devices that will be destroyed as soon as they are opened (tests).
     doomed: u32,
@@ -229,7 +229,7 @@ impl Gpu {
 
     fn kernel(&self, sums: Sums, observer: bool) -> Kernel {
         let Case { variant, convention, .. } = &self.cases[0];
-        // Nobody is at another sample than the others, on another trajectory or because of where a run with delay begins.
+        // All invocations are at the same sample; only trajectories and the start of a run with delay differ.
         let is_together =
             self.cases.len() == 1 && !(variant.perceives_late() && convention.delay == convention::Delay::Floor);
         // A ring that is longer than needed costs no time.
@@ -308,7 +308,7 @@ impl Gpu {
         sums: Sums,
         observed: Option<(&[Observer], usize)>,
     ) -> Result<(), EvaluateError> {
-        // Work that nobody collected is dropped.
+        // Work whose results were not collected is dropped.
         let mut plan = self.work[set].take().map_or_else(|| std::mem::take(&mut self.spare[set]), |work| work.plan);
         let kernel = self.kernel(sums, observed.is_some());
         let (observers, block) = observed.unwrap_or((&[], 0));

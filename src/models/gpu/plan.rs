@@ -26,7 +26,7 @@ pub(super) struct Part {
     pub(super) begin: Option<u32>,
 }
 
-/// What is to be simulated, kept on the host until it is done, so that it can be repeated on another device.
+/// Work to simulate, kept on the host until it is done, so that it can be repeated on another device.
 #[derive(Debug, Default)]
 pub(super) struct Plan {
     /// Neighbours share a trajectory as far as possible.
@@ -151,7 +151,7 @@ struct Source<'a> {
     observers: &'a [Observer],
 }
 
-/// What a word of a candidate is.
+/// Meaning of a word of a candidate.
 #[derive(Debug, Clone, Copy)]
 enum Word {
     /// A parameter, by its place in the variant.

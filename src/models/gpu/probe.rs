@@ -1,11 +1,11 @@
-//! What a driver does with arithmetic: one small kernel per trap that is known, run on the spot.
+//! Arithmetic of a driver: one small kernel per known fault, run on the spot.
 
 use super::adapter::Adapter;
 use super::device::{Device, Fault};
 use super::twins::{Twins, own_exponential, own_logarithm, own_power};
 use std::time::Instant;
 
-/// What a probe found.
+/// Result of a probe.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, strum::Display)]
 #[strum(serialize_all = "snake_case")]
 pub enum ProbeStatus {
@@ -26,7 +26,7 @@ pub struct Probe {
     pub name: &'static str,
     /// What was found.
     pub status: ProbeStatus,
-    /// What it means for the user.
+    /// Its meaning for the user.
     pub detail: String,
 }
 
@@ -41,7 +41,7 @@ pub struct Mode {
     pub promise: &'static str,
 }
 
-/// What an adapter is safe for, after its probes.
+/// Modes that are safe on an adapter, by its probes.
 #[must_use]
 pub fn modes(probes: &[Probe]) -> [Mode; 3] {
     let is = |name: &str, wanted: &[ProbeStatus]| {
@@ -63,7 +63,7 @@ pub fn modes(probes: &[Probe]) -> [Mode; 3] {
     ]
 }
 
-/// A name, a kernel that reads `x` and writes `y`, its inputs, and what its outputs mean.
+/// A name, a kernel that reads `x` and writes `y`, its inputs, and the meaning of its outputs.
 struct Trap {
     name: &'static str,
     body: &'static str,
@@ -284,7 +284,7 @@ fn rounded(device: &Device, what: &str, operation: &str, expected: fn([f32; 2]) 
     Ok(judged(off == 0, ProbeStatus::Trap, &good, &trap))
 }
 
-/// What wgpu adds to every turn of a loop, so that none is endless; some drivers take it badly. It adds it to both loops here, and
+/// The counter that wgpu adds to every loop, so that none is endless; some drivers handle it badly. It adds it to both loops here, and
 /// one of them has it once more.
 fn loops(device: &Device) -> Finding {
     const CHECK: &str =
@@ -324,7 +324,7 @@ fn loops(device: &Device) -> Finding {
 /// Runs `main` of a text in one workgroup, which reads `x` and writes `y`; the values of `y`. For tests of single functions.
 ///
 /// # Errors
-/// What the device says.
+/// Errors of the device.
 #[doc(hidden)]
 pub fn values(adapter: &Adapter, text: &str, x: &[f32], outputs: usize) -> Result<Vec<u32>, String> {
     let found = Device::alone(adapter).and_then(|device| run(&device, text, x, outputs));

@@ -137,7 +137,7 @@ impl Slot {
         encoder.copy_buffer_to_buffer(tables.samples(), bytes(begin), &self.window, 0, bytes(length));
     }
 
-    /// Zeroes the blocks: a run that fails writes none any more.
+    /// Zeroes the blocks: a run that fails stops writing them.
     pub(super) fn clear(&self, encoder: &mut wgpu::CommandEncoder, part: &Part, work: &Work) {
         if work.blocks > 0 {
             encoder.clear_buffer(&self.buffers[BLOCKS], 0, Some(sizes(part, work)[BLOCKS]));
@@ -153,7 +153,7 @@ impl Slot {
         }
     }
 
-    /// Appends what was read back by a submission that is done. Nothing else is waited for: another buffer set may be under way.
+    /// Appends the results of a finished submission. It waits for nothing else: another buffer set may be under way.
     pub(super) fn read(
         &self,
         device: &Device,

@@ -18,7 +18,7 @@ use rayon::prelude::*;
 /// Steps of the differences, shares of a parameter's range: the first one at which anything changes.
 const STEPS: [f64; 4] = [1e-3, 1e-2, 0.1, 0.3];
 
-/// Share of its largest second derivative that is added to the quadratic form, so that a parameter that does nothing has a variance.
+/// Share of its largest second derivative that is added to the quadratic form, so that a parameter without effect has a variance.
 const RIDGE: f64 = 1e-9;
 
 /// Why a candidate has no local picture.
@@ -33,7 +33,7 @@ pub(super) struct Refused {
 struct SignalResiduals {
     /// 0: spacing, 1: speed, 2: acceleration.
     signal: usize,
-    /// Derivative of each residual by what is simulated.
+    /// Derivative of each residual by the simulated value.
     per_simulated: Vec<f64>,
     /// Weight of √m in the score.
     weight: f64,
@@ -52,7 +52,7 @@ struct CaseForm {
     curvature: DMatrix<f64>,
     /// Derivative of the gradient by the residuals of spacing, speed and acceleration at each sample, from the first that counts on.
     pulls: [Vec<DVector<f64>>; 3],
-    /// Covariance of the gradient if every sample were by itself.
+    /// Covariance of the gradient if all samples were independent.
     independent: DMatrix<f64>,
     /// First sample that counts.
     first: usize,
@@ -65,7 +65,7 @@ pub(super) struct Local {
     /// First derivatives of the score by shares of the ranges, 0 where the parameter lies on a bound, and second ones.
     gradient: DVector<f64>,
     curvature: DMatrix<f64>,
-    /// Covariance of the gradient by the noise of the drives, and what it would be if all residuals were independent.
+    /// Covariance of the gradient by the noise of the drives, and its value if all residuals were independent.
     noise: DMatrix<f64>,
     independent: DMatrix<f64>,
     samples: usize,
@@ -292,7 +292,7 @@ impl Local {
 }
 
 impl CaseForm {
-    /// Of one case of so many.
+    /// Of one case of this many.
     fn new(signals: &[SignalResiduals], first: usize, n: usize, cases: f64) -> CaseForm {
         let count = signals[0].residual.len();
         let none = || vec![DVector::zeros(n); count];
@@ -388,12 +388,12 @@ impl CaseForm {
         for (start, size) in starts.iter().zip([noise.spacing, noise.speed]) {
             covariance.ger(size.powi(2), start, start, 1.0);
         }
-        // What lasts T is as good as forgotten after 2 T.
+        // An effect that lasts T is negligible after 2 T.
         Ok(Some((covariance, samples as f64 * dt / (2.0 * noise.lasts).max(dt), noise.power())))
     }
 }
 
-/// Row of the inverse of a form. The ridge keeps it from being singular; should it be, each parameter is by itself.
+/// Row of the inverse of a form. The ridge keeps it from being singular; if it is, each parameter counts separately.
 fn inverse(form: &DMatrix<f64>, row: usize) -> DVector<f64> {
     let n = form.nrows();
     let unit = DVector::from_fn(n, |k, _| f64::from(u8::from(k == row)));
@@ -401,7 +401,7 @@ fn inverse(form: &DMatrix<f64>, row: usize) -> DVector<f64> {
     form.clone().cholesky().map_or(alone, |c| c.solve(&unit))
 }
 
-/// What is squared and averaged.
+/// The value that is squared and averaged.
 fn residual(kind: Accumulation, simulated: f64, observed: f64, floored: bool) -> f64 {
     let measured = denominator(observed, floored);
     match kind {
@@ -412,7 +412,7 @@ fn residual(kind: Accumulation, simulated: f64, observed: f64, floored: bool) ->
     }
 }
 
-/// Derivative of [`residual`] by what is simulated.
+/// Derivative of [`residual`] by the simulated value.
 fn per_simulated(kind: Accumulation, observed: f64, floored: bool) -> f64 {
     match kind {
         Accumulation::Squared | Accumulation::Theil | Accumulation::Floored => 1.0,

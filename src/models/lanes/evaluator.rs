@@ -75,7 +75,7 @@ impl Engine {
 }
 
 impl Engine {
-    /// The same with another instruction set and blocks of at most so many lanes.
+    /// The same with another instruction set and blocks of at most this many lanes.
     fn with(self, set: InstructionSet, only: Option<usize>) -> Engine {
         match self {
             Engine::F32(core) => Engine::F32(Box::new(core.with(set, only))),
@@ -102,7 +102,7 @@ pub struct Lanes {
     gof: GoodnessOfFit,
     precision: LanesPrecision,
     set: InstructionSet,
-    /// Only blocks of at most so many lanes, for tests.
+    /// Only blocks of at most this many lanes, for tests.
     only: Option<usize>,
     engine: Engine,
     /// The same model with an observer; made when it is asked for.
@@ -160,7 +160,7 @@ impl Lanes {
         self.rebuilt(set, only)
     }
 
-    /// The same with blocks of at most so many lanes, for tests: all give the same bits.
+    /// The same with blocks of at most this many lanes, for tests: all give the same bits.
     #[must_use]
     pub fn with_lanes(self, lanes: usize) -> Lanes {
         let set = self.set;
@@ -239,7 +239,7 @@ impl Lanes {
     }
 
     /// The residuals of free simulations, as [`Lanes::residuals`]. They are put back on the measurement as `windows` says, and where a run
-    /// fails: its residuals of that sample are NaN. What a model remembers goes on.
+    /// fails: its residuals of that sample are NaN. The memory of a model continues.
     ///
     /// # Errors
     /// [`EvaluateError::Delay`], [`EvaluateError::Model`].
@@ -319,8 +319,8 @@ impl Lanes {
     }
 
     /// Residuals of free runs whose squares add up to the score, one vector per candidate: those of spacing, then of speed, then of
-    /// acceleration, one per sample of the drive; 0 before the first simulated sample and of a signal that is not compared. What stands
-    /// in the vector of a run that fails means nothing.
+    /// acceleration, one per sample of the drive; 0 before the first simulated sample and of a signal that is not compared. The
+    /// vector of a run that fails is undefined.
     ///
     /// # Errors
     /// [`EvaluateError::Delay`], [`EvaluateError::Model`].

@@ -1,4 +1,4 @@
-//! Optimisers that know nothing about cars: they ask for the merits of a whole generation and are told them.
+//! Optimisers without knowledge of cars: they ask for the merits of a whole generation and receive them.
 
 mod auto;
 mod cmaes;
@@ -100,7 +100,7 @@ pub trait Optimizer {
     fn rival(&self) -> Option<&Member> {
         None
     }
-    /// Why it asks for no more; `None` while it goes on, as those without an end of their own always do.
+    /// Why it asks for no more; `None` while it continues, as those without an end of their own always do.
     fn ended(&self) -> Option<Ended> {
         None
     }
@@ -110,7 +110,7 @@ pub trait Optimizer {
     }
 }
 
-/// Why an optimiser has ended by itself.
+/// Why an optimiser has ended without a request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ended {
     /// It expects no more gain.

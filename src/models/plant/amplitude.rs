@@ -1,4 +1,4 @@
-//! Effects of a wanted size: how much a drive changes is what makes an effect weak or strong, not its parameter.
+//! Effects of a given size: the change of a drive makes an effect weak or strong, not its parameter.
 
 use super::effect::Effect;
 use super::error::PlantError;
@@ -17,7 +17,7 @@ const NEARLY_ALL: f64 = 0.999;
 /// follower's speed by `rms` \[m/s\] (root mean square over the drive), each for itself, everything else at its truth.
 ///
 /// # Errors
-/// [`PlantError::Weak`] if an effect cannot change this drive so much; otherwise as [`super::run`].
+/// [`PlantError::Weak`] if an effect cannot change this drive by that amount; otherwise as [`super::run`].
 ///
 /// # Panics
 /// If there is no such follower.

@@ -1,4 +1,4 @@
-//! What is true of each car.
+//! Properties of each car.
 
 use super::effect::Effect;
 use serde::{Deserialize, Serialize};
@@ -31,7 +31,7 @@ pub struct CarTruth {
     /// Bumper-to-bumper gap to the car ahead at the start, at standstill \[m\].
     #[serde(rename = "initial_gap_m")]
     pub initial_gap: f64,
-    /// What turns perceived signals into an acceleration command.
+    /// The controller: from perceived signals to an acceleration command.
     pub controller: Controller,
     /// Perception delay \[s\]: 0, or at least the fine step.
     pub tau_p: f64,
@@ -43,7 +43,7 @@ pub struct CarTruth {
     pub a_lb: f64,
     /// Upper bound of the acceleration \[m/s²\] (Eq. 13).
     pub a_ub: f64,
-    /// What the paper's models lack.
+    /// Effects that the paper's models lack.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub effects: Vec<Effect>,
     /// Random accelerations.

@@ -2,7 +2,7 @@
 
 use super::car::Controller;
 
-/// What a follower knows when it decides; all but `v_now` are old by the perception delay.
+/// Knowledge of a follower at its decision; all but `v_now` are old by the perception delay.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Seen {
     /// Spacing \[m\].
@@ -29,7 +29,7 @@ impl Controller {
                 let b = -a_min;
                 let reaction = b * (t_h / 2.0 + theta);
                 let room = 2.0 * (seen.gap - d_0 - extra) - t_h * seen.v + seen.v_ahead * seen.v_ahead / -a_hat_min;
-                // A negative radicand means that no speed is safe any more: brake as for a stop.
+                // A negative radicand means that no speed is safe: brake as for a stop.
                 let safe = (reaction * reaction + b * room).max(0.0).sqrt() - reaction;
                 (free.min(safe) - seen.v_now) / t_h
             }

@@ -25,7 +25,7 @@ const fn parameter(name: &'static str, unit: &'static str, bounds: [f64; 2], med
 
 macro_rules! effects {
     ($($ident:ident, $meaning:literal, $weakest:expr, [$(($p:literal, $unit:literal, $bounds:expr, $medium:expr)),*];)*) => {
-        /// What kind of effect, by its name in files and on the command line.
+        /// Kind of an effect, by its name in files and on the command line.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
         #[derive(strum::Display, strum::EnumString, strum::IntoStaticStr, strum::VariantArray)]
         #[strum(const_into_str, serialize_all = "snake_case", parse_err_ty = EffectError, parse_err_fn = unknown)]
@@ -34,7 +34,7 @@ macro_rules! effects {
         }
 
         impl EffectKind {
-            /// What it does, in words.
+            /// The effect in words.
             #[must_use]
             pub fn meaning(self) -> &'static str {
                 match self { $(EffectKind::$ident => $meaning),* }
@@ -46,7 +46,7 @@ macro_rules! effects {
                 match self { $(EffectKind::$ident => const { &[$(parameter($p, $unit, $bounds, $medium)),*] }),* }
             }
 
-            /// The value of the first parameter at which the effect does nothing, or hardly anything.
+            /// The value of the first parameter at which the effect vanishes, or almost.
             pub(super) fn weakest(self) -> f64 {
                 match self { $(EffectKind::$ident => $weakest),* }
             }
@@ -98,13 +98,13 @@ struct Written {
     parameters: BTreeMap<String, f64>,
 }
 
-/// What is wrong with the description of an effect.
+/// Fault of the description of an effect.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum EffectError {
     /// No such effect.
     #[error("no effect is called {found:?}; there are {}", names())]
     Unknown {
-        /// What was asked for.
+        /// The request.
         found: String,
     },
     /// No such parameter.
@@ -181,7 +181,7 @@ impl Effect {
         Ok(self)
     }
 
-    /// What kind it is.
+    /// Its kind.
     #[must_use]
     pub fn kind(&self) -> EffectKind {
         self.kind
@@ -201,7 +201,7 @@ impl Effect {
         beginnings.next().map(|(parameter, value)| (parameter.name, *value))
     }
 
-    /// The same effect, weaker or stronger: at 0 the first parameter has the value that does nothing, at 1 the bound on the side
+    /// The same effect, weaker or stronger: at 0 the first parameter has its neutral value, at 1 the bound on the side
     /// of its present value. Of two that belong together (ta and tb, As and Ac), which have the same bounds, the larger is meant, and the
     /// other keeps its ratio to it.
     pub(super) fn at_strength(&self, strength: f64) -> Effect {
@@ -227,7 +227,7 @@ impl Effect {
     }
 }
 
-/// `NAME` or `NAME:parameter=value,parameter=value`; what is not given has its medium value.
+/// `NAME` or `NAME:parameter=value,parameter=value`; omitted values are of medium size.
 impl std::str::FromStr for Effect {
     type Err = EffectError;
 
@@ -320,7 +320,7 @@ mod tests {
         assert!((lag.values()[0] - 1.0).abs() < 1e-12 && (lag.values()[1] - 3.0 / 7.0).abs() < 1e-12);
     }
 
-    /// Such effects became infinite, no numbers, or larger than what can be read back.
+    /// Such effects became infinite, NaN, or larger than a file can hold.
     #[test]
     fn a_pair_ends_where_one_of_it_reaches_its_bound() {
         let at = |text: &str, strength: f64| text.parse::<Effect>().expect("good").at_strength(strength).values;

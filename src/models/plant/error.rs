@@ -1,4 +1,4 @@
-//! What can be wrong with a scenario.
+//! Faults of a scenario.
 
 use super::effect::EffectKind;
 

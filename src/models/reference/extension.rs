@@ -62,7 +62,7 @@ pub fn untranscribed(variant: &Variant) -> Option<&'static Extension> {
     variant.extensions.list().iter().copied().find(|e| !known(e))
 }
 
-/// What an extension may know at a step.
+/// World of an extension at a step.
 #[derive(Debug, Clone, Copy)]
 pub struct Now {
     /// Index of the sample from which the step starts.
@@ -199,7 +199,7 @@ impl<'a> Extended<'a> {
         v_f
     }
 
-    /// The acceleration that the law commands, if there is one; else what was given.
+    /// The acceleration that the law commands, if there is one; otherwise the given one.
     pub fn law(&mut self, q: &Parameters, x: Perceived, given: f64, now: Now) -> f64 {
         let case = self.case;
         let Some(OwnLaw { law, own, look_back, memory }) = &mut self.law else { return given };
@@ -275,8 +275,8 @@ impl<'a> Extended<'a> {
     }
 }
 
-/// What a first-order lag makes of `input` over a step on the whole; `state` is what comes out at its beginning, and then at its end:
-/// (state' - state) / dt = (input - (state + state') / 2) / time constant, so that a steady rise comes through late by the time constant.
+/// Mean output of a first-order lag with `input` over a step; `state` is the output at its beginning, and then at its end:
+/// (state' - state) / dt = (input - (state + state') / 2) / time constant, so that a steady rise comes out late by the time constant.
 fn lagged(state: &mut f64, input: f64, time_constant: f64, dt: f64) -> f64 {
     let before = *state;
     *state = ((time_constant - 0.5 * dt) * before + dt * input) / (time_constant + 0.5 * dt);
@@ -338,7 +338,7 @@ fn equilibrium(variant: &Variant, p: &Parameters, v: f64) -> f64 {
     match variant.base.controller {
         Controller::Idm => (p.d_0 + p.t_h * v) / (1.0 - (v.max(0.0) / p.v_0).powf(p.delta)).max(0.01).sqrt(),
         Controller::Gipps => p.d_0 + (p.t_h + p.theta) * v + v * v * (1.0 / p.a_hat_min - 1.0 / p.a_min) / 2.0,
-        // What the spacing policy asks for.
+        // Spacing that the policy asks for.
         _ => spacing::pick(variant.base.spacing)(p, &Perceived { s: 0.0, v_f: v, v_l: v }),
     }
 }

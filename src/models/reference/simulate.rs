@@ -41,8 +41,8 @@ pub fn simulate(case: &Case, p: &Parameters, trace: &mut Trace) -> Run {
     disturbed(case, p, &[], trace)
 }
 
-/// The same with an acceleration \[m/s²\] on top of what the model does in the step to each sample, which is no part of its own
-/// acceleration; nothing where the list has ended.
+/// The same with an acceleration \[m/s²\] added to the model in the step to each sample, which is not part of its own
+/// acceleration; nothing after the end of the list.
 pub fn disturbed(case: &Case, p: &Parameters, disturbance: &[f64], trace: &mut Trace) -> Run {
     let variant = &case.variant;
     let desired_spacing = spacing::pick(variant.base.spacing);

@@ -21,7 +21,7 @@ pub enum Kind {
     Reference,
     /// The WGSL text on a GPU, lavapipe included; never the CPU evaluator instead.
     Gpu,
-    /// A hardware GPU where there is one and the work is large enough for it, else `lanes`.
+    /// A hardware GPU if there is one and the work is large enough for it, otherwise `lanes`.
     #[default]
     Auto,
 }
@@ -55,7 +55,7 @@ pub enum SelectionError {
     Adapter,
 }
 
-/// What the work is like, for `auto`.
+/// Kind and size of the work, for `auto`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Work {
     /// Candidates that are simulated at a time, over all cases.
@@ -86,11 +86,11 @@ impl Selection {
         }
     }
 
-    /// Makes the evaluator. Under `auto`, a device that fails later is replaced by `lanes`; `warn` is told why, then or now, and where
-    /// an adapter that was asked for by name is not used.
+    /// Makes the evaluator. Under `auto`, `lanes` replaces a device that fails later; `warn` receives the reason, then or now, and also if
+    /// an adapter that was requested by name is not used.
     ///
     /// # Errors
-    /// When the evaluator cannot be made, or there is no adapter of the name that was given, whoever would do the work.
+    /// When the evaluator cannot be made, or there is no adapter of the requested name.
     pub fn build(
         &self,
         cases: Vec<Case>,

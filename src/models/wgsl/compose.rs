@@ -46,7 +46,7 @@ pub enum Precision {
     Compensated,
 }
 
-/// What a text is composed for.
+/// Purpose of a text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Recipe {
     /// The variant: one part of each folder.
@@ -80,7 +80,7 @@ struct Chunk {
     name: String,
     /// The line of the text it begins at, from 1.
     first: usize,
-    /// What was done to the names of an extension.
+    /// Prefixes of the names of an extension.
     own: Option<Prefixed>,
 }
 
@@ -145,7 +145,7 @@ impl Source {
         source
     }
 
-    /// What an extension is checked against before it is part of a model: a `Params` with every symbol of the table.
+    /// Text against which an extension is checked before it is part of a model: a `Params` with every symbol of the table.
     pub(super) fn around_an_extension() -> Source {
         let mut source = Source { text: String::new(), chunks: Vec::new() };
         source.push("generated: Params", &params(Symbol::ALL, false));
@@ -181,7 +181,7 @@ impl Source {
 
     /// Appends an extension; what it declares is its own and hides nothing of the rest.
     pub(super) fn push_extension(&mut self, extension: &str, file: &str, text: &str) {
-        // Comments of the whole file may stand at the top of a text only.
+        // Comments of the whole file may be at the top of a text only.
         let (text, own) = Prefixed::of(extension, &text.replace("//!", "// "));
         self.push(file, &text);
         self.chunks.last_mut().expect("just pushed").own = Some(own);
@@ -197,7 +197,7 @@ impl Source {
         self.chunks.last().map_or(1, |chunk| chunk.first)
     }
 
-    /// What the names of the extension that was pushed last begin with.
+    /// Prefix of the names of the extension that was pushed last.
     pub(super) fn last_prefix(&self) -> &str {
         self.chunks.last().and_then(|chunk| chunk.own.as_ref()).map_or("", |own| &own.prefix)
     }
@@ -223,7 +223,7 @@ impl Source {
         })?;
         let mut comment: Vec<&str> = Vec::new();
         let above = text[before..at].rsplit_once('\n').map_or("", |(above, _)| above);
-        // What stands behind another member in its line is no comment of this one.
+        // A comment after another member on its line does not belong to this one.
         for line in above.split('\n').skip(1) {
             match line.trim_start().strip_prefix("///") {
                 Some(words) => comment.push(words.trim()),

@@ -6,7 +6,7 @@ use crate::text::spelling::any_of;
 use std::str::FromStr;
 use strum::VariantNames;
 
-/// What a parameter's comment says.
+/// Content of a parameter's comment.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct About {
     pub(super) meaning: String,
@@ -17,8 +17,8 @@ pub(super) struct About {
     pub(super) is_length: bool,
 }
 
-/// Reads `MEANING [UNIT], LOWER to UPPER`, and, if it does nothing at some value, `, neutral VALUE`, or, if it says how long an event
-/// lasts, `, length of time`.
+/// Reads `MEANING [UNIT], LOWER to UPPER`, and, for a neutral value, `, neutral VALUE`, or, for the duration of an event,
+/// `, length of time`.
 pub(super) fn parameter(comment: &str) -> Result<About, String> {
     let expected = || {
         format!(
@@ -123,7 +123,7 @@ impl Head {
         let mut head = Head::default();
         let mut cause = Cause::default();
         let mut tool = false;
-        // The last key, for lines that go on.
+        // The last key, for continued lines.
         let mut entries: Vec<(String, String)> = vec![(String::new(), String::new())];
         for line in text.lines().filter_map(|line| line.strip_prefix("//!")) {
             match line.split_once(':').filter(|(key, _)| KEYS.contains(&key.trim())) {

@@ -22,7 +22,7 @@ macro_rules! names {
 
 const LAWS: &[&str] = law_files!(names);
 
-/// The order of a step: what is known, the policy, what is seen, what is wanted, what is done.
+/// The order of a step: world, policy, perception, command, response.
 const EXTENSIONS: &[&str] = names! {
     speed_dep_headway,
     headway_mode_change,
@@ -141,7 +141,7 @@ fn kept(name: &str, file: &str, text: &str, rank: usize) -> Result<&'static Exte
     Ok(extension)
 }
 
-/// What the function is called that gives the spacing at constant speed, after the law's name and `_`.
+/// Name of the function that gives the spacing at constant speed, after the law's name and `_`.
 pub(super) const EQUILIBRIUM: &str = "equilibrium";
 
 /// A text that is read.
@@ -243,7 +243,7 @@ impl<'a> Reader<'a> {
         name?.strip_prefix(self.source.last_prefix())
     }
 
-    /// The function whose name ends like this, after the extension's and `_`, and where it is.
+    /// The function whose name ends like this, after the extension's and `_`, and its place.
     fn function(&self, ending: &str) -> Option<(&Function, Span)> {
         let wanted = format!("{}_{ending}", self.name);
         let functions = &self.checked.module.functions;
@@ -260,7 +260,7 @@ impl<'a> Reader<'a> {
         Err(self.source.error_at(span, message))
     }
 
-    /// Nothing in it may run for ever, or touch what is not its own.
+    /// It must end, and must not touch anything outside.
     fn refuse_what_cannot_run(&self) -> Result<(), ShaderError> {
         let module = &self.checked.module;
         let foreign = |name: Option<&str>| self.own_name(name).is_some();

@@ -8,8 +8,8 @@ use std::collections::HashMap;
 
 /// Length of a text \[bytes\].
 const BYTES: usize = 64 * 1024;
-/// Brackets, `<` and branches of `else` inside one another, and calls with the blocks that they stand in. The parser gives up at 127
-/// blocks and at 198 brackets, of which it says neither where nor why.
+/// Depth of brackets, `<` and branches of `else`, and of calls with the blocks around them. The parser gives up at 127
+/// blocks and at 198 brackets, without a place or a reason.
 const DEPTH: usize = 100;
 /// Operators in a statement, members and elements among them. With 2000 the parser overflows a stack of 1 MB, the size for a main
 /// thread on Windows.
@@ -39,9 +39,9 @@ pub(super) fn refuse_long_text(file: &str, text: &str) -> Result<(), ShaderError
             format!("expected at most {BYTES} bytes, found {found}: remove unused parts, or split the file"),
         );
     }
-    // For each open bracket, the branches of `else` in the chain that it is in; the first entry stands for the whole file.
+    // For each open bracket, the branches of `else` in the chain around it; the first entry stands for the whole file.
     let mut open = vec![0_usize];
-    // A `<` may open the arguments of a type, and then `>` closes them; which ones do only the parser tells.
+    // A `<` may open the arguments of a type, and then `>` closes them; only the parser knows which ones do.
     let (mut operators, mut angles, mut deepest, mut declarations, mut before) = (0, 0, 0, 0, "");
     for (at, token) in tokens(text) {
         operators += usize::from(is_operator(token) || token == "[");
@@ -122,7 +122,7 @@ fn width<'a>(name: &'a str, parts: &HashMap<&'a str, &[&'a str]>, known: &mut Ha
     if let Some(width) = known.get(name) {
         return *width;
     }
-    // Until it is known, for one that is part of itself, which the parser refuses.
+    // Until it is known, for a struct that contains itself, which the parser refuses.
     known.insert(name, 1);
     let Some(inside) = parts.get(name) else { return 1 };
     let sum = inside.iter().fold(0_u64, |sum, part| sum.saturating_add(width(part, parts, known)));
@@ -164,7 +164,7 @@ fn is_operator(token: &str) -> bool {
     token == "." || token.starts_with(['+', '-', '*', '/', '%', '<', '>', '=', '!', '&', '|', '^', '~'])
 }
 
-/// What ends a comment in WGSL.
+/// End of a comment in WGSL.
 fn ends_a_line(c: char) -> bool {
     matches!(c, '\n'..='\r' | '\u{85}' | '\u{2028}' | '\u{2029}')
 }

@@ -1,4 +1,4 @@
-//! What is valid in an extension, but hardly what its author meant: a function that is no stage and that nothing calls, a parameter that
+//! Valid parts of an extension that are probably mistakes: a function that is not a stage and that nothing calls, a parameter that
 //! nothing reads.
 
 use super::check::{Checked, ShaderError};

@@ -7,7 +7,7 @@ use crate::extension::Extension;
 use crate::text::bounded::{TEXT_MAX, read_to_string};
 use std::path::Path;
 
-/// What a file with a law ends in.
+/// Ending of a file with a law.
 const ENDING: &str = ".wgsl";
 
 /// A model that there is not.

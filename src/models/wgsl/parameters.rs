@@ -1,4 +1,4 @@
-//! What an extension or a law declares and uses of parameters.
+//! Parameters that an extension or a law declares and uses.
 
 use super::check::ShaderError;
 use super::doc;

@@ -142,7 +142,7 @@ fn own(extension: &Extension, policy: &str) -> String {
     format!("{}Parameters({})", prefix(&extension.name), values.join(", "))
 }
 
-/// The call of one stage function, on `value` and `after`; what it gives goes on through `opaque`.
+/// The call of one stage function, on `value` and `after`; its result passes through `opaque`.
 fn call(extension: &Extension, function: &StageFunction, opaque: &str) -> String {
     let name = &extension.name;
     let argument = |argument: &Argument| match (argument, function.stage) {
@@ -166,7 +166,7 @@ fn call(extension: &Extension, function: &StageFunction, opaque: &str) -> String
             (format!("{done}.{value}"), format!("    after.{} = {done}.{state};\n", memory_of(extension)))
         }
     };
-    // Opaque, or Mesa takes terms of one extension and of what comes after it in another order.
+    // Opaque, because otherwise Mesa reorders terms of one extension and of the stage after it.
     let seen = match function.stage {
         Stage::Policy => value,
         Stage::Perception => format!("Perceived({opaque}({value}.s), {opaque}({value}.v_f), {opaque}({value}.v_l))"),

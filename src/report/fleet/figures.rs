@@ -17,20 +17,20 @@ pub struct Distribution<'a> {
 /// Bars of a histogram, and cells on a side of a picture of two parameters.
 const BARS: usize = 40;
 const CELLS: usize = 20;
-/// Histograms in a row, and what one takes \[px\].
+/// Histograms in a row, and the size of one \[px\].
 const IN_A_ROW: usize = 3;
 const SIZE: [f64; 2] = [290.0, 170.0];
 const BASE: &str = "#9ec5e6";
 
 impl Distribution<'_> {
-    /// From the lowest to the highest value; wider where they are one.
+    /// From the lowest to the highest value; wider if they are equal.
     pub fn ends(&self) -> [f64; 2] {
         let finite = || self.values.iter().copied().filter(|x| x.is_finite());
         let (low, high) = (finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max));
         if low < high { [low, high] } else { [low - 0.5, low + 0.5] }
     }
 
-    /// Which of so many equal parts a value is in.
+    /// Index of the equal part that contains a value.
     fn part(&self, [low, high]: [f64; 2], x: f64, parts: usize) -> usize {
         (((x - low) / (high - low) * parts as f64) as usize).min(parts - 1)
     }

@@ -15,7 +15,7 @@ use crate::identify::{SHORT, SHORT_S};
 use crate::trajectory::Source;
 use indexmap::IndexMap;
 
-/// `fleet.json`: what was done with which data, and what it says together. The rows are in `parameters.csv`.
+/// `fleet.json`: data, settings and summary. The rows are in `parameters.csv`.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct FleetFile {
     /// Version of the file.
@@ -53,7 +53,7 @@ pub struct FleetFile {
     /// By what models are compared; files of earlier versions do not say it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub compared_by: Option<Rule>,
-    /// What was held back of each driver, in words.
+    /// The held-back data of each driver, in words.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub holdout: Option<String>,
     /// One entry per model and measure.
@@ -61,7 +61,7 @@ pub struct FleetFile {
 }
 
 impl FleetFile {
-    /// What the rows say.
+    /// Summary of the rows.
     #[must_use]
     pub fn of(
         pairs: &[Pair],
@@ -144,7 +144,7 @@ impl FleetFile {
         }
     }
 
-    /// What the comparison of the models of the first measure says, in a sentence; empty where there is none.
+    /// Result of the comparison of the models by the first measure, in a sentence; empty without one.
     #[must_use]
     pub fn verdict(&self) -> String {
         let Some(chosen) = self.chosen().filter(|one| one.behind.is_some()) else { return String::new() };

@@ -1,4 +1,4 @@
-//! The page of a fleet: the drivers first, then how well they are described, then which data.
+//! The page of a fleet: the drivers first, then the quality of the fits, then the data.
 
 use super::FleetFile;
 use super::figures::{self, Distribution};
@@ -11,7 +11,7 @@ use crate::report::html::{MadeBy, Page, escape, short, within};
 pub struct Shown {
     /// The pair, from 1.
     pub pair: usize,
-    /// Its name: the id of the trajectory or the name of the follower; its number where it has neither.
+    /// Its name: the id of the trajectory or the name of the follower; otherwise its number.
     pub name: String,
     /// Its file and trajectory.
     pub label: String,
@@ -36,10 +36,10 @@ pub struct Fit {
     pub signals: [Vec<f64>; 5],
 }
 
-/// So many drivers have a row each; of more the counts are drawn.
+/// Up to this many drivers have a row each; of more the counts are drawn.
 const FEW: usize = 40;
 
-/// One HTML page; `twin` is the text of `fleet.json`, `made` the command that made it, where it is known.
+/// One HTML page; `twin` is the text of `fleet.json`, `made` the command that made it, if known.
 #[must_use]
 pub fn page(file: &FleetFile, rows: &[Shown], fits: &[Fit], twin: &str, made: Option<&MadeBy>) -> String {
     let mut page = Page::default();
@@ -96,7 +96,7 @@ fn drivers(page: &mut Page, one: &Overview, rows: &[Shown]) {
     let own = of(one, rows);
     let values: Vec<Vec<f64>> =
         (0..one.parameters.len()).map(|i| own.iter().map(|row| row.values[i]).collect()).collect();
-    // A parameter that is fixed tells nothing of anybody.
+    // A fixed parameter contains no information about the drivers.
     let varies = |values: &Vec<f64>| values.iter().any(|x| *x != values[0]);
     let shown: Vec<Distribution> = one
         .parameters
@@ -126,7 +126,7 @@ fn drivers(page: &mut Page, one: &Overview, rows: &[Shown]) {
             let cell = |i: &usize| match row.ends[*i] {
                 Some(ends) => {
                     let [value, low, high] = [row.values[*i], ends[0], ends[1]].map(|x| within(x, ends));
-                    // A minus sign of its own, for a hyphen in front would look like a formula.
+                    // A real minus sign, because a leading hyphen would look like a formula.
                     format!("{value} [{low}, {high}]").replace('-', "−")
                 }
                 None => format!("({})", short(row.values[*i])).replace('-', "−"),

@@ -1,4 +1,4 @@
-//! The report of a calibration: what was fitted to what, how well, with which parameters.
+//! The report of a calibration: model and data, quality of the fit, parameters.
 
 use super::budget::budget;
 use super::sumo::sumo;
@@ -166,7 +166,7 @@ fn fitted(page: &mut Page, result: &ResultFile) {
     ));
 }
 
-/// Values, bounds, and how well they are known.
+/// Values, bounds, and intervals.
 fn parameters(page: &mut Page, result: &ResultFile) {
     let known = |name: &String| result.identifiability.as_ref().and_then(|known| known.parameters.get(name));
     let correlation = result.identifiability.as_ref().and_then(|known| known.correlation.as_ref());

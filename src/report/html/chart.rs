@@ -1,4 +1,4 @@
-//! Time charts as data for the script of a report: thinned to what the eye can see, extremes kept.
+//! Time charts as data for the script of a report: thinned to the resolution of the screen, extremes kept.
 
 use serde::Serialize;
 
@@ -41,7 +41,7 @@ pub struct Line {
     pub values: Vec<Option<f64>>,
 }
 
-/// What a line is.
+/// Role of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Role {

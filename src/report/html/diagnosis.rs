@@ -217,7 +217,7 @@ fn gain(page: &mut Page, outcome: &Outcome) {
     page.table("The base model on the drives held back", &head, &rows);
 }
 
-/// Errors of both models where both come to the end of what was held back, and crashes in any case.
+/// Errors of both models where both reach the end of the held-back data, and crashes in any case.
 fn scores(page: &mut Page, gain: &Gain) {
     let row = |k: usize| {
         let mut row = vec![["base", "extended"][k].to_owned()];
@@ -247,7 +247,7 @@ fn left(page: &mut Page, outcome: &Outcome) {
 mod tests {
     use super::*;
 
-    /// Errors are compared only where both models come to the end; crashes are told above all where one does not.
+    /// Errors are compared only where both models reach the end; crashes matter most where one does not.
     #[test]
     fn crashes_are_told_where_there_are_some() {
         let gain = Gain {

@@ -23,7 +23,7 @@ const UPLOT_LICENCE: &str = include_str!("../../../assets/uplot/LICENSE");
 const REPORT_JS: &str = include_str!("../../../assets/report/report.js");
 const REPORT_CSS: &str = include_str!("../../../assets/report/report.css");
 
-/// What a page may load and run: what is in it, and nothing from elsewhere, whatever a result has in its texts.
+/// Content security policy of a page: only its own content, nothing from elsewhere, whatever a result has in its texts.
 const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; \
                       form-action 'none'";
 
@@ -36,7 +36,7 @@ pub(in crate::internal::report) struct Page {
 }
 
 impl Page {
-    /// Adds HTML as it is.
+    /// Adds HTML unchanged.
     pub fn raw(&mut self, html: &str) {
         self.body.push_str(html);
         self.body.push('\n');
@@ -56,7 +56,7 @@ impl Page {
         self.raw(&format!("<p>{}</p>", escape(text)));
     }
 
-    /// Adds one chart, with choosers for what it shows: one of several (`of`, such as drives), and one of its signals. Nothing is added
+    /// Adds one chart, with choosers for its content: one of several (`of`, such as drives), and one of its signals. Nothing is added
     /// without any.
     pub fn charts(&mut self, caption: &str, of: &str, charts: Vec<Chart>) {
         if charts.is_empty() {
@@ -84,7 +84,7 @@ impl Page {
         ));
     }
 
-    /// The whole file. `twin` is the machine-readable result, `made` the command that made it, where it is known.
+    /// The whole file. `twin` is the machine-readable result, `made` the command that made it, if known.
     pub fn finish(mut self, title: &str, lead: &str, twin: &str, made: Option<&MadeBy>) -> String {
         if !self.sections.is_empty() {
             self.raw("</section>");

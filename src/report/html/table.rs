@@ -4,7 +4,7 @@ use super::{Page, escape};
 use std::borrow::Cow;
 use std::fmt::Write;
 
-/// Rows from which on a table scrolls by itself.
+/// Tables with at least this many rows scroll separately.
 const LONG: usize = 14;
 /// Characters from which on a column is not squeezed on a narrow screen: rows would become as high as the screen.
 const SENTENCE: usize = 20;
@@ -65,7 +65,7 @@ impl Page {
     }
 }
 
-/// True for a text that a spreadsheet would take for a formula; for no number.
+/// True for a text that a spreadsheet would take for a formula; not for a number.
 pub fn is_formula(cell: &str) -> bool {
     cell.trim_start().starts_with(['=', '+', '-', '@']) && !is_empty(cell) && !is_number(cell)
 }
@@ -81,7 +81,7 @@ fn is_numeric(rows: &[Vec<String>], column: usize) -> bool {
     column > 0 && cells.peek().is_some() && cells.all(|cell| is_number(cell))
 }
 
-/// What stands where there is nothing to say.
+/// Mark of an empty cell.
 fn is_empty(cell: &str) -> bool {
     matches!(cell, "" | "-" | "–")
 }

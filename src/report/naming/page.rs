@@ -24,7 +24,7 @@ pub struct Provenance {
 /// Why a page cannot take the part.
 #[derive(Debug, thiserror::Error, PartialEq, Eq)]
 pub enum PageError {
-    /// A line that marks the place is missing, stands there twice, or they are in the wrong order.
+    /// A line that marks the place is missing or repeated, or the lines are in the wrong order.
     #[error(
         "expected the line `{BEGIN}` once, and the line `{END}` once below it; found them {begins} and {ends} times{order}; put both where the results belong",
         order = if *.begins == 1 && *.ends == 1 { ", in the wrong order" } else { "" }
@@ -131,7 +131,7 @@ fn powers(report: &DiagnosisReport) -> String {
     text + "\n"
 }
 
-/// Every pair, and what was said.
+/// Every pair, and the answer.
 fn pairs(report: &DiagnosisReport) -> String {
     let mut text = String::new();
     for outcome in report.outcomes.iter().filter(|o| o.task.kind == "pair") {

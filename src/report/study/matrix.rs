@@ -1,4 +1,4 @@
-//! The validation matrix: what is calibrated on one trajectory of a vehicle and simulated on another.
+//! The validation matrix: calibration on one trajectory of a vehicle, simulation on another.
 
 use crate::score::Measures;
 use crate::statistics::median;
@@ -34,7 +34,7 @@ impl Cross {
     }
 }
 
-/// Per vehicle, in the order of their names: the trajectories, and what was simulated from which (first) on which (second).
+/// Per vehicle, in the order of their names: the trajectories, and the simulations from the first on the second.
 pub type Matrix = BTreeMap<String, BTreeMap<Place, BTreeMap<Place, Cross>>>;
 
 /// The matrix of one goodness of fit over all variants; of the replicates, the best one counts.

@@ -26,7 +26,7 @@ struct Material<'a> {
     four: Vec<Table4Row>,
     five: Vec<Table5Row>,
     claims: Vec<Claim>,
-    /// What the paper prints; nothing beside another goodness of fit than its own.
+    /// The printed values of the paper; none for a goodness of fit other than its own.
     paper: BTreeMap<u32, Printed>,
     /// Number of tasks that are not there.
     missing: usize,
@@ -46,7 +46,7 @@ impl<'a> Material<'a> {
         self.claims.iter().filter(|claim| claim.agrees.is_some()).collect()
     }
 
-    /// What is said of the statements that the study cannot judge; nothing where it judges none, for then it is not about the paper.
+    /// Sentence on the statements that the study cannot judge; empty if it judges none, because then it is not about the paper.
     fn open(&self) -> Option<String> {
         let judged = self.judged().len();
         let count = self.claims.len() - judged;
@@ -55,7 +55,7 @@ impl<'a> Material<'a> {
         (judged > 0 && count > 0).then_some(text)
     }
 
-    /// The paper's numbers, where they stand beside those of the study.
+    /// The paper's numbers, if they stand beside those of the study.
     fn printed(&self, variant: &Variant) -> Option<&Printed> {
         self.paper.get(&variant.id()).filter(|_| self.is_beside_paper())
     }

@@ -12,7 +12,7 @@ use crate::study::paper::VALIDATIONS;
 use crate::study::table::{Table, Values};
 use serde_json::{Map, Value, json};
 
-/// So many variants that cannot be told apart are named.
+/// Largest number of named variants that cannot be distinguished.
 const NAMED: usize = 4;
 
 pub fn write(material: &Material, inventory: &Inventory, past: &PastRuns) -> String {
@@ -203,7 +203,7 @@ fn overall(page: &mut Page, material: &Material) {
     page.table(&caption, &head, &rows);
 }
 
-/// What a ranking is by.
+/// Measure of a ranking.
 fn by(ranking: &Ranking) -> &'static str {
     if ranking.unseen { "in validation" } else { "in calibration" }
 }

@@ -16,7 +16,7 @@ pub struct Problem {
 /// A step below this is no time step of a sensor \[s\]: a second in days is 1.2e-5.
 pub(crate) const DAYS_STEP_S: f64 = 2e-5;
 
-/// What is wrong: expected, found, and what to do.
+/// The fault: expected, found, and remedy.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 #[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
@@ -43,7 +43,7 @@ pub enum ProblemKind {
     )]
     Separator {
         found: &'static str,
-        /// What a column map calls the separator, if one could read the file.
+        /// Name of the separator in a column map, if one could read the file.
         mapped: Option<&'static str>,
     },
     #[error(
@@ -101,7 +101,7 @@ pub enum ProblemKind {
     DecimalComma {
         column: String,
         found: String,
-        /// True where a column map could say so.
+        /// True if a column map could set it.
         mapped: bool,
     },
     #[error(
@@ -253,7 +253,7 @@ fn some(names: &[String]) -> String {
     text
 }
 
-/// Which columns are missing, said once however many they are.
+/// Missing columns, in one message for any number.
 fn missing(
     columns: &[String],
     has: &[String],

@@ -96,7 +96,7 @@ pub(in crate::trajectory) struct Header {
 /// For tables of one's own with other names.
 pub(in crate::trajectory) const OWN_NAMES: &str = "read the table with --columns (`leadlag list columns`)";
 
-/// Nine cars of OpenACC have 71 columns; what is done per column and name must not grow into hours.
+/// Nine cars of OpenACC have 71 columns; the work per column and name must not grow into hours.
 const COLUMNS_MAX: usize = 2000;
 
 impl Header {
@@ -214,7 +214,7 @@ pub(in crate::trajectory) fn nearest<'a>(name: &str, candidates: impl Iterator<I
     nearest_within(name, candidates, |candidate| (candidate.len().saturating_sub(1) / 3).min(2))
 }
 
-/// What a column holds by the names of the layouts, and other names that people give it. Numbers of cars are not part of them.
+/// Content of a column by the names of the layouts, and by other common names. Numbers of cars are not part of them.
 const SYNONYMS: [(&[&str], &[&str]); 4] = [
     (&["time_s", "Time", "Time_Index"], &["t", "time", "timestamp", "seconds", "sec", "clock"]),
     (
@@ -242,7 +242,7 @@ const SYNONYMS: [(&[&str], &[&str]); 4] = [
     ),
 ];
 
-/// True for a name that is likely to stand for this column: misspelt, or another word.
+/// True for a name that probably means this column: misspelt, or another word.
 pub(super) fn stands_for(name: &str, column: &str) -> bool {
     nearest(name, std::iter::once(column)).is_some() || synonym(column, std::iter::once(name)).is_some()
 }

@@ -76,7 +76,7 @@ pub(super) fn detect(first_line: &str) -> Option<Layout> {
     if fields[0].text.eq_ignore_ascii_case("Date") {
         return Some(Layout::OpenAcc);
     }
-    // A sample of columns is enough to tell the layouts apart.
+    // A sample of columns is enough to distinguish the layouts.
     let typical: [(Layout, &[&str]); 4] = [
         (Layout::OpenAcc, &["Time", "Speed1", "Speed2", "IVS1"]),
         (Layout::AstazeroProcessed, &["Time", "SpeedDoppler1", "SpeedDoppler2", "Spacing2", "Accel1", "X1"]),
@@ -94,8 +94,8 @@ pub(super) fn detect(first_line: &str) -> Option<Layout> {
     let scores = typical.map(|(layout, columns)| (score(columns), layout));
     scores
         .into_iter()
-        // `max_by_key` keeps the last of equals: a table with names of its own is most easily made a pair file. One name that
-        // may stand for something makes no layout.
+        // `max_by_key` keeps the last of equals: a table with names of its own is most easily made a pair file. One name
+        // with several meanings does not decide the layout.
         .max_by_key(|&(score, _)| score)
         .filter(|&(score, _)| score > 1)
         .map(|(_, layout)| layout)

@@ -16,7 +16,7 @@ pub(in crate::trajectory) struct Lines<R> {
     number: u64,
     /// Bytes of text so far.
     text: u64,
-    /// What each line takes in memory \[bytes\].
+    /// Memory of each line \[bytes\].
     row: u64,
     /// The most that all lines may have, of text as of memory \[bytes\].
     most: u64,
@@ -41,7 +41,7 @@ impl<R: Read> Lines<R> {
         }
     }
 
-    /// Of each line from here on so many columns are kept.
+    /// From this line on, each line keeps this many columns.
     pub fn keep(&mut self, columns: usize) {
         self.row = ROW + 8 * columns as u64;
     }
@@ -135,7 +135,7 @@ impl<R: Read> Lines<R> {
         Err(problems.stop(self.number, Some(column), kind))
     }
 
-    /// SHA-256 of what was read, lower-case hexadecimal; the whole file once `next` has returned `None`.
+    /// SHA-256 of the bytes read, lower-case hexadecimal; of the whole file once `next` has returned `None`.
     pub fn sha256(self) -> String {
         hexadecimal(&self.hash.finalize())
     }

@@ -160,7 +160,7 @@ fn platoons<R: Read>(
     Ok((chosen, platoons))
 }
 
-/// The text of a file: as it is, unpacked where it is packed by gzip, or the rows of a Parquet table.
+/// The text of a file: unchanged, unpacked if it is packed by gzip, or the rows of a Parquet table.
 pub(super) fn open(path: &Path) -> Result<Box<dyn Read>, ImportError> {
     Ok(opened(path)?.0)
 }
@@ -183,10 +183,10 @@ fn opened(path: &Path) -> Result<(Box<dyn Read>, bool), ImportError> {
     Ok((Box::new(file), false))
 }
 
-/// What a file that is packed by gzip begins with.
+/// First bytes of a gzip file.
 const GZIP: [u8; 2] = [0x1F, 0x8B];
 
-/// A last line without an end may have lost digits that nobody can see.
+/// A last line without an end may have lost digits.
 fn note_end(terminated: bool, lines: &[u64], notes: &mut Vec<Note>) {
     if let (false, Some(&line)) = (terminated, lines.last()) {
         notes.push(Note::OpenEnd { line });

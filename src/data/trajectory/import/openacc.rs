@@ -12,10 +12,10 @@ use std::io::Read;
 /// First words of the metadata lines, in file order.
 const METADATA: [&str; 5] = ["Date", "Vehicle_order", "Number_of_vehicles", "ACC", "Distance_setting"];
 
-/// What may come before the number of a car (IVS: of the front car of a gap) in a column name.
+/// Prefixes of the number of a car (IVS: of the front car of a gap) in a column name.
 const SIGNALS: [&str; 12] = ["Speed", "IVS", "Driver", "Lat", "Lon", "Alt", "E", "N", "U", "VE", "VN", "VU"];
 
-/// Reads the file whose first line is `first`; also tells which of the two layouts it has.
+/// Reads the file whose first line is `first`; also returns which of the two layouts it has.
 pub(super) fn read<R: Read>(
     first: String,
     lines: &mut Lines<R>,
@@ -38,7 +38,7 @@ pub(super) fn read<R: Read>(
     table(&header, &names, lines, problems, skipped)
 }
 
-/// The platoon below a header; also tells which of the two layouts it has.
+/// The platoon below a header; also returns which of the two layouts it has.
 fn table<R: Read>(
     header: &Header,
     names: &[String],

@@ -1,4 +1,4 @@
-//! What people put around the header of a table: comments before it, and a row of units behind it.
+//! Additions around the header of a table: comments before it, and a row of units after it.
 
 use super::header::{Field, split};
 use super::lines::Lines;
@@ -6,7 +6,7 @@ use super::problems::{Problems, Stop};
 use crate::trajectory::Note;
 use std::io::Read;
 
-/// The first line that is no comment, and what was left out before it. A comment is the header where `named`, the number of
+/// The first line that is not a comment, and the lines before it. A comment is the header if `named`, the number of
 /// columns that a line names, is two or more, or where numbers follow it.
 pub(super) fn header<R: Read>(
     lines: &mut Lines<R>,

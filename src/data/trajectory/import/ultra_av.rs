@@ -141,7 +141,7 @@ impl Columns<'_> {
         self.numbers.iter().position(|n| *n == name)
     }
 
-    /// What is wrong with some of the columns of a trajectory.
+    /// Faults of some of the columns of a trajectory.
     fn faults(&self, piece: (&str, u32), names: &[&str]) -> Faults {
         let mut faults = Faults::default();
         names

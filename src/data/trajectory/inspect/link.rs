@@ -34,7 +34,7 @@ pub struct LinkInspection {
     pub longest_complete_s: f64,
     /// By how many times the gap changes as much as the speeds say, where that is certain and not about 1.
     pub gap_factor: Option<f64>,
-    /// What is wrong with the signals.
+    /// Faults of the signals.
     pub findings: Vec<Finding>,
 }
 

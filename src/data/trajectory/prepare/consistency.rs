@@ -124,7 +124,7 @@ fn positions(
     }
 }
 
-/// What the measured gap and the integrated speeds disagree by.
+/// Difference between the measured gap and the integrated speeds.
 fn residual(gap: &[f64], integrated: &[f64], x_f: &[f64], anchor: &str) -> Note {
     let residuals: Vec<f64> = gap.iter().zip(integrated).map(|(g, s)| g - s).collect();
     let n = residuals.len() as f64;

@@ -86,13 +86,13 @@ fn unknown(found: &str) -> UnknownWord {
 }
 
 impl Preparation {
-    /// What [`max_gap_s`](Self::max_gap_s) may be \[s\]; more is never interpolated.
+    /// Range of [`max_gap_s`](Self::max_gap_s) \[s\]; more is never interpolated.
     pub const MAX_GAP_S: [f64; 2] = [0.0, 60.0];
-    /// What [`resample`](Self::resample) may be \[s\].
+    /// Range of [`resample`](Self::resample) \[s\].
     pub const RESAMPLE_S: [f64; 2] = [0.001, time::STEP_MAX_S];
-    /// What [`lead_length`](Self::lead_length) may be \[m\].
+    /// Range of [`lead_length`](Self::lead_length) \[m\].
     pub const LEAD_LENGTH_M: [f64; 2] = [0.0, 30.0];
-    /// What [`lead_start_m`](Self::lead_start_m) may be \[m\].
+    /// Range of [`lead_start_m`](Self::lead_start_m) \[m\].
     pub const LEAD_START_M: [f64; 2] = [-1e9, 1e9];
 
     fn check(&self) -> Result<(), PrepareError> {
@@ -115,7 +115,7 @@ impl Preparation {
     }
 }
 
-/// What the steps need to know to name a place.
+/// Input that the steps need to name a place.
 #[derive(Clone, Copy)]
 struct Context<'a> {
     recording: &'a Recording,
@@ -245,7 +245,7 @@ fn segments_of(context: &Context, notes: &mut Vec<Note>) -> Result<(f64, Vec<seg
     Ok((dt, segments::split(blocks, preparation.max_gap_s, least, context, notes)?))
 }
 
-/// What the check of the data finds between the times that are asked for, and the platoon that is left after it was corrected.
+/// Findings of the check of the data between the requested times, and the platoon after correction.
 fn checked(context: &Context) -> (Vec<Finding>, Option<Platoon>) {
     let Context { recording, platoon, follower, preparation } = *context;
     let Some(link) = Link::of(recording, platoon, follower, [preparation.from, preparation.to]) else {

@@ -121,7 +121,7 @@ fn leave_out(samples: &mut Samples, notes: &mut Vec<Note>) {
     });
 }
 
-/// Notes what was filled in.
+/// Notes interpolated samples.
 fn count(before: &Samples, after: &Samples, dt: f64, notes: &mut Vec<Note>) {
     let longest = |gaps: &[Range<usize>]| {
         let gap = gaps.iter().map(Range::len).max();

@@ -1,10 +1,10 @@
-//! What lies between long gaps, as it is told to whoever has to choose.
+//! Segments between long gaps, in the words of a message that offers the choice.
 
 use crate::trajectory::Trajectory;
 use serde::Serialize;
 use std::fmt;
 
-/// At most so many are named; the others are counted.
+/// Largest number of named segments; the others are counted.
 const NAMED: usize = 5;
 
 /// One stretch between long gaps: what `--segment` chooses.
@@ -31,7 +31,7 @@ impl Stretch {
         (1..).zip(times).map(one).collect()
     }
 
-    /// What [`super::prepare`] has found, in order.
+    /// Segments that [`super::prepare`] has found, in order.
     #[must_use]
     pub fn of_trajectories(trajectories: &[Trajectory]) -> Vec<Stretch> {
         Stretch::of(trajectories.iter().map(|trajectory| trajectory.t.as_slice()))

@@ -5,8 +5,8 @@
 //! 1 + c_f = (1 + C) / (1 + D / 2). The gap on the right has the noise of the left side in it, which would bias C; its instrument
 //! is the gap averaged over two seconds (Fuller: Measurement Error Models, 1987, Section 1.4).
 //!
-//! Differences of the two cars are told by the way and the speed, sharply; what both have in common only by the changes
-//! of the gap, less sharply: so a contradiction is often plain where the guilty car is not.
+//! Distance and speed determine differences of the two cars sharply; only the changes of the gap determine what both have in common,
+//! less sharply. So a contradiction is often plain while the faulty car is not.
 
 use super::finding::{Finding, FindingKind, Remedy, Who, Z_95, interval};
 use super::level::{self, Columns, Usable};
@@ -15,7 +15,7 @@ use super::link::Link;
 use crate::trajectory::factor;
 use nalgebra::{Matrix2, Vector2};
 
-/// What both cars have in common is told by the changes of the gap, few and large, where its own imperfections count: this
+/// A scale common to both cars follows from the changes of the gap, few and large, whose own imperfections count: this
 /// standard error comes to that of the noise, so that a common scale is one of 1 % at least.
 const COMMON_SCALE_ERROR: f64 = 0.01 / LIMITS.significant;
 /// The same where straight lines join the samples of a signal of a low rate, which cut off the tips of its changes.
@@ -25,10 +25,10 @@ const CLOCK_MAX_S: f64 = 3.0;
 const CLOCK_STEP_S: f64 = 0.2;
 /// Most steps of the estimation; each leaves a share of the clock's error that is half the scale's.
 const ROUNDS: usize = 6;
-/// The gap is averaged over so much to either side \[s\].
+/// The gap is averaged over this much to either side \[s\].
 const QUIET_S: f64 = 1.0;
 
-/// The speeds are averaged over so much to either side, where they are columns of the clocks \[s\].
+/// The speeds are averaged over this much to either side, where they are columns of the clocks \[s\].
 const SMOOTH_S: f64 = 0.4;
 
 /// Estimates of scales (0) and clocks (1): of the leader minus the follower, and of both in common.
@@ -62,7 +62,7 @@ fn clock_of(at: Vector2<f64>) -> (f64, Vector2<f64>) {
     (at[1] + 0.5 * at[0], Vector2::new(0.5, 1.0))
 }
 
-/// As the car sees it: what is the leader's by the difference is the follower's by its negative.
+/// From the view of the car: a difference that counts for the leader counts negatively for the follower.
 fn seen_by(who: Who, at: Vector2<f64>) -> Vector2<f64> {
     if who == Who::Follower { Vector2::new(-at[0], at[1]) } else { at }
 }
@@ -100,7 +100,7 @@ impl Redundancy {
         estimate
     }
 
-    /// What the estimates amount to; `blurred` if a signal is smoothed or resampled, which moves its events a little.
+    /// Result of the estimates; `blurred` if a signal is smoothed or resampled, which moves its events a little.
     pub fn findings(&self, link: &Link, blurred: bool) -> Vec<Finding> {
         // A drive that swings at one frequency looks the same at other scales and clocks: nothing is found there that is no likelier.
         if self.gain < 0.5 * LIMITS.significant.powi(2) {
@@ -198,7 +198,7 @@ impl Pair {
     }
 }
 
-/// What is known of one car is corrected.
+/// Faults known of one car are corrected.
 fn remedies(who: Who) -> Vec<Remedy> {
     if matches!(who, Who::Leader | Who::Follower) { vec![Remedy::of("correct")] } else { Vec::new() }
 }

@@ -1,4 +1,4 @@
-//! Corrections of what was found, made only on request.
+//! Corrections of faults, made only on request.
 
 use super::clocks::shifted;
 use super::finding::{Finding, FindingKind, Who};
@@ -6,8 +6,8 @@ use super::link::Link;
 use super::noise::joined;
 use crate::trajectory::{Car, Platoon};
 
-/// Corrects one follower of a platoon by the findings about it, each of which then says in a line what was done, or why nothing could be.
-/// Signals that lie on no grid are put on none: a clock is not corrected where rows are missing.
+/// Corrects one follower of a platoon by the findings about it. Each finding then names the correction, or why there is none.
+/// Signals that do not lie on a grid stay so: a clock is not corrected where rows are missing.
 pub fn correct(platoon: &mut Platoon, follower: usize, link: &Link, findings: &mut [Finding]) {
     for finding in findings {
         finding.correction = Some(one(platoon, follower, link, finding));

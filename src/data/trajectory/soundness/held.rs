@@ -21,7 +21,7 @@ pub(super) struct Dropouts {
 }
 
 impl Dropouts {
-    /// Leaves out what is told otherwise.
+    /// Leaves out samples that other findings cover.
     pub fn leave_out(&mut self, told: &[Range<usize>]) {
         let apart = |range: &Range<usize>| told.iter().all(|t| range.start > t.end || t.start > range.end);
         self.ranges.retain(apart);
@@ -29,7 +29,7 @@ impl Dropouts {
     }
 }
 
-/// What was not measured. `factor` is how many samples a value is held anyway.
+/// Samples that were not measured. `factor` is the usual number of samples for which a value is held.
 pub(super) fn dropouts(signal: &Signal, link: &Link, factor: f64) -> Dropouts {
     let y = signal.values;
     let q = quantum(y);
@@ -60,7 +60,7 @@ pub(super) fn dropouts(signal: &Signal, link: &Link, factor: f64) -> Dropouts {
         let kept = if repeat < COARSE {
             run.len() + 1 >= longest(repeat) && (!at_zero || fallen)
         } else {
-            // With a coarse sensor only the step at the end tells, or that the gap has to have changed.
+            // With a coarse sensor only the step at the end shows it, or a gap that must have changed.
             let long = run.len() as f64 * link.dt >= LIMITS.held && run.len() as f64 > 1.5 * factor;
             let jumps = || steepest(&steps, &run) > LIMITS.held_step.max(20.0 * sigma).max(2.5 * q);
             let moves = || signal.name == "gap" && moved(link, &run) > LIMITS.held_change.max(3.0 * q);
@@ -73,8 +73,8 @@ pub(super) fn dropouts(signal: &Signal, link: &Link, factor: f64) -> Dropouts {
         }
     }
     // A straight line: bends of zero between steps that are not.
-    // A signal without noise is straight by itself here and there.
-    // The bends of what moves smoothly are alike, and small together: only those of a sensor's noise alternate.
+    // A signal without noise is straight here and there.
+    // The bends of a smooth motion are similar, and small together: only those of a sensor's noise alternate.
     if line < 0.3 && factor <= 1.0 && noise::noisy(signal, link) && alternate(&bends) {
         let tolerance = 2.5 * q;
         for run in runs(0..bends.len(), |i| bends[i].abs() <= tolerance && steps[i] != 0.0) {
@@ -147,7 +147,7 @@ fn merge(mut ranges: Vec<Range<usize>>) -> Vec<Range<usize>> {
 /// One finding for all drop-outs of a signal.
 pub(super) fn finding(signal: &Signal, link: &Link, found: &Dropouts) -> Option<Finding> {
     let seconds = |ranges: &[Range<usize>]| ranges.iter().map(Range::len).sum::<usize>() as f64 * link.dt;
-    // What is missing is told by preparation; what is taken for measured is worse.
+    // Preparation reports missing values; a filled-in value that counts as measured is worse.
     let matters = seconds(&found.held) >= LIMITS.held_matters * link.len() as f64 * link.dt;
     let shown = if matters { &found.held } else { &found.ranges };
     let longest = shown.iter().max_by_key(|range| range.len())?;

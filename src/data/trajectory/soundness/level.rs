@@ -78,7 +78,7 @@ pub(super) struct Fit {
     pub likelihood: f64,
 }
 
-/// y and X; a column that has the noise e in it has an instrument that has next to nothing of it.
+/// y and X; a column with the noise e has an instrument that contains almost none of it.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Columns {
     /// y, then X.
@@ -183,7 +183,7 @@ fn regress(columns: &Columns, usable: &Usable, ratio: f64, lags: usize) -> Optio
     }
     let mut right = z.tr_mul(&y);
     (0..parameters).for_each(|i| right[i] /= scale[i]);
-    // A signal that never changes leaves no number, of which a decomposition would be in search for ever.
+    // A constant signal leaves no number, on which a decomposition would not converge.
     if !normal.iter().all(|x| x.is_finite()) {
         return None;
     }

@@ -1,7 +1,7 @@
-//! Every number that decides what is a fault of the data, and which fault moves the parameters of a model.
+//! Every number that decides about a fault of the data, and about its effect on the parameters of a model.
 
 crate::numbers! {
-    /// From which size on something is a fault, and from which one on (`..._matters`) it moves what is calibrated.
+    /// The size from which a deviation is a fault, and the one from which (`..._matters`) it changes the calibration.
     Limits LIMITS:
     significant = 4.5, "-", "Standard errors of a fault of scale, clock or offset: one false alarm in some 100,000 links";
     told = 9.0, "-", "Chi-squared by which the other car explains a fault less well: three standard errors";

@@ -24,9 +24,9 @@ pub struct Link {
     pub v_l: Vec<f64>,
     /// Speed of the follower \[m/s\].
     pub v_f: Vec<f64>,
-    /// Gap from bumper to bumper \[m\]; by positions where it is not measured.
+    /// Gap from bumper to bumper \[m\]; from positions if it is not measured.
     pub gap: Vec<f64>,
-    /// What the gap is called in the file.
+    /// Name of the gap in the file.
     pub called: String,
     /// Position of the car ahead \[m\], where measured.
     pub x_l: Option<Vec<f64>>,
@@ -48,7 +48,7 @@ pub(super) struct Signal<'a> {
     pub unit: &'static str,
     /// Noise below this is less than any sensor has: a tenth of the best one of the shared data (data README, Section 3.1).
     pub noise_floor: f64,
-    /// What it is called in messages.
+    /// Its name in messages.
     pub title: &'a str,
 }
 
@@ -129,12 +129,12 @@ impl Link {
         self.v_l[i] > DRIVING && self.v_f[i] > DRIVING
     }
 
-    /// Samples of so many seconds.
+    /// Samples in this many seconds.
     pub(super) fn samples(&self, seconds: f64) -> usize {
         ((seconds / self.dt).round() as usize).max(1)
     }
 
-    /// What the speeds say of the change of the gap between two samples \[m\]: a straight line between what was measured there.
+    /// Change of the gap between two samples by the speeds \[m\]: a straight line between the measured values.
     pub(super) fn told(&self, a: usize, b: usize) -> f64 {
         let dv = |i: usize| self.v_l[i] - self.v_f[i];
         0.5 * (dv(a) + dv(b)) * (b - a) as f64 * self.dt

@@ -13,11 +13,11 @@ use crate::statistics::robust_scale;
 const THIRD_DIFFERENCE: f64 = 20.0;
 /// Autocorrelation of third differences of white noise.
 const WHITE: [f64; 3] = [-0.75, 0.3, -0.05];
-/// Lags that are looked at: moving averages of up to so many samples show at their own length.
+/// Examined lags: moving averages of up to this many samples show at their own length.
 const LAGS: usize = 25;
 /// Larger third differences are events and not noise \[robust standard deviations\].
 const CLIP: f64 = 6.0;
-/// Fewer third differences tell nothing.
+/// Fewer third differences are too few for an estimate.
 const ENOUGH: usize = 200;
 /// Blocks for the standard error of a noise level \[s\].
 const BLOCK_S: f64 = 20.0;
@@ -181,7 +181,7 @@ pub(super) fn resampled(signal: &Signal, link: &Link) -> Option<Resampled> {
 /// How a signal of a lower rate comes to have the rate of the file, if nothing is computed.
 const HELD: &str = "held between its own samples";
 
-/// The own samples of a held signal, joined by straight lines; what is held longer than usual stays.
+/// The measured samples of a held signal, joined by straight lines; values held longer than usual stay.
 pub(super) fn joined(y: &[f64], factor: f64) -> Vec<f64> {
     let mut joined = y.to_vec();
     let mut last = 0;

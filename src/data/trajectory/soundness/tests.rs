@@ -29,7 +29,7 @@ fn drive(dt: f64) -> Link {
     Link { t_0: 0.0, dt, v_l, v_f, gap, called, x_l: None, x_f: None, len_l: None, regular: true, alone: true }
 }
 
-/// What matters in a link, in words.
+/// Findings that matter in a link, in words.
 fn told(link: &Link) -> Vec<String> {
     check_link(link).findings.iter().filter(|finding| finding.matters).map(Finding::told).collect()
 }
@@ -73,7 +73,7 @@ fn a_jump_is_named_with_time_size_and_window() {
         );
         assert!(found[0].contains(" at 70.0 s") && found[0].contains(to), "{found:?}");
     }
-    // The sensor takes a second to settle, and has nothing to tell meanwhile.
+    // The sensor takes a second to settle, and sends nothing meanwhile.
     for lost in [false, true] {
         let mut slow = drive(0.1);
         for (i, gap) in slow.gap.iter_mut().enumerate() {

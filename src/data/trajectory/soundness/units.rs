@@ -47,7 +47,7 @@ pub(super) fn too_fast(link: &Link) -> impl Iterator<Item = Finding> + '_ {
     })
 }
 
-/// Fewer differences tell nothing of their noise.
+/// Fewer differences do not determine their noise.
 const DIFFERENCES: usize = 50;
 
 /// The acceleration of the follower, differences of its speed over a time step, is noise that changes from sample to sample.
@@ -59,7 +59,7 @@ pub(super) fn noisy(link: &Link) -> Option<Finding> {
         return None;
     }
     let total = squares.iter().sum::<f64>() / squares.len() as f64;
-    // Third differences leave nothing of what a car does within three samples; those of white noise have twenty times its variance.
+    // Third differences remove the motion of a car within three samples; those of white noise have twenty times its variance.
     let thirds = v.windows(4).map(|v| v[3] - 3.0 * v[2] + 3.0 * v[1] - v[0]);
     let noise = robust_scale(thirds).unwrap_or(0.0).powi(2) / 20.0;
     let share = (2.0 * noise / (dt * dt) / total).min(1.0);

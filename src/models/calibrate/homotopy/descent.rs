@@ -39,8 +39,8 @@ pub struct Walker {
     pub place: Vec<f64>,
     /// The cost there.
     pub cost: f64,
-    /// Gain that the least damped step of the last turn promised beyond what was gained: much on a kink and on the edge of what is
-    /// feasible, where derivatives do not lead on.
+    /// Gain that the least damped step of the last turn promised beyond the real one: large on a kink and at the edge of the
+    /// feasible region, where derivatives do not help.
     pub promise: f64,
     damping: f64,
     idle: usize,
@@ -92,18 +92,18 @@ impl Walker {
     }
 }
 
-/// Simulations of a turn of one place with so many coordinates.
+/// Simulations of a turn of one place with this many coordinates.
 pub fn turn(moved: usize) -> usize {
     moved + 1 + DAMPINGS.len() + MAJORANTS
 }
 
-/// What a descent is allowed, and who looks on.
+/// Limits of a descent, and its observer.
 pub trait Watch {
-    /// Asks for so many simulations; false ends the descent where it is.
+    /// Requests this many simulations; false ends the descent.
     fn spend(&mut self, simulations: usize) -> bool;
 }
 
-/// What a descent goes down: a cost of places whose coordinates lie between 0 and 1.
+/// Cost that a descent minimises, over places whose coordinates lie between 0 and 1.
 pub trait Surface {
     /// Why there is no cost.
     type Error;

@@ -12,7 +12,7 @@ use crate::rescore;
 use crate::symbols::Symbol;
 use nalgebra::{DMatrix, DVector};
 
-/// How much worse than the best a place may be that goes on to the end.
+/// Largest ratio of the cost of a place to the best one for the place to continue to the end.
 const BEHIND: f64 = 1.05;
 /// Softness of collisions on the way, and then of those that a place still has: the shortfall becomes small, the price high.
 const SOFT: [Soft; 3] =
@@ -27,11 +27,11 @@ const PROMISE: f64 = 1e-5;
 /// Rise of the score, as a share of it, to the places that a polish on an edge begins with, and their number per parameter.
 const EDGE: f64 = 1e-4;
 const EDGES: usize = 4;
-/// Simulations of a polish per parameter at most, and what its generations are multiples of: the lanes of a small block.
+/// Largest number of simulations of a polish per parameter, and the unit of its generations: the lanes of a small block.
 const POLISH: usize = 250;
 const LANES: usize = 16;
 /// Candidates per parameter that are looked at around the best, their mean rises as shares of its score, and the curvature of a
-/// parameter that does nothing, as a share of the largest. Correlations need ten per parameter within the rise that ends an interval, so
+/// parameter without effect, as a share of the largest. Correlations need ten per parameter within the rise that ends an interval, so
 /// some are far nearer than others.
 const AROUND: usize = 36;
 const RISES: [f64; 2] = [0.005, 0.0005];

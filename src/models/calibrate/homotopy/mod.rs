@@ -2,8 +2,8 @@
 //!
 //! A goodness of fit is a sum of norms of residuals, so that their derivatives give both its gradient and most of its curvature. Alone,
 //! such steps end in the basin that they start in. Where the simulated follower is pulled to the measured one after each step, all starts
-//! find the same basin; as the pull is weakened, they follow it. Runs go on behind a collision and pay for it, because a score that ends
-//! at one says nothing of the way out. Several searches that agree end the calibration.
+//! find the same basin; as the pull is weakened, they follow it. Runs continue behind a collision and pay for it, because a score that ends
+//! at one does not show the way out. Several searches that agree end the calibration.
 //!
 //! 1. Here: searches are repeated until enough agree.
 //! 2. `record`: what they have spent and found, and when they have to stop.
@@ -72,7 +72,7 @@ impl Ground {
 pub(super) enum Ended {
     /// With a result.
     Found(Replicate),
-    /// Searches disagree, or nothing was feasible: another optimiser has to go on; with the best so far.
+    /// Searches disagree, or nothing was feasible: another optimiser has to continue, with the best so far.
     Open(Replicate),
 }
 
@@ -132,7 +132,7 @@ impl Search<'_> {
     }
 }
 
-/// True if enough searches came to the lowest of their scores. Each that found nothing stands for a basin of its own.
+/// True if enough searches reached the lowest of their scores. Each that found nothing counts as a basin of its own.
 fn agree(found: &[f64]) -> bool {
     let mut scores = found.to_vec();
     scores.sort_by(f64::total_cmp);

@@ -1,4 +1,4 @@
-//! What a search by derivatives minimises, in coordinates from 0 to 1.
+//! Objective of a search by derivatives, in coordinates from 0 to 1.
 
 use super::descent::Surface;
 use crate::calibrate::SearchSpace;

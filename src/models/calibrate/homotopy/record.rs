@@ -1,4 +1,4 @@
-//! What a replicate has spent and found, and when it has to stop.
+//! Effort and results of a replicate, and when it has to stop.
 
 use super::descent::Watch;
 use crate::calibrate::search::fall_to;

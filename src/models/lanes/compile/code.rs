@@ -1,11 +1,11 @@
-//! What instructions do, and on which rows.
+//! Instructions, and the rows that they use.
 
 use super::flat::{Binary, Unary};
 
 /// A row of the register file: one value per lane.
 pub type Row = u16;
 
-/// The first of operations done in one instruction; each is rounded by itself.
+/// The first of operations done in one instruction; each is rounded separately.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Inner {
     Add,
@@ -14,7 +14,7 @@ pub enum Inner {
 }
 
 impl Inner {
-    /// The same operation on what was done before, which is its left operand or its right one.
+    /// The same operation on the previous result, which is its left operand or its right one.
     pub fn after(self, is_left: bool) -> Outer {
         match self {
             Inner::Add => Outer::Add,
@@ -25,7 +25,7 @@ impl Inner {
     }
 }
 
-/// A later one of operations done in one instruction, on what was done before, i, and another value z.
+/// A later one of operations done in one instruction, on the previous result, i, and another value z.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outer {
     Add,
@@ -80,7 +80,7 @@ macro_rules! list {
 /// Three operations that one instruction does.
 pub const TRIPLES: &[(Inner, Outer, Outer)] = triples!(list);
 
-/// What an instruction does with its source rows.
+/// Operation of an instruction on its source rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Code {
     Copy,
@@ -138,7 +138,7 @@ pub const READ: usize = 7;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Step {
     pub code: Code,
-    /// Rows written, each by itself and none that is read.
+    /// Written rows, each separate and none that is read.
     pub to: Vec<Row>,
     /// Rows read.
     pub from: Vec<Row>,

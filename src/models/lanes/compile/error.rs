@@ -1,4 +1,4 @@
-//! What a text can be refused for.
+//! Reasons to refuse a text.
 
 use crate::wgsl::{ShaderError, Source};
 use naga::Span;

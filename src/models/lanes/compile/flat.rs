@@ -98,7 +98,7 @@ impl Ops {
         }
     }
 
-    /// Adds an operation, or finds it. Only what is exact is computed here.
+    /// Adds an operation, or finds it. Only exact operations are computed here.
     pub fn push(&mut self, op: Op) -> Id {
         let op = match op {
             // The operands of a sum or product may change places without changing a bit.

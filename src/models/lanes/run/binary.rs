@@ -1,4 +1,4 @@
-//! What `power`, `exponential` and `logarithm` have in common, in f32 and in f64: binary exponents, and the polynomials of log2 and 2^x.
+//! Common parts of `power`, `exponential` and `logarithm`, in f32 and in f64: binary exponents, and the polynomials of log2 and 2^x.
 
 /// In f32, operation for operation as in shaders/power.wgsl.
 pub mod single {

@@ -27,7 +27,7 @@ pub struct Plan {
 }
 
 impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
-    /// Lanes of a block: the size with the least time for these jobs on so many threads.
+    /// Lanes of a block: the size with the least time for these jobs on this many threads.
     pub(super) fn lanes(&self, jobs: &[Job<'_>]) -> usize {
         if let Some(only) = self.only {
             return if A <= only && self.set != InstructionSet::Baseline { A } else { B };

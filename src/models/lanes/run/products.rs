@@ -7,7 +7,7 @@ use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// A candidate among those of a run, followed by itself with one coordinate moved at a time.
+/// A candidate among those of a run, followed by copies of it with one coordinate moved at a time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Differences {
     /// Where the candidate is.
@@ -61,7 +61,7 @@ pub struct Products<'a> {
     width: usize,
     /// How far each coordinate is moved; first and behind the last 1.
     steps: Vec<f64>,
-    /// One matrix per bin and signal, row by row; only from the diagonal on. What goes beyond the coordinates means nothing.
+    /// One matrix per bin and signal, row by row; only from the diagonal on. Entries beyond the coordinates are undefined.
     sums: Vec<f64>,
     /// The differences of a stretch, sample by sample.
     stretch: Vec<f64>,
@@ -82,7 +82,7 @@ impl<'a> Products<'a> {
         Products { of, bins, width, steps, sums, stretch: Vec::new(), past: vec![0.0; bins.mean * width] }
     }
 
-    /// Where the sums of a bin and signal begin, and how many they are.
+    /// Where the sums of a bin and signal begin, and their number.
     fn place(&self, bin: usize, signal: usize) -> Range<usize> {
         let size = self.width * self.width;
         let first = (bin * SIGNALS + signal) * size;

@@ -41,14 +41,14 @@ pub trait Real:
     fn whole(self) -> u32;
     fn power<const L: usize>(x: &[Self; L], y: &[Self; L], out: &mut [Self; L]);
 
-    /// The larger one; the other one where one is NaN; `other` of two zeros.
+    /// The larger one; if one is NaN, the other; `other` of two zeros.
     #[inline(always)]
     fn larger(self, other: Self) -> Self {
         let larger = if self > other { self } else { other };
         if other.is_number() { larger } else { self }
     }
 
-    /// The smaller one; the other one where one is NaN; `other` of two zeros.
+    /// The smaller one; if one is NaN, the other; `other` of two zeros.
     #[inline(always)]
     fn smaller(self, other: Self) -> Self {
         let smaller = if self < other { self } else { other };

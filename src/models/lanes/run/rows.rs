@@ -1,4 +1,4 @@
-//! Loops over the lanes of a few rows. Each row is an argument by itself: so the compiler knows that no two overlap, and
+//! Loops over the lanes of a few rows. Each row is a separate argument, so the compiler knows that no two overlap, and
 //! leaves out the check.
 #![allow(clippy::neg_cmp_op_on_partial_ord, reason = "what a NaN does must be what the kernel does")]
 
@@ -117,7 +117,7 @@ pub fn errors<T: Real, const L: usize>(y: &[T; L], measured: T, factor: T, to: &
     }
 }
 
-/// The residuals of spacing and speed, and what an observer's gains make of them taken from spacing, speed and missing acceleration.
+/// The residuals of spacing and speed, and their product with an observer's gains subtracted from spacing, speed and missing acceleration.
 #[inline(always)]
 pub fn observe<T: Real, const L: usize>(
     s: &mut [T; L],
@@ -157,7 +157,7 @@ pub fn add_square_where<T: Real, const L: usize>(y: &[T; L], measured: T, factor
     }
 }
 
-/// Adds the square of `term`, and what that rounds away to `low`.
+/// Adds the square of `term`, and its rounding error to `low`.
 #[inline(always)]
 pub fn add_square_compensated<T: Real, const L: usize>(
     term: &[T; L],

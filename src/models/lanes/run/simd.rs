@@ -15,7 +15,7 @@ use crate::lanes::compile::flat::{Binary, Unary};
 /// Instruction sets that block programs are compiled for. All give the same bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum InstructionSet {
-    /// What every processor of the platform has.
+    /// Available on every processor of the platform.
     Baseline,
     /// 256-bit vectors.
     Avx2,
@@ -144,7 +144,7 @@ impl<T: Real, const L: usize> Registers<T, L> {
     }
 }
 
-/// Runs a block that has begun up to a sample, in the code of an instruction set.
+/// Runs a block that has started up to a sample, in the code of an instruction set.
 ///
 /// # Panics
 /// If this processor has not that instruction set.
@@ -169,7 +169,7 @@ pub fn run_block<T: Real, const L: usize>(
     }
 }
 
-/// Rows written (before the semicolon) and read, by their numbers, as references, which tells the compiler that they do not
+/// Rows written (before the semicolon) and read, by their numbers, as references, from which the compiler knows that they do not
 /// overlap.
 macro_rules! rows {
     ($rows:ident, $at:ident, $($to:literal),*; $($source:literal),*) => {

@@ -15,7 +15,7 @@ use super::stream::{Cells, GradeTable, MfcTable};
 /// Lanes that read again together.
 const CHUNK: usize = 16;
 
-/// What each lane read of its cell: C values of the cell, S of the side of its node.
+/// Values that each lane read of its cell: C values of the cell, S of the side of its node.
 #[derive(Debug)]
 struct Cursor<T, const L: usize, const C: usize, const S: usize> {
     cell: [u32; L],
@@ -29,7 +29,7 @@ struct Cursor<T, const L: usize, const C: usize, const S: usize> {
 pub struct Lookups<T, const L: usize> {
     grade: Cursor<T, L, 2, 1>,
     mfc: Cursor<T, L, 3, 4>,
-    /// Where each lane is: first by itself, then from its node on.
+    /// Place of each lane: first searched, then from its node on.
     d: Lane<T, L>,
 }
 

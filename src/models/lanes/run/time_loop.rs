@@ -1,7 +1,7 @@
 //! The time loop of shaders/kernel.wgsl, operation for operation, over a block of lanes.
 //!
 //! All lanes of a block step together. One that has failed or has not started yet computes on, unread: no operation looks
-//! at another lane, and its sums, counts and status are closed. A block may stop at any sample and go on from there.
+//! at another lane, and its sums, counts and status are closed. A block may stop at any sample and continue from there.
 
 use super::real::Real;
 use super::rows;
@@ -47,7 +47,7 @@ pub struct Candidate {
     pub look_back: [(i32, f64); 2],
 }
 
-/// What a block has to run.
+/// Input of a block.
 pub struct Run<'a, T> {
     pub settings: &'a Settings,
     pub stream: &'a Stream<T>,
@@ -107,7 +107,7 @@ pub struct Workspace<T, const L: usize> {
     lookups: Lookups<T, L>,
     pub sums: Sums<T, L>,
     pub status: [u32; L],
-    /// Lanes that failed at this sample and go on from the measurement.
+    /// Lanes that failed at this sample and continue from the measurement.
     fallen: Vec<usize>,
     pub cut_acc: [u32; L],
     pub cut_dec: [u32; L],
@@ -151,7 +151,7 @@ impl<T: Real, const L: usize> Workspace<T, L> {
         self.progress.running == 0 || self.progress.t >= what.end
     }
 
-    /// Rows of the block's candidates. What lies beyond them repeats the last, unread: a step takes less time where no lane is closed.
+    /// Rows of the block's candidates. Lanes beyond them repeat the last, unread: a step takes less time if no lane is closed.
     fn load(&mut self, program: &Program<T, L>, what: &Run<'_, T>) {
         for (value, row) in &program.model.literals {
             self.registers.row_mut(*row).fill(T::literal(*value));
@@ -194,7 +194,7 @@ impl<T: Real, const L: usize> Workspace<T, L> {
     }
 }
 
-/// Runs a block that has begun up to a sample, or until all of its lanes have failed.
+/// Runs a block that has started up to a sample, or until all of its lanes have failed.
 #[inline(always)]
 pub fn run<T: Real, const L: usize>(
     program: &Program<T, L>,
@@ -329,7 +329,7 @@ pub fn run<T: Real, const L: usize>(
     w.progress = Progress { t, here, running };
 }
 
-/// What the time loop looks up for extensions, at the sample before `t`.
+/// The time loop's look-ups for extensions, at the sample before `t`.
 #[inline(never)]
 fn give<T: Real, const L: usize>(
     w: &mut Workspace<T, L>,
@@ -418,7 +418,7 @@ fn perceive<T: Real, const L: usize>(
     }
 }
 
-/// Puts the lanes that failed in a step back on the measurement, from which they go on.
+/// Puts the lanes that failed in a step back on the measurement, from which they continue.
 #[cold]
 #[inline(never)]
 fn put_back<T: Real, const L: usize>(w: &mut Workspace<T, L>, stream: &Stream<T>, home: [u16; 3], t: usize) {

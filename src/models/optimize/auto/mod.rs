@@ -1,9 +1,9 @@
-//! What users get by default: a global search and a local polish, twice at the same time, and more of them until enough agree.
+//! The search by scores alone: a global search and a local polish, twice at the same time, and more of them until enough agree.
 //!
 //! A round is [`Lshade`](super::Lshade) until its population is nearly of one value or its evaluations are spent, then
 //! [`Descent`](super::Descent) from its best member with the shape of its population, at last on exact merits. Rounds draw from
 //! different streams and know nothing of each other, so that their agreement means something; where they disagree the surface has
-//! several basins, and more rounds follow. Two go side by side, for an evaluator takes two generations in hardly more time than one.
+//! basins, and more rounds follow. Two run side by side, because an evaluator takes two generations in hardly more time than one.
 
 mod round;
 
@@ -46,7 +46,7 @@ pub struct AutoSettings {
 const ROUNDS: usize = 4;
 
 impl AutoSettings {
-    /// For so many dimensions, within so many evaluations.
+    /// For this many dimensions, within this many evaluations.
     #[must_use]
     pub fn new(dimensions: usize, evaluations: u64) -> AutoSettings {
         // The shares were chosen on calibrations with seeds 1 to 10 (`leadlag bench optimizers`), none of them finely.
@@ -133,7 +133,7 @@ impl Auto {
             if self.begun > 0 && 2 * search < self.settings.search || self.left == 0 {
                 return;
             }
-            // A round without evaluations would be begun again for ever.
+            // A round without evaluations would start again endlessly.
             let all = self.left.min(search + self.settings.polish).max(1);
             let origin = Origin { generation: self.origin.generation + self.begun * STREAMS_OF_A_ROUND, ..self.origin };
             self.rounds.push(Round::new(self.space.clone(), self.settings, [search.max(1), all], origin));
@@ -142,7 +142,7 @@ impl Auto {
         }
     }
 
-    /// True if rounds enough agree with the best: one more for each that ended elsewhere, for such a surface has several basins, and
+    /// True if enough rounds agree with the best: one more for each that ended elsewhere, because such a surface has several basins, and
     /// rounds may well meet in the wrong one.
     fn is_settled(&self) -> bool {
         let Some(Merit::Feasible(best)) = self.found.first().map(|member| member.merit) else { return false };

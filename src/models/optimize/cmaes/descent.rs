@@ -171,7 +171,7 @@ impl Descent {
     }
 
     fn decompose(&mut self) {
-        // Symmetric up to rounding; made so, for the decomposition reads one half only.
+        // Symmetric up to rounding; made so, because the decomposition reads one half only.
         let symmetric = (&self.covariance + self.covariance.transpose()) * 0.5;
         let eigen = SymmetricEigen::new(symmetric.clone());
         let largest = eigen.eigenvalues.max();

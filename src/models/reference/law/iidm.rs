@@ -58,7 +58,7 @@ mod tests {
         same(law(4.0, 10.0, 30.0), 0.9375);
         // Standing, z = 0.5: free 2, 2 (1 - 0.5^2) = 1.5.
         same(law(4.0, 0.0, 0.0), 1.5);
-        // Behind a spacing that cannot be: z = 12 / 0.001.
+        // With an impossible spacing: z = 12 / 0.001.
         same(law(-1.0, 10.0, 10.0), 2.0 * (1.0 - 12_000.0 * 12_000.0));
         // At v_0 with z < 1 nothing is left.
         same(law(44.0, 20.0, 20.0), 0.0);

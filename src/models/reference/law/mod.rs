@@ -4,7 +4,7 @@ use super::types::Perceived;
 use crate::catalog::law_files;
 use crate::symbols::Parameters;
 
-/// What a law sees at a step.
+/// Input of a law at a step.
 #[derive(Debug, Clone, Copy)]
 pub struct Seen<'a> {
     /// Parameters that bear a name of the paper's table, as extensions left them.
@@ -27,7 +27,7 @@ pub struct Seen<'a> {
     pub dt: f64,
 }
 
-/// What a law remembers from step to step: the members of `State` in the order of its file. All start at 0.
+/// Memory of a law from step to step: the members of `State` in the order of its file. All start at 0.
 pub type Memory = [f64; 4];
 
 /// A law.

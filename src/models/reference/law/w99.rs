@@ -37,7 +37,7 @@ fn wanted(seen: &Seen<'_>) -> f64 {
     let opening = if v_l > cc5 { noticed + cc5 } else { noticed };
 
     if dv < opening && dx <= shortest {
-        // Too close. Behind a standing vehicle, nearer than cc0, SUMO's W99 does nothing.
+        // Too close. Behind a standing vehicle, nearer than cc0, SUMO's W99 commands 0.
         if v_l <= 0.0 {
             return 0.0;
         }

@@ -1,4 +1,4 @@
-//! What is wrong with a column map.
+//! Faults of a column map.
 
 use crate::trajectory::grade::LAPS_M;
 use std::io;

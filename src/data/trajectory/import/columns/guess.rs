@@ -1,4 +1,4 @@
-//! Which column that a map does not name may tell drives apart.
+//! Which unmapped column may distinguish drives.
 
 use super::super::table::fingerprint;
 use std::collections::HashMap;
@@ -29,7 +29,7 @@ impl Guess {
         });
     }
 
-    /// The names of those within whose values every time occurs once; one value tells nothing apart.
+    /// Columns within whose values every time occurs once; one with a single value distinguishes nothing.
     pub fn names(&self) -> Vec<&str> {
         let several = self.columns.iter().filter(|(.., latest)| latest.len() > 1);
         several.map(|(_, name, _)| name.as_str()).collect()

@@ -10,7 +10,7 @@ use crate::trajectory::import::header::nearest;
 use serde::Deserialize;
 use strum::VariantArray;
 
-/// What a row of the table is.
+/// Meaning of a row of the table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, strum::IntoStaticStr)]
 #[strum(const_into_str, serialize_all = "snake_case")]
 #[serde(rename_all = "kebab-case")]
@@ -23,7 +23,7 @@ pub(super) enum Rows {
     Platoon,
 }
 
-/// What lies between two fields.
+/// Separator of fields.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum Separator {
@@ -34,7 +34,7 @@ pub(super) enum Separator {
     Whitespace,
 }
 
-/// What stands before the fraction of a number.
+/// Decimal separator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum Decimal {
@@ -75,7 +75,7 @@ pub(super) struct Column {
     pub form: Form,
     /// A file may lack it.
     pub optional: bool,
-    /// What to do where it is missing.
+    /// Remedy if it is missing.
     pub hint: String,
 }
 
@@ -84,7 +84,7 @@ pub(super) struct Column {
 pub struct ColumnMap {
     /// Name of a shipped map, or the path of a file.
     pub name: String,
-    /// What it is for, in words.
+    /// Title, in words.
     pub title: String,
     pub(super) rows: Rows,
     pub(super) separator: Separator,
@@ -103,7 +103,7 @@ pub struct ColumnMap {
     pub(super) lead_length: Option<f64>,
     /// Of the vehicle ahead \[m\], whatever the columns say.
     pub(super) lead_override: Option<f64>,
-    /// Positions begin anew after this way \[m\].
+    /// Positions restart after this distance \[m\].
     pub(super) lap_length: Option<f64>,
     pub(super) nobody: Vec<String>,
     pub(super) direction: Direction,
@@ -116,7 +116,7 @@ impl ColumnMap {
     /// Reads the text of a map; `name` stands for the file in messages.
     ///
     /// # Errors
-    /// [`MapError`] with the line, what was expected and what was found.
+    /// [`MapError`] with the line, the expected and the found value.
     pub fn parse(text: &str, name: &str) -> Result<ColumnMap, MapError> {
         let path = || name.to_owned();
         let parsed: Text = toml::from_str(text).map_err(|error| {
@@ -244,7 +244,7 @@ impl ColumnMap {
         named.find(|(role, name)| !(name.contains("{}") || role.is_gap() && name.contains("{-1}")))
     }
 
-    /// True if the vehicle ahead is the nearest one in front in the same lane, for no column names it.
+    /// True if the vehicle ahead is the nearest one in front in the same lane, because no column names it.
     pub(super) fn is_searched(&self) -> bool {
         let has = |role: Role| self.column(role).is_some();
         !has(Role::Ahead) && has(Role::Position) && (has(Role::Lane) || self.lap_length.is_some())
@@ -286,7 +286,7 @@ pub(super) fn whole(name: &str) -> &str {
     }
 }
 
-/// Where an entry of a map stands, and what it depends on.
+/// Place of an entry in a map, and its conditions.
 struct Context<'a> {
     rows: Rows,
     frame_s: Option<f64>,

@@ -16,7 +16,7 @@ use std::collections::HashMap;
 pub(super) struct Group {
     /// The name in the file; `None` where no column gives one.
     pub name: Option<String>,
-    /// The same, numbered where it is not the first.
+    /// The same, numbered from the second on.
     pub id: Option<String>,
     pub rows: Vec<usize>,
     /// That the name is borne by another one before.
@@ -55,7 +55,7 @@ pub(super) fn by_group(table: &Table, problems: &mut Problems) -> Result<(Vec<Gr
     Ok((found, repeated))
 }
 
-/// The rows of a group, cut where its time starts anew: another trajectory bears its name.
+/// The rows of a group, cut where its time restarts: another trajectory has the same name.
 fn pieces(rows: Vec<usize>, table: &Table) -> Vec<Vec<usize>> {
     let time = table.numbers(Role::Time).expect("a map without it is refused");
     let mut pieces: Vec<Vec<usize>> = Vec::new();
@@ -123,7 +123,7 @@ pub(super) fn platoons(table: &Table, map: &ColumnMap, problems: &mut Problems) 
     Ok(platoons)
 }
 
-/// Behind a vehicle that is slower than this on the whole, nobody drives fast \[m/s\].
+/// No car drives fast behind a vehicle that is slower than this on average \[m/s\].
 const SLOW: f64 = 2.0;
 /// Faster than this is fast \[m/s\].
 const FAST: f64 = 8.0;
@@ -143,7 +143,7 @@ fn relative(table: &Table, rows: &[usize]) -> Option<ProblemKind> {
     })
 }
 
-/// What is wrong with the values of some rows: they are broken, or a vehicle drives backwards.
+/// Faults in the values of some rows: they are broken, or a vehicle drives backwards.
 fn faults(table: &Table, rows: &[usize]) -> Faults {
     let mut faults = table.faults(rows);
     if let Some(kind) = relative(table, rows) {

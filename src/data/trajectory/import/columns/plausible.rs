@@ -102,13 +102,13 @@ pub(super) fn pairs(table: &Table, pairs: &[Pair], problems: &mut Problems) {
     }
 }
 
-/// The car of the first pair that shows by itself what all of them show; of the first one with such a column where none does.
+/// The car of the first pair that alone shows the fault of all; otherwise of the first pair with such a column.
 fn first(table: &Table, role: Role, pairs: &[Pair], shows: impl Fn(&Pair) -> bool) -> usize {
     let has = |pair: &&Pair| !table.called_of(role, pair.car).is_empty();
     pairs.iter().find(|pair| shows(pair)).or_else(|| pairs.iter().find(has)).map_or(0, |pair| pair.car)
 }
 
-/// How many times the distance of the fronts the headway is, where that is not about 1.
+/// Factor between headway and distance of the fronts, if it is not about 1.
 fn against_positions(pairs: &[Pair]) -> Option<f64> {
     let ratios = pairs.iter().filter_map(|pair| Some((pair.headway.as_ref()?, pair.fronts.as_ref()?)));
     let ratios =

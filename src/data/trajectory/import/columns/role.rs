@@ -1,4 +1,4 @@
-//! What a column of a mapped table says.
+//! Meaning of a column of a mapped table.
 
 use super::map::Rows;
 use super::unit::Quantity;
@@ -32,7 +32,7 @@ pub(super) enum Role {
     Headway,
     SinGrade,
     LeadSpeed,
-    /// Of the vehicle ahead minus that of the follower, as a radar tells it.
+    /// Speed of the vehicle ahead minus that of the follower, as a radar measures it.
     #[strum(to_string = "relative_speed", serialize = "range_rate")]
     RelativeSpeed,
     LeadPosition,
@@ -42,7 +42,7 @@ pub(super) enum Role {
 }
 
 impl Role {
-    /// What is measured; `None`: a name.
+    /// The measured quantity; `None`: a name.
     pub fn quantity(self) -> Option<Quantity> {
         match self {
             Role::Id | Role::Ahead | Role::Group | Role::Lane => None,

@@ -19,7 +19,7 @@ pub(super) struct Text {
     #[serde(default = "point")]
     pub decimal: Decimal,
     pub header: Option<Vec<String>>,
-    /// How the same table is read where it has no header line.
+    /// Reading of the same table without a header line.
     pub headerless: Option<Headerless>,
     #[serde(default)]
     pub skip_lines: u64,
@@ -51,7 +51,7 @@ pub(super) struct Headerless {
     pub header: Vec<String>,
 }
 
-/// What stands behind a role.
+/// Value of a role.
 pub(super) enum Entry {
     /// One value for all rows.
     Constant(f64),

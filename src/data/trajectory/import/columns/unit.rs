@@ -1,4 +1,4 @@
-//! Units of columns, and what they are in SI.
+//! Units of columns, and their factors to SI.
 
 /// What is measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

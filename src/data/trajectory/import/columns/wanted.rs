@@ -59,7 +59,7 @@ pub(super) fn wanted(header: &Header, map: &ColumnMap, problems: &mut Problems) 
 /// More cars than this in one platoon are not looked for.
 const CARS_MAX: usize = 100;
 
-/// The numbers of the cars of a platoon of which there is a speed.
+/// The numbers of the cars of a platoon that have a speed.
 fn cars(header: &Header, map: &ColumnMap) -> Vec<usize> {
     let names = map.column(Role::Speed).map(|column| column.names.as_slice()).unwrap_or_default();
     let has = |car: &usize| {
@@ -69,7 +69,7 @@ fn cars(header: &Header, map: &ColumnMap) -> Vec<usize> {
     (0..=CARS_MAX).filter(has).collect()
 }
 
-/// The name of a column of one car: `{}` is its number, `{-1}` that of the car ahead. `None` where there is no car ahead.
+/// The name of a column of one car: `{}` is its number, `{-1}` that of the car ahead. `None` without a car ahead.
 fn numbered(name: &str, car: usize, ahead: Option<usize>) -> Option<String> {
     if name.contains("{-1}") {
         return Some(name.replace("{-1}", &ahead?.to_string()).replace("{}", &car.to_string()));

@@ -15,21 +15,21 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// What a Parquet file begins with.
+/// First bytes of a Parquet file.
 pub(super) const MAGIC: [u8; 4] = *b"PAR1";
 
 /// Times since 1970 beyond this are no dates of measurements and stay numbers \[s\]: the beginning of 2200.
 const DATES_S: i64 = 7_258_118_400;
 const DAY_S: i64 = 86_400;
 
-/// The most digits of a decimal number: those of 256 bits. Writing down a number of many more takes for ever.
+/// The most digits of a decimal number: those of 256 bits. Writing down a number of many more takes too long.
 const DIGITS_MAX: i32 = 76;
 
 /// The table as text, a row at a time.
 pub(super) struct Text {
     rows: RowIter<'static>,
     line: Vec<u8>,
-    /// So much of the line is handed on.
+    /// Length of the part of the line that is passed on.
     done: usize,
 }
 
@@ -116,7 +116,7 @@ fn refuse_ranges(metadata: &ParquetMetaData, length: u64) -> Result<(), String> 
     Ok(())
 }
 
-/// What the library makes of a file; some contents that contradict each other it meets with a panic.
+/// Result of the Parquet library; some contradictory contents make it panic.
 fn of_library<T, E: std::fmt::Display>(read: impl FnOnce() -> Result<T, E>) -> Result<T, String> {
     match catch_unwind(AssertUnwindSafe(read)) {
         Ok(read) => read.map_err(|error| error.to_string()),

@@ -7,7 +7,7 @@ use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// What stands at the end of a file, behind its columns: the length of the metadata, and the magic number \[bytes\].
+/// End of a file, behind its columns: the length of the metadata, and the magic number \[bytes\].
 pub(super) const FOOTER: u64 = 8;
 
 /// The largest page, unpacked \[bytes\]: a column of as many numbers as a table may have rows. Writers mean 1 MB; some write a column as one page.
@@ -39,7 +39,7 @@ impl Length for Pages {
 impl ChunkReader for Pages {
     type T = BufReader<File>;
 
-    /// What begins with a header: a page, or the footer.
+    /// A part that begins with a header: a page, or the footer.
     fn get_read(&self, start: u64) -> Result<BufReader<File>> {
         let mut reader = self.file.get_read(start)?;
         if start.saturating_add(FOOTER) == self.len() {
@@ -60,7 +60,7 @@ impl ChunkReader for Pages {
     }
 }
 
-/// What of a page's header decides how much the page takes.
+/// The fields of a page's header that decide its memory.
 #[derive(Debug, Default, PartialEq)]
 struct Header {
     /// Size \[bytes\].
