@@ -1,9 +1,9 @@
 //! Are the proofs of the shaders sharp? Every constant, operator, comparison, minimum, maximum, selection and sign of the files in
-//! `shaders/` is changed, one at a time, and the comparison with the reference must fail each time. What survives is listed
+//! `shaders/` is changed, one at a time, and the comparison with the reference must fail each time. Survivors are listed
 //! below, with the reason.
 //!
-//! Shaders are texts that are composed at run time, so nothing is compiled again. A run takes what tests/common/sample.rs chooses;
-//! `target/tmp/shader_mutants.csv` lists it and what became of each change.
+//! Shaders are texts that are composed at run time, so nothing is compiled again. A run takes the changes that tests/common/sample.rs chooses;
+//! `target/tmp/shader_mutants.csv` lists them with their outcome.
 
 mod common;
 #[path = "shader_mutants/exact.rs"]

@@ -23,7 +23,7 @@ pub const NINE_DIGITS: f64 = 5e-9;
 /// programs, amplified along a run of 900 s.
 pub const GOLDEN_STATE: f64 = 1e-6;
 
-/// NRMSE(s,v,a) of a variant on what it drove itself: the measured acceleration is differenced again from speeds near
+/// NRMSE(s,v,a) of a variant on its own simulation: the measured acceleration is differenced again from speeds near
 /// 20 m/s, which costs 1e-13 m/s², and spacing from positions near 2 km.
 pub const SELF_DRIVEN: f64 = 1e-9;
 
@@ -68,7 +68,7 @@ pub const NUDGE: f64 = 1e-13;
 /// See [`NUDGE`]; a run of 9000 steps makes ten thousands of roundings of 1e-16, and four nudges do not find the worst.
 pub const AMPLIFIED: f64 = 1000.0;
 
-/// Relative, one part by itself, beside what the reference changes if its arguments move by as much, one after the other: where
+/// Relative, one part alone, beside the changes of the reference if its arguments move by as much, one after the other: where
 /// large numbers cancel, the last bits of the arguments decide, and the two texts order their operations differently.
 pub const PART: f64 = 1e-12;
 
@@ -83,7 +83,7 @@ pub const CONDITIONED: f64 = 10.0;
 /// 6e-8, amplified up to ten times.
 pub const SCORE_PLAIN: f64 = 2e-5;
 
-/// The same, compensated: what is left are the roundings of the parameters, of the measured signals and within a step.
+/// The same, compensated: only roundings of the parameters, of the measured signals and within a step remain.
 pub const SCORE_COMPENSATED: f64 = 3e-6;
 
 /// Relative, for 99.9 % of the same candidates in either precision: K is the largest change that a few trials met, not a bound.
@@ -104,7 +104,7 @@ pub const FIRST_STEP: [f64; 3] = [3e-5, 1e-4, 1e-3];
 pub const WINDOW: [f64; 3] = [1e-3, 1e-3, 1e-3];
 
 /// A window may exceed [`WINDOW`] if f64, started from the same states rounded to f32 or moved by one last bit of it, misses the
-/// reference by more than one part in so many of it. Not smaller: f32 rounds speed and spacing at each of 50 steps, a hundred
+/// reference by more than this fraction of it. Not smaller: f32 rounds speed and spacing at each of 50 steps, a hundred
 /// times in all, the start only once.
 pub const UNSTABLE: f64 = 100.0;
 

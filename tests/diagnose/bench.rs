@@ -1,4 +1,4 @@
-//! `leadlag bench diagnosis`: what its journal is worth, and what it writes into a page.
+//! `leadlag bench diagnosis`: its journal, and its output into a page.
 
 use crate::common::made_up;
 use leadlag::internal::bench::{DiagnosisJournal, DiagnosisOutcome, DiagnosisTask, SIZES, diagnosis_tasks, planted};
@@ -90,7 +90,7 @@ fn a_page_gets_tables_and_pictures() {
     }
     let names = std::fs::read_to_string(folder.path().join("images/diagnosis_names.svg")).expect("a picture");
     assert!(names.contains(">gain_mass</text>") && names.contains(">no name</text>"), "{names}");
-    // Twice the same but for what the first line may say of the day.
+    // Twice the same, except for the date in the first line.
     assert!(bench(folder.path(), &["--page", "page.md"]).status.success());
     let again = std::fs::read_to_string(&page).expect("a page");
     let tables = |text: &str| text.lines().filter(|line| line.starts_with('|')).map(str::to_owned).collect::<Vec<_>>();
@@ -161,7 +161,7 @@ fn seeds_and_sizes_that_give_no_seeds_of_their_own_are_refused() {
     }
 }
 
-/// An event is excused from what other causes have to show: held-out stretches, and the hold-out. Beside an event, they are not.
+/// An event is exempt from checks of other causes: held-out stretches, and the hold-out. Causes beside an event are not.
 #[test]
 fn the_evidence_for_two_effects_does_not_depend_on_their_order() {
     let data = planted(&made_up::hidden("dead_zone", "l-cth")).expect("a scenario that can be driven");
@@ -176,6 +176,6 @@ fn the_evidence_for_two_effects_does_not_depend_on_their_order() {
         .map(|causes| known(&question, &causes, &values).expect("no error").expect("both can be driven"));
     assert_eq!(one, other);
     assert_eq!(one.parts.len(), 2);
-    // What all of the data gain is no evidence for a cause that lasts.
+    // A gain on all of the data is no evidence for a lasting cause.
     assert!(one.evidence <= one.folds[0] + one.folds[1], "{one:?}");
 }

@@ -230,7 +230,7 @@ fn a_base_that_crashes_and_a_likelier_one_are_told_in_text_and_page() {
     let next = "Next: the same command with --base l-idm+delay";
     assert!(text.contains(next) && page.contains(next), "{text}");
     assert!(text.contains("agree within 0 m/s"), "{text}");
-    // What the terminal marks as at its bound, the page does, too.
+    // The page marks the same values at their bound as the terminal.
     assert!(text.contains("at its bound") && page.contains("<td>at its bound</td>"), "{text}");
     // No crash, no words about one, and no key.
     let [_, page] = said(&self::outcome(serde_json::json!({})));
@@ -285,7 +285,7 @@ fn the_verdict_and_whole_drives_agree_in_what_comes_first() {
     }
 }
 
-/// A rival is told beside the cause in whose place it could be; where a file does not say in whose, beside the first.
+/// A rival is listed beside the cause that it could replace; if a file does not name that cause, beside the first.
 #[test]
 fn a_rival_stands_beside_its_own_cause() {
     let cause = |name: &str, instead_of: Option<&str>| {
@@ -311,7 +311,7 @@ fn a_rival_stands_beside_its_own_cause() {
     }
 }
 
-/// Where nothing is named, what is recommended is the answer.
+/// Without a name, the recommendation is the answer.
 #[test]
 fn a_recommendation_without_a_name_is_the_answer() {
     let recommended = serde_json::json!({
@@ -326,7 +326,7 @@ fn a_recommendation_without_a_name_is_the_answer() {
     assert!(page.contains(&format!("<strong>{first}</strong> {then}</p>")), "{page}");
 }
 
-/// What the base is worth on a drive that it was not fitted to is told whether or not something is found.
+/// The score of the base on an unseen drive is printed with or without a cause.
 #[test]
 fn the_base_on_what_is_held_back_is_always_told() {
     let entry = |label: &str, rms: Option<[f64; 3]>| serde_json::json!({"label": label, "rms": rms, "nrmse_sva": rms.map(|_| 0.75)});

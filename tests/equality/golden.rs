@@ -48,7 +48,7 @@ fn number(row: &Row, column: &str) -> f64 {
     row[column].parse().unwrap_or_else(|_| panic!("row {}: {column}: {:?}", row["row_id"], row[column]))
 }
 
-/// Largest relative difference over the seventeen measures, and where it is.
+/// Largest relative difference over the seventeen measures, and its place.
 fn largest_difference(row: &Row) -> (f64, &'static str) {
     let difference = |name: &&'static str| {
         let (ours, theirs) = (number(row, name), number(row, &format!("{name}_in")));

@@ -1,4 +1,4 @@
-//! The GPU evaluator: every variant runs, its scores are those of the reference, failures are told apart, and no candidate
+//! The GPU evaluator: every variant runs, its scores are those of the reference, failures are distinct, and no candidate
 //! disturbs another.
 
 use crate::common::gpu::{case, gpu, job, population, scores, skipped, variant};
@@ -25,8 +25,8 @@ fn shaken(population: &Population, by: f64) -> Population {
     shaken
 }
 
-/// How far each score is off, in multiples of what is allowed; `None` where rounding the parameters already changes what the f64
-/// reference finds.
+/// Error of each score, in multiples of the limit; `None` where rounding the parameters already changes the f64
+/// reference.
 fn misses(variant: Variant, convention: Convention, precision: Precision) -> Vec<Option<f64>> {
     let case = case(variant, convention, 300, 0.0);
     let population = population(variant, convention, 64, 1);

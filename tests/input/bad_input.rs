@@ -53,7 +53,7 @@ const LABELS: Base = (
      drive,1,2,3,4,5,5.196,4.706,4.957,4.957,4.464\n",
 );
 
-/// What the reader says; empty if it takes the file.
+/// Message of the reader; empty if it accepts the file.
 fn message(reader: Reader, input: impl Read) -> String {
     let result = match reader {
         Reader::Detect => import::read_from(input, "bad.csv", None).map(drop),
@@ -72,7 +72,7 @@ fn broken(base: Base, from: &[u8], to: &[u8]) -> Vec<u8> {
     [&good[..at], to, &good[at + from.len()..]].concat()
 }
 
-/// What is wrong, in which file, what is replaced by what, and the message.
+/// Fault, file, replaced text, replacement, and message.
 type Case = (&'static str, Base, &'static [u8], &'static [u8], &'static str);
 
 #[rustfmt::skip]
@@ -306,7 +306,7 @@ fn files_that_are_no_csv_at_all_are_refused_by_every_reader() {
     for reader in READERS {
         for (bytes, expected) in cases {
             let said = message(reader, bytes);
-            // What a column map could read is told so behind it.
+            // For tables that a column map could read, the message continues with that hint.
             let (said, more) = said.split_once(", or read it by a column map").unwrap_or((&said, ""));
             assert_eq!(said, expected, "{reader:?}");
             let is_measured = !matches!(reader, Reader::Grade | Reader::Labels);

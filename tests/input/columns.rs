@@ -147,7 +147,7 @@ fn a_table_of_lanes_that_curve_is_read_by_its_own_gap() {
     assert!(refused(&ind, examples("exid").as_str()).contains("inD and rounD do not name the vehicle ahead"));
 }
 
-/// I-24 MOTION as a table: rears in feet, both directions, lanes and speeds added; nobody says who is ahead.
+/// I-24 MOTION as a table: rears in feet, both directions, lanes and speeds added; no column names the vehicle ahead.
 #[test]
 fn a_table_of_rears_in_both_directions_is_read() {
     for sign in [1.0, -1.0] {
@@ -222,7 +222,7 @@ fn examples(name: &str) -> String {
     (*text).to_owned()
 }
 
-/// What is measured of the vehicle ahead is its rear on the one side of the road and its front on the other one.
+/// The measured point of the vehicle ahead is its rear on one side of the road and its front on the other one.
 #[test]
 fn another_length_of_the_vehicle_ahead_leaves_the_follower_its_own() {
     for (sign, shorter) in [(1.0, 0.0), (-1.0, 6.0 - LENGTHS[0])] {
@@ -235,7 +235,7 @@ fn another_length_of_the_vehicle_ahead_leaves_the_follower_its_own() {
     }
 }
 
-/// Positions fall, speeds have no sign: where the first position is missing, the second one tells.
+/// Positions fall, speeds have no sign: where the first position is missing, the second one decides.
 #[test]
 fn a_missing_position_does_not_turn_a_vehicle_round() {
     let map = "rows = \"vehicles\"\ndirection = \"by-position\"\nnobody = [\"0\"]\n[columns]\n\
@@ -282,7 +282,7 @@ fn a_missing_position_on_a_ring_is_missing_once() {
 #[test]
 fn a_change_of_lane_or_of_the_vehicle_ahead_ends_a_pair() {
     let mut rows: Vec<String> = highd(1.0).lines().map(str::to_owned).collect();
-    // The second vehicle's rows are 501 to 1000: the lane changes at its frame 201, nobody is ahead from frame 401.
+    // The second vehicle's rows are 501 to 1000: the lane changes at its frame 201, no vehicle is ahead from frame 401.
     for row in &mut rows[701..901] {
         row.replace_range(row.len() - 1.., "3");
     }
@@ -430,7 +430,7 @@ fn noise_is_not_taken_for_a_wrong_unit() {
     read_mapped_from(noisy.as_bytes(), "table.txt", &map).unwrap_or_else(|error| panic!("{error}"));
 }
 
-/// What a table read by a map is refused with.
+/// Error of a table read by a map.
 fn refused(text: &str, map: &str) -> String {
     let map = ColumnMap::parse(map, "map.toml").unwrap_or_else(|error| panic!("{error}"));
     read_mapped_from(text.as_bytes(), "table.csv", &map).expect_err("a wrong unit").to_string()

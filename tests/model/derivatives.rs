@@ -92,7 +92,7 @@ fn of_bin(own: Option<u32>, k: usize) -> bool {
     own == Some(k as u32)
 }
 
-/// Against central differences of the cost itself: free, pulled, and behind collisions, where shortfalls cost; for each family of measures.
+/// Against central differences of the cost itself: free, pulled, and behind collisions, which cost; for each family of measures.
 #[test]
 fn slopes_are_those_of_the_score() {
     let Some(trajectory) = tesla("slopes_are_those_of_the_score") else { return };

@@ -1,4 +1,4 @@
-//! What a calibration tells besides the optimum: intervals hold the truth as often as they say, and say so where data are silent.
+//! Intervals of a calibration: they contain the truth as often as they claim, and are absent where the data do not determine a parameter.
 
 use crate::common::made_up::{self, Way};
 use leadlag::internal::calibrate::{Calibration, Overrides, SearchSpace, Stop, calibrate};
@@ -59,7 +59,7 @@ fn drive(samples: usize, sigma: f64, seed: u64) -> Trajectory {
     made_up::trajectory(label, dt, Way { x: x_l, v: v_l }, Way { x: x_f, v: v_f })
 }
 
-/// Calibrates the IDM with these parameters free within bounds, and asks how well they are known.
+/// Calibrates the IDM with these parameters free within bounds, and computes their intervals.
 fn known(
     trajectory: &Trajectory,
     free: &[(&str, [f64; 2])],
@@ -101,7 +101,7 @@ fn intervals_hold_the_truth_as_often_as_they_say() {
             assert!(lower <= found && found <= upper);
             let inside = |lower: f64, upper: f64| i32::from(lower <= truth && truth <= upper);
             held += inside(lower, upper);
-            // As wide as if every sample told something new.
+            // As wide as if every sample were independent.
             let share = (k.effective_samples / 5000.0).sqrt();
             naively += inside(found - share * (found - lower), found + share * (upper - found));
             all += 1;
@@ -129,7 +129,7 @@ fn intervals_scale_with_noise_and_data() {
     assert!((0.33..0.75).contains(&(long / base)), "{long} and {base}");
 }
 
-/// Far below the desired speed nothing tells it: both ends are the bounds. The truth outside the bounds: the parameter lies on one,
+/// Far below the desired speed nothing determines it: both ends are the bounds. The truth outside the bounds: the parameter lies on one,
 /// which is the open end.
 #[test]
 fn what_data_do_not_tell_is_left_open() {

@@ -40,7 +40,7 @@ fn gains(noise: &Noise, dt: f64) -> [[f64; 2]; 3] {
     k
 }
 
-/// Innovations (r_s, r_v) and states (s, v_f, d) from sample 1 on: predicted with the model and d, corrected by what was measured.
+/// Innovations (r_s, r_v) and states (s, v_f, d) from sample 1 on: predicted with the model and d, corrected by the measurement.
 fn observed(
     case: &Case,
     k: &[[f64; 2]; 3],

@@ -1,4 +1,4 @@
-//! `leadlag bench`: its JSON is what its readers count on, and what it exports can be computed again elsewhere.
+//! `leadlag bench`: the schema of its JSON, and its exports can be computed again elsewhere.
 //! No speed is asserted: it says more about the machine than about the program.
 
 use serde_json::Value;

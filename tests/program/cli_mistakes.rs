@@ -1,4 +1,4 @@
-//! Mistakes on the command line, and what is told about them: the range, the nearest name, the file, the way out.
+//! Mistakes on the command line, and their messages: the range, the nearest name, the file, the remedy.
 
 use crate::common::program::{leadlag, scratch, stderr, stdout, succeeds, text};
 use std::fs;
@@ -23,7 +23,7 @@ fn pair() -> &'static str {
     text(FILE.get_or_init(make))
 }
 
-/// What must be wrong with a calibration that is asked for like this.
+/// Message of a failed calibration with these options.
 fn calibrate(code: i32, extra: &[&str]) -> String {
     fails(code, &[&["calibrate", pair(), "--out", "never"], extra].concat())
 }

@@ -81,7 +81,7 @@ fn every_verb_has_an_example_that_starts_with_it() {
     }
 }
 
-/// What `leadlag WORDS --help` prints, in a terminal of which only COLUMNS is known, if anything is.
+/// Output of `leadlag WORDS --help`, in a terminal of which at most COLUMNS is known.
 fn help(words: &[String], columns: Option<&str>) -> String {
     let mut command = Command::new(env!("CARGO_BIN_EXE_leadlag"));
     command.args(words).arg("--help").env_remove("COLUMNS").envs(columns.map(|columns| ("COLUMNS", columns)));
@@ -293,7 +293,7 @@ fn a_report_of_a_calibration_is_one_page_without_network() {
         html.contains("<strong>Spacing is off by ") && html.contains(" %), speed by "),
         "errors in words come first"
     );
-    // The command that made it, and what it warned of.
+    // The command that made it, and its warnings.
     assert!(html.contains("The command: <code>leadlag calibrate ") && html.contains("--max-evaluations 300"));
     assert!(!html.contains("What the command warned of"));
     ok(&[&["calibrate", text(pair()), "--smooth", "--joint", "--out", text(&fit)], &search[..]].concat());

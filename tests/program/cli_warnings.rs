@@ -1,4 +1,4 @@
-//! What the command line refuses before the work, and what it warns of: options that do nothing, parameters that nothing tells, tables
+//! Refusals and warnings before the work: options without effect, parameters that the data do not determine, tables
 //! of which no row can be simulated.
 
 use crate::common::program::{leadlag, scratch, stderr, succeeds, text};
@@ -64,7 +64,7 @@ fn the_reference_refuses_extensions_of_ones_own_before_the_work() {
     let remedy = "soft.wgsl is your own: use `--evaluator lanes --precision f64`";
     assert!(stderr(&refused).contains(expected) && stderr(&refused).contains(remedy), "{}", stderr(&refused));
     assert!(!out.exists(), "a command that is refused leaves no files");
-    // What is proposed works, and so does the reference with what is built in.
+    // The proposed command works, and so does the reference with built-in extensions.
     calibrate(&["--extend", text(&soft), "--evaluator", "lanes", "--precision", "f64"]);
     calibrate(&["--extend", "actuation_lag", "--evaluator", "reference"]);
 
@@ -150,7 +150,7 @@ fn a_broken_gap_is_warned_of_in_the_words_of_inspect() {
     assert!(!calibrate(&[]).contains("contradicts"), "the drive itself is sound");
 }
 
-/// Followers are numbered by what `--follower` takes, in text and JSON.
+/// Followers have the numbers of `--follower`, in text and JSON.
 #[test]
 fn inspect_says_what_follower_each_car_is() {
     let platoon = drive().join("platoon.csv");

@@ -23,12 +23,12 @@ fn driver(number: u64) -> [f64; 5] {
 const HEADER: &str = "Trajectory_ID,Time_Index,ID_LV,Type_LV,Pos_LV,Speed_LV,Acc_LV,ID_FAV,Pos_FAV,Speed_FAV,Acc_FAV,Spatial_Gap,\
                       Spatial_Headway,Speed_Diff\n";
 
-/// Rows of drives of so many samples at 10 Hz, each of a driver of his own behind a leader of his own.
+/// Rows of drives of this many samples at 10 Hz, each of a different driver behind a different leader.
 fn drives(numbers: std::ops::Range<u64>, samples: usize) -> String {
     delayed_drives(numbers, samples, 0, 0.03)
 }
 
-/// The same of drivers who perceive all so many samples late, with noise of this size.
+/// The same of drivers who all perceive this many samples late, with noise of this size.
 fn delayed_drives(numbers: std::ops::Range<u64>, samples: usize, late: usize, noise: f64) -> String {
     let mut table = String::new();
     for number in numbers {
@@ -83,7 +83,7 @@ fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
         .collect()
 }
 
-/// Each row is what the pair gives alone; what cannot be calibrated is a row with its reason; threads change nothing.
+/// Each row equals the result of the pair alone; a pair that cannot be calibrated is a row with its reason; threads change nothing.
 #[test]
 fn every_pair_is_a_row() {
     let folder = scratch("fleet", "rows");
@@ -205,7 +205,7 @@ fn of_nested_models_the_larger_has_to_earn_it() {
     }
 }
 
-/// What is held back may be other files: a driver is found in them by the id of the car or the trajectory.
+/// Held-back data may be other files: a driver is found in them by the id of the car or the trajectory.
 #[test]
 fn other_drives_of_the_same_drivers_are_held_back() {
     let folder = scratch("fleet", "held");
@@ -256,7 +256,7 @@ fn what_does_not_go_with_many_pairs_is_told() {
     }
 }
 
-/// Killed at any moment and begun again, a fleet ends with the same bytes, and what was calibrated is not calibrated again.
+/// Killed at any moment and started again, a fleet ends with the same bytes, and finished calibrations are not repeated.
 /// Many pairs share an evaluator on a device, and few do on the CPU: the same bytes.
 #[test]
 fn a_device_finds_what_the_cpu_finds() {
@@ -329,7 +329,7 @@ fn a_killed_fleet_goes_on() {
     }
 }
 
-/// Of drivers whose parameters are known: what is called determined lies in its interval as often as it should, and not all is called so.
+/// With drivers of known parameters: intervals of determined parameters contain the truth as often as they should, and not all are determined.
 #[test]
 fn intervals_of_short_drives_hold_the_truth() {
     let folder = scratch("fleet", "coverage");

@@ -1,4 +1,4 @@
-//! What data, laws and accidents do to a fleet: drives that do not vary, laws that share a name, settings and journals that change.
+//! Effects of data, laws and accidents on a fleet: drives that do not vary, laws that share a name, settings and journals that change.
 
 use crate::common::program::{fails, leadlag, ok, scratch, stderr, stdout, succeeds, text};
 use std::collections::{BTreeMap, BTreeSet};
@@ -178,7 +178,7 @@ fn a_row_that_does_not_fit_is_refused_with_its_line() {
     fs::write(&journal, format!("{head}\n")).expect("room");
     ok(&command);
     assert_eq!(fs::read_to_string(&journal).expect("written"), whole);
-    // What a file system may leave of a file after a power cut.
+    // Possible content of a file after a power cut.
     fs::write(&journal, [0; 4096]).expect("room");
     ok(&command);
     assert_eq!(fs::read_to_string(&journal).expect("written"), whole);
@@ -212,7 +212,7 @@ fn a_drive_counts_once() {
     for done in [joint(&[one, other]), diagnose(&[one, other]), diagnose(&[one, "--holdout", other])] {
         assert!(done.status.success(), "{}", stderr(&done));
     }
-    // Each by itself, the rows are right; what they say together is not.
+    // Each row alone is right; their summary is not.
     let command = |files: &[&str], name: &str| {
         let more = ["--all", "--model", "idm", "--no-intervals", "--out"];
         let said = succeeds(&[&["calibrate"], files, &SETTINGS[..], &more[..], &[text(&folder.join(name))]].concat());
@@ -224,7 +224,7 @@ fn a_drive_counts_once() {
     assert!(!command(&[one, other], "apart").contains("copies"));
 }
 
-/// Ids stay what they are in the file; that a spreadsheet would run one of them is said.
+/// Ids stay as in the file; a warning says that a spreadsheet would run one of them.
 #[test]
 fn a_formula_among_the_ids_is_told() {
     let folder = scratch("fleet_faults", "formula");
@@ -273,7 +273,7 @@ fn drivers_are_called_by_their_ids() {
         shown.contains("\ntrajectory D03\n") && !shown.contains("trajectory D01\n"),
         "the longest in full: {shown}"
     );
-    // Without the group the table is asked what tells its drives apart; the surplus column of one value is none.
+    // Without the group, the message asks for the column that distinguishes drives; the surplus column of one value is none.
     let nameless = fs::read_to_string(&map).expect("written").replace("group = { name = \"driver\" }\n", "");
     let nameless = file(&folder, "nameless.toml", &nameless);
     let (code, said) = fails(&["inspect", text(&table), "--columns", text(&nameless)]);
@@ -298,7 +298,7 @@ fn drivers_are_called_by_their_ids() {
     let all = folder.join("all");
     ok(&fleet(&table, &all, &[&columns[..], &["--model", "idm"]].concat()));
     assert!(rows(&all).iter().all(|row| row["name"] == row["trajectory"] && row["name"].starts_with("D0")));
-    // One of them is simulated by his id with what the table has, and scores the same there.
+    // A driver simulated by his id with the row of the table scores the same there.
     let simulate = |result: &Path, more: &[&str]| {
         leadlag(&[&["simulate", text(&table), "--result", text(result), "--json"], &columns[..], more].concat())
     };

@@ -49,7 +49,7 @@ fn a_joint_calibration_says_so() {
     }
 }
 
-/// One drive of another driver among several is told, too.
+/// One drive of another driver among several is reported, too.
 #[test]
 fn one_among_many_is_told() {
     let folder = scratch("one_driver", "many");

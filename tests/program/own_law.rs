@@ -184,7 +184,7 @@ bounds = { kappa = [0.1, 1.0] }
     .expect("the folder can be written");
     let study = folder.join("study");
     ok(&["study", "plan", text(&plan), "--out", text(&study)]);
-    // What the study keeps is enough.
+    // The text kept in the study is enough.
     fs::remove_file(&law).expect("it is there");
     fs::remove_file(&plan).expect("it is there");
     let by_library = Study::open(&study).expect("it is there");

@@ -1,4 +1,4 @@
-//! What people are shown: the demo, which sees files only and says honestly whether it found what had been hidden; pages and text charts.
+//! Output for people: the demo, which reads files only and reports honestly whether it found the hidden effect; pages and text charts.
 
 use crate::common::program::{fails, leadlag, ok, scratch, stderr, succeeds, text};
 use serde_json::Value;
@@ -55,7 +55,7 @@ fn found(hide: &str, seconds: u32) {
     assert_eq!(diagnosis["verdict"], "named", "{said}");
     assert_eq!(diagnosis["causes"][0]["name"], name.as_str(), "{said}");
     assert!(said.contains("so      right, "), "{said}");
-    // What the analysis was given tells nothing of what is hidden; only truth.json does, which no command names.
+    // The input of the analysis does not contain the hidden effect; only truth.json does, which no command names.
     let truth = fs::read_to_string(folder.join("truth.json")).expect("written");
     assert!(truth.contains(&name) && !said.contains("truth.json"), "{said}");
     for file in ["platoon.csv", "Slope.csv"] {
@@ -160,7 +160,7 @@ fn a_calibration_is_shown_in_the_terminal_and_as_a_page() {
     let carried = html.split("id=\"result\">").nth(1).and_then(|rest| rest.split("</script>").next()).expect("a twin");
     let written = fs::read_to_string(&result).expect("written");
     assert_eq!(carried.replace("\\u003c", "<"), written);
-    // Nothing from elsewhere is loaded or run, and who has no scripts is told what is missing.
+    // Nothing from elsewhere is loaded or run, and a browser without scripts shows what is missing.
     let policy = html.find("Content-Security-Policy\" content=\"default-src 'none'; ").expect("a policy");
     assert!(["<style", "<script", "<link"].iter().all(|tag| html.find(tag).is_some_and(|at| at > policy)));
     assert!(!html[policy..].lines().next().expect("a line").contains("http"));
@@ -300,7 +300,7 @@ fn a_calibration_leaves_no_file_of_the_one_before_it_in_its_folder() {
     assert_eq!(names(), ["plot.svg", "plot_of_mine.svg", "result.json", "run.json", "simulation.csv", "timing.json"]);
     let said = stderr(&calibrate(&[&one]));
     assert!(!said.contains("had left there"), "{said}");
-    // Files that no result has written, whatever their names, are nobody's to remove, and least of all those that are read.
+    // Files that no result has written must not be removed, whatever their names, and least of all input files.
     let own = folder.join("own");
     fs::create_dir(&own).expect("made");
     let inputs = ["simulation_1.csv", "simulation_2.csv"].map(|name| own.join(name));

@@ -1,4 +1,4 @@
-//! `leadlag export sumo`: the vehicle type, what cannot be exported, and SUMO itself beside leadlag, where it is installed
+//! `leadlag export sumo`: the vehicle type, the parts that cannot be exported, and SUMO itself beside leadlag, if it is installed
 //! (`scripts/check-sumo` installs it and runs this file).
 
 use crate::common::program::{leadlag, ok, text};
@@ -73,7 +73,7 @@ fn a_type_has_the_parameters_and_says_what_it_has_not() {
     let page = report(&folder);
     assert!(page.contains("<p>Not exported: the perception delay, tau_p = 0.3000 s.</p>"));
     assert!(page.contains("It was not run (--no-run)."));
-    // Calibrated again into the same folder: what was exported is of another result.
+    // Calibrated again into the same folder: the export belongs to another result.
     let result = folder.join("result.json");
     let changed = fs::read_to_string(&result).expect("it was written") + "\n";
     fs::write(&result, changed).expect("writable");
@@ -105,7 +105,7 @@ fn an_export_leaves_no_file_of_an_earlier_one() {
     }
     export();
     assert_eq!(names(&sumo), ["loss.json", "own.txt", "run.json", "vtype.add.xml"]);
-    // What a killed export had begun to put in its place is completed by whoever reads it.
+    // The next reader completes the change of a killed export.
     fs::create_dir(sumo.join(".leadlag-ready")).expect("writable");
     fs::rename(sumo.join("loss.json"), sumo.join(".leadlag-ready/loss.json")).expect("writable");
     fs::write(sumo.join(".leadlag-ready/.list"), "+ vtype.add.xml\n+ loss.json\n").expect("writable");

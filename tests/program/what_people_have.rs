@@ -1,4 +1,4 @@
-//! Files that people really have: what is read of them, and what is said of them. Made-up drives, written here.
+//! Files as users have them: their content as read, and the messages. Synthetic drives, written here.
 
 use crate::common::parquet_table::parquet;
 use crate::common::program::{fails, leadlag, scratch, stderr, stdout, succeeds, text};
@@ -159,7 +159,7 @@ fn the_pieces_of_a_table_are_calibrated_jointly_or_one_by_one() {
     assert_eq!(trajectories("each/table_follower1_trajectory1"), 1);
     let (done, said) = calibrate(&[text(&table)], &["--trajectory", "3"], &folder.join("broken"));
     assert!(!done && said.contains("column Speed_FAV: expected a finite number, found \"?\""), "{said}");
-    // What is calibrated on one is simulated on several, and all of them are checked.
+    // A calibration on one is simulated on several, and all of them are checked.
     let (fit, out) = (folder.join("each/table_follower1_trajectory1"), folder.join("out"));
     let again =
         ["simulate", text(&table), "--result", text(&fit), "--trajectory", "0,1", "--json", "--out", text(&out)];
@@ -357,7 +357,7 @@ fn the_vehicle_ahead_is_found_by_lane_and_position() {
 fn positions_on_a_ring_go_on_where_a_lap_ends() {
     let ring = format!("lap_length = 160\n{TRACKS}");
     let said = mapped("ring", &tracks(Some(160.0)), &ring);
-    // On the ring somebody is ahead of the first car, too.
+    // On the ring a car is ahead of the first one, too.
     assert!(said.contains("5 pairs of a follower") && !said.contains("contradict"), "{said}");
     let (_, gaps) = said.split_once("vehicle 3 ").expect("it follows");
     assert!(gaps.lines().next().expect("its line").contains("35.5-35.5"), "{said}");
@@ -368,7 +368,7 @@ fn positions_on_a_ring_go_on_where_a_lap_ends() {
 
 #[test]
 fn a_pause_on_a_ring_is_no_other_car() {
-    // All drive on by 100 m of 160 m while nobody looks.
+    // All cars advance by 100 m of 160 m during the pause.
     let is_seen =
         |row: &&str| row.split(',').nth(1).is_none_or(|t| t.parse().is_ok_and(|t| !(5.05..14.95).contains(&t)));
     let table = tracks(Some(160.0));
@@ -444,7 +444,7 @@ fn a_broken_value_does_not_cost_the_later_ones_that_bear_its_name() {
             assert!(done == usable && (done || said.contains("found \"?\"")), "{name}, {id}: {said}");
         }
     }
-    // Of vehicle 3 at 1 s the speed; the same numbers come again later.
+    // The speed of vehicle 3 at 1 s; the same numbers come again later.
     let first = tracks(None).replacen("\n3,1.0,10.000,1,10.0,", "\n3,1.0,10.000,1,?,", 1);
     let later = tracks(None).lines().skip(1).fold(String::new(), |all, row| {
         let mut fields: Vec<&str> = row.split(',').collect();
@@ -581,7 +581,7 @@ fn an_export_to_sumo_says_for_which_step_it_is_meant() {
     assert!(xml.contains("step-length 0.1 step-method.ballistic true; tau = 0.400 s is below the 1 s"), "{xml}");
 }
 
-/// Tables of a vehicle and of a road that no car and no road has, with what is said.
+/// Tables of an impossible vehicle and an impossible road, with their messages.
 #[test]
 fn absurd_tables_are_refused_with_line_value_and_range() {
     let vehicle = "[my_car]\nmass_unladen_kg = 1500.0\nphi = 1.04\nf_0_N = [150.0, 160.0]\nf_1_N_per_kmh = [0.1, 0.2]\n\

@@ -1,4 +1,4 @@
-//! Single steps from states that no drive would show one after the other, and what the reference makes of them.
+//! Single steps from states that no drive would show one after the other, and the results of the reference.
 
 use leadlag::internal::catalog::{Controller, Variant};
 use leadlag::internal::convention::{Convention, Radicand};
@@ -12,7 +12,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use std::sync::Arc;
 
-/// One step: what goes into the functions of the text, and what the reference says comes out.
+/// One step: arguments of the functions of the text, and the results of the reference.
 #[derive(Debug, Clone)]
 pub struct Shot {
     /// The parameters of the variant, in the order of `Params`.

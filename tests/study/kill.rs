@@ -51,7 +51,7 @@ fn killed_again_and_again_with_the_default_optimiser_too() {
 }
 
 fn kill_runs(optimizer: &str, evaluations: u32) {
-    // 120 tasks: more work than what fits between the kills, so that nearly all of them hit.
+    // 120 tasks: more work than fits between the kills, so that nearly all of them hit.
     let plan = plan_by(optimizer, 10, evaluations);
     let calm = planned(&format!("kill_calm_{optimizer}"), &plan);
     let began = Instant::now();
@@ -92,8 +92,8 @@ fn kill_runs(optimizer: &str, evaluations: u32) {
     same(&merged(&study, &[]), &expected, "after the kills");
 }
 
-/// Kills a command, at a moment before its end, until so many kills have hit it. What it makes is taken away before each try, and looked
-/// at after it.
+/// Kills a command, at a moment before its end, until this many kills have hit it. Its output is removed before each try, and examined
+/// after it.
 fn kill_command(arguments: &[&str], makes: &Path, look: &dyn Fn()) {
     let began = Instant::now();
     ok(arguments);
@@ -196,7 +196,7 @@ fn signalled(run: Child, study: &Path, signal: &str, limit: Duration) -> String 
     stderr(&output)
 }
 
-/// Ctrl-C, and what schedulers send when the time of a job is over.
+/// Ctrl-C, and the signal of schedulers when the time of a job is over.
 #[cfg(unix)]
 #[test]
 fn ctrl_c_or_a_scheduler_ends_it_within_a_second_and_it_says_how_to_go_on() {
@@ -218,7 +218,7 @@ fn ctrl_c_or_a_scheduler_ends_it_within_a_second_and_it_says_how_to_go_on() {
 fn a_run_that_is_not_to_wait_leaves_tasks_to_the_one_that_works_on_them() {
     let study = planned("no_wait", &plan_text(2, 20_000));
     let mut other = start(&study, "16");
-    // What it has claimed it keeps while it is stopped.
+    // A stopped process keeps its claims.
     at_work(&study);
     let stopped = Command::new("kill").args(["-STOP", &other.id().to_string()]).status().expect("kill is there");
     assert!(stopped.success());

@@ -156,7 +156,7 @@ fn what_a_killed_process_was_writing_counts_for_nothing_and_goes_after_an_hour()
     fs::create_dir(study.join("report")).unwrap();
     let before = status(&study);
     let log = fs::read_dir(study.join("runs")).unwrap().next().expect("a run").unwrap().path();
-    // Nobody can lock the last one, as where a file system has no locks.
+    // No process can lock the last one, as on a file system without locks.
     fs::create_dir(study.join("claims/part")).unwrap();
     let old = [
         "runs/1-1.1-1.tmp",
@@ -171,7 +171,7 @@ fn what_a_killed_process_was_writing_counts_for_nothing_and_goes_after_an_hour()
         let long_ago = SystemTime::now() - Duration::from_secs(2 * 3600);
         fs::File::options().write(true).open(path).unwrap().set_modified(long_ago).unwrap();
     }
-    // Somebody may be about to rename this one.
+    // Another process may be about to rename this one.
     let young = study.join("runs/1-2.2-1.tmp");
     fs::copy(&log, &young).unwrap();
     let after = status(&study);

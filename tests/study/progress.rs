@@ -1,9 +1,9 @@
-//! What a run says while it goes on, where there is no terminal.
+//! Output of a run under way, without a terminal.
 
 use super::common::{command, leadlag, scratch, small, stderr, text};
 use std::fs;
 
-/// Whole lines of progress on stderr of a run, with so many seconds between them.
+/// Whole lines of progress on stderr of a run, with this many seconds between them.
 fn lines(name: &str, every_s: &str, further: &[&str]) -> Vec<String> {
     let study = small(name);
     let mut run = command(&["study", "run", text(&study), "--batch", "1", "--threads", "1"]);

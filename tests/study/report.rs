@@ -1,4 +1,4 @@
-//! The report: its numbers follow from the tables of the study, and stand beside the paper's.
+//! The report: its numbers follow from the tables of the study, beside the paper's.
 
 use super::common::{fails, files, ok, part_names, plan_text, planned, same, text};
 use std::collections::{BTreeMap, HashMap};
@@ -118,7 +118,7 @@ fn numbers_follow_from_the_tables_and_stand_beside_the_papers() {
     let summary = String::from_utf8(report["report.md"].clone()).unwrap();
     assert!(summary.contains("| agrees | IDM-based variants show almost no collision in validation"), "{summary}");
     assert!(!summary.contains("cannot tell") && summary.contains(" further statements cannot be judged"), "{summary}");
-    // The score itself stands beside its share above the best, which changes by many percent where it is small.
+    // The score itself is beside its share above the best, which changes by many percent where it is small.
     let scores = median(best.iter().filter(|row| row["variant"] == "idm").map(|row| number(row, "score")).collect());
     let head = "| id | variant | nrmse-sva | share above the best | paper | change of this share % | paper |";
     assert!(summary.contains(head) && summary.contains(&format!("| 1 | `idm` | {scores:.4} | ")), "{summary}");
@@ -131,7 +131,7 @@ fn numbers_follow_from_the_tables_and_stand_beside_the_papers() {
     ok(&["report", text(&study), "-o", text(&page)]);
     let html = fs::read_to_string(&page).unwrap();
     assert!(html.contains("<h1>Study ") && html.contains("<title>1 idm: median "), "figures tell their numbers");
-    // The answer comes first, and what the study cannot tell is one line.
+    // The answer comes first, and the statements that the study cannot decide are one line.
     let (before, rest) = html.split_once("</strong> Median NRMSE(s,v,a) there ").expect("an answer");
     assert!(before.contains("<p class=\"verdict\">") && !before.contains("</section>"));
     assert!(
@@ -208,7 +208,7 @@ fn a_report_of_an_unfinished_study_says_so_and_a_finished_one_is_the_same_again(
     assert_eq!(order(&reported(&study, &["--partial"])), order(&whole));
 }
 
-/// The paper's tables are of NRMSE(s,v,a): nothing of them stands beside another measure, or judges it.
+/// The paper's tables are of NRMSE(s,v,a): none of them appears beside another measure, or judges it.
 #[test]
 fn a_study_of_another_goodness_of_fit_is_not_put_beside_the_papers_numbers() {
     let plan = plan_text(1, 300).replace("replicates = 1", "replicates = 1\ngof = \"rmse-s\"");

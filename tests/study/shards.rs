@@ -181,7 +181,7 @@ fn an_adapter_for_a_plan_that_computes_on_the_cpu_is_refused() {
     assert!(said.contains("--gpu: this plan computes on the CPU"), "{said}");
 }
 
-/// Table 1 has a period of 3 and of 18, and what a task costs follows it.
+/// Table 1 has a period of 3 and of 18, and the cost of a task follows it.
 #[test]
 fn no_share_of_the_papers_study_is_all_of_one_kind() {
     let task = |variant: &Variant, follower: usize| Task {

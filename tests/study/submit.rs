@@ -1,4 +1,4 @@
-//! What `study submit` writes for SLURM. The scripts are run here by a shell, with the variables that SLURM would set.
+//! Output of `study submit` for SLURM. The scripts are run here by a shell, with the variables that SLURM would set.
 
 use super::common::{expected, fails, leadlag, merged, number_before, ok, same, small, stderr, text};
 use std::fs;
@@ -111,7 +111,7 @@ fn the_jobs_in_any_order_merge_to_the_same_bytes() {
     assert!(!lost.status.success() && stderr(&lost).contains("this script is for sbatch"), "{lost:?}");
     assert_eq!(shell("merge.sh", None).status.code(), Some(1), "nothing is computed yet");
     let first = stderr(&shell("array.sh", Some(4)));
-    // The first one to come finds all the others' tasks, too: nobody works on them.
+    // The first job to come finds all the others' tasks, too: no other job works on them.
     assert_eq!(number_before(&first, "computed"), 4, "{first}");
     assert!(first.contains("20 computed"), "{first}");
     for number in [6, 1, 2, 3, 5] {

@@ -1,4 +1,4 @@
-//! What a checksum cannot tell: numbers that were changed together with it.
+//! Changes that a checksum cannot reveal: numbers that were changed together with it.
 
 use super::common::{fails, ok, part_names, small, stderr, text};
 use leadlag::internal::study::part::Part;

@@ -267,7 +267,7 @@ fn three(values: [f64; 3]) -> String {
     values.map(|value| format!("{value:.1e}")).join(" ")
 }
 
-/// What is to be known of a candidate's run by the reference, with lanes that may restart it in a precision of f32 and in f64.
+/// Results of a candidate's run by the reference, with lanes that may restart it in a precision of f32 and in f64.
 fn of_run<T>(
     j: &Judged,
     followers: &[Follower],

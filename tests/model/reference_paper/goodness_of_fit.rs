@@ -91,7 +91,7 @@ fn a_standing_sample_counts_as_a_millimetre_per_second_for_the_authors() {
     check(
         true,
         &[
-            // errors as they are
+            // unweighted errors
             ("rmse_v", 0.3366501646120692651),
             // sqrt(0.34/25.000001)
             ("nrmse_v", 0.1166190355645253215),

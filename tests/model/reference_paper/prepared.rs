@@ -1,4 +1,4 @@
-//! What is prepared before a run: bounds (Table 3) and measured accelerations.
+//! Preparation before a run: bounds (Table 3) and measured accelerations.
 
 use super::bench::{NONE, case, close, run, steady, trajectory};
 use leadlag::internal::convention::Convention;

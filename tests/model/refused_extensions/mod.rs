@@ -1,4 +1,4 @@
-//! What an extension may not have is said with its place, before anything runs out of stack or memory.
+//! Forbidden parts of an extension give an error with their place, before anything exhausts stack or memory.
 
 mod names;
 mod nesting;
@@ -177,7 +177,7 @@ fn what_an_extension_may_not_have_is_said() {
     }
 }
 
-/// A model has a place for so many only.
+/// A model has a limited number of places only.
 #[test]
 fn more_parameters_than_a_model_can_have_are_refused_where_they_are_declared() {
     let text = |stage: &str, count: usize| {
@@ -196,7 +196,7 @@ fn more_parameters_than_a_model_can_have_are_refused_where_they_are_declared() {
     }
 }
 
-/// What a struct of another name says of its members is nothing to `Parameters` and `State`.
+/// Comments on the members of another struct do not concern `Parameters` and `State`.
 #[test]
 fn comments_are_those_of_the_struct_that_is_meant() {
     let text = "struct ParametersOld {
@@ -240,7 +240,7 @@ fn x_command(own: Parameters, state: State, v: f32) -> Done {
     assert_eq!(read.state, [("kept".to_owned(), Initial::Value(1.0))]);
 }
 
-/// What naga takes as it is, and its author has hardly meant.
+/// Texts that naga accepts and that are probably mistakes.
 #[test]
 fn what_does_nothing_is_warned_of_with_its_place() {
     let parameters = "struct Parameters {\n    /// share [-], 0 to 1, neutral 0\n    k: f32,\n}\n";
@@ -311,7 +311,7 @@ fn functions(last: usize, body: impl Fn(&str) -> String) -> String {
     text + &command(&format!("return f_{last}(a);"))
 }
 
-/// As many functions as that, each of which calls the one before it in so many blocks.
+/// As many functions as that, each of which calls the one before it in this many blocks.
 fn calls_in_blocks(functions: usize, blocks: usize) -> String {
     let (open, close) = ("{ ".repeat(blocks), " }".repeat(blocks));
     let one =
@@ -320,7 +320,7 @@ fn calls_in_blocks(functions: usize, blocks: usize) -> String {
     format!("fn f_0(a: f32) -> f32 {{ return a + 1.0; }}\n{all}{}", command(&format!("return f_{functions}(a);")))
 }
 
-/// Each of these overflowed the stack, ran for ever, or was refused without a place.
+/// Each of these overflowed the stack, ran endlessly, or was refused without a place.
 #[test]
 fn what_is_too_much_is_said_at_once() {
     let nested =
@@ -384,7 +384,7 @@ fn what_is_too_much_is_said_at_once() {
     }
 }
 
-/// What is just allowed also runs: on a thread whose stack is small, in every base model.
+/// Texts just within the limits also run: on a thread whose stack is small, in every base model.
 #[test]
 fn what_is_large_but_allowed_is_compiled() {
     let cases: Vec<&'static Extension> = [

@@ -79,11 +79,11 @@ fn every_name_of_ours_may_be_an_extensions_own() {
         let workers: Vec<_> = texts.chunks(share).map(|texts| scope.spawn(move || count(texts))).collect();
         workers.into_iter().map(|worker| worker.join().expect("no text fails")).sum()
     });
-    // The rest are keywords, parameters of the base models, built-in extensions, and what hides `f32` from its own text.
+    // The rest are keywords, parameters of the base models, built-in extensions, and names that hide `f32` from its own text.
     assert!(10 * accepted > 8 * texts.len(), "only {accepted} of {} texts are valid", texts.len());
 }
 
-/// True if a text is valid; then it fits a base, on the CPU and on the GPU. What is not is refused in its own lines.
+/// True if a text is valid; then it fits a base, on the CPU and on the GPU. An invalid one is refused in its own lines.
 fn fits_if_valid(name: &str, text: &str, what: &str, turn: usize) -> bool {
     let file = format!("{name}.wgsl");
     let extension = match read_extension(&file, text) {
@@ -103,7 +103,7 @@ fn fits_if_valid(name: &str, text: &str, what: &str, turn: usize) -> bool {
     true
 }
 
-/// The names inside are others than the ones that were written; what is said of them must not show it.
+/// The internal names differ from the written ones; messages must not show them.
 #[test]
 fn errors_show_names_and_places_as_written() {
     let text = "const gain = 2.0;\nfn half(a: f32) -> f32 {\n    return 0.5 * a;\n}\nfn x_command(a: f32) -> f32 {\n    return gain * gain * half(a) * b;\n}\n";
