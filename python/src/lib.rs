@@ -19,9 +19,9 @@ create_exception!(
     leadlag,
     Error,
     PyException,
-    "What could not be done: where, what was expected, what was found, what to do."
+    "A failure: place, expected value, found value, remedy."
 );
-create_exception!(leadlag, UsageError, Error, "Something was asked for that cannot be, whatever the data.");
+create_exception!(leadlag, UsageError, Error, "An invalid request, whatever the data.");
 
 /// An error of the library as a Python exception of the same text.
 fn raised(error: leadlag::Error) -> PyErr {

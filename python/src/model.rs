@@ -35,7 +35,7 @@ impl Calibration {
             Some("lanes" | "reference") => Ok(self.inner.clone()),
             _ if !GPU.is_elsewhere() => Ok(self.inner.clone()),
             Some("gpu") => {
-                let message = "device gpu: a process that was forked cannot use the GPU of its parent; start it by \
+                let message = "device gpu: a forked process cannot use the GPU of its parent; start it by \
                                multiprocessing.get_context(\"spawn\"), or take device \"lanes\"";
                 Err(UsageError::new_err(message))
             }

@@ -112,7 +112,7 @@ pub fn reading(options: &[(String, Setting)]) -> PyResult<leadlag::Reading> {
             "lead_start" => reading.lead_start_m = Some(number()?),
             _ => {
                 let known = OPTIONS.join(", ");
-                return Err(UsageError::new_err(format!("no option of reading is called {name}: expected {known}")));
+                return Err(UsageError::new_err(format!("unknown option {name} of reading: expected {known}")));
             }
         }
     }

@@ -1,5 +1,5 @@
 //! The controller does not make up for this share of the grade force.
-//! in short: this share of the slope is not made up for
+//! in short: this share of the slope is not compensated
 //! equation: a = a - gg g sin(theta(x))
 //! looks like: missing acceleration that repeats with the road, against the grade
 //! experiment: the same road in the other direction: what the slope does changes its sign

@@ -122,7 +122,7 @@ impl Fit {
         let outcome = rescore::outcome(&case, parameters, &mut trace).map_err(anyhow::Error::from)?;
         let now = Treatment::of(&drive.trajectory);
         let then = self.result.data.first().map(|data| &data.treatment).filter(|then| **then != now);
-        let warnings = then.map(|then| format!("calibrated on data treated otherwise: {then}; now: {now}"));
+        let warnings = then.map(|then| format!("calibrated on data prepared differently: {then}; now: {now}"));
         let scores = outcome.result.map_or_else(
             |_| IndexMap::new(),
             |measures| {

@@ -146,7 +146,7 @@ impl Pairs {
         let (pair, first) = (pair.place(), first.place());
         let of = if pair == first { "is given twice".to_owned() } else { format!("is {first}") };
         Some(format!(
-            "{count} of {all} pairs are copies of another one, and count again in medians and shares; the first: {pair} {of}"
+            "{count} of {all} pairs are copies of another one, and count twice in medians and shares; the first: {pair} {of}"
         ))
     }
 

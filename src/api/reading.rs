@@ -232,7 +232,7 @@ impl Reading {
             None => None,
             Some((_, Ok(Some(found)))) => Some(found),
             Some((variant, Ok(None))) => {
-                anyhow::bail!("variant {variant} needs the vehicle, and none is called `{}`", longest.name)
+                anyhow::bail!("variant {variant} needs the vehicle, and there is none of the name `{}`", longest.name)
             }
             Some((_, Err(error))) => return Err(error),
         };
@@ -348,7 +348,7 @@ impl Reading {
         if vehicle.is_none() && variant.needs_vehicle() {
             let Trajectory { source, name, follower, .. } = trajectory;
             let message = format!(
-                "{}: variant {variant} needs the vehicle of follower {follower}, and none is called `{name}`; give --vehicle \
+                "{}: variant {variant} needs the vehicle of follower {follower}, and there is none of the name `{name}`; give --vehicle \
                  NAME or FILE#NAME (`leadlag list vehicles`)",
                 source.path
             );

@@ -105,7 +105,7 @@ fn drivers(overrides: &Overrides, loaded: &[&Trajectory]) -> Vec<String> {
     let machine = loaded.iter().find(|one| one.driver().is_some_and(|driver| !is_human(driver)));
     if let (Some(one), Some(other)) = (human.first(), machine) {
         said.push(format!(
-            "{} and {} are driven by a human and by a controller, as the files say, and get the same parameters",
+            "{} and {} have a human driver and a controller according to the files, but get the same parameters",
             one.label, other.label
         ));
     }
@@ -126,7 +126,7 @@ fn level_road(model: &Variant, overrides: &Overrides, loaded: &[&Trajectory]) ->
                 format!("{} has no effect; its value is meaningless", names.join(", "))
             }
             // Other effects of a user's own text are not known here.
-            None => format!("what {} makes of the grade has no effect", extension.name),
+            None => format!("the effect of {} by the grade vanishes", extension.name),
         })
         .collect();
     if level.is_empty() || idle.is_empty() {
@@ -163,9 +163,9 @@ fn off_bounds(model: &Variant, convention: Convention, overrides: &Overrides, lo
     if let Some(fastest) = slow.iter().map(|l| highest(l)).reduce(f64::max) {
         said.push(format!(
             "{}: the follower never drives faster than {fastest:.1} m/s, but v_0 is searched from {lower} m/s on: it will not \
-             be the speed that was set; {}",
+             be the set speed; {}",
             paths(&slow),
-            remedy("a lower bound near the speeds that were driven")
+            remedy("a lower bound near the driven speeds")
         ));
     }
     let above = |l: &&&Trajectory| {
@@ -180,7 +180,7 @@ fn off_bounds(model: &Variant, convention: Convention, overrides: &Overrides, lo
              only: the model cannot keep up; {}",
             paths(&fast),
             fast[0].t[first],
-            remedy("an upper bound above the speeds that were driven")
+            remedy("an upper bound above the driven speeds")
         ));
     }
     said

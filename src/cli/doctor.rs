@@ -95,7 +95,7 @@ fn text(adapters: &[Adapter], found: &[Probe], chosen: Option<&Adapter>) -> Resu
         text += &wrapped(
             5,
             15,
-            &format!("features: {}", if features.is_empty() { "none of those looked for" } else { &features }),
+            &format!("features: {}", if features.is_empty() { "none of the known ones" } else { &features }),
         );
     }
     if !chosen.is_hardware() {
@@ -103,16 +103,16 @@ fn text(adapters: &[Adapter], found: &[Probe], chosen: Option<&Adapter>) -> Resu
         text += &wrapped(
             0,
             0,
-            "There is no hardware GPU. The software adapter is right for tests, but --evaluator lanes is several times \
+            "There is no hardware GPU. The software adapter is good for tests, but --evaluator lanes is several times \
              faster on the same CPU.",
         );
     }
-    text += "\nWhat the driver does with arithmetic\n\n";
+    text += "\nArithmetic of the driver\n\n";
     for Probe { name, status, detail } in found {
         text += &wrapped(2, 30, &format!("{status:<8}{name:<20}{detail}"));
     }
     text += "\nok: correct; trap: wrong, but leadlag works around it; fail: unreliable.\n";
-    text += "\nWhat is safe on this adapter\n\n";
+    text += "\nModes that are safe on this adapter\n\n";
     for mode in modes(found) {
         let answer = if mode.safe { "yes" } else { "NO" };
         text += &wrapped(2, 24, &format!("{answer:<8}{:<14}{}", mode.name, mode.promise));
@@ -122,7 +122,7 @@ fn text(adapters: &[Adapter], found: &[Probe], chosen: Option<&Adapter>) -> Resu
         0,
         0,
         "Always on: no access outside of a buffer, a bound on every loop, NaN found by its bits, error terms hidden from the \
-         compiler, a power function of our own.",
+         compiler, leadlag's own power function.",
     );
     if !modes(found).iter().any(|mode| mode.name == "plain" && mode.safe) {
         text += "\n";

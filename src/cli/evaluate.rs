@@ -143,7 +143,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if summary.with_unused > 0 {
         let names: Vec<&str> = summary.unused.iter().copied().collect();
         evaluator::warn(&format!(
-            "{shown}: {} of {} rows give parameters that their variant does not have, which changes nothing: {}",
+            "{shown}: {} of {} rows give parameters that their variant lacks; leadlag ignores them: {}",
             summary.with_unused,
             summary.rows,
             names.join(", ")

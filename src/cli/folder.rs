@@ -22,8 +22,8 @@ pub fn refuse(folder: &Path, other: &str, own: &str) -> anyhow::Result<()> {
     let kind = if other == RESULT { "calibration" } else { "diagnosis" };
     let (shown, instead) = (folder.display(), folder.join(own));
     Err(Usage(format!(
-        "--out {shown}: the folder holds the {other} of a {kind}, and the files of another result would get mixed with its own; expected \
-         a folder for this one, such as --out {}",
+        "--out {shown}: the folder holds the {other} of a {kind}, and its files would mix with those of another result; expected \
+         another folder, such as --out {}",
         instead.display()
     ))
     .into())
@@ -99,7 +99,7 @@ pub fn finish(mut change: Change, folder: &Path, mut before: Vec<String>) -> any
     let stale = change.finish(before)?;
     if !stale.is_empty() {
         let (shown, names) = (folder.display(), stale.join(", "));
-        eprintln!("removed from {shown} what an earlier result had left there: {names}");
+        eprintln!("removed from {shown} files of an earlier result: {names}");
     }
     Ok(())
 }

@@ -60,7 +60,7 @@ type Entry = (Value, String);
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let narrowed = args.model.is_some() || args.vehicle.is_some();
     if narrowed && !matches!(args.topic, Topic::Parameters) {
-        return Err(Usage("--model and --vehicle go with `leadlag list parameters`".to_owned()).into());
+        return Err(Usage("--model and --vehicle need `leadlag list parameters`".to_owned()).into());
     }
     let entries = match args.topic {
         Topic::Variants => Variant::all().map(|v| variant(&v)).collect(),

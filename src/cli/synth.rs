@@ -198,7 +198,7 @@ fn recorded(file: &Path) -> anyhow::Result<Trajectory> {
     if !file.exists() && file.extension().is_none() {
         let kinds = LEADERS.map(|(name, _)| name);
         let message = format!(
-            "--leader {given}: expected {} or a measured file, and there is no such file{}",
+            "--leader {given}: expected {} or a measured file, found no such file{}",
             kinds.join(", "),
             did_you_mean(&given, kinds)
         );

@@ -212,7 +212,7 @@ pub struct Extensions(&'static [&'static Extension]);
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ExtensionConflict {
     /// The same one twice.
-    #[error("extension {name}: it is part of the model already")]
+    #[error("extension {name}: the model contains it already")]
     Twice {
         /// Its name.
         name: String,

@@ -122,5 +122,5 @@ pub fn far_above(v_0: f64, fastest: f64) -> bool {
 #[must_use]
 pub fn far_above_told(v_0: f64, fastest: f64) -> String {
     let unit = if v_0 > DESIRED { ": is it in km/h? m/s are expected" } else { ", so it changes little" };
-    format!("v_0 = {v_0} m/s is far above the {fastest:.1} m/s that the follower drives at most{unit}")
+    format!("v_0 = {v_0} m/s is far above the largest speed of the follower, {fastest:.1} m/s{unit}")
 }

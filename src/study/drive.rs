@@ -129,7 +129,7 @@ pub enum DriveError {
 fn unread(platoon: &str, missing: Option<&str>) -> String {
     match missing {
         Some(path) => format!(
-            "{path}: no such file, wanted by platoon {platoon}; `--data DIR` names another data folder than the plan does"
+            "{path}: no such file, needed by platoon {platoon}; `--data DIR` names another data folder than the plan does"
         ),
         None => format!("platoon {platoon}"),
     }

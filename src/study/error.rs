@@ -12,7 +12,7 @@ pub enum StudyError {
     /// Every trajectory of a vehicle is validated on every other one, which are too many.
     #[error(
         "the plan has {runs} validation runs, expected at most {most}: each winner is validated on all other platoons of its vehicle, {drives} \
-         trajectories in all; set validation.on = \"none\", or name the vehicles by `vehicle` in [[platoon]] if they are several"
+         trajectories in all; set validation.on = \"none\", or name different vehicles by `vehicle` in [[platoon]]"
     )]
     TooManyValidations {
         /// Runs.
@@ -94,7 +94,7 @@ pub enum StudyError {
     },
     /// A plan that is no copy of a study lies where the copy would be written.
     #[error(
-        "{0}: another plan, which the study's copy of this one would replace; name another folder with --out, or rename that plan"
+        "{0}: the folder holds another plan, which the study's copy of this one would replace; give another folder with --out, or rename that plan"
     )]
     ForeignPlan(String),
     /// The tasks are of another plan than the rest.
@@ -130,7 +130,7 @@ pub enum StudyError {
         source: std::io::Error,
     },
     /// No such task.
-    #[error("task `{id}`: {found} tasks of this study begin so, expected one{}; tasks.jsonl lists all", listed(first, *found))]
+    #[error("task `{id}`: {found} tasks of this study begin with this id, expected one{}; tasks.jsonl lists all", listed(first, *found))]
     NoTask {
         /// As given.
         id: String,

@@ -226,7 +226,7 @@ fn gaps_that_are_not_above_0_count_as_missing_unless_all_are() {
         // Ultra-AV has a second trajectory, of which one row is left.
         let none = text.replace(",20", ",-20");
         let expected = format!(
-            "bad.csv:{place}: column {signal}: expected a spacing above 0 m, found -20, and none that is; check that it is \
+            "bad.csv:{place}: column {signal}: expected a spacing above 0 m, found -20, and none above 0; check that it is \
              bumper to bumper, and its sign"
         );
         let said = message(base.1, none.as_bytes());
@@ -578,12 +578,12 @@ const MAPS: &[(&str, &str, &str)] = &[
     (
         "gap = { name = \"gap\" }\n",
         "",
-        "map.toml: [columns] needs gap, or length with headway or position, found only time, id, ahead, speed; the bumper-to-bumper gap must follow from something; a length that is no column is a number, length = 4.6, or lead_length = 4.6 in a table of pairs",
+        "map.toml: [columns] needs gap, or length with headway or position, found only time, id, ahead, speed; the bumper-to-bumper gap must follow from something; a length without a column is a number, length = 4.6, or lead_length = 4.6 in a table of pairs",
     ),
     (
         "ahead = { name = \"front\" }\n",
         "",
-        "map.toml: [columns] needs ahead, or lane and position, found only time, id, speed, gap; every row must say whom the vehicle follows, or where the vehicle is",
+        "map.toml: [columns] needs ahead, or lane and position, found only time, id, speed, gap; every row must name the vehicle ahead, or give the place of the vehicle",
     ),
     (
         "{ name = \"t\" }",
@@ -639,7 +639,7 @@ const TABLES: &[(&str, &str, &str)] = &[
     (
         "0,b,a,72,20\n1,b,a,72,20\n2,b,a,72,20\n",
         "0,b,c,72,20\n",
-        "bad.csv:1: no vehicle of 2 follows another one of the table for 2 s, the longest for 0 s; is front the right column of the vehicle ahead?",
+        "bad.csv:1: none of 2 vehicles follows another one of the table for 2 s, the longest for 0 s; is front the right column of the vehicle ahead?",
     ),
     (
         "2,b,a,72,20",
@@ -672,7 +672,7 @@ fn every_broken_column_map_is_refused_with_its_exact_message() {
     for (given, expected) in [
         (
             "ngsm",
-            "no column map ngsm; shipped are ngsim, highd, exid, tgsim, i24-motion, waymo-pairs, fhwa-cav, sumo-fcd, a map of one's own ends in .toml; did you mean ngsim?",
+            "no column map ngsm; built in are ngsim, highd, exid, tgsim, i24-motion, waymo-pairs, fhwa-cav, sumo-fcd, your own map ends in .toml; did you mean ngsim?",
         ),
         ("nowhere.toml", "nowhere.toml: expected a readable column map"),
     ] {

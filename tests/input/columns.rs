@@ -449,16 +449,16 @@ fn units_that_look_wrong_are_refused_with_what_they_look_like() {
             pairs(FOOT),
             PAIRS.replace("\"ft\"", "\"m\""),
             "table.csv:1: columns hw (m) and v (km/h) contradict each other: the first changes 3.281 times as much as the \
-             second says; 3.2808 is feet per metre: check both units in the column map; check_units = false there takes \
-             them as they are",
+             second implies; 3.2808 is feet per metre: check both units in the column map; check_units = false there accepts \
+             them unchanged",
         ),
         (
             "a gap in metres called feet",
             pairs(1.0),
             PAIRS.to_owned(),
             "table.csv:1: columns hw (ft) and v (km/h) contradict each other: the first changes 0.305 times as much as the \
-             second says; 1/3.2808 is the inverse of feet per metre: check both units in the column map; check_units = \
-             false there takes them as they are",
+             second implies; 1/3.2808 is the inverse of feet per metre: check both units in the column map; check_units = \
+             false there accepts them unchanged",
         ),
         (
             "times in seconds called milliseconds",
@@ -483,7 +483,7 @@ fn units_that_look_wrong_are_refused_with_what_they_look_like() {
             ngsim(),
             ngsim_map.replace("\"Local_Y\", unit = \"ft\"", "\"Local_Y\", unit = \"m\""),
             "table.csv:1: columns Local_Y (m) and v_Vel (ft/s) contradict each other: the first changes 3.282 times as \
-             much as the second says; 3.2808 is feet per metre: check both units, and the unit of time or frame_rate_hz, \
+             much as the second implies; 3.2808 is feet per metre: check both units, and the unit of time or frame_rate_hz, \
              in the column map; check_units = false there accepts them unchanged",
         ),
         (
@@ -491,7 +491,7 @@ fn units_that_look_wrong_are_refused_with_what_they_look_like() {
             highd(1.0),
             highd_map.replace("frame_rate_hz = 25", "frame_rate_hz = 10"),
             "table.csv:1: columns x (m) and xVelocity (m/s) contradict each other: the first changes 0.400 times as much \
-             as the second says; 1/2.5000 is the inverse of 25 frames per second taken for 10: check both units, and the \
+             as the second implies; 1/2.5000 is the inverse of 25 frames per second taken for 10: check both units, and the \
              unit of time or frame_rate_hz, in the column map; check_units = false there accepts them unchanged",
         ),
         (

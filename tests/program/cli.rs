@@ -272,7 +272,7 @@ fn wrong_usage_exits_with_2_and_failure_with_1() {
             calibrate(&["--model", "idm", "--follower", "1", "--from", "10", "--to", "5"]),
             "--to 5 lies before --from 10",
         ),
-        (2, fails(&["list", "variants", "--model", "3"]), "go with `leadlag list parameters`"),
+        (2, fails(&["list", "variants", "--model", "3"]), "need `leadlag list parameters`"),
         (
             1,
             calibrate(&["--model", "idm", "--follower", "1", "--evaluator", "gpu", "--gpu", "no such card"]),
@@ -281,7 +281,7 @@ fn wrong_usage_exits_with_2_and_failure_with_1() {
         (
             2,
             calibrate(&["--model", "idm", "--follower", "1", "--evaluator", "reference", "--precision", "plain"]),
-            "--precision goes with",
+            "--precision needs",
         ),
         (2, calibrate(&["--model", "idm+nonlinear", "--follower", "1"]), "give --vehicle"),
         (1, calibrate(&["--model", "idm+mfc", "--follower", "1", "--vehicle", "bmw_x5"]), "MFC curve"),
@@ -473,11 +473,11 @@ fn synth_hides_what_it_is_told_to() {
     let refused = |extra: &[&str]| fails(&[&["synth", "--out", text(&folder)], extra].concat());
     let (code, message) = refused(&["--effect", "grad"]);
     assert_eq!(code, 2);
-    assert!(message.contains("no effect is called \"grad\"; there are perception_delay, "), "{message}");
+    assert!(message.contains("unknown effect \"grad\"; expected one of perception_delay, "), "{message}");
     let (code, message) = refused(&["--effect", "grade", "--amplitude", "60"]);
     assert_eq!(code, 1);
-    assert!(message.contains("at most on this drive, less than the 60 m/s wanted"), "{message}");
+    assert!(message.contains("at most on this drive, less than the requested 60 m/s"), "{message}");
     let (_, message) = refused(&["--effect", "grade", "--effect", "grade:gg=1"]);
     assert!(message.contains("--effect grade is given twice"), "{message}");
-    assert!(ok(&["synth", "--list-effects"]).contains("\ngrade: this share of the grade force is not made up for\n"));
+    assert!(ok(&["synth", "--list-effects"]).contains("\ngrade: this share of the grade force is not compensated\n"));
 }

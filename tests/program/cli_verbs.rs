@@ -342,7 +342,7 @@ fn what_is_likely_a_mistake_is_warned_of() {
     }
     writer.flush().expect("writable");
     for message in [calibrate(text(&feet), &[]), ok(&["inspect", text(&feet)])] {
-        assert!(message.contains("times as much as the speeds say (3.2808 is feet per metre)"), "{message}");
+        assert!(message.contains("times as much as the speeds imply (3.2808 is feet per metre)"), "{message}");
     }
 }
 

@@ -192,7 +192,7 @@ fn switches_and_bounds_that_make_no_sense_are_warned_of_once() {
         1,
         "{said}"
     );
-    assert!(said.contains("in the file of --bounds, a lower bound near the speeds that were driven"), "{said}");
+    assert!(said.contains("in the file of --bounds, a lower bound near the driven speeds"), "{said}");
     let slow = scratch("cli_warnings", "slow").join("slow.csv");
     let whole = fs::read_to_string(&one).unwrap();
     let halved = whole.lines().map(|line| {
@@ -298,7 +298,7 @@ fn evaluate_says_once_which_parameters_their_variant_does_not_have() {
     let row = |more: &str| format!("1,platoon,1,4,33,2,1.2,1.4,-2,{more}");
     let (code, _, said) = evaluate("surplus", HEADER, &[&row("0.4,,"), &row("0.3,0.2,"), &row(",NaN,0")]);
     assert_eq!(code, Some(0), "{said}");
-    let warning = "2 of 3 rows give parameters that their variant does not have, which changes nothing: tau_a, tau_p\n";
+    let warning = "2 of 3 rows give parameters that their variant lacks; leadlag ignores them: tau_a, tau_p\n";
     assert!(said.contains(warning) && said.matches("warning: ").count() == 1, "{said}");
     let (_, _, said) = evaluate("absent", HEADER, &[&row("nan,0,"), &row(",0.0,NaN")]);
     assert!(!said.contains("warning: "), "that is how tables with all columns say that there is none: {said}");

@@ -277,7 +277,7 @@ fn a_simulation_of_another_drive_is_neither_mixed_with_a_calibration_nor_drawn_w
         let said = report();
         assert!(said.contains(told) && said.contains("its charts are left out"), "{said}");
         let html = fs::read_to_string(&page).expect("written");
-        assert!(html.contains("No simulation of this result lies beside it") && !html.contains("Error by frequency"));
+        assert!(html.contains("The folder has no simulation of this result") && !html.contains("Error by frequency"));
     }
 }
 
@@ -296,10 +296,10 @@ fn a_calibration_leaves_no_file_of_the_one_before_it_in_its_folder() {
     assert!(calibrate(&[&one, &two, "--joint"]).status.success());
     fs::write(out.join("plot_of_mine.svg"), "").expect("written");
     let said = stderr(&calibrate(&[&one]));
-    assert!(said.contains("had left there: plot_1.svg, plot_2.svg, simulation_1.csv, simulation_2.csv\n"), "{said}");
+    assert!(said.contains("files of an earlier result: plot_1.svg, plot_2.svg, simulation_1.csv, simulation_2.csv\n"), "{said}");
     assert_eq!(names(), ["plot.svg", "plot_of_mine.svg", "result.json", "run.json", "simulation.csv", "timing.json"]);
     let said = stderr(&calibrate(&[&one]));
-    assert!(!said.contains("had left there"), "{said}");
+    assert!(!said.contains("files of an earlier result"), "{said}");
     // Files that no result has written must not be removed, whatever their names, and least of all input files.
     let own = folder.join("own");
     fs::create_dir(&own).expect("made");
@@ -334,7 +334,7 @@ fn a_report_says_of_what_it_can_be_and_is_html() {
     assert!(code == 2 && said.contains(&expected), "{said}");
     ok(&["report", text(&first), "-o", text(&page)]);
     let (code, said) = fails(&["report", &one, "-o", text(&page)]);
-    assert!(code == 1 && said.contains("or its result.json or diagnosis.json; this file is no JSON"), "{said}");
+    assert!(code == 1 && said.contains("or its result.json or diagnosis.json; this file is not JSON"), "{said}");
     assert!(!said.contains("because:"), "{said}");
     let pdf = folder.join("page.pdf");
     let (code, said) = fails(&["report", text(&first), "-o", text(&pdf)]);

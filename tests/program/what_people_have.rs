@@ -387,7 +387,7 @@ fn numbers_that_come_again_are_other_cars() {
         table += &(fields.join(",") + "\n");
     }
     let said = mapped("again", &table, TRACKS);
-    assert!(said.contains("8 pairs of a follower") && said.contains("8 vehicles bear 4 numbers"), "{said}");
+    assert!(said.contains("8 pairs of a follower") && said.contains("8 vehicles have 4 numbers"), "{said}");
 }
 
 #[test]

@@ -23,7 +23,7 @@ fn a_limit_on_file_sizes_stops_the_run_and_leaves_nothing_half_written() {
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
     let said = stderr(&output);
     assert!(said.contains(": cannot write the file\n  because: "), "{said}");
-    assert!(said.contains("0 of 24 tasks are done and kept; after mending: leadlag study run"), "{said}");
+    assert!(said.contains("0 of 24 tasks are done and kept; after a correction: leadlag study run"), "{said}");
     assert_eq!(files(&study.join("parts")).len(), 0, "nothing is left of what could not be written");
     ok(&["study", "run", text(&study)]);
     same(&merged(&study, &[]), expected(), "after the limit");

@@ -94,7 +94,7 @@ fn extensions_that_cannot_be_say_why() {
     for (extend, message) in [
         ("\"actuation_lug\"", "did you mean `actuation_lag`?"),
         ("\"hard.wgsl\"", "hard.wgsl: cannot be read; its name starts from the folder of the plan"),
-        ("\"soft.wgsl\", \"soft.wgsl\"", "calibration.extend: extension soft: it is part of the model already"),
+        ("\"soft.wgsl\", \"soft.wgsl\"", "calibration.extend: extension soft: the model contains it already"),
     ] {
         let file = plan("extend_bad", &format!("extend = [{extend}]"), OWN);
         let (code, said) = fails(&["study", "plan", text(&file), "--out", text(&file.with_file_name("study"))]);

@@ -51,7 +51,7 @@ fn torn_parts_are_noticed_and_computed_again() {
     assert_eq!(found["unfinished"].as_array().unwrap().len(), 1);
     let (code, said) = fails(&["study", "merge", text(&study)]);
     assert_eq!(code, 1);
-    assert!(said.contains("is no whole part of this version: its task counts as missing"), "{said}");
+    assert!(said.contains("is not a complete part of this version: its task counts as missing"), "{said}");
     assert!(said.contains("6 of 24 tasks are missing"), "{said}");
     let output = leadlag(&["study", "run", text(&study)]);
     assert_eq!(number_before(&stderr(&output), "computed"), 6);
@@ -77,7 +77,7 @@ fn a_double_part_does_no_harm_and_a_contradiction_stops_the_merge() {
     assert_eq!(code, 1);
     let pair = format!("{}: contradicts {}, a part of the same task", other.display(), paths[1].display());
     assert!(
-        said.contains(&pair) && said.contains("parts contradict each other (1 pair), and nothing is made of them"),
+        said.contains(&pair) && said.contains("parts contradict each other (1 pair), and leadlag uses neither"),
         "{said}"
     );
     let shown = ok(&["study", "status", text(&study)]);

@@ -142,7 +142,7 @@ fn bad_plans_say_where_what_and_what_to_do() {
         (
             "replicates = 2",
             "evaluator = \"gpu\"\nprecision = \"f64\"",
-            "calibration.precision: precision f64 goes with evaluator lanes",
+            "calibration.precision: precision f64 needs evaluator lanes",
         ),
         ("replicates = 2", "convention = \"author\"", "did you mean `authors`?"),
         (

@@ -133,7 +133,7 @@ fn a_shard_that_is_none_is_refused() {
     }
     let (code, said) = fails(&["study", "run", text(&study), "--task", "nonsense"]);
     assert_eq!(code, 2);
-    assert!(said.contains("task `nonsense`: 0 tasks of this study begin so, expected one"), "{said}");
+    assert!(said.contains("task `nonsense`: 0 tasks of this study begin with this id, expected one"), "{said}");
 }
 
 #[test]
@@ -149,7 +149,7 @@ fn the_beginning_of_several_ids_names_them() {
     assert_eq!(code, 2);
     let listed = several[..several.len().min(5)].join(", ");
     assert!(
-        said.contains(&format!("{} tasks of this study begin so, expected one: {listed}", several.len())),
+        said.contains(&format!("{} tasks of this study begin with this id, expected one: {listed}", several.len())),
         "{said}"
     );
 }

@@ -46,7 +46,7 @@ fn the_scripts_say_what_slurm_needs() {
     let body = format!(
         ": \"${{SLURM_ARRAY_TASK_ID:?this script is for sbatch}}\"\n\
          cores=\"${{SLURM_CPUS_PER_TASK:-1}}\"\n\
-         # Its own share first; then what jobs that were cancelled or are slower have left.\n\
+         # Its own share first; then the tasks that cancelled or slower jobs have left.\n\
          leadlag study run {folder} --shard \"$SLURM_ARRAY_TASK_ID/4\" --no-wait --threads \"$cores\" || exit\n\
          exec leadlag study run {folder} --no-wait --threads \"$cores\"\n"
     );

@@ -113,7 +113,7 @@ impl OptimizerReport {
             writeln!(text, "{id:<13}{seed:>9}{score:>13}{:>13}{ended:>13}{wall:>12.2}", outcome.evaluations[0])?;
         }
         let titles = [
-            ("hard", "Surfaces known as hard, convention paper: the widest spreads"),
+            ("hard", "Known hard surfaces, convention paper: the widest spreads"),
             ("spread", "Convention authors: the widest spreads"),
         ];
         for (aim, title) in titles {

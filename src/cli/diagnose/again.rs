@@ -52,7 +52,7 @@ pub fn command(args: &Args, outcome: &Outcome, trained: &[[f64; 2]]) -> Option<A
 /// The data of the command, in words.
 fn on(trained: &[[f64; 2]], one_window: Option<&[f64; 2]>) -> String {
     match (trained, one_window) {
-        ([], _) => "on the files that were trained on".to_owned(),
+        ([], _) => "on the training files".to_owned(),
         (_, Some([from, to])) => format!("on the training data, {from:.1} to {to:.1} s"),
         (_, None) => "on whole files including the data held back, because those begin at another time in each file".to_owned(),
     }
@@ -165,7 +165,7 @@ mod tests {
         let start = "leadlag calibrate a.csv b.csv --joint --follower 24 --model idm --extend grade --columns ngsim --trajectory 7";
         let rest = data.strip_prefix("--trajectory 7 ").expect("its first words");
         let expected = format!("{start} --segment 2 --from 5 --to 90 {rest} level {more} --out d/extended");
-        assert_eq!(after(&held, &[]), (expected, "on the files that were trained on".to_owned()));
+        assert_eq!(after(&held, &[]), (expected, "on the training files".to_owned()));
 
         // Where the ends differ, no window is that of both files.
         let (typed, on) = after(&words, &[[5.0, 60.0], [5.0, 61.0]]);

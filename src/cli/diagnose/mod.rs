@@ -181,7 +181,7 @@ fn causes(args: &Args) -> anyhow::Result<Vec<&'static Extension>> {
             let names = causes.iter().map(|cause| cause.name.as_str());
             let message = match causes.iter().find(|cause| cause.name == given) {
                 Some(_) => format!(
-                    "--causes {given}: is built in and among those that are tried; --causes is for files of one's own"
+                    "--causes {given}: is built in and tried anyway; --causes is for your own files"
                 ),
                 None => format!(
                     "--causes {given}: expected a file that ends in .wgsl, and there is no such file{}; leadlag tries built-in causes anyway (`leadlag list causes`)",

@@ -120,7 +120,7 @@ fn one(file: &Path, folder: &Path, made: Option<&MadeBy>) -> anyhow::Result<Stri
     let text = read_bounded(file)?;
     let Ok(Kind { verdict }) = serde_json::from_str(&text) else {
         bail!(
-            "{}: expected a folder that calibrate, diagnose or study wrote, or its result.json or diagnosis.json; this file is no JSON",
+            "{}: expected a folder that calibrate, diagnose or study wrote, or its result.json or diagnosis.json; this file is not JSON",
             file.display()
         );
     };

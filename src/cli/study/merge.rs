@@ -54,7 +54,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         }
         let shown = args.folder.display();
         bail!(
-            "{missing} of {} tasks are missing; `leadlag study run {shown}` computes them, --partial merges without",
+            "{missing} of {} tasks are missing; `leadlag study run {shown}` computes them, --partial merges without them",
             tasks.len()
         );
     }

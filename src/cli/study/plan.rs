@@ -103,8 +103,8 @@ fn not_validated(study: &Study) -> Option<String> {
     let more = if names.len() > NAMED { ", ..." } else { "" };
     names.truncate(NAMED);
     Some(format!(
-        "nothing is validated: no two platoons have a follower of the same name; the followers are {}{more}. Where they are the same driver, name \
-         him by `vehicle` in [[platoon]], or map his id as `group`",
+        "nothing is validated: no two platoons have a follower of the same name; the followers are {}{more}. If they are the same driver, give the name \
+         him by `vehicle` in [[platoon]], or map the id as `group`",
         names.join(", ")
     ))
 }
@@ -150,7 +150,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let kept = kept.and_then(|folder| Folder::open(folder).ok()).filter(|folder| folder.study_file().is_ok());
     if kept.is_some() {
         eprintln!(
-            "the plan of a study: its name, its extensions and, without --data, the folder of its data are those that the study keeps"
+            "the plan of a study: its name, its extensions and, without --data, the folder of its data are those of the study"
         );
     }
     let mut plan = kept.map_or_else(|| Plan::read(&args.plan).map_err(StudyError::from), |folder| folder.plan())?;

@@ -52,7 +52,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let (study, tasks) = folder.study(args.data.as_deref())?;
     let chosen = choose(args, &tasks)?;
     if args.gpu.is_some() && !matches!(study.plan.calibration.evaluator, Kind::Gpu | Kind::Auto) {
-        let message = "--gpu: this plan computes on the CPU; `evaluator = \"gpu\"` or \"auto\" in a plan goes with it";
+        let message = "--gpu: this plan computes on the CPU; it needs `evaluator = \"gpu\"` or \"auto\" in the plan";
         return Err(Usage(message.to_owned()).into());
     }
     let progress = Arc::new(Progress::default());
@@ -73,7 +73,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         Ok(summary) => summary,
         Err(error) => {
             let done = progress.done.load(Ordering::SeqCst);
-            eprintln!("{done} of {} tasks are done and kept; after mending: {again}", chosen.len());
+            eprintln!("{done} of {} tasks are done and kept; after a correction: {again}", chosen.len());
             return Err(error.into());
         }
     };

@@ -93,8 +93,8 @@ pub fn complain(inventory: &Inventory) -> anyhow::Result<()> {
     let pairs = output::counted(inventory.conflicting.len() as u64, "pair");
     anyhow::ensure!(
         inventory.conflicting.is_empty(),
-        "parts contradict each other ({pairs}), and nothing is made of them; delete the wrong one of each pair; `leadlag study run` \
-         computes a task again that is left without a part"
+        "parts contradict each other ({pairs}), and leadlag uses neither; delete the wrong one of each pair; `leadlag study run` \
+         computes a task without a part again"
     );
     Ok(())
 }
@@ -110,10 +110,10 @@ fn complaints(inventory: &Inventory) -> String {
         }
     };
     let say = |files: &[PathBuf], what: &str| files.iter().map(|path| format!("{}: {what}", path.display())).collect();
-    tell(say(&inventory.damaged, "is no whole part of this version: its task counts as missing"));
+    tell(say(&inventory.damaged, "is not a complete part of this version: its task counts as missing"));
     tell(say(&inventory.double, "repeats another part: no harm"));
     let pairs = inventory.conflicting.iter().map(|(path, other)| (path.display(), other.display()));
     tell(pairs.map(|(path, other)| format!("{path}: contradicts {other}, a part of the same task")).collect());
-    tell(say(&inventory.foreign, "is no part of this plan: it is left out"));
+    tell(say(&inventory.foreign, "is not a part of this plan: it is left out"));
     text
 }

@@ -102,7 +102,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let out = job.out.display().to_string();
     if let Some(broken) = args.sbatch.iter().chain([&out]).find(|text| text.contains(['\n', '\r'])) {
         return Err(Usage(format!(
-            "{broken:?} has a line end, which an #SBATCH line cannot hold; expected a name without one, such as --out DIR of another folder"
+            "{broken:?} has a line end, which an #SBATCH line cannot contain; expected a name without one, such as --out DIR of another folder"
         ))
         .into());
     }
@@ -184,7 +184,7 @@ impl Job<'_> {
         let rest = format!(" --no-wait --threads \"$cores\"{data}");
         let shard = format!(" --shard \"$SLURM_ARRAY_TASK_ID/{}\"{rest}", self.jobs);
         if self.locks && self.jobs > 1 {
-            text += "# Its own share first; then what jobs that were cancelled or are slower have left.\n";
+            text += "# Its own share first; then the tasks that cancelled or slower jobs have left.\n";
             let _ = writeln!(text, "{} || exit", self.command("run", &shard));
             let _ = writeln!(text, "exec {}", self.command("run", &rest));
         } else {
@@ -197,7 +197,7 @@ impl Job<'_> {
     fn merge(&self) -> String {
         let lines = ["--cpus-per-task=1".to_owned(), "--time=30".to_owned()];
         let head = self.head(&format!("{}-merge", self.name), "%j-merge.log", &lines);
-        let text = "# It names the tasks that are missing, if any are, and fails: then submit again.\n";
+        let text = "# It names missing tasks, if any, and fails: then submit again.\n";
         format!("{head}{text}exec {}\n", self.command("merge", ""))
     }
 }

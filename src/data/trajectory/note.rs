@@ -138,7 +138,7 @@ impl fmt::Display for Note {
                 let hint = hint.as_ref().map_or(String::new(), |hint| format!(" ({hint})"));
                 write!(
                     f,
-                    "the gap changes {ratio:.3} times as much as the speeds say{hint}: are times in s, speeds in m/s, and gaps in m? Other units are read with --columns"
+                    "the gap changes {ratio:.3} times as much as the speeds imply{hint}: are times in s, speeds in m/s, and gaps in m? Other units are read with --columns"
                 )
             }
             Note::GapContradicts { signal, rms_mps } => {
@@ -162,17 +162,17 @@ impl fmt::Display for Note {
             }
             Note::NumbersAgain { vehicles, numbers } => write!(
                 f,
-                "numbers come again after a pause, and are taken for other vehicles: {} vehicles bear {numbers} numbers",
+                "numbers come again after a pause, and count as other vehicles: {} vehicles have {numbers} numbers",
                 numbers + vehicles
             ),
             Note::BrokenLeftOut { vehicles, problem } => {
                 write!(f, "pairs of {vehicles} vehicles with broken values are left out; {problem}")
             }
             Note::RowsRepeated { rows: 1, line } => {
-                write!(f, "line {line} repeats another row letter by letter; taken once")
+                write!(f, "line {line} repeats another row exactly; used once")
             }
             Note::RowsRepeated { rows, line } => {
-                write!(f, "{rows} rows are repeated letter by letter and taken once, the first in line {line}")
+                write!(f, "{rows} rows are exact repetitions and used once, the first in line {line}")
             }
             Note::Found { finding } => write!(f, "{}", finding.told()),
             Note::GradeFromColumn { points } => {

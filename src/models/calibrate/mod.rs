@@ -226,7 +226,7 @@ impl fmt::Display for Tally {
                  `leadlag inspect` shows it; choose another --gof or window"
             );
         }
-        f.write_str("so widen the bounds, or look at the data with `leadlag inspect`")
+        f.write_str("so widen the bounds, or check the data with `leadlag inspect`")
     }
 }
 

@@ -93,7 +93,7 @@ pub enum TableError {
         found: Vec<String>,
     },
     /// A column that is read occurs more than once.
-    #[error("{path}:1: column {column} occurs more than once; which one is meant?")]
+    #[error("{path}:1: column {column} occurs more than once; remove or rename one")]
     Twice {
         /// The table.
         path: String,

@@ -119,7 +119,7 @@ pub struct Pace {
 pub enum CourseError {
     /// A table would need too many cells.
     #[error(
-        "the {what} table has nodes only {closest} apart, so that {cells} equal cells would be needed, expected at most \
+        "the {what} table has nodes only {closest} apart, which needs {cells} equal cells, expected at most \
          {limit}; thin the table out, or use --evaluator reference"
     )]
     Table {

@@ -279,7 +279,7 @@ pub enum EvaluateError {
         message: String,
     },
     /// The memory of the device is too small for this many candidates at once.
-    #[error("{adapter} has not enough memory: {message}; close what else uses it, or use --evaluator lanes")]
+    #[error("{adapter} has not enough memory: {message}; close other programs that use it, or use --evaluator lanes")]
     Memory {
         /// The device.
         adapter: String,
@@ -297,7 +297,7 @@ fn no_adapter(wanted: Option<&str>, present: &[String]) -> String {
         }
         (None, _) => format!("none of these adapters can be used:\n  {}", present.join("\n  ")),
         (Some(wanted), _) => format!(
-            "no GPU adapter `{wanted}`; expected an index, a PCI address or a name, present are:\n  {}",
+            "no GPU adapter `{wanted}`; expected an index, a PCI address or a name of one of these:\n  {}",
             present.join("\n  ")
         ),
     }

@@ -57,7 +57,7 @@ pub fn modes(probes: &[Probe]) -> [Mode; 3] {
         Mode {
             name: "compensated",
             safe: plain && is("hidden_error_terms", &[Ok]),
-            promise: "--precision compensated: rounding errors of states and sums carried along",
+            promise: "--precision compensated: keeps rounding errors of states and sums",
         },
         Mode { name: "same_bits", safe: same_bits, promise: "the very bits of --evaluator lanes on the CPU" },
     ]
@@ -102,8 +102,8 @@ const TRAPS: &[Trap] = &[
             judged(
                 y == [1, 1, 1, 1, 1, 1, 0, 0],
                 ProbeStatus::Fail,
-                "a result that is not a number (NaN) is found by its bits, as the kernels do it",
-                "a result that is not a number (NaN) goes unnoticed: do not use this driver",
+                "the kernels' test by bits detects NaN",
+                "a result that is not a number (NaN) remains undetected: do not use this driver",
             )
         },
     },
@@ -184,7 +184,7 @@ const TRAPS: &[Trap] = &[
                 f32::from_bits(y[0]) == 1.0,
                 ProbeStatus::Trap,
                 "the driver's own power function has 0^0 = 1",
-                "the driver's own power function has 0^0 other than 1; the kernels bring their own",
+                "the driver's own power function has 0^0 other than 1; the kernels have their own",
             )
         },
     },
@@ -211,7 +211,7 @@ const TRAPS: &[Trap] = &[
             judged(
                 f32::from_bits(y[0]) == 1e-5,
                 ProbeStatus::Fail,
-                "--precision compensated works: rounding errors of sums are carried along",
+                "--precision compensated works: it keeps rounding errors of sums",
                 "--precision compensated is no better than plain on this driver",
             )
         },

@@ -143,7 +143,7 @@ impl Local {
         if largest <= 0.0 {
             // A score of roots has a corner where all residuals are 0.
             return Ok(Err(
-                local.refused("the score has no curvature around the candidate, as where the fit is perfect")
+                local.refused("the score has no curvature around the candidate, as with a perfect fit")
             ));
         }
         local.ridge = RIDGE * largest;
@@ -155,7 +155,7 @@ impl Local {
                     local.freedom += pieces;
                     local.power += power;
                 }
-                None => return Ok(Err(local.refused("the candidate lies on the very edge of what is feasible"))),
+                None => return Ok(Err(local.refused("the candidate lies on the edge of the feasible region"))),
             }
         }
         local.freedom -= n as f64;

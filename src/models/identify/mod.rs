@@ -103,7 +103,7 @@ pub fn identify(
 /// Drives below this are too short for intervals that always keep their word \[s\].
 pub const SHORT_S: f64 = 60.0;
 /// The caution beside intervals of such drives; the table of `docs/benchmark/optimizers.md` has the shares.
-pub const SHORT: &str = "on drives of less than 60 s with noise that lasts, 95 % intervals held the truth in 89 (v_0) and 86 (d_0) of 100 cases";
+pub const SHORT: &str = "on drives of less than 60 s with autocorrelated noise, 95 % intervals contained the truth in 89 (v_0) and 86 (d_0) of 100 cases";
 
 /// The same for some of the cases of an evaluator in f64.
 ///
@@ -136,7 +136,7 @@ pub fn identify_on(
         })
     };
     if score(&local.lowest(space, candidate))? < score(candidate)? - 0.1 * deepest {
-        let note = "the candidate is not at a minimum: a better one lies close by, so search longer";
+        let note = "the candidate is not at a minimum: a better one is near, so search longer";
         return none(note, local.evaluations() + 1);
     }
     let parameters = spreads.iter().zip(&local.free).map(|(spread, &i)| {

@@ -59,8 +59,8 @@ effects! {
     ActuationLag, "the acceleration follows the command with time constant ta", 0.0, [("ta", "s", [0.0, 2.5], 0.5)];
     AsymLag, "as actuation_lag, but ta for thrust and tb for braking", 0.0, [("ta", "s", [0.0, 4.0], 0.7), ("tb", "s", [0.0, 4.0], 0.3)];
     SensorLowpass, "spacing and speed difference pass a first-order filter", 0.0, [("tf", "s", [0.0, 2.5], 0.5)];
-    TimeOffset, "the preceding vehicle is seen as it was to ago, oneself as now", 0.0, [("to", "s", [-1.0, 1.0], 0.3)];
-    Grade, "this share of the grade force is not made up for", 0.0, [("gg", "-", [-0.3, 1.3], 0.4)];
+    TimeOffset, "the preceding vehicle is perceived with the delay to, the own state without", 0.0, [("to", "s", [-1.0, 1.0], 0.3)];
+    Grade, "this share of the grade force is not compensated", 0.0, [("gg", "-", [-0.3, 1.3], 0.4)];
     AeroDrag, "acceleration -cD v^2", 0.0, [("cD", "1/m", [-2e-3, 2e-3], 2.5e-4)];
     ConstDecel, "acceleration -c0 while moving", 0.0, [("c0", "m/s2", [-0.5, 0.5], 0.1)];
     GainMass, "the command is multiplied by 1 + m", 0.0, [("m", "-", [-0.5, 0.6], 0.25)];
@@ -73,7 +73,7 @@ effects! {
     SetSpeedChange, "the set speed is vlim from t1 on, for dur", 30.0, [("vlim", "m/s", [1.0, 60.0], 16.0), ("t1", "s", [0.0, 1e5], 250.0), ("dur", "s", [1.0, 1e5], 60.0)];
     MultiAnticipation, "also reacts to the speed of the car before the preceding one: + k2 (v_l2 - v_l)", 0.0, [("k2", "1/s", [-1.0, 1.5], 0.2)];
     LeaderAccelFf, "+ ka times the acceleration of the preceding vehicle, smoothed over 1.1 s", 0.0, [("ka", "-", [-0.6, 1.3], 0.3)];
-    DeadZone, "spacing errors below w are not seen, larger ones are w smaller", 0.0, [("w", "m", [0.0, 8.0], 1.5)];
+    DeadZone, "spacing errors below w are not perceived, larger ones are w smaller", 0.0, [("w", "m", [0.0, 8.0], 1.5)];
     IntegralAction, "+ ki times the integral of the spacing error, at most 0.6 m/s2", 0.0, [("ki", "1/s3", [-0.02, 0.06], 0.004)];
     RangeScale, "the spacing is seen 1 + cs times as large", 0.0, [("cs", "-", [-0.2, 0.2], 0.05)];
     RangeBias, "the spacing is seen b larger", 0.0, [("b", "m", [-5.0, 5.0], 0.5)];
@@ -102,7 +102,7 @@ struct Written {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum EffectError {
     /// No such effect.
-    #[error("no effect is called {found:?}; there are {}", names())]
+    #[error("unknown effect {found:?}; expected one of {}", names())]
     Unknown {
         /// The request.
         found: String,
@@ -302,7 +302,7 @@ mod tests {
     #[test]
     fn says_what_is_wrong() {
         let error = |text: &str| text.parse::<Effect>().expect_err("refused").to_string();
-        assert!(error("grad").starts_with("no effect is called \"grad\"; there are perception_delay, "));
+        assert!(error("grad").starts_with("unknown effect \"grad\"; expected one of perception_delay, "));
         assert_eq!(error("grade:g=1"), "grade has no parameter \"g\"; it has gg");
         assert_eq!(error("grade:gg=2"), "gg of grade: expected -0.3 to 1.3, found 2");
         assert_eq!(error("grade:gg=much"), "gg of grade: expected -0.3 to 1.3, found much");

@@ -52,7 +52,7 @@ pub enum PlantError {
     },
     /// An effect that changes this drive too little.
     #[error(
-        "{effect} changes the speed of car {car} by {largest:.3} m/s at most on this drive, less than the {wanted} m/s wanted; try another drive, car or effect"
+        "{effect} changes the speed of car {car} by {largest:.3} m/s at most on this drive, less than the requested {wanted} m/s; try another drive, car or effect"
     )]
     Weak {
         /// The effect.

@@ -45,13 +45,13 @@ pub struct Selection {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum SelectionError {
     /// The reference has one precision.
-    #[error("--precision goes with --evaluator lanes or gpu; the reference computes in f64")]
+    #[error("--precision needs --evaluator lanes or gpu; the reference computes in f64")]
     Reference,
     /// Most GPUs have no f64, and none is asked for it.
-    #[error("--precision f64 goes with --evaluator lanes; on a GPU there are plain and compensated f32")]
+    #[error("--precision f64 needs --evaluator lanes; on a GPU there are plain and compensated f32")]
     GpuF64,
     /// Only a GPU evaluator runs on an adapter.
-    #[error("--gpu goes with --evaluator gpu or auto")]
+    #[error("--gpu needs --evaluator gpu or auto")]
     Adapter,
 }
 
@@ -122,12 +122,12 @@ impl Selection {
                     Ok(gpu) => Ok(Box::new(Fallback::new(
                         Box::new(Halves::new(gpu)),
                         Box::new(move |error, cases| {
-                            warn(&format!("{error}; going on with the CPU evaluator"));
+                            warn(&format!("{error}; continuing with the CPU evaluator"));
                             lanes(cases)
                         }),
                     ))),
                     Err(error) => {
-                        warn(&format!("{error}; taking the CPU evaluator"));
+                        warn(&format!("{error}; using the CPU evaluator"));
                         lanes(cases)
                     }
                 }
@@ -145,7 +145,7 @@ impl Selection {
     fn against_a_gpu(&self, precision: LanesPrecision, work: Work) -> Option<&'static str> {
         const SMALL: Option<&str> = Some("the work is too small for a GPU to be faster");
         if precision == LanesPrecision::F64 {
-            return Some("this is computed in f64, for which the CPU is taken");
+            return Some("this is computed in f64, on the CPU");
         }
         // Before any driver is asked, which takes time.
         if work.candidates < FOR_A_DISCRETE_GPU {

@@ -171,7 +171,7 @@ impl<'a> Reader<'a> {
                 match parameters.iter().position(|p| matches!(p, Declared::Own(row) if row.name == *wanted)) {
                     Some(k) => Ok(Some(k)),
                     None => {
-                        Err(reader.plain(format!("`loop:` names {wanted}, which is no parameter of this file's own")))
+                        Err(reader.plain(format!("`loop:` names {wanted}, which is not a parameter of this file")))
                     }
                 }
             }
@@ -451,7 +451,7 @@ impl<'a> Reader<'a> {
             stages.push(StageFunction { stage, arguments, with_state });
         }
         if has_state && stages.iter().all(|s| s.with_state.is_none()) {
-            return Err(self.plain("`State` is declared, but no stage returns a new one, so that it never changes"));
+            return Err(self.plain("`State` is declared, but no stage returns a new one, so it never changes"));
         }
         Ok(stages)
     }

@@ -62,7 +62,7 @@ pub(super) fn refuse_long_text(file: &str, text: &str) -> Result<(), ShaderError
         let depth = open.len() - 1 + open.iter().sum::<usize>() + angles;
         if depth > DEPTH {
             let message = format!(
-                "more than {DEPTH} brackets and branches of `else` inside one another, each `<` of a statement among them: give parts \
+                "more than {DEPTH} nested brackets, branches of `else` and `<` of a statement: give parts \
                  of it a name with `let`, or move them into functions"
             );
             return refuse(at, message);
@@ -80,12 +80,12 @@ pub(super) fn refuse_long_text(file: &str, text: &str) -> Result<(), ShaderError
         if declarations > DECLARATIONS {
             return refuse(
                 at,
-                format!("more than {DECLARATIONS} structs, functions and constants: leave out what it does without"),
+                format!("more than {DECLARATIONS} structs, functions and constants: remove unused ones"),
             );
         }
     }
     match wide_struct(text) {
-        Some((at, name)) => refuse(at, format!("{name}: a struct of more than {INSTRUCTIONS} numbers: hand on fewer")),
+        Some((at, name)) => refuse(at, format!("{name}: a struct of more than {INSTRUCTIONS} numbers: pass on fewer")),
         None => Ok(()),
     }
 }

@@ -91,7 +91,7 @@ impl Reader<'_> {
         let members = self.members("Parameters")?;
         if is_law && members.is_empty() {
             return Err(self.plain(
-                "a law: expected a `struct Parameters` with at least one parameter, found none; declare what a calibration may search",
+                "a law: expected a `struct Parameters` with at least one parameter, found none; declare the parameters to search",
             ));
         }
         let own = || members.iter().filter(|(name, ..)| Symbol::from_name(name).is_none());
@@ -100,7 +100,7 @@ impl Reader<'_> {
             return self.refuse(
                 *span,
                 format!(
-                    "expected at most {limit} parameters of a file's own, found {found}; make constants of the others"
+                    "expected at most {limit} parameters in a file, found {found}; make the others constants"
                 ),
             );
         }
@@ -132,14 +132,14 @@ impl Reader<'_> {
         if !LAWS_MAY_HAVE.contains(&symbol) {
             return self.refuse(
                 span,
-                format!("{name} belongs to the perception delay or the vehicle dynamics, which a variant may have beside your law; give yours another name"),
+                format!("{name} belongs to the perception delay or the vehicle dynamics, which a variant may add to your law; give yours another name"),
             );
         }
         if comment.contains('[') {
             let unit = symbol.unit();
             return self.refuse(
                 span,
-                format!("{name} is the paper's parameter: its unit is {unit}, and its bounds are those of `--bounds`; leave its comment out, or give yours another name"),
+                format!("{name} is the paper's parameter: its unit is {unit}, and its bounds are those of `--bounds`; remove its comment, or give yours another name"),
             );
         }
         Ok(Declared::Table(symbol))

@@ -133,9 +133,9 @@ impl FleetFile {
         let held = self.holdout.as_deref().unwrap_or("what was held back");
         let several = self.overview.iter().any(|one| one.model != self.overview[0].model);
         match self.compared_by {
-            Some(Rule::HeldBack) => format!("Compared: the score on {held}, which no parameter was fitted to."),
-            Some(Rule::Expected) if several => "Compared: the score that is expected on another drive of the same driver, the own score plus \
-                 what the parameters have followed of the noise. --holdout 0.3 measures it."
+            Some(Rule::HeldBack) => format!("Compared: the score on {held}, on data that no fit has used."),
+            Some(Rule::Expected) if several => "Compared: the score that is expected on another drive of the same driver, its own score plus \
+                 a penalty for fitted noise. --holdout 0.3 measures it."
                 .to_owned(),
             Some(Rule::None) if several => "Not compared: on its own drive the larger of two nested models always fits better. Give --holdout 0.3, or \
                  leave out --no-intervals."

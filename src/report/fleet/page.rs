@@ -167,7 +167,7 @@ fn drivers(page: &mut Page, one: &Overview, rows: &[Shown]) {
     if shown.len() > 1 {
         page.picture("Which parameters go together", &figures::together(&shown));
         page.paragraph(
-            "Darker: more drivers. The number is the rank correlation. It holds the errors of the estimates, too: parameters of one drive make up \
+            "Darker: more drivers. The number is the rank correlation. It includes the errors of the estimates: parameters of one drive compensate \
              for each other.",
         );
     }

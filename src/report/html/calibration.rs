@@ -35,7 +35,7 @@ pub fn calibration(
     scores(&mut page, result, errors);
     page.section("simulation", "Observed against simulated");
     if charts.is_empty() {
-        page.paragraph("No simulation of this result lies beside it, so there is no chart.");
+        page.paragraph("The folder has no simulation of this result, so there is no chart.");
     }
     page.charts("Observed and simulated", "show", charts);
     if let Some(errors) = errors {

@@ -59,7 +59,7 @@ fn summary(page: &mut Page, outcome: &Outcome) {
              measured one. A dependence on a signal hints at the cause.",
         );
         let svg = pictures::missing("Missing acceleration", missing, outcome.missing_left.as_ref());
-        page.picture("Missing acceleration against what it may depend on", &svg);
+        page.picture("Missing acceleration against signals", &svg);
     }
 }
 
@@ -93,7 +93,7 @@ fn data(page: &mut Page, outcome: &Outcome) {
         entry.units.iter().for_each(|units| page.paragraph(&told(units)));
     }
     if outcome.data_findings.is_empty() && !outcome.has_bad_data() {
-        page.paragraph("Gap and speeds were compared with each other; no contradictions found.");
+        page.paragraph("Gap and speeds do not contradict each other.");
     } else if !outcome.data_findings.is_empty() {
         let row = |f: &crate::result::diagnosis::FindingEntry| {
             let done = f.correction.clone().unwrap_or_else(|| "not corrected".to_owned());
@@ -107,7 +107,7 @@ fn data(page: &mut Page, outcome: &Outcome) {
 fn errors(page: &mut Page, outcome: &Outcome) {
     page.section("errors", "Where and when it errs");
     if let Some(shares) = &outcome.budget {
-        let of = if outcome.broken_off.is_empty() { "" } else { ", of the drives to whose end it comes" };
+        let of = if outcome.broken_off.is_empty() { "" } else { ", over the drives whose end it reaches" };
         budget(page, shares, &format!("Error of the base model's free simulation on the training data{of}"));
     } else if !outcome.broken_off.is_empty() {
         outcome.broken_off.iter().for_each(|entry| page.paragraph(&format!("{}.", entry.told())));
@@ -118,8 +118,8 @@ fn causes(page: &mut Page, outcome: &Outcome) {
     page.section("causes", "Which cause");
     if outcome.ladder.iter().any(|rung| rung.evidence.is_some()) {
         page.paragraph(
-            "Each cause was put into the base model, and both were fitted again. Gain held out: by how much the model with the cause predicts \
-             stretches better that it was not fitted to (in log-likelihood, in nats). A cause counts if that is more than needed, which is more \
+            "Each cause was put into the base model, and both were fitted again. Gain held out: gain in log-likelihood of the model with \
+             the cause on stretches that it was not fitted to (nats). A cause counts if the gain exceeds the threshold, which is higher \
              for a further cause than for the first.",
         );
         page.picture("Ladder of causes", &pictures::ladder("Causes that were tried", &outcome.ladder));

@@ -66,14 +66,14 @@ pub(super) fn answer(own: &Outcomes, ranking: &Ranking) -> (String, String) {
     let Some(chosen) = ranking.chosen.filter(|_| ranking.unseen) else {
         return (
             format!("{} fits its own trajectories best.", own.variants[best]),
-            format!("{fits}. No variant was tried on trajectories that it was not calibrated on, and {nested}."),
+            format!("{fits}. No variant was validated, and {nested}."),
         );
     };
     let name = &own.variants[chosen];
     let open: Vec<String> = ranking.open().iter().map(|v| own.variants[*v].name()).collect();
     let first = match open.len() {
-        0 if own.variants.len() == 1 => format!("{name} was tried on trajectories that it was not calibrated on."),
-        0 => format!("{name} errs least on trajectories that it was not calibrated on."),
+        0 if own.variants.len() == 1 => format!("{name} was validated on unseen drives."),
+        0 => format!("{name} has the lowest error on unseen drives."),
         n => {
             let more = if n > NAMED { format!(" and {} more", n - NAMED) } else { String::new() };
             format!(
@@ -85,7 +85,7 @@ pub(super) fn answer(own: &Outcomes, ranking: &Ranking) -> (String, String) {
     let unseen = median(&validated(own, chosen, &|_| true).0);
     let mut then = format!("Median NRMSE(s,v,a) there {}.", optional(unseen));
     if own.variants.len() > 1 {
-        then += &format!(" Its own trajectories {} fits best, {fits}; {nested}.", own.variants[best]);
+        then += &format!(" {} fits its own drives best, {fits}; {nested}.", own.variants[best]);
     }
     (first, then)
 }
@@ -264,7 +264,7 @@ fn rankings(page: &mut Page, own: &Outcomes) {
 fn validation(page: &mut Page, matrix: &Matrix) {
     page.paragraph(
         "Calibrated on the trajectory of the row, simulated on that of the column: median NRMSE(s,v,a) over the variants, and collisions. \
-         In the diagonal stands the calibration itself.",
+         The diagonal shows the calibration itself.",
     );
     let name = |place: &(String, usize)| format!("{} follower {}", place.0, place.1);
     for (vehicle, rows) in matrix {

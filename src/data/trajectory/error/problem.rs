@@ -32,7 +32,7 @@ pub enum ProblemKind {
     #[error("the line is longer than {limit} bytes; expected rows of CSV: is this the right file?")]
     LineTooLong { limit: usize },
     #[error(
-        "expected a table of at most {limit} bytes, of text (unpacked) and of memory for its rows, found more; split the file by time or by vehicle, and leave out columns that are not read"
+        "expected a table of at most {limit} bytes, of text (unpacked) and of memory for its rows, found more; split the file by time or by vehicle, and remove columns that leadlag does not read"
     )]
     TableTooLarge { limit: u64 },
     #[error("a carriage return inside a line; expected line ends LF or CRLF: convert the line ends of the file")]
@@ -152,7 +152,7 @@ pub enum ProblemKind {
     )]
     NoGroup { column: String, previous: f64, found: f64, guess: Vec<String> },
     #[error(
-        "column {column}: expected a spacing above 0 m, found {found}, and none that is; check that it is bumper to bumper, and its sign"
+        "column {column}: expected a spacing above 0 m, found {found}, and none above 0; check that it is bumper to bumper, and its sign"
     )]
     Spacing { column: String, found: f64 },
     #[error(
@@ -202,7 +202,7 @@ pub enum ProblemKind {
     )]
     MappedStep { column: String, shortest: f64, longest: f64, found: f64 },
     #[error(
-        "columns {a} and {b} contradict each other: the first changes {ratio:.3} times as much as the second says; {hint}; check_units = false there accepts them unchanged"
+        "columns {a} and {b} contradict each other: the first changes {ratio:.3} times as much as the second implies; {hint}; check_units = false there accepts them unchanged"
     )]
     UnitsContradict { a: String, b: String, ratio: f64, hint: String },
     #[error(
@@ -210,11 +210,11 @@ pub enum ProblemKind {
     )]
     VehicleTwice { id: String, found: f64, first: u64 },
     #[error(
-        "no vehicle of {vehicles} drives behind another one in the same lane for {needed} s, the longest for {longest} s; are lane and position the right columns, and is direction?"
+        "none of {vehicles} vehicles drives behind another one in the same lane for {needed} s, the longest for {longest} s; are lane and position the right columns, and is direction?"
     )]
     NobodyAhead { vehicles: usize, longest: f64, needed: f64 },
     #[error(
-        "no vehicle of {vehicles} follows another one of the table for {needed} s, the longest for {longest} s; is {column} the right column of the vehicle ahead?"
+        "none of {vehicles} vehicles follows another one of the table for {needed} s, the longest for {longest} s; is {column} the right column of the vehicle ahead?"
     )]
     NoPairs { column: String, vehicles: usize, longest: f64, needed: f64 },
 }

@@ -178,7 +178,7 @@ impl Columns<'_> {
             notes.push(Note::LengthDerived {
                 car: 1,
                 length_m,
-                from: "headway and gap, both cars taken to be equally long".to_owned(),
+                from: "headway and gap, for cars of equal length".to_owned(),
             });
         }
         let text = |name: &str| self.text(name, rows[0]).unwrap_or_default();

@@ -47,7 +47,7 @@ impl FindingKind {
         match self {
             FindingKind::SpeedScale => "t_h, v_0 and d_0 compensate for a false drift",
             FindingKind::GapOffset => "d_0 is off by as much",
-            FindingKind::ClockOffset => "a_max, a_min and delays make up for it",
+            FindingKind::ClockOffset => "a_max, a_min and delays compensate for it",
             FindingKind::Exchanged | FindingKind::Unit | FindingKind::TooFast | FindingKind::TimeUnit => {
                 "no parameter means anything"
             }

@@ -38,7 +38,7 @@ pub(super) fn of_time(t: &[f64]) -> Option<Finding> {
         matters: true,
         remedies: vec![Remedy::of("columns")],
         sentence: format!(
-            "the time looks like a clock, HHMMSS: {} is followed by {}, and so {minutes} times, where a minute is full; a column map with \
+            "the time looks like a clock, HHMMSS: {} is followed by {}, as at {minutes} full minutes; a column map with \
              unit = \"hhmmss\" for the time reads it",
             first[0], first[1]
         ),

@@ -18,7 +18,7 @@ pub(super) fn factor(link: &Link) -> Option<Finding> {
     Some(Finding {
         matters: true,
         remedies: vec![Remedy::of(mend)],
-        sentence: format!("{}: changes {ratio:.3} times as much as the speeds say{hint}: check units", link.called),
+        sentence: format!("{}: changes {ratio:.3} times as much as the speeds imply{hint}: check units", link.called),
         ..Finding::new(kind, Who::Both, if exchanged { "speed" } else { "gap" }, ratio, "-")
     })
 }
@@ -34,8 +34,8 @@ pub(super) fn too_fast(link: &Link) -> impl Iterator<Item = Finding> + '_ {
             matters: true,
             remedies: vec![Remedy::of("columns")],
             sentence: format!(
-                "{} is up to {highest:.1} m/s ({:.0} km/h), above {} m/s in {} samples, the first at {:.1} s: no car behind another one \
-                 drives so fast; is it in ft/s or km/h?",
+                "{} is up to {highest:.1} m/s ({:.0} km/h), above {} m/s in {} samples, the first at {:.1} s: no follower \
+                 drives that fast; is it in ft/s or km/h?",
                 signal.title,
                 highest * 3.6,
                 LIMITS.fast,

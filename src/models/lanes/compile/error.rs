@@ -28,7 +28,7 @@ pub enum LanesError {
     },
     /// More than there are rows for.
     #[error(
-        "the model has {operations} operations after calls are put in, of which the CPU takes {most} at most; use fewer extensions, \
+        "the model has {operations} operations with calls inlined, and the CPU takes {most} at most; use fewer extensions, \
          or shorter ones"
     )]
     TooLarge {

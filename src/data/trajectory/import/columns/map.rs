@@ -210,13 +210,13 @@ impl ColumnMap {
         }
         let lead_length = has(Role::LeadLength) || self.lead_length.is_some();
         let length = has(Role::Length) || self.length.is_some();
-        let how = "the bumper-to-bumper gap must follow from something; a length that is no column is a number, length = 4.6, or \
+        let how = "the bumper-to-bumper gap must follow from something; a length without a column is a number, length = 4.6, or \
                    lead_length = 4.6 in a table of pairs";
         match self.rows {
-            Rows::Vehicles if !has(Role::Id) => missing("id", "every row must say whose it is"),
+            Rows::Vehicles if !has(Role::Id) => missing("id", "every row must name its vehicle"),
             Rows::Vehicles if !has(Role::Ahead) && !self.is_searched() => missing(
                 "ahead, or lane and position",
-                "every row must say whom the vehicle follows, or where the vehicle is",
+                "every row must name the vehicle ahead, or give the place of the vehicle",
             ),
             Rows::Vehicles if has(Role::Gap) => Ok(()),
             Rows::Vehicles if (has(Role::Headway) || has(Role::Position)) && length => Ok(()),

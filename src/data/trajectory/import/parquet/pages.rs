@@ -112,7 +112,7 @@ impl Header {
                 }
                 (DICTIONARY, 3, TRUE | FALSE) | (DATA_V2, 7, TRUE | FALSE) => {}
                 (DATA, 5, STRUCT) | (DATA_V2, 8, STRUCT) => skip(input, STRUCT, DEPTH)?,
-                _ => return Err(io::Error::other("the header of a page is none")),
+                _ => return Err(io::Error::other("the header of a page is invalid")),
             }
             before = field;
         }
@@ -173,7 +173,7 @@ fn skip(input: &mut impl Read, kind: u8, depth: usize) -> io::Result<()> {
             }
             0
         }
-        _ => return Err(io::Error::other("the statistics of a page are none")),
+        _ => return Err(io::Error::other("the statistics of a page are invalid")),
     };
     match io::copy(&mut input.take(length), &mut io::sink())? {
         found if found == length => Ok(()),
