@@ -15,12 +15,7 @@ use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
 use std::path::PathBuf;
 
-create_exception!(
-    leadlag,
-    Error,
-    PyException,
-    "A failure: place, expected value, found value, remedy."
-);
+create_exception!(leadlag, Error, PyException, "A failure: place, expected value, found value, remedy.");
 create_exception!(leadlag, UsageError, Error, "An invalid request, whatever the data.");
 
 /// An error of the library as a Python exception of the same text.

@@ -57,7 +57,9 @@ pub fn origin<'a>(given: &[String], followers: impl IntoIterator<Item = (&'a str
         None if followers.iter().any(|(_, driver)| driver.is_some_and(is_human)) => {
             format!("{acc}, although the file says that a human drives; --bounds human is for human drivers")
         }
-        None if followers.iter().any(|(_, driver)| driver.is_some()) => format!("{acc}, because the file names the driver"),
+        None if followers.iter().any(|(_, driver)| driver.is_some()) => {
+            format!("{acc}, because the file names the driver")
+        }
         None => format!("{acc}, because the follower is a known car with adaptive cruise control"),
         Some(_) => format!("{acc}, because the driver is unknown; use --bounds human for human drivers"),
     }

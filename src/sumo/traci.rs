@@ -100,10 +100,8 @@ impl Traci {
 
     /// Sends one command and checks the status that SUMO answers with.
     fn command(&mut self, id: u8, content: &[u8], words: &'static str) -> Result<Answer, SumoError> {
-        let io = |source| SumoError::Io {
-            what: format!("the connection to SUMO broke at the command to {words}"),
-            source,
-        };
+        let io =
+            |source| SumoError::Io { what: format!("the connection to SUMO broke at the command to {words}"), source };
         let length = 2 + content.len();
         let mut message = Vec::with_capacity(length + 8);
         if length <= usize::from(u8::MAX) {

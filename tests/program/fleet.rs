@@ -189,7 +189,10 @@ fn of_nested_models_the_larger_has_to_earn_it() {
             if late == 0 {
                 assert!(delayed["best"].as_u64() <= Some(1), "{said}");
                 assert_eq!(idm["chosen"], true, "{said}");
-                assert!(said.contains("not distinguishable") || said.contains("idm follows these drivers best"), "{said}");
+                assert!(
+                    said.contains("not distinguishable") || said.contains("idm follows these drivers best"),
+                    "{said}"
+                );
             } else {
                 assert!(delayed["best"].as_u64() > Some(1) && idm["best"].as_u64() == Some(0), "{said}");
                 assert_eq!(delayed["chosen"], true, "{said}");
@@ -221,10 +224,7 @@ fn other_drives_of_the_same_drivers_are_held_back() {
     assert_eq!(scored, [false, true, true]);
     fs::write(&other, HEADER.to_owned() + &drives(7..9, 250)).expect("room");
     for (given, expected) in [
-        (
-            text(&other),
-            "belong to none of the calibrated drivers, automated vehicle 1, automated vehicle 3",
-        ),
+        (text(&other), "belong to none of the calibrated drivers, automated vehicle 1, automated vehicle 3"),
         (text(&fit), "it is calibrated on, too"),
         ("1.5", "expected a share above 0 and below 1"),
         ("nan", "expected a share above 0 and below 1"),

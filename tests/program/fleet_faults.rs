@@ -277,7 +277,10 @@ fn drivers_are_called_by_their_ids() {
     let nameless = fs::read_to_string(&map).expect("written").replace("group = { name = \"driver\" }\n", "");
     let nameless = file(&folder, "nameless.toml", &nameless);
     let (code, said) = fails(&["inspect", text(&table), "--columns", text(&nameless)]);
-    assert!(code == 1 && said.contains("if driver distinguishes drives, add `group = { name = \"driver\" }`"), "{said}");
+    assert!(
+        code == 1 && said.contains("if driver distinguishes drives, add `group = { name = \"driver\" }`"),
+        "{said}"
+    );
     assert!(!said.contains("remove one of them"), "{said}");
     let one = folder.join("one");
     let calibrate = |more: &[&str]| {

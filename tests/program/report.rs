@@ -165,9 +165,7 @@ fn a_calibration_is_shown_in_the_terminal_and_as_a_page() {
     assert!(["<style", "<script", "<link"].iter().all(|tag| html.find(tag).is_some_and(|at| at > policy)));
     assert!(!html[policy..].lines().next().expect("a line").contains("http"));
     assert_eq!(html.matches("<noscript>").count(), html.matches("data-chart=\"").count() + 1);
-    for words in
-        ["Error by driving state", "Error by frequency", "Residuals over speed", "class=\"number share\""]
-    {
+    for words in ["Error by driving state", "Error by frequency", "Residuals over speed", "class=\"number share\""] {
         assert!(html.contains(words), "{words}");
     }
     // How well parameters are known, as the terminal says it: bounds in parentheses, samples, what each goes with.
@@ -296,7 +294,10 @@ fn a_calibration_leaves_no_file_of_the_one_before_it_in_its_folder() {
     assert!(calibrate(&[&one, &two, "--joint"]).status.success());
     fs::write(out.join("plot_of_mine.svg"), "").expect("written");
     let said = stderr(&calibrate(&[&one]));
-    assert!(said.contains("files of an earlier result: plot_1.svg, plot_2.svg, simulation_1.csv, simulation_2.csv\n"), "{said}");
+    assert!(
+        said.contains("files of an earlier result: plot_1.svg, plot_2.svg, simulation_1.csv, simulation_2.csv\n"),
+        "{said}"
+    );
     assert_eq!(names(), ["plot.svg", "plot_of_mine.svg", "result.json", "run.json", "simulation.csv", "timing.json"]);
     let said = stderr(&calibrate(&[&one]));
     assert!(!said.contains("files of an earlier result"), "{said}");

@@ -222,7 +222,10 @@ fn a_study_of_another_goodness_of_fit_is_not_put_beside_the_papers_numbers() {
         assert!(rows.len() == 3 && rows.iter().all(|row| row[column].is_empty()), "{name}: {rows:?}");
     }
     let summary = String::from_utf8(report["report.md"].clone()).unwrap();
-    assert!(summary.contains("The following is for rmse-s; the paper's Tables 4 and 5 are of NRMSE(s,v,a)"), "{summary}");
+    assert!(
+        summary.contains("The following is for rmse-s; the paper's Tables 4 and 5 are of NRMSE(s,v,a)"),
+        "{summary}"
+    );
     assert!(!summary.contains("| agrees |") && !summary.contains("**differs**"), "{summary}");
     assert!(!summary.contains("the paper says") && !summary.contains("be judged by"), "{summary}");
     for figure in ["figure6.svg", "figure7.svg"] {

@@ -180,9 +180,7 @@ fn causes(args: &Args) -> anyhow::Result<Vec<&'static Extension>> {
         if !path.exists() && path.extension().is_none() {
             let names = causes.iter().map(|cause| cause.name.as_str());
             let message = match causes.iter().find(|cause| cause.name == given) {
-                Some(_) => format!(
-                    "--causes {given}: is built in and tried anyway; --causes is for your own files"
-                ),
+                Some(_) => format!("--causes {given}: is built in and tried anyway; --causes is for your own files"),
                 None => format!(
                     "--causes {given}: expected a file that ends in .wgsl, and there is no such file{}; leadlag tries built-in causes anyway (`leadlag list causes`)",
                     did_you_mean(&given, names)

@@ -104,7 +104,7 @@ fn not_validated(study: &Study) -> Option<String> {
     names.truncate(NAMED);
     Some(format!(
         "nothing is validated: no two platoons have a follower of the same name; the followers are {}{more}. If they are the same driver, give the name \
-         him by `vehicle` in [[platoon]], or map the id as `group`",
+         by `vehicle` in [[platoon]], or map the id as `group`",
         names.join(", ")
     ))
 }

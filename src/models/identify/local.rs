@@ -142,9 +142,7 @@ impl Local {
         }
         if largest <= 0.0 {
             // A score of roots has a corner where all residuals are 0.
-            return Ok(Err(
-                local.refused("the score has no curvature around the candidate, as with a perfect fit")
-            ));
+            return Ok(Err(local.refused("the score has no curvature around the candidate, as with a perfect fit")));
         }
         local.ridge = RIDGE * largest;
         local.curvature += DMatrix::identity(n, n) * local.ridge;

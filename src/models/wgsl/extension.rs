@@ -170,9 +170,7 @@ impl<'a> Reader<'a> {
             Some(wanted) => {
                 match parameters.iter().position(|p| matches!(p, Declared::Own(row) if row.name == *wanted)) {
                     Some(k) => Ok(Some(k)),
-                    None => {
-                        Err(reader.plain(format!("`loop:` names {wanted}, which is not a parameter of this file")))
-                    }
+                    None => Err(reader.plain(format!("`loop:` names {wanted}, which is not a parameter of this file"))),
                 }
             }
         };

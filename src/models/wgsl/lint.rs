@@ -33,7 +33,8 @@ pub(super) fn warnings(
                 None => format!("; the stages are {}", stages.join(", ")),
                 near => suggestion(near),
             };
-            source.error_at(span, format!("{function} is not a stage, and nothing calls it, so it has no effect{meant}"))
+            source
+                .error_at(span, format!("{function} is not a stage, and nothing calls it, so it has no effect{meant}"))
         })
         .collect();
     let prefix = prefix(name);

@@ -99,9 +99,7 @@ impl Reader<'_> {
             let (limit, found) = (EXTENSION_PARAMETERS, own().count());
             return self.refuse(
                 *span,
-                format!(
-                    "expected at most {limit} parameters in a file, found {found}; make the others constants"
-                ),
+                format!("expected at most {limit} parameters in a file, found {found}; make the others constants"),
             );
         }
         members.into_iter().map(read).collect()

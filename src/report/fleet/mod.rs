@@ -160,10 +160,9 @@ impl FleetFile {
         match (open.as_slice(), worse) {
             ([], 0) => String::new(),
             ([], _) => format!("{chosen} follows these drivers best."),
-            (open, _) => format!(
-                "{chosen} cannot be distinguished from {}, and it has the fewest parameters.",
-                open.join(", ")
-            ),
+            (open, _) => {
+                format!("{chosen} cannot be distinguished from {}, and it has the fewest parameters.", open.join(", "))
+            }
         }
     }
 

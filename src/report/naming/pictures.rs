@@ -47,7 +47,8 @@ pub fn names(report: &DiagnosisReport) -> String {
 
     let width = (LEFT + CELL[0] * columns.len() as f64 + 60.0).max(760.0);
     let height = TOP + CELL[1] * rows.len() as f64 + 20.0;
-    let line = "single effects and drives without any; rows: planted effects with their numbers of cases, columns: names";
+    let line =
+        "single effects and drives without any; rows: planted effects with their numbers of cases, columns: names";
     let mut figure = Figure::new(width, height, "Planted effects, and their names", &[line]);
     let legend: Vec<(&str, &str)> = COLOURS.iter().map(|(_, name, colour)| (*name, *colour)).collect();
     figure.legend([16.0, 72.0], &legend);
