@@ -1,4 +1,4 @@
-//! A term of one's own in the model: does it follow another drive better?
+//! Your own term in the model: does it follow another drive better?
 //!
 //!     cargo run --release --example custom_extension
 

@@ -69,7 +69,7 @@ const SURVIVORS: &[Survivor] = &[
         file: "reference/lookup.rs",
         line: "} else if nodes[middle] > v {",
         change: "> -> >=",
-        reason: "equivalent up to the last bit: going on from an equal node ends at the node before it, whose segment ends at v",
+        reason: "equivalent up to the last bit: continuing from an equal node ends at the node before it, whose segment ends at v",
     },
     Survivor {
         file: "reference/simulate.rs",
@@ -189,7 +189,7 @@ const SURVIVORS: &[Survivor] = &[
         file: "reference/extension.rs",
         line: "look_back: extension.needs.look_back.map_or(0.0, |k| p.get(extension.parameters[k])),",
         change: "0.0 -> 0.01",
-        reason: "nobody reads it of a law that does not look back",
+        reason: "unused by a law that does not look back",
     },
     Survivor {
         file: "reference/law/acc_kesting.rs",
@@ -355,7 +355,7 @@ fn every_change_of_the_reference_is_noticed() {
     for s in SURVIVORS {
         assert!(
             survivors.iter().any(|m| is(m, s)) || left.iter().any(|m| is(m, s)),
-            "src/models/{}: {} in `{}` is listed as a survivor ({}) but is noticed, or is not there any more",
+            "src/models/{}: {} in `{}` is listed as a survivor ({}) but is noticed, or no longer exists",
             s.file,
             s.change,
             s.line,

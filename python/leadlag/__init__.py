@@ -8,7 +8,7 @@
     fit.simulate(other).to_pandas()
 
 Lengths are metres, times seconds, speeds m/s, accelerations m/s². The same seed gives the same result to the bit as the command ``leadlag``,
-whatever the number of threads. Errors are :class:`Error`, or :class:`UsageError` where something was asked for that cannot be.
+whatever the number of threads. Errors are :class:`Error`, or :class:`UsageError` for invalid requests.
 """
 
 import os as _os

@@ -78,9 +78,9 @@ def run(
     may be lost with its worker. ``progress``: whether a bar is shown.
 
     The tables have the same bytes as those of ``leadlag study plan``, ``run`` and ``merge``. A part is put into the folder whole or not at all. After
-    an interruption the same call goes on.
+    an interruption the same call continues.
 
-    Raises :class:`leadlag.UsageError` for a plan that cannot be. Raises :class:`leadlag.Error` where a task fails or a worker has another leadlag.
+    Raises :class:`leadlag.UsageError` for an invalid plan. Raises :class:`leadlag.Error` where a task fails or a worker has another leadlag.
     """
     folder, inputs = Path(out), _Inputs()
     moved = [] if data is None else ["--data", os.fspath(data)]

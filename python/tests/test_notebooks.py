@@ -20,7 +20,7 @@ NEEDS = {"your_optimiser": ("numba", "scipy", "pymoo", "optuna", "cmaes")}
 
 @pytest.fixture
 def command(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The command `leadlag` of this package, and no message of the graphics driver where there is no desktop session."""
+    """The command `leadlag` of this package, and no message of the graphics driver without a desktop session."""
     monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")
     monkeypatch.setenv("NODEVICE_SELECT", "1")
     monkeypatch.setenv("MPLBACKEND", "Agg")

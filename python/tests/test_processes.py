@@ -84,7 +84,7 @@ def test_a_forked_process_is_told_that_it_has_no_gpu(pair: Path) -> None:
 
 
 def seconds_after_ctrl_c(call: Callable[[], Any], after: float = 0.4) -> float:
-    """How long a call goes on after Ctrl-C."""
+    """How long a call continues after Ctrl-C."""
     pressed: list[float] = []
 
     def press() -> None:

@@ -1,4 +1,4 @@
-//! Deceleration cD v^2 that the controller does not make up for.
+//! Deceleration cD v^2 that the controller does not compensate.
 //! in short: air drag or head wind is not compensated
 //! equation: a = a - cD v^2
 //! family: drag_or_headway

@@ -1,4 +1,4 @@
-//! A constant deceleration while the car moves, which the controller does not make up for: rolling resistance.
+//! A constant deceleration while the car moves, which the controller does not compensate: rolling resistance.
 //! in short: a constant resistance is not compensated
 //! equation: a = a - c0
 //! looks like: missing acceleration of one size at all speeds

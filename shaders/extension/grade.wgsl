@@ -1,4 +1,4 @@
-//! The controller does not make up for this share of the grade force.
+//! The controller does not compensate this share of the grade force.
 //! in short: this share of the slope is not compensated
 //! equation: a = a - gg g sin(theta(x))
 //! looks like: missing acceleration that repeats with the road, against the grade

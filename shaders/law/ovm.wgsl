@@ -22,7 +22,7 @@ fn ovm_law(own: Parameters, x: Perceived) -> f32 {
     return own.kappa * (optimal_speed(own, x.s) - x.v_f);
 }
 
-// V(s) = v solved for s; near v_0, where there is no solution, that of 0.999 v_0.
+// V(s) = v solved for s; near v_0, without a solution, that of 0.999 v_0.
 fn ovm_equilibrium(own: Parameters, v: f32) -> f32 {
     let share = clamp(v / own.v_0, 0.0, 0.999);
     return 0.5 * own.ds * logarithm((1.0 + share * exponential(2.0 * own.beta)) / (1.0 - share));

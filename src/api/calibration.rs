@@ -64,7 +64,7 @@ pub(crate) struct Prepared {
 }
 
 impl Calibration {
-    /// A calibration of a model by name or id: `idm`, `gipps+delay+linear+mfc`, `31`, or by the file of a law of one's own: `my_law.wgsl+delay`.
+    /// A calibration of a model by name or id: `idm`, `gipps+delay+linear+mfc`, `31`, or by the file of your own law: `my_law.wgsl+delay`.
     ///
     /// # Errors
     /// When there is no such model, or the text of the law is faulty.
@@ -88,7 +88,7 @@ impl Calibration {
         }
     }
 
-    /// Adds an extension: the name of a built-in cause, such as `actuation_lag`, or a WGSL file of one's own.
+    /// Adds an extension: the name of a built-in cause, such as `actuation_lag`, or your own WGSL file.
     ///
     /// # Errors
     /// When there is none of that name, or its text is faulty.
@@ -97,7 +97,7 @@ impl Calibration {
         Ok(self)
     }
 
-    /// Adds an extension of one's own by its WGSL text; `name` is what its functions begin with.
+    /// Adds your own extension by its WGSL text; `name` is what its functions begin with.
     ///
     /// # Errors
     /// When the text is faulty, or the model has the extension already.

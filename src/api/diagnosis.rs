@@ -304,7 +304,7 @@ impl Diagnosis {
         self
     }
 
-    /// Adds a cause of one's own by its WGSL text.
+    /// Adds your own cause by its WGSL text.
     ///
     /// # Errors
     /// When the text is faulty, or there is a cause of its name already.

@@ -1,4 +1,4 @@
-//! Scores as sums of squares: what a least-squares solver of one's own calls.
+//! Scores as sums of squares: for your own least-squares solver.
 
 use super::error::{Error, Usage};
 use super::population::Evaluator;

@@ -58,7 +58,7 @@ impl Variant {
         catalog::Variant::all().map(Variant)
     }
 
-    /// The same with an extension: the name of a built-in cause, such as `actuation_lag`, or a WGSL file of one's own.
+    /// The same with an extension: the name of a built-in cause, such as `actuation_lag`, or your own WGSL file.
     ///
     /// # Errors
     /// When there is none of that name, its text is faulty, or the model has it already.
@@ -66,7 +66,7 @@ impl Variant {
         Ok(Variant(extend(self.0, &[extension.to_owned()])?))
     }
 
-    /// The same with an extension of one's own by its WGSL text; `name` is what its functions begin with.
+    /// The same with your own extension by its WGSL text; `name` is what its functions begin with.
     ///
     /// # Errors
     /// When the text is faulty, or the model has the extension already.
@@ -112,7 +112,7 @@ impl fmt::Display for Variant {
     }
 }
 
-/// A law: a base model that is none of the paper's, built in or in a WGSL file of one's own.
+/// A law: a base model that is none of the paper's, built in or in your own WGSL file.
 ///
 /// ```
 /// let text = "

@@ -1,4 +1,4 @@
-//! Scores of many candidates: what an optimiser of one's own calls.
+//! Scores of many candidates: for your own optimiser.
 
 use super::calibration::{Calibration, Prepared};
 use super::drive::Drive;

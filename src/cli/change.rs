@@ -1,8 +1,8 @@
-//! Folders of results that change as a whole: whoever looks, at whatever moment, sees files of one result only.
+//! Folders of results that change as a whole: a reader sees files of one result only, at any moment.
 //!
 //! ```text
 //!  NEW/      files are written here; a process that is killed meanwhile has changed nothing
-//!  READY/    NEW renamed, in one step: from here on the change is made, by whoever comes next if need be
+//!  READY/    NEW renamed, in one step: from here on the change is complete; the next process finishes it if need be
 //!  the old files are removed, then the new ones moved into their places: never an old one beside a new one
 //! ```
 //!
@@ -229,7 +229,7 @@ mod tests {
             scope.spawn(|| {
                 std::thread::sleep(Duration::from_millis(200));
                 assert!(folder.join(READY).join("a").exists(), "a reader has meddled");
-                make(folder).expect("nobody else");
+                make(folder).expect("no other change");
             });
             complete(folder, None).expect("it was made");
         });

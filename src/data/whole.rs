@@ -136,7 +136,7 @@ fn is_temporary_of(name: &str, stem: &str) -> bool {
 }
 
 fn folder_of(path: &Path) -> &Path {
-    // `parent` of a bare name is an empty path, which is no folder.
+    // `parent` of a bare name is an empty path and not a folder.
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
@@ -162,7 +162,7 @@ mod tests {
         written.finish().expect("room");
         assert_eq!(fs::read(&page).expect("it is there"), b"whole");
         drop(Whole::create(&page).expect("room"));
-        assert_eq!(left(), others.len() + 1, "of what is not finished nothing is left");
+        assert_eq!(left(), others.len() + 1, "an unfinished file leaves nothing behind");
         assert_eq!(fs::read(&page).expect("it is there"), b"whole");
         fs::remove_dir_all(&folder).expect("it is ours");
     }

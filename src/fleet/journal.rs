@@ -186,9 +186,9 @@ mod tests {
         let held = open(&path, "k").expect("whole");
         assert!(matches!(open(&path, "k"), Err(JournalError::Busy(_))));
         drop(held);
-        std::fs::write(&path, "notes of somebody").expect("room");
+        std::fs::write(&path, "notes of a user").expect("room");
         assert!(matches!(open(&path, "k"), Err(JournalError::Other(_))));
-        assert_eq!(std::fs::read(&path).expect("there"), b"notes of somebody", "it is left alone");
+        assert_eq!(std::fs::read(&path).expect("there"), b"notes of a user", "it is left alone");
         std::fs::write(&path, [&text[..], b"what?\n"].concat()).expect("room");
         assert!(matches!(open(&path, "k"), Err(JournalError::Broken { line: 6, .. })));
     }
@@ -216,7 +216,7 @@ mod tests {
             drop(journal);
             assert_eq!(std::fs::read(&path).expect("there"), text);
         }
-        std::fs::write(&path, [&b"notes of somebody"[..], &zeros].concat()).expect("room");
+        std::fs::write(&path, [&b"notes of a user"[..], &zeros].concat()).expect("room");
         assert!(matches!(open(&path, "k"), Err(JournalError::Other(_))));
     }
 

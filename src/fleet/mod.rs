@@ -1,4 +1,4 @@
-//! Fleets: every leader-follower pair of a data set, calibrated by itself with one or several models.
+//! Fleets: every pair of a data set, calibrated separately with one or several models.
 //!
 //! ```text
 //!  pairs --(some at a time)--> calibrate_each --> rows --> journal, as soon as they are there

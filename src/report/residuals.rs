@@ -174,7 +174,7 @@ pub fn over_speed(all: &[Simulated]) -> Option<Chart> {
 mod tests {
     use super::*;
 
-    /// The simulation is 1 m too far behind below 10 m/s, and right above; it breaks off at sample 180.
+    /// The simulation is 1 m too far behind below 10 m/s, and right above; it ends early at sample 180.
     fn made_up() -> Simulated {
         let count = 200;
         let v: Vec<f64> = (0..count).map(|i| 0.1 * i as f64).collect();

@@ -58,7 +58,7 @@ impl Identity {
 }
 
 fn lock(identity: &Mutex<Identity>) -> std::sync::MutexGuard<'_, Identity> {
-    identity.lock().expect("nobody panics with it")
+    identity.lock().expect("no thread panics with it")
 }
 
 /// A thread's line to the post; reports the end of the thread.

@@ -54,7 +54,7 @@ pub enum StudyError {
     /// The evaluator failed.
     #[error(transparent)]
     Evaluate(#[from] EvaluateError),
-    /// A calibration failed for a reason that is no result.
+    /// A calibration failed without a result.
     #[error("task {id}")]
     Calibrate {
         /// The task.

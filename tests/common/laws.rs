@@ -160,7 +160,7 @@ impl Judge {
             ("w", "v_l_half") => point.v_l_half,
             ("state", _) => point.memory[self.law.state.iter().position(|(name, _)| name == member).expect("its own")],
             ("own", _) => self.parameter(point, member),
-            // Of `equilibrium_spacing`, whose own parameters bear the name of the law.
+            // Of `equilibrium_spacing`, whose own parameters have the name of the law.
             ("p", _) => self.parameter(point, member.rsplit("__").next().unwrap_or(member)),
             ("", "v") => point.x.v_f,
             ("", _) => point.v_f,

@@ -141,7 +141,7 @@ fn a_page_without_a_place_is_refused_before_anything_is_run() {
         let output = bench(folder.path(), &["--page", page]);
         let said = String::from_utf8_lossy(&output.stderr);
         assert!(!output.status.success() && said.contains(page) && said.contains(expected), "{said}");
-        assert!(!folder.path().join("diagnosis.jsonl").exists(), "nothing was begun");
+        assert!(!folder.path().join("diagnosis.jsonl").exists(), "nothing was started");
     }
 }
 
@@ -157,7 +157,7 @@ fn seeds_and_sizes_that_give_no_seeds_of_their_own_are_refused() {
         let output = bench(folder.path(), &arguments);
         let said = String::from_utf8_lossy(&output.stderr);
         assert!(!output.status.success() && said.contains(expected), "{said}");
-        assert!(!folder.path().join("diagnosis.jsonl").exists(), "nothing was begun");
+        assert!(!folder.path().join("diagnosis.jsonl").exists(), "nothing was started");
     }
 }
 

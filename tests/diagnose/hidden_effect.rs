@@ -115,7 +115,7 @@ fn a_lag_or_one_of_its_family() {
 #[test]
 fn nothing_where_the_truth_has_no_evidence() {
     let outcome = infer_task(&task("one", "l-cth", &["actuation_lag"], 0.0, 9106));
-    let known = outcome.known.as_ref().expect("fitted from the truth, for it was not named");
+    let known = outcome.known.as_ref().expect("fitted from the truth, because it was not named");
     assert!(known.evidence < known.threshold, "{}", told(&outcome));
     assert_eq!(judge(&outcome), Judgement::Silent, "{}", told(&outcome));
 }
@@ -362,7 +362,7 @@ fn in_the_race_a_lag_is_named_by_its_family_and_recommended() {
     assert!(families.contains(&"phase"), "{families:?} of {passing:?}");
 }
 
-/// Without gusts the finer steps of the car are all that a model lacks: a lag with an answer to the car ahead makes up for them.
+/// Without gusts the finer steps of the car are all that a model lacks: a lag with a reaction to the car ahead compensates for them.
 #[test]
 fn in_the_race_nothing_is_named_where_nothing_is_hidden() {
     for (base, gusts, seed) in [("l-idm", 0.0, 8_807_293), ("idm", 0.05, 4204)] {

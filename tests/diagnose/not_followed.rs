@@ -52,7 +52,7 @@ fn a_driver_interferes(drive: &mut Drive) -> f64 {
 fn a_driver_is_found_and_the_car_is_not() {
     for (base, seed) in [("l-cth", 4301), ("idm", 4302)] {
         let mut drives = drives("none", base, &[], seed);
-        assert_eq!(found(&drives, base), [], "{base}: nobody interfered");
+        assert_eq!(found(&drives, base), [], "{base}: no driver interfered");
         let begin = a_driver_interferes(&mut drives[1]);
         let stretches = found(&drives, base);
         let [stretch] = stretches.as_slice() else { panic!("{base}, from {begin} s: {stretches:?}") };

@@ -1,4 +1,4 @@
-//! Causes of one's own in a diagnosis: one that acts is named, and one that cannot be tried is not passed over in silence.
+//! A user's causes in a diagnosis: one that acts is named, and an untestable one is reported.
 
 use crate::common::made_up;
 use leadlag::internal::bench::planted;

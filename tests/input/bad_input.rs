@@ -94,18 +94,18 @@ const CASES: &[Case] = &[
     ("misspelt column", PAIR, b"spacing_m", b"spacing", "bad.csv:1: column spacing_m is missing; the file has time_s, lead_speed_mps, speed_mps, spacing (needed: time_s, speed_mps, spacing_m, lead_speed_mps); rename spacing to spacing_m? Or read the table with --columns (`leadlag list columns`)"),
     ("misspelt optional column", PAIR, b"time_s,", b"lead_positon_m,time_s,", "bad.csv:1:1: column lead_positon_m is unknown; did you mean lead_position_m? Rename it"),
     ("column twice", PAIR, b"time_s,", b"speed_mps,time_s,", "bad.csv:1:33: column speed_mps appears twice; remove or rename one"),
-    ("two names of one's own", PAIR, b"time_s,lead_speed_mps,speed_mps,spacing_m", b"t,lead_speed_mps,speed_mps,Distance", "bad.csv:1: columns time_s and spacing_m are missing; the file has t, lead_speed_mps, speed_mps, Distance (needed: time_s, speed_mps, spacing_m, lead_speed_mps); rename t to time_s and Distance to spacing_m? Or read the table with --columns (`leadlag list columns`)"),
-    ("names of one's own", PAIR, b"time_s,lead_speed_mps,speed_mps,spacing_m", b"time,lead_speed,speed,spacing", "bad.csv:1: columns time_s, speed_mps, spacing_m and lead_speed_mps are missing; the file has time, lead_speed, speed, spacing; rename time to time_s, speed to speed_mps, spacing to spacing_m and lead_speed to lead_speed_mps? Or read the table with --columns (`leadlag list columns`)"),
+    ("two unknown names", PAIR, b"time_s,lead_speed_mps,speed_mps,spacing_m", b"t,lead_speed_mps,speed_mps,Distance", "bad.csv:1: columns time_s and spacing_m are missing; the file has t, lead_speed_mps, speed_mps, Distance (needed: time_s, speed_mps, spacing_m, lead_speed_mps); rename t to time_s and Distance to spacing_m? Or read the table with --columns (`leadlag list columns`)"),
+    ("unknown names", PAIR, b"time_s,lead_speed_mps,speed_mps,spacing_m", b"time,lead_speed,speed,spacing", "bad.csv:1: columns time_s, speed_mps, spacing_m and lead_speed_mps are missing; the file has time, lead_speed, speed, spacing; rename time to time_s, speed to speed_mps, spacing to spacing_m and lead_speed to lead_speed_mps? Or read the table with --columns (`leadlag list columns`)"),
     ("names that say km/h", PAIR, b"time_s,lead_speed_mps,speed_mps,spacing_m", b"Timestamp,LV_kmh,FV_kmh,Gap_m", "bad.csv:1: columns time_s, speed_mps, spacing_m and lead_speed_mps are missing; the file has Timestamp, LV_kmh, FV_kmh, Gap_m; rename Timestamp to time_s and Gap_m to spacing_m? Speeds are needed in m/s: divide LV_kmh and FV_kmh by 3.6, or give the unit in a map. Or read the table with --columns (`leadlag list columns`)"),
-    ("other names of one's own", PAIR, b"time_s,lead_speed_mps,speed_mps,spacing_m", b"time,v_lead,v_follow,gap", "bad.csv:1: columns time_s, speed_mps, spacing_m and lead_speed_mps are missing; the file has time, v_lead, v_follow, gap; rename time to time_s, v_follow to speed_mps, gap to spacing_m and v_lead to lead_speed_mps? Or read the table with --columns (`leadlag list columns`)"),
-    ("other names of one's own, one of them in capitals", PAIR, b"time_s,lead_speed_mps,speed_mps,spacing_m", b"Time,v_lead,v_follow,gap", "bad.csv:1: columns time_s, speed_mps, spacing_m and lead_speed_mps are missing; the file has Time, v_lead, v_follow, gap; rename Time to time_s, v_follow to speed_mps, gap to spacing_m and v_lead to lead_speed_mps? Or read the table with --columns (`leadlag list columns`)"),
+    ("other names", PAIR, b"time_s,lead_speed_mps,speed_mps,spacing_m", b"time,v_lead,v_follow,gap", "bad.csv:1: columns time_s, speed_mps, spacing_m and lead_speed_mps are missing; the file has time, v_lead, v_follow, gap; rename time to time_s, v_follow to speed_mps, gap to spacing_m and v_lead to lead_speed_mps? Or read the table with --columns (`leadlag list columns`)"),
+    ("other names, one of them in capitals", PAIR, b"time_s,lead_speed_mps,speed_mps,spacing_m", b"Time,v_lead,v_follow,gap", "bad.csv:1: columns time_s, speed_mps, spacing_m and lead_speed_mps are missing; the file has Time, v_lead, v_follow, gap; rename Time to time_s, v_follow to speed_mps, gap to spacing_m and v_lead to lead_speed_mps? Or read the table with --columns (`leadlag list columns`)"),
     ("one name that stands for something", PAIR, b"time_s,lead_speed_mps,speed_mps,spacing_m", b"frame,a,b,gap", "bad.csv:1: no known layout has the columns frame, a, b, gap; expected those of openacc or astazero-rebuilt (metadata lines, then Time, Speed1, IVS1, ...), astazero-processed (Time, X1, SpeedDoppler1, Spacing2, ...), ultra-av (Trajectory_ID, Time_Index, ...) or pair (time_s, speed_mps, spacing_m, lead_speed_mps): rename the columns, or read the table with --columns (`leadlag list columns`, or a file of your own)"),
     ("no header", PAIR, b"time_s,lead_speed_mps,speed_mps,spacing_m\n", b"", "bad.csv:1: the header line is missing, the first line has numbers: 0, 10, 9, 20; put a line with the names of the columns before it, for a pair time_s,lead_speed_mps,speed_mps,spacing_m in the order of the file, or give them as header = [...] in a column map (--columns)"),
     ("tabs", PAIR, b"time_s,lead_speed_mps,speed_mps,spacing_m", b"time_s\tlead_speed_mps\tspeed_mps\tspacing_m", "bad.csv:1:7: the fields are separated by tabs; expected commas, and a point in decimal numbers: convert the file, or read it by a column map (--columns) with separator = \"tab\"; decimal = \"comma\" there reads decimal commas"),
     ("one field too many", PAIR, b"0.1,10,9,20.1", b"0.1,10,9,20.1,7", "bad.csv:3:1: expected 4 fields as in the header, found 5; write decimal numbers with a point, and no separator within a number"),
     ("one field too few", PAIR, b"0.1,10,9,20.1", b"0.1,10,9", "bad.csv:3:1: expected 4 fields as in the header, found 3; complete the row (empty fields mean missing values), or delete it"),
     ("quoted decimal comma", PAIR, b"0.1,10,9", b"\"0,1\",10,9", "bad.csv:3:1: column time_s: expected a finite number, found \"0,1\"; write decimal numbers with a point"),
-    ("a word that nobody knows", PAIR, b"0.1,10,9", b"0.1,LOST,9", "bad.csv:3:5: column lead_speed_mps: expected a finite number, found \"LOST\"; leave the field empty if the value is missing"),
+    ("an unknown word", PAIR, b"0.1,10,9", b"0.1,LOST,9", "bad.csv:3:5: column lead_speed_mps: expected a finite number, found \"LOST\"; leave the field empty if the value is missing"),
     ("grade in per cent", PAIR, b"spacing_m\n0,10,9,20\n0.1,10,9,20.1\n0.2,10,9,20.2\n", b"spacing_m,sin_grade\n0,10,9,20,0\n0.1,10,9,20,3.5\n", "bad.csv:3:13: column sin_grade: expected the sine of the grade, between -0.5 and 0.5, found 3.5; divide by 100 if it is in per cent"),
     ("line ends of old Macs", PAIR, b"spacing_m\n0,10,9,20\n", b"spacing_m\r0,10,9,20\r", "bad.csv:1:42: a carriage return inside a line; expected line ends LF or CRLF: convert the line ends of the file"),
     ("latin-1 letter", PAIR, b"0.1,10,9", b"0.1,1\xE9,9", "bad.csv:3:6: byte 0xE9 is not text; expected CSV in UTF-8: convert the file, or unpack it if it is compressed"),
@@ -263,7 +263,7 @@ fn a_follower_with_broken_values_does_not_cost_the_others() {
                     p.csv: follower 2 cannot be used; followers that can: 1";
     let error = prepare(&recording, 2, &Preparation::default()).expect_err("it is broken");
     assert_eq!(error.to_string(), expected);
-    assert!(inspect(&recording).to_string().contains("cannot be calibrated as it is: p.csv:22:17"));
+    assert!(inspect(&recording).to_string().contains("cannot be calibrated: p.csv:22:17"));
     // The speed of the car between two others is needed by both of their pairs.
     let both = text.replacen("2.0,10,10,10,20,far", "2.0,10,fast,10,20,30", 1);
     let said = message(Reader::Detect, both.as_bytes());
@@ -393,7 +393,7 @@ fn harmless_differences_are_accepted() {
         ("empty lines at the end", format!("{}\n,,,\n\n", PAIR.2)),
         ("trailing commas", PAIR.2.replace('\n', ",,\n")),
         (
-            "columns nobody knows",
+            "unknown columns",
             PAIR.2
                 .replace("spacing_m\n", "spacing_m,weather\n")
                 .replace("20.1\n", "20.1,rain\n")

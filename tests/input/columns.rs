@@ -321,7 +321,7 @@ fn a_table_of_many_pairs_is_shown_by_its_longest() {
 #[test]
 fn followers_are_chosen_by_their_id() {
     let mut recording = read(&ngsim(), "ngsim");
-    assert!(!recording.keep_follower("7"), "vehicle 7 follows nobody");
+    assert!(!recording.keep_follower("7"), "vehicle 7 follows no other");
     assert_eq!(recording.platoons.len(), 1);
     assert!(recording.keep_follower("8"));
 }

@@ -484,7 +484,7 @@ fn a_replicate_that_finds_nothing_leaves_the_others_as_they_are() {
     assert_eq!(nothing.evaluations, undisturbed[1].evaluations, "what failed counts");
     assert_eq!(nothing.candidate.len(), found[0].candidate.len());
     assert_ne!(best(&found).unwrap().number, 1);
-    let error = three_replicates(&[0, 1, 2], go_on).expect_err("nobody has a result");
+    let error = three_replicates(&[0, 1, 2], go_on).expect_err("no replicate has a result");
     assert!(matches!(error, CalibrateError::Infeasible { replicate: 0, .. }), "{error}");
 }
 

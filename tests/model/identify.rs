@@ -146,7 +146,7 @@ fn what_data_do_not_tell_is_left_open() {
     assert!(t_h.interval[1] < 2.0, "{t_h:?}");
 }
 
-/// A candidate beside the minimum has no intervals, and the reason is told.
+/// A candidate beside the minimum has no intervals, and gives the reason.
 #[test]
 fn a_candidate_beside_the_minimum_is_called_so() {
     let trajectory = drive(1500, 0.2, 4);
@@ -156,7 +156,7 @@ fn a_candidate_beside_the_minimum_is_called_so() {
     assert!(knowledge.parameters.is_empty() && knowledge.note.is_some_and(|note| note.contains("not at a minimum")));
 }
 
-/// Desired spacing is d_0 + t_h v: where speeds vary little, one makes up for the other.
+/// Desired spacing is d_0 + t_h v: if speeds vary little, one compensates for the other.
 #[test]
 fn near_optimal_candidates_show_what_makes_up_for_what() {
     let trajectory = drive(1500, 0.2, 5);

@@ -32,7 +32,7 @@ fn minimise(optimizer: &mut dyn Optimizer, evaluations: u64, merit: &dyn Fn(&[f6
     let mut used = 0;
     while optimizer.ended().is_none() {
         let asked = optimizer.ask();
-        assert!(!asked.is_empty(), "an optimiser that goes on asks for something");
+        assert!(!asked.is_empty(), "an optimiser that continues asks for something");
         if used + asked.len() as u64 > evaluations {
             break;
         }

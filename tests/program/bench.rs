@@ -33,7 +33,7 @@ fn the_json_has_the_fields_that_are_documented() {
     }
     for (evaluator, precision) in [("native", "f32"), ("native", "f64"), ("reference", "f64")] {
         let is = |row: &&Value| row["evaluator"] == evaluator && row["precision"] == precision && row["model_id"] == 1;
-        assert!(rows.iter().any(|row| is(&row)), "{evaluator} {precision} stands beside the evaluators");
+        assert!(rows.iter().any(|row| is(&row)), "{evaluator} {precision} is listed with the evaluators");
     }
 }
 

@@ -37,7 +37,7 @@ fn soft_command(own: Parameters, a_cmd: f32) -> f32 {
 }
 ";
 
-/// A calibration with an extension of one's own, made once.
+/// A calibration with a user's extension, made once.
 fn extended() -> &'static Path {
     static FOLDER: OnceLock<PathBuf> = OnceLock::new();
     FOLDER.get_or_init(|| {

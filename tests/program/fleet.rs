@@ -135,7 +135,7 @@ fn every_pair_is_a_row() {
     ok(&["report", text(&out), "--out", text(&page)]);
     let html = fs::read_to_string(&page).expect("written");
     assert!(html.contains("6 of 8 pairs calibrated with"), "the answer first");
-    assert!(html.contains("expected at least"), "reasons are told");
+    assert!(html.contains("expected at least"), "reasons are listed");
 }
 
 /// A table of its own pairs is found in a folder, and a file that is none costs nothing but its own.

@@ -142,7 +142,7 @@ fn what_a_killed_process_was_writing_goes_with_the_next_file() {
     let page = folder.join("page.html");
     let (left, other) = (folder.join("page.4711-18af-0.tmp"), folder.join("page.tmp"));
     fs::write(&left, "half").unwrap();
-    fs::write(&other, "of somebody").unwrap();
+    fs::write(&other, "of a user").unwrap();
     ok(&["report", text(&calibrated().join("fit")), "--out", text(&page)]);
     assert!(page.exists() && !left.exists() && other.exists());
 }

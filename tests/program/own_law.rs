@@ -1,4 +1,4 @@
-//! A law of one's own, in a file: everything that a base model of the paper can do, it can.
+//! A user's law, in a file: it can do everything that a base model of the paper can.
 
 use crate::common::program::{fails, ok, scratch, text};
 use leadlag::{Calibration, Fit, Law, Study, read, synthetic};

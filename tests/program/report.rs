@@ -85,7 +85,7 @@ fn go_on(folder: &Path, diagnosis: &Value, trained: &Value) {
     let said = fs::read_to_string(folder.join("diagnosis.txt")).expect("kept");
     let flat: Vec<&str> = said.split_whitespace().collect();
     assert!(flat.join(" ").contains(" s, held back from there to "), "{said}");
-    let (_, rest) = said.split_once("\nTo calibrate it on the training data, ").expect("a way to go on");
+    let (_, rest) = said.split_once("\nTo calibrate it on the training data, ").expect("a next command");
     let (_, rest) = rest.split_once(":\n  leadlag ").expect("a command");
     let typed: Vec<&str> =
         rest.split_inclusive('\n').take_while(|line| line.starts_with("    ") || rest.starts_with(line)).collect();

@@ -393,7 +393,7 @@ fn numbers_that_come_again_are_other_cars() {
 #[test]
 fn groups_of_pairs_that_begin_anew_or_are_broken_do_not_cost_the_others() {
     let mut table = "drive,t,vl,vf,gap\n".to_owned();
-    // Another gap each: rows that are the same letter by letter would be taken once.
+    // Another gap each: identical rows would be used once.
     for (more, name, broken) in [(0.0, "a", false), (1.0, "a", false), (2.0, "b", true), (3.0, "c", false)] {
         for (i, [t, v_l, _, v_f, _, gap]) in drive(12.0).into_iter().enumerate() {
             let v_f = if broken && i == 9 { -7.0 } else { v_f };
@@ -419,7 +419,7 @@ fn groups_of_pairs_that_begin_anew_or_are_broken_do_not_cost_the_others() {
 
 #[test]
 fn a_broken_value_does_not_cost_the_later_ones_that_bear_its_name() {
-    // Rows that are the same letter by letter would be taken once.
+    // Identical rows would be used once.
     let broken = |piece: usize, i: usize, v_f: f64| {
         if (piece, i) == (0, 9) { "?".to_owned() } else { format!("{:.4}", v_f + 1e-3 * piece as f64) }
     };

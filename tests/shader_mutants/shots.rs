@@ -118,7 +118,7 @@ fn shot(variant: Variant, convention: Convention, number: u64, trace: &mut Trace
         earliest: 1,
     };
     let run = simulate(&case, &p, trace);
-    // A start that is already a crash, or a step that is no number, has no next state to compare.
+    // A start that is already a crash, or a step of NaN, has no next state to compare.
     let [start, s_next] = trace.s[..] else { return None };
     if run.failure.is_some_and(|f| f.kind == FailureKind::NotFinite) {
         return None;

@@ -307,7 +307,7 @@ fn diagnosed(task: &DiagnosisTask, recommends: bool) -> DiagnosisOutcome {
     outcome
 }
 
-/// See [`DiagnosisOutcome::gain`]; `None` where a simulation breaks off.
+/// See [`DiagnosisOutcome::gain`]; `None` if a simulation ends early.
 fn gains(
     question: &Question<'_>,
     inference: &Inference,

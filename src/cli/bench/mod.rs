@@ -42,7 +42,7 @@ enum Command {
     #[command(after_help = "Example:
   leadlag bench optimizers --quick --shared ../shared")]
     Optimizers(optimizers::Args),
-    /// Measure how well a diagnosis names planted effects, and how often it is wrong without any
+    /// Measure how well a diagnosis names planted effects, and its rate of false names without any
     #[command(after_help = "Examples:
   leadlag bench diagnosis --quick --cases 1 --journal one.jsonl
   leadlag bench diagnosis --seed 7 --effort quick --only none --journal n.jsonl")]

@@ -139,7 +139,7 @@ impl<T: Real> Native<T> {
     }
 
     fn score(&self, sums: &Sums<T>, lane: usize) -> Score {
-        // Also NaN: a lowest spacing that is no number is not above 0.
+        // Also NaN: a lowest spacing of NaN is not above 0.
         if sums.lowest[lane].into() <= 0.0 || sums.lowest[lane].into().is_nan() {
             return Score::Failed(Failure { kind: FailureKind::Crash, step: self.road.samples.len() });
         }

@@ -321,7 +321,7 @@ mod tests {
         assert_eq!(on_bound(1.0, v_0[1] - 1.1e-3 * (v_0[1] - v_0[0])), []);
     }
 
-    /// An event of one's own, whose length is not called as that of the built-in one.
+    /// A user's event, whose length has another name than that of the built-in one.
     const PAUSE: &str = "struct Parameters {
     /// when it begins [s], 0 to 100000
     start: f32,

@@ -38,7 +38,7 @@ impl DataLayout {
 /// A data folder that cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
-    /// It is no folder.
+    /// It is not a folder.
     #[error("{0}: expected the folder of the platoon files; there is none")]
     Folder(String),
     /// It is a file.

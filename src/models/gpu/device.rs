@@ -279,6 +279,6 @@ mod tests {
         let fault = device.making("asking for too much", || device.buffer("large", 1 << 60, usage));
         assert_eq!(fault.expect_err("there is not so much").doing, "asking for too much");
         device.making("asking for little", || device.buffer("small", 256, usage)).expect("there is so much");
-        device.check("afterwards").expect("nobody else has heard of it");
+        device.check("afterwards").expect("no other evaluator has heard of it");
     }
 }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// The platoon leader: cruise control that follows the set speed of the scenario.
 ///
-/// It makes up for the level-road load but not for the grade, so its speed wavers with the hills by
+/// It compensates the level-road load but not the grade, so its speed wavers with the hills by
 /// `g * sin_grade / k`, as the platoon leader of the AstaZero drives does (about 0.35 m/s on 3 %).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Lead {
@@ -37,7 +37,7 @@ pub struct CarTruth {
     pub tau_p: f64,
     /// Actuation lag \[s\]; 0 for an immediate response.
     pub tau_a: f64,
-    /// Road load and grade that the command does not make up for (Eq. 11); `None` as in Eqs. 9 and 10.
+    /// Road load and grade that the command does not compensate (Eq. 11); `None` as in Eqs. 9 and 10.
     pub load: Option<RoadLoad>,
     /// Lower bound of the acceleration \[m/s²\] (Eq. 13), negative.
     pub a_lb: f64,

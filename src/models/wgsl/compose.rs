@@ -163,7 +163,7 @@ impl Source {
         source
     }
 
-    /// A text of one's own, in one chunk.
+    /// A user's text, in one chunk.
     #[must_use]
     pub fn single(name: &str, text: &str) -> Source {
         let mut source = Source { text: String::new(), chunks: Vec::new() };

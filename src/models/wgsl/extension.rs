@@ -102,7 +102,7 @@ pub fn extension_named(name: &str) -> Option<&'static Extension> {
     named(library()).or_else(|| named(laws()))
 }
 
-/// Reads an extension or a law of one's own; `file` is what messages call it, its name without folder and `.wgsl` is the extension's.
+/// Reads a user's extension or law; `file` is what messages call it, its name without folder and `.wgsl` is the extension's.
 ///
 /// # Errors
 /// [`ShaderError`] at the first thing that an extension may not have.

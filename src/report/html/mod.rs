@@ -144,7 +144,7 @@ pub(in crate::internal::report) fn short(value: f64) -> String {
         return "–".to_owned();
     }
     let rounded: f64 = format!("{value:.3e}").parse().unwrap_or(value);
-    // Nobody counts zeros.
+    // Values near 0 need no digits.
     if rounded.abs() < 1e-3 { format!("{rounded:e}") } else { rounded.to_string() }
 }
 

@@ -55,7 +55,7 @@ impl<'a> Material<'a> {
         (judged > 0 && count > 0).then_some(text)
     }
 
-    /// The paper's numbers, if they stand beside those of the study.
+    /// The paper's numbers, if they are shown beside those of the study.
     fn printed(&self, variant: &Variant) -> Option<&Printed> {
         self.paper.get(&variant.id()).filter(|_| self.is_beside_paper())
     }

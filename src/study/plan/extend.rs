@@ -1,4 +1,4 @@
-//! Extensions and laws of a plan: built-in ones by name, files of one's own.
+//! Extensions and laws of a plan: built-in ones by name, users' files.
 
 use super::super::merge::{calibration_columns, column_clash, parameter_column};
 use super::text::Reader;

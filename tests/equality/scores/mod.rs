@@ -186,7 +186,7 @@ fn scores_are_those_of_the_reference() {
             *sum = std::mem::take(sum).and(more);
         }
     }
-    let on = if no_gpu { "in lanes, for there is no GPU on purpose" } else { "on the GPU" };
+    let on = if no_gpu { "in lanes, without a GPU on purpose" } else { "on the GPU" };
     report.say(format!("{} candidates of 90 variants, f32 {on}", judged.len()));
     double_precision(in_f64, &mut report, &mut problems);
     let complete = judged.iter().filter(|j| matches!(j.exact, Score::Value(_))).count();

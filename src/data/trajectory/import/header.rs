@@ -93,7 +93,7 @@ pub(in crate::trajectory) struct Header {
     columns: Vec<usize>,
 }
 
-/// For tables of one's own with other names.
+/// For users' tables with other names.
 pub(in crate::trajectory) const OWN_NAMES: &str = "read the table with --columns (`leadlag list columns`)";
 
 /// Nine cars of OpenACC have 71 columns; the work per column and name must not grow into hours.

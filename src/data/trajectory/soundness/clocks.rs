@@ -35,7 +35,7 @@ const SMOOTH_S: f64 = 0.4;
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Redundancy {
     estimate: [Pair; 2],
-    /// By how much they are likelier than none \[nats\].
+    /// Gain in log-likelihood against none \[nats\].
     gain: f64,
 }
 

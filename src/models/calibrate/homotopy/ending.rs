@@ -223,7 +223,7 @@ impl Search<'_> {
         Some((at, [steps, steps + 1.0].into_iter().filter_map(of).collect()))
     }
 
-    /// Candidates around the best one, as far away as costs a little: they show which parameters make up for each other.
+    /// Candidates around the best one, as far away as costs a little: they show which parameters compensate for each other.
     pub(super) fn look_around(&mut self) -> Result<(), CalibrateError> {
         let Some((best, score)) = self.record.best.clone() else { return Ok(()) };
         let rises = RISES.map(|rise| rise * score.max(FLOOR));

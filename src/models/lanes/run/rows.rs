@@ -84,7 +84,7 @@ pub fn went_finite<T: Real, const L: usize>(a_free: &[T; L], s: &[T; L], alive: 
     differ
 }
 
-/// How far values are below `least`, in the lanes that went on.
+/// How far values are below `least`, in the lanes that continued.
 #[inline(always)]
 pub fn shortfalls<T: Real, const L: usize>(y: &[T; L], least: T, went: &[T; L], to: &mut [T; L]) {
     for i in 0..L {
@@ -92,7 +92,7 @@ pub fn shortfalls<T: Real, const L: usize>(y: &[T; L], least: T, went: &[T; L], 
     }
 }
 
-/// Adds how much of an acceleration was cut, in the lanes that went on.
+/// Adds how much of an acceleration was cut, in the lanes that continued.
 #[inline(always)]
 pub fn add_cuts<T: Real, const L: usize>(a: &[T; L], a_free: &[T; L], went: &[T; L], to: &mut [T; L]) {
     for i in 0..L {
@@ -101,7 +101,7 @@ pub fn add_cuts<T: Real, const L: usize>(a: &[T; L], a_free: &[T; L], went: &[T;
     }
 }
 
-/// (y - `measured`) `factor` in the lanes that went on, 0 in the others.
+/// (y - `measured`) `factor` in the lanes that continued, 0 in the others.
 #[inline(always)]
 pub fn errors_where<T: Real, const L: usize>(y: &[T; L], measured: T, factor: T, went: &[T; L], to: &mut [T; L]) {
     for i in 0..L {
@@ -147,7 +147,7 @@ pub fn add_square<T: Real, const L: usize>(y: &[T; L], measured: T, factor: T, s
     }
 }
 
-/// The same in the lanes that went on. In the others 0 is added: where the sum itself was chosen, the compiler would store it under a
+/// The same in the lanes that continued. In the others 0 is added: where the sum itself was chosen, the compiler would store it under a
 /// mask, which some processors do slowly.
 #[inline(always)]
 pub fn add_square_where<T: Real, const L: usize>(y: &[T; L], measured: T, factor: T, went: &[T; L], sum: &mut [T; L]) {

@@ -166,7 +166,7 @@ impl<T: Real, const L: usize> Sums<T, L> {
         }
     }
 
-    /// Adds sample t with the state in `rows`, in the lanes that went on.
+    /// Adds sample t with the state in `rows`, in the lanes that continued.
     #[inline(always)]
     pub fn add(&mut self, settings: &Settings, stream: &Stream<T>, rows: [&[T; L]; 3], went: Went<'_, T, L>, t: usize) {
         if settings.adding == Adding::Nothing {
@@ -231,7 +231,7 @@ impl<T: Real, const L: usize> Sums<T, L> {
         v.fill(stream.measured[1][t].larger(T::ZERO));
     }
 
-    /// Adds up the squares of the whitened residuals of sample t, in the lanes that went on.
+    /// Adds up the squares of the whitened residuals of sample t, in the lanes that continued.
     #[inline(always)]
     pub fn add_white(&mut self, block: usize, went: &[T; L], t: usize, end: usize) {
         let whitening = &self.observers.whitening;

@@ -86,7 +86,7 @@ pub struct Auto {
     origin: Origin,
     /// Rounds under way.
     rounds: Vec<Round>,
-    /// Rounds begun.
+    /// Started rounds.
     begun: u64,
     /// Best of each round that has ended, by exact merits, the best first.
     found: Vec<Member>,

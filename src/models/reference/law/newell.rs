@@ -2,7 +2,7 @@ use super::{Memory, Seen, values};
 use crate::symbols::Parameters;
 
 /// Newell (2002): the preceding vehicle's trajectory, `tau` later and `d_0` behind, or `v_0`.
-/// A car that is not there makes up for it in `tau`.
+/// A car that is not there closes the distance within `tau`.
 /// Commanded acceleration, counted from the present own speed \[m/s²\].
 pub fn acceleration(seen: &Seen<'_>, _memory: &mut Memory) -> f64 {
     let [tau] = values(seen.own);

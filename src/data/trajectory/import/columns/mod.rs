@@ -47,7 +47,7 @@ impl ColumnMap {
         &SHIPPED
     }
 
-    /// A shipped map by its name, or a map of one's own: its file, which ends in `.toml`, or its text, which has several lines.
+    /// A built-in map by its name, or your own map: its file, which ends in `.toml`, or its text, which has several lines.
     ///
     /// # Errors
     /// [`MapError`] when there is none, or when it is broken.

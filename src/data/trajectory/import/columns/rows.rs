@@ -107,12 +107,12 @@ impl Table {
         problems.check()
     }
 
-    /// True if one row repeats another one letter by letter.
+    /// True if one row repeats another one exactly.
     pub fn is_repeated(&self, row: usize, other: usize) -> bool {
         self.hashes[row] == self.hashes[other]
     }
 
-    /// Those rows that repeat another one letter by letter are taken out and counted. Of others with the same time
+    /// Rows that repeat another one exactly are removed and counted. Of others with the same time
     /// `differ` receives the line of the first and of the second, and the time.
     pub fn take_once(&self, rows: &mut Vec<usize>, repeated: &mut Repeated, mut differ: impl FnMut(u64, u64, f64)) {
         let time = self.numbers(Role::Time).unwrap_or_default();
