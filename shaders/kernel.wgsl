@@ -14,7 +14,7 @@ const ALL = 4u;
 
 // One candidate population on one trajectory.
 struct Job {
-    // First of its entries in `samples`, in vec4, and how many samples there are.
+    // First of its entries in `samples`, in vec4, and the number of samples.
     sample: u32,
     samples: u32,
     // First of its entries in `norms`; entry k belongs to a run that starts at sample k.

@@ -235,7 +235,7 @@ fn the_reader_of_imports_reads_groups() {
     assert!(imports().iter().any(|i| i.from == "evaluator" && i.to == "catalog"), "known imports are found");
 }
 
-/// Types, functions and methods that a user of the library can reach, apart from those of traits. Who needs more than these looks for long.
+/// Types, functions and methods that a user of the library can reach, apart from those of traits. A larger facade is hard to learn.
 const FACADE: usize = 300;
 
 #[test]

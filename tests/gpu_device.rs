@@ -1,5 +1,5 @@
-//! Evaluators share a device; one that is lost is replaced for all of them. In a program of its own, because its device is lost to
-//! everybody in the process.
+//! Evaluators share a device; one that is lost is replaced for all of them. In a separate program, because its device is lost for
+//! the whole process.
 
 mod common;
 

@@ -63,7 +63,7 @@ def text_of(table: Any) -> bytes:
 def _cells(values: Any) -> list[Any]:
     """Values as text: numbers in the shortest form that reads back the same, empty if missing."""
     if values.dtype.kind == "f":
-        # A float32 is written with its own digits, which is what it was measured with.
+        # A float32 is written with its own digits, those of the measurement.
         cells: list[Any] = ["" if cell == "nan" else cell for cell in values.astype(str).tolist()]
         return cells
     if values.dtype.kind == "M":

@@ -50,7 +50,7 @@ AHEAD = 2
 FIRST = 4
 #: Files that leadlag reads if they lie beside a given file.
 COMPANIONS = ("Labels.csv", "Slope.csv", "mfc_*.csv")
-#: How often workers are counted [s].
+#: Interval between counts of workers [s].
 LOOK = 1.0
 #: Files that one command looks at.
 AT_ONCE = 100
@@ -233,7 +233,7 @@ class _Inputs:
                 own = [platoon["id"] for platoon in one["platoons"]]
                 apart = len(set(own)) == len(own) and all(id and "," not in id and id.strip() == id for id in own)
                 ids[one["source"]["path"]] = own if apart else [None]
-        # By its number, a file that is given twice is two. Where none can be read, a worker says why.
+        # By its number, a file that is given twice is two. If none can be read, a worker gives the reason.
         places = [(number, *self.place(path), ids.get(path, [] if ids else [None])) for number, path in enumerate(paths)]
         items: list[Item] = [(files, (file, number, id)) for number, file, files, own in places for id in own]
         return items, [path for path in paths if ids and path not in ids]
@@ -361,7 +361,7 @@ def _found(
                 call = pickle.dumps(functools.partial(function, [one for _, one in batch.items]))
                 where = {"workers": [batch.worker], "allow_other_workers": True}
                 running[client.submit(compute, _program(), pieces, call, pure=False, **where)] = batch
-            # The cluster keeps what batches under way need.
+            # The cluster keeps the data of batches under way.
             needed = {path for batch in running.values() for path in batch.files.values()}
             sent = {path: pieces for path, pieces in sent.items() if path in needed}
             look = time.monotonic() + LOOK
@@ -405,7 +405,7 @@ def _compute(program: str, files: dict[str, list[bytes]], call: bytes) -> tuple[
             (folder / path).parent.mkdir(parents=True, exist_ok=True)
             with (folder / path).open("wb") as file:
                 file.writelines(pieces)
-        # In a session of its own: Ctrl-C is for those who wait for it.
+        # In a separate session, because Ctrl-C is for the waiting process.
         _leadlag(module="study", env={"RAYON_NUM_THREADS": "1"}, cwd=folder, start_new_session=True)
         return pickle.loads((folder / "answer").read_bytes()), time.monotonic() - began
 

@@ -125,7 +125,7 @@ impl Drive {
 /// - `resample`: a time step [s];
 /// - `reconcile`: the anchor of the spacing, "gap" (the default) or "speeds";
 /// - `vehicle`: the follower's car, a built-in one or FILE#NAME; `grade`: a table or "level";
-/// - `lead_length`: length of the vehicle ahead [m]; `lead_start`: where it begins on the grade table [m].
+/// - `lead_length`: length of the vehicle ahead [m]; `lead_start`: its start on the grade table [m].
 ///
 /// Raises `Error` with the line, the expected and the found value if the file is faulty.
 #[pyfunction]
@@ -175,7 +175,7 @@ impl Drive {
         Drive::warned(py, origin, follower, name, options)
     }
 
-    /// `FILE follower N`, with trajectory id and segment where there are several.
+    /// `FILE follower N`, with trajectory id and segment if there are several.
     #[getter]
     fn label(&self) -> &str {
         self.inner.label()

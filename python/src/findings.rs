@@ -16,7 +16,7 @@ pub struct Findings {
     asked: (Py<PyAny>, Vec<(String, String)>),
 }
 
-/// Diagnoses what a model lacks on drives.
+/// Diagnoses which effects a model lacks on drives.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "each is a keyword argument of the Python function")]
 pub fn diagnose(
@@ -101,7 +101,7 @@ impl Findings {
         py.import("leadlag._api")?.call_method1("extended", (model, causes, own.clone()))
     }
 
-    /// Writes what `leadlag diagnose --out` writes.
+    /// Writes the files of `leadlag diagnose --out`.
     fn save(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
         let findings = self.inner.clone();
         done(py, move || leadlag::cli::save_findings(&findings, &folder))

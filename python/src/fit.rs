@@ -10,7 +10,7 @@ use std::path::PathBuf;
 
 /// Calibrated parameters, with intervals and correlations; `leadlag.calibrate` makes it.
 ///
-/// `Fit(json, drives)` makes one again of the text of a `result.json` and the drives that it is of, which may be none.
+/// `Fit(json, drives)` makes a fit from the text of a `result.json` and its drives, which may be none.
 #[pyclass(module = "leadlag", frozen)]
 pub struct Fit {
     inner: leadlag::Fit,
@@ -152,7 +152,7 @@ impl Fit {
         self.simulate(drive, reading)
     }
 
-    /// Writes what `leadlag calibrate --out` writes, but for the time that it took.
+    /// Writes the files of `leadlag calibrate --out` without the time.
     fn save(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
         let (fit, drives) = (self.inner.clone(), self.drives.clone());
         done(py, move || leadlag::cli::save(&fit, &drives.iter().collect::<Vec<_>>(), &folder))

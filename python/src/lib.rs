@@ -46,7 +46,7 @@ const VALUES: [&str; 13] = [
 ];
 
 /// A message of the command line in the words of Python: `--max-gap` is `max_gap`, and `--gof nrmse-s` is `gof="nrmse-s"`. A command in backticks
-/// stays what it is.
+/// stays unchanged.
 fn in_keywords(text: &str) -> String {
     let mut told = String::with_capacity(text.len());
     for (k, part) in text.split('`').enumerate() {

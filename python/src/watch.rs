@@ -47,8 +47,8 @@ pub enum OnCtrlC {
     Leave,
 }
 
-/// Does the work. `progress` is called with the share that is done and a text, some times a second. Ctrl-C, or an exception of `progress`, stops the
-/// work; what it found so far comes back with the exception.
+/// Does the work. `progress` is called with the finished share and a text, some times a second. Ctrl-C, or an exception of `progress`, stops the
+/// work; its result so far comes back with the exception.
 pub fn watched<T: Send + 'static>(
     py: Python<'_>,
     progress: Option<&Py<PyAny>>,

@@ -18,7 +18,7 @@ import pytest
 
 import leadlag as ll
 
-#: A pool that forks while its parent has threads; what hangs is ended by the limit of the process.
+#: A pool that forks while its parent has threads; the limit of the process ends a hanging one.
 POOL = """
 import multiprocessing
 from concurrent.futures import ProcessPoolExecutor

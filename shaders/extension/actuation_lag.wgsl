@@ -4,7 +4,7 @@
 //! family: phase
 //! looks like: residuals that follow the changes of the command, late and smoothed
 //! confounded with: perception_delay, asym_lag, sensor_lowpass
-//! experiment: a leader that brakes and accelerates at once and hard, under sensors with little noise: a delay shifts what follows, a lag or
+//! experiment: a leader that brakes and accelerates at once and hard, under sensors with little noise: a delay shifts the response, a lag or
 //! filter rounds it
 //! reference: He, Montanino, Mattas, Punzo, Ciuffo, Eq. 10
 struct Parameters {

@@ -11,7 +11,7 @@ struct Parameters {
     t0: f32,
 }
 
-// How long the change takes [s].
+// Duration of the change [s].
 const RAMP: f32 = 4.0;
 
 fn headway_mode_change_policy(p: Params, own: Parameters, w: World) -> Params {

@@ -4,7 +4,7 @@
 //! family: phase
 //! looks like: residuals that follow the changes of the speed ahead, late
 //! confounded with: actuation_lag, asym_lag, sensor_lowpass, time_offset
-//! experiment: a leader that brakes and accelerates at once and hard, under sensors with little noise: a delay shifts what follows, a lag or
+//! experiment: a leader that brakes and accelerates at once and hard, under sensors with little noise: a delay shifts the response, a lag or
 //! filter rounds it
 //! reference: Treiber, Kesting, Helbing 2006, Physica A 360(1), 71-88
 //! loop: delay by tp

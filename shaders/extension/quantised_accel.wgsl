@@ -18,7 +18,7 @@ struct Quantised {
     state: State,
 }
 
-// By how much a command falls with the own speed [1/s], halved: laws have 0.6 to 4.
+// Decrease of a command with the own speed [1/s], halved: laws have 0.6 to 4.
 const FALL: f32 = 0.8;
 
 fn quantised_accel_command(own: Parameters, state: State, w: World, a_cmd: f32) -> Quantised {

@@ -4,7 +4,7 @@
 //! family: phase
 //! looks like: residuals that follow the changes of the speed ahead, late and smoothed
 //! confounded with: actuation_lag, perception_delay, time_offset
-//! experiment: a leader that brakes and accelerates at once and hard, under sensors with little noise: a delay shifts what follows, a lag or
+//! experiment: a leader that brakes and accelerates at once and hard, under sensors with little noise: a delay shifts the response, a lag or
 //! filter rounds it
 struct Parameters {
     /// time constant of the filter [s], 0 to 2.5, neutral 0

@@ -4,7 +4,7 @@
 struct Parameters {
     v_0: f32,
     d_0: f32,
-    /// how much later the way of the preceding vehicle is driven [s], 0.1 to 5
+    /// time by which the way of the preceding vehicle is driven later [s], 0.1 to 5
     tau: f32,
 }
 

@@ -17,7 +17,7 @@ fn optimal_speed(own: Parameters, s: f32) -> f32 {
     return own.v_0 * (1.0 - exponential(-away)) / (1.0 + exponential(2.0 * own.beta - away));
 }
 
-// Bando et al.: the sensitivity times what the speed lacks.
+// Bando et al.: the sensitivity times the deficit of the speed.
 fn ovm_law(own: Parameters, x: Perceived) -> f32 {
     return own.kappa * (optimal_speed(own, x.s) - x.v_f);
 }

@@ -7,9 +7,9 @@ struct Parameters {
     d_0: f32,
     /// time headway of the shortest spacing [s], 0.1 to 3
     cc1: f32,
-    /// by how much the spacing varies in following [m], 0 to 20
+    /// variation of the spacing in following [m], 0 to 20
     cc2: f32,
-    /// how much further away braking begins per speed difference [s], -30 to 0
+    /// additional distance of the begin of braking per speed difference [s], -30 to 0
     cc3: f32,
     /// negative speed difference in following [m/s], -3 to 0
     cc4: f32,
@@ -66,7 +66,7 @@ fn w99_law(own: Parameters, w: World, x: Perceived, v_f: f32) -> f32 {
     return max(min(min(a, own.cc8), (own.v_0 - v_f) / w.dt), -EMERGENCY);
 }
 
-// There is no rest: nearer than the end of following the car brakes by cc7, farther it accelerates. From v_0 on that of v_0.
+// There is no state of rest: nearer than the end of following the car brakes by cc7, farther it accelerates. From v_0 on that of v_0.
 fn w99_equilibrium(own: Parameters, v: f32) -> f32 {
     return own.d_0 + own.cc1 * min(v, own.v_0) + own.cc2;
 }

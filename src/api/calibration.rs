@@ -67,7 +67,7 @@ impl Calibration {
     /// A calibration of a model by name or id: `idm`, `gipps+delay+linear+mfc`, `31`, or by the file of your own law: `my_law.wgsl+delay`.
     ///
     /// # Errors
-    /// When there is no such model, or the text of the law is faulty.
+    /// For an unknown model, or a faulty text of a law.
     pub fn of(model: &str) -> Result<Calibration, Error> {
         Ok(Calibration::of_variant(super::model::model(model)?))
     }
@@ -91,7 +91,7 @@ impl Calibration {
     /// Adds an extension: the name of a built-in cause, such as `actuation_lag`, or your own WGSL file.
     ///
     /// # Errors
-    /// When there is none of that name, or its text is faulty.
+    /// For an unknown name, or a faulty text.
     pub fn extend(mut self, extension: &str) -> Result<Calibration, Error> {
         self.model = extend(self.model, &[extension.to_owned()])?;
         Ok(self)
@@ -131,7 +131,7 @@ impl Calibration {
     /// The measure to minimise: `nrmse-sva` (the default), `rmse-s`, `u-sv`, ...
     ///
     /// # Errors
-    /// When there is no such measure.
+    /// For an unknown measure.
     pub fn minimise(mut self, measure: &str) -> Result<Calibration, Error> {
         self.gof = measure.parse().map_err(usage)?;
         Ok(self)
@@ -140,7 +140,7 @@ impl Calibration {
     /// The convention: `paper` (the default) or `authors`, with single rows changed behind a comma.
     ///
     /// # Errors
-    /// When there is no such convention.
+    /// For an unknown convention.
     pub fn convention(mut self, convention: &str) -> Result<Calibration, Error> {
         self.convention = convention.parse().map_err(usage)?;
         Ok(self)
@@ -149,7 +149,7 @@ impl Calibration {
     /// The optimiser: `auto` (the default), `ga` (the paper's), `lshade` or `cmaes`.
     ///
     /// # Errors
-    /// When there is no such optimiser.
+    /// For an unknown optimiser.
     pub fn optimizer(mut self, name: &str) -> Result<Calibration, Error> {
         self.search.optimizer = name.parse::<OptimizerKind>().map_err(usage)?;
         Ok(self)
@@ -187,7 +187,7 @@ impl Calibration {
     /// The evaluator: `auto` (the default), `lanes`, `gpu` or `reference`.
     ///
     /// # Errors
-    /// When there is no such evaluator.
+    /// For an unknown evaluator.
     pub fn evaluator(mut self, name: &str) -> Result<Calibration, Error> {
         self.selection.kind = name.parse().map_err(usage)?;
         self.selection.check().map_err(usage)?;
@@ -197,7 +197,7 @@ impl Calibration {
     /// The precision of `lanes` and `gpu`: `plain` (f32, the default), `compensated` or `f64`.
     ///
     /// # Errors
-    /// When there is no such precision, or the evaluator does not have it.
+    /// For an unknown precision, or one that the evaluator does not have.
     pub fn precision(mut self, name: &str) -> Result<Calibration, Error> {
         let precision: LanesPrecision = name.parse().map_err(usage)?;
         self.selection.precision = Some(precision);
@@ -259,7 +259,7 @@ impl Calibration {
     /// Warnings about this calibration on these drives, one line each.
     ///
     /// # Errors
-    /// When a bound cannot be, or a drive lacks what the model needs.
+    /// For an invalid bound, or a drive that lacks data of the model.
     pub fn warnings(&self, drives: &[&Drive]) -> Result<Vec<String>, Error> {
         let loaded = drives.iter().map(|drive| drive.for_model(&self.model)).collect::<anyhow::Result<Vec<_>>>()?;
         let Some(first) = drives.first() else { return Ok(Vec::new()) };
@@ -346,7 +346,7 @@ impl Calibration {
         Err(Usage(message).into())
     }
 
-    /// The evaluator that simulates the candidates; the reference scores what it finds again.
+    /// The evaluator that simulates the candidates; the reference scores the best ones again.
     pub(crate) fn build(&self, reference: &Reference) -> anyhow::Result<Box<dyn Evaluator>> {
         let cases = reference.cases().to_vec();
         let generation = GaSettings::default().population_size * self.search.replicates as usize;

@@ -277,7 +277,7 @@ impl Diagnosis {
     /// A diagnosis of a model, given as to [`Calibration::of`](crate::Calibration::of).
     ///
     /// # Errors
-    /// When there is no such model.
+    /// For an unknown model.
     pub fn of(base: &str) -> Result<Diagnosis, Error> {
         Ok(Diagnosis::of_variant(super::model::model(base)?))
     }
@@ -290,7 +290,7 @@ impl Diagnosis {
     /// Search effort: `quick` (about 20 s of CPU per drive of 15 minutes), `normal` (twice that, the default) or `thorough`.
     ///
     /// # Errors
-    /// When there is no such effort.
+    /// For an unknown effort.
     pub fn effort(mut self, name: &str) -> Result<Diagnosis, Error> {
         let message = || format!("effort `{name}`: expected {}", any_of(Effort::VARIANTS));
         self.effort = name.parse().map_err(|_| anyhow::Error::from(Usage(message())))?;
@@ -331,7 +331,7 @@ impl Diagnosis {
         self
     }
 
-    /// Whether faults of the data are corrected, where they can be; they are not by default.
+    /// Whether faults of the data are corrected if possible; by default they are not.
     #[must_use]
     pub fn correct(mut self, wanted: bool) -> Diagnosis {
         self.correct = wanted;
@@ -341,7 +341,7 @@ impl Diagnosis {
     /// Diagnoses. Without drives that are held back, the last third of each is.
     ///
     /// # Errors
-    /// When a drive is too short, or lacks what the model needs.
+    /// For a drive that is too short, or lacks data of the model.
     pub fn run(&self, drives: &[&Drive], holdout: &[&Drive]) -> Result<Findings, Error> {
         self.run_on(drives, holdout, &mut |_| ControlFlow::Continue(()))
     }

@@ -18,7 +18,7 @@ pub fn read(path: impl AsRef<Path>) -> Result<Recording, Error> {
     Reading::default().file(path)
 }
 
-/// A made-up drive of one car behind another, to try things without data: what a file of it would have. The same seed gives the same drive.
+/// A synthetic drive of one car behind another, as from a file, to try things without data. The same seed gives the same drive.
 ///
 /// # Errors
 /// When the duration \[s\] is not one of 20 s to some hours.
@@ -77,7 +77,7 @@ impl Recording {
     /// The drive of a follower: 1 is right behind the platoon leader.
     ///
     /// # Errors
-    /// When there is no such follower, or none of its segments is long enough.
+    /// For an unknown follower, or if none of its segments is long enough.
     pub fn follower(&self, number: usize) -> Result<Drive, Error> {
         self.drive(Some(&number.to_string()))
     }
@@ -120,8 +120,8 @@ impl Drive {
         self
     }
 
-    /// The part between two times of the file \[s\], both included; times outside the drive are ignored. It is prepared as if nothing else
-    /// had been measured.
+    /// The part between two times of the file \[s\], both included; times outside the drive are ignored. It is prepared without the
+    /// measurements outside.
     ///
     /// # Errors
     /// When it is too short.
@@ -153,7 +153,7 @@ impl Drive {
         self.trajectory.id.as_deref()
     }
 
-    /// `FILE follower N`, with trajectory id and segment where there are several.
+    /// `FILE follower N`, with trajectory id and segment if there are several.
     #[must_use]
     pub fn label(&self) -> &str {
         &self.trajectory.label

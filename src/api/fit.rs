@@ -52,7 +52,7 @@ impl Fit {
     /// Reads a `result.json` that a calibration wrote.
     ///
     /// # Errors
-    /// When it is none, or of a model that this version does not have.
+    /// For text that is not a fit, or a model that this version lacks.
     pub fn read(path: impl AsRef<Path>) -> Result<Fit, Error> {
         Ok(Fit::of(ResultFile::read(path.as_ref()).map_err(anyhow::Error::from)?)?)
     }
@@ -112,7 +112,7 @@ impl Fit {
     /// Simulates the calibrated model on a drive, by the f64 reference.
     ///
     /// # Errors
-    /// When the drive lacks what the model needs.
+    /// For a drive that lacks data of the model.
     pub fn simulate(&self, drive: &Drive) -> Result<Simulation, Error> {
         let one = self.on(drive)?;
         let parameters = &self.variant.parameters;
@@ -177,10 +177,10 @@ impl Fit {
         Ok(draw(&title, AHEAD, drive.time(), &case, &trace, &outcome).map_err(anyhow::Error::from)?)
     }
 
-    /// The calibration that would find the same, but for the data.
+    /// The same calibration on other data.
     ///
     /// # Errors
-    /// When its model is none of this version.
+    /// For a model that this version lacks.
     pub fn calibration(&self) -> Result<Calibration, Error> {
         let mut calibration = Calibration::of_variant(self.variant.variant);
         calibration.convention = self.variant.convention;

@@ -88,7 +88,7 @@ impl Pairs {
         self
     }
 
-    /// Returns how many pairs that can be used have nothing held back.
+    /// Returns the number of usable pairs without held-back data.
     pub(crate) fn hold(&mut self, held: Held) -> usize {
         held.hold(&mut self.pairs)
     }
@@ -132,7 +132,7 @@ impl Pairs {
         ))
     }
 
-    /// How many pairs are there more than once, and which the first is: each counts in medians and shares.
+    /// Number of repeated pairs, and the first of them: each counts in medians and shares.
     pub(crate) fn repeated(&self) -> Option<String> {
         let (mut seen, mut again) = (HashMap::new(), Vec::new());
         for pair in &self.pairs {
@@ -250,7 +250,7 @@ impl Fleet {
     /// Calibrations with these models, by name or id.
     ///
     /// # Errors
-    /// When there is no such model, or none is given, or one twice.
+    /// For an unknown model, no model, or a repeated one.
     pub fn of(models: &[&str]) -> Result<Fleet, Error> {
         Fleet::of_calibrations(models.iter().map(|model| Calibration::of(model)).collect::<Result<Vec<_>, _>>()?)
     }
@@ -282,7 +282,7 @@ impl Fleet {
         self.run_on(pairs, &|| false, &|_, _| {})
     }
 
-    /// The same; once `stop` is true, the rows that are there are the table. `tell` is given how many rows are there and how many there will be, from any thread.
+    /// The same; once `stop` is true, the finished rows are the table. `tell` receives the numbers of finished rows and of all, from any thread.
     ///
     /// # Errors
     /// As [`Fleet::run`].
@@ -330,7 +330,7 @@ pub(crate) fn settings(calibrations: &[Calibration], measures: Vec<GoodnessOfFit
     let model = |one: &Calibration| {
         one.check_numbers()?;
         let (variant, overrides) = (one.model, one.overrides()?);
-        // Bounds that no pair can have are reported once; a pair without a car reports what the model misses.
+        // Bounds that are invalid for every pair are reported once; a pair without a car reports what the model lacks.
         match SearchSpace::new(&variant, None, *convention, &overrides) {
             Err(error @ BoundsError::Impossible { .. }) => Err(error.into()),
             _ => Ok(Model { variant, overrides }),

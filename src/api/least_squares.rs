@@ -32,7 +32,7 @@ impl Evaluator {
     /// depends on the candidate, and a solver that takes derivatives of these residuals minimises the measure itself.
     ///
     /// # Errors
-    /// As [`Evaluator::scores`], and for Theil's coefficients, which are no norms of residuals.
+    /// As [`Evaluator::scores`], and for Theil's coefficients, which are not norms of residuals.
     pub fn residuals(&self, candidates: &[f64]) -> Result<Vec<Vec<f64>>, Error> {
         let mut found = Vec::new();
         for part in self.whole(candidates)?.chunks(PART) {
@@ -43,7 +43,7 @@ impl Evaluator {
 
     /// The normal equations of the same residuals, one per candidate, from finite differences in f64: p + 1 simulations on each drive. Where
     /// the score of a candidate is infinite, or that of a neighbour, `rtr` is infinite and the other numbers are NaN. Of a convention that
-    /// rounds delays to whole samples the derivatives with respect to a delay say nothing: fix it.
+    /// rounds delays to whole samples the derivatives with respect to a delay are meaningless: fix it.
     ///
     /// # Errors
     /// As [`Evaluator::residuals`].

@@ -35,7 +35,7 @@ pub(crate) fn model(asked: &str) -> anyhow::Result<catalog::Variant> {
     })
 }
 
-/// Refuses names of models that there are not; files are read where they are needed.
+/// Refuses unknown names of models; files are read when needed.
 #[cfg(feature = "cli")]
 pub(crate) fn known(asked: &str) -> Result<String, UnknownVariant> {
     if law_file(asked).is_none() {
@@ -48,7 +48,7 @@ impl Variant {
     /// A model by name or id, `idm`, `gipps+delay+linear+mfc`, `31`, or by the file of a law: `my_law.wgsl+delay`.
     ///
     /// # Errors
-    /// When there is no such model, or the text of the law is faulty.
+    /// For an unknown model, or a faulty text of a law.
     pub fn named(model: &str) -> Result<Variant, Error> {
         Ok(Variant(self::model(model)?))
     }
@@ -61,7 +61,7 @@ impl Variant {
     /// The same with an extension: the name of a built-in cause, such as `actuation_lag`, or your own WGSL file.
     ///
     /// # Errors
-    /// When there is none of that name, its text is faulty, or the model has it already.
+    /// For an unknown name, a faulty text, or an extension that the model has already.
     pub fn extend(self, extension: &str) -> Result<Variant, Error> {
         Ok(Variant(extend(self.0, &[extension.to_owned()])?))
     }
@@ -140,7 +140,7 @@ impl Law {
     /// Reads a file; its name without `.wgsl` is the law's and the prefix of its functions.
     ///
     /// # Errors
-    /// When it cannot be read, is faulty, or is no law.
+    /// For an unreadable or faulty file, or one that is not a law.
     pub fn read(file: impl AsRef<Path>) -> Result<Law, Error> {
         let shown = file.as_ref().display().to_string();
         let text = read_to_string(file.as_ref(), TEXT_MAX).with_context(|| format!("{shown}: cannot be read"))?;
@@ -150,7 +150,7 @@ impl Law {
     /// A law by its WGSL text; `name` is what its functions begin with.
     ///
     /// # Errors
-    /// When the text is faulty, or is no law.
+    /// For a faulty text, or one that is not a law.
     pub fn from_text(name: &str, text: &str) -> Result<Law, Error> {
         read_law(&format!("{name}.wgsl"), text).map(Law).map_err(usage)
     }
@@ -158,7 +158,7 @@ impl Law {
     /// The model that it is with other parts, such as `+delay+linear`, or with none: "".
     ///
     /// # Errors
-    /// When there is no such part.
+    /// For an unknown part.
     pub fn with(&self, parts: &str) -> Result<Variant, Error> {
         law_with(self.0, parts).map(Variant).map_err(usage)
     }

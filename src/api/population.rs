@@ -34,7 +34,7 @@ impl Calibration {
     /// An evaluator of candidates with the model, bounds, measure and evaluator of this calibration.
     ///
     /// # Errors
-    /// When a bound cannot be, a drive lacks what the model needs, or the evaluator cannot be made.
+    /// For an invalid bound, a drive that lacks data of the model, or an evaluator that cannot be made.
     ///
     /// # Panics
     /// Without a drive.
@@ -78,7 +78,7 @@ impl Evaluator {
     /// `candidates` has them one behind the other, each with a value per parameter in the order of [`Evaluator::parameters`].
     ///
     /// # Errors
-    /// When the number of values is no multiple of the number of parameters, or the evaluator fails.
+    /// If the number of values is not a multiple of the number of parameters, or the evaluator fails.
     pub fn scores(&mut self, candidates: &[f64]) -> Result<Vec<f64>, Error> {
         let whole = self.whole(candidates)?;
         let possible: Vec<bool> = whole.iter().map(|candidate| self.is_possible(candidate)).collect();

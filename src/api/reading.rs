@@ -36,7 +36,7 @@ pub struct Reading {
     pub smooth: bool,
     /// Time step to resample to \[s\].
     pub resample_s: Option<f64>,
-    /// Whether what the check of the data finds is corrected, where it can be.
+    /// Whether findings of the check of the data are corrected if possible.
     pub correct: bool,
     /// Anchor of the spacing if the measured spacing and the speeds contradict each other.
     pub reconcile: Reconcile,
@@ -96,7 +96,7 @@ pub(crate) struct Loaded {
     pub trajectory: Trajectory,
     /// The vehicle and how `--vehicle` finds it again.
     pub vehicle: Option<(Vehicle, String)>,
-    /// The same drive with its faults corrected, or as it was measured where they were: for comparison, where that makes a difference.
+    /// The same drive with its faults corrected, or uncorrected if they were corrected: for comparison, if that makes a difference.
     pub twin: Option<Trajectory>,
 }
 
@@ -144,7 +144,7 @@ impl Reading {
         })
     }
 
-    /// Reads a recording, and says which of its followers is meant: the number in a platoon, or the id of a vehicle in a table
+    /// Reads a recording and selects a follower: the number in a platoon, or the id of a vehicle in a table
     /// with a column map, of which only the pairs of that vehicle are kept.
     #[cfg(feature = "cli")]
     pub(crate) fn read(&self, input: Input<'_>, follower: Option<&str>) -> anyhow::Result<(Recording, Option<usize>)> {
@@ -179,7 +179,7 @@ impl Reading {
         Ok(Some(1))
     }
 
-    /// Every pair of a file, or every one that is asked for; `vehicle`: whether the follower's car has to be known. Of a pair that long gaps cut
+    /// Every pair of a file, or every requested one; `vehicle`: whether the follower's car has to be known. Of a pair that long gaps cut
     /// into segments, the longest one.
     pub(crate) fn pairs(
         &self,
@@ -314,7 +314,7 @@ impl Reading {
         Ok(Loaded { trajectory, vehicle, twin })
     }
 
-    /// A drive that has a fault which matters and can be corrected: corrected, or as it was measured where this one is corrected.
+    /// A drive with a fault that matters and can be corrected: corrected, or uncorrected if this one is corrected.
     pub(super) fn twin(&self, recording: &Recording, of: &Trajectory) -> Option<Trajectory> {
         let mends = |finding: &Finding| finding.remedies.iter().any(|remedy| remedy.option == "correct");
         of.findings().find(|finding| finding.matters && mends(finding))?;
@@ -451,7 +451,7 @@ fn has_several_followers(recording: &Recording) -> bool {
     names.any(|name| Some(name) != first)
 }
 
-/// True if an error is that of one trajectory, and says nothing of the others.
+/// True if an error concerns that trajectory only.
 #[cfg(feature = "cli")]
 fn is_of_one(error: &anyhow::Error) -> bool {
     use crate::trajectory::PrepareError::{self, EmptyWindow, Faulty, Short, TooShort};
@@ -485,7 +485,7 @@ fn numbered(recording: &mut Recording, given: &str) -> anyhow::Result<usize> {
     Err(Usage(message).into())
 }
 
-/// The column map of a flag. That its file is not there is a failure; what else is wrong with it is usage.
+/// The column map of a flag. A missing file is a failure; any other error in it is wrong usage.
 pub(crate) fn column_map(given: &str) -> anyhow::Result<ColumnMap> {
     ColumnMap::find(given).map_err(|error| match error {
         MapError::Open { .. } => error.into(),

@@ -36,7 +36,7 @@ impl Study {
     /// The study of a folder.
     ///
     /// # Errors
-    /// When there is none.
+    /// For a missing study.
     pub fn open(folder: impl AsRef<Path>) -> Result<Study, Error> {
         let folder = Folder::open(folder.as_ref()).map_err(anyhow::Error::from)?;
         folder.tasks().map_err(anyhow::Error::from)?;

@@ -43,7 +43,7 @@ fn unused(reading: &Reading, model: &Variant, loaded: &[&Trajectory]) -> Vec<Str
             "--vehicle changes nothing: variant {model} has neither nonlinear dynamics nor the constraint mfc"
         ));
     }
-    // Where only the position is read, the table still says how long a lap is.
+    // Even if only the position is read, the table gives the length of a lap.
     let lap = loaded.iter().any(|l| l.grade.as_ref().is_some_and(|grade| grade.period.is_some()));
     if reading.grade.is_some() && !model.needs_grade() && !(model.needs_position() && lap) {
         said.push(format!(
@@ -136,7 +136,7 @@ fn level_road(model: &Variant, overrides: &Overrides, loaded: &[&Trajectory]) ->
     Some(format!("{paths}the grade is 0 throughout: {}; give the slope with --grade FILE", idle.join("; ")))
 }
 
-/// A car that never comes near its desired speed says nothing of it, and Table 3 is for cars at 30 m/s and more; one that is faster than any
+/// A car that never comes near its desired speed does not determine it, and Table 3 is for cars at 30 m/s and more; one that is faster than any
 /// desired speed cannot be followed.
 fn off_bounds(model: &Variant, convention: Convention, overrides: &Overrides, loaded: &[&Trajectory]) -> Vec<String> {
     if !model.parameters().contains(&Symbol::v_0) {

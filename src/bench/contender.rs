@@ -150,7 +150,7 @@ mod tests {
     use crate::evaluator::Score;
     use crate::score::GoodnessOfFit;
 
-    // Measured: 3e-6 and 3e-13. A ceiling that computed something else would be none.
+    // Measured: 3e-6 and 3e-13. A ceiling must compute the same.
     #[test]
     fn the_loop_by_hand_computes_what_the_reference_computes() {
         let drive = Drive::synthetic().expect("the scenario is fixed");

@@ -44,7 +44,7 @@ impl Drive {
     /// the recording has none, a level road: they cost the same time.
     ///
     /// # Errors
-    /// If there is no such follower.
+    /// For an unknown follower.
     pub fn new(name: &str, recording: &Recording, follower: usize) -> Result<Drive, BenchError> {
         let pieces = prepare(recording, follower, &Preparation::default())?;
         let mut trajectory = pieces.into_iter().max_by_key(Trajectory::len).expect("prepare finds at least one piece");

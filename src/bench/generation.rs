@@ -40,8 +40,8 @@ pub struct Generation {
 }
 
 impl Generation {
-    /// Measures what a generation of the paper's size costs on a drive of a few samples, so that nothing but the cost around simulating is
-    /// left, and whole generations of large populations. Nothing where the machine has no device.
+    /// Measures the cost of a generation of the paper's size on a drive of a few samples, so that almost only the cost around simulating
+    /// remains, and whole generations of large populations. Nothing without a device.
     pub(super) fn measure(contender: Contender, drive: &Drive) -> Result<Vec<Generation>, BenchError> {
         let large = POPULATIONS.map(|population| (WHOLE, population, 1, LARGE));
         let of = |(steps, population, warm, timed)| Self::one(contender, drive, steps, population, [warm, timed]);

@@ -1,5 +1,5 @@
-//! Goals of the evaluators on one core (3.8 GHz, AVX-512, Sapphire Rapids class), beside the measured values. Printed, never asserted: a figure says
-//! more about the machine than about the program.
+//! Goals of the evaluators on one core (3.8 GHz, AVX-512, Sapphire Rapids class), beside the measured values. Printed, never asserted: a figure depends
+//! more on the machine than on the program.
 
 use super::measure::{is_software, median};
 use super::plan::{POPULATION, Report};
@@ -32,7 +32,7 @@ const SPEEDS: [(&str, &str, u32, f64); 7] = [
 ];
 
 impl Goal {
-    /// Whether it was met; `None` where nothing was measured.
+    /// Whether it was met; `None` without a measurement.
     #[must_use]
     pub fn is_met(&self) -> Option<bool> {
         self.found.map(|found| if self.at_most { found <= self.wanted } else { found >= self.wanted })
@@ -96,7 +96,7 @@ impl Report {
         goals
     }
 
-    /// Id of the slowest variant on an evaluator and how much slower than variant 1 it is; `None` unless all ninety were measured.
+    /// Id of the slowest variant on an evaluator and its ratio to variant 1; `None` unless all ninety were measured.
     pub(super) fn slowest(&self, evaluator: &str, population: usize) -> Option<(u32, f64)> {
         let rate = |id| Some(self.row_of(evaluator, "plain", id, population)?.mcs_per_core_second);
         let base = rate(1)?;

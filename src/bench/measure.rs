@@ -1,4 +1,4 @@
-//! One contender on one variant with one population: warmed up once, then timed as often as one likes.
+//! One contender on one variant with one population: warmed up once, then timed several times.
 
 use super::{BenchError, Contender, Drive, candidates, contender::Runner};
 use crate::catalog::Variant;

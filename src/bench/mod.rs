@@ -92,9 +92,9 @@ pub enum BenchError {
         "{sizes} sizes make {found} cases, and a seed has at most {most}: give fewer sizes, or run them in two parts with two seeds"
     )]
     Cases {
-        /// How many there may be.
+        /// Largest number.
         most: usize,
-        /// How many there would be.
+        /// Number found.
         found: usize,
         /// Sizes that were asked for.
         sizes: usize,

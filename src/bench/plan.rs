@@ -9,7 +9,7 @@ use crate::evaluator::EvaluateError;
 use crate::reference::knows;
 use serde_json::{Value, json};
 
-/// How much is measured.
+/// Amount of measurements.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Effort {
     /// Three variants; well under a minute.
@@ -172,7 +172,7 @@ pub fn run(drive: &Drive, effort: Effort, progress: &mut dyn FnMut(&str)) -> Res
                 adapter = adapter.or_else(|| measurement.as_ref().and_then(Measurement::adapter));
                 rows.extend(measurement.as_ref().map(Measurement::row));
             }
-            // Such as too little memory; what the others took is not lost for it.
+            // For example too little memory; the other measurements are kept.
             Err(BenchError::Evaluate(error @ (EvaluateError::Device { .. } | EvaluateError::Memory { .. }))) => {
                 left_out.push(format!("variant {variant} on gpu, {population} candidates: {error}"));
             }

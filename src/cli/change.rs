@@ -45,7 +45,7 @@ impl Change {
         Ok(Change { folder: folder.to_owned(), names: Vec::new(), _lock: lock })
     }
 
-    /// Writes a file; readers see it once the change is finished. The last one is what the result is known by.
+    /// Writes a file; readers see it once the change is finished. The last one marks the kind of the result.
     pub fn write(&mut self, name: &str, content: &[u8]) -> anyhow::Result<()> {
         fs::write(self.new_files().join(name), content)
             .with_context(|| format!("{}: cannot write the file", self.folder.join(name).display()))?;
@@ -84,7 +84,7 @@ impl Change {
 
 impl Drop for Change {
     fn drop(&mut self) {
-        // Gone if it was finished; else nothing has changed.
+        // Removed if it was finished; otherwise nothing has changed.
         let _ = fs::remove_dir_all(self.new_files());
     }
 }
@@ -217,7 +217,7 @@ mod tests {
         }
     }
 
-    /// Two at once would each remove what the other has just put in its place.
+    /// Two at once would each remove the new files of the other.
     #[test]
     fn without_a_lock_a_change_is_left_to_who_makes_it() {
         let folder = tempfile::tempdir().expect("room");

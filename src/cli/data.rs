@@ -1,4 +1,4 @@
-//! Flags that say how measured files are read and prepared.
+//! Flags for reading and preparing measured files.
 
 use super::change::settle;
 use super::number::{finite, real, whole};

@@ -10,7 +10,7 @@ use std::fmt::Write;
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// The adapter to examine [default: the one that would be used]
+    /// The adapter to examine [default: the one that auto would use]
     #[arg(long, value_name = "INDEX|PCI|NAME")]
     gpu: Option<String>,
     /// Print JSON
@@ -25,7 +25,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let choice = args.gpu.clone().map_or(AdapterChoice::Best, AdapterChoice::Named);
     let chosen = match Adapter::choose(&choice) {
         Ok(adapter) => Some(adapter),
-        // Without any adapter the answer is what to install; that is what one asks a doctor for.
+        // Without any adapter the output says what to install.
         Err(EvaluateError::Adapter { .. }) if adapters.is_empty() => None,
         Err(e) => return Err(e.into()),
     };

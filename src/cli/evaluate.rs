@@ -59,7 +59,7 @@ pub struct Args {
     out: Option<PathBuf>,
 }
 
-/// Rows that are given deserve all digits, and `lanes` in f64 is fast; how many there will be is not known.
+/// Given rows deserve all digits, and `lanes` in f64 is fast; the number of rows is not known before.
 const WORK: Work = Work { candidates: 1, precision: LanesPrecision::F64 };
 
 #[derive(Debug, Clone, Copy, ValueEnum)]

@@ -69,7 +69,7 @@ impl EvaluatorArgs {
     }
 }
 
-/// How an evaluator is asked for on the command line, and how the one that does what the reference cannot.
+/// The option for an evaluator, and the option for one that can replace the reference.
 pub const BY_FLAGS: [&str; 2] = ["--evaluator reference", "--evaluator lanes --precision f64"];
 /// The same in the plan of a study.
 pub const BY_PLAN: [&str; 2] = ["evaluator = \"reference\"", "evaluator = \"lanes\" and precision = \"f64\""];

@@ -79,7 +79,7 @@ pub fn of_diagnosis(folder: &Path) -> Vec<String> {
     (1..=count).flat_map(of_drive).chain(whole).collect()
 }
 
-/// Number of entries of a list in a JSON file; 0 if there is none.
+/// Number of entries of a list in a JSON file; 0 without the list.
 fn counted(path: &Path, list: &str) -> usize {
     let text = crate::text::bounded::read_to_string(path, crate::text::bounded::RESULT_MAX).unwrap_or_default();
     let json: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
@@ -93,7 +93,7 @@ pub fn finish(mut change: Change, folder: &Path, mut before: Vec<String>) -> any
             let made = MadeBy { schema_version: RUN_VERSION, command, warnings: said() };
             change.write(RUN, (serde_json::to_string_pretty(&made)? + "\n").as_bytes())?;
         }
-        // Of the library there is none, and that of an earlier command is not that of this result.
+        // The library has none, and that of an earlier command does not belong to this result.
         None => before.push(RUN.to_owned()),
     }
     let stale = change.finish(before)?;

@@ -164,7 +164,7 @@ fn columns() -> anyhow::Result<Vec<Entry>> {
     ColumnMap::shipped().iter().map(entry).collect()
 }
 
-/// Everything that `--gof` takes, but for weights. Those of the authors' table are columns of `evaluate`, too.
+/// Every value of `--gof`, without weights. Those of the authors' table are columns of `evaluate`, too.
 fn gof() -> Vec<Entry> {
     let signals = ["s", "v", "a", "sv", "sa", "va", "sva"];
     let all = ["rmse", "rmspe", "nrmse", "u"].iter().flat_map(|kind| signals.map(|of| format!("{kind}_{of}")));

@@ -163,7 +163,7 @@ fn command() -> clap::Command {
     Cli::command()
 }
 
-/// A command that was done, and whose exit code says more.
+/// A finished command with a special exit code.
 #[derive(Debug, thiserror::Error)]
 #[error("exit code {0}")]
 pub(crate) struct Exit(pub u8);
@@ -212,16 +212,16 @@ pub fn run<Word: Into<OsString> + Clone>(words: impl IntoIterator<Item = Word>) 
     if is_usage(&error) { 2 } else { 1 }
 }
 
-/// Writes what `calibrate --out` writes, but for the time that it took: `result.json`, and per drive the simulation as table and picture.
+/// Writes the files of `calibrate --out` without the time: `result.json`, and per drive the simulation as table and picture.
 ///
 /// # Errors
-/// When a drive lacks what the model needs, or the folder cannot be written.
+/// For a drive that lacks data of the model, or a folder that cannot be written.
 pub fn save(fit: &Fit, drives: &[&Drive], folder: &Path) -> Result<(), Error> {
     let (loaded, cases) = fit.cases(drives)?;
     Ok(calibrate::write::files(folder, fit.result(), &cases, &loaded, None)?)
 }
 
-/// Writes what `diagnose --out` writes: `diagnosis.json`, tables and pictures.
+/// Writes the files of `diagnose --out`: `diagnosis.json`, tables and pictures.
 ///
 /// # Errors
 /// When the folder cannot be written.
@@ -233,7 +233,7 @@ pub fn save_findings(findings: &Findings, folder: &Path) -> Result<(), Error> {
 /// The page that `report` makes of the main file of a folder: `result.json`, `diagnosis.json`, `fleet.json` or `tasks.jsonl`.
 ///
 /// # Errors
-/// When the file is none of these.
+/// For any other file.
 pub fn page(file: &Path) -> Result<String, Error> {
     Ok(report::page(file)?)
 }

@@ -33,7 +33,7 @@ thread_local! {
     static CAPTURED: RefCell<Option<String>> = const { RefCell::new(None) };
 }
 
-/// Runs a command; what it would print comes back instead.
+/// Runs a command and returns its output.
 pub fn captured(run: impl FnOnce() -> anyhow::Result<()>) -> anyhow::Result<String> {
     CAPTURED.set(Some(String::new()));
     let done = run();
@@ -41,7 +41,7 @@ pub fn captured(run: impl FnOnce() -> anyhow::Result<()>) -> anyhow::Result<Stri
     done.map(|()| text)
 }
 
-/// Prints a result to stdout; what could move a cursor in it is shown as an escape, which is valid in JSON, too.
+/// Prints a result to stdout; characters that could move a cursor become escapes, which are valid in JSON, too.
 pub fn print(text: &str) -> anyhow::Result<()> {
     print_as_is(&crate::text::shown::lines(text))
 }
@@ -61,7 +61,7 @@ pub fn table() -> Box<dyn Write> {
     if stdout.is_terminal() { Box::new(Shown { inner: stdout, line: Vec::new() }) } else { Box::new(stdout) }
 }
 
-/// Shows what could move a cursor as an escape, line by line.
+/// Replaces characters that could move a cursor by escapes, line by line.
 struct Shown<W> {
     inner: W,
     /// The part of a line that has not ended.
@@ -100,7 +100,7 @@ pub fn print_json(value: &impl serde::Serialize) -> anyhow::Result<()> {
     print(&(serde_json::to_string_pretty(value)? + "\n"))
 }
 
-/// Begins a file that takes its place when it is finished; what killed processes left of it is removed.
+/// Starts a file that takes its place when it is finished; leftovers of killed processes are removed.
 pub fn begin_file(path: &Path) -> anyhow::Result<Whole> {
     whole::clean(path);
     Whole::create(path).with_context(|| format!("{}: cannot write the file", path.display()))
@@ -138,7 +138,7 @@ pub fn write_error(source: csv::Error, path: Option<&Path>) -> anyhow::Error {
     anyhow::Error::new(source).context(format!("{place}: cannot write the results"))
 }
 
-/// True if the reader of stdout has gone away (`| head`), which is no failure.
+/// True if the reader of stdout has closed it (`| head`), which is not a failure.
 pub fn is_broken_pipe(error: &anyhow::Error) -> bool {
     error.chain().any(|cause| {
         let io = cause.downcast_ref::<std::io::Error>().map(std::io::Error::kind);

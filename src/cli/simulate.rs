@@ -103,7 +103,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         let loaded = load(args, model, &recording, run)?;
         let parameters = &model.variant.parameters;
         let mut case = model.variant.case(&loaded.trajectory, loaded.vehicle())?;
-        // Behind the simulated car ahead, where that one was simulated.
+        // Behind the simulated car ahead, if it was simulated.
         let number = loaded.trajectory.follower;
         let ahead = done.last().filter(|car| car.loaded.trajectory.follower + 1 == number);
         let follows = ahead.is_some();

@@ -81,7 +81,7 @@ fn bases() -> impl TypedValueParser<Value = Base> {
     PossibleValuesParser::new(names).map(|name| name.parse().expect("one of them"))
 }
 
-/// An effect, with the nearest name if there is no such one.
+/// An effect; for an unknown name, the nearest one.
 pub fn effect(text: &str) -> Result<Effect, String> {
     text.parse().map_err(|error| match &error {
         EffectError::Unknown { found } => {

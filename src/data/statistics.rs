@@ -37,7 +37,7 @@ pub fn upper_median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     order_statistic(values, 0.5)
 }
 
-/// Standard error of the sum of samples that depend on their neighbours, and how many independent ones would have the same. Autocovariances
+/// Standard error of the sum of samples that depend on their neighbours, and the equivalent number of independent ones. Autocovariances
 /// count up to the first two neighbouring lags whose sum is not positive (C. J. Geyer, Statistical Science 7, 1992).
 #[must_use]
 pub fn sum_of_dependent(samples: &[f64]) -> (f64, f64) {

@@ -90,7 +90,7 @@ pub fn write(path: &Path, content: &[u8]) -> io::Result<()> {
     file.finish()
 }
 
-/// Removes what killed processes left beside a file that they were writing.
+/// Removes leftovers of killed processes beside a file that they were writing.
 pub fn clean(path: &Path) {
     let Some(stem) = path.file_stem().and_then(|stem| stem.to_str()) else { return };
     for entry in fs::read_dir(folder_of(path)).into_iter().flatten().flatten() {

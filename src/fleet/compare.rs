@@ -18,10 +18,10 @@ use rayon::prelude::*;
 
 /// The score on held-back data has no penalty.
 const NONE: Optimism = Optimism { score: 0.0, noise: 0.0 };
-/// A model that has scores on fewer than this share of the pairs of the one that has most takes no part in the comparison of means.
+/// A model with scores on fewer than this share of the pairs of the one with most takes no part in the comparison of means.
 const CONTENDS: f64 = 0.5;
 
-/// By what models are compared.
+/// Rule of the comparison.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Rule {
@@ -65,7 +65,7 @@ pub struct Standing {
     pub best: usize,
     /// Pairs on which a run on held-back data ends early.
     pub failed: usize,
-    /// How far behind the lowest mean; 0 for that itself, `None` of a model that cannot be compared.
+    /// Distance from the lowest mean; 0 for that itself, `None` of a model that cannot be compared.
     pub behind: Option<Behind>,
     /// True for the one with the fewest searched parameters of those that cannot be distinguished from the lowest mean.
     pub chosen: bool,
@@ -74,7 +74,7 @@ pub struct Standing {
 /// Result of the comparison of the models.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Comparison {
-    /// By what they are compared.
+    /// Rule of the comparison.
     pub rule: Rule,
     /// One entry per row; `None` if there is nothing to compare.
     pub scores: Vec<Option<HeldScore>>,
@@ -265,7 +265,7 @@ fn tested(
         Some((task(pairs, settings, row.place).ok()?, found, optimism.map_or(Some(NONE), |optimism| optimism)?))
     });
     let found: Vec<_> = found.collect();
-    // The noise is that of the drive, whatever the model: what one misses counts as noise where another explains it.
+    // The noise is that of the drive, whatever the model: errors of one model count as noise if another explains them.
     let noise = found.iter().map(|(.., optimism)| optimism.noise).fold(f64::INFINITY, f64::min);
     let added = |optimism: &Optimism| optimism.score * if optimism.noise > 0.0 { noise / optimism.noise } else { 1.0 };
     let mut all: Vec<(Tested, Vec<Measures>, f64)> = found

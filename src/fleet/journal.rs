@@ -1,4 +1,4 @@
-//! The rows that are there, as they were found: a line each behind a first one that says what they are of.
+//! The finished rows: a line each, after a first one that identifies the fleet.
 //!
 //! A process that is killed leaves an incomplete last line; the next process removes it.
 
@@ -46,7 +46,7 @@ pub enum JournalError {
         "{0}: the folder holds a fleet of other data, settings or program; expected the same command to continue it, or another --out"
     )]
     Other(String),
-    /// A line in the middle is no row of the fleet.
+    /// A line in the middle is not a row of the fleet.
     #[error("{path}:{line}: not a calibration of this fleet: {reason}; remove the line, and it is calibrated again")]
     Broken {
         /// The file.
@@ -62,7 +62,7 @@ impl Journal {
     /// Opens the journal of this key, or creates it; `misfit` says why a row cannot be one of the fleet.
     ///
     /// # Errors
-    /// When it is of something else, in use, broken, or cannot be read or written.
+    /// If it belongs to another fleet, is in use or broken, or cannot be read or written.
     pub fn open(path: &Path, key: &str, misfit: &dyn Fn(&Row) -> Option<String>) -> Result<Journal, JournalError> {
         let shown = || path.display().to_string();
         let io = |doing| move |source| JournalError::Io { path: path.display().to_string(), doing, source };
@@ -192,7 +192,7 @@ mod tests {
         std::fs::write(&path, [&text[..], b"what?\n"].concat()).expect("room");
         assert!(matches!(open(&path, "k"), Err(JournalError::Broken { line: 6, .. })));
     }
-    /// After a power cut, zeros stand where bytes had not arrived: at the beginning, behind a line, within the last one, before one that did.
+    /// After a power cut, zeros replace missing bytes: at the beginning, after a line, within the last one, before a complete one.
     #[test]
     fn zeros_of_a_power_cut_are_dropped() {
         let folder = tempfile::tempdir().expect("a folder");

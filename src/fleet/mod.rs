@@ -150,8 +150,8 @@ pub struct Found {
     pub at_bound: Vec<String>,
     /// 95 % intervals, one per parameter; `None` if it was fixed, or the drive does not determine it.
     pub intervals: Option<Vec<Option<[f64; 2]>>>,
-    /// By how much the score is expected to be higher on another drive of the same driver; `None` without intervals, or where it could not be
-    /// found out.
+    /// Expected increase of the score on another drive of the same driver; `None` without intervals, or if it could not be
+    /// computed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub optimism: Option<Optimism>,
     /// Simulated candidates.

@@ -125,7 +125,7 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// Of none there is none.
+    /// The median of no values is missing.
     #[must_use]
     pub fn of(values: &[f64]) -> Option<Spread> {
         let at = |q| quantile(values, q);
@@ -152,7 +152,7 @@ pub struct Overview {
     /// The scores that models are compared by.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub compared: Option<Spread>,
-    /// How far the mean of these scores is behind the lowest one of all models.
+    /// Distance of the mean of these scores from the lowest one of all models.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub behind: Option<Behind>,
     /// Pairs on which a simulation of held-back data ends early.

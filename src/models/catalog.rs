@@ -59,7 +59,7 @@ macro_rules! constraint_parts {
     };
 }
 
-/// The laws that are no models of the paper: the names of their files in `shaders/law` and `src/models/reference/law`.
+/// The laws outside the paper: the names of their files in `shaders/law` and `src/models/reference/law`.
 macro_rules! law_files {
     ($use:ident) => {
         $use! {
@@ -180,7 +180,7 @@ pub enum UnknownVariant {
         /// A known word that looks like it.
         nearest: Option<&'static str>,
     },
-    /// The name begins with a part that is no base model.
+    /// The name begins with a part that is not a base model.
     #[error(
         "variant `{name}`: `{part}` is a part of a variant, and the base model before it is missing; expected \
          BASE[+delay][+linear|+nonlinear][+constant|+mfc] with BASE one of {}, such as `idm+{part}`",
@@ -390,7 +390,7 @@ impl fmt::Display for Variant {
 }
 
 impl Variant {
-    /// The variant that a name says: an id, or a base model and its parts. Case does not matter. `laws` are base models, too.
+    /// The variant of a name: an id, or a base model and its parts. Case does not matter. `laws` are base models, too.
     ///
     /// # Errors
     /// [`UnknownVariant`].

@@ -1,7 +1,7 @@
 //! Extensions: parts of a model that no base model has, and laws, which are base models of their own. Each is one WGSL file, built in or the
 //! user's own.
 //!
-//! Here is what the rest of the program needs to know of one; `wgsl` reads it from the text. An extension is read once and kept
+//! The parts of an extension that the rest of the program needs; `wgsl` reads them from the text. An extension is read once and kept
 //! for the life of the program, so that variants and symbols that name it stay plain values.
 
 use crate::symbols::{SearchKind, Symbol};
@@ -36,7 +36,7 @@ pub enum Argument {
     Own,
     /// `State`: the extension's memory.
     State,
-    /// `World`: what else is known.
+    /// `World`: other known values.
     World,
     /// `Perceived`: the perceived values.
     Perceived,
@@ -109,7 +109,7 @@ pub struct Cause {
     pub confounded_with: Vec<String>,
     /// How a diagnosis looks for it.
     pub search: SearchKind,
-    /// True if none of its sizes can be negative: what looks so is something else.
+    /// True if none of its sizes can be negative: a negative size is another cause.
     pub positive: bool,
     /// A family of which no member shows without it, nor it without one of them.
     pub hides: Option<String>,
@@ -142,7 +142,7 @@ pub struct Extension {
     pub model_parameters: Vec<Symbol>,
     /// Work of the time loop for it.
     pub needs: LoopNeeds,
-    /// True if it says at which spacing a constant speed is kept (`NAME_equilibrium`); of a law without, the spacing is searched.
+    /// True if it gives the spacing of a constant speed (`NAME_equilibrium`); for a law without, the spacing is searched.
     pub equilibrium: bool,
     /// The cause that it represents; `None` for laws and for the tools of a diagnosis.
     pub cause: Option<Cause>,
@@ -217,7 +217,7 @@ pub enum ExtensionConflict {
         /// Its name.
         name: String,
     },
-    /// A law is no extension.
+    /// A law is not an extension.
     #[error("{name} is a law, a base model of its own: give it as the model, such as `--model {name}.wgsl`")]
     Law {
         /// Its name.

@@ -1,4 +1,4 @@
-//! Goodness of fit: how far a simulated follower is from the measured one (paper, Section 4.1; Punzo et al., 2021).
+//! Goodness of fit: distance of a simulated follower from the measured one (paper, Section 4.1; Punzo et al., 2021).
 
 use crate::text::spelling::did_you_mean;
 use std::fmt;

@@ -76,8 +76,8 @@ pub struct AxisError {
     ahead_samples: usize,
 }
 
-/// The case of a follower, measured at times `t`, whose preceding vehicle is a simulated one. The car ahead of that one is what the
-/// simulated one drove behind: measured, or simulated as well.
+/// The case of a follower, measured at times `t`, whose preceding vehicle is a simulated one. The car ahead of that one is the
+/// measured or simulated one that it drove behind.
 ///
 /// Positions of two pairs are counted from different zeros; the measured start of the shared car gives the difference.
 ///

@@ -52,7 +52,7 @@ pub struct ExtensionParameter {
     pub scale: Scale,
 }
 
-/// How a diagnosis looks for a cause: what its parameters say.
+/// How a diagnosis searches for a cause, by its parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, strum::EnumString, strum::IntoStaticStr, strum::VariantNames)]
 #[strum(const_into_str, serialize_all = "snake_case")]
 pub enum SearchKind {
@@ -61,7 +61,7 @@ pub enum SearchKind {
     Size,
     /// One size at which a signal is cut off; neutral at its upper bound.
     Limit,
-    /// One size in which something comes in steps, so that no derivative leads there.
+    /// One step size of a discrete effect, so that no derivative helps.
     Steps,
     /// From a time on.
     Event,
@@ -92,7 +92,7 @@ pub enum Role {
     Value,
     /// The time loop delays everything that is perceived by it.
     Delay,
-    /// It says how long an event lasts, so the length of the data bounds it.
+    /// The duration of an event, so the length of the data bounds it.
     Length,
 }
 
@@ -225,7 +225,7 @@ macro_rules! symbol_table {
                 match self { $(Symbol::$ident => $meaning,)* Symbol::Extension(row) => &row.meaning }
             }
 
-            /// Table 3, or what the extension says.
+            /// Table 3, or the extension's own bounds.
             #[must_use]
             pub fn bounds(self) -> Bounds {
                 match self {
@@ -326,7 +326,7 @@ impl Symbol {
         matches!(self, Symbol::Extension(row) if row.role == Role::Delay)
     }
 
-    /// True for those of an event that say how long an event lasts.
+    /// True for the durations of events.
     #[must_use]
     pub fn is_length_of_time(self) -> bool {
         matches!(self, Symbol::Extension(row) if row.is_time() && row.role == Role::Length)

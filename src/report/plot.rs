@@ -8,7 +8,7 @@ use crate::score::{GoodnessOfFit, Signal};
 /// Label of the measured car ahead.
 pub const AHEAD: &str = "preceding vehicle";
 
-/// Draws s, v and a over time; `ahead` is what the car ahead is called. A run that failed is drawn up to where it ended.
+/// Draws s, v and a over time; `ahead` is the label of the car ahead. A failed run is drawn up to its end.
 ///
 /// # Errors
 /// When the drawing library fails.

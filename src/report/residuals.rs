@@ -9,7 +9,7 @@ use crate::result::{DataEntry, ResultFile};
 const CLASS: f64 = 1.0;
 /// Accelerations that decide the driving state are slopes over this many seconds to either side, as in a diagnosis \[s\].
 const SLOPE_S: f64 = 0.5;
-/// Fewer samples say nothing about a class.
+/// Fewer samples are not enough for a class.
 const FEWEST: usize = 30;
 /// Times within this are the same \[s\]; so are root mean squares within this share of them, which only the order of a sum changes.
 const SAME: f64 = 1e-6;
@@ -44,7 +44,7 @@ impl Simulated {
         all
     }
 
-    /// By what the simulation is of another drive than a result says; none if nothing shows that it is.
+    /// Why the simulation belongs to another drive than the result; none without a sign of that.
     #[must_use]
     pub fn other_drive(&self, entry: &DataEntry) -> Option<String> {
         let ends = [self.t.first(), self.t.last()].map(|t| t.copied().unwrap_or(f64::NAN));
@@ -83,8 +83,8 @@ impl Simulated {
     }
 }
 
-/// By what simulations are not those that a result was measured on: its error of the spacing is another one. None if it is the same, or
-/// where the result has none.
+/// Why simulations are not those of a result: its error of the spacing differs. None if it is the same, or
+/// the result has none.
 #[must_use]
 pub fn other_errors(all: &[Simulated], result: &ResultFile) -> Option<String> {
     let expected = result.score.get("rmse_s").copied().flatten()?;
@@ -138,7 +138,7 @@ pub fn over_speed(all: &[Simulated]) -> Option<Chart> {
     if classes.is_empty() {
         return None;
     }
-    // Between two classes that are no neighbours a row without values: a line through it would be made up.
+    // Between two classes that are not neighbours a row without values, so that no line connects them.
     let apart: Vec<usize> =
         classes.keys().zip(classes.keys().skip(1)).filter(|(a, b)| *a + 1 < **b).map(|(a, _)| a + 1).collect();
     apart.into_iter().for_each(|class| _ = classes.insert(class, Vec::new()));

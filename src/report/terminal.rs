@@ -58,7 +58,7 @@ pub fn chart(label: &str, (t, unit): (&[f64], &str), curves: &[Curve], columns: 
     text
 }
 
-/// Who is in a cell.
+/// Marks in a cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Cell {
     Of(usize),

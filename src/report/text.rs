@@ -4,7 +4,7 @@ use crate::result::{CorrelationEntry, IdentifiabilityEntry, ReplicateEntry, Resu
 use std::fmt::Write;
 use textwrap::{Options, WordSplitter};
 
-/// Model and data, how well, with which parameters.
+/// Model and data, quality of the fit, parameters.
 #[must_use]
 pub fn calibration(result: &ResultFile) -> String {
     let mut text = String::new();
@@ -166,7 +166,7 @@ fn write_parameters(text: &mut String, result: &ResultFile) -> std::fmt::Result 
     Ok(())
 }
 
-/// Evaluations after which a replicate was within 0.1 % of where it ended, and their share of all \[%\].
+/// Evaluations after which a replicate was within 0.1 % of its final score, and their share of all \[%\].
 fn arrival(replicate: &ReplicateEntry) -> Option<(u64, u64)> {
     let (_, last) = replicate.convergence.last()?;
     let (evaluations, _) = replicate.convergence.iter().find(|(_, score)| *score <= last + 1e-3 * last.abs())?;
@@ -229,7 +229,7 @@ const INDENT: usize = 13;
 /// Most blanks before a continued line: the longest words of a table still fit behind them.
 const INDENT_MAX: usize = WIDTH - 16;
 
-/// A line wrapped to 80 columns: its first part is indented by `first` blanks, what follows by `rest`. A number stays with its unit.
+/// A line wrapped to 80 columns: its first part is indented by `first` blanks, the rest by `rest`. A number stays with its unit.
 #[must_use]
 pub fn wrapped(first: usize, rest: usize, line: &str) -> String {
     let [first, rest] = [first, rest].map(|blanks| " ".repeat(blanks.min(INDENT_MAX)));
@@ -242,7 +242,7 @@ pub fn wrapped(first: usize, rest: usize, line: &str) -> String {
 
 /// A blank at which no line ends.
 const JOINT: char = '\u{e000}';
-/// Words that say nothing without the number before them.
+/// Words that mean nothing without the number before them.
 const UNITS: [&str; 12] = ["m", "m/s", "m/s²", "m/s2", "s", "%", "Hz", "kg", "km", "km/h", "m/km", "nats"];
 
 /// A line whose units hang on to their numbers.

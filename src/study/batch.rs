@@ -44,7 +44,7 @@ pub struct Outpost {
     answers: [Option<Receiver<Vec<Score>>>; 2],
 }
 
-/// Who computes: under `auto` that may change on the way.
+/// The evaluator: under `auto` it may change on the way.
 struct Identity {
     name: &'static str,
     precision: &'static str,
@@ -153,7 +153,7 @@ impl Evaluator for Outpost {
 
 /// The post waits this long for further requests before it serves the others. Breeding a generation takes less.
 const QUIET: Duration = Duration::from_millis(2);
-/// How often progress is shown while there is nothing to serve.
+/// Interval of progress messages while there is nothing to serve.
 const LONG: Duration = Duration::from_millis(100);
 
 /// Where the shared evaluator is.
@@ -193,7 +193,7 @@ impl<'a> Post<'a> {
         }
     }
 
-    /// Serves until every thread has gone. `idle` is called now and then.
+    /// Serves until every thread has ended. `idle` is called from time to time.
     ///
     /// # Errors
     /// When the evaluator fails; the threads then get [`Closed`].
@@ -220,8 +220,8 @@ impl<'a> Post<'a> {
         }
     }
 
-    /// Waits until every thread of a group has asked or gone. Some may be busy for long, with scores that they compute themselves: once
-    /// it has been quiet for a moment, those that have asked are served. No result depends on who is served with whom.
+    /// Waits until every thread of a group has asked or ended. Some may be busy for long, with scores that they compute themselves: after
+    /// a quiet moment, it serves those that have asked. No result depends on which threads are served together.
     fn fill(&mut self, group: usize, idle: &mut dyn FnMut()) {
         while self.pending[group].len() + self.under_way[group].len() < self.threads[group] {
             let work = self.pending.iter().chain(&self.under_way).any(|requests| !requests.is_empty());

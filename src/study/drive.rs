@@ -66,12 +66,12 @@ pub enum DriveError {
     Import {
         /// The platoon.
         platoon: String,
-        /// The file, if there is none.
+        /// The file, if it is missing.
         missing: Option<String>,
         /// Why.
         source: Box<ImportError>,
     },
-    /// The column map is broken, or there is none of this name.
+    /// The column map is broken or unknown.
     #[error("platoon {platoon}: columns")]
     Map {
         /// The platoon.
@@ -214,12 +214,12 @@ fn recording(data: &DataPlan, plan: &PlatoonPlan) -> Result<Recording, DriveErro
     let own = data.folder.join(given);
     let map = if own.exists() { ColumnMap::find(&own.display().to_string()) } else { ColumnMap::find(given) };
     let mut map = map.map_err(|source| DriveError::Map { platoon: platoon(), source: Box::new(source) })?;
-    // As the plan names it: where the folder lies is no part of a study.
+    // As named in the plan: the place of the folder is not part of a study.
     map.name.clone_from(given);
     read_mapped(&path, &map).map_err(unread)
 }
 
-/// The platoon that the plan names; where it names none, or one that preparing will miss, the first.
+/// The platoon named by the plan; if it names none, or one that preparation will not find, the first.
 fn chosen<'a>(recording: &'a Recording, plan: &PlatoonPlan) -> &'a Platoon {
     let wanted = |platoon: &&Platoon| plan.trajectory.is_some() && platoon.id == plan.trajectory;
     recording.platoons.iter().find(wanted).unwrap_or(&recording.platoons[0])
@@ -298,7 +298,7 @@ fn one(
     Ok(Drive { entry, trajectory, vehicle })
 }
 
-/// How far the car ahead of a follower is behind the platoon leader at the first row \[m\]: gaps and lengths of the cars between.
+/// Distance of the car ahead of a follower behind the platoon leader at the first row \[m\]: gaps and lengths of the cars between.
 fn behind_leader(platoon: &Platoon, follower: usize, length: &dyn Fn(usize) -> Option<f64>) -> f64 {
     let first_gap = |number: usize| {
         let car = platoon.cars.iter().find(|car| car.number == number)?;

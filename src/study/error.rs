@@ -31,7 +31,7 @@ pub enum StudyError {
     /// A variant cannot be calibrated on a trajectory.
     #[error(transparent)]
     Case(#[from] CaseError),
-    /// A variant needs something of a trajectory that is not known.
+    /// A variant needs missing data of a trajectory.
     #[error("{drive}: variant {variant} needs {what}; {remedy}")]
     Missing {
         /// The trajectory.
@@ -80,7 +80,7 @@ pub enum StudyError {
         "{0}: expected a study folder, found a file; make one with `leadlag study plan {0} --out DIR`, then name DIR"
     )]
     PlanForFolder(String),
-    /// A file of the folder that is not what it should be.
+    /// A file of the folder with unexpected content.
     #[error(
         "{path}:{line}: expected {expected}; write it again with `leadlag study plan PLAN.toml --out DIR`, which keeps finished parts"
     )]
@@ -92,7 +92,7 @@ pub enum StudyError {
         /// What was expected.
         expected: &'static str,
     },
-    /// A plan that is no copy of a study lies where the copy would be written.
+    /// A plan that is not a copy of a study lies where the copy would be written.
     #[error(
         "{0}: the folder holds another plan, which the study's copy of this one would replace; give another folder with --out, or rename that plan"
     )]
@@ -134,7 +134,7 @@ pub enum StudyError {
     NoTask {
         /// As given.
         id: String,
-        /// How many tasks begin like it.
+        /// Number of tasks that begin like it.
         found: usize,
         /// The ids of the first of them.
         first: Vec<String>,

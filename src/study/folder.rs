@@ -129,7 +129,7 @@ impl Folder {
         write_whole(&copy, plan.as_bytes())?;
         let pretty = serde_json::to_string_pretty(&file).expect("a study is valid JSON") + "\n";
         write_whole(&path.join("study.json"), pretty.as_bytes())?;
-        // Last: without it there is no study, and one of another plan is known by its checksum.
+        // Last: without it there is no study, and its checksum reveals one of another plan.
         write_whole(&path.join("tasks.jsonl"), lines.as_bytes())?;
         Ok(folder)
     }

@@ -16,7 +16,7 @@ pub struct Inventory {
     pub parts: Vec<Option<Part>>,
     /// Tasks without a whole part, by index.
     pub missing: Vec<usize>,
-    /// Files that are no whole part: torn, changed, of another version.
+    /// Files that are not complete parts: torn, changed, of another version.
     pub damaged: Vec<PathBuf>,
     /// Files that repeat another one byte for byte.
     pub double: Vec<PathBuf>,

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant, SystemTime};
 
-/// How often the file is renewed.
+/// How often the file is rewritten.
 const RENEW: Duration = Duration::from_secs(10);
 
 /// The file of this process.
@@ -80,7 +80,7 @@ pub struct PastRuns {
     pub candidate_steps: u64,
 }
 
-/// Adds up what the runs on a folder have written down.
+/// Adds up the logs of the runs on a folder.
 #[must_use]
 pub fn past_runs(folder: &Folder) -> PastRuns {
     let mut past = PastRuns::default();

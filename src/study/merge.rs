@@ -23,7 +23,7 @@ pub struct Merged {
     pub missing: Table,
 }
 
-/// Names of the measures as columns: with their units, where they have one.
+/// Names of the measures as columns, with their units, if any.
 #[must_use]
 pub fn measure_columns() -> Vec<String> {
     let unit = |name: &str| match name {

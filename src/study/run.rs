@@ -27,7 +27,7 @@ use std::time::{Duration, Instant};
 const PER_THREAD: usize = 8;
 /// Calibrations under way on a device at most: each holds a thread and an open file.
 const ON_A_DEVICE: usize = 512;
-/// How soon a run looks whether tasks that another run works on are done; each time in vain it waits twice as long.
+/// How soon a run checks whether tasks of another run are done; the interval doubles each time.
 const LOOK_AGAIN: Duration = Duration::from_millis(200);
 /// But not less often than so; looking reads all parts that are waited for, through a network at times.
 const SELDOM: Duration = Duration::from_secs(10);
@@ -52,7 +52,7 @@ pub struct Assignment<'a> {
 pub struct RunSettings {
     /// Calibrations under way at a time; `None`: as many as suit the evaluator.
     pub in_flight: Option<usize>,
-    /// Whether to wait for tasks that other runs work on, and to take over what they leave.
+    /// Whether to wait for tasks that other runs work on, and to take over abandoned ones.
     pub wait: bool,
     /// The device, for plans that compute on one.
     pub adapter: AdapterChoice,

@@ -6,7 +6,7 @@ use crate::trajectory::Recording;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
-/// The files of an entry, in the order of their names: the one that it names, or those of a pattern with a `*` in the name of the file.
+/// The files of an entry, in the order of their names: the named one, or those of a pattern with a `*` in the name of the file.
 pub(super) fn files(folder: &Path, plan: &PlatoonPlan) -> Result<Vec<PathBuf>, DriveError> {
     let name = plan.file.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     let Some((begin, end)) = name.split_once('*').filter(|_| plan.is_pattern) else {

@@ -1,4 +1,4 @@
-//! Tables: named columns of one type each, what every output format writes.
+//! Tables: named columns of one type each, for every output format.
 
 /// A table; all columns are of one length.
 #[derive(Debug, Clone, PartialEq, Default)]

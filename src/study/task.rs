@@ -32,7 +32,7 @@ pub struct Task {
     pub replicate: u64,
 }
 
-/// All that decides the result of a task; its JSON is what the id is a hash of.
+/// All that decides the result of a task; the id is a hash of its JSON.
 #[derive(Serialize)]
 struct Content<'a> {
     schema_version: u32,
@@ -43,7 +43,7 @@ struct Content<'a> {
     sha256: &'a str,
     data: &'a str,
     variant: String,
-    /// Name and checksum of the text; left out without extensions, so that ids are what they were before there were any.
+    /// Name and checksum of the text; left out without extensions, so that older ids stay valid.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     extensions: Vec<(&'a str, String)>,
     gof: String,
@@ -63,7 +63,7 @@ struct Content<'a> {
 /// Validation runs that a study may have: each is a row of a table, a gigabyte of them in memory. The paper has 10 000.
 const VALIDATION_RUNS_MAX: u64 = 5_000_000;
 
-/// A plan with its data: what tasks are made of.
+/// A plan with its data: the source of tasks.
 #[derive(Debug)]
 pub struct Study {
     /// The plan.
@@ -83,7 +83,7 @@ impl Study {
     /// Reads the data of a plan and checks that every variant can be calibrated on every trajectory.
     ///
     /// # Errors
-    /// When data are missing or broken, or a variant lacks something.
+    /// For missing or broken data, or a variant without its data.
     pub fn open(plan: Plan) -> Result<Study, StudyError> {
         let (drives, left_out) = drive::read(&plan.data)?;
         let any = Variant::from_id(1).expect("variant 1 exists");
@@ -287,7 +287,7 @@ impl Shard {
     }
 
     /// Indices of its tasks: shares differ by one task at most. Each is a range of the tasks, so that one process batches whole variants,
-    /// but in an order of the variants that has nothing to do with Table 1, where what a task costs follows a pattern.
+    /// but in an order of the variants unrelated to Table 1, in which the cost of a task follows a pattern.
     #[must_use]
     pub fn of(self, tasks: &[Task]) -> Vec<usize> {
         let mut order: Vec<(String, usize)> = (0..tasks.len())

@@ -30,7 +30,7 @@ pub fn drawn(inventory: &Inventory, share: f64, seed: u64) -> Vec<usize> {
     chosen
 }
 
-/// Computes these tasks again, in a temporary folder of the system's, and compares. Who computed a part may differ.
+/// Computes these tasks again, in a temporary folder of the system's, and compares. The computing program of a part may differ.
 ///
 /// # Errors
 /// As [`run`], and when no temporary folder can be made.

@@ -4,7 +4,7 @@ use super::drive::{Drive, Motion};
 use crate::score::SignalMeasures;
 use serde::{Deserialize, Serialize};
 
-/// How far one signal of SUMO is from that of leadlag.
+/// Distance of one signal of SUMO from that of leadlag.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Loss {
     /// Root mean square, in the unit of the signal.

@@ -1,4 +1,4 @@
-//! A calibrated variant as a vehicle type of SUMO, what that type cannot say, and how far SUMO drives from leadlag behind the same
+//! A calibrated variant as a vehicle type of SUMO, the parts that the type lacks, and the difference from leadlag behind the same
 //! leader. The mapping, model by model, is in `docs/SUMO.md`.
 
 mod compare;

@@ -16,7 +16,7 @@ const INTEGER: u8 = 0x09;
 const DOUBLE: u8 = 0x0B;
 const TEXT: u8 = 0x0C;
 const COMPOUND: u8 = 0x0F;
-/// No answer to these commands is longer \[bytes\]; what claims to be is no answer of SUMO.
+/// Longest answer to these commands \[bytes\]; a longer one is invalid.
 const ANSWER_MAX: usize = 1 << 20;
 
 /// A connection to a running SUMO.

@@ -138,7 +138,7 @@ fn acc(calibrated: &CalibratedVariant) -> VehicleType {
         // Speed minus desired speed is multiplied by it, so it is negative.
         ("speedControlGain", (-p(Symbol::k_0)).to_string()),
     ];
-    // The same law in all three of its modes, for Eq. 6 has one.
+    // The same law in all three of its modes, because Eq. 6 has one.
     for name in ["gapControlGainSpace", "gapClosingControlGainSpace", "collisionAvoidanceGainSpace"] {
         attributes.push((name, k_s.clone()));
     }
@@ -261,7 +261,7 @@ impl VehicleType {
         );
     }
 
-    /// An additional file of SUMO with this one type; `about` says in a comment where it comes from.
+    /// An additional file of SUMO with this one type; `about` gives its origin in a comment.
     #[must_use]
     pub fn to_xml(&self, id: &str, about: &str) -> String {
         let mut xml = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n".to_owned();
@@ -289,6 +289,6 @@ fn escaped(text: &str) -> String {
 /// Two hyphens would end a comment; flags lose theirs.
 fn comment(text: &str) -> String {
     let text = text.replace(" --", " ");
-    // Twice, for three of them are two once more.
+    // Twice, because three of them occur two more times.
     text.replace("--", "- -").replace("--", "- -")
 }

@@ -17,7 +17,7 @@ pub fn split<T>(items: Vec<T>) -> (Vec<T>, Vec<T>) {
     [taken, left].map(|part| part.into_iter().map(|(_, item)| item).collect()).into()
 }
 
-/// How often this run does what a whole run does `count` times.
+/// Number of repetitions in this run of an action that a whole run repeats `count` times.
 pub fn times(count: usize) -> usize {
     if eighth().is_some() { count.div_ceil(PARTS) } else { count }
 }

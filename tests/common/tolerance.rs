@@ -54,7 +54,7 @@ pub const TABLE: f64 = 1e-14;
 pub const GPU_SCORE: f64 = 2e-5;
 
 /// Relative change of a score of the f64 reference when every parameter changes by up to 1e-6 of itself, above which the
-/// candidate says nothing about an f32 evaluator: eight roundings of its parameters alone would do the same.
+/// candidate does not test an f32 evaluator: eight roundings of its parameters alone would do the same.
 pub const GPU_ILL_CONDITIONED: f64 = 1e-5;
 
 /// Relative, seventeen measures of a whole run, f64 of the WGSL text against the reference: the two write the spacing as a
@@ -62,7 +62,7 @@ pub const GPU_ILL_CONDITIONED: f64 = 1e-5;
 pub const WHOLE_RUN: f64 = 1e-9;
 
 /// Where a run amplifies rounding differences, by how much: the change of the reference when its own parameters move by
-/// [`NUDGE`], times [`AMPLIFIED`]. Of a linear controller with gains of 5/s² and no lag nothing closer can be asked.
+/// [`NUDGE`], times [`AMPLIFIED`]. For a linear controller with gains of 5/s² and no lag no smaller value is possible.
 pub const NUDGE: f64 = 1e-13;
 
 /// See [`NUDGE`]; a run of 9000 steps makes ten thousands of roundings of 1e-16, and four nudges do not find the worst.
@@ -75,7 +75,7 @@ pub const PART: f64 = 1e-12;
 /// Relative, the same for the candidates whose run amplifies a rounding difference, or in which one tips a switch over.
 pub const WHOLE_RUN_SENSITIVE: f64 = 1e-3;
 
-/// Condition number up to which a score says something about an evaluator: a candidate above it turns the roundings of its own
+/// Condition number up to which a score tests an evaluator: a candidate above it turns the roundings of its own
 /// parameters (6e-8) into more than 6e-7 before the evaluator has done anything.
 pub const CONDITIONED: f64 = 10.0;
 

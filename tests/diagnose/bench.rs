@@ -37,7 +37,7 @@ fn outcome(task: &DiagnosisTask, adopted: &[String], off: f64) -> DiagnosisOutco
     }
 }
 
-/// A journal in which everything is named as planted, but for the first two single effects: one silent, one wrong.
+/// A journal in which every effect is named as planted, but for the first two single effects: one silent, one wrong.
 fn journal(folder: &Path) -> usize {
     let tasks = diagnosis_tasks(1, 900.0, "normal", &SIZES).expect("few cases");
     let singles: Vec<&DiagnosisTask> = tasks.iter().filter(|task| task.kind == "one").collect();
@@ -97,7 +97,7 @@ fn a_page_gets_tables_and_pictures() {
     assert_eq!(tables(&again), tables(&text));
 }
 
-/// How many estimates the terminal says are close.
+/// Number of close estimates on the terminal.
 fn text_of_close(output: &Output) -> String {
     let text = String::from_utf8_lossy(&output.stdout);
     let line = text.lines().find(|line| line.starts_with("of the planted ones")).expect("a line on the estimates");

@@ -25,7 +25,7 @@ fn findings(recording: &Recording, follower: usize) -> Vec<Finding> {
     check(recording, 0, follower).expect("the follower is there").findings
 }
 
-/// The finding of a kind; everything found is shown if there is none.
+/// The finding of a kind; a failure shows all findings.
 fn the(found: &[Finding], kind: FindingKind) -> &Finding {
     let Some(finding) = found.iter().find(|f| f.kind == kind) else {
         let all: Vec<&str> = found.iter().map(|f| f.sentence.as_str()).collect();

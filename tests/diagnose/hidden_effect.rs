@@ -62,7 +62,7 @@ fn sized(task: &DiagnosisTask) -> DiagnosisOutcome {
     let outcome = infer_task(task);
     assert_eq!(judge(&outcome), Judgement::Right, "{}", told(&outcome));
     assert_eq!(outcome.adopted[..1], task.causes, "{}", told(&outcome));
-    // The first parameter says how strong it is.
+    // The first parameter is the strength.
     let sizes = outcome.truth.iter().filter(|(name, _)| !name.ends_with(".t1") && !name.ends_with(".dur"));
     for (name, truth) in sizes {
         let [value, error] = outcome.estimates[name];
@@ -287,7 +287,7 @@ fn a_limit_that_few_blocks_show() {
     sized(&DiagnosisTask { duration_s: 900.0, ..task("one", "l-cth", &["jerk_limit"], 0.05, 7_703_121) });
 }
 
-/// 1897 nats, which Gipps' own spacing explains as well: a law that is ahead of the named cause by a hundredth of that is no objection.
+/// 1897 nats, which Gipps' own spacing explains as well: a law that leads the named cause by a hundredth of that does not count against it.
 #[test]
 #[ignore = "half a minute"]
 fn a_headway_that_another_law_has() {

@@ -1,4 +1,4 @@
-//! The inference as its callers see it: what it refuses, how it is stopped, and that threads do not change it.
+//! The inference from the caller's view: refusals, stopping, and independence of threads.
 
 use crate::common::made_up;
 use leadlag::internal::bench::{DiagnosisTask, Planted, planted};
@@ -16,7 +16,7 @@ fn drives(base: &str, cause: &str) -> Planted {
     planted(&made_up::hidden(cause, base)).expect("a scenario that can be driven")
 }
 
-/// What to ask of a linear car.
+/// A question about a linear car.
 fn question<'a>(
     train: &'a [Drive],
     holdout: &'a [Drive],

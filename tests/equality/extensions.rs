@@ -72,7 +72,7 @@ fn neutral_values_change_nothing_and_others_do() {
                 }
                 neutral.push(&values);
             }
-            // Another delay bound is another window, so both start where the longer one says.
+            // Another delay bound is another window, so both start at the longer one.
             let mut bare_lanes =
                 lanes(&Case { tau_p_upper: case.longest_delay(), ..plain.clone() }, LanesPrecision::F64);
             if case.longest_delay() > plain.longest_delay() && !plain.variant.delay {
@@ -95,7 +95,7 @@ fn neutral_values_change_nothing_and_others_do() {
             *acted.entry(&extension.name).or_insert(0) += usize::from(b != c);
         }
     }
-    // A limit may be beyond what a base model asks for on this drive; a delay is compared where the base has one.
+    // A limit may be beyond the commands of a base model on this drive; a delay is compared where the base has one.
     let idle: Vec<_> =
         library().iter().map(|e| &e.name).filter(|name| acted.get(name).is_none_or(|n| *n == 0)).collect();
     assert!(idle.is_empty(), "extensions that change nothing on any base: {idle:?}");

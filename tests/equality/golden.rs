@@ -87,7 +87,7 @@ fn every_evaluation_agrees() {
 
 /// Every row, with the tolerances of an f64 program.
 ///
-/// `chaotic` rows must differ by more than `GOLDEN_CHAOTIC`; they are no exceptions.
+/// `chaotic` rows must differ by more than `GOLDEN_CHAOTIC`; they are not exceptions.
 fn agrees_in_f64(shared: &Path, evaluator: &str, chaotic: &[&str], build: &mut Build) {
     let table = evaluated(shared, build);
     let failed = table.iter().filter(|row| row["success"] == "0").count();

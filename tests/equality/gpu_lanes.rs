@@ -218,7 +218,7 @@ fn every_variant_gives_the_same_bits() {
     assert!(differences.is_empty(), "{} differences:\n{}", differences.len(), shown.join("\n"));
 }
 
-/// Survivors of two evaluations, and how many of them differ in any bit.
+/// Survivors of two evaluations, and the number of those that differ in any bit.
 fn changed(a: &[Raw], b: &[Raw]) -> (usize, usize) {
     let both: Vec<_> = a.iter().zip(b).filter(|(a, b)| a.status == 0 && b.status == 0).collect();
     (both.len(), both.iter().filter(|(a, b)| first_difference(a, b).is_some()).count())

@@ -197,7 +197,7 @@ fn a_trace_restarts_from_any_state() {
     }
 }
 
-/// Kicks that share blocks do what one does after a past that has it, bit for bit.
+/// Kicks that share blocks give the same bits as a kick after the same past.
 #[test]
 fn kicks_are_changes_of_the_past() {
     let trajectory = cars::drive(60.0);

@@ -33,7 +33,7 @@ fn difference(ours: &Outcome, reference: &Outcome) -> Option<f64> {
     }
 }
 
-/// By how much the reference itself changes if its parameters move by almost nothing; `None` if it then ends differently.
+/// Change of the reference itself if its parameters move by almost nothing; `None` if it then ends differently.
 fn amplification(case: &Case, population: &Population, candidate: usize, reference: &Outcome) -> Option<f64> {
     let mut trace = Trace::default();
     let symbols = population.symbols();
@@ -50,7 +50,7 @@ fn amplification(case: &Case, population: &Population, candidate: usize, referen
     Some(largest)
 }
 
-/// Both evaluators on all variants; returns how many of the runs were compared, and how many were only close.
+/// Both evaluators on all variants; returns the numbers of compared runs and of runs that were only close.
 fn compare(trajectory: &Trajectory, convention: Convention, count: usize) -> (usize, usize) {
     let (mut compared, mut sensitive) = (0, 0);
     let mut wrong = Vec::new();

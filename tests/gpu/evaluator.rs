@@ -249,7 +249,7 @@ fn the_other_buffer_set_is_not_waited_for() {
     gpu.submit(BufferSet::A, &[job(0, &few)]).expect("a device");
     gpu.submit(BufferSet::B, &[job(0, &many)]).expect("a device");
     gpu.collect(BufferSet::A, &mut [Score::Rejected]).expect("a device");
-    // Hardware may be done with both by now.
+    // Hardware may have finished both.
     assert!(gpu.is_hardware() || !gpu.is_idle(), "the set B was waited for");
     gpu.collect(BufferSet::B, &mut vec![Score::Rejected; many.len()]).expect("a device");
     assert!(gpu.is_idle());

@@ -1,11 +1,11 @@
-//! Broken files, each with the exact message: file, line, column, expected, found, what to do.
+//! Broken files, each with the exact message: file, line, column, expected, found, remedy.
 
 use crate::common;
 use leadlag::internal::trajectory::import::{self, ColumnMap, Labels, Layout, read_mapped_from};
 use leadlag::internal::trajectory::{Grade, Note, Preparation, inspect, prepare};
 use std::io::{Cursor, Read};
 
-/// Who reads a file.
+/// Reader of a file.
 #[derive(Debug, Clone, Copy)]
 enum Reader {
     /// The importers, which recognise the layout.
@@ -15,7 +15,7 @@ enum Reader {
     Labels,
 }
 
-/// A small good file, and who reads it.
+/// A small good file, and its reader.
 type Base = (&'static str, Reader, &'static str);
 
 const PAIR: Base =
@@ -534,7 +534,7 @@ speed = { name = "v", unit = "km/h" }
 gap = { name = "gap" }
 "#;
 
-/// A piece of the map, what replaces it, and the message.
+/// A piece of the map, its replacement, and the message.
 const MAPS: &[(&str, &str, &str)] = &[
     (
         "rows = \"vehicles\"",

@@ -122,7 +122,7 @@ fn both_directions_of_a_motorway_are_the_same_drive() {
     }
 }
 
-/// exiD: frames of 25 Hz, velocities along the lane, who is ahead and how far by columns of their own.
+/// exiD: frames of 25 Hz, velocities along the lane, the vehicle ahead and its distance by separate columns.
 #[test]
 fn a_table_of_lanes_that_curve_is_read_by_its_own_gap() {
     let mut text =
@@ -142,7 +142,7 @@ fn a_table_of_lanes_that_curve_is_read_by_its_own_gap() {
     let trajectory = only(&read(&text, "exid"));
     assert_eq!((trajectory.len(), trajectory.dt, trajectory.name.as_str()), (500, 0.04, "vehicle 5"));
     assert_is_drive(&trajectory, 0.0, 2e-4);
-    // Of inD, which has the same columns but for who is ahead.
+    // Of inD, which has the same columns except for the vehicle ahead.
     let ind = text.replace("leadDHW", "a").replace("leadId", "b");
     assert!(refused(&ind, examples("exid").as_str()).contains("inD and rounD do not name the vehicle ahead"));
 }
@@ -511,7 +511,7 @@ fn units_that_look_wrong_are_refused_with_what_they_look_like() {
             assert_eq!(first, expected, "{what}");
         }
     }
-    // The way out, for who knows better.
+    // The remedy for a user who knows better.
     let unchecked = PAIRS.replace("\"ft\"", "\"m\"").replace("rows =", "check_units = false\nrows =");
     let map = ColumnMap::parse(&unchecked, "map.toml").unwrap();
     assert!(read_mapped_from(pairs(FOOT).as_bytes(), "table.csv", &map).is_ok());

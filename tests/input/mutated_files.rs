@@ -169,7 +169,7 @@ fn attack(read: impl Fn(&mut Vandal) -> bool + Sync) {
     assert!(taken > 0 && taken < count, "{taken} of {count} files are taken");
 }
 
-/// Files of a layout, read as of this layout, or as of whatever the header says.
+/// Files of a layout, read as this layout, or by their header.
 fn layout(of: &[&[u8]], layout: Option<&str>) {
     attack(|vandal| all_steps::run(&vandal.broken(of), layout));
 }
@@ -297,7 +297,7 @@ fn broken_column_maps_and_tables() {
     });
 }
 
-/// The footer, which says where everything is, is broken more often than the pages.
+/// The footer, which has the places of everything, is broken more often than the pages.
 #[test]
 fn broken_parquet_tables() {
     use parquet::basic::{Compression, ZstdLevel};

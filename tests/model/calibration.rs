@@ -1,4 +1,4 @@
-//! Calibration: the paper's genetic algorithm reaches what the authors' reaches, and known parameters are found again.
+//! Calibration: the paper's genetic algorithm reaches the authors' scores, and known parameters are found again.
 
 use crate::common;
 use crate::common::made_up::{self, Way};
@@ -191,7 +191,7 @@ struct Rough {
 
 impl Rough {
     fn new(case: Case, told: fn(f64) -> f64) -> Rough {
-        // A measure that is no sum of norms, so that the search goes by scores alone.
+        // A measure that is not a sum of norms, so that the search uses scores alone.
         let gof = "u-sva".parse().expect("a measure");
         let inner = Lanes::new(vec![case], gof, LanesPrecision::Plain).expect("lanes");
         let other = Arc::new(AtomicBool::new(true));

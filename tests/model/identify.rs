@@ -35,7 +35,7 @@ fn noise(n: usize, rho: f64, seed: u64) -> Vec<f64> {
 const TRUTH: [f64; 6] = [4.0, 33.0, 2.5, 1.2, 1.5, -2.0];
 
 /// A follower that the IDM drives behind a busy leader, disturbed by `sigma` [m/s²]: the disturbance acts on the car, so that the
-/// driver sees and answers what it does, as in traffic.
+/// driver perceives and corrects its effect, as in traffic.
 fn drive(samples: usize, sigma: f64, seed: u64) -> Trajectory {
     let [delta, v_0, d_0, t_h, a_max, a_min] = TRUTH;
     let dt = 0.1;

@@ -114,7 +114,7 @@ fn a_scalar_observer_from_the_formulas_sees_the_same() {
                 }
                 largest = largest.max(r[0].abs());
             }
-            // There is something to correct.
+            // There is a correction.
             assert!(largest > 0.001, "{base} {noise:?}: innovations of at most {largest} m");
         }
     }

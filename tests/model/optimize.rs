@@ -121,7 +121,7 @@ fn lshade_and_cmaes_find_the_minima() {
     }
 }
 
-/// The genetic algorithm has no local search: it comes near, and no nearer. If it did not, the others' tests would say nothing.
+/// The genetic algorithm has no local search: it comes near, and not nearer. Otherwise the others' tests would show nothing.
 #[test]
 fn the_genetic_algorithm_is_kept_as_it_was() {
     let (error, _) = error_on(&functions::RASTRIGIN, "ga", 3, 30_000, 1);
@@ -360,7 +360,7 @@ fn the_populations_of_restarts_are_those_of_the_paper() {
     assert!(between > 10, "the populations drawn are used");
 }
 
-/// Rough merits are off by a millionth, as f32 is: auto reports what exact merits say.
+/// Approximate merits are off by a millionth, as f32 is: auto reports exact merits.
 #[test]
 fn auto_polishes_on_exact_merits() {
     let exact = |x: &[f64]| 1.0 + x.iter().map(|x| (x - 1.0).powi(2)).sum::<f64>();

@@ -22,7 +22,7 @@ const JUDGES: [(&str, &str); 2] =
 /// The modules of `tests/common` that the judges need.
 const HELPERS: [&str; 4] = ["cars", "extended", "laws", "tolerance"];
 
-/// How far the copy is optimised. The judges run so often that compiling and judging together are shortest so.
+/// Optimisation of the copy. The judges run so often that this makes compiling and judging together the shortest.
 const LEVEL: i64 = 2;
 
 /// The text of a `mod.rs` without the modules that are not needed.

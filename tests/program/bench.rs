@@ -1,5 +1,5 @@
 //! `leadlag bench`: the schema of its JSON, and its exports can be computed again elsewhere.
-//! No speed is asserted: it says more about the machine than about the program.
+//! No speed is asserted: it depends more on the machine than on the program.
 
 use serde_json::Value;
 use std::process::{Command, Output};

@@ -134,7 +134,7 @@ fn met(report: &OptimizerReport) -> Vec<Option<bool>> {
 #[test]
 fn a_target_is_met_only_by_all_its_tasks() {
     let tasks = optimizer_tasks("auto", false);
-    // Everything within the targets, but for the spread: 2 % from replicate to replicate.
+    // All values within the targets, but for the spread: 2 % from replicate to replicate.
     let good = report(&tasks, &|task| Some(if task.model_id == 1 { 0.3789 } else { 0.2834 }));
     assert_eq!(met(&good), [[Some(true); 5].as_slice(), &[Some(false); 3]].concat());
     assert!(good.table().contains("MISSED") && good.table().lines().all(|line| line.chars().count() <= 80));

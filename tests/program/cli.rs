@@ -111,7 +111,7 @@ fn simulate_lets_each_simulated_car_lead_the_next() {
         let plot = fs::read_to_string(out.join(format!("plot_follower{follower}.svg"))).unwrap();
         assert!(plot.contains(ahead), "follower {follower}");
     }
-    // The gap is that to the simulated car: it changes as the two simulated speeds say.
+    // The gap is that to the simulated car: it changes by the two simulated speeds.
     let (s, v_l, v_f) = (column(2, "sim_spacing_m"), column(1, "sim_speed_mps"), column(2, "sim_speed_mps"));
     for i in 1..s.len() {
         let integrated = s[i - 1] + 0.05 * (v_l[i - 1] + v_l[i] - v_f[i - 1] - v_f[i]);
@@ -144,7 +144,7 @@ fn ctrl_c_keeps_the_calibration_in_flight_and_names_the_files_left_out() {
     use std::time::{Duration, Instant};
     let folder = platoon();
     let files = [1, 3].map(|k| folder.join(format!("pair_follower{k}.csv")));
-    // SIGTERM is what schedulers send.
+    // Schedulers send SIGTERM.
     for signal in ["-INT", "-TERM"] {
         let out = scratch("cli", &format!("interrupted{signal}"));
         let endless = ["--optimizer", "ga", "--max-evaluations", "1000000000", "--model", "idm", "--out", text(&out)];

@@ -382,7 +382,7 @@ fn a_table_with_a_column_map_is_inspected_and_calibrated_by_vehicle_id() {
         result["score"]["nrmse_sva"].as_f64().unwrap()
     };
     let (mapped, plain) = (score(&mapped), score(&plain));
-    // The same drive but for the rounding of two conversions, and the same random numbers.
+    // The same drive up to the rounding of two conversions, and the same random numbers.
     assert!((mapped - plain).abs() < 1e-3 * plain, "{mapped} by the map, {plain} by the pair file");
 }
 

@@ -220,7 +220,7 @@ fn switches_and_bounds_that_make_no_sense_are_warned_of_once() {
     }
 }
 
-/// Who drives is asked before a file of bounds is written.
+/// The driver is checked before a file of bounds is written.
 #[test]
 fn at_a_bound_of_acc_the_set_of_human_drivers_is_named() {
     let folder = scratch("cli_warnings", "at_bound");

@@ -1,4 +1,4 @@
-//! `leadlag doctor`: what it prints with and without an adapter.
+//! `leadlag doctor`: its output with and without an adapter.
 
 use leadlag::internal::gpu::{Probe, ProbeStatus, modes};
 use serde_json::Value;

@@ -1,6 +1,6 @@
 //! Every pair of a table by `calibrate --all`: one row each, whatever else is in the table, and nothing lost.
 //!
-//! `LEADLAG_KILLS=100` kills so often; without it a few kills have to do.
+//! `LEADLAG_KILLS=100` sets the number of kills; by default a few.
 
 use crate::common::gpu::skipped;
 use crate::common::program::{self, fails, leadlag, ok, scratch, stderr, text};
@@ -14,7 +14,7 @@ use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::Duration;
 
-/// v_0, t_h, d_0, a_max, a_min of the drivers, who differ.
+/// v_0, t_h, d_0, a_max, a_min of the different drivers.
 fn driver(number: u64) -> [f64; 5] {
     let mut rng = stream(7, number, 0, 0);
     [31.0, 1.2, 2.2, 1.3, 1.8].map(|middle| middle * (0.2 * normal(&mut rng)).exp())
@@ -75,7 +75,7 @@ fn rows(folder: &Path) -> Vec<BTreeMap<String, String>> {
     reader.records().map(|record| row(record.expect("a row"))).collect()
 }
 
-/// Files of the result but for the journal, whose order is that of the threads.
+/// Files of the result without the journal, whose order is that of the threads.
 fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     ["parameters.csv", "parameters.parquet", "fleet.json", "fits.csv"]
         .into_iter()
@@ -111,7 +111,7 @@ fn every_pair_is_a_row() {
         assert_eq!(row["model"], ["idm", "l-cth"][k % 2]);
         assert_eq!(row["reason"].is_empty(), k < 12, "{row:?}");
         assert_eq!(row["score"].is_empty(), k >= 12, "{row:?}");
-        // A parameter of the other model is no number.
+        // A parameter of the other model is NaN.
         assert_eq!(row["a_max_mps2"].is_empty(), k % 2 == 1 || k >= 12, "{row:?}");
     }
     assert!(found[12]["reason"].contains("at least 2 s"), "{:?}", found[12]);
@@ -138,7 +138,7 @@ fn every_pair_is_a_row() {
     assert!(html.contains("expected at least"), "reasons are listed");
 }
 
-/// A table of its own pairs is found in a folder, and a file that is none costs nothing but its own.
+/// A table of its own pairs is found in a folder, and an invalid file does not affect the others.
 #[test]
 fn files_of_a_folder_are_one_fleet() {
     let folder = scratch("fleet", "folder");
@@ -157,7 +157,7 @@ fn files_of_a_folder_are_one_fleet() {
     assert_eq!(output.status.code(), Some(1));
     assert!(stderr(&output).contains("c.csv"), "{}", stderr(&output));
     assert_eq!(rows(&other).len(), 2);
-    // A result does not replace what it is made of.
+    // A result does not replace its own input.
     let inside = data.join("parameters.csv");
     fs::copy(data.join("a.csv"), &inside).expect("room");
     let (code, said) = fails(&["calibrate", text(&inside), "--all", "--model", "idm", "--out", text(&data)]);
@@ -168,7 +168,7 @@ fn files_of_a_folder_are_one_fleet() {
     assert!(code == 1 && said.contains("a fleet of other data, settings or program"), "{said}");
 }
 
-/// The larger of two nested models fits its own sample better in any case. It is best only where it follows other drives better, too.
+/// The larger of two nested models fits its own sample better in any case. It is best only if it follows other drives better, too.
 #[test]
 fn of_nested_models_the_larger_has_to_earn_it() {
     let folder = scratch("fleet", "nested");

@@ -13,7 +13,7 @@ fn pair(speed: impl Fn(f64) -> f64) -> String {
     for k in 0..400 {
         let t = f64::from(k) / 10.0;
         let (v_l, v) = (20.0 + 3.0 * (t / 3.0).sin(), speed(t));
-        // Trapezoids, as the speeds say.
+        // Trapezoids, by the speeds.
         gap += if k == 0 { 0.0 } else { 0.05 * (before + v_l - v) };
         before = v_l - v;
         writeln!(table, "{t:.1},{v_l:.6},{v:.6},{gap:.6}").expect("a String takes all");
@@ -46,7 +46,7 @@ fn fleet<'a>(table: &'a Path, out: &'a Path, more: &[&'a str]) -> Vec<&'a str> {
     [&["calibrate", text(table), "--all", "--out", text(out)], &SETTINGS[..], more].concat()
 }
 
-/// The NRMSE of an acceleration that is always 0 is no number, and no row is lost by that.
+/// The NRMSE of an acceleration that is always 0 is NaN, and no row is lost by that.
 #[test]
 fn a_drive_at_constant_speed_is_read_again() {
     let folder = scratch("fleet_faults", "constant");
@@ -174,7 +174,7 @@ fn a_row_that_does_not_fit_is_refused_with_its_line() {
         assert!(code == 1 && said.contains("journal.jsonl:2: not a calibration of this fleet"), "{said}");
         assert!(said.contains(expected) && !said.contains("panicked"), "{said}");
     }
-    // As it says: without the line it is calibrated again.
+    // By the message: without the line it is calibrated again.
     fs::write(&journal, format!("{head}\n")).expect("room");
     ok(&command);
     assert_eq!(fs::read_to_string(&journal).expect("written"), whole);

@@ -226,7 +226,7 @@ fn a_reader_needs_no_right_to_write() {
     assert!(folder.path().join("page.html").exists());
 }
 
-/// Software Vulkan ends the program with a signal where it gets too little address space.
+/// Software Vulkan ends the program with a signal if it gets too little address space.
 #[cfg(target_os = "linux")]
 #[test]
 fn drivers_are_not_loaded_into_too_little_memory() {

@@ -1,6 +1,6 @@
 //! Folders of results change as a whole: killed at any moment, a calibration, a merge and a synthetic drive leave the old files or the new ones.
 //!
-//! `LEADLAG_KILLS=200` kills so often; without it a few kills have to do.
+//! `LEADLAG_KILLS=200` sets the number of kills; by default a few.
 
 use crate::common::program::{leadlag, ok, scratch, stderr, text};
 use crate::common::sample;

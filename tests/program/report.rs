@@ -40,7 +40,7 @@ fn check_ending(said: &str, folder: &Path) -> Value {
     let page = fs::read_to_string(folder.join("report.html")).expect("written");
     let reason = diagnosis["reason"].as_str().expect("a sentence");
     assert!(page.contains(&reason.replace('<', "&lt;").replace('>', "&gt;")) && page.len() < 5_000_000, "{reason}");
-    // Each command that was shown is one that can be typed: it names the files of this folder, which are there.
+    // Each printed command can be typed: it names the files of this folder, which are there.
     for line in said.lines().filter(|line| line.starts_with("$ leadlag ") && line.contains(" > ")) {
         let log = line.rsplit(" > ").next().expect("a file");
         assert!(Path::new(log).exists(), "{line}");
@@ -168,7 +168,7 @@ fn a_calibration_is_shown_in_the_terminal_and_as_a_page() {
     for words in ["Error by driving state", "Error by frequency", "Residuals over speed", "class=\"number share\""] {
         assert!(html.contains(words), "{words}");
     }
-    // How well parameters are known, as the terminal says it: bounds in parentheses, samples, what each goes with.
+    // Intervals of the parameters, as on the terminal: bounds in parentheses, samples, the most correlated parameter of each.
     let fitted: Value = serde_json::from_str(&written).expect("JSON");
     let known = fitted["identifiability"]["parameters"].as_object().expect("intervals");
     let is_determined = |known: &Value| known["determined"] == true;
@@ -185,7 +185,7 @@ fn a_calibration_is_shown_in_the_terminal_and_as_a_page() {
         assert!(cells[4].ends_with(&format!(">{samples:.0}")), "{name}: {}", cells[4]);
     }
     assert!(html.contains("goes with (correlation)"));
-    // The budget's shares of the time are those of the file: how long the measured car stands.
+    // The budget's shares of the time are those of the file: standing time of the measured car.
     let simulation = fs::read_to_string(folder.join("simulation.csv")).expect("written");
     let first =
         serde_json::from_str::<Value>(&written).expect("JSON")["data"][0]["first_scored"].as_u64().expect("a number");

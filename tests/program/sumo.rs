@@ -36,7 +36,7 @@ fn json(arguments: &[&str]) -> Value {
     serde_json::from_str(&ok(&[arguments, &["--json"]].concat())).expect("JSON")
 }
 
-/// True if SUMO can be run. `LEADLAG_SUMO_TEST` says that it must be.
+/// True if SUMO can be run. `LEADLAG_SUMO_TEST` requires it.
 fn sumo(test: &str) -> bool {
     let found = leadlag::internal::sumo::find(None);
     if found.is_err() {
@@ -169,7 +169,7 @@ fn what_sumo_has_not_is_refused() {
     assert!(message.contains("no SUMO found: nowhere/sumo cannot be run; install it"), "{message}");
 }
 
-/// SUMO computes in f64 what Eqs. 2, 3 and 1 say, in another order; over 1200 steps that is all that is left \[m, m/s, m/s2\].
+/// SUMO computes Eqs. 2, 3 and 1 in f64, in another order; over 1200 steps only that remains \[m, m/s, m/s2\].
 const ROUNDING: f64 = 1e-8;
 
 #[test]
@@ -225,7 +225,7 @@ fn the_acc_of_sumo_keeps_a_larger_gap_at_low_speed_as_is_said() {
     );
 }
 
-/// Laws that SUMO has, and by how much its spacing may differ \[m, root mean square\]: the ACC by rounding; Krauss' model, whose positions follow
+/// Laws that SUMO has, and the largest difference of its spacing \[m, root mean square\]: the ACC by rounding; Krauss' model, whose positions follow
 /// by another speed of the step; Wiedemann 99, for which SUMO draws random numbers.
 const LAWS_OF_SUMO: [(&str, f64); 3] = [("acc_milanes", ROUNDING), ("krauss", 0.5), ("w99", 1.0)];
 

@@ -41,7 +41,7 @@ fn inspect(arguments: &[&str]) -> String {
     stdout(&succeeds(&[&["inspect"], arguments].concat()))
 }
 
-/// A short calibration: what it says, and whether it succeeds.
+/// A short calibration: its messages, and whether it succeeds.
 fn calibrate(files: &[&str], extra: &[&str], out: &Path) -> (bool, String) {
     let search = ["--model", "idm", "--max-evaluations", "200", "--no-intervals", "--out", text(out)];
     let output = leadlag(&[&["calibrate"], files, &search, extra].concat());
@@ -204,7 +204,7 @@ fn a_follower_is_chosen_by_the_name_of_its_car() {
     );
 }
 
-/// Reads a table with a map, and says what `inspect` does.
+/// Reads a table with a map, and returns the output of `inspect`.
 fn mapped(test: &str, table: &str, map: &str) -> String {
     let folder = write(test, &[("table.csv", table), ("map.toml", map)]);
     inspect(&[text(&folder.join("table.csv")), "--columns", text(&folder.join("map.toml"))])
@@ -361,7 +361,7 @@ fn positions_on_a_ring_go_on_where_a_lap_ends() {
     assert!(said.contains("5 pairs of a follower") && !said.contains("contradict"), "{said}");
     let (_, gaps) = said.split_once("vehicle 3 ").expect("it follows");
     assert!(gaps.lines().next().expect("its line").contains("35.5-35.5"), "{said}");
-    // Without the length of the lap the ends of laps are no driving, either.
+    // Without the length of the lap the ends of laps are not driving, either.
     let said = mapped("no_lap", &tracks(Some(160.0)), TRACKS);
     assert!(!said.contains("contradict"), "{said}");
 }
@@ -538,7 +538,7 @@ fn a_parquet_table_is_read_as_the_same_table_of_text_is() {
     .unwrap();
     let said = inspect(&[text(&file), "--columns", text(&map)]);
     assert!(said.contains("201 rows") && said.contains("1 rows incomplete"), "{said}");
-    // One that is cut off.
+    // A truncated one.
     let whole = fs::read(&file).unwrap();
     let broken = folder.join("broken.parquet");
     fs::write(&broken, &whole[..whole.len() / 2]).unwrap();

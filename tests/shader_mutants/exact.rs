@@ -1,7 +1,7 @@
 //! Compensated motion against whole numbers: two words carry a sum that one word would round.
 //!
 //! Speeds near 2^30 m/s have a last bit of 2^-22 in f64, so that steps of 2^-30 are lost unless they are carried on. All
-//! products are exact by the choice of the numbers, so that whole numbers of 2^-60 say what the sum is.
+//! products are exact by the choice of the numbers, so that whole numbers of 2^-60 give the sum.
 
 use leadlag::internal::lanes::Function;
 use leadlag::internal::optimize::stream;

@@ -27,7 +27,7 @@ pub fn judges_file(file: &str) -> bool {
 /// Common begin of all laws.
 const LAW: &str = "shaders/controller/law.wgsl";
 
-/// Those who judge a file.
+/// The judges of a file.
 pub fn judges(file: &str) -> Vec<Judge> {
     if file == LAW {
         return vec![Judge::new("krauss", "grade")];

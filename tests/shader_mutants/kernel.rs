@@ -1,6 +1,6 @@
 //! Shows whether a changed text still gives the same bits on the GPU: for the files that only a GPU runs unchanged.
 //!
-//! That the unchanged text is right is for other tests to say: they compare its bits with `lanes` and its scores with the reference.
+//! Other tests check that the unchanged text is right: they compare its bits with `lanes` and its scores with the reference.
 
 use super::text::Mutant;
 use crate::common::gpu::{case, job, population, vehicle};
@@ -20,7 +20,7 @@ const CHUNK: u32 = 13;
 /// A run on the GPU, and its result without any change, as text (shortest round-trip form: every bit counts).
 struct Scene {
     gpu: Gpu,
-    /// Run one after the other: what the first leaves behind in the buffers is wrong for the second.
+    /// Run one after the other: data of the first in the buffers are wrong for the second.
     populations: [Population; 2],
     what: What,
     expected: String,
@@ -68,7 +68,7 @@ fn everything_command(state: State, w: World, x: Perceived, a_cmd: f32) -> Done 
 ";
 
 /// Variant (with two plus signs behind it: with the extension above), precision, request, goodness of fit, longest delay \[s\], clipping or rejecting: until everything in the kernel
-/// decides somewhere. Kernels that a driver compiles quickly come first, for the first scene that notices a mutant is the last.
+/// decides somewhere. Kernels that a driver compiles quickly come first, because the first scene that notices a mutant is the last.
 const SCENES: [(&str, Precision, What, &str, f64, BoundRule); 11] = [
     ("idm+linear+constant", Precision::Plain, What::Scores, "nrmse-sva", 0.8, BoundRule::Reject),
     ("l-cth", Precision::Plain, What::Scores, "rmspe-sva", 0.8, BoundRule::Clip),

@@ -123,7 +123,7 @@ fn shot(variant: Variant, convention: Convention, number: u64, trace: &mut Trace
     if run.failure.is_some_and(|f| f.kind == FailureKind::NotFinite) {
         return None;
     }
-    // Near zero the root of a radicand turns the last bit into a whole digit: no tolerance suits what follows from it. A start
+    // Near zero the root of a radicand turns the last bit into a whole digit: no tolerance suits the results. A start
     // that was shifted has a radicand of zero.
     let room = 2.0 * (start - p.d_0) - p.t_h * v_f - v_l * v_l / p.a_hat_min;
     let radicand = p.a_min * p.a_min * h * h - p.a_min * room;

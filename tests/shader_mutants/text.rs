@@ -128,7 +128,7 @@ pub fn mutants(file: &str, text: &str) -> Vec<Mutant> {
         let text = format!("{before}{new}{}", &text[end..]);
         found.push(Mutant { file: file.to_owned(), line, column, source, change, text });
     };
-    // Depth of `<` that belong to types, whose `>` are no comparisons, and of `@attribute(...)`.
+    // Depth of `<` that belong to types, whose `>` are not comparisons, and of `@attribute(...)`.
     let (mut types, mut attribute_until) = (0, 0);
     for (i, token) in tokens.iter().enumerate() {
         let here = word(i);

@@ -1,7 +1,7 @@
 //! Shows whether the functions of shaders/power.wgsl and shaders/exponential.wgsl still have the same values, to the bit, at many points
 //! and at all of their edges.
 //!
-//! That the unchanged text is right is for tests/equality/power.rs to say, and for the probes of `leadlag doctor`, which compare it with its twin.
+//! tests/equality/power.rs, and the probes of `leadlag doctor`, which compare it with its twin, check that the unchanged text is right.
 
 use leadlag::internal::gpu::{Adapter, AdapterChoice, values};
 use std::collections::BTreeMap;

@@ -111,7 +111,7 @@ fn kill_command(arguments: &[&str], makes: &Path, look: &dyn Fn()) {
     ok(arguments);
 }
 
-/// The files of a folder, without what a killed process has left there under a temporary name.
+/// The files of a folder, without those that a killed process has left there under a temporary name.
 fn whole_files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     files(folder).into_iter().filter(|(name, _)| !name.ends_with(".tmp")).collect()
 }
@@ -182,7 +182,7 @@ fn at_work(study: &Path) {
     }
 }
 
-/// Sends a signal to a run at work; returns what it says, and asserts that it ends in time, as one that was interrupted.
+/// Sends a signal to a run at work; returns its output, and asserts that it ends in time, as one that was interrupted.
 #[cfg(unix)]
 fn signalled(run: Child, study: &Path, signal: &str, limit: Duration) -> String {
     at_work(study);

@@ -41,9 +41,9 @@ fn torn_parts_are_noticed_and_computed_again() {
     ]) {
         fs::write(path, bytes).unwrap();
     }
-    // And what a process leaves behind that is killed while it writes.
+    // And the files that a process leaves behind if it is killed while it writes.
     fs::write(study.join("parts/leftover-1-1.tmp"), &whole[..100]).unwrap();
-    // One that has no end, or hardly any, is not read to it.
+    // A file without an end, or almost, is not read completely.
     fs::File::create(study.join("parts/large.json")).unwrap().set_len(1 << 40).unwrap();
     let found = status(&study);
     assert_eq!((found["done"].as_u64(), found["damaged"].as_array().unwrap().len()), (Some(18), 7));

@@ -351,7 +351,7 @@ fn the_plans_that_come_with_the_program_can_be_read() {
     assert_eq!((found[3].1, found[3].2), (270, 3), "90 variants, 3 replicates, 3 platoons");
 }
 
-/// Cars 1, 2, 3 in a row, of 4, 12 and 5 m; the pair that is named, not the first of the file, says who is ahead.
+/// Cars 1, 2, 3 in a row, of 4, 12 and 5 m; the named pair, not the first of the file, gives the car ahead.
 #[test]
 fn the_length_of_the_car_ahead_is_that_of_the_pair_that_the_plan_names() {
     let folder = scratch("lengths");

@@ -37,7 +37,7 @@ fn quiet_verbs_say_nothing_but_errors() {
     let (code, said) = quietly(&["merge", study]);
     assert!(code == Some(1) && said.starts_with("error: 24 of 24 tasks are missing"), "{said}");
     assert_eq!(quietly(&["run", study, "--shard", "1/3"]), silent);
-    // A part that is none is worth a warning, which --quiet silences.
+    // An invalid part gives a warning, which --quiet silences.
     fs::write(std::path::Path::new(study).join("parts/torn.json"), "{").unwrap();
     assert_eq!(quietly(&["merge", study, "--partial"]), silent);
     assert_eq!(quietly(&["report", study, "--partial"]), silent);

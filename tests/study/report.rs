@@ -14,7 +14,7 @@ fn read(bytes: &[u8]) -> Rows {
     reader.records().map(|record| headers.iter().cloned().zip(fields(record.unwrap())).collect()).collect()
 }
 
-/// Followers 1 and 2 of two platoons, the IDM with and without what the paper adds, and the base model of another class.
+/// Followers 1 and 2 of two platoons, the IDM with and without the paper's additions, and the base model of another class.
 fn finished(name: &str) -> PathBuf {
     let variants = "[\"idm\", \"idm+linear\", \"idm+delay\", \"idm+delay+linear\", \"l-cth\"]";
     let plan = plan_text(3, 600).replace("[\"idm\", \"l-cth+linear\", 28]", variants);

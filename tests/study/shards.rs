@@ -202,7 +202,7 @@ fn no_share_of_the_papers_study_is_all_of_one_kind() {
             let places: BTreeSet<u32> = share.iter().map(|&i| (tasks[i].model_id - 1) % 18).collect();
             let constraints: BTreeSet<u32> = places.iter().map(|place| place % 3).collect();
             assert!(places.len() > 2 && constraints.len() > 1, "{number}/{count}: {places:?}");
-            // Whole variants, but for those at its edges.
+            // Whole variants, except for those at its edges.
             let cut = |id: u32| share.iter().filter(|&&i| tasks[i].model_id == id).count() % 4 != 0;
             assert!(variants.iter().filter(|variant| cut(variant.id())).count() <= 2, "{number}/{count}");
         }

@@ -129,7 +129,7 @@ impl DiagnosisOutcome {
         (base > truth).then(|| (base - extended) / (base - truth))
     }
 
-    /// True if every estimate of a planted parameter is within 10 % or three standard errors of it; `None` if there is none, as where a
+    /// True if every estimate of a planted parameter is within 10 % or three standard errors of it; `None` without any, for example if a
     /// relative of the cause was named.
     #[must_use]
     pub fn is_close(&self) -> Option<bool> {
@@ -141,8 +141,8 @@ impl DiagnosisOutcome {
     }
 
     /// True if the data show the planted effect: the truth, fitted from its own values, gains more than the threshold on the training
-    /// data, of several causes each beside the others. False where that fit failed. A case of which a journal does not say
-    /// it, as those named right once, counts as shown.
+    /// data, of several causes each beside the others. False if that fit failed. A case without this entry in its journal,
+    /// for example one named right once, counts as shown.
     #[must_use]
     pub fn is_shown(&self) -> bool {
         let gains = |known: &Known| {
@@ -164,9 +164,9 @@ pub enum Judgement {
     InSet,
     /// One of two effects is named, and nothing that was not planted.
     Half,
-    /// Nothing is named, and something is missing; or the diagnosis ended in an error.
+    /// Nothing is named, although an effect is missing; or the diagnosis ended in an error.
     Silent,
-    /// Something else is named.
+    /// Another cause is named.
     Wrong,
     /// The case could not be made.
     Failed,
@@ -223,7 +223,7 @@ pub fn judge(outcome: &DiagnosisOutcome) -> Judgement {
     }
 }
 
-/// Makes the drives of a case and diagnoses them; what the race recommends, too.
+/// Makes the drives of a case and diagnoses them, with the recommendation of the race.
 #[must_use]
 pub fn diagnose_task(task: &DiagnosisTask) -> DiagnosisOutcome {
     diagnosed(task, true)

@@ -16,7 +16,7 @@ pub struct DiagnosisTask {
     pub base: String,
     /// The effects that are planted.
     pub causes: Vec<String>,
-    /// How much each changes the follower's speed \[m/s\], root mean square.
+    /// Change of the follower's speed by each \[m/s\], root mean square.
     pub rms_mps: f64,
     /// Gusts: their standard deviation \[m/s²\]; 0 without.
     pub gusts_mps2: f64,

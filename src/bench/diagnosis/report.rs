@@ -36,7 +36,7 @@ pub struct Bar {
     pub what: String,
     /// Cases that count.
     pub cases: usize,
-    /// How many of them are so.
+    /// Their number.
     pub count: usize,
     /// The share wanted: at least, or with `most` at most.
     pub target: f64,
@@ -67,7 +67,7 @@ fn interval(cases: usize, count: usize) -> [f64; 2] {
     [middle - half, middle + half].map(|x| (x / (1.0 + Z * Z / n)).clamp(0.0, 1.0))
 }
 
-/// One row of the power table: how many of the single effects are named right, by their size.
+/// One row of the power table: number of single effects named right, by their size.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Power {
     /// A base, all bases, or an effect.
@@ -76,7 +76,7 @@ pub struct Power {
     pub sizes: Vec<PowerAt>,
 }
 
-/// How many effects of one size are named right.
+/// Number of effects of one size named right.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct PowerAt {
     /// Change of the follower's speed \[m/s\], root mean square.
@@ -129,7 +129,7 @@ pub struct DiagnosisReport {
     pub tallies: BTreeMap<String, Tally>,
     /// Targets.
     pub bars: Vec<Bar>,
-    /// Named first, by planted cause: how often.
+    /// Rate of first names, by planted cause.
     pub names: BTreeMap<String, BTreeMap<String, usize>>,
     /// Power: single effects named right, by size, on each base and on all.
     pub powers: Vec<Power>,

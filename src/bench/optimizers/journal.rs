@@ -30,7 +30,7 @@ impl Journal {
             file.write_all(b"\n").map_err(error)?;
         }
         let read = text.lines().filter_map(|line| serde_json::from_str::<OptimizerOutcome>(line).ok());
-        // Another version, or another state of the search, finds something else.
+        // Another version, or another state of the search, gives other results.
         let outcomes =
             read.filter(|outcome| outcome.program == *PROGRAM).map(|outcome| (outcome.task.clone(), outcome)).collect();
         Ok(Journal { path: path.to_owned(), file, outcomes })

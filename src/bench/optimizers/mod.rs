@@ -1,5 +1,5 @@
-//! How well the optimisers find: targets on one follower with many seeds, the spread of replicates over all variants and followers
-//! of the three processed platoons, and how long one calibration takes from start to end.
+//! Quality of the optimisers: targets on one follower with many seeds, the spread of replicates over all variants and followers
+//! of the three processed platoons, and the time of one calibration from start to end.
 //!
 //! Every finished task is one line of a journal, so that a stopped run can continue. A task depends on nothing
 //! but its own settings; a line is taken again only if they are the same.
@@ -58,7 +58,7 @@ pub struct OptimizerOutcome {
     pub program: String,
     /// The task.
     pub task: OptimizerTask,
-    /// Scores of the best candidates by the f64 reference; none where it fails there.
+    /// Scores of the best candidates by the f64 reference; none if it fails there.
     pub scores: Vec<Option<f64>>,
     /// Evaluations spent.
     pub evaluations: Vec<u64>,
@@ -188,7 +188,7 @@ pub fn optimizer_tasks(optimizer: &str, quick: bool) -> Vec<OptimizerTask> {
 }
 
 /// Runs the tasks that the journal does not have, and keeps each there. `program` is the executable that `wall` tasks start. `progress`
-/// hears how many are done, before every task and, but for `wall`, while it runs, and may stop: the task under way is then not kept.
+/// receives the number of finished tasks, before every task and, but for `wall`, during it, and may stop: the task under way is then not kept.
 ///
 /// # Errors
 /// [`BenchError`].

@@ -48,7 +48,7 @@ impl OptimizerReport {
                 let done: Vec<&OptimizerOutcome> = outcomes.iter().filter(|o| of(&o.task)).collect();
                 let within = |o: &&&OptimizerOutcome| o.reached(target.score, target.evaluations);
                 let reached = done.iter().filter(within).count();
-                // A quick run has the first seeds only: they say something, but not whether the target is met.
+                // A quick run has the first seeds only: not enough to decide whether the target is met.
                 let Some(last) = tasks.iter().filter(|t| of(t)).map(|t| t.seed).max() else { continue };
                 let (first, whole, evaluations) = (seeds.start(), seeds.clone().count(), target.evaluations);
                 let goal = format!(
@@ -65,7 +65,7 @@ impl OptimizerReport {
             let tasks = [usize::from(done.is_some()), 1];
             findings.push(finding(goal, WALL_TARGET_S, true, done.map(|outcome| outcome.wall_s), tasks));
         }
-        // Fewer surfaces than the target is over say something, but not whether it is met.
+        // Fewer surfaces than the target covers do not decide whether it is met.
         let mut spread = |aim: &str, whole: usize, what: &str, goals: &[(&str, f64)]| {
             let Some(OptimizerTask { convention, .. }) = tasks.iter().find(|t| t.aim == aim) else { return };
             let planned = tasks.iter().filter(|t| t.aim == aim).count();

@@ -1,4 +1,4 @@
-//! `leadlag bench optimizers`: how well an optimiser finds.
+//! `leadlag bench optimizers`: quality of an optimiser.
 
 use super::super::lines::Lines;
 use super::super::{interrupt, output};

@@ -36,7 +36,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     for file in &args.files {
         match load(args, file, &model) {
             Ok(trajectories) => loaded.extend(trajectories),
-            // Of files that are calibrated one by one, one that cannot be used does not cost the others.
+            // If files are calibrated one by one, an unusable one does not stop the others.
             Err(error) if args.files.len() > 1 && !args.joint => unusable.push(error),
             Err(error) => return Err(error),
         }
@@ -100,7 +100,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The trajectories of one file: the one that is chosen, or each that is asked for, or with --joint every one of a table.
+/// The trajectories of one file: the chosen one, or each requested one, or with --joint every one of a table.
 fn load(args: &Args, file: &Path, model: &Variant) -> anyhow::Result<Vec<Loaded>> {
     let reading = args.data.reading();
     let (recording, follower) = reading.read(Input::File(file), args.follower.as_deref())?;

@@ -1,4 +1,4 @@
-//! The drive of the demo: five cars on a hilly road, something hidden in one of them, files as a test track would hand them over.
+//! The drive of the demo: five cars on a hilly road, an effect hidden in one of them, files as from a test track.
 
 use super::super::synth;
 use super::Args;
@@ -27,7 +27,7 @@ impl FromStr for Hidden {
 }
 
 impl Hidden {
-    /// The effect; one that begins at a certain time does so within the part of the drive that is trained on.
+    /// The effect; one that begins at a certain time does so within the training part of the drive.
     pub fn effect(&self, duration: f64) -> Option<Effect> {
         let times: &[(&str, f64)] = match self.effect.as_ref()?.kind() {
             EffectKind::HeadwayModeChange => &[("t0", 0.4)],

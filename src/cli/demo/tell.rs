@@ -25,7 +25,7 @@ pub fn step(title: &str) -> anyhow::Result<()> {
     output::print(&format!("\n== {title}\n"))
 }
 
-/// Prints what a command came to.
+/// Prints the result of a command.
 pub fn line(text: &str) -> anyhow::Result<()> {
     output::print(&wrapped(2, 4, text))
 }

@@ -1,4 +1,4 @@
-//! The command that calibrates what a diagnosis has extended: on the training data, read and treated in the same way.
+//! The command that calibrates the extended model of a diagnosis: on the training data, read and treated in the same way.
 
 use super::super::data::{DataArgs, ReconcileArg};
 use super::super::demo::quoted;
@@ -9,7 +9,7 @@ use crate::result::diagnosis::Outcome;
 use crate::wgsl::extension_named;
 use std::path::Path;
 
-/// The command, if something is named; `trained` has the window of every file whose end is held back.
+/// The command, if a cause is named; `trained` has the window of every file whose end is held back.
 pub fn command(args: &Args, outcome: &Outcome, trained: &[[f64; 2]]) -> Option<Again> {
     let (causes, trained): (Vec<&str>, _) = match &outcome.recommended {
         // The recommended model was judged on whole files.

@@ -40,7 +40,7 @@ struct Kind {
 
 /// The mark of each of the four kinds of folders.
 const FILES: [&str; 4] = [DIAGNOSIS, RESULT, FLEET, "tasks.jsonl"];
-/// Folders that are named where one of them has to be chosen.
+/// Names of folders in the message that asks for one of them.
 const NAMED: usize = 5;
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
@@ -89,7 +89,7 @@ fn made_by(folder: &Path) -> anyhow::Result<Option<MadeBy>> {
     Ok(Some(made))
 }
 
-/// The file that makes a folder what it is.
+/// The file that marks the kind of a folder.
 fn result_in(args: &Args) -> anyhow::Result<PathBuf> {
     let of = |folder: &Path| FILES.into_iter().map(|name| folder.join(name)).find(|path| path.exists());
     if let Some(found) = of(&args.result) {

@@ -22,7 +22,7 @@ pub struct Args {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Lay out a study in a folder; its tasks go to stdout, one per line, where that is no terminal
+    /// Lay out a study in a folder; its tasks go to stdout, one per line, unless that is a terminal
     #[command(after_help = "Example:
   leadlag study plan examples/plans/small.toml --out study")]
     Plan(plan::Args),

@@ -19,7 +19,7 @@ pub struct Args {
     /// Folder of the study [default: the name of the plan, in this folder]
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Folder of the data, instead of the one that the plan names
+    /// Folder of the data, instead of that of the plan
     #[arg(long, value_name = "DIR")]
     data: Option<PathBuf>,
     /// List the tasks although stdout is a terminal; into a file or another program they are listed anyway
@@ -92,7 +92,7 @@ fn taken_for_one(study: &Study) -> Option<String> {
     (!names.is_empty()).then_some(note)
 }
 
-/// Why nothing is validated, where something should be.
+/// Why nothing is validated, if the plan asks for validation.
 fn not_validated(study: &Study) -> Option<String> {
     if study.plan.validation == Validation::None || study.drives.len() < 2 || study.validation_runs() > 0 {
         return None;

@@ -17,7 +17,7 @@ use std::time::{Duration, Instant};
 
 /// Largest number of tasks listed for an ambiguous id.
 const LISTED: usize = 5;
-/// A run that was asked to stop ends within a second: what the calibrations under way take longer for is given up.
+/// A stopped run ends within a second: calibrations that take longer are given up.
 const PATIENCE: Duration = Duration::from_millis(700);
 
 #[derive(Debug, clap::Args)]
@@ -176,7 +176,7 @@ fn give_up_in_time(progress: Arc<Progress>, tasks: usize, again: String) {
     });
 }
 
-/// The bar on a terminal; elsewhere lines that say the same.
+/// The bar on a terminal; elsewhere lines with the same content.
 pub struct Bar {
     bar: ProgressBar,
     lines: Lines,

@@ -1,4 +1,4 @@
-//! `leadlag study submit`: what a scheduler needs to compute a study.
+//! `leadlag study submit`: files with which a scheduler computes a study.
 
 use super::super::Usage;
 use super::super::demo::quoted;
@@ -11,7 +11,7 @@ use anyhow::Context;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-/// Candidate-steps that a core simulates in a second, where nothing was measured: a slow core, with a variant that has delay and dynamics.
+/// Candidate-steps per core and second without a measurement: a slow core, with a variant that has delay and dynamics.
 const STEPS_PER_S: f64 = 20e6;
 /// The limit of a job is this multiple of the expected time, plus some minutes to start: cores and tasks differ.
 const SLACK: f64 = 3.0;
@@ -121,7 +121,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     output::print(&format!("array=$(sbatch --parsable {array})\nsbatch --dependency=afterany:${{array%;*}} {merge}\n"))
 }
 
-/// CPU seconds that a task takes, and where that is known from.
+/// CPU seconds of a task, and the source of this number.
 fn per_task(args: &Args, folder: &Folder, study: &StudyFile) -> anyhow::Result<(f64, String)> {
     let past = past_runs(folder);
     if let Some(seconds) = args.task_seconds {
@@ -147,7 +147,7 @@ impl Job<'_> {
     /// The lines that both scripts begin with.
     fn head(&self, name: &str, log: &str, lines: &[String]) -> String {
         let mut text = format!("#!/bin/sh\n# Written by leadlag study submit. {}.\n", self.why);
-        // SLURM replaces what follows a percent sign.
+        // SLURM interprets characters after a percent sign.
         let out = self.out.display().to_string().replace('%', "%%");
         let own = [
             format!("--job-name={name}"),

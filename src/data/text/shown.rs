@@ -1,4 +1,4 @@
-//! Text of others as people may read it: what moves a cursor, hides or turns letters around is shown as an escape.
+//! Foreign text for people: characters that move a cursor, hide or reorder text become escapes.
 
 use std::borrow::Cow;
 

@@ -2,7 +2,7 @@
 
 use strum::VariantNames;
 
-/// The word of `known` nearest to one that is not known, if it is near enough to be a typing error: a third of the letters, one to
+/// The word of `known` nearest to an unknown one, if it is near enough to be a typing error: a third of the letters, one to
 /// three of them.
 #[must_use]
 pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
@@ -21,10 +21,10 @@ pub fn nearest_within<'a>(
     let wanted = plain(word);
     let near = |known: &'a str| {
         let (other, limit) = (plain(known), limit(known));
-        // The distance takes quadratic time, and is no less than the difference of the lengths.
+        // The distance takes quadratic time, and is at least the difference of the lengths.
         let lengths = wanted.chars().count().abs_diff(other.chars().count());
         let distance = (lengths <= limit).then(|| strsim::osa_distance(&wanted, &other))?;
-        // A word of which nothing is left is no typing error.
+        // A word of which no letter remains is not a typing error.
         (distance <= limit && distance < other.chars().count()).then_some((distance, known))
     };
     known.into_iter().filter_map(near).min_by_key(|(distance, _)| *distance).map(|(_, known)| known)
@@ -55,7 +55,7 @@ pub fn any_of(words: &[&str]) -> String {
     }
 }
 
-/// A word that is none of those of an enum.
+/// A word outside an enum.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{what} `{found}`: expected {}{}", any_of(.known), did_you_mean(.found, .known.iter().copied()))]
 pub struct UnknownWord {

@@ -41,7 +41,7 @@ fn second_rms(t: &[f64], gap: &[f64], dv: &[f64]) -> Option<f64> {
     }))
 }
 
-/// Time over which a gap is compared with the speeds \[s\], less what rounding takes of it.
+/// Time over which a gap is compared with the speeds \[s\], reduced by rounding.
 const SECOND: f64 = 1.0 - 1e-6;
 
 /// Warns that a gap and the speeds describe different cars, if they differ by more than a unit, which has its own note.

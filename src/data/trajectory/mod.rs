@@ -196,13 +196,13 @@ impl Car {
     }
 }
 
-/// One leader–follower pair without gaps, on a uniform time step: what an evaluator simulates.
+/// One leader–follower pair without gaps, on a uniform time step: input of an evaluator.
 ///
 /// All vectors have the same length; `s[i] == x_l[i] - x_f[i] - len_l` up to rounding, and `x_f`
 /// follows from `v_f` by the ballistic scheme of the paper's Eq. 1.
 #[derive(Debug, Clone)]
 pub struct Trajectory {
-    /// `FILE-STEM follower N`, with the trajectory id and segment where there are several.
+    /// `FILE-STEM follower N`, with the trajectory id and segment if there are several.
     pub label: String,
     /// The file.
     pub source: Source,

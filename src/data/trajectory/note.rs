@@ -9,7 +9,7 @@ use std::fmt;
 #[non_exhaustive]
 #[allow(missing_docs, reason = "units are in the names, and the displayed line of each note explains its fields")]
 pub enum Note {
-    /// The file marks who drives: at this time the mode begins (or the file starts with it).
+    /// The file marks the driver: at this time the mode begins (or the file starts with it).
     DriverMode { car: usize, t_s: f64, mode: String },
     /// Columns that no layout knows were not read.
     IgnoredColumns { columns: Vec<String> },
@@ -51,7 +51,7 @@ pub enum Note {
     StartAssumed { position_m: f64 },
     /// Spacing and speeds were made consistent; the residual is the measured gap minus the integrated speed difference.
     Reconciled { anchor: String, rms_m: f64, largest_m: f64, drift_m_per_km: f64 },
-    /// The gap changes by a factor more than the speeds say: the unit of one of them is not that of its column's name.
+    /// The gap changes by a factor more than by the speeds: the unit of one of them is not that of its column's name.
     UnitsContradict { ratio: f64, hint: Option<String> },
     /// The rate of the gap and the difference of the speeds disagree too much for signals of the same cars.
     GapContradicts { signal: String, rms_mps: f64 },

@@ -149,7 +149,7 @@ impl Listed {
 }
 
 impl Entry {
-    /// Checks the numbers; `place` says in which file and line a quantity stands.
+    /// Checks the numbers; `place` gives file and line of a quantity.
     fn into_listed(
         self,
         slug: String,

@@ -1,7 +1,7 @@
 //! The ceiling on a CPU: IDM without extensions, written by hand as one fused loop over blocks of candidates.
 //!
-//! It interprets nothing, checks nothing but the spacing, and serves no other variant: what an evaluator that runs any
-//! text can hope to come near to. Plain arrays and loops, which the compiler turns into vector instructions; the
+//! It interprets nothing, checks nothing but the spacing, and serves no other variant: the limit for an evaluator that runs any
+//! text. Plain arrays and loops, which the compiler turns into vector instructions; the
 //! function is compiled for several instruction sets, and the processor chooses at run time.
 
 mod real;
@@ -12,7 +12,7 @@ use crate::symbols::Parameters;
 use rayon::prelude::*;
 use real::Real;
 
-/// Candidates that advance together: enough independent work to hide how long one operation takes.
+/// Candidates that advance together: enough independent work to hide the latency of an operation.
 const LANES: usize = 64;
 
 type Lanes<T> = [T; LANES];

@@ -24,7 +24,7 @@ use std::ops::ControlFlow;
 use std::time::Duration;
 use tasks::{Failed, Task, run};
 
-/// Fewer simulations than this are no search.
+/// Fewer simulations than this are not a search.
 pub const EVALUATIONS_MIN: u64 = 100;
 /// More replicates than this are a mistake of typing; all of them advance together.
 pub const REPLICATES_MAX: u64 = 100_000;
@@ -33,7 +33,7 @@ pub const REPLICATES_MAX: u64 = 100_000;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, strum::EnumString, strum::IntoStaticStr, strum::VariantNames)]
 #[strum(const_into_str, serialize_all = "snake_case", parse_err_ty = UnknownWord, parse_err_fn = unknown)]
 pub enum OptimizerKind {
-    /// Gauss and Newton's steps in f64 from many starts, until searches agree; where derivatives say too little, L-SHADE and CMA-ES.
+    /// Gauss and Newton's steps in f64 from many starts, until searches agree; without useful derivatives, L-SHADE and CMA-ES.
     #[default]
     Auto,
     /// The paper's genetic algorithm.
@@ -244,7 +244,7 @@ pub struct Progress {
 /// Calibrates: one entry per replicate, in order. `progress` is called for each replicate after each of its generations; once it
 /// breaks, all of them end. The replicates advance together, so that an evaluator gets their generations in one go; each draws from
 /// its own stream, so that the result does not depend on it. A replicate without a feasible candidate has an infinite score, and
-/// [`StopReason::Infeasible`]; one that was interrupted before it had any has no entry.
+/// [`StopReason::Infeasible`]; one that was interrupted before its first candidate has no entry.
 ///
 /// # Errors
 /// When the evaluator fails, or no replicate finds a feasible candidate.

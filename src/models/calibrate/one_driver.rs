@@ -1,4 +1,4 @@
-//! Whether drives are of one driver: who knows half of a drive knows the other half, and of another driver's drive he knows less.
+//! Whether drives have one driver: half of a drive predicts its other half, and another driver's drive less well.
 
 use super::{CalibrateError, Calibration, SearchSpace, Stop, calibrate_each};
 use crate::evaluator::{Case, EvaluateError, Evaluator, Job, Population};
@@ -63,7 +63,7 @@ pub fn apart(cases: &[Case], space: &SearchSpace, seed: u64) -> Result<Option<Ap
     found.iter().flatten().for_each(|candidate| population.push(candidate));
     let jobs: Vec<Job> = (0..found.len()).map(|case| Job { case, population: &population }).collect();
     let outcomes = lanes.outcomes(&jobs)?;
-    // Mean square error of each candidate on each half; one that does not come through has none.
+    // Mean square error of each candidate on each half; none for one that ends early.
     let places: Vec<usize> = (0..found.len()).filter(|&k| found[k].is_some()).collect();
     let square = |case: usize, by: usize| {
         let column = places.iter().position(|&k| k == by)?;

@@ -145,7 +145,7 @@ impl<'a> Search<'a> {
     }
 
     /// True if the best candidate, or its rival, has reached the target not only by the score that the optimiser received, but also by
-    /// that of the reference, which is the one that is reported. Each is asked about once.
+    /// the reported one of the reference. Each is checked once.
     fn is_on_target(&mut self, evaluator: &dyn Evaluator) -> Result<bool, EvaluateError> {
         let Some(target) = self.stop.target else { return Ok(false) };
         for (k, member) in [self.optimizer.best(), self.optimizer.rival()].into_iter().enumerate() {
@@ -274,13 +274,13 @@ fn optimizer(space: &SearchSpace, settings: &Calibration, number: u64) -> Box<dy
     }
 }
 
-/// Share of the best score at which `lshade` and the descents of `cmaes` end. It lies below what f32 scores lose by rounding, some 1e-6
+/// Share of the best score at which `lshade` and the descents of `cmaes` end. It lies below the rounding of f32 scores, some 1e-6
 /// in a run of ten thousand steps: they end once their candidates are nearly one, not where rounding begins to hide the remainder.
 const RESOLUTION: f64 = 1e-7;
 
 /// Tolerances are shares of this where the best score is smaller. NRMSE(s,v,a) of measured data is ten times as large and more, the
-/// smallest measures of speeds alone (u-v) are about as large; on a drive that the variant itself made scores come down to nearly 0, a share
-/// of which nothing reaches. Rounds then agree within 1e-6, which is what f32 leaves of such a score.
+/// smallest measures of speeds alone (u-v) are about as large; on a drive that the variant itself made scores approach 0, a share
+/// of which is never reached. Rounds then agree within 1e-6, the resolution of such a score in f32.
 pub(super) const FLOOR: f64 = 0.01;
 
 /// Share of the best score by which a candidate may be worse and still counts as near.

@@ -45,7 +45,7 @@ pub enum BoundsError {
         /// Why.
         reason: String,
     },
-    /// The bounds file is no TOML.
+    /// The bounds file is not TOML.
     #[error("{path}: expected bounds as TOML, such as v_0 = [25, 40]: {reason}")]
     Text {
         /// The file.
@@ -163,7 +163,7 @@ impl SearchSpace {
         }
     }
 
-    /// The share of the searched range of parameter `i` that an interval holds; of the logarithm where that is searched, as all optimisers but
+    /// The share of the searched range of parameter `i` that an interval covers; of the logarithm where that is searched, as all optimisers but
     /// `ga` do.
     #[must_use]
     pub fn share_of_range(&self, i: usize, interval: [f64; 2]) -> f64 {
@@ -244,7 +244,7 @@ pub fn checked(symbol: Symbol, [lower, upper]: [f64; 2]) -> Result<[f64; 2], Bou
 /// of a variant, too.
 ///
 /// # Errors
-/// When the file cannot be read, is no TOML, or an entry is neither a pair of numbers nor a number.
+/// For a file that cannot be read, is not TOML, or has an entry that is neither a pair of numbers nor a number.
 pub fn read_bounds(path: &Path, variant: &Variant) -> Result<Overrides, BoundsError> {
     let shown = path.display().to_string();
     let text = crate::text::bounded::read_to_string(path, crate::text::bounded::TEXT_MAX)

@@ -25,7 +25,7 @@ pub(super) struct Failed {
     pub furthest: Option<Box<Replicate>>,
 }
 
-/// Runs tasks side by side: by derivatives where they say enough, and by scores alone where they do not. One entry per task, in order;
+/// Runs tasks side by side: by derivatives where they are useful, and otherwise by scores alone. One entry per task, in order;
 /// none depends on its neighbours.
 pub(super) fn run(
     evaluator: &mut dyn Evaluator,

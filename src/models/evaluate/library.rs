@@ -55,7 +55,7 @@ pub enum OpenError {
 /// A platoon that is not there or cannot be used.
 #[derive(Debug, Clone, thiserror::Error)]
 pub enum LibraryError {
-    /// There is no such file.
+    /// The file is missing.
     #[error("platoon {platoon}: no file {platoon}.csv in {}", searched.join(" or "))]
     NotFound {
         /// The file stem.
@@ -99,7 +99,7 @@ pub struct Library {
     faults: Vec<String>,
     cases: HashMap<(String, usize), Result<Case, LibraryError>>,
     sources: Vec<Source>,
-    /// Vehicles of which something was needed: by short name, and whether the MFC curve was.
+    /// Vehicles in use: by short name, and whether the MFC curve was needed.
     used: HashSet<(String, bool)>,
 }
 
@@ -110,7 +110,7 @@ impl Library {
     /// Opens a folder, whose files are to be prepared alike. Vehicles come from `vehicles/vehicles.csv` in or beside it, else from the built-in table.
     ///
     /// # Errors
-    /// When there is no such folder, or a vehicle table is there but cannot be read.
+    /// For a missing folder, or a vehicle table that cannot be read.
     pub fn open(folder: &Path, layout: DataLayout, preparation: Preparation) -> Result<Library, OpenError> {
         if !folder.is_dir() {
             let shown = folder.display().to_string();
@@ -124,7 +124,7 @@ impl Library {
         Ok(Library { folder, layout, preparation, vehicles, notes, faults, cases, sources, used })
     }
 
-    /// The files used so far, with checksums: data, and of a vehicle what the variants needed.
+    /// The files used so far, with checksums: data, and of a vehicle the parts that the variants needed.
     #[must_use]
     pub fn sources(&self) -> &[Source] {
         &self.sources

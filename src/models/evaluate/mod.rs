@@ -31,7 +31,7 @@ pub struct Settings {
     pub rescore: bool,
 }
 
-/// How many rows had which fate.
+/// Numbers of rows by outcome.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Summary {
     /// Rows read.
@@ -119,7 +119,7 @@ pub type Build<'a> = dyn FnMut(Vec<Case>) -> Result<Box<dyn Evaluator>, Evaluate
 /// `path` names the input in messages. `build` makes the evaluators, one per variant. `progress` receives the number of finished rows and may stop the work by returning false.
 ///
 /// # Errors
-/// When the input has not the needed columns, or reading or writing fails. A bad row is no error: it is marked.
+/// If the input lacks required columns, or reading or writing fails. A bad row is marked and no error.
 pub fn evaluate_table(
     input: impl Read,
     path: &str,

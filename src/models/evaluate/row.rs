@@ -22,7 +22,7 @@ pub(super) struct Columns {
     platoon: usize,
     follower: usize,
     parameters: Vec<(Symbol, usize)>,
-    /// Columns that are none of these: parameters of laws, the user's own, or misspelt.
+    /// Other columns: parameters of laws, the user's own, or misspelt.
     others: Vec<(String, usize)>,
 }
 

@@ -56,7 +56,7 @@ pub struct Case {
 /// A trajectory that a variant cannot be run on.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum CaseError {
-    /// The variant needs something that is not known.
+    /// The variant needs missing data.
     #[error("{label}: variant {variant} needs {what}; {remedy}")]
     Missing {
         /// The trajectory.

@@ -105,11 +105,11 @@ pub struct Pace {
     pub delay_steps: f64,
     /// The older of the two samples it perceives lies this far back.
     pub back: usize,
-    /// How far the perceived value lies from the older towards the younger sample, 0..1.
+    /// Place of the perceived value between the older and the younger sample, 0..1.
     pub fraction: f64,
     /// First simulated and scored sample.
     pub first: usize,
-    /// Where an extension looks up the speed of the preceding vehicle: this many samples before the current one, and how far from
+    /// Where an extension looks up the speed of the preceding vehicle: this many samples before the current one, and the fraction from
     /// there towards the next; first at the whole time that it looks back, then at half of it.
     pub look_back: [(i32, f64); 2],
 }

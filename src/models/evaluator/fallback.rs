@@ -47,7 +47,7 @@ impl Fallback {
 
     /// Puts the second evaluator in place and gives it all that was under way.
     fn recover(&mut self, error: EvaluateError) -> Result<(), EvaluateError> {
-        // Wrong use fails on every evaluator; a device that is gone may take its adapter with it.
+        // Wrong use fails on every evaluator; a lost device may take its adapter with it.
         use EvaluateError::{Adapter, Device, Memory};
         if !matches!(error, Device { .. } | Adapter { .. } | Memory { .. }) {
             return Err(error);

@@ -3,7 +3,7 @@
 use super::{BufferSet, Case, EvaluateError, Evaluator, Job, Outcome, Population, Score, Timings};
 use crate::score::GoodnessOfFit;
 
-/// Gives an evaluator whatever fits at once, and the rest afterwards. No score depends on who is simulated with whom.
+/// Gives an evaluator whatever fits at once, and the rest afterwards. No score depends on the candidates simulated together.
 pub struct Halves {
     inner: Box<dyn Evaluator>,
     /// Candidates that are given to it at once.
@@ -23,7 +23,7 @@ struct Set {
 }
 
 impl Halves {
-    /// Gives `inner` everything at once until it says that its memory is too small.
+    /// Gives `inner` everything at once until its memory is too small.
     #[must_use]
     pub fn new(inner: Box<dyn Evaluator>) -> Halves {
         Halves { inner, most: usize::MAX, sets: Default::default() }
@@ -38,7 +38,7 @@ impl Halves {
         Ok(())
     }
 
-    /// Does something with one piece of the jobs after the other.
+    /// Processes one piece of the jobs after the other.
     fn in_pieces(&mut self, jobs: &[Job<'_>], each: &mut Each<'_>) -> Result<(), EvaluateError> {
         let candidates = Job::candidates(jobs);
         let mut from = 0;

@@ -230,7 +230,7 @@ pub enum EvaluateError {
     /// The case cannot be laid out for this evaluator.
     #[error(transparent)]
     Course(#[from] CourseError),
-    /// There is no adapter, or not the one that is wanted.
+    /// There is no adapter, or not the requested one.
     #[error("{}", no_adapter(wanted.as_deref(), present))]
     Adapter {
         /// Index, PCI address or name that was asked for, if any.

@@ -1,4 +1,4 @@
-//! Runs that are corrected towards the measurement: what a diagnosis needs.
+//! Runs that are corrected towards the measurement, for diagnoses.
 
 use super::{Failure, Raw};
 use nalgebra::{DMatrix, DVector};
@@ -34,7 +34,7 @@ pub struct Windows {
 }
 
 impl Windows {
-    /// True where the run is kept on the measurement.
+    /// True if the run is kept on the measurement.
     #[must_use]
     pub fn holds(&self, t: usize) -> bool {
         t < self.from || (t - self.from) % (self.run_up + self.free) < self.run_up

@@ -28,7 +28,7 @@ pub struct Cell {
     pub above: Line,
 }
 
-/// Curves over one variable: cell k covers `origin` + k/`per_width` on; what lies outside belongs to the first or last cell.
+/// Curves over one variable: cell k covers `origin` + k/`per_width` on; values outside belong to the first or last cell.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
     /// Where the first cell begins.

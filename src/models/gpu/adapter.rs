@@ -12,7 +12,7 @@ pub fn is_switched_off() -> bool {
 /// An adapter that is present.
 #[derive(Debug, Clone)]
 pub struct Adapter {
-    /// Position in the list of all; what `--gpu` takes.
+    /// Position in the list of all, for `--gpu`.
     pub index: usize,
     pub(super) inner: wgpu::Adapter,
     /// Description by the driver.
@@ -20,7 +20,7 @@ pub struct Adapter {
 }
 
 /// Address space \[bytes\] in which drivers can be loaded. Software Vulkan compiles with LLVM, has a thread and a heap per core, and ends the
-/// program with a signal where it gets too little: on two cores with 0.4 GB, but not with 0.5 GB (Mesa 22.3).
+/// program with a signal without enough of it: on two cores with 0.4 GB, but not with 0.5 GB (Mesa 22.3).
 fn needed_address_space() -> u64 {
     const MOST_CORES: u64 = 16;
     let cores = std::thread::available_parallelism().map_or(1, |cores| (cores.get() as u64).min(MOST_CORES));
@@ -57,7 +57,7 @@ impl Adapter {
         found.into_iter().enumerate().map(adapter).collect()
     }
 
-    /// The one that is wanted.
+    /// The requested one.
     ///
     /// # Errors
     /// [`EvaluateError::Adapter`] with the adapters present; [`EvaluateError::AddressSpace`] where no driver can be loaded.

@@ -34,7 +34,7 @@ struct Submitted {
     candidate_steps: f64,
 }
 
-/// How far a buffer set has come.
+/// Progress of a buffer set.
 #[derive(Debug, Default)]
 struct Flight {
     part: usize,

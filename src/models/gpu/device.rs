@@ -251,7 +251,7 @@ impl Device {
         self.raw.create_bind_group(&descriptor)
     }
 
-    /// How many buffers and bind groups were made.
+    /// Number of buffers and bind groups that were made.
     pub(super) fn made(&self) -> u64 {
         self.made.load(Ordering::Relaxed)
     }

@@ -1,8 +1,8 @@
 //! The WGSL text itself on a GPU, by wgpu: one invocation simulates one candidate.
 //!
 //! `adapter` chooses one, `device` opens it; `kernel` composes the text; `tables` uploads the cases; `plan` lays jobs out;
-//! `context` builds pipelines and runs chunks of time on the buffers of `slot`; `results` says what came
-//! back; [`Gpu`] makes an evaluator of it.
+//! `context` builds pipelines and runs chunks of time on the buffers of `slot`; `results` interprets the results;
+//! [`Gpu`] makes an evaluator of it.
 
 mod adapter;
 mod context;
@@ -197,8 +197,8 @@ impl Gpu {
         devices.is_some_and(|(own, other)| own.device.raw == other.device.raw)
     }
 
-    /// Destroys the device, as a crashing driver would; tests. They lower some limit, so that it is no device that others share, unless
-    /// that is what they are about.
+    /// Destroys the device, as a crashing driver would; tests. They lower some limit, so that other evaluators do not share the device, unless
+    /// they test that.
     #[doc(hidden)]
     pub fn destroy_device(&mut self) {
         if let Some(context) = &self.context {
@@ -249,7 +249,7 @@ impl Gpu {
         }
     }
 
-    /// Opens a device; the outer error is that there is no adapter.
+    /// Opens a device; the outer error means that there is no adapter.
     fn open(&mut self) -> Result<Result<(), Fault>, EvaluateError> {
         self.give_up();
         let adapter = Adapter::choose(&self.choice)?;
@@ -271,11 +271,11 @@ impl Gpu {
         EvaluateError::Device { doing: fault.doing, adapter: self.adapter.clone(), message: fault.message }
     }
 
-    /// Does something on the device; after a failure once more on a new one, on which all that was in flight is repeated.
+    /// Runs an operation on the device; after a failure once more on a new one, on which all work in flight is repeated.
     fn twice(&mut self, mut run: impl FnMut(&mut Gpu) -> Result<(), Fault>) -> Result<(), EvaluateError> {
         let Err(fault) = run(self) else { return Ok(()) };
         if fault.is_memory {
-            // The same once more would not fit either; what it took is free again with the device.
+            // The same would not fit a second time either; its memory is freed with the device.
             self.give_up();
             return Err(self.failed(fault));
         }
@@ -295,7 +295,7 @@ impl Gpu {
         })
     }
 
-    /// Drops the device; what it took is remembered.
+    /// Drops the device and keeps its times.
     fn give_up(&mut self) {
         self.spent = self.timings();
         self.context = None;

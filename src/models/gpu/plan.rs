@@ -160,7 +160,7 @@ enum Word {
     Fraction,
     First,
     Job,
-    /// How far the whole and the half way look back.
+    /// Reach of the whole and the half look-back.
     LookBack(usize),
     LookBackFraction(usize),
     Observer(usize),
@@ -220,7 +220,7 @@ fn observer_word(observer: &Observer, k: usize) -> u32 {
     (*value as f32).to_bits()
 }
 
-/// When candidates perceive: one for all where nothing depends on their parameters.
+/// When candidates perceive: one for all if it does not depend on their parameters.
 fn paces(
     case: &Case,
     course: &Course,

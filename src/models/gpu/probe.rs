@@ -92,8 +92,8 @@ fn no_number(value: f32) -> u32 { return select(0u, 1u, (bitcast<u32>(value) & 0
 const TRAPS: &[Trap] = &[
     Trap {
         name: "nan_by_bits",
-        // A compiler that takes all results for numbers may drop the test of one that is computed, though not of one that is read.
-        // Not of one value twice: that its difference is 0 some drivers take for granted, which is another matter.
+        // A compiler that assumes finite results may drop the test of a computed value, though not of one that is read.
+        // Not of the difference of a value to itself, which some drivers assume to be 0.
         body: "y[0] = no_number(x[0]); y[1] = no_number(x[2] - x[3]); y[2] = no_number(x[4] / x[5]);
                y[3] = no_number(sqrt(x[6])); y[4] = no_number(x[2] * x[4] + x[1]); y[5] = no_number(x[7] * x[8]);
                y[6] = no_number(x[1]); y[7] = no_number(x[1] - x[7]);",

@@ -1,4 +1,4 @@
-//! How many samples one submission simulates: learnt from the time that the ones before took.
+//! Number of samples of one submission, from the times of earlier ones.
 
 /// Time that a submission should take \[s\]: short enough for a driver's watchdog (2 s on Windows) and for an interrupt.
 const TARGET: f64 = 0.08;

@@ -3,7 +3,7 @@
 use super::context::Work;
 use crate::evaluator::{Failure, FailureKind, Raw, Score, status};
 
-/// Bits of a result word beside [`status`]: the candidate touched a bound where that rejects it.
+/// Bits of a result word beside [`status`]: the candidate touched a bound and the convention rejects it.
 const REJECTED: u32 = status::FAILED | 3 << 28;
 
 /// Results of some work: the contents of `results`, and of `blocks`, of one part after the other.

@@ -131,7 +131,7 @@ impl Slot {
         pass.dispatch_workgroups(groups[0], groups[1], 1);
     }
 
-    /// Copies what a chunk reads of `samples`: first entry and number.
+    /// Copies the part of `samples` that a chunk reads: first entry and number.
     pub(super) fn copy_window(&self, encoder: &mut wgpu::CommandEncoder, tables: &Tables, [begin, length]: [u32; 2]) {
         let bytes = |entries: u32| 16 * u64::from(entries);
         encoder.copy_buffer_to_buffer(tables.samples(), bytes(begin), &self.window, 0, bytes(length));

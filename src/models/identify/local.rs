@@ -1,4 +1,4 @@
-//! The score near its minimum: a quadratic form, and how far the noise of the drive pulls the minimum.
+//! The score near its minimum: a quadratic form, and the displacement of the minimum by the noise of the drive.
 //!
 //! The score is Σ_k w_k √m_k over signals (and the mean over cases), where m_k is the mean of squared residuals e². Its second
 //! derivatives are taken without those of e (Gauss and Newton), which keeps the form from falling anywhere.
@@ -43,7 +43,7 @@ struct SignalResiduals {
     slopes: Vec<Vec<f64>>,
 }
 
-/// Time between the disturbances whose effect is followed \[s\]: short against what a driver takes to answer.
+/// Time between the disturbances whose effect is followed \[s\]: short against the response time of a driver.
 const BETWEEN_S: f64 = 1.0;
 
 /// The score of one case near the minimum.
@@ -79,7 +79,7 @@ pub(super) struct Local {
     tried: Vec<u64>,
 }
 
-/// How far a parameter may be off.
+/// Standard error of a parameter.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Spread {
     /// Half of the interval that the quadratic form gives, a share of the range.
@@ -260,7 +260,7 @@ impl Local {
         moved
     }
 
-    /// By how much the score on another drive of the same driver exceeds, on average, that of the drive which the parameters were fitted to: the
+    /// Mean excess of the score on another drive of the same driver over that of the drive of the fit: the
     /// trace of the inverse curvature times the covariance of the gradient (K. Takeuchi, 1976; for independent residuals H. Akaike's 1974).
     /// `inside`: the searched parameters that lie on no bound; the others cannot follow the noise. `None` where the form is singular.
     pub(super) fn optimism(&self, inside: &[bool]) -> Option<Optimism> {
@@ -270,7 +270,7 @@ impl Local {
         (trace.is_finite() && trace >= 0.0).then_some(Optimism { score: trace, noise: self.power })
     }
 
-    /// How far parameter `k` may be off: by the covariance of the gradient and the curvature of the score (the sandwich of P. J. Huber,
+    /// Standard error of parameter `k`: by the covariance of the gradient and the curvature of the score (the sandwich of P. J. Huber,
     /// 1967, for estimators such as this one).
     pub(super) fn spread(&self, k: usize) -> Spread {
         let pull = inverse(&self.curvature, k);

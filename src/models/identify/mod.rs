@@ -1,10 +1,10 @@
 //! Results of a calibration beside the optimum: how well each parameter is known, and which ones compensate for each other.
 //!
 //! The residuals of a free simulation are far from independent: at ten samples a second, one nearly repeats the one before.
-//! So nothing here counts samples as if each were new.
+//! So nothing here counts samples as independent.
 //!
-//! 1. `local`: the score near its minimum as a quadratic form, by differences of the f64 reference, and how far the noise of the drive
-//!    (`noise`) moves the minimum.
+//! 1. `local`: the score near its minimum as a quadratic form, by differences of the f64 reference, and the displacement of
+//!    the minimum by the noise of the drive (`noise`).
 //! 2. `near`: correlations between parameters among the candidates that are nearly as good as the best.
 //!
 //! The intervals hold if the variant is right and the drive typical; they do not show that it is right.
@@ -50,7 +50,7 @@ pub struct Knowledge {
 /// Part of the autocorrelated noise of a drive that the parameters have followed.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Optimism {
-    /// By how much the score is expected to be higher on another drive of the same driver, in units of the score; in proportion to the noise.
+    /// Expected increase of the score on another drive of the same driver, in units of the score; in proportion to the noise.
     pub score: f64,
     /// The noise that was found with the model: mean square of the speed that an unknown acceleration adds in some seconds \[m²/s²\]. Errors
     /// of the model count as noise, too.
@@ -62,7 +62,7 @@ pub struct Optimism {
 pub struct Identifiability {
     /// One entry per searched parameter; empty if it could not be found out, see `note`.
     pub parameters: Vec<Knowledge>,
-    /// By how much the score is expected to be higher on another drive of the same driver; `None` if it could not be found out.
+    /// Expected increase of the score on another drive of the same driver; `None` if it could not be computed.
     pub optimism: Option<Optimism>,
     /// Why there are no intervals.
     pub note: Option<&'static str>,
@@ -87,7 +87,7 @@ impl<'a> Exactly<'a> {
     }
 }
 
-/// Finds out how well the parameters of a calibrated candidate are known.
+/// Computes the uncertainty of the parameters of a calibrated candidate.
 ///
 /// # Errors
 /// When the evaluator in f64 fails.

@@ -3,7 +3,7 @@
 use crate::calibrate::Replicate;
 
 /// Pearson's correlation of the parameters among candidates that are nearly as good as the best: row by row over `free`, the positions
-/// of the parameters that were searched. `rise`: how much worse, in units of the score. The candidates are those that the searches
+/// of the searched parameters. `rise`: largest excess of their scores, in units of the score. The candidates are those that the searches
 /// met on their way. `None` if they are fewer than ten per parameter; the number of candidates comes with it.
 #[must_use]
 pub fn correlation(replicates: &[Replicate], free: &[usize], best: f64, rise: f64) -> Option<(Vec<Vec<f64>>, usize)> {

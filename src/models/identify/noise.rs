@@ -1,6 +1,6 @@
 //! Noise of a measured drive, and its effect on a simulation of the drive.
 //!
-//! Residuals of a free simulation are no measure of the noise: the fit has taken out what the parameters can follow, and of a short drive
+//! Residuals of a free simulation do not measure the noise: the fit has removed the part that the parameters can follow, and of a short drive
 //! that is most of it. One-step errors from the measured state show the noise at all samples. It has two parts: errors of the
 //! measurement, independent between samples, and a lasting acceleration that the model does not know (Ornstein-Uhlenbeck). Their sizes are
 //! those of the highest restricted likelihood (H. D. Patterson and R. Thompson, Biometrika 58, 1971), which allows for the fitted parameters.
@@ -30,7 +30,7 @@ const ANSWERED_S: f64 = 4.0;
 /// Noise of a drive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Noise {
-    /// Standard deviation of the unknown acceleration \[m/s²\], and how long it lasts \[s\].
+    /// Standard deviation of the unknown acceleration \[m/s²\], and its duration \[s\].
     pub acceleration: f64,
     pub lasts: f64,
     /// Standard deviations of the measured spacing \[m\] and speed \[m/s\].

@@ -238,7 +238,7 @@ impl Lanes {
         })
     }
 
-    /// The residuals of free simulations, as [`Lanes::residuals`]. They are put back on the measurement as `windows` says, and where a run
+    /// The residuals of free simulations, as [`Lanes::residuals`]. They are put back on the measurement by `windows`, and where a run
     /// fails: its residuals of that sample are NaN. The memory of a model continues.
     ///
     /// # Errors
@@ -257,7 +257,7 @@ impl Lanes {
         })
     }
 
-    /// Scores of pulled runs, and the sums of squares of how far they fell short \[m²\].
+    /// Scores of pulled runs, and the sums of squares of their shortfalls \[m²\].
     ///
     /// # Errors
     /// [`EvaluateError::Delay`], [`EvaluateError::Model`].
@@ -370,7 +370,7 @@ impl Lanes {
             .map(|mut traces| traces.remove(0))
     }
 
-    /// The same from each of some samples, where a kick adds something to spacing, speed and acceleration at the sample before. Samples that
+    /// The same from each of some samples, where a kick adds to spacing, speed and acceleration at the sample before. Samples that
     /// are near each other share a block of [`Lanes::TRACES`].
     ///
     /// # Errors

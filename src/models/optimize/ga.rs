@@ -34,7 +34,7 @@ impl Default for GaSettings {
 
 /// The genetic algorithm.
 ///
-/// It differs from the package in one point: infeasible members have no penalty value. They are sorted by how long they survived, and
+/// It differs from the package in one point: infeasible members have no penalty value. They are sorted by the time that they survived, and
 /// have no weight in the roulette wheel, whose worst member is the worst feasible one. A penalty would be worse than that one, and give
 /// the feasible ones nearly the same weight.
 #[derive(Debug, Clone)]

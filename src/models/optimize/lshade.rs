@@ -59,7 +59,7 @@ struct Trial {
 }
 
 /// L-SHADE as an optimiser. Where the paper compares values, members are compared by rule: feasible ones by value, infeasible
-/// ones by how long they survived.
+/// ones by the time that they survived.
 #[derive(Debug, Clone)]
 pub struct Lshade {
     settings: LshadeSettings,

@@ -14,7 +14,7 @@ pub use stream::{Origin, normal, stream};
 
 use std::cmp::Ordering;
 
-/// How good a candidate is. Feasible ones come first, by value; infeasible ones by how long they survived.
+/// Quality of a candidate. Feasible ones come first, by value; infeasible ones by the time that they survived.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Merit {
     /// Value of the objective; lower is better. One that is not finite is worse than every one that is.
@@ -95,8 +95,8 @@ pub trait Optimizer {
     fn tell(&mut self, merits: &[Merit]);
     /// The best candidate so far; `None` before the first `tell`.
     fn best(&self) -> Option<&Member>;
-    /// A candidate whose merit beats the best one's but is not as exact, of a search that has nothing feasible by exact merits yet: who ends
-    /// the run now should find out which of the two is better.
+    /// A candidate whose merit beats the best one's but is less exact, of a search without a feasible exact merit so far: a caller that ends
+    /// the run now should determine which of the two is better.
     fn rival(&self) -> Option<&Member> {
         None
     }

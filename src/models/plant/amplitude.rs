@@ -20,7 +20,7 @@ const NEARLY_ALL: f64 = 0.999;
 /// [`PlantError::Weak`] if an effect cannot change this drive by that amount; otherwise as [`super::run`].
 ///
 /// # Panics
-/// If there is no such follower.
+/// For an unknown follower.
 pub fn at_amplitude(scenario: &Scenario, follower: usize, rms: f64) -> Result<Scenario, PlantError> {
     let mut quiet = Scenario { noise: Noise::NONE, ..scenario.clone() };
     quiet.followers.truncate(follower);

@@ -49,7 +49,7 @@ impl Controller {
     pub(super) fn equilibrium_gap(&self, v: f64) -> f64 {
         match *self {
             Controller::Idm { v_0, t_h, d_0, delta, .. } => {
-                // Near the desired speed there is none; then ten times the spacing of a slow car.
+                // Near the desired speed there is no such spacing; then ten times the spacing of a slow car.
                 (d_0 + t_h * v) / (1.0 - (v / v_0).powf(delta)).max(0.01).sqrt()
             }
             Controller::Gipps { t_h, d_0, a_min, a_hat_min, theta, .. }

@@ -27,7 +27,7 @@ pub enum Base {
     LGipps,
 }
 
-/// A follower without delay, lag or load whose parameters are drawn from the seed, within what drives safely.
+/// A follower without delay, lag or load whose parameters are drawn from the seed, within a safe range.
 #[must_use]
 pub fn drawn(base: Base, seed: u64, car: usize) -> CarTruth {
     let stream = &mut Stream::new(seed, Purpose::ParametersOfCar(car));

@@ -1,4 +1,4 @@
-//! Effects that a car may have and the base models lack: what a diagnosis has to find.
+//! Effects that a car may have and the base models lack, for diagnoses to find.
 
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -40,7 +40,7 @@ macro_rules! effects {
                 match self { $(EffectKind::$ident => $meaning),* }
             }
 
-            /// Its parameters; the first says how strong it is.
+            /// Its parameters; the first is its strength.
             #[must_use]
             pub fn parameters(self) -> &'static [EffectParameter] {
                 match self { $(EffectKind::$ident => const { &[$(parameter($p, $unit, $bounds, $medium)),*] }),* }
@@ -193,7 +193,7 @@ impl Effect {
         &self.values[..self.kind.parameters().len()]
     }
 
-    /// The parameter that says when it begins, and when that is \[s\]; none for an effect that is always there.
+    /// The parameter of its begin, and the value \[s\]; none for a permanent effect.
     #[must_use]
     pub fn begins(&self) -> Option<(&'static str, f64)> {
         let parameters = self.kind.parameters().iter().zip(&self.values);
@@ -210,7 +210,7 @@ impl Effect {
         let EffectParameter { lower, upper, .. } = self.kind.parameters()[first];
         let weakest = self.kind.weakest();
         let strongest = if self.values[first] < weakest { lower } else { upper };
-        // Caps act in proportion to how far they cut into the range, which is logarithmic.
+        // Caps act in proportion to the part of the range that they cut off, which is logarithmic.
         let value = if weakest > 0.0 && strongest > 0.0 {
             weakest * (strongest / weakest).powf(strength)
         } else {

@@ -8,7 +8,7 @@ pub enum PlantError {
     /// A quantity outside its range.
     #[error("{what}: expected {expected}, found {found}")]
     OutOfRange {
-        /// Which quantity, with the car where it belongs to one.
+        /// The quantity, with its car, if any.
         what: String,
         /// The range, with its unit.
         expected: String,
@@ -43,7 +43,7 @@ pub enum PlantError {
         effect: EffectKind,
         /// Position in the platoon.
         car: usize,
-        /// The parameter that says when.
+        /// The parameter of the time.
         parameter: &'static str,
         /// When it begins \[s\].
         begins_s: f64,

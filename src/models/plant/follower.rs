@@ -21,7 +21,7 @@ const INTEGRAL: usize = 5;
 const HALF_SMOOTHING: f64 = 0.55;
 /// Largest part of the command that is due to the integral \[m/s²\].
 const INTEGRAL_LIMIT: f64 = 0.6;
-/// How long a change of the headway takes \[s\].
+/// Duration of a change of the headway \[s\].
 const RAMP: f64 = 4.0;
 /// Gain on the set speed while it is lowered \[1/s\].
 const SET_SPEED_GAIN: f64 = 0.5;
@@ -131,7 +131,7 @@ impl<'a> Follower<'a> {
         (command * (1.0 + e.size(EffectKind::GainMass)), error)
     }
 
-    /// Limits of the command but that of its rate.
+    /// Limits of the command except that of its rate.
     fn limit(&self, t: f64, v: f64, mut command: f64) -> f64 {
         let e = self.effects;
         if let Some([vlim, t1, dur]) = e.get(EffectKind::SetSpeedChange)

@@ -54,7 +54,7 @@ impl History {
     }
 
     /// Position and speed at a time up to the last step, by cubic Hermite polynomials (error of fourth order, like
-    /// the integration); before time 0 every car stands where it starts.
+    /// the integration); before time 0 every car stands at its start.
     pub(super) fn at(&self, t: f64) -> (f64, f64) {
         let last = self.motions.len() - 1;
         let place = (t / self.h).clamp(0.0, last as f64);

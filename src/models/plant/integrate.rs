@@ -3,7 +3,7 @@
 use super::error::PlantError;
 use super::history::{History, Motion};
 
-/// Places of position \[m\] and speed \[m/s\] in the state of every car; what follows is its own affair.
+/// Places of position \[m\] and speed \[m/s\] in the state of every car; the rest is its own.
 pub(super) const X: usize = 0;
 pub(super) const V: usize = 1;
 

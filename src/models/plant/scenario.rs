@@ -88,7 +88,7 @@ pub enum Profile {
     },
 }
 
-/// All that decided a synthetic drive: what a calibration should find.
+/// The truth of a synthetic drive, which a calibration should find.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Truth {
     /// Parameters of the cars, noise, road.

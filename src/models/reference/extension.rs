@@ -1,4 +1,4 @@
-//! The built-in causes once more, by hand in f64: what shaders/extension/ is compared with.
+//! The built-in causes once more, by hand in f64, to compare with shaders/extension/.
 //!
 //! One function per stage; each names its causes in the order in which they act. A law has a file of its own.
 
@@ -16,7 +16,7 @@ const GRAVITY: f64 = 9.81;
 const RAMP: f64 = 4.0;
 /// Largest part of the command that is due to the integral \[m/s²\].
 const INTEGRAL_LIMIT: f64 = 0.6;
-/// By how much a command falls with the own speed \[1/s\], halved.
+/// Decrease of a command with the own speed \[1/s\], halved.
 const FALL: f64 = 0.8;
 /// Gain on the set speed while it is lowered \[1/s\].
 const SET_SPEED_GAIN: f64 = 0.5;
@@ -55,7 +55,7 @@ pub fn knows(variant: &Variant) -> bool {
     untranscribed(variant).is_none()
 }
 
-/// The first law or extension of the variant that is none of those transcribed here.
+/// The first law or extension of the variant that is not transcribed here.
 pub fn untranscribed(variant: &Variant) -> Option<&'static Extension> {
     let known =
         |e: &Extension| if e.is_law() { law::named(&e.name).is_some() } else { KNOWN.contains(&e.name.as_str()) };
@@ -85,7 +85,7 @@ struct One {
 struct OwnLaw {
     law: &'static Law,
     own: Vec<f64>,
-    /// How far back it looks \[s\].
+    /// Its look-back time \[s\].
     look_back: f64,
     memory: law::Memory,
 }
@@ -291,7 +291,7 @@ fn within(since: f64, length: f64, dt: f64) -> f64 {
 }
 
 /// The answer y to a command that falls by `slope` (y - `before`) because of it: what remains of the command, rounded to a multiple of
-/// `step`. Where no multiple is right, because either one would move the command to the other side, y leaves it between the two.
+/// `step`. If no multiple is right, because either one would move the command to the other side, y leaves it between the two.
 fn steps(command: f64, before: f64, step: f64, slope: f64) -> f64 {
     let x = (command + slope * before) / step + 0.5;
     let whole = (x / (1.0 + slope)).floor();

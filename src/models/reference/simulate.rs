@@ -58,7 +58,7 @@ pub fn disturbed(case: &Case, p: &Parameters, disturbance: &[f64], trace: &mut T
     let mut run = Run { first, failure: None, delay_steps, n_cut_acc: 0, n_cut_dec: 0 };
     start(case, p, first, trace);
     if variant.parameters().iter().any(|symbol| !p.get(*symbol).is_finite()) {
-        // Here and not where it spreads: a minimum with NaN would hide it.
+        // Here and not at its spread: a minimum with NaN would hide it.
         run.failure = Some(Failure { kind: FailureKind::NotFinite, step: first });
         return run;
     }

@@ -1,4 +1,4 @@
-//! Which evaluator does the work: the one asked for, or under `auto` the one that suits it.
+//! Choice of the evaluator: the requested one, or under `auto` the suitable one.
 
 #[cfg_attr(not(feature = "gpu"), path = "no_device.rs")]
 pub mod device;

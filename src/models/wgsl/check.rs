@@ -40,11 +40,11 @@ pub fn check(source: &Source) -> Result<Checked, ShaderError> {
     options.parse_doc_comments = true;
     let module = naga::front::wgsl::Frontend::new_with_options(options).parse(text).map_err(|e| {
         let place = e.location(text).map(|l| (l.line_number as usize, l.line_position as usize));
-        // naga's labels say what it found and where; its message alone often says only what it expected.
+        // naga's labels give its finding and the place; its message alone often gives only the expectation.
         let empty = ["", "see msg", "unknown identifier", "invalid accessor"];
         let says_more = |label: &&str| !empty.contains(label) && !e.message().contains(*label);
         let labels: Vec<&str> = e.labels().map(|(_, label)| label).filter(says_more).collect();
-        // Without a place, its notes are all that it says.
+        // Without a place, its notes are all that it gives.
         let notes: Vec<&str> = e.notes().filter(|_| place.is_none()).collect();
         let message = match (labels.as_slice(), notes.as_slice()) {
             ([], []) => e.message().to_owned(),
@@ -94,7 +94,7 @@ fn at(source: &Source, place: Option<(usize, usize)>, message: String) -> Shader
     ShaderError { file: file.to_owned(), line, column, message, code: source.shown(line_of_text) }
 }
 
-/// What to say where numbers are of a type that not every device has, and where they are: naga knows types, but not where they are named.
+/// Message about numbers of a type that some devices lack, and their place: naga knows types, but not their names' places.
 fn other_precision(source: &Source, message: &str) -> Option<((usize, usize), String)> {
     let named = message.split_once("Using `").and_then(|(_, rest)| rest.split_once("` values requires"));
     let (start, own) = source.last_text();

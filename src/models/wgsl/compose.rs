@@ -30,7 +30,7 @@ texts!(Constraint, "constraint");
 /// Path and text of a built-in file.
 ///
 /// # Panics
-/// If there is no such file.
+/// For a missing file.
 pub(crate) fn shader(path: &str) -> (&'static str, &'static str) {
     leadlag_shaders::file(path).unwrap_or_else(|| panic!("no file {path}"))
 }
@@ -179,7 +179,7 @@ impl Source {
         self.text.push('\n');
     }
 
-    /// Appends an extension; what it declares is its own and hides nothing of the rest.
+    /// Appends an extension; its declarations are its own and hide nothing of the rest.
     pub(super) fn push_extension(&mut self, extension: &str, file: &str, text: &str) {
         // Comments of the whole file may be at the top of a text only.
         let (text, own) = Prefixed::of(extension, &text.replace("//!", "// "));
@@ -202,14 +202,14 @@ impl Source {
         self.chunks.last().and_then(|chunk| chunk.own.as_ref()).map_or("", |own| &own.prefix)
     }
 
-    /// The text of the chunk pushed last, and where it begins.
+    /// The text of the chunk pushed last, and its begin.
     pub(super) fn last_text(&self) -> (usize, &str) {
         let start = self.text.lines().take(self.last_start() - 1).map(|line| line.len() + 1).sum();
         (start, &self.text[start..])
     }
 
     /// Where a member of a struct of the last chunk is declared, and the `///` lines above it. (naga counts comments, not members, and gives
-    /// a member without one that of the next.)
+    /// a member without one those of the next.)
     pub(super) fn member(&self, of: &str, member: &str) -> Option<(naga::Span, String)> {
         let (start, text) = self.last_text();
         let mut tokens = tokens(text);
@@ -240,7 +240,7 @@ impl Source {
         &self.text
     }
 
-    /// A line of the whole text as messages show it: cut where it would fill the screen.
+    /// A line of the whole text for messages, cut before it would fill the screen.
     pub(crate) fn shown(&self, line: usize) -> String {
         const LONGEST: usize = 160;
         let found = self.text.lines().nth(line - 1).unwrap_or_default();

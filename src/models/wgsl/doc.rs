@@ -103,7 +103,7 @@ const KEYS: [&str; 13] = [
 /// The key of the lines for the time loop.
 const LOOP: &str = "loop";
 
-/// That a key says two things.
+/// A key has two different values.
 fn twice(key: &str) -> String {
     format!("`//! {key}`: expected once, found more than once; remove the others")
 }
@@ -127,7 +127,7 @@ impl Head {
         let mut entries: Vec<(String, String)> = vec![(String::new(), String::new())];
         for line in text.lines().filter_map(|line| line.strip_prefix("//!")) {
             match line.split_once(':').filter(|(key, _)| KEYS.contains(&key.trim())) {
-                // The two lines for the loop say different things.
+                // The two lines for the loop contradict each other.
                 Some((key, _)) if key.trim() != LOOP && entries.iter().any(|(known, _)| known == key.trim()) => {
                     return Err(twice(key.trim()));
                 }

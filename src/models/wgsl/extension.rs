@@ -219,7 +219,7 @@ impl<'a> Reader<'a> {
         })
     }
 
-    /// That no function is a stage; at one that may have been meant to be.
+    /// Error if no function is a stage; at one that is probably meant to be.
     fn no_stage(&self) -> ShaderError {
         let stages = lint::stages_of(self.name);
         let message = format!("expected at least one of the functions {}, found none", stages.join(", "));
@@ -236,7 +236,7 @@ impl<'a> Reader<'a> {
         ShaderError { file, line: 1, column: 1, message: message.into(), code: String::new() }
     }
 
-    /// The name as written of something of its own.
+    /// The written name of an own declaration.
     fn own_name<'n>(&self, name: Option<&'n str>) -> Option<&'n str> {
         name?.strip_prefix(self.source.last_prefix())
     }
@@ -341,7 +341,7 @@ impl<'a> Reader<'a> {
         Ok(found)
     }
 
-    /// True if the law says at which spacing a constant speed is kept.
+    /// True if the law gives the spacing of a constant speed.
     fn equilibrium(&self) -> Result<bool, ShaderError> {
         let module = &self.checked.module;
         let wanted = format!("{}_{EQUILIBRIUM}", self.name);

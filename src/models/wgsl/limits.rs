@@ -1,5 +1,5 @@
-//! How long and how nested an extension may be. The parser, and the compilers after it, call themselves for every level and every
-//! operator of an expression, and put each call in where it stands: a short text can fill the stack, or the memory.
+//! Limits on length and nesting of an extension. The parser, and the compilers after it, recurse for every level and every
+//! operator of an expression, and inline each call: a short text can fill the stack, or the memory.
 
 use super::check::{Checked, ShaderError};
 use super::compose::Source;
@@ -19,11 +19,11 @@ const OPERATORS: usize = 500;
 const LEVEL: usize = 4;
 /// Declarations in a text. The parser calls itself along a chain of them, and overflows the same stack with 1700 structs.
 const DECLARATIONS: usize = 500;
-/// Instructions of all functions together, each with the calls in it put in, and numbers in a struct: hundreds of times what a
+/// Instructions of all functions together, with calls inlined, and numbers in a struct: hundreds of times those of a
 /// built-in extension has.
 const INSTRUCTIONS: u64 = 20_000;
 
-/// Refuses what the parser may not see.
+/// Refuses texts that the parser must not see.
 ///
 /// # Errors
 /// At the first place that is too much.

@@ -54,7 +54,7 @@ pub(super) fn warnings(
     warnings
 }
 
-/// Own functions that are no stage and that nothing calls, and where they are.
+/// Own functions that are not stages and that nothing calls, and their places.
 pub(super) fn idle(name: &str, checked: &Checked) -> Vec<(String, naga::Span)> {
     let functions = &checked.module.functions;
     let mut called = Vec::new();

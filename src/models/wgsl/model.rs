@@ -27,7 +27,7 @@ pub enum ModelError {
     /// Its text is not valid.
     #[error(transparent)]
     Shader(#[from] ShaderError),
-    /// It is no law.
+    /// It is not a law.
     #[error(
         "{file} is an extension: it has no function `{name}_law`. Give a base model and add the file to it, such as `--model idm --extend {file}`"
     )]
@@ -48,7 +48,7 @@ pub fn law_file(model: &str) -> Option<(&str, &str)> {
     Some(model.split_at(end))
 }
 
-/// Reads a law; `file` is what messages call it, and its name without folder and ending is the law's.
+/// Reads a law; messages use `file`, and its name without folder and ending is the law's.
 ///
 /// # Errors
 /// [`ModelError::Shader`], and [`ModelError::NoLaw`] for an extension.

@@ -1,5 +1,5 @@
 //! Names of an extension's own: in the composed text each begins with the extension's name and `__`, which no other name there has.
-//! So an extension may declare whatever it likes, and reaches of ours what it does not declare.
+//! So an extension may declare any names, and uses the program's for the others.
 
 use super::limits::tokens;
 use crate::extension::Extension;
@@ -87,7 +87,7 @@ impl Prefixed {
 /// Names that a text declares outside of functions: words after `fn`, `struct` and so on. Invalid names are left to the parser.
 fn declared(text: &str) -> HashSet<&str> {
     let (mut depth, mut before, mut declared) = (0_usize, "", HashSet::new());
-    // Between `var` and its name may stand where it lies.
+    // The address space may be between `var` and its name.
     let mut is_variable = false;
     for (_, token) in tokens(text) {
         match token {

@@ -81,7 +81,7 @@ fn histogram(figure: &mut Figure, [left, top]: [f64; 2], one: &Distribution) {
     figure.text([left + width, bottom + 15.0], 11.5, Anchor::End, INK, &short(high));
 }
 
-/// Every two parameters: how many drivers are where, and their rank correlation.
+/// Every two parameters: numbers of drivers per cell, and their rank correlation.
 pub fn together(all: &[Distribution]) -> String {
     const CELL: f64 = 130.0;
     let n = all.len();

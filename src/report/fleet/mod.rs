@@ -29,7 +29,7 @@ pub struct FleetFile {
     /// Pairs whose data are doubtful, with the kinds of their faults.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub doubtful: IndexMap<String, String>,
-    /// Reasons why pairs have no result, without the place, and how many have each; pairs times models and measures.
+    /// Reasons for missing results, without the place, and their numbers; pairs times models and measures.
     pub reasons: IndexMap<String, usize>,
     /// The convention.
     pub convention: String,
@@ -43,14 +43,14 @@ pub struct FleetFile {
     pub evaluations_per_parameter: u64,
     /// Whether there are intervals.
     pub intervals: bool,
-    /// What to mind with them, in words.
+    /// Cautions, in words.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub note: Option<String>,
     /// Bounds that differ from Table 3, by model.
     pub bounds: IndexMap<String, IndexMap<String, [f64; 2]>>,
     /// Where the bounds are from.
     pub bounds_from: String,
-    /// By what models are compared; files of earlier versions do not say it.
+    /// Rule of the comparison; files of earlier versions lack it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub compared_by: Option<Rule>,
     /// The held-back data of each driver, in words.
@@ -127,7 +127,7 @@ impl FleetFile {
         own().find(|one| one.chosen).or_else(|| own().max_by_key(|one| one.calibrated))
     }
 
-    /// By what the models are compared, in a sentence; empty of one model with nothing held back.
+    /// Rule of the comparison, in a sentence; empty for one model without held-back data.
     #[must_use]
     pub fn rule(&self) -> String {
         let held = self.holdout.as_deref().unwrap_or("what was held back");

@@ -3,7 +3,7 @@
 use super::{Page, short};
 use crate::diagnose::describe::error_breakdown::{Budget, Share};
 
-/// Adds the whole budget; `whose` says whose error it is.
+/// Adds the whole budget; `whose` names the simulation.
 pub(super) fn budget(page: &mut Page, budget: &Budget, whose: &str) {
     let ([s, v, a], [bias_s, bias_v, bias_a]) = (budget.rms.map(short), budget.bias.map(short));
     page.paragraph(&format!(

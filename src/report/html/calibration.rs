@@ -18,7 +18,7 @@ pub struct DriveErrors {
     pub each: Vec<(String, [f64; 3])>,
 }
 
-/// One HTML file. `charts` are the simulations, trajectory by trajectory, `errors` what they err by, `exported` what SUMO makes of it,
+/// One HTML file. `charts` are the simulations, trajectory by trajectory, `errors` their errors, `exported` the comparison with SUMO,
 /// with charts; `twin` is the text of result.json.
 #[must_use]
 pub fn calibration(
@@ -86,7 +86,7 @@ pub fn calibration(
     page.finish(&format!("Calibration of {}", result.model()), &format!("{lead}{warning}"), twin, made)
 }
 
-/// How far the simulation is off, in the units of the signals and in per cent of their size.
+/// Errors of the simulation, in the units of the signals and in per cent of their size.
 fn headline(result: &ResultFile, errors: Option<&DriveErrors>) -> String {
     let shares = ["nrmse_s", "nrmse_v", "nrmse_a"].map(|name| result.score.get(name).copied().flatten());
     let errors = off(result, errors);
@@ -114,7 +114,7 @@ fn off(result: &ResultFile, errors: Option<&DriveErrors>) -> [Option<f64>; 3] {
     }
 }
 
-/// The measures, and the errors drive by drive where there are several.
+/// The measures, and the errors of each drive if there are several.
 fn scores(page: &mut Page, result: &ResultFile, errors: Option<&DriveErrors>) {
     let shown = |value: Option<f64>| value.map_or("–".to_owned(), short);
     let several = if result.data.len() > 1 { ", mean over the drives" } else { "" };
@@ -225,7 +225,7 @@ fn parameters(page: &mut Page, result: &ResultFile) {
     }
 }
 
-/// How far the replicates' best candidates lie apart.
+/// Distance of the replicates' best candidates.
 fn spread(page: &mut Page, result: &ResultFile) {
     if let Some(cv) = result.cv {
         page.paragraph(&format!("Coefficient of variation of the score over the replicates: {} %.", short(100.0 * cv)));

@@ -14,7 +14,7 @@ pub struct Chart {
     pub x_label: String,
     /// Horizontal values, increasing.
     pub x: Vec<f64>,
-    /// True where values are drawn as points, too: those of classes, of which a line alone says not where they are.
+    /// True if values are drawn as points, too: those of classes, whose places a line alone does not show.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub points: bool,
     /// From the top down.

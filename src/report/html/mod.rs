@@ -78,7 +78,7 @@ impl Page {
     /// Adds a picture that is ready.
     pub fn picture(&mut self, title: &str, svg: &str) {
         let title = escape(title);
-        // The picture brings its own size and shrinks with the page, but not below what can be read: then it scrolls.
+        // The picture has its own size and shrinks with the page, but stays readable: then it scrolls.
         self.raw(&format!(
             "<figure><div class=\"svg\" role=\"group\" aria-label=\"{title}\" tabindex=\"0\">{svg}</div></figure>"
         ));
@@ -135,7 +135,7 @@ fn unscripted(json: &str) -> String {
     json.replace('<', "\\u003c")
 }
 
-/// Four significant digits; what only the order of a sum makes differ from 0 is 0.
+/// Four significant digits; a value that is 0 up to rounding is 0.
 pub(in crate::internal::report) fn short(value: f64) -> String {
     if value.abs() < 1e-12 {
         return "0".to_owned();

@@ -75,7 +75,7 @@ fn inert(cell: &str) -> Cow<'_, str> {
     if is_formula(cell) { Cow::Owned(format!("'{cell}")) } else { Cow::Borrowed(cell) }
 }
 
-/// True if every cell of a column that says anything is a number or made of numbers; the first column has names.
+/// True if every filled cell of a column is a number or made of numbers; the first column has names.
 fn is_numeric(rows: &[Vec<String>], column: usize) -> bool {
     let mut cells = rows.iter().filter_map(|row| row.get(column)).filter(|cell| !is_empty(cell)).peekable();
     column > 0 && cells.peek().is_some() && cells.all(|cell| is_number(cell))

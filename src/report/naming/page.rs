@@ -30,9 +30,9 @@ pub enum PageError {
         order = if *.begins == 1 && *.ends == 1 { ", in the wrong order" } else { "" }
     )]
     Marks {
-        /// How often the first one is there.
+        /// Number of the first one.
         begins: usize,
-        /// How often the second one is there.
+        /// Number of the second one.
         ends: usize,
     },
 }

@@ -1,4 +1,4 @@
-//! A study beside the paper: Tables 4 and 5 and Figures 4 to 7 as tables and pictures, and a text that says where they agree.
+//! A study beside the paper: Tables 4 and 5 and Figures 4 to 7 as tables and pictures, and a text on their agreement.
 
 mod figures;
 mod matrix;
@@ -65,7 +65,7 @@ impl<'a> Material<'a> {
     }
 }
 
-/// The same as one HTML page with its numbers in it; `past` is what the runs on the study's folder have written down.
+/// The same as one HTML page with its numbers in it; `past` is the log of the runs on the study's folder.
 ///
 /// # Panics
 /// Without outcomes.
@@ -74,7 +74,7 @@ pub fn page(study: &StudyFile, all: &[Outcomes], inventory: &Inventory, past: &P
     page::write(&Material::new(study, all, inventory.missing.len()), inventory, past)
 }
 
-/// The files of a report, by name. `all` are the outcomes of every goodness of fit, the first one being what Tables 4 and 5 are about;
+/// The files of a report, by name. `all` are the outcomes of every goodness of fit, the first one for Tables 4 and 5;
 /// `missing` is the number of tasks that are not there.
 ///
 /// # Panics

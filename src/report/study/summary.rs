@@ -1,4 +1,4 @@
-//! `report.md`: what the study is, where it agrees with the paper and where not, in plain words and numbers.
+//! `report.md`: the study, and where it agrees with the paper and where not, in plain words and numbers.
 
 use super::Material;
 use crate::statistics::spearman;

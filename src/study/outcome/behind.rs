@@ -1,15 +1,15 @@
-//! By how much the errors of one model are higher than those of another one.
+//! Ratio of the errors of one model to those of another one.
 
 use crate::identify::student;
 use crate::statistics::mean;
 
-/// How much higher the scores of a model are than those of the model with the lowest, as a share: 0.04 is 4 %. Drives differ in their scores by
-/// factors, so that it is the factor between two models that is averaged, by its logarithm.
+/// Excess of the scores of a model over those of the model with the lowest, as a share: 0.04 is 4 %. Drives differ in their scores by
+/// factors, so the mean is over the logarithm of the ratio of two models.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Behind {
     /// The mean over the pairs.
     pub mean: f64,
-    /// Its 95 % interval: by the noise within the drives, or by how much the drives differ, whichever is wider.
+    /// Its 95 % interval: from the noise within the drives, or from their differences, whichever is wider.
     pub interval: [f64; 2],
 }
 
@@ -55,7 +55,7 @@ impl Behind {
     }
 }
 
-/// Half of the 95 % interval of a mean, by how much the values differ.
+/// Half of the 95 % interval of a mean, from the spread of the values.
 #[must_use]
 pub fn between(values: &[f64]) -> f64 {
     let (count, mean) = (values.len() as f64, mean(values).unwrap_or(0.0));

@@ -49,7 +49,7 @@ pub enum Tried {
 /// The calibrations of one variant on one trajectory.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Cell {
-    /// Scores of the replicates that found something.
+    /// Scores of the replicates with a feasible candidate.
     pub scores: Vec<f64>,
     /// Errors of the best one.
     pub best: Option<Errors>,

@@ -1,4 +1,4 @@
-//! The variants in order: by trajectories that they were not calibrated on, where they were tried on any. On its own trajectory the larger of two
+//! The variants in order: by unseen trajectories, if they were validated on any. On its own trajectory the larger of two
 //! nested variants always fits better.
 
 use super::{Behind, Outcomes, Tried};
@@ -11,7 +11,7 @@ pub struct Ranking {
     pub unseen: bool,
     /// The variants, the lowest error first; those without an error to rank by last.
     pub order: Vec<usize>,
-    /// By variant: how much higher its errors in validation are than those of the first.
+    /// By variant: excess of its errors in validation over those of the first.
     pub behind: Vec<Option<Behind>>,
     /// Of the variants that cannot be distinguished from the first one in validation, the one with the fewest parameters; the first without any.
     pub chosen: Option<usize>,
@@ -62,7 +62,7 @@ fn error(tried: &Tried) -> Option<f64> {
     }
 }
 
-/// How much higher the errors of a variant are than those of another one, over the validation runs that both end. Runs of the same calibration
+/// Excess of the errors of a variant over those of another one, over the validation runs that both end. Runs of the same calibration
 /// depend on each other, so that a trajectory counts once.
 fn behind(outcomes: &Outcomes, drives: &[usize], variant: usize, other: usize) -> Option<Behind> {
     let of_drive = |&drive: &usize| {

@@ -14,7 +14,7 @@ pub enum PlanError {
         /// Why.
         source: std::io::Error,
     },
-    /// It is no TOML, or not the TOML that was expected.
+    /// Invalid TOML, or not a plan.
     #[error("{path}:{line}:{column}: {reason}{}", suggestion(nearest.as_deref()))]
     Toml {
         /// The file.
@@ -60,7 +60,7 @@ pub enum PlanError {
         /// Version of the plan.
         found: u32,
     },
-    /// A value that is none.
+    /// An invalid value.
     #[error("{path}: {key}: {reason}{}", suggestion(nearest.as_deref()))]
     Value {
         /// The file.

@@ -36,7 +36,7 @@ impl StoredExtension {
         StoredExtension { given, name, text: is_own.then(|| extension.text.clone()) }
     }
 
-    /// The extension; `None` for a built-in one that this program does not have.
+    /// The extension; `None` for a built-in one that this program lacks.
     ///
     /// # Errors
     /// When this program does not accept its text.
@@ -102,7 +102,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Refuses the name of a part: names of variants would no longer say what a variant is made of.
+    /// Refuses the name of a part: names of variants would be ambiguous.
     fn has_own_name(&self, key: &'static str, extension: &Extension) -> Result<(), PlanError> {
         let name = &extension.name;
         if format!("idm+{name}").parse::<Variant>().is_ok() {
@@ -112,7 +112,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// Refuses parameters that would be the column of something else in the tables.
+    /// Refuses parameters whose column another value of the tables has.
     pub(super) fn have_own_columns(&self, laws: &[Extend], extend: &[Extend]) -> Result<(), PlanError> {
         let taken: Vec<String> = calibration_columns().collect();
         let columns = |all: &[Extend]| -> Vec<(Symbol, String)> {

@@ -146,7 +146,7 @@ impl Plan {
         text::read(&content, &shown, folder, &stem, stored)
     }
 
-    /// Parses a plan. `path` is for messages; `folder` is where relative names start, `name` what the study is called unless it says.
+    /// Parses a plan. `path` is for messages; `folder` is where relative names start, `name` the default name of the study.
     ///
     /// # Errors
     /// As [`Plan::read`].

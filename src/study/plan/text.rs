@@ -350,7 +350,7 @@ impl Reader<'_> {
         Ok(variants)
     }
 
-    /// `lanes` unless the plan says otherwise: the same bytes on every machine.
+    /// `lanes` by default: the same bytes on every machine.
     fn evaluator(
         &self,
         name: Option<&str>,

@@ -60,7 +60,7 @@ struct Judged {
 }
 
 impl Judged {
-    /// Relative error of a score, where there are two.
+    /// Relative error of a score, if there are two.
     fn error(&self, precision: usize) -> Option<f64> {
         match (self.exact, self.found[precision]) {
             (Score::Value(exact), Score::Value(found)) => Some(((found - exact) / exact).abs()),

@@ -1,4 +1,4 @@
-//! Short runs from the reference's own state: what f32 does wrong in a few steps, whatever the run makes of it later.
+//! Short runs from the reference's own state: errors of f32 in a few steps, whatever follows in the run.
 
 use crate::common::tolerance::{FIRST_STEP, UNSTABLE, WINDOW};
 use leadlag::internal::evaluator::Case;
@@ -84,7 +84,7 @@ pub struct Run<'a> {
     pub trace: &'a Trace,
     pub in_f32: &'a Lanes,
     pub in_f64: &'a Lanes,
-    /// The first simulated sample, and one past the last one whose state means something.
+    /// The first simulated sample, and one past the last one whose state is defined.
     first: usize,
     end: usize,
 }

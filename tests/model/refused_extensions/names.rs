@@ -8,7 +8,7 @@ use leadlag::internal::lanes::check_model;
 use leadlag::internal::wgsl::{Precision, Recipe, extension_named, read_extension};
 use std::collections::BTreeSet;
 
-/// Every word of the longest kernel: what our shaders and the generated texts are made of, predeclared names among it.
+/// Every word of the longest kernel, from the shaders and the generated texts, predeclared names among them.
 fn words_of_ours() -> BTreeSet<String> {
     let mut words = BTreeSet::new();
     for (base, observed) in [("gipps+delay+nonlinear+mfc", true), ("idm+linear+constant", false)] {
@@ -119,7 +119,7 @@ fn errors_show_names_and_places_as_written() {
         error.starts_with("x.wgsl:6:41: ") && error.ends_with("\n  return gain * gain * half(a) * gain.s;"),
         "{error}"
     );
-    // Where only some of the base models have a parameter, the others refuse what needs it.
+    // If only some of the base models have a parameter, the others refuse extensions that need it.
     let text =
         "const gain = 2.0;\nfn x_command(p: Params, a: f32) -> f32 {\n    return gain * gain * a * p.theta;\n}\n";
     let variant = "idm".parse::<Variant>().expect("a base").with(read_extension("x.wgsl", text).expect("valid"));

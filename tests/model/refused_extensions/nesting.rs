@@ -102,7 +102,7 @@ fn nothing_that_nests_overflows_a_small_stack() {
 /// The stack that every text must do with \[bytes\].
 const SMALL_STACK: usize = 512 << 10;
 
-/// Reads an extension and compiles what it can be part of; false if it is refused.
+/// Reads an extension and compiles the models that it fits; false if it is refused.
 fn used(text: &str) -> bool {
     match read_extension("x.wgsl", text) {
         Ok(extension) => {

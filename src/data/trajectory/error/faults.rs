@@ -11,7 +11,7 @@ pub struct Faults {
 }
 
 impl Faults {
-    /// True where nothing is wrong.
+    /// True without a fault.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.first.is_empty()

@@ -24,7 +24,7 @@ pub(in crate::trajectory) fn split_at<'a>(line: &'a str, separator: char, fields
     loop {
         let rest = &line[start..];
         let blank = rest.len() - rest.trim_start_matches([' ', '\t']).len();
-        // Where tabs separate, they are no blanks.
+        // If tabs separate, they are not blanks.
         let blank = if separator == '\t' { rest.len() - rest.trim_start_matches(' ').len() } else { blank };
         let body = &rest[blank..];
         let quoted = body.strip_prefix('"').and_then(|inner| inner.find('"')).map(|end| end + 2);
@@ -142,7 +142,7 @@ impl Header {
         self.names.iter().position(|n| n == name)
     }
 
-    /// The same without regard to case, where that is no other column's name.
+    /// The same without regard to case, if no other column has that name.
     pub fn find_in_any_case(&self, name: &str) -> Option<usize> {
         self.find(name).or_else(|| {
             let mut alike = (0..self.names.len()).filter(|&place| self.names[place].eq_ignore_ascii_case(name));
@@ -157,7 +157,7 @@ impl Header {
         self.missing(&missing, needed, known, advice, problems);
     }
 
-    /// Records that these columns are missing, if there are any; `advice` is what else helps.
+    /// Records missing columns, if any; `advice` is an additional remedy.
     pub fn missing(&self, columns: &[&str], needed: &[&str], known: &[&str], advice: &str, problems: &mut Problems) {
         if columns.is_empty() {
             return;
@@ -262,7 +262,7 @@ fn synonym<'a>(name: &str, mut candidates: impl Iterator<Item = &'a str>) -> Opt
     })
 }
 
-/// A name without what people write one way or the other.
+/// A name without its variable parts, such as case and separators.
 fn plain(text: &str) -> String {
     text.to_lowercase().replace([' ', '-'], "_")
 }

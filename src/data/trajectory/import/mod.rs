@@ -49,7 +49,7 @@ pub fn is_companion(path: &Path) -> bool {
 /// Reads a file of measured trajectories; without a layout, the header decides.
 ///
 /// For the authors' processed layout `Labels.csv` (names, lengths) and `Slope.csv` (grade) are read from the
-/// same folder where they exist.
+/// same folder if they exist.
 ///
 /// # Errors
 /// [`ImportError`], with line and column of the first problems of the file.

@@ -77,7 +77,7 @@ pub(super) fn bare(unit: &str) -> String {
     unit.trim_matches(['[', ']', '(', ')', '"', ' ']).to_lowercase()
 }
 
-/// True if a row holds the units of its columns: all that it has are units, and one at least is no number.
+/// True if a row holds the units of its columns: it has units only, and at least one is not a number.
 pub(super) fn is_units(fields: &[Field]) -> bool {
     let given = || fields.iter().map(|field| field.text).filter(|text| !text.is_empty());
     let bracketed = |text: &str| text.starts_with(['[', '(']) && text.ends_with([']', ')']);

@@ -13,7 +13,7 @@ use std::io::Read;
 
 /// A speed above this is in another unit \[m/s\] (324 km/h).
 pub(super) const SPEED_LIMIT: f64 = 90.0;
-/// A speed below this is no sensor noise at standstill \[m/s\].
+/// A speed below this is not sensor noise at standstill \[m/s\].
 pub(super) const REVERSE_LIMIT: f64 = -0.5;
 /// No car follows another from further away \[m\].
 const SPACING_LIMIT: f64 = 1e4;
@@ -65,7 +65,7 @@ pub(super) struct Table {
     pub repeated: Option<Note>,
     /// Faults of single values, by group, piece and place in `Wanted::numbers`.
     faults: BTreeMap<(String, u32, usize), Faults>,
-    /// How many spacings are above 0, how many are not, and the first of those, by the same.
+    /// Numbers of spacings above 0 and of the others, and the first of those, by the same.
     spacings: BTreeMap<(String, u32, usize), Spacings>,
 }
 

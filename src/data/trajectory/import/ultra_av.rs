@@ -92,7 +92,7 @@ struct Columns<'a> {
 }
 
 impl Columns<'_> {
-    /// One platoon per trajectory, in order of appearance. Of trajectories that bear the same id the later ones are numbered.
+    /// One platoon per trajectory, in order of appearance. Of trajectories with the same id the later ones are numbered.
     fn platoons(&self) -> Vec<Platoon> {
         let groups = self.groups();
         let ids: HashSet<&str> = groups.iter().map(|(id, ..)| *id).collect();

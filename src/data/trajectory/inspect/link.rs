@@ -24,7 +24,7 @@ pub struct LinkInspection {
     pub signal: String,
     /// Central difference of the gap over time, minus the speed difference.
     pub gap_rate_rms_mps: Option<f64>,
-    /// Time by which the speeds lie behind the gap where they agree best.
+    /// Delay of the speeds against the gap at the best agreement.
     pub speeds_late_s: f64,
     /// Their disagreement there.
     pub gap_rate_rms_aligned_mps: Option<f64>,
@@ -32,7 +32,7 @@ pub struct LinkInspection {
     pub drift_rms_m: Option<f64>,
     pub drift_m_per_km: Option<f64>,
     pub longest_complete_s: f64,
-    /// By how many times the gap changes as much as the speeds say, where that is certain and not about 1.
+    /// Ratio of the change of the gap to that by the speeds, if it is certain and not about 1.
     pub gap_factor: Option<f64>,
     /// Faults of the signals.
     pub findings: Vec<Finding>,
@@ -92,7 +92,7 @@ fn longest_complete(axis: &Axis, complete: impl Fn(usize) -> bool) -> Range<usiz
 }
 
 /// Residual of the gap against the integrated speeds: rms \[m\] and slope over the follower's path \[m/km\]. A single sample, or none,
-/// says nothing of it.
+/// does not determine it.
 fn drift(t: &[f64], gap: &[f64], dv: &[f64], v_f: &[f64], range: Range<usize>) -> Option<(f64, f64)> {
     if range.len() < 2 {
         return None;

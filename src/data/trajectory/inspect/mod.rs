@@ -76,7 +76,7 @@ pub struct FollowerInspection {
 #[allow(missing_docs, reason = "names of fields carry meaning and unit")]
 pub struct Sampling {
     pub step_s: f64,
-    /// Steps that are no whole number of `step_s`.
+    /// Steps that are not multiples of `step_s`.
     pub irregular_steps: usize,
     /// Rows missing between regular steps.
     pub missing_rows: usize,
@@ -246,7 +246,7 @@ fn followers(platoon: &Platoon, recording: &Recording) -> Vec<FollowerInspection
     followers
 }
 
-/// Why a follower would be refused, unless other warnings say it for the whole file.
+/// Why a follower would be refused, unless other warnings cover the whole file.
 fn refusal(error: &PrepareError) -> Option<String> {
     let known = matches!(error, PrepareError::StepTooLong { .. } | PrepareError::Irregular { .. });
     (!known).then(|| error.to_string())

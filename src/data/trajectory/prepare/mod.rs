@@ -35,7 +35,7 @@ pub struct Preparation {
     pub smooth: bool,
     /// Interpolate linearly to this time step \[s\].
     pub resample: Option<f64>,
-    /// Correct what the check of the data finds, where it can be.
+    /// Correct findings of the check of the data if possible.
     pub correct: bool,
     /// How spacing and speeds are made consistent.
     pub reconcile: Reconcile,
@@ -129,7 +129,7 @@ impl Context<'_> {
         self.recording.source.path.clone()
     }
 
-    /// `FILE-STEM follower N`, with trajectory id and segment where there are several.
+    /// `FILE-STEM follower N`, with trajectory id and segment if there are several.
     fn label(&self, segment: usize, segments: usize) -> String {
         let mut label = format!("{} follower {}", self.recording.stem(), self.follower);
         if let Some(id) = &self.platoon.id {
@@ -148,7 +148,7 @@ impl Context<'_> {
 /// is chosen, those that are too short, or broken, are left out unless all are.
 ///
 /// # Errors
-/// [`PrepareError`] says which follower, step or time window the file has instead.
+/// [`PrepareError`] names the available followers, steps or time windows of the file.
 pub fn prepare(
     recording: &Recording,
     follower: usize,
@@ -203,7 +203,7 @@ pub fn prepare_platoon(
 /// The stretches between long gaps into which [`prepare`] cuts a follower of a platoon if nothing else is asked for.
 ///
 /// # Errors
-/// As [`prepare`], which may also refuse what the stretches hold.
+/// As [`prepare`], which may also refuse the content of the stretches.
 pub(in crate::trajectory) fn stretches_of(
     recording: &Recording,
     platoon: &Platoon,
@@ -215,7 +215,7 @@ pub(in crate::trajectory) fn stretches_of(
     Ok(Stretch::of(segments.iter().map(|segment| segment.samples.t.as_slice())))
 }
 
-/// Times at which another one begins to drive the follower, as the file says \[s\]: a human and a controller are two drivers.
+/// Times at which another driver takes over the follower, by the file \[s\]: a human and a controller are two drivers.
 fn takeovers(context: &Context) -> Vec<f64> {
     let ego = context.follower + 1;
     let modes: Vec<(&str, f64)> = context
@@ -283,7 +283,7 @@ fn one(context: &Context) -> Result<Vec<Trajectory>, PrepareError> {
             finding.when.is_empty() || finding.when.iter().any(|[from, to]| *from <= t[t.len() - 1] && t[0] <= *to)
         };
         notes.extend(found.iter().filter(concerns).map(|finding| Note::Found { finding: Box::new(finding.clone()) }));
-        // Of those who drive the follower, the one who begins and the ones who take over within.
+        // Of the drivers of the follower, the first one and those that take over within.
         let begins = |note: &Note| match note {
             Note::DriverMode { t_s, .. } => Some(*t_s),
             _ => None,

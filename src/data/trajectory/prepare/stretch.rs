@@ -7,7 +7,7 @@ use std::fmt;
 /// Largest number of named segments; the others are counted.
 const NAMED: usize = 5;
 
-/// One stretch between long gaps: what `--segment` chooses.
+/// One stretch between long gaps: a choice of `--segment`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Stretch {
     /// Its number, from 1, in the order of time.
@@ -37,7 +37,7 @@ impl Stretch {
         Stretch::of(trajectories.iter().map(|trajectory| trajectory.t.as_slice()))
     }
 
-    /// The longest few, the longest first and of equally long ones the earlier first, and how many more there are.
+    /// The longest few, the longest first and of equally long ones the earlier first, and the number of the others.
     #[must_use]
     pub fn longest(all: &[Stretch]) -> (Vec<&Stretch>, usize) {
         let mut sorted: Vec<&Stretch> = all.iter().collect();

@@ -8,7 +8,7 @@ use std::ops::Range;
 
 /// Times may lie this far off the uniform grid \[s\]: files write 6 decimals, or sums of 0.1 with rounding dust.
 pub(in crate::trajectory) const GRID_TOLERANCE_S: f64 = 1e-6;
-/// A longer time step says that the unit is wrong \[s\].
+/// A longer time step means a wrong unit \[s\].
 pub(in crate::trajectory) const STEP_MAX_S: f64 = 5.0;
 /// A model that is simulated in longer steps than this has other parameters than the driver \[s\]: of drives recorded at 1 Hz, four of five had
 /// intervals without the truth. Between such samples the model has steps of its own, unless another step is asked for ...

@@ -102,7 +102,7 @@ impl Redundancy {
 
     /// Result of the estimates; `blurred` if a signal is smoothed or resampled, which moves its events a little.
     pub fn findings(&self, link: &Link, blurred: bool) -> Vec<Finding> {
-        // A drive that swings at one frequency looks the same at other scales and clocks: nothing is found there that is no likelier.
+        // A drive that oscillates at one frequency looks the same at other scales and clocks: a finding must be likelier there.
         if self.gain < 0.5 * LIMITS.significant.powi(2) {
             return Vec::new();
         }

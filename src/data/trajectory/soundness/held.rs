@@ -93,7 +93,7 @@ fn alternate(bends: &[f64]) -> bool {
     product < 0.0
 }
 
-/// By how much the speeds say that the gap changes within a run of steps \[m\].
+/// Change of the gap within a run of steps by the speeds \[m\].
 fn moved(link: &Link, run: &Range<usize>) -> f64 {
     let (mut sum, mut low, mut high) = (0.0, 0.0_f64, 0.0_f64);
     for i in run.clone() {

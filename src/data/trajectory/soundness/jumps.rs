@@ -43,7 +43,7 @@ impl Jump {
     }
 }
 
-/// Gap change minus integrated speed difference from one sample to the next \[m\]; NaN where something is missing.
+/// Gap change minus integrated speed difference from one sample to the next \[m\]; NaN if a value is missing.
 pub(super) fn innovations(link: &Link) -> Vec<f64> {
     (1..link.len()).map(|i| link.gap[i] - link.gap[i - 1] - link.told(i - 1, i)).collect()
 }
@@ -124,7 +124,7 @@ fn slow_events(steps: &[f64], seen: &[usize], width: usize) -> Vec<Range<usize>>
 /// One finding of all jumps.
 pub(super) fn finding(link: &Link, jumps: &[Jump]) -> Option<Finding> {
     let matters = jumps.iter().any(Jump::matters);
-    // Where large ones matter, small ones are no news.
+    // Beside large ones, small ones do not matter.
     let told: Vec<&Jump> = jumps.iter().filter(|jump| !matters || jump.matters()).collect();
     let largest = told.iter().copied().max_by(|a, b| a.value().abs().total_cmp(&b.value().abs()))?;
     let named: Vec<String> = told.iter().take(NAMED).map(|jump| shown(link, jump)).collect();

@@ -10,7 +10,7 @@ use crate::trajectory::{Platoon, Recording};
 pub(super) const DRIVING: f64 = 0.5;
 /// A row may lie this far off the time grid \[time steps\]; others are left out.
 const OFF_GRID: f64 = 0.25;
-/// More samples than this are no drive: a file that mixes units of time has no grid.
+/// More samples than this are not a drive: a file that mixes units of time has no grid.
 const SAMPLES_MAX: f64 = 5e6;
 
 /// A link on a uniform time step; missing values are NaN.

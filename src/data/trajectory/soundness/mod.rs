@@ -48,7 +48,7 @@ pub struct NoLink {
 /// Checks the link of a follower (1 = right behind the platoon leader) in the recording's platoon number `platoon`.
 ///
 /// # Errors
-/// When there is no such link.
+/// For an unknown link.
 pub fn check(recording: &Recording, platoon: usize, follower: usize) -> Result<Soundness, NoLink> {
     let none = || NoLink { path: recording.source.path.clone(), follower };
     let platoon = recording.platoons.get(platoon).ok_or_else(none)?;
@@ -88,7 +88,7 @@ pub fn check_link(measured: &Link) -> Soundness {
         findings.extend(noise::quantised(&signal));
         if let Some(found) = resampled {
             if found.held {
-                // Held values are late by half of their time, which is no other fault.
+                // Held values are late by half of their time, which is not another fault.
                 values.clone_from(&noise::joined(signal.values, found.factor));
             }
             blurred = true;

@@ -157,7 +157,7 @@ pub(super) fn resampled(signal: &Signal, link: &Link) -> Option<Resampled> {
                 (2..y.len()).map(|i| drives(i, 2).then(|| (y[i] - 2.0 * y[i - 1] + y[i - 2]).abs() > tolerance));
             match regular(bends) {
                 Some(factor) => (factor, "joined by straight lines between its own samples"),
-                // Without noise there is no end of it to be seen.
+                // Without noise its end cannot be seen.
                 None if !noisy(signal, link) => return None,
                 None => (spectrum::cut_off(signal, link)?, "interpolated: its noise ends at half its own rate"),
             }

@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 
 /// Dampings tried in a turn, as factors of the present one; the first two once more with the majorant.
 const DAMPINGS: [f64; 6] = [1e-7, 1e-4, 1e-2, 1e-1, 1.0, 30.0];
-/// Of these, how many are tried with the majorant, too: where a score comes down to 0, its curvature vanishes along the way.
+/// Number of these that are tried with the majorant, too: where a score approaches 0, its curvature vanishes along the way.
 const MAJORANTS: usize = 1;
 /// The best factor: a turn in which another one was better moves the damping towards it.
 const USUAL: f64 = 1e-2;
@@ -21,7 +21,7 @@ const IDLE: usize = 2;
 /// The least curvature of a coordinate, as a share of the largest.
 const LEAST: f64 = 1e-6;
 
-/// How far to go down.
+/// Lowest cost of interest.
 #[derive(Debug, Clone, Copy)]
 pub struct Course {
     /// What is minimised.

@@ -36,7 +36,7 @@ const LANES: usize = 16;
 const AROUND: usize = 36;
 const RISES: [f64; 2] = [0.005, 0.0005];
 const WIDEST: f64 = 1e-4;
-/// How far behind a whole number of samples a delay is put, so that no rounding puts it before \[s\].
+/// Distance of a delay behind a whole number of samples, so that no rounding puts it before \[s\].
 const BEHIND_A_SAMPLE: f64 = 1e-6;
 
 /// A soft run under a pull.
@@ -53,7 +53,7 @@ struct Ending {
 }
 
 impl Search<'_> {
-    /// To the end from the best places: collisions become hard, delays whole where they are. The lowest exact score.
+    /// To the end from the best places: collisions become hard, delays whole where the convention has whole ones. The lowest exact score.
     pub(super) fn finish(&mut self, walkers: Vec<Walker>, most: usize) -> Result<f64, CalibrateError> {
         let Some(best) = walkers.first().map(|walker| walker.cost) else { return Ok(f64::INFINITY) };
         let is_near = |walker: &Walker| walker.cost <= best * BEHIND;
@@ -176,7 +176,7 @@ impl Search<'_> {
         self.compare_with_target()
     }
 
-    /// True if some place pays for something, in runs without a pull.
+    /// True if some place pays a price, in runs without a pull.
     fn any_pays(&mut self, places: &[Vec<f64>]) -> Result<bool, CalibrateError> {
         if !self.record.spend(places.len()) {
             return Ok(false);

@@ -6,11 +6,11 @@
 //! at one does not show the way out. Several searches that agree end the calibration.
 //!
 //! 1. Here: searches are repeated until enough agree.
-//! 2. `record`: what they have spent and found, and when they have to stop.
+//! 2. `record`: their effort and results, and when they have to stop.
 //! 3. `round`: one search, from random places to the basins that it finds.
 //! 4. `ending`: from a basin to its lowest exact score, and the candidates around it.
 //!
-//! `descent` and `step` are Levenberg and Marquardt's method, `objective` is what it minimises.
+//! `descent` and `step` are Levenberg and Marquardt's method, `objective` is their objective.
 
 pub mod descent;
 mod ending;
@@ -41,12 +41,12 @@ const AGREEING: usize = 2;
 pub(super) struct Ground {
     /// With delays between samples, so that the score is smooth in them.
     smooth: Lanes,
-    /// As the convention has it, where that is something else.
+    /// By the convention, if it has another one.
     exact: Option<Lanes>,
 }
 
 impl Ground {
-    /// `None` for another optimiser, and for Theil's coefficients, which are no norms of residuals.
+    /// `None` for another optimiser, and for Theil's coefficients, which are not norms of residuals.
     pub fn new(cases: &[Case], gof: &GoodnessOfFit, settings: &Calibration) -> Result<Option<Ground>, EvaluateError> {
         let Case { variant, convention, .. } = &cases[0];
         if settings.optimizer != OptimizerKind::Auto || gof.accumulation() == Accumulation::Theil {

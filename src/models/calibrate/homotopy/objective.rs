@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Finite difference in a coordinate, a share of its range: far above what f64 rounds away, far below what curves.
+/// Finite difference in a coordinate, a share of its range: far above the rounding of f64, far below the scale of curvature.
 pub const DIFFERENCE: f64 = 1e-6;
 
 /// The mean score of a variant over some cases.

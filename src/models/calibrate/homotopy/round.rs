@@ -11,7 +11,7 @@ use rand::RngExt;
 /// Random places that a search begins with, and the share of all evaluations that they may take.
 const SCREENED: usize = 96;
 const SCREENING: f64 = 0.25;
-/// Of these, how many go down, and how far apart they are at least, as a root mean square over the coordinates.
+/// Number of these that descend, and their least distance, as a root mean square over the coordinates.
 const STARTS: usize = 10;
 const APART: f64 = 0.15;
 /// Turns that there should be evaluations for, lest fewer starts go down.

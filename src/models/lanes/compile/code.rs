@@ -111,7 +111,7 @@ pub enum Code {
 }
 
 impl Code {
-    /// How many rows it writes and reads.
+    /// Numbers of written and read rows.
     pub fn rows(self) -> (usize, usize) {
         match self {
             Code::Copy | Code::Unary(_) => (1, 1),
@@ -123,7 +123,7 @@ impl Code {
         }
     }
 
-    /// How many of the rows that it reads are each lane's own; of the others it reads the first lane.
+    /// Number of read rows that differ by lane; of the others it reads the first lane.
     pub fn own(self) -> usize {
         if self == Code::Moved { 3 } else { self.rows().1 }
     }

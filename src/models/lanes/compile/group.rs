@@ -1,7 +1,7 @@
 //! Operations that every step of every model has, done in one instruction: it writes several rows, and intermediate results
 //! stay in registers. Each operation is rounded separately, as in the text.
 //!
-//! A group is recognised by its operations, not by its file. Text that says it otherwise runs as single instructions.
+//! A group is recognised by its operations, not by its file. The same formula in another form runs as single instructions.
 
 use super::code::Code;
 use super::flat::{Binary, Id, Op, Ops, Unary};
@@ -78,7 +78,7 @@ impl Search<'_> {
         }
     }
 
-    /// A reader of `id` that is a sum or product with something else, and that.
+    /// A reader of `id` that is a sum or product with another operand, and that operand.
     fn reader(&self, id: Id, kind: Binary) -> Option<(Id, Id)> {
         self.users[id].iter().find_map(|user| Some((*user, self.other(*user, kind, id)?)))
     }

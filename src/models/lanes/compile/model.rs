@@ -9,7 +9,7 @@ use crate::extension::Initial;
 use crate::wgsl::{Checked, DECAY, Recipe, Source, memory_of};
 use std::collections::HashMap;
 
-/// Rows of the state: spacing, speed, acceleration, then what compensated sums carry, then the memory of extensions.
+/// Rows of the state: spacing, speed, acceleration, then the second words of compensated sums, then the memory of extensions.
 pub type Home = Vec<Row>;
 
 /// Rows of the time loop's look-ups for extensions; unused ones are missing.

@@ -301,7 +301,7 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         all
     }
 
-    /// Runs with observers, one per candidate: only the residuals, stretch by stretch, for those who fit.
+    /// Runs with observers, one per candidate: only the residuals, stretch by stretch, for fits.
     pub fn residuals(
         &self,
         cases: &[Case],
@@ -338,7 +338,7 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         Ok((plan, failed))
     }
 
-    /// Scores of runs with observers, one per candidate, and how far they fell short.
+    /// Scores of runs with observers, one per candidate, and their shortfalls.
     pub fn soft_scores(
         &self,
         cases: &[Case],

@@ -1,4 +1,4 @@
-//! Who runs beside whom: the candidates of a call, sorted by delay and cut into blocks.
+//! Which candidates run together: those of a call, sorted by delay and cut into blocks.
 
 use super::core::Core;
 use super::real::Real;
@@ -15,7 +15,7 @@ pub struct Part {
     pub to: usize,
 }
 
-/// Who runs beside whom.
+/// Candidates that run together.
 #[derive(Debug, Default)]
 pub struct Plan {
     /// Lanes of a block.

@@ -1,4 +1,4 @@
-//! Sums of products of differences: what the derivatives of a goodness of fit are made of.
+//! Sums of products of differences, from which the derivatives of a goodness of fit follow.
 
 use super::sums::SIGNALS;
 use crate::evaluator::{Residuals, Slopes};
@@ -12,7 +12,7 @@ use std::ops::Range;
 pub struct Differences {
     /// Where the candidate is.
     pub first: usize,
-    /// How far each coordinate is moved.
+    /// Displacement of each coordinate.
     pub steps: Vec<f64>,
 }
 
@@ -59,13 +59,13 @@ pub struct Products<'a> {
     bins: Bins<'a>,
     /// Numbers in a row of a matrix of `sums`, and rows: a multiple of [`STRIDE`].
     width: usize,
-    /// How far each coordinate is moved; first and behind the last 1.
+    /// Displacement of each coordinate; first and behind the last 1.
     steps: Vec<f64>,
     /// One matrix per bin and signal, row by row; only from the diagonal on. Entries beyond the coordinates are undefined.
     sums: Vec<f64>,
     /// The differences of a stretch, sample by sample.
     stretch: Vec<f64>,
-    /// Those of the speed before it, as many as the mean acceleration needs.
+    /// Speeds before it, as many as the mean acceleration needs.
     past: Vec<f64>,
 }
 
@@ -192,7 +192,7 @@ impl<'a> Products<'a> {
     }
 }
 
-/// Turns what the candidates have, sample by sample, into differences.
+/// Turns the values of the candidates, sample by sample, into differences.
 struct Differ<'a> {
     differences: &'a mut [f64],
     steps: &'a [f64],

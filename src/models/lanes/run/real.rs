@@ -26,7 +26,7 @@ pub trait Real:
     const INFINITY: Self;
     fn of(x: f64) -> Self;
     fn to_f64(self) -> f64;
-    /// A literal of the text; in f64 the decimal that was written and not what f32 makes of it.
+    /// A literal of the text; in f64 the decimal as written, and not its f32 value.
     fn literal(x: f32) -> Self;
     fn abs(self) -> Self;
     fn sqrt(self) -> Self;

@@ -84,7 +84,7 @@ pub fn went_finite<T: Real, const L: usize>(a_free: &[T; L], s: &[T; L], alive: 
     differ
 }
 
-/// How far values are below `least`, in the lanes that continued.
+/// Shortfall of values below `least`, in the lanes that continued.
 #[inline(always)]
 pub fn shortfalls<T: Real, const L: usize>(y: &[T; L], least: T, went: &[T; L], to: &mut [T; L]) {
     for i in 0..L {
@@ -92,7 +92,7 @@ pub fn shortfalls<T: Real, const L: usize>(y: &[T; L], least: T, went: &[T; L], 
     }
 }
 
-/// Adds how much of an acceleration was cut, in the lanes that continued.
+/// Adds the cut part of an acceleration, in the lanes that continued.
 #[inline(always)]
 pub fn add_cuts<T: Real, const L: usize>(a: &[T; L], a_free: &[T; L], went: &[T; L], to: &mut [T; L]) {
     for i in 0..L {

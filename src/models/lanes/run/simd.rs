@@ -1,7 +1,7 @@
 //! Instructions over rows of lanes, once per instruction set.
 //!
 //! The only module with `unsafe`: function pointers compiled for an instruction set, and rows reached by number.
-//! `Instructions::new` checks what these rely on. Every set gives the same bits: Rust never fuses a multiplication with an addition
+//! `Instructions::new` checks their conditions. Every set gives the same bits: Rust never fuses a multiplication with an addition
 //! in one rounding of itself, and where f64 asks for it (`mul_add`), the baseline computes the same, more slowly.
 #![allow(unsafe_code, reason = "function pointers per instruction set; see the safety comments")]
 
@@ -79,7 +79,7 @@ impl<T: Real, const L: usize> Instructions<T, L> {
     /// Picks the function of each step.
     ///
     /// # Panics
-    /// If this processor has not that instruction set, or a step writes a row that it reads, a row twice, or one that is not there.
+    /// If this processor lacks that instruction set, or a step writes a row that it reads, a row twice, or a missing one.
     pub fn new(steps: &[Step], set: InstructionSet, rows: usize) -> Self {
         assert!(InstructionSet::available().contains(&set), "this processor has no {set:?}");
         let resolve = |step: &Step| {

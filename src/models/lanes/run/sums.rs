@@ -52,7 +52,7 @@ pub struct Settings {
     pub compensated: bool,
     /// False if the number of touched acceleration bounds is not needed.
     pub counts: bool,
-    /// Samples in a block of sums of whitened squares, where they are asked for.
+    /// Samples in a block of sums of whitened squares, if they are requested.
     pub block: Option<usize>,
     /// When runs are put back on the measurement; `None`: never.
     pub windows: Option<Windows>,
@@ -90,7 +90,7 @@ pub struct Sums<T, const L: usize> {
     /// Residuals of spacing and speed.
     pub residual: [Lane<T, L>; 2],
     /// Errors of spacing, speed and acceleration as the goodness of fit weighs them, and the shortfall of the spacing \[m\], to which a
-    /// convention that rejects candidates at an acceleration bound adds what the bound cuts \[m/s²\].
+    /// convention that rejects candidates at an acceleration bound adds the cut part \[m/s²\].
     pub weighted: [Lane<T, L>; SIGNALS],
     /// Σ shortfall².
     pub shortfall2: Lane<T, L>,
@@ -224,7 +224,7 @@ impl<T: Real, const L: usize> Sums<T, L> {
         rows::observe(s, v, d, &mut r_s.0, &mut r_v.0, measured, &self.observers.gain);
     }
 
-    /// Puts spacing and speed where they were measured at sample t.
+    /// Puts spacing and speed on their measured values at sample t.
     #[inline(never)]
     pub fn put_back(&mut self, stream: &Stream<T>, [s, v]: [&mut [T; L]; 2], t: usize) {
         s.fill(stream.measured[0][t]);

@@ -1,7 +1,7 @@
 //! Look-ups of shaders/kernel.wgsl over a block of lanes.
 //!
-//! A candidate stays in one cell of a table for many steps. So each lane keeps what it read of its cell, and reads again only when
-//! it has left: a processor's gather instructions take longer than all other work of a step.
+//! A candidate stays in one cell of a table for many steps. So each lane keeps the values of its cell, and reads again only after
+//! leaving it: a processor's gather instructions take longer than all other work of a step.
 #![allow(
     clippy::needless_range_loop,
     clippy::neg_cmp_op_on_partial_ord,

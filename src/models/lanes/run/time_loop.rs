@@ -70,11 +70,11 @@ pub struct Run<'a, T> {
     pub record: Option<&'a mut Vec<[f64; 6]>>,
     /// Receives the residuals of s of all lanes, then those of v, sample by sample.
     pub residuals: Option<&'a mut Vec<f64>>,
-    /// Receives what the goodness of fit squares: the errors of s, v and a of all lanes, and the shortfall of s, sample by sample.
+    /// Receives the residuals that the goodness of fit squares: the errors of s, v and a of all lanes, and the shortfall of s, sample by sample.
     pub weighted: Option<&'a mut Vec<f64>>,
 }
 
-/// How far a block has come.
+/// Progress of a block.
 #[derive(Debug, Clone, Copy)]
 struct Progress {
     /// The next sample.
@@ -434,7 +434,7 @@ fn put_back<T: Real, const L: usize>(w: &mut Workspace<T, L>, stream: &Stream<T>
     }
 }
 
-/// Closes the lanes that failed in the step from home `from`; returns how many. Rare, so one after the other.
+/// Closes the lanes that failed in the step from home `from`; returns their number. Rare, so one after the other.
 #[cold]
 #[inline(never)]
 fn close<T: Real, const L: usize>(w: &mut Workspace<T, L>, program: &Program<T, L>, from: usize, t: usize) -> usize {
@@ -460,7 +460,7 @@ fn close<T: Real, const L: usize>(w: &mut Workspace<T, L>, program: &Program<T, 
     closed
 }
 
-/// The state at a sample before the first simulated one; returns how many lanes crash there.
+/// The state at a sample before the first simulated one; returns the number of lanes that crash there.
 #[inline(never)]
 fn start<T: Real, const L: usize>(
     w: &mut Workspace<T, L>,

@@ -2,7 +2,7 @@
 //!
 //! A round is [`Lshade`](super::Lshade) until its population is nearly of one value or its evaluations are spent, then
 //! [`Descent`](super::Descent) from its best member with the shape of its population, at last on exact merits. Rounds draw from
-//! different streams and know nothing of each other, so that their agreement means something; where they disagree the surface has
+//! different streams and are independent, so that their agreement means something; if they disagree the surface has several
 //! basins, and more rounds follow. Two run side by side, because an evaluator takes two generations in hardly more time than one.
 
 mod round;
@@ -37,7 +37,7 @@ pub struct AutoSettings {
     pub agreement: f64,
     /// All four are shares of this where the best value is smaller: near 0 no share of the value itself is ever reached.
     pub floor: f64,
-    /// Rounds that have to agree, where none ended elsewhere.
+    /// Rounds that have to agree, if none ended elsewhere.
     pub rounds: usize,
 }
 
@@ -64,7 +64,7 @@ impl AutoSettings {
             // A round that follows few of its best settles in one basin early, and then four rounds may meet in the wrong one: with
             // L-SHADE's 0.11 a round on the widest basins of platoon 5 (variant 62 on follower 2) ended lowest in 3 cases of 8.
             best_share: [0.4, 0.2],
-            // 32: what evaluators simulate in the time of one candidate.
+            // 32: number of candidates that evaluators simulate in the time of one.
             descent_population: (2 * DescentSettings::population_for(dimensions))
                 .max(32)
                 .min((polish / 8).max(4) as usize),
@@ -152,7 +152,7 @@ impl Auto {
         agreeing >= self.settings.rounds + (self.found.len() - agreeing)
     }
 
-    /// Takes what ended rounds have found, and begins others unless enough agree.
+    /// Takes the results of ended rounds, and starts others unless enough agree.
     fn collect(&mut self) {
         if self.rounds.iter().any(|round| !round.is_ended()) {
             return;
@@ -200,7 +200,7 @@ impl Optimizer for Auto {
         self.collect();
     }
 
-    /// By exact merits as soon as one of them is feasible, and from then on by them alone; before, by rough ones.
+    /// By exact merits as soon as one of them is feasible, and from then on by them alone; before, by approximate ones.
     fn best(&self) -> Option<&Member> {
         let (exact, rough) = (self.exact.as_ref(), self.rough.as_ref());
         exact.filter(is_feasible).or(rough.filter(is_feasible)).or(exact).or(rough)

@@ -1,4 +1,4 @@
-//! Laws that are not of the paper, by hand in f64: what shaders/law/ is compared with. One file per law.
+//! Laws outside the paper, by hand in f64, to compare with shaders/law/. One file per law.
 
 use super::types::Perceived;
 use crate::catalog::law_files;
@@ -7,7 +7,7 @@ use crate::symbols::Parameters;
 /// Input of a law at a step.
 #[derive(Debug, Clone, Copy)]
 pub struct Seen<'a> {
-    /// Parameters that bear a name of the paper's table, as extensions left them.
+    /// Parameters with a name of the paper's table, as extensions left them.
     pub p: &'a Parameters,
     /// The law's own parameters, in the order of its file; those of the paper's table are not among them.
     pub own: &'a [f64],
@@ -78,7 +78,7 @@ mod tests {
         Seen { p, own, x, v_f, a_f: 0.0, a_l: 0.0, v_l_then: v_l, v_l_half: v_l, dt: 0.1 }
     }
 
-    /// Fails unless both are equal but for rounding.
+    /// Fails unless both are equal up to rounding.
     #[track_caller]
     pub(super) fn same(found: f64, expected: f64) {
         assert!((found - expected).abs() <= 1e-12 * expected.abs().max(1.0), "{found}, not {expected}");

@@ -93,7 +93,7 @@ impl Reader<'_> {
         })
     }
 
-    /// On how many trajectories a variant has a lower error than another, and which parameters of its parts its winners have on a bound.
+    /// Number of trajectories on which a variant has a lower error than another, and the parameters of its parts that its winners have on a bound.
     fn pair(&self, name: &str, other: &str) -> Option<String> {
         let (own, other_cells) = (&self.own.cells[self.index(name)?], &self.own.cells[self.index(other)?]);
         let scores: Vec<(f64, f64)> =

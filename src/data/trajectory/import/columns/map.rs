@@ -95,13 +95,13 @@ pub struct ColumnMap {
     pub(super) skip_lines: u64,
     /// True if the line behind the header holds units.
     pub(super) units_row: bool,
-    /// Words for missing values, besides those that are always known.
+    /// Words for missing values, besides the built-in ones.
     pub(super) missing: Vec<String>,
     /// Of every vehicle of which no column gives it \[m\].
     pub(super) length: Option<f64>,
     /// Of the vehicle ahead in a table of pairs \[m\].
     pub(super) lead_length: Option<f64>,
-    /// Of the vehicle ahead \[m\], whatever the columns say.
+    /// Of the vehicle ahead \[m\], instead of any column.
     pub(super) lead_override: Option<f64>,
     /// Positions restart after this distance \[m\].
     pub(super) lap_length: Option<f64>,
@@ -240,7 +240,7 @@ impl ColumnMap {
         let own = [Role::Speed, Role::Gap, Role::Headway, Role::Position];
         let all = self.columns.iter().filter(|column| own.contains(&column.role));
         let mut named = all.flat_map(|column| column.names.iter().map(|name| (column.role, name.as_str())));
-        // A gap may bear the number of the car ahead.
+        // A gap may have the number of the car ahead.
         named.find(|(role, name)| !(name.contains("{}") || role.is_gap() && name.contains("{-1}")))
     }
 
@@ -250,7 +250,7 @@ impl ColumnMap {
         !has(Role::Ahead) && has(Role::Position) && (has(Role::Lane) || self.lap_length.is_some())
     }
 
-    /// How far one front is ahead of another one by the difference of their positions \[m\]: on a closed track never behind it.
+    /// Distance of one front ahead of another one by their positions \[m\]: on a closed track never negative.
     pub(super) fn ahead_by(&self, difference: f64) -> f64 {
         self.lap_length.map_or(difference, |lap| difference.rem_euclid(lap))
     }
@@ -260,13 +260,13 @@ impl ColumnMap {
         self.lap_length.map_or(change, |lap| (change + lap / 2.0).rem_euclid(lap) - lap / 2.0)
     }
 
-    /// The same map for a table that is written with commas, points and one header line, whatever the map says.
+    /// The same map for a table with commas, points and one header line, whatever the map sets.
     pub(super) fn of_plain_csv(self) -> ColumnMap {
         let (separator, decimal) = (Separator::Comma, Decimal::Point);
         ColumnMap { separator, decimal, header: None, headerless: None, skip_lines: 0, units_row: false, ..self }
     }
 
-    /// The same map with this length of the vehicle ahead \[m\], whatever the columns say; that of a follower stays its own.
+    /// The same map with this length of the vehicle ahead \[m\], instead of any column; that of a follower stays.
     #[must_use]
     pub fn with_lead_length(mut self, length: Option<f64>) -> ColumnMap {
         self.lead_override = length;

@@ -50,7 +50,7 @@ impl ColumnMap {
     /// A built-in map by its name, or your own map: its file, which ends in `.toml`, or its text, which has several lines.
     ///
     /// # Errors
-    /// [`MapError`] when there is none, or when it is broken.
+    /// [`MapError`] for a missing or broken map.
     pub fn find(given: &str) -> Result<ColumnMap, MapError> {
         if let Some((name, text)) = SHIPPED.iter().find(|(name, _)| *name == given) {
             return ColumnMap::parse(text, name);
@@ -127,7 +127,7 @@ impl Recording {
     }
 
     /// Keeps only the platoons in which the car of this name is the follower of one number, which is that of the first: 1 is the car right behind
-    /// the leader. `None`, and nothing changed, if there is none.
+    /// the leader. `None`, and no change, without such a platoon.
     #[must_use]
     pub fn keep_car(&mut self, name: &str) -> Option<usize> {
         let place = |platoon: &Platoon| {
@@ -142,7 +142,7 @@ impl Recording {
     }
 
     /// Keeps only the pairs of a mapped table whose follower has this id, that of its vehicle or group, or the one pair of this id; false, and nothing
-    /// changed, if there are none.
+    /// changed, without such a pair.
     #[must_use]
     pub fn keep_follower(&mut self, id: &str) -> bool {
         let name = match self.chosen_by {

@@ -12,7 +12,7 @@ use crate::trajectory::prepare::SEGMENT_MIN_S;
 use crate::trajectory::{Car, Note, Platoon};
 use std::collections::HashMap;
 
-/// The rows of one group, or of one of several trajectories that bear its name.
+/// The rows of one group, or of one of several trajectories that have its name.
 pub(super) struct Group {
     /// The name in the file; `None` where no column gives one.
     pub name: Option<String>,

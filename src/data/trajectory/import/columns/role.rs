@@ -104,7 +104,7 @@ impl Role {
         self.in_platoon() && !matches!(self, Role::Time | Role::Group)
     }
 
-    /// True if it says how far the vehicle ahead is away.
+    /// True if it gives the distance of the vehicle ahead.
     pub fn is_gap(self) -> bool {
         matches!(self, Role::Gap | Role::Headway)
     }

@@ -385,7 +385,7 @@ fn value(text: &str, name: &str, column: &Wanted, map: &ColumnMap) -> Result<f64
             ProblemKind::DecimalComma { column, found, .. } => {
                 ProblemKind::DecimalComma { column, found, mapped: map.separator != Separator::Comma }
             }
-            // A clock is no number.
+            // A clock is not a number.
             ProblemKind::NotANumber { column, found, .. } if *role == Role::Time && is_time(&found) => {
                 ProblemKind::TimeUnit { column, found }
             }

@@ -65,7 +65,7 @@ pub(super) struct Named {
     pub unit: Option<String>,
     #[serde(default)]
     pub optional: bool,
-    /// What to do where the column is missing.
+    /// Remedy if the column is missing.
     #[serde(default)]
     pub hint: String,
 }

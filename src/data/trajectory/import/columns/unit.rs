@@ -23,7 +23,7 @@ pub(super) enum Form {
     Clock,
 }
 
-/// Times that are no numbers of a unit.
+/// Times in other forms than a number with a unit.
 const CLOCKS: [(&str, Form); 3] = [("iso", Form::Iso), ("hhmmss", Form::Clock), ("day", Form::Days)];
 
 /// International foot, mile and nautical mile \[m\]; standard gravity \[m/s²\].

@@ -18,7 +18,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 /// First bytes of a Parquet file.
 pub(super) const MAGIC: [u8; 4] = *b"PAR1";
 
-/// Times since 1970 beyond this are no dates of measurements and stay numbers \[s\]: the beginning of 2200.
+/// Times since 1970 beyond this are not dates of measurements and stay numbers \[s\]: the beginning of 2200.
 const DATES_S: i64 = 7_258_118_400;
 const DAY_S: i64 = 86_400;
 
@@ -74,7 +74,7 @@ impl Read for Text {
     }
 }
 
-/// Values that are no number and no text.
+/// Values that are neither number nor text.
 fn refuse_type(column: &Type) -> Result<(), String> {
     let name = column.name();
     let found = match column {
@@ -145,7 +145,7 @@ fn value(field: &Field) -> String {
     match field {
         Field::Null => String::new(),
         Field::Str(text) => quoted(text),
-        // The library's texts of dates that are none end in a panic.
+        // The library panics on texts of invalid dates.
         Field::Date(days) if (i64::from(*days) * DAY_S).abs() > DATES_S => days.to_string(),
         Field::TimestampMillis(time) if (time / 1000).abs() > DATES_S => time.to_string(),
         Field::TimestampMicros(time) if (time / 1_000_000).abs() > DATES_S => time.to_string(),

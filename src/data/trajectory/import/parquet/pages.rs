@@ -68,7 +68,7 @@ struct Header {
     /// Values of a dictionary.
     values: i32,
     is_dictionary: bool,
-    /// Text as what it has in common with the one before, whose lengths the library takes on trust.
+    /// Text as a common prefix with the one before, whose lengths the library does not check.
     is_text_delta: bool,
 }
 
@@ -224,7 +224,7 @@ mod tests {
         let expected = Header { unpacked: 150, ..Header::default() };
         assert_eq!(read(&page).expect("a header"), expected);
         assert!(expected.check().is_ok());
-        // Cut off anywhere it is none.
+        // A truncated file is invalid, wherever it ends.
         assert!((0..page.len()).all(|end| read(&page[..end]).is_err()));
         // The last of several sizes would count.
         let twice = [0x15, 0, 0x15, 2, 0x05, 4, 0xFE, 0xFF, 0xFF, 0xFF, 0x0F, 0];

@@ -1,4 +1,4 @@
-//! Who drives ahead of whom, at each row.
+//! Order of the vehicles in a lane, at each row.
 
 use super::super::role::Role;
 use super::Long;
@@ -11,7 +11,7 @@ impl Long<'_> {
     /// The vehicle that each row names, and its row at the same time.
     pub(super) fn named_ahead(&self) -> Vec<Option<(u32, u32)>> {
         let ahead = self.table.names(Role::Ahead).expect("a map without it is refused, or searches");
-        // Several vehicles may bear a number, one after the other.
+        // Several vehicles may have a number, one after the other.
         let mut bearers: HashMap<(u32, u32), Vec<u32>> = HashMap::new();
         for (vehicle, one) in (0..).zip(&self.vehicles) {
             bearers.entry(one.key).or_default().push(vehicle);

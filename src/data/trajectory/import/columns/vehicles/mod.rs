@@ -1,4 +1,4 @@
-//! Long tables: one row per vehicle and time. Who is ahead is named by the table, or found by lane and position.
+//! Long tables: one row per vehicle and time. The table names the vehicle ahead, or lane and position give it.
 
 mod ahead;
 mod tracks;
@@ -218,7 +218,7 @@ impl<'a> Long<'a> {
         &self.table.dictionary[self.vehicles[vehicle].key.1 as usize]
     }
 
-    /// A stretch as a platoon of two; `count` says which of several of the same two vehicles.
+    /// A stretch as a platoon of two; `count` numbers those of the same two vehicles.
     fn platoon(&self, stretch: &Stretch, count: usize) -> Platoon {
         let (gap, from) = self.gap(stretch);
         let mut notes = Vec::new();

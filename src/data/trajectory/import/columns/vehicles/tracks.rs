@@ -11,7 +11,7 @@ use crate::trajectory::import::table::REVERSE_LIMIT;
 use crate::trajectory::steps::longest_step;
 use std::collections::HashMap;
 
-/// A vehicle that is not seen for longer than this begins a new pair \[s\]: what lies between is never interpolated.
+/// A vehicle that is absent for longer than this starts a new pair \[s\]: the pause is never interpolated.
 pub(super) const ABSENCE_MAX_S: f64 = 60.0;
 /// A vehicle that is further back than this after a pause is another one \[m\]: more than the errors of sensors.
 const BACK_M: f64 = 10.0;
@@ -66,7 +66,7 @@ pub(super) fn vehicles(
         notes.push(Note::NumbersAgain { vehicles: vehicles.len() - numbers, numbers });
     }
     let broken: Vec<&Vehicle> = vehicles.iter().filter(|vehicle| !vehicle.faults.is_empty()).collect();
-    // A table most of whose vehicles are broken is not what its map says.
+    // If most vehicles of a table are broken, the map does not fit it.
     if 2 * broken.len() > vehicles.len() {
         problems.adopt(broken.iter().map(|vehicle| vehicle.faults.clone()));
         problems.check()?;
