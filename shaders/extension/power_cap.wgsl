@@ -1,7 +1,7 @@
 //! The command is at most P / v.
 //! in short: the engine's power ends
 //! equation: a_cmd <= P / v
-//! looks like: too little acceleration where much is wanted, the more so the faster
+//! looks like: too little acceleration at high demand, growing with the speed
 //! confounded with: accel_cap
 //! search: limit
 //! scale: ratio

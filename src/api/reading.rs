@@ -323,7 +323,7 @@ impl Reading {
         other.trajectory_of(recording, Some(of.follower), of.id.as_deref(), &mut |_| {}).ok()
     }
 
-    /// One follower of the trajectory of an id; without an id of the longest one, without a number the only one.
+    /// One follower of the trajectory with an id, by default the longest one; without a number the only follower.
     pub(crate) fn trajectory_of(
         &self,
         recording: &Recording,

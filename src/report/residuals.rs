@@ -123,7 +123,7 @@ pub fn error_budget(all: &[Simulated]) -> Option<Budget> {
     budget(&runs)
 }
 
-/// Mean residual, and where two thirds of the residuals lie, in classes of measured speed; none where no class has samples enough.
+/// Mean residual, and the range of two thirds of the residuals, in classes of measured speed; none if no class has enough samples.
 #[must_use]
 pub fn over_speed(all: &[Simulated]) -> Option<Chart> {
     let mut classes: std::collections::BTreeMap<usize, Vec<[f64; 3]>> = std::collections::BTreeMap::new();

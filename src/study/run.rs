@@ -67,7 +67,7 @@ pub struct Progress {
     pub done: AtomicU64,
     /// Tasks that this run computed.
     pub computed: AtomicU64,
-    /// Of these, calibrations that found nothing.
+    /// Of these, calibrations without a result.
     pub failed: AtomicU64,
     /// Simulated candidates.
     pub evaluations: AtomicU64,

@@ -88,7 +88,7 @@ fn truth(variant: &Variant) -> Parameters {
     parameters
 }
 
-/// A trajectory that the variant itself drove: its own parameters score 0, whatever the variant.
+/// A trajectory simulated with the variant itself: its own parameters score 0, for every variant.
 fn driven_by(variant: Variant, convention: Convention, vehicle: &Vehicle) -> Case {
     let n = leader().len();
     let mut start = trajectory(leader(), integrate(0.0, &vec![20.0; n], 0.1), vec![20.0; n]);

@@ -1,4 +1,4 @@
-//! Many calibrations that have nothing to do with each other but the evaluator.
+//! Many calibrations that share only the evaluator.
 
 use super::tasks::{Task, run};
 use super::{CalibrateError, Calibration, Replicate, SearchSpace};

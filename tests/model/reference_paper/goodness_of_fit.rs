@@ -18,7 +18,7 @@ fn measures(floored: bool) -> Measures {
     Measures([compare(SPACING, false), compare(SPEED, floored), compare(ACCELERATION, false)])
 }
 
-/// The same value by the other way, which evaluators that finish scores themselves go: sums over the samples and a norm.
+/// The same value as computed by evaluators that finish scores themselves: sums over the samples and a norm.
 fn finished(gof: &GoodnessOfFit, floored: bool) -> f64 {
     let signals = [(SPACING, false), (SPEED, floored), (ACCELERATION, false)];
     let norm = gof.norm(&signals.map(|((_, measured), floored)| Measured::of(&measured, floored)));

@@ -177,7 +177,7 @@ fn what_an_extension_may_not_have_is_said() {
     }
 }
 
-/// A model has a limited number of places only.
+/// A model holds a limited number of parameters only.
 #[test]
 fn more_parameters_than_a_model_can_have_are_refused_where_they_are_declared() {
     let text = |stage: &str, count: usize| {

@@ -166,7 +166,7 @@ mod tests {
         assert_eq!(read(1000 * row, 3), Ok(1000));
         let said = read(500 * row, 3).expect_err("too many rows");
         assert!(said.starts_with("table.csv:501: expected a table of at most "), "{said}");
-        // Wider rows are fewer; and long lines count by their text.
+        // A file has fewer wide rows, and long lines count by their text.
         assert!(read(500 * row, 20).expect_err("too many numbers").starts_with("table.csv:264:"));
         let long = format!("{}\n", "1".repeat(1000)).repeat(10);
         let mut lines = Lines { most: 5000, ..Lines::new(long.as_bytes()) };

@@ -129,7 +129,7 @@ impl Columns {
             }
         }
         let needed = ["Time", "Speed1", "Speed2", "IVS1"];
-        // Which cars there are is free, so only the lack of any counts, and a misspelt column has been reported.
+        // Any set of cars is valid, so only the lack of all is an error, and a misspelt column has been reported.
         let known: Vec<&str> = header.names.iter().map(String::as_str).collect();
         let known: Vec<&str> = known.into_iter().filter(|name| is_known(name)).collect();
         let misspelt = problems.check().is_err();

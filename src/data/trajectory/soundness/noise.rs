@@ -123,7 +123,7 @@ pub(super) fn smoothed(signal: &Signal, link: &Link) -> Option<Finding> {
 
 /// Steps are as large as this share of the coarse ones at least, or multiples of them, in a quantised signal.
 const WHOLE: f64 = 0.01;
-/// And this share of all steps is.
+/// And at least this share of all steps is.
 const MOST: f64 = 0.99;
 
 /// A signal whose values are multiples of a large step.

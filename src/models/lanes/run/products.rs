@@ -16,7 +16,7 @@ pub struct Differences {
     pub steps: Vec<f64>,
 }
 
-/// Which samples are summed apart.
+/// Samples that are summed separately.
 #[derive(Debug, Clone, Copy)]
 pub struct Bins<'a> {
     /// Of every sample the bin that it counts in, if any; bins come one after the other.

@@ -72,7 +72,7 @@ fn values<const N: usize>(own: &[f64]) -> [f64; N] {
 mod tests {
     use super::{ALL, Memory, Parameters, Perceived, Seen, named};
 
-    /// Spacing, own speed and the other's, without delay; both have long had these speeds. The step is 0.1 s.
+    /// Spacing, own speed and the other's, without delay; both speeds have been constant for a long time. The step is 0.1 s.
     pub(super) fn steady<'a>(p: &'a Parameters, own: &'a [f64], [s, v_f, v_l]: [f64; 3]) -> Seen<'a> {
         let x = Perceived { s, v_f, v_l };
         Seen { p, own, x, v_f, a_f: 0.0, a_l: 0.0, v_l_then: v_l, v_l_half: v_l, dt: 0.1 }
