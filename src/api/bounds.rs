@@ -20,7 +20,7 @@ pub fn read_bounds(given: &[String], variant: &Variant) -> anyhow::Result<Overri
     Ok(bounds)
 }
 
-/// Bounds of single parameters that a model may be given: `known` are its parameters, and whatever else may be bounded.
+/// Bounds of single parameters for a model: `known` are its parameters and others that may be bounded.
 pub fn checked_single(single: &Overrides, variant: &Variant, known: &[Symbol]) -> anyhow::Result<Overrides> {
     let one = |(name, ends): (&String, &[f64; 2])| match known.iter().find(|symbol| symbol.name() == name) {
         Some(symbol) => Ok((name.clone(), checked(*symbol, *ends)?)),
@@ -29,7 +29,7 @@ pub fn checked_single(single: &Overrides, variant: &Variant, known: &[Symbol]) -
     single.iter().map(one).collect()
 }
 
-/// That a variant has no such parameter.
+/// Error for a parameter that the variant lacks.
 pub fn unknown(what: &str, name: &str, variant: &Variant, known: &[Symbol]) -> Usage {
     let known: Vec<&str> = known.iter().map(|symbol| symbol.name()).collect();
     let near = did_you_mean(name, known.iter().copied());

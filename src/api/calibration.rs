@@ -46,7 +46,7 @@ pub struct Calibration {
     pub(crate) search: calibrate::Calibration,
     pub(crate) selection: Selection,
     pub(crate) intervals: bool,
-    /// Simulations of a replicate at most, where a number was asked for.
+    /// Largest number of simulations of a replicate, if requested.
     pub(crate) evaluations: Option<u64>,
     pub(crate) warn: fn(&str),
 }
@@ -169,7 +169,7 @@ impl Calibration {
         self
     }
 
-    /// Simulations of a replicate at most; 100 at least.
+    /// Largest number of simulations of a replicate; at least 100.
     #[must_use]
     pub fn max_evaluations(mut self, simulations: u64) -> Calibration {
         self.search.stop.max_evaluations = simulations;
@@ -212,7 +212,7 @@ impl Calibration {
         self
     }
 
-    /// Simulations of all replicates at most.
+    /// Largest number of simulations of all replicates.
     #[must_use]
     pub fn most_evaluations(&self) -> u64 {
         self.search.stop.max_evaluations.saturating_mul(self.search.replicates)
@@ -278,7 +278,7 @@ impl Calibration {
         let known = self.model.parameters();
         let single = checked_single(&self.single, &self.model, &known)?;
         let mut overrides = read_bounds(&self.bounds, &self.model)?;
-        // A set is a start; a file, or the bounds of one parameter, are deliberate.
+        // A set is a start; a file, or the bounds of one parameter, are a deliberate choice.
         let is_file = |given: &&String| given.parse::<BoundSet>().is_err();
         let files: Vec<String> = self.bounds.iter().filter(is_file).cloned().collect();
         let mut meant = read_bounds(&files, &self.model)?;
@@ -354,7 +354,7 @@ impl Calibration {
         Ok(self.selection.build(cases, self.gof, work, self.warn)?)
     }
 
-    /// That the drives are hardly of one driver, in words.
+    /// Warning that the drives probably have several drivers, in words.
     pub(crate) fn apart(&self, prepared: &Prepared, loaded: &[Loaded]) -> anyhow::Result<Option<String>> {
         let Prepared { space, reference } = prepared;
         let labels: Vec<&str> = loaded.iter().map(|l| l.trajectory.label.as_str()).collect();

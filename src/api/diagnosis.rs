@@ -49,7 +49,7 @@ pub struct Diagnosis {
 #[derive(Debug, Clone)]
 pub struct Findings {
     described: Arc<Described>,
-    /// Those that were trained on, and those held back.
+    /// The training data, and the held-back data.
     #[cfg_attr(not(feature = "cli"), expect(dead_code, reason = "the command line writes them"))]
     drives: Arc<[Vec<Diagnosed>; 2]>,
 }
@@ -62,7 +62,7 @@ pub(crate) struct Source<'a> {
     pub(crate) id: Option<String>,
 }
 
-/// A follower whose data were looked at.
+/// A follower with checked data.
 struct Examined {
     picked: Picked,
     entry: DataEntry,
@@ -73,7 +73,7 @@ struct Examined {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Loading {
     pub(crate) variant: Variant,
-    /// Look at the data, and stop there.
+    /// Check the data, and stop there.
     pub(crate) data_only: bool,
 }
 
@@ -87,9 +87,9 @@ pub(crate) struct Loaded {
     pub(crate) data: Vec<DataEntry>,
     pub(crate) findings: Vec<FindingEntry>,
     pub(crate) held_back: String,
-    /// Window of every drive to train on whose end is held back \[s\]; empty if drives of their own are.
+    /// Window of every training drive whose end is held back \[s\]; empty with separate held-back drives.
     pub(crate) trained: Vec<[f64; 2]>,
-    /// Length of a lap \[m\], where the track is closed or its grade repeats.
+    /// Length of a lap \[m\], if the track is closed or its grade repeats.
     pub(crate) lap: Option<f64>,
 }
 
@@ -189,7 +189,7 @@ impl Loading {
         let units = picked.trajectory.notes.iter().find(|note| matches!(note, Note::UnitsContradict { .. }));
         let units = units.map(ToString::to_string);
         let mut findings = FindingEntry::of(&picked.trajectory);
-        // Units come before any size, and once.
+        // Units come before any size, and only once.
         findings.retain(|finding| units.is_none() || finding.name != "unit");
         let trajectory = &picked.trajectory;
         let mut entry = DataEntry {
@@ -380,7 +380,7 @@ impl Findings {
         &self.described.outcome
     }
 
-    /// All that is written of it: the diagnosis, and the drives that it is of.
+    /// All output: the diagnosis, and its drives.
     #[cfg(feature = "cli")]
     pub(crate) fn parts(&self) -> (&Described, &[Vec<Diagnosed>; 2]) {
         (&self.described, &self.drives)
@@ -398,7 +398,7 @@ impl Findings {
         &self.outcome().reason
     }
 
-    /// The causes with which the model follows unseen drives better; empty where the base does as well.
+    /// The causes with which the model follows unseen drives better; empty if the base is as good.
     #[must_use]
     pub fn recommended(&self) -> Vec<&str> {
         let recommended = self.outcome().recommended.iter();

@@ -97,7 +97,7 @@ impl Recording {
         let mut warnings = Vec::new();
         let id = ids.first().map(String::as_str);
         let trajectory = self.reading.trajectory_of(&read, number, id, &mut |text| warnings.push(text))?;
-        // Of a table of thousands of pairs, a drive keeps its own only.
+        // A drive of a table of thousands of pairs keeps only its own pair.
         read.platoons.retain(|platoon| trajectory.id.is_none() || platoon.id == trajectory.id);
         let recording = Recording { read: Arc::new(read), reading: Arc::clone(&self.reading) };
         Ok(Drive { recording, trajectory: Arc::new(trajectory), warnings })
@@ -105,7 +105,7 @@ impl Recording {
 }
 
 impl Drive {
-    /// The drive with a name for its follower, where the file has none.
+    /// The drive with a name for its follower, if the file has none.
     #[must_use]
     pub fn named(mut self, name: &str) -> Drive {
         if !is_nameless(&self.trajectory.name) {
@@ -128,7 +128,7 @@ impl Drive {
     pub fn between(&self, from: f64, to: f64) -> Result<Drive, Error> {
         let Trajectory { t, id, follower, .. } = &*self.trajectory;
         let Recording { read, reading } = &self.recording;
-        // Of the segments that the file has, the part lies within one.
+        // The part lies within one of the segments of the file.
         let reading = Reading {
             from: Some(from.max(t[0])),
             to: Some(to.min(t[t.len() - 1])),
@@ -208,7 +208,7 @@ impl Drive {
         &self.trajectory.x_f
     }
 
-    /// Position of the preceding vehicle \[m\]: of its rear bumper where its length is not known.
+    /// Position of the preceding vehicle \[m\]: of its rear bumper if its length is not known.
     #[must_use]
     pub fn lead_position(&self) -> &[f64] {
         &self.trajectory.x_l
@@ -232,14 +232,14 @@ impl Drive {
         &self.warnings
     }
 
-    /// The drive as a model sees it: with the car, where the model needs one.
+    /// The drive for a model: with the car, if the model needs one.
     pub(super) fn for_model(&self, model: &Variant) -> anyhow::Result<Loaded> {
         let vehicle = self.recording.reading.vehicle_for(&self.trajectory, model)?;
         let twin = self.recording.reading.twin(&self.recording.read, &self.trajectory);
         Ok(Loaded { trajectory: (*self.trajectory).clone(), vehicle, twin })
     }
 
-    /// The drive with all that was measured around it.
+    /// The drive with all measured signals around it.
     pub(super) fn source(&self) -> Source<'_> {
         let Recording { read, reading } = &self.recording;
         let Trajectory { follower, id, .. } = &*self.trajectory;

@@ -26,7 +26,7 @@ pub struct Fit {
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Simulation {
-    /// Times \[s\] of the samples that were reached.
+    /// Times \[s\] of the samples up to the end of the run.
     pub time: Vec<f64>,
     /// Simulated spacing \[m\].
     pub spacing: Vec<f64>,
@@ -65,7 +65,7 @@ impl Fit {
         Ok(Fit::of(serde_json::from_str(text).map_err(anyhow::Error::from)?)?)
     }
 
-    /// The text of `result.json`: all that is known of the fit, and how it was found.
+    /// The text of `result.json`: the fit, and its settings.
     #[must_use]
     pub fn to_json(&self) -> String {
         self.result.to_json()
@@ -139,7 +139,7 @@ impl Fit {
         Ok(Simulation { time, spacing, speed, acceleration, scores, ended, warnings: warnings.into_iter().collect() })
     }
 
-    /// The drives with their cars, and as their runs see them.
+    /// The drives with their cars, for their runs.
     #[cfg(feature = "cli")]
     pub(crate) fn cases(&self, drives: &[&Drive]) -> anyhow::Result<(Vec<Loaded>, Vec<Case>)> {
         let loaded = drives.iter().map(|drive| self.on(drive)).collect::<anyhow::Result<Vec<Loaded>>>()?;
@@ -154,7 +154,7 @@ impl Fit {
         &self.result
     }
 
-    /// A drive with the car that was calibrated, unless it has another one.
+    /// A drive with the calibrated car, unless it has another one.
     fn on(&self, drive: &Drive) -> anyhow::Result<Loaded> {
         let mut reading = (*drive.recording.reading).clone();
         reading.vehicle = reading.vehicle.or_else(|| self.result.vehicle.as_ref().map(|vehicle| vehicle.from.clone()));

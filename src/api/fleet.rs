@@ -24,7 +24,7 @@ const DOUBTFUL_NAMED: usize = 20;
 /// Limit for the tables of a folder.
 const ENDINGS: [&str; 4] = ["csv", "txt", "gz", "parquet"];
 
-/// Leader-follower pairs, of files, of folders or of drives at hand.
+/// Leader-follower pairs, of files, of folders or of drives in memory.
 #[derive(Debug, Clone, Default)]
 pub struct Pairs {
     pub(crate) pairs: Vec<Pair>,
@@ -57,7 +57,7 @@ impl Pairs {
     pub fn of_drives(drives: &[&Drive]) -> Pairs {
         let pair = |drive: &&Drive| {
             let trajectory = (*drive.trajectory).clone();
-            // A model that needs the car looks for it and reports its absence.
+            // A model that needs the car searches for it and reports its absence.
             let vehicle = drive.recording.reading.vehicle_of(&trajectory).ok().flatten();
             Pair {
                 file: trajectory.source.path.clone(),
@@ -255,7 +255,7 @@ impl Fleet {
         Fleet::of_calibrations(models.iter().map(|model| Calibration::of(model)).collect::<Result<Vec<_>, _>>()?)
     }
 
-    /// The same of calibrations, a model each. Seed, measure, convention and evaluator are those of the first one.
+    /// The same with a calibration for each model. Seed, measure, convention and evaluator are those of the first one.
     ///
     /// # Errors
     /// When none is given, or one model twice.
@@ -277,7 +277,7 @@ impl Fleet {
     /// Calibrates every pair: a row per pair and model, with units in the names of the columns.
     ///
     /// # Errors
-    /// When a bound cannot be or the evaluator fails. A pair that cannot be calibrated is a row with a reason.
+    /// For invalid bounds, or if the evaluator fails. A pair that cannot be calibrated is a row with a reason.
     pub fn run(&self, pairs: &Pairs) -> Result<Table, Error> {
         self.run_on(pairs, &|| false, &|_, _| {})
     }
@@ -323,7 +323,7 @@ fn distinct(calibrations: &[Calibration]) -> Result<(), Usage> {
     Ok(())
 }
 
-/// Settings of all pairs: a model of each calibration; everything else, such as seed and convention, is of the first one.
+/// Settings of all pairs: the model of each calibration; everything else, such as seed and convention, of the first one.
 pub(crate) fn settings(calibrations: &[Calibration], measures: Vec<GoodnessOfFit>) -> anyhow::Result<Settings> {
     distinct(calibrations)?;
     let Calibration { convention, search, evaluations, intervals, selection, .. } = &calibrations[0];

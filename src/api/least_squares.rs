@@ -10,7 +10,7 @@ use crate::score::Accumulation;
 /// Candidates that are simulated together: they fill blocks of lanes, and their results stay below 100 MB.
 const PART: usize = 128;
 
-/// The normal equations of one candidate, of residuals r that [`Evaluator::residuals`] gives and their derivatives J with respect to the p
+/// The normal equations of one candidate, for the residuals r of [`Evaluator::residuals`] and their derivatives J with respect to the p
 /// parameters: a step d of Gauss and Newton's method solves JᵀJ d = -Jᵀr.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NormalEquations {
@@ -42,7 +42,7 @@ impl Evaluator {
     }
 
     /// The normal equations of the same residuals, one per candidate, from finite differences in f64: p + 1 simulations on each drive. Where
-    /// the score of a candidate is infinite, or that of a neighbour, `rtr` is infinite and the other numbers are NaN. Of a convention that
+    /// the score of a candidate is infinite, or that of a neighbour, `rtr` is infinite and the other numbers are NaN. With a convention that
     /// rounds delays to whole samples the derivatives with respect to a delay are meaningless: fix it.
     ///
     /// # Errors

@@ -155,7 +155,7 @@ impl Law {
         read_law(&format!("{name}.wgsl"), text).map(Law).map_err(usage)
     }
 
-    /// The model that it is with other parts, such as `+delay+linear`, or with none: "".
+    /// The same model with other parts, such as `+delay+linear`, or with none: "".
     ///
     /// # Errors
     /// For an unknown part.

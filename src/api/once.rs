@@ -29,7 +29,7 @@ impl Samples {
         }
     }
 
-    /// True for the same signals, whatever they were read from, and for one follower of one file at overlapping times.
+    /// True for the same signals, whatever their source, and for one follower of one file at overlapping times.
     pub(crate) fn overlap(&self, other: &Samples) -> bool {
         let ([from, to], [other_from, other_to]) = (self.window_s, other.window_s);
         let same_follower = self.sha256 == other.sha256 && self.follower == other.follower;

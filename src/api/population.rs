@@ -49,7 +49,7 @@ impl Calibration {
 }
 
 impl Evaluator {
-    /// The parameters that a candidate has a value of, in order: those that are not fixed.
+    /// The parameters of a candidate, in order: those that are not fixed.
     #[must_use]
     pub fn parameters(&self) -> Vec<&'static str> {
         self.free.iter().map(|&i| self.prepared.space.symbols[i].name()).collect()
@@ -97,8 +97,8 @@ impl Evaluator {
         Ok(possible.iter().map(|possible| if *possible { value(scores.next()) } else { f64::INFINITY }).collect())
     }
 
-    /// Simulated spacing \[m\], speed \[m/s\] and acceleration \[m/s²\] of each candidate on one drive, by the f64 reference, as far as the
-    /// run goes. The first sample is the measured one.
+    /// Simulated spacing \[m\], speed \[m/s\] and acceleration \[m/s²\] of each candidate on one drive, by the f64 reference, up to the end of
+    /// the run. The first sample is the measured one.
     ///
     /// # Errors
     /// As [`Evaluator::scores`], and when the equations do not allow a value, with the number of the candidate, from 0.

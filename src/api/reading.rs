@@ -94,13 +94,13 @@ impl Input<'_> {
 #[derive(Debug, Clone)]
 pub(crate) struct Loaded {
     pub trajectory: Trajectory,
-    /// The vehicle and how `--vehicle` finds it again.
+    /// The vehicle, and the value with which `--vehicle` finds it again.
     pub vehicle: Option<(Vehicle, String)>,
     /// The same drive with its faults corrected, or uncorrected if they were corrected: for comparison, if that makes a difference.
     pub twin: Option<Trajectory>,
 }
 
-/// A pair that a file has, usable or not.
+/// A pair of a file, usable or not.
 pub(crate) struct Found {
     pub id: Option<String>,
     pub follower: usize,
@@ -153,7 +153,7 @@ impl Reading {
         Ok((recording, number))
     }
 
-    /// Which follower is meant; of other pairs than his nothing is left.
+    /// Selects the follower; pairs of other followers are removed.
     pub(super) fn chosen(&self, recording: &mut Recording, follower: Option<&str>) -> anyhow::Result<Option<usize>> {
         if recording.is_of_numbered_cars() {
             return follower.map(|text| numbered(recording, text)).transpose();
@@ -216,7 +216,7 @@ impl Reading {
         Ok(asked.into_par_iter().map(pair).collect())
     }
 
-    /// The longest segment of a follower, with his car.
+    /// The longest segment of a follower, with the car.
     fn drive_of(
         &self,
         recording: &Recording,
@@ -290,7 +290,7 @@ impl Reading {
         Ok(picked)
     }
 
-    /// The ids that are asked for: one of the file as it stands, or several between commas.
+    /// The requested ids: one of the file, or several between commas.
     pub(crate) fn ids(&self, recording: &Recording) -> Vec<String> {
         let Some(given) = &self.trajectory else { return Vec::new() };
         if recording.platoons.iter().any(|platoon| platoon.id.as_ref() == Some(given)) {
@@ -342,7 +342,7 @@ impl Reading {
         trajectory: &Trajectory,
         variant: &Variant,
     ) -> anyhow::Result<Option<(Vehicle, String)>> {
-        // A table that lies beside the data by chance must not get in the way of a variant that needs no vehicle.
+        // An unrelated table beside the data must not stop a variant that needs no vehicle.
         let wanted = self.vehicle.is_some() || variant.needs_vehicle();
         let vehicle = if wanted { self.find_vehicle(trajectory, variant)? } else { None };
         if vehicle.is_none() && variant.needs_vehicle() {
@@ -417,7 +417,7 @@ impl Reading {
         Ok(chosen)
     }
 
-    /// The follower's car, where anything is known of it.
+    /// The follower's car, if known.
     pub(super) fn vehicle_of(&self, trajectory: &Trajectory) -> anyhow::Result<Option<Vehicle>> {
         let any = Variant::from_id(1)?;
         Ok(self.find_vehicle(trajectory, &any)?.map(|(vehicle, _)| vehicle))

@@ -14,7 +14,7 @@ use crate::wgsl::extension_named;
 /// A follower that stays below this share of the lowest v_0 drives far below it.
 const FAR_BELOW: f64 = 0.7;
 
-/// Faster than v_0 may be for less than this is noise \[s\].
+/// Less time above v_0 than this is noise \[s\].
 const ABOVE_S: f64 = 1.0;
 
 /// Warnings about a calibration, one line each.
@@ -53,7 +53,7 @@ fn unused(reading: &Reading, model: &Variant, loaded: &[&Trajectory]) -> Vec<Str
     if model.needs_position() {
         return said;
     }
-    // Then positions count by the gap that follows from them, and by nothing else.
+    // Then positions matter only through the gap that follows from them.
     let reads_none = format!("variant {model} reads neither the grade nor the position on the road");
     if reading.lead_start_m.is_some() {
         said.push(format!("--lead-start changes nothing: {reads_none}"));
@@ -70,7 +70,7 @@ fn takes_length(note: &Note) -> bool {
     matches!(note, Note::Derived { .. } | Note::Mapped { .. } | Note::LengthDerived { .. })
 }
 
-/// Single switches that were changed behind a preset, and of which the variant has nothing.
+/// Single switches changed after a preset that do not concern the variant.
 fn idle_switches(model: &Variant, convention: Convention) -> Vec<String> {
     let shown = convention.to_string();
     let changed = shown.split(',').skip(1);
@@ -189,7 +189,7 @@ fn off_bounds(model: &Variant, convention: Convention, overrides: &Overrides, lo
 /// Names of files for a warning about several.
 const NAMED: usize = 5;
 
-/// The files, each once; of very many the first ones.
+/// The files, each once; the first ones of many.
 fn paths(loaded: &[&Trajectory]) -> String {
     let mut paths: Vec<&str> = loaded.iter().map(|l| l.source.path.as_str()).collect();
     paths.dedup();

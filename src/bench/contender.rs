@@ -24,7 +24,7 @@ pub enum Contender {
 }
 
 impl Contender {
-    /// All that this version has, the ceiling first.
+    /// All of this version, the ceiling first.
     pub const ALL: &'static [Contender] = &[
         Contender::NativeF32,
         Contender::NativeF64,
@@ -70,7 +70,7 @@ impl Contender {
         self.evaluator() == "native"
     }
 
-    /// Makes it for a case, ready to run; `None` where the machine has no device for it.
+    /// Makes it for a case, ready to run; `None` if the machine has no device for it.
     ///
     /// # Errors
     /// When the case cannot be laid out or the device fails.
@@ -117,7 +117,7 @@ impl Runner {
         }
     }
 
-    /// Time that went to other things than computing.
+    /// Time spent on other work than computing.
     pub fn timings(&self) -> Timings {
         match self {
             Runner::Evaluator(evaluator) => evaluator.timings(),

@@ -9,7 +9,7 @@ use serde::Serialize;
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-/// Samples of a drive on which simulating takes no time worth mentioning.
+/// Samples of a drive on which simulating takes negligible time.
 const SHORT: usize = 20;
 
 /// Timed generations, after as many for warm-up, if only the cost beside simulating is requested.

@@ -61,7 +61,7 @@ pub(super) struct Measurement {
 }
 
 impl Measurement {
-    /// Makes the evaluator, draws the candidates and runs once. `None` where the machine has no device for it.
+    /// Makes the evaluator, draws the candidates and runs once. `None` if the machine has no device for it.
     pub fn new(
         contender: Contender,
         variant: Variant,
@@ -84,7 +84,7 @@ impl Measurement {
         self.runner.adapter()
     }
 
-    /// Repeats without timing until a GPU that has rested is as fast as it gets.
+    /// Repeats without timing until a GPU that was idle has its full speed.
     pub fn wake(&mut self) -> Result<(), BenchError> {
         let began = Instant::now();
         while began.elapsed() < AWAKE {

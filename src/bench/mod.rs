@@ -1,7 +1,7 @@
 //! How fast candidates are simulated: evaluators, variants and population sizes, measured in turns.
 //!
 //! The unit is Mcs, a million candidate-steps: N candidates over T samples are N T candidate-steps, whether or not some
-//! candidates crash on the way. Beside every evaluator stand a hand-fused loop (`native`), the ceiling on a CPU, and the plain
+//! candidates crash on the way. The table also has a hand-fused loop (`native`), the ceiling on a CPU, and the plain
 //! scalar reference, so that a figure can be judged without knowing the machine. Repetitions of all contenders are interleaved,
 //! so that a change of the machine's load affects all alike; every single time is kept. A hardware GPU comes after them, alone.
 
@@ -76,10 +76,10 @@ pub enum BenchError {
     /// An evaluator failed.
     #[error(transparent)]
     Evaluate(#[from] EvaluateError),
-    /// The calibration that is measured failed.
+    /// The measured calibration failed.
     #[error(transparent)]
     Calibrate(#[from] CalibrateError),
-    /// A seed whose cases would have none of their own.
+    /// A seed whose cases would share seeds with another one.
     #[error("expected a seed from 0 to {most}, found {found}")]
     Seed {
         /// The largest.
@@ -99,7 +99,7 @@ pub enum BenchError {
         /// Sizes that were asked for.
         sizes: usize,
     },
-    /// The program that is timed fails.
+    /// The timed program fails.
     #[error("{program} calibrate: expected success, found: {said}")]
     Program {
         /// The program.

@@ -27,10 +27,10 @@ const VARIANTS: [u32; 3] = [1, 32, 37];
 /// Candidates by default.
 pub(super) const POPULATION: usize = 4096;
 
-/// Candidates of the scalar reference, which is slow and does not care.
+/// Candidates of the scalar reference, whose speed does not depend on their number.
 const POPULATION_OF_REFERENCE: usize = 64;
 
-/// Candidates that a hardware GPU gets, too: some thousands leave most of a large one idle.
+/// Candidates for a hardware GPU in addition: some thousands leave most of a large one idle.
 const LARGE: [usize; 2] = [32_768, MANY];
 
 /// Candidates that keep all of a large GPU busy.
@@ -190,7 +190,7 @@ pub fn run(drive: &Drive, effort: Effort, progress: &mut dyn FnMut(&str)) -> Res
     Ok(Report { machine, adapter, data, shown, rows, generations, left_out })
 }
 
-/// A repetition that takes longer \[s\] is not worth it: a small GPU would take hours over ninety large populations.
+/// A longer repetition \[s\] is left out: a small GPU would take hours over ninety large populations.
 const LONGEST_S: f64 = 1.0;
 
 /// Time \[s\] of this many candidates on the GPU, from the times of fewer with the first variant; `None` before those are measured.

@@ -131,7 +131,7 @@ fn write_against_lanes(text: &mut String, report: &Report, rows: &[&Row]) -> std
     textwrap::wrap(&line, 80).iter().try_for_each(|line| writeln!(text, "{line}"))
 }
 
-/// A variant as the table names it; a law has no id.
+/// A variant, by its name in the table; a law has no id.
 fn numbered(row: &Row) -> String {
     match row.model_id {
         0 => row.variant.clone(),

@@ -57,7 +57,7 @@ impl Change {
         self.folder.join(NEW)
     }
 
-    /// Makes a file that is there already one of the new ones.
+    /// Includes an existing file in the new ones.
     pub fn take(&mut self, name: &str) -> anyhow::Result<()> {
         let place = self.folder.join(name);
         ensure!(!place.is_dir(), "{}: cannot write the file because a folder has this name", place.display());
@@ -139,7 +139,7 @@ fn make(folder: &Path) -> anyhow::Result<()> {
             fs::rename(ready.join(name), folder.join(name))?;
         }
         if let Ok(folder) = File::open(folder) {
-            // Not every file system can; then a machine that loses its power may lose the names.
+            // Some file systems cannot; then a machine that loses power may lose the names.
             let _ = folder.sync_all();
         }
         fs::remove_file(ready.join(LIST))?;
@@ -195,7 +195,7 @@ mod tests {
         names.iter().for_each(|name| change.write(name, content.as_bytes()).expect("room"));
     }
 
-    /// However far a killed process got, the next one completes the change, and nothing of it is left.
+    /// Wherever a process was killed, the next one completes the change and leaves nothing behind.
     #[test]
     fn a_change_is_completed_from_wherever_it_stopped() {
         for moved in 0..4 {

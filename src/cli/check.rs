@@ -125,7 +125,7 @@ fn middle(symbol: Symbol) -> f64 {
     bounds(symbol).map_or(0.0, middle)
 }
 
-/// The base models that an extension can be part of, or the parts that go with a law; an error if it can be part of none.
+/// The base models that an extension fits, or the parts that a law can have; an error if it fits none.
 fn fitting_bases(extension: &'static Extension) -> anyhow::Result<Vec<&'static str>> {
     let mut fitting = Vec::new();
     let mut first_problem = None;
@@ -142,7 +142,7 @@ fn fitting_bases(extension: &'static Extension) -> anyhow::Result<Vec<&'static s
     }
 }
 
-/// Parts that go with every law.
+/// Parts for every law.
 const LAW_PARTS: &str = "+delay+linear+mfc";
 
 /// Compiles an extension with a base model, or a law with parts.

@@ -1,4 +1,4 @@
-//! `leadlag columns`: a column map that is part of the program, as the text to begin one's own with.
+//! `leadlag columns`: a built-in column map as text, to start your own from.
 
 use super::{Usage, output};
 use crate::text::spelling::did_you_mean;

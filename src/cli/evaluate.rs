@@ -1,4 +1,4 @@
-//! `leadlag evaluate`: scores of parameter vectors that are given as rows.
+//! `leadlag evaluate`: scores of parameter vectors in rows.
 
 use super::calibrate::progress::rate;
 use super::evaluator::EvaluatorArgs;
@@ -87,7 +87,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let mut library = Library::open(&args.data, layout, preparation)?;
     let shown = args.cases.display().to_string();
     let input = File::open(&args.cases).with_context(|| format!("{shown}: cannot open the cases"))?;
-    // It takes its place when it is complete: it may be the very file that is read.
+    // It takes its place when it is complete, because it may be the input file.
     let mut written = args.out.as_deref().map(output::begin_file).transpose()?;
     let output: Box<dyn Write + '_> = match &mut written {
         Some(file) => Box::new(BufWriter::new(file)),
@@ -152,7 +152,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let Some((row, reason)) = summary.first_invalid else { return Ok(()) };
     let first = format!("the first of the invalid rows is row {row}: {reason}");
     if summary.invalid == summary.rows {
-        // A misspelt column or a wrong folder: nothing that was asked for was done.
+        // A misspelt column or a wrong folder: no row could be simulated.
         bail!("{shown}: no row could be simulated; {first}");
     }
     eprintln!("{first}");

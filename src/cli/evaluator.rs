@@ -48,7 +48,7 @@ pub enum PrecisionArg {
 }
 
 impl EvaluatorArgs {
-    /// An evaluator that was asked for by name is never replaced by another one.
+    /// An evaluator that the user names is never replaced by another one.
     pub fn selection(&self) -> anyhow::Result<Selection> {
         let selection = Selection {
             kind: match self.evaluator {

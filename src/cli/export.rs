@@ -132,7 +132,7 @@ fn comparison(suffix: &str) -> String {
     format!("comparison{suffix}.csv")
 }
 
-/// The files of the drives that the export which a folder holds was measured on; none without one.
+/// The files of the drives of the export in a folder; none without one.
 fn of_export(folder: &Path) -> Vec<String> {
     let count = Export::read(&folder.join(LOSS)).ok().flatten().map_or(0, |export| export.loss.len());
     let of_drive = |number| {

@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 /// Largest number of drivers in a message.
 const NAMED: usize = 5;
 
-/// The folder of a fleet, if a result that is given is one: the folder itself, its table or its `fleet.json`.
+/// The folder of a fleet, if a given result is one: the folder itself, its table or its `fleet.json`.
 pub fn folder_of(given: &Path) -> Option<PathBuf> {
     let is_file = given.file_name().is_some_and(|name| name == FLEET || name == "parameters.csv");
     let folder = if given.is_dir() { given } else { given.parent().filter(|_| is_file)? };

@@ -35,7 +35,7 @@ pub fn spare<'a>(
     inputs: impl IntoIterator<Item = &'a PathBuf>,
     is_own: impl Fn(&str) -> bool,
 ) -> Result<(), Usage> {
-    // A folder or file that is not there yet cannot be the other.
+    // A missing folder or file cannot be the other.
     let Ok(here) = folder.canonicalize() else { return Ok(()) };
     let replaced = inputs.into_iter().filter_map(|input| input.canonicalize().ok()).find(|input| {
         let name = input.file_name().and_then(|name| name.to_str());
@@ -56,7 +56,7 @@ pub fn part(id: &str) -> String {
     id.chars().map(|c| if c.is_ascii_alphanumeric() || "-._".contains(c) { c } else { '_' }).collect()
 }
 
-/// The files that the calibration which a folder holds has there by its trajectories; none without a result.
+/// The files of the calibration in a folder, by its trajectories; none without a result.
 pub fn of_calibration(folder: &Path) -> Vec<String> {
     let count = counted(&folder.join(RESULT), "data");
     let suffixes = (1..=count).map(|i| if count == 1 { String::new() } else { format!("_{i}") });
@@ -66,7 +66,7 @@ pub fn of_calibration(folder: &Path) -> Vec<String> {
 /// The bounds of the recommended model.
 pub const RECOMMENDED_BOUNDS: &str = "bounds.toml";
 
-/// The tables and pictures that the diagnosis which a folder holds has there; none without one.
+/// The tables and pictures of the diagnosis in a folder; none without one.
 pub fn of_diagnosis(folder: &Path) -> Vec<String> {
     let count = counted(&folder.join(DIAGNOSIS), "drives");
     let of_drive = |i: usize| {

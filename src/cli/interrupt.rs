@@ -17,7 +17,7 @@ pub fn watch_saying(then: &'static str) {
     watch_termination(then);
 }
 
-/// Asks to stop, or ends the program with a status if that was asked before.
+/// Asks to stop, or ends the program with a status at the second time.
 fn ask(status: i32, message: &str) {
     if ASKED.swap(true, Ordering::SeqCst) {
         std::process::exit(status);
@@ -29,7 +29,7 @@ fn ask(status: i32, message: &str) {
 #[cfg(unix)]
 fn watch_termination(then: &'static str) {
     use signal_hook::consts::SIGTERM;
-    // Where a signal cannot be watched, it ends the program as ever.
+    // If a signal cannot be watched, it ends the program as usual.
     let Ok(mut signals) = signal_hook::iterator::Signals::new([SIGTERM]) else { return };
     let message = format!("stopping: {then} (SIGTERM again ends at once)");
     let each = move || signals.forever().for_each(|signal| ask(128 + signal, &message));

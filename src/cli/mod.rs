@@ -2,7 +2,7 @@
 //!
 //! Results go to stdout, progress and warnings to stderr; exit 0 done, 1 failed, 2 wrong usage.
 
-// Everything that goes to stderr is progress, a hint or a warning here, so `--quiet` is heard in one place: the modules below
+// All output to stderr here is progress, a hint or a warning, so `--quiet` is handled in one place: the modules below
 // see this macro instead of the standard one.
 macro_rules! eprintln {
     ($($text:tt)*) => {
@@ -175,7 +175,7 @@ fn is_usage(error: &anyhow::Error) -> bool {
 
 static GIVEN: OnceLock<String> = OnceLock::new();
 
-/// The command that was given; none where a program uses the library.
+/// The command; none where a program uses the library.
 fn given() -> Option<String> {
     GIVEN.get().cloned()
 }

@@ -11,7 +11,7 @@ static QUIET: AtomicBool = AtomicBool::new(false);
 
 /// `--quiet`: nothing but errors goes to stderr from now on.
 pub fn set_quiet(quiet: bool) {
-    // A verb that runs others (demo) must not make them loud again.
+    // A verb that runs others (demo) must not reset `--quiet`.
     QUIET.fetch_or(quiet, Ordering::Relaxed);
 }
 
@@ -46,7 +46,7 @@ pub fn print(text: &str) -> anyhow::Result<()> {
     print_as_is(&crate::text::shown::lines(text))
 }
 
-/// Prints text that holds nothing of others.
+/// Prints text without foreign content.
 pub fn print_as_is(text: &str) -> anyhow::Result<()> {
     if CAPTURED.with_borrow_mut(|captured| captured.as_mut().map(|all| all.push_str(text)).is_some()) {
         return Ok(());

@@ -67,7 +67,7 @@ struct Simulated {
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
     if let Some(out) = &args.out {
-        // Its simulation.csv is that of the drive that was calibrated on.
+        // Its simulation.csv is that of the calibrated drive.
         let own = args.file.file_stem().unwrap_or_default().to_string_lossy();
         folder::refuse(out, folder::RESULT, &own)?;
         folder::refuse(out, folder::DIAGNOSIS, &own)?;
@@ -189,7 +189,7 @@ fn load(
     Ok(loaded)
 }
 
-/// A vehicle file that is not found from here, but is from the folder of the result file.
+/// A vehicle file that is found from the folder of the result file, but not from here.
 fn beside(vehicle: &str, result: &Path) -> String {
     let Some((table, name)) = vehicle.rsplit_once('#') else { return vehicle.to_owned() };
     let there = result.parent().unwrap_or(Path::new(".")).join(table);
@@ -253,7 +253,7 @@ fn text(done: &[Simulated]) -> String {
     text
 }
 
-/// A measure, or that it does not exist (of a signal that is zero throughout).
+/// A measure, or a note that it is undefined (for a signal that is zero throughout).
 fn number(x: f64) -> String {
     if x.is_finite() { format!("{x:.6}") } else { "undefined".to_owned() }
 }

@@ -15,7 +15,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use std::path::{Path, PathBuf};
 use strum::VariantArray;
 
-/// Followers that a platoon has at most.
+/// Largest number of followers of a platoon.
 const FOLLOWERS: u8 = 4;
 
 #[derive(Debug, clap::Args)]

@@ -27,9 +27,9 @@ const CONTENDS: f64 = 0.5;
 pub enum Rule {
     /// By the score on held-back data.
     HeldBack,
-    /// By the score that is expected on another drive of the same driver (Takeuchi's criterion, with noise that lasts).
+    /// By the score that is expected on another drive of the same driver (Takeuchi's criterion, with autocorrelated noise).
     Expected,
-    /// By nothing: there are neither intervals nor anything held back.
+    /// By nothing: there are neither intervals nor held-back data.
     None,
 }
 
@@ -61,7 +61,7 @@ pub struct HeldScore {
 /// A model and measure beside the others of the measure.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Standing {
-    /// Pairs on which it is ahead of every other model by more than the noise.
+    /// Pairs on which it leads every other model by more than the noise.
     pub best: usize,
     /// Pairs on which a run on held-back data ends early.
     pub failed: usize,
@@ -103,7 +103,7 @@ struct Term {
 struct Compared {
     /// Scores by model.
     scores: Vec<(usize, HeldScore)>,
-    /// The model that is ahead of all others, if one is.
+    /// The model that leads all others, if any.
     best: Option<usize>,
 }
 
@@ -192,7 +192,7 @@ fn contends(scores: &[Vec<Option<f64>>], model: usize) -> bool {
     count(model) > 0 && count(model) as f64 >= CONTENDS * most as f64
 }
 
-/// The model with the lowest mean logarithm of the score over the pairs on which all that contend have one.
+/// The model with the lowest mean logarithm of the score over the pairs on which all compared models have one.
 fn lowest(scores: &[Vec<Option<f64>>], models: usize) -> Option<usize> {
     let contenders: Vec<usize> = (0..models).filter(|model| contends(scores, *model)).collect();
     let common: Vec<&Vec<Option<f64>>> =
@@ -213,7 +213,7 @@ fn behind(own: &[Difference]) -> Option<Behind> {
     Some(Behind::around(mean, (student(pieces - 1.0) * within).max(between)))
 }
 
-/// Of a score, which may be 0 where the fit is perfect.
+/// Of a score, which may be 0 for a perfect fit.
 fn logarithm(score: f64) -> f64 {
     score.max(f64::MIN_POSITIVE).ln()
 }
@@ -239,7 +239,7 @@ fn choose(settings: &Settings, standings: &mut [Standing], rows: &[Row], measure
     }
 }
 
-/// The model that is ahead of every other one by more than the noise.
+/// The model that leads every other one by more than the noise.
 fn best(all: &[Tested]) -> Option<usize> {
     let lowest = all.iter().min_by(|a, b| a.own.score.total_cmp(&b.own.score))?;
     let is_ahead = |other: &Tested| {
@@ -284,7 +284,7 @@ fn tested(
     for drive in drives {
         let variant = |task: &Task| settings.models[task.place.model].variant;
         let cases = found.iter().map(|(task, ..)| case(drive, &task.space, &variant(task), settings.convention));
-        // A held-back drive that is too short for one of the models compares none.
+        // A held-back drive that is too short for one of the models is not used in the comparison.
         let Ok(cases) = cases.collect::<Result<Vec<Case>, _>>() else { continue };
         let parameters: Vec<_> =
             found.iter().map(|(task, found, _)| task.space.parameters(&found.parameters)).collect();
@@ -353,7 +353,7 @@ fn terms(case: &Case, gof: &GoodnessOfFit, first: usize, trace: &Trace, measures
 }
 
 impl Tested {
-    /// How the scores differ. The noise of it is that of the sum over the samples into which it falls apart:
+    /// The difference of the scores. Its noise is that of the sum over the samples into which it decomposes:
     /// √m - √n = Σ (m_t - n_t) / (√m + √n).
     fn minus(&self, other: &Tested) -> Difference {
         let value = logarithm(self.own.score) - logarithm(other.own.score);

@@ -41,7 +41,7 @@ pub enum JournalError {
     /// Another process has it.
     #[error("{0}: another run works on this fleet; wait for it, or give another --out")]
     Busy(String),
-    /// It is of other data or other settings.
+    /// It belongs to other data or other settings.
     #[error(
         "{0}: the folder holds a fleet of other data, settings or program; expected the same command to continue it, or another --out"
     )]
@@ -80,7 +80,7 @@ impl Journal {
             // After a power failure a file may have zeros in place of missing bytes; the pairs after them are calibrated again.
             let arrived = line.iter().position(|byte| *byte == 0);
             if arrived.is_some() || line.pop_if(|last| *last == b'\n').is_none() {
-                // Of a file without a whole line, only the beginning of an own one is taken for a journal.
+                // A file without a complete line counts as a journal only if it begins like one.
                 if number == 0 && !own.as_bytes().starts_with(&line[..arrived.unwrap_or(line.len())]) {
                     return Err(JournalError::Other(shown()));
                 }

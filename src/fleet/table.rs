@@ -145,11 +145,11 @@ pub struct Overview {
     /// Those of them whose data are doubtful.
     #[serde(default)]
     pub doubtful: usize,
-    /// Pairs on which this model is ahead of all others that were calibrated with the measure, by more than the noise.
+    /// Pairs on which this model leads all others of the measure by more than the noise.
     pub best: usize,
     /// The scores on the drives that were calibrated on.
     pub score: Option<Spread>,
-    /// The scores that models are compared by.
+    /// The scores of the comparison.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub compared: Option<Spread>,
     /// Distance of the mean of these scores from the lowest one of all models.
@@ -222,7 +222,7 @@ pub fn overview(pairs: &[Pair], settings: &Settings, rows: &[Row], comparison: &
                 at_bound: share(
                     own.iter().filter(|found| found.at_bound.iter().any(|name| name == symbol.name())).count(),
                 ),
-                // Of a fixed parameter there is nothing to be determined.
+                // A fixed parameter needs no determination.
                 determined: (settings.intervals && own.iter().any(|found| found.parameters[i] != own[0].parameters[i]))
                     .then(|| {
                         let known =

@@ -18,7 +18,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 /// Pairs that share an evaluator on the CPU: making one takes as long as a hundredth of their searches. Pairs under way are lost with the
 /// process.
 const ON_THE_CPU: usize = 16;
-/// On a device, which is to have tens of thousands of candidates at a time.
+/// On a device, which should have tens of thousands of candidates at a time.
 const ON_A_DEVICE: usize = 1024;
 /// Candidates of a generation of a search, for the choice of the evaluator: too few for `auto` to take a GPU, with any number of pairs. Drives
 /// of a minute are simulated in less time than optimisers and intervals take, which run on the CPU.
@@ -48,7 +48,7 @@ pub(super) struct Task {
 }
 
 /// Calibrates all pairs with all models and measures: the rows in order of [`Settings::places`], or `None` for those that `stop` has left out.
-/// Rows that the journal has are taken from it, and others added. `tell` is given the number of rows that are there, from any thread.
+/// Rows of the journal are taken from it, and others added. `tell` receives the number of finished rows, from any thread.
 ///
 /// # Errors
 /// When the evaluator fails or the journal cannot be written; finished rows are in it.
@@ -119,7 +119,7 @@ fn side_by_side(
                 Err(error) => refused = Some(error),
             }
         }
-        // With fewer threads than were wanted it takes longer, and nothing else changes.
+        // With fewer threads than requested it takes longer; the results are the same.
         if let Some(error) = refused.filter(|_| workers.is_empty()) {
             return Err(FleetError::Threads(error.into()));
         }

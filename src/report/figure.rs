@@ -137,7 +137,7 @@ impl Figure {
         self.push(format_args!("</g>"));
     }
 
-    /// A name in the ink of all text, with a square of its colour before it, both centred at a point.
+    /// A name in the colour of all text, with a square of its own colour before it, both centred at a point.
     pub fn named(&mut self, [x, y]: [f64; 2], name: &str, colour: &str) {
         let width = 15.0 + 7.2 * name.chars().count() as f64;
         self.legend([x - width / 2.0, y], &[(name, colour)]);

@@ -1,4 +1,4 @@
-//! Tables as Parquet: no compression, every column optional. That others can read it, `scripts/check-parquet` tests with
+//! Tables as Parquet: no compression, every column optional. `scripts/check-parquet` tests that others can read them, with
 //! pyarrow and DuckDB.
 
 use crate::study::table::{Column, Table, Values};

@@ -151,7 +151,7 @@ fn write_parameters(text: &mut String, result: &ResultFile) -> std::fmt::Result 
         text.push_str(&wrapped(0, 2, &format!("\nNOT ONE DRIVER: {drivers}")));
     }
     if !result.at_bound.is_empty() {
-        // Bounds of cars with adaptive cruise control, of Table 3 or as asked for.
+        // Bounds of cars with adaptive cruise control, of Table 3 or as requested.
         let acc = result.bounds_from.as_ref().is_some_and(|from| from.starts_with("acc:") && !from.contains("human:"));
         let human = if acc { "--bounds human is for a human driver, and " } else { "" };
         text.push_str(&wrapped(
@@ -173,7 +173,7 @@ fn arrival(replicate: &ReplicateEntry) -> Option<(u64, u64)> {
     Some((*evaluations, 100 * evaluations / replicate.evaluations.max(1)))
 }
 
-/// Intervals, and the parameter that each one goes with most.
+/// Intervals, and the most correlated parameter of each.
 fn write_identifiability(
     text: &mut String,
     result: &ResultFile,
@@ -245,7 +245,7 @@ const JOINT: char = '\u{e000}';
 /// Words that mean nothing without the number before them.
 const UNITS: [&str; 12] = ["m", "m/s", "m/s²", "m/s2", "s", "%", "Hz", "kg", "km", "km/h", "m/km", "nats"];
 
-/// A line whose units hang on to their numbers.
+/// A line whose units stay with their numbers.
 fn joined(line: &str) -> String {
     let mut text = String::with_capacity(line.len());
     for word in line.split_inclusive(' ') {
@@ -262,7 +262,7 @@ fn joined(line: &str) -> String {
     text
 }
 
-/// Where a word may end a line: behind a hyphen, but not behind that of an exponent, and never in a flag, which is copied.
+/// Where a word may be broken: after a hyphen, but not in an exponent, and never in a flag, which users copy.
 fn split_points(word: &str) -> Vec<usize> {
     if word.contains("--") {
         return Vec::new();
@@ -309,7 +309,7 @@ mod tests {
                 assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
             }
         }
-        // Columns keep their distance, and other hyphens are as good as ever.
+        // Columns keep their distance, and other hyphens still break.
         assert_eq!(wrapped(0, 0, "v_0  30.5  m/s  desired"), "v_0  30.5  m/s  desired\n");
         assert_eq!(split_points("well-known"), [5]);
     }

@@ -1,4 +1,4 @@
-//! Many calibrations on one evaluator: whatever they want simulated at a time becomes one job table.
+//! Many calibrations on one evaluator: their concurrent requests become one job table.
 //!
 //! Each calibration runs in a thread of its own and sees an evaluator of its one case, an [`Outpost`]. The evaluator itself stays in
 //! one place, the [`Post`], which waits for the calibrations under way to ask, simulates everything in one go, and answers.
@@ -165,7 +165,7 @@ pub struct Post<'a> {
     /// Per group: active threads, and their requests.
     threads: [usize; 2],
     pending: [Vec<Request>; 2],
-    /// Jobs of each group that the evaluator has got and not yet finished.
+    /// Unfinished jobs of each group at the evaluator.
     under_way: [Vec<Request>; 2],
     groups: usize,
 }
@@ -180,7 +180,7 @@ impl<'a> Post<'a> {
         Post { evaluator, identity, receiver, sender: Some(sender), threads, pending, under_way, groups }
     }
 
-    /// A line for one more thread; all are handed out before [`Post::serve`].
+    /// A line for one more thread; all are created before [`Post::serve`].
     pub fn line(&mut self) -> Line {
         let total: usize = self.threads.iter().sum();
         let group = total % self.groups;
@@ -238,7 +238,7 @@ impl<'a> Post<'a> {
 
     fn submit(&mut self, group: usize, set: BufferSet) -> Result<(), EvaluateError> {
         let mut requests = std::mem::take(&mut self.pending[group]);
-        // Questions of another kind are answered at once.
+        // Other questions are answered at once.
         for request in requests.extract_if(.., |request| matches!(request.want, Want::Outcomes(_))) {
             let outcomes = self.evaluator.outcomes(&jobs(std::slice::from_ref(&request)))?;
             if let Want::Outcomes(answer) = request.want {

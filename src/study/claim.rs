@@ -1,7 +1,7 @@
 //! Claims: which tasks are under way in which process, so that two runs on one folder share the work.
 //!
-//! A claim is a lock on an empty file. The operating system lets go of it when the process ends, however it ends, so a claim never
-//! outlives its process. Claims save work and nothing else: where locks do not work, a task may be done twice, with the same bytes.
+//! A claim is a lock on an empty file. The operating system releases it when the process ends, however it ends, so a claim never
+//! outlives its process. Claims only save work: without locks, a task may be done twice, with the same bytes.
 
 use super::folder::Folder;
 use std::fs::{self, File, TryLockError};
@@ -29,7 +29,7 @@ impl Claim {
         }
     }
 
-    /// False where the folder has no locks: two runs on it would not notice each other.
+    /// False if the folder has no locks: two runs on it would not notice each other.
     #[must_use]
     pub fn work(folder: &Folder) -> bool {
         // Another process holds the claim.

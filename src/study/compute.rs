@@ -1,4 +1,4 @@
-//! One task: calibrate, score again in f64, try on the other trajectories.
+//! One task: calibrate, score again in f64, validate on the other trajectories.
 
 use super::part::{CalibrationRow, Part, RunRow, ValidationRow};
 use super::task::{Study, Task};
@@ -57,7 +57,7 @@ impl Round<'_> {
         Ok(Some(Part { schema_version: SCHEMA_VERSION, id: task.id.clone(), calibration: row, validations }))
     }
 
-    /// A row in which nothing has been found yet.
+    /// A row without a result yet.
     fn row(&self, task: &Task, index: usize, evaluator: &dyn Evaluator) -> CalibrationRow {
         let (plan, drive) = (&self.study.plan.calibration, &self.study.drives[index].entry);
         CalibrationRow {

@@ -38,7 +38,7 @@ pub struct DriveEntry {
     pub file: String,
     /// SHA-256 of the file.
     pub sha256: String,
-    /// SHA-256 of everything a simulation gets to see: the prepared signals, the grade, the vehicle.
+    /// SHA-256 of all input of a simulation: the prepared signals, the grade, the vehicle.
     pub fingerprint: String,
     /// Number of samples.
     pub samples: usize,
@@ -121,7 +121,7 @@ pub enum DriveError {
         /// The fault of the first.
         reason: String,
     },
-    /// The vehicle is not known, or its table is broken.
+    /// The vehicle is unknown, or its table is broken.
     #[error(transparent)]
     Vehicle(#[from] VehicleError),
 }
@@ -135,7 +135,7 @@ fn unread(platoon: &str, missing: Option<&str>) -> String {
     }
 }
 
-/// The name of a file that is not there.
+/// The name of a missing file.
 fn missing(path: &Path) -> Option<String> {
     (!path.exists()).then(|| path.display().to_string())
 }

@@ -9,7 +9,7 @@ use std::path::Path;
 /// A study that cannot be planned, run or merged.
 #[derive(Debug, thiserror::Error)]
 pub enum StudyError {
-    /// Every trajectory of a vehicle is validated on every other one, which are too many.
+    /// Every trajectory of a vehicle is validated on every other one, and these are too many.
     #[error(
         "the plan has {runs} validation runs, expected at most {most}: each winner is validated on all other platoons of its vehicle, {drives} \
          trajectories in all; set validation.on = \"none\", or name different vehicles by `vehicle` in [[platoon]]"
@@ -43,7 +43,7 @@ pub enum StudyError {
         /// What to do.
         remedy: &'static str,
     },
-    /// The bounds of a variant cannot be.
+    /// Invalid bounds of a variant.
     #[error("variant {variant}")]
     Bounds {
         /// The variant.
@@ -97,7 +97,7 @@ pub enum StudyError {
         "{0}: the folder holds another plan, which the study's copy of this one would replace; give another folder with --out, or rename that plan"
     )]
     ForeignPlan(String),
-    /// The tasks are of another plan than the rest.
+    /// The tasks belong to another plan than the rest.
     #[error(
         "{0}: tasks.jsonl is not the list that study.json was written for: planning was interrupted, or one of them was \
          changed; repeat `leadlag study plan PLAN.toml --out {0}`: finished parts are kept"
@@ -141,7 +141,7 @@ pub enum StudyError {
     },
 }
 
-/// `: A, B, ...` of the ids that are known.
+/// `: A, B, ...` of the known ids.
 fn listed(first: &[String], found: usize) -> String {
     let more = if found > first.len() { ", ..." } else { "" };
     if first.is_empty() { String::new() } else { format!(": {}{more}", first.join(", ")) }

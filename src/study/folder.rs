@@ -76,7 +76,7 @@ impl StudyFile {
         let extensions = self.extensions.iter().filter_map(|stored| stored.read().ok().flatten());
         let mut own: Vec<Symbol> = Vec::new();
         for symbol in extensions.chain(self.read_laws()).flat_map(Extension::own_parameters) {
-            // Laws may have a parameter of the same name; the plan sees to it that it has the same unit.
+            // Laws may have a parameter of the same name; the plan ensures that it has the same unit.
             if !own.iter().any(|known| known.name() == symbol.name()) {
                 own.push(symbol);
             }
@@ -173,7 +173,7 @@ impl Folder {
                 break;
             }
             hash.update(&line);
-            // Of a list that is not the plan's no task counts, and its first fault neither.
+            // If the list does not belong to the plan, neither its tasks nor its faults count.
             if let Ok(read) = &mut tasks {
                 match serde_json::from_slice(&line) {
                     Ok(task) => read.push(task),
@@ -199,7 +199,7 @@ impl Folder {
             .ok_or_else(|| self.content(&path, 1, "a study.json of this version of the program"))
     }
 
-    /// The plan as it was given, with the name, the data folder and the extensions that the study keeps.
+    /// The plan as given, with the name, the data folder and the extensions in the study.
     ///
     /// # Errors
     /// When it is unreadable, or no longer valid.
@@ -211,10 +211,10 @@ impl Folder {
         Ok(plan)
     }
 
-    /// The plan with its data, read again; they must still make the tasks that were planned.
+    /// The plan with its data, read again; they must still give the planned tasks.
     ///
     /// # Errors
-    /// [`StudyError::Changed`], and all that reading data may fail with.
+    /// [`StudyError::Changed`], and all errors of reading data.
     pub fn study(&self, data: Option<&Path>) -> Result<(Study, Vec<Task>), StudyError> {
         let mut plan = self.plan()?;
         if let Some(data) = data {
@@ -304,7 +304,7 @@ impl Folder {
 /// Writes a file completely, or leaves the old one.
 ///
 /// # Errors
-/// When it cannot be written; nothing of it is left then.
+/// When it cannot be written; then nothing of it remains.
 pub fn write_whole(path: &Path, content: &[u8]) -> Result<(), StudyError> {
     whole::write(path, content).map_err(StudyError::file(path, "write the file"))
 }

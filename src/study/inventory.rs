@@ -12,9 +12,9 @@ use std::path::{Path, PathBuf};
 /// The parts of a study.
 #[derive(Debug, Default)]
 pub struct Inventory {
-    /// Per task, in its order: the part, if it is there and whole.
+    /// Per task, in its order: the complete part, if any.
     pub parts: Vec<Option<Part>>,
-    /// Tasks without a whole part, by index.
+    /// Tasks without a complete part, by index.
     pub missing: Vec<usize>,
     /// Files that are not complete parts: torn, changed, of another version.
     pub damaged: Vec<PathBuf>,
@@ -22,7 +22,7 @@ pub struct Inventory {
     pub double: Vec<PathBuf>,
     /// Files that contradict another part of the same task, with the file of that one.
     pub conflicting: Vec<(PathBuf, PathBuf)>,
-    /// Whole parts of tasks that are not in the plan.
+    /// Complete parts of tasks that are not in the plan.
     pub foreign: Vec<PathBuf>,
     /// Temporary files that a process has left behind, or is writing right now.
     pub unfinished: Vec<PathBuf>,
@@ -35,7 +35,7 @@ impl Inventory {
         self.parts.len() - self.missing.len()
     }
 
-    /// Number of calibrations that found nothing.
+    /// Number of calibrations without a result.
     #[must_use]
     pub fn failed(&self) -> usize {
         self.parts.iter().flatten().filter(|part| !part.calibration.success).count()

@@ -58,7 +58,7 @@ impl<'a> Log<'a> {
             "evaluations": of(&self.progress.evaluations),
             "candidate_steps": of(&self.progress.steps),
         });
-        // A run whose time cannot be written down is still a run.
+        // A run whose time cannot be recorded is still a run.
         let _ = write_whole(&self.path, format!("{content:#}\n").as_bytes());
     }
 }

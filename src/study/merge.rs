@@ -49,7 +49,7 @@ pub fn parameter_column(symbol: Symbol) -> String {
     format!("{}_{unit}", symbol.name())
 }
 
-/// Why parameters cannot have columns of these names beside those that are `taken`, if they cannot: two would be the same column. Those of one name
+/// Why parameters cannot have columns of these names beside `taken` ones, if so: two would be the same column. Those of one name
 /// and unit share theirs.
 pub(crate) fn column_clash(taken: &[String], columns: &[(Symbol, String)]) -> Option<String> {
     let shown = |symbol: Symbol| match symbol {

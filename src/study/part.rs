@@ -117,7 +117,7 @@ impl Part {
         format!("{json}\n{sum}\n").into_bytes()
     }
 
-    /// Reads the bytes of a file; `None` if they are not a whole part of this version.
+    /// Reads the bytes of a file; `None` if they are not a complete part of this version.
     #[must_use]
     pub fn decode(bytes: &[u8]) -> Option<Part> {
         let text = std::str::from_utf8(bytes).ok()?;

@@ -23,13 +23,13 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Calibrations under way per CPU thread: enough for blocks that are full, few enough that a plug pulled costs little.
+/// Calibrations under way per CPU thread: enough for full blocks, few enough that a power cut costs little.
 const PER_THREAD: usize = 8;
 /// Calibrations under way on a device at most: each holds a thread and an open file.
 const ON_A_DEVICE: usize = 512;
 /// How soon a run checks whether tasks of another run are done; the interval doubles each time.
 const LOOK_AGAIN: Duration = Duration::from_millis(200);
-/// But not less often than so; looking reads all parts that are waited for, through a network at times.
+/// But not less often than this; looking reads all awaited parts, possibly through a network.
 const SELDOM: Duration = Duration::from_secs(10);
 /// How often a waiting process checks whether to stop.
 const NAP: Duration = Duration::from_millis(100);
@@ -63,7 +63,7 @@ pub struct RunSettings {
 /// Progress of a run; may be read from any thread.
 #[derive(Debug, Default)]
 pub struct Progress {
-    /// Tasks of this run that are done, before it began and by others included.
+    /// Finished tasks of this run, including earlier ones and those of other runs.
     pub done: AtomicU64,
     /// Tasks that this run computed.
     pub computed: AtomicU64,
@@ -84,7 +84,7 @@ pub enum Event<'a> {
     Variant(&'a str),
     /// The remaining tasks belong to another run.
     Waiting(usize),
-    /// Nothing new; it is time to show the progress.
+    /// Nothing new; time to show the progress.
     Tick,
 }
 
@@ -97,11 +97,11 @@ pub struct Summary {
     pub before: usize,
     /// Those that it computed.
     pub computed: usize,
-    /// Of these, calibrations that found nothing.
+    /// Of these, calibrations without a result.
     pub failed: usize,
     /// Those that other runs computed meanwhile.
     pub by_others: usize,
-    /// Those that are left, because it was interrupted or did not wait.
+    /// The remaining ones, because it was interrupted or did not wait.
     pub left: usize,
 }
 
@@ -129,7 +129,7 @@ impl Shared<'_> {
     }
 }
 
-/// Runs the chosen tasks, except those whose parts are there and whole. Tasks that another run works on are left to it,
+/// Runs the chosen tasks, except those with complete parts. Tasks that another run works on are left to it,
 /// and waited for, unless the settings say otherwise. `interrupted` ends the run early and keeps finished tasks. `tell` is called from
 /// this thread.
 ///
@@ -223,7 +223,7 @@ fn sweep_parts(folder: &Folder) {
     }
 }
 
-/// True if the part of a task is there and whole.
+/// True if the task has a complete part.
 fn is_done(folder: &Folder, id: &str) -> bool {
     let part = bounded::read(&folder.part(id), RESULT_MAX).ok().and_then(|bytes| Part::decode(&bytes));
     part.is_some_and(|part| part.id == id)
@@ -264,7 +264,7 @@ fn round(
     let most = settings.in_flight.unwrap_or(ON_A_DEVICE).min(group.len());
     let work = Work { candidates: most * GaSettings::default().population_size, precision: LanesPrecision::Plain };
     let mut evaluator = selection.build(cases.clone(), gof, work, settings.warn)?;
-    // Each holds a file open, of which some systems allow 1024 to a process.
+    // Each holds a file open, and some systems allow 1024 per process.
     let on_cpu = (PER_THREAD * rayon::current_num_threads()).min(ON_A_DEVICE);
     let threads = if evaluator.overlaps() { ON_A_DEVICE } else { on_cpu };
     let threads = settings.in_flight.unwrap_or(threads).clamp(1, group.len());
@@ -279,7 +279,7 @@ fn round(
         for line in lines {
             let thread = std::thread::Builder::new();
             let work = || worker(&round, line, &queue, &deferred, shared);
-            // With fewer threads than were wanted it takes longer, and nothing else changes.
+            // With fewer threads than requested it takes longer; the results are the same.
             match thread.spawn_scoped(scope, work) {
                 Ok(_) => at_work += 1,
                 Err(source) if at_work == 0 => shared.fail(StudyError::Threads { source }),
@@ -301,7 +301,7 @@ fn round(
     Ok(left)
 }
 
-/// One thread: task after task until none is left.
+/// One thread: task after task until none remains.
 fn worker(
     round: &Round,
     line: Line,

@@ -60,7 +60,7 @@ struct Content<'a> {
     validation: Vec<(&'a str, usize, &'a str, &'a str)>,
 }
 
-/// Validation runs that a study may have: each is a row of a table, a gigabyte of them in memory. The paper has 10 000.
+/// Largest number of validation runs of a study: each is a row of a table, together a gigabyte of memory. The paper has 10 000.
 const VALIDATION_RUNS_MAX: u64 = 5_000_000;
 
 /// A plan with its data: the source of tasks.
@@ -111,7 +111,7 @@ impl Study {
         Ok(study)
     }
 
-    /// Checks that all is known of drive `index` that a variant needs.
+    /// Checks that drive `index` has all data that a variant needs.
     fn check(&self, index: usize, variant: &Variant) -> Result<(), StudyError> {
         let drive = &self.drives[index];
         let mfc = drive.vehicle.as_ref().is_some_and(|vehicle| vehicle.mfc.is_some());
@@ -150,7 +150,7 @@ impl Study {
             .map_err(|source| StudyError::Bounds { variant: variant.name(), source })
     }
 
-    /// Drive `index` as the runs of a variant see it.
+    /// Drive `index` for the runs of a variant.
     pub(super) fn case(&self, index: usize, variant: &Variant) -> Result<Case, StudyError> {
         let space = self.space(index, variant)?;
         let (tau_p_upper, extension_delay_upper) = (space.tau_p_upper(), space.extension_delay_upper());

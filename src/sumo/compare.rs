@@ -11,7 +11,7 @@ pub struct Loss {
     pub rms: f64,
     /// Largest difference.
     pub largest: f64,
-    /// When that was \[s\], in the measured file's own time.
+    /// Time of that \[s\], as in the measured file.
     pub at_s: f64,
 }
 

@@ -32,7 +32,7 @@ pub enum SumoError {
         /// What is different.
         why: &'static str,
     },
-    /// The model asked for is not that of the base model.
+    /// The requested model is not that of the base model.
     #[error("--to {asked}: {base} can be exported as {possible}")]
     WrongModel {
         /// The model asked for.
@@ -50,7 +50,7 @@ pub enum SumoError {
         /// Why.
         source: csv::Error,
     },
-    /// The table of the simulation is not one.
+    /// The table of the simulation is invalid.
     #[error("{path}: expected the simulation.csv of `leadlag calibrate`, {problem}")]
     Drive {
         /// The file.

@@ -122,7 +122,7 @@ impl Sumo {
     }
 }
 
-/// Ends SUMO when it goes, whatever happens.
+/// Ends SUMO when dropped, whatever happens.
 struct Running {
     child: Child,
 }
@@ -147,7 +147,7 @@ fn connect(running: &mut Running, port: u16) -> Result<TcpStream, SumoError> {
     loop {
         match TcpStream::connect(("127.0.0.1", port)) {
             Ok(stream) => {
-                // Many small messages, each waited for.
+                // Many small messages, each followed by a wait.
                 let _ = stream.set_nodelay(true);
                 return Ok(stream);
             }

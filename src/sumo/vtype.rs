@@ -45,7 +45,7 @@ pub struct VehicleType {
     pub added: Vec<String>,
 }
 
-/// Accelerations that a type without limits of its own may ask for \[m/s²\]: the bounds of Eq. 13, paper, Section 2.2.2.
+/// Largest accelerations of a type without limits of its own \[m/s²\]: the bounds of Eq. 13, paper, Section 2.2.2.
 const UPPER: f64 = 5.0;
 const LOWER: f64 = 7.0;
 /// SUMO brakes no harder, whatever happens \[m/s²\]; its default for cars.
@@ -58,7 +58,7 @@ const NEVER: f64 = 1000.0;
 /// The vehicle type nearest to a calibrated variant.
 ///
 /// # Errors
-/// [`SumoError::NoCounterpart`] where SUMO has nothing like it.
+/// [`SumoError::NoCounterpart`] if SUMO has no such model.
 pub fn export(calibrated: &CalibratedVariant, asked: Option<Model>) -> Result<VehicleType, SumoError> {
     let variant = &calibrated.variant;
     let base = variant.base.name;
@@ -186,7 +186,7 @@ fn krauss(calibrated: &CalibratedVariant) -> VehicleType {
     VehicleType { model: Model::Krauss, attributes, lost: Vec::new(), added }
 }
 
-/// The parameters of W99 that are its law's own, in the order of its file.
+/// The parameters of W99 that belong to its law, in the order of its file.
 const CC: [&str; 9] = ["cc1", "cc2", "cc3", "cc4", "cc5", "cc6", "cc7", "cc8", "cc9"];
 
 fn w99(calibrated: &CalibratedVariant) -> VehicleType {

@@ -36,7 +36,7 @@ pub struct DiagnosisOutcome {
     pub reason: String,
     /// Adopted causes; names only where the verdict names them.
     pub adopted: Vec<String>,
-    /// Causes that could be in their place.
+    /// Causes that could replace them.
     pub confounded_with: Vec<String>,
     /// Causes reported as untestable.
     pub not_testable: Vec<String>,
@@ -56,7 +56,7 @@ pub struct DiagnosisOutcome {
     /// drives, and the truth.
     #[serde(default)]
     pub gain: Option<[f64; 3]>,
-    /// Of one or two effects: the evidence for the truth, had the search found it. Journals written before this was asked of every case
+    /// Of one or two effects: the evidence for the truth, if the search had found it. Journals written before every case recorded it
     /// lack it where the effects were named right.
     #[serde(default)]
     pub known: Option<Known>,
@@ -162,7 +162,7 @@ pub enum Judgement {
     Right,
     /// The truth of one effect is in the named set.
     InSet,
-    /// One of two effects is named, and nothing that was not planted.
+    /// One of two effects is named, and no unplanted one.
     Half,
     /// Nothing is named, although an effect is missing; or the diagnosis ended in an error.
     Silent,
@@ -176,7 +176,7 @@ fn family_of(name: &str) -> &str {
     extension_named(name).map_or(name, Extension::family)
 }
 
-/// Judges an outcome: wrong as soon as a name is given that is not planted. The phase family counts as one name in gusts, and
+/// Judges an outcome: wrong as soon as it has an unplanted name. The phase family counts as one name in gusts, and
 /// drag and a headway that depends on speed, which are the same in steady state, always.
 #[must_use]
 pub fn judge(outcome: &DiagnosisOutcome) -> Judgement {
@@ -249,7 +249,7 @@ fn diagnosed(task: &DiagnosisTask, recommends: bool) -> DiagnosisOutcome {
             outcome.truth.insert(format!("{}.{}", effect.kind(), parameter.name), *value);
         }
     }
-    // Another family: the law of the neighbour in the list is blamed.
+    // Another family: the answer is the law of the neighbour in the list.
     let base = match (task.kind.as_str(), task.base.as_str()) {
         ("family", "idm") => "l-cth",
         ("family", "l-cth" | "l-idm") => "gipps",

@@ -31,7 +31,7 @@ pub struct DiagnosisJournal {
 }
 
 impl DiagnosisJournal {
-    /// Opens a journal, or begins one. A line that is not whole, as a killed run leaves it, is dropped, and one of another state of the
+    /// Opens a journal, or starts one. An incomplete line, as of a killed run, is dropped, and so is one of another state of the
     /// diagnosis ([`PROGRAM`]) is passed over.
     ///
     /// # Errors

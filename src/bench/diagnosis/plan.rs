@@ -86,12 +86,12 @@ const ABSORBED: [EffectKind; 4] =
     [EffectKind::GainMass, EffectKind::RangeScale, EffectKind::RangeBias, EffectKind::SpeedScale];
 /// A medium effect \[m/s\].
 pub(super) const MEDIUM: f64 = 0.10;
-/// The sizes at which each effect is planted \[m/s\] unless others are asked for: medium and weak.
+/// The sizes at which each effect is planted \[m/s\] by default: medium and weak.
 pub const SIZES: [f64; 2] = [MEDIUM, 0.03];
 /// Gusts \[m/s²\].
 const GUSTS: f64 = 0.05;
 
-/// Cases of one seed, at most: with more, their own seeds would be those of the next seed's cases.
+/// Largest number of cases of one seed: with more, their own seeds would be those of the next seed's cases.
 const MOST_CASES: usize = 1000;
 /// The largest seed, for which those of its cases still are whole numbers of 64 bits.
 pub const LARGEST_SEED: u64 = u64::MAX / MOST_CASES as u64 - 1;

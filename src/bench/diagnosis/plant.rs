@@ -29,7 +29,7 @@ const NOISE: plant::Noise = plant::Noise { speed_mps: 0.02, gap_m: 0.02 };
 const GUST_S: f64 = 2.0;
 /// Coloured noise: correlation from sample to sample, and size \[m/s, m\].
 const COLOUR: (f64, f64) = (0.9, 0.02);
-/// Draws until one can be driven and changed as much as wanted.
+/// Draws until one is drivable and has the requested change.
 const DRAWS: u64 = 12;
 /// Drives of a case; the last is held out.
 const DRIVES: u64 = 3;
@@ -37,7 +37,7 @@ const DRIVES: u64 = 3;
 /// Makes the drives of a case.
 ///
 /// # Errors
-/// [`BenchError::Plant`] if no draw can be driven, or is changed as much as wanted.
+/// [`BenchError::Plant`] if no draw is drivable and has the requested change.
 pub fn planted(task: &DiagnosisTask) -> Result<Planted, BenchError> {
     let mut last = None;
     for draw in 0..DRAWS {
@@ -67,7 +67,7 @@ fn drawn(task: &DiagnosisTask, draw: u64) -> Result<Planted, BenchError> {
     });
     let scenario = |k: usize, car: &CarTruth| Scenario {
         seed: seeds[k],
-        // The same road every time, or nothing could be seen to repeat on it.
+        // The same road every time, because otherwise nothing could repeat on it.
         road_seed: Some(seeds[0]),
         duration_s: task.duration_s,
         noise: NOISE,

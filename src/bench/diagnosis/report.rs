@@ -23,7 +23,7 @@ pub struct Tally {
     pub half: usize,
     /// Silent ones.
     pub silent: usize,
-    /// Those of the silent ones that would have been named, had the search found the truth: the others lack evidence.
+    /// Silent ones that would have been named if the search had found the truth: the others lack evidence.
     pub not_found: usize,
     /// Wrong names and false alarms.
     pub wrong: usize,
@@ -38,7 +38,7 @@ pub struct Bar {
     pub cases: usize,
     /// Their number.
     pub count: usize,
-    /// The share wanted: at least, or with `most` at most.
+    /// The wanted share: at least, or with `most` at most.
     pub target: f64,
     /// True if `target` is the most.
     pub most: bool,
@@ -123,7 +123,7 @@ pub struct Gains {
 pub struct DiagnosisReport {
     /// Version of this layout.
     pub schema_version: u32,
-    /// Cases that there are, done or not.
+    /// Number of cases, done or not.
     pub planned: usize,
     /// Counts by kind, base and size.
     pub tallies: BTreeMap<String, Tally>,
@@ -135,7 +135,7 @@ pub struct DiagnosisReport {
     pub powers: Vec<Power>,
     /// The same for each effect.
     pub powers_by_effect: Vec<Power>,
-    /// How near drives without an effect come to a name, on each base and on all.
+    /// Distance of drives without an effect from a name, on each base and on all.
     pub silence: Vec<Silence>,
     /// Medians over the cases: CPU time \[s\], simulated candidates.
     pub cost: [f64; 2],
@@ -240,7 +240,7 @@ fn powers(outcomes: &[DiagnosisOutcome]) -> [Vec<Power>; 2] {
     [rows, causes.into_iter().map(|cause| row(cause, &|o| o.task.causes.contains(cause))).collect()]
 }
 
-/// True for a drive in which nothing was planted that has a name.
+/// True for a drive with a name although no effect was planted.
 fn has_no_effect(outcome: &DiagnosisOutcome) -> bool {
     ["none", "coloured"].contains(&outcome.task.kind.as_str())
 }

@@ -17,7 +17,7 @@ pub struct Journal {
 }
 
 impl Journal {
-    /// Opens a journal, or begins one. A line that is not whole, as a killed run leaves it, is dropped.
+    /// Opens a journal, or starts one. An incomplete line, as of a killed run, is dropped.
     ///
     /// # Errors
     /// [`BenchError::Write`] when the file cannot be read and written.

@@ -143,7 +143,7 @@ const WALL_TARGET_S: f64 = 3.0;
 const SURFACES: usize = Variant::COUNT as usize * 12;
 
 /// Surfaces from one to the next in the order of the spread: no common factor with their number, and near its golden section, so that
-/// the first ones of any number lie evenly over variants and followers. A run that was stopped early is a sample of the whole.
+/// the first ones of any number lie evenly over variants and followers. A run that was stopped early is a fair sample.
 const STEP: usize = 667;
 
 /// Replicates whose spread is measured.
@@ -274,7 +274,7 @@ fn outcome(
     Ok(OptimizerOutcome { program: PROGRAM.clone(), task: task.clone(), scores, evaluations, stops, wall_s })
 }
 
-/// The measured followers, read when they are first needed.
+/// The measured followers, read at their first use.
 struct Followers {
     folder: PathBuf,
     vehicles: Vec<Vehicle>,

@@ -14,9 +14,9 @@ pub struct Finding {
     pub wanted: f64,
     /// True if lower is better.
     pub at_most: bool,
-    /// The value found; none as long as nothing was run.
+    /// The value found; none before any run.
     pub found: Option<f64>,
-    /// Tasks that it rests on: done, and those of the whole target, of which a quick run plans a part.
+    /// Tasks of the value: done, and those of the whole target, of which a quick run plans a part.
     pub tasks: [usize; 2],
     /// Whether it is met; none unless all tasks of the target are done.
     pub met: Option<bool>,

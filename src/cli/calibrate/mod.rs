@@ -48,7 +48,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         return Err(unusable.swap_remove(first));
     }
     anyhow::ensure!(!loaded.is_empty(), "{}", named(&unusable));
-    // Before the work: a folder that is refused must not cost a calibration.
+    // Before the work: a refused folder must not cost a calibration.
     let together = args.joint || (loaded.len() == 1 && unusable.is_empty());
     let folders = if together { vec![args.out.clone()] } else { folders(&args.out, &loaded) };
     if !together {
@@ -107,7 +107,7 @@ fn load(args: &Args, file: &Path, model: &Variant) -> anyhow::Result<Vec<Loaded>
     reading.pick_all(&recording, follower, model, args.joint, &mut |text| warn(&text))
 }
 
-/// One folder per calibration, `STEM_followerN` in `out`; numbered in the order of the files where two would be the same.
+/// One folder per calibration, `STEM_followerN` in `out`; equal names are numbered in the order of the files.
 fn folders(out: &Path, loaded: &[Loaded]) -> Vec<PathBuf> {
     let mut names: Vec<String> = Vec::new();
     for Loaded { trajectory, .. } in loaded {
@@ -133,7 +133,7 @@ fn one(args: &Args, calibration: &Calibration, loaded: &[Loaded], folder: &Path)
     once(loaded.iter().map(|one| &one.trajectory))?;
     let prepared = calibration.prepare(loaded)?;
     let mut evaluator = calibration.build(&prepared.reference)?;
-    // Before the work: a folder that cannot be written must not cost a calibration.
+    // Before the work: an unwritable folder must not cost a calibration.
     output::make_folder(folder)?;
     let started = Instant::now();
     let apart = calibration.apart(&prepared, loaded)?;

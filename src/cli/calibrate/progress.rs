@@ -36,7 +36,7 @@ impl Bar {
         Bar { bar, lines: Lines::new(), started: Instant::now(), evaluations, best: None }
     }
 
-    /// Shows where the search is; breaks once Ctrl-C was pressed.
+    /// Shows the progress of the search; breaks after Ctrl-C.
     pub fn update(&mut self, progress: Progress) -> ControlFlow<()> {
         if !output::is_quiet() && self.bar.is_hidden() && self.started.elapsed() > Duration::from_secs(2) {
             self.bar.set_draw_target(ProgressDrawTarget::stderr());

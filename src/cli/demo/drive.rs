@@ -9,7 +9,7 @@ use std::str::FromStr;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hidden {
     effect: Option<Effect>,
-    /// Names of the parameters that were given; the others are the demo's to choose.
+    /// Names of the given parameters; the demo chooses the others.
     given: Vec<String>,
 }
 
@@ -41,7 +41,7 @@ impl Hidden {
         Some(effect)
     }
 
-    /// The car that has it: the one behind the platoon leader, unless the effect needs two cars ahead.
+    /// The car with the effect: the one behind the platoon leader, unless the effect needs two cars ahead.
     pub fn follower(&self) -> usize {
         let kind = self.effect.as_ref().map(Effect::kind);
         if kind == Some(EffectKind::MultiAnticipation) { 2 } else { 1 }

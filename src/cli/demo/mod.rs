@@ -1,4 +1,4 @@
-//! `leadlag demo`: the whole way on data that the program makes itself, by the very commands that a user would type.
+//! `leadlag demo`: the whole workflow on synthetic data, by the same commands that a user would type.
 //!
 //! The plant writes the files; from then on the demo reads only these, until the last lines reveal the hidden effect.
 
@@ -57,7 +57,7 @@ struct Demo {
     folder: PathBuf,
     seed: String,
     follower: String,
-    /// Last second that is trained on; the rest is held back.
+    /// Last second of the training data; the rest is held back.
     cut: String,
 }
 
@@ -73,7 +73,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let follower = args.hide.follower();
     drive::write(args, follower)?;
     output::print(&tell::beginning(args, follower))?;
-    // As `diagnose` cuts: no model is calibrated on the last third of the drive.
+    // As in `diagnose`: no model is calibrated on the last third of the drive.
     let demo = Demo {
         folder: args.out.clone(),
         seed: args.seed.to_string(),
@@ -103,7 +103,7 @@ impl Demo {
         Ok(text)
     }
 
-    /// Sees the files of the drive and nothing else.
+    /// Reads only the files of the drive.
     fn analyse(&self) -> anyhow::Result<Found> {
         let platoon = self.path("platoon.csv");
         self.command(&["inspect", &platoon], Some("inspect.txt"))?;
@@ -168,7 +168,7 @@ impl Demo {
         Ok(json["runs"][0]["score"]["nrmse_sva"].as_f64())
     }
 
-    /// The report; gives back its path.
+    /// Writes the report; returns its path.
     fn report(&self) -> anyhow::Result<String> {
         tell::step("5. All of it as one HTML file")?;
         let (diagnosis, page) = (self.path("diagnosis"), self.path("report.html"));

@@ -26,7 +26,7 @@ pub fn command(args: &Args, outcome: &Outcome, trained: &[[f64; 2]]) -> Option<A
     let mut flag = |name: &str, value: Option<String>| {
         words.extend(value.map(|value| format!("--{name} {value}").trim_end().to_owned()))
     };
-    // With a column map a follower is an id, which is not the number that the result has.
+    // With a column map a follower is an id, which differs from the number in the result.
     let number = outcome.data.first().filter(|_| args.prepare.columns.is_none()).map(|data| data.follower.to_string());
     flag("follower", args.follower.as_deref().map(quoted).or(number));
     flag("model", Some(base.variant.clone()));
@@ -36,7 +36,7 @@ pub fn command(args: &Args, outcome: &Outcome, trained: &[[f64; 2]]) -> Option<A
     let one_window = trained.first().filter(|first| trained.iter().all(|window| window == *first));
     data_flags(&args.prepare, one_window, &mut flag);
     match (&outcome.recommended, &args.out) {
-        // As wide as those it was judged with, which hold the user's own.
+        // As wide as in the diagnosis, with the user's own bounds.
         (Some(_), Some(out)) => flag("bounds", Some(path(&out.join(RECOMMENDED_BOUNDS)))),
         _ => args.bounds.iter().for_each(|given| flag("bounds", Some(quoted(given)))),
     }
@@ -101,7 +101,7 @@ fn data_flags(data: &DataArgs, window: Option<&[f64; 2]>, flag: &mut impl FnMut(
     flag("lead-start", lead_start.map(|position| position.to_string()));
 }
 
-/// A built-in cause by its name, one of the user's own by its file.
+/// A built-in cause by its name, a user's by its file.
 fn extension(args: &Args, name: &str) -> String {
     let file = args.causes.iter().find(|file| file.file_stem().is_some_and(|stem| stem == name));
     match file {
@@ -114,7 +114,7 @@ fn path(path: &Path) -> String {
     quoted(&path.display().to_string())
 }
 
-/// A time as files write it: within the tolerance of the grid, without the dust of sums of 0.1.
+/// A time as in files: within the tolerance of the grid, without rounding errors of sums of 0.1.
 fn time(seconds: f64) -> String {
     let text = format!("{seconds:.6}");
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
@@ -169,7 +169,7 @@ mod tests {
         let expected = format!("{start} --segment 2 --from 5 --to 90 {rest} level {more} --out d/extended");
         assert_eq!(after(&held, &[]), (expected, "on the training files".to_owned()));
 
-        // Where the ends differ, no window is that of both files.
+        // If the ends differ, the files share no window.
         let (typed, on) = after(&words, &[[5.0, 60.0], [5.0, 61.0]]);
         assert!(typed.contains("--from 5 --to 90") && on.starts_with("on whole files"), "{typed} {on}");
         let (typed, _) = after(&[&words[..], &["--segment", "2"]].concat(), &[[5.0, 61.0], [5.0, 61.0]]);

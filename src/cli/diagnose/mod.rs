@@ -81,7 +81,7 @@ pub struct Args {
 }
 
 impl Args {
-    /// The files to train on, however they were given.
+    /// The training files, by either option.
     pub fn trained_on(&self) -> impl Iterator<Item = &PathBuf> {
         self.data.iter().chain(&self.files)
     }
@@ -117,7 +117,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
     let bounds = read_bounds(&args.bounds, &variant)?;
     if let Some(out) = &args.out {
-        // Before the work: a folder that is refused or cannot be written must not cost a diagnosis.
+        // Before the work: a refused or unwritable folder must not cost a diagnosis.
         folder::refuse(out, folder::RESULT, "diagnosis")?;
         folder::spare(out, args.data.iter().chain(&args.files).chain(&args.holdout), |name| {
             let own = [("simulation", "csv"), ("simulation", "svg"), ("missing_acceleration", "csv")];
@@ -172,7 +172,7 @@ fn plot(diagnosis: &Diagnosis, train: &[Drive], holdout: &[Drive]) -> anyhow::Re
     Ok(())
 }
 
-/// The causes of the library, and the user's own.
+/// The built-in causes, and the user's own.
 fn causes(args: &Args) -> anyhow::Result<Vec<&'static Extension>> {
     let mut causes = built_in();
     for path in &args.causes {

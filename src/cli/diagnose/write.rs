@@ -84,7 +84,7 @@ fn table(base: &Series, extended: Option<&Series>) -> csv::Result<Vec<u8>> {
     writer.into_inner().map_err(|e| csv::Error::from(e.into_error()))
 }
 
-/// Measured states beside those of both models' free simulations; a run that broke off leaves empty fields.
+/// Measured states beside those of both models' free simulations; a run that ended early leaves empty fields.
 fn states(drive: &Drive, runs: [Option<&Free>; 2]) -> csv::Result<Vec<u8>> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     let signals = ["spacing_m", "speed_mps", "accel_mps2"];

@@ -96,7 +96,7 @@ pub fn of_sumo(folder: &Path, export: &Export) -> anyhow::Result<Vec<Chart>> {
     Ok(charts)
 }
 
-/// File and follower of a trajectory; the folders of the file only where another one has the same name.
+/// File and follower of a trajectory; the folders of the file only if another one has the same name.
 fn label(entry: &DataEntry, all: &[DataEntry]) -> String {
     let name = |entry: &DataEntry| Path::new(&entry.path).file_name().map(ToOwned::to_owned);
     let alike = all.iter().any(|other| other.path != entry.path && name(other) == name(entry));

@@ -77,7 +77,7 @@ fn in_short(study: &Study) -> String {
     text
 }
 
-/// Cars that are taken for one because their files give both no name.
+/// Cars that count as one because their files give both no name.
 fn taken_for_one(study: &Study) -> Option<String> {
     let tried = (0..study.drives.len()).filter(|&i| !study.validated_on(i).is_empty());
     let mut names: Vec<&str> =
@@ -109,7 +109,7 @@ fn not_validated(study: &Study) -> Option<String> {
     ))
 }
 
-/// Trajectories that are validated on measurements that they are calibrated on.
+/// Trajectories that are validated on measurements of their own calibration.
 fn same_data(study: &Study) -> Option<String> {
     let pairs = (0..study.drives.len()).flat_map(|i| study.validated_on(i).into_iter().map(move |k| [i, k]));
     let shared = pairs.map(|pair| pair.map(|i| &study.drives[i])).find_map(|[own, other]| {
@@ -117,11 +117,11 @@ fn same_data(study: &Study) -> Option<String> {
         let is_apart = a.t[a.len() - 1] < b.t[0] || b.t[b.len() - 1] < a.t[0];
         let place = |t: &f64| b.t.binary_search_by(|u| u.total_cmp(t)).ok();
         let mut common = (0..if is_apart { 0 } else { a.len() }).filter_map(|i| Some((i, place(&a.t[i])?)));
-        // Other cars of a file drive at the same time; they differ at once.
+        // Other cars of a file drive at the same time; their first samples differ.
         let same =
             |count: usize, (i, k): (usize, usize)| ((a.s[i], a.v_f[i]) == (b.s[k], b.v_f[k])).then_some(count + 1);
         let count = common.try_fold(0, same)?;
-        // Windows that meet share a sample, or some.
+        // Adjacent windows share a sample, or some.
         (10 * count > a.len().min(b.len())).then_some((&own.entry, &other.entry, count))
     });
     let (own, other, count) = shared?;

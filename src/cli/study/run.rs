@@ -108,7 +108,7 @@ fn again(args: &Args) -> String {
     command + if args.no_wait { " --no-wait" } else { "" }
 }
 
-/// Indices of the tasks that were asked for, in their order.
+/// Indices of the requested tasks, in their order.
 fn choose(args: &Args, tasks: &[Task]) -> anyhow::Result<Vec<usize>> {
     if let Some(shard) = &args.shard {
         return Ok(shard.of(tasks));
@@ -122,7 +122,7 @@ fn choose(args: &Args, tasks: &[Task]) -> anyhow::Result<Vec<usize>> {
     Ok(chosen)
 }
 
-/// Index of the one task whose id begins so.
+/// Index of the one task with this begin of its id.
 fn named(id: &str, tasks: &[Task]) -> anyhow::Result<usize> {
     if id.is_empty() {
         return Err(Usage("--task: expected an id, found nothing".to_owned()).into());
@@ -164,7 +164,7 @@ fn interrupted(progress: &Progress, tasks: usize, again: &str) -> String {
 
 /// Ends the program a moment after Ctrl-C if the tasks under way do not end. All finished results are on the disk.
 fn give_up_in_time(progress: Arc<Progress>, tasks: usize, again: String) {
-    // Without a thread to spare it ends when the calibrations under way do.
+    // Without a spare thread the program ends with the calibrations under way.
     let _ = std::thread::Builder::new().spawn(move || {
         while !interrupt::asked() {
             std::thread::sleep(Duration::from_millis(20));
@@ -219,7 +219,7 @@ impl Bar {
         let (evaluations, finished) = (of(&progress.evaluations) as f64, of(&progress.finished) as f64);
         let left = self.bar.length().unwrap_or(0).saturating_sub(done) as f64;
         let per_task = if computed > 0 { finished / computed as f64 } else { self.max_evaluations as f64 };
-        // Of the tasks under way, a part is done already.
+        // Tasks under way are partly done.
         let work = (left * per_task - (evaluations - finished)).max(0.0);
         let pace = if evaluations > 0.0 {
             let eta = indicatif::HumanDuration(Duration::from_secs_f64((work / evaluations * seconds).min(1e9)));

@@ -144,7 +144,7 @@ fn per_task(args: &Args, folder: &Folder, study: &StudyFile) -> anyhow::Result<(
 }
 
 impl Job<'_> {
-    /// The lines that both scripts begin with.
+    /// The common first lines of both scripts.
     fn head(&self, name: &str, log: &str, lines: &[String]) -> String {
         let mut text = format!("#!/bin/sh\n# Written by leadlag study submit. {}.\n", self.why);
         // SLURM interprets characters after a percent sign.

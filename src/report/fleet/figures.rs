@@ -72,7 +72,7 @@ fn histogram(figure: &mut Figure, [left, top]: [f64; 2], one: &Distribution) {
     if let Some(spread) = one.spread {
         let x = at(spread.median);
         figure.line([x, top + 14.0], [x, bottom], 1.6, INK);
-        // Where the middle is close to an end, their numbers would meet.
+        // If the middle is close to an end, their numbers would overlap.
         if (0.25..0.75).contains(&((x - left) / width)) {
             figure.text([x, bottom + 15.0], 11.5, Anchor::Middle, INK, &short(spread.median));
         }
@@ -130,7 +130,7 @@ fn density(figure: &mut Figure, [left, top, side]: [f64; 3], pairs: &[(f64, f64)
     for (k, count) in counts.iter().enumerate().filter(|(_, count)| **count > 0) {
         let (column, row) = ((k % CELLS) as f64, (k / CELLS) as f64);
         let from = [left + column * cell, top + side - (row + 1.0) * cell];
-        // A few drivers must be seen beside a crowd.
+        // A few drivers must be visible beside many.
         let share = (*count as f64 / most).sqrt();
         figure.bar(from, [from[0] + cell, from[1] + cell], &shade(share), "none");
     }

@@ -1,4 +1,4 @@
-//! A fleet in words, as a file and as a page: it is about the drivers.
+//! A fleet in words, as a file and as a page, with the drivers in the centre.
 
 mod figures;
 mod forest;
@@ -119,7 +119,7 @@ impl FleetFile {
         }
     }
 
-    /// The entry of the model that a reader should take, of the first measure.
+    /// The entry of the recommended model, of the first measure.
     #[must_use]
     pub fn chosen(&self) -> Option<&Overview> {
         let first = &self.overview.first()?.gof;
@@ -175,7 +175,7 @@ impl FleetFile {
     /// As JSON, for `fleet.json`.
     ///
     /// # Panics
-    /// Never: it is numbers and text.
+    /// Never: it contains only numbers and text.
     #[must_use]
     pub fn to_json(&self) -> String {
         serde_json::to_string_pretty(self).expect("numbers and text can be written") + "\n"

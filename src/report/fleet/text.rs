@@ -9,7 +9,7 @@ use std::fmt::Write;
 /// Number of printed reasons; the table has all.
 const REASONS: usize = 3;
 
-/// Pairs of doubtful data that are named.
+/// Number of named pairs with doubtful data.
 const DOUBTFUL: usize = 20;
 
 /// Output of `calibrate --all`.

@@ -1,4 +1,4 @@
-//! The error budget: which signal, while doing what, at which frequency, how fast, where.
+//! The error budget: by signal, driving state, frequency, speed and place.
 
 use super::{Page, short};
 use crate::diagnose::describe::error_breakdown::{Budget, Share};

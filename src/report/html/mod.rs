@@ -1,7 +1,7 @@
 //! A result as one HTML file that needs nothing else: no network, no folder beside it.
 //!
-//! Charts are drawn by uPlot (`assets/uplot`, MIT), which is embedded whole; everything that is not a time series is plain HTML or
-//! SVG, so that a printer or a reader without scripts loses the zoom only.
+//! uPlot draws the charts (`assets/uplot`, MIT), embedded completely; everything that is not a time series is plain HTML or
+//! SVG, so a printer or a reader without scripts loses only the zoom.
 
 mod budget;
 mod calibration;
@@ -148,7 +148,7 @@ pub(in crate::internal::report) fn short(value: f64) -> String {
     if rounded.abs() < 1e-3 { format!("{rounded:e}") } else { rounded.to_string() }
 }
 
-/// A value with as many digits as an interval around it bears: two of its width.
+/// A value with the significant digits of its interval: two of its width.
 pub(in crate::internal::report) fn within(value: f64, [low, high]: [f64; 2]) -> String {
     let width = high - low;
     if !value.is_finite() || !width.is_finite() || width <= 0.0 {

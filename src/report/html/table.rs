@@ -48,7 +48,7 @@ impl Page {
         for (number, row) in rows.iter().enumerate() {
             html.push_str("<tr>");
             for (column, cell) in row.iter().enumerate() {
-                // Paths may be broken behind each folder, so that they never make a table wider than a page; units stay whole.
+                // Paths may be broken after each folder, so that they never make a table wider than a page; units stay together.
                 let cell = escape(&inert(cell)).replace('/', "/<wbr>").replace("m/<wbr>s", "m/s");
                 let _ = match share(number, column).filter(|share| share.is_finite()) {
                     Some(share) => {

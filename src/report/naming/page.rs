@@ -159,7 +159,7 @@ fn pairs(report: &DiagnosisReport) -> String {
     format!("| pair | base | planted | answer | |\n|---|---|---|---|---|\n{text}\n")
 }
 
-/// How near drives without an effect come to a name.
+/// Distance of drives without an effect from a name.
 fn silence(report: &DiagnosisReport) -> String {
     if report.silence.is_empty() {
         return String::new();

@@ -42,7 +42,7 @@ pub fn variations(material: &Material) -> String {
         figure.text([WIDTH / 2.0, 220.0], 14.0, Anchor::Middle, INK, "no variant has two replicates on a trajectory");
         return figure.finish();
     }
-    // Bars of equal width up to the largest value; a few stragglers must not flatten the rest.
+    // Bars of equal width up to the largest value; a few outliers must not flatten the rest.
     let most = all.iter().copied().fold(0.0, f64::max);
     let last = quantile(&all, 0.98).map_or(1.0, |q| if most > 2.0 * q { q } else { most }).max(1e-6);
     let end = Plot::new([0.0; 2], [0.0; 2], last).top;

@@ -12,7 +12,7 @@ pub type Place = (String, usize);
 /// All winners of one trajectory, simulated on one.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Cross {
-    /// NRMSE(s,v,a) of the runs that came to the end.
+    /// NRMSE(s,v,a) of the runs that reached the end.
     pub scores: Vec<f64>,
     /// Runs in which the spacing was not above 0.
     pub collisions: usize,

@@ -28,7 +28,7 @@ struct Material<'a> {
     claims: Vec<Claim>,
     /// The printed values of the paper; none for a goodness of fit other than its own.
     paper: BTreeMap<u32, Printed>,
-    /// Number of tasks that are not there.
+    /// Number of missing tasks.
     missing: usize,
 }
 
@@ -75,7 +75,7 @@ pub fn page(study: &StudyFile, all: &[Outcomes], inventory: &Inventory, past: &P
 }
 
 /// The files of a report, by name. `all` are the outcomes of every goodness of fit, the first one for Tables 4 and 5;
-/// `missing` is the number of tasks that are not there.
+/// `missing` is the number of missing tasks.
 ///
 /// # Panics
 /// Without outcomes.

@@ -53,7 +53,7 @@ fn score(own: &Outcomes, v: usize) -> Option<f64> {
     mean(&scores?)
 }
 
-/// Which variant errs least on trajectories that it was not calibrated on, and which one fits its own best.
+/// Which variant has the lowest error on unseen trajectories, and which one fits its own best.
 pub(super) fn answer(own: &Outcomes, ranking: &Ranking) -> (String, String) {
     let scored = (0..own.variants.len()).filter_map(|v| Some((v, score(own, v)?)));
     let Some((best, lowest)) = scored.min_by(|a, b| a.1.total_cmp(&b.1)) else {
@@ -137,7 +137,7 @@ fn signed(value: Option<f64>) -> String {
     value.map_or("–".to_owned(), |value| format!("{value:+.0}"))
 }
 
-/// Scores of all validation runs of a variant that came to the end.
+/// Scores of all validation runs of a variant that reached the end.
 fn validated(own: &Outcomes, variant: usize, wanted: &dyn Fn(usize) -> bool) -> (Vec<f64>, usize, usize) {
     let cells = own.cells[variant].iter().enumerate().filter(|(drive, _)| wanted(*drive));
     let tried: Vec<&Tried> = cells.flat_map(|(_, cell)| &cell.tried).collect();

@@ -14,7 +14,7 @@ pub struct Behind {
 }
 
 impl Behind {
-    /// By logarithms of ratios that do not depend on each other; of one nothing is known of its spread. `None` of none.
+    /// From logarithms of independent ratios; one alone has no known spread. `None` without any.
     #[must_use]
     pub fn of(ratios: &[f64]) -> Option<Behind> {
         let half = if ratios.iter().all(|ratio| *ratio == 0.0) {

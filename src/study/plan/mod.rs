@@ -37,7 +37,7 @@ pub struct Plan {
 /// The measured data of a study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DataPlan {
-    /// Folder that the names of files start from.
+    /// Folder to which the names of files are relative.
     pub folder: PathBuf,
     /// Vehicle table in that folder; `None`: the built-in one.
     pub vehicles: Option<PathBuf>,
@@ -56,9 +56,9 @@ pub struct PlatoonPlan {
     pub is_pattern: bool,
     /// Its layout; `None`: by its header.
     pub layout: Option<Layout>,
-    /// Column map of a table of another layout: a shipped one, or a `.toml` in the data folder.
+    /// Column map of a table of another layout: a built-in one, or a `.toml` in the data folder.
     pub columns: Option<String>,
-    /// Id of the one trajectory that is meant in a file that holds several; `None`: the only one.
+    /// Id of the requested trajectory in a file that holds several; `None`: the only one.
     pub trajectory: Option<String>,
     /// True for every trajectory of the file; unusable ones are left out.
     pub all: bool,
@@ -128,7 +128,7 @@ pub enum Validation {
 }
 
 impl Plan {
-    /// Reads a plan; names of files start from the folder that the plan names, itself relative to the plan file.
+    /// Reads a plan; names of files are relative to the folder that the plan names, itself relative to the plan file.
     ///
     /// # Errors
     /// [`PlanError`] with the place and, where a word is misspelt, the nearest one.

@@ -136,7 +136,7 @@ fn at(content: &str, path: &str, error: &toml::de::Error) -> PlanError {
     let unknown = message.starts_with("unknown field").then(|| quoted.next()).flatten();
     let nearest = unknown.and_then(|word| nearest(word, quoted)).map(str::to_owned);
     let mut reason = message.replace("unknown field", "unknown key").replace("missing field", "missing key");
-    // Words of the program's language, for those of the plan's.
+    // Replaces words of the program's language by those of the plan's.
     for (type_name, words) in [
         ("expected u64", "expected a whole number from 0"),
         ("expected u32", "expected a whole number from 0"),
@@ -359,7 +359,7 @@ impl Reader<'_> {
         let kind = self.one_of("calibration.evaluator", name.unwrap_or("lanes"))?;
         let precision = precision.map(|text| self.one_of("calibration.precision", text)).transpose()?;
         let selection = Selection { kind, precision, ..Selection::default() };
-        // Its words are those of the command line; here the keys are meant.
+        // The words of the command line become keys here.
         selection.check().map_err(|e| self.value("calibration.precision", e.to_string().replace("--", ""), None))?;
         Ok((kind, precision))
     }

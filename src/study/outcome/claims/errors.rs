@@ -211,7 +211,7 @@ mod tests {
         assert_eq!((claim.found.as_str(), claim.agrees), ("idm -5 %", None));
     }
 
-    /// Linear dynamics lower the error of every base model, but for the last one, as given.
+    /// Linear dynamics lower the error of every base model, except the last one, as given.
     fn linear(last: f64) -> Vec<(&'static str, f64, &'static [&'static str])> {
         let bases = BASES.iter().map(|base| (*base, 1.0, &[] as &[&str]));
         let names = ["idm+linear", "gipps+linear", "l-cth+linear", "l-idm+linear", "l-gipps+linear"];

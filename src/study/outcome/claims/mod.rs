@@ -48,7 +48,7 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// Of several base models the one with the lowest value, where all are there and no two are the lowest.
+    /// Of several base models the one with the lowest value, if all are present and the lowest is unique.
     fn lowest(
         paper: &'static str,
         values: &[(&str, f64)],
