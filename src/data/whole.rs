@@ -35,9 +35,9 @@ impl Whole {
         loop {
             let temporary = path.with_extension(unique());
             let file = File::create_new(&temporary)?;
-            // Where files cannot be locked, `clean` goes by their age.
+            // If files cannot be locked, `clean` decides by their age.
             let _ = file.lock();
-            // Before the lock, `clean` may have taken it for a file that was left over.
+            // Before the lock, `clean` may have removed it as a leftover.
             if temporary.exists() {
                 return Ok(Whole { path: path.to_owned(), temporary: Some(temporary), file });
             }
@@ -47,13 +47,13 @@ impl Whole {
     /// Puts the file in its place.
     ///
     /// # Errors
-    /// When it cannot be written to the disk; nothing of it is left then.
+    /// When it cannot be written to the disk; then nothing of it remains.
     pub fn finish(mut self) -> io::Result<()> {
         let Some(temporary) = &self.temporary else { return self.file.flush() };
         self.file.sync_all()?;
         fs::rename(temporary, &self.path)?;
         self.temporary = None;
-        // The name is safe once the folder is. Not every file system can do that; without it a power cut may bring the old file back.
+        // The name is safe once the folder is. Some file systems cannot do that; then a power cut may bring the old file back.
         if let Ok(folder) = File::open(folder_of(&self.path)) {
             let _ = folder.sync_all();
         }
@@ -83,7 +83,7 @@ impl Drop for Whole {
 /// Writes a file.
 ///
 /// # Errors
-/// When it cannot be written; nothing of it is left then.
+/// When it cannot be written; then nothing of it remains.
 pub fn write(path: &Path, content: &[u8]) -> io::Result<()> {
     let mut file = Whole::create(path)?;
     file.write_all(content)?;
@@ -117,7 +117,7 @@ pub fn is_old(file: &fs::Metadata) -> bool {
     file.modified().is_ok_and(|written| written.elapsed().is_ok_and(|age| age > LEFT_OVER))
 }
 
-/// An extension that no other writer takes. In containers processes of several machines have the same number; hardly any two began to
+/// An extension that no other writer uses. In containers processes of several machines have the same number; hardly any two began to
 /// write in the same nanosecond.
 fn unique() -> String {
     static COUNTER: AtomicU64 = AtomicU64::new(0);

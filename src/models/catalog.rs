@@ -115,7 +115,7 @@ constraint_parts!(part_enum);
 pub struct Base {
     /// `idm`, `gipps`, `l-cth`, `l-idm`, `l-gipps`, or the name of a law.
     pub name: &'static str,
-    /// As the paper writes it; the name of a law.
+    /// The paper's spelling; the name of a law.
     pub paper: &'static str,
     /// Its controller.
     pub controller: Controller,
@@ -134,7 +134,7 @@ pub const BASES: &[Base] = &[
 ];
 
 impl Base {
-    /// The base model that a law is.
+    /// The base model of a law.
     #[must_use]
     pub fn of_law(law: &'static Extension) -> Base {
         Base { name: &law.name, paper: &law.name, controller: Controller::Law, spacing: Spacing::Inherent }
@@ -177,7 +177,7 @@ pub enum UnknownVariant {
         name: String,
         /// The word that is not known.
         word: String,
-        /// A known word that looks like it.
+        /// The nearest known word.
         nearest: Option<&'static str>,
     },
     /// The name begins with a part that is not a base model.

@@ -19,7 +19,7 @@ pub enum Stage {
     Perception,
     /// Changes the present own speed that a controller starts from (Gipps', and laws that command a speed).
     Speed,
-    /// Is the controller: the present own speed becomes the commanded acceleration.
+    /// The controller: from the present own speed to the commanded acceleration.
     Law,
     /// Changes the commanded acceleration.
     Command,
@@ -88,7 +88,7 @@ pub struct LoopNeeds {
 }
 
 impl LoopNeeds {
-    /// Each need as it is written in an extension, and its parameter.
+    /// Each need as written in an extension, and its parameter.
     fn by(self) -> [(&'static str, Option<usize>); 2] {
         [("delay by", self.delay), ("look back by", self.look_back)]
     }
@@ -105,13 +105,13 @@ pub struct Cause {
     pub family: Option<String>,
     /// Its trace in the residuals of a model without it.
     pub looks_like: String,
-    /// Causes and parameters that it is confused with.
+    /// Similar causes and parameters.
     pub confounded_with: Vec<String>,
     /// How a diagnosis looks for it.
     pub search: SearchKind,
     /// True if none of its sizes can be negative: a negative size is another cause.
     pub positive: bool,
-    /// A family of which no member shows without it, nor it without one of them.
+    /// A family that hides it, and is hidden by it.
     pub hides: Option<String>,
     /// Drive that would distinguish it.
     pub experiment: Option<String>,
@@ -208,7 +208,7 @@ impl Hash for Extension {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct Extensions(&'static [&'static Extension]);
 
-/// Two extensions that cannot be in one model.
+/// Two extensions that exclude each other.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ExtensionConflict {
     /// The same one twice.
@@ -243,7 +243,7 @@ pub enum ExtensionConflict {
         /// Parameters there would be.
         found: usize,
     },
-    /// The time loop does the same for another one already, and it does it once.
+    /// The time loop can do this for one extension only.
     #[error(
         "extension {name}: its `loop: {what}` cannot act together with that of {other}, because a model has one such line; remove one \
          of them"
@@ -253,7 +253,7 @@ pub enum ExtensionConflict {
         name: String,
         /// `delay by` or `look back by`.
         what: &'static str,
-        /// The extension that has one already.
+        /// The extension that already has one.
         other: String,
     },
     /// A parameter of the same name.

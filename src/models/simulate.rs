@@ -38,7 +38,7 @@ pub struct CalibratedVariant {
 }
 
 impl CalibratedVariant {
-    /// A trajectory as its runs see it.
+    /// A trajectory for its runs.
     ///
     /// # Errors
     /// As [`Case::new`].
@@ -107,7 +107,7 @@ pub fn follow(case: &Case, t: &[f64], ahead: Ahead) -> Result<Case, AxisError> {
         ..case.clone()
     })
 }
-/// A desired speed beyond this many times the highest speed driven is hardly meant.
+/// A desired speed beyond this multiple of the highest driven speed is probably a mistake.
 const FAR: f64 = 2.0;
 /// No road vehicle desires more \[m/s\]: 252 km/h, the end of the set human.
 const DESIRED: f64 = 70.0;

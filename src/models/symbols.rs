@@ -90,7 +90,7 @@ pub enum Role {
     /// Nothing.
     #[default]
     Value,
-    /// The time loop delays everything that is perceived by it.
+    /// The time loop delays all perception by it.
     Delay,
     /// The duration of an event, so the length of the data bounds it.
     Length,

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 
-/// The longest text that people write: maps, plans, bounds, vehicles, curves, extensions \[bytes\].
+/// The longest text that users write: maps, plans, bounds, vehicles, curves, extensions \[bytes\].
 pub const TEXT_MAX: u64 = 16 << 20;
 /// The longest text that this program writes and reads again: results, diagnoses, parts of a study \[bytes\]. A thousand replicates with their convergence
 /// are some megabytes.
@@ -61,7 +61,7 @@ impl<R: Read> Lines<R> {
 }
 
 impl Lines<File> {
-    /// A table that this program wrote, of at most [`OWN_TABLE_MAX`].
+    /// A table of this program, of at most [`OWN_TABLE_MAX`].
     ///
     /// # Errors
     /// When it cannot be opened.

@@ -11,7 +11,7 @@ pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
 }
 
 /// The word of `known` nearest to another one, the first of several, if it is no more edits away than `limit` allows for it. Case
-/// counts nothing; blanks and hyphens are as good as underscores.
+/// does not count; blanks and hyphens are as good as underscores.
 #[must_use]
 pub fn nearest_within<'a>(
     word: &str,
@@ -40,7 +40,7 @@ pub fn did_you_mean<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) ->
     suggestion(nearest(word, known))
 }
 
-/// The same for a word that has been found already.
+/// The same for a word that has already been found.
 #[must_use]
 pub fn suggestion(near: Option<&str>) -> String {
     near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"))

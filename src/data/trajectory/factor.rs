@@ -49,7 +49,7 @@ fn changes(t: &[f64], dv: &[f64], distance: &[f64]) -> Vec<[f64; 2]> {
     changes
 }
 
-/// Ratios of units that are taken for each other.
+/// Ratios of units that are often confused.
 const MISTAKES: [(f64, &str); 7] = [
     (1.0 / 0.3048, "feet per metre"),
     (3.6, "km/h per m/s"),

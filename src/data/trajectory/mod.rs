@@ -1,7 +1,7 @@
-//! Measured data: from a file to leader–follower pairs that are ready to be simulated.
+//! Measured data: from a file to leader–follower pairs for simulation.
 //!
 //! A file becomes a [`Recording`] (`import`), its platoons become [`Trajectory`] pairs (`prepare`);
-//! whatever was derived, filled, cut or reconciled on the way is kept as [`Note`]s.
+//! everything derived, filled, cut or reconciled on the way is kept as [`Note`]s.
 
 mod agreement;
 pub mod error;
@@ -60,7 +60,7 @@ impl Source {
     }
 }
 
-/// A checksum as it is written everywhere: lower-case hexadecimal.
+/// A checksum in its usual form: lower-case hexadecimal.
 pub fn hexadecimal(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
@@ -123,9 +123,9 @@ pub struct Car {
     /// Position in the platoon as numbered by the file: 1 is the platoon leader. 0 is the car ahead of the leader of a
     /// pair file.
     pub number: usize,
-    /// Name as written in the file (`Tesla(Model3)`), or `car 2` where the file gives none.
+    /// Name as written in the file (`Tesla(Model3)`), or `car 2` if the file gives none.
     pub name: String,
-    /// Length of the car \[m\] where the file or its companion table gives one.
+    /// Length of the car \[m\] if the file or its companion table gives one.
     pub length: Option<f64>,
     /// Speed \[m/s\].
     pub v: Vec<f64>,
@@ -164,7 +164,7 @@ impl Platoon {
         faults
     }
 
-    /// True if there is a follower whose signals are sound, and long enough to be used.
+    /// True if there is a follower with sound signals of sufficient length.
     fn is_usable(&self) -> bool {
         let duration = self.t.first().zip(self.t.last()).map_or(0.0, |(first, last)| last - first);
         if duration < prepare::SEGMENT_MIN_S {
@@ -176,7 +176,7 @@ impl Platoon {
 }
 
 impl Car {
-    /// A car without signals; without a name (or with an empty one) it is called after its number.
+    /// A car without signals; without a name (or with an empty one) its number is the name.
     fn new(number: usize, name: Option<&str>) -> Self {
         Car {
             number,
@@ -210,7 +210,7 @@ pub struct Trajectory {
     pub follower: usize,
     /// Name of the follower as in the file.
     pub name: String,
-    /// Its id, where the file names its trajectories.
+    /// Its id, if the file names its trajectories.
     pub id: Option<String>,
     /// Nominal time step \[s\], decimal (0.1, not the difference of two decimal times).
     pub dt: f64,
@@ -222,7 +222,7 @@ pub struct Trajectory {
     pub x_l: Vec<f64>,
     /// Speed of the preceding vehicle \[m/s\].
     pub v_l: Vec<f64>,
-    /// Length of the preceding vehicle \[m\]; 0 where unknown, `x_l` then means its rear bumper.
+    /// Length of the preceding vehicle \[m\]; 0 if unknown, `x_l` then means its rear bumper.
     pub len_l: f64,
     /// Measured position of the follower \[m\].
     pub x_f: Vec<f64>,

@@ -3,7 +3,7 @@
 use super::soundness::Finding;
 use std::fmt;
 
-/// One thing that was done to the data, in the order in which it was done. `Display` gives one line.
+/// One change of the data, in the order of the changes. `Display` gives one line.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 #[serde(rename_all = "snake_case", tag = "kind")]
 #[non_exhaustive]
@@ -11,7 +11,7 @@ use std::fmt;
 pub enum Note {
     /// The file marks the driver: at this time the mode begins (or the file starts with it).
     DriverMode { car: usize, t_s: f64, mode: String },
-    /// Columns that no layout knows were not read.
+    /// Columns that no layout has were not read.
     IgnoredColumns { columns: Vec<String> },
     /// The last line has no end: if the file was cut there, its last number may be wrong.
     OpenEnd { line: u64 },
@@ -47,7 +47,7 @@ pub enum Note {
         speed_rms_mps: f64,
         spacing_rms_m: f64,
     },
-    /// Where no position is measured, the preceding vehicle starts here.
+    /// Without a measured position, the preceding vehicle starts here.
     StartAssumed { position_m: f64 },
     /// Spacing and speeds were made consistent; the residual is the measured gap minus the integrated speed difference.
     Reconciled { anchor: String, rms_m: f64, largest_m: f64, drift_m_per_km: f64 },
@@ -67,7 +67,7 @@ pub enum Note {
     IdAgain { id: String, line: u64, read_as: String },
     /// Lines around the header that hold no data, from this one on.
     LinesSkipped { line: u64, lines: u64, what: String },
-    /// Vehicles whose number was borne by another one before.
+    /// Vehicles whose number another one had before.
     NumbersAgain { vehicles: usize, numbers: usize },
     /// Vehicles with impossible values, whose pairs are left out.
     BrokenLeftOut { vehicles: usize, problem: String },

@@ -9,7 +9,7 @@ pub(super) const PAUSE_S: f64 = 1.0;
 const UNUSUAL: f64 = 1.5;
 /// A change of position of more than this multiple of the usual one is not driving: the end of a lap, or another car.
 const JUMP: f64 = 5.0;
-/// The usual change of position is that which this share of the steps does not exceed: it is not that of a car that mostly stands.
+/// The usual change of position is the one that this share of the steps does not exceed: not that of a car that mostly stands.
 const USUAL: f64 = 0.9;
 
 /// The longest step of time that is not a pause \[s\].

@@ -19,7 +19,7 @@ pub enum VehicleError {
         /// Why.
         source: std::io::Error,
     },
-    /// Not the TOML that was expected.
+    /// The TOML has another form than expected.
     #[error(
         "{path}: expected one table per vehicle with mass_unladen_kg, phi, f_0_N, f_1_N_per_kmh, f_2_N_per_kmh2 and \
          optionally name, aliases, length_m, mfc"
@@ -30,7 +30,7 @@ pub enum VehicleError {
         /// Where and why.
         source: Box<toml::de::Error>,
     },
-    /// Not the CSV that was expected.
+    /// The CSV has another form than expected.
     #[error("{path}: cannot read the table")]
     Csv {
         /// The file.
@@ -88,7 +88,7 @@ pub enum VehicleError {
         /// What was found.
         found: String,
     },
-    /// No such vehicle in the table.
+    /// The table has no such vehicle.
     #[error("vehicle `{name}` is not in {table}; it has {}{}", known.join(", "), did_you_mean(name, known.iter().map(String::as_str)))]
     Unknown {
         /// As asked for.
@@ -179,7 +179,7 @@ impl Entry {
             let is_load = ROAD_LOADS.contains(&lower) && ROAD_LOADS.contains(&upper);
             check(is_load, quantity, "both within -100000 to 100000", found)?;
         }
-        // A curve beside the table may lie there under the slug's name without being mentioned.
+        // A curve beside the table may have the slug's name without being mentioned.
         let beside = folder.map(|f| f.join(format!("mfc_{slug}.csv"))).filter(|p| p.exists());
         let mfc_path = self.mfc.map(|p| folder.map_or(p.clone(), |f| f.join(p))).or(beside);
         let vehicle = Vehicle {
@@ -231,7 +231,7 @@ fn parse_listed(text: &str, path: &str, folder: Option<&Path>) -> Result<Vec<Lis
     entries.into_iter().map(listed).collect()
 }
 
-/// The columns of `vehicles.csv` that matter here.
+/// The relevant columns of `vehicles.csv`.
 #[derive(Debug, Deserialize)]
 #[allow(non_snake_case, reason = "N is the symbol of the newton")]
 struct CsvRow {
@@ -306,8 +306,8 @@ fn listed(path: &Path) -> Result<Vec<Listed>, VehicleError> {
     Ok(vehicles)
 }
 
-/// The vehicle of a table that is called `name`, if there is one. With `needs_curve` its MFC curve has to be sound; without, one
-/// that cannot be read is left out. Curves of other vehicles are not looked at.
+/// The vehicle `name` of a table, if there is one. With `needs_curve` its MFC curve has to be sound; without, one
+/// that cannot be read is left out. Curves of other vehicles are ignored.
 ///
 /// # Errors
 /// The file cannot be read, a vehicle in it is impossible, or the curve that is needed cannot be used.

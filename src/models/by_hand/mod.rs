@@ -172,7 +172,7 @@ fn drive<T: Real, const FUSED: bool>(road: &Road<T>, p: &Block<T>) -> Sums<T> {
     let mut lowest = s;
     let mut square = [[zero; LANES]; 3];
     for sample in &road.samples {
-        // Stage by stage: within a stage nothing waits for anything, so that the processor can work on many lanes at once.
+        // Stage by stage: within a stage no operation waits for another one, so that the processor can work on many lanes at once.
         let mut share = [zero; LANES];
         for i in 0..LANES {
             share[i] = v[i] * p.per_v_0[i];

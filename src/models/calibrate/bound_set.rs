@@ -3,7 +3,7 @@
 use super::space::{Overrides, parse_bounds};
 use crate::catalog::Variant;
 
-/// Bounds of human drivers; beside each number is its source, or that it is chosen.
+/// Bounds of human drivers; beside each number is its source, or a mark that it is chosen.
 const HUMAN: &str = include_str!("human.toml");
 
 /// A named set of bounds, as `--bounds` takes it.
@@ -19,7 +19,7 @@ pub enum BoundSet {
 }
 
 impl BoundSet {
-    /// Where its numbers are from, in words.
+    /// Source of its numbers, in words.
     #[must_use]
     pub fn source(self) -> &'static str {
         match self {

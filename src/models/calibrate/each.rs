@@ -10,7 +10,7 @@ use std::ops::ControlFlow;
 /// does not depend on its neighbours. When `stop` asks for it, all end with their results so far.
 ///
 /// # Errors
-/// When the evaluator fails. A case of which no candidate is feasible, or that was stopped before it had any, is an error of its own entry.
+/// When the evaluator fails. A case without a feasible candidate, or stopped before any, is an error of its own entry.
 ///
 /// # Panics
 /// Unless there is one search space per case.

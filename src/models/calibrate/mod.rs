@@ -26,7 +26,7 @@ use tasks::{Failed, Task, run};
 
 /// Fewer simulations than this are not a search.
 pub const EVALUATIONS_MIN: u64 = 100;
-/// More replicates than this are a mistake of typing; all of them advance together.
+/// More replicates than this are a typing error; all of them advance together.
 pub const REPLICATES_MAX: u64 = 100_000;
 
 /// An optimiser by name.
@@ -105,7 +105,7 @@ impl Default for Calibration {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum StopReason {
-    /// The evaluations were spent, or those that are left are too few for another generation or, with `auto`, for another round.
+    /// The evaluations were used, or too few remain for another generation or, with `auto`, for another round.
     Evaluations,
     /// No gain for too many generations.
     Stall,
@@ -117,7 +117,7 @@ pub enum StopReason {
     Target,
     /// The caller asked to stop.
     Interrupted,
-    /// It has ended, whatever the reason, without a feasible candidate.
+    /// It has ended, for any reason, without a feasible candidate.
     Infeasible,
     /// Every parameter is fixed: one evaluation suffices.
     NothingToSearch,
@@ -147,14 +147,14 @@ pub struct Replicate {
     pub candidate: Vec<f64>,
     /// Its score by the f64 reference; infinite if neither the best candidate nor any near it is feasible there, or none was feasible.
     pub score: f64,
-    /// Simulated candidates, failed ones included; also those that the reference was asked about because the best one fails there.
+    /// Simulated candidates, failed ones included; also those that the reference checked because the best one fails there.
     pub evaluations: u64,
     /// Why it ended.
     pub stop: StopReason,
     /// (evaluations, best score so far) at every gain; it decreases, and ends with `score`. Approximate scores that
     /// turned out to be lower than the exact ones are not in it.
     pub convergence: Vec<(u64, f64)>,
-    /// Scores and candidates met on the way that are less than 5 % worse than the best; a part of them if they are very many.
+    /// Scores and candidates of the search that are less than 5 % worse than the best; a part of them if there are very many.
     pub near: Vec<(f64, Vec<f64>)>,
 }
 
@@ -164,7 +164,7 @@ pub enum CalibrateError {
     /// The evaluator failed.
     #[error(transparent)]
     Evaluate(#[from] EvaluateError),
-    /// No candidate of a replicate has a score; of several replicates, of none of them.
+    /// No candidate of a replicate has a score; with several replicates, of any of them.
     #[error("replicate {replicate}: none of {evaluations} candidates is feasible: {tally}")]
     Infeasible {
         /// The replicate.

@@ -15,17 +15,17 @@ const MOST: usize = 10;
 const TIMES: f64 = 2.5;
 /// And larger by at least this \[m\]: smaller differences are those of the measurement.
 const LARGER_M: f64 = 1.0;
-/// Simulations per parameter of a half: it is to be close, not exact.
+/// Simulations per parameter of a half: the result should be close, not exact.
 const PER_PARAMETER: u64 = 1_000;
 
-/// Drives that are hardly of one driver.
+/// Drives that hardly have one driver.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Apart {
     /// Root mean square error of the spacing in each half of the drive that differs most, predicted from its other half \[m\].
     pub own_m: f64,
     /// The same, predicted from the halves of other drives.
     pub other_m: f64,
-    /// The parameter that differs most, and its value on each drive that was looked at: the place of the drive, and the mean of its halves.
+    /// The parameter that differs most, and its value on each examined drive: the place of the drive, and the mean of its halves.
     pub parameter: usize,
     /// See `parameter`.
     pub values: Vec<(usize, f64)>,

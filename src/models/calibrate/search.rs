@@ -15,11 +15,11 @@ use std::sync::LazyLock;
 use std::time::Instant;
 
 /// State of the search. To be raised whenever the same seed gives another result: another score, other parameters or another number
-/// of evaluations, whatever has changed (optimisers, search space, stopping rules, evaluators). Ids of tasks and journals hold it, so
+/// of evaluations, for any reason (optimisers, search space, stopping rules, evaluators). Ids of tasks and journals hold it, so
 /// so that results of two states never mix. Versions before 2 did not record it.
 pub const SEARCH_REVISION: u32 = 7;
 
-/// Program, version and state of its search, `leadlag 0.1.0+search7`: under the same one a seed means the same result.
+/// Program, version and state of its search, `leadlag 0.1.0+search7`: with the same one a seed gives the same result.
 pub static PROGRAM: LazyLock<String> =
     LazyLock::new(|| format!("leadlag {}+search{SEARCH_REVISION}", env!("CARGO_PKG_VERSION")));
 
@@ -42,9 +42,9 @@ pub(super) struct Search<'a> {
     pub(super) earlier: u64,
     evaluations: u64,
     stall: u64,
-    /// The lowest score that the optimiser held out last: of its best, or of the rival of it.
+    /// The lowest score that the optimiser last kept: of its best, or of its rival.
     latest: Option<f64>,
-    /// Scores of the best and of its rival that were compared with the target last.
+    /// Scores of the best and of its rival at the last comparison with the target.
     compared: [Option<f64>; 2],
     tally: Tally,
     best: Option<(Vec<f64>, f64)>,
@@ -179,7 +179,7 @@ impl<'a> Search<'a> {
         }
         if self.near.len() > self.most_near {
             self.near.retain(|(value, _)| *value <= limit);
-            // Still too many: every other one, so that all parts of the way stay.
+            // Still too many: every other one, so that all parts of the search remain.
             if self.near.len() > self.most_near / 2 {
                 let mut keep = false;
                 self.near.retain(|_| {
@@ -228,7 +228,7 @@ fn value(member: &Member) -> Option<f64> {
     }
 }
 
-/// Puts the present best score at the end of a curve of best scores, which had better not been lower before.
+/// Appends the present best score to a curve of best scores, which must not have been lower before.
 pub(super) fn fall_to(curve: &mut Vec<(u64, f64)>, evaluations: u64, score: f64) {
     while curve.last().is_some_and(|(_, last)| *last <= score) {
         curve.pop();
@@ -236,7 +236,7 @@ pub(super) fn fall_to(curve: &mut Vec<(u64, f64)>, evaluations: u64, score: f64)
     curve.push((evaluations, score));
 }
 
-/// True if parameters that span decades are searched by their logarithms. The paper's algorithm is kept as the paper has it.
+/// True if parameters that span decades are searched by their logarithms. The paper's algorithm keeps the paper's scale.
 fn ratios(optimizer: OptimizerKind) -> bool {
     optimizer != OptimizerKind::Ga
 }

@@ -172,7 +172,7 @@ impl SearchSpace {
         if upper > lower { (high - low) / (upper - lower) } else { 0.0 }
     }
 
-    /// True for a positive parameter whose bounds are more than two decades apart: equal differences would hardly ever try the
+    /// True for a positive parameter whose bounds are more than two decades apart: equal differences would rarely try the
     /// lower ones. Of Table 3 these are the gains of the linear controllers.
     fn spans_decades(&self, i: usize) -> bool {
         let [lower, upper] = self.bounds[i];
@@ -205,7 +205,7 @@ impl SearchSpace {
         parameters
     }
 
-    /// The parameters that lie on a bound: within 0.1 % of the range, fixed ones apart. The range is that of the logarithm where a parameter
+    /// The parameters that lie on a bound: within 0.1 % of the range, without fixed ones. The range is that of the logarithm where a parameter
     /// spans decades, as all optimisers but `ga` search it: of 0.01 to 5, 0.1 % of the difference is half of the lower bound, and 0.015 is
     /// not on it.
     #[must_use]

@@ -9,7 +9,7 @@ use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Which copy of the AstaZero platoons is meant.
+/// Which copy of the AstaZero platoons to use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum DataLayout {
     /// As the paper's authors processed them (`astazero_c2art`).
@@ -52,7 +52,7 @@ pub enum OpenError {
     Vehicle(#[from] VehicleError),
 }
 
-/// A platoon that is not there or cannot be used.
+/// A platoon that is missing or cannot be used.
 #[derive(Debug, Clone, thiserror::Error)]
 pub enum LibraryError {
     /// The file is missing.
@@ -184,7 +184,7 @@ impl Library {
             let searched = folders.iter().map(|f| f.display().to_string()).collect();
             return Err(LibraryError::NotFound { platoon: platoon.to_owned(), searched });
         };
-        // In the folder named, files of any layout are welcome; in the AstaZero folders, only theirs.
+        // The given folder may have files of any layout; the AstaZero folders only theirs.
         let layout = path.starts_with(&folders[1]).then(|| self.layout.layout());
         let recording = import::read(&path, layout).map_err(|e| LibraryError::Import(Arc::new(e)))?;
         for source in std::iter::once(&recording.source).chain(&recording.companions) {

@@ -1,4 +1,4 @@
-//! Scoring parameter vectors that are given as rows of a table: in order, in bounded memory, bad rows marked.
+//! Scoring parameter vectors in the rows of a table: in order, in bounded memory, bad rows marked.
 
 mod batch;
 mod library;
@@ -16,7 +16,7 @@ use std::collections::BTreeSet;
 use std::io::{Read, Write};
 use std::time::{Duration, Instant};
 
-/// Rows that are held in memory at a time: more and more, as long as they take less than a second.
+/// Rows in memory at a time: more and more, as long as they take less than a second.
 const FIRST_CHUNK: usize = 1024;
 const MAX_CHUNK: usize = 65_536;
 
@@ -184,7 +184,7 @@ fn outcome_headers(settings: &Settings) -> Vec<&'static str> {
     names
 }
 
-/// The input's columns, then the outcome's. One of the input that an outcome has the name of gets `_in` behind it, as often as it takes to be the only
+/// The input's columns, then the outcome's. An input column with the name of an outcome gets `_in` behind it, as often as it takes to be the only
 /// one of its name.
 fn output_headers(headers: &ByteRecord, settings: &Settings) -> ByteRecord {
     let outcomes: Vec<&[u8]> = outcome_headers(settings).into_iter().map(str::as_bytes).collect();
@@ -208,7 +208,7 @@ struct Computed {
     outcome: Outcome,
     evaluator: &'static str,
     precision: &'static str,
-    /// NRMSE(s,v,a) by the f64 reference, if it was asked for and the run ends well there.
+    /// NRMSE(s,v,a) by the f64 reference, if it was requested and the run reaches its end there.
     rescored: Option<f64>,
 }
 

@@ -1,4 +1,4 @@
-//! One row of the table: which run it asks for, or why it asks for none.
+//! One row of the table: the requested run, or why there is none.
 
 use super::library::{Library, LibraryError};
 use super::{Settings, TableError};
@@ -16,7 +16,7 @@ const COLUMNS: usize = 1000;
 /// Where the needed columns are.
 pub(super) struct Columns {
     width: usize,
-    /// Those that there are; a row may fill either.
+    /// The existing ones; a row may fill either.
     model_id: Option<usize>,
     variant: Option<usize>,
     platoon: usize,
@@ -66,7 +66,7 @@ impl Columns {
         })
     }
 
-    /// The column of a parameter; that of a law's own is called like it.
+    /// The column of a parameter; that of a law's own has its name.
     fn of(&self, symbol: Symbol) -> Option<usize> {
         let known = self.parameters.iter().find(|(known, _)| *known == symbol).map(|(_, column)| *column);
         known.or_else(|| self.others.iter().find(|(name, _)| name == symbol.name()).map(|(_, column)| *column))
@@ -158,7 +158,7 @@ fn parse(
     Ok((case, parameters))
 }
 
-/// The variant that a row asks for by its id, its name, or both.
+/// The variant of a row by its id, its name, or both.
 fn variant(id: Option<String>, name: Option<String>) -> Result<Variant, InvalidRow> {
     // Results give 0 as the id of a law.
     let id = id.filter(|id| id != "0" || name.is_none());

@@ -1,4 +1,4 @@
-//! One trajectory as the runs of a variant see it under a convention.
+//! One trajectory for the runs of a variant under a convention.
 
 use crate::catalog::{Constraint, Variant};
 use crate::convention::{Acceleration, Convention, Delay, RoadLoad, Step};
@@ -33,9 +33,9 @@ pub struct Case {
     pub a_f: Arc<[f64]>,
     /// Measured spacing \[m\].
     pub s: Arc<[f64]>,
-    /// The follower, where the variant needs it.
+    /// The follower, if the variant needs it.
     pub vehicle: Option<Arc<Vehicle>>,
-    /// The road, where the variant needs it.
+    /// The road, if the variant needs it.
     pub grade: Option<Arc<Grade>>,
     /// Time in the file at the first sample \[s\].
     pub t_0: f64,
@@ -68,7 +68,7 @@ pub enum CaseError {
         /// What to do.
         remedy: &'static str,
     },
-    /// The upper bound of a perception delay cannot be one.
+    /// An invalid upper bound of a perception delay.
     #[error("{label}: upper bound of {name}: expected a number of at least 0, found {found}")]
     DelayBound {
         /// The trajectory.
@@ -95,7 +95,7 @@ pub enum CaseError {
 /// A parameter vector that cannot be simulated.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum InvalidParameter {
-    /// Not in the domain of the equations.
+    /// Outside the domain of the equations.
     #[error("{name}: expected {expected}, found {found}")]
     Domain {
         /// The parameter.
@@ -120,7 +120,7 @@ pub enum InvalidParameter {
 }
 
 impl Case {
-    /// Checks that a candidate can be simulated at all; calibration bounds are another matter.
+    /// Checks that a candidate can be simulated; calibration bounds are checked elsewhere.
     ///
     /// # Errors
     /// The first parameter outside the domain of the equations, or a delay that reaches back before the data.

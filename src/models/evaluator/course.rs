@@ -1,4 +1,4 @@
-//! A case laid out for the evaluators that run the WGSL text: increments instead of positions, tables instead of searches.
+//! A case for the evaluators that run the WGSL text: increments instead of positions, tables instead of searches.
 
 use super::Case;
 use super::table::Table;
@@ -19,7 +19,7 @@ pub struct Course {
     pub phi_f: f64,
     /// Speed of the preceding vehicle \[m/s\].
     pub v_l: Vec<f64>,
-    /// Way of the preceding vehicle since the sample before \[m\]; 0 at the first sample.
+    /// Distance of the preceding vehicle since the sample before \[m\]; 0 at the first sample.
     pub dx_l: Vec<f64>,
     /// Position at which a follower with spacing 0 would be \[m\], modulo a closed track; empty unless the variant needs the grade.
     pub x_road: Vec<f64>,
@@ -114,7 +114,7 @@ pub struct Pace {
     pub look_back: [(i32, f64); 2],
 }
 
-/// A case that cannot be laid out.
+/// A case that these evaluators cannot use.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum CourseError {
     /// A table would need too many cells.
@@ -161,7 +161,7 @@ impl Course {
         let count = case.s.len();
         let needs_grade = case.variant.needs_grade();
         let grade = case.grade.as_ref().filter(|_| needs_grade);
-        // The lap counts where the position does, whether or not the grade is read.
+        // The lap counts if the position is used, with or without the grade.
         let period = case.grade.as_ref().filter(|_| case.variant.needs_position()).and_then(|g| g.period);
         let x_road = |x_l: &f64| {
             let x = x_l - case.len_l;
@@ -273,7 +273,7 @@ impl Case {
         let (delay_steps, first) = (self.delay_steps(delay), self.first_sample(delay));
         let back = delay_steps.ceil();
         let (back, fraction) = match self.convention.delay {
-            // Rounding may put the longest delay a hair before the first sample.
+            // Rounding may put the longest delay slightly before the first sample.
             Delay::Fractional if back >= first as f64 && delay_steps < (first - 1) as f64 + 1e-6 => (first - 1, 0.0),
             Delay::Fractional => (back as usize, back - delay_steps),
             Delay::Floor => (back as usize, 0.0),

@@ -1,4 +1,4 @@
-//! An evaluator that is given less at a time once its device has run out of memory.
+//! An evaluator that gets less at a time after its device has run out of memory.
 
 use super::{BufferSet, Case, EvaluateError, Evaluator, Job, Outcome, Population, Score, Timings};
 use crate::score::GoodnessOfFit;
@@ -6,7 +6,7 @@ use crate::score::GoodnessOfFit;
 /// Gives an evaluator whatever fits at once, and the rest afterwards. No score depends on the candidates simulated together.
 pub struct Halves {
     inner: Box<dyn Evaluator>,
-    /// Candidates that are given to it at once.
+    /// Candidates that it gets at once.
     most: usize,
     sets: [Set; 2],
 }

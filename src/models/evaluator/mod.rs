@@ -41,7 +41,7 @@ impl Population {
     /// Adds a candidate.
     ///
     /// # Panics
-    /// If it has not one value per symbol.
+    /// If the number of values differs from that of the symbols.
     pub fn push(&mut self, candidate: &[f64]) {
         assert_eq!(candidate.len(), self.symbols.len(), "one value per symbol");
         self.values.extend_from_slice(candidate);
@@ -233,7 +233,7 @@ pub enum EvaluateError {
     /// There is no adapter, or not the requested one.
     #[error("{}", no_adapter(wanted.as_deref(), present))]
     Adapter {
-        /// Index, PCI address or name that was asked for, if any.
+        /// The requested index, PCI address or name, if any.
         wanted: Option<String>,
         /// The adapters present, one line each.
         present: Vec<String>,
@@ -241,7 +241,7 @@ pub enum EvaluateError {
     /// The library was built without the feature `gpu`.
     #[error("no GPU: leadlag was built without the feature `gpu`; use --evaluator lanes")]
     NoGpuBuilt,
-    /// The process may use too little memory for a driver.
+    /// The process has too little memory for a driver.
     #[error(
         "no GPU: drivers need an address space of {} MiB, found a limit of {} MiB; raise it (`ulimit -v unlimited`), or use \
          --evaluator lanes",
@@ -303,7 +303,7 @@ fn no_adapter(wanted: Option<&str>, present: &[String]) -> String {
     }
 }
 
-/// Candidates that are to be simulated on one case.
+/// Candidates to simulate on one case.
 #[derive(Debug, Clone, Copy)]
 pub struct Job<'a> {
     /// Index into [`Evaluator::cases`].
@@ -329,7 +329,7 @@ pub enum BufferSet {
     B = 1,
 }
 
-/// Seconds of wall time that went to other things than computing, since the evaluator was made.
+/// Seconds of wall time spent on other work than computing, since the evaluator was made.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Timings {
     /// Moving candidates to the device and scores back \[s\].
@@ -380,7 +380,7 @@ pub trait Evaluator: Send {
     /// with a given number of candidates.
     ///
     /// # Errors
-    /// [`EvaluateError::Room`] unless there is one score per candidate; others when the evaluator cannot run.
+    /// [`EvaluateError::Room`] unless there is one score per candidate; others if the evaluator cannot run.
     fn collect(&mut self, set: BufferSet, scores: &mut [Score]) -> Result<(), EvaluateError>;
     /// Results of the candidates, in the order of the jobs.
     ///

@@ -90,7 +90,7 @@ pub struct Observed {
 /// An observed run sample by sample; all series are as long as the trajectory.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Innovations {
-    /// Where the run ended early, if it did; from there on all is NaN.
+    /// Where the run ended early, if it did; from there on all values are NaN.
     pub failed: Option<Failure>,
     /// First simulated sample; before it, residuals are 0 and the state is the measured one.
     pub first: usize,
@@ -123,7 +123,7 @@ impl Residuals {
     /// Blocks have a multiple of this many candidates, the numbers of the widest vector, so that sums have no remainder.
     pub const STRIDE: usize = 8;
 
-    /// Of whole runs that are there one by one; all are as long as the longest.
+    /// Of whole runs, one by one; all are as long as the longest.
     #[must_use]
     pub fn new(runs: &[Vec<[f64; 2]>]) -> Residuals {
         let (lanes, samples) =

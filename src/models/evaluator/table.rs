@@ -1,7 +1,7 @@
 //! Look-up tables in constant time: cells of equal width with at most one node each.
 //!
 //! A cell knows the curve on both sides of its node as a line, and the value at the node itself. So curves may jump at a node (the
-//! authors' look-up in MFC curves does), and a binary search, which a GPU dislikes, is not needed.
+//! authors' look-up in MFC curves does), and no binary search, which is slow on a GPU, is needed.
 
 use super::course::CourseError;
 use crate::convention::{GradeLookup, MfcLookup};
@@ -121,7 +121,7 @@ impl Table {
         let mut next = 0;
         for cell in 0..cells as usize {
             let own = next < nodes.len() && table.place_of(nodes[next]) == cell as f64;
-            // The middle of a cell without a node is as good a place as any to anchor its line.
+            // The middle of a cell without a node is a good place to anchor its line.
             let node = if own { nodes[next] } else { origin + (cell as f64 + 0.5) * width };
             table.node.push(node);
             for (i, curve) in curves.iter().enumerate() {

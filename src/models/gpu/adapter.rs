@@ -37,7 +37,7 @@ fn small_address_space() -> Option<u64> {
 }
 
 impl Adapter {
-    /// All adapters, in the order in which the drivers list them; none where no driver can be loaded.
+    /// All adapters, in the order of the drivers; none if no driver can be loaded.
     #[must_use]
     pub fn all() -> Vec<Adapter> {
         if small_address_space().is_some() {
@@ -138,7 +138,7 @@ impl Adapter {
         }
     }
 
-    /// The optional abilities that could matter here, by wgpu's names.
+    /// The optional abilities that may matter here, by wgpu's names.
     #[must_use]
     pub fn features(&self) -> Vec<&'static str> {
         let all = self.inner.features();
@@ -153,7 +153,7 @@ impl Adapter {
         known.into_iter().filter(|(feature, _)| all.contains(*feature)).map(|(_, name)| name).collect()
     }
 
-    /// The limits that matter here, by wgpu's names.
+    /// The limits that may matter here, by wgpu's names.
     #[must_use]
     pub fn limits(&self) -> [(&'static str, u64); 5] {
         let all = self.inner.limits();

@@ -1,4 +1,4 @@
-//! Everything that lives on a device and is lost with it: tables, pipelines, buffers, work in flight.
+//! Everything on a device that is lost with it: tables, pipelines, buffers, work in flight.
 
 use super::adapter::Adapter;
 use super::device::{Device, Fault, Limits, Windows};
@@ -41,7 +41,7 @@ struct Flight {
     sample: u32,
     submitted: VecDeque<Submitted>,
     last_done: Option<Instant>,
-    /// The last submission that is known to be done: once nothing more is submitted, that which reads the last part back.
+    /// The last submission that is known to be done: after the last submission, the one that reads the last part back.
     done: Option<wgpu::SubmissionIndex>,
 }
 
@@ -131,7 +131,7 @@ impl Context {
         self.device.check("submitting work")
     }
 
-    /// The kernel in the form that suits this device, which may have replaced another one. On hardware it depends on the evaluator
+    /// The kernel in the form for this device, which may have replaced another one. On hardware it depends on the evaluator
     /// alone: two forms may differ in the last digits there, and no result may depend on the rest of a batch.
     fn kernel(&self, work: &Work) -> Kernel {
         let one_each = work.plan.parts.iter().all(|part| part.begin.is_some());

@@ -17,7 +17,7 @@ pub struct Limits {
     pub workgroups: u32,
     /// Samples simulated per submission; without a value the measured speed decides.
     pub chunk: Option<u32>,
-    /// The kernels of hardware on a software device, too: so they are tested without any.
+    /// The kernels of hardware on a software device, too, to test them without any.
     #[doc(hidden)]
     pub as_hardware: bool,
 }
@@ -43,7 +43,7 @@ impl Fault {
     }
 }
 
-/// Longest wait for one submission; a chunk takes about 0.1 s, so this means that the driver hangs.
+/// Longest wait for one submission; a chunk takes about 0.1 s, so a longer wait means that the driver hangs.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 /// The first failure that a device reported.
@@ -57,7 +57,7 @@ struct Opened {
     trouble: Trouble,
 }
 
-/// The devices that evaluators share, by their adapter. Opening one takes time, and a driver has no more than some dozens open in one
+/// The devices that evaluators share, by their adapter. Opening one takes time, and a driver has at most a few dozen open in one
 /// process: NVIDIA's refuses the 63rd (H200, driver 580).
 static SHARED: Mutex<Vec<(String, Opened)>> = Mutex::new(Vec::new());
 
@@ -108,7 +108,7 @@ impl Opened {
     }
 }
 
-/// Which samples are read from uniform memory where candidates simulate one trajectory.
+/// Which samples are read from uniform memory if candidates simulate one trajectory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Windows {
     /// None.
@@ -136,7 +136,7 @@ pub(super) struct Device {
 }
 
 impl Device {
-    /// The device that evaluators share, unless less is to be asked of it than it can.
+    /// The device that evaluators share, unless a request exceeds its limits.
     pub(super) fn open(adapter: &Adapter, limits: Limits) -> Result<Device, Fault> {
         let open = if limits == Limits::NONE { Opened::shared } else { Opened::new };
         Device::opened_by(open, adapter, limits)

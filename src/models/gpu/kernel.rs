@@ -41,7 +41,7 @@ pub(super) type Replaced = BTreeMap<String, String>;
 pub(super) enum Sums {
     /// Sums for one goodness of fit; the result is a score, 4 bytes.
     Score(Accumulation),
-    /// Everything the measures need; the result is [`RAW_WORDS`] words.
+    /// All sums for the measures; the result is [`RAW_WORDS`] words.
     All,
 }
 
@@ -51,7 +51,7 @@ pub(super) struct Kernel {
     pub(super) recipe: Recipe,
     pub(super) sums: Sums,
     pub(super) reject: bool,
-    /// Past samples to be remembered; a power of two.
+    /// Number of past samples in memory; a power of two.
     pub(super) ring: u32,
     /// Which samples of a chunk, of one trajectory only, are read from uniform memory: at first on hardware, then on the device that
     /// [`Context`](super::context::Context) has.

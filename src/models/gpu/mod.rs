@@ -206,7 +206,7 @@ impl Gpu {
         }
     }
 
-    /// Puts another text in the place of a shader file and none in the place of any other, until the device is lost; mutation
+    /// Replaces the text of one shader file and of no other, until the device is lost; mutation
     /// tests.
     ///
     /// # Errors
@@ -232,7 +232,7 @@ impl Gpu {
         // All invocations are at the same sample; only trajectories and the start of a run with delay differ.
         let is_together =
             self.cases.len() == 1 && !(variant.perceives_late() && convention.delay == convention::Delay::Floor);
-        // A ring that is longer than needed costs no time.
+        // A ring that is longer than necessary costs no time.
         let ring = self.courses.iter().map(|course| course.ring).max().unwrap_or(1).next_power_of_two();
         Kernel {
             recipe: Recipe {

@@ -7,7 +7,7 @@ use crate::symbols::{Parameters, Symbol};
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Candidates of one dispatch at most, whatever the limits: a chunk of 16 samples of them takes about 0.1 s on a slow adapter.
+/// Largest number of candidates of one dispatch, whatever the limits: a chunk of 16 samples of them takes about 0.1 s on a slow adapter.
 const MOST_CANDIDATES: u64 = 1 << 19;
 
 /// Words from which on several threads lay them out: some tens of microseconds of work.
@@ -231,7 +231,7 @@ fn paces(
     let variant = &kernel.recipe.variant;
     let base = variant.delay.then_some(Symbol::tau_p);
     let read = base.into_iter().chain(variant.extensions.delay()).chain(variant.extensions.look_back());
-    // A pace depends on these only, and writing down all parameters of a candidate would take most of the time.
+    // A pace depends on these only, and writing all parameters of a candidate would take most of the time.
     let read: Vec<(Symbol, usize)> = read.filter_map(|symbol| Some((symbol, population.column_of(symbol)?))).collect();
     let of = |parameters: &mut Parameters, candidate: usize| {
         read.iter().for_each(|(symbol, place)| parameters.set(*symbol, population.values(candidate)[*place]));

@@ -9,11 +9,11 @@ use std::time::Instant;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, strum::Display)]
 #[strum(serialize_all = "snake_case")]
 pub enum ProbeStatus {
-    /// As the standard for floating-point numbers has it.
+    /// As in the standard for floating-point numbers.
     Ok,
-    /// Not so, but nothing here relies on it.
+    /// Different, but nothing here relies on it.
     Trap,
-    /// Not so, and results cannot be trusted.
+    /// Different, and results cannot be trusted.
     Fail,
     /// Could not be tried.
     Skipped,
@@ -30,7 +30,7 @@ pub struct Probe {
     pub detail: String,
 }
 
-/// A way to use an adapter, and whether the probes allow it.
+/// A mode of an adapter, and whether the probes allow it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Mode {
     /// Short name; of precisions that of `--precision`.
@@ -221,7 +221,7 @@ const TRAPS: &[Trap] = &[
 /// Turns in the probe of loops.
 const TURNS: u32 = 1 << 20;
 
-/// Tries every trap on an adapter.
+/// Runs every probe on an adapter.
 #[must_use]
 pub fn probes(adapter: &Adapter, twins: &Twins) -> Vec<Probe> {
     let failed = |name, fault: Fault| Probe {

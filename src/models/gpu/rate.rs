@@ -62,7 +62,7 @@ mod tests {
                 assert!((took / TARGET - 1.0).abs() < 0.1, "{speed:e} steps/s, submission {k}: {took} s of {times:?}");
             }
         }
-        // Twenty-five times slower than expected, and even so the first one ends before a driver's patience.
+        // Twenty-five times slower than expected, and even so the first one ends before a driver's watchdog.
         assert!(times(2e6, 100, 1)[0] < 2.1);
     }
 

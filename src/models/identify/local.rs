@@ -21,7 +21,7 @@ const STEPS: [f64; 4] = [1e-3, 1e-2, 0.1, 0.3];
 /// Share of its largest second derivative that is added to the quadratic form, so that a parameter without effect has a variance.
 const RIDGE: f64 = 1e-9;
 
-/// Why a candidate has no local picture.
+/// Why a candidate has no quadratic form.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Refused {
     pub(super) note: &'static str,
@@ -58,7 +58,7 @@ struct CaseForm {
     first: usize,
 }
 
-/// The local picture of a calibrated candidate.
+/// The quadratic form of a calibrated candidate.
 pub(super) struct Local {
     /// Positions of the searched parameters in the space.
     pub(super) free: Vec<usize>,
@@ -69,7 +69,7 @@ pub(super) struct Local {
     noise: DMatrix<f64>,
     independent: DMatrix<f64>,
     samples: usize,
-    /// Pieces of the noise that do not depend on each other, less the searched parameters.
+    /// Independent pieces of the noise, less the searched parameters.
     freedom: f64,
     /// Size of the noise, summed over the cases \[m²/s²\].
     pub(super) power: f64,
@@ -84,7 +84,7 @@ pub(super) struct Local {
 pub(super) struct Spread {
     /// Half of the interval that the quadratic form gives, a share of the range.
     pub(super) half: f64,
-    /// Rise of the re-optimised score at its ends; NaN for a parameter that changes nothing.
+    /// Rise of the re-optimised score at its ends; NaN for a parameter without effect.
     pub(super) rise: f64,
     pub(super) effective_samples: f64,
 }
@@ -249,7 +249,7 @@ impl Local {
         Some((first, signals))
     }
 
-    /// Where the score would be lowest if it were the quadratic form.
+    /// Minimum of the quadratic form.
     pub(super) fn lowest(&self, space: &SearchSpace, candidate: &[f64]) -> Vec<f64> {
         let mut moved = candidate.to_vec();
         for (k, &i) in self.free.iter().enumerate() {
@@ -277,7 +277,7 @@ impl Local {
         let variance_by = |form: &DMatrix<f64>| (form * &pull).dot(&pull);
         let variance = variance_by(&self.noise);
         let half = student(self.freedom) * variance.sqrt();
-        // A parameter that changes nothing has the ridge as its curvature, and may be anywhere.
+        // A parameter without effect has the ridge as its curvature, and may have any value.
         if self.curvature[(k, k)] < 10.0 * self.ridge || half.is_nan() || half <= 0.0 {
             return Spread { half: 1.0, rise: f64::NAN, effective_samples: 0.0 };
         }

@@ -21,7 +21,7 @@ use crate::lanes::{Lanes, LanesPrecision};
 use crate::rescore;
 use crate::symbols::Symbol;
 
-/// Share of cases in which an interval should hold the true value.
+/// Share of cases in which an interval should contain the true value.
 pub const CONFIDENCE: f64 = 0.95;
 
 /// Quantile of the normal distribution that belongs to [`CONFIDENCE`], both sides.
@@ -37,7 +37,7 @@ pub struct Knowledge {
     pub symbol: Symbol,
     /// Where the interval ends, lower and upper, in the parameter's unit.
     pub interval: [f64; 2],
-    /// True where an end is the bound of the search, and not the data's.
+    /// True if an end is the bound of the search, and not the data's.
     pub open: [bool; 2],
     /// False if the interval holds more than half of the searched range: the drive does not determine the value.
     pub determined: bool,
@@ -60,7 +60,7 @@ pub struct Optimism {
 /// Intervals and correlations of all searched parameters.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Identifiability {
-    /// One entry per searched parameter; empty if it could not be found out, see `note`.
+    /// One entry per searched parameter; empty if it could not be computed, see `note`.
     pub parameters: Vec<Knowledge>,
     /// Expected increase of the score on another drive of the same driver; `None` if it could not be computed.
     pub optimism: Option<Optimism>,
@@ -100,7 +100,7 @@ pub fn identify(
     identify_on(Exactly { lanes: &lanes, first: 0, count: evaluator.cases().len() }, space, candidate)
 }
 
-/// Drives below this are too short for intervals that always keep their word \[s\].
+/// Drives below this are too short for reliable intervals \[s\].
 pub const SHORT_S: f64 = 60.0;
 /// The caution beside intervals of such drives; the table of `docs/benchmark/optimizers.md` has the shares.
 pub const SHORT: &str = "on drives of less than 60 s with autocorrelated noise, 95 % intervals contained the truth in 89 (v_0) and 86 (d_0) of 100 cases";
@@ -161,7 +161,7 @@ pub fn identify_on(
     Ok(Identifiability { parameters, optimism, note, evaluations: local.evaluations() + 1 })
 }
 
-/// Ends of an interval whose half is so wide at the value. Of a parameter that cannot be 0 by its bounds the error grows with the value, so that
+/// Ends of an interval of this half width around the value. For a parameter that cannot be 0 by its bounds the error grows with the value, so that
 /// the end away from 0 is a multiple; the other one stays a difference, which is the wider of the two there.
 fn ends(x: f64, half: f64, [lower, upper]: [f64; 2]) -> [f64; 2] {
     let far = x * (half / x.abs()).exp();

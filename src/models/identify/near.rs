@@ -23,7 +23,7 @@ pub fn correlation(replicates: &[Replicate], free: &[usize], best: f64, rise: f6
     let deviations: Vec<f64> = (0..free.len()).map(|k| covariance(k, k).sqrt()).collect();
     let entry = |a: usize, b: usize| {
         let scale = deviations[a] * deviations[b];
-        // A parameter that is the same in all, on a bound for instance, goes with none.
+        // A parameter that is the same in all, on a bound for instance, has no correlation.
         if a == b {
             1.0
         } else if scale > 0.0 {

@@ -19,7 +19,7 @@ const HELD: Observer = Observer { gain: [1.0, 0.0, 0.0, 1.0, 0.0, 0.0], ..Observ
 const LASTS_S: [f64; 3] = [0.05, 8.0, 1.6];
 /// Speed that it adds in a sample as a multiple of the error of a measured speed: first, last and factor of the grid, beside none.
 const RATIO: [f64; 3] = [0.003, 1000.0, 2.0];
-/// Once the best is known, so fine a part of a step.
+/// Fraction of a step for the refinement around the best.
 const FINER: f64 = 0.25;
 /// A parameter is not removed if this small a share of its effect is its own: the others have the same effect.
 const OWN: f64 = 1e-10;
@@ -104,7 +104,7 @@ impl Noise {
         Noise { acceleration: ratio * speed / dt, lasts, spacing: 0.0, speed }
     }
 
-    /// Mean square of the speed that the unknown acceleration adds until a driver has answered \[m²/s²\].
+    /// Mean square of the speed that the unknown acceleration adds until a driver has responded \[m²/s²\].
     pub fn power(&self) -> f64 {
         self.added(ANSWERED_S, 0)
     }

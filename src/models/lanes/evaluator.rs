@@ -105,7 +105,7 @@ pub struct Lanes {
     /// Only blocks of at most this many lanes, for tests.
     only: Option<usize>,
     engine: Engine,
-    /// The same model with an observer; made when it is asked for.
+    /// The same model with an observer; made at its first use.
     observing: OnceLock<Engine>,
     finished: [Vec<Finished>; 2],
 }
@@ -274,7 +274,7 @@ impl Lanes {
     /// [`EvaluateError::Delay`], [`EvaluateError::Model`].
     ///
     /// # Panics
-    /// If differences name candidates that are not there.
+    /// If differences name missing candidates.
     pub fn slopes(&self, job: &Job<'_>, differences: &[Differences], pull: Pull) -> Result<Vec<Slopes>, EvaluateError> {
         let (settings, observers) = self.pulling(job, pull);
         with_engine!(self.observing()?, core => {
@@ -289,7 +289,7 @@ impl Lanes {
     /// [`EvaluateError::Delay`], [`EvaluateError::Model`].
     ///
     /// # Panics
-    /// If differences name candidates that are not there.
+    /// If differences name missing candidates.
     pub fn products<'a>(
         &self,
         job: &Job<'_>,
@@ -346,7 +346,7 @@ impl Lanes {
         let how = (self.precision, self.set);
         let engine = Engine::new(&self.cases, &self.courses, &self.gof, how, true, &|_, _| None)?;
         let engine = if self.only.is_some() { engine.with(self.set, self.only) } else { engine };
-        // Another thread may have been quicker; both are the same.
+        // Another thread may have been faster; both results are the same.
         Ok(self.observing.get_or_init(|| engine))
     }
 

@@ -104,7 +104,7 @@ pub trait Optimizer {
     fn ended(&self) -> Option<Ended> {
         None
     }
-    /// True if the merits of the next generation should be as exact as they can be had: differences within it are small.
+    /// True if the merits of the next generation should be as exact as possible: differences within it are small.
     fn wants_exact(&self) -> bool {
         false
     }
@@ -119,7 +119,7 @@ pub enum Ended {
     Spent,
 }
 
-/// Puts a member in the place of the best one if it beats it.
+/// Replaces the best one by a better member.
 fn keep_best(best: &mut Option<Member>, member: &Member) {
     if best.as_ref().is_none_or(|best| member.merit.beats(&best.merit)) {
         *best = Some(member.clone());

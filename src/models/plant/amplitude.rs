@@ -6,11 +6,11 @@ use super::noise::Noise;
 use super::sample::Ahead;
 use super::scenario::Scenario;
 
-/// How near the wanted size has to be.
+/// Tolerance of the requested size.
 const PRECISION: f64 = 0.01;
 /// Halvings of the range of a parameter.
 const HALVINGS: usize = 40;
-/// Strength that is taken for the largest: an effect that is too weak even then is not followed further.
+/// Strength that counts as the largest: a weaker effect is not followed further.
 const NEARLY_ALL: f64 = 0.999;
 
 /// The scenario with each effect of a follower (1 drives behind the platoon leader) made as strong as it takes to change that

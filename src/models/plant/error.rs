@@ -15,7 +15,7 @@ pub enum PlantError {
         /// The offending value.
         found: f64,
     },
-    /// Two cars met: the parameters do not make a safe platoon.
+    /// Two cars collide: the parameters do not make a safe platoon.
     #[error(
         "car {car} collides with the car ahead after {t:.1} s (gap {gap:.3} m); give it shorter delays or a longer headway"
     )]

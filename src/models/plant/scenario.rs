@@ -34,7 +34,7 @@ pub struct Scenario {
     pub dt: f64,
     /// The road.
     pub road: Road,
-    /// Decides the road instead of `seed`: drives that have it in common go over the same hills.
+    /// Decides the road instead of `seed`: drives with the same one use the same hills.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub road_seed: Option<u64>,
     /// Noise of the sensors.

@@ -47,7 +47,7 @@ pub enum SelectionError {
     /// The reference has one precision.
     #[error("--precision needs --evaluator lanes or gpu; the reference computes in f64")]
     Reference,
-    /// Most GPUs have no f64, and none is asked for it.
+    /// Most GPUs have no f64, and none is required to.
     #[error("--precision f64 needs --evaluator lanes; on a GPU there are plain and compensated f32")]
     GpuF64,
     /// Only a GPU evaluator runs on an adapter.
@@ -60,20 +60,20 @@ pub enum SelectionError {
 pub struct Work {
     /// Candidates that are simulated at a time, over all cases.
     pub candidates: usize,
-    /// The precision that suits it when none was asked for.
+    /// The default precision.
     pub precision: LanesPrecision,
 }
 
 /// Candidates from which on a discrete GPU is taken. A generation takes it some 2 to 4 ms however small it is, because its steps follow one
 /// another. On an NVIDIA H200 beside 16 threads, IDM over 9,227 samples, the two are equal at some 500 candidates, and with 4,096 the GPU is
-/// three times as fast (`leadlag bench`, docs/PERFORMANCE.md). Not by the number of threads, on which no result is to depend.
+/// three times as fast (`leadlag bench`, docs/PERFORMANCE.md). Independent of the number of threads, on which no result may depend.
 const FOR_A_DISCRETE_GPU: usize = 2_000;
 
 /// The same for any other: one that shares memory and power with the CPU, or a part of one. An estimate: none has been measured.
 const FOR_ANOTHER_GPU: usize = 10_000;
 
 impl Selection {
-    /// Checks that evaluator, precision and device go together.
+    /// Checks that evaluator, precision and device fit together.
     ///
     /// # Errors
     /// [`SelectionError`].
@@ -135,7 +135,7 @@ impl Selection {
         }
     }
 
-    /// The adapter that was asked for by name.
+    /// The adapter requested by name.
     fn named(&self) -> Result<Option<Device>, EvaluateError> {
         let is_named = self.adapter != AdapterChoice::Best;
         is_named.then(|| device::find(&self.adapter)).transpose()

@@ -1,4 +1,4 @@
-//! Parsing and validation by naga, with errors that point into the file the user wrote.
+//! Parsing and validation by naga, with errors that point into the user's file.
 
 use super::compose::Source;
 use super::limits;
@@ -33,7 +33,7 @@ pub struct ShaderError {
 /// Parses and validates.
 ///
 /// # Errors
-/// [`ShaderError`] at the first problem, in the file it is in.
+/// [`ShaderError`] at the first problem, in its file.
 pub fn check(source: &Source) -> Result<Checked, ShaderError> {
     let text = source.text();
     let mut options = naga::front::wgsl::Options::new();

@@ -42,7 +42,7 @@ pub enum Precision {
     /// One f32 per state; the default inside an optimiser.
     #[default]
     Plain,
-    /// Two f32 for spacing, speed and every sum: rounding errors are carried on instead of adding up.
+    /// Two f32 for spacing, speed and every sum: rounding errors are kept instead of adding up.
     Compensated,
 }
 

@@ -118,7 +118,7 @@ impl Head {
     /// a cause too if it is not marked `tool`.
     ///
     /// # Errors
-    /// A message at a word that its line does not know.
+    /// A message at an unknown word of a line.
     pub(super) fn of(text: &str) -> Result<Head, String> {
         let mut head = Head::default();
         let mut cause = Cause::default();

@@ -90,7 +90,7 @@ impl FromStr for Variant {
 
     /// An id or a name; the base model may be a built-in law.
     fn from_str(text: &str) -> Result<Variant, UnknownVariant> {
-        // Laws are read when one is asked for.
+        // Laws are read at their first use.
         Variant::named(text, &[]).or_else(|_| Variant::named(text, laws()))
     }
 }
@@ -105,7 +105,7 @@ pub fn extension_named(name: &str) -> Option<&'static Extension> {
 /// Reads a user's extension or law; `file` is what messages call it, its name without folder and `.wgsl` is the extension's.
 ///
 /// # Errors
-/// [`ShaderError`] at the first thing that an extension may not have.
+/// [`ShaderError`] at the first forbidden construct.
 pub fn read_extension(file: &str, text: &str) -> Result<&'static Extension, ShaderError> {
     let name = std::path::Path::new(file).file_stem().and_then(std::ffi::OsStr::to_str).unwrap_or_default();
     let plain =

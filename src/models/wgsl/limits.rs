@@ -26,7 +26,7 @@ const INSTRUCTIONS: u64 = 20_000;
 /// Refuses texts that the parser must not see.
 ///
 /// # Errors
-/// At the first place that is too much.
+/// At the first place beyond a limit.
 pub(super) fn refuse_long_text(file: &str, text: &str) -> Result<(), ShaderError> {
     let refuse = |at: usize, message: String| {
         let span = naga::Span::new(at as u32, at as u32 + 1);
@@ -169,7 +169,7 @@ fn ends_a_line(c: char) -> bool {
     matches!(c, '\n'..='\r' | '\u{85}' | '\u{2028}' | '\u{2029}')
 }
 
-/// Length of the block comment at the beginning of a text; they lie inside one another.
+/// Length of the block comment at the beginning of a text; such comments nest.
 fn block_comment(text: &str) -> usize {
     let (bytes, mut depth, mut at) = (text.as_bytes(), 0, 0);
     while at < bytes.len() {
@@ -189,10 +189,10 @@ fn block_comment(text: &str) -> usize {
     text.len()
 }
 
-/// Refuses functions that grow beyond measure when calls are put in. Sizes are added up along the calls, nothing is put in for it.
+/// Refuses functions that grow too large with calls inlined. Sizes are added up along the calls, without inlining.
 ///
 /// # Errors
-/// At the first function that is too much.
+/// At the first function beyond the limit.
 pub(super) fn refuse_large_functions(
     source: &Source,
     checked: &Checked,
@@ -277,7 +277,7 @@ mod tests {
         let found = |text| tokens(text).map(|(_, token)| token).collect::<Vec<_>>();
         assert_eq!(found("a+=-.5e3*b.c;"), ["a", "+=", "-", ".5e3", "*", "b", ".", "c", ";"]);
         assert_eq!(found("fn f()->f32{ // }}\n/* { /* { */ { */}"), ["fn", "f", "(", ")", "->", "f32", "{", "}"]);
-        // A comment ends where naga ends it, or brackets could hide in it.
+        // A comment ends where naga ends it; otherwise brackets could hide in it.
         assert_eq!(found("//\u{2028}((\u{85}é→="), ["(", "(", "é", "→", "="]);
         assert_eq!(found("/* open ("), [""; 0]);
         assert_eq!(tokens("a  bc").last(), Some((3, "bc")));

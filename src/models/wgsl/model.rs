@@ -1,4 +1,4 @@
-//! A model as people name it, whose base model may be a law in a file of their own.
+//! A model by its name for users, whose base model may be a law in a file of their own.
 
 use super::check::ShaderError;
 use super::extension::read_extension;

@@ -121,7 +121,7 @@ impl Reader<'_> {
         self.members_read("Params").map(read).collect()
     }
 
-    /// A parameter that is called like one of the paper.
+    /// A parameter with a name of the paper's.
     fn of_the_table(&self, symbol: Symbol, is_law: bool, comment: &str, span: Span) -> Result<Declared, ShaderError> {
         let name = symbol.name();
         if !is_law {

@@ -24,7 +24,7 @@ fn value_type(stage: Stage) -> &'static str {
     }
 }
 
-/// Name of a struct that a stage hands on.
+/// Name of a struct that a stage passes on.
 fn handed_on(stage: Stage) -> &'static str {
     match stage {
         Stage::Policy => "PolicyStage",

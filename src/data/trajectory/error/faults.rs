@@ -1,4 +1,4 @@
-//! Values that cost one car of a file, and not the others.
+//! Values that disqualify one car of a file, and not the others.
 
 use super::problem::Problem;
 use super::{PROBLEMS_SHOWN, list};

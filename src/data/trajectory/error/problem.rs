@@ -237,7 +237,7 @@ fn quoted(text: &str) -> String {
     format!("\"{}\"", clipped(text))
 }
 
-/// That a column map reads other separators.
+/// A hint that a column map reads other separators.
 fn by_map(separator: Option<&str>) -> String {
     separator.map_or_else(String::new, |name| {
         format!(", or read it by a column map (--columns) with separator = \"{name}\"; decimal = \"comma\" there reads decimal commas")

@@ -48,7 +48,7 @@ pub(in crate::trajectory) fn column_of(line: &str, start: usize) -> usize {
     line[..start].chars().count() + 1
 }
 
-/// Stops if the line is separated by semicolons or tabs; `mapped` if a column map could read the file all the same.
+/// Stops if semicolons or tabs separate the fields of the line; `mapped` if a column map could read the file nevertheless.
 pub(in crate::trajectory) fn check_separator(
     line: &str,
     number: u64,
@@ -57,7 +57,7 @@ pub(in crate::trajectory) fn check_separator(
 ) -> Result<(), Stop> {
     let commas = line.matches(',').count();
     for (separator, found, name) in [(';', "semicolons", "semicolon"), ('\t', "tabs", "tab")] {
-        // Decimal commas are as many, where a line has numbers.
+        // Decimal commas are as frequent, if a line has numbers.
         let separates = line.contains(separator) && line.split(separator).all(is_number);
         if separates || line.matches(separator).count() > commas {
             let column = line.find(separator).map(|byte| column_of(line, byte));
@@ -107,12 +107,12 @@ impl Header {
         Header::of(text, line, &fields, problems)
     }
 
-    /// The header of a file that has none: these names, no line.
+    /// The header of a file without one: these names, no line.
     pub fn named(names: &[String]) -> Self {
         Header { line: 0, names: names.to_vec(), columns: vec![1; names.len()] }
     }
 
-    /// The header of a line that is split already.
+    /// The header of a line that is already split.
     pub fn of(text: &str, line: u64, fields: &[Field], problems: &mut Problems) -> Result<Self, Stop> {
         let mut fields = fields.to_vec();
         while fields.last().is_some_and(|field| field.text.is_empty()) {
@@ -204,13 +204,13 @@ impl Header {
     }
 }
 
-/// The candidate that `name` is a likely misspelling of: at most two edits apart, case and blanks not counted.
+/// The likely correct name for `name`: at most two edits away, ignoring case and blanks.
 pub(in crate::trajectory) fn nearest<'a>(name: &str, candidates: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     // The distance takes quadratic time; no known column is longer.
     if name.len() > 40 {
         return None;
     }
-    // Less than a third of the letters: it is an error to have such a column, so other words must not be taken for one.
+    // Less than a third of the letters: a misspelt column is an error, so other words must not match.
     nearest_within(name, candidates, |candidate| (candidate.len().saturating_sub(1) / 3).min(2))
 }
 

@@ -18,9 +18,9 @@ pub(in crate::trajectory) struct Lines<R> {
     text: u64,
     /// Memory of each line \[bytes\].
     row: u64,
-    /// The most that all lines may have, of text as of memory \[bytes\].
+    /// Largest size of all lines, of text as of memory \[bytes\].
     most: u64,
-    /// True if the line in the buffer is to come once more.
+    /// True if the line in the buffer is to be returned once more.
     back: bool,
     /// False if the line read last was ended by the end of the file.
     pub terminated: bool,
@@ -90,7 +90,7 @@ impl<R: Read> Lines<R> {
         self.text(problems).map(Some)
     }
 
-    /// The line read last comes once more.
+    /// The next call returns the last line once more.
     pub fn unread(&mut self) {
         self.back = true;
         self.number -= 1;

@@ -40,7 +40,7 @@ const LABELS: &str = "Labels.csv";
 /// The grade of the road, likewise.
 const SLOPE: &str = "Slope.csv";
 
-/// True for a table that is read with others and has no trajectories itself.
+/// True for a table that accompanies others and has no trajectories itself.
 #[must_use]
 pub fn is_companion(path: &Path) -> bool {
     path.file_name().is_some_and(|name| name == LABELS || name == SLOPE)
@@ -135,7 +135,7 @@ fn platoons<R: Read>(
     let line = lines.number();
     let mut fields = Vec::new();
     split(&first, &mut fields);
-    // Metadata before the header are in the way of a column map.
+    // Metadata before the header are an obstacle for a column map.
     let bare = !first.to_ascii_lowercase().starts_with("date");
     header::check_separator(&first, line, bare, problems)?;
     header::check_names(&fields, problems)?;

@@ -24,7 +24,7 @@ pub(super) fn read<R: Read>(
 ) -> Result<(Layout, Vec<Platoon>), Stop> {
     let mut fields = Vec::new();
     split(&first, &mut fields);
-    // The metadata name the cars, and nothing else of them is needed.
+    // The metadata name the cars; the rest of them is not needed.
     if fields.iter().any(|field| field.text.eq_ignore_ascii_case("Time")) {
         let header = Header::parse(&first, lines.number(), problems)?;
         return table(&header, &[], lines, problems, skipped);
@@ -85,7 +85,7 @@ fn metadata<R: Read>(first: String, lines: &mut Lines<R>, problems: &mut Problem
     Ok(names)
 }
 
-/// `IVS12` is (`IVS`, 12); a name without a number (or with one from another planet) has none.
+/// `IVS12` is (`IVS`, 12); a name without a number (or with one that is too large) has none.
 fn signal_and_number(name: &str) -> (&str, Option<usize>) {
     let signal = name.trim_end_matches(|c: char| c.is_ascii_digit());
     let number = name[signal.len()..].parse().ok();

@@ -7,7 +7,7 @@ use crate::trajectory::Note;
 use std::io::Read;
 
 /// The first line that is not a comment, and the lines before it. A comment is the header if `named`, the number of
-/// columns that a line names, is two or more, or where numbers follow it.
+/// columns that a line names, is two or more, or if numbers follow it.
 pub(super) fn header<R: Read>(
     lines: &mut Lines<R>,
     problems: &mut Problems,

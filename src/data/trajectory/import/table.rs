@@ -15,7 +15,7 @@ use std::io::Read;
 pub(super) const SPEED_LIMIT: f64 = 90.0;
 /// A speed below this is not sensor noise at standstill \[m/s\].
 pub(super) const REVERSE_LIMIT: f64 = -0.5;
-/// No car follows another from further away \[m\].
+/// No car follows another one at a larger distance \[m\].
 const SPACING_LIMIT: f64 = 1e4;
 /// No road is longer \[m\]; beyond it a double no longer resolves fractions of a millimetre anyway.
 pub(in crate::trajectory) const POSITION_LIMIT: f64 = 1e9;
@@ -149,7 +149,7 @@ pub(super) fn read_rows<R: Read>(
     }
 }
 
-/// Skips a row of units behind the header, which must be those that the columns are read in.
+/// Skips a row of units behind the header, which must be the units of the columns.
 fn units_row<R: Read>(
     lines: &mut Lines<R>,
     header: &Header,
@@ -257,7 +257,7 @@ impl Table {
         self.repeated = Some(Note::RowsRepeated { rows: rows + 1, line });
     }
 
-    /// Missing where a spacing is not above 0, which is counted.
+    /// A spacing that is not above 0 is missing, and counted.
     fn positive(
         &mut self,
         value: Result<f64, ProblemKind>,
@@ -297,7 +297,7 @@ impl Table {
         self.faults.get(&(group.to_owned(), piece, place)).cloned().unwrap_or_default()
     }
 
-    /// That spacings of a column are not above 0, if some are not.
+    /// Note that spacings of a column are not above 0, if some are not.
     pub fn no_gap(&self, (group, piece): (&str, u32), place: usize, car: usize, signal: &str) -> Option<Note> {
         let samples = self.spacings.get(&(group.to_owned(), piece, place)).map_or(0, |spacings| spacings.not);
         (samples > 0).then(|| Note::NoGap { car, signal: signal.to_owned(), samples })

@@ -12,7 +12,7 @@ use std::ops::Range;
 
 /// Longest time offset that is tried between gap and speeds \[samples\].
 const SHIFT_MAX: usize = 20;
-/// An offset is believed only if it removes this share of the disagreement.
+/// An offset is accepted only if it removes this share of the disagreement.
 const SHIFT_GAIN: f64 = 0.1;
 
 /// One link, named after the follower's car number.
@@ -118,7 +118,7 @@ mod tests {
         let (t, gap, v) = ([0.0, 1.0, 2.0, 3.0], [10.0, 11.0, 12.0, 13.0], [5.0; 4]);
         let of = |range| drift(&t, &gap, &[0.0; 4], &v, range);
         assert_eq!([of(0..0), of(4..4), of(2..3)], [None; 3]);
-        // The gap grows by 1 m in 5 m of way although the speeds are the same.
+        // The gap grows by 1 m in 5 m of distance although the speeds are the same.
         let (rms, slope) = of(1..3).expect("two samples");
         assert!((rms - 0.5f64.sqrt()).abs() < 1e-12 && (slope - 200.0).abs() < 1e-9, "{rms} {slope}");
     }

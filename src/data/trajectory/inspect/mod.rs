@@ -101,9 +101,9 @@ pub struct CarInspection {
     pub sin_grade: Option<SignalInspection>,
     /// Time below 0.1 m/s.
     pub standstill_s: f64,
-    /// Integral of the measured speed, missing stretches and pauses left out.
+    /// Integral of the measured speed, without missing stretches and pauses.
     pub driven_m: f64,
-    /// Position change per step minus mean speed of the step; pauses and the ends of laps left out.
+    /// Position change per step minus mean speed of the step, without pauses and the ends of laps.
     pub position_speed_rms_mps: Option<f64>,
     /// Acceleration column minus the difference of the speed to the next sample.
     pub forward_difference_rms_mps2: Option<f64>,

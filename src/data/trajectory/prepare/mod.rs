@@ -24,7 +24,7 @@ pub const SEGMENT_MIN_S: f64 = 2.0;
 /// How a recording is turned into trajectories.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Preparation {
-    /// First time that is kept \[s\], as written in the file.
+    /// First time to keep \[s\], as written in the file.
     pub from: Option<f64>,
     /// Last time that is kept \[s\].
     pub to: Option<f64>,
@@ -69,7 +69,7 @@ impl Default for Preparation {
 }
 
 /// A measured gap and two measured speeds are redundant and contradict each other (by metres over a drive); one of
-/// them has to give way. Python parses it; the command line has words of its own.
+/// them has to be changed. Python parses it; the command line has its own words.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, strum::EnumString, strum::VariantNames)]
 #[serde(rename_all = "snake_case")]
 #[strum(serialize_all = "snake_case", parse_err_ty = UnknownWord, parse_err_fn = unknown)]
@@ -144,7 +144,7 @@ impl Context<'_> {
 
 /// The trajectories of one follower: one per segment between long gaps, and per trajectory id.
 ///
-/// Follower 1 is the car right behind the platoon leader, car number 2. Where a file holds several trajectories and none
+/// Follower 1 is the car right behind the platoon leader, car number 2. If a file holds several trajectories and none
 /// is chosen, those that are too short, or broken, are left out unless all are.
 ///
 /// # Errors
@@ -186,7 +186,7 @@ pub fn prepare(
     Ok(trajectories)
 }
 
-/// The trajectories of one follower of one platoon of a recording, one per segment between long gaps; `trajectory_id` is not looked at.
+/// The trajectories of one follower of one platoon of a recording, one per segment between long gaps; `trajectory_id` is ignored.
 ///
 /// # Errors
 /// As [`prepare`].
@@ -200,7 +200,7 @@ pub fn prepare_platoon(
     one(&Context { recording, platoon, follower, preparation })
 }
 
-/// The stretches between long gaps into which [`prepare`] cuts a follower of a platoon if nothing else is asked for.
+/// The stretches between long gaps into which [`prepare`] cuts a follower of a platoon by default.
 ///
 /// # Errors
 /// As [`prepare`], which may also refuse the content of the stretches.

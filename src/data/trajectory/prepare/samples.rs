@@ -172,7 +172,7 @@ fn followers(platoon: &Platoon) -> Vec<String> {
         .collect()
 }
 
-/// Length of the preceding vehicle, if anybody knows it \[m\].
+/// Length of the preceding vehicle, if known \[m\].
 pub(super) fn lead_length(context: &Context) -> Option<f64> {
     let mut cars = context.platoon.cars.iter();
     let lead = cars.find(|car| car.number == context.follower)?;

@@ -18,7 +18,7 @@ use nalgebra::{Matrix2, Vector2};
 /// A scale common to both cars follows from the changes of the gap, few and large, whose own imperfections count: this
 /// standard error comes to that of the noise, so that a common scale is one of 1 % at least.
 const COMMON_SCALE_ERROR: f64 = 0.01 / LIMITS.significant;
-/// The same where straight lines join the samples of a signal of a low rate, which cut off the tips of its changes.
+/// The same if straight lines join the samples of a signal of a low rate, which cut off the extremes of its changes.
 const SLOW_SCALE_ERROR: f64 = 0.05 / LIMITS.significant;
 /// Widest clock error that is searched \[s\], and the step of the search.
 const CLOCK_MAX_S: f64 = 3.0;
@@ -116,7 +116,7 @@ impl Redundancy {
         });
         let least = if blurred { LIMITS.least_clock.max(link.dt) } else { LIMITS.least_clock };
         findings.extend(clock.explain(least, clock_of, |who, value, error| {
-            // Both speeds late by the same time is one late gap, the other way round.
+            // Both speeds late by the same time mean one late gap, with the opposite sign.
             let (car, signal, value) =
                 if who == Who::Both { (Who::Follower, "gap", -value) } else { (who, "speed", value) };
             Finding {
@@ -187,7 +187,7 @@ impl Pair {
                 sized(Who::Either, line * self.value[0], line * line.transpose() * self.covariance[(0, 0)]);
             return vec![finding(Who::Either, value, error)];
         }
-        // Neither car alone: each its own.
+        // Neither car alone: each has its own fault.
         [Who::Leader, Who::Follower]
             .into_iter()
             .filter_map(|who| {
@@ -262,7 +262,7 @@ pub(super) fn shifted(y: &[f64], samples: f64) -> Vec<f64> {
 /// The target, then the columns of (difference, mean) of scales and of clocks, for speeds read `late` seconds later.
 fn columns(link: &Link, usable: &Usable, late: [f64; 2]) -> Columns {
     let read = |v: &[f64], late: f64| {
-        // Beyond the ends the measured values have to do; a stretch loses little.
+        // Beyond the ends the measured values are used; a stretch loses little.
         let moved = shifted(v, late / link.dt);
         moved.iter().zip(v).map(|(m, v)| if m.is_finite() { *m } else { *v }).collect::<Vec<f64>>()
     };
@@ -329,7 +329,7 @@ fn coarse(link: &Link, usable: &Usable) -> [f64; 2] {
     };
     let shifts = || (-reach..=reach).map(|k| k * step);
     let mut best = (misfit(0, 0), [0, 0]);
-    // Nothing is moved for less than half of the misfit.
+    // Nothing is changed for less than half of the misfit.
     let worth = 0.5 * best.0;
     for l in shifts() {
         for f in shifts() {

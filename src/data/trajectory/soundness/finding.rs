@@ -3,22 +3,22 @@
 use serde::Serialize;
 use std::fmt;
 
-/// The kind of a fault, under the name that result files have.
+/// The kind of a fault, by its name in result files.
 #[derive(
     Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, strum::IntoStaticStr, strum::EnumIter,
 )]
 #[strum(const_into_str, serialize_all = "snake_case")]
 #[serde(rename_all = "snake_case")]
 pub enum FindingKind {
-    /// One car's speed is a constant factor off.
+    /// One car's speed is off by a constant factor.
     SpeedScale,
-    /// The gap is a constant length off.
+    /// The gap is off by a constant length.
     GapOffset,
     /// Two signals do not share a clock.
     ClockOffset,
     /// The speeds of the two cars are exchanged.
     Exchanged,
-    /// Gap and speeds differ by a factor: units are taken for each other.
+    /// Gap and speeds differ by a factor: confused units.
     Unit,
     /// Values are missing, held or filled in.
     Dropout,
@@ -125,7 +125,7 @@ pub struct Finding {
     pub unit: &'static str,
     /// 95 % interval of the size, if any.
     pub interval: Option<[f64; 2]>,
-    /// Stretches of the file's time that are concerned \[s\]; empty: all of it.
+    /// Affected stretches of the file's time \[s\]; empty: all of it.
     #[serde(rename = "when_s")]
     pub when: Vec<[f64; 2]>,
     /// Line of the file where it begins, counted from 1; none if it is everywhere.

@@ -16,7 +16,7 @@ const COARSE: f64 = 0.005;
 pub(super) struct Dropouts {
     /// All of them.
     pub ranges: Vec<Range<usize>>,
-    /// Those that have a value, which is not one of them.
+    /// Those with a value that is not such a sample.
     held: Vec<Range<usize>>,
 }
 
@@ -46,7 +46,7 @@ pub(super) fn dropouts(signal: &Signal, link: &Link, factor: f64) -> Dropouts {
     let single =
         runs(0..steps.len(), |i| steps[i] == 0.0).filter(|run| run.len() == 1 && !both_stand(link, run)).count();
     let repeat = (q / (2.0 * std::f64::consts::PI.sqrt() * sigma)).max(3.0 * single as f64 / y.len() as f64).min(1.0);
-    // Neighbouring bends share samples, so that they are small together: twice the chance of one.
+    // Neighbouring bends share samples, so they are small together: twice the chance of one.
     let line = (10.0 * q / (bend.max(1e-12) * std::f64::consts::TAU.sqrt())).min(1.0);
     let longest = |chance: f64| {
         let by_chance = (LIMITS.held_chance / y.len() as f64).ln() / chance.max(1e-9).ln();
@@ -67,7 +67,7 @@ pub(super) fn dropouts(signal: &Signal, link: &Link, factor: f64) -> Dropouts {
             long && (jumps() || moves())
         };
         if kept {
-            // The first of equal values was measured, unless all are a fall to zero.
+            // The first of equal values was measured, unless all are a drop to zero.
             let measured = usize::from(!at_zero);
             found.push(run.start + measured..run.end + 1);
         }
@@ -116,7 +116,7 @@ fn steepest(steps: &[f64], run: &Range<usize>) -> f64 {
     step(run.start.checked_sub(1)).max(step(Some(run.end)))
 }
 
-/// A step between two samples that no car makes: 12 m/s² in a speed, 1 m in a gap.
+/// A step between two samples that no car can make: 12 m/s² in a speed, 1 m in a gap.
 fn impossible(signal: &Signal, link: &Link) -> f64 {
     if signal.name == "gap" { 1.0 } else { 12.0 * link.dt }
 }

@@ -8,11 +8,11 @@ use std::ops::Range;
 
 /// Time within which a jump may happen; changes closer together are one event \[s\].
 const WITHIN_S: f64 = 1.0;
-/// Across longer stretches without a value nothing is compared \[s\].
+/// Across longer stretches without a value there is no comparison \[s\].
 const UNSEEN_S: f64 = 2.0;
 /// A spike differs from the values within this distance to either side \[s\]; a longer change is a jump.
 const AROUND_S: f64 = 0.5;
-/// Jumps and spikes that are named.
+/// Number of named jumps and spikes.
 const NAMED: usize = 3;
 
 /// A jump of the gap against the speeds.
@@ -72,7 +72,7 @@ pub(super) fn find(link: &Link, broken: &[Range<usize>]) -> Vec<Jump> {
         }
         slow[i] = 0.0;
         match events.last_mut() {
-            // Jumps close together are one event: a target that is lost and found.
+            // Jumps close together are one event: a target that is lost and found again.
             Some(last) if seen[i] - seen[last.end] < link.samples(WITHIN_S) => last.end = i + 1,
             _ => events.push(i..i + 1),
         }
@@ -171,7 +171,7 @@ fn longest_without(link: &Link, jumps: &[&Jump]) -> Vec<Remedy> {
     from.into_iter().chain((to < last).then(|| time("to", to))).collect()
 }
 
-/// Samples of a signal that are far off those around them, and back at once: no car moves like that.
+/// Samples of a signal that are far from their neighbours, and back at once: no car moves like that.
 pub(super) fn spikes(signal: &Signal, link: &Link) -> Vec<Range<usize>> {
     let y = signal.values;
     let bends = y.windows(3).map(|w| w[2] - 2.0 * w[1] + w[0]);
@@ -204,7 +204,7 @@ pub(super) fn spikes(signal: &Signal, link: &Link) -> Vec<Range<usize>> {
         let (before, after) = (value(range.start.checked_sub(1)), value(Some(range.end)));
         (before - after).abs() < 0.5 * (y[range.start] - before).abs()
     });
-    // Where every tenth value is off, none is an exception.
+    // If every tenth value is off, none is an exception.
     if found.iter().map(Range::len).sum::<usize>() as f64 > LIMITS.spikes * y.len() as f64 {
         found.clear();
     }

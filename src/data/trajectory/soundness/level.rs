@@ -1,7 +1,7 @@
 //! Regression on a wandering level: y = X β + w + e, with w the integral of the speeds' noise (a random walk) and e the gap's.
 //!
 //! The Kalman filter of the level whitens y and every column of X alike; the ratio of the two noises is estimated by maximum
-//! likelihood, and the errors of β are those of Newey and West, because real noise is not quite that.
+//! likelihood, and the errors of β are those of Newey and West, because real noise differs from the model.
 
 use super::jumps::{self, Jump};
 use super::link::Link;
@@ -138,7 +138,7 @@ fn whitened(columns: &[&[f64]], usable: &Usable, ratio: f64) -> (DMatrix<f64>, f
     let (mut row, mut log_s) = (0, 0.0);
     let mut level = vec![0.0; count];
     for stretch in &usable.stretches {
-        // The level starts as the first sample, known as well as the gap is.
+        // The level starts as the first sample, with the uncertainty of the gap.
         (0..count).for_each(|c| level[c] = columns[c][stretch.start]);
         let mut variance = 1.0;
         for i in stretch.clone().skip(1) {

@@ -28,13 +28,13 @@ pub struct Link {
     pub gap: Vec<f64>,
     /// Name of the gap in the file.
     pub called: String,
-    /// Position of the car ahead \[m\], where measured.
+    /// Position of the car ahead \[m\], if measured.
     pub x_l: Option<Vec<f64>>,
-    /// Position of the follower \[m\], where measured.
+    /// Position of the follower \[m\], if measured.
     pub x_f: Option<Vec<f64>>,
-    /// Length of the car ahead \[m\], where known.
+    /// Length of the car ahead \[m\], if known.
     pub len_l: Option<f64>,
-    /// True if no row lies off the grid or is missing.
+    /// True if all rows are present and on the grid.
     pub regular: bool,
     /// True if the file has no other cars than these two, so that they may be exchanged.
     pub alone: bool,

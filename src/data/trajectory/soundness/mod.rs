@@ -1,4 +1,4 @@
-//! Are the data themselves sound? One place, which every verb asks.
+//! Are the data themselves sound? One check for every verb.
 //!
 //! The gap and the two speeds of a link are redundant: d(gap)/dt = v_l - v_f. The checks find, size and name contradictions before any
 //! model is blamed, and correct them only on request. They refuse nothing; reading and preparation refuse data that cannot be used.
@@ -106,7 +106,7 @@ pub fn check_link(measured: &Link) -> Soundness {
     findings.extend(units::noisy(measured));
     let mut unseen = Vec::new();
     let mut usable = level::Usable::new(&link, &broken, &[]);
-    // A wrong unit explains whatever else contradicts.
+    // A wrong unit explains any other contradiction.
     if let Some(factor) = units::factor(&link) {
         findings.push(factor);
     } else {
@@ -138,7 +138,7 @@ pub fn check_link(measured: &Link) -> Soundness {
     Soundness { findings, unseen, rate_rms_mps: level::rate_rms(&link, &usable) }
 }
 
-/// Change of the gap over a second less that of the integrated speed difference \[m/s\], where gap and speeds describe other cars.
+/// Change of the gap over a second less that of the integrated speed difference \[m/s\], if gap and speeds describe other cars.
 fn contradiction(link: &Link) -> Option<f64> {
     let t: Vec<f64> = (0..link.len()).map(|i| link.time(i)).collect();
     let dv: Vec<f64> = link.v_l.iter().zip(&link.v_f).map(|(v_l, v_f)| v_l - v_f).collect();

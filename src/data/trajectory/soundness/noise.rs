@@ -41,7 +41,7 @@ pub(super) fn quantum(values: &[f64]) -> f64 {
     steps.fold(f64::INFINITY, f64::min).min(1.0)
 }
 
-/// Third differences while the car drives, events taken out (NaN).
+/// Third differences while the car drives, without events (NaN).
 fn third(signal: &Signal, link: &Link) -> Vec<f64> {
     let y = signal.values;
     let mut d: Vec<f64> = (0..y.len().saturating_sub(3))
@@ -178,7 +178,7 @@ pub(super) fn resampled(signal: &Signal, link: &Link) -> Option<Resampled> {
     Some(Resampled { factor, held, finding })
 }
 
-/// How a signal of a lower rate comes to have the rate of the file, if nothing is computed.
+/// How a signal of a lower rate has got the rate of the file, without computation.
 const HELD: &str = "held between its own samples";
 
 /// The measured samples of a held signal, joined by straight lines; values held longer than usual stay.
@@ -223,7 +223,7 @@ fn regular(events: impl Iterator<Item = Option<bool>>) -> Option<f64> {
     let median = sorted[n / 2];
     let usual: Vec<usize> = distances.iter().copied().filter(|d| d.abs_diff(median) <= 1).collect();
     let regular = usual.len() as f64 >= REGULAR * n as f64;
-    // Events of chance come at distances of 2 most often, but as often again at larger ones; and they must fill the drive.
+    // Random events have distances of 2 most often, but as often again larger ones; and they must fill the drive.
     let mean = usual.iter().sum::<usize>() as f64 / usual.len() as f64;
     let near = usual.iter().filter(|d| (**d as f64 - mean).abs() < 1.0).count() as f64;
     (regular && near >= REGULAR * n as f64).then_some(mean)

@@ -1,4 +1,4 @@
-//! Made-up drives with one thing wrong, and none.
+//! Synthetic drives with one fault, and without any.
 
 use super::*;
 
@@ -10,7 +10,7 @@ fn noise(i: usize) -> f64 {
     ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
 }
 
-/// Two minutes behind a car that swings about 20 m/s, with the noise of usual sensors; `dt` in s.
+/// Two minutes behind a car that oscillates around 20 m/s, with the noise of usual sensors; `dt` in s.
 fn drive(dt: f64) -> Link {
     let (count, quiet) = ((120.0 / dt) as usize, 0.02 * (dt / 0.1).min(1.0));
     // Sizes [m/s], frequencies [rad/s] and phases of the swings of both cars.

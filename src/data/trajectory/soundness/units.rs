@@ -1,4 +1,4 @@
-//! Signals that cannot be those of two cars on a road: units taken for each other, speeds exchanged, noise in place of accelerations.
+//! Signals that two cars on a road cannot have: confused units, exchanged speeds, noise in place of accelerations.
 
 use super::finding::{Finding, FindingKind, Remedy, Who};
 use super::limits::LIMITS;

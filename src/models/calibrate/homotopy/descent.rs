@@ -74,7 +74,7 @@ impl Walker {
         (steps.iter().map(place).collect(), promise)
     }
 
-    /// Goes to the best of the places that were tried.
+    /// Moves to the best of the tried places.
     fn take(&mut self, cost: f64, (tried, promise): &(Vec<Vec<f64>>, f64), costs: &[f64], tolerance: f64) {
         self.cost = cost;
         let best = (0..costs.len()).min_by(|a, b| costs[*a].total_cmp(&costs[*b])).expect("dampings");
@@ -124,7 +124,7 @@ pub trait Surface {
     fn slopes(&self, places: &[&Vec<f64>], held: &[usize], pull: Pull) -> Result<Vec<Slopes>, Self::Error>;
 }
 
-/// Goes down from all places, held coordinates apart; those whose first run fails have an infinite cost.
+/// Descends from all places, without `held` coordinates; those whose first run fails have an infinite cost.
 ///
 /// # Errors
 /// Where the surface cannot be evaluated.

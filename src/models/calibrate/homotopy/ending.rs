@@ -22,15 +22,15 @@ const SOFT_TURNS: [usize; 3] = [15, 8, 8];
 const EXACT_TURNS: usize = 10;
 /// Gain of a turn, as a share of the cost, below which a descent is idle at its end.
 const FINE: f64 = 1e-6;
-/// A promise of derivatives that is not kept, as a share of the score: below it a place is an optimum, above it a polish follows.
+/// An unfulfilled promise of the derivatives, as a share of the score: below it a place is an optimum, above it a polish follows.
 const PROMISE: f64 = 1e-5;
-/// Rise of the score, as a share of it, to the places that a polish on an edge begins with, and their number per parameter.
+/// Rise of the score, as a share of it, to the places from which a polish on an edge starts, and their number per parameter.
 const EDGE: f64 = 1e-4;
 const EDGES: usize = 4;
 /// Largest number of simulations of a polish per parameter, and the unit of its generations: the lanes of a small block.
 const POLISH: usize = 250;
 const LANES: usize = 16;
-/// Candidates per parameter that are looked at around the best, their mean rises as shares of its score, and the curvature of a
+/// Candidates per parameter that are examined around the best, their mean rises as shares of its score, and the curvature of a
 /// parameter without effect, as a share of the largest. Correlations need ten per parameter within the rise that ends an interval, so
 /// some are far nearer than others.
 const AROUND: usize = 36;
@@ -109,7 +109,7 @@ impl Search<'_> {
         Ok(ending)
     }
 
-    /// By scores alone, from a place that need not be feasible.
+    /// By scores alone, from a place that may be infeasible.
     fn polished(&mut self, found: (Vec<f64>, f64), held: &[usize]) -> Result<(Vec<f64>, f64), CalibrateError> {
         let moved: Vec<usize> = (0..found.0.len()).filter(|i| !held.contains(i)).collect();
         let n = moved.len();
@@ -185,7 +185,7 @@ impl Search<'_> {
         Ok(scores.iter().any(|(_, shortfall)| *shortfall > 0.0))
     }
 
-    /// The place, and no coordinate held; where the convention floors delays, the places with the delay at the two whole numbers of samples
+    /// The place, and no held coordinate; where the convention floors delays, the places with the delay at the two whole numbers of samples
     /// around it, and its coordinate.
     fn with_whole_delays(&self, place: &[f64]) -> Vec<(Vec<f64>, Vec<usize>)> {
         let Some((at, delays)) = self.whole_delays(place) else { return vec![(place.to_vec(), Vec::new())] };

@@ -1,7 +1,7 @@
 //! Calibration by derivatives: Gauss and Newton's steps from many starts, under a pull towards the measurement that fades.
 //!
-//! A goodness of fit is a sum of norms of residuals, so that their derivatives give both its gradient and most of its curvature. Alone,
-//! such steps end in the basin that they start in. Where the simulated follower is pulled to the measured one after each step, all starts
+//! A goodness of fit is a sum of norms of residuals, so their derivatives give both its gradient and most of its curvature. Alone,
+//! such steps end in the basin in which they start. If the simulated follower is pulled to the measured one after each step, all starts
 //! find the same basin; as the pull is weakened, they follow it. Runs continue behind a collision and pay for it, because a score that ends
 //! at one does not show the way out. Several searches that agree end the calibration.
 //!

@@ -54,7 +54,7 @@ impl<'a> Objective<'a> {
     pub fn coordinate(&self, parameter: usize, value: f64) -> Option<(usize, f64)> {
         let at = self.free.iter().position(|free| *free == parameter)?;
         let (lower, upper) = (self.bounds.lower[at], self.bounds.upper[at]);
-        // No parameter that is looked for by its value spans decades.
+        // No parameter that is searched by its value spans decades.
         Some((at, (value - lower) / (upper - lower)))
     }
 

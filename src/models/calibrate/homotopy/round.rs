@@ -14,7 +14,7 @@ const SCREENING: f64 = 0.25;
 /// Number of these that descend, and their least distance, as a root mean square over the coordinates.
 const STARTS: usize = 10;
 const APART: f64 = 0.15;
-/// Turns that there should be evaluations for, lest fewer starts go down.
+/// Turns for which there should be evaluations; otherwise fewer starts descend.
 const SOME_TURNS: usize = 5;
 /// Places that continue to the end.
 const FINAL: usize = 3;
@@ -37,7 +37,7 @@ const KEPT: [usize; 2] = [STARTS, 6];
 const MET: [f64; 2] = [3e-3, 1e-6];
 
 impl Search<'_> {
-    /// The lowest exact score that one search comes to; infinite if it is stopped or finds nothing.
+    /// The lowest exact score of one search; infinite if it is stopped or finds nothing.
     pub(super) fn round(&mut self, round: u64) -> Result<f64, CalibrateError> {
         let settings = self.record.settings;
         let mut rng = stream(settings.seed, self.record.number, round, 0);
@@ -48,7 +48,7 @@ impl Search<'_> {
         self.finish(merged(walkers), FINAL)
     }
 
-    /// Without a pull: all that most surfaces need, and the first result of every search.
+    /// Without a pull: enough for most surfaces, and the first result of every search.
     fn directly(&mut self, places: &[Vec<f64>]) -> Result<Vec<Walker>, CalibrateError> {
         let pull = pulled(0.0);
         let mut starts = self.best_starts(places, pull)?;

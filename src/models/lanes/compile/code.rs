@@ -48,7 +48,7 @@ pub enum Outer {
     MinOf,
 }
 
-/// Gives a macro the rows of three operations that the ninety variants have most of.
+/// Gives a macro the rows of the three operations that are most frequent in the ninety variants.
 macro_rules! triples {
     ($macro:ident) => {
         $macro! {

@@ -26,7 +26,7 @@ pub enum LanesError {
         /// The line as written.
         code: String,
     },
-    /// More than there are rows for.
+    /// More operations than rows.
     #[error(
         "the model has {operations} operations with calls inlined, and the CPU takes {most} at most; use fewer extensions, \
          or shorter ones"
@@ -37,7 +37,7 @@ pub enum LanesError {
         /// Most of them.
         most: usize,
     },
-    /// A function that the time loop needs is not there.
+    /// A function that the time loop needs is missing.
     #[error("function `{name}` is missing; the text has {}", if found.is_empty() { "none".to_owned() } else { found.join(", ") })]
     Missing {
         /// Its name.

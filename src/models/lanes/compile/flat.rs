@@ -66,7 +66,7 @@ impl Op {
     }
 }
 
-/// Operations in an order in which they can be done; equal ones are one.
+/// Operations in a valid order; equal ones are one.
 #[derive(Debug, Clone, Default)]
 pub struct Ops {
     ops: Vec<Op>,

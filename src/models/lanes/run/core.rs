@@ -41,7 +41,7 @@ pub struct Traces<'a> {
 #[derive(Debug)]
 struct Blocks<T, const L: usize> {
     program: Program<T, L>,
-    /// Workspaces that no thread uses now.
+    /// Idle workspaces.
     idle: Mutex<Vec<Box<Workspace<T, L>>>>,
 }
 
@@ -86,7 +86,7 @@ pub struct Core<T, const A: usize, const B: usize> {
     small: Blocks<T, B>,
     /// Only blocks of this many lanes, for tests.
     pub(super) only: Option<usize>,
-    /// Room that a run leaves to the next one.
+    /// Memory that a run leaves to the next one.
     plan: Plan,
     sorted: Vec<Finished>,
 }

@@ -32,7 +32,7 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         if let Some(only) = self.only {
             return if A <= only && self.set != InstructionSet::Baseline { A } else { B };
         }
-        // On a thread of the pool, the others have work of their own.
+        // On a thread of the pool, the others have other work.
         let threads = if rayon::current_thread_index().is_some() { 1 } else { rayon::current_num_threads() };
         // Bytes that a step touches and that have to stay in the nearest cache.
         let longest = self.streams.iter().map(|s| s.longest).max().unwrap_or(0);

@@ -183,7 +183,7 @@ impl<T: Real, const L: usize> Workspace<T, L> {
             self.back_row.0[lane] = T::of(candidate.back as f64);
             self.fraction.0[lane] = T::of(candidate.fraction);
             self.first[lane] = candidate.first;
-            // A minimum with NaN would hide it, so that it must not come that far.
+            // A minimum with NaN would hide it, so it must not get that far.
             let finite = values.iter().all(|value| Real::is_finite(T::of(*value)));
             let failed = status::FAILED | status::NOT_FINITE | candidate.first as u32;
             self.status[lane] = if finite { 0 } else { failed };
@@ -402,7 +402,7 @@ fn perceive<T: Real, const L: usize>(
         rows::leader(stream.v_l[older], stream.v_l[younger], &w.fraction.0, w.registers.row_mut(to[2]));
         return;
     }
-    // Candidates are sorted by delay: those of a chunk have hardly ever more than two.
+    // Candidates are sorted by delay: those of a chunk rarely have more than two.
     for (k, [nearest, farthest]) in w.backs.iter().enumerate() {
         let mut perceived = [[T::ZERO; rows::CHUNK]; 3];
         let (fraction, backs) = (rows::chunk(&w.fraction.0, k), rows::chunk(&w.back_row.0, k));

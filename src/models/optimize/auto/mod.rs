@@ -49,7 +49,7 @@ impl AutoSettings {
     /// For this many dimensions, within this many evaluations.
     #[must_use]
     pub fn new(dimensions: usize, evaluations: u64) -> AutoSettings {
-        // The shares were chosen on calibrations with seeds 1 to 10 (`leadlag bench optimizers`), none of them finely.
+        // The shares were chosen on calibrations with seeds 1 to 10 (`leadlag bench optimizers`), none of them finely tuned.
         let n = dimensions.max(1) as u64;
         let polish = (500 * n).min(evaluations / 8);
         // Two rounds fit, or three searches that end early.
@@ -129,7 +129,7 @@ impl Auto {
     fn begin(&mut self) {
         while self.rounds.len() < SIDE_BY_SIDE {
             let search = self.settings.search.min(self.left.saturating_sub(self.settings.polish));
-            // Half a search finds less than it costs; but one there must be.
+            // Half a search finds less than it costs; but there must be one.
             if self.begun > 0 && 2 * search < self.settings.search || self.left == 0 {
                 return;
             }

@@ -62,7 +62,7 @@ impl Round {
         matches!(self.phase, Phase::Exact(_) | Phase::Finish(_) | Phase::Snap(_))
     }
 
-    /// Evaluations that it has not spent.
+    /// Its unused evaluations.
     pub(super) fn left(&self) -> u64 {
         self.left
     }
@@ -161,7 +161,7 @@ impl Round {
         Some(Box::new(Descent::new(self.space.clone(), start, settings, self.origin)))
     }
 
-    /// The best of those at hand, the best one first.
+    /// The best of the available ones, the best one first.
     fn told_exactly(&self) -> Phase {
         let mut points: Vec<Vec<f64>> = self.rough.iter().map(|m| m.point.clone()).collect();
         for member in &self.near {

@@ -10,7 +10,7 @@ const GAP_BELOW: f64 = 100.0;
 /// The memory is 1 while it follows, 0 while it holds the set speed.
 pub fn acceleration(seen: &Seen<'_>, memory: &mut Memory) -> f64 {
     let (p, x) = (seen.p, seen.x);
-    // SUMO's gap: minGap is taken off.
+    // SUMO's gap, without minGap.
     let gap = x.s - p.d_0;
     if gap > SPEED_ABOVE {
         memory[0] = 0.0;
@@ -26,7 +26,7 @@ pub fn acceleration(seen: &Seen<'_>, memory: &mut Memory) -> f64 {
 
 /// Xiao, Wang, Schakel, van Arem (2018), Eq. 5: addition to the spacing at a low speed \[m\].
 fn margin(v: f64) -> f64 {
-    // Infinite at standstill, so 2; a measured speed may lie a hair below zero.
+    // Infinite at standstill, so 2; a measured speed may lie slightly below zero.
     (75.0 / v.max(0.0) - 5.0).clamp(0.0, 2.0)
 }
 

@@ -1,4 +1,4 @@
-//! Times that are written as people read them: dates with a time of day, and the time of day alone.
+//! Times as people write them: dates with a time of day, and the time of day alone.
 
 /// Seconds of a day.
 const DAY_S: f64 = 86_400.0;

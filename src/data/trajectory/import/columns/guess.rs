@@ -3,7 +3,7 @@
 use super::super::table::fingerprint;
 use std::collections::HashMap;
 
-/// A column with more different values than this, and than a tenth of the rows, names no drives.
+/// A column with more different values than this, and than a tenth of the rows, does not identify drives.
 const NAMES: usize = 50;
 const ROWS_PER_NAME: usize = 10;
 
@@ -18,7 +18,7 @@ impl Guess {
         Guess { columns: columns.into_iter().map(|(place, name)| (place, name, HashMap::new())).collect(), rows: 0 }
     }
 
-    /// Takes the fields of a row at its time.
+    /// Adds the fields of a row at its time.
     pub fn take<'a>(&mut self, time: f64, field: impl Fn(usize) -> &'a str) {
         self.rows += 1;
         let rows = self.rows;

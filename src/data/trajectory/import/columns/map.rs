@@ -69,7 +69,7 @@ pub(super) enum PositionAt {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Column {
     pub role: Role,
-    /// The column bears one of these names.
+    /// The column has one of these names.
     pub names: Vec<String>,
     pub unit: String,
     pub form: Form,
@@ -79,10 +79,10 @@ pub(super) struct Column {
     pub hint: String,
 }
 
-/// Which columns of a table mean what, in which unit.
+/// The meaning and unit of the columns of a table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ColumnMap {
-    /// Name of a shipped map, or the path of a file.
+    /// Name of a built-in map, or the path of a file.
     pub name: String,
     /// Title, in words.
     pub title: String,
@@ -97,7 +97,7 @@ pub struct ColumnMap {
     pub(super) units_row: bool,
     /// Words for missing values, besides the built-in ones.
     pub(super) missing: Vec<String>,
-    /// Of every vehicle of which no column gives it \[m\].
+    /// Of every vehicle without a column for it \[m\].
     pub(super) length: Option<f64>,
     /// Of the vehicle ahead in a table of pairs \[m\].
     pub(super) lead_length: Option<f64>,
@@ -153,7 +153,7 @@ impl ColumnMap {
         if let Some(found) = parsed.lap_length.filter(|lap| !LAPS_M.contains(lap)) {
             return Err(MapError::Lap { path: path(), found });
         }
-        // In the order of the roles, whatever the order of the file: it is that of the numbers of a row.
+        // In the order of the roles, whatever the order of the file: the numbers of a row have this order.
         columns.sort_by_key(|column: &Column| column.role);
         let map = ColumnMap {
             name: path(),
@@ -235,7 +235,7 @@ impl ColumnMap {
         }
     }
 
-    /// A column that would be read as that of every car of a platoon although it can be that of one only, with its name.
+    /// A column without a number in its name that would be read for every car of a platoon, with its name.
     fn shared(&self) -> Option<(Role, &str)> {
         let own = [Role::Speed, Role::Gap, Role::Headway, Role::Position];
         let all = self.columns.iter().filter(|column| own.contains(&column.role));
@@ -274,7 +274,7 @@ impl ColumnMap {
     }
 }
 
-/// `11` for `11.0`: tables of programs that know no missing integers write them as decimals.
+/// `11` for `11.0`: programs without missing integers write them as decimals.
 pub(super) fn whole(name: &str) -> &str {
     match name.split_once('.') {
         Some((number, zeros)) if !zeros.is_empty() && zeros.bytes().all(|b| b == b'0') => {

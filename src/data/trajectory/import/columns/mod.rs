@@ -1,6 +1,6 @@
-//! Tables of any layout by a column map: which column is what, in which unit.
+//! Tables of any layout by a column map: meaning and unit of each column.
 //!
-//! A map is a TOML file; those of well-known sets are part of the program. Long tables (one row per vehicle and time)
+//! A map is a TOML file; those of well-known sets are built in. Long tables (one row per vehicle and time)
 //! become one platoon of two cars per stretch in which a vehicle follows another one, the longest first.
 
 mod clock;
@@ -28,7 +28,7 @@ use crate::trajectory::{ChosenBy, ImportError, Layout, Note, Platoon, Recording,
 use std::io::Read;
 use std::path::Path;
 
-/// Name and text of the maps that are part of the program.
+/// Name and text of the built-in maps.
 const SHIPPED: [(&str, &str); 8] = [
     ("ngsim", include_str!("maps/ngsim.toml")),
     ("highd", include_str!("maps/highd.toml")),
@@ -41,7 +41,7 @@ const SHIPPED: [(&str, &str); 8] = [
 ];
 
 impl ColumnMap {
-    /// Name and text of the maps that are part of the program.
+    /// Name and text of the built-in maps.
     #[must_use]
     pub fn shipped() -> &'static [(&'static str, &'static str)] {
         &SHIPPED
@@ -114,13 +114,13 @@ fn platoons<R: Read>(lines: &mut Lines<R>, map: &ColumnMap, problems: &mut Probl
     }
 }
 
-/// How a vehicle of a long table is called.
+/// Name of a vehicle of a long table.
 fn vehicle_name(id: &str) -> String {
     format!("vehicle {id}")
 }
 
 impl Recording {
-    /// True of a table of platoons: its cars are numbered, as in the layouts that need no map.
+    /// True for a table of platoons: its cars are numbered, as in the layouts that need no map.
     #[must_use]
     pub fn is_of_numbered_cars(&self) -> bool {
         self.chosen_by == ChosenBy::Place

@@ -14,12 +14,12 @@ use std::collections::HashMap;
 
 /// The rows of one group, or of one of several trajectories that have its name.
 pub(super) struct Group {
-    /// The name in the file; `None` where no column gives one.
+    /// The name in the file; `None` if no column gives one.
     pub name: Option<String>,
     /// The same, numbered from the second on.
     pub id: Option<String>,
     pub rows: Vec<usize>,
-    /// That the name is borne by another one before.
+    /// Note that another one had the name before.
     pub again: Option<Note>,
 }
 
@@ -74,7 +74,7 @@ fn pieces(rows: Vec<usize>, table: &Table) -> Vec<Vec<usize>> {
     pieces
 }
 
-/// Rows that repeat another one are taken out; the times of the others must rise.
+/// Repeated rows are removed; the times of the others must rise.
 fn check_times(rows: &mut Vec<usize>, table: &Table, repeated: &mut Repeated, problems: &mut Problems) {
     let time = table.numbers(Role::Time).expect("a map without it is refused");
     // One message in place of one per row.
@@ -128,7 +128,7 @@ const SLOW: f64 = 2.0;
 /// Faster than this is fast \[m/s\].
 const FAST: f64 = 8.0;
 
-/// That a speed of the vehicle ahead is the difference to that of the follower.
+/// Error: a speed of the vehicle ahead looks like the difference to that of the follower.
 fn relative(table: &Table, rows: &[usize]) -> Option<ProblemKind> {
     let of = |role: Role| {
         let speed = table.numbers(role)?;

@@ -60,7 +60,7 @@ impl Role {
         }
     }
 
-    /// True if it makes sense in a table with such rows.
+    /// True if it is valid in a table with such rows.
     pub fn is_in(self, rows: Rows) -> bool {
         match rows {
             Rows::Vehicles => self.in_vehicles(),
@@ -99,7 +99,7 @@ impl Role {
         )
     }
 
-    /// True if there is one of each car of a platoon.
+    /// True if each car of a platoon has one.
     pub fn is_of_a_car(self) -> bool {
         self.in_platoon() && !matches!(self, Role::Time | Role::Group)
     }

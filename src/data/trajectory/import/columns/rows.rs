@@ -20,7 +20,7 @@ use std::io::Read;
 /// Consequence of a broken value.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Signal {
-    /// Of a platoon; 0 where the column is not of one car.
+    /// Of a platoon; 0 if the column does not belong to one car.
     car: usize,
     is_gap: bool,
 }
@@ -211,7 +211,7 @@ fn header<R: Read>(
     Ok((Header::of(&first, line, &fields, problems)?, map.separator))
 }
 
-/// Skips the row of units behind a header, if there is one, or one is promised.
+/// Skips the row of units behind a header, if there is one, or the map announces one.
 fn units_row<R: Read>(
     lines: &mut Lines<R>,
     map: &ColumnMap,
@@ -357,7 +357,7 @@ pub(super) fn read<R: Read>(lines: &mut Lines<R>, map: &ColumnMap, problems: &mu
 }
 
 fn is_word_for_missing(text: &str, map: &ColumnMap) -> bool {
-    // A program that knows no missing numbers writes -999 as -999.0.
+    // A program without missing numbers writes -999 as -999.0.
     let number = |text: &str| text.parse::<f64>().ok();
     let same =
         |word: &String| word.eq_ignore_ascii_case(text) || number(word).is_some_and(|word| number(text) == Some(word));
@@ -391,7 +391,7 @@ fn value(text: &str, name: &str, column: &Wanted, map: &ColumnMap) -> Result<f64
             }
             kind => kind,
         })?,
-        // Beside decimal commas a point may as well separate thousands.
+        // With decimal commas a point may be a separator of thousands.
         Decimal::Comma if text.contains('.') => {
             return Err(ProblemKind::DecimalPoint { column: name.to_owned(), found: text.to_owned() });
         }

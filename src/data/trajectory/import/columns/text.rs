@@ -1,4 +1,4 @@
-//! The keys of a column map, as TOML has them.
+//! The keys of a column map in TOML.
 
 use super::map::{Decimal, Direction, PositionAt, Rows, Separator};
 use serde::de::value::MapAccessDeserializer;

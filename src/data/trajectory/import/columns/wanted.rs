@@ -46,7 +46,7 @@ pub(super) fn wanted(header: &Header, map: &ColumnMap, problems: &mut Problems) 
             }
         }
     }
-    // One name may be misspelt; when several are missing, the table may be another one.
+    // One name may be misspelt; if several are missing, the table may be another one.
     let other = format!("is {} the right column map? `leadlag list columns` shows those that are built in", map.name);
     let advice = match hints.as_slice() {
         [] if missing.len() > 1 => other,
@@ -56,7 +56,7 @@ pub(super) fn wanted(header: &Header, map: &ColumnMap, problems: &mut Problems) 
     wanted
 }
 
-/// More cars than this in one platoon are not looked for.
+/// Largest number of cars in one platoon.
 const CARS_MAX: usize = 100;
 
 /// The numbers of the cars of a platoon that have a speed.

@@ -35,7 +35,7 @@ pub(super) struct Text {
 
 impl Text {
     /// # Errors
-    /// When it is broken, or has columns that hold more than a value.
+    /// If it is broken, or has columns with several values.
     pub fn of(file: File, path: &str) -> Result<Text, ImportError> {
         let failed = |why: String| {
             let source =
@@ -91,7 +91,7 @@ fn refuse_type(column: &Type) -> Result<(), String> {
     Err(format!("column {name} holds {found}"))
 }
 
-/// A few bytes can promise any number of rows, and keep it.
+/// A few bytes can declare any number of rows, and contain it.
 fn refuse_rows(metadata: &ParquetMetaData) -> Result<(), String> {
     let rows = metadata.row_groups().iter().map(|group| u64::try_from(group.num_rows()).unwrap_or(u64::MAX));
     let rows = rows.fold(0_u64, u64::saturating_add);
@@ -101,7 +101,7 @@ fn refuse_rows(metadata: &ParquetMetaData) -> Result<(), String> {
     }
 }
 
-/// The library takes it for granted that columns lie within the file.
+/// The library assumes that columns lie within the file.
 fn refuse_ranges(metadata: &ParquetMetaData, length: u64) -> Result<(), String> {
     let outside = |start: i64, size: i64| {
         let end = u64::try_from(start).ok().zip(u64::try_from(size).ok()).and_then(|(a, b)| a.checked_add(b));

@@ -1,4 +1,4 @@
-//! The pages of a Parquet file. The library allocates what the header of a page promises, so each header is looked at before.
+//! The pages of a Parquet file. The library allocates the size declared in the header of a page, so each header is checked before.
 
 use crate::text::bounded::TABLE_MAX;
 use parquet::errors::{ParquetError, Result};
@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// End of a file, behind its columns: the length of the metadata, and the magic number \[bytes\].
 pub(super) const FOOTER: u64 = 8;
 
-/// The largest page, unpacked \[bytes\]: a column of as many numbers as a table may have rows. Writers mean 1 MB; some write a column as one page.
+/// The largest page, unpacked \[bytes\]: a column of as many numbers as a table may have rows. Writers aim at 1 MB; some write a column as one page.
 const PAGE_MAX: i32 = 256 << 20;
 /// The largest page with the values of a dictionary \[bytes\]; each of them takes several times as much in memory. Writers stop at 1 or 2 MB.
 const DICTIONARY_MAX: i32 = 16 << 20;

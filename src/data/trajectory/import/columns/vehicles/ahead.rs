@@ -4,7 +4,7 @@ use super::super::role::Role;
 use super::Long;
 use std::collections::HashMap;
 
-/// In place of a row: the vehicle ahead is named, but not seen at this time.
+/// In place of a row: the vehicle ahead is named, but absent at this time.
 pub(super) const ABSENT: u32 = u32::MAX;
 
 impl Long<'_> {
@@ -22,7 +22,7 @@ impl Long<'_> {
             for &row in vehicle.rows.iter().filter(|&&row| !nobody[ahead[row] as usize]) {
                 let bearers = bearers.get(&(vehicle.key.0, ahead[row])).map(Vec::as_slice).unwrap_or_default();
                 let t = self.time[row];
-                // The one whose time it is; they do not overlap.
+                // The one at its time; they do not overlap.
                 let is_there = |lead: &&u32| {
                     let rows = &self.vehicles[**lead as usize].rows;
                     let [first, last] =

@@ -1,4 +1,4 @@
-//! Which rows are whose: a number that is not seen for long, or that is elsewhere after a pause, is another vehicle.
+//! Which rows belong to which vehicle: a number that is absent for long, or elsewhere after a pause, is another vehicle.
 
 use super::super::map::{ColumnMap, Direction};
 use super::super::role::Role;
@@ -78,7 +78,7 @@ pub(super) fn vehicles(
     Ok(vehicles)
 }
 
-/// The rows of one number, cut where another vehicle bears it.
+/// The rows of one number, cut where another vehicle has it.
 fn split(rows: Vec<usize>, table: &Table, map: &ColumnMap) -> Vec<Vec<usize>> {
     let time = table.numbers(Role::Time).expect("a map without it is refused");
     let t: Vec<f64> = rows.iter().map(|&row| time[row]).collect();
