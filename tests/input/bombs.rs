@@ -140,7 +140,7 @@ fn text_by_its_changes_is_refused() {
             .set_column_encoding("car".into(), encoding)
             .build();
         let file = table::<ByteArrayType>("binary car (UTF8)", ByteArray::from("D01"), properties);
-        is_refused("text.parquet", &file, "which is not read; expected plain or dictionary encoding");
+        is_refused("text.parquet", &file, "which leadlag does not read; expected plain or dictionary encoding");
     }
 }
 

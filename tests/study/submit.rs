@@ -134,10 +134,10 @@ fn what_cannot_be_submitted_is_told() {
     assert_eq!(code, 2);
     assert!(said.contains("expected a whole number from 1 to 1024"), "{said}");
     let (code, said) = fails(&["study", "submit", text(&study), "--slurm", "--sbatch", "--mem=2G\n#SBATCH --x"]);
-    assert!(code == 2 && said.contains("has a line end, which an #SBATCH line cannot hold"), "{said}");
+    assert!(code == 2 && said.contains("has a line end, which an #SBATCH line cannot contain"), "{said}");
     let broken = study.join("two\nlines");
     let (code, said) = fails(&["study", "submit", text(&study), "--slurm", "--out", text(&broken)]);
-    assert!(code == 2 && said.contains("has a line end, which an #SBATCH line cannot hold"), "{said}");
+    assert!(code == 2 && said.contains("has a line end, which an #SBATCH line cannot contain"), "{said}");
     assert!(!broken.exists());
     let (code, _) = fails(&["study", "submit", "nowhere", "--slurm"]);
     assert_eq!(code, 1);
