@@ -478,7 +478,7 @@ fn numbered(recording: &mut Recording, given: &str) -> anyhow::Result<usize> {
     names.truncate(PAIRS_NAMED);
     let message = format!(
         "--follower: expected a number, 1 right behind the platoon leader, or the name of a car that follows, found `{given}`; \
-         {} has {}{near}; ids of vehicles go with --columns",
+         {} has {}{near}; ids of vehicles need --columns",
         recording.source.path,
         names.join(", ")
     );

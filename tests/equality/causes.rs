@@ -84,7 +84,7 @@ fn laws_in_f64_equal_the_reference() {
     }
 }
 
-/// No candidate that is asked about makes the reference panic.
+/// No examined candidate makes the reference panic.
 #[test]
 fn what_the_reference_cannot_simulate_is_an_error() {
     let text = "fn own_command(a_cmd: f32) -> f32 {\n    return 0.9 * a_cmd;\n}\n";

@@ -135,7 +135,7 @@ fn own_drive(name: &str, free: &[Symbol]) -> (Case, Parameters, SearchSpace) {
     (case, truth, space)
 }
 
-/// By every optimiser, and by the default one with an end of its own: a perfect fit has a score of nearly 0, a share of which is nothing.
+/// By every optimiser, and by the default one with another end: a perfect fit has a score of nearly 0, of which any share is negligible.
 #[test]
 fn known_parameters_are_found_again() {
     use OptimizerKind::{Auto, Cmaes, Ga, Lshade};

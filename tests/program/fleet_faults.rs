@@ -57,7 +57,7 @@ fn a_drive_at_constant_speed_is_read_again() {
     assert!(found[0]["rmse_a_mps2"].parse::<f64>().is_ok() && found[0]["nrmse_s"].parse::<f64>().is_ok(), "{found:?}");
     let written = fs::read(out.join("parameters.csv")).expect("written");
     let again = succeeds(&fleet(&table, &out, &["--model", "idm"]));
-    assert!(stderr(&again).contains("1 of 1 calibrations are there already"), "{}", stderr(&again));
+    assert!(stderr(&again).contains("1 of 1 calibrations were finished before"), "{}", stderr(&again));
     assert_eq!(stdout(&again), once);
     assert!(fs::read(out.join("parameters.csv")).expect("written") == written);
 }

@@ -172,7 +172,7 @@ fn what_a_killed_run_had_claimed_another_one_takes_over() {
     same(&merged(&study, &[]), &merged(&calm, &[]), "after a run beside it was killed");
 }
 
-/// Waits until a run works on tasks: there are claims of some, and they are held.
+/// Waits until a run works on tasks, that is, until it holds claims.
 #[cfg(unix)]
 fn at_work(study: &Path) {
     let folder = Folder::open(study).expect("it was planned");

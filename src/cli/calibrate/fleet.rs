@@ -169,7 +169,7 @@ impl Bar {
             ProgressStyle::with_template("{bar:20} {human_pos}/{human_len} calibrations, {per_sec}, {eta} left");
         let bar = output::heard(ProgressBar::new(whole as u64)).with_style(style.expect("the template is valid"));
         if before > 0 {
-            eprintln!("{before} of {whole} calibrations are there already");
+            eprintln!("{before} of {whole} calibrations were finished before");
             bar.set_position(before as u64);
             bar.reset_eta();
         }

@@ -92,7 +92,7 @@ impl Search<'_> {
         Ok(best.score)
     }
 
-    /// Down by the exact objective, `held` coordinates apart.
+    /// Descends by the exact objective, without `held` coordinates.
     fn exactly(&mut self, place: Vec<f64>, held: Vec<usize>) -> Result<Ending, CalibrateError> {
         let mut ending = Ending { place, score: f64::INFINITY, promise: f64::INFINITY, held };
         if !self.record.spend(1) {
