@@ -73,7 +73,7 @@ mod tests {
         assert_eq!(values("headway_mode_change:t0=90,r=0.3"), Some(vec![0.3, 90.0]));
         assert_eq!(values("set_speed_change"), Some(vec![16.0, 105.0, 45.0]));
         assert_eq!(values("grade: gg=0.5"), Some(vec![0.5]));
-        assert!("gradient".parse::<Hidden>().expect_err("unknown").contains("there are"));
+        assert!("gradient".parse::<Hidden>().expect_err("unknown").contains("expected one of"));
         let follower = |text: &str| text.parse::<Hidden>().expect("good").follower();
         assert_eq!((follower("multi_anticipation"), follower("none"), follower("grade")), (2, 1, 1));
     }

@@ -289,7 +289,7 @@ mod tests {
         let text = |branches: usize| format!("fn f() {{ {} }}", chain(branches).repeat(3));
         assert!(refuse_long_text("x.wgsl", &text(90)).is_ok());
         let error = refuse_long_text("x.wgsl", &text(120)).expect_err("too long").to_string();
-        assert!(error.contains("more than 100 brackets and branches"), "{error}");
+        assert!(error.contains("more than 100 nested brackets"), "{error}");
     }
 
     #[test]
