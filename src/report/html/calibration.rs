@@ -135,7 +135,7 @@ fn scores(page: &mut Page, result: &ResultFile, errors: Option<&DriveErrors>) {
     page.table("How well", &["measure", "spacing", "speed", "acceleration", "sum"], &rows);
 }
 
-/// Model and data, and how.
+/// Model, data and settings.
 fn fitted(page: &mut Page, result: &ResultFile) {
     page.section("fit", "Model and data");
     let rows: Vec<Vec<String>> = result

@@ -36,7 +36,7 @@ pub fn diagnosis(outcome: &Outcome, charts: Vec<Chart>, made: Option<&MadeBy>) -
 }
 
 fn summary(page: &mut Page, outcome: &Outcome) {
-    page.section("summary", "Recommendation");
+    page.section("summary", "Summary");
     in_short(outcome).more.iter().for_each(|sentence| page.paragraph(sentence));
     let mut facts = vec![("evidence", outcome.reason.clone())];
     match &outcome.gain {
