@@ -346,7 +346,10 @@ fn what_is_too_much_is_said_at_once() {
             "x.wgsl:2:1013: more than 500 operators in a statement",
         ),
         (command(&format!("return {};", nested("(", "a", ")", 20_000))), "x.wgsl:2:111: more than 100 nested brackets"),
-        (command(&format!("return {};", nested("abs(", "a", ")", 8_000))), "x.wgsl:2:411: more than 100 nested brackets"),
+        (
+            command(&format!("return {};", nested("abs(", "a", ")", 8_000))),
+            "x.wgsl:2:411: more than 100 nested brackets",
+        ),
         (
             command(&format!("var b = a; {} return b;", nested("{", "", "}", 20_000))),
             "x.wgsl:2:115: more than 100 nested brackets",
